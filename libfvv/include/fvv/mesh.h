@@ -1,0 +1,104 @@
+/* fvv/mesh.h: triangle meshes on the stream's lattice. Spec: spec/fvv.md clause 8.
+ *
+ * Order of work: canonicalise the source mesh, quantise it, encode, decode what was encoded. What the decoder
+ * yields is canonical: visibility and deltas index the decoded vertices and faces, never the source's. */
+#ifndef FVV_MESH_H
+#define FVV_MESH_H
+
+#include "fvv/format.h"
+#include "fvv/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A source mesh, borrowed. positions: vertex_count x 3 doubles, metres, x y z. faces: face_count x 3 vertex
+ * indices, counter-clockwise seen from outside. */
+typedef struct fvv_mesh_source {
+  const double *positions;
+  const uint32_t *faces;
+  size_t vertex_count;
+  size_t face_count;
+} fvv_mesh_source;
+
+/* A mesh on the lattice, owned by the struct's allocator; free with fvv_mesh_free. positions: vertex_count
+ * x 3 lattice indices, each within +-FVV_LATTICE_MAX. faces: face_count x 3, each < vertex_count. */
+typedef struct fvv_mesh {
+  int32_t *positions;
+  uint32_t *faces;
+  uint32_t vertex_count;
+  uint32_t face_count;
+  fvv_allocator allocator;
+} fvv_mesh;
+
+FVV_API void fvv_mesh_free(fvv_mesh *mesh);
+
+/* lattice index -> metres: origin + step * index, the product rounded to double before the sum (clause 8.2).
+ */
+FVV_API void fvv_lattice_to_metres(const double origin[3], double step, const int32_t index[3],
+                                   double metres[3]);
+/* The same for count vertices, rounded to float at the end. metres: count x 3 floats. */
+FVV_API void fvv_lattice_to_floats(const double origin[3], double step, const int32_t *indices, size_t count,
+                                   float *metres);
+
+/* What the canonicaliser changed. All zero: the mesh went through as it was. */
+typedef struct fvv_mesh_report {
+  size_t struct_size;
+  uint32_t welded_vertices;       /* fell onto the same lattice point as an earlier vertex */
+  uint32_t degenerate_faces;      /* two corners the same after welding, or zero area on the lattice */
+  uint32_t duplicate_faces;       /* same three vertices as an earlier face, either winding */
+  uint32_t unreferenced_vertices; /* used by no face that is left */
+  uint32_t flipped_faces;         /* winding turned so that neighbours agree */
+  uint32_t nonmanifold_edges;     /* shared by more than two faces: reported, left as they are */
+  uint32_t boundary_edges;        /* used by one face: reported, left as they are */
+  uint32_t dropped_components;    /* specks below min_component_faces */
+  uint32_t dropped_component_faces;
+  double max_error; /* metres: largest distance source vertex -> its lattice point, per axis */
+} fvv_mesh_report;
+
+typedef struct fvv_mesh_options {
+  size_t struct_size;
+  double lattice_origin[3];
+  double lattice_step;          /* metres, > 0 */
+  uint32_t min_component_faces; /* drop components with fewer faces; 0: keep all */
+  int keep_winding;             /* non-zero: do not turn faces */
+} fvv_mesh_options;
+
+FVV_API void fvv_mesh_options_default(fvv_mesh_options *options);
+
+/* Quantises and canonicalises: source -> mesh on the lattice. Refuses NaN, infinities, coordinates outside
+ * the lattice, indices out of range (FVV_ERROR_INPUT; the message names vertex or face). An empty result is
+ * an error too ("no face is left"). Same input, same output, on every machine. report may be NULL. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *source,
+                                                      const fvv_mesh_options *options,
+                                                      const fvv_allocator *allocator, fvv_mesh *mesh,
+                                                      fvv_mesh_report *report, fvv_diagnostic *diagnostic);
+
+/* MESH payload of profile FVV_MESH_RAW or FVV_MESH_DRACO (clause 8.3, 8.4); replaces what payload holds.
+ * level: 0 (fastest) to 10 (smallest) for Draco, ignored for raw. Deterministic. The decoded mesh may have
+ * another order of vertices and faces than the one handed in: decode to learn it. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level,
+                                                const fvv_allocator *allocator, fvv_bytes *payload,
+                                                fvv_diagnostic *diagnostic);
+
+/* What a MESH payload declares, read without decoding. */
+typedef struct fvv_mesh_header {
+  uint8_t profile; /* FVV_MESH_... */
+  uint32_t vertex_count;
+  uint32_t face_count;
+  size_t data_size; /* bytes behind the header */
+} fvv_mesh_header;
+
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                                              fvv_mesh_header *header, fvv_diagnostic *diagnostic);
+
+/* Decodes a key MESH payload. Safe for hostile bytes: counts are checked against limits and against the bytes
+ * before anything is allocated. limits, allocator NULL: defaults. On error *mesh is empty. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                                                const fvv_allocator *allocator, fvv_mesh *mesh,
+                                                fvv_diagnostic *diagnostic);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,128 @@
+/* fvv/types.h: status codes, diagnostics, allocator, I/O callbacks and limits.
+ *
+ * Every other public header includes this one. Nothing here knows what a chunk contains. All structs that
+ * a caller fills begin with their own size, so that later versions can append fields. */
+#ifndef FVV_TYPES_H
+#define FVV_TYPES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#define FVV_MUST_USE __attribute__((warn_unused_result))
+#define FVV_API __attribute__((visibility("default")))
+#else
+#define FVV_MUST_USE
+#define FVV_API
+#endif
+
+/* What a call answers. Numbers are part of the ABI and never reused.
+ * >= 0: nothing is wrong. -1 ... -99: the caller's doing. -100 ... -199: the stream's. -200: ours. */
+typedef int32_t fvv_status;
+enum {
+  FVV_OK = 0,
+  FVV_NEED_DATA = 1, /* push more bytes, or call finish */
+  FVV_END = 2,       /* nothing further will come */
+
+  FVV_ERROR_ARGUMENT = -1,         /* an argument is outside its documented range */
+  FVV_ERROR_MEMORY = -2,           /* the allocator answered NULL */
+  FVV_ERROR_BUFFER_TOO_SMALL = -3, /* the caller's buffer; the needed size is reported */
+  FVV_ERROR_IO = -4,               /* a callback of the caller reported failure */
+  FVV_ERROR_STATE = -5,            /* calls in an order that the documentation forbids */
+  FVV_ERROR_INPUT = -6,            /* a mesh, camera or picture handed to an encoder is unusable */
+
+  FVV_ERROR_DAMAGED = -100,     /* a CRC, a continuity counter or a length does not fit the bytes */
+  FVV_ERROR_TRUNCATED = -101,   /* the bytes end before the structure does */
+  FVV_ERROR_INVALID = -102,     /* intact, but against the specification */
+  FVV_ERROR_UNSUPPORTED = -103, /* a later version, an unknown critical chunk, an unknown profile */
+  FVV_ERROR_LIMIT = -104,       /* within the specification, beyond this reader's fvv_limits */
+
+  FVV_ERROR_BUG = -200 /* probably a bug in this library: please report */
+};
+
+/* Short lower-case English for a status ("damaged"). Static storage, never NULL. */
+FVV_API const char *fvv_status_text(fvv_status status);
+
+/* Why a call failed. Caller-owned, plain data. The first error of a call wins.
+ * offset is absolute in the stream where the callee knows it, else relative to the payload handed in. */
+typedef struct fvv_diagnostic {
+  fvv_status status;
+  uint32_t issue;      /* n of FVV-n in spec/issues.md; 0: no rule of the specification is concerned */
+  uint32_t chunk_type; /* four-character code as stored (little-endian u32); 0: none */
+  uint64_t offset;     /* bytes */
+  char message[208];   /* one sentence without file name, offset or issue number; NUL-terminated */
+} fvv_diagnostic;
+
+/* Writes "NAME: 0x1a2b: MESH: index 70001 of 65536 vertices [FVV-3012]" into out (always terminated when
+ * capacity > 0); parts that are unset are left out. Returns the length that the whole line has. */
+FVV_API size_t fvv_diagnostic_format(const fvv_diagnostic *diagnostic, const char *name, char *out,
+                                     size_t capacity);
+
+/* Memory. resize(user, NULL, 0, n) allocates, resize(user, p, n, 0) frees and answers NULL, anything else
+ * moves. Alignment as malloc's. May be called from the thread that calls fvv only. */
+typedef struct fvv_allocator {
+  void *(*resize)(void *user, void *pointer, size_t old_size, size_t new_size);
+  void *user;
+} fvv_allocator;
+
+/* A growing block of bytes, owned by its allocator; zero-initialise before first use. */
+typedef struct fvv_bytes {
+  uint8_t *data;
+  size_t size;
+  size_t capacity;
+  fvv_allocator allocator;
+} fvv_bytes;
+
+FVV_API void fvv_bytes_free(fvv_bytes *bytes);
+
+/* Random-access input. read_at fills exactly size bytes from offset or answers FVV_ERROR_IO; it is never
+ * asked for bytes at or beyond size. */
+typedef struct fvv_input {
+  fvv_status (*read_at)(void *user, uint64_t offset, void *out, size_t size);
+  void *user;
+  uint64_t size; /* bytes in all */
+} fvv_input;
+
+/* Append-only output. write takes all size bytes or answers FVV_ERROR_IO. */
+typedef struct fvv_output {
+  fvv_status (*write)(void *user, const void *bytes, size_t size);
+  void *user;
+} fvv_output;
+
+/* A rational number of seconds per tick: 1/25 for 25 Hz, 1001/30000 for 29.97 Hz. Both > 0. */
+typedef struct fvv_rational {
+  uint32_t numerator;
+  uint32_t denominator;
+} fvv_rational;
+
+/* What a reader is willing to hold. Every value is > 0; fvv_limits_default gives the documented values.
+ * They bound decoded sizes: allocations also never exceed what the bytes present can justify. */
+typedef struct fvv_limits {
+  size_t struct_size;
+  uint64_t max_payload;      /* bytes of one chunk. 256 MiB: an 8K x 8K half-float EXR fits */
+  uint32_t max_vertices;     /* of one mesh. 4 Mi: a hundred times a captured person */
+  uint32_t max_faces;        /* of one mesh. 8 Mi: twice the vertices, as in a closed surface */
+  uint32_t max_cameras;      /* 1024: the largest published rigs have about 500 */
+  uint32_t max_tracks;       /* 256: every camera of a large rig may have one */
+  uint32_t max_dimension;    /* width or height of a picture or video frame. 16384: a GPU texture */
+  uint32_t max_groups;       /* of a file. 2 Mi: 24 days of groups of one second */
+  uint32_t max_group_chunks; /* chunks of one group. 1 Mi */
+  uint32_t max_text;         /* bytes of a name or metadata. 1 MiB */
+} fvv_limits;
+
+FVV_API void fvv_limits_default(fvv_limits *limits);
+
+/* Library version, "0.1.0". The format's version is in fvv/format.h. */
+FVV_API const char *fvv_version(void);
+
+/* CRC-32C (Castagnoli, RFC 3720 B.4). Continue with the previous result, start with 0. */
+FVV_API uint32_t fvv_crc32c(uint32_t crc, const void *bytes, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,64 @@
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void *malloc_resize(void *user, void *pointer, size_t old_size, size_t new_size) {
+  (void)user;
+  (void)old_size;
+  if (new_size) return realloc(pointer, new_size);
+  free(pointer);
+  return NULL;
+}
+
+fvv_allocator fvv_allocator_or_default(const fvv_allocator *allocator) {
+  if (allocator && allocator->resize) return *allocator;
+  const fvv_allocator standard = {malloc_resize, NULL};
+  return standard;
+}
+
+void *fvv_allocate(const fvv_allocator *allocator, size_t size) {
+  return size ? allocator->resize(allocator->user, NULL, 0, size) : NULL;
+}
+
+void *fvv_allocate_array(const fvv_allocator *allocator, size_t count, size_t size) {
+  return size && count > SIZE_MAX / size ? NULL : fvv_allocate(allocator, count * size);
+}
+
+void *fvv_allocate_zeroed(const fvv_allocator *allocator, size_t size) {
+  void *pointer = fvv_allocate(allocator, size);
+  if (pointer) memset(pointer, 0, size);
+  return pointer;
+}
+
+void fvv_release(const fvv_allocator *allocator, void *pointer, size_t size) {
+  if (pointer) allocator->resize(allocator->user, pointer, size, 0);
+}
+
+fvv_status fvv_bytes_reserve(fvv_bytes *bytes, size_t extra) {
+  if (extra <= bytes->capacity - bytes->size) return FVV_OK;
+  if (extra > SIZE_MAX / 2 - bytes->size) return FVV_ERROR_MEMORY;
+  size_t capacity = bytes->size + extra;
+  if (capacity < bytes->capacity * 2) capacity = bytes->capacity * 2;
+  if (capacity < 256) capacity = 256;
+  void *data = bytes->allocator.resize(bytes->allocator.user, bytes->data, bytes->capacity, capacity);
+  if (!data) return FVV_ERROR_MEMORY;
+  bytes->data = data;
+  bytes->capacity = capacity;
+  return FVV_OK;
+}
+
+fvv_status fvv_bytes_append(fvv_bytes *bytes, const void *source, size_t size) {
+  const fvv_status status = fvv_bytes_reserve(bytes, size);
+  if (status == FVV_OK && size) {
+    memcpy(bytes->data + bytes->size, source, size);
+    bytes->size += size;
+  }
+  return status;
+}
+
+void fvv_bytes_free(fvv_bytes *bytes) {
+  if (bytes->allocator.resize) fvv_release(&bytes->allocator, bytes->data, bytes->capacity);
+  bytes->data = NULL;
+  bytes->size = bytes->capacity = 0;
+}

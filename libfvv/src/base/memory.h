@@ -1,0 +1,28 @@
+/* base/memory.h: the caller's allocator, and a block that grows as its bytes arrive. */
+#ifndef FVV_BASE_MEMORY_H
+#define FVV_BASE_MEMORY_H
+
+#include "fvv/types.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The given allocator, or malloc's when NULL or without resize. */
+fvv_allocator fvv_allocator_or_default(const fvv_allocator *allocator);
+
+/* NULL for size 0 as well: ask for at least one byte. Memory is not cleared. */
+void *fvv_allocate(const fvv_allocator *allocator, size_t size);
+/* count * size, NULL when that overflows. */
+void *fvv_allocate_array(const fvv_allocator *allocator, size_t count, size_t size);
+void *fvv_allocate_zeroed(const fvv_allocator *allocator, size_t size);
+void fvv_release(const fvv_allocator *allocator, void *pointer, size_t size);
+
+/* Makes room for extra more bytes; capacity at least doubles, so that appending is linear. */
+FVV_MUST_USE fvv_status fvv_bytes_reserve(fvv_bytes *bytes, size_t extra);
+FVV_MUST_USE fvv_status fvv_bytes_append(fvv_bytes *bytes, const void *source, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,12 @@
+/* base/text.h: names and metadata are UTF-8. */
+#ifndef FVV_BASE_TEXT_H
+#define FVV_BASE_TEXT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* 1 when the bytes are well-formed UTF-8 (Unicode 15, table 3-7) without NUL; else 0 and *bad, if not NULL,
+ * is the offset of the first byte that is not. */
+int fvv_text_valid(const uint8_t *text, size_t size, size_t *bad);
+
+#endif
