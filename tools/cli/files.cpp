@@ -1,0 +1,80 @@
+// Reading: whole files and random access, both with the system's own reason in the message.
+#include "cli/cli.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace fvv::cli {
+
+namespace {
+
+std::string reason() {
+  return std::strerror(errno);
+}
+
+int open_to_read(const std::string &path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) throw Failure(path + ": cannot open: " + reason());
+  return descriptor;
+}
+
+fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
+  auto *bytes = static_cast<uint8_t *>(out);
+  while (size) {
+    const ssize_t n = pread(*static_cast<const int *>(user), bytes, size, static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return FVV_ERROR_IO;
+    bytes += n, offset += static_cast<uint64_t>(n), size -= static_cast<size_t>(n);
+  }
+  return FVV_OK;
+}
+
+} // namespace
+
+InputFile::InputFile(const std::string &path) : name(path), descriptor(open_to_read(path)), length(0) {
+  struct stat status;
+  const bool known = fstat(descriptor, &status) == 0;
+  if (known && S_ISREG(status.st_mode)) {
+    length = static_cast<uint64_t>(status.st_size);
+    return;
+  }
+  const std::string why = known ? "not a regular file" : reason();
+  close(descriptor);
+  throw Failure(path + ": cannot read: " + why);
+}
+
+InputFile::~InputFile() {
+  close(descriptor);
+}
+
+fvv_input InputFile::input() const {
+  return {read_at, const_cast<int *>(&descriptor), length};
+}
+
+std::vector<uint8_t> read_all(const std::string &path, uint64_t limit) {
+  const bool standard = path == "-";
+  const int descriptor = standard ? STDIN_FILENO : open_to_read(path);
+  std::vector<uint8_t> bytes;
+  std::string problem;
+  for (size_t size = 0;;) {
+    bytes.resize(size + (1 << 16));
+    const ssize_t n = read(descriptor, bytes.data() + size, bytes.size() - size);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) problem = "cannot read: " + reason();
+    if (n > 0) size += static_cast<size_t>(n);
+    if (size > limit) problem = "more than " + std::to_string(limit) + " bytes";
+    if (n == 0 || !problem.empty()) {
+      bytes.resize(size);
+      break;
+    }
+    if (size == bytes.size()) bytes.reserve(bytes.size() * 2);
+  }
+  if (!standard) close(descriptor);
+  if (!problem.empty()) throw Failure((standard ? "standard input" : path) + ": " + problem);
+  return bytes;
+}
+
+} // namespace fvv::cli
