@@ -1,0 +1,41 @@
+/* container/file.h: the inside of fvv_file, shared by file.c (index, chunks) and file_scan.c (rebuilding). */
+#ifndef FVV_CONTAINER_FILE_H
+#define FVV_CONTAINER_FILE_H
+
+#include "container/index.h"
+#include "container/table.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A configuration block that was asked for. */
+typedef struct fvv_file_block {
+  uint64_t offset;
+  uint32_t crc;     /* digest as in GRUP */
+  fvv_bytes chunks; /* fvv_chunk_info */
+} fvv_file_block;
+
+struct fvv_file {
+  fvv_allocator allocator;
+  fvv_limits limits;
+  fvv_input input;
+  fvv_index_state index_state;
+  fvv_bytes entries; /* fvv_index_entry, by offset */
+  fvv_bytes tables;  /* one fvv_bytes of fvv_chunk_info for each entry; data NULL: not loaded */
+  fvv_bytes blocks;  /* fvv_file_block * */
+  fvv_bytes damage;  /* fvv_diagnostic */
+  fvv_bytes scanned; /* rebuilt: fvv_chunk_info of every intact frame chunk, by offset */
+  fvv_bytes buffer;  /* the chunk read last */
+};
+
+/* Reads the whole stream and fills entries, scanned and damage. */
+FVV_MUST_USE fvv_status fvv_file_rebuild(fvv_file *file, fvv_diagnostic *diagnostic);
+/* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. */
+FVV_MUST_USE fvv_status fvv_file_scan_group(fvv_file *file, const fvv_group_info *group, fvv_bytes *chunks,
+                                            fvv_diagnostic *diagnostic);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

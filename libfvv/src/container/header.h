@@ -1,0 +1,47 @@
+/* container/header.h: the 32 bytes in front of every payload (clause 4), and what the registry says of types.
+ */
+#ifndef FVV_CONTAINER_HEADER_H
+#define FVV_CONTAINER_HEADER_H
+
+#include "base/layout.h"
+#include "fvv/container.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Where a type may stand (clause 3.3). */
+typedef enum fvv_place {
+  FVV_PLACE_UNKNOWN = 0, /* not in the registry */
+  FVV_PLACE_CONFIGURATION,
+  FVV_PLACE_GROUP, /* GRUP and GEND */
+  FVV_PLACE_FRAME,
+  FVV_PLACE_END /* INDX and FOOT */
+} fvv_place;
+fvv_place fvv_chunk_place(uint32_t type);
+/* Registered flags of a known type; chunks of frames may have FVV_FLAG_KEY as well. */
+uint8_t fvv_chunk_flags(uint32_t type);
+/* The kind of track that carries a frame type, 0 for types without such a rule. */
+uint8_t fvv_chunk_track_kind(uint32_t type);
+
+/* Fills header_crc too. */
+void fvv_header_write(fvv_chunk_header *header, uint8_t out[FVV_CHUNK_HEADER_SIZE]);
+/* 1 when the CRC of the header matches and its type is printable, else 0. */
+int fvv_header_read(fvv_chunk_header *header, const uint8_t bytes[FVV_CHUNK_HEADER_SIZE]);
+/* Stricter, for scanning: what a CRC matches by chance must also look like a header (clause 7.4). */
+int fvv_header_plausible(const fvv_chunk_header *header, uint64_t max_payload);
+/* Header, payload and padding. size < 2^63. */
+uint64_t fvv_chunk_extent(uint64_t size);
+
+/* The 24 bytes at the beginning (clause 3.1, 3.2). FVV_ERROR_INVALID with issue SIGNATURE: no fvv stream;
+ * FVV_ERROR_UNSUPPORTED: it asks for a newer reader; FVV_ERROR_DAMAGED, other FVV_ERROR_INVALID: what follows
+ * may still be read. */
+fvv_status fvv_file_header_check(const uint8_t bytes[FVV_FILE_HEADER_SIZE], fvv_diagnostic *diagnostic);
+
+/* Rules of a single header: flags, and fields that its type does not use (clauses 4.2, 4.6). */
+fvv_status fvv_header_check(const fvv_chunk_header *header, uint64_t offset, fvv_diagnostic *diagnostic);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,74 @@
+/* container/sequence.h: which chunk may follow which (clauses 3.3, 4.4 to 7.2), as one state machine. The
+ * writer asks it before it writes, the reader before it believes. It sees headers and the payloads of SCEN,
+ * TRAK, GRUP, GEND, INDX and FOOT; it knows nothing of meshes, cameras or pixels. */
+#ifndef FVV_CONTAINER_SEQUENCE_H
+#define FVV_CONTAINER_SEQUENCE_H
+
+#include "container/index.h"
+#include "container/table.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum fvv_configuration_state {
+  FVV_CONFIGURATION_NONE, /* not seen yet */
+  FVV_CONFIGURATION_GOOD,
+  FVV_CONFIGURATION_DAMAGED, /* part of the block is lost */
+  FVV_CONFIGURATION_UNSEEN   /* the reader joined behind it: nothing can be said */
+} fvv_configuration_state;
+
+typedef struct fvv_sequence_track {
+  uint16_t id;
+  uint8_t kind;
+  uint8_t seen; /* a chunk of its kind was in this group */
+  int64_t last_time;
+} fvv_sequence_track;
+
+typedef struct fvv_sequence {
+  fvv_limits limits;
+  fvv_allocator allocator;
+  fvv_configuration_state configuration;
+  int in_block; /* a configuration block is open: SCEN came, GRUP not yet */
+  int in_group;
+  int suspect; /* something was lost or wrong since the last GRUP or SCEN: rules would only repeat it */
+  int gaps;    /* bytes were lost anywhere, or the reader joined late: totals can't be compared */
+  int index_seen, footer_seen;
+  uint8_t next_counter;
+  uint32_t configuration_crc, next_sequence, index_crc;
+  uint64_t configuration_offset, group_offset, index_offset;
+  int64_t group_start, group_end, last_end;
+  fvv_group_table table;
+  fvv_bytes tracks; /* fvv_sequence_track */
+  fvv_bytes groups; /* fvv_index_entry, complete groups only */
+  fvv_bytes scratch;
+} fvv_sequence;
+
+void fvv_sequence_init(fvv_sequence *sequence, const fvv_limits *limits, const fvv_allocator *allocator);
+void fvv_sequence_free(fvv_sequence *sequence);
+
+/* The counter that the next chunk of this type has. */
+uint8_t fvv_sequence_counter(const fvv_sequence *sequence, uint32_t type);
+
+/* Whether an intact chunk at offset may come now. Changes nothing but scratch space. FVV_ERROR_INVALID: a
+ * rule is broken, and the diagnostic names it; FVV_ERROR_UNSUPPORTED, FVV_ERROR_LIMIT, FVV_ERROR_MEMORY:
+ * reading cannot go on. */
+FVV_MUST_USE fvv_status fvv_sequence_check(fvv_sequence *sequence, const fvv_chunk_header *header,
+                                           const uint8_t *payload, uint64_t offset,
+                                           fvv_diagnostic *diagnostic);
+/* Takes the chunk, broken rules or not. Only memory and limits can fail. */
+FVV_MUST_USE fvv_status fvv_sequence_apply(fvv_sequence *sequence, const fvv_chunk_header *header,
+                                           const uint8_t *payload, uint64_t offset);
+/* Bytes were lost, or a rule was broken: what is known of the present group and block is void. */
+void fvv_sequence_gap(fvv_sequence *sequence, int bytes_lost);
+/* No damage since the present group began, and its configuration is not damaged. */
+int fvv_sequence_group_intact(const fvv_sequence *sequence);
+
+/* Index of everything so far, and the footer that fits it. */
+FVV_MUST_USE fvv_status fvv_sequence_index(const fvv_sequence *sequence, fvv_bytes *payload);
+void fvv_footer_write(uint64_t index_offset, uint64_t file_size, uint32_t index_crc, uint8_t *payload);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,207 @@
+// Writer and push reader on good streams: what goes in comes out, whatever the split of the bytes.
+#include "container_fixture.h"
+
+TEST_CASE("what the writer writes the reader reads, chunk by chunk") {
+  const Bytes stream = small_stream();
+  const Reading reading = read_stream(stream);
+  CHECK(reading.status == FVV_END);
+  CHECK(reading.good());
+  CHECK(reading.count(FVV_EVENT_HEADER) == 1);
+  CHECK(reading.count(FVV_EVENT_CHUNK) == 4 + 2 * 6 + 2);
+  CHECK(reading.events.back().event.kind == FVV_EVENT_END);
+  int frames = 0;
+  for (const auto &seen : reading.events) {
+    if (seen.event.chunk.type != FVV_CHUNK_MESH) continue;
+    CHECK(seen.payload == pattern(24 + 3 * size_t(frames), 7 + uint32_t(frames)));
+    CHECK(seen.event.chunk.time == frames);
+    CHECK(seen.event.group_intact == 1);
+    frames++;
+  }
+  CHECK(frames == 4);
+  CHECK(stream.size() < 4096);
+}
+
+TEST_CASE("the same input gives the same bytes") {
+  CHECK(small_stream(3, true, true) == small_stream(3, true, true));
+}
+
+TEST_CASE("any split of the bytes gives the same events") {
+  for (const bool repeat : {false, true}) {
+    const Bytes stream = small_stream(3, true, repeat);
+    const Reading whole = read_stream(stream);
+    REQUIRE(whole.good());
+    for (const size_t step : {1, 2, 3, 5, 7, 8, 31, 32, 33, 64, 500, 1000}) {
+      const Reading split = read_stream(stream, step);
+      INFO("step " << step);
+      CHECK(split.events == whole.events);
+      CHECK(split.status == whole.status);
+    }
+  }
+}
+
+TEST_CASE("any split of damaged bytes gives the same events") {
+  const Bytes good = small_stream(3);
+  for (size_t n = 0; n < good.size(); n += 13) {
+    Bytes stream = good;
+    stream[n] ^= 0x40;
+    if (n % 3 == 0)
+      stream.erase(stream.begin() + long(n), stream.begin() + long(n) + 11 < stream.end()
+                                                 ? stream.begin() + long(n) + 11
+                                                 : stream.end());
+    const Reading whole = read_stream(stream);
+    for (const size_t step : {1, 7, 32, 100}) {
+      const Reading split = read_stream(stream, step);
+      INFO("byte " << n << ", step " << step);
+      CHECK(split.events == whole.events);
+    }
+  }
+}
+
+TEST_CASE("a live stream without index is clean, but has no end") {
+  const Reading reading = read_stream(small_stream(2, false));
+  CHECK(reading.status == FVV_END);
+  CHECK(reading.first_problem() == nullptr);
+  CHECK(reading.count(FVV_EVENT_END) == 0);
+  CHECK_FALSE(reading.good());
+}
+
+TEST_CASE("a reader can join at any group and knows when it did") {
+  const Bytes stream = small_stream(3, true, true);
+  for (const size_t at : chunk_offsets(stream)) {
+    const uint32_t type = fvv_get_u32(stream.data() + at);
+    if (type != FVV_CHUNK_GROUP && type != FVV_CHUNK_SCENE) continue;
+    const Reading reading = read_stream(stream.data() + at, stream.size() - at, 0, at);
+    INFO("joined at " << at);
+    CHECK(reading.first_problem() == nullptr);
+    CHECK(reading.count(FVV_EVENT_END) == 1);
+    for (const auto &seen : reading.events)
+      if (seen.event.chunk.type == FVV_CHUNK_MESH) CHECK(seen.event.group_intact == 1);
+  }
+}
+
+TEST_CASE("unknown ancillary chunks are skipped wherever they may stand") {
+  MemoryOutput memory;
+  const fvv_output output = memory.output();
+  fvv_writer *writer = nullptr;
+  fvv_diagnostic d;
+  REQUIRE(fvv_writer_create(&output, nullptr, &writer, &d) == FVV_OK);
+  const Bytes scene = scene_payload(), mesh = track_payload(FVV_TRACK_MESH, "");
+  const uint32_t unknown = 0x7a7a7a7a;
+  REQUIRE(fvv_writer_configuration(writer, FVV_CHUNK_SCENE, 0, 0, scene.data(), scene.size(), &d) == FVV_OK);
+  REQUIRE(fvv_writer_configuration(writer, unknown, 9, 0, "abc", 3, &d) == FVV_OK);
+  REQUIRE(fvv_writer_configuration(writer, FVV_CHUNK_TRACK, 1, 0, mesh.data(), mesh.size(), &d) == FVV_OK);
+  REQUIRE(fvv_writer_begin_group(writer, 0, 10, &d) == FVV_OK);
+  REQUIRE(fvv_writer_chunk(writer, unknown, 9, 0, 0, "abcd", 4, &d) == FVV_OK);
+  REQUIRE(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 1, FVV_FLAG_KEY, 0, "m", 1, &d) == FVV_OK);
+  REQUIRE(fvv_writer_end_group(writer, &d) == FVV_OK);
+  REQUIRE(fvv_writer_finish(writer, &d) == FVV_OK);
+  // Critical ones this writer cannot vouch for.
+  fvv_writer_destroy(writer);
+  CHECK(read_stream(memory.bytes).good());
+}
+
+TEST_CASE("the writer refuses what a reader would refuse, and writes nothing of it") {
+  MemoryOutput memory;
+  const fvv_output output = memory.output();
+  fvv_writer *writer = nullptr;
+  fvv_diagnostic d;
+  REQUIRE(fvv_writer_create(&output, nullptr, &writer, &d) == FVV_OK);
+  const auto refused = [&](fvv_status status, uint32_t issue) {
+    CHECK(status == FVV_ERROR_STATE);
+    CHECK(d.issue == issue);
+    return d.issue == issue;
+  };
+  const Bytes scene = scene_payload(), mesh = track_payload(FVV_TRACK_MESH, "mesh");
+  CHECK(refused(fvv_writer_configuration(writer, FVV_CHUNK_TRACK, 1, 0, mesh.data(), mesh.size(), &d),
+                FVV_ISSUE_CHUNK_PLACE));
+  CHECK(refused(fvv_writer_begin_group(writer, 0, 1, &d), FVV_ISSUE_NO_CONFIGURATION));
+  CHECK(refused(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 1, 0, 0, "m", 1, &d), FVV_ISSUE_CHUNK_PLACE));
+  REQUIRE(fvv_writer_configuration(writer, FVV_CHUNK_SCENE, 0, 0, scene.data(), scene.size(), &d) == FVV_OK);
+  CHECK(refused(fvv_writer_configuration(writer, FVV_CHUNK_TRACK, 0, 0, mesh.data(), mesh.size(), &d),
+                FVV_ISSUE_CHUNK_FIELDS));
+  REQUIRE(fvv_writer_configuration(writer, FVV_CHUNK_TRACK, 1, 0, mesh.data(), mesh.size(), &d) == FVV_OK);
+  CHECK(refused(fvv_writer_configuration(writer, FVV_CHUNK_TRACK, 1, 0, mesh.data(), mesh.size(), &d),
+                FVV_ISSUE_TRACK_ID));
+  CHECK(refused(fvv_writer_begin_group(writer, 5, 5, &d), FVV_ISSUE_GROUP_TIME));
+  REQUIRE(fvv_writer_begin_group(writer, 0, 5, &d) == FVV_OK);
+  CHECK(refused(fvv_writer_begin_group(writer, 5, 6, &d), FVV_ISSUE_GROUP_UNFINISHED));
+  CHECK(refused(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 1, 0, 0, "m", 1, &d), FVV_ISSUE_TRACK_NOT_KEY));
+  CHECK(refused(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 7, FVV_FLAG_KEY, 0, "m", 1, &d),
+                FVV_ISSUE_TRACK_UNDECLARED));
+  CHECK(refused(fvv_writer_chunk(writer, FVV_CHUNK_VIDEO_PACKET, 1, FVV_FLAG_KEY, 0, "m", 1, &d),
+                FVV_ISSUE_TRACK_KIND_MISMATCH));
+  CHECK(refused(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 1, FVV_FLAG_KEY, 5, "m", 1, &d),
+                FVV_ISSUE_CHUNK_TIME));
+  REQUIRE(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 1, FVV_FLAG_KEY, 3, "m", 1, &d) == FVV_OK);
+  CHECK(refused(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 1, FVV_FLAG_KEY, 2, "m", 1, &d),
+                FVV_ISSUE_CHUNK_TIME_ORDER));
+  CHECK(refused(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 1, FVV_FLAG_KEY, 3, "m", 1, &d),
+                FVV_ISSUE_CHUNK_TIME_ORDER));
+  CHECK(refused(fvv_writer_finish(writer, &d), FVV_ISSUE_GROUP_UNFINISHED));
+  REQUIRE(fvv_writer_end_group(writer, &d) == FVV_OK);
+  CHECK(refused(fvv_writer_begin_group(writer, 4, 9, &d), FVV_ISSUE_GROUP_TIME));
+  CHECK(fvv_writer_configuration(writer, FVV_CHUNK_MESH, 1, 0, "", 0, &d) == FVV_ERROR_ARGUMENT);
+  REQUIRE(fvv_writer_finish(writer, &d) == FVV_OK);
+  CHECK(refused(fvv_writer_begin_group(writer, 5, 9, &d), FVV_ISSUE_TRAILING));
+  fvv_writer_destroy(writer);
+  CHECK(read_stream(memory.bytes).good());
+}
+
+TEST_CASE("an output that fails is told and ends the writing") {
+  struct Failing {
+    size_t left;
+    static fvv_status write(void *user, const void *, size_t size) {
+      auto *self = static_cast<Failing *>(user);
+      if (size > self->left) return FVV_ERROR_IO;
+      self->left -= size;
+      return FVV_OK;
+    }
+  } failing = {60};
+  const fvv_output output = {Failing::write, &failing};
+  fvv_writer *writer = nullptr;
+  fvv_diagnostic d;
+  REQUIRE(fvv_writer_create(&output, nullptr, &writer, &d) == FVV_OK);
+  const Bytes scene = scene_payload();
+  CHECK(fvv_writer_configuration(writer, FVV_CHUNK_SCENE, 0, 0, scene.data(), scene.size(), &d) ==
+        FVV_ERROR_IO);
+  CHECK(fvv_writer_begin_group(writer, 0, 1, &d) == FVV_ERROR_STATE);
+  fvv_writer_destroy(writer);
+  failing.left = 10;
+  CHECK(fvv_writer_create(&output, nullptr, &writer, &d) == FVV_ERROR_IO);
+  CHECK(writer == nullptr);
+}
+
+TEST_CASE("memory that runs out at any allocation is an error and no leak") {
+  struct Budget {
+    int left;
+    long bytes;
+    static void *resize(void *user, void *pointer, size_t old_size, size_t new_size) {
+      auto *self = static_cast<Budget *>(user);
+      if (new_size > old_size && self->left-- <= 0) return nullptr;
+      self->bytes += long(new_size) - long(old_size);
+      if (new_size) return realloc(pointer, new_size);
+      free(pointer);
+      return nullptr;
+    }
+  };
+  const Bytes stream = small_stream(2, true, true);
+  bool completed = false;
+  for (int budget = 0; !completed; budget++) {
+    REQUIRE(budget < 1000);
+    Budget state = {budget, 0};
+    const fvv_allocator allocator = {Budget::resize, &state};
+    fvv_reader *reader = nullptr;
+    fvv_status status = fvv_reader_create(nullptr, &allocator, 0, &reader);
+    if (status == FVV_OK) status = fvv_reader_push(reader, stream.data(), stream.size());
+    if (status == FVV_OK) {
+      fvv_reader_finish(reader);
+      fvv_event event;
+      while ((status = fvv_reader_next(reader, &event, nullptr)) == FVV_OK)
+        CHECK(event.kind != FVV_EVENT_DAMAGE);
+    }
+    CHECK((status == FVV_ERROR_MEMORY || status == FVV_END));
+    completed = status == FVV_END;
+    fvv_reader_destroy(reader);
+    CHECK(state.bytes == 0);
+  }
+}
