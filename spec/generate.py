@@ -174,7 +174,7 @@ def disagreements(data):
     """What the generated files cannot show: issues that no code raises, numbers in prose that do not exist."""
     code = "".join(p.read_text() for p in sorted((ROOT / "libfvv/src").rglob("*.c*")))
     for issue in data["issues"]:
-        if f"FVV_ISSUE_{issue['name']}" not in code:
+        if not re.search(rf"FVV_ISSUE_{issue['name']}\b|BROKEN\({issue['name']},", code):
             yield f"FVV-{issue['number']} ({issue['name']}) is raised nowhere in libfvv/src"
     known = {i["number"] for i in data["issues"]}
     prose = (SPEC / "fvv.md").read_text()

@@ -13,12 +13,12 @@ struct Parts {
     return join({hand_chunk("SCEN", 1, 0, 0, 0, scene), hand_chunk("TRAK", 1, 1, 1, 0, mesh_track),
                  hand_chunk("TRAK", 1, 2, 2, 0, video_track)});
   }
-  // Digest as of clause 5: CRC over the headers of the block.
+  // Digest as of clause 5: CRC over bytes 0 to 27 of the headers of the block.
   uint32_t digest() const {
     uint32_t crc = 0;
     const Bytes all = block();
     for (size_t at = 0; at < all.size(); at += size_t(fvv_chunk_extent(fvv_get_u64(all.data() + at + 16))))
-      crc = fvv_crc32c(crc, all.data() + at, 32);
+      crc = fvv_crc32c(crc, all.data() + at, 28);
     return crc;
   }
   Bytes group(uint32_t sequence = 0, int64_t start = 0, int64_t end = 10, uint8_t counter = 0) const {
@@ -44,8 +44,8 @@ uint32_t issue_of(const Bytes &stream) {
 Bytes group_end(const Parts &p, uint32_t sequence = 0, uint32_t count = 2, int64_t time = 10,
                 uint8_t kind_flags = 3, uint8_t extra = 0, uint32_t chain_xor = 0) {
   const Bytes g = p.group(), m = p.mesh();
-  uint32_t chain = fvv_crc32c(0, g.data(), 32);
-  chain = fvv_crc32c(chain, m.data(), 32) ^ chain_xor;
+  uint32_t chain = fvv_crc32c(0, g.data(), 28);
+  chain = fvv_crc32c(chain, m.data(), 28) ^ chain_xor;
   Bytes payload(32);
   fvv_put_u32(payload.data(), sequence);
   fvv_put_u32(payload.data() + 4, count);
@@ -227,6 +227,45 @@ TEST_CASE("rules of groups") {
   CHECK(issue_of(join({open, group_end(p, 0, 2, 10, 3, 0, 1)})) == FVV_ISSUE_GROUP_END);
   CHECK(issue_of(join({open, group_end(p, 0, 2, 10, 1)})) == FVV_ISSUE_GROUP_TABLE);
   CHECK(issue_of(join({open, group_end(p, 0, 2, 10, 3, 1)})) == FVV_ISSUE_GROUP_TABLE);
+}
+
+TEST_CASE("a chunk exchanged for another intact one breaks the chain") {
+  const Parts p;
+  const Bytes other = hand_chunk("MESH", 3, 1, 1, 0, {1, 2, 4});
+  CHECK(issue_of(join({p.head, p.block(), p.group(), other, group_end(p)})) == FVV_ISSUE_GROUP_END);
+}
+
+TEST_CASE("TRAK comes first, and scenes agree") {
+  const Parts p;
+  const Bytes scene = hand_chunk("SCEN", 1, 0, 0, 0, p.scene);
+  CHECK(issue_of(join({p.head, scene, hand_chunk("META", 0, 1, 0, 0, {'{', '}'}),
+                       hand_chunk("TRAK", 1, 2, 1, 0, p.mesh_track)})) == FVV_ISSUE_CHUNK_PLACE);
+  Parts other;
+  other.scene[0] = 2;
+  CHECK(issue_of(join({p.head, p.block(), other.block()})) == FVV_ISSUE_TIME_BASE);
+  other = p;
+  other.scene[40] ^= 1;
+  CHECK(issue_of(join({p.head, p.block(), other.block()})) == FVV_ISSUE_LATTICE);
+  other = p;
+  other.scene[48] = FVV_UP_Z;
+  CHECK(issue_of(join({p.head, p.block(), other.block()})) == 0);
+}
+
+TEST_CASE("good headers nested in bad payloads cost linear time") {
+  const Parts p;
+  // Each of them claims all the rest, with a CRC that fails only at the end.
+  const size_t count = 40000;
+  Bytes nested;
+  for (size_t i = 0; i < count; i++) {
+    Bytes h = hand_chunk("MESH", 3, 1, 1, 0, {});
+    fvv_put_u64(h.data() + 16, (count - 1 - i) * 32);
+    h[24] = 1;
+    fvv_put_u32(h.data() + 28, fvv_crc32c(0, h.data(), 28));
+    nested.insert(nested.end(), h.begin(), h.end());
+  }
+  const Reading reading = read_stream(join({p.head, p.block(), p.group(), nested}));
+  CHECK(reading.status == FVV_ERROR_LIMIT);
+  CHECK(reading.diagnostic.issue == FVV_ISSUE_LIMIT);
 }
 
 TEST_CASE("rules of SCEN and TRAK") {

@@ -88,8 +88,8 @@ TEST_CASE("unknown ancillary chunks are skipped wherever they may stand") {
   const Bytes scene = scene_payload(), mesh = track_payload(FVV_TRACK_MESH, "");
   const uint32_t unknown = 0x7a7a7a7a;
   REQUIRE(fvv_writer_configuration(writer, FVV_CHUNK_SCENE, 0, 0, scene.data(), scene.size(), &d) == FVV_OK);
-  REQUIRE(fvv_writer_configuration(writer, unknown, 9, 0, "abc", 3, &d) == FVV_OK);
   REQUIRE(fvv_writer_configuration(writer, FVV_CHUNK_TRACK, 1, 0, mesh.data(), mesh.size(), &d) == FVV_OK);
+  REQUIRE(fvv_writer_configuration(writer, unknown, 9, 0, "abc", 3, &d) == FVV_OK);
   REQUIRE(fvv_writer_begin_group(writer, 0, 10, &d) == FVV_OK);
   REQUIRE(fvv_writer_chunk(writer, unknown, 9, 0, 0, "abcd", 4, &d) == FVV_OK);
   REQUIRE(fvv_writer_chunk(writer, FVV_CHUNK_MESH, 1, FVV_FLAG_KEY, 0, "m", 1, &d) == FVV_OK);

@@ -164,8 +164,7 @@ enum {
 /* TILE payload, clause 10.2 */
 enum {
   FVV_TILE_COUNT = 0,
-  FVV_TILE_GUARD = 4,
-  FVV_TILE_RESERVED = 6,
+  FVV_TILE_RESERVED = 4,
   FVV_TILE_SIZE = 8
 };
 

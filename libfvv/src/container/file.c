@@ -100,7 +100,7 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
   const size_t size = group_count(f) * sizeof(fvv_bytes);
   status = fvv_bytes_reserve(&f->tables, size);
   if (status < 0) return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");
-  memset(f->tables.data, 0, size);
+  if (size) memset(f->tables.data, 0, size);
   f->tables.size = size;
   return FVV_OK;
 }
@@ -253,12 +253,15 @@ fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_i
 static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic *diagnostic) {
   for (uint64_t offset = block->offset;;) {
     fvv_chunk_header header;
-    fvv_status status = read_chunk(f, offset, &header, diagnostic);
+    const int first = offset == block->offset;
+    fvv_status status = read_chunk(f, offset, &header, first ? diagnostic : NULL);
+    /* Perhaps only what follows the block is damaged: digests decide. */
+    if (status <= FVV_ERROR_DAMAGED && !first) return FVV_OK;
     if (status < 0) return status;
     const fvv_place place = fvv_chunk_place(header.type);
-    const int first = offset == block->offset;
     if (first != (header.type == FVV_CHUNK_SCENE) ||
         (place != FVV_PLACE_CONFIGURATION && place != FVV_PLACE_UNKNOWN)) {
+      block->ended = !first;
       if (!first) return FVV_OK;
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CHUNK_PLACE, header.type, offset,
                       "a configuration block begins with SCEN");
@@ -269,9 +272,7 @@ static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic 
     const fvv_chunk_info info = {offset, header.size, header.time, header.type, header.track, header.flags};
     status = fvv_bytes_append(&block->chunks, &info, sizeof info);
     if (status < 0) return status;
-    uint8_t bytes[FVV_CHUNK_HEADER_SIZE];
-    fvv_header_write(&header, bytes);
-    block->crc = fvv_crc32c(block->crc, bytes, sizeof bytes);
+    block->crc = fvv_header_chain(block->crc, &header);
     offset += fvv_chunk_extent(header.size);
   }
 }
@@ -299,12 +300,29 @@ static fvv_status find_block(fvv_file *f, uint64_t offset, fvv_file_block **foun
   return FVV_OK;
 }
 
+/* Whether a group that follows has the digest of the block. */
+static int digest_confirmed(fvv_file *f, const fvv_file_block *block) {
+  fvv_chunk_header header;
+  for (size_t i = 0; i < group_count(f); i++) {
+    const fvv_group_info *group = &entry_at(f, i)->group;
+    if (group->configuration_offset == block->offset &&
+        read_chunk(f, group->offset, &header, NULL) == FVV_OK && header.type == FVV_CHUNK_GROUP &&
+        header.size == FVV_GRUP_SIZE)
+      return fvv_get_u32(f->buffer.data + FVV_GRUP_CONFIGURATION_CRC) == block->crc;
+  }
+  return 0;
+}
+
 fvv_status fvv_file_configuration(fvv_file *file, uint64_t offset, const fvv_chunk_info **chunks,
                                   size_t *count, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   fvv_file_block *block;
   const fvv_status status = find_block(file, offset, &block, diagnostic);
   if (status < 0) return status;
+  if (!block->ended && !digest_confirmed(file, block))
+    return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_SCENE, offset,
+                    "part of this configuration is lost");
+  block->ended = 1;
   *chunks = (const fvv_chunk_info *)block->chunks.data;
   *count = block->chunks.size / sizeof **chunks;
   return FVV_OK;

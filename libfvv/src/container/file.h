@@ -13,6 +13,7 @@ extern "C" {
 typedef struct fvv_file_block {
   uint64_t offset;
   uint32_t crc;     /* digest as in GRUP */
+  int ended;        /* a chunk that is none of configuration follows: nothing is missing */
   fvv_bytes chunks; /* fvv_chunk_info */
 } fvv_file_block;
 

@@ -125,7 +125,8 @@ static void count_frames(fvv_file *f) {
     int64_t last = 0;
     while (c < chunk_count && chunks[c].offset < group->offset) c++;
     for (; c < chunk_count && chunks[c].offset - group->offset < group->size; c++) {
-      frames += !frames || chunks[c].time != last;
+      if (!chunks[c].track || (frames && chunks[c].time == last)) continue;
+      frames++;
       last = chunks[c].time;
     }
     entries[g].group.frame_count = frames;

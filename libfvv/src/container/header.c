@@ -48,6 +48,13 @@ void fvv_header_write(fvv_chunk_header *header, uint8_t out[FVV_CHUNK_HEADER_SIZ
   fvv_put_u32(out + FVV_CHUNK_HEADER_HEADER_CRC, header->header_crc);
 }
 
+uint32_t fvv_header_chain(uint32_t crc, const fvv_chunk_header *header) {
+  uint8_t bytes[FVV_CHUNK_HEADER_SIZE];
+  fvv_chunk_header copy = *header;
+  fvv_header_write(&copy, bytes);
+  return fvv_crc32c(crc, bytes, FVV_CHUNK_HEADER_HEADER_CRC);
+}
+
 int fvv_header_read(fvv_chunk_header *header, const uint8_t bytes[FVV_CHUNK_HEADER_SIZE]) {
   /* Cheap tests first: scanning asks this at every offset. */
   for (int i = 0; i < 4; i++)

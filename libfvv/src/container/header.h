@@ -30,6 +30,9 @@ void fvv_header_write(fvv_chunk_header *header, uint8_t out[FVV_CHUNK_HEADER_SIZ
 int fvv_header_read(fvv_chunk_header *header, const uint8_t bytes[FVV_CHUNK_HEADER_SIZE]);
 /* Stricter, for scanning: what a CRC matches by chance must also look like a header (clause 7.4). */
 int fvv_header_plausible(const fvv_chunk_header *header, uint64_t max_payload);
+/* Continues a chain CRC (digest of a block, chain of a group) with bytes 0 to 27 of a header. Not with all
+ * 32: a CRC over bytes that end with their own CRC does not depend on them. */
+uint32_t fvv_header_chain(uint32_t crc, const fvv_chunk_header *header);
 /* Header, payload and padding. size < 2^63. */
 uint64_t fvv_chunk_extent(uint64_t size);
 

@@ -61,6 +61,7 @@ fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_
   entries->size = 0;
   uint64_t least = FVV_FILE_HEADER_SIZE;
   int64_t last_end = INT64_MIN;
+  uint32_t last_sequence = 0;
   for (size_t i = 0; i < count; i++) {
     const size_t at = FVV_INDX_SIZE + i * FVV_INDX_ENTRY_SIZE;
     fvv_index_entry entry;
@@ -73,10 +74,13 @@ fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_
       return bad_index(diagnostic, at, "entry points outside the stream or into another group");
     if (group->configuration_offset < FVV_FILE_HEADER_SIZE || group->configuration_offset >= group->offset)
       return bad_index(diagnostic, at + FVV_INDX_ENTRY_CONFIGURATION_OFFSET, "configuration is not in front");
+    if (i && group->sequence <= last_sequence)
+      return bad_index(diagnostic, at + FVV_INDX_ENTRY_SEQUENCE, "sequence numbers do not rise");
     if (group->start >= group->end || group->start < last_end)
       return bad_index(diagnostic, at + FVV_INDX_ENTRY_START, "times of groups are not in order");
     least = group->offset + group->size;
     last_end = group->end;
+    last_sequence = group->sequence;
     const fvv_status status = fvv_bytes_append(entries, &entry, sizeof entry);
     if (status < 0) return status;
   }

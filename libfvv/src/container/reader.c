@@ -13,6 +13,11 @@ typedef enum reader_state {
   STOPPED      /* a final error, or the end was told */
 } reader_state;
 
+/* Good headers nested in bad payloads would make the CRCs quadratic in the bytes. Damage that is not made on
+ * purpose wastes each byte once. */
+enum { WASTE_RATIO = 4 };
+static const uint64_t WASTE_ALLOWED = UINT64_C(64) << 20;
+
 struct fvv_reader {
   fvv_allocator allocator;
   fvv_sequence sequence;
@@ -20,6 +25,8 @@ struct fvv_reader {
   size_t head;     /* first byte not yet consumed */
   size_t consumed; /* bytes of the event that was handed out last: dropped at the next call */
   uint64_t offset; /* of head in the stream */
+  uint64_t start;  /* offset of the first byte pushed */
+  uint64_t wasted; /* payload bytes whose CRC was computed in vain */
   reader_state state;
   int finished, held, end_due;
   fvv_event loss;      /* SCANNING: the DAMAGE event to be told when scanning ends */
@@ -35,7 +42,7 @@ fvv_status fvv_reader_create(const fvv_limits *limits, const fvv_allocator *allo
   fvv_reader *r = *reader;
   r->allocator = r->buffer.allocator = chosen;
   fvv_sequence_init(&r->sequence, limits, &chosen);
-  r->offset = start_offset;
+  r->offset = r->start = start_offset;
   if (start_offset) {
     r->state = AT_CHUNK;
     r->sequence.configuration = FVV_CONFIGURATION_UNSEEN;
@@ -146,13 +153,13 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
     r->stop = diagnostic;
     return stop(r, status, 0, r->offset, fvv_status_text(status));
   }
-  if (broken) fvv_sequence_gap(&r->sequence, 0);
+  if (broken) fvv_sequence_broken(&r->sequence, header);
   status = fvv_sequence_apply(&r->sequence, header, payload, r->offset);
   if (status < 0)
     return stop(r, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, r->offset,
                 fvv_status_text(status));
   /* A group that did not end spoils what was before, not the chunk that shows it. */
-  if (broken && diagnostic.issue != FVV_ISSUE_GROUP_UNFINISHED) fvv_sequence_gap(&r->sequence, 0);
+  if (broken && diagnostic.issue != FVV_ISSUE_GROUP_UNFINISHED) fvv_sequence_broken(&r->sequence, header);
   memset(&r->chunk, 0, sizeof r->chunk);
   r->chunk.kind = FVV_EVENT_CHUNK;
   r->chunk.offset = r->offset;
@@ -188,7 +195,7 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
              trailing ? "bytes follow the footer"
              : cut    ? "the stream ends inside a chunk header"
                       : "no chunk header where one is expected");
-    fvv_sequence_gap(&r->sequence, 1);
+    fvv_sequence_lost(&r->sequence);
     begin_scan(r, &loss, cut ? available(r) : 1);
     return FVV_OK;
   }
@@ -205,7 +212,7 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     if (!r->finished) return FVV_NEED_DATA;
     fvv_fail(&loss.diagnostic, FVV_ERROR_TRUNCATED, FVV_ISSUE_CHUNK_TRUNCATED, header.type, r->offset,
              "the stream ends inside a chunk: %zu of %llu bytes", available(r), (unsigned long long)extent);
-    fvv_sequence_gap(&r->sequence, 1);
+    fvv_sequence_lost(&r->sequence);
     begin_scan(r, &loss, FVV_CHUNK_HEADER_SIZE);
     return FVV_OK;
   }
@@ -213,7 +220,11 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     return take_chunk(r, &header, event);
   fvv_fail(&loss.diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_PAYLOAD_CRC, header.type, r->offset,
            "CRC of the payload does not match");
-  fvv_sequence_gap(&r->sequence, 1);
+  fvv_sequence_lost(&r->sequence);
+  r->wasted += header.size;
+  if (r->wasted > WASTE_ALLOWED + WASTE_RATIO * (r->offset - r->start))
+    return stop(r, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, r->offset,
+                "too much damage: headers nested in damaged payloads");
   r->loss = loss;
   r->state = PAYLOAD_BAD;
   return FVV_OK;

@@ -61,6 +61,27 @@ static fvv_status check_place(const fvv_sequence *s, const fvv_chunk_header *hea
   return FVV_OK;
 }
 
+/* Ticks and lattice indices must mean the same all through a stream. */
+static fvv_status check_scene(const fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+                              uint64_t offset, fvv_diagnostic *diagnostic) {
+  fvv_scene scene;
+  const fvv_status status = fvv_scene_decode(&scene, payload, (size_t)header->size, diagnostic);
+  if (status < 0) {
+    fvv_diagnostic_rebase(diagnostic, offset + IN_PAYLOAD, header->type);
+    return status;
+  }
+  if (!s->scene_seen) return FVV_OK;
+  if (scene.time_base.numerator != s->scene.time_base.numerator ||
+      scene.time_base.denominator != s->scene.time_base.denominator)
+    BROKEN(TIME_BASE, IN_PAYLOAD + FVV_SCEN_TIME_BASE_NUMERATOR,
+           "time base %u/%u is not the first block's %u/%u", scene.time_base.numerator,
+           scene.time_base.denominator, s->scene.time_base.numerator, s->scene.time_base.denominator);
+  if (memcmp(scene.lattice_origin, s->scene.lattice_origin, sizeof scene.lattice_origin) != 0 ||
+      memcmp(&scene.lattice_step, &s->scene.lattice_step, sizeof scene.lattice_step) != 0)
+    BROKEN(LATTICE, IN_PAYLOAD + FVV_SCEN_LATTICE_ORIGIN, "lattice is not the first block's");
+  return FVV_OK;
+}
+
 static fvv_status check_track(const fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
                               uint64_t offset, fvv_diagnostic *diagnostic) {
   fvv_track track;
@@ -69,6 +90,7 @@ static fvv_status check_track(const fvv_sequence *s, const fvv_chunk_header *hea
     fvv_diagnostic_rebase(diagnostic, offset + IN_PAYLOAD, header->type);
     return status;
   }
+  if (s->block_has_more) BROKEN(CHUNK_PLACE, 0, "tracks are declared before anything else but SCEN");
   if (track_of(s, header->track))
     BROKEN(TRACK_ID, FVV_CHUNK_HEADER_TRACK, "track %u is declared twice", header->track);
   if (track_count(s) >= s->limits.max_tracks)
@@ -178,12 +200,9 @@ fvv_status fvv_sequence_check(fvv_sequence *s, const fvv_chunk_header *header, c
     BROKEN(CONTINUITY, FVV_CHUNK_HEADER_COUNTER,
            "continuity counter is %u, expected %u: chunks are missing or double", header->counter,
            fvv_sequence_counter(s, header->type));
-  fvv_scene scene;
   switch (header->type) {
   case FVV_CHUNK_SCENE:
-    status = fvv_scene_decode(&scene, payload, (size_t)header->size, diagnostic);
-    if (status < 0) fvv_diagnostic_rebase(diagnostic, offset + IN_PAYLOAD, header->type);
-    return status;
+    return check_scene(s, header, payload, offset, diagnostic);
   case FVV_CHUNK_TRACK:
     return check_track(s, header, payload, offset, diagnostic);
   case FVV_CHUNK_GROUP:

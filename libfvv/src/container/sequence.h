@@ -14,8 +14,9 @@ extern "C" {
 typedef enum fvv_configuration_state {
   FVV_CONFIGURATION_NONE, /* not seen yet */
   FVV_CONFIGURATION_GOOD,
-  FVV_CONFIGURATION_DAMAGED, /* part of the block is lost */
-  FVV_CONFIGURATION_UNSEEN   /* the reader joined behind it: nothing can be said */
+  FVV_CONFIGURATION_LOST,   /* bytes were lost in the block; a group's digest may still prove it whole */
+  FVV_CONFIGURATION_BROKEN, /* a chunk of the block breaks a rule */
+  FVV_CONFIGURATION_UNSEEN  /* the reader joined behind it: nothing can be said */
 } fvv_configuration_state;
 
 typedef struct fvv_sequence_track {
@@ -34,7 +35,10 @@ typedef struct fvv_sequence {
   int suspect; /* something was lost or wrong since the last GRUP or SCEN: rules would only repeat it */
   int gaps;    /* bytes were lost anywhere, or the reader joined late: totals can't be compared */
   int index_seen, footer_seen;
+  int block_has_more; /* the block holds more than SCEN and TRAK: no TRAK may follow */
+  int scene_seen;
   uint8_t next_counter;
+  fvv_scene scene; /* of the first block */
   uint32_t configuration_crc, next_sequence, index_crc;
   uint64_t configuration_offset, group_offset, index_offset;
   int64_t group_start, group_end, last_end;
@@ -59,8 +63,10 @@ FVV_MUST_USE fvv_status fvv_sequence_check(fvv_sequence *sequence, const fvv_chu
 /* Takes the chunk, broken rules or not. Only memory and limits can fail. */
 FVV_MUST_USE fvv_status fvv_sequence_apply(fvv_sequence *sequence, const fvv_chunk_header *header,
                                            const uint8_t *payload, uint64_t offset);
-/* Bytes were lost, or a rule was broken: what is known of the present group and block is void. */
-void fvv_sequence_gap(fvv_sequence *sequence, int bytes_lost);
+/* Bytes were lost: what is known of the present group and of an unfinished block is void. */
+void fvv_sequence_lost(fvv_sequence *sequence);
+/* A chunk broke a rule: its group, or its configuration block, is void. */
+void fvv_sequence_broken(fvv_sequence *sequence, const fvv_chunk_header *header);
 /* No damage since the present group began, and its configuration is not damaged. */
 int fvv_sequence_group_intact(const fvv_sequence *sequence);
 

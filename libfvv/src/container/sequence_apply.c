@@ -3,9 +3,15 @@
 
 #include "base/bytes.h"
 
-static fvv_status begin_block(fvv_sequence *s, uint64_t offset) {
+static fvv_status begin_block(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+                              uint64_t offset) {
+  fvv_scene scene;
+  if (!s->scene_seen && fvv_scene_decode(&scene, payload, (size_t)header->size, NULL) == FVV_OK) {
+    s->scene = scene;
+    s->scene_seen = 1;
+  }
   s->in_block = 1;
-  s->in_group = s->suspect = 0;
+  s->in_group = s->suspect = s->block_has_more = 0;
   s->configuration = FVV_CONFIGURATION_GOOD;
   s->configuration_crc = 0;
   s->configuration_offset = offset;
@@ -15,6 +21,10 @@ static fvv_status begin_block(fvv_sequence *s, uint64_t offset) {
 
 static void begin_group(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
                         uint64_t offset) {
+  /* Every header of the block is in the digest, and every payload's CRC in its header. */
+  if (s->configuration == FVV_CONFIGURATION_LOST && s->configuration_offset &&
+      fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC) == s->configuration_crc)
+    s->configuration = FVV_CONFIGURATION_GOOD;
   s->in_block = 0;
   s->in_group = 1;
   s->suspect = 0;
@@ -42,7 +52,7 @@ static fvv_status end_group(fvv_sequence *s, const fvv_chunk_header *header, uin
   entry.group.end = s->group_end;
   entry.group.sequence = s->table.sequence;
   entry.group.frame_count = s->table.frame_count;
-  entry.group.intact = s->configuration != FVV_CONFIGURATION_DAMAGED;
+  entry.group.intact = fvv_sequence_group_intact(s);
   entry.group.configuration_offset = s->configuration_offset;
   entry.chain_crc = s->table.chain_crc;
   return fvv_bytes_append(&s->groups, &entry, sizeof entry);
@@ -64,7 +74,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
   fvv_status status = FVV_OK;
   switch (header->type) {
   case FVV_CHUNK_SCENE:
-    status = begin_block(s, offset);
+    status = begin_block(s, header, payload, offset);
     break;
   case FVV_CHUNK_GROUP:
     if (header->size == FVV_GRUP_SIZE) begin_group(s, header, payload, offset);
@@ -91,25 +101,34 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
   }
   if (status < 0) return status;
   if (s->in_group) return add_frame_chunk(s, header);
+  /* A frame without its GRUP: the block ended somewhere in what was lost. */
+  if (fvv_chunk_place(header->type) == FVV_PLACE_FRAME) s->in_block = 0;
   if (s->in_block) {
-    uint8_t bytes[FVV_CHUNK_HEADER_SIZE];
-    fvv_chunk_header copy = *header;
-    fvv_header_write(&copy, bytes);
-    s->configuration_crc = fvv_crc32c(s->configuration_crc, bytes, sizeof bytes);
+    s->block_has_more |= header->type != FVV_CHUNK_SCENE && header->type != FVV_CHUNK_TRACK;
+    s->configuration_crc = fvv_header_chain(s->configuration_crc, header);
   }
   return FVV_OK;
 }
 
-void fvv_sequence_gap(fvv_sequence *s, int bytes_lost) {
-  s->suspect = 1;
-  if (bytes_lost) s->gaps = 1;
+void fvv_sequence_lost(fvv_sequence *s) {
+  s->suspect = s->gaps = 1;
   /* A block that is complete stays good; if a newer one was lost, the next group's digest tells. */
-  if (s->in_block || s->configuration == FVV_CONFIGURATION_NONE) s->configuration = FVV_CONFIGURATION_DAMAGED;
+  if ((s->in_block && s->configuration == FVV_CONFIGURATION_GOOD) ||
+      s->configuration == FVV_CONFIGURATION_NONE)
+    s->configuration = FVV_CONFIGURATION_LOST;
+}
+
+void fvv_sequence_broken(fvv_sequence *s, const fvv_chunk_header *header) {
+  s->suspect = 1;
+  const fvv_place place = fvv_chunk_place(header->type);
+  if ((s->in_block || s->configuration == FVV_CONFIGURATION_NONE) &&
+      (place == FVV_PLACE_CONFIGURATION || place == FVV_PLACE_UNKNOWN))
+    s->configuration = FVV_CONFIGURATION_BROKEN;
 }
 
 int fvv_sequence_group_intact(const fvv_sequence *s) {
-  return !s->suspect && s->configuration != FVV_CONFIGURATION_DAMAGED &&
-         s->configuration != FVV_CONFIGURATION_NONE;
+  return !s->suspect &&
+         (s->configuration == FVV_CONFIGURATION_GOOD || s->configuration == FVV_CONFIGURATION_UNSEEN);
 }
 
 fvv_status fvv_sequence_index(const fvv_sequence *s, fvv_bytes *payload) {

@@ -13,17 +13,10 @@ void fvv_group_table_free(fvv_group_table *table) {
   fvv_bytes_free(&table->entries);
 }
 
-static uint32_t chained(uint32_t crc, const fvv_chunk_header *header) {
-  uint8_t bytes[FVV_CHUNK_HEADER_SIZE];
-  fvv_chunk_header copy = *header;
-  fvv_header_write(&copy, bytes);
-  return fvv_crc32c(crc, bytes, sizeof bytes);
-}
-
 void fvv_group_table_begin(fvv_group_table *table, const fvv_chunk_header *group, uint32_t sequence) {
   table->sequence = sequence;
   table->chunk_count = 1;
-  table->chain_crc = chained(0, group);
+  table->chain_crc = fvv_header_chain(0, group);
   table->frame_count = 0;
   table->kind_count = table->last_kind = 0;
   table->last_time = group->time;
@@ -61,10 +54,13 @@ fvv_status fvv_group_table_add(fvv_group_table *table, const fvv_chunk_header *h
   size += fvv_put_uleb(entry + size, fvv_zigzag(signed_delta));
   status = fvv_bytes_append(&table->entries, entry, size);
   if (status < 0) return status;
-  if (table->chunk_count == 1 || header->time != table->last_time) table->frame_count++;
+  if (header->track && (!table->frame_count || header->time != table->frame_time)) {
+    table->frame_count++;
+    table->frame_time = header->time;
+  }
   table->last_kind = kind;
   table->last_time = header->time;
-  table->chain_crc = chained(table->chain_crc, header);
+  table->chain_crc = fvv_header_chain(table->chain_crc, header);
   table->chunk_count++;
   return FVV_OK;
 }
@@ -96,8 +92,11 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
   const uint32_t chunks = fvv_get_u32(payload + FVV_GEND_CHUNK_COUNT);
   const uint32_t kinds = fvv_get_u32(payload + FVV_GEND_KIND_COUNT);
   const uint32_t table_size = fvv_get_u32(payload + FVV_GEND_TABLE_SIZE);
-  if (!chunks || kinds > FVV_MAX_GROUP_KINDS || chunks > limits->max_group_chunks)
-    return bad_table(diagnostic, FVV_GEND_CHUNK_COUNT, "counts are out of range");
+  if (!chunks) return bad_table(diagnostic, FVV_GEND_CHUNK_COUNT, "a group has at least its GRUP chunk");
+  if (kinds > FVV_MAX_GROUP_KINDS || chunks > limits->max_group_chunks)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_GROUP_END, FVV_GEND_CHUNK_COUNT,
+                    "%u chunks of %u kinds, limits %u and %d", chunks, kinds, limits->max_group_chunks,
+                    FVV_MAX_GROUP_KINDS);
   if (size != FVV_GEND_SIZE + (uint64_t)kinds * FVV_GEND_KIND_SIZE + table_size)
     return bad_table(diagnostic, FVV_GEND_KIND_COUNT, "payload has not the size that its counts ask for");
   /* Every entry has at least three bytes: the count is bounded by what is there before memory is asked for.

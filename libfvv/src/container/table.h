@@ -20,9 +20,10 @@ typedef struct fvv_group_table {
   uint32_t frame_count;
   uint32_t kind_count;
   uint32_t last_kind;
-  int64_t last_time; /* of the last chunk; the group's start before the first */
-  fvv_bytes kinds;   /* rows of FVV_GEND_KIND_SIZE bytes */
-  fvv_bytes entries; /* the table behind the rows */
+  int64_t frame_time; /* of the last chunk of a track */
+  int64_t last_time;  /* of the last chunk; the group's start before the first */
+  fvv_bytes kinds;    /* rows of FVV_GEND_KIND_SIZE bytes */
+  fvv_bytes entries;  /* the table behind the rows */
 } fvv_group_table;
 
 void fvv_group_table_init(fvv_group_table *table, const fvv_allocator *allocator);
