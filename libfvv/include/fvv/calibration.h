@@ -32,19 +32,34 @@ typedef struct fvv_camera {
   size_t name_size;
 } fvv_camera;
 
-/* Checks every range above and that r_max is within the invertible part. Encode and decode call it. */
+/* Checks every range above, and that the radial function rises strictly up to r_max (to 1e-9 of r_max).
+ * Answers FVV_ERROR_INVALID with the rule's number, and the offset that the field has in CAMR. Encode makes
+ * the same checks and answers FVV_ERROR_INPUT, decode FVV_ERROR_INVALID. Cost is bounded: no coefficients
+ * take long to check. */
 FVV_API FVV_MUST_USE fvv_status fvv_camera_validate(const fvv_camera *camera, fvv_diagnostic *diagnostic);
 
-/* The largest radius of invertibility of the lens (first zero of the derivative of the radial function),
- * capped by what a picture corner needs times 1.25. Use it to fill r_max. */
+/* The largest radius up to which the lens can be inverted, capped by what the farthest picture corner needs
+ * times 1.25; for the fisheye an angle below pi/2. Use it to fill r_max: it reads all of camera but r_max,
+ * name and pose.
+ *
+ * The radial function stops rising at the first zero of its derivative or the first pole; both are found by
+ * bounding polynomials (Lane and Riesenfeld 1981), not by sampling. Tangential terms make the map fold a
+ * little earlier, at least where f'(r) or f(r)/r falls to 6 r |(p1, p2)|; that is the radius answered for
+ * them. A lens whose picture never reaches the corner is followed up to some 10^4 times the corner's
+ * distance. 0: no radius will do, because the intrinsics are not finite or the coefficients overflow. */
 FVV_API double fvv_camera_r_max(const fvv_camera *camera);
 
 /* World metres -> pixels. Answers 1 when the point is in front (z_c > 0) and within r_max, else 0 and pixel
- * is NaN. depth (may be NULL) receives z_c. The pixel may lie outside the picture. */
+ * is NaN. depth (may be NULL) receives z_c in either case. The pixel may lie outside the picture. A point so
+ * close to the plane z_c = 0 that its pixel is not finite answers 0, as do NaN and infinities. For a valid
+ * camera. */
 FVV_API int fvv_camera_project(const fvv_camera *camera, const double world[3], double pixel[2],
                                double *depth);
 /* Pixels -> ray through it in the camera frame, z = 1 (fisheye beyond 90 degrees is not supported: 0).
- * Answers 1, or 0 when the pixel lies beyond r_max. Inverts by bracketed Newton: error < 1e-9 px. */
+ * Answers 1 when projecting the ray gives the pixel again within 1e-9 px (for pixels up to 10^5 from the
+ * picture), or 0 and NaN when the pixel lies beyond r_max. Newton's method in a bracket on the radius, then
+ * on both coordinates where the lens has tangential terms, with a bounded number of steps. For a valid
+ * camera. */
 FVV_API int fvv_camera_unproject(const fvv_camera *camera, const double pixel[2], double ray[3]);
 /* Camera centre -R^T t in the world, metres. */
 FVV_API void fvv_camera_centre(const fvv_camera *camera, double centre[3]);

@@ -99,22 +99,26 @@ typedef enum fvv_event_kind {
   FVV_EVENT_HEADER = 1, /* once, first: the file header is good */
   FVV_EVENT_CHUNK = 2,  /* any number: an intact chunk; payload is valid until the next call */
   FVV_EVENT_DAMAGE = 3, /* any number: diagnostic says what, skipped says how many bytes were passed over */
-  FVV_EVENT_END = 4     /* at most once, last: footer seen and everything in it agrees with the stream */
+  FVV_EVENT_END =
+      4 /* at most once: footer seen and it fits the stream; only DAMAGE may follow (trailing bytes) */
 } fvv_event_kind;
 
 typedef struct fvv_event {
   fvv_event_kind kind;
-  uint64_t offset;           /* of the first byte that the event speaks of */
-  fvv_chunk_header chunk;    /* CHUNK; DAMAGE when has_chunk */
-  const uint8_t *payload;    /* CHUNK: chunk.size bytes, 8-byte aligned */
-  int has_chunk;             /* DAMAGE: the header was intact, its payload was not: this chunk is lost */
-  int group_intact;          /* CHUNK inside a group: no damage since the group began */
+  uint64_t offset;        /* of the first byte that the event speaks of */
+  fvv_chunk_header chunk; /* CHUNK; DAMAGE when has_chunk */
+  const uint8_t *payload; /* CHUNK: chunk.size bytes, 8-byte aligned */
+  int has_chunk;          /* DAMAGE: the header was intact, its payload was not: this chunk is lost */
+  int group_intact;       /* CHUNK inside a group: no damage since the group began */
+  uint16_t written_major; /* HEADER: version of the format that the writer followed */
+  uint16_t written_minor;
   uint64_t skipped;          /* DAMAGE: bytes passed over; 0 when a rule is broken but no byte is lost */
   fvv_diagnostic diagnostic; /* DAMAGE */
 } fvv_event;
 
-/* limits NULL: default. start_offset: where in the stream the first pushed byte stands (0 normally); with
- * start_offset > 0 no file header is expected, the reader looks for the next configuration or group. */
+/* limits NULL: default. start_offset: where in the stream the first pushed byte stands (0 normally). With
+ * start_offset > 0 no file header is expected but a chunk, best SCEN or GRUP; configuration, sequence number
+ * and index can't be checked then. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_create(const fvv_limits *limits, const fvv_allocator *allocator,
                                                   uint64_t start_offset, fvv_reader **reader);
 FVV_API void fvv_reader_destroy(fvv_reader *reader);

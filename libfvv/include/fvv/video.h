@@ -38,21 +38,49 @@ typedef struct fvv_tile {
   fvv_rect source, destination;
 } fvv_tile;
 
-/* Places one tile per camera, all whole pictures scaled to tile sizes given by the caller, in a near-square
- * grid with FVV_TILE_ALIGNMENT-pixel cells. In: camera_id and source of each tile and the wanted
- * destination.width/height. Out: destination.x/y, and the frame's size. Fails when no arrangement fits
- * max_dimension. Deterministic. */
+/* Places one tile per camera, all whole pictures scaled to tile sizes given by the caller, in rows of cells
+ * whose sides are multiples of FVV_TILE_ALIGNMENT pixels; tiles of one size make a grid. In: camera_id and
+ * source of each tile and the wanted destination.width/height. Out: destination.x/y, and the frame's size,
+ * multiples of FVV_TILE_ALIGNMENT, at most max_dimension and 65535.
+ *
+ * Tiles keep their order, from left to right and top to bottom; a tile that would pass the frame's width
+ * opens the next row. Of all widths the one is taken whose frame is smallest among those at most twice as
+ * long as short, then most nearly square; without such a frame, the most nearly square. Deterministic.
+ *
+ * FVV_ERROR_INPUT: no tiles, an empty rectangle, two tiles of one camera, or no rows fit; tiles are unchanged
+ * then. */
 FVV_API FVV_MUST_USE fvv_status fvv_tiles_arrange(fvv_tile *tiles, size_t count, uint32_t max_dimension,
                                                   uint32_t *frame_width, uint32_t *frame_height,
                                                   fvv_diagnostic *diagnostic);
-/* Rectangles inside the frame and not overlapping, aligned, sizes > 0, one tile per camera. */
+/* Rectangles inside the frame and not overlapping, aligned, sizes > 0, one tile per camera: else
+ * FVV_ERROR_INVALID. Whether a source lies inside its camera's picture is for those to check who know the
+ * cameras. Compares all pairs: bound count by fvv_limits.max_cameras first. */
 FVV_API FVV_MUST_USE fvv_status fvv_tiles_validate(const fvv_tile *tiles, size_t count, uint32_t frame_width,
                                                    uint32_t frame_height, fvv_diagnostic *diagnostic);
-/* Maps a point between picture and video frame, both ways. */
+/* Maps a point between picture and video frame, both ways, inside the tile and outside. For a valid tile. */
 FVV_API void fvv_tile_to_frame(const fvv_tile *tile, const double source[2], double frame[2]);
 FVV_API void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], double source[2]);
 
-/* Records. Sizes as fvv_scene_encode. */
+/* Checks an AVCDecoderConfigurationRecord (ISO/IEC 14496-15 clause 5.3.3.1, "avcC"): version 1, 4-byte
+ * lengths, reserved bits set, at least one SPS and one PPS, units of the right types that fill it exactly;
+ * profiles other than 66, 77 and 88 may add chroma format, bit depths and SPS extensions. Does not parse the
+ * units. FVV_ERROR_INVALID with FVV_ISSUE_VIDEO_RECORD. */
+FVV_API FVV_MUST_USE fvv_status fvv_avc_record_check(const uint8_t *record, size_t size,
+                                                     fvv_diagnostic *diagnostic);
+
+/* Checks a sample (VPKT payload) as far as it goes without decoding, in one pass that is bounded by size.
+ * key: the chunk's key flag. JPEG: key, SOI first, EOI last, a frame header of the configured size with 8
+ * bits and 1 or 3 components (ITU-T T.81 annex B; FVV_ISSUE_SAMPLE_JPEG). H.264: 4-byte lengths above 0 that
+ * fill the sample exactly, forbidden_zero_bit 0, an IDR slice exactly in key samples (FVV_ISSUE_SAMPLE_AVC).
+ * FVV_ERROR_INVALID, for other codecs FVV_ERROR_UNSUPPORTED. For a valid configuration. */
+FVV_API FVV_MUST_USE fvv_status fvv_video_sample_check(const fvv_video_config *config, int key,
+                                                       const uint8_t *sample, size_t size,
+                                                       fvv_diagnostic *diagnostic);
+
+/* Records. Sizes as fvv_scene_encode. encode answers FVV_ERROR_INPUT for what decode answers
+ * FVV_ERROR_INVALID or, for a codec other than jpeg and avc1, FVV_ERROR_UNSUPPORTED. For avc1 the record is
+ * checked as by fvv_avc_record_check, and the codec string must say the same profile, compatibility and
+ * level, in digits of either case. */
 FVV_API FVV_MUST_USE fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out,
                                                         size_t capacity, size_t *written,
                                                         fvv_diagnostic *diagnostic);
@@ -62,8 +90,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_video_config_decode(fvv_video_config *config
 FVV_API FVV_MUST_USE fvv_status fvv_tiles_encode(const fvv_tile *tiles, size_t count, uint8_t *out,
                                                  size_t capacity, size_t *written,
                                                  fvv_diagnostic *diagnostic);
-/* Writes up to capacity tiles; *count is the number there is (FVV_ERROR_BUFFER_TOO_SMALL when more). Does not
- * know the frame's size: call fvv_tiles_validate. */
+/* Writes up to capacity tiles; *count is the number there is (FVV_ERROR_BUFFER_TOO_SMALL when more). Checks
+ * all that fvv_tiles_validate does but the frame's size, which is in VCFG: call that as well. The guard is
+ * the writer's promise to others; fvv_tiles_encode writes 0. */
 FVV_API FVV_MUST_USE fvv_status fvv_tiles_decode(fvv_tile *tiles, size_t capacity, size_t *count,
                                                  const uint8_t *payload, size_t size,
                                                  const fvv_limits *limits, fvv_diagnostic *diagnostic);

@@ -123,7 +123,11 @@ static fvv_status read_file_header(fvv_reader *r, fvv_event *event) {
     r->stop = event->diagnostic;
     return stop(r, status, 0, 0, "");
   }
-  if (status == FVV_OK) event->kind = FVV_EVENT_HEADER;
+  if (status == FVV_OK) {
+    event->kind = FVV_EVENT_HEADER;
+    event->written_major = fvv_get_u16(here(r) + FVV_FILE_HEADER_WRITTEN_MAJOR);
+    event->written_minor = fvv_get_u16(here(r) + FVV_FILE_HEADER_WRITTEN_MINOR);
+  }
   if (status == FVV_ERROR_DAMAGED) event->skipped = FVV_FILE_HEADER_SIZE;
   r->state = AT_CHUNK;
   consume(r, FVV_FILE_HEADER_SIZE);

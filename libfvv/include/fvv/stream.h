@@ -1,0 +1,152 @@
+/* fvv/stream.h: a file or stream as frames. Spec: spec/fvv.md. The one place that ties tracks together:
+ *   fvv_configuration  the tracks, cameras, video layouts and metadata of one configuration block;
+ *   fvv_stream         random access to meshes and video samples by frame number;
+ *   fvv_checker        push bytes, learn everything that is wrong, and which frames are whole.
+ * Handles are not thread-safe; separate handles are independent. */
+#ifndef FVV_STREAM_H
+#define FVV_STREAM_H
+
+#include "fvv/calibration.h"
+#include "fvv/container.h"
+#include "fvv/mesh.h"
+#include "fvv/video.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- configuration -------------------------------------------------------------------------------- */
+
+/* A video track with what its frames show. tiles: tile_count > 0 exactly with FVV_SHOWS_TILES. */
+typedef struct fvv_video_layout {
+  uint16_t track;
+  fvv_video_config config;
+  const fvv_tile *tiles;
+  size_t tile_count;
+} fvv_video_layout;
+
+typedef struct fvv_text {
+  const char *text; /* UTF-8, not terminated */
+  size_t size;
+} fvv_text;
+
+/* All pointers belong to the configuration and are valid as long as it is. */
+typedef struct fvv_configuration {
+  fvv_scene scene;
+  const fvv_track *tracks;
+  size_t track_count;
+  const fvv_camera *cameras;
+  size_t camera_count;
+  const fvv_video_layout *videos;
+  size_t video_count;
+  const fvv_text *metadata; /* JSON texts, clause 5.3; checked to be UTF-8 only */
+  size_t metadata_count;
+} fvv_configuration;
+
+/* NULL when there is none. */
+FVV_API const fvv_track *fvv_configuration_track(const fvv_configuration *configuration, uint16_t id);
+FVV_API const fvv_camera *fvv_configuration_camera(const fvv_configuration *configuration, uint16_t id);
+FVV_API const fvv_video_layout *fvv_configuration_video(const fvv_configuration *configuration,
+                                                        uint16_t track);
+
+/* ---- random access by frame ----------------------------------------------------------------------- */
+
+typedef struct fvv_stream fvv_stream;
+
+typedef struct fvv_frame {
+  int64_t time; /* ticks */
+  size_t group; /* for fvv_file_group */
+} fvv_frame;
+
+/* input, limits, allocator: as fvv_file_open. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits,
+                                                const fvv_allocator *allocator, fvv_stream **stream,
+                                                fvv_diagnostic *diagnostic);
+FVV_API void fvv_stream_close(fvv_stream *stream);
+/* Groups, index state and damage; belongs to the stream. */
+FVV_API const fvv_file *fvv_stream_file(const fvv_stream *stream);
+/* Frames are the distinct times of chunks of tracks, numbered from 0 in order of time. */
+FVV_API size_t fvv_stream_frame_count(const fvv_stream *stream);
+FVV_API FVV_MUST_USE fvv_status fvv_stream_frame(fvv_stream *stream, size_t frame, fvv_frame *out,
+                                                 fvv_diagnostic *diagnostic);
+/* The configuration that holds for a group. Valid until the next call with a group whose configuration stands
+ * elsewhere, or close. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group,
+                                                         const fvv_configuration **configuration,
+                                                         fvv_diagnostic *diagnostic);
+/* Decodes the mesh of a frame on one track. FVV_END: the frame has none there (*mesh is empty). The caller
+ * frees it with fvv_mesh_free. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track,
+                                                fvv_mesh *mesh, fvv_diagnostic *diagnostic);
+/* The video sample of a frame on one track, checked by fvv_video_sample_check. FVV_END: none. Valid until the
+ * next call on this stream. key: non-zero when it decodes alone; decoding starts at the first sample of its
+ * group. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track,
+                                                  const uint8_t **sample, size_t *size, int *key,
+                                                  fvv_diagnostic *diagnostic);
+
+/* ---- checking ------------------------------------------------------------------------------------- */
+
+typedef struct fvv_checker fvv_checker;
+
+typedef struct fvv_check_options {
+  size_t struct_size;
+  int decode; /* non-zero: decode every mesh and check every video sample, not only CRCs and structure */
+  /* Called for every event of the reader, in order, before it is judged; may be NULL. */
+  void (*event)(void *user, const fvv_event *event);
+  void *user;
+} fvv_check_options;
+
+FVV_API void fvv_check_options_default(fvv_check_options *options);
+
+/* What one track of the stream holds. Sizes in bytes of payload; vertices and faces from the declared counts.
+ */
+typedef struct fvv_track_summary {
+  uint16_t track;
+  uint8_t kind;
+  uint64_t chunks, key_chunks, bytes, smallest, largest;
+  uint32_t min_vertices, max_vertices, min_faces, max_faces; /* mesh tracks */
+  uint64_t vertices, faces;                                  /* mesh tracks: sums */
+} fvv_track_summary;
+
+/* A run of frames that are whole: every chunk arrived, none damaged, and (with decode) every mesh decodes. */
+typedef struct fvv_frame_run {
+  uint64_t first; /* number of the first, counted over all frames seen */
+  uint64_t count;
+  int64_t first_time, last_time; /* ticks */
+} fvv_frame_run;
+
+typedef struct fvv_check_summary {
+  uint64_t bytes; /* pushed */
+  uint64_t chunks, groups, frames, whole_frames;
+  uint64_t payload_bytes;                /* of chunks of tracks */
+  uint64_t problems;                     /* all, also those that are not kept */
+  int64_t start, end;                    /* ticks: from the first group's start to the last one's end */
+  uint16_t written_major, written_minor; /* format version of the writer; 0.0 when its header is damaged */
+  uint64_t configurations;               /* blocks, repetitions counted */
+  int has_footer;                        /* the stream says that it is complete */
+  int truncated;                         /* the bytes end inside a chunk or a group, or no footer came */
+} fvv_check_summary;
+
+FVV_API FVV_MUST_USE fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits *limits,
+                                                   const fvv_allocator *allocator, fvv_checker **checker);
+FVV_API void fvv_checker_destroy(fvv_checker *checker);
+/* FVV_OK, or the final error after which further bytes are ignored; it is a problem as well. */
+FVV_API fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size);
+FVV_API fvv_status fvv_checker_finish(fvv_checker *checker);
+/* The first 1000 problems in order of the stream; summary.problems counts all. Valid until destroy. */
+FVV_API size_t fvv_checker_problem_count(const fvv_checker *checker);
+FVV_API const fvv_diagnostic *fvv_checker_problem(const fvv_checker *checker, size_t i);
+/* All of the following are valid until the next push, finish or destroy. */
+FVV_API const fvv_check_summary *fvv_checker_summary(const fvv_checker *checker);
+FVV_API size_t fvv_checker_track_count(const fvv_checker *checker);
+FVV_API const fvv_track_summary *fvv_checker_track(const fvv_checker *checker, size_t i);
+FVV_API size_t fvv_checker_run_count(const fvv_checker *checker);
+FVV_API const fvv_frame_run *fvv_checker_run(const fvv_checker *checker, size_t i);
+/* The last complete configuration, NULL before the first. */
+FVV_API const fvv_configuration *fvv_checker_configuration(const fvv_checker *checker);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,306 @@
+/* stream/checker.c: reads a whole stream and judges it: structure by the push reader, content by the layers
+ * of tracks. */
+#include "base/bytes.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "container/header.h"
+#include "stream/configuration.h"
+
+enum { KEPT_PROBLEMS = 1000 };
+
+/* The frame whose chunks are coming: whole only when something later of its group has come intact. */
+typedef struct open_frame {
+  int is_open, whole;
+  int64_t time;
+} open_frame;
+
+struct fvv_checker {
+  fvv_allocator allocator;
+  fvv_limits limits;
+  fvv_check_options options;
+  fvv_reader *reader;
+  fvv_configuration_builder building, complete; /* the block that comes in, and the last one that was good */
+  uint64_t block_offset;
+  int block_open, block_bad, has_configuration;
+  fvv_check_summary summary;
+  fvv_bytes problems, tracks, runs;
+  open_frame frame;
+  fvv_status failed; /* the final error */
+};
+
+void fvv_check_options_default(fvv_check_options *options) {
+  memset(options, 0, sizeof *options);
+  options->struct_size = sizeof *options;
+  options->decode = 1;
+}
+
+fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits *limits,
+                              const fvv_allocator *allocator, fvv_checker **checker) {
+  const fvv_allocator chosen = fvv_allocator_or_default(allocator);
+  *checker = fvv_allocate_zeroed(&chosen, sizeof **checker);
+  if (!*checker) return FVV_ERROR_MEMORY;
+  fvv_checker *c = *checker;
+  c->allocator = c->problems.allocator = c->tracks.allocator = c->runs.allocator = chosen;
+  fvv_check_options_default(&c->options);
+  if (options) {
+    const size_t size = options->struct_size < sizeof c->options ? options->struct_size : sizeof c->options;
+    memcpy(&c->options, options, size);
+  }
+  fvv_configuration_init(&c->building, limits, &chosen);
+  fvv_configuration_init(&c->complete, limits, &chosen);
+  c->limits = c->building.limits;
+  const fvv_status status = fvv_reader_create(limits, &chosen, 0, &c->reader);
+  if (status < 0) {
+    fvv_checker_destroy(c);
+    *checker = NULL;
+  }
+  return status;
+}
+
+void fvv_checker_destroy(fvv_checker *checker) {
+  if (!checker) return;
+  const fvv_allocator allocator = checker->allocator;
+  fvv_reader_destroy(checker->reader);
+  fvv_configuration_free(&checker->building);
+  fvv_configuration_free(&checker->complete);
+  fvv_bytes_free(&checker->problems);
+  fvv_bytes_free(&checker->tracks);
+  fvv_bytes_free(&checker->runs);
+  fvv_release(&allocator, checker, sizeof *checker);
+}
+
+static fvv_status problem(fvv_checker *c, const fvv_diagnostic *diagnostic) {
+  if (c->summary.problems++ >= KEPT_PROBLEMS) return FVV_OK;
+  return fvv_bytes_append(&c->problems, diagnostic, sizeof *diagnostic);
+}
+
+static fvv_status close_frame(fvv_checker *c) {
+  const open_frame frame = c->frame;
+  memset(&c->frame, 0, sizeof c->frame);
+  if (!frame.is_open || !frame.whole) return FVV_OK;
+  const uint64_t number = c->summary.frames - 1;
+  c->summary.whole_frames++;
+  fvv_frame_run *last = c->runs.size ? (fvv_frame_run *)(c->runs.data + c->runs.size) - 1 : NULL;
+  if (last && last->first + last->count == number) {
+    last->count++;
+    last->last_time = frame.time;
+    return FVV_OK;
+  }
+  const fvv_frame_run run = {number, 1, frame.time, frame.time};
+  return fvv_bytes_append(&c->runs, &run, sizeof run);
+}
+
+/* A configuration block is judged when the first group behind it begins. */
+static fvv_status close_block(fvv_checker *c) {
+  if (!c->block_open) return FVV_OK;
+  c->block_open = 0;
+  fvv_diagnostic diagnostic = {0};
+  if (c->block_bad) return FVV_OK;
+  const fvv_status status = fvv_configuration_complete(&c->building, c->block_offset, &diagnostic);
+  if (status < 0) {
+    c->block_bad = 1;
+    return problem(c, &diagnostic);
+  }
+  const fvv_configuration_builder former = c->complete;
+  c->complete = c->building;
+  c->building = former;
+  c->has_configuration = 1;
+  return FVV_OK;
+}
+
+static fvv_status add_configuration(fvv_checker *c, const fvv_event *event) {
+  if (event->chunk.type == FVV_CHUNK_SCENE) {
+    c->block_open = 1;
+    c->block_bad = 0;
+    c->block_offset = event->offset;
+    c->summary.configurations++;
+  }
+  if (!c->block_open || c->block_bad) return FVV_OK;
+  fvv_diagnostic diagnostic = {0};
+  const fvv_status status =
+      fvv_configuration_add(&c->building, &event->chunk, event->payload, event->offset, &diagnostic);
+  if (status >= 0) return FVV_OK;
+  c->block_bad = 1;
+  return status == FVV_ERROR_MEMORY ? status : problem(c, &diagnostic);
+}
+
+static fvv_track_summary *track_summary(fvv_checker *c, uint16_t id) {
+  fvv_track_summary *tracks = (fvv_track_summary *)c->tracks.data;
+  for (size_t i = 0; i < c->tracks.size / sizeof *tracks; i++)
+    if (tracks[i].track == id) return &tracks[i];
+  fvv_track_summary fresh;
+  memset(&fresh, 0, sizeof fresh);
+  fresh.track = id;
+  fresh.smallest = UINT64_MAX;
+  fresh.min_vertices = fresh.min_faces = UINT32_MAX;
+  if (c->tracks.size / sizeof fresh >= c->limits.max_tracks) return NULL;
+  if (fvv_bytes_append(&c->tracks, &fresh, sizeof fresh) < 0) return NULL;
+  return (fvv_track_summary *)(c->tracks.data + c->tracks.size) - 1;
+}
+
+static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
+  t->vertices += header->vertex_count;
+  t->faces += header->face_count;
+  if (header->vertex_count < t->min_vertices) t->min_vertices = header->vertex_count;
+  if (header->vertex_count > t->max_vertices) t->max_vertices = header->vertex_count;
+  if (header->face_count < t->min_faces) t->min_faces = header->face_count;
+  if (header->face_count > t->max_faces) t->max_faces = header->face_count;
+}
+
+/* What the chunk's own layer says of its payload. */
+static fvv_status judge(fvv_checker *c, const fvv_event *event, fvv_track_summary *track,
+                        fvv_diagnostic *diagnostic) {
+  const size_t size = (size_t)event->chunk.size;
+  if (event->chunk.type == FVV_CHUNK_MESH) {
+    fvv_mesh_header header;
+    fvv_status status = fvv_mesh_peek(event->payload, size, &c->limits, &header, diagnostic);
+    if (status < 0) return status;
+    count_mesh(track, &header);
+    if (!c->options.decode) return FVV_OK;
+    fvv_mesh mesh;
+    status = fvv_mesh_decode(event->payload, size, &c->limits, &c->allocator, &mesh, diagnostic);
+    if (status >= 0) fvv_mesh_free(&mesh);
+    return status;
+  }
+  if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && c->options.decode && c->has_configuration &&
+      !c->block_bad) {
+    const fvv_video_layout *video = fvv_configuration_video(&c->complete.view, event->chunk.track);
+    if (video)
+      return fvv_video_sample_check(&video->config, event->chunk.flags & FVV_FLAG_KEY, event->payload, size,
+                                    diagnostic);
+  }
+  return FVV_OK;
+}
+
+static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
+  const fvv_chunk_header *header = &event->chunk;
+  if (!header->track) return FVV_OK;
+  if (!c->frame.is_open || c->frame.time != header->time) {
+    if (!event->group_intact) c->frame.whole = 0;
+    const fvv_status status = close_frame(c);
+    if (status < 0) return status;
+    c->frame.is_open = c->frame.whole = 1;
+    c->frame.time = header->time;
+    c->summary.frames++;
+  }
+  if (!event->group_intact) c->frame.whole = 0;
+  c->summary.payload_bytes += header->size;
+  fvv_track_summary *track = track_summary(c, header->track);
+  if (!track) return FVV_ERROR_LIMIT;
+  track->kind = fvv_chunk_track_kind(header->type);
+  track->chunks++;
+  track->key_chunks += (header->flags & FVV_FLAG_KEY) != 0;
+  track->bytes += header->size;
+  if (header->size < track->smallest) track->smallest = header->size;
+  if (header->size > track->largest) track->largest = header->size;
+  fvv_diagnostic diagnostic = {0};
+  const fvv_status status = judge(c, event, track, &diagnostic);
+  if (status >= 0) return FVV_OK;
+  if (status == FVV_ERROR_MEMORY) return status;
+  c->frame.whole = 0;
+  fvv_diagnostic_rebase(&diagnostic, event->offset + FVV_CHUNK_HEADER_SIZE, header->type);
+  return problem(c, &diagnostic);
+}
+
+static fvv_status take_chunk(fvv_checker *c, const fvv_event *event) {
+  fvv_status status;
+  c->summary.chunks++;
+  switch (fvv_chunk_place(event->chunk.type)) {
+  case FVV_PLACE_CONFIGURATION:
+    return add_configuration(c, event);
+  case FVV_PLACE_GROUP:
+    if (event->chunk.type == FVV_CHUNK_GROUP) {
+      status = close_block(c);
+      if (!c->summary.groups++) c->summary.start = event->chunk.time;
+      return status;
+    }
+    if (!event->group_intact) c->frame.whole = 0;
+    c->summary.end = event->chunk.time;
+    return close_frame(c);
+  case FVV_PLACE_FRAME:
+    return add_frame_chunk(c, event);
+  case FVV_PLACE_END:
+    return close_block(c);
+  default:
+    return FVV_OK;
+  }
+}
+
+static fvv_status take_event(fvv_checker *c, const fvv_event *event) {
+  if (c->options.event) c->options.event(c->options.user, event);
+  switch (event->kind) {
+  case FVV_EVENT_CHUNK:
+    return take_chunk(c, event);
+  case FVV_EVENT_DAMAGE:
+    c->frame.whole = 0;
+    if (event->diagnostic.status == FVV_ERROR_TRUNCATED) c->summary.truncated = 1;
+    return problem(c, &event->diagnostic);
+  case FVV_EVENT_END:
+    c->summary.has_footer = 1;
+    return FVV_OK;
+  default:
+    return FVV_OK;
+  }
+}
+
+static fvv_status pull(fvv_checker *c) {
+  fvv_event event;
+  fvv_diagnostic diagnostic = {0};
+  fvv_status status;
+  while ((status = fvv_reader_next(c->reader, &event, &diagnostic)) == FVV_OK) {
+    status = take_event(c, &event);
+    if (status < 0) {
+      fvv_fail(&diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, event.chunk.type,
+               event.offset, "%s", fvv_status_text(status));
+      break;
+    }
+  }
+  if (status >= 0) return FVV_OK;
+  c->failed = status;
+  if (status == FVV_ERROR_TRUNCATED) c->summary.truncated = 1;
+  const fvv_status kept = problem(c, &diagnostic);
+  return kept < 0 ? kept : status;
+}
+
+fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size) {
+  checker->summary.bytes += size;
+  if (checker->failed) return checker->failed;
+  const fvv_status status = fvv_reader_push(checker->reader, bytes, size);
+  return status < 0 ? (checker->failed = status) : pull(checker);
+}
+
+fvv_status fvv_checker_finish(fvv_checker *checker) {
+  if (!checker->failed) {
+    fvv_reader_finish(checker->reader);
+    checker->failed = pull(checker);
+    const fvv_status status = close_block(checker);
+    if (!checker->failed) checker->failed = status;
+  }
+  if (!checker->summary.has_footer && !checker->failed) checker->summary.truncated = 1;
+  return checker->failed;
+}
+
+size_t fvv_checker_problem_count(const fvv_checker *checker) {
+  return checker->problems.size / sizeof(fvv_diagnostic);
+}
+const fvv_diagnostic *fvv_checker_problem(const fvv_checker *checker, size_t i) {
+  return i < fvv_checker_problem_count(checker) ? (const fvv_diagnostic *)checker->problems.data + i : NULL;
+}
+const fvv_check_summary *fvv_checker_summary(const fvv_checker *checker) {
+  return &checker->summary;
+}
+size_t fvv_checker_track_count(const fvv_checker *checker) {
+  return checker->tracks.size / sizeof(fvv_track_summary);
+}
+const fvv_track_summary *fvv_checker_track(const fvv_checker *checker, size_t i) {
+  return i < fvv_checker_track_count(checker) ? (const fvv_track_summary *)checker->tracks.data + i : NULL;
+}
+size_t fvv_checker_run_count(const fvv_checker *checker) {
+  return checker->runs.size / sizeof(fvv_frame_run);
+}
+const fvv_frame_run *fvv_checker_run(const fvv_checker *checker, size_t i) {
+  return i < fvv_checker_run_count(checker) ? (const fvv_frame_run *)checker->runs.data + i : NULL;
+}
+const fvv_configuration *fvv_checker_configuration(const fvv_checker *checker) {
+  return checker->has_configuration ? &checker->complete.view : NULL;
+}

@@ -1,0 +1,245 @@
+#include "stream/configuration.h"
+
+#include "base/bytes.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/limits.h"
+#include "base/text.h"
+
+typedef struct payload_copy {
+  void *data;
+  size_t size;
+} payload_copy;
+
+typedef struct tile_layout {
+  uint16_t track;
+  fvv_tile *tiles;
+  size_t count;
+} tile_layout;
+
+#define COUNT(bytes, type) ((bytes).size / sizeof(type))
+
+void fvv_configuration_init(fvv_configuration_builder *builder, const fvv_limits *limits,
+                            const fvv_allocator *allocator) {
+  memset(builder, 0, sizeof *builder);
+  builder->allocator = fvv_allocator_or_default(allocator);
+  builder->limits = fvv_limits_or_default(limits);
+  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos,
+                            &builder->metadata, &builder->layouts, &builder->copies};
+  for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) all[i]->allocator = builder->allocator;
+}
+
+static void clear(fvv_configuration_builder *b) {
+  const payload_copy *copies = (const payload_copy *)b->copies.data;
+  for (size_t i = 0; i < COUNT(b->copies, payload_copy); i++)
+    fvv_release(&b->allocator, copies[i].data, copies[i].size);
+  memset(&b->view, 0, sizeof b->view);
+  b->tracks.size = b->cameras.size = b->videos.size = 0;
+  b->metadata.size = b->layouts.size = b->copies.size = 0;
+}
+
+void fvv_configuration_free(fvv_configuration_builder *builder) {
+  clear(builder);
+  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos,
+                            &builder->metadata, &builder->layouts, &builder->copies};
+  for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) fvv_bytes_free(all[i]);
+}
+
+/* Memory that lives as long as the block. */
+static void *keep(fvv_configuration_builder *b, size_t size) {
+  payload_copy copy = {fvv_allocate(&b->allocator, size ? size : 1), size ? size : 1};
+  if (!copy.data) return NULL;
+  if (fvv_bytes_append(&b->copies, &copy, sizeof copy) < 0) {
+    fvv_release(&b->allocator, copy.data, copy.size);
+    return NULL;
+  }
+  return copy.data;
+}
+
+static fvv_status add_camera(fvv_configuration_builder *b, const uint8_t *payload, size_t size,
+                             fvv_diagnostic *diagnostic) {
+  fvv_camera camera;
+  const fvv_status status = fvv_camera_decode(&camera, payload, size, &b->limits, diagnostic);
+  if (status < 0) return status;
+  if (COUNT(b->cameras, fvv_camera) >= b->limits.max_cameras)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_CAMERA, 0, "more than %u cameras",
+                    b->limits.max_cameras);
+  const fvv_camera *cameras = (const fvv_camera *)b->cameras.data;
+  for (size_t i = 0; i < COUNT(b->cameras, fvv_camera); i++)
+    if (cameras[i].id == camera.id)
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_CAMERA, FVV_CHUNK_CAMERA,
+                      FVV_CAMR_ID, "camera %u comes twice", camera.id);
+  return fvv_bytes_append(&b->cameras, &camera, sizeof camera);
+}
+
+static fvv_status check_video_track(const fvv_configuration_builder *b, uint16_t track, uint32_t type,
+                                    fvv_diagnostic *diagnostic) {
+  const fvv_track *tracks = (const fvv_track *)b->tracks.data;
+  for (size_t i = 0; i < COUNT(b->tracks, fvv_track); i++)
+    if (tracks[i].id == track && tracks[i].kind == FVV_TRACK_VIDEO) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_TRACK, type, 0,
+                  "track %u is no declared video track", track);
+}
+
+static fvv_status add_video(fvv_configuration_builder *b, uint16_t track, const uint8_t *payload, size_t size,
+                            fvv_diagnostic *diagnostic) {
+  fvv_status status = check_video_track(b, track, FVV_CHUNK_VIDEO_CONFIG, diagnostic);
+  if (status < 0) return status;
+  const fvv_video_layout *videos = (const fvv_video_layout *)b->videos.data;
+  for (size_t i = 0; i < COUNT(b->videos, fvv_video_layout); i++)
+    if (videos[i].track == track)
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_TRACK, FVV_CHUNK_VIDEO_CONFIG, 0,
+                      "track %u has a second VCFG", track);
+  fvv_video_layout video;
+  memset(&video, 0, sizeof video);
+  video.track = track;
+  status = fvv_video_config_decode(&video.config, payload, size, &b->limits, diagnostic);
+  return status < 0 ? status : fvv_bytes_append(&b->videos, &video, sizeof video);
+}
+
+static fvv_status add_tiles(fvv_configuration_builder *b, uint16_t track, const uint8_t *payload, size_t size,
+                            fvv_diagnostic *diagnostic) {
+  fvv_status status = check_video_track(b, track, FVV_CHUNK_TILES, diagnostic);
+  if (status < 0) return status;
+  const tile_layout *layouts = (const tile_layout *)b->layouts.data;
+  for (size_t i = 0; i < COUNT(b->layouts, tile_layout); i++)
+    if (layouts[i].track == track)
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_TRACK, FVV_CHUNK_TILES, 0,
+                      "track %u has a second TILE", track);
+  /* No more tiles than the payload has bytes for. */
+  const size_t most = size / FVV_TILE_ENTRY_SIZE;
+  tile_layout layout = {track, keep(b, most * sizeof(fvv_tile)), 0};
+  if (!layout.tiles) return FVV_ERROR_MEMORY;
+  status = fvv_tiles_decode(layout.tiles, most, &layout.count, payload, size, &b->limits, diagnostic);
+  return status < 0 ? status : fvv_bytes_append(&b->layouts, &layout, sizeof layout);
+}
+
+static fvv_status add_metadata(fvv_configuration_builder *b, const uint8_t *payload, size_t size,
+                               fvv_diagnostic *diagnostic) {
+  if (size > b->limits.max_text)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_METADATA, 0,
+                    "metadata of %zu bytes, limit %u", size, b->limits.max_text);
+  size_t bad = 0;
+  if (!fvv_text_valid(payload, size, &bad))
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TEXT, FVV_CHUNK_METADATA, bad,
+                    "metadata is not UTF-8");
+  const fvv_text text = {(const char *)payload, size};
+  return fvv_bytes_append(&b->metadata, &text, sizeof text);
+}
+
+static fvv_status add_chunk(fvv_configuration_builder *b, const fvv_chunk_header *header,
+                            const uint8_t *payload, fvv_diagnostic *diagnostic) {
+  const size_t size = (size_t)header->size;
+  fvv_track track;
+  fvv_status status;
+  switch (header->type) {
+  case FVV_CHUNK_SCENE:
+    return fvv_scene_decode(&b->view.scene, payload, size, diagnostic);
+  case FVV_CHUNK_TRACK:
+    status = fvv_track_decode(&track, payload, size, &b->limits, diagnostic);
+    track.id = header->track;
+    return status < 0 ? status : fvv_bytes_append(&b->tracks, &track, sizeof track);
+  case FVV_CHUNK_CAMERA:
+    return add_camera(b, payload, size, diagnostic);
+  case FVV_CHUNK_VIDEO_CONFIG:
+    return add_video(b, header->track, payload, size, diagnostic);
+  case FVV_CHUNK_TILES:
+    return add_tiles(b, header->track, payload, size, diagnostic);
+  case FVV_CHUNK_METADATA:
+    return add_metadata(b, payload, size, diagnostic);
+  default:
+    return FVV_OK;
+  }
+}
+
+fvv_status fvv_configuration_add(fvv_configuration_builder *builder, const fvv_chunk_header *header,
+                                 const uint8_t *payload, uint64_t offset, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  if (header->type == FVV_CHUNK_SCENE) clear(builder);
+  uint8_t *copy = keep(builder, (size_t)header->size);
+  if (!copy) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, header->type, offset, "out of memory");
+  if (header->size) memcpy(copy, payload, (size_t)header->size);
+  const fvv_status status = add_chunk(builder, header, copy, diagnostic);
+  if (status < 0) {
+    fvv_fail(diagnostic, status, 0, header->type, 0, "%s", fvv_status_text(status));
+    fvv_diagnostic_rebase(diagnostic, offset + FVV_CHUNK_HEADER_SIZE, header->type);
+  }
+  return status;
+}
+
+#define WRONG(issue, type, ...)                                                                              \
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##issue, type, offset, __VA_ARGS__)
+
+static fvv_status complete_video(const fvv_configuration_builder *b, fvv_video_layout *video, uint64_t offset,
+                                 fvv_diagnostic *diagnostic) {
+  const fvv_configuration *view = &b->view;
+  const tile_layout *layouts = (const tile_layout *)b->layouts.data;
+  for (size_t i = 0; i < COUNT(b->layouts, tile_layout); i++)
+    if (layouts[i].track == video->track) {
+      video->tiles = layouts[i].tiles;
+      video->tile_count = layouts[i].count;
+    }
+  if ((video->config.shows == FVV_SHOWS_TILES) != (video->tile_count > 0))
+    WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_VIDEO_CONFIG, "track %u %s", video->track,
+          video->tile_count ? "has a TILE but shows none" : "shows tiles but has no TILE");
+  if (video->config.shows == FVV_SHOWS_CAMERA && !fvv_configuration_camera(view, video->config.camera_id))
+    WRONG(CONFIGURATION_CAMERA, FVV_CHUNK_VIDEO_CONFIG, "track %u shows camera %u, which is not described",
+          video->track, video->config.camera_id);
+  for (size_t i = 0; i < video->tile_count; i++) {
+    const fvv_tile *tile = &video->tiles[i];
+    const fvv_camera *camera = fvv_configuration_camera(view, tile->camera_id);
+    if (!camera)
+      WRONG(CONFIGURATION_CAMERA, FVV_CHUNK_TILES,
+            "tile %zu of track %u shows camera %u, which is not described", i, video->track, tile->camera_id);
+    if ((uint32_t)tile->source.x + tile->source.width > camera->width ||
+        (uint32_t)tile->source.y + tile->source.height > camera->height)
+      WRONG(TILE_RECT, FVV_CHUNK_TILES, "tile %zu of track %u leads outside camera %u's %ux%u picture", i,
+            video->track, camera->id, camera->width, camera->height);
+  }
+  if (!video->tile_count) return FVV_OK;
+  const fvv_status status = fvv_tiles_validate(video->tiles, video->tile_count, video->config.width,
+                                               video->config.height, diagnostic);
+  if (status < 0 && diagnostic) diagnostic->offset = offset;
+  return status;
+}
+
+fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
+                                      fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  fvv_configuration *view = &builder->view;
+  view->tracks = (const fvv_track *)builder->tracks.data;
+  view->track_count = COUNT(builder->tracks, fvv_track);
+  view->cameras = (const fvv_camera *)builder->cameras.data;
+  view->camera_count = COUNT(builder->cameras, fvv_camera);
+  view->videos = (const fvv_video_layout *)builder->videos.data;
+  view->video_count = COUNT(builder->videos, fvv_video_layout);
+  view->metadata = (const fvv_text *)builder->metadata.data;
+  view->metadata_count = COUNT(builder->metadata, fvv_text);
+  for (size_t i = 0; i < view->track_count; i++)
+    if (view->tracks[i].kind == FVV_TRACK_VIDEO && !fvv_configuration_video(view, view->tracks[i].id))
+      WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_TRACK, "video track %u has no VCFG", view->tracks[i].id);
+  for (size_t i = 0; i < view->video_count; i++) {
+    const fvv_status status =
+        complete_video(builder, (fvv_video_layout *)builder->videos.data + i, offset, diagnostic);
+    if (status < 0) return status;
+  }
+  return FVV_OK;
+}
+
+const fvv_track *fvv_configuration_track(const fvv_configuration *configuration, uint16_t id) {
+  for (size_t i = 0; i < configuration->track_count; i++)
+    if (configuration->tracks[i].id == id) return &configuration->tracks[i];
+  return NULL;
+}
+
+const fvv_camera *fvv_configuration_camera(const fvv_configuration *configuration, uint16_t id) {
+  for (size_t i = 0; i < configuration->camera_count; i++)
+    if (configuration->cameras[i].id == id) return &configuration->cameras[i];
+  return NULL;
+}
+
+const fvv_video_layout *fvv_configuration_video(const fvv_configuration *configuration, uint16_t track) {
+  for (size_t i = 0; i < configuration->video_count; i++)
+    if (configuration->videos[i].track == track) return &configuration->videos[i];
+  return NULL;
+}

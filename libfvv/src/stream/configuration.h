@@ -1,0 +1,36 @@
+/* stream/configuration.h: a configuration block as it is put together from its chunks. */
+#ifndef FVV_STREAM_CONFIGURATION_H
+#define FVV_STREAM_CONFIGURATION_H
+
+#include "base/memory.h"
+#include "fvv/stream.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct fvv_configuration_builder {
+  fvv_configuration view; /* complete after fvv_configuration_complete */
+  fvv_allocator allocator;
+  fvv_limits limits;
+  fvv_bytes tracks, cameras, videos, metadata;
+  fvv_bytes layouts; /* tile_layout of each TILE chunk */
+  fvv_bytes copies;  /* copied payloads: names and records point into them */
+} fvv_configuration_builder;
+
+void fvv_configuration_init(fvv_configuration_builder *builder, const fvv_limits *limits,
+                            const fvv_allocator *allocator);
+void fvv_configuration_free(fvv_configuration_builder *builder);
+/* Takes one chunk of configuration; SCEN starts over. Offsets of diagnostics are absolute: offset is the
+ * header's. */
+FVV_MUST_USE fvv_status fvv_configuration_add(fvv_configuration_builder *builder,
+                                              const fvv_chunk_header *header, const uint8_t *payload,
+                                              uint64_t offset, fvv_diagnostic *diagnostic);
+/* Checks what concerns several chunks (issues 2201 to 2203, 4102, 4103) and fills view. */
+FVV_MUST_USE fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
+                                                   fvv_diagnostic *diagnostic);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,188 @@
+/* stream/stream.c: frames by number, through the index of the file. */
+#include "base/bytes.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "stream/configuration.h"
+
+struct fvv_stream {
+  fvv_allocator allocator;
+  fvv_limits limits;
+  fvv_file *file;
+  fvv_configuration_builder configuration;
+  uint64_t configuration_offset; /* of the block that is loaded; 0: none */
+  size_t frame_count;
+};
+
+fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, const fvv_allocator *allocator,
+                           fvv_stream **stream, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  const fvv_allocator chosen = fvv_allocator_or_default(allocator);
+  *stream = fvv_allocate_zeroed(&chosen, sizeof **stream);
+  if (!*stream) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
+  fvv_stream *s = *stream;
+  s->allocator = chosen;
+  fvv_configuration_init(&s->configuration, limits, &chosen);
+  s->limits = s->configuration.limits;
+  const fvv_status status = fvv_file_open(input, limits, &chosen, &s->file, diagnostic);
+  if (status < 0) {
+    fvv_stream_close(s);
+    *stream = NULL;
+    return status;
+  }
+  for (size_t g = 0; g < fvv_file_group_count(s->file); g++)
+    s->frame_count += fvv_file_group(s->file, g)->frame_count;
+  return FVV_OK;
+}
+
+void fvv_stream_close(fvv_stream *stream) {
+  if (!stream) return;
+  const fvv_allocator allocator = stream->allocator;
+  fvv_configuration_free(&stream->configuration);
+  fvv_file_close(stream->file);
+  fvv_release(&allocator, stream, sizeof *stream);
+}
+
+const fvv_file *fvv_stream_file(const fvv_stream *stream) {
+  return stream->file;
+}
+size_t fvv_stream_frame_count(const fvv_stream *stream) {
+  return stream->frame_count;
+}
+
+/* The chunks of a frame: a run within its group's list. */
+typedef struct frame_chunks {
+  const fvv_chunk_info *chunks;
+  size_t count;
+  size_t group;
+} frame_chunks;
+
+static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, fvv_diagnostic *diagnostic) {
+  size_t group = 0, left = frame;
+  if (frame >= s->frame_count)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "frame %zu of %zu", frame, s->frame_count);
+  while (left >= fvv_file_group(s->file, group)->frame_count)
+    left -= fvv_file_group(s->file, group++)->frame_count;
+  const fvv_chunk_info *chunks;
+  size_t count;
+  const fvv_status status = fvv_file_group_chunks(s->file, group, &chunks, &count, diagnostic);
+  if (status < 0) return status;
+  found->group = group;
+  size_t i = 0;
+  for (;; left--) {
+    while (i < count && !chunks[i].track) i++;
+    size_t end = i;
+    while (end < count && (!chunks[end].track || chunks[end].time == chunks[i].time)) end++;
+    found->chunks = chunks + i;
+    found->count = end - i;
+    if (!left || i == count) break;
+    i = end;
+  }
+  if (!found->count)
+    return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_END, 0,
+                    fvv_file_group(s->file, group)->offset,
+                    "frame %zu is lost: group %u has fewer intact frames than the index tells", frame,
+                    fvv_file_group(s->file, group)->sequence);
+  return FVV_OK;
+}
+
+fvv_status fvv_stream_frame(fvv_stream *stream, size_t frame, fvv_frame *out, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  frame_chunks found;
+  const fvv_status status = find_frame(stream, frame, &found, diagnostic);
+  if (status < 0) return status;
+  out->time = found.chunks[0].time;
+  out->group = found.group;
+  return FVV_OK;
+}
+
+fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_configuration **configuration,
+                                    fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  const fvv_group_info *info = fvv_file_group(stream->file, group);
+  if (!info)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "group %zu of %zu", group,
+                    fvv_file_group_count(stream->file));
+  const uint64_t offset = info->configuration_offset;
+  if (offset != stream->configuration_offset) {
+    stream->configuration_offset = 0;
+    const fvv_chunk_info *chunks;
+    size_t count;
+    fvv_status status = fvv_file_configuration(stream->file, offset, &chunks, &count, diagnostic);
+    for (size_t i = 0; i < count && status >= 0; i++) {
+      const uint8_t *payload;
+      status = fvv_file_read_chunk(stream->file, &chunks[i], &payload, diagnostic);
+      if (status < 0) break;
+      const fvv_chunk_header header = {chunks[i].type, chunks[i].flags, 0, chunks[i].track,
+                                       chunks[i].time, chunks[i].size,  0, 0};
+      status = fvv_configuration_add(&stream->configuration, &header, payload, chunks[i].offset, diagnostic);
+    }
+    if (status >= 0) status = fvv_configuration_complete(&stream->configuration, offset, diagnostic);
+    if (status < 0) return status;
+    stream->configuration_offset = offset;
+  }
+  *configuration = &stream->configuration.view;
+  return FVV_OK;
+}
+
+/* Reads the frame's chunk of a type on a track; FVV_END when it has none. */
+static fvv_status read_frame_chunk(fvv_stream *s, size_t frame, uint32_t type, uint16_t track,
+                                   const fvv_chunk_info **info, const uint8_t **payload, size_t *group,
+                                   fvv_diagnostic *diagnostic) {
+  frame_chunks found;
+  const fvv_status status = find_frame(s, frame, &found, diagnostic);
+  if (status < 0) return status;
+  *group = found.group;
+  for (size_t i = 0; i < found.count; i++)
+    if (found.chunks[i].type == type && found.chunks[i].track == track) {
+      *info = &found.chunks[i];
+      return fvv_file_read_chunk(s->file, *info, payload, diagnostic);
+    }
+  return FVV_END;
+}
+
+fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track, fvv_mesh *mesh,
+                           fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  memset(mesh, 0, sizeof *mesh);
+  const fvv_chunk_info *info;
+  const uint8_t *payload;
+  size_t group;
+  fvv_status status =
+      read_frame_chunk(stream, frame, FVV_CHUNK_MESH, track, &info, &payload, &group, diagnostic);
+  if (status != FVV_OK) return status;
+  status =
+      fvv_mesh_decode(payload, (size_t)info->size, &stream->limits, &stream->allocator, mesh, diagnostic);
+  if (status < 0) fvv_diagnostic_rebase(diagnostic, info->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_MESH);
+  return status;
+}
+
+fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, const uint8_t **sample,
+                             size_t *size, int *key, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  const fvv_chunk_info *info;
+  const uint8_t *payload;
+  size_t group;
+  *sample = NULL;
+  *size = 0;
+  frame_chunks found;
+  fvv_status status = find_frame(stream, frame, &found, diagnostic);
+  if (status < 0) return status;
+  /* The configuration first: reading it uses the buffer that the sample will stand in. */
+  const fvv_configuration *configuration;
+  status = fvv_stream_configuration(stream, found.group, &configuration, diagnostic);
+  if (status < 0) return status;
+  const fvv_video_layout *video = fvv_configuration_video(configuration, track);
+  if (!video) return FVV_END;
+  status =
+      read_frame_chunk(stream, frame, FVV_CHUNK_VIDEO_PACKET, track, &info, &payload, &group, diagnostic);
+  if (status != FVV_OK) return status;
+  *key = (info->flags & FVV_FLAG_KEY) != 0;
+  status = fvv_video_sample_check(&video->config, *key, payload, (size_t)info->size, diagnostic);
+  if (status < 0) {
+    fvv_diagnostic_rebase(diagnostic, info->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_VIDEO_PACKET);
+    return status;
+  }
+  *sample = payload;
+  *size = (size_t)info->size;
+  return FVV_OK;
+}

@@ -1,0 +1,60 @@
+// What fvvinfo knows of one input, and the two ways to show it. Reading is libfvv's fvv_checker; nothing here
+// knows bytes of the format.
+#pragma once
+
+#include "cli/cli.h"
+#include "fvv/stream.h"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace fvv::info {
+
+struct Options {
+  bool check = false;  // decode meshes, check video samples
+  bool chunks = false; // list every chunk
+};
+
+struct Chunk {
+  uint64_t offset;
+  fvv_chunk_header header;
+  bool intact; // false: its payload is damaged, or its group is
+};
+
+struct CheckerDeleter {
+  void operator()(fvv_checker *checker) const { fvv_checker_destroy(checker); }
+};
+
+struct Report {
+  std::string name; // as the user wrote it
+  Options options;
+  std::unique_ptr<fvv_checker, CheckerDeleter> checker;
+  std::vector<Chunk> chunks;  // with options.chunks
+  bool has_index = false;     // an INDX chunk came intact
+  fvv_status status = FVV_OK; // the error that ended the reading
+
+  const fvv_check_summary &summary() const { return *fvv_checker_summary(checker.get()); }
+  const fvv_configuration *configuration() const { return fvv_checker_configuration(checker.get()); }
+  // done; loss: nothing but an end too early; failed: anything else.
+  cli::Exit exit() const;
+  // "complete", "truncated", "damaged" or "unreadable".
+  const char *integrity() const;
+};
+
+// Reads the whole of a file, or standard input for "-". cli::Failure when it can't be read.
+Report inspect(const std::string &path, const Options &options);
+
+std::string type_name(uint32_t four_character_code);
+std::string codec_name(uint32_t codec);
+const char *kind_name(uint8_t track_kind);
+const char *lens_name(uint8_t lens);
+const char *up_name(uint8_t up_axis);
+
+// One screen for people.
+std::string text(const Report &report);
+// One element of "files" in spec/fvvinfo.schema.json.
+nlohmann::ordered_json json(const Report &report);
+
+} // namespace fvv::info
