@@ -60,8 +60,10 @@ void remember_temporary(const std::string &path) {
   throw Failure(path + ": too many outputs are open at once");
 }
 
-void forget_temporary(int slot) {
-  remembered[slot][0] = 0;
+void forget_temporary(const std::string &path) {
+  const std::lock_guard<std::mutex> lock(remembered_lock);
+  for (auto &slot : remembered)
+    if (path == slot) slot[0] = 0;
 }
 
 void remove_temporaries_in_handler() {

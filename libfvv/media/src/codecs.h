@@ -1,0 +1,30 @@
+/* The still-picture codecs behind image.h, and what they share. Internal to fvv_media. */
+#ifndef FVV_MEDIA_CODECS_H
+#define FVV_MEDIA_CODECS_H
+
+#include "fvv_media/image.h"
+
+namespace fvv::media {
+
+/* Error unless both sides are 1 ... max_dimension. */
+void check_dimensions(uint32_t width, uint32_t height, const std::string &name);
+/* Error unless the picture is what image.h says an Image is. */
+void check_image(const Image &image);
+/* Error when size bytes cannot hold so many samples even at the best rate that the format can reach: a few
+ * bytes must not ask for gigabytes. */
+void check_justified(uint64_t samples, uint64_t samples_per_byte, size_t size, const std::string &name);
+
+bool is_png(const uint8_t *bytes, size_t size);
+bool is_jpeg(const uint8_t *bytes, size_t size);
+
+/* The header alone; bytes may end anywhere behind it. Error when they end before. */
+ImageInfo probe_png(const uint8_t *bytes, size_t size, const std::string &name);
+ImageInfo probe_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
+
+/* In the channels of the file. */
+Image decode_png(const uint8_t *bytes, size_t size, const std::string &name);
+Image decode_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
+
+} // namespace fvv::media
+
+#endif

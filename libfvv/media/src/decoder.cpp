@@ -1,0 +1,195 @@
+/* Decoding sample by sample. See fvv_media/video.h. */
+#include "fvv_media/video.h"
+
+#include "avc.h"
+#include "codecs.h"
+#include "ffmpeg.h"
+
+#include <climits>
+#include <cstring>
+#include <utility>
+
+namespace fvv::media {
+
+class SampleDecoder {
+public:
+  virtual ~SampleDecoder() = default;
+  virtual Image decode(const uint8_t *bytes, size_t size) = 0;
+};
+
+namespace {
+
+std::string size_text(uint32_t width, uint32_t height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+/* What is kept of a configuration: its pointers are only borrowed. */
+struct Picture {
+  uint32_t width, height;
+  Colour colour;
+
+  explicit Picture(const fvv_video_config &config)
+      : width(config.width),
+        height(config.height), colour{config.colour_primaries, config.transfer_characteristics,
+                                      config.matrix_coefficients, config.full_range != 0} {
+    check_dimensions(width, height, "a video frame");
+    check_colour(colour);
+  }
+
+  void check_size(uint32_t found_width, uint32_t found_height) const {
+    if (found_width != width || found_height != height)
+      throw Error("the picture of a sample is " + size_text(found_width, found_height) +
+                  ", its configuration says " + size_text(width, height));
+  }
+};
+
+class JpegDecoder : public SampleDecoder {
+public:
+  explicit JpegDecoder(const fvv_video_config &config) : picture_(config) {
+    if (config.record_size != 0) throw Error("JPEG video has a configuration record, expected none");
+    if (config.matrix_coefficients == 1 || !config.full_range)
+      throw Error("JPEG video must be BT.601 at full range (H.273 matrix 5 or 6): JFIF has no other");
+  }
+
+  Image decode(const uint8_t *bytes, size_t size) override {
+    const std::string name = "a JPEG sample";
+    if (!is_jpeg(bytes, size)) throw Error("a JPEG sample does not begin with SOI");
+    if (bytes[size - 2] != 0xff || bytes[size - 1] != 0xd9)
+      throw Error("a JPEG sample does not end with EOI");
+    const ImageInfo info = probe_jpeg(bytes, size, name);
+    picture_.check_size(info.width, info.height);
+    return decode_image(bytes, size, 3, name);
+  }
+
+private:
+  Picture picture_;
+};
+
+class AvcDecoder : public SampleDecoder {
+public:
+  explicit AvcDecoder(const fvv_video_config &config) : picture_(config) {
+    avc_check_record(config.record, config.record_size);
+    if (config.record_size > INT_MAX / 2) throw Error("the avc1 record is too large");
+    quiet_log();
+    clear_log();
+    const AVCodec *codec = avcodec_find_decoder(AV_CODEC_ID_H264);
+    if (!codec) throw Error("this build of FFmpeg has no H.264 decoder");
+    context_ = make_context(codec);
+    context_->extradata =
+        static_cast<uint8_t *>(av_mallocz(config.record_size + AV_INPUT_BUFFER_PADDING_SIZE));
+    if (!context_->extradata) throw std::bad_alloc();
+    memcpy(context_->extradata, config.record, config.record_size);
+    context_->extradata_size = int(config.record_size);
+    context_->thread_count = 1; // frame threads would hold pictures back
+    context_->flags |= AV_CODEC_FLAG_LOW_DELAY;
+    // Concealed damage is a wrong picture called good.
+    context_->err_recognition = AV_EF_EXPLODE | AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER;
+    context_->error_concealment = 0;
+    // A parameter set may announce more than the configuration; coded sizes are whole macroblock pairs.
+    context_->max_pixels = (int64_t(config.width) + 32) * (int64_t(config.height) + 32);
+    const int code = avcodec_open2(context_.get(), codec, nullptr);
+    if (code < 0) fail("the avc1 record cannot be used", code);
+    packet_ = make_packet();
+    frame_ = make_frame();
+  }
+
+  Image decode(const uint8_t *bytes, size_t size) override {
+    // Until this sample has gone well: libavcodec would predict from an older picture without a word.
+    const bool need_key = std::exchange(need_key_, true);
+    const bool key = avc_check_sample(bytes, size);
+    if (need_key) {
+      if (!key) throw Error("the first sample, or the first after a damaged one, has no IDR picture");
+      avcodec_flush_buffers(context_.get());
+    }
+    receive(bytes, size);
+    Image image = to_rgb(planes(), picture_.colour);
+    need_key_ = false;
+    return image;
+  }
+
+private:
+  void receive(const uint8_t *bytes, size_t size) {
+    if (size > INT_MAX / 2) throw Error("an avc1 sample is too large");
+    clear_log();
+    av_packet_unref(packet_.get());
+    int code = av_new_packet(packet_.get(), int(size));
+    if (code < 0) fail("an avc1 sample cannot be held", code);
+    memcpy(packet_->data, bytes, size);
+    code = avcodec_send_packet(context_.get(), packet_.get());
+    if (code < 0) fail("an avc1 sample is damaged", code);
+    code = avcodec_receive_frame(context_.get(), frame_.get());
+    if (code == AVERROR(EAGAIN)) throw Error("an avc1 sample gives no picture of its own");
+    if (code < 0) fail("an avc1 sample is damaged", code);
+    if (frame_->decode_error_flags || (frame_->flags & AV_FRAME_FLAG_CORRUPT))
+      throw Error("an avc1 sample is damaged: its picture is not whole");
+    // A missing reference picture is replaced with nothing but a message, whatever err_recognition says.
+    if (log_has_error()) fail("an avc1 sample is damaged", 0);
+    const AvFrame second = make_frame();
+    if (avcodec_receive_frame(context_.get(), second.get()) >= 0)
+      throw Error("an avc1 sample gives more than one picture");
+  }
+
+  void check_stated(const char *what, int stated, int unspecified, int expected) const {
+    if (stated != unspecified && stated != expected)
+      throw Error(std::string("the H.264 stream states ") + what + " " + std::to_string(stated) +
+                  " (ITU-T H.273), its configuration " + std::to_string(expected));
+  }
+
+  Frame planes() const {
+    if (frame_->format != AV_PIX_FMT_YUV420P && frame_->format != AV_PIX_FMT_YUVJ420P)
+      throw Error("the H.264 stream is not 4:2:0 with 8 bits");
+    picture_.check_size(uint32_t(frame_->width), uint32_t(frame_->height));
+    // 5 and 6 are two names for one matrix.
+    const auto one_name = [](int matrix) {
+      return matrix == AVCOL_SPC_SMPTE170M ? AVCOL_SPC_BT470BG : matrix;
+    };
+    check_stated("matrix coefficients", one_name(frame_->colorspace), AVCOL_SPC_UNSPECIFIED,
+                 one_name(picture_.colour.matrix));
+    const bool full = frame_->color_range == AVCOL_RANGE_JPEG || frame_->format == AV_PIX_FMT_YUVJ420P;
+    check_stated("full range", full, frame_->color_range == AVCOL_RANGE_UNSPECIFIED ? full : -1,
+                 picture_.colour.full_range);
+    Frame out;
+    out.width = picture_.width;
+    out.height = picture_.height;
+    const size_t chroma_width = (size_t(out.width) + 1) / 2, chroma_height = (size_t(out.height) + 1) / 2;
+    copy(0, out.width, out.height, out.y);
+    copy(1, chroma_width, chroma_height, out.u);
+    copy(2, chroma_width, chroma_height, out.v);
+    return out;
+  }
+
+  void copy(int plane, size_t width, size_t height, std::vector<uint8_t> &out) const {
+    out.resize(width * height);
+    for (size_t row = 0; row < height; row++)
+      memcpy(&out[row * width], frame_->data[plane] + ptrdiff_t(row) * frame_->linesize[plane], width);
+  }
+
+  Picture picture_;
+  Context context_;
+  Packet packet_;
+  AvFrame frame_;
+  bool need_key_ = true;
+};
+
+} // namespace
+
+Decoder::Decoder(const fvv_video_config &config) {
+  if (config.bit_depth != 8)
+    throw Error("the video has " + std::to_string(config.bit_depth) + " bits a sample, expected 8");
+  if (config.codec == FVV_CODEC_JPEG)
+    decoder_ = std::make_unique<JpegDecoder>(config);
+  else if (config.codec == FVV_CODEC_AVC1)
+    decoder_ = std::make_unique<AvcDecoder>(config);
+  else
+    throw Error("the video's codec is neither JPEG nor H.264 (avc1)");
+}
+
+Decoder::~Decoder() = default;
+Decoder::Decoder(Decoder &&) noexcept = default;
+Decoder &Decoder::operator=(Decoder &&) noexcept = default;
+
+Image Decoder::decode(const uint8_t *bytes, size_t size) {
+  return decoder_->decode(bytes, size);
+}
+
+} // namespace fvv::media

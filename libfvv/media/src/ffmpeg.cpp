@@ -1,0 +1,65 @@
+/* See ffmpeg.h. */
+#include "ffmpeg.h"
+
+extern "C" {
+#include <libavutil/error.h>
+#include <libavutil/log.h>
+}
+
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <mutex>
+#include <new>
+
+namespace fvv::media {
+namespace {
+
+thread_local char last_message[200];
+
+void keep_message(void *, int level, const char *format, va_list arguments) {
+  if (level > AV_LOG_ERROR) return;
+  char message[sizeof last_message];
+  vsnprintf(message, sizeof message, format, arguments);
+  message[strcspn(message, "\r\n")] = 0;
+  if (message[0]) memcpy(last_message, message, sizeof message);
+}
+
+template <typename T> T *checked(T *pointer) {
+  if (!pointer) throw std::bad_alloc();
+  return pointer;
+}
+
+} // namespace
+
+Context make_context(const AVCodec *codec) {
+  return Context(checked(avcodec_alloc_context3(codec)));
+}
+AvFrame make_frame() {
+  return AvFrame(checked(av_frame_alloc()));
+}
+Packet make_packet() {
+  return Packet(checked(av_packet_alloc()));
+}
+
+void quiet_log() {
+  static std::once_flag once;
+  std::call_once(once, [] { av_log_set_callback(keep_message); });
+}
+
+void clear_log() {
+  last_message[0] = 0;
+}
+bool log_has_error() {
+  return last_message[0] != 0;
+}
+
+void fail(const std::string &what, int code) {
+  if (code == AVERROR(ENOMEM)) throw std::bad_alloc();
+  if (last_message[0]) throw Error(what + ": " + last_message);
+  char text[AV_ERROR_MAX_STRING_SIZE];
+  av_strerror(code, text, sizeof text);
+  throw Error(what + ": " + text);
+}
+
+} // namespace fvv::media

@@ -1,0 +1,42 @@
+/* libavcodec's objects with owners, and its log. Internal to fvv_media; nothing above knows FFmpeg. */
+#ifndef FVV_MEDIA_FFMPEG_H
+#define FVV_MEDIA_FFMPEG_H
+
+#include "fvv_media/colour.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+}
+
+#include <memory>
+#include <string>
+
+namespace fvv::media {
+
+struct FreeAv {
+  void operator()(AVCodecContext *context) const { avcodec_free_context(&context); }
+  void operator()(AVFrame *frame) const { av_frame_free(&frame); }
+  void operator()(AVPacket *packet) const { av_packet_free(&packet); }
+};
+using Context = std::unique_ptr<AVCodecContext, FreeAv>;
+using AvFrame = std::unique_ptr<AVFrame, FreeAv>;
+using Packet = std::unique_ptr<AVPacket, FreeAv>;
+
+/* Throw std::bad_alloc where FFmpeg answers NULL. */
+Context make_context(const AVCodec *codec);
+AvFrame make_frame();
+Packet make_packet();
+
+/* From now on FFmpeg prints nothing; its last error message on this thread is kept for fail. Process-wide:
+ * FFmpeg has one log. */
+void quiet_log();
+/* Forgets the message that an earlier call left. */
+void clear_log();
+/* Whether FFmpeg has complained on this thread since, even where it answered success. */
+bool log_has_error();
+/* Throws Error "what: message", by the log's last error or by the code's own text. */
+[[noreturn]] void fail(const std::string &what, int code);
+
+} // namespace fvv::media
+
+#endif

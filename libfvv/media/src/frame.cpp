@@ -1,0 +1,120 @@
+/* Tiles into a frame and out of it. See fvv_media/frame.h. */
+#include "fvv_media/frame.h"
+
+#include "codecs.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace fvv::media {
+namespace {
+
+uint32_t aligned(uint32_t value) {
+  return (value + FVV_TILE_ALIGNMENT - 1) / FVV_TILE_ALIGNMENT * FVV_TILE_ALIGNMENT;
+}
+
+void check_tiles(const std::vector<fvv_tile> &tiles, size_t images, uint32_t width, uint32_t height) {
+  if (tiles.size() != images)
+    throw Error(std::to_string(tiles.size()) + " tiles came with " + std::to_string(images) + " pictures");
+  check_dimensions(width, height, "a video frame");
+  for (const fvv_tile &tile : tiles) {
+    const fvv_rect &to = tile.destination;
+    if (to.width == 0 || to.height == 0 || uint32_t(to.x) + to.width > width ||
+        uint32_t(to.y) + to.height > height)
+      throw Error("the tile of camera " + std::to_string(tile.camera_id) + " is not inside the frame of " +
+                  std::to_string(width) + " x " + std::to_string(height));
+  }
+}
+
+/* Copies picture to (x, y); with guard also its right and bottom edge as far as the alignment gap goes. */
+void place(Image &frame, const Image &picture, uint32_t x, uint32_t y, bool guard) {
+  const size_t channels = size_t(frame.channels), stride = frame.width * channels;
+  const size_t length = picture.width * channels;
+  const uint32_t right = guard ? std::min(aligned(x + picture.width), frame.width) : x + picture.width;
+  const uint32_t bottom = guard ? std::min(aligned(y + picture.height), frame.height) : y + picture.height;
+  for (uint32_t row = y; row < bottom; row++) {
+    const uint32_t from = std::min(row - y, picture.height - 1);
+    uint8_t *to = &frame.pixels[row * stride + x * channels];
+    memcpy(to, &picture.pixels[from * length], length);
+    for (size_t i = length; i < (right - x) * channels; i++) to[i] = to[i - channels];
+  }
+}
+
+Image picture_of_tile(const fvv_tile &tile, const Image &image) {
+  const fvv_rect &from = tile.source;
+  try {
+    return scale(crop(image, from.x, from.y, from.width, from.height), tile.destination.width,
+                 tile.destination.height);
+  } catch (const Error &error) {
+    throw Error("camera " + std::to_string(tile.camera_id), error.what());
+  }
+}
+
+/* For each position of a line: whether a set one is at most margin away. Sets bits in place. */
+void widen(uint8_t *line, size_t count, size_t step, uint32_t margin) {
+  size_t distance = size_t(margin) + 1;
+  std::vector<uint8_t> near(count);
+  for (size_t i = 0; i < count; i++) {
+    distance = line[i * step] ? 0 : distance + 1;
+    near[i] = distance <= margin;
+  }
+  distance = size_t(margin) + 1;
+  for (size_t i = count; i-- > 0;) {
+    distance = line[i * step] ? 0 : distance + 1;
+    line[i * step] = near[i] || distance <= margin;
+  }
+}
+
+} // namespace
+
+Image compose(const std::vector<fvv_tile> &tiles, const std::vector<Image> &images, uint32_t width,
+              uint32_t height) {
+  check_tiles(tiles, images.size(), width, height);
+  if (images.empty()) throw Error("a video frame needs at least one tile");
+  Image frame = make_image(width, height, images[0].channels, flat_grey);
+  for (size_t i = 0; i < tiles.size(); i++) {
+    if (images[i].channels != frame.channels)
+      throw Error("camera " + std::to_string(tiles[i].camera_id),
+                  "its picture has " + std::to_string(images[i].channels) + " channels, the first one has " +
+                      std::to_string(frame.channels));
+    place(frame, picture_of_tile(tiles[i], images[i]), tiles[i].destination.x, tiles[i].destination.y, true);
+  }
+  return frame;
+}
+
+Image compose_masks(const std::vector<fvv_tile> &tiles, const std::vector<Image> &masks, uint32_t width,
+                    uint32_t height) {
+  check_tiles(tiles, masks.size(), width, height);
+  Image frame = make_image(width, height, 1, 0);
+  for (size_t i = 0; i < tiles.size(); i++) {
+    const fvv_rect &to = tiles[i].destination;
+    const bool whole = masks[i].pixels.empty();
+    if (!whole && masks[i].channels != 1)
+      throw Error("camera " + std::to_string(tiles[i].camera_id), "its mask is not grey");
+    place(frame, whole ? make_image(to.width, to.height, 1, 255) : picture_of_tile(tiles[i], masks[i]), to.x,
+          to.y, false);
+  }
+  return frame;
+}
+
+Image extract(const Image &frame, const fvv_tile &tile) {
+  const fvv_rect &to = tile.destination;
+  return crop(frame, to.x, to.y, to.width, to.height);
+}
+
+void flatten(Image &image, const Image &mask, uint32_t margin) {
+  check_image(image);
+  check_image(mask);
+  if (mask.channels != 1 || mask.width != image.width || mask.height != image.height)
+    throw Error("a mask must be grey and of the size of the picture");
+  // A square dilation is one along rows and then one along columns.
+  const size_t width = image.width, height = image.height, channels = size_t(image.channels);
+  std::vector<uint8_t> keep(width * height);
+  for (size_t i = 0; i < keep.size(); i++) keep[i] = mask.pixels[i] > 127;
+  for (size_t y = 0; y < height; y++) widen(&keep[y * width], width, 1, margin);
+  for (size_t x = 0; x < width; x++) widen(&keep[x], height, width, margin);
+  for (size_t i = 0; i < keep.size(); i++)
+    if (!keep[i]) memset(&image.pixels[i * channels], flat_grey, channels);
+}
+
+} // namespace fvv::media

@@ -1,0 +1,182 @@
+/* Files, formats and channels: what all still pictures have in common. See fvv_media/image.h. */
+#include "fvv_media/image.h"
+
+#include "codecs.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+namespace fvv::media {
+namespace {
+
+/* No picture within max_dimension needs more, and a device file must not be read for ever. */
+constexpr size_t max_file_size = size_t(1) << 30;
+/* Enough for the header of nearly every file; those with long profiles or thumbnails take another round. */
+constexpr size_t probe_size = 65536;
+
+struct CloseFile {
+  void operator()(FILE *file) const { fclose(file); }
+};
+using File = std::unique_ptr<FILE, CloseFile>;
+
+File open_file(const std::string &path) {
+  File file(fopen(path.c_str(), "rb"));
+  if (!file) throw Error(path, std::string("cannot be opened: ") + strerror(errno));
+  return file;
+}
+
+/* Appends until bytes has wanted bytes or the file ends; answers whether the file has ended. */
+bool read_until(FILE *file, const std::string &path, size_t wanted, std::vector<uint8_t> &bytes) {
+  while (bytes.size() < wanted) {
+    const size_t before = bytes.size();
+    const size_t piece = std::min(wanted - before, std::max(probe_size, before));
+    bytes.resize(before + piece);
+    const size_t got = fread(bytes.data() + before, 1, piece, file);
+    bytes.resize(before + got);
+    if (got < piece) {
+      if (ferror(file)) throw Error(path, std::string("cannot be read: ") + strerror(errno));
+      return true;
+    }
+  }
+  return false;
+}
+
+ImageInfo probe_bytes(const uint8_t *bytes, size_t size, const std::string &name) {
+  if (is_png(bytes, size)) return probe_png(bytes, size, name);
+  if (is_jpeg(bytes, size)) return probe_jpeg(bytes, size, name);
+  throw Error(name, size == 0 ? "is empty" : "is neither a PNG nor a JPEG file");
+}
+
+/* BT.709, 16 fractional bits; the three add up to 65536, so that grey stays grey. */
+constexpr uint32_t luma_r = 13933, luma_g = 46871, luma_b = 4732;
+static_assert(luma_r + luma_g + luma_b == 65536, "white must map to white");
+
+uint32_t luma16(const uint8_t *rgb) {
+  return luma_r * rgb[0] + luma_g * rgb[1] + luma_b * rgb[2];
+}
+
+Image with_channels(Image image, int channels) {
+  if (image.channels == channels) return image;
+  Image out = make_image(image.width, image.height, channels, 0);
+  const size_t count = size_t(image.width) * image.height;
+  if (channels == 1) {
+    for (size_t i = 0; i < count; i++) out.pixels[i] = uint8_t((luma16(&image.pixels[3 * i]) + 32768) >> 16);
+  } else {
+    for (size_t i = 0; i < count; i++) memset(&out.pixels[3 * i], image.pixels[i], 3);
+  }
+  return out;
+}
+
+} // namespace
+
+void check_dimensions(uint32_t width, uint32_t height, const std::string &name) {
+  if (width == 0 || height == 0 || width > max_dimension || height > max_dimension)
+    throw Error(name, "is " + std::to_string(width) + " x " + std::to_string(height) +
+                          " pixels, expected 1 to " + std::to_string(max_dimension) + " each way");
+}
+
+void check_image(const Image &image) {
+  check_dimensions(image.width, image.height, "a picture");
+  if (image.channels != 1 && image.channels != 3)
+    throw Error("a picture has " + std::to_string(image.channels) + " channels, expected 1 or 3");
+  const uint64_t size = uint64_t(image.width) * image.height * uint64_t(image.channels);
+  if (image.pixels.size() != size)
+    throw Error("a picture of " + std::to_string(image.width) + " x " + std::to_string(image.height) + " x " +
+                std::to_string(image.channels) + " holds " + std::to_string(image.pixels.size()) +
+                " samples, expected " + std::to_string(size));
+}
+
+void check_justified(uint64_t samples, uint64_t samples_per_byte, size_t size, const std::string &name) {
+  if (samples / samples_per_byte > size)
+    throw Error(name, "is cut or damaged: " + std::to_string(size) + " bytes cannot hold the " +
+                          std::to_string(samples) + " samples that its header announces");
+}
+
+Image make_image(uint32_t width, uint32_t height, int channels, uint8_t value) {
+  check_dimensions(width, height, "a picture");
+  if (channels != 1 && channels != 3)
+    throw Error("a picture of " + std::to_string(channels) + " channels was asked for, expected 1 or 3");
+  Image image;
+  image.width = width;
+  image.height = height;
+  image.channels = channels;
+  const uint64_t size = uint64_t(width) * height * uint64_t(channels);
+  if (size > std::numeric_limits<size_t>::max()) throw Error("a picture is larger than memory can be");
+  image.pixels.assign(size_t(size), value);
+  return image;
+}
+
+ImageInfo probe_image(const std::string &path) {
+  const File file = open_file(path);
+  std::vector<uint8_t> bytes;
+  for (size_t wanted = probe_size;; wanted *= 8) {
+    const bool ended = read_until(file.get(), path, std::min(wanted, max_file_size), bytes);
+    try {
+      return probe_bytes(bytes.data(), bytes.size(), path);
+    } catch (const Error &) {
+      if (ended || wanted >= max_file_size ||
+          !(is_png(bytes.data(), bytes.size()) || is_jpeg(bytes.data(), bytes.size())))
+        throw;
+    }
+  }
+}
+
+Image read_image(const std::string &path, int channels) {
+  const File file = open_file(path);
+  std::vector<uint8_t> bytes;
+  if (!read_until(file.get(), path, max_file_size, bytes))
+    throw Error(path, "is larger than " + std::to_string(max_file_size >> 20) + " MiB");
+  return decode_image(bytes.data(), bytes.size(), channels, path);
+}
+
+Image decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name) {
+  if (channels != 1 && channels != 3)
+    throw Error(name, std::to_string(channels) + " channels were asked for, expected 1 or 3");
+  const ImageInfo info = probe_bytes(bytes, size, name);
+  Image image =
+      info.format == ImageFormat::png ? decode_png(bytes, size, name) : decode_jpeg(bytes, size, name);
+  return with_channels(std::move(image), channels);
+}
+
+LumaError luma_error(const Image &a, const Image &b, const Image *mask) {
+  check_image(a);
+  check_image(b);
+  if (a.width != b.width || a.height != b.height || a.channels != b.channels)
+    throw Error("pictures of different sizes or channels cannot be compared");
+  if (mask) {
+    check_image(*mask);
+    if (mask->width != a.width || mask->height != a.height || mask->channels != 1)
+      throw Error("a mask must be grey and of the size of the pictures");
+  }
+  LumaError error;
+  const size_t count = size_t(a.width) * a.height;
+  for (size_t i = 0; i < count; i++) {
+    if (mask && mask->pixels[i] <= 127) continue;
+    int64_t difference;
+    if (a.channels == 1)
+      difference = (int64_t(a.pixels[i]) - b.pixels[i]) * 256;
+    else
+      difference =
+          int64_t((luma16(&a.pixels[3 * i]) + 128) >> 8) - int64_t((luma16(&b.pixels[3 * i]) + 128) >> 8);
+    error.squares += uint64_t(difference * difference);
+    error.pixels++;
+  }
+  return error;
+}
+
+double LumaError::psnr() const {
+  if (pixels == 0) throw Error("the mask leaves no pixel to compare");
+  if (squares == 0) return std::numeric_limits<double>::infinity();
+  return 10 * std::log10(255.0 * 255.0 * 65536.0 * double(pixels) / double(squares));
+}
+
+double psnr_luma(const Image &a, const Image &b, const Image *mask) {
+  return luma_error(a, b, mask).psnr();
+}
+
+} // namespace fvv::media

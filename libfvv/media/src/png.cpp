@@ -1,0 +1,137 @@
+/* PNG by libpng. libpng reports errors by longjmp, so no object with a destructor lives in a function that
+ * calls setjmp. */
+#include "codecs.h"
+
+#include <png.h>
+
+#include <csetjmp>
+#include <cstdio>
+#include <cstring>
+
+namespace fvv::media {
+namespace {
+
+class PngReader {
+public:
+  PngReader(const uint8_t *bytes, size_t size, const std::string &name)
+      : bytes_(bytes), size_(size), name_(name) {
+    png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
+    if (png_) info_ = png_create_info_struct(png_);
+    if (!info_) {
+      png_destroy_read_struct(&png_, nullptr, nullptr);
+      throw std::bad_alloc();
+    }
+    png_set_read_fn(png_, this, on_read);
+    // Sizes are checked by check_dimensions, which says more; compressed text and profiles are capped here.
+    png_set_user_limits(png_, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
+    png_set_chunk_malloc_max(png_, 8000000);
+  }
+  ~PngReader() { png_destroy_read_struct(&png_, &info_, nullptr); }
+  PngReader(const PngReader &) = delete;
+  PngReader &operator=(const PngReader &) = delete;
+
+  ImageInfo header() {
+    if (!read_header()) fail();
+    const uint32_t width = png_get_image_width(png_, info_), height = png_get_image_height(png_, info_);
+    check_dimensions(width, height, name_);
+    return {width, height, png_get_color_type(png_, info_) & PNG_COLOR_MASK_COLOR ? 3 : 1, ImageFormat::png};
+  }
+
+  Image picture() {
+    const ImageInfo info = header();
+    // Deflate makes at most 1032 bytes of one.
+    const uint64_t packed = uint64_t(png_get_rowbytes(png_, info_)) * info.height;
+    check_justified(packed, 1032, size_, name_);
+    Image image = make_image(info.width, info.height, info.channels, 0);
+    const size_t stride = size_t(info.width) * size_t(info.channels);
+    if (!read_rows(image.pixels.data(), stride, info.height)) fail();
+    return image;
+  }
+
+private:
+  static void on_error(png_structp png, png_const_charp message) {
+    auto *self = static_cast<PngReader *>(png_get_error_ptr(png));
+    snprintf(self->message_, sizeof self->message_, "%s", message);
+    png_longjmp(png, 1);
+  }
+  // Warnings are about ancillary chunks; damage to the picture itself is an error.
+  static void on_warning(png_structp, png_const_charp) {}
+  static void on_read(png_structp png, png_bytep out, size_t wanted) {
+    auto *self = static_cast<PngReader *>(png_get_io_ptr(png));
+    if (wanted > self->size_ - self->position_) {
+      self->position_ = self->size_;
+      self->cut_ = true;
+      png_error(png, "the file ends early");
+    }
+    memcpy(out, self->bytes_ + self->position_, wanted);
+    self->position_ += wanted;
+  }
+
+  [[noreturn]] void fail() const {
+    const std::string at = " byte " + std::to_string(position_);
+    if (cut_) throw Error(name_, "the PNG file is cut at" + at);
+    throw Error(name_, "the PNG file is damaged before" + at + ": " + message_);
+  }
+
+  bool read_header() {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_read_info(png_, info_);
+    return true;
+  }
+
+  bool read_rows(uint8_t *pixels, size_t stride, uint32_t height) {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    const int type = png_get_color_type(png_, info_);
+    if (type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(png_);
+    if (type == PNG_COLOR_TYPE_GRAY) png_set_expand_gray_1_2_4_to_8(png_);
+    png_set_scale_16(png_);
+    png_set_strip_alpha(png_);
+    const int passes = png_set_interlace_handling(png_);
+    png_read_update_info(png_, info_);
+    if (png_get_rowbytes(png_, info_) != stride) png_error(png_, "unexpected length of a row");
+    for (int pass = 0; pass < passes; pass++)
+      for (uint32_t row = 0; row < height; row++) png_read_row(png_, pixels + row * stride, nullptr);
+    // To IEND, whose absence is the only trace of a file that was cut behind its last row.
+    png_read_end(png_, nullptr);
+    return true;
+  }
+
+  const uint8_t *bytes_;
+  size_t size_, position_ = 0;
+  const std::string &name_;
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+  bool cut_ = false;
+  char message_[160] = "";
+};
+
+} // namespace
+
+bool is_png(const uint8_t *bytes, size_t size) {
+  return size >= 8 && png_sig_cmp(bytes, 0, 8) == 0;
+}
+
+ImageInfo probe_png(const uint8_t *bytes, size_t size, const std::string &name) {
+  return PngReader(bytes, size, name).header();
+}
+
+Image decode_png(const uint8_t *bytes, size_t size, const std::string &name) {
+  return PngReader(bytes, size, name).picture();
+}
+
+std::vector<uint8_t> encode_png(const Image &image) {
+  check_image(image);
+  png_image png = {};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = image.width;
+  png.height = image.height;
+  png.format = image.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::vector<uint8_t> bytes(size);
+  if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixels.data(), 0, nullptr))
+    throw Error(std::string("a picture cannot be written as PNG: ") + png.message);
+  bytes.resize(size);
+  return bytes;
+}
+
+} // namespace fvv::media

@@ -1,0 +1,166 @@
+// Damaged and lying samples, records and files: an Error or a picture of the right size, never a crash.
+#include "fvv_catch.h"
+#include "fvv_media/video.h"
+#include "pictures.h"
+
+using namespace fvv::media;
+
+namespace {
+
+constexpr uint32_t width = 96, height = 64;
+
+struct Clip {
+  VideoSettings settings;
+  EncodedGroup group;
+  explicit Clip(uint32_t codec)
+      : settings{codec, width, height, codec == FVV_CODEC_JPEG ? 80 : 24, {1, 25}},
+        group(encode_group(settings, clip(width, height, 3))) {}
+};
+
+// Decodes the samples as far as they go; counts pictures and errors.
+struct Outcome {
+  int pictures = 0, errors = 0;
+};
+Outcome decode(const fvv_video_config &config, const std::vector<Sample> &samples) {
+  Outcome outcome;
+  try {
+    Decoder decoder(config);
+    for (const Sample &sample : samples) try {
+        const Image image = decoder.decode(sample.bytes.data(), sample.bytes.size());
+        REQUIRE(image.pixels.size() == size_t(config.width) * config.height * 3);
+        outcome.pictures++;
+      } catch (const Error &error) {
+        REQUIRE(std::string(error.what()).size() > 10);
+        outcome.errors++;
+      }
+  } catch (const Error &) {
+    outcome.errors++;
+  }
+  return outcome;
+}
+
+} // namespace
+
+TEST_CASE("every cut of a sample is an error") {
+  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
+    const Clip one(codec);
+    const std::vector<uint8_t> &whole = one.group.samples[0].bytes;
+    for (size_t size = 0; size < whole.size(); size += 1 + size / 40) {
+      CAPTURE(codec, size, whole.size());
+      const Sample cut = {{whole.begin(), whole.begin() + std::ptrdiff_t(size)}, true};
+      CHECK(decode(config_of(one.settings, one.group), {cut}).errors == 1);
+    }
+  }
+}
+
+TEST_CASE("an H.264 slice that ends early is an error though its length says so") {
+  const Clip one(FVV_CODEC_AVC1);
+  for (const double part : {0.02, 0.3, 0.6, 0.9}) {
+    std::vector<uint8_t> bytes = one.group.samples[0].bytes;
+    bytes.resize(std::max<size_t>(5, size_t(part * double(bytes.size()))));
+    const size_t length = bytes.size() - 4;
+    for (int i = 0; i < 4; i++) bytes[size_t(i)] = uint8_t(length >> (24 - 8 * i));
+    CHECK(decode(config_of(one.settings, one.group), {{bytes, true}}).errors == 1);
+  }
+}
+
+TEST_CASE("flipped bits in samples give errors or pictures") {
+  uint32_t state = 5;
+  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
+    const Clip one(codec);
+    Outcome total;
+    for (int round = 0; round < 300; round++) {
+      std::vector<Sample> samples = one.group.samples;
+      std::vector<uint8_t> &bytes = samples[next_random(state) % samples.size()].bytes;
+      for (uint32_t flips = 1 + next_random(state) % 3; flips > 0; flips--)
+        bytes[next_random(state) % bytes.size()] ^= uint8_t(1u << next_random(state) % 8);
+      const Outcome outcome = decode(config_of(one.settings, one.group), samples);
+      total.pictures += outcome.pictures;
+      total.errors += outcome.errors;
+    }
+    CHECK(total.pictures + total.errors == 900);
+    CHECK(total.errors > 30); // some damage is beyond what a codec can see: that is what chunks have CRCs for
+    CHECK(total.pictures > 300);
+  }
+}
+
+TEST_CASE("records that are cut, flipped or lying give errors or pictures of the configured size") {
+  const Clip one(FVV_CODEC_AVC1);
+  fvv_video_config config = config_of(one.settings, one.group);
+  for (size_t size = 0; size < one.group.record.size(); size++) {
+    config.record_size = size;
+    decode(config, one.group.samples);
+    if (size < 7) CHECK_THAT(error_of([&] { Decoder decoder(config); }), Contains("expected at least 7"));
+  }
+  for (size_t bit = 0; bit < one.group.record.size() * 8; bit++) {
+    std::vector<uint8_t> record = one.group.record;
+    record[bit / 8] ^= uint8_t(1u << bit % 8);
+    config = config_of(one.settings, one.group);
+    config.record = record.data();
+    const Outcome outcome = decode(config, one.group.samples);
+    REQUIRE(outcome.pictures + outcome.errors >= 1);
+  }
+  config = config_of(one.settings, one.group);
+  std::vector<uint8_t> record = one.group.record;
+  record[4] = 0xfd;
+  config.record = record.data();
+  CHECK_THAT(error_of([&] { Decoder decoder(config); }), Contains("lengths of 2 bytes, expected 4"));
+  record[0] = 0;
+  CHECK_THAT(error_of([&] { Decoder decoder(config); }), Contains("version 0, expected 1"));
+}
+
+TEST_CASE("a picture of another size than the configuration says is an error") {
+  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
+    const Clip one(codec);
+    for (const uint32_t change : {uint32_t(-2), 2u}) {
+      fvv_video_config config = config_of(one.settings, one.group);
+      config.width += change;
+      const std::vector<uint8_t> &bytes = one.group.samples[0].bytes;
+      CHECK_THAT(error_of([&] { Decoder(config).decode(bytes.data(), bytes.size()); }),
+                 Contains("96 x 64, its configuration says"));
+    }
+    fvv_video_config small = config_of(one.settings, one.group);
+    small.width = small.height = 2;
+    CHECK(decode(small, {one.group.samples[0]}).errors == 1);
+  }
+}
+
+TEST_CASE("configurations that cannot be decoded are refused") {
+  const Clip one(FVV_CODEC_AVC1);
+  const auto error_with = [&](auto change) {
+    fvv_video_config config = config_of(one.settings, one.group);
+    change(config);
+    return error_of([&] { Decoder decoder(config); });
+  };
+  CHECK(error_with([](fvv_video_config &) {}).empty());
+  CHECK_THAT(error_with([](fvv_video_config &c) { c.codec = FVV_CODEC_HVC1; }), Contains("codec"));
+  CHECK_THAT(error_with([](fvv_video_config &c) { c.bit_depth = 10; }), Contains("10 bits"));
+  CHECK_THAT(error_with([](fvv_video_config &c) { c.colour_primaries = 9; }), Contains("primaries"));
+  CHECK_THAT(error_with([](fvv_video_config &c) { c.transfer_characteristics = 16; }), Contains("transfer"));
+  CHECK_THAT(error_with([](fvv_video_config &c) { c.width = 20000; }), Contains("20000"));
+  CHECK_THAT(error_with([](fvv_video_config &c) { c.codec = FVV_CODEC_JPEG; }), Contains("record"));
+  CHECK_THAT(error_with([](fvv_video_config &c) {
+               c.codec = FVV_CODEC_JPEG;
+               c.record_size = 0;
+             }),
+             Contains("BT.601"));
+}
+
+TEST_CASE("flipped bits in PNG and JPEG files give errors or pictures") {
+  uint32_t state = 9;
+  const Image image = scene(50, 40, 0);
+  for (const std::vector<uint8_t> &file : {encode_png(image), encode_jpeg(image, 80, Subsampling::yuv444)}) {
+    int errors = 0;
+    for (int round = 0; round < 400; round++) {
+      std::vector<uint8_t> bad = file;
+      for (uint32_t flips = 1 + next_random(state) % 4; flips > 0; flips--)
+        bad[next_random(state) % bad.size()] ^= uint8_t(1u << next_random(state) % 8);
+      const std::string error = error_of([&] {
+        const Image decoded = decode_image(bad.data(), bad.size(), 3, "flipped");
+        REQUIRE(decoded.pixels.size() == size_t(decoded.width) * decoded.height * 3);
+      });
+      errors += !error.empty();
+    }
+    CHECK(errors > 40);
+  }
+}

@@ -1,0 +1,250 @@
+// fvv_media/video.h: groups of both codecs, their samples and records, and the choice of quality.
+#include "fvv_catch.h"
+#include "fvv_media/video.h"
+#include "pictures.h"
+
+#include <cstring>
+#include <set>
+
+using namespace fvv::media;
+
+namespace {
+
+constexpr uint32_t width = 160, height = 96;
+
+VideoSettings settings_of(uint32_t codec, int quality) {
+  return {codec, width, height, quality, {1, 25}};
+}
+
+std::vector<Image> decode_all(const VideoSettings &settings, const EncodedGroup &group) {
+  Decoder decoder(config_of(settings, group));
+  std::vector<Image> out;
+  for (const Sample &sample : group.samples)
+    out.push_back(decoder.decode(sample.bytes.data(), sample.bytes.size()));
+  return out;
+}
+
+// NAL unit types of a sample; the lengths must fill it.
+std::vector<int> unit_types(const std::vector<uint8_t> &sample) {
+  std::vector<int> types;
+  size_t at = 0;
+  while (at + 4 < sample.size()) {
+    const size_t length = size_t(sample[at]) << 24 | size_t(sample[at + 1]) << 16 |
+                          size_t(sample[at + 2]) << 8 | sample[at + 3];
+    types.push_back(sample[at + 4] & 31);
+    at += 4 + length;
+  }
+  REQUIRE(at == sample.size());
+  return types;
+}
+
+double mean_psnr(const std::vector<Image> &a, const std::vector<Image> &b) {
+  LumaError sum;
+  for (size_t i = 0; i < a.size(); i++) {
+    const LumaError one = luma_error(a[i], b[i]);
+    sum.squares += one.squares;
+    sum.pixels += one.pixels;
+  }
+  return sum.psnr();
+}
+
+} // namespace
+
+TEST_CASE("both codecs round-trip above their floors, one picture a sample, in order") {
+  const std::vector<Image> frames = clip(width, height, 9);
+  const struct {
+    uint32_t codec;
+    int quality;
+    double floor;
+  } cases[] = {
+      {FVV_CODEC_JPEG, 90, 36}, {FVV_CODEC_JPEG, 30, 28}, {FVV_CODEC_AVC1, 15, 40}, {FVV_CODEC_AVC1, 32, 28}};
+  for (const auto &one : cases) {
+    CAPTURE(one.codec, one.quality);
+    const VideoSettings settings = settings_of(one.codec, one.quality);
+    const EncodedGroup group = encode_group(settings, frames);
+    REQUIRE(group.samples.size() == frames.size());
+    const std::vector<Image> decoded = decode_all(settings, group);
+    for (size_t i = 0; i < frames.size(); i++) {
+      CHECK(psnr_luma(decoded[i], frames[i]) > one.floor);
+      // The square moves: a picture of the wrong moment would be nearer to another frame.
+      if (i > 0) CHECK(psnr_luma(decoded[i], frames[i]) > psnr_luma(decoded[i], frames[i - 1]) + 3);
+      if (i + 1 < frames.size())
+        CHECK(psnr_luma(decoded[i], frames[i]) > psnr_luma(decoded[i], frames[i + 1]) + 3);
+    }
+  }
+}
+
+TEST_CASE("encoding is a pure function") {
+  const std::vector<Image> frames = clip(width, height, 5), others = clip(width, height, 2);
+  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
+    const VideoSettings settings = settings_of(codec, 30);
+    const EncodedGroup first = encode_group(settings, frames);
+    encode_group(settings, others);
+    const EncodedGroup again = encode_group(settings, frames);
+    REQUIRE(first.samples.size() == again.samples.size());
+    for (size_t i = 0; i < first.samples.size(); i++) CHECK(first.samples[i].bytes == again.samples[i].bytes);
+    CHECK(first.record == again.record);
+  }
+}
+
+TEST_CASE("groups of any length and content have the same record, and each decodes alone") {
+  const VideoSettings settings = settings_of(FVV_CODEC_AVC1, 24);
+  const EncodedGroup reference = encode_group(settings, clip(width, height, 12));
+  CHECK(reference.record[0] == 1);
+  CHECK(reference.record[1] == 100); // High
+  CHECK(reference.codec_string.substr(0, 9) == "avc1.6400");
+  CHECK(reference.codec_string.size() == 11);
+  for (const int length : {1, 2, 3, 50}) {
+    CAPTURE(length);
+    std::vector<Image> frames = clip(width, height, length);
+    for (Image &frame : frames) std::reverse(frame.pixels.begin(), frame.pixels.end());
+    const EncodedGroup group = encode_group(settings, frames);
+    CHECK(group.record == reference.record);
+    CHECK(group.codec_string == reference.codec_string);
+    CHECK(mean_psnr(decode_all(settings, group), frames) > 30);
+  }
+}
+
+TEST_CASE("H.264 samples are slices behind lengths, IDR first and only first") {
+  const EncodedGroup group = encode_group(settings_of(FVV_CODEC_AVC1, 24), clip(width, height, 60));
+  for (size_t i = 0; i < group.samples.size(); i++) {
+    const std::vector<int> types = unit_types(group.samples[i].bytes);
+    CHECK(types == std::vector<int>{i == 0 ? 5 : 1});
+    CHECK(group.samples[i].key == (i == 0));
+  }
+  // A hard cut inside the group must not open another IDR.
+  std::vector<Image> cut = clip(width, height, 4);
+  for (size_t i = 2; i < 4; i++)
+    for (uint8_t &sample : cut[i].pixels) sample = uint8_t(255 - sample);
+  const EncodedGroup with_cut = encode_group(settings_of(FVV_CODEC_AVC1, 24), cut);
+  for (size_t i = 1; i < 4; i++) CHECK(unit_types(with_cut.samples[i].bytes) == std::vector<int>{1});
+}
+
+TEST_CASE("JPEG samples are files from SOI to EOI, all keys, without record") {
+  const EncodedGroup group = encode_group(settings_of(FVV_CODEC_JPEG, 75), clip(width, height, 3));
+  CHECK(group.record.empty());
+  CHECK(group.codec_string.empty());
+  for (const Sample &sample : group.samples) {
+    CHECK(sample.key);
+    REQUIRE(sample.bytes.size() > 4);
+    CHECK((sample.bytes[0] == 0xff && sample.bytes[1] == 0xd8));
+    CHECK((sample.bytes.end()[-2] == 0xff && sample.bytes.end()[-1] == 0xd9));
+  }
+}
+
+TEST_CASE("libfvv's own rules accept what the encoders make") {
+  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
+    const VideoSettings settings = settings_of(codec, 30);
+    const EncodedGroup group = encode_group(settings, clip(width, height, 4));
+    const fvv_video_config config = config_of(settings, group);
+    fvv_diagnostic diagnostic = {};
+    uint8_t payload[512];
+    size_t size = 0;
+    CHECK(fvv_video_config_encode(&config, payload, sizeof payload, &size, &diagnostic) == FVV_OK);
+    CAPTURE(diagnostic.message);
+    for (const Sample &sample : group.samples)
+      CHECK(fvv_video_sample_check(&config, sample.key, sample.bytes.data(), sample.bytes.size(),
+                                   &diagnostic) == FVV_OK);
+    // The decoder takes the configuration as a reader of the stream has it.
+    fvv_video_config read = {};
+    fvv_limits limits = {};
+    limits.struct_size = sizeof limits;
+    fvv_limits_default(&limits);
+    REQUIRE(fvv_video_config_decode(&read, payload, size, &limits, &diagnostic) == FVV_OK);
+    const Sample &first = group.samples[0];
+    CHECK(Decoder(read).decode(first.bytes.data(), first.bytes.size()).width == width);
+  }
+}
+
+TEST_CASE("a decoder goes on at any key and only there") {
+  const VideoSettings settings = settings_of(FVV_CODEC_AVC1, 24);
+  const EncodedGroup group = encode_group(settings, clip(width, height, 6));
+  const std::vector<Image> expected = decode_all(settings, group);
+  Decoder decoder(config_of(settings, group));
+  const auto decode = [&](size_t i) {
+    return decoder.decode(group.samples[i].bytes.data(), group.samples[i].bytes.size());
+  };
+  CHECK_THAT(error_of([&] { decode(1); }), Contains("no IDR picture"));
+  CHECK(decode(0).pixels == expected[0].pixels);
+  CHECK(decode(1).pixels == expected[1].pixels);
+  CHECK(decode(0).pixels == expected[0].pixels); // back to the start
+  CHECK(decode(1).pixels == expected[1].pixels);
+  CHECK_THAT(error_of([&] { decoder.decode(group.samples[2].bytes.data(), 40); }),
+             Contains("do not fill it"));
+  CHECK_THAT(error_of([&] { decode(2); }), Contains("no IDR picture"));
+  for (size_t i = 0; i < 3; i++) CHECK(decode(i).pixels == expected[i].pixels);
+  std::vector<uint8_t> short_slice(group.samples[3].bytes.begin(), group.samples[3].bytes.begin() + 12);
+  short_slice[0] = short_slice[1] = short_slice[2] = 0;
+  short_slice[3] = 8;
+  CHECK_THAT(error_of([&] { decoder.decode(short_slice.data(), short_slice.size()); }),
+             Contains("is damaged"));
+  CHECK_THAT(error_of([&] { decode(4); }), Contains("no IDR picture"));
+  CHECK_THAT(error_of([&] { decode(5); }), Contains("no IDR picture"));
+  CHECK(decode(0).pixels == expected[0].pixels);
+}
+
+TEST_CASE("settings that cannot be are refused with a reason") {
+  const std::vector<Image> frames = clip(width, height, 2);
+  const auto error_with = [&](auto change) {
+    VideoSettings settings = settings_of(FVV_CODEC_AVC1, 24);
+    change(settings);
+    return error_of([&] { encode_group(settings, frames); });
+  };
+  CHECK_THAT(error_with([](VideoSettings &s) { s.codec = FVV_CODEC_AV01; }),
+             Contains("neither JPEG nor H.264"));
+  CHECK_THAT(error_with([](VideoSettings &s) { s.quality = 0; }), Contains("CRF 0, expected 1 to 51"));
+  CHECK_THAT(error_with([](VideoSettings &s) { s.quality = 52; }), Contains("CRF 52"));
+  CHECK_THAT(error_with([](VideoSettings &s) { s.width = 162; }),
+             Contains("frame 0 of the group is 160 x 96 x 3"));
+  CHECK_THAT(error_with([](VideoSettings &s) { s.frame_rate = {0, 25}; }), Contains("frame rate is 0/25"));
+  CHECK_THAT(error_with([](VideoSettings &s) {
+               s.codec = FVV_CODEC_JPEG;
+               s.quality = 0;
+             }),
+             Contains("JPEG quality is 0"));
+  CHECK_THAT(error_of([] {
+               encode_group({FVV_CODEC_AVC1, 31, 32, 24, {1, 25}}, {scene(31, 32, 0)});
+             }),
+             Contains("expected even"));
+  CHECK_THAT(error_of([] { encode_group(settings_of(FVV_CODEC_AVC1, 24), {}); }),
+             Contains("at least one frame"));
+}
+
+TEST_CASE("the chosen quality is the cheapest that reaches the target") {
+  const std::vector<Image> frames = clip(width, height, 4);
+  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1})
+    for (const double target : {32.0, 38.0}) {
+      CAPTURE(codec, target);
+      VideoSettings settings = settings_of(codec, 0);
+      const int quality = choose_quality(settings, frames, target);
+      settings.quality = quality;
+      const double psnr = mean_psnr(decode_all(settings, encode_group(settings, frames)), frames);
+      CHECK(psnr >= target);
+      CHECK(psnr < target + 2);
+      settings.quality = codec == FVV_CODEC_JPEG ? quality - 1 : quality + 1;
+      CHECK(mean_psnr(decode_all(settings, encode_group(settings, frames)), frames) < target);
+    }
+}
+
+TEST_CASE("only what the masks count decides the quality") {
+  // Noise on the left, a smooth ramp on the right: the ramp alone is content with far less.
+  Image frame = make_image(width, height, 3, 0);
+  Image mask = make_image(width, height, 1, 0);
+  uint32_t state = 1;
+  for (uint32_t y = 0; y < height; y++)
+    for (uint32_t x = 0; x < width; x++) {
+      memset(&frame.pixels[(size_t(y) * width + x) * 3],
+             x < width / 2 ? int(next_random(state) & 255) : int(y), 3);
+      mask.pixels[size_t(y) * width + x] = x < width / 2 ? 0 : 255;
+    }
+  const VideoSettings settings = settings_of(FVV_CODEC_JPEG, 0);
+  const int all = choose_quality(settings, {frame}, 36),
+            right = choose_quality(settings, {frame}, 36, {mask});
+  CHECK(right < all);
+  CHECK_THAT(error_of([&] {
+               choose_quality(settings, {frame}, 36, {mask, mask});
+             }),
+             Contains("2 masks came with 1"));
+  CHECK_THAT(error_of([&] { choose_quality(settings, {frame}, 99); }),
+             Contains("no quality reaches 99.00 dB: the best, 100, reaches "));
+}
