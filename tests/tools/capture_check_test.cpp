@@ -1,0 +1,139 @@
+// tools/capture: the files that a capture names, looked at before any work starts.
+#include "fvv_catch.h"
+
+#include "capture/capture.h"
+
+#include <filesystem>
+#include <unistd.h>
+
+using namespace fvv::capture;
+namespace fs = std::filesystem;
+
+namespace {
+
+// Pictures of these tests are text: "WIDTH HEIGHT".
+PictureSize probe(const std::string &path) {
+  const std::string text = read_file(path, 100);
+  PictureSize size;
+  if (sscanf(text.c_str(), "%u %u", &size.width, &size.height) != 2)
+    throw FileError(path + ": is no picture");
+  return size;
+}
+
+// Two cameras with five frames each, all files there.
+struct Folder {
+  const fs::path root = fs::temp_directory_path() / ("fvv_capture_check_test_" + std::to_string(getpid()));
+  Capture capture;
+
+  Folder() {
+    fs::remove_all(root);
+    capture.path = (root / "capture.json").string();
+    capture.frames = {10, 5, 2};
+    capture.meshes = pattern("meshes/%04d.ply");
+    for (uint16_t i = 0; i < 2; i++) {
+      Camera camera;
+      camera.calibration.id = static_cast<uint16_t>(3 + i);
+      camera.calibration.width = 480;
+      camera.calibration.height = 270;
+      camera.pictures = pattern(i ? "frames/%04d/b.png" : "a_%d.png");
+      if (i) camera.masks = pattern("frames/%04d/mask.png");
+      capture.cameras.push_back(camera);
+    }
+    for (const int64_t frame : capture.frames.numbers()) {
+      write(capture.meshes->file(frame), "mesh");
+      for (const Camera &camera : capture.cameras) write(camera.pictures->file(frame), "480 270");
+      write(capture.cameras[1].masks->file(frame), "480 270");
+    }
+  }
+  ~Folder() { fs::remove_all(root); }
+
+  static std::optional<Pattern> pattern(const char *text) {
+    std::string what;
+    return Pattern::parse(text, &what);
+  }
+  void write(const std::string &file, const std::string &text) const {
+    fs::create_directories((root / file).parent_path());
+    write_file((root / file).string(), text);
+  }
+};
+
+using Sentences = std::vector<std::string>;
+
+} // namespace
+
+TEST_CASE("a complete capture gives neither problem nor warning") {
+  const Folder folder;
+  const Findings findings = check_files(folder.capture, probe);
+  CHECK(findings.problems == Sentences{});
+  CHECK(findings.warnings == Sentences{});
+}
+
+TEST_CASE("all missing, empty, unreadable and unlike files are reported at once, in order") {
+  const Folder folder;
+  fs::remove(folder.root / "a_12.png");
+  fs::remove(folder.root / "a_18.png");
+  folder.write("a_10.png", "960 540");
+  folder.write("meshes/0014.ply", "");
+  folder.write("frames/0016/b.png", "JFIF");
+  fs::remove(folder.root / "frames/0018/mask.png");
+  fs::create_directory(folder.root / "frames/0018/mask.png");
+  folder.write("frames/0010/mask.png", "480 271");
+  const Findings findings = check_files(folder.capture, probe);
+  CHECK(findings.problems ==
+        Sentences{"1 of 5 meshes is empty, first: meshes/0014.ply",
+                  "camera 3: 2 of 5 pictures are missing, first: a_12.png",
+                  "camera 3: 1 of 5 pictures is not 480 x 270, first: a_10.png is 960 x 540",
+                  "camera 4: 1 of 5 pictures is unreadable, first: " +
+                      (folder.root / "frames/0016/b.png").string() + ": is no picture",
+                  "camera 4: 1 of 5 masks is missing, first: frames/0018/mask.png",
+                  "camera 4: 1 of 5 masks is not 480 x 270, first: frames/0010/mask.png is 480 x 271"});
+  CHECK(findings.warnings == Sentences{});
+  // Without a probe sizes are not looked at.
+  CHECK(check_files(folder.capture, nullptr).problems.size() == 3);
+}
+
+TEST_CASE("frames around the chosen ones are warned of, frames between them are not") {
+  const Folder folder;
+  folder.write("meshes/0011.ply", "between");
+  folder.write("meshes/00019.ply", "not by this pattern");
+  folder.write("meshes/0020.txt", "not by this pattern");
+  folder.write("a_9.png", "480 270");
+  folder.write("a_20.png", "480 270");
+  folder.write("a_100.png", "480 270");
+  folder.write("frames/0003/b.png", "480 270");
+  const Findings findings = check_files(folder.capture, probe);
+  CHECK(findings.problems == Sentences{});
+  CHECK(findings.warnings ==
+        Sentences{"camera 3: pictures reach from frame 9 to 100, the capture takes 10 to 18 (3 not used)",
+                  "camera 4: pictures reach from frame 3 to 18, the capture takes 10 to 18 (1 not used)"});
+}
+
+TEST_CASE("a folder that is not there, a single file and shared pictures") {
+  Folder folder;
+  folder.capture.meshes = Folder::pattern("nowhere/%d.ply");
+  folder.capture.cameras[1].pictures = folder.capture.cameras[0].pictures;
+  CHECK(check_files(folder.capture, probe).problems ==
+        Sentences{"5 of 5 meshes are missing, first: nowhere/10.ply",
+                  "camera 4: has the pictures of camera 3: a_%d.png"});
+  folder.capture.frames = {0, 1, 1};
+  folder.capture.cameras.clear();
+  folder.capture.meshes = Folder::pattern("meshes/0010.ply");
+  CHECK(check_files(folder.capture, probe).problems == Sentences{});
+  CHECK(check_files(folder.capture, probe).warnings == Sentences{});
+}
+
+TEST_CASE("meshes of a capture come in metres, a written capture loads from its file") {
+  Folder folder;
+  folder.write("meshes/0010.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty int x\nproperty int y\n"
+                                  "property int z\nelement face 1\nproperty list int int vertex_index\n"
+                                  "end_header\n0 0 0\n254 0 0\n0 127 0\n3 0 1 2\n");
+  folder.capture.cameras.clear();
+  write_capture(folder.capture, folder.capture.path);
+  Capture capture = load_capture(folder.capture.path);
+  CHECK(capture.frames.numbers() == folder.capture.frames.numbers());
+  capture.metres_per_unit = 0.0254;
+  CHECK(load_mesh(capture, 10).positions ==
+        std::vector<double>{0, 0, 0, 254 * 0.0254, 0, 0, 0, 127 * 0.0254, 0});
+  const std::string absent = (folder.root / "absent.json").string();
+  CHECK_THROWS_WITH(load_capture(absent), absent + ": cannot be opened: No such file or directory");
+}

@@ -1,0 +1,90 @@
+// capture/capture.h: the description of a recorded scene (capture.json): where its meshes and pictures lie,
+// when they were taken, and the cameras. Format: spec/capture.md. Knows files and names; looks at pictures
+// only through the caller's probe, and knows nothing of the streams that are made of a capture.
+#pragma once
+
+#include "capture/file.h"
+#include "capture/mesh_file.h"
+#include "capture/pattern.h"
+#include "fvv/calibration.h"
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fvv::capture {
+
+// One camera. calibration is in metres (in units of the source when the scale is unknown), pixel centres at
+// +0.5, validated; its name is borrowed from name, which copies of a Camera share.
+struct Camera {
+  fvv_camera calibration = {};
+  std::shared_ptr<const std::string> name;
+  std::optional<Pattern> pictures, masks; // no masks without pictures
+
+  void set_name(const std::string &text);
+};
+
+// Frame i has the number first + i * step in file names.
+struct Frames {
+  int64_t first = 0, count = 1, step = 1;
+
+  int64_t number(int64_t i) const { return first + i * step; }
+  std::vector<int64_t> numbers() const;
+};
+
+struct Capture {
+  std::string path; // of capture.json; patterns are relative to its folder
+  std::string name;
+  fvv_rational frame_duration = {1, 25}; // seconds per frame, in lowest terms
+  Frames frames;
+  double metres_per_unit = 1; // of positions in mesh files; cameras are in metres already
+  bool scale_unknown = false; // then metres_per_unit is 1, and "metres" are units of the source
+  uint8_t up = FVV_UP_UNKNOWN;
+  std::optional<Pattern> meshes;
+  std::vector<Camera> cameras;
+
+  // Where the files of a frame number lie. The pattern must be there (meshes, pictures, masks).
+  std::string mesh_path(int64_t frame) const;
+  std::string picture_path(const Camera &camera, int64_t frame) const;
+  std::string mask_path(const Camera &camera, int64_t frame) const;
+  // A name that a pattern yields, resolved against the folder of capture.json.
+  std::string resolve(const std::string &file) const;
+};
+
+// Reads a capture.json. Strict: FileError for malformed JSON ("path:LINE:COLUMN: ..."), for unknown, missing
+// and duplicate keys, wrong types and values out of range ("path: /JSON/POINTER: ..."), for cameras that
+// fvv_camera_validate refuses. Looks at no other file.
+Capture load_capture(const std::string &path);
+Capture parse_capture(std::string_view bytes, const std::string &path);
+
+// The text of a capture.json. Loading it gives the same cameras bit for bit. Refuses a capture whose
+// metres_per_unit is not 1 (dividing and multiplying again would move the cameras) and cameras that
+// fvv_camera_validate refuses.
+std::string format_capture(const Capture &capture);
+void write_capture(const Capture &capture, const std::string &path);
+
+// The mesh of a frame number, in metres.
+Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
+               MeshReport *report = nullptr);
+
+// Width and height of a picture, from its header. Throws any std::exception for a file that is no picture.
+struct PictureSize {
+  uint32_t width, height;
+};
+using PictureProbe = std::function<PictureSize(const std::string &path)>;
+
+// What stands in the way of work, and what is merely odd; sentences without the path of capture.json, in the
+// order meshes, cameras as listed.
+struct Findings {
+  std::vector<std::string> problems;
+  std::vector<std::string> warnings;
+};
+
+// Looks at every file that a capture names, before any work starts: missing or empty files, pictures and
+// masks whose size is not the camera's (probe empty: not looked at), files of frames before the first or
+// behind the last (a warning), two cameras with the same pictures.
+Findings check_files(const Capture &capture, const PictureProbe &probe);
+
+} // namespace fvv::capture

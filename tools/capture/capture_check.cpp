@@ -1,0 +1,139 @@
+// capture/capture_check.cpp: whether the files that a capture names are there, before hours of work.
+#include "capture/capture.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+namespace fvv::capture {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// What is wrong with some files of a sequence: how many, and the first of them.
+struct Tally {
+  int64_t count = 0;
+  std::string first;
+
+  void add(const std::string &text) {
+    if (!count++) first = text;
+  }
+};
+
+class FileCheck {
+public:
+  FileCheck(const Capture &description, const PictureProbe &picture_probe)
+      : capture(description), probe(picture_probe) {}
+
+  Findings run() {
+    if (capture.meshes) sequence("", "meshes", *capture.meshes, nullptr);
+    for (const Camera &camera : capture.cameras) {
+      const std::string subject = "camera " + std::to_string(camera.calibration.id) + ": ";
+      if (camera.pictures) sequence(subject, "pictures", *camera.pictures, &camera.calibration);
+      if (camera.masks) sequence(subject, "masks", *camera.masks, &camera.calibration);
+    }
+    shared_pictures();
+    return std::move(findings);
+  }
+
+private:
+  // kind: a plural. camera: whose size the pictures must have; NULL: these are no pictures.
+  void sequence(const std::string &subject, const std::string &kind, const Pattern &pattern,
+                const fvv_camera *camera) {
+    Tally missing, empty, unreadable, unlike;
+    for (int64_t i = 0; i < capture.frames.count; i++) {
+      const std::string file = pattern.file(capture.frames.number(i)), path = capture.resolve(file);
+      std::error_code error;
+      if (!fs::is_regular_file(path, error))
+        missing.add(file);
+      else if (!std::ifstream(path).is_open())
+        unreadable.add(file + ": permission denied");
+      else if (fs::file_size(path, error) == 0)
+        empty.add(file);
+      else if (camera && probe)
+        check_size(file, path, *camera, unreadable, unlike);
+    }
+    report(subject, kind, missing, "missing");
+    report(subject, kind, empty, "empty");
+    report(subject, kind, unreadable, "unreadable");
+    if (camera)
+      report(subject, kind, unlike,
+             "not " + std::to_string(camera->width) + " x " + std::to_string(camera->height));
+    extra_frames(subject, kind, pattern);
+  }
+
+  void check_size(const std::string &file, const std::string &path, const fvv_camera &camera,
+                  Tally &unreadable, Tally &unlike) const {
+    try {
+      const PictureSize size = probe(path);
+      if (size.width != camera.width || size.height != camera.height)
+        unlike.add(file + " is " + std::to_string(size.width) + " x " + std::to_string(size.height));
+    } catch (const std::exception &error) {
+      unreadable.add(error.what());
+    }
+  }
+
+  void report(const std::string &subject, const std::string &kind, const Tally &tally,
+              const std::string &state) {
+    if (!tally.count) return;
+    findings.problems.push_back(subject + std::to_string(tally.count) + " of " +
+                                std::to_string(capture.frames.count) + " " + kind +
+                                (tally.count == 1 ? " is " : " are ") + state + ", first: " + tally.first);
+  }
+
+  // Files that the pattern would name for frames before the first or behind the last.
+  void extra_frames(const std::string &subject, const std::string &kind, const Pattern &pattern) {
+    if (!pattern.is_numbered()) return;
+    const int64_t first = capture.frames.first, last = capture.frames.number(capture.frames.count - 1);
+    int64_t lowest = first, highest = last, extra = 0;
+    // The number may stand in the name of a folder ("%04d/cam0.png"): list the one around it.
+    const std::string sample = pattern.file(0), other = pattern.file(1);
+    const size_t differs = static_cast<size_t>(
+        std::mismatch(sample.begin(), sample.end(), other.begin(), other.end()).first - sample.begin());
+    const size_t start = sample.rfind('/', differs), end = sample.find('/', differs);
+    const std::string parent = start == sample.npos ? "" : sample.substr(0, start + 1);
+    const std::string rest = end == sample.npos ? "" : sample.substr(end);
+    std::error_code error;
+    fs::directory_iterator entry(capture.resolve(parent.empty() ? "." : parent), error), none;
+    for (; !error && entry != none; entry.increment(error)) {
+      const std::string file = parent + entry->path().filename().string() + rest;
+      const std::optional<int64_t> frame = pattern.frame(file);
+      std::error_code ignored;
+      if (!frame || (*frame >= first && *frame <= last) ||
+          !fs::is_regular_file(capture.resolve(file), ignored))
+        continue;
+      extra++;
+      lowest = std::min(lowest, *frame);
+      highest = std::max(highest, *frame);
+    }
+    if (extra)
+      findings.warnings.push_back(subject + kind + " reach from frame " + std::to_string(lowest) + " to " +
+                                  std::to_string(highest) + ", the capture takes " + std::to_string(first) +
+                                  " to " + std::to_string(last) + " (" + std::to_string(extra) +
+                                  " not used)");
+  }
+
+  void shared_pictures() {
+    for (size_t i = 0; i < capture.cameras.size(); i++)
+      for (size_t j = 0; j < i; j++) {
+        const Camera &a = capture.cameras[j], &b = capture.cameras[i];
+        if (a.pictures && b.pictures && a.pictures->text() == b.pictures->text())
+          findings.problems.push_back("camera " + std::to_string(b.calibration.id) +
+                                      ": has the pictures of camera " + std::to_string(a.calibration.id) +
+                                      ": " + b.pictures->text());
+      }
+  }
+
+  const Capture &capture;
+  const PictureProbe &probe;
+  Findings findings;
+};
+
+} // namespace
+
+Findings check_files(const Capture &capture, const PictureProbe &probe) {
+  return FileCheck(capture, probe).run();
+}
+
+} // namespace fvv::capture

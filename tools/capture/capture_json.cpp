@@ -1,0 +1,236 @@
+// capture/capture_json.cpp: capture.json -> Capture.
+#include "capture/capture.h"
+#include "capture/strict_json.h"
+#include "capture/text_scan.h"
+#include "capture/vocabulary.h"
+
+#include <cmath>
+#include <numeric>
+
+namespace fvv::capture {
+
+namespace {
+
+// A capture.json with a camera for each of fvv_limits.max_cameras stays far below this.
+constexpr uint64_t max_file_size = uint64_t(16) << 20;
+constexpr int64_t max_frames = 10'000'000; // 4.6 days at 25 Hz; a file for each is checked before work starts
+
+double finite(const JsonValue &value) {
+  const double number = value.number();
+  if (!std::isfinite(number)) value.fail("expected a finite number, found " + value.found());
+  return number;
+}
+
+double positive(const JsonValue &value) {
+  const double number = finite(value);
+  if (!(number > 0)) value.fail("expected a number > 0, found " + value.found());
+  return number;
+}
+
+// "25", "30000/1001" or 25, as seconds per frame.
+fvv_rational read_frame_rate(const JsonValue &value) {
+  const auto refuse = [&] {
+    value.fail("expected frames per second as an integer > 0 or as text such as \"30000/1001\", found " +
+               value.found());
+  };
+  int64_t rate[2] = {0, 1};
+  if (value.is_text()) {
+    const std::string text = value.text();
+    const size_t slash = text.find('/');
+    const auto digits = [&](std::string_view part, int64_t &number) {
+      return part.find_first_not_of("0123456789") == part.npos && parse_integer(part, number);
+    };
+    if (!digits(std::string_view(text).substr(0, slash), rate[0]) ||
+        (slash != text.npos && !digits(std::string_view(text).substr(slash + 1), rate[1])))
+      refuse();
+  } else if (value.is_integer()) {
+    rate[0] = value.integer(1, UINT32_MAX);
+  } else {
+    refuse();
+  }
+  if (!rate[0] || !rate[1]) refuse();
+  const int64_t divisor = std::gcd(rate[0], rate[1]);
+  if (rate[0] / divisor > UINT32_MAX || rate[1] / divisor > UINT32_MAX) refuse();
+  return {static_cast<uint32_t>(rate[1] / divisor), static_cast<uint32_t>(rate[0] / divisor)};
+}
+
+Frames read_frames(const JsonValue &value) {
+  value.allow_keys({"first", "count", "step"});
+  Frames frames;
+  frames.first = value.at("first").integer(0, INT32_MAX);
+  frames.count = value.at("count").integer(1, max_frames);
+  if (const auto step = value.find("step")) frames.step = step->integer(1, INT32_MAX);
+  if (frames.number(frames.count - 1) > INT32_MAX)
+    value.fail("expected the last frame number to be at most 2147483647, found " +
+               std::to_string(frames.number(frames.count - 1)));
+  return frames;
+}
+
+void read_units(const JsonValue &value, Capture &capture) {
+  if (!value.is_text()) {
+    if (!value.is_number())
+      value.fail("expected the name of a unit or metres per unit > 0, found " + value.found());
+    capture.metres_per_unit = positive(value);
+    return;
+  }
+  const std::string text = value.text();
+  if (text == unknown_units) {
+    capture.scale_unknown = true;
+    return;
+  }
+  for (const NamedUnit &unit : named_units)
+    if (text == unit.name) {
+      capture.metres_per_unit = unit.metres;
+      return;
+    }
+  value.fail("expected metres, centimetres, millimetres, inches, feet, unknown or a number, found " +
+             value.found());
+}
+
+uint8_t read_up(const JsonValue &value) {
+  const std::string text = value.text();
+  for (const NamedAxis &axis : named_axes)
+    if (text == axis.name) return axis.up;
+  value.fail("expected +x, -x, +y, -y, +z, -z or unknown, found " + value.found());
+}
+
+Pattern read_pattern(const JsonValue &value, const Frames &frames) {
+  std::string what;
+  const std::optional<Pattern> pattern = Pattern::parse(value.text(), &what);
+  if (!pattern) value.fail(what);
+  if (!pattern->is_numbered() && frames.count > 1)
+    value.fail("expected %d or %0Nd for the frame number, because there are " + std::to_string(frames.count) +
+               " frames, found " + value.found());
+  return *pattern;
+}
+
+// What a value of radius means is up to the lens: fvv_camera_validate judges it.
+void read_lens(const JsonValue &value, fvv_camera &camera, bool &r_max_given) {
+  value.allow_keys({"model", "coefficients", "r_max"});
+  const JsonValue model = value.at("model");
+  const std::string text = model.text();
+  bool known = false;
+  for (const NamedLens &lens : named_lenses)
+    if (text == lens.name) {
+      camera.lens = lens.lens;
+      known = true;
+    }
+  if (!known) model.fail("expected none, radtan or fisheye, found " + model.found());
+  const auto coefficients =
+      camera.lens == FVV_LENS_NONE ? value.find("coefficients") : std::optional(value.at("coefficients"));
+  if (coefficients) {
+    const size_t count = coefficients->size();
+    const bool fits = camera.lens == FVV_LENS_RADTAN    ? count == 4 || count == 5 || count == 8
+                      : camera.lens == FVV_LENS_FISHEYE ? count == 4
+                                                        : count == 0;
+    if (!fits)
+      coefficients->fail(std::string("expected ") +
+                         (camera.lens == FVV_LENS_RADTAN    ? "4, 5 or 8 (k1 k2 p1 p2 k3 k4 k5 k6)"
+                          : camera.lens == FVV_LENS_FISHEYE ? "4 (k1 k2 k3 k4)"
+                                                            : "no") +
+                         " coefficients for " + text + ", found " + std::to_string(count));
+    for (size_t i = 0; i < count; i++) camera.distortion[i] = finite(coefficients->item(i));
+  }
+  if (const auto r_max = value.find("r_max")) {
+    r_max_given = true;
+    camera.r_max = r_max->is_text() && r_max->text() == unbounded ? INFINITY : positive(*r_max);
+  }
+}
+
+Camera read_camera(const JsonValue &value, const Capture &capture, double pixel_centre) {
+  value.allow_keys({"id", "name", "width", "height", "intrinsics", "lens", "rotation", "translation",
+                    "pictures", "masks"});
+  Camera camera;
+  fvv_camera &model = camera.calibration;
+  model.id = static_cast<uint16_t>(value.at("id").integer(0, UINT16_MAX - 1));
+  const auto name = value.find("name");
+  camera.set_name(name ? name->text() : "");
+  model.width = static_cast<uint32_t>(value.at("width").integer(1, UINT32_MAX));
+  model.height = static_cast<uint32_t>(value.at("height").integer(1, UINT32_MAX));
+  const JsonValue intrinsics = value.at("intrinsics");
+  intrinsics.allow_keys({"fx", "fy", "cx", "cy", "skew"});
+  model.fx = positive(intrinsics.at("fx"));
+  model.fy = positive(intrinsics.at("fy"));
+  model.cx = finite(intrinsics.at("cx")) + (0.5 - pixel_centre);
+  model.cy = finite(intrinsics.at("cy")) + (0.5 - pixel_centre);
+  if (const auto skew = intrinsics.find("skew")) model.skew = finite(*skew);
+  const JsonValue rotation = value.at("rotation"), translation = value.at("translation");
+  for (size_t row = 0; row < 3; row++) {
+    for (size_t column = 0; column < 3; column++)
+      model.rotation[row * 3 + column] = finite(rotation.items(3, row).items(3, column));
+    model.translation[row] = finite(translation.items(3, row)) * capture.metres_per_unit;
+  }
+  bool r_max_given = false;
+  if (const auto lens = value.find("lens")) read_lens(*lens, model, r_max_given);
+  if (!r_max_given) model.r_max = fvv_camera_r_max(&model);
+  fvv_diagnostic diagnostic = {};
+  if (fvv_camera_validate(&model, &diagnostic) != FVV_OK) value.fail(diagnostic.message);
+  if (const auto pictures = value.find("pictures")) camera.pictures = read_pattern(*pictures, capture.frames);
+  if (const auto masks = value.find("masks")) {
+    if (!camera.pictures) masks->fail("expected pictures wherever there are masks");
+    camera.masks = read_pattern(*masks, capture.frames);
+  }
+  return camera;
+}
+
+void read_cameras(const JsonValue &value, Capture &capture, double pixel_centre) {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  const size_t count = value.size();
+  if (count > limits.max_cameras)
+    value.fail("expected at most " + std::to_string(limits.max_cameras) + " cameras, found " +
+               std::to_string(count));
+  for (size_t i = 0; i < count; i++) {
+    Camera camera = read_camera(value.item(i), capture, pixel_centre);
+    for (size_t j = 0; j < i; j++)
+      if (capture.cameras[j].calibration.id == camera.calibration.id)
+        value.item(i).at("id").fail("expected an id of its own, found " +
+                                    std::to_string(camera.calibration.id) + " as in /cameras/" +
+                                    std::to_string(j));
+    capture.cameras.push_back(std::move(camera));
+  }
+}
+
+} // namespace
+
+Capture parse_capture(std::string_view bytes, const std::string &path) {
+  const nlohmann::json document = parse_strict_json(bytes, path);
+  const JsonValue root(document, path);
+  // The version first: a later one may have keys that this one does not know.
+  const JsonValue version = root.at("fvv_capture");
+  if (version.integer(1, INT32_MAX) != 1)
+    version.fail("expected version 1 of the capture description, found " + version.found());
+  root.allow_keys(
+      {"fvv_capture", "name", "frame_rate", "frames", "units", "up", "conventions", "meshes", "cameras"});
+  Capture capture;
+  capture.path = path;
+  if (const auto name = root.find("name")) capture.name = name->text();
+  capture.frame_duration = read_frame_rate(root.at("frame_rate"));
+  capture.frames = read_frames(root.at("frames"));
+  read_units(root.at("units"), capture);
+  if (const auto up = root.find("up")) capture.up = read_up(*up);
+  double pixel_centre = 0.5;
+  if (const auto conventions = root.find("conventions")) {
+    conventions->allow_keys({"pixel_centre"});
+    if (const auto centre = conventions->find("pixel_centre")) {
+      pixel_centre = centre->number();
+      if (pixel_centre != 0 && pixel_centre != 0.5)
+        centre->fail("expected 0 or 0.5, found " + centre->found());
+    }
+  }
+  if (const auto meshes = root.find("meshes")) {
+    meshes->allow_keys({"pattern"});
+    capture.meshes = read_pattern(meshes->at("pattern"), capture.frames);
+  }
+  if (const auto cameras = root.find("cameras")) read_cameras(*cameras, capture, pixel_centre);
+  bool content = capture.meshes.has_value();
+  for (const Camera &camera : capture.cameras) content = content || camera.pictures;
+  if (!content) root.fail("expected meshes, or pictures of at least one camera, found neither");
+  return capture;
+}
+
+Capture load_capture(const std::string &path) {
+  return parse_capture(read_file(path, max_file_size), path);
+}
+
+} // namespace fvv::capture

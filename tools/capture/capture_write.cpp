@@ -1,0 +1,97 @@
+// capture/capture_write.cpp: Capture -> capture.json, one line per matrix, so that people can read it.
+#include "capture/capture.h"
+#include "capture/text_scan.h"
+#include "capture/vocabulary.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace fvv::capture {
+
+namespace {
+
+// JSON's "-0" is an integer to most readers, and the sign is lost.
+std::string number(double value) {
+  std::string text;
+  append_double(text, value);
+  return text == "-0" ? "-0.0" : text;
+}
+
+std::string text(const std::string &value) {
+  try {
+    return nlohmann::json(value).dump();
+  } catch (const nlohmann::json::exception &) {
+    throw FileError("expected UTF-8 to write into a capture description, found " + quote(value));
+  }
+}
+
+std::string list(const double *values, size_t count) {
+  std::string out = "[";
+  for (size_t i = 0; i < count; i++) out += (i ? ", " : "") + number(values[i]);
+  return out + "]";
+}
+
+template <class Row> const Row &lookup(const Row *begin, const Row *end, uint8_t Row::*code, uint8_t value) {
+  while (begin + 1 < end && begin->*code != value) begin++;
+  return *begin;
+}
+
+std::string lens_text(const fvv_camera &camera) {
+  const NamedLens &lens =
+      lookup(std::begin(named_lenses), std::end(named_lenses), &NamedLens::lens, camera.lens);
+  std::string out = "{\"model\": " + text(lens.name);
+  if (lens.coefficients) out += ", \"coefficients\": " + list(camera.distortion, lens.coefficients);
+  return out + ", \"r_max\": " + (std::isinf(camera.r_max) ? text(unbounded) : number(camera.r_max)) + "}";
+}
+
+std::string camera_text(const Camera &camera) {
+  const fvv_camera &c = camera.calibration;
+  std::string out = "    {\n      \"id\": " + std::to_string(c.id) +
+                    ",\n      \"name\": " + text(std::string(c.name ? c.name : "", c.name_size)) +
+                    ",\n      \"width\": " + std::to_string(c.width) +
+                    ",\n      \"height\": " + std::to_string(c.height) +
+                    ",\n      \"intrinsics\": {\"fx\": " + number(c.fx) + ", \"fy\": " + number(c.fy) +
+                    ", \"cx\": " + number(c.cx) + ", \"cy\": " + number(c.cy) +
+                    ", \"skew\": " + number(c.skew) + "},\n      \"lens\": " + lens_text(c) +
+                    ",\n      \"rotation\": [" + list(c.rotation, 3) + ", " + list(c.rotation + 3, 3) + ", " +
+                    list(c.rotation + 6, 3) + "],\n      \"translation\": " + list(c.translation, 3);
+  if (camera.pictures) out += ",\n      \"pictures\": " + text(camera.pictures->text());
+  if (camera.masks) out += ",\n      \"masks\": " + text(camera.masks->text());
+  return out + "\n    }";
+}
+
+} // namespace
+
+std::string format_capture(const Capture &capture) {
+  if (capture.metres_per_unit != 1)
+    throw FileError(capture.path + ": expected a capture in metres to write, found " +
+                    number(capture.metres_per_unit) + " metres per unit");
+  for (const Camera &camera : capture.cameras) {
+    fvv_diagnostic diagnostic = {};
+    if (fvv_camera_validate(&camera.calibration, &diagnostic) != FVV_OK)
+      throw FileError(capture.path + ": camera " + std::to_string(camera.calibration.id) + ": " +
+                      diagnostic.message);
+  }
+  const fvv_rational &duration = capture.frame_duration;
+  std::string rate = std::to_string(duration.denominator);
+  if (duration.numerator != 1) rate += "/" + std::to_string(duration.numerator);
+  std::string out =
+      "{\n  \"fvv_capture\": 1,\n  \"name\": " + text(capture.name) + ",\n  \"frame_rate\": " + text(rate) +
+      ",\n  \"frames\": {\"first\": " + std::to_string(capture.frames.first) +
+      ", \"count\": " + std::to_string(capture.frames.count) +
+      ", \"step\": " + std::to_string(capture.frames.step) +
+      "},\n  \"units\": " + text(capture.scale_unknown ? unknown_units : "metres") + ",\n  \"up\": " +
+      text(lookup(std::begin(named_axes), std::end(named_axes), &NamedAxis::up, capture.up).name) +
+      ",\n  \"conventions\": {\"pixel_centre\": 0.5}";
+  if (capture.meshes) out += ",\n  \"meshes\": {\"pattern\": " + text(capture.meshes->text()) + "}";
+  out += ",\n  \"cameras\": [";
+  for (size_t i = 0; i < capture.cameras.size(); i++)
+    out += (i ? ",\n" : "\n") + camera_text(capture.cameras[i]);
+  return out + (capture.cameras.empty() ? "]\n}\n" : "\n  ]\n}\n");
+}
+
+void write_capture(const Capture &capture, const std::string &path) {
+  write_file(path, format_capture(capture));
+}
+
+} // namespace fvv::capture

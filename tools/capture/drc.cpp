@@ -1,0 +1,163 @@
+// capture/drc.cpp: Draco files through libdraco. This is the only file here that sees its headers; whatever
+// it throws or answers ends as one FileError.
+#include "capture/drc_header.h"
+#include "capture/mesh_check.h"
+#include "capture/text_scan.h"
+
+extern "C" {
+#include "base/limits.h"
+}
+
+#include <draco/compression/decode.h>
+#include <draco/compression/expert_encode.h>
+
+#include <cmath>
+
+namespace fvv::capture {
+
+namespace {
+
+// The best that Draco does, a flat grid of two million triangles, is 89 faces per byte; a header that
+// declares much more lies.
+constexpr uint64_t max_faces_per_byte = 1024;
+
+void check_counts(const DrcCounts &counts, size_t size, const fvv_limits &limits, const std::string &name) {
+  const auto check = [&](uint64_t count, uint64_t limit, const char *what) {
+    if (count > limit)
+      throw FileError(name + ": " + std::to_string(count) + " " + what + ", at most " +
+                      std::to_string(limit) + " are allowed");
+  };
+  check(counts.faces, limits.max_faces, "faces");
+  check(counts.vertices, limits.max_vertices, "vertices");
+  check(counts.faces, size * max_faces_per_byte, "faces in so small a file");
+  check(counts.vertices, size * max_faces_per_byte, "vertices in so small a file");
+}
+
+template <class Number>
+void copy_positions(const draco::PointAttribute &attribute, Mesh &mesh, const std::string &name) {
+  mesh.positions.resize(attribute.size() * 3);
+  for (uint32_t i = 0; i < attribute.size(); i++) {
+    Number value[3];
+    attribute.GetValue(draco::AttributeValueIndex(i), value);
+    for (size_t axis = 0; axis < 3; axis++) {
+      const double coordinate = static_cast<double>(value[axis]);
+      if (!std::isfinite(coordinate))
+        throw FileError(name + ": vertex " + std::to_string(i) +
+                        ": expected finite coordinates, found nan or inf");
+      mesh.positions[i * size_t(3) + axis] = coordinate;
+    }
+  }
+}
+
+Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std::string &name) {
+  const draco::PointAttribute *attribute = decoded.GetNamedAttribute(draco::GeometryAttribute::POSITION);
+  if (!attribute) throw FileError(name + ": expected an attribute of positions, found none");
+  if (attribute->num_components() != 3)
+    throw FileError(name + ": expected positions of 3 components, found " +
+                    std::to_string(attribute->num_components()));
+  if (!decoded.num_faces()) throw FileError(name + ": expected at least one face, found none");
+  if (decoded.num_faces() > limits.max_faces || attribute->size() > limits.max_vertices)
+    throw FileError(name + ": decodes to " + std::to_string(decoded.num_faces()) + " faces and " +
+                    std::to_string(attribute->size()) + " vertices, at most " +
+                    std::to_string(limits.max_faces) + " and " + std::to_string(limits.max_vertices) +
+                    " are allowed");
+  Mesh mesh;
+  if (attribute->data_type() == draco::DT_FLOAT32)
+    copy_positions<float>(*attribute, mesh, name);
+  else if (attribute->data_type() == draco::DT_INT32)
+    copy_positions<int32_t>(*attribute, mesh, name);
+  else
+    throw FileError(name + ": expected positions as float32 or int32, found Draco data type " +
+                    std::to_string(attribute->data_type()));
+  // Points of Draco are split at seams of texture and normals; the values of the positions are not.
+  mesh.faces.reserve(size_t(decoded.num_faces()) * 3);
+  for (uint32_t i = 0; i < decoded.num_faces(); i++)
+    for (const draco::PointIndex &point : decoded.face(draco::FaceIndex(i))) {
+      const uint32_t vertex = attribute->mapped_index(point).value();
+      if (point.value() >= decoded.num_points() || vertex >= attribute->size())
+        throw FileError(name + ": face " + std::to_string(i) + ": index " + std::to_string(vertex) + " of " +
+                        std::to_string(attribute->size()) + " vertices");
+      mesh.faces.push_back(vertex);
+    }
+  return mesh;
+}
+
+// The coordinate as written, verified to be the same lattice point.
+float narrowed(double coordinate, size_t index, const Lattice &lattice, const std::string &name) {
+  const size_t axis = index % 3;
+  const auto lattice_index = [&](double x) { return std::round((x - lattice.origin[axis]) / lattice.step); };
+  const float value = static_cast<float>(coordinate);
+  if (std::isfinite(value) && lattice_index(double(value)) == lattice_index(coordinate)) return value;
+  std::string text, step;
+  append_double(text, coordinate);
+  append_double(step, lattice.step);
+  throw FileError(name + ": vertex " + std::to_string(index / 3) + ": " + "xyz"[axis] + " = " + text +
+                  " as float32 falls onto another lattice point (step " + step + "): write PLY or OBJ");
+}
+
+std::string encode(const Mesh &mesh, const Lattice &lattice, const std::string &name) {
+  draco::Mesh source;
+  draco::GeometryAttribute description;
+  description.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false,
+                   3 * sizeof(float), 0);
+  source.set_num_points(static_cast<uint32_t>(mesh.vertex_count()));
+  const int positions = source.AddAttribute(description, true, static_cast<uint32_t>(mesh.vertex_count()));
+  for (uint32_t i = 0; i < mesh.vertex_count(); i++) {
+    float value[3];
+    for (size_t axis = 0; axis < 3; axis++) {
+      const size_t index = i * size_t(3) + axis;
+      value[axis] = narrowed(mesh.positions[index], index, lattice, name);
+    }
+    source.attribute(positions)->SetAttributeValue(draco::AttributeValueIndex(i), value);
+  }
+  source.SetNumFaces(mesh.face_count());
+  for (size_t i = 0; i < mesh.faces.size(); i += 3)
+    source.SetFace(draco::FaceIndex(static_cast<uint32_t>(i / 3)),
+                   {{draco::PointIndex(mesh.faces[i]), draco::PointIndex(mesh.faces[i + 1]),
+                     draco::PointIndex(mesh.faces[i + 2])}});
+  draco::ExpertEncoder encoder(source);
+  encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
+  encoder.options().SetGlobalBool("compress_connectivity", true);
+  draco::EncoderBuffer buffer;
+  const draco::Status status = encoder.EncodeToBuffer(&buffer);
+  if (!status.ok()) throw FileError(name + ": Draco cannot encode the mesh: " + status.error_msg_string());
+  return std::string(buffer.data(), buffer.size());
+}
+
+// One sentence, whatever libdraco throws (std::bad_alloc, std::length_error for hostile files).
+template <class Function> auto guarded(const std::string &name, const Function &function) {
+  try {
+    return function();
+  } catch (const FileError &) {
+    throw;
+  } catch (const std::exception &error) {
+    throw FileError(name + ": Draco failed: " + error.what());
+  }
+}
+
+} // namespace
+
+Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *) {
+  const fvv_limits bounds = fvv_limits_or_default(limits);
+  if (bytes.size() > bounds.max_payload)
+    throw FileError(name + ": has " + std::to_string(bytes.size()) + " bytes, at most " +
+                    std::to_string(bounds.max_payload) + " are allowed");
+  check_counts(parse_drc_header(bytes, name), bytes.size(), bounds, name);
+  return guarded(name, [&] {
+    draco::DecoderBuffer buffer;
+    buffer.Init(bytes.data(), bytes.size());
+    draco::Decoder decoder;
+    auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+    if (!decoded.ok())
+      throw FileError(name + ": Draco cannot decode the file: " + decoded.status().error_msg_string());
+    return from_draco(*decoded.value(), bounds, name);
+  });
+}
+
+std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::string &name) {
+  check_writable(mesh, name);
+  if (!(lattice.step > 0)) throw FileError(name + ": expected a lattice step > 0");
+  return guarded(name, [&] { return encode(mesh, lattice, name); });
+}
+
+} // namespace fvv::capture

@@ -1,0 +1,75 @@
+// capture/mesh_file.cpp: which reader and writer belongs to which file name, and what all of them share.
+#include "capture/mesh_file.h"
+#include "capture/mesh_check.h"
+#include "capture/text_scan.h"
+
+#include <cmath>
+#include <filesystem>
+
+namespace fvv::capture {
+
+namespace {
+
+// A mesh at the default limits, as text with normals and texture coordinates, stays below this.
+constexpr uint64_t max_file_size = uint64_t(1) << 30;
+
+// Lower case, as ASCII: file names do not follow the locale.
+std::string extension_of(const std::string &path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char &c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
+[[noreturn]] void fail_extension(const std::string &path, const std::string &extension) {
+  throw FileError(path + ": expected a mesh file with extension .obj, .ply or .drc, found " +
+                  (extension.empty() ? "no extension" : quote(extension)));
+}
+
+} // namespace
+
+Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report) {
+  const std::string extension = extension_of(path);
+  const auto parse = extension == ".obj"   ? parse_obj
+                     : extension == ".ply" ? parse_ply
+                     : extension == ".drc" ? parse_drc
+                                           : nullptr;
+  if (!parse) fail_extension(path, extension);
+  return parse(read_file(path, max_file_size), path, limits, report);
+}
+
+void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path) {
+  const std::string extension = extension_of(path);
+  if (extension == ".obj")
+    write_file(path, format_obj(mesh, path));
+  else if (extension == ".ply")
+    write_file(path, format_ply(mesh, path));
+  else if (extension == ".drc")
+    write_file(path, format_drc(mesh, lattice, path));
+  else
+    fail_extension(path, extension);
+}
+
+void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &report) {
+  if (corners.size() > 3) report.polygons++;
+  for (size_t i = 1; i + 1 < corners.size(); i++)
+    mesh.faces.insert(mesh.faces.end(), {corners[0], corners[i], corners[i + 1]});
+}
+
+void check_writable(const Mesh &mesh, const std::string &name) {
+  if (mesh.faces.empty()) throw FileError(name + ": the mesh to write has no face");
+  if (mesh.positions.size() % 3 || mesh.faces.size() % 3 || mesh.vertex_count() > INT32_MAX)
+    throw FileError(name + ": the mesh to write has " + std::to_string(mesh.positions.size()) +
+                    " coordinates and " + std::to_string(mesh.faces.size()) +
+                    " corners, expected multiples of 3 and at most 2147483647 vertices");
+  for (size_t i = 0; i < mesh.positions.size(); i++)
+    if (!std::isfinite(mesh.positions[i]))
+      throw FileError(name + ": vertex " + std::to_string(i / 3) + " of the mesh to write is not finite");
+  for (size_t i = 0; i < mesh.faces.size(); i++)
+    if (mesh.faces[i] >= mesh.vertex_count())
+      throw FileError(name + ": face " + std::to_string(i / 3) + " of the mesh to write has index " +
+                      std::to_string(mesh.faces[i]) + " of " + std::to_string(mesh.vertex_count()) +
+                      " vertices");
+}
+
+} // namespace fvv::capture

@@ -1,0 +1,85 @@
+// capture/mesh_file.h: triangle meshes from and to OBJ, PLY and Draco (DRC) files. Knows those three formats;
+// knows nothing of frames, units or fvv's own mesh coding.
+//
+// OBJ and PLY have readers of their own here because the ready ones are not strict: tinyobjloader turns a
+// number that it cannot read into 0 without a word, and Debian packages no PLY library that checks counts
+// against the file before it allocates. A capture of thousands of files needs an error that names file, line
+// and what was expected. Draco files go through libdraco.
+//
+// Every function throws FileError (capture/file.h). Vertices and faces in messages of PLY and DRC count from
+// 0, in messages of OBJ from 1, as in the files.
+#pragma once
+
+#include "capture/file.h"
+#include "fvv/types.h"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fvv::capture {
+
+// positions: 3 doubles per vertex, in the units of the file. faces: 3 vertex indices per triangle, each below
+// the number of vertices, in the winding of the file. A mesh that was read has at least one face.
+struct Mesh {
+  std::vector<double> positions;
+  std::vector<uint32_t> faces;
+
+  size_t vertex_count() const { return positions.size() / 3; }
+  size_t face_count() const { return faces.size() / 3; }
+};
+
+// What a reader changed or left out. All zero: the file held triangles and nothing else that draws.
+struct MeshReport {
+  uint64_t polygons = 0;         // faces of more than 3 corners, split into a fan around their first corner
+  uint64_t lines_and_points = 0; // elements l and p of OBJ, left out
+};
+
+// The lattice on which meshes of a stream lie: origin + step * index (fvv/mesh.h), metres.
+struct Lattice {
+  double origin[3];
+  double step;
+};
+
+// Readers. bytes: the whole file. name: what messages call it. limits NULL: the defaults of libfvv;
+// max_vertices and max_faces (after triangulation) are honoured. report may be NULL.
+//
+// OBJ: v (3 or 4 numbers, 6 or 7 with colours; weight and colour are dropped), f (v, v/vt, v//vn, v/vt/vn,
+// negative indices, vertices defined later), comments, line continuation. Texture coordinates, normals,
+// groups, materials and display attributes are skipped; free-form curves and surfaces, included files and
+// unknown keywords are errors.
+Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
+               MeshReport *report = nullptr);
+// PLY 1.0, ascii, binary_little_endian and binary_big_endian: element vertex with x, y, z; element face with
+// list vertex_indices or vertex_index. Other elements and properties are skipped, in any order. Counts are
+// compared with the size of the file before anything is allocated. ASCII: one element per line.
+Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
+               MeshReport *report = nullptr);
+// Draco bitstream 2.2, triangular mesh, positions as float32 (quantised or not) or int32. Hostile input: the
+// counts of the header are compared with limits and with the size of the file before decoding, and again with
+// the result; but libdraco allocates for other attributes (normals, colours) as their description asks, up
+// to some gigabytes for a forged file. Run it on files from strangers only under a memory limit.
+Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
+               MeshReport *report = nullptr);
+
+// Reads .obj, .ply or .drc by the extension (any case) of path; other extensions are an error.
+Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, MeshReport *report = nullptr);
+
+// Writers: the bytes of a file, the same for the same mesh everywhere. name: what messages call the file.
+// Refused: coordinates that are not finite, indices out of range, a mesh without faces.
+//
+// OBJ: the shortest decimals that read back as the same doubles.
+std::string format_obj(const Mesh &mesh, const std::string &name);
+// PLY: binary_little_endian, properties double: float would move vertices, and a stream that is unpacked and
+// packed again must give the same lattice points.
+std::string format_ply(const Mesh &mesh, const std::string &name);
+// DRC: float32 positions as Draco readers expect them, not quantised, order of vertices and faces kept
+// (sequential coding). A float32 errs by far less than half a step while |coordinate| / step < 2^22: every
+// coordinate is verified to fall onto the same lattice point again, the first that does not is an error.
+std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::string &name);
+
+// Writes .obj, .ply or .drc by the extension of path. lattice matters to .drc only.
+void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path);
+
+} // namespace fvv::capture

@@ -1,0 +1,210 @@
+// capture/obj.cpp: Wavefront OBJ, as far as polygon meshes go (Wavefront's "Advanced Visualizer" manual,
+// appendix B1). Strict: a line that is not understood is an error, never a guess.
+#include "capture/mesh_check.h"
+#include "capture/text_scan.h"
+
+extern "C" {
+#include "base/limits.h"
+}
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+
+namespace fvv::capture {
+
+namespace {
+
+// Keywords that add nothing to the surface: attributes of vertices, grouping, display.
+constexpr std::string_view skipped[] = {"vt",     "vn",         "g",         "o",       "s",     "usemtl",
+                                        "mtllib", "usemap",     "maplib",    "mg",      "bevel", "c_interp",
+                                        "lod",    "shadow_obj", "trace_obj", "d_interp"};
+// Keywords that shape the surface or bring in other files: to skip them would lose geometry silently.
+constexpr std::string_view refused[] = {"vp",   "cstype", "deg",   "bmat", "step", "curv", "curv2", "surf",
+                                        "parm", "trim",   "hole",  "scrv", "sp",   "end",  "con",   "call",
+                                        "csh",  "ctech",  "stech", "bzp",  "bsp",  "cdc",  "cdp",   "res"};
+
+template <size_t N> bool contains(const std::string_view (&list)[N], std::string_view word) {
+  return std::find(std::begin(list), std::end(list), word) != std::end(list);
+}
+
+class ObjReader {
+public:
+  ObjReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, MeshReport &notes)
+      : cursor(bytes.data()), end(bytes.data() + bytes.size()), name(file), limits(bounds), report(notes) {}
+
+  Mesh read() {
+    std::string_view keyword;
+    while (cursor < end) {
+      if (word(keyword)) statement(keyword);
+      end_line();
+    }
+    const uint64_t count = mesh.vertex_count();
+    for (const Forward &forward : forwards)
+      if (forward.index > count) {
+        line = forward.line;
+        fail("vertex " + std::to_string(forward.index) + " is used, the file has " + std::to_string(count));
+      }
+    if (mesh.faces.empty()) throw FileError(name + ": expected at least one face (f), found none");
+    return std::move(mesh);
+  }
+
+private:
+  [[noreturn]] void fail(const std::string &what) const {
+    throw FileError(name + ":" + std::to_string(line) + ": " + what);
+  }
+
+  // A backslash in front of a line's end makes the next line a part of this one. Answers the bytes of both.
+  size_t continuation() const {
+    if (end - cursor >= 2 && cursor[1] == '\n') return 2;
+    return end - cursor >= 3 && cursor[1] == '\r' && cursor[2] == '\n' ? 3 : 0;
+  }
+
+  // The next word of this line; false at its end or at a comment.
+  bool word(std::string_view &text) {
+    for (; cursor < end; cursor++) {
+      if (*cursor == ' ' || *cursor == '\t' || *cursor == '\r') continue;
+      const size_t joined = *cursor == '\\' ? continuation() : 0;
+      if (!joined) break;
+      line++;
+      cursor += joined - 1;
+    }
+    const char *start = cursor;
+    const auto ends_word = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '#'; };
+    while (cursor < end && !ends_word(*cursor) && !(*cursor == '\\' && continuation())) cursor++;
+    text = std::string_view(start, static_cast<size_t>(cursor - start));
+    return !text.empty();
+  }
+
+  // Skips what is left of the line, continued lines included unless they stand in a comment.
+  void end_line() {
+    bool comment = false;
+    for (; cursor < end; cursor++) {
+      if (*cursor == '#') comment = true;
+      const size_t joined = *cursor == '\\' && !comment ? continuation() : 0;
+      if (joined) {
+        line++;
+        cursor += joined - 1;
+      } else if (*cursor == '\n') {
+        line++;
+        cursor++;
+        return;
+      }
+    }
+  }
+
+  void statement(std::string_view keyword) {
+    if (keyword == "v")
+      vertex();
+    else if (keyword == "f")
+      face();
+    else if (keyword == "l" || keyword == "p")
+      report.lines_and_points++;
+    else if (contains(refused, keyword))
+      fail("expected polygons, found " + quote(keyword) +
+           ": free-form geometry and included files are not supported");
+    else if (!contains(skipped, keyword))
+      fail("expected an OBJ keyword such as v or f, found " + quote(keyword));
+  }
+
+  void vertex() {
+    double numbers[7];
+    size_t count = 0;
+    for (std::string_view text; word(text); count++) {
+      double value;
+      if (!parse_double(text, value)) fail("expected a finite number after v, found " + quote(text));
+      if (count < 7) numbers[count] = value;
+    }
+    if (count < 3 || count == 5 || count > 7)
+      fail("expected 3, 4, 6 or 7 numbers after v, found " + std::to_string(count));
+    if (mesh.vertex_count() == limits.max_vertices)
+      fail("more than the allowed " + std::to_string(limits.max_vertices) + " vertices");
+    mesh.positions.insert(mesh.positions.end(), numbers, numbers + 3);
+  }
+
+  // One of v, v/vt, v//vn, v/vt/vn; only v counts, but all have to be integers other than 0.
+  uint32_t corner(std::string_view text) {
+    const auto malformed = [&] { fail("expected v, v/vt, v//vn or v/vt/vn after f, found " + quote(text)); };
+    int64_t indices[3] = {0, 0, 0};
+    const char *at = text.data(), *stop = at + text.size();
+    for (int part = 0;; part++) {
+      const bool empty = part == 1 && at < stop && *at == '/';
+      if (!empty) {
+        const auto [behind, error] = std::from_chars(at, stop, indices[part]);
+        if (error != std::errc()) malformed();
+        if (!indices[part]) fail("expected indices that count from 1, found " + quote(text));
+        at = behind;
+      }
+      if (at == stop) break;
+      if (*at != '/' || part == 2) malformed();
+      at++;
+    }
+    const int64_t count = static_cast<int64_t>(mesh.vertex_count());
+    if (indices[0] < -count)
+      fail("vertex " + std::to_string(indices[0]) + " is used, " + std::to_string(count) +
+           " stand before it");
+    const int64_t index = indices[0] < 0 ? count + indices[0] + 1 : indices[0];
+    if (index > limits.max_vertices)
+      fail("vertex " + std::to_string(index) + " is used, at most " + std::to_string(limits.max_vertices) +
+           " are allowed");
+    // A vertex may be defined behind the face. Only record indices matter: the first that stays undefined is
+    // larger than all before it.
+    if (index > count && (forwards.empty() || static_cast<uint64_t>(index) > forwards.back().index))
+      forwards.push_back({static_cast<uint64_t>(index), line});
+    return static_cast<uint32_t>(index - 1);
+  }
+
+  void face() {
+    corners.clear();
+    for (std::string_view text; word(text);) corners.push_back(corner(text));
+    if (corners.size() < 3)
+      fail("expected at least 3 corners after f, found " + std::to_string(corners.size()));
+    if (corners.size() - 2 > limits.max_faces - mesh.face_count())
+      fail("more than the allowed " + std::to_string(limits.max_faces) + " triangles");
+    append_fan(mesh, corners, report);
+  }
+
+  struct Forward {
+    uint64_t index, line;
+  };
+
+  const char *cursor, *end;
+  const std::string &name;
+  const fvv_limits &limits;
+  MeshReport &report;
+  uint64_t line = 1;
+  Mesh mesh;
+  std::vector<uint32_t> corners;
+  std::vector<Forward> forwards;
+};
+
+} // namespace
+
+Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits,
+               MeshReport *report) {
+  MeshReport ignored;
+  const fvv_limits bounds = fvv_limits_or_default(limits);
+  return ObjReader(bytes, name, bounds, report ? *report : ignored).read();
+}
+
+std::string format_obj(const Mesh &mesh, const std::string &name) {
+  check_writable(mesh, name);
+  std::string out;
+  for (size_t i = 0; i < mesh.positions.size(); i += 3) {
+    out += 'v';
+    for (size_t axis = 0; axis < 3; axis++) {
+      out += ' ';
+      append_double(out, mesh.positions[i + axis]);
+    }
+    out += '\n';
+  }
+  for (size_t i = 0; i < mesh.faces.size(); i += 3) {
+    out += 'f';
+    for (size_t corner = 0; corner < 3; corner++)
+      out.append(" ").append(std::to_string(uint64_t(mesh.faces[i + corner]) + 1));
+    out += '\n';
+  }
+  return out;
+}
+
+} // namespace fvv::capture

@@ -1,0 +1,265 @@
+// capture/ply.cpp: the body of a PLY file, read by what its header declares, and the writer.
+#include "capture/mesh_check.h"
+#include "capture/ply_header.h"
+#include "capture/text_scan.h"
+
+extern "C" {
+#include "base/bytes.h"
+#include "base/limits.h"
+}
+
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+namespace fvv::capture {
+
+namespace {
+
+std::string numbered(const PlyElement &element, uint64_t index) {
+  return element.name + " " + std::to_string(index);
+}
+
+// Values of an ASCII body: one element per line, so that a missing value is found where it is missing.
+class AsciiBody {
+public:
+  AsciiBody(std::string_view bytes, const PlyHeader &header, const std::string &file)
+      : rest(bytes), name(file), line(header.lines) {}
+
+  void begin(const PlyElement &declared, uint64_t number) {
+    element = &declared;
+    index = number;
+    line++;
+    if (!next_line(rest, text))
+      fail("the file ends before " + numbered(declared, number) + " of " + std::to_string(declared.count));
+  }
+  double real(const PlyProperty &property) {
+    const std::string_view word = take(property.name);
+    double value;
+    if (!parse_double(word, value))
+      fail(numbered(*element, index) + ": expected a finite number for " + property.name + ", found " +
+           quote(word));
+    return value;
+  }
+  int64_t integer(const PlyProperty &property, const PlyType &) {
+    const std::string_view word = take(property.name);
+    int64_t value;
+    if (!parse_integer(word, value))
+      fail(numbered(*element, index) + ": expected an integer in " + property.name + ", found " +
+           quote(word));
+    return value;
+  }
+  void skip(const PlyProperty &property, uint64_t count) {
+    for (uint64_t i = 0; i < count; i++) take(property.name);
+  }
+  bool holds(uint64_t values, const PlyType &) const { return values <= (text.size() + 1) / 2; }
+  void finish() {
+    std::string_view word;
+    if (next_word(text, word))
+      fail(numbered(*element, index) + ": expected the end of the line, found " + quote(word));
+  }
+  void finish_file() {
+    std::string_view word;
+    while (next_line(rest, text)) {
+      line++;
+      if (next_word(text, word)) fail("expected the end of the file, found " + quote(word));
+    }
+  }
+  [[noreturn]] void fail(const std::string &what) const {
+    throw FileError(name + ":" + std::to_string(line) + ": " + what);
+  }
+
+private:
+  std::string_view take(const std::string &property) {
+    std::string_view word;
+    if (!next_word(text, word))
+      fail(numbered(*element, index) + ": the line ends before " + property + " is complete");
+    return word;
+  }
+
+  std::string_view rest, text;
+  const std::string &name;
+  uint64_t line, index = 0;
+  const PlyElement *element = nullptr;
+};
+
+class BinaryBody {
+public:
+  BinaryBody(std::string_view bytes, const PlyHeader &header, const std::string &file)
+      : start(bytes.data()), cursor(start), end(start + bytes.size()), body(header.size), name(file),
+        big(header.format == PlyFormat::big_endian) {}
+
+  void begin(const PlyElement &declared, uint64_t number) {
+    element = &declared;
+    index = number;
+  }
+  double real(const PlyProperty &property) {
+    const PlyType &type = property.type;
+    if (!type.is_float) return static_cast<double>(integer(property, type));
+    const uint64_t bits = take(type);
+    double value;
+    if (type.size == 4) {
+      const uint32_t low = static_cast<uint32_t>(bits);
+      float narrow;
+      memcpy(&narrow, &low, sizeof narrow);
+      value = narrow;
+    } else {
+      memcpy(&value, &bits, sizeof value);
+    }
+    if (!std::isfinite(value)) {
+      cursor -= type.size;
+      fail(numbered(*element, index) + ": expected a finite number for " + property.name + ", found " +
+           (std::isnan(value) ? "nan"
+            : value < 0       ? "-inf"
+                              : "inf"));
+    }
+    return value;
+  }
+  int64_t integer(const PlyProperty &, const PlyType &type) {
+    const uint64_t bits = take(type), sign = uint64_t(1) << (8 * type.size - 1);
+    return static_cast<int64_t>(bits) - (type.is_signed && bits & sign ? int64_t(sign) * 2 : 0);
+  }
+  void skip(const PlyProperty &property, uint64_t count) { advance(count * property.type.size); }
+  bool holds(uint64_t values, const PlyType &type) const {
+    return values <= static_cast<uint64_t>(end - cursor) / type.size;
+  }
+  void finish() {}
+  void finish_file() {
+    if (cursor != end)
+      fail("expected the end of the file, found " + std::to_string(end - cursor) + " more bytes");
+  }
+  [[noreturn]] void fail(const std::string &what) const {
+    char offset[32];
+    snprintf(offset, sizeof offset, ": 0x%" PRIx64 ": ", body + static_cast<uint64_t>(cursor - start));
+    throw FileError(name + offset + what);
+  }
+
+private:
+  const char *advance(uint64_t size) {
+    if (size > static_cast<uint64_t>(end - cursor))
+      fail("the file ends within " + numbered(*element, index) + " of " + std::to_string(element->count));
+    const char *at = cursor;
+    cursor += size;
+    return at;
+  }
+  uint64_t take(const PlyType &type) {
+    const auto *at = reinterpret_cast<const uint8_t *>(advance(type.size));
+    uint64_t bits = 0;
+    for (unsigned i = 0; i < type.size; i++) bits |= uint64_t(at[i]) << 8 * (big ? type.size - 1 - i : i);
+    return bits;
+  }
+
+  const char *start, *cursor, *end;
+  uint64_t body; // offset of start in the file
+  const std::string &name;
+  bool big;
+  uint64_t index = 0;
+  const PlyElement *element = nullptr;
+};
+
+template <class Body> class BodyReader {
+public:
+  BodyReader(Body &input, const PlyHeader &declared, const fvv_limits &bounds, MeshReport &notes)
+      : body(input), header(declared), limits(bounds), report(notes) {}
+
+  Mesh read() {
+    // Both fit: the header was checked against limits and against the bytes there are.
+    mesh.positions.reserve(static_cast<size_t>(header.vertex_count) * 3);
+    mesh.faces.reserve(static_cast<size_t>(header.face_count) * 3);
+    for (const PlyElement &element : header.elements)
+      for (uint64_t i = 0; i < element.count; i++) read_element(element, i);
+    body.finish_file();
+    return std::move(mesh);
+  }
+
+private:
+  void read_element(const PlyElement &element, uint64_t index) {
+    double position[3];
+    body.begin(element, index);
+    for (const PlyProperty &property : element.properties) {
+      if (property.role == PlyRole::corners) {
+        read_face(property, index);
+      } else if (property.role != PlyRole::unused) {
+        position[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] = body.real(property);
+      } else {
+        body.skip(property, property.is_list() ? list_size(property) : 1);
+      }
+    }
+    if (element.name == "vertex") mesh.positions.insert(mesh.positions.end(), position, position + 3);
+    body.finish();
+  }
+
+  uint64_t list_size(const PlyProperty &property) {
+    const int64_t size = body.integer(property, property.count_type);
+    if (size < 0 || !body.holds(static_cast<uint64_t>(size), property.type))
+      body.fail("a list " + property.name + " of " + std::to_string(size) +
+                " items does not fit into the file");
+    return static_cast<uint64_t>(size);
+  }
+
+  void read_face(const PlyProperty &property, uint64_t index) {
+    const auto face = [&] { return "face " + std::to_string(index); };
+    const uint64_t size = list_size(property);
+    if (size < 3) body.fail(face() + ": expected at least 3 corners, found " + std::to_string(size));
+    if (size - 2 > limits.max_faces - mesh.face_count())
+      body.fail(face() + ": more than the allowed " + std::to_string(limits.max_faces) + " triangles");
+    corners.clear();
+    for (uint64_t i = 0; i < size; i++) {
+      const int64_t corner = body.integer(property, property.type);
+      if (corner < 0 || static_cast<uint64_t>(corner) >= header.vertex_count)
+        body.fail(face() + ": index " + std::to_string(corner) + " of " +
+                  std::to_string(header.vertex_count) + " vertices");
+      corners.push_back(static_cast<uint32_t>(corner));
+    }
+    append_fan(mesh, corners, report);
+  }
+
+  Body &body;
+  const PlyHeader &header;
+  const fvv_limits &limits;
+  MeshReport &report;
+  Mesh mesh;
+  std::vector<uint32_t> corners;
+};
+
+template <class Body>
+Mesh read_body(std::string_view bytes, const PlyHeader &header, const std::string &name,
+               const fvv_limits &limits, MeshReport &report) {
+  Body body(bytes.substr(header.size), header, name);
+  return BodyReader<Body>(body, header, limits, report).read();
+}
+
+} // namespace
+
+Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits,
+               MeshReport *report) {
+  MeshReport ignored;
+  const fvv_limits bounds = fvv_limits_or_default(limits);
+  const PlyHeader header = parse_ply_header(bytes, name, bounds);
+  const auto read = header.format == PlyFormat::ascii ? read_body<AsciiBody> : read_body<BinaryBody>;
+  return read(bytes, header, name, bounds, report ? *report : ignored);
+}
+
+std::string format_ply(const Mesh &mesh, const std::string &name) {
+  check_writable(mesh, name);
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertex_count()) +
+      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+      std::to_string(mesh.face_count()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string out = header;
+  out.resize(header.size() + mesh.positions.size() * 8 + mesh.face_count() * 13);
+  auto *at = reinterpret_cast<uint8_t *>(&out[header.size()]);
+  for (const double coordinate : mesh.positions) {
+    fvv_put_f64(at, coordinate);
+    at += 8;
+  }
+  for (size_t i = 0; i < mesh.faces.size(); i++) {
+    if (i % 3 == 0) *at++ = 3;
+    fvv_put_u32(at, mesh.faces[i]);
+    at += 4;
+  }
+  return out;
+}
+
+} // namespace fvv::capture
