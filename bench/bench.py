@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
+
+NAME is a figure or the part in front of its dot: mux, demux, draco, container, sweep. Prints a table and writes
+build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures keeps the others.
+"""
+
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BUILD = ROOT / "build/default"
+WORK = ROOT / "build/bench"
+RESULTS = ROOT / "build/bench.json"
+CAPTURE = WORK / "players"
+STREAM = WORK / "players.fvv"
+
+
+def tool(name, *arguments):
+    """Run one of the tools; its standard output, or the end of this run with its message."""
+    command = [str(BUILD / "tools" / name / name), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"bench: {name} failed ({done.returncode}): {done.stderr.strip()}")
+    return done.stdout
+
+
+def fvvbench(what):
+    done = subprocess.run([BUILD / "bench/fvvbench", what, STREAM], capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"bench: {done.stderr.strip()}")
+    return json.loads(done.stdout)
+
+
+def capture():
+    if not (CAPTURE / "capture.json").exists():
+        tool("fvvsynth", "-o", CAPTURE, "--force")
+    return CAPTURE / "capture.json"
+
+
+def stream():
+    if not STREAM.exists():
+        tool("fvvmux", capture(), "-o", STREAM)
+    return STREAM
+
+
+def mux():
+    """Frames a second of the whole fvvmux, quality search and start included; default options."""
+    source = capture()
+    times = []
+    for _ in range(3):
+        begin = time.perf_counter()
+        summary = json.loads(tool("fvvmux", source, "-o", STREAM, "--force", "--json"))
+        times.append(time.perf_counter() - begin)
+    return {"mux.frames_per_s": summary["frames"] / sorted(times)[1]}
+
+
+def demux():
+    stream()
+    return fvvbench("demux")
+
+
+def draco():
+    stream()
+    return fvvbench("draco")
+
+
+def container():
+    info = json.loads(tool("fvvinfo", "--json", stream()))["files"][0]
+    return {"container.overhead_percent": 100 * info["container_bytes"] / info["bytes"]}
+
+
+def sweep():
+    script = ROOT / "tests/tools/sweep.py"
+    small = WORK / "small.fvv"
+    tool("fvvmux", capture(), "-o", small, "--force", "--frames", "0..1", "--no-meshes", "--codec", "jpeg",
+         "--quality", "1", "--scale", "0.05")  # fmt: skip
+    environment = {"FVV_TOOLS_DIR": str(BUILD / "tools"), "PATH": "/usr/bin:/bin"}
+    files = [ROOT / "conformance/tiny/tetrahedron.fvv", small]
+    done = subprocess.run([sys.executable, script, *files], capture_output=True, text=True, env=environment)
+    if done.returncode != 0:
+        sys.exit(f"bench: sweep failed: {done.stderr.strip()}")
+    result = json.loads(done.stdout)
+    return {"sweep.cases": result["cases"], "sweep.silent_wrong": result["silent_wrong"]}
+
+
+PARTS = {"mux": mux, "demux": demux, "draco": draco, "container": container, "sweep": sweep}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help="figures or parts: " + ", ".join(PARTS))
+    names = parser.parse_args().names
+    unknown = [name for name in names if name.split(".")[0] not in PARTS]
+    if unknown:
+        parser.error(f"no such figure: {', '.join(unknown)}")
+    WORK.mkdir(parents=True, exist_ok=True)
+    figures = json.loads(RESULTS.read_text()) if names and RESULTS.exists() else {}
+    print(f"{'figure':32} {'value':>12}")
+    for part, measure in PARTS.items():
+        wanted = [name for name in names if name.split(".")[0] == part]
+        if names and not wanted:
+            continue
+        for figure, value in measure().items():
+            if names and part not in wanted and figure not in wanted:
+                continue
+            figures[figure] = round(value, 4)
+            print(f"{figure:32} {figures[figure]:>12}", flush=True)
+    RESULTS.write_text(json.dumps(figures, indent=2) + "\n")
+    print(f"written to {RESULTS.relative_to(ROOT)}")
+
+
+if __name__ == "__main__":
+    main()

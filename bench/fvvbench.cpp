@@ -1,0 +1,187 @@
+// fvvbench: times parts of libfvv on a given file. Prints one JSON object: figure -> number. Every time is
+// the median of several runs; what can be compared within one run is (copying the same bytes, beside
+// demultiplexing).
+//   fvvbench demux FILE.fvv    push reader with all CRCs, over the file's chunks repeated to some 400 MB
+//   fvvbench draco FILE.fvv    Draco coding of the file's meshes at level 7
+#include "fvv/stream.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+constexpr int runs = 5;
+
+void require(fvv_status status, const fvv_diagnostic &d) {
+  if (status < 0) throw std::runtime_error(d.message[0] ? d.message : fvv_status_text(status));
+}
+
+double seconds(const std::function<void()> &body) {
+  const auto begin = std::chrono::steady_clock::now();
+  body();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+double median(const std::function<void()> &body) {
+  std::vector<double> all;
+  for (int i = 0; i < runs; i++) all.push_back(seconds(body));
+  std::sort(all.begin(), all.end());
+  return all[all.size() / 2];
+}
+
+Bytes read_file(const char *path) {
+  FILE *file = std::fopen(path, "rb");
+  if (!file) throw std::runtime_error(std::string(path) + ": cannot open");
+  Bytes out;
+  uint8_t block[1 << 16];
+  while (const size_t n = std::fread(block, 1, sizeof block, file)) out.insert(out.end(), block, block + n);
+  std::fclose(file);
+  return out;
+}
+
+fvv_input input_of(Bytes &bytes) {
+  const auto read_at = [](void *user, uint64_t offset, void *out, size_t size) -> fvv_status {
+    std::memcpy(out, static_cast<Bytes *>(user)->data() + offset, size);
+    return FVV_OK;
+  };
+  return {read_at, &bytes, bytes.size()};
+}
+
+// The groups of the file again and again, as one long stream.
+Bytes long_stream(Bytes &source, size_t wanted) {
+  fvv_diagnostic d{};
+  fvv_file *file = nullptr;
+  const fvv_input input = input_of(source);
+  require(fvv_file_open(&input, nullptr, nullptr, &file, &d), d);
+  Bytes out;
+  const fvv_output output = {[](void *user, const void *data, size_t size) -> fvv_status {
+                               auto *bytes = static_cast<Bytes *>(user);
+                               const auto *p = static_cast<const uint8_t *>(data);
+                               bytes->insert(bytes->end(), p, p + size);
+                               return FVV_OK;
+                             },
+                             &out};
+  fvv_writer *writer = nullptr;
+  require(fvv_writer_create(&output, nullptr, &writer, &d), d);
+  const fvv_chunk_info *chunks = nullptr;
+  size_t count = 0;
+  const uint8_t *payload = nullptr;
+  require(fvv_file_configuration(file, fvv_file_group(file, 0)->configuration_offset, &chunks, &count, &d),
+          d);
+  for (size_t c = 0; c < count; c++) {
+    require(fvv_file_read_chunk(file, &chunks[c], &payload, &d), d);
+    require(fvv_writer_configuration(writer, chunks[c].type, chunks[c].track, chunks[c].flags, payload,
+                                     size_t(chunks[c].size), &d),
+            d);
+  }
+  for (int64_t shift = 0; out.size() < wanted;) {
+    int64_t end = 0;
+    for (size_t g = 0; g < fvv_file_group_count(file) && out.size() < wanted; g++) {
+      const fvv_group_info *group = fvv_file_group(file, g);
+      end = shift + group->end;
+      require(fvv_writer_begin_group(writer, shift + group->start, end, &d), d);
+      require(fvv_file_group_chunks(file, g, &chunks, &count, &d), d);
+      for (size_t c = 0; c < count; c++) {
+        require(fvv_file_read_chunk(file, &chunks[c], &payload, &d), d);
+        require(fvv_writer_chunk(writer, chunks[c].type, chunks[c].track, chunks[c].flags,
+                                 shift + chunks[c].time, payload, size_t(chunks[c].size), &d),
+                d);
+      }
+      require(fvv_writer_end_group(writer, &d), d);
+    }
+    shift = end;
+  }
+  require(fvv_writer_finish(writer, &d), d);
+  fvv_writer_destroy(writer);
+  fvv_file_close(file);
+  return out;
+}
+
+nlohmann::ordered_json demux(const char *path) {
+  Bytes source = read_file(path);
+  const Bytes stream = long_stream(source, size_t(400) << 20);
+  constexpr size_t block = 1 << 20;
+  const double reading = median([&] {
+    fvv_reader *reader = nullptr;
+    fvv_diagnostic d{};
+    require(fvv_reader_create(nullptr, nullptr, 0, &reader), d);
+    fvv_event event;
+    bool ended = false;
+    for (size_t at = 0; at < stream.size(); at += block) {
+      require(fvv_reader_push(reader, stream.data() + at, std::min(block, stream.size() - at)), d);
+      while (fvv_reader_next(reader, &event, &d) == FVV_OK) {
+        if (event.kind == FVV_EVENT_DAMAGE) throw std::runtime_error(event.diagnostic.message);
+        ended = ended || event.kind == FVV_EVENT_END;
+      }
+    }
+    if (!ended) throw std::runtime_error("the stream did not end");
+    fvv_reader_destroy(reader);
+  });
+  Bytes copy(block);
+  volatile uint8_t sink = 0;
+  const double copying = median([&] {
+    for (size_t at = 0; at < stream.size(); at += block) {
+      std::memcpy(copy.data(), stream.data() + at, std::min(block, stream.size() - at));
+      sink = copy[at % block];
+    }
+  });
+  (void)sink;
+  return {{"demux.gb_per_s", double(stream.size()) / reading / 1e9},
+          {"demux.copy_gb_per_s", double(stream.size()) / copying / 1e9}};
+}
+
+nlohmann::ordered_json draco(const char *path) {
+  Bytes source = read_file(path);
+  fvv_diagnostic d{};
+  fvv_stream *stream = nullptr;
+  const fvv_input input = input_of(source);
+  require(fvv_stream_open(&input, nullptr, nullptr, &stream, &d), d);
+  const size_t frames = std::min<size_t>(fvv_stream_frame_count(stream), 10);
+  double encode = 0, decode = 0, vertices = 0, faces = 0, bytes = 0;
+  for (size_t f = 0; f < frames; f++) {
+    fvv_mesh mesh;
+    require(fvv_stream_mesh(stream, f, 1, &mesh, &d), d);
+    fvv_bytes payload{};
+    encode += median([&] { require(fvv_mesh_encode(&mesh, FVV_MESH_DRACO, 7, nullptr, &payload, &d), d); });
+    decode += median([&] {
+      fvv_mesh again;
+      require(fvv_mesh_decode(payload.data, payload.size, nullptr, nullptr, &again, &d), d);
+      fvv_mesh_free(&again);
+    });
+    vertices += mesh.vertex_count;
+    faces += mesh.face_count;
+    bytes += double(payload.size);
+    fvv_bytes_free(&payload);
+    fvv_mesh_free(&mesh);
+  }
+  fvv_stream_close(stream);
+  return {{"draco.encode_ms", encode / double(frames) * 1e3},
+          {"draco.decode_ms", decode / double(frames) * 1e3},
+          {"draco.bits_per_vertex", bytes * 8 / vertices},
+          {"draco.triangles", faces / double(frames)}};
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  try {
+    const std::string what = argc == 3 ? argv[1] : "";
+    if (what != "demux" && what != "draco") {
+      std::fputs("usage: fvvbench demux|draco FILE.fvv\n", stderr);
+      return 2;
+    }
+    std::printf("%s\n", (what == "demux" ? demux(argv[2]) : draco(argv[2])).dump().c_str());
+    return 0;
+  } catch (const std::exception &error) {
+    std::fprintf(stderr, "fvvbench: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,42 @@
+#!/usr/bin/env python3
+"""crane: fifty frames of a captured person with one topology, in metres, no pictures."""
+
+import json
+import tarfile
+
+import real_capture as real
+
+
+def main():
+    archive = real.data("csail_meshes/crane.first50.tar.xz")
+    folder = real.WORK / "crane"
+    folder.mkdir(parents=True, exist_ok=True)
+    with tarfile.open(archive) as tar:
+        for member in tar:
+            name = member.name.split("/")[-1]
+            if member.isfile() and name.startswith("mesh_") and name.endswith(".obj"):
+                (folder / name).write_bytes(tar.extractfile(member).read())
+    count = len(list(folder.glob("mesh_*.obj")))
+    description = {
+        "fvv_capture": 1,
+        "name": "crane",
+        "frame_rate": "25",
+        "frames": {"first": 0, "count": count},
+        "units": "metres",
+        "up": "+y",
+        "meshes": {"pattern": "mesh_%04d.obj"},
+    }
+    capture = real.write_capture(folder, description)
+    stream, out = folder / "crane.fvv", folder / "out"
+    print(real.tool("fvvmux", capture, "-o", stream, "--lattice-step", "1mm", "--verify", "--force"))
+    print(real.tool("fvvinfo", "--check", stream))
+    real.tool("fvvdemux", stream, "-o", out, "--force")
+    step = json.loads(real.tool("fvvinfo", "--json", stream))["files"][0]["scene"]["lattice_step"]
+    for number in range(0, count, 7):
+        source = real.read_obj(folder / f"mesh_{number:04d}.obj")
+        real.compare_meshes(f"frame {number}", source, real.read_ply(out / f"meshes/{number:04d}.ply"), step)
+    real.finish()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""What the scripts beside this file share: finding data and tools, reading the demultiplexed meshes, comparing them.
+
+Comparisons use NumPy and formats read here, nothing of libfvv, so that a mistake of the library shows.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+TOOLS = pathlib.Path(os.environ.get("FVV_TOOLS_DIR", ROOT / "build/default/tools"))
+DATA = pathlib.Path(os.environ.get("FVV_DATA", ROOT.parent / "shared/data"))
+WORK = ROOT / "build/real"
+SKIPPED = 77
+
+failures = []
+
+
+def data(name):
+    """The path of a capture's file or folder; ends the run as skipped when it is absent."""
+    path = DATA / name
+    if not path.exists():
+        print(f"skipped: no {name} under FVV_DATA={DATA}")
+        sys.exit(SKIPPED)
+    return path
+
+
+def tool(name, *arguments):
+    """Run a tool, show the command; ends the run when it fails."""
+    print("$", name, *(str(a).replace(str(ROOT) + "/", "") for a in arguments), flush=True)
+    done = subprocess.run([TOOLS / name / name, *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        print(f"failed: {name} answered {done.returncode}")
+        sys.exit(1)
+    return done.stdout
+
+
+def figure(text, value, limit, at_most=True):
+    """Print a figure with what was promised; remember a broken promise."""
+    good = value <= limit if at_most else value >= limit
+    if not good:
+        failures.append(text)
+    print(
+        f"{text}: {value:.6g} ({'at most' if at_most else 'at least'} {limit:g}) {'ok' if good else 'BROKEN'}"
+    )
+
+
+def finish():
+    print("broken: " + ", ".join(failures) if failures else "all promises hold")
+    sys.exit(1 if failures else 0)
+
+
+def write_capture(folder, description):
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "capture.json"
+    path.write_text(json.dumps(description, indent=1))
+    return path
+
+
+def read_ply(path):
+    """Positions (n x 3, float64) and triangles (m x 3) of a binary little-endian PLY of triangles."""
+    bytes_ = pathlib.Path(path).read_bytes()
+    end = bytes_.index(b"end_header\n") + len(b"end_header\n")
+    header = bytes_[:end].decode("ascii").split("\n")
+    assert "format binary_little_endian 1.0" in header, f"{path}: not binary little-endian"
+    types = {"float": "<f4", "double": "<f8", "uchar": "u1", "int": "<i4", "uint": "<u4"}
+    counts, fields, element = {}, [], None
+    for line in header:
+        word = line.split()
+        if word[:1] == ["element"]:
+            element = word[1]
+            counts[element] = int(word[2])
+        if word[:1] == ["property"] and element == "vertex":
+            fields.append((word[2], types[word[1]]))
+    vertices = np.frombuffer(bytes_, np.dtype(fields), counts["vertex"], end)
+    face = np.dtype([("n", "u1"), ("index", "<u4", 3)])
+    faces = np.frombuffer(bytes_, face, counts["face"], end + vertices.nbytes)
+    assert (faces["n"] == 3).all(), f"{path}: not all faces are triangles"
+    return np.stack([vertices[axis].astype(np.float64) for axis in "xyz"], axis=1), faces["index"]
+
+
+def read_obj(path):
+    """Positions and triangles of an OBJ that has nothing but v and f lines of triangles."""
+    rows = [line.split() for line in pathlib.Path(path).read_text().splitlines()]
+    positions = np.array([row[1:4] for row in rows if row[:1] == ["v"]], np.float64)
+    faces = np.array(
+        [[part.split("/")[0] for part in row[1:4]] for row in rows if row[:1] == ["f"]], np.int64
+    )
+    return positions, faces - 1
+
+
+def triangle_set(positions, faces, step):
+    """Triangles as sorted triples of lattice points: the same whatever the order of vertices and faces."""
+    lattice = np.rint(positions / step).astype(np.int64)
+    triples = lattice[faces]
+    distinct = (
+        (triples[:, 0] != triples[:, 1]).any(1)
+        & (triples[:, 1] != triples[:, 2]).any(1)
+        & (triples[:, 0] != triples[:, 2]).any(1)
+    )
+    return {tuple(sorted(map(tuple, t))) for t in triples[distinct].tolist()}
+
+
+def compare_meshes(name, source, decoded, step):
+    """Every vertex of the source has a decoded one within half a step on each axis, and no triangle is new."""
+    (positions, faces), (out_positions, out_faces) = source, decoded
+    points = {tuple(p) for p in np.rint(out_positions / step).astype(np.int64).tolist()}
+    used = np.unique(faces)
+    lattice = np.rint(positions[used] / step)
+    error = np.abs(lattice * step - positions[used]).max() / step
+    missing = [p for p in lattice.astype(np.int64).tolist() if tuple(p) not in points]
+    figure(f"{name}: largest error on an axis, in lattice steps", error, 0.5 + 1e-9)
+    figure(f"{name}: source vertices without a decoded one", len(missing), len(used) * 0.001)
+    extra = triangle_set(out_positions, out_faces, step) - triangle_set(positions, faces, step)
+    figure(f"{name}: triangles that the source has not", len(extra), 0)

@@ -1,0 +1,54 @@
+"""Formatting and size of sources: clang-format, ruff, and a file fits in a head (400 lines)."""
+
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+BIN = pathlib.Path(sys.executable).parent
+FOLDERS = ["libfvv", "tools", "tests", "bench"]
+GENERATED = {"format.h", "layout.h", "crc32c_table.h"}
+
+
+def sources(*suffixes):
+    found = [p for folder in FOLDERS for p in sorted((ROOT / folder).rglob("*")) if p.suffix in suffixes]
+    assert found, f"no files with {suffixes}"
+    return [p for p in found if p.name not in GENERATED]
+
+
+def run(*command):
+    done = subprocess.run([str(c) for c in command], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_clang_format():
+    run(BIN / "clang-format", "--dry-run", "--Werror", *sources(".c", ".h", ".cpp"))
+
+
+def test_ruff():
+    run(BIN / "ruff", "check", "spec", "bench", "conformance", "tests")
+    run(BIN / "ruff", "format", "--check", "spec", "bench", "conformance", "tests")
+
+
+def test_files_fit_in_a_head():
+    long = {
+        p.name: n for p in sources(".c", ".h", ".cpp", ".py") if (n := len(p.read_text().splitlines())) > 400
+    }
+    assert not long
+
+
+def test_lower_layers_never_include_higher_ones():
+    below = {
+        "base": [],
+        "container": ["base"],
+        "mesh": ["base"],
+        "calibration": ["base"],
+        "video": ["base"],
+        "stream": ["base", "container", "mesh", "calibration", "video"],
+    }
+    for layer, allowed in below.items():
+        for path in (ROOT / "libfvv/src" / layer).iterdir():
+            for line in path.read_text().splitlines() if path.suffix in {".c", ".h", ".cpp"} else []:
+                if line.startswith('#include "') and not line.startswith('#include "fvv/'):
+                    folder = line.split('"')[1].split("/")[0]
+                    assert folder in [layer, *allowed], f"{path.name} in {layer} includes {line}"
