@@ -5,7 +5,8 @@ Without arguments everything is written anew. With --check nothing is written: e
 differs from what chunks.json asks for, or that code and prose disagree with its table of issues.
 
 In prose a table stands between <!-- table: NAME --> and <!-- end -->; NAME is "structure X", "enum X", "chunks",
-"codecs" or "reserved". spec/issues.md, format.h, layout.h and the CRC table are generated whole.
+"codecs" or "reserved". Appendix A stands between <!-- tiny files --> and <!-- end tiny files -->. spec/issues.md,
+format.h, layout.h, the CRC table and the files of conformance/tiny are generated whole.
 """
 
 import argparse
@@ -13,6 +14,8 @@ import json
 import pathlib
 import re
 import sys
+
+import tiny
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SPEC = ROOT / "spec"
@@ -167,14 +170,16 @@ def filled(text, by_name, path):
             raise SystemExit(f"{path}: no table named '{name}' in chunks.json")
         return f"<!-- table: {name} -->\n{by_name[name]}\n<!-- end -->"
 
-    return re.sub(r"<!-- table: (.*?) -->\n.*?<!-- end -->", replace, text, flags=re.S)
+    text = re.sub(r"<!-- table: (.*?) -->\n.*?<!-- end -->", replace, text, flags=re.S)
+    head, end = "<!-- tiny files -->\n", "<!-- end tiny files -->"
+    return re.sub(f"{head}.*?{end}", lambda _: f"{head}{tiny.appendix()}\n{end}", text, flags=re.S)
 
 
 def disagreements(data):
     """What the generated files cannot show: issues that no code raises, numbers in prose that do not exist."""
     code = "".join(p.read_text() for p in sorted((ROOT / "libfvv/src").rglob("*.c*")))
     for issue in data["issues"]:
-        if not re.search(rf"FVV_ISSUE_{issue['name']}\b|BROKEN\({issue['name']},", code):
+        if not re.search(rf"FVV_ISSUE_{issue['name']}\b|(BROKEN|WRONG)\({issue['name']},", code):
             yield f"FVV-{issue['number']} ({issue['name']}) is raised nowhere in libfvv/src"
     known = {i["number"] for i in data["issues"]}
     prose = (SPEC / "fvv.md").read_text()
@@ -203,14 +208,16 @@ def main():
     for page in SPEC.glob("*.md"):
         if page not in wanted:
             wanted[page] = filled(page.read_text(), by_name, page)
+    wanted = {path: text.encode() for path, text in wanted.items()}
+    wanted |= {ROOT / "conformance/tiny" / name: stream for name, stream in tiny.files().items()}
     wrong = []
-    for path, text in wanted.items():
-        if path.exists() and path.read_text() == text:
+    for path, content in wanted.items():
+        if path.exists() and path.read_bytes() == content:
             continue
         if arguments.check:
             wrong.append(f"{path.relative_to(ROOT)} differs: run spec/generate.py")
         else:
-            path.write_text(text)
+            path.write_bytes(content)
     if arguments.check:
         wrong += disagreements(data)
     for line in wrong:

@@ -41,9 +41,10 @@ FVV_API void fvv_lattice_to_metres(const double origin[3], double step, const in
 FVV_API void fvv_lattice_to_floats(const double origin[3], double step, const int32_t *indices, size_t count,
                                    float *metres);
 
-/* What the canonicaliser changed. All zero: the mesh went through as it was. */
+/* What the canonicaliser changed. All zero: the mesh went through as it was. A component is a set of faces
+ * that are joined over shared edges. */
 typedef struct fvv_mesh_report {
-  size_t struct_size;
+  size_t struct_size;             /* the caller sets it before the call */
   uint32_t welded_vertices;       /* fell onto the same lattice point as an earlier vertex */
   uint32_t degenerate_faces;      /* two corners the same after welding, or zero area on the lattice */
   uint32_t duplicate_faces;       /* same three vertices as an earlier face, either winding */
@@ -68,7 +69,8 @@ FVV_API void fvv_mesh_options_default(fvv_mesh_options *options);
 
 /* Quantises and canonicalises: source -> mesh on the lattice. Refuses NaN, infinities, coordinates outside
  * the lattice, indices out of range (FVV_ERROR_INPUT; the message names vertex or face). An empty result is
- * an error too ("no face is left"). Same input, same output, on every machine. report may be NULL. */
+ * an error too ("no face is left"). Same input, same output, on every machine. report may be NULL; it is
+ * filled on failure too, as far as the work went. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *source,
                                                       const fvv_mesh_options *options,
                                                       const fvv_allocator *allocator, fvv_mesh *mesh,
@@ -76,7 +78,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *sou
 
 /* MESH payload of profile FVV_MESH_RAW or FVV_MESH_DRACO (clause 8.3, 8.4); replaces what payload holds.
  * level: 0 (fastest) to 10 (smallest) for Draco, ignored for raw. Deterministic. The decoded mesh may have
- * another order of vertices and faces than the one handed in: decode to learn it. */
+ * another order of vertices and faces than the one handed in, and more vertices where the surface is no
+ * manifold: decode to learn it. The encoder has decoded what it hands out and found the same triangles. Draco
+ * takes its memory from operator new, not from the allocator. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level,
                                                 const fvv_allocator *allocator, fvv_bytes *payload,
                                                 fvv_diagnostic *diagnostic);

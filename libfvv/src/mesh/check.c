@@ -1,0 +1,65 @@
+#include "mesh/check.h"
+
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/memory.h"
+
+static fvv_status status_of(fvv_mesh_origin origin) {
+  return origin == FVV_MESH_FROM_CALLER ? FVV_ERROR_INPUT : FVV_ERROR_INVALID;
+}
+
+/* Of an element in a raw payload; a Draco bitstream has no bytes that belong to one element. */
+static uint64_t offset_of(fvv_mesh_origin origin, uint64_t element) {
+  return origin == FVV_MESH_FROM_RAW ? FVV_MESH_SIZE + 12 * element : FVV_MESH_SIZE;
+}
+
+static fvv_status check_positions(const fvv_mesh *mesh, fvv_mesh_origin origin, fvv_diagnostic *diagnostic) {
+  for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
+    if (mesh->positions[i] < -FVV_LATTICE_MAX || mesh->positions[i] > FVV_LATTICE_MAX)
+      return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_LATTICE, FVV_CHUNK_MESH,
+                      offset_of(origin, i / 3), "vertex %zu: %c index %ld is outside +-2^28", i / 3,
+                      "xyz"[i % 3], (long)mesh -> positions[i]);
+  return FVV_OK;
+}
+
+static fvv_status check_faces(const fvv_mesh *mesh, fvv_mesh_origin origin, uint8_t *used,
+                              fvv_diagnostic *diagnostic) {
+  for (size_t f = 0; f < mesh->face_count; f++) {
+    const uint32_t *face = mesh->faces + 3 * f;
+    const uint64_t offset = offset_of(origin, mesh->vertex_count + (uint64_t)f);
+    for (int c = 0; c < 3; c++) {
+      if (face[c] >= mesh->vertex_count)
+        return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_INDEX, FVV_CHUNK_MESH, offset,
+                        "face %zu: index %lu of %lu vertices", f, (unsigned long)face[c],
+                        (unsigned long)mesh->vertex_count);
+      used[face[c]] = 1;
+    }
+    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0])
+      return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_INDEX, FVV_CHUNK_MESH, offset,
+                      "face %zu: corners %lu, %lu and %lu are not three different vertices", f,
+                      (unsigned long)face[0], (unsigned long)face[1], (unsigned long)face[2]);
+  }
+  return FVV_OK;
+}
+
+static fvv_status check_used(const fvv_mesh *mesh, fvv_mesh_origin origin, const uint8_t *used,
+                             fvv_diagnostic *diagnostic) {
+  for (size_t v = 0; v < mesh->vertex_count; v++)
+    if (!used[v])
+      return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_UNREFERENCED, FVV_CHUNK_MESH,
+                      offset_of(origin, v), "vertex %zu is used by no face", v);
+  return FVV_OK;
+}
+
+fvv_status fvv_mesh_check(const fvv_mesh *mesh, fvv_mesh_origin origin, const fvv_allocator *allocator,
+                          fvv_diagnostic *diagnostic) {
+  uint8_t *used = fvv_allocate_zeroed(allocator, mesh->vertex_count);
+  if (!used)
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory to check a mesh of %lu vertices",
+                    (unsigned long)mesh->vertex_count);
+  fvv_status status = check_positions(mesh, origin, diagnostic);
+  if (status == FVV_OK) status = check_faces(mesh, origin, used, diagnostic);
+  if (status == FVV_OK) status = check_used(mesh, origin, used, diagnostic);
+  fvv_release(allocator, used, mesh->vertex_count);
+  return status;
+}

@@ -1,0 +1,144 @@
+// The only file that knows Draco. Plain arrays come in and go out; what is allowed to come in from a stream
+// is draco_check.c's business, what the result must look like is payload.c's.
+#include "mesh/draco_bridge.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+#include <draco/compression/decode.h>
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/mesh.h>
+
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/memory.h"
+#include "fvv/format.h"
+
+namespace {
+
+// Draco's encoder holds a histogram with an entry for each value that a prediction error could have, so that
+// far-apart positions would cost gigabytes. From this extent on, 1 km at 1 mm, errors are stored as they are.
+constexpr int64_t wide_extent = int64_t(1) << 20;
+
+fvv_status out_of_memory(fvv_diagnostic *diagnostic) {
+  return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for Draco");
+}
+
+fvv_status broken(fvv_diagnostic *diagnostic, uint32_t issue, const char *text) {
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, FVV_CHUNK_MESH, FVV_MESH_SIZE, "%s", text);
+}
+
+bool is_wide(const fvv_mesh &mesh) {
+  int32_t low = mesh.positions[0], high = low;
+  for (size_t i = 0; i < 3 * size_t(mesh.vertex_count); i++) {
+    low = std::min(low, mesh.positions[i]);
+    high = std::max(high, mesh.positions[i]);
+  }
+  return int64_t(high) - low >= wide_extent;
+}
+
+// One attribute value a vertex, as handed in: vertices at one place stay apart, so that the faces alone say
+// what is connected.
+void fill(const fvv_mesh &mesh, draco::Mesh *out) {
+  out->SetNumFaces(mesh.face_count);
+  for (uint32_t f = 0; f < mesh.face_count; f++) {
+    draco::Mesh::Face face;
+    for (int c = 0; c < 3; c++) face[c] = mesh.faces[3 * size_t(f) + c];
+    out->SetFace(draco::FaceIndex(f), face);
+  }
+  out->set_num_points(mesh.vertex_count);
+  draco::GeometryAttribute position;
+  position.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_INT32, false, 3 * sizeof(int32_t),
+                0);
+  const int id = out->AddAttribute(position, true, mesh.vertex_count);
+  out->attribute(id)->buffer()->Write(0, mesh.positions, size_t(mesh.vertex_count) * 3 * sizeof(int32_t));
+}
+
+fvv_status encode(const fvv_mesh &mesh, int level, fvv_draco_coding coding, fvv_bytes *bytes,
+                  fvv_diagnostic *diagnostic) {
+  draco::Mesh source;
+  fill(mesh, &source);
+  draco::ExpertEncoder encoder(source);
+  encoder.SetSpeedOptions(10 - level, 10 - level);
+  encoder.SetEncodingMethod(coding == FVV_DRACO_SEQUENTIAL ? draco::MESH_SEQUENTIAL_ENCODING
+                                                           : draco::MESH_EDGEBREAKER_ENCODING);
+  // SetEncodingSubmethod sets an option that the encoder of Draco 1.5 does not read.
+  if (coding == FVV_DRACO_STANDARD)
+    encoder.options().SetGlobalInt("edgebreaker_method", draco::MESH_EDGEBREAKER_STANDARD_ENCODING);
+  if (is_wide(mesh)) {
+    encoder.SetUseBuiltInAttributeCompression(false);
+    const draco::Status status =
+        encoder.SetAttributePredictionScheme(0, draco::MESH_PREDICTION_PARALLELOGRAM);
+    if (!status.ok())
+      return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "Draco refuses its option: %s", status.error_msg());
+  }
+  draco::EncoderBuffer buffer;
+  const draco::Status status = encoder.EncodeToBuffer(&buffer);
+  if (!status.ok())
+    return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "Draco does not encode the mesh: %s",
+                    status.error_msg());
+  return fvv_bytes_append(bytes, buffer.data(), buffer.size()) == FVV_OK ? FVV_OK : out_of_memory(diagnostic);
+}
+
+// Values lie in coding order; the mapping says which vertex has which.
+fvv_status copy_positions(const draco::Mesh &decoded, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  const draco::PointAttribute *position = decoded.GetNamedAttribute(draco::GeometryAttribute::POSITION);
+  if (decoded.num_attributes() != 1 || !position || position->data_type() != draco::DT_INT32 ||
+      position->num_components() != 3)
+    return broken(diagnostic, FVV_ISSUE_DRACO_ATTRIBUTE,
+                  "Draco yields other attributes than int32 positions");
+  for (uint32_t v = 0; v < mesh->vertex_count; v++) {
+    const draco::AttributeValueIndex value = position->mapped_index(draco::PointIndex(v));
+    if (value.value() >= position->size())
+      return broken(diagnostic, FVV_ISSUE_DRACO_STREAM, "a vertex of the Draco bitstream has no position");
+    position->GetValue(value, mesh->positions + 3 * size_t(v));
+  }
+  return FVV_OK;
+}
+
+fvv_status decode(const uint8_t *data, size_t size, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char *>(data), size);
+  draco::Mesh decoded;
+  draco::Decoder decoder;
+  if (!decoder.DecodeBufferToGeometry(&buffer, &decoded).ok())
+    return broken(diagnostic, FVV_ISSUE_DRACO_STREAM, "Draco does not decode the bitstream");
+  if (buffer.remaining_size() != 0)
+    return broken(diagnostic, FVV_ISSUE_DRACO_STREAM, "Draco does not read the bitstream to its end");
+  if (decoded.num_points() != mesh->vertex_count || decoded.num_faces() != mesh->face_count)
+    return fvv_fail(
+        diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DRACO_COUNTS, FVV_CHUNK_MESH, FVV_MESH_SIZE,
+        "Draco yields %lu vertices and %lu faces, the MESH header declares %lu and %lu",
+        static_cast<unsigned long>(decoded.num_points()), static_cast<unsigned long>(decoded.num_faces()),
+        static_cast<unsigned long>(mesh->vertex_count), static_cast<unsigned long>(mesh->face_count));
+  for (uint32_t f = 0; f < mesh->face_count; f++) {
+    const draco::Mesh::Face &face = decoded.face(draco::FaceIndex(f));
+    for (int c = 0; c < 3; c++) mesh->faces[3 * size_t(f) + c] = face[c].value();
+  }
+  return copy_positions(decoded, mesh, diagnostic);
+}
+
+} // namespace
+
+fvv_status fvv_draco_encode(const fvv_mesh *mesh, int level, fvv_draco_coding coding, fvv_bytes *bytes,
+                            fvv_diagnostic *diagnostic) {
+  try {
+    return encode(*mesh, level, coding, bytes, diagnostic);
+  } catch (const std::bad_alloc &) {
+    return out_of_memory(diagnostic);
+  } catch (...) {
+    return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "Draco's encoder threw an exception");
+  }
+}
+
+fvv_status fvv_draco_decode(const uint8_t *data, size_t size, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  try {
+    return decode(data, size, mesh, diagnostic);
+  } catch (const std::bad_alloc &) {
+    return out_of_memory(diagnostic);
+  } catch (...) {
+    // std::length_error and its kind: a size that no valid stream leads to.
+    return broken(diagnostic, FVV_ISSUE_DRACO_STREAM, "Draco does not decode the bitstream");
+  }
+}

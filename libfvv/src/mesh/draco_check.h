@@ -1,0 +1,35 @@
+/* mesh/draco_check.h: a Draco bitstream from outside is walked before Draco sees it (clause 8.4). */
+#ifndef FVV_MESH_DRACO_CHECK_H
+#define FVV_MESH_DRACO_CHECK_H
+
+#include "fvv/types.h"
+
+/* Vertices and faces that one byte of bitstream may carry. Hulls have 1 to 4 faces a byte, the smoothest
+ * regular height field on a coarse lattice had 8. Valence edgebreaker codes a flat grid in next to nothing,
+ * up to 2,500 faces a byte; standard edgebreaker never has more than 4.6, so that every mesh can be coded
+ * within this. */
+#define FVV_DRACO_DENSITY 16
+
+/* Of vertices and of faces: Draco counts corners and coordinates in int. */
+#define FVV_DRACO_COUNT_MAX (INT32_MAX / 3)
+
+typedef struct fvv_draco_counts {
+  uint32_t vertices;
+  uint32_t faces;
+} fvv_draco_counts;
+
+int fvv_draco_dense_enough(size_t size, fvv_draco_counts counts);
+
+/* Offsets in diagnostics count from the MESH payload's beginning, which lies FVV_MESH_SIZE before data. */
+
+/* Reads file header and counts alone. */
+FVV_MUST_USE fvv_status fvv_draco_read_counts(const uint8_t *data, size_t size, fvv_draco_counts *counts,
+                                              fvv_diagnostic *diagnostic);
+
+/* Walks the whole bitstream: FVV_OK says that it has the declared counts, one attribute of three int32, only
+ * parts that the counts bound, symbols that Draco decodes in linear time, and no byte behind. Values are not
+ * decoded: Draco may still find it wrong. */
+FVV_MUST_USE fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts declared,
+                                        const fvv_allocator *allocator, fvv_diagnostic *diagnostic);
+
+#endif

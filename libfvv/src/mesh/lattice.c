@@ -1,0 +1,33 @@
+/* The lattice of a stream: integers <-> metres, one stated rule for each way (clause 8.2). Knows no meshes,
+ * so that encoders, decoders and tests share the same arithmetic. */
+#include "mesh/lattice.h"
+
+#include "fvv/mesh.h"
+
+/* The product has a name of its own so that it is rounded: FMA would give other last bits. */
+static double metres_of(double origin, double step, int32_t index) {
+  const double product = step * (double)index;
+  return origin + product;
+}
+
+void fvv_lattice_to_metres(const double origin[3], double step, const int32_t index[3], double metres[3]) {
+  for (int k = 0; k < 3; k++) metres[k] = metres_of(origin[k], step, index[k]);
+}
+
+void fvv_lattice_to_floats(const double origin[3], double step, const int32_t *indices, size_t count,
+                           float *metres) {
+  for (size_t i = 0; i < count; i++)
+    for (size_t k = 0; k < 3; k++) metres[3 * i + k] = (float)metres_of(origin[k], step, indices[3 * i + k]);
+}
+
+int fvv_lattice_quantise(double x, double origin, double step, int32_t *index) {
+  const double v = (x - origin) / step;
+  /* Written so that NaN, from inf / inf, fails. The half step on either side rounds to even: inward. */
+  if (!(v >= -FVV_LATTICE_MAX - 0.5 && v <= FVV_LATTICE_MAX + 0.5)) return 0;
+  int32_t nearest = (int32_t)v;
+  const double rest = v - nearest; /* exact: |v| < 2^29 */
+  if (rest > 0.5 || (rest == 0.5 && nearest % 2)) nearest++;
+  if (rest < -0.5 || (rest == -0.5 && nearest % 2)) nearest--;
+  *index = nearest;
+  return 1;
+}

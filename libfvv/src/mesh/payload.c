@@ -1,0 +1,252 @@
+/* MESH payloads of key frames: header, raw profile, Draco profile (clause 8.3, 8.4). Reading trusts nothing:
+ * counts are held against limits and bytes first, then allocated for, then the result is checked. Writing
+ * decodes what it wrote. Chunks, tracks and time are not known here. */
+#include <string.h>
+
+#include "base/bytes.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/limits.h"
+#include "base/memory.h"
+#include "fvv/mesh.h"
+#include "mesh/check.h"
+#include "mesh/draco_bridge.h"
+#include "mesh/draco_check.h"
+#include "mesh/hash.h"
+
+/* A vertex and a face of the raw profile have 12 bytes each. */
+#define RAW_ELEMENT_SIZE 12
+
+static fvv_status invalid(fvv_diagnostic *diagnostic, uint32_t issue, uint64_t offset, const char *text) {
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, FVV_CHUNK_MESH, offset, "%s", text);
+}
+
+static fvv_status check_size(const fvv_mesh_header *header, fvv_diagnostic *diagnostic) {
+  const uint64_t raw_size = RAW_ELEMENT_SIZE * ((uint64_t)header->vertex_count + header->face_count);
+  const fvv_draco_counts counts = {header->vertex_count, header->face_count};
+  if (header->profile == FVV_MESH_RAW && header->data_size != raw_size)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_RAW_SIZE, FVV_CHUNK_MESH, FVV_MESH_SIZE,
+                    "%zu bytes follow the header, %lu vertices and %lu faces take %llu", header->data_size,
+                    (unsigned long)header->vertex_count, (unsigned long)header->face_count,
+                    (unsigned long long)raw_size);
+  if (header->profile == FVV_MESH_DRACO && !fvv_draco_dense_enough(header->data_size, counts))
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_DENSITY, FVV_CHUNK_MESH,
+                    FVV_MESH_VERTEX_COUNT,
+                    "%zu bytes of Draco bitstream cannot carry %lu vertices and %lu faces", header->data_size,
+                    (unsigned long)header->vertex_count, (unsigned long)header->face_count);
+  return FVV_OK;
+}
+
+fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                         fvv_mesh_header *header, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  memset(header, 0, sizeof *header);
+  if (size < FVV_MESH_SIZE)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_PAYLOAD, FVV_CHUNK_MESH, 0,
+                    "%zu bytes of MESH payload, its header has %d", size, FVV_MESH_SIZE);
+  const fvv_mesh_header read = {payload[FVV_MESH_PROFILE], fvv_get_u32(payload + FVV_MESH_VERTEX_COUNT),
+                                fvv_get_u32(payload + FVV_MESH_FACE_COUNT), size - FVV_MESH_SIZE};
+  if (read.profile != FVV_MESH_RAW && read.profile != FVV_MESH_DRACO)
+    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
+                    FVV_MESH_PROFILE, "mesh profile %u is not known, 0 and 1 are", read.profile);
+  if (payload[FVV_MESH_ATTRIBUTES])
+    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
+                    FVV_MESH_ATTRIBUTES, "mesh attributes 0x%x are not known", payload[FVV_MESH_ATTRIBUTES]);
+  if (fvv_get_u16(payload + FVV_MESH_RESERVED))
+    return invalid(diagnostic, FVV_ISSUE_MESH_PAYLOAD, FVV_MESH_RESERVED, "reserved bytes are not 0");
+  if (fvv_get_u32(payload + FVV_MESH_RESERVED2))
+    return invalid(diagnostic, FVV_ISSUE_MESH_PAYLOAD, FVV_MESH_RESERVED2, "reserved bytes are not 0");
+  if (read.vertex_count < 3 || read.face_count < 1)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_COUNTS, FVV_CHUNK_MESH,
+                    FVV_MESH_VERTEX_COUNT, "%lu vertices and %lu faces, a mesh has at least 3 and 1",
+                    (unsigned long)read.vertex_count, (unsigned long)read.face_count);
+  const fvv_limits most = fvv_limits_or_default(limits);
+  if (read.vertex_count > most.max_vertices || read.face_count > most.max_faces)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_MESH, FVV_MESH_VERTEX_COUNT,
+                    "%lu vertices and %lu faces, this reader takes at most %lu and %lu",
+                    (unsigned long)read.vertex_count, (unsigned long)read.face_count,
+                    (unsigned long)most.max_vertices, (unsigned long)most.max_faces);
+  const fvv_status status = check_size(&read, diagnostic);
+  if (status == FVV_OK) *header = read;
+  return status;
+}
+
+static fvv_status allocate(fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  mesh->positions = fvv_allocate_array(&mesh->allocator, mesh->vertex_count, 3 * sizeof *mesh->positions);
+  mesh->faces = fvv_allocate_array(&mesh->allocator, mesh->face_count, 3 * sizeof *mesh->faces);
+  if (mesh->positions && mesh->faces) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for a mesh of %lu vertices and %lu faces",
+                  (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
+}
+
+static void read_raw(const uint8_t *data, fvv_mesh *mesh) {
+  const size_t coordinates = 3 * (size_t)mesh->vertex_count, corners = 3 * (size_t)mesh->face_count;
+  for (size_t i = 0; i < coordinates; i++) {
+    const uint32_t bits = fvv_get_u32(data + 4 * i);
+    memcpy(&mesh->positions[i], &bits, sizeof bits);
+  }
+  for (size_t i = 0; i < corners; i++) mesh->faces[i] = fvv_get_u32(data + 4 * (coordinates + i));
+}
+
+static fvv_status decode(const fvv_mesh_header *header, const uint8_t *data, fvv_mesh *mesh,
+                         fvv_diagnostic *diagnostic) {
+  if (header->profile == FVV_MESH_RAW) {
+    const fvv_status status = allocate(mesh, diagnostic);
+    if (status != FVV_OK) return status;
+    read_raw(data, mesh);
+    return fvv_mesh_check(mesh, FVV_MESH_FROM_RAW, &mesh->allocator, diagnostic);
+  }
+  const fvv_draco_counts counts = {header->vertex_count, header->face_count};
+  fvv_status status = fvv_draco_check(data, header->data_size, counts, &mesh->allocator, diagnostic);
+  if (status == FVV_OK) status = allocate(mesh, diagnostic);
+  if (status == FVV_OK) status = fvv_draco_decode(data, header->data_size, mesh, diagnostic);
+  if (status == FVV_OK) status = fvv_mesh_check(mesh, FVV_MESH_FROM_DRACO, &mesh->allocator, diagnostic);
+  return status;
+}
+
+fvv_status fvv_mesh_decode(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                           const fvv_allocator *allocator, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  memset(mesh, 0, sizeof *mesh);
+  fvv_mesh_header header;
+  fvv_status status = fvv_mesh_peek(payload, size, limits, &header, diagnostic);
+  if (status != FVV_OK) return status;
+  mesh->allocator = fvv_allocator_or_default(allocator);
+  mesh->vertex_count = header.vertex_count;
+  mesh->face_count = header.face_count;
+  status = decode(&header, payload + FVV_MESH_SIZE, mesh, diagnostic);
+  if (status != FVV_OK) fvv_mesh_free(mesh);
+  return status;
+}
+
+static fvv_status put_header(fvv_bytes *payload, uint8_t profile) {
+  uint8_t header[FVV_MESH_SIZE] = {0};
+  header[FVV_MESH_PROFILE] = profile;
+  payload->size = 0;
+  return fvv_bytes_append(payload, header, sizeof header);
+}
+
+static void put_counts(fvv_bytes *payload, uint32_t vertices, uint32_t faces) {
+  fvv_put_u32(payload->data + FVV_MESH_VERTEX_COUNT, vertices);
+  fvv_put_u32(payload->data + FVV_MESH_FACE_COUNT, faces);
+}
+
+static fvv_status encode_raw(const fvv_mesh *mesh, fvv_bytes *payload) {
+  const uint64_t size = RAW_ELEMENT_SIZE * ((uint64_t)mesh->vertex_count + mesh->face_count);
+  if (size > SIZE_MAX) return FVV_ERROR_MEMORY;
+  fvv_status status = put_header(payload, FVV_MESH_RAW);
+  if (status == FVV_OK) status = fvv_bytes_reserve(payload, (size_t)size);
+  if (status != FVV_OK) return status;
+  put_counts(payload, mesh->vertex_count, mesh->face_count);
+  uint8_t *p = payload->data + payload->size;
+  for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++, p += 4)
+    fvv_put_u32(p, (uint32_t)mesh->positions[i]);
+  for (size_t i = 0; i < 3 * (size_t)mesh->face_count; i++, p += 4) fvv_put_u32(p, mesh->faces[i]);
+  payload->size += (size_t)size;
+  return FVV_OK;
+}
+
+/* The sum of hashes of all triangles, each by its positions in order from the least corner on: equal for the
+ * same triangles in any order of vertices and faces, different for others but for one chance in 2^64. */
+static uint64_t fingerprint(const fvv_mesh *mesh) {
+  uint64_t sum = 0;
+  for (size_t f = 0; f < mesh->face_count; f++) {
+    uint64_t corner[3];
+    for (size_t c = 0; c < 3; c++) {
+      const int32_t *p = mesh->positions + 3 * (size_t)mesh->faces[3 * f + c];
+      corner[c] = fvv_hash3((uint32_t)p[0], (uint32_t)p[1], (uint32_t)p[2]);
+    }
+    int least = corner[1] < corner[0];
+    if (corner[2] < corner[least]) least = 2;
+    sum += fvv_mix(fvv_mix(fvv_mix(corner[least]) + corner[(least + 1) % 3]) + corner[(least + 2) % 3]);
+  }
+  return sum;
+}
+
+static fvv_status verify(const fvv_mesh *mesh, const fvv_allocator *allocator, const fvv_bytes *payload,
+                         fvv_diagnostic *diagnostic) {
+  /* What the caller's own reader would refuse is not the encoder's matter: no limits but those of the
+   * numbers. */
+  fvv_limits limits = fvv_limits_or_default(NULL);
+  limits.max_vertices = limits.max_faces = UINT32_MAX;
+  fvv_mesh decoded;
+  fvv_diagnostic why;
+  fvv_status status = fvv_mesh_decode(payload->data, payload->size, &limits, allocator, &decoded, &why);
+  if (status == FVV_ERROR_MEMORY) return status;
+  if (status != FVV_OK)
+    return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "what was encoded does not decode: %.150s",
+                    why.message);
+  if (decoded.face_count != mesh->face_count || fingerprint(&decoded) != fingerprint(mesh))
+    status = fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0,
+                      "Draco coded %lu faces and yields %lu: not the same triangles",
+                      (unsigned long)mesh->face_count, (unsigned long)decoded.face_count);
+  fvv_mesh_free(&decoded);
+  return status;
+}
+
+/* Draco splits vertices where the surface is not a manifold: its own counts are the ones that come out. */
+static fvv_status encode_draco(const fvv_mesh *mesh, int level, fvv_draco_coding coding, fvv_bytes *payload,
+                               fvv_diagnostic *diagnostic) {
+  fvv_draco_counts counts;
+  fvv_status status = put_header(payload, FVV_MESH_DRACO);
+  if (status == FVV_OK) status = fvv_draco_encode(mesh, level, coding, payload, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_draco_read_counts(payload->data + FVV_MESH_SIZE, payload->size - FVV_MESH_SIZE, &counts,
+                                   diagnostic);
+  if (status == FVV_OK) put_counts(payload, counts.vertices, counts.faces);
+  return status;
+}
+
+/* 1 when a reader will refuse the payload as too much for its bytes or too slow, although it is right. */
+static int too_costly(const fvv_bytes *payload, const fvv_allocator *allocator) {
+  const fvv_draco_counts counts = {fvv_get_u32(payload->data + FVV_MESH_VERTEX_COUNT),
+                                   fvv_get_u32(payload->data + FVV_MESH_FACE_COUNT)};
+  const uint8_t *data = payload->data + FVV_MESH_SIZE;
+  const size_t size = payload->size - FVV_MESH_SIZE;
+  if (!fvv_draco_dense_enough(size, counts)) return 1;
+  fvv_diagnostic why;
+  fvv_diagnostic_clear(&why);
+  return fvv_draco_check(data, size, counts, allocator, &why) != FVV_OK && why.issue == FVV_ISSUE_DRACO_STEPS;
+}
+
+static fvv_status encode(const fvv_mesh *mesh, uint8_t profile, int level, const fvv_allocator *allocator,
+                         fvv_bytes *payload, fvv_diagnostic *diagnostic) {
+  fvv_status status = fvv_mesh_check(mesh, FVV_MESH_FROM_CALLER, allocator, diagnostic);
+  if (status != FVV_OK) return status;
+  if (profile == FVV_MESH_RAW) return encode_raw(mesh, payload);
+  if (mesh->vertex_count > FVV_DRACO_COUNT_MAX || mesh->face_count > FVV_DRACO_COUNT_MAX)
+    return fvv_fail(diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
+                    "%lu vertices and %lu faces are more than Draco can count",
+                    (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
+  /* A large regular plane codes to next to nothing: more than a reader can believe of so few bytes; standard
+   * edgebreaker takes enough of them. Vertices with thousands of faces can make splits too slow; without
+   * edgebreaker there are none. */
+  static const fvv_draco_coding codings[] = {FVV_DRACO_BY_LEVEL, FVV_DRACO_STANDARD, FVV_DRACO_SEQUENTIAL};
+  for (size_t i = 0; i < sizeof codings / sizeof codings[0]; i++) {
+    status = encode_draco(mesh, level, codings[i], payload, diagnostic);
+    if (status != FVV_OK || !too_costly(payload, allocator)) break;
+  }
+  return status == FVV_OK ? verify(mesh, allocator, payload, diagnostic) : status;
+}
+
+fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level, const fvv_allocator *allocator,
+                           fvv_bytes *payload, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  const fvv_allocator memory = fvv_allocator_or_default(allocator);
+  if (!payload->allocator.resize) payload->allocator = memory;
+  payload->size = 0;
+  if (profile != FVV_MESH_RAW && profile != FVV_MESH_DRACO)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "mesh profile %u is not one to encode with",
+                    profile);
+  if (level < 0 || level > 10)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "level %d is outside 0 to 10", level);
+  if (mesh->vertex_count < 3 || mesh->face_count < 1)
+    return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_COUNTS, 0, 0,
+                    "%lu vertices and %lu faces, a mesh has at least 3 and 1",
+                    (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
+  const fvv_status status = encode(mesh, profile, level, &memory, payload, diagnostic);
+  if (status != FVV_OK) payload->size = 0;
+  if (status == FVV_ERROR_MEMORY)
+    return fvv_fail(diagnostic, status, 0, 0, 0, "no memory to encode a mesh of %lu vertices and %lu faces",
+                    (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
+  return status;
+}

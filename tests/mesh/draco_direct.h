@@ -1,0 +1,22 @@
+// Bitstreams that our own encoder never makes, by Draco itself.
+#ifndef FVV_TESTS_MESH_DRACO_DIRECT_H
+#define FVV_TESTS_MESH_DRACO_DIRECT_H
+
+#include <cstdint>
+#include <vector>
+
+#include "fvv/mesh.h"
+
+struct DracoOptions {
+  bool sequential = false;
+  bool compressed_indices = true; // of sequential
+  bool floats = false;            // positions as float32
+  bool normals = false;           // a second attribute
+  bool metadata = false;
+  int speed = 5;
+};
+
+// A MESH payload that declares the mesh's counts around what Draco makes of it.
+std::vector<uint8_t> draco_payload(const fvv_mesh &mesh, const DracoOptions &options);
+
+#endif

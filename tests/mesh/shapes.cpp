@@ -1,0 +1,185 @@
+#include "shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "fvv_catch.h"
+
+Shape tetrahedron(double size) {
+  Shape s;
+  s.point(0, 0, 0);
+  s.point(size, 0, 0);
+  s.point(0, size, 0);
+  s.point(0, 0, size);
+  s.face(0, 2, 1);
+  s.face(0, 1, 3);
+  s.face(0, 3, 2);
+  s.face(1, 2, 3);
+  return s;
+}
+
+Shape torus(uint32_t u, uint32_t v, double jitter) {
+  Shape s;
+  uint32_t state = 1;
+  const auto noise = [&] { return jitter * ((state = state * 1664525 + 1013904223) / 4294967296.0 - 0.5); };
+  const double turn = 2 * 3.14159265358979323846;
+  for (uint32_t i = 0; i < u; i++)
+    for (uint32_t j = 0; j < v; j++) {
+      const double a = turn * (i + noise()) / u, b = turn * (j + noise()) / v;
+      const double tube = 0.3 + 0.02 * std::sin(5 * a) * std::cos(3 * b), ring = 0.6 + tube * std::cos(b);
+      s.point(ring * std::cos(a), ring * std::sin(a), tube * std::sin(b));
+    }
+  for (uint32_t i = 0; i < u; i++)
+    for (uint32_t j = 0; j < v; j++) {
+      const uint32_t i1 = (i + 1) % u, j1 = (j + 1) % v;
+      s.face(i * v + j, i1 * v + j, i1 * v + j1);
+      s.face(i * v + j, i1 * v + j1, i * v + j1);
+    }
+  return s;
+}
+
+Shape sphere(uint32_t u, uint32_t v) {
+  Shape s;
+  const double half = 3.14159265358979323846;
+  s.point(0, 0, 1);
+  for (uint32_t j = 1; j < v; j++)
+    for (uint32_t i = 0; i < u; i++) {
+      const double a = 2 * half * i / u, b = half * j / v;
+      s.point(std::cos(a) * std::sin(b), std::sin(a) * std::sin(b), std::cos(b));
+    }
+  s.point(0, 0, -1);
+  const uint32_t last = 1 + u * (v - 1);
+  for (uint32_t i = 0; i < u; i++) {
+    const uint32_t i1 = (i + 1) % u;
+    s.face(0, 1 + i, 1 + i1);
+    s.face(last, last - u + i1, last - u + i);
+    for (uint32_t j = 0; j + 2 < v; j++) {
+      const uint32_t a = 1 + j * u, b = a + u;
+      s.face(a + i, b + i, b + i1);
+      s.face(a + i, b + i1, a + i1);
+    }
+  }
+  return s;
+}
+
+Shape grid(uint32_t n, double height) {
+  Shape s;
+  for (uint32_t i = 0; i < n; i++)
+    for (uint32_t j = 0; j < n; j++)
+      s.point(0.01 * i, 0.01 * j, height * std::sin(0.3 * i) * std::cos(0.2 * j));
+  for (uint32_t i = 0; i + 1 < n; i++)
+    for (uint32_t j = 0; j + 1 < n; j++) {
+      const uint32_t a = i * n + j, b = a + n;
+      s.face(a, b, b + 1);
+      s.face(a, b + 1, a + 1);
+    }
+  return s;
+}
+
+static void append(Shape &s, const Shape &other, double shift) {
+  const uint32_t first = uint32_t(s.positions.size() / 3);
+  for (size_t i = 0; i < other.positions.size(); i++)
+    s.positions.push_back(other.positions[i] + (i % 3 == 0 ? shift : 0));
+  for (const uint32_t index : other.faces) s.faces.push_back(first + index);
+}
+
+Shape two_components() {
+  Shape s = sphere(12, 8);
+  append(s, torus(10, 8), 5);
+  return s;
+}
+
+Shape ragged(uint32_t u, uint32_t v, uint32_t share) {
+  Shape s = torus(u, v, 0.5);
+  std::vector<uint32_t> kept;
+  uint32_t state = 7;
+  for (size_t f = 0; f < s.faces.size() / 3; f++) {
+    state = state * 1664525 + 1013904223;
+    if ((state >> 16) % share == 0) continue;
+    for (size_t c = 0; c < 3; c++) kept.push_back(s.faces[3 * f + c]);
+  }
+  s.faces = kept;
+  return s;
+}
+
+Shape holed_hubs(uint32_t faces) {
+  Shape s = sphere(faces, 3);
+  const uint32_t last = 1 + 2 * faces;
+  std::vector<uint32_t> kept;
+  for (size_t f = 0; f < s.faces.size() / 3; f++) {
+    const uint32_t *face = &s.faces[3 * f];
+    const bool at_hub = std::count(face, face + 3, 0u) || std::count(face, face + 3, last);
+    if (at_hub || f % 5) kept.insert(kept.end(), face, face + 3);
+  }
+  s.faces = kept;
+  return s;
+}
+
+Shape fin() {
+  Shape s;
+  s.point(0, 0, 0);
+  s.point(0, 0, 1);
+  s.point(1, 0, 0);
+  s.point(0, 1, 0);
+  s.point(-1, -1, 0);
+  s.face(0, 1, 2);
+  s.face(1, 0, 3);
+  s.face(0, 1, 4);
+  return s;
+}
+
+Shape bow_tie() {
+  Shape s = tetrahedron();
+  append(s, tetrahedron(-1), 0);
+  // The reflected one is inside out, and its apex coincides with the first one's: welding joins them.
+  for (size_t f = 4; f < 8; f++) std::swap(s.faces[3 * f + 1], s.faces[3 * f + 2]);
+  return s;
+}
+
+std::unique_ptr<Mesh> canonical(const Shape &shape, double step, fvv_mesh_report *report) {
+  fvv_mesh_options options;
+  fvv_mesh_options_default(&options);
+  options.lattice_step = step;
+  const fvv_mesh_source source = shape.source();
+  auto mesh = std::make_unique<Mesh>();
+  fvv_diagnostic diagnostic = {};
+  const fvv_status status =
+      fvv_mesh_canonicalise(&source, &options, nullptr, mesh.get(), report, &diagnostic);
+  INFO(diagnostic.message);
+  REQUIRE(status == FVV_OK);
+  return mesh;
+}
+
+std::vector<uint8_t> encoded(const fvv_mesh &mesh, uint8_t profile, int level) {
+  Bytes payload;
+  fvv_diagnostic diagnostic = {};
+  const fvv_status status = fvv_mesh_encode(&mesh, profile, level, nullptr, &payload, &diagnostic);
+  INFO(diagnostic.message);
+  REQUIRE(status == FVV_OK);
+  return payload.copy();
+}
+
+fvv_status decode(const std::vector<uint8_t> &payload, fvv_mesh *mesh, fvv_diagnostic *diagnostic,
+                  const fvv_allocator *allocator) {
+  const std::unique_ptr<uint8_t[]> block(new uint8_t[payload.size()]);
+  if (!payload.empty()) memcpy(block.get(), payload.data(), payload.size());
+  return fvv_mesh_decode(block.get(), payload.size(), nullptr, allocator, mesh, diagnostic);
+}
+
+std::vector<Triangle> triangles(const fvv_mesh &mesh) {
+  std::vector<Triangle> all;
+  for (uint32_t f = 0; f < mesh.face_count; f++) {
+    Triangle best = {};
+    for (int first = 0; first < 3; first++) {
+      Triangle t;
+      for (int c = 0; c < 3; c++)
+        memcpy(&t[size_t(3 * c)], mesh.positions + 3 * size_t(mesh.faces[3 * f + uint32_t((first + c) % 3)]),
+               12);
+      if (first == 0 || t < best) best = t;
+    }
+    all.push_back(best);
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}

@@ -1,0 +1,70 @@
+// Meshes that the tests of libfvv/src/mesh share, and ways to compare them.
+#ifndef FVV_TESTS_MESH_SHAPES_H
+#define FVV_TESTS_MESH_SHAPES_H
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fvv/mesh.h"
+
+struct Shape {
+  std::vector<double> positions; // metres
+  std::vector<uint32_t> faces;
+
+  fvv_mesh_source source() const {
+    return {positions.data(), faces.data(), positions.size() / 3, faces.size() / 3};
+  }
+  void point(double x, double y, double z) {
+    for (const double coordinate : {x, y, z}) positions.push_back(coordinate);
+  }
+  void face(uint32_t a, uint32_t b, uint32_t c) {
+    for (const uint32_t index : {a, b, c}) faces.push_back(index);
+  }
+};
+
+Shape tetrahedron(double size = 1);
+// A closed surface of genus 1 with bumps; 2 * u * v faces. jitter moves vertices along the surface.
+Shape torus(uint32_t u, uint32_t v, double jitter = 0);
+// Closed, genus 0; 2 * u * (v - 1) faces.
+Shape sphere(uint32_t u, uint32_t v);
+// n x n vertices 10 mm apart; height 0 makes it flat.
+Shape grid(uint32_t n, double height = 0.05);
+Shape two_components();
+// A torus with holes of all sizes: every share-th face is missing, picked at random.
+Shape ragged(uint32_t u, uint32_t v, uint32_t share);
+// A ring of holes between two vertices of so many faces each: edgebreaker joins pieces around them over and
+// over.
+Shape holed_hubs(uint32_t faces);
+// Three triangles on one edge.
+Shape fin();
+// Two tetrahedra that share a vertex.
+Shape bow_tie();
+
+// Frees itself.
+struct Mesh : fvv_mesh {
+  Mesh() : fvv_mesh() {}
+  Mesh(const Mesh &) = delete;
+  ~Mesh() { fvv_mesh_free(this); }
+};
+struct Bytes : fvv_bytes {
+  Bytes() : fvv_bytes() {}
+  Bytes(const Bytes &) = delete;
+  ~Bytes() { fvv_bytes_free(this); }
+  std::vector<uint8_t> copy() const { return {data, data + size}; }
+};
+
+// Canonicalises at so many metres a step from origin 0; a failure is a failed REQUIRE.
+std::unique_ptr<Mesh> canonical(const Shape &shape, double step = 0.001, fvv_mesh_report *report = nullptr);
+std::vector<uint8_t> encoded(const fvv_mesh &mesh, uint8_t profile, int level);
+// Of a block on the heap that is exactly as long as the bytes, so that a sanitizer sees every read beyond.
+fvv_status decode(const std::vector<uint8_t> &payload, fvv_mesh *mesh, fvv_diagnostic *diagnostic,
+                  const fvv_allocator *allocator = nullptr);
+
+// The triangles by position, each from its least corner on, sorted.
+using Triangle = std::array<int32_t, 9>;
+std::vector<Triangle> triangles(const fvv_mesh &mesh);
+
+#endif
