@@ -57,9 +57,9 @@ FVV_API int fvv_camera_project(const fvv_camera *camera, const double world[3], 
                                double *depth);
 /* Pixels -> ray through it in the camera frame, z = 1 (fisheye beyond 90 degrees is not supported: 0).
  * Answers 1 when projecting the ray gives the pixel again within 1e-9 px (for pixels up to 10^5 from the
- * picture), or 0 and NaN when the pixel lies beyond r_max. Newton's method in a bracket on the radius, then
- * on both coordinates where the lens has tangential terms, with a bounded number of steps. For a valid
- * camera. */
+ * picture), or 0 and NaN when the pixel lies beyond r_max, or so near a pole of the lens that doubles cannot
+ * say where. Newton's method in a bracket on the radius, then on both coordinates where the lens has
+ * tangential terms, with a bounded number of steps. For a valid camera. */
 FVV_API int fvv_camera_unproject(const fvv_camera *camera, const double pixel[2], double ray[3]);
 /* Camera centre -R^T t in the world, metres. */
 FVV_API void fvv_camera_centre(const fvv_camera *camera, double centre[3]);

@@ -1,0 +1,177 @@
+/* video/config.c: the VCFG payload (clause 10.1), and which codec's rules a sample has to follow.
+ *
+ * Knows the bytes of the record and asks avc.c and jpeg.c about what the codec put in; must not know tiles,
+ * cameras beyond their number, or pixels. */
+#include "base/bytes.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/limits.h"
+#include "base/text.h"
+#include "video/avc.h"
+#include "video/jpeg.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+static fvv_status unknown_codec(uint32_t codec, fvv_status status, uint32_t type,
+                                fvv_diagnostic *diagnostic) {
+  char text[5];
+  fvv_type_text(codec, text);
+  return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_CODEC, type, 0,
+                  "codec '%s' is not supported, expected 'jpeg' or 'avc1'", text);
+}
+
+static fvv_status check_ranges(const fvv_video_config *config, fvv_status status,
+                               fvv_diagnostic *diagnostic) {
+  const uint32_t issue = FVV_ISSUE_VIDEO_RANGE, type = FVV_CHUNK_VIDEO_CONFIG;
+  if (!config->width || !config->height)
+    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_WIDTH,
+                    "frame is %" PRIu32 " x %" PRIu32 ", expected at least 1 x 1", config->width,
+                    config->height);
+  if (config->shows > FVV_SHOWS_ATLAS)
+    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_SHOWS, "what is shown is %d, expected 0 to 2",
+                    config->shows);
+  if (config->bit_depth < 8 || config->bit_depth > 16)
+    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_BIT_DEPTH, "bit depth is %d, expected 8 to 16",
+                    config->bit_depth);
+  if ((config->shows == FVV_SHOWS_CAMERA) != (config->camera_id != FVV_NO_CAMERA))
+    return fvv_fail(
+        diagnostic, status, issue, type, FVV_VCFG_CAMERA, "camera is %d, expected %s", config->camera_id,
+        config->shows == FVV_SHOWS_CAMERA ? "the one that is shown" : "65535 as no single one is shown");
+  if (config->full_range > 1)
+    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_FULL_RANGE,
+                    "full range flag is %d, expected 0 or 1", config->full_range);
+  return FVV_OK;
+}
+
+static fvv_status check_jpeg(const fvv_video_config *config, fvv_status status, fvv_diagnostic *diagnostic) {
+  if (config->record_size || config->codec_string_size)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_RECORD_SIZE,
+                    "record and codec string have %zu and %zu bytes, expected none for JPEG",
+                    config->record_size, config->codec_string_size);
+  return FVV_OK;
+}
+
+static fvv_status check_avc(const fvv_video_config *config, fvv_status status, fvv_diagnostic *diagnostic) {
+  const fvv_status result =
+      fvv_avc_record_inspect(config->record, config->record_size, status, FVV_VCFG_SIZE, diagnostic);
+  if (result != FVV_OK) return result;
+  char expected[FVV_AVC_CODEC_STRING_SIZE + 1];
+  fvv_avc_codec_string(config->record, expected);
+  /* "avc1" is the sample entry's name and case-sensitive, the digits are not. */
+  int same = config->codec_string_size == FVV_AVC_CODEC_STRING_SIZE;
+  for (size_t i = 0; same && i < FVV_AVC_CODEC_STRING_SIZE; i++) {
+    const unsigned char c = (unsigned char)config->codec_string[i];
+    same = (i < 5 ? c : c >= 'A' && c <= 'F' ? c + ('a' - 'A') : c) == (unsigned char)expected[i];
+  }
+  if (!same)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG,
+                    FVV_VCFG_SIZE + (uint64_t)config->record_size,
+                    "codec string of %zu bytes does not say '%s', as the record does",
+                    config->codec_string_size, expected);
+  return FVV_OK;
+}
+
+static fvv_status check_config(const fvv_video_config *config, fvv_status status,
+                               fvv_diagnostic *diagnostic) {
+  fvv_status result = check_ranges(config, status, diagnostic);
+  if (result != FVV_OK) return result;
+  size_t bad = 0;
+  if (config->codec_string_size &&
+      !fvv_text_valid((const uint8_t *)config->codec_string, config->codec_string_size, &bad))
+    return fvv_fail(diagnostic, status, FVV_ISSUE_TEXT, FVV_CHUNK_VIDEO_CONFIG,
+                    FVV_VCFG_SIZE + (uint64_t)config->record_size + bad,
+                    "codec string is not UTF-8 without NUL at its byte %zu", bad);
+  return config->codec == FVV_CODEC_JPEG ? check_jpeg(config, status, diagnostic)
+                                         : check_avc(config, status, diagnostic);
+}
+
+static int is_known(uint32_t codec) {
+  return codec == FVV_CODEC_JPEG || codec == FVV_CODEC_AVC1;
+}
+
+fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out, size_t capacity,
+                                   size_t *written, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  *written = 0;
+  if (!is_known(config->codec))
+    return unknown_codec(config->codec, FVV_ERROR_INPUT, FVV_CHUNK_VIDEO_CONFIG, diagnostic);
+  const fvv_status status = check_config(config, FVV_ERROR_INPUT, diagnostic);
+  if (status != FVV_OK) return status;
+  *written = FVV_VCFG_SIZE + config->record_size + config->codec_string_size;
+  if (capacity < *written)
+    return fvv_fail(diagnostic, FVV_ERROR_BUFFER_TOO_SMALL, 0, FVV_CHUNK_VIDEO_CONFIG, 0,
+                    "the record needs %zu bytes, the buffer has %zu", *written, capacity);
+  memset(out, 0, FVV_VCFG_SIZE);
+  fvv_put_u32(out + FVV_VCFG_CODEC, config->codec);
+  fvv_put_u32(out + FVV_VCFG_WIDTH, config->width);
+  fvv_put_u32(out + FVV_VCFG_HEIGHT, config->height);
+  out[FVV_VCFG_SHOWS] = config->shows;
+  out[FVV_VCFG_BIT_DEPTH] = config->bit_depth;
+  fvv_put_u16(out + FVV_VCFG_CAMERA, config->camera_id);
+  out[FVV_VCFG_COLOUR_PRIMARIES] = config->colour_primaries;
+  out[FVV_VCFG_TRANSFER_CHARACTERISTICS] = config->transfer_characteristics;
+  out[FVV_VCFG_MATRIX_COEFFICIENTS] = config->matrix_coefficients;
+  out[FVV_VCFG_FULL_RANGE] = config->full_range;
+  fvv_put_u32(out + FVV_VCFG_RECORD_SIZE, (uint32_t)config->record_size);
+  fvv_put_u16(out + FVV_VCFG_CODEC_STRING_SIZE, (uint16_t)config->codec_string_size);
+  uint8_t *tail = out + FVV_VCFG_SIZE;
+  if (config->record_size) memcpy(tail, config->record, config->record_size);
+  if (config->codec_string_size)
+    memcpy(tail + config->record_size, config->codec_string, config->codec_string_size);
+  return FVV_OK;
+}
+
+fvv_status fvv_video_config_decode(fvv_video_config *config, const uint8_t *payload, size_t size,
+                                   const fvv_limits *limits, fvv_diagnostic *diagnostic) {
+  const uint32_t issue = FVV_ISSUE_VIDEO_PAYLOAD, type = FVV_CHUNK_VIDEO_CONFIG;
+  const fvv_limits allowed = fvv_limits_or_default(limits);
+  fvv_diagnostic_clear(diagnostic);
+  if (size < FVV_VCFG_SIZE)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, type, 0,
+                    "payload has %zu bytes, expected at least %d", size, FVV_VCFG_SIZE);
+  const uint32_t record_size = fvv_get_u32(payload + FVV_VCFG_RECORD_SIZE);
+  const uint16_t string_size = fvv_get_u16(payload + FVV_VCFG_CODEC_STRING_SIZE);
+  if ((uint64_t)record_size + string_size != size - FVV_VCFG_SIZE)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, type, FVV_VCFG_RECORD_SIZE,
+                    "record of %" PRIu32 " and codec string of %d bytes declared, %zu bytes follow",
+                    record_size, string_size, size - FVV_VCFG_SIZE);
+  if (!fvv_all_zero(payload + FVV_VCFG_RESERVED, FVV_VCFG_SIZE - FVV_VCFG_RESERVED))
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, type, FVV_VCFG_RESERVED,
+                    "reserved bytes are not 0");
+  fvv_video_config c = {0};
+  c.codec = fvv_get_u32(payload + FVV_VCFG_CODEC);
+  if (!is_known(c.codec)) return unknown_codec(c.codec, FVV_ERROR_UNSUPPORTED, type, diagnostic);
+  c.width = fvv_get_u32(payload + FVV_VCFG_WIDTH);
+  c.height = fvv_get_u32(payload + FVV_VCFG_HEIGHT);
+  if (c.width > allowed.max_dimension || c.height > allowed.max_dimension)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, type, FVV_VCFG_WIDTH,
+                    "frame of %" PRIu32 " x %" PRIu32 " pixels, at most %" PRIu32 " a side are allowed",
+                    c.width, c.height, allowed.max_dimension);
+  c.shows = payload[FVV_VCFG_SHOWS];
+  c.bit_depth = payload[FVV_VCFG_BIT_DEPTH];
+  c.camera_id = fvv_get_u16(payload + FVV_VCFG_CAMERA);
+  c.colour_primaries = payload[FVV_VCFG_COLOUR_PRIMARIES];
+  c.transfer_characteristics = payload[FVV_VCFG_TRANSFER_CHARACTERISTICS];
+  c.matrix_coefficients = payload[FVV_VCFG_MATRIX_COEFFICIENTS];
+  c.full_range = payload[FVV_VCFG_FULL_RANGE];
+  c.record = payload + FVV_VCFG_SIZE;
+  c.record_size = record_size;
+  c.codec_string = (const char *)payload + FVV_VCFG_SIZE + record_size;
+  c.codec_string_size = string_size;
+  const fvv_status status = check_config(&c, FVV_ERROR_INVALID, diagnostic);
+  if (status == FVV_OK) *config = c;
+  return status;
+}
+
+fvv_status fvv_video_sample_check(const fvv_video_config *config, int key, const uint8_t *sample, size_t size,
+                                  fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  if (config->codec == FVV_CODEC_AVC1) return fvv_avc_sample_inspect(key, sample, size, diagnostic);
+  if (config->codec != FVV_CODEC_JPEG)
+    return unknown_codec(config->codec, FVV_ERROR_UNSUPPORTED, FVV_CHUNK_VIDEO_PACKET, diagnostic);
+  if (!key)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_SAMPLE_JPEG, FVV_CHUNK_VIDEO_PACKET, 0,
+                    "JPEG sample is not marked as a key sample, expected every one to be");
+  return fvv_jpeg_inspect(config->width, config->height, sample, size, diagnostic);
+}

@@ -1,0 +1,187 @@
+/* video/tiles.c: where each camera's picture stands in the common video frame (clause 10.2).
+ *
+ * Knows rectangles only; must not know cameras beyond their number, codecs or pixels. */
+#include "video/tiles.h"
+
+#include "base/diagnostic.h"
+
+#include <inttypes.h>
+
+#define DESTINATION_MAX 65535 /* what the fields of a rectangle hold */
+
+static uint32_t aligned(uint32_t size) {
+  return (size + FVV_TILE_ALIGNMENT - 1) / FVV_TILE_ALIGNMENT * FVV_TILE_ALIGNMENT;
+}
+
+static uint64_t entry_offset(size_t index, size_t field) {
+  return FVV_TILE_SIZE + (uint64_t)index * FVV_TILE_ENTRY_SIZE + field;
+}
+
+static fvv_status check_sizes(const fvv_tile *tiles, size_t count, fvv_status status,
+                              fvv_diagnostic *diagnostic) {
+  for (size_t i = 0; i < count; i++) {
+    const fvv_rect *s = &tiles[i].source, *d = &tiles[i].destination;
+    if (!s->width || !s->height || !d->width || !d->height)
+      return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_RECT, FVV_CHUNK_TILES,
+                      entry_offset(i, FVV_TILE_ENTRY_SOURCE),
+                      "tile %zu shows %d x %d pixels in %d x %d, expected at least 1 x 1 each", i, s->width,
+                      s->height, d->width, d->height);
+  }
+  return FVV_OK;
+}
+
+static fvv_status check_cameras(const fvv_tile *tiles, size_t count, fvv_status status,
+                                fvv_diagnostic *diagnostic) {
+  uint8_t seen[65536 / 8] = {0};
+  for (size_t i = 0; i < count; i++) {
+    const unsigned id = tiles[i].camera_id, bit = 1u << (id & 7);
+    if (seen[id / 8] & bit)
+      return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_OVERLAP, FVV_CHUNK_TILES,
+                      entry_offset(i, FVV_TILE_ENTRY_CAMERA),
+                      "tile %zu is the second of camera %u, expected one", i, id);
+    seen[id / 8] |= (uint8_t)bit;
+  }
+  return FVV_OK;
+}
+
+static fvv_status check_places(const fvv_tile *tiles, size_t count, uint32_t frame_width,
+                               uint32_t frame_height, fvv_status status, fvv_diagnostic *diagnostic) {
+  for (size_t i = 0; i < count; i++) {
+    const fvv_rect *d = &tiles[i].destination;
+    const uint64_t offset = entry_offset(i, FVV_TILE_ENTRY_DESTINATION);
+    if (d->x % FVV_TILE_ALIGNMENT || d->y % FVV_TILE_ALIGNMENT)
+      return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_RECT, FVV_CHUNK_TILES, offset,
+                      "tile %zu stands at (%d, %d), expected multiples of %d", i, d->x, d->y,
+                      FVV_TILE_ALIGNMENT);
+    if ((uint32_t)d->x + d->width > frame_width || (uint32_t)d->y + d->height > frame_height)
+      return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_RECT, FVV_CHUNK_TILES, offset,
+                      "tile %zu ends at (%d, %d), outside the frame of %" PRIu32 " x %" PRIu32, i,
+                      d->x + d->width, d->y + d->height, frame_width, frame_height);
+    for (size_t j = 0; j < i; j++) {
+      const fvv_rect *o = &tiles[j].destination;
+      if (d->x < o->x + o->width && o->x < d->x + d->width && d->y < o->y + o->height &&
+          o->y < d->y + d->height)
+        return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_OVERLAP, FVV_CHUNK_TILES, offset,
+                        "tile %zu at (%d, %d) overlaps tile %zu at (%d, %d)", i, d->x, d->y, j, o->x, o->y);
+    }
+  }
+  return FVV_OK;
+}
+
+fvv_status fvv_tiles_check(const fvv_tile *tiles, size_t count, uint32_t frame_width, uint32_t frame_height,
+                           fvv_status status, fvv_diagnostic *diagnostic) {
+  if (!count)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_PAYLOAD, FVV_CHUNK_TILES, FVV_TILE_COUNT,
+                    "0 tiles, expected at least one");
+  fvv_status result = check_sizes(tiles, count, status, diagnostic);
+  /* Before the pairs are compared: it bounds count by the number of identifiers. */
+  if (result == FVV_OK) result = check_cameras(tiles, count, status, diagnostic);
+  if (result == FVV_OK) result = check_places(tiles, count, frame_width, frame_height, status, diagnostic);
+  return result;
+}
+
+fvv_status fvv_tiles_validate(const fvv_tile *tiles, size_t count, uint32_t frame_width,
+                              uint32_t frame_height, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  return fvv_tiles_check(tiles, count, frame_width, frame_height, FVV_ERROR_INVALID, diagnostic);
+}
+
+/* ---- arrangement ------------------------------------------------------------------------------------ */
+
+typedef struct extent {
+  uint32_t width, height;
+} extent;
+
+/* Rows from left to right, in the order given; a tile that would pass width opens the next row, whose top is
+ * below the tallest of this one. With place the tiles are moved there. Answers the extent used, and height 0
+ * when it would exceed max. */
+static extent shelve(const fvv_tile *tiles, size_t count, uint32_t width, uint32_t max, fvv_tile *place) {
+  extent used = {0, 0};
+  uint32_t x = 0, row = 0;
+  for (size_t i = 0; i < count; i++) {
+    const uint32_t w = aligned(tiles[i].destination.width), h = aligned(tiles[i].destination.height);
+    if (x && x + w > width) {
+      used.height += row;
+      x = row = 0;
+    }
+    if (h > row) row = h;
+    if (used.height + row > max) return (extent){0, 0};
+    if (place) {
+      place[i].destination.x = (uint16_t)x;
+      place[i].destination.y = (uint16_t)used.height;
+    }
+    x += w;
+    if (x > used.width) used.width = x;
+  }
+  used.height += row;
+  return used;
+}
+
+/* Frames no longer than twice their other side come first, then small ones, then square ones. */
+static int better(extent a, extent b) {
+  if (!b.height) return 1;
+  const uint64_t a_long = a.width > a.height ? a.width : a.height,
+                 a_short = (uint64_t)a.width + a.height - a_long;
+  const uint64_t b_long = b.width > b.height ? b.width : b.height,
+                 b_short = (uint64_t)b.width + b.height - b_long;
+  const int a_near = a_long <= 2 * a_short, b_near = b_long <= 2 * b_short;
+  if (a_near != b_near) return a_near;
+  const uint64_t a_area = a_long * a_short, b_area = b_long * b_short;
+  if (a_near && a_area != b_area) return a_area < b_area;
+  return a_long * b_short < b_long * a_short;
+}
+
+fvv_status fvv_tiles_arrange(fvv_tile *tiles, size_t count, uint32_t max_dimension, uint32_t *frame_width,
+                             uint32_t *frame_height, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  const uint32_t held = max_dimension < DESTINATION_MAX ? max_dimension : DESTINATION_MAX;
+  const uint32_t max = held / FVV_TILE_ALIGNMENT * FVV_TILE_ALIGNMENT;
+  if (!count)
+    return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_TILE_PAYLOAD, FVV_CHUNK_TILES, 0,
+                    "0 tiles, expected at least one");
+  fvv_status status = check_sizes(tiles, count, FVV_ERROR_INPUT, diagnostic);
+  if (status == FVV_OK) status = check_cameras(tiles, count, FVV_ERROR_INPUT, diagnostic);
+  if (status != FVV_OK) return status;
+
+  uint32_t widest = 0;
+  uint64_t total = 0, area = 0;
+  for (size_t i = 0; i < count; i++) {
+    const uint32_t w = aligned(tiles[i].destination.width), h = aligned(tiles[i].destination.height);
+    if (w > max || h > max)
+      return fvv_fail(diagnostic, FVV_ERROR_INPUT, 0, FVV_CHUNK_TILES, 0,
+                      "the tile of camera %d takes %" PRIu32 " x %" PRIu32
+                      " pixels, a frame has at most %" PRIu32 " a side",
+                      tiles[i].camera_id, w, h, max);
+    if (w > widest) widest = w;
+    total += w;
+    area += (uint64_t)w * h;
+  }
+  extent best = {0, 0};
+  const uint32_t last = total < max ? (uint32_t)total : max;
+  if (area <= (uint64_t)max * max)
+    for (uint32_t width = widest; width <= last; width += FVV_TILE_ALIGNMENT) {
+      const extent used = shelve(tiles, count, width, max, NULL);
+      if (used.height && better(used, best)) best = used;
+    }
+  if (!best.height)
+    return fvv_fail(diagnostic, FVV_ERROR_INPUT, 0, FVV_CHUNK_TILES, 0,
+                    "%zu tiles of together %" PRIu64 " pixels do not fit a frame of %" PRIu32 " x %" PRIu32
+                    " in rows: make them smaller",
+                    count, area, max, max);
+  shelve(tiles, count, best.width, max, tiles);
+  *frame_width = best.width;
+  *frame_height = best.height;
+  return FVV_OK;
+}
+
+void fvv_tile_to_frame(const fvv_tile *tile, const double source[2], double frame[2]) {
+  const fvv_rect *s = &tile->source, *d = &tile->destination;
+  frame[0] = d->x + (source[0] - s->x) * d->width / s->width;
+  frame[1] = d->y + (source[1] - s->y) * d->height / s->height;
+}
+
+void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], double source[2]) {
+  const fvv_rect *s = &tile->source, *d = &tile->destination;
+  source[0] = s->x + (frame[0] - d->x) * s->width / d->width;
+  source[1] = s->y + (frame[1] - d->y) * s->height / d->height;
+}

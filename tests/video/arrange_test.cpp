@@ -1,0 +1,244 @@
+// video/: arranging tiles, checking a layout and mapping points.
+#include "fvv/video.h"
+
+#include "fvv_catch.h"
+
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using tiles_t = std::vector<fvv_tile>;
+
+fvv_tile tile(int camera, int width, int height) {
+  fvv_tile t = {};
+  t.camera_id = (uint16_t)camera;
+  t.source = {0, 0, (uint16_t)(4 * width), (uint16_t)(4 * height)};
+  t.destination = {0, 0, (uint16_t)width, (uint16_t)height};
+  return t;
+}
+
+tiles_t same(size_t count, int width, int height) {
+  tiles_t all;
+  for (size_t i = 0; i < count; i++) all.push_back(tile((int)i + 1, width, height));
+  return all;
+}
+
+struct frame {
+  uint32_t width, height;
+};
+
+uint32_t up(uint32_t size) {
+  return (size + 15) / 16 * 16;
+}
+
+// Arranges, and checks what holds for every arrangement by counting cells.
+frame arranged(tiles_t &all, uint32_t max = 16384) {
+  const tiles_t before = all;
+  frame f = {};
+  REQUIRE(fvv_tiles_arrange(all.data(), all.size(), max, &f.width, &f.height, nullptr) == FVV_OK);
+  REQUIRE((f.width % 16 == 0 && f.height % 16 == 0));
+  REQUIRE((f.width > 0 && f.height > 0 && f.width <= max && f.height <= max));
+  std::vector<int> cells((size_t)f.width / 16 * (f.height / 16));
+  uint32_t right = 0, bottom = 0;
+  size_t errors = 0;
+  for (size_t i = 0; i < all.size(); i++) {
+    const fvv_rect &d = all[i].destination, &b = before[i].destination;
+    errors += all[i].camera_id != before[i].camera_id || d.width != b.width || d.height != b.height;
+    errors += memcmp(&all[i].source, &before[i].source, sizeof(fvv_rect)) != 0;
+    errors += d.x % 16 || d.y % 16 || d.x + up(d.width) > f.width || d.y + up(d.height) > f.height;
+    REQUIRE(errors == 0);
+    for (uint32_t y = d.y / 16; y < (d.y + up(d.height)) / 16; y++)
+      for (uint32_t x = d.x / 16; x < (d.x + up(d.width)) / 16; x++)
+        errors += cells[y * (f.width / 16) + x]++ != 0;
+    // The order of the input is that of reading.
+    if (i) {
+      const fvv_rect &p = all[i - 1].destination;
+      errors += !(d.y == p.y ? d.x > p.x : d.y > p.y);
+    }
+    right = std::max(right, d.x + up(d.width));
+    bottom = std::max(bottom, d.y + up(d.height));
+  }
+  REQUIRE(errors == 0);
+  REQUIRE((right == f.width && bottom == f.height)); // nothing is wasted at the edges
+  REQUIRE(fvv_tiles_validate(all.data(), all.size(), f.width, f.height, nullptr) == FVV_OK);
+  return f;
+}
+
+} // namespace
+
+TEST_CASE("tiles of one size make a near-square grid of little area") {
+  const struct {
+    size_t count;
+    int width, height;
+    uint32_t frame_width, frame_height;
+  } known[] = {
+      {1, 480, 270, 480, 272},    {2, 480, 270, 480, 544},  {3, 480, 270, 480, 816},
+      {4, 480, 270, 960, 544},    {6, 480, 270, 960, 816},  {7, 480, 270, 960, 1088},
+      {8, 480, 270, 960, 1088},   {9, 480, 270, 1440, 816}, {16, 512, 512, 2048, 2048},
+      {64, 256, 144, 2048, 1152},
+  };
+  for (const auto &k : known) {
+    CAPTURE(k.count);
+    tiles_t all = same(k.count, k.width, k.height);
+    const frame f = arranged(all);
+    CHECK(f.width == k.frame_width);
+    CHECK(f.height == k.frame_height);
+  }
+}
+
+TEST_CASE("arrangements of any count neither overlap nor leave the frame, and are near square") {
+  const int sizes[][2] = {{480, 270}, {270, 480}, {16, 16}, {1, 1}, {320, 240}, {333, 77}, {960, 540}};
+  for (const auto &size : sizes)
+    for (size_t count = 1; count <= 80; count++) {
+      CAPTURE(size[0], size[1], count);
+      tiles_t all = same(count, size[0], size[1]);
+      const frame f = arranged(all);
+      const double cell = (double)up((uint32_t)size[0]) * up((uint32_t)size[1]),
+                   area = (double)f.width * f.height;
+      // No full row is empty, so that the waste is less than a row; and no longer than twice its height where
+      // the count allows it.
+      REQUIRE(area / cell - (double)count < std::max(f.width / up((uint32_t)size[0]), 1u));
+      if (count > 12) REQUIRE(std::max(f.width, f.height) <= 2 * std::min(f.width, f.height));
+    }
+}
+
+TEST_CASE("where every frame is long, the most nearly square one is taken, not the smallest") {
+  tiles_t all = {tile(1, 1600, 16), tile(2, 16, 16), tile(3, 16, 16)};
+  const frame f = arranged(all);
+  CHECK((f.width == 1600 && f.height == 32)); // 1632 x 16 has half the area
+}
+
+TEST_CASE("tiles of different sizes stand in rows, the same each time") {
+  std::mt19937 random(3);
+  for (int n = 0; n < 300; n++) {
+    CAPTURE(n);
+    tiles_t all;
+    const size_t count = 1 + random() % 40;
+    uint64_t used = 0;
+    for (size_t i = 0; i < count; i++) {
+      all.push_back(tile((int)(count - i), 1 + (int)(random() % 500), 1 + (int)(random() % 300)));
+      used += (uint64_t)up(all[i].destination.width) * up(all[i].destination.height);
+    }
+    tiles_t again = all;
+    const frame f = arranged(all), g = arranged(again);
+    REQUIRE((f.width == g.width && f.height == g.height));
+    REQUIRE(memcmp(all.data(), again.data(), count * sizeof(fvv_tile)) == 0);
+    if (count > 20) REQUIRE((uint64_t)f.width * f.height < 3 * used);
+  }
+}
+
+TEST_CASE("a frame is no larger than asked for, and what does not fit is named") {
+  tiles_t all = same(7, 480, 270);
+  frame f = arranged(all, 1088);
+  CHECK(f.height == 1088);
+  all = same(6, 480, 270);
+  f = arranged(all, 1087);
+  CHECK((f.width == 960 && f.height == 816));
+
+  // 1087 holds 1072 as a multiple of 16: two columns of three, and a seventh tile too many.
+  const auto refused = [](tiles_t tiles, uint32_t max) {
+    const tiles_t before = tiles;
+    fvv_diagnostic d;
+    uint32_t width, height;
+    REQUIRE(fvv_tiles_arrange(tiles.data(), tiles.size(), max, &width, &height, &d) == FVV_ERROR_INPUT);
+    for (size_t i = 0; i < tiles.size(); i++) REQUIRE(memcmp(&tiles[i], &before[i], sizeof(fvv_tile)) == 0);
+    return d;
+  };
+  CHECK(std::string(refused(same(7, 480, 270), 1087).message) ==
+        "7 tiles of together 913920 pixels do not fit a frame of 1072 x 1072 in rows: make them smaller");
+  CHECK(std::string(refused({tile(1, 16, 16), tile(9, 100, 300)}, 256).message) ==
+        "the tile of camera 9 takes 112 x 304 pixels, a frame has at most 256 a side");
+  CHECK(refused(same(1, 16, 16), 0).status == FVV_ERROR_INPUT);
+  CHECK(refused(same(1, 65535, 16), UINT32_MAX).status == FVV_ERROR_INPUT);
+  // More pixels than any frame has are refused before rows are tried.
+  CHECK(refused(same(60000, 4000, 4000), 65535).status == FVV_ERROR_INPUT);
+
+  CHECK(refused({}, 4096).issue == FVV_ISSUE_TILE_PAYLOAD);
+  CHECK(refused({tile(1, 0, 16)}, 4096).issue == FVV_ISSUE_TILE_RECT);
+  CHECK(refused({tile(1, 16, 16), tile(1, 16, 16)}, 4096).issue == FVV_ISSUE_TILE_OVERLAP);
+}
+
+TEST_CASE("a layout's faults have their numbers") {
+  tiles_t good = same(4, 480, 270);
+  const frame f = arranged(good);
+  const auto verdict = [&](const tiles_t &all, uint32_t width, uint32_t height) {
+    fvv_diagnostic d;
+    const fvv_status status = fvv_tiles_validate(all.data(), all.size(), width, height, &d);
+    if (status != FVV_OK) REQUIRE((status == FVV_ERROR_INVALID && d.chunk_type == FVV_CHUNK_TILES));
+    return d.issue;
+  };
+  CHECK(verdict(good, f.width, f.height) == 0);
+  CHECK(verdict(good, f.width, f.height - 3) == FVV_ISSUE_TILE_RECT);
+  CHECK(verdict(good, f.width - 1, f.height) == FVV_ISSUE_TILE_RECT);
+  CHECK(verdict({}, f.width, f.height) == FVV_ISSUE_TILE_PAYLOAD);
+  tiles_t bad = good;
+  bad[1].destination.x += 8;
+  CHECK(verdict(bad, 4096, 4096) == FVV_ISSUE_TILE_RECT);
+  bad = good;
+  bad[1].destination.y += 1;
+  CHECK(verdict(bad, 4096, 4096) == FVV_ISSUE_TILE_RECT);
+  for (int field = 0; field < 4; field++) {
+    bad = good;
+    fvv_rect &r = field < 2 ? bad[2].source : bad[2].destination;
+    (field & 1 ? r.height : r.width) = 0;
+    CHECK(verdict(bad, f.width, f.height) == FVV_ISSUE_TILE_RECT);
+  }
+  bad = good;
+  bad[3].destination = bad[0].destination;
+  CHECK(verdict(bad, f.width, f.height) == FVV_ISSUE_TILE_OVERLAP);
+  bad = good;
+  bad[1].destination.x -= 16;
+  CHECK(verdict(bad, f.width, f.height) == FVV_ISSUE_TILE_OVERLAP);
+  bad = good;
+  bad[3].camera_id = bad[0].camera_id;
+  CHECK(verdict(bad, f.width, f.height) == FVV_ISSUE_TILE_OVERLAP);
+  bad = good;
+  bad[3].destination.x = 65520;
+  bad[3].destination.width = 65535;
+  CHECK(verdict(bad, 65535, 65535) == FVV_ISSUE_TILE_RECT);
+  // Tiles that touch do not overlap; one inside another does.
+  bad = {tile(1, 16, 16), tile(2, 16, 16)};
+  bad[1].destination.x = 16;
+  CHECK(verdict(bad, 32, 16) == 0);
+  bad[0].destination.width = 64;
+  CHECK(verdict(bad, 64, 16) == FVV_ISSUE_TILE_OVERLAP);
+}
+
+TEST_CASE("points map between picture and frame and back, pixel centres at a half") {
+  fvv_tile t = {};
+  t.source = {100, 50, 960, 540};
+  t.destination = {480, 272, 480, 270};
+  const double corner[2] = {100, 50}, end[2] = {1060, 590};
+  double out[2], back[2];
+  fvv_tile_to_frame(&t, corner, out);
+  CHECK((out[0] == 480 && out[1] == 272));
+  fvv_tile_to_frame(&t, end, out);
+  CHECK((out[0] == 960 && out[1] == 542));
+  // The first pixel of the tile covers the first two by two of the source: centre on centre of these four.
+  const double first[2] = {480.5, 272.5};
+  fvv_tile_to_source(&t, first, out);
+  CHECK((out[0] == 101 && out[1] == 51));
+  // Without scaling a pixel centre stays one.
+  t.source = {3, 5, 480, 270};
+  const double centre[2] = {3.5, 5.5};
+  fvv_tile_to_frame(&t, centre, out);
+  CHECK((out[0] == 480.5 && out[1] == 272.5));
+
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> any(-200, 4200);
+  for (int n = 0; n < 2000; n++) {
+    t.source = {(uint16_t)(random() % 999), (uint16_t)(random() % 999), (uint16_t)(1 + random() % 4000),
+                (uint16_t)(1 + random() % 4000)};
+    t.destination = {(uint16_t)(random() % 99 * 16), (uint16_t)(random() % 99 * 16),
+                     (uint16_t)(1 + random() % 2000), (uint16_t)(1 + random() % 2000)};
+    const double point[2] = {any(random), any(random)};
+    fvv_tile_to_frame(&t, point, out);
+    fvv_tile_to_source(&t, out, back);
+    // A tile of one pixel throws away three digits.
+    REQUIRE(back[0] == Approx(point[0]).margin(1e-8));
+    REQUIRE(back[1] == Approx(point[1]).margin(1e-8));
+  }
+}
