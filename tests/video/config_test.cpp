@@ -105,6 +105,14 @@ TEST_CASE("a video configuration comes back byte for byte and value for value") 
   CHECK(std::string(p.end() - 11, p.end()) == text);
 }
 
+TEST_CASE("JPEG has 8 bits") {
+  bytes payload = encoded(jpeg());
+  payload[FVV_VCFG_BIT_DEPTH] = 10;
+  fvv_diagnostic d;
+  CHECK(decode(payload, payload.size(), &d) == FVV_ERROR_INVALID);
+  CHECK(d.issue == FVV_ISSUE_VIDEO_RANGE);
+}
+
 TEST_CASE("every rule of VCFG has its number") {
   const struct {
     const char *what;

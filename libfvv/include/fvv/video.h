@@ -91,8 +91,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_tiles_encode(const fvv_tile *tiles, size_t c
                                                  size_t capacity, size_t *written,
                                                  fvv_diagnostic *diagnostic);
 /* Writes up to capacity tiles; *count is the number there is (FVV_ERROR_BUFFER_TOO_SMALL when more). Checks
- * all that fvv_tiles_validate does but the frame's size, which is in VCFG: call that as well. The guard is
- * the writer's promise to others; fvv_tiles_encode writes 0. */
+ * all that fvv_tiles_validate does but the frame's size, which is in VCFG: call that as well. */
 FVV_API FVV_MUST_USE fvv_status fvv_tiles_decode(fvv_tile *tiles, size_t capacity, size_t *count,
                                                  const uint8_t *payload, size_t size,
                                                  const fvv_limits *limits, fvv_diagnostic *diagnostic);

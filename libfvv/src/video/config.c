@@ -45,6 +45,9 @@ static fvv_status check_ranges(const fvv_video_config *config, fvv_status status
 }
 
 static fvv_status check_jpeg(const fvv_video_config *config, fvv_status status, fvv_diagnostic *diagnostic) {
+  if (config->bit_depth != 8)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RANGE, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_BIT_DEPTH,
+                    "bit depth is %d, JPEG has 8", config->bit_depth);
   if (config->record_size || config->codec_string_size)
     return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_RECORD_SIZE,
                     "record and codec string have %zu and %zu bytes, expected none for JPEG",

@@ -62,7 +62,7 @@ fvv_status fvv_tiles_decode(fvv_tile *tiles, size_t capacity, size_t *count, con
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_TILES, FVV_TILE_COUNT,
                     "%" PRIu32 " tiles, at most %" PRIu32 " cameras are allowed", declared,
                     allowed.max_cameras);
-  if (fvv_get_u16(payload + FVV_TILE_RESERVED))
+  if (fvv_get_u32(payload + FVV_TILE_RESERVED))
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_PAYLOAD, FVV_CHUNK_TILES, FVV_TILE_RESERVED,
                     "reserved bytes are not 0");
   *count = declared;

@@ -1,0 +1,85 @@
+// Shading and resolving of samples to pixels.
+#include "fvv_render/picture.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace fvv::render {
+
+uint8_t to_display(double linear) {
+  return uint8_t(std::floor(std::sqrt(std::clamp(linear, 0.0, 1.0)) * 255 + 0.5));
+}
+
+namespace {
+
+Vec3 interpolated(const float *values, const uint32_t *index, const std::array<double, 3> &weight) {
+  Vec3 sum;
+  for (int i = 0; i < 3; i++) {
+    const float *v = values + size_t(3) * index[i];
+    sum += Vec3{v[0], v[1], v[2]} * weight[size_t(i)];
+  }
+  return sum;
+}
+
+// Lambert's law for lamp and surroundings (hemisphere light), and Blinn's highlight with exponent 32.
+Rgb lit(const Reflectance &surface, Vec3 normal, Vec3 towards_eye, double exposure, const Light &light) {
+  const double incidence = std::max(0.0, dot(normal, light.towards));
+  const Rgb surroundings = mix(light.below, light.above, 0.5 + 0.5 * normal.y) * exposure;
+  double highlight = std::max(0.0, dot(normal, normalised(light.towards + towards_eye)));
+  for (int i = 0; i < 5; i++) highlight *= highlight;
+  const Rgb diffuse =
+      product(surface.colour, light.lamp * (incidence * (0.4 + 0.6 * exposure)) + surroundings);
+  return diffuse + light.lamp * (surface.gloss * highlight * exposure);
+}
+
+} // namespace
+
+Picture draw(const Pinhole &camera, const Mesh &mesh, const Attributes &attributes, const Material &material,
+             const Light &light, const std::vector<Rgb> &background, SampleBuffer &buffer) {
+  const size_t pixels = size_t(camera.width()) * camera.height();
+  if (!background.empty() && background.size() != pixels)
+    throw std::invalid_argument("the background does not have one colour for each pixel of the camera");
+  buffer.clear();
+  rasterise(camera, mesh, buffer);
+
+  Picture picture;
+  picture.width = camera.width();
+  picture.height = camera.height();
+  picture.rgb.resize(pixels * 3);
+  picture.mask.resize(pixels);
+  picture.depth.resize(pixels);
+  const uint32_t n = buffer.samples;
+  const Vec3 eye = camera.centre();
+  for (uint32_t y = 0; y < picture.height; y++)
+    for (uint32_t x = 0; x < picture.width; x++) {
+      const size_t pixel = size_t(y) * picture.width + x;
+      Rgb sum;
+      uint32_t covered = 0;
+      for (uint32_t j = 0; j < n; j++)
+        for (uint32_t i = 0; i < n; i++) {
+          const size_t at = (size_t(y) * n + j) * buffer.columns + size_t(x) * n + i;
+          const uint32_t face = buffer.face[at];
+          if (face == no_face) continue;
+          covered++;
+          const auto weight = barycentric(camera, mesh, face, x + (i + 0.5) / n, y + (j + 0.5) / n);
+          const uint32_t *index = mesh.faces + size_t(3) * face;
+          const Vec3 normal = normalised(interpolated(attributes.normals, index, weight));
+          const Vec3 towards_eye = normalised(eye - interpolated(mesh.positions, index, weight));
+          double exposure = 0;
+          for (size_t k = 0; k < 3; k++) exposure += weight[k] * double(attributes.exposure[index[k]]);
+          sum += lit(material(face, interpolated(attributes.texture, index, weight)), normal, towards_eye,
+                     exposure, light);
+        }
+      if (!background.empty()) sum += background[pixel] * double(n * n - covered);
+      const Rgb mean = sum * (1.0 / (n * n));
+      picture.rgb[3 * pixel] = to_display(mean.x);
+      picture.rgb[3 * pixel + 1] = to_display(mean.y);
+      picture.rgb[3 * pixel + 2] = to_display(mean.z);
+      picture.mask[pixel] = 2 * covered >= n * n ? 255 : 0;
+      picture.depth[pixel] = buffer.depth[(size_t(y) * n + n / 2) * buffer.columns + size_t(x) * n + n / 2];
+    }
+  return picture;
+}
+
+} // namespace fvv::render

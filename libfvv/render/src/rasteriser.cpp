@@ -1,0 +1,229 @@
+// The rasteriser: projection, clipping, integer coverage, depth from the unclipped triangle.
+#include "fvv_render/rasteriser.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace fvv::render {
+
+namespace {
+
+constexpr int subpixel_bits = 8;
+constexpr int64_t subpixel = int64_t(1) << subpixel_bits;
+// Triangles are clipped to this far beyond the origin of the picture, in pixels: with 7 samples and 8 bits
+// coordinates stay below 2^28 and edge functions below 2^60.
+constexpr double guard = 131072;
+
+struct Point { // in 1/256 of a sample spacing
+  int64_t x, y;
+};
+
+// A clip plane in homogeneous pixels: inside where the value is >= 0.
+struct Plane {
+  Vec3 normal;
+  double offset;
+  double value(Vec3 p) const { return dot(normal, p) + offset; }
+};
+
+constexpr Plane planes[] = {{{0, 0, 1}, -near_plane},
+                            {{1, 0, guard}, 0},
+                            {{-1, 0, guard}, 0},
+                            {{0, 1, guard}, 0},
+                            {{0, -1, guard}, 0}};
+constexpr size_t max_corners = 3 + sizeof planes / sizeof planes[0];
+
+struct Polygon {
+  std::array<Vec3, max_corners> corner;
+  size_t size = 0;
+};
+
+// Sutherland and Hodgman, 1974. The new corner is computed from the inner to the outer end, so that the two
+// triangles at an edge, which run along it in opposite directions, get the same bits.
+Polygon clipped(const Polygon &in, const Plane &plane) {
+  Polygon out;
+  for (size_t i = 0; i < in.size; i++) {
+    const Vec3 a = in.corner[i], b = in.corner[(i + 1) % in.size];
+    const double va = plane.value(a), vb = plane.value(b);
+    if (va >= 0) out.corner[out.size++] = a;
+    if ((va >= 0) != (vb >= 0))
+      out.corner[out.size++] = va >= 0 ? mix(a, b, va / (va - vb)) : mix(b, a, vb / (vb - va));
+  }
+  return out;
+}
+
+// Clips one triangle of homogeneous pixels; an empty polygon when nothing is left.
+Polygon clip(const std::array<Vec3, 3> &triangle) {
+  Polygon polygon;
+  polygon.size = 3;
+  std::copy(triangle.begin(), triangle.end(), polygon.corner.begin());
+  for (const Plane &plane : planes) {
+    const auto inside = [&](const Vec3 &p) { return plane.value(p) >= 0; };
+    if (std::all_of(triangle.begin(), triangle.end(), inside)) continue;
+    polygon = clipped(polygon, plane);
+    if (polygon.size < 3) return {};
+  }
+  return polygon;
+}
+
+// The three planes through the camera's centre and an edge: their values at a ray are proportional to the
+// barycentric coordinates of the point where the ray meets the triangle.
+struct Interpolator {
+  Vec3 plane[3];
+  Interpolator(Vec3 a, Vec3 b, Vec3 c) : plane{cross(b, c), cross(c, a), cross(a, b)} {}
+  std::array<double, 3> at(Vec3 ray) const {
+    double w[3], sum = 0;
+    for (int i = 0; i < 3; i++) sum += w[i] = dot(plane[i], ray);
+    // Rounding of vertices lets a sample just outside the triangle be covered, and for a triangle seen
+    // edge-on the plane says nothing at all there: stay within the triangle.
+    double kept = 0;
+    for (double &value : w) kept += value = sum != 0 ? std::max(0.0, value / sum) : 1;
+    return {w[0] / kept, w[1] / kept, w[2] / kept};
+  }
+};
+
+bool finite(Vec3 v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+Vec3 position(const Mesh &mesh, uint32_t vertex) {
+  const float *p = mesh.positions + size_t(3) * vertex;
+  return {p[0], p[1], p[2]};
+}
+
+// Edge a -> b of a triangle with positive area (y down). E(p) > 0 inside; on the edge E(p) = 0 counts as
+// inside for top edges and left edges alone, which the bias expresses.
+struct Edge {
+  int64_t dx, dy, bias;
+  Point from;
+  Edge(Point a, Point b)
+      : dx(b.x - a.x), dy(b.y - a.y), bias(dy < 0 || (dy == 0 && dx > 0) ? 0 : -1), from(a) {}
+  int64_t at(int64_t x, int64_t y) const { return dx * (y - from.y) - dy * (x - from.x) + bias; }
+};
+
+// First sample whose centre is at or beyond a coordinate.
+int64_t first_sample(int64_t coordinate) {
+  return (coordinate + subpixel / 2 - 1) >> subpixel_bits;
+}
+// Last sample whose centre is at or before it.
+int64_t last_sample(int64_t coordinate) {
+  return (coordinate - subpixel / 2) >> subpixel_bits;
+}
+
+class Drawing {
+public:
+  Drawing(const Pinhole &projection, SampleBuffer &target) : camera(projection), buffer(target) {}
+
+  void triangle(const std::array<Vec3, 3> &points, uint32_t face) {
+    const std::array<Vec3, 3> pixels = {camera.to_pixel(points[0]), camera.to_pixel(points[1]),
+                                        camera.to_pixel(points[2])};
+    if (!finite(pixels[0]) || !finite(pixels[1]) || !finite(pixels[2])) return;
+    const Polygon polygon = clip(pixels);
+    if (polygon.size < 3) return;
+    std::array<Point, max_corners> corner;
+    for (size_t i = 0; i < polygon.size; i++) corner[i] = rounded(polygon.corner[i]);
+    const Interpolator interpolator(points[0], points[1], points[2]);
+    for (size_t i = 2; i < polygon.size; i++)
+      fill(corner[0], corner[i - 1], corner[i], interpolator, points, face);
+  }
+
+private:
+  Point rounded(Vec3 pixel) const {
+    const double scale = double(buffer.samples) * double(subpixel);
+    return {int64_t(std::floor(pixel.x / pixel.z * scale + 0.5)),
+            int64_t(std::floor(pixel.y / pixel.z * scale + 0.5))};
+  }
+
+  void fill(Point a, Point b, Point c, const Interpolator &interpolator, const std::array<Vec3, 3> &points,
+            uint32_t face) {
+    const int64_t area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    if (area == 0) return;
+    if (area < 0) std::swap(b, c);
+    const Edge edges[3] = {{a, b}, {b, c}, {c, a}};
+    const int64_t left = std::max<int64_t>(0, first_sample(std::min({a.x, b.x, c.x})));
+    const int64_t right = std::min(int64_t(buffer.columns) - 1, last_sample(std::max({a.x, b.x, c.x})));
+    const int64_t top = std::max<int64_t>(0, first_sample(std::min({a.y, b.y, c.y})));
+    const int64_t bottom =
+        std::min(int64_t(buffer.height) * buffer.samples - 1, last_sample(std::max({a.y, b.y, c.y})));
+    for (int64_t row = top; row <= bottom; row++) {
+      const int64_t y = row * subpixel + subpixel / 2, x = left * subpixel + subpixel / 2;
+      int64_t e[3] = {edges[0].at(x, y), edges[1].at(x, y), edges[2].at(x, y)};
+      for (int64_t column = left; column <= right; column++) {
+        if ((e[0] | e[1] | e[2]) >= 0) sample(column, row, interpolator, points, face);
+        for (int i = 0; i < 3; i++) e[i] -= edges[i].dy * subpixel;
+      }
+    }
+  }
+
+  void sample(int64_t column, int64_t row, const Interpolator &interpolator,
+              const std::array<Vec3, 3> &points, uint32_t face) {
+    const double spacing = buffer.samples;
+    const auto weight =
+        interpolator.at(camera.ray((double(column) + 0.5) / spacing, (double(row) + 0.5) / spacing));
+    const float depth = float(weight[0] * points[0].z + weight[1] * points[1].z + weight[2] * points[2].z);
+    const size_t at = size_t(row) * buffer.columns + size_t(column);
+    if (!(depth < buffer.depth[at])) return;
+    buffer.depth[at] = depth;
+    buffer.face[at] = face;
+  }
+
+  const Pinhole &camera;
+  SampleBuffer &buffer;
+};
+
+bool odd_and_small(uint32_t samples) {
+  return samples % 2 == 1 && samples <= 7;
+}
+
+} // namespace
+
+Pinhole::Pinhole(const fvv_camera &camera)
+    : columns(camera.width), rows(camera.height), fx(camera.fx), fy(camera.fy), cx(camera.cx), cy(camera.cy),
+      skew(camera.skew), rotation{{camera.rotation[0], camera.rotation[3], camera.rotation[6]},
+                                  {camera.rotation[1], camera.rotation[4], camera.rotation[7]},
+                                  {camera.rotation[2], camera.rotation[5], camera.rotation[8]}},
+      translation{camera.translation[0], camera.translation[1], camera.translation[2]} {
+  if (camera.lens != FVV_LENS_NONE)
+    throw std::invalid_argument(
+        "camera " + std::to_string(camera.id) +
+        ": the rasteriser needs a camera without lens distortion, this one has lens " +
+        std::to_string(camera.lens));
+}
+
+SampleBuffer::SampleBuffer(uint32_t w, uint32_t h, uint32_t s)
+    : width(w), height(h), samples(s), columns(size_t(w) * s) {
+  if (w < 1 || h < 1 || w > 16384 || h > 16384 || !odd_and_small(s))
+    throw std::invalid_argument("a sample buffer has sides of 1 to 16384 and 1, 3, 5 or 7 samples, not " +
+                                std::to_string(w) + "x" + std::to_string(h) + " and " + std::to_string(s));
+  clear();
+}
+
+void SampleBuffer::clear() {
+  face.assign(columns * height * samples, no_face);
+  depth.assign(columns * height * samples, std::numeric_limits<float>::infinity());
+}
+
+void rasterise(const Pinhole &camera, const Mesh &mesh, SampleBuffer &buffer) {
+  if (camera.width() != buffer.width || camera.height() != buffer.height)
+    throw std::invalid_argument("a camera of " + std::to_string(camera.width()) + "x" +
+                                std::to_string(camera.height()) + " cannot draw into samples of " +
+                                std::to_string(buffer.width) + "x" + std::to_string(buffer.height));
+  std::vector<Vec3> points(mesh.vertex_count);
+  for (size_t i = 0; i < mesh.vertex_count; i++) points[i] = camera.to_camera(position(mesh, uint32_t(i)));
+  Drawing drawing(camera, buffer);
+  for (size_t i = 0; i < mesh.face_count; i++) {
+    const uint32_t *face = mesh.faces + 3 * i;
+    drawing.triangle({points[face[0]], points[face[1]], points[face[2]]}, uint32_t(i));
+  }
+}
+
+std::array<double, 3> barycentric(const Pinhole &camera, const Mesh &mesh, uint32_t face, double u,
+                                  double v) {
+  const uint32_t *index = mesh.faces + size_t(3) * face;
+  return Interpolator(camera.to_camera(position(mesh, index[0])), camera.to_camera(position(mesh, index[1])),
+                      camera.to_camera(position(mesh, index[2])))
+      .at(camera.ray(u, v));
+}
+
+} // namespace fvv::render

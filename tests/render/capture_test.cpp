@@ -1,0 +1,187 @@
+// The capture folder: read back with other means than it was written with.
+#include "fvv_catch.h"
+
+#include "fvv_media/image.h"
+#include "fvvsynth/capture_writer.h"
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+using namespace fvv::synth;
+namespace fs = std::filesystem;
+
+namespace {
+
+// A folder that goes with the test.
+struct Scratch {
+  fs::path path = fs::temp_directory_path() / ("fvv_capture_test_" + std::to_string(getpid()));
+  Scratch() { fs::create_directories(path); }
+  ~Scratch() { fs::remove_all(path); }
+};
+
+std::string contents(const fs::path &path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::map<std::string, std::string> write(const Settings &settings, uint32_t frames, const std::string &rate,
+                                         uint32_t threads, const fs::path &to) {
+  Settings wanted = settings;
+  wanted.threads = threads;
+  fvv::cli::OutputFolder folder(to.string(), false);
+  write_capture(Scene(wanted), frames, parse_frame_rate(rate), threads, folder);
+  folder.commit();
+  std::map<std::string, std::string> files;
+  for (const auto &entry : fs::recursive_directory_iterator(to))
+    if (entry.is_regular_file()) files[fs::relative(entry.path(), to).string()] = contents(entry.path());
+  return files;
+}
+
+struct Ply {
+  std::vector<float> positions;
+  std::vector<int32_t> faces;
+};
+
+Ply parse(const std::string &bytes) {
+  const size_t body = bytes.find("end_header\n") + 11;
+  const auto count = [&](const std::string &element) {
+    return size_t(std::stoul(bytes.substr(bytes.find("element " + element) + 9 + element.size())));
+  };
+  Ply ply;
+  ply.positions.resize(count("vertex") * 3);
+  ply.faces.resize(count("face") * 3);
+  REQUIRE(bytes.size() == body + ply.positions.size() * 4 + ply.faces.size() / 3 * 13);
+  std::memcpy(ply.positions.data(), bytes.data() + body, ply.positions.size() * 4);
+  const char *at = bytes.data() + body + ply.positions.size() * 4;
+  for (size_t i = 0; i < ply.faces.size(); i += 3, at += 13) {
+    REQUIRE(int(at[0]) == 3);
+    std::memcpy(&ply.faces[i], at + 1, 12);
+  }
+  return ply;
+}
+
+// The silhouette by projecting many points of every face into a picture of four times the resolution.
+std::vector<bool> silhouette(const Ply &mesh, const fvv_camera &camera) {
+  constexpr int fine = 4, steps = 10;
+  const int w = int(camera.width), h = int(camera.height);
+  std::vector<bool> hit(size_t(w * h * fine * fine));
+  for (size_t i = 0; i < mesh.faces.size(); i += 3) {
+    const auto corner = [&](size_t c, int axis) {
+      return double(mesh.positions[size_t(3 * mesh.faces[i + c] + axis)]);
+    };
+    for (int a = 0; a <= steps; a++)
+      for (int b = 0; a + b <= steps; b++) {
+        double world[3], pixel[2];
+        for (int axis = 0; axis < 3; axis++)
+          world[axis] =
+              (corner(0, axis) * a + corner(1, axis) * b + corner(2, axis) * (steps - a - b)) / steps;
+        if (!fvv_camera_project(&camera, world, pixel, nullptr)) continue;
+        const int x = int(std::floor(pixel[0] * fine)), y = int(std::floor(pixel[1] * fine));
+        if (x >= 0 && y >= 0 && x < w * fine && y < h * fine) hit[size_t(y * w * fine + x)] = true;
+      }
+  }
+  std::vector<bool> covered(size_t(w * h));
+  for (int y = 0; y < h; y++)
+    for (int x = 0; x < w; x++) {
+      int n = 0;
+      for (int j = 0; j < fine; j++)
+        for (int k = 0; k < fine; k++) n += hit[size_t((y * fine + j) * w * fine + x * fine + k)];
+      covered[size_t(y * w + x)] = 2 * n >= fine * fine;
+    }
+  return covered;
+}
+
+fvv_camera read_camera(const nlohmann::json &json) {
+  fvv_camera camera = {};
+  camera.lens = FVV_LENS_NONE;
+  camera.width = json["width"];
+  camera.height = json["height"];
+  camera.fx = json["intrinsics"]["fx"];
+  camera.fy = json["intrinsics"]["fy"];
+  camera.cx = json["intrinsics"]["cx"];
+  camera.cy = json["intrinsics"]["cy"];
+  camera.r_max = INFINITY;
+  for (int i = 0; i < 9; i++) camera.rotation[i] = json["rotation"][size_t(i / 3)][size_t(i % 3)];
+  for (int i = 0; i < 3; i++) camera.translation[i] = json["translation"][size_t(i)];
+  return camera;
+}
+
+} // namespace
+
+TEST_CASE("a capture has the same bytes for any number of threads") {
+  const Scratch scratch;
+  Settings settings;
+  settings.cameras = 2;
+  settings.width = 96;
+  settings.height = 54;
+  const auto one = write(settings, 3, "25", 1, scratch.path / "one"),
+             three = write(settings, 3, "25", 3, scratch.path / "three");
+  CHECK(one.size() == 1 + 3 + 2 * 2 * 3);
+  CHECK(one == three);
+}
+
+TEST_CASE("capture.json describes the folder, and meshes project onto masks") {
+  const Scratch scratch;
+  Settings settings;
+  settings.cameras = 2;
+  const auto files = write(settings, 2, "30000/1001", 2, scratch.path / "capture");
+  const auto json = nlohmann::json::parse(files.at("capture.json"));
+  CHECK(json["fvv_capture"] == 1);
+  CHECK(json["frame_rate"] == "30000/1001");
+  CHECK(json["frames"] == nlohmann::json({{"first", 0}, {"count", 2}}));
+  CHECK(json["units"] == "metres");
+  CHECK(json["up"] == "+y");
+  CHECK(json["conventions"]["pixel_centre"] == 0.5);
+  CHECK(json["meshes"]["pattern"] == "meshes/%04d.ply");
+  REQUIRE(json["cameras"].size() == 2);
+  const Scene scene(settings);
+  for (const int frame : {0, 1}) {
+    const std::string number = frame == 0 ? "0000" : "0001";
+    const Ply mesh = parse(files.at("meshes/" + number + ".ply"));
+    for (const auto &entry : json["cameras"]) {
+      const fvv_camera camera = read_camera(entry);
+      const size_t id = entry["id"];
+      CHECK(std::memcmp(camera.rotation, scene.cameras()[id].rotation, sizeof camera.rotation) ==
+            0); // 17 digits
+      CHECK(entry["pictures"] == "cam" + std::to_string(id) + "/%04d.png");
+      CHECK(entry["masks"] == "cam" + std::to_string(id) + "/mask_%04d.png");
+      const std::string folder = (scratch.path / "capture" / entry["name"].get<std::string>()).string() + "/";
+      const auto mask = fvv::media::read_image(folder + "mask_" + number + ".png", 1);
+      const auto picture = fvv::media::read_image(folder + number + ".png", 3);
+      REQUIRE(mask.pixels.size() == 480 * 270);
+      REQUIRE(picture.pixels.size() == 480 * 270 * 3);
+      const auto expected = silhouette(mesh, camera);
+      size_t both = 0, either = 0, grey = 0;
+      double light = 0;
+      for (size_t i = 0; i < expected.size(); i++) {
+        both += expected[i] && mask.pixels[i];
+        either += expected[i] || mask.pixels[i];
+        grey += mask.pixels[i] != 0 && mask.pixels[i] != 255;
+        if (mask.pixels[i])
+          light += picture.pixels[3 * i] + picture.pixels[3 * i + 1] + picture.pixels[3 * i + 2];
+      }
+      INFO("camera " << id << " frame " << frame << ": " << both << " of " << either);
+      CHECK(grey == 0);
+      CHECK(either > 5000);
+      CHECK(double(both) > 0.97 * double(either));
+      CHECK(light / double(both) / 3 > 40); // not black
+    }
+  }
+}
+
+TEST_CASE("frame rates are numbers or fractions in lowest terms") {
+  CHECK(parse_frame_rate("25").numerator == 25);
+  CHECK(parse_frame_rate("25").denominator == 1);
+  CHECK(parse_frame_rate("30000/1001").denominator == 1001);
+  CHECK(parse_frame_rate("50/2").numerator == 25);
+  for (const char *bad : {"", "0", "25/", "/2", "25/0", "2.5", "-1", "25/1/1", "5000000000", " 25"}) {
+    INFO(bad);
+    CHECK_THROWS_AS(parse_frame_rate(bad), fvv::cli::Failure);
+  }
+}

@@ -1,0 +1,63 @@
+// fvvsynth: writes a made-up capture, so that a fresh machine needs no data. Argument parsing only.
+#include "cli/cli.h"
+#include "fvvsynth/capture_writer.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+namespace {
+
+// "480x270". Failure (usage) otherwise; ranges are the scene's to check.
+void parse_size(const std::string &text, uint32_t &width, uint32_t &height) {
+  int used = 0;
+  if (text.size() > 11 || text.find_first_not_of("0123456789x") != std::string::npos ||
+      std::sscanf(text.c_str(), "%5ux%5u%n", &width, &height, &used) != 2 || size_t(used) != text.size())
+    throw fvv::cli::Failure("--size: expected WIDTHxHEIGHT like 480x270, found \"" + text + "\"",
+                            fvv::cli::usage);
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  CLI::App app("Writes a made-up capture of two basketball players: meshes, calibrated pictures and masks.");
+  std::string output, size = "480x270", rate = "25";
+  fvv::synth::Settings settings;
+  uint32_t frames = 50;
+  bool force = false;
+  settings.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 64u);
+  app.add_option("-o,--output", output, "Folder to write")->required()->type_name("DIR");
+  app.add_option("--seed", settings.seed, "Chooses looks, places and cameras")->capture_default_str();
+  app.add_option("--frames", frames, "Number of frames")->check(CLI::Range(1, 9999))->capture_default_str();
+  app.add_option("--cameras", settings.cameras, "Number of cameras")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--size", size, "Width and height of the pictures, 16 to 4096 pixels each")
+      ->capture_default_str()
+      ->type_name("WxH");
+  app.add_option("--fps", rate, "Frames per second, a number or a fraction")
+      ->capture_default_str()
+      ->type_name("N[/D]");
+  app.add_option("--threads", settings.threads, "Threads; the result is the same for any number")
+      ->check(CLI::Range(1, 64));
+  app.add_flag("--force", force, "Replace the folder when it exists");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError &error) {
+    return app.exit(error) == 0 ? fvv::cli::done : fvv::cli::usage;
+  }
+  return fvv::cli::run("fvvsynth", [&] {
+    const fvv::synth::FrameRate frame_rate = fvv::synth::parse_frame_rate(rate);
+    parse_size(size, settings.width, settings.height);
+    fvv::cli::OutputFolder folder(output, force);
+    try {
+      const fvv::synth::Scene scene(settings);
+      fvv::synth::write_capture(scene, frames, frame_rate, settings.threads, folder);
+    } catch (const std::invalid_argument &error) {
+      throw fvv::cli::Failure(error.what(), fvv::cli::usage);
+    }
+    folder.commit();
+    return fvv::cli::done;
+  });
+}
