@@ -1,6 +1,7 @@
 """Formatting and size of sources: clang-format, ruff, and a file fits in a head (400 lines)."""
 
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -52,3 +53,13 @@ def test_lower_layers_never_include_higher_ones():
                 if line.startswith('#include "') and not line.startswith('#include "fvv/'):
                     folder = line.split('"')[1].split("/")[0]
                     assert folder in [layer, *allowed], f"{path.name} in {layer} includes {line}"
+
+
+def test_names_of_test_cases_have_no_semicolon():
+    # CMake splits such a name in two, and ctest passes both halves without running anything.
+    bad = [
+        p.name
+        for p in sources(".cpp")
+        if any(";" in n for n in re.findall(r'TEST_CASE\("([^"]*)"', p.read_text()))
+    ]
+    assert not bad
