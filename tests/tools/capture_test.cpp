@@ -23,6 +23,7 @@ const char *const good = R"({
   "frames": {"first": 10, "count": 3, "step": 2},
   "units": "millimetres",
   "up": "-y",
+  "lattice": {"origin": [-1, 0.5, 2e-3], "step": 0.002},
   "conventions": {"pixel_centre": 0},
   "meshes": {"pattern": "meshes/%04d.ply"},
   "cameras": [
@@ -83,6 +84,9 @@ TEST_CASE("a capture.json gives cameras in metres with pixel centres at 0.5") {
   CHECK(capture.metres_per_unit == 0.001);
   CHECK(!capture.scale_unknown);
   CHECK(capture.up == FVV_UP_MINUS_Y);
+  REQUIRE(capture.lattice);
+  CHECK((capture.lattice->origin[0] == -1 && capture.lattice->origin[1] == 0.5)); // not scaled by the units
+  CHECK((capture.lattice->origin[2] == 0.002 && capture.lattice->step == 0.002));
   REQUIRE(capture.cameras.size() == 2);
   const Camera copy = Capture(capture).cameras[0]; // outlives the capture that it was copied from
   const fvv_camera &left = copy.calibration;
@@ -179,6 +183,11 @@ TEST_CASE("a faulty value is refused by its JSON pointer") {
   CHECK(with("/units", "true") ==
         "c.json: /units: expected the name of a unit or metres per unit > 0, found true");
   CHECK(with("/up", "\"y\"") == "c.json: /up: expected +x, -x, +y, -y, +z, -z or unknown, found \"y\"");
+  CHECK(with("/lattice", "") == "");
+  CHECK(with("/lattice/step", "0") == "c.json: /lattice/step: expected a number > 0, found 0");
+  CHECK(with("/lattice/origin", "") == R"(c.json: /lattice: expected key "origin", found none)");
+  CHECK(with("/lattice/origin", "[0, 0]") == "c.json: /lattice/origin: expected 3 items, found 2");
+  CHECK(with("/lattice/step", "1e301") == "c.json: /lattice: expected |origin| + step * 2^28 to be finite");
   CHECK(with("/conventions/pixel_centre", "1") ==
         "c.json: /conventions/pixel_centre: expected 0 or 0.5, found 1");
   CHECK(
@@ -307,6 +316,7 @@ TEST_CASE("writing and loading gives the same cameras bit for bit") {
   capture.frame_duration = {1001, 30000};
   capture.frames = {0, 1, 1};
   capture.up = FVV_UP_MINUS_Z;
+  capture.lattice = Lattice{{-0.1, 1. / 3, -0.0}, 1e-3 / 3};
   capture.meshes = Pattern::parse("m%%/%05d.obj", nullptr);
   for (uint16_t i = 0; i < 200; i++) {
     Camera camera;
@@ -345,6 +355,8 @@ TEST_CASE("writing and loading gives the same cameras bit for bit") {
   CHECK(again.frame_duration.numerator == 1001);
   CHECK(again.frame_duration.denominator == 30000);
   CHECK(again.up == FVV_UP_MINUS_Z);
+  REQUIRE(again.lattice);
+  CHECK(memcmp(&*again.lattice, &*capture.lattice, sizeof(Lattice)) == 0);
   CHECK(again.mesh_path(3) == "m%/00003.obj");
   CHECK(format_capture(again) == text);
   capture.cameras[5].calibration.fx = std::nan("");

@@ -42,6 +42,7 @@ struct Capture {
   double metres_per_unit = 1; // of positions in mesh files; cameras are in metres already
   bool scale_unknown = false; // then metres_per_unit is 1, and "metres" are units of the source
   uint8_t up = FVV_UP_UNKNOWN;
+  std::optional<Lattice> lattice; // of the stream that the meshes come from, or are meant for
   std::optional<Pattern> meshes;
   std::vector<Camera> cameras;
 

@@ -94,6 +94,20 @@ uint8_t read_up(const JsonValue &value) {
   value.fail("expected +x, -x, +y, -y, +z, -z or unknown, found " + value.found());
 }
 
+// The ranges of fvv.md clause 5.1.
+Lattice read_lattice(const JsonValue &value) {
+  value.allow_keys({"origin", "step"});
+  Lattice lattice;
+  lattice.step = positive(value.at("step"));
+  const JsonValue origin = value.at("origin");
+  for (size_t k = 0; k < 3; k++) {
+    lattice.origin[k] = finite(origin.items(3, k));
+    if (!std::isfinite(std::fabs(lattice.origin[k]) + lattice.step * FVV_LATTICE_MAX))
+      value.fail("expected |origin| + step * 2^28 to be finite");
+  }
+  return lattice;
+}
+
 Pattern read_pattern(const JsonValue &value, const Frames &frames) {
   std::string what;
   const std::optional<Pattern> pattern = Pattern::parse(value.text(), &what);
@@ -200,8 +214,8 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   const JsonValue version = root.at("fvv_capture");
   if (version.integer(1, INT32_MAX) != 1)
     version.fail("expected version 1 of the capture description, found " + version.found());
-  root.allow_keys(
-      {"fvv_capture", "name", "frame_rate", "frames", "units", "up", "conventions", "meshes", "cameras"});
+  root.allow_keys({"fvv_capture", "name", "frame_rate", "frames", "units", "up", "lattice", "conventions",
+                   "meshes", "cameras"});
   Capture capture;
   capture.path = path;
   if (const auto name = root.find("name")) capture.name = name->text();
@@ -209,6 +223,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   capture.frames = read_frames(root.at("frames"));
   read_units(root.at("units"), capture);
   if (const auto up = root.find("up")) capture.up = read_up(*up);
+  if (const auto lattice = root.find("lattice")) capture.lattice = read_lattice(*lattice);
   double pixel_centre = 0.5;
   if (const auto conventions = root.find("conventions")) {
     conventions->allow_keys({"pixel_centre"});

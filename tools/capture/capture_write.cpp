@@ -83,6 +83,9 @@ std::string format_capture(const Capture &capture) {
       "},\n  \"units\": " + text(capture.scale_unknown ? unknown_units : "metres") + ",\n  \"up\": " +
       text(lookup(std::begin(named_axes), std::end(named_axes), &NamedAxis::up, capture.up).name) +
       ",\n  \"conventions\": {\"pixel_centre\": 0.5}";
+  if (capture.lattice)
+    out += ",\n  \"lattice\": {\"origin\": " + list(capture.lattice->origin, 3) +
+           ", \"step\": " + number(capture.lattice->step) + "}";
   if (capture.meshes) out += ",\n  \"meshes\": {\"pattern\": " + text(capture.meshes->text()) + "}";
   out += ",\n  \"cameras\": [";
   for (size_t i = 0; i < capture.cameras.size(); i++)

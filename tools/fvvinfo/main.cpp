@@ -5,6 +5,7 @@
 #include <cstdio>
 
 using namespace fvv;
+using Json = nlohmann::ordered_json;
 
 namespace {
 
@@ -46,7 +47,7 @@ int main(int argc, char **argv) {
   }
   return cli::run("fvvinfo", [&] {
     cli::Exit worst = cli::done;
-    nlohmann::ordered_json document = {{"fvvinfo", 1}, {"files", nlohmann::ordered_json::array()}};
+    Json document = {{"fvvinfo", 1}, {"files", Json::array()}};
     for (const auto &file : files) {
       try {
         const info::Report report = info::inspect(file, options);
@@ -63,7 +64,8 @@ int main(int argc, char **argv) {
         worst = cli::worse(worst, failure.exit);
       }
     }
-    if (as_json) std::printf("%s\n", document.dump(2).c_str());
+    // A file's name need not be UTF-8; JSON must be.
+    if (as_json) std::printf("%s\n", document.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
     return worst;
   });
 }

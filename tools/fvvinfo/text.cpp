@@ -25,12 +25,18 @@ std::string bytes(double n) {
   return format("%.1f GB", n / 1e9);
 }
 
-// Control characters in a name never reach a terminal.
+// Control characters in a name never reach a terminal: C0, DEL, and C1, which UTF-8 writes as C2 80 to C2 9F.
+// A long name is cut between characters. Names are valid UTF-8: libfvv has checked them.
 std::string printable(const char *text, size_t size) {
+  constexpr size_t longest = 60;
   std::string out;
-  for (size_t i = 0; i < size && i < 60; i++) {
+  for (size_t i = 0; i < size; i++) {
     const auto c = static_cast<unsigned char>(text[i]);
-    out += c < 0x20 || c == 0x7f ? '?' : text[i];
+    const bool continues = (c & 0xc0) == 0x80;
+    if (out.size() >= longest && !continues) return out + "...";
+    const bool c1 = c == 0xc2 && i + 1 < size && static_cast<unsigned char>(text[i + 1]) < 0xa0;
+    if (c1) i++;
+    out += c < 0x20 || c == 0x7f || c1 ? '?' : text[i];
   }
   return out;
 }

@@ -1,6 +1,8 @@
 /* The cheapest quality that reaches a PSNR. See choose_quality in fvv_media/video.h. */
 #include "fvv_media/video.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace fvv::media {
@@ -37,20 +39,30 @@ int choose_quality(const VideoSettings &settings, const std::vector<Image> &fram
     tried.quality = quality_of(step);
     return reached(tried, frames, masks);
   };
-  const double best = psnr_at(0);
-  if (!(best >= target_db)) {
+  // PSNR falls almost linearly with the step: interpolating needs half the encodings of bisection, and none
+  // at the best quality, which is the slowest to encode. good reaches the target, bad does not; -1 and steps:
+  // not tried.
+  struct Tried {
+    int step;
+    double db;
+  } good = {-1, 0}, bad = {steps, 0};
+  const double fall = jpeg ? 0.25 : 0.6; // dB a step, until two points are known
+  int step = jpeg ? 15 : 17;
+  while (bad.step - good.step > 1) {
+    const double db = psnr_at(step);
+    (db >= target_db ? good : bad) = {step, db};
+    const bool both = good.step >= 0 && bad.step < steps && good.db > bad.db;
+    const double slope = both ? (good.db - bad.db) / (bad.step - good.step) : fall;
+    const double ahead = std::min(std::max((db - target_db) / slope, -1000.0), 1000.0);
+    step = std::max(good.step + 1, std::min(bad.step - 1, step + int(std::floor(ahead))));
+  }
+  if (good.step < 0) {
     char text[160];
     snprintf(text, sizeof text, "no quality reaches %.2f dB: the best, %d, reaches %.2f dB", target_db,
-             quality_of(0), best);
+             quality_of(0), bad.db);
     throw Error(text);
   }
-  // good reaches the target, bad does not (or is beyond the scale).
-  int good = 0, bad = steps;
-  while (bad - good > 1) {
-    const int middle = (good + bad) / 2;
-    (psnr_at(middle) >= target_db ? good : bad) = middle;
-  }
-  return quality_of(good);
+  return quality_of(good.step);
 }
 
 } // namespace fvv::media

@@ -91,7 +91,7 @@ static fvv_status close_frame(fvv_checker *c) {
 }
 
 /* A configuration block is judged when the first group behind it begins. */
-static fvv_status close_block(fvv_checker *c) {
+static fvv_status close_block(fvv_checker *c, int stream_ended) {
   if (!c->block_open) return FVV_OK;
   c->block_open = 0;
   fvv_diagnostic diagnostic = {0};
@@ -99,7 +99,8 @@ static fvv_status close_block(fvv_checker *c) {
   const fvv_status status = fvv_configuration_complete(&c->building, c->block_offset, &diagnostic);
   if (status < 0) {
     c->block_bad = 1;
-    return problem(c, &diagnostic);
+    /* What a block lacks may stand behind the end of a stream that was cut, or is live. */
+    return stream_ended ? FVV_OK : problem(c, &diagnostic);
   }
   const fvv_configuration_builder former = c->complete;
   c->complete = c->building;
@@ -124,18 +125,24 @@ static fvv_status add_configuration(fvv_checker *c, const fvv_event *event) {
   return status == FVV_ERROR_MEMORY ? status : problem(c, &diagnostic);
 }
 
-static fvv_track_summary *track_summary(fvv_checker *c, uint16_t id) {
+static fvv_status track_summary(fvv_checker *c, uint16_t id, fvv_track_summary **summary) {
   fvv_track_summary *tracks = (fvv_track_summary *)c->tracks.data;
-  for (size_t i = 0; i < c->tracks.size / sizeof *tracks; i++)
-    if (tracks[i].track == id) return &tracks[i];
+  const size_t count = c->tracks.size / sizeof *tracks;
+  for (size_t i = 0; i < count; i++)
+    if (tracks[i].track == id) {
+      *summary = &tracks[i];
+      return FVV_OK;
+    }
   fvv_track_summary fresh;
   memset(&fresh, 0, sizeof fresh);
   fresh.track = id;
   fresh.smallest = UINT64_MAX;
   fresh.min_vertices = fresh.min_faces = UINT32_MAX;
-  if (c->tracks.size / sizeof fresh >= c->limits.max_tracks) return NULL;
-  if (fvv_bytes_append(&c->tracks, &fresh, sizeof fresh) < 0) return NULL;
-  return (fvv_track_summary *)(c->tracks.data + c->tracks.size) - 1;
+  if (count >= c->limits.max_tracks) return FVV_ERROR_LIMIT;
+  const fvv_status status = fvv_bytes_append(&c->tracks, &fresh, sizeof fresh);
+  if (status < 0) return status;
+  *summary = (fvv_track_summary *)(c->tracks.data + c->tracks.size) - 1;
+  return FVV_OK;
 }
 
 static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
@@ -183,10 +190,11 @@ static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
     c->frame.time = header->time;
     c->summary.frames++;
   }
-  if (!event->group_intact) c->frame.whole = 0;
+  if (!event->group_intact || c->block_bad) c->frame.whole = 0;
   c->summary.payload_bytes += header->size;
-  fvv_track_summary *track = track_summary(c, header->track);
-  if (!track) return FVV_ERROR_LIMIT;
+  fvv_track_summary *track;
+  const fvv_status found = track_summary(c, header->track, &track);
+  if (found < 0) return found;
   track->kind = fvv_chunk_track_kind(header->type);
   track->chunks++;
   track->key_chunks += (header->flags & FVV_FLAG_KEY) != 0;
@@ -210,7 +218,7 @@ static fvv_status take_chunk(fvv_checker *c, const fvv_event *event) {
     return add_configuration(c, event);
   case FVV_PLACE_GROUP:
     if (event->chunk.type == FVV_CHUNK_GROUP) {
-      status = close_block(c);
+      status = close_block(c, 0);
       if (!c->summary.groups++) c->summary.start = event->chunk.time;
       return status;
     }
@@ -220,7 +228,7 @@ static fvv_status take_chunk(fvv_checker *c, const fvv_event *event) {
   case FVV_PLACE_FRAME:
     return add_frame_chunk(c, event);
   case FVV_PLACE_END:
-    return close_block(c);
+    return close_block(c, 0);
   default:
     return FVV_OK;
   }
@@ -229,6 +237,10 @@ static fvv_status take_chunk(fvv_checker *c, const fvv_event *event) {
 static fvv_status take_event(fvv_checker *c, const fvv_event *event) {
   if (c->options.event) c->options.event(c->options.user, event);
   switch (event->kind) {
+  case FVV_EVENT_HEADER:
+    c->summary.written_major = event->written_major;
+    c->summary.written_minor = event->written_minor;
+    return FVV_OK;
   case FVV_EVENT_CHUNK:
     return take_chunk(c, event);
   case FVV_EVENT_DAMAGE:
@@ -273,7 +285,7 @@ fvv_status fvv_checker_finish(fvv_checker *checker) {
   if (!checker->failed) {
     fvv_reader_finish(checker->reader);
     checker->failed = pull(checker);
-    const fvv_status status = close_block(checker);
+    const fvv_status status = close_block(checker, 1);
     if (!checker->failed) checker->failed = status;
   }
   if (!checker->summary.has_footer && !checker->failed) checker->summary.truncated = 1;

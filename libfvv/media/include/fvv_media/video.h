@@ -73,8 +73,8 @@ fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &gr
 
 /* The cheapest quality at which the frames, encoded as one group and decoded, reach target_db of luma PSNR,
  * squared errors pooled over all frames (settings.quality is not looked at). masks: empty, or one grey
- * picture per frame: > 127 counts (see compose_masks). Found by bisection, about seven encodings. Error,
- * saying what was reached, when the best quality does not reach target_db. */
+ * picture per frame: > 127 counts (see compose_masks). Found by interpolation, three to five encodings.
+ * Error, saying what was reached, when the best quality does not reach target_db. */
 int choose_quality(const VideoSettings &settings, const std::vector<Image> &frames, double target_db,
                    const std::vector<Image> &masks = {});
 

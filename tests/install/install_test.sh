@@ -1,0 +1,69 @@
+#!/bin/sh
+# install_test.sh BUILD FILE: installs BUILD into a prefix inside it, moves the prefix, and builds and runs consumer.c
+# with FILE by each way that a user has. ctest sets CMAKE, GENERATOR, CC, CXX, PKG_CONFIG, LIBDIR and VERSION.
+set -eu
+here=$(cd "$(dirname "$0")" && pwd)
+work=$1/install_test
+file=$2
+rm -rf "$work"
+mkdir -p "$work"
+"$CMAKE" --install "$1" --prefix "$work/first" > "$work/install.log"
+# A package that was moved shows whether something still names the place of its installation.
+prefix=$work/prefix
+mv "$work/first" "$prefix"
+# -lfvv takes the shared library where there is one: static users by pkg-config get a prefix without it.
+alone=$work/static
+cp -R "$prefix" "$alone"
+rm -f "$alone/$LIBDIR"/libfvv.so*
+warnings="-Wall -Wextra -pedantic -Werror"
+failed=0
+
+# expect WAY PROGRAM [FOLDER OF SHARED LIBRARIES]
+expect() {
+  found=$(LD_LIBRARY_PATH=${3:-} "$2" "$file" 2>&1) || found="exit code $?: $found"
+  if [ "$found" = "fvv $VERSION: 1 frames, 4 vertices" ]; then
+    echo "$1: ok"
+  else
+    echo "$1: expected fvv $VERSION: 1 frames, 4 vertices; found $found"
+    failed=1
+  fi
+}
+
+# by_cmake KIND
+by_cmake() {
+  "$CMAKE" -S "$here/consumer" -B "$work/cmake_$1" -G "$GENERATOR" -DCMAKE_C_COMPILER="$CC" \
+    -DCMAKE_CXX_COMPILER="$CXX" -DCMAKE_PREFIX_PATH="$prefix" -DFVV_KIND="${1#default}" > "$work/cmake_$1.log"
+  "$CMAKE" --build "$work/cmake_$1" >> "$work/cmake_$1.log" || { cat "$work/cmake_$1.log"; exit 1; }
+  expect "CMake package, $1" "$work/cmake_$1/consumer"
+}
+by_cmake default
+by_cmake shared
+by_cmake static
+
+# by_pkg_config PREFIX OUTPUT [--static]
+by_pkg_config() {
+  flags=$(PKG_CONFIG_PATH="$1/$LIBDIR/pkgconfig" "$PKG_CONFIG" ${3:-} --cflags --libs fvv)
+  # $flags and $warnings are lists.
+  "$CC" -std=c99 $warnings "$here/consumer.c" -o "$work/$2" $flags
+}
+by_pkg_config "$prefix" pc_shared
+expect "pkg-config, shared" "$work/pc_shared" "$prefix/$LIBDIR"
+by_pkg_config "$alone" pc_static --static
+expect "pkg-config --static" "$work/pc_static"
+
+for header in "$prefix"/include/fvv/*.h; do
+  name=fvv/$(basename "$header")
+  echo "#include <$name>" > "$work/alone.c"
+  "$CC" -std=c99 $warnings -I"$prefix/include" -fsyntax-only "$work/alone.c"
+  "$CXX" -x c++ -std=c++11 $warnings -I"$prefix/include" -fsyntax-only "$work/alone.c"
+  echo "$name alone, C99 and C++11: ok"
+done
+
+found=$("$prefix/bin/fvvinfo" --version)
+if [ "$found" = "fvvinfo $VERSION" ]; then
+  echo "bin/fvvinfo: ok"
+else
+  echo "bin/fvvinfo: expected fvvinfo $VERSION, found $found"
+  failed=1
+fi
+exit $failed

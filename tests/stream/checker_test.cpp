@@ -1,0 +1,289 @@
+// The checker: the same judgement for any split of the bytes, and nothing damaged called whole.
+#include "base/layout.h"
+#include "stream_fixture.h"
+
+#include <sstream>
+
+namespace {
+
+struct Check {
+  const fvv_limits *limits = nullptr;
+  const fvv_allocator *allocator = nullptr;
+  size_t step = 0; // bytes pushed at a time, 0: all
+  bool decode = true;
+};
+
+// A checker that has seen all bytes.
+class Checked {
+public:
+  explicit Checked(const Bytes &bytes, const Check &how = {}) {
+    fvv_check_options options;
+    fvv_check_options_default(&options);
+    options.decode = how.decode;
+    status = fvv_checker_create(&options, how.limits, how.allocator, &checker);
+    if (status < 0) return;
+    for (size_t at = 0; at < bytes.size();) {
+      const size_t n = how.step && how.step < bytes.size() - at ? how.step : bytes.size() - at;
+      // A block of exactly this size lets a sanitizer see any read beyond it.
+      const Bytes part(bytes.begin() + std::ptrdiff_t(at), bytes.begin() + std::ptrdiff_t(at + n));
+      const fvv_status pushed = fvv_checker_push(checker, part.data(), n);
+      if (status >= 0) status = pushed;
+      at += n;
+    }
+    const fvv_status finished = fvv_checker_finish(checker);
+    if (status >= 0) status = finished;
+  }
+  Checked(const Checked &) = delete;
+  ~Checked() { fvv_checker_destroy(checker); }
+  const fvv_check_summary &summary() const { return *fvv_checker_summary(checker); }
+
+  // Everything that it tells.
+  std::string report() const {
+    std::ostringstream out;
+    const fvv_check_summary &s = summary();
+    out << status << ' ' << s.bytes << ' ' << s.chunks << ' ' << s.groups << ' ' << s.frames << ' '
+        << s.whole_frames << ' ' << s.payload_bytes << ' ' << s.problems << ' ' << s.start << ' ' << s.end
+        << ' ' << s.written_major << '.' << s.written_minor << ' ' << s.configurations << ' ' << s.has_footer
+        << ' ' << s.truncated << '\n';
+    for (size_t i = 0; i < fvv_checker_problem_count(checker); i++) {
+      char line[512];
+      fvv_diagnostic_format(fvv_checker_problem(checker, i), "in", line, sizeof line);
+      out << line << '\n';
+    }
+    for (size_t i = 0; i < fvv_checker_track_count(checker); i++) {
+      const fvv_track_summary &t = *fvv_checker_track(checker, i);
+      out << t.track << ' ' << int(t.kind) << ' ' << t.chunks << ' ' << t.key_chunks << ' ' << t.bytes << ' '
+          << t.smallest << ' ' << t.largest << ' ' << t.min_vertices << ' ' << t.max_vertices << ' '
+          << t.min_faces << ' ' << t.max_faces << ' ' << t.vertices << ' ' << t.faces << '\n';
+    }
+    for (size_t i = 0; i < fvv_checker_run_count(checker); i++) {
+      const fvv_frame_run &r = *fvv_checker_run(checker, i);
+      out << r.first << '+' << r.count << ' ' << r.first_time << ".." << r.last_time << '\n';
+    }
+    return out.str();
+  }
+
+  fvv_checker *checker = nullptr;
+  fvv_status status;
+};
+
+// The times of whole frames, 2 ticks apart.
+std::vector<int64_t> whole_times(const Checked &checked) {
+  std::vector<int64_t> out;
+  uint64_t count = 0;
+  for (size_t i = 0; i < fvv_checker_run_count(checked.checker); i++) {
+    const fvv_frame_run *run = fvv_checker_run(checked.checker, i);
+    CHECK(run->last_time - run->first_time == 2 * int64_t(run->count - 1));
+    for (uint64_t f = 0; f < run->count; f++) out.push_back(run->first_time + 2 * int64_t(f));
+    count += run->count;
+  }
+  CHECK(count == checked.summary().whole_frames);
+  CHECK(!fvv_checker_run(checked.checker, fvv_checker_run_count(checked.checker)));
+  return out;
+}
+
+bool has_problem(const Checked &checked, uint32_t issue, uint64_t offset) {
+  for (size_t i = 0; i < fvv_checker_problem_count(checked.checker); i++) {
+    const fvv_diagnostic *problem = fvv_checker_problem(checked.checker, i);
+    if (problem->issue == issue && problem->offset == offset) return true;
+  }
+  return false;
+}
+
+} // namespace
+
+TEST_CASE("the numbers of a good stream") {
+  const Bytes bytes = write(good_stream());
+  const Checked checked(bytes);
+  const fvv_check_summary &s = checked.summary();
+  CHECK(checked.status == FVV_OK);
+  CHECK((s.bytes == bytes.size() && s.chunks == 8 + 3 * 6 + 2 && s.groups == 3));
+  CHECK((s.frames == 9 && s.whole_frames == 9 && s.problems == 0));
+  CHECK((s.payload_bytes == 6 * 112 + 6 * 22 && s.configurations == 1));
+  CHECK((s.start == 0 && s.end == 18 && s.has_footer && !s.truncated));
+  CHECK((s.written_major == FVV_FORMAT_MAJOR && s.written_minor == FVV_FORMAT_MINOR));
+  REQUIRE(fvv_checker_track_count(checked.checker) == 2);
+  const fvv_track_summary &mesh = *fvv_checker_track(checked.checker, 0),
+                          &video = *fvv_checker_track(checked.checker, 1);
+  CHECK((mesh.track == 1 && mesh.kind == FVV_TRACK_MESH && mesh.chunks == 6 && mesh.key_chunks == 6));
+  CHECK((mesh.bytes == 6 * 112 && mesh.smallest == 112 && mesh.largest == 112));
+  CHECK((mesh.min_vertices == 4 && mesh.max_vertices == 4 && mesh.min_faces == 4 && mesh.max_faces == 4));
+  CHECK((mesh.vertices == 24 && mesh.faces == 24));
+  CHECK((video.track == 2 && video.kind == FVV_TRACK_VIDEO && video.chunks == 6 && video.bytes == 6 * 22));
+  REQUIRE(fvv_checker_run_count(checked.checker) == 1);
+  const fvv_frame_run &run = *fvv_checker_run(checked.checker, 0);
+  CHECK((run.first == 0 && run.count == 9 && run.first_time == 0 && run.last_time == 16));
+  REQUIRE(fvv_checker_configuration(checked.checker));
+  CHECK(fvv_checker_configuration(checked.checker)->camera_count == 2);
+  CHECK(!fvv_checker_problem(checked.checker, 0));
+
+  Stream repeated = good_stream();
+  repeated.repeat = true;
+  repeated.finish = false;
+  const Checked live(write(repeated));
+  CHECK((live.summary().configurations == 3 && live.summary().problems == 0 &&
+         live.summary().whole_frames == 9));
+  CHECK((!live.summary().has_footer && live.summary().truncated));
+}
+
+TEST_CASE("any split of the bytes gives the same report") {
+  Stream source = good_stream(2);
+  source.repeat = true;
+  const Bytes good = write(source);
+  Bytes bad = good, cut = good;
+  for (const Place &place : chunks_of(good))
+    if (place.type == FVV_CHUNK_VIDEO_PACKET) bad[place.offset + 40] ^= 1;
+  cut.resize(cut.size() * 2 / 3);
+  for (const Bytes &bytes : {good, bad, cut})
+    for (const bool decode : {true, false}) {
+      Check how;
+      how.decode = decode;
+      const std::string whole = Checked(bytes, how).report();
+      for (const size_t step : {1, 2, 7, 31, 32, 33, 100, 1000}) {
+        how.step = step;
+        CHECK(Checked(bytes, how).report() == whole);
+      }
+    }
+}
+
+TEST_CASE("of a truncated stream exactly the frames in front are whole") {
+  const Bytes bytes = write(good_stream(2));
+  const std::vector<Place> chunks = chunks_of(bytes);
+  for (size_t size = 0; size < bytes.size(); size++) {
+    const Checked checked({bytes.begin(), bytes.begin() + std::ptrdiff_t(size)});
+    // A frame is whole once the chunk behind its last one has come.
+    std::vector<int64_t> expected;
+    int64_t time = -1, begun = -1;
+    for (const Place &place : chunks) {
+      if (place.offset + place.extent > size) break;
+      std::memcpy(&time, bytes.data() + place.offset + FVV_CHUNK_HEADER_TIME, sizeof time);
+      const bool frame = place.type == FVV_CHUNK_MESH || place.type == FVV_CHUNK_VIDEO_PACKET;
+      if (begun >= 0 && (place.type == FVV_CHUNK_GROUP_END || (frame && time != begun))) {
+        expected.push_back(begun);
+        begun = -1;
+      }
+      if (frame) begun = time;
+    }
+    INFO("cut at " << size << " of " << bytes.size());
+    CHECK(whole_times(checked) == expected);
+    CHECK((checked.summary().truncated || checked.status < 0));
+    CHECK(!checked.summary().has_footer);
+  }
+}
+
+TEST_CASE("a flipped bit anywhere is a problem, and its frame is not whole") {
+  const Bytes good = write(good_stream(2));
+  for (const Place &place : chunks_of(good))
+    for (size_t i = 0; i < place.extent; i++) {
+      Bytes bytes = good;
+      bytes[place.offset + i] ^= uint8_t(1 << (i % 8));
+      const Checked checked(bytes);
+      INFO("byte " << place.offset + i << " of a chunk at " << place.offset);
+      CHECK((checked.summary().problems > 0 || checked.status < 0));
+      if (place.type != FVV_CHUNK_MESH && place.type != FVV_CHUNK_VIDEO_PACKET) continue;
+      int64_t time;
+      std::memcpy(&time, good.data() + place.offset + FVV_CHUNK_HEADER_TIME, sizeof time);
+      for (const int64_t whole : whole_times(checked)) CHECK(whole != time);
+      // What was before it, and the other group, is as it was.
+      CHECK(checked.summary().whole_frames >= 3);
+    }
+}
+
+TEST_CASE("a hostile payload in an intact chunk") {
+  Stream source = good_stream(2);
+  std::vector<Chunk> &chunks = source.groups[0].chunks; // mesh 0, sample 0, sample 1, mesh 2
+  chunks[3].payload[FVV_MESH_SIZE + 12 * 4] = 9;        // an index
+  chunks[2].payload.back() = 0;                         // no EOI
+  const Bytes bytes = write(source);
+  const std::vector<Place> places = chunks_of(bytes);
+  const size_t mesh = places[8 + 1 + 3].offset, sample = places[8 + 1 + 2].offset;
+  const Checked checked(bytes);
+  CHECK(checked.status == FVV_OK);
+  CHECK(checked.summary().problems == 2);
+  CHECK(has_problem(checked, FVV_ISSUE_MESH_INDEX, mesh + 32 + FVV_MESH_SIZE + 12 * 4));
+  CHECK(has_problem(checked, FVV_ISSUE_SAMPLE_JPEG, sample + 32 + 20));
+  CHECK(whole_times(checked) == std::vector<int64_t>{0, 6, 8, 10});
+  // Without decoding, structure is all that is looked at.
+  Check how;
+  how.decode = false;
+  const Checked structure(bytes, how);
+  CHECK((structure.summary().problems == 0 && structure.summary().whole_frames == 6));
+  CHECK(structure.summary().payload_bytes == checked.summary().payload_bytes);
+  CHECK(fvv_checker_track(structure.checker, 0)->vertices == 16);
+}
+
+TEST_CASE("counts beyond the limits") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  limits.max_vertices = 3;
+  Check how;
+  how.limits = &limits;
+  const Checked checked(write(good_stream(1)), how);
+  CHECK(checked.summary().problems == 2);
+  CHECK(fvv_checker_problem(checked.checker, 0)->status == FVV_ERROR_LIMIT);
+  CHECK(whole_times(checked) == std::vector<int64_t>{2});
+  fvv_limits_default(&limits);
+  limits.max_payload = 50;
+  CHECK(Checked(write(good_stream(1)), how).summary().whole_frames == 0);
+}
+
+TEST_CASE("a thousand problems are kept and all are counted") {
+  Stream source = good_stream(0);
+  Group group = {0, 3000, {}};
+  for (int f = 0; f < 1500; f++) {
+    group.chunks.push_back(mesh_chunk(2 * f, f));
+    group.chunks.back().payload[FVV_MESH_SIZE + 12 * 4] = 9;
+  }
+  source.groups.push_back(group);
+  const Checked checked(write(source));
+  CHECK((checked.summary().problems == 1500 && checked.summary().whole_frames == 0));
+  CHECK(fvv_checker_problem_count(checked.checker) == 1000);
+  CHECK(fvv_checker_problem(checked.checker, 0)->offset < fvv_checker_problem(checked.checker, 999)->offset);
+  CHECK(!fvv_checker_problem(checked.checker, 1000));
+}
+
+TEST_CASE("events are handed on in order before they are judged") {
+  const Bytes bytes = write(good_stream(1));
+  std::vector<std::pair<fvv_event_kind, uint64_t>> seen;
+  fvv_check_options options;
+  fvv_check_options_default(&options);
+  CHECK(options.decode == 1);
+  options.user = &seen;
+  options.event = [](void *user, const fvv_event *event) {
+    static_cast<decltype(seen) *>(user)->emplace_back(event->kind, event->offset);
+  };
+  fvv_checker *checker = nullptr;
+  REQUIRE(fvv_checker_create(&options, nullptr, nullptr, &checker) == FVV_OK);
+  CHECK(fvv_checker_push(checker, bytes.data(), bytes.size()) == FVV_OK);
+  CHECK(fvv_checker_finish(checker) == FVV_OK);
+  fvv_checker_destroy(checker);
+  const std::vector<Place> chunks = chunks_of(bytes);
+  REQUIRE(seen.size() == chunks.size() + 2);
+  CHECK((seen.front().first == FVV_EVENT_HEADER && seen.back().first == FVV_EVENT_END));
+  for (size_t i = 0; i < chunks.size(); i++)
+    CHECK((seen[i + 1].first == FVV_EVENT_CHUNK && seen[i + 1].second == chunks[i].offset));
+}
+
+TEST_CASE("every allocation of a checker may fail") {
+  Bytes bytes = write(good_stream(2));
+  bytes[chunks_of(bytes)[9].offset + 40] ^= 1; // so that a problem is kept as well
+  int failed = 0;
+  for (int64_t n = 0;; n++) {
+    Memory memory;
+    memory.left = n;
+    const fvv_allocator allocator = memory.allocator();
+    Check how;
+    how.allocator = &allocator;
+    fvv_status status;
+    {
+      const Checked checked(bytes, how);
+      status = checked.status;
+    }
+    CHECK(memory.live == 0);
+    if (status == FVV_OK) break;
+    INFO("allocation " << n);
+    CHECK(status == FVV_ERROR_MEMORY);
+    failed++;
+  }
+  CHECK(failed > 10);
+}

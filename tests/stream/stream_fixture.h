@@ -1,0 +1,195 @@
+// Streams of real meshes and samples, put together chunk by chunk so that a test can spoil one of them.
+#pragma once
+
+#include "fvv/stream.h"
+#include "fvv_catch.h"
+
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+using Bytes = std::vector<uint8_t>;
+
+struct Chunk {
+  uint32_t type;
+  uint16_t track;
+  uint8_t flags;
+  int64_t time;
+  Bytes payload;
+};
+
+struct Group {
+  int64_t start, end;
+  std::vector<Chunk> chunks;
+};
+
+struct Stream {
+  std::vector<Chunk> configuration;
+  std::vector<Group> groups;
+  bool repeat = false; // the configuration again before every group
+  bool finish = true;
+};
+
+template <class Encode> Bytes record(const Encode &encode) {
+  size_t size = 0;
+  (void)!encode(nullptr, 0, &size);
+  Bytes out(size);
+  REQUIRE(encode(out.data(), out.size(), &size) == FVV_OK);
+  return out;
+}
+
+inline Chunk scene_chunk() {
+  const fvv_scene scene = {{1, 25}, 2, {0, 0, 0}, 0.001, FVV_UP_Y, 0};
+  return {FVV_CHUNK_SCENE, 0, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
+            return fvv_scene_encode(&scene, out, n, size, nullptr);
+          })};
+}
+inline Chunk track_chunk(uint16_t id, uint8_t kind) {
+  const fvv_track track = {id, kind, "name", 4};
+  return {FVV_CHUNK_TRACK, id, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
+            return fvv_track_encode(&track, out, n, size, nullptr);
+          })};
+}
+inline Chunk camera_chunk(uint16_t id, uint32_t width = 32, uint32_t height = 16) {
+  fvv_camera camera = {};
+  camera.id = id;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = 20;
+  camera.cx = 16;
+  camera.cy = 8;
+  camera.r_max = 2;
+  for (const int i : {0, 4, 8}) camera.rotation[i] = 1;
+  return {FVV_CHUNK_CAMERA, 0, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
+            return fvv_camera_encode(&camera, out, n, size, nullptr);
+          })};
+}
+inline Chunk video_chunk(uint16_t track, uint8_t shows = FVV_SHOWS_TILES, uint16_t camera = FVV_NO_CAMERA) {
+  fvv_video_config config = {};
+  config.codec = FVV_CODEC_JPEG;
+  config.width = 64;
+  config.height = 16;
+  config.shows = shows;
+  config.bit_depth = 8;
+  config.camera_id = camera;
+  config.colour_primaries = 1;
+  config.transfer_characteristics = 13;
+  config.matrix_coefficients = 5;
+  config.full_range = 1;
+  return {FVV_CHUNK_VIDEO_CONFIG, track, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
+            return fvv_video_config_encode(&config, out, n, size, nullptr);
+          })};
+}
+inline Chunk tiles_chunk(uint16_t track, const std::vector<fvv_tile> &tiles) {
+  return {FVV_CHUNK_TILES, track, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
+            return fvv_tiles_encode(tiles.data(), tiles.size(), out, n, size, nullptr);
+          })};
+}
+inline const std::vector<fvv_tile> two_tiles = {{0, {0, 0, 32, 16}, {0, 0, 32, 16}},
+                                                {1, {0, 0, 32, 16}, {32, 0, 32, 16}}};
+inline Chunk text_chunk(const std::string &text) {
+  return {FVV_CHUNK_METADATA, 0, 0, 0, Bytes(text.begin(), text.end())};
+}
+
+// A tetrahedron, another size for each n.
+inline Chunk mesh_chunk(int64_t time, int n, uint16_t track = 1) {
+  int32_t positions[12] = {0, 0, 0, 10 + n, 0, 0, 0, 20, 0, 0, 0, 30};
+  uint32_t faces[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  const fvv_mesh mesh = {positions, faces, 4, 4, {}};
+  fvv_bytes payload = {};
+  REQUIRE(fvv_mesh_encode(&mesh, FVV_MESH_RAW, 0, nullptr, &payload, nullptr) == FVV_OK);
+  Chunk out = {FVV_CHUNK_MESH, track, FVV_FLAG_KEY, time, Bytes(payload.data, payload.data + payload.size)};
+  fvv_bytes_free(&payload);
+  return out;
+}
+// As much of a JPEG file as can be checked without decoding; n is in a comment.
+inline Chunk sample_chunk(int64_t time, int n, uint16_t track = 2) {
+  return {FVV_CHUNK_VIDEO_PACKET, track, FVV_FLAG_KEY, time, {0xff,       0xd8, 0xff, 0xfe, 0,  3,
+                                                              uint8_t(n), 0xff, 0xc0, 0,    11, 8,
+                                                              0,          16,   0,    64,   1,  1,
+                                                              0x11,       0,    0xff, 0xd9}};
+}
+
+// groups of 3 frames of 2 ticks with a mesh and a sample each; frame 1 of each group has no mesh, frame 2 no
+// sample.
+inline Stream good_stream(int groups = 3) {
+  Stream out;
+  out.configuration = {scene_chunk(),
+                       track_chunk(1, FVV_TRACK_MESH),
+                       track_chunk(2, FVV_TRACK_VIDEO),
+                       camera_chunk(0),
+                       camera_chunk(1),
+                       video_chunk(2),
+                       tiles_chunk(2, two_tiles),
+                       text_chunk("{\"a\": 1}")};
+  for (int g = 0; g < groups; g++) {
+    Group group = {6 * g, 6 * g + 6, {}};
+    for (int f = 0; f < 3; f++) {
+      if (f != 1) group.chunks.push_back(mesh_chunk(6 * g + 2 * f, 3 * g + f));
+      if (f != 2) group.chunks.push_back(sample_chunk(6 * g + 2 * f, 3 * g + f));
+    }
+    out.groups.push_back(group);
+  }
+  return out;
+}
+
+inline fvv_status append(void *user, const void *data, size_t size) {
+  auto &out = *static_cast<Bytes *>(user);
+  out.insert(out.end(), static_cast<const uint8_t *>(data), static_cast<const uint8_t *>(data) + size);
+  return FVV_OK;
+}
+
+inline Bytes write(const Stream &stream) {
+  Bytes bytes;
+  const fvv_output output = {append, &bytes};
+  fvv_writer *writer = nullptr;
+  REQUIRE(fvv_writer_create(&output, nullptr, &writer, nullptr) == FVV_OK);
+  for (const Chunk &chunk : stream.configuration)
+    REQUIRE(fvv_writer_configuration(writer, chunk.type, chunk.track, chunk.flags, chunk.payload.data(),
+                                     chunk.payload.size(), nullptr) == FVV_OK);
+  for (const Group &group : stream.groups) {
+    if (stream.repeat && group.start) REQUIRE(fvv_writer_repeat_configuration(writer, nullptr) == FVV_OK);
+    REQUIRE(fvv_writer_begin_group(writer, group.start, group.end, nullptr) == FVV_OK);
+    for (const Chunk &chunk : group.chunks)
+      REQUIRE(fvv_writer_chunk(writer, chunk.type, chunk.track, chunk.flags, chunk.time, chunk.payload.data(),
+                               chunk.payload.size(), nullptr) == FVV_OK);
+    REQUIRE(fvv_writer_end_group(writer, nullptr) == FVV_OK);
+  }
+  if (stream.finish) REQUIRE(fvv_writer_finish(writer, nullptr) == FVV_OK);
+  fvv_writer_destroy(writer);
+  return bytes;
+}
+
+struct Place {
+  size_t offset, extent; // header and padding included
+  uint32_t type;
+};
+inline std::vector<Place> chunks_of(const Bytes &stream) {
+  std::vector<Place> out;
+  for (size_t at = 24; at < stream.size();) {
+    uint32_t type;
+    uint64_t size;
+    std::memcpy(&type, stream.data() + at, sizeof type);
+    std::memcpy(&size, stream.data() + at + 16, sizeof size);
+    out.push_back({at, size_t((32 + size + 7) / 8 * 8), type});
+    at += out.back().extent;
+  }
+  return out;
+}
+
+// Fails the n-th allocation and all after it; counts what is live.
+struct Memory {
+  int64_t left = INT64_MAX;
+  size_t live = 0;
+  static void *resize(void *user, void *pointer, size_t old_size, size_t new_size) {
+    auto *self = static_cast<Memory *>(user);
+    if (new_size && self->left-- <= 0) return nullptr;
+    self->live += new_size;
+    self->live -= old_size;
+    if (new_size) return std::realloc(pointer, new_size);
+    std::free(pointer);
+    return nullptr;
+  }
+  fvv_allocator allocator() { return {resize, this}; }
+};

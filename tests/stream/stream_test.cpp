@@ -1,0 +1,294 @@
+// Frames by number, and the configuration rules that concern several chunks.
+#include "base/layout.h"
+#include "stream_fixture.h"
+
+#include <cstdlib>
+
+namespace {
+
+struct Opened {
+  Bytes bytes;
+  fvv_stream *stream = nullptr;
+  fvv_diagnostic diagnostic = {};
+  fvv_status status;
+
+  static fvv_status read(void *user, uint64_t offset, void *out, size_t size) {
+    const Bytes &from = *static_cast<Bytes *>(user);
+    REQUIRE(offset + size <= from.size());
+    std::memcpy(out, from.data() + offset, size);
+    return FVV_OK;
+  }
+  explicit Opened(const Bytes &given, const fvv_limits *limits = nullptr,
+                  const fvv_allocator *allocator = nullptr)
+      : bytes(given) {
+    const fvv_input input = {read, &bytes, bytes.size()};
+    status = fvv_stream_open(&input, limits, allocator, &stream, &diagnostic);
+  }
+  Opened(const Opened &) = delete;
+  ~Opened() { fvv_stream_close(stream); }
+};
+
+// First lattice coordinate of the second vertex tells which mesh it is.
+int mesh_number(fvv_stream *stream, size_t frame, fvv_status expected = FVV_OK) {
+  fvv_mesh mesh;
+  fvv_diagnostic diagnostic;
+  const fvv_status status = fvv_stream_mesh(stream, frame, 1, &mesh, &diagnostic);
+  CHECK(status == expected);
+  if (status != FVV_OK) {
+    CHECK(mesh.positions == nullptr);
+    return -1;
+  }
+  const int number = mesh.positions[3] - 10;
+  fvv_mesh_free(&mesh);
+  return number;
+}
+int sample_number(fvv_stream *stream, size_t frame, fvv_status expected = FVV_OK) {
+  const uint8_t *sample;
+  size_t size;
+  int key = 0;
+  const fvv_status status = fvv_stream_sample(stream, frame, 2, &sample, &size, &key, nullptr);
+  CHECK(status == expected);
+  CHECK((status == FVV_OK) == (sample != nullptr));
+  if (status != FVV_OK) return -1;
+  CHECK((key && size == 22));
+  return sample[6];
+}
+
+// What the configuration of the stream's only group says, through both ways in.
+fvv_diagnostic configuration_problem(const Stream &stream) {
+  const Bytes bytes = write(stream);
+  Opened opened(bytes);
+  REQUIRE(opened.status == FVV_OK);
+  const fvv_configuration *configuration;
+  fvv_diagnostic diagnostic = {};
+  const fvv_status status = fvv_stream_configuration(opened.stream, 0, &configuration, &diagnostic);
+  CHECK(status == diagnostic.status);
+  fvv_checker *checker = nullptr;
+  REQUIRE(fvv_checker_create(nullptr, nullptr, nullptr, &checker) == FVV_OK);
+  CHECK(fvv_checker_push(checker, bytes.data(), bytes.size()) == FVV_OK);
+  CHECK(fvv_checker_finish(checker) == FVV_OK);
+  CHECK((fvv_checker_configuration(checker) != nullptr) == (status == FVV_OK));
+  bool found = status == FVV_OK;
+  for (size_t i = 0; i < fvv_checker_problem_count(checker); i++) {
+    const fvv_diagnostic *problem = fvv_checker_problem(checker, i);
+    found = found || (problem->issue == diagnostic.issue && problem->offset == diagnostic.offset &&
+                      std::string(problem->message) == diagnostic.message);
+  }
+  CHECK(found);
+  fvv_checker_destroy(checker);
+  return diagnostic;
+}
+
+} // namespace
+
+TEST_CASE("frames are numbered over groups") {
+  for (const bool finish : {true, false}) {
+    Stream source = good_stream();
+    source.finish = finish;
+    Opened opened(write(source));
+    REQUIRE(opened.status == FVV_OK);
+    REQUIRE(fvv_stream_frame_count(opened.stream) == 9);
+    for (size_t frame : {8, 0, 4, 1, 7, 3, 2, 6, 5}) {
+      fvv_frame info;
+      REQUIRE(fvv_stream_frame(opened.stream, frame, &info, nullptr) == FVV_OK);
+      CHECK((info.time == int64_t(2 * frame) && info.group == frame / 3));
+      const int number = int(frame);
+      if (frame % 3 == 1)
+        mesh_number(opened.stream, frame, FVV_END);
+      else
+        CHECK(mesh_number(opened.stream, frame) == number);
+      if (frame % 3 == 2)
+        sample_number(opened.stream, frame, FVV_END);
+      else
+        CHECK(sample_number(opened.stream, frame) == number);
+    }
+    fvv_frame info;
+    fvv_diagnostic diagnostic;
+    CHECK(fvv_stream_frame(opened.stream, 9, &info, &diagnostic) == FVV_ERROR_ARGUMENT);
+    CHECK(std::string(diagnostic.message) == "frame 9 of 9");
+    // Tracks that are none, or of the other kind.
+    fvv_mesh mesh;
+    CHECK(fvv_stream_mesh(opened.stream, 0, 2, &mesh, nullptr) == FVV_END);
+    const uint8_t *sample;
+    size_t size;
+    int key;
+    CHECK(fvv_stream_sample(opened.stream, 0, 1, &sample, &size, &key, nullptr) == FVV_END);
+    CHECK(fvv_stream_sample(opened.stream, 0, 9, &sample, &size, &key, nullptr) == FVV_END);
+  }
+}
+
+TEST_CASE("a configuration is found by group and by identifier") {
+  Stream source = good_stream();
+  source.repeat = true;
+  Opened opened(write(source));
+  for (const size_t group : {0, 2, 1}) {
+    const fvv_configuration *c;
+    REQUIRE(fvv_stream_configuration(opened.stream, group, &c, nullptr) == FVV_OK);
+    CHECK((c->track_count == 2 && c->camera_count == 2 && c->video_count == 1 && c->metadata_count == 1));
+    CHECK((c->scene.frame_duration == 2 && c->scene.up_axis == FVV_UP_Y));
+    CHECK(std::string(c->metadata[0].text, c->metadata[0].size) == "{\"a\": 1}");
+    REQUIRE(fvv_configuration_track(c, 2));
+    CHECK(std::string(fvv_configuration_track(c, 2)->name, 4) == "name");
+    CHECK((fvv_configuration_camera(c, 1) == &c->cameras[1] && !fvv_configuration_camera(c, 2)));
+    REQUIRE(fvv_configuration_video(c, 2));
+    CHECK((fvv_configuration_video(c, 2)->tile_count == 2 && !fvv_configuration_video(c, 1)));
+    CHECK(fvv_configuration_video(c, 2)->tiles[1].destination.x == 32);
+    CHECK(!fvv_configuration_track(c, 3));
+  }
+  const fvv_configuration *c;
+  CHECK(fvv_stream_configuration(opened.stream, 3, &c, nullptr) == FVV_ERROR_ARGUMENT);
+}
+
+TEST_CASE("rules between chunks of a configuration") {
+  struct Case {
+    const char *what;
+    uint32_t issue;
+    std::vector<Chunk> chunks; // behind SCEN, TRAK 1, TRAK 2
+  };
+  const auto tile = [](uint16_t camera, fvv_rect from, fvv_rect to) { return fvv_tile{camera, from, to}; };
+  const Chunk c0 = camera_chunk(0), c1 = camera_chunk(1), video = video_chunk(2),
+              tiles = tiles_chunk(2, two_tiles);
+  for (const Case &c : {
+           Case{"good", 0, {c0, c1, video, tiles}},
+           {"one camera's whole picture", 0, {c0, video_chunk(2, FVV_SHOWS_CAMERA, 0)}},
+           {"text is not UTF-8", FVV_ISSUE_TEXT, {c0, c1, video, tiles, text_chunk("\"\xff\"")}},
+           {"text with NUL", FVV_ISSUE_TEXT, {c0, c1, video, tiles, text_chunk(std::string("{\0}", 3))}},
+           {"VCFG of a mesh track", FVV_ISSUE_CONFIGURATION_TRACK, {c0, c1, video, tiles, video_chunk(1)}},
+           {"VCFG of no track", FVV_ISSUE_CONFIGURATION_TRACK, {c0, c1, video, tiles, video_chunk(7)}},
+           {"two VCFG", FVV_ISSUE_CONFIGURATION_TRACK, {c0, c1, video, video, tiles}},
+           {"two TILE", FVV_ISSUE_CONFIGURATION_TRACK, {c0, c1, video, tiles, tiles}},
+           {"TILE of a mesh track",
+            FVV_ISSUE_CONFIGURATION_TRACK,
+            {c0, c1, video, tiles, tiles_chunk(1, two_tiles)}},
+           {"no VCFG", FVV_ISSUE_CONFIGURATION_VIDEO, {c0, c1}},
+           {"no VCFG, but TILE", FVV_ISSUE_CONFIGURATION_VIDEO, {c0, c1, tiles}},
+           {"no TILE", FVV_ISSUE_CONFIGURATION_VIDEO, {c0, c1, video}},
+           {"TILE of one camera's video",
+            FVV_ISSUE_CONFIGURATION_VIDEO,
+            {c0, c1, video_chunk(2, FVV_SHOWS_CAMERA, 0), tiles}},
+           {"camera twice", FVV_ISSUE_CONFIGURATION_CAMERA, {c0, c1, c1, video, tiles}},
+           {"tile of no camera", FVV_ISSUE_CONFIGURATION_CAMERA, {c0, video, tiles}},
+           {"video of no camera", FVV_ISSUE_CONFIGURATION_CAMERA, {c0, video_chunk(2, FVV_SHOWS_CAMERA, 1)}},
+           {"source outside on the right",
+            FVV_ISSUE_TILE_RECT,
+            {c0, c1, video, tiles_chunk(2, {two_tiles[0], tile(1, {1, 0, 32, 16}, {32, 0, 32, 16})})}},
+           {"source outside below",
+            FVV_ISSUE_TILE_RECT,
+            {c0, c1, video, tiles_chunk(2, {two_tiles[0], tile(1, {0, 8, 32, 9}, {32, 0, 32, 16})})}},
+           {"source outside beyond 16 bits",
+            FVV_ISSUE_TILE_RECT,
+            {c0, c1, video, tiles_chunk(2, {two_tiles[0], tile(1, {65535, 0, 32, 16}, {32, 0, 32, 16})})}},
+           {"destination outside",
+            FVV_ISSUE_TILE_RECT,
+            {c0, c1, video, tiles_chunk(2, {two_tiles[0], tile(1, {0, 0, 32, 16}, {48, 0, 32, 16})})}},
+       }) {
+    INFO(c.what);
+    Stream source = good_stream(1);
+    source.configuration.resize(3);
+    source.configuration.insert(source.configuration.end(), c.chunks.begin(), c.chunks.end());
+    const fvv_diagnostic diagnostic = configuration_problem(source);
+    CHECK(diagnostic.issue == c.issue);
+    if (!c.issue) continue;
+    CHECK(diagnostic.status == FVV_ERROR_INVALID);
+    CHECK(diagnostic.offset >= 24);
+    CHECK(diagnostic.chunk_type != 0);
+  }
+}
+
+TEST_CASE("tiles that overlap and a camera that has two") {
+  // The encoder refuses both: a good record is spoilt.
+  const size_t second = FVV_TILE_SIZE + FVV_TILE_ENTRY_SIZE;
+  for (const auto &[at, value] : {std::pair(second + FVV_TILE_ENTRY_DESTINATION, uint8_t(16)),
+                                  {second + FVV_TILE_ENTRY_CAMERA, uint8_t(0)}}) {
+    Stream source = good_stream(1);
+    for (Chunk &chunk : source.configuration)
+      if (chunk.type == FVV_CHUNK_TILES) chunk.payload[at] = value;
+    const fvv_diagnostic diagnostic = configuration_problem(source);
+    INFO(diagnostic.message);
+    CHECK(diagnostic.issue == FVV_ISSUE_TILE_OVERLAP);
+  }
+}
+
+TEST_CASE("limits of a configuration") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  const Bytes bytes = write(good_stream(1));
+  const auto status = [&] {
+    Opened opened(bytes, &limits);
+    REQUIRE(opened.status == FVV_OK);
+    const fvv_configuration *configuration;
+    return fvv_stream_configuration(opened.stream, 0, &configuration, nullptr);
+  };
+  limits.max_cameras = 2;
+  CHECK(status() == FVV_OK);
+  limits.max_cameras = 1;
+  CHECK(status() == FVV_ERROR_LIMIT);
+  limits.max_cameras = 1024;
+  limits.max_text = 7;
+  CHECK(status() == FVV_ERROR_LIMIT);
+  limits.max_text = 8;
+  CHECK(status() == FVV_OK);
+}
+
+TEST_CASE("a damaged chunk loses its frame alone") {
+  const Bytes good = write(good_stream());
+  for (const Place &place : chunks_of(good)) {
+    if (place.type != FVV_CHUNK_MESH && place.type != FVV_CHUNK_VIDEO_PACKET) continue;
+    Bytes bytes = good;
+    bytes[place.offset + 36] ^= 4;
+    Opened opened(bytes);
+    REQUIRE(opened.status == FVV_OK);
+    int failures = 0;
+    for (size_t frame = 0; frame < 9; frame++) {
+      fvv_mesh mesh;
+      fvv_diagnostic d = {};
+      fvv_status status = fvv_stream_mesh(opened.stream, frame, 1, &mesh, &d);
+      if (status == FVV_OK) {
+        CHECK(mesh.positions[3] == 10 + int32_t(frame));
+        fvv_mesh_free(&mesh);
+      }
+      failures += status < 0;
+      if (status < 0) CHECK((d.issue == FVV_ISSUE_PAYLOAD_CRC && d.offset == place.offset));
+      const uint8_t *sample;
+      size_t size;
+      int key;
+      status = fvv_stream_sample(opened.stream, frame, 2, &sample, &size, &key, &d);
+      if (status == FVV_OK) CHECK(sample[6] == frame);
+      failures += status < 0;
+      if (status < 0) CHECK((d.issue == FVV_ISSUE_PAYLOAD_CRC && d.offset == place.offset));
+    }
+    CHECK(failures == 1);
+  }
+}
+
+TEST_CASE("every allocation of a stream may fail") {
+  const Bytes bytes = write(good_stream());
+  int failed = 0;
+  for (int64_t n = 0;; n++) {
+    Memory memory;
+    memory.left = n;
+    const fvv_allocator allocator = memory.allocator();
+    fvv_status worst = FVV_OK;
+    {
+      Opened opened(bytes, nullptr, &allocator);
+      worst = opened.status;
+      for (size_t frame = 0; opened.status == FVV_OK && frame < 9; frame++) {
+        fvv_mesh mesh;
+        fvv_status status = fvv_stream_mesh(opened.stream, frame, 1, &mesh, nullptr);
+        if (status == FVV_OK) fvv_mesh_free(&mesh);
+        if (status < 0) worst = status;
+        const uint8_t *sample;
+        size_t size;
+        int key;
+        status = fvv_stream_sample(opened.stream, frame, 2, &sample, &size, &key, nullptr);
+        if (status < 0) worst = status;
+      }
+    }
+    CHECK(memory.live == 0);
+    if (worst == FVV_OK) break;
+    INFO("allocation " << n);
+    CHECK(worst == FVV_ERROR_MEMORY);
+    failed++;
+  }
+  CHECK(failed > 10);
+}

@@ -1,0 +1,67 @@
+"""What is written holds together: generated files, schemas and their example, links."""
+
+import json
+import re
+import subprocess
+import sys
+
+import jsonschema
+import pytest
+from conftest import ROOT, SPEC
+
+SCHEMAS = sorted(SPEC.glob("*.schema.json"))
+
+
+def pages():
+    listed = ROOT.rglob("*.md")
+    hidden = {"build", "node_modules"}
+    for page in sorted(listed):
+        parts = page.relative_to(ROOT).parts
+        if not any(part in hidden or part.startswith((".", "build-")) for part in parts):
+            yield page
+
+
+def test_generated_files_and_issues_agree():
+    command = [sys.executable, SPEC / "generate.py", "--check"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.stderr, done.returncode) == ("", 0)
+
+
+@pytest.mark.parametrize("path", SCHEMAS, ids=lambda path: path.name)
+def test_schema_is_a_schema(path):
+    jsonschema.Draft202012Validator.check_schema(json.loads(path.read_text()))
+
+
+def test_both_schemas_are_there():
+    assert [path.name for path in SCHEMAS] == ["capture.schema.json", "fvvinfo.schema.json"]
+
+
+def test_example_of_a_capture_fits_its_schema():
+    schema = json.loads((SPEC / "capture.schema.json").read_text())
+    examples = re.findall(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M)
+    assert examples
+    for example in examples:
+        jsonschema.validate(json.loads(example), schema, cls=jsonschema.Draft202012Validator)
+
+
+def test_schema_of_a_capture_refuses_what_the_page_forbids():
+    schema = json.loads((SPEC / "capture.schema.json").read_text())
+    example = re.search(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M).group(1)
+    for change in {"framerate": 25}, {"frame_rate": 29.97}, {"units": "ells"}, {"fvv_capture": 2}:
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(json.loads(example) | change, schema, cls=jsonschema.Draft202012Validator)
+
+
+def test_relative_links_lead_to_files():
+    missing, seen = [], 0
+    for page in pages():
+        text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(), flags=re.S)
+        for link in re.findall(r"\]\(([^)\s]+)\)", text):
+            target = link.split("#")[0]
+            if not target or re.match(r"[a-z][a-z0-9+.-]*:", target):
+                continue
+            seen += 1
+            if not (page.parent / target).exists():
+                missing.append(f"{page.relative_to(ROOT)}: {link}")
+    assert seen > 5
+    assert missing == []

@@ -1,0 +1,42 @@
+// fvvdemux as a library: a stream as the files of a capture. Knows which files there are and what is written
+// when something is lost; arguments and output of text are main's.
+#pragma once
+
+#include "fvvdemux/selection.h"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace fvv::demux {
+
+enum class Meshes { none, ply, obj, drc };
+enum class Pictures { none, png, jpg };
+
+struct Options {
+  Selection frames;  // numbers in the stream, from 0
+  Selection cameras; // identifiers
+  Meshes meshes = Meshes::ply;
+  Pictures pictures = Pictures::png;
+  int quality = 95;     // of jpg
+  uint32_t threads = 1; // groups at a time; the files are the same for any number
+  bool force = false;
+};
+
+struct Result {
+  int64_t frames_in_stream = 0;
+  int64_t frames_written = 0;
+  uint64_t meshes = 0;
+  std::map<uint16_t, uint64_t> pictures; // by camera
+  bool capture = false;                  // capture.json was written
+  // "IN: frame 4 is lost: 0x1a2b: MESH: ... [FVV-1103]", in order of frames; not empty: exit code 3.
+  std::vector<std::string> losses;
+  std::vector<std::string> warnings;
+};
+
+// cli::Failure, and no folder, when nothing could be written; result then tells the losses all the same.
+// Other failures as the tools' libraries tell them. result: a fresh one.
+void demux(const std::string &input, const std::string &folder, const Options &options, Result &result);
+
+} // namespace fvv::demux

@@ -1,0 +1,205 @@
+#include "fvvdemux/group.h"
+
+#include "capture/mesh_file.h"
+#include "fvv_media/frame.h"
+#include "fvv_media/video.h"
+#include "fvvdemux/views.h"
+
+#include <optional>
+
+namespace fvv::demux {
+
+namespace {
+
+const char *extension_of(Meshes meshes) {
+  return meshes == Meshes::ply ? "ply" : meshes == Meshes::obj ? "obj" : "drc";
+}
+
+struct FreeMesh : fvv_mesh {
+  FreeMesh() : fvv_mesh() {}
+  FreeMesh(const FreeMesh &) = delete;
+  ~FreeMesh() { fvv_mesh_free(this); }
+};
+
+capture::Mesh in_metres(const fvv_mesh &mesh, const fvv_scene &scene) {
+  capture::Mesh out;
+  out.positions.resize(size_t(mesh.vertex_count) * 3);
+  for (size_t v = 0; v < mesh.vertex_count; v++)
+    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * v,
+                          &out.positions[3 * v]);
+  out.faces.assign(mesh.faces, mesh.faces + size_t(mesh.face_count) * 3);
+  return out;
+}
+
+// Says why a frame is lost; failures that are not the stream's end the run.
+std::string why_lost(fvv_status status, const fvv_diagnostic &diagnostic) {
+  if (status > FVV_ERROR_DAMAGED) cli::check(status, "memory or input", diagnostic);
+  return diagnostic.status ? text_of(diagnostic) : fvv_status_text(status);
+}
+
+// Decodes the samples of one track in order. After a lost sample there are no pictures until the next key.
+class TrackDecoder {
+public:
+  explicit TrackDecoder(const VideoViews &track) : shown(track) {}
+
+  // The frame's picture into picture, nothing when the frame has none; answers why it is lost, or "". wanted
+  // false: decodes only what later frames may need.
+  std::string decode(fvv_stream *stream, size_t frame, bool wanted, std::optional<media::Image> &picture) {
+    const uint8_t *sample;
+    size_t size;
+    int key = 0;
+    fvv_diagnostic diagnostic = {};
+    const fvv_status status =
+        fvv_stream_sample(stream, frame, shown.video->track, &sample, &size, &key, &diagnostic);
+    if (status == FVV_END) return "";
+    if (status < 0) return broken = why_lost(status, diagnostic);
+    if (key) broken.clear();
+    if (!broken.empty()) return broken;
+    if (!wanted && shown.video->config.codec == FVV_CODEC_JPEG) return "";
+    try {
+      if (!decoder) decoder.emplace(shown.video->config);
+      picture = decoder->decode(sample, size);
+    } catch (const media::Error &error) {
+      broken = "track " + std::to_string(shown.video->track) + ": " + error.what();
+    }
+    return broken;
+  }
+  const VideoViews &track() const { return shown; }
+
+private:
+  VideoViews shown;
+  std::optional<media::Decoder> decoder;
+  std::string broken; // why no picture can be decoded until the next key
+};
+
+class GroupDecoder {
+public:
+  GroupDecoder(fvv_stream *opened, const fvv_configuration &configuration, const Options &chosen,
+               const FilePath &file_path)
+      : stream(opened), scene(configuration.scene), options(chosen), path(file_path) {
+    if (options.meshes != Meshes::none)
+      if (const fvv_track *track = mesh_track_of(configuration, nullptr)) mesh_track = track->id;
+    if (options.pictures != Pictures::none)
+      for (const VideoViews &track : views_of(configuration, options.cameras, nullptr))
+        tracks.emplace_back(track);
+  }
+
+  const std::map<uint16_t, uint64_t> &pictures() const { return written; }
+
+  // Why the frame is lost, or "".
+  std::string unpack(size_t frame, int64_t number, bool wanted, WrittenFrame &out) {
+    fvv_frame info;
+    fvv_diagnostic diagnostic = {};
+    const fvv_status status = fvv_stream_frame(stream, frame, &info, &diagnostic);
+    if (status < 0) return why_lost(status, diagnostic);
+    std::string why;
+    // All tracks go on even when one has lost the frame: later frames need theirs.
+    std::vector<std::optional<media::Image>> pictures(tracks.size());
+    for (size_t i = 0; i < tracks.size(); i++) {
+      const std::string lost = tracks[i].decode(stream, frame, wanted, pictures[i]);
+      if (why.empty()) why = lost;
+    }
+    if (!wanted) return "";
+    FreeMesh mesh;
+    bool has_mesh = false;
+    if (mesh_track) {
+      const fvv_status decoded = fvv_stream_mesh(stream, frame, *mesh_track, &mesh, &diagnostic);
+      if (decoded < 0) return why_lost(decoded, diagnostic);
+      has_mesh = decoded == FVV_OK;
+    }
+    if (!why.empty()) return why;
+    out = {number, info.time, has_mesh, has_mesh == mesh_track.has_value()};
+    if (has_mesh) write(mesh, number);
+    for (size_t i = 0; i < tracks.size(); i++)
+      if (pictures[i])
+        write(tracks[i].track(), *pictures[i], number);
+      else
+        out.complete = false;
+    return "";
+  }
+
+private:
+  void write(const fvv_mesh &mesh, int64_t number) const {
+    const capture::Lattice lattice = {
+        {scene.lattice_origin[0], scene.lattice_origin[1], scene.lattice_origin[2]}, scene.lattice_step};
+    capture::write_mesh(in_metres(mesh, scene), lattice,
+                        path("meshes", number, extension_of(options.meshes)));
+  }
+  void write(const VideoViews &track, const media::Image &picture, int64_t number) {
+    for (const View &view : track.views) {
+      const media::Image part = media::extract(picture, view.tile);
+      const bool png = options.pictures == Pictures::png;
+      const std::vector<uint8_t> bytes =
+          png ? media::encode_png(part)
+              : media::encode_jpeg(part, options.quality, media::Subsampling::yuv420);
+      capture::write_file(path(view.folder, number, png ? "png" : "jpg"),
+                          {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
+      written[view.tile.camera_id]++;
+    }
+  }
+
+  fvv_stream *stream;
+  const fvv_scene scene;
+  const Options &options;
+  const FilePath &path;
+  std::optional<uint16_t> mesh_track;
+  std::vector<TrackDecoder> tracks;
+  std::map<uint16_t, uint64_t> written; // pictures, by camera
+};
+
+void lose(std::vector<Loss> &losses, int64_t first, int64_t last, const std::string &why) {
+  if (!losses.empty() && losses.back().last + 1 == first && losses.back().why == why)
+    losses.back().last = last;
+  else
+    losses.push_back({first, last, why});
+}
+
+} // namespace
+
+GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,
+                         LazySurvey &survey, const FilePath &path) {
+  GroupResult result;
+  const auto chosen = options.frames.within(plan.number, plan.number + plan.count - 1);
+  // Asking for the first frame loads the group's table, and only then it is known whether that is good.
+  fvv_frame first;
+  fvv_diagnostic diagnostic = {};
+  const fvv_file *file = fvv_stream_file(stream);
+  const fvv_status loaded = fvv_file_group(file, plan.group)->frame_count
+                                ? fvv_stream_frame(stream, plan.frame, &first, &diagnostic)
+                                : FVV_OK;
+  if (loaded < 0 && loaded > FVV_ERROR_DAMAGED) cli::check(loaded, "memory or input", diagnostic);
+  const fvv_group_info &group = *fvv_file_group(file, plan.group);
+  int64_t whole = plan.count;
+  std::string behind_whole;
+  if (!plan.complete || !group.intact) {
+    const Survey::Group surveyed = survey.group(group.offset);
+    if (surveyed.whole < uint64_t(whole)) whole = int64_t(surveyed.whole);
+    behind_whole = surveyed.reason.status ? text_of(surveyed.reason) : "the stream ends within its group";
+  }
+  const fvv_configuration *configuration = nullptr;
+  const fvv_status configured = fvv_stream_configuration(stream, plan.group, &configuration, &diagnostic);
+  if (configured < 0) {
+    for (const auto &range : chosen)
+      lose(result.losses, range.first, range.last, why_lost(configured, diagnostic));
+    return result;
+  }
+  GroupDecoder decoder(stream, *configuration, options, path);
+  const int64_t last = chosen.back().last - plan.number;
+  for (int64_t i = 0; i <= last && i < whole; i++) {
+    const int64_t number = plan.number + i;
+    const bool wanted = options.frames.has(number);
+    WrittenFrame written;
+    const std::string why = decoder.unpack(plan.frame + size_t(i), number, wanted, written);
+    if (!wanted) continue;
+    if (why.empty())
+      result.frames.push_back(written);
+    else
+      lose(result.losses, number, number, why);
+  }
+  result.pictures = decoder.pictures();
+  for (const auto &range : options.frames.within(plan.number + whole, plan.number + plan.count - 1))
+    lose(result.losses, range.first, range.last, behind_whole);
+  return result;
+}
+
+} // namespace fvv::demux

@@ -1,0 +1,33 @@
+// One group: decodes its frames one after the other and writes those that are whole and chosen. A frame is
+// written with all its files or not at all. Holds one frame's meshes and pictures at a time.
+#pragma once
+
+#include "fvvdemux/demux.h"
+#include "fvvdemux/plan.h"
+
+#include <functional>
+
+namespace fvv::demux {
+
+struct WrittenFrame {
+  int64_t number; // in the stream
+  int64_t time;   // ticks
+  bool mesh;
+  bool complete; // has what capture.json promises for every frame
+};
+
+struct GroupResult {
+  std::vector<WrittenFrame> frames;
+  std::vector<Loss> losses;
+  std::map<uint16_t, uint64_t> pictures; // written, by camera
+};
+
+// The path to write a file of a frame to: folder "meshes", frame's number in the stream, extension.
+using FilePath = std::function<std::string(const std::string &folder, int64_t number, const char *extension)>;
+
+// plan: one whose stream is opened from the same file. cli::Failure or FileError when a file can't be
+// written.
+GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,
+                         LazySurvey &survey, const FilePath &path);
+
+} // namespace fvv::demux

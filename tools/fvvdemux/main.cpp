@@ -1,0 +1,85 @@
+// fvvdemux: a stream as the files of a capture: meshes, pictures, calibration.
+#include "cli/cli.h"
+#include "fvvdemux/demux.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+using namespace fvv;
+
+namespace {
+
+std::string summary(const std::string &file, const demux::Result &result) {
+  nlohmann::ordered_json pictures = nlohmann::ordered_json::object();
+  for (const auto &[camera, count] : result.pictures) pictures[std::to_string(camera)] = count;
+  const nlohmann::ordered_json document = {
+      {"fvvdemux", 1},
+      {"file", file},
+      {"frames", {{"in_stream", result.frames_in_stream}, {"written", result.frames_written}}},
+      {"meshes", result.meshes},
+      {"pictures", pictures},
+      {"capture", result.capture},
+      {"losses", result.losses},
+      {"warnings", result.warnings}};
+  return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+void tell(const std::string &file, const demux::Result &result) {
+  for (const std::string &text : result.warnings) cli::warn(file + ": " + text);
+  for (const std::string &line : result.losses) std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  CLI::App app{"Unpack an fvv file into meshes, pictures and capture.json."};
+  std::string input, output;
+  std::optional<std::string> frames, cameras;
+  demux::Options options;
+  options.threads = std::max(1u, std::thread::hardware_concurrency());
+  bool as_json = false;
+  const std::map<std::string, demux::Meshes> meshes = {{"ply", demux::Meshes::ply},
+                                                       {"obj", demux::Meshes::obj},
+                                                       {"drc", demux::Meshes::drc},
+                                                       {"none", demux::Meshes::none}};
+  const std::map<std::string, demux::Pictures> pictures = {
+      {"png", demux::Pictures::png}, {"jpg", demux::Pictures::jpg}, {"none", demux::Pictures::none}};
+  app.add_option("IN", input, "fvv file")->required();
+  app.add_option("-o,--output", output, "folder to write")->required();
+  app.add_option("--frames", frames, "numbers in the stream, from 0: 25 or 0-9,25; default: all");
+  app.add_option("--cameras", cameras, "identifiers, in the same way; default: all");
+  app.add_option("--meshes", options.meshes, "ply (default), obj, drc or none")
+      ->transform(CLI::CheckedTransformer(meshes).description(""));
+  app.add_option("--pictures", options.pictures, "png (default), jpg or none")
+      ->transform(CLI::CheckedTransformer(pictures).description(""));
+  app.add_option("--quality", options.quality, "of jpg, 1 to 100; default 95")->check(CLI::Range(1, 100));
+  app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")
+      ->check(CLI::Range(1, 256));
+  app.add_flag("--force", options.force, "replace the folder when it exists");
+  app.add_flag("--json", as_json, "print a summary as JSON");
+  app.set_version_flag("--version", std::string("fvvdemux ") + fvv_version());
+  app.footer("A frame is written with all its files, or not at all when a part of it is lost.\n"
+             "Exit code: 0 done, 1 nothing written, 2 usage, 3 written but for what the file has lost.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError &error) {
+    return app.exit(error) ? cli::usage : cli::done;
+  }
+  return cli::run("fvvdemux", [&] {
+    if (frames) options.frames = demux::Selection::parse("--frames", *frames);
+    if (cameras) options.cameras = demux::Selection::parse("--cameras", *cameras);
+    demux::Result result;
+    try {
+      demux::demux(input, output, options, result);
+    } catch (...) {
+      tell(input, result);
+      throw;
+    }
+    tell(input, result);
+    if (as_json) std::printf("%s\n", summary(input, result).c_str());
+    return result.losses.empty() ? cli::done : cli::loss;
+  });
+}

@@ -1,0 +1,29 @@
+// Lists of numbers as users write them: "25", "0-9,25". Knows nothing of what is numbered.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace fvv::demux {
+
+// Numbers from 0 to 2147483647. An empty selection that was never parsed stands for everything.
+class Selection {
+public:
+  // cli::Failure (usage) "--option: expected ..., found ..." for text that is no list.
+  static Selection parse(const std::string &option, const std::string &text);
+
+  bool everything() const { return ranges.empty(); }
+  bool has(int64_t number) const;
+  // The part of first ... last (both included) that is chosen, in rising order.
+  struct Range {
+    int64_t first, last;
+  };
+  std::vector<Range> within(int64_t first, int64_t last) const;
+  int64_t largest() const { return ranges.back().last; } // not for everything()
+
+private:
+  std::vector<Range> ranges; // rising, apart from each other
+};
+
+} // namespace fvv::demux

@@ -1,0 +1,36 @@
+// Which pictures a configuration yields: every camera that a video track shows, where in the frame, and the
+// calibration that holds for the picture that is cut out. Knows configurations; decodes nothing.
+#pragma once
+
+#include "fvv/stream.h"
+#include "fvvdemux/selection.h"
+
+#include <string>
+#include <vector>
+
+namespace fvv::demux {
+
+// The camera of the picture that a tile holds: the source rectangle moved to the origin and scaled to the
+// size of the destination. Projecting a point and mapping it by the tile gives the same pixel, less the
+// destination's corner. Lens and pose stay as they are.
+fvv_camera camera_of_tile(const fvv_camera &camera, const fvv_tile &tile);
+
+struct View {
+  fvv_tile tile; // a track that shows one camera is one tile of the size of its frame
+  std::string folder;
+};
+
+struct VideoViews {
+  const fvv_video_layout *video; // of the configuration
+  std::vector<View> views;
+};
+
+// Of all video tracks that show cameras, in order of tracks; a camera that is shown twice counts where it
+// comes first, tracks without a chosen camera are left out. what is left out otherwise is told in warnings.
+std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
+                                 std::vector<std::string> *warnings);
+
+// The first mesh track, NULL: none.
+const fvv_track *mesh_track_of(const fvv_configuration &configuration, std::vector<std::string> *warnings);
+
+} // namespace fvv::demux
