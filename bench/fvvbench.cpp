@@ -74,8 +74,7 @@ Bytes long_stream(Bytes &source, size_t wanted) {
   const fvv_chunk_info *chunks = nullptr;
   size_t count = 0;
   const uint8_t *payload = nullptr;
-  require(fvv_file_configuration(file, fvv_file_group(file, 0)->configuration_offset, &chunks, &count, &d),
-          d);
+  require(fvv_file_configuration(file, 0, &chunks, &count, &d), d);
   for (size_t c = 0; c < count; c++) {
     require(fvv_file_read_chunk(file, &chunks[c], &payload, &d), d);
     require(fvv_writer_configuration(writer, chunks[c].type, chunks[c].track, chunks[c].flags, payload,

@@ -77,13 +77,47 @@ TEST_CASE("every chunk is reached through the index") {
   CHECK(fvv_file_damage_count(f.file) == 0);
   const fvv_chunk_info *chunks = nullptr;
   size_t count = 0;
-  REQUIRE(fvv_file_configuration(f.file, group->configuration_offset, &chunks, &count, &f.diagnostic) ==
-          FVV_OK);
+  REQUIRE(fvv_file_configuration(f.file, 1, &chunks, &count, &f.diagnostic) == FVV_OK);
   REQUIRE(count == 4);
   CHECK(chunks[0].type == FVV_CHUNK_SCENE);
   CHECK(chunks[2].track == 2);
   CHECK(fvv_file_group(f.file, 3) == nullptr);
   CHECK(fvv_file_group_chunks(f.file, 3, &chunks, &count, &f.diagnostic) == FVV_ERROR_ARGUMENT);
+}
+
+TEST_CASE("a damaged configuration block is replaced by a repetition of it") {
+  const Bytes stream = small_stream(3, true, true);
+  const auto offsets = chunk_offsets(stream);
+  int tried = 0;
+  for (const size_t at : offsets) {
+    const uint32_t type = fvv_get_u32(stream.data() + at);
+    if (fvv_chunk_place(type) != FVV_PLACE_CONFIGURATION) continue;
+    Bytes bad = stream;
+    bad[at + 33] ^= 4;
+    for (const size_t cut : {size_t(0), size_t(4)}) {
+      bad.resize(stream.size() - cut);
+      Opened f(bad);
+      REQUIRE(f.status == FVV_OK);
+      INFO("chunk at " << at << ", cut " << cut);
+      for (size_t g = 0; g < 3; g++) {
+        const fvv_chunk_info *chunks = nullptr;
+        size_t count = 0;
+        CHECK(fvv_file_configuration(f.file, g, &chunks, &count, &f.diagnostic) == FVV_OK);
+        CHECK(count == 4);
+      }
+      CHECK(f.payloads() == expected(6));
+      tried++;
+    }
+  }
+  CHECK(tried == 24);
+  Bytes only = small_stream(3);
+  only[chunk_offsets(only)[1] + 33] ^= 4;
+  Opened f(only);
+  REQUIRE(f.status == FVV_OK);
+  const fvv_chunk_info *chunks = nullptr;
+  size_t count = 0;
+  CHECK(fvv_file_configuration(f.file, 1, &chunks, &count, &f.diagnostic) == FVV_ERROR_DAMAGED);
+  CHECK(f.diagnostic.issue == FVV_ISSUE_GROUP_CONFIGURATION);
 }
 
 TEST_CASE("a live file has its index rebuilt") {

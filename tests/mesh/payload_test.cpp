@@ -73,6 +73,23 @@ TEST_CASE("every shape comes back from every profile and level with the same tri
   }
 }
 
+TEST_CASE("surfaces with hundreds of handles come back") {
+  for (const double filled : {0.2, 0.4, 0.6, 0.8})
+    for (uint32_t seed = 1; seed <= 4; seed++) {
+      INFO("filled " << filled << ", seed " << seed);
+      const auto mesh = canonical(sponge(12, filled, seed), 0.01);
+      const auto expected = triangles(*mesh);
+      for (const int level : {0, 5, 7, 10}) {
+        INFO("level " << level);
+        Mesh back;
+        fvv_diagnostic diagnostic = {};
+        REQUIRE(decode(encoded(*mesh, FVV_MESH_DRACO, level), &back, &diagnostic) == FVV_OK);
+        const bool same_triangles = triangles(back) == expected;
+        CHECK(same_triangles);
+      }
+    }
+}
+
 TEST_CASE("the raw profile keeps the order of vertices and faces") {
   const auto mesh = canonical(sphere(12, 8));
   const auto payload = encoded(*mesh, FVV_MESH_RAW, 5);

@@ -183,3 +183,43 @@ std::vector<Triangle> triangles(const fvv_mesh &mesh) {
   std::sort(all.begin(), all.end());
   return all;
 }
+
+Shape sponge(uint32_t n, double filled, uint32_t seed) {
+  std::vector<bool> cells(size_t(n) * n * n);
+  for (size_t i = 0; i < cells.size(); i++) {
+    seed = seed * 1664525 + 1013904223;
+    cells[i] = (seed >> 8) < filled * (1 << 24);
+  }
+  const auto at = [&](const std::array<int, 3> &c) {
+    for (const int x : c)
+      if (x < 0 || x >= int(n)) return false;
+    return bool(cells[(size_t(c[0]) * n + size_t(c[1])) * n + size_t(c[2])]);
+  };
+  Shape shape;
+  const auto corner = [&](std::array<int, 3> c) {
+    shape.point(0.01 * c[0], 0.01 * c[1], 0.01 * c[2]);
+    return uint32_t(shape.positions.size() / 3 - 1);
+  };
+  for (int x = 0; x < int(n); x++)
+    for (int y = 0; y < int(n); y++)
+      for (int z = 0; z < int(n); z++)
+        for (size_t axis = 0; axis < 3; axis++)
+          for (const int side : {0, 1}) {
+            const std::array<int, 3> here = {x, y, z};
+            std::array<int, 3> beyond = here, a = here;
+            beyond[axis] += side ? 1 : -1;
+            if (!at(here) || at(beyond)) continue;
+            // The quad on that side, counter-clockwise from outside; welding joins its corners to others'.
+            a[axis] += side;
+            std::array<int, 3> b = a, c = a, d = a;
+            const size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+            b[side ? u : v]++;
+            c[u]++;
+            c[v]++;
+            d[side ? v : u]++;
+            const uint32_t i = corner(a), j = corner(b), k = corner(c), l = corner(d);
+            shape.face(i, j, k);
+            shape.face(i, k, l);
+          }
+  return shape;
+}

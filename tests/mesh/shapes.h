@@ -38,6 +38,9 @@ Shape ragged(uint32_t u, uint32_t v, uint32_t share);
 // A ring of holes between two vertices of so many faces each: edgebreaker joins pieces around them over and
 // over.
 Shape holed_hubs(uint32_t faces);
+// The surface of unit cubes that fill each cell of an n x n x n block with the given probability: handles,
+// cavities and edges of four faces by the hundred.
+Shape sponge(uint32_t n, double filled, uint32_t seed);
 // Three triangles on one edge.
 Shape fin();
 // Two tetrahedra that share a vertex.

@@ -1,8 +1,8 @@
 #include "fvvdemux/demux.h"
 
+#include "cli/parallel.h"
 #include "fvvdemux/description.h"
 #include "fvvdemux/views.h"
-#include "fvvsynth/parallel.h"
 
 #include <algorithm>
 
@@ -95,7 +95,7 @@ public:
     Streams streams(file);
     std::vector<GroupResult> results(plan.groups.size());
     cli::Progress progress(file.path(), plan.groups.size());
-    synth::parallel(
+    cli::parallel(
         options.threads, plan.groups.size(),
         [&](size_t i) {
           Stream own = streams.take();

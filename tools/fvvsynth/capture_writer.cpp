@@ -1,8 +1,8 @@
 // Writing a capture folder.
 #include "fvvsynth/capture_writer.h"
 
+#include "cli/parallel.h"
 #include "fvv_media/image.h"
-#include "fvvsynth/parallel.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -145,7 +145,7 @@ void write_capture(const Scene &scene, uint32_t count, FrameRate rate, uint32_t 
       write_png(folder.file(numbered((name + "mask_").c_str(), number, ".png")), picture, 1, picture.mask);
     }
   };
-  parallel(threads, count, frame, [&] { progress.step(); });
+  cli::parallel(threads, count, frame, [&] { progress.step(); });
   const std::string text = description(scene, count, rate).dump(2) + "\n";
   write_file(folder.file("capture.json"), text.data(), text.size());
 }

@@ -1,8 +1,8 @@
 // Putting the parts of the scene together.
 #include "fvvsynth/scene.h"
 
+#include "cli/parallel.h"
 #include "fvvsynth/court.h"
-#include "fvvsynth/parallel.h"
 #include "fvvsynth/rig.h"
 
 #include <stdexcept>
@@ -74,8 +74,8 @@ Scene::Scene(const Settings &settings)
     rig[i].name_size = names[i].size();
   }
   backgrounds.resize(rig.size());
-  parallel(wanted.threads, rig.size(),
-           [&](size_t i) { backgrounds[i] = draw_court(render::Pinhole(rig[i]), court_key); });
+  cli::parallel(wanted.threads, rig.size(),
+                [&](size_t i) { backgrounds[i] = draw_court(render::Pinhole(rig[i]), court_key); });
 }
 
 Moment Scene::at(double seconds) const {

@@ -177,8 +177,10 @@ FVV_API const fvv_group_info *fvv_file_group(const fvv_file *file, size_t i);
 FVV_API FVV_MUST_USE fvv_status fvv_file_group_chunks(fvv_file *file, size_t group,
                                                       const fvv_chunk_info **chunks, size_t *count,
                                                       fvv_diagnostic *diagnostic);
-/* The configuration block that begins at offset (fvv_group_info.configuration_offset). Valid until close. */
-FVV_API FVV_MUST_USE fvv_status fvv_file_configuration(fvv_file *file, uint64_t offset,
+/* The chunks of the configuration block that holds for a group: of the block that the index names or, when
+ * that is damaged, of a repetition with the same digest. FVV_ERROR_DAMAGED: none is left. Valid until close.
+ */
+FVV_API FVV_MUST_USE fvv_status fvv_file_configuration(fvv_file *file, size_t group,
                                                        const fvv_chunk_info **chunks, size_t *count,
                                                        fvv_diagnostic *diagnostic);
 /* Reads one chunk, checks header, payload CRC and padding, and compares it with info. The payload lives in a

@@ -25,9 +25,7 @@ static fvv_status read_bytes(fvv_file *f, uint64_t offset, void *out, size_t siz
   return FVV_OK;
 }
 
-/* Reads the chunk at offset into the buffer and checks all of it. */
-static fvv_status read_chunk(fvv_file *f, uint64_t offset, fvv_chunk_header *header,
-                             fvv_diagnostic *diagnostic) {
+fvv_status fvv_file_load(fvv_file *f, uint64_t offset, fvv_chunk_header *header, fvv_diagnostic *diagnostic) {
   uint8_t bytes[FVV_CHUNK_HEADER_SIZE];
   fvv_status status = read_bytes(f, offset, bytes, sizeof bytes, diagnostic);
   if (status < 0) return status;
@@ -64,14 +62,14 @@ static fvv_status load_index(fvv_file *f, fvv_diagnostic *diagnostic) {
   if (f->input.size < FVV_FILE_HEADER_SIZE + footer_extent) return FVV_ERROR_TRUNCATED;
   const uint64_t footer_offset = f->input.size - footer_extent;
   fvv_chunk_header footer, index;
-  fvv_status status = read_chunk(f, footer_offset, &footer, diagnostic);
+  fvv_status status = fvv_file_load(f, footer_offset, &footer, diagnostic);
   if (status < 0) return status;
   if (footer.type != FVV_CHUNK_FOOTER || footer.size != FVV_FOOT_SIZE) return FVV_ERROR_TRUNCATED;
   const uint64_t index_offset = fvv_get_u64(f->buffer.data + FVV_FOOT_INDEX_OFFSET);
   const uint32_t index_crc = fvv_get_u32(f->buffer.data + FVV_FOOT_INDEX_CRC);
   if (fvv_get_u64(f->buffer.data + FVV_FOOT_FILE_SIZE) != f->input.size || index_offset >= footer_offset)
     return FVV_ERROR_INVALID;
-  status = read_chunk(f, index_offset, &index, diagnostic);
+  status = fvv_file_load(f, index_offset, &index, diagnostic);
   if (status < 0) return status;
   if (index.type != FVV_CHUNK_INDEX || index.payload_crc != index_crc ||
       index_offset + fvv_chunk_extent(index.size) != footer_offset)
@@ -158,15 +156,12 @@ const fvv_group_info *fvv_file_group(const fvv_file *file, size_t i) {
   return i < group_count(file) ? &entry_at(file, i)->group : NULL;
 }
 
-static fvv_status find_block(fvv_file *f, uint64_t offset, fvv_file_block **found,
-                             fvv_diagnostic *diagnostic);
-
-/* GRUP as the index tells it, with the configuration that it asks for, and GEND with its table. */
+/* GRUP as the index tells it, and GEND with its table. */
 static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_bytes *chunks,
                              fvv_diagnostic *diagnostic) {
   const fvv_group_info *group = &entry->group;
   fvv_chunk_header header;
-  fvv_status status = read_chunk(f, group->offset, &header, diagnostic);
+  fvv_status status = fvv_file_load(f, group->offset, &header, diagnostic);
   if (status < 0) return status;
   const uint8_t *p = f->buffer.data;
   if (header.type != FVV_CHUNK_GROUP || header.size != FVV_GRUP_SIZE ||
@@ -174,19 +169,13 @@ static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_byte
       fvv_get_i64(p + FVV_GRUP_START) != group->start || fvv_get_i64(p + FVV_GRUP_END) != group->end)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_INDEX, FVV_CHUNK_INDEX, group->offset,
                     "the index tells of another group %u", group->sequence);
-  const uint32_t crc = fvv_get_u32(p + FVV_GRUP_CONFIGURATION_CRC);
-  fvv_file_block *block;
-  status = find_block(f, group->configuration_offset, &block, diagnostic);
-  if (status < 0) return status;
-  if (block->crc != crc)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_GROUP,
-                    group->offset, "group %u belongs to another configuration", group->sequence);
   const uint64_t end = group->offset + group->size - entry->end_size;
-  status = read_chunk(f, end, &header, diagnostic);
+  status = fvv_file_load(f, end, &header, diagnostic);
   if (status < 0) return status;
   if (header.type != FVV_CHUNK_GROUP_END || fvv_chunk_extent(header.size) != entry->end_size ||
       header.size < FVV_GEND_SIZE || fvv_get_u32(f->buffer.data + FVV_GEND_CHAIN_CRC) != entry->chain_crc ||
-      fvv_get_u32(f->buffer.data + FVV_GEND_SEQUENCE) != group->sequence)
+      fvv_get_u32(f->buffer.data + FVV_GEND_SEQUENCE) != group->sequence ||
+      fvv_get_u32(f->buffer.data + FVV_GEND_FRAME_COUNT) != group->frame_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_GROUP_END, FVV_CHUNK_GROUP_END, end,
                     "end of group %u is not what the index tells", group->sequence);
   status = fvv_group_table_decode(f->buffer.data, (size_t)header.size, group->offset, group->start,
@@ -250,90 +239,12 @@ fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_i
   return FVV_OK;
 }
 
-static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic *diagnostic) {
-  for (uint64_t offset = block->offset;;) {
-    fvv_chunk_header header;
-    const int first = offset == block->offset;
-    fvv_status status = read_chunk(f, offset, &header, first ? diagnostic : NULL);
-    /* Perhaps only what follows the block is damaged: digests decide. */
-    if (status <= FVV_ERROR_DAMAGED && !first) return FVV_OK;
-    if (status < 0) return status;
-    const fvv_place place = fvv_chunk_place(header.type);
-    if (first != (header.type == FVV_CHUNK_SCENE) ||
-        (place != FVV_PLACE_CONFIGURATION && place != FVV_PLACE_UNKNOWN)) {
-      block->ended = !first;
-      if (!first) return FVV_OK;
-      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CHUNK_PLACE, header.type, offset,
-                      "a configuration block begins with SCEN");
-    }
-    if (place == FVV_PLACE_UNKNOWN && header.flags & FVV_FLAG_CRITICAL)
-      return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_UNKNOWN_CRITICAL, header.type, offset,
-                      "critical chunk of a type that this version does not know");
-    const fvv_chunk_info info = {offset, header.size, header.time, header.type, header.track, header.flags};
-    status = fvv_bytes_append(&block->chunks, &info, sizeof info);
-    if (status < 0) return status;
-    block->crc = fvv_header_chain(block->crc, &header);
-    offset += fvv_chunk_extent(header.size);
-  }
-}
-
-static fvv_status find_block(fvv_file *f, uint64_t offset, fvv_file_block **found,
-                             fvv_diagnostic *diagnostic) {
-  fvv_file_block **blocks = (fvv_file_block **)f->blocks.data;
-  for (size_t i = 0; i < f->blocks.size / sizeof *blocks; i++)
-    if (blocks[i]->offset == offset) {
-      *found = blocks[i];
-      return FVV_OK;
-    }
-  fvv_file_block *block = fvv_allocate_zeroed(&f->allocator, sizeof *block);
-  if (!block) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, offset, "out of memory");
-  block->offset = offset;
-  block->chunks.allocator = f->allocator;
-  fvv_status status = load_block(f, block, diagnostic);
-  if (status == FVV_OK) status = fvv_bytes_append(&f->blocks, &block, sizeof block);
-  if (status < 0) {
-    fvv_bytes_free(&block->chunks);
-    fvv_release(&f->allocator, block, sizeof *block);
-    return fvv_fail(diagnostic, status, 0, 0, offset, "%s", fvv_status_text(status));
-  }
-  *found = block;
-  return FVV_OK;
-}
-
-/* Whether a group that follows has the digest of the block. */
-static int digest_confirmed(fvv_file *f, const fvv_file_block *block) {
-  fvv_chunk_header header;
-  for (size_t i = 0; i < group_count(f); i++) {
-    const fvv_group_info *group = &entry_at(f, i)->group;
-    if (group->configuration_offset == block->offset &&
-        read_chunk(f, group->offset, &header, NULL) == FVV_OK && header.type == FVV_CHUNK_GROUP &&
-        header.size == FVV_GRUP_SIZE)
-      return fvv_get_u32(f->buffer.data + FVV_GRUP_CONFIGURATION_CRC) == block->crc;
-  }
-  return 0;
-}
-
-fvv_status fvv_file_configuration(fvv_file *file, uint64_t offset, const fvv_chunk_info **chunks,
-                                  size_t *count, fvv_diagnostic *diagnostic) {
-  fvv_diagnostic_clear(diagnostic);
-  fvv_file_block *block;
-  const fvv_status status = find_block(file, offset, &block, diagnostic);
-  if (status < 0) return status;
-  if (!block->ended && !digest_confirmed(file, block))
-    return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_SCENE, offset,
-                    "part of this configuration is lost");
-  block->ended = 1;
-  *chunks = (const fvv_chunk_info *)block->chunks.data;
-  *count = block->chunks.size / sizeof **chunks;
-  return FVV_OK;
-}
-
 fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info, const uint8_t **payload,
                                fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *payload = NULL;
   fvv_chunk_header header;
-  const fvv_status status = read_chunk(file, info->offset, &header, diagnostic);
+  const fvv_status status = fvv_file_load(file, info->offset, &header, diagnostic);
   if (status < 0) return status;
   if (header.type != info->type || header.track != info->track || header.flags != info->flags ||
       header.time != info->time || header.size != info->size)

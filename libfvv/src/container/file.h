@@ -1,4 +1,5 @@
-/* container/file.h: the inside of fvv_file, shared by file.c (index, chunks) and file_scan.c (rebuilding). */
+/* container/file.h: the inside of fvv_file, shared by file.c (index, chunks), file_configuration.c and
+ * file_scan.c (rebuilding). */
 #ifndef FVV_CONTAINER_FILE_H
 #define FVV_CONTAINER_FILE_H
 
@@ -30,6 +31,9 @@ struct fvv_file {
   fvv_bytes buffer;  /* the chunk read last */
 };
 
+/* Reads the chunk at offset into the buffer and checks all of it. */
+FVV_MUST_USE fvv_status fvv_file_load(fvv_file *file, uint64_t offset, fvv_chunk_header *header,
+                                      fvv_diagnostic *diagnostic);
 /* Reads the whole stream and fills entries, scanned and damage. */
 FVV_MUST_USE fvv_status fvv_file_rebuild(fvv_file *file, fvv_diagnostic *diagnostic);
 /* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. */

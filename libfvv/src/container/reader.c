@@ -152,18 +152,23 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
       !fvv_all_zero(payload + header->size, (size_t)(fvv_padded(header->size) - header->size)))
     status = fvv_fail(&diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PADDING, header->type,
                       r->offset + FVV_CHUNK_HEADER_SIZE + header->size, "padding is not 0");
+  if (diagnostic.issue == FVV_ISSUE_GROUP_UNFINISHED) {
+    /* What was before is spoilt, not the chunk that shows it: that is looked at anew. */
+    fvv_sequence_abandon_group(&r->sequence);
+    damage_event(r, event);
+    event->diagnostic = diagnostic;
+    return FVV_OK;
+  }
   const int broken = status == FVV_ERROR_INVALID;
   if (status < 0 && !broken) {
     r->stop = diagnostic;
     return stop(r, status, 0, r->offset, fvv_status_text(status));
   }
-  if (broken) fvv_sequence_broken(&r->sequence, header);
   status = fvv_sequence_apply(&r->sequence, header, payload, r->offset);
   if (status < 0)
     return stop(r, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, r->offset,
                 fvv_status_text(status));
-  /* A group that did not end spoils what was before, not the chunk that shows it. */
-  if (broken && diagnostic.issue != FVV_ISSUE_GROUP_UNFINISHED) fvv_sequence_broken(&r->sequence, header);
+  if (broken) fvv_sequence_broken(&r->sequence, header);
   memset(&r->chunk, 0, sizeof r->chunk);
   r->chunk.kind = FVV_EVENT_CHUNK;
   r->chunk.offset = r->offset;

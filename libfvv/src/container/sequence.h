@@ -67,6 +67,8 @@ FVV_MUST_USE fvv_status fvv_sequence_apply(fvv_sequence *sequence, const fvv_chu
 void fvv_sequence_lost(fvv_sequence *sequence);
 /* A chunk broke a rule: its group, or its configuration block, is void. */
 void fvv_sequence_broken(fvv_sequence *sequence, const fvv_chunk_header *header);
+/* The open group ends without GEND: its end is lost. */
+void fvv_sequence_abandon_group(fvv_sequence *sequence);
 /* No damage since the present group began, and its configuration is not damaged. */
 int fvv_sequence_group_intact(const fvv_sequence *sequence);
 

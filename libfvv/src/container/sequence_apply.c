@@ -126,6 +126,11 @@ void fvv_sequence_broken(fvv_sequence *s, const fvv_chunk_header *header) {
     s->configuration = FVV_CONFIGURATION_BROKEN;
 }
 
+void fvv_sequence_abandon_group(fvv_sequence *s) {
+  s->in_group = 0;
+  s->gaps = 1;
+}
+
 int fvv_sequence_group_intact(const fvv_sequence *s) {
   return !s->suspect &&
          (s->configuration == FVV_CONFIGURATION_GOOD || s->configuration == FVV_CONFIGURATION_UNSEEN);

@@ -109,6 +109,8 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
   const uint8_t *rows = payload + FVV_GEND_SIZE;
   fvv_cursor cursor = {payload, size, FVV_GEND_SIZE + (size_t)kinds * FVV_GEND_KIND_SIZE, 0};
   uint64_t offset = fvv_chunk_extent(FVV_GRUP_SIZE), time = (uint64_t)group_start;
+  uint32_t frames = 0;
+  int64_t frame_time = 0;
   for (uint32_t i = 1; i < chunks; i++) {
     const uint64_t kind = fvv_cursor_uleb(&cursor), payload_size = fvv_cursor_uleb(&cursor);
     time += (uint64_t)fvv_unzigzag(fvv_cursor_uleb(&cursor));
@@ -124,10 +126,16 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
     info.type = fvv_get_u32(row + FVV_GEND_KIND_TYPE);
     info.track = fvv_get_u16(row + FVV_GEND_KIND_TRACK);
     info.flags = row[FVV_GEND_KIND_FLAGS];
+    if (info.track && (!frames || info.time != frame_time)) {
+      frames++;
+      frame_time = info.time;
+    }
     status = fvv_bytes_append(out, &info, sizeof info);
     if (status < 0) return status;
     offset += fvv_chunk_extent(payload_size);
   }
+  if (frames != fvv_get_u32(payload + FVV_GEND_FRAME_COUNT))
+    return bad_table(diagnostic, FVV_GEND_FRAME_COUNT, "table and frame count do not agree");
   if (cursor.position != size || offset != chunks_size)
     return bad_table(diagnostic, cursor.position, "table and group have not the same size");
   return FVV_OK;

@@ -15,6 +15,7 @@ typedef struct boundary {
   const fvv_draco_connectivity *given;
   uint32_t *follower; /* of each vertex along its loop */
   uint32_t *valence;
+  uint32_t *alias;  /* the vertex that an S made this one the same as; itself otherwise */
   uint32_t *stack;  /* active edges; the face of the next symbol is put onto the top one */
   uint32_t *joined; /* vertices that an S made the same as another one, in order */
   uint32_t *glued;  /* by symbol: the edge that an event keeps for this S, or NONE */
@@ -29,6 +30,15 @@ typedef struct boundary {
 static uint32_t new_vertex(boundary *b) {
   const uint32_t v = b->made++;
   b->valence[v] = 2;
+  b->alias[v] = v;
+  return v;
+}
+
+/* What an edge that waits, on the stack or for its S, is called now: another S may have joined the vertex
+ * that it leaves. Never a cycle: only vertices that are on a loop, and so no aliases themselves, are joined.
+ */
+static uint32_t present_name(boundary *b, uint32_t v) {
+  while (b->alias[v] != v) v = b->alias[v] = b->alias[b->alias[v]];
   return v;
 }
 
@@ -69,7 +79,8 @@ static int put_s(boundary *b, uint32_t i) {
   const uint32_t second = b->stack[--b->height];
   if (b->glued && b->glued[i] != NONE) b->stack[b->height++] = b->glued[i];
   if (!b->height || b->joined_count == b->given->split_count) return 0;
-  const uint32_t first = b->stack[b->height - 1], n = b->follower[second], m = b->follower[first];
+  const uint32_t first = present_name(b, b->stack[b->height - 1]), n = b->follower[second],
+                 m = b->follower[first];
   if (first == second || n == first) return 0;
   b->steps += b->valence[n];
   b->valence[first] += b->valence[n];
@@ -77,6 +88,7 @@ static int put_s(boundary *b, uint32_t i) {
   b->valence[m]++;
   b->follower[second] = m;
   b->follower[first] = b->follower[n];
+  b->alias[n] = first;
   b->joined[b->joined_count++] = n;
   b->stack[b->height - 1] = second;
   return 1;
@@ -106,6 +118,7 @@ static int keep_events(boundary *b, uint32_t i, uint32_t tip) {
 }
 
 static int put_face(boundary *b, uint32_t i) {
+  if (b->height) b->stack[b->height - 1] = present_name(b, b->stack[b->height - 1]);
   const unsigned symbol = b->height || i == 0 ? symbol_at(b, i) : FVV_DRACO_SYMBOLS;
   uint32_t tip;
   if (symbol != FVV_DRACO_E && !b->height) return 0;
@@ -153,7 +166,7 @@ fvv_draco_verdict fvv_draco_follow(const fvv_draco_connectivity *connectivity, c
   const uint64_t most = (uint64_t)connectivity->vertex_count + connectivity->split_count;
   const uint64_t symbols = connectivity->symbol_count, glued = connectivity->event_count ? symbols : 0;
   /* All tables in one block. Each E takes one place on the stack. */
-  const uint64_t total = 2 * most + symbols + connectivity->split_count + glued;
+  const uint64_t total = 3 * most + symbols + connectivity->split_count + glued;
   if (most >= NONE) return FVV_DRACO_BROKEN;
   if (!symbols || total > SIZE_MAX / sizeof(uint32_t))
     return symbols ? FVV_DRACO_NO_MEMORY : FVV_DRACO_BROKEN;
@@ -161,7 +174,8 @@ fvv_draco_verdict fvv_draco_follow(const fvv_draco_connectivity *connectivity, c
   if (!block) return FVV_DRACO_NO_MEMORY;
   boundary b = {.given = connectivity, .follower = block, .most = (uint32_t)most};
   b.valence = b.follower + most;
-  b.stack = b.valence + most;
+  b.alias = b.valence + most;
+  b.stack = b.alias + most;
   b.joined = b.stack + symbols;
   b.events_left = connectivity->event_count;
   if (glued) b.glued = b.joined + connectivity->split_count;

@@ -11,6 +11,7 @@ struct fvv_stream {
   fvv_configuration_builder configuration;
   uint64_t configuration_offset; /* of the block that is loaded; 0: none */
   size_t frame_count;
+  fvv_bytes firsts; /* uint64_t for each group: number of its first frame */
 };
 
 fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, const fvv_allocator *allocator,
@@ -20,7 +21,7 @@ fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, con
   *stream = fvv_allocate_zeroed(&chosen, sizeof **stream);
   if (!*stream) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
   fvv_stream *s = *stream;
-  s->allocator = chosen;
+  s->allocator = s->firsts.allocator = chosen;
   fvv_configuration_init(&s->configuration, limits, &chosen);
   s->limits = s->configuration.limits;
   const fvv_status status = fvv_file_open(input, limits, &chosen, &s->file, diagnostic);
@@ -29,8 +30,15 @@ fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, con
     *stream = NULL;
     return status;
   }
-  for (size_t g = 0; g < fvv_file_group_count(s->file); g++)
+  for (size_t g = 0; g < fvv_file_group_count(s->file); g++) {
+    const uint64_t first = s->frame_count;
     s->frame_count += fvv_file_group(s->file, g)->frame_count;
+    if (fvv_bytes_append(&s->firsts, &first, sizeof first) < 0) {
+      fvv_stream_close(s);
+      *stream = NULL;
+      return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
+    }
+  }
   return FVV_OK;
 }
 
@@ -38,6 +46,7 @@ void fvv_stream_close(fvv_stream *stream) {
   if (!stream) return;
   const fvv_allocator allocator = stream->allocator;
   fvv_configuration_free(&stream->configuration);
+  fvv_bytes_free(&stream->firsts);
   fvv_file_close(stream->file);
   fvv_release(&allocator, stream, sizeof *stream);
 }
@@ -57,11 +66,20 @@ typedef struct frame_chunks {
 } frame_chunks;
 
 static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, fvv_diagnostic *diagnostic) {
-  size_t group = 0, left = frame;
   if (frame >= s->frame_count)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "frame %zu of %zu", frame, s->frame_count);
-  while (left >= fvv_file_group(s->file, group)->frame_count)
-    left -= fvv_file_group(s->file, group++)->frame_count;
+  /* The last group that begins at or before the frame; groups without frames begin where the next one does.
+   */
+  const uint64_t *firsts = (const uint64_t *)s->firsts.data;
+  size_t group = 0, beyond = fvv_file_group_count(s->file);
+  while (beyond - group > 1) {
+    const size_t middle = group + (beyond - group) / 2;
+    if (firsts[middle] <= frame)
+      group = middle;
+    else
+      beyond = middle;
+  }
+  size_t left = frame - (size_t)firsts[group];
   const fvv_chunk_info *chunks;
   size_t count;
   const fvv_status status = fvv_file_group_chunks(s->file, group, &chunks, &count, diagnostic);
@@ -107,7 +125,7 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
     stream->configuration_offset = 0;
     const fvv_chunk_info *chunks;
     size_t count;
-    fvv_status status = fvv_file_configuration(stream->file, offset, &chunks, &count, diagnostic);
+    fvv_status status = fvv_file_configuration(stream->file, group, &chunks, &count, diagnostic);
     for (size_t i = 0; i < count && status >= 0; i++) {
       const uint8_t *payload;
       status = fvv_file_read_chunk(stream->file, &chunks[i], &payload, diagnostic);

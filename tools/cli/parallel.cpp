@@ -1,4 +1,4 @@
-#include "fvvsynth/parallel.h"
+#include "cli/parallel.h"
 
 #include <condition_variable>
 #include <exception>
@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace fvv::synth {
+namespace fvv::cli {
 
 namespace {
 
@@ -75,4 +75,4 @@ void parallel(uint32_t threads, size_t count, const std::function<void(size_t)> 
   if (queue.failure) std::rethrow_exception(queue.failure);
 }
 
-} // namespace fvv::synth
+} // namespace fvv::cli

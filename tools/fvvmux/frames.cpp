@@ -1,0 +1,90 @@
+#include "fvvmux/frames.h"
+
+#include "cli/cli.h"
+#include "fvv_media/frame.h"
+
+namespace fvv::mux {
+
+namespace {
+
+// flatten: how far from the silhouette the picture stays as it is. Matting leaves soft edges, and masks are
+// rarely better than a few pixels.
+constexpr uint32_t flat_margin = 8;
+
+struct BytesHolder {
+  fvv_bytes bytes = {};
+  ~BytesHolder() { fvv_bytes_free(&bytes); }
+};
+
+} // namespace
+
+capture::Mesh load_canonical(const Plan &plan, size_t i, fvv_mesh &mesh, MeshFrame &frame) {
+  const int64_t number = plan.capture.frames.number(int64_t(i));
+  capture::Mesh source = capture::load_mesh(plan.capture, number, nullptr, &frame.source);
+  const fvv_mesh_source borrowed = {source.positions.data(), source.faces.data(), source.vertex_count(),
+                                    source.face_count()};
+  fvv_mesh_options options;
+  fvv_mesh_options_default(&options);
+  std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);
+  options.lattice_step = plan.lattice.lattice.step;
+  options.min_component_faces = plan.options.min_component;
+  frame.report.struct_size = sizeof frame.report;
+  fvv_diagnostic diagnostic = {};
+  cli::check(fvv_mesh_canonicalise(&borrowed, &options, nullptr, &mesh, &frame.report, &diagnostic),
+             plan.capture.mesh_path(number) + ": frame " + std::to_string(number), diagnostic);
+  return source;
+}
+
+MeshFrame encode_mesh(const Plan &plan, size_t i) {
+  MeshFrame frame;
+  MeshHolder holder;
+  load_canonical(plan, i, holder.mesh, frame);
+  BytesHolder payload;
+  fvv_diagnostic diagnostic = {};
+  const int64_t number = plan.capture.frames.number(int64_t(i));
+  cli::check(fvv_mesh_encode(&holder.mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
+                             &payload.bytes, &diagnostic),
+             plan.capture.mesh_path(number) + ": frame " + std::to_string(number), diagnostic);
+  frame.payload.assign(payload.bytes.data, payload.bytes.data + payload.bytes.size);
+  return frame;
+}
+
+Picture load_picture(const capture::Capture &capture, const Tiling &tiling, bool flat_background, size_t i,
+                     bool with_mask) {
+  const int64_t number = capture.frames.number(int64_t(i));
+  std::vector<media::Image> images, masks;
+  bool masked = false;
+  for (const size_t index : tiling.cameras) {
+    const capture::Camera &camera = capture.cameras[index];
+    images.push_back(media::read_image(capture.picture_path(camera, number), 3));
+    masks.emplace_back(); // the whole tile
+    if (!camera.masks || !(with_mask || flat_background)) continue;
+    masked = true;
+    masks.back() = media::read_image(capture.mask_path(camera, number), 1);
+    if (flat_background) media::flatten(images.back(), masks.back(), flat_margin);
+  }
+  try {
+    Picture picture = {media::compose(tiling.tiles, images, tiling.width, tiling.height), {}};
+    if (masked && with_mask)
+      picture.mask = media::compose_masks(tiling.tiles, masks, tiling.width, tiling.height);
+    return picture;
+  } catch (const media::Error &error) {
+    throw cli::Failure(capture.path + ": frame " + std::to_string(number) + ": " + error.what());
+  }
+}
+
+media::EncodedGroup encode_pictures(const Plan &plan, size_t first, size_t count) {
+  std::vector<media::Image> images;
+  for (size_t i = first; i < first + count; i++)
+    images.push_back(load_picture(plan.capture, plan.tiling, plan.options.flat_background, i, false).image);
+  try {
+    return media::encode_group(plan.video.settings, images);
+  } catch (const media::Error &error) {
+    const capture::Frames &frames = plan.capture.frames;
+    throw cli::Failure(plan.capture.path + ": frames " + std::to_string(frames.number(int64_t(first))) +
+                       " to " + std::to_string(frames.number(int64_t(first + count - 1))) + ": " +
+                       error.what());
+  }
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,39 @@
+// fvvmux/frames.h: one frame of a capture as the stream has it: its mesh on the lattice, its pictures in one
+// video frame. Every function is pure and may run on any thread. Knows nothing of the container.
+#pragma once
+
+#include "fvv/mesh.h"
+#include "fvvmux/plan.h"
+
+namespace fvv::mux {
+
+struct MeshFrame {
+  std::vector<uint8_t> payload; // of MESH; empty unless it was asked for
+  capture::MeshReport source;
+  fvv_mesh_report report = {};
+};
+
+// fvv_mesh that frees itself.
+struct MeshHolder {
+  fvv_mesh mesh = {};
+  MeshHolder() = default;
+  MeshHolder(const MeshHolder &) = delete;
+  MeshHolder &operator=(const MeshHolder &) = delete;
+  ~MeshHolder() { fvv_mesh_free(&mesh); }
+};
+
+// Loads and canonicalises the mesh of frame i (counted from 0). Failures name file, frame and element.
+capture::Mesh load_canonical(const Plan &plan, size_t i, fvv_mesh &mesh, MeshFrame &frame);
+MeshFrame encode_mesh(const Plan &plan, size_t i);
+
+// The video frame of frame i; mask only when asked for and when a camera has masks.
+struct Picture {
+  media::Image image, mask;
+};
+Picture load_picture(const capture::Capture &capture, const Tiling &tiling, bool flat_background, size_t i,
+                     bool with_mask);
+
+// Encodes frames first ... first + count - 1 as one group.
+media::EncodedGroup encode_pictures(const Plan &plan, size_t first, size_t count);
+
+} // namespace fvv::mux

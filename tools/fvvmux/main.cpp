@@ -1,0 +1,110 @@
+// fvvmux: packs a capture into a fvv stream. Argument parsing only.
+#include "fvvmux/summary.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+#include <unistd.h>
+
+using namespace fvv;
+
+namespace {
+
+constexpr const char *footer =
+    "Exit code: 0 done, 1 failed, 2 usage, 3 done with warnings. A run that fails writes nothing; only what\n"
+    "--verify finds wrong is found in a file that stays.\n"
+    "--json prints {fvvmux: 1, output, bytes, container_bytes, frames, frame_duration: [seconds, as a\n"
+    "fraction], group, groups, lattice: {origin, step, reason, half_step_pixels}, mesh: {bytes, smallest,\n"
+    "largest, profile, level, max_axis_error, changed_frames, and for each kind of change {count, frames}},\n"
+    "video: {bytes, smallest, largest, codec, quality, width, height, cameras, sample_frames, sample_psnr,\n"
+    "sample_foreground}, seconds, frames_per_second, verified: {meshes, pictures, cameras, "
+    "max_vertex_error,\n"
+    "max_vertex_error_steps, psnr, min_psnr, max_reprojection}}. Lengths are in metres, or in units of a\n"
+    "capture of unknown scale; sizes in bytes of payload a frame; a PSNR of identical pictures is null.\n"
+    "mesh, video and verified are there when the stream has them.";
+
+// What is still text after the command line was split.
+struct Texts {
+  std::string codec = "h264", quality = "42dB", tile, scale, background = "keep", lattice_step,
+              mesh_profile = "draco", frames;
+};
+
+void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
+  app.add_option("CAPTURE", options.capture, "capture.json (spec/capture.md) or its folder")->required();
+  app.add_option("-o,--output", options.output, "file to write; - is standard output")->required();
+  app.add_option("--codec", texts.codec, "jpeg or h264")->capture_default_str();
+  app.add_option("--quality", texts.quality,
+                 "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
+                 "number: JPEG 1 to 100, CRF 1 to 51")
+      ->capture_default_str();
+  auto *tile = app.add_option("--tile", texts.tile, "size of every camera's picture in the stream: 480x270");
+  app.add_option("--scale", texts.scale, "the same as a factor, above 0 and at most 1")->excludes(tile);
+  app.add_option("--background", texts.background, "keep, or flat: grey beyond 8 px from the silhouette")
+      ->capture_default_str();
+  app.add_option("--lattice-step", texts.lattice_step,
+                 "step of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the capture's units. "
+                 "Default: the capture's, else for 0.15 px in the nearest camera");
+  app.add_option("--group", options.group, "frames in a group; default: one second")
+      ->check(CLI::Range(1, 100000));
+  app.add_option("--mesh-level", options.mesh_level, "Draco: 0 is fastest, 10 is smallest")
+      ->check(CLI::Range(0, 10))
+      ->capture_default_str();
+  app.add_option("--mesh-profile", texts.mesh_profile, "draco or raw")->capture_default_str();
+  app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")
+      ->check(CLI::Range(0, 1000000000));
+  app.add_option("--threads", options.threads, "threads; the bytes are the same for any number")
+      ->check(CLI::Range(1, 256));
+  app.add_option("--frames", texts.frames, "frame numbers to take: 10-19 or 10..19");
+  app.add_flag("!--no-pictures", options.pictures, "leave the pictures out");
+  app.add_flag("!--no-meshes", options.meshes, "leave the meshes out");
+  app.add_flag("--repeat-configuration", options.repeat_configuration,
+               "in front of every group, for those who join late");
+  app.add_flag("--live", options.live, "no index and no footer");
+  app.add_flag("--verify", options.verify, "read the file back and compare everything with the capture");
+  app.add_flag("--force", options.force, "replace an existing file");
+}
+
+void take_texts(mux::Options &options, const Texts &texts) {
+  options.codec = mux::parse_codec(texts.codec);
+  options.quality = mux::parse_quality(texts.quality, options.codec);
+  if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
+  if (!texts.scale.empty()) options.scale = mux::parse_scale(texts.scale);
+  options.flat_background = mux::parse_background(texts.background);
+  if (!texts.lattice_step.empty()) options.lattice_step = mux::parse_length(texts.lattice_step);
+  options.mesh_profile = mux::parse_profile(texts.mesh_profile);
+  if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  CLI::App app{"Pack meshes, pictures and cameras of a capture into a fvv stream."};
+  mux::Options options;
+  options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  Texts texts;
+  bool as_json = false;
+  add_options(app, options, texts);
+  app.add_flag("--json", as_json, "print the summary as JSON");
+  app.set_version_flag("--version", std::string("fvvmux ") + fvv_version());
+  app.footer(footer);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError &error) {
+    return app.exit(error) ? cli::usage : cli::done;
+  }
+  return cli::run("fvvmux", [&] {
+    take_texts(options, texts);
+    const bool piped = options.output == "-";
+    if (piped && as_json)
+      throw cli::Failure("--json: standard output is taken by the stream (-o -)", cli::usage);
+    const mux::Summary summary = mux::mux(options);
+    if (as_json)
+      std::printf("%s\n", mux::summary_json(summary).dump(2).c_str());
+    else if (!piped)
+      std::fputs(mux::summary_text(summary).c_str(), stdout);
+    else if (isatty(STDERR_FILENO))
+      std::fputs(mux::summary_text(summary).c_str(), stderr);
+    return summary.exit();
+  });
+}

@@ -1,0 +1,197 @@
+#include "fvvmux/mux.h"
+
+#include "fvvmux/frames.h"
+#include "fvvmux/ordered.h"
+#include "fvvmux/stream_writer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <mutex>
+
+namespace fvv::mux {
+
+namespace {
+
+// A piece of work for one thread. choice: finding the quality of the video; mesh: of one frame; video: frames
+// that are encoded together.
+enum class Kind { choice, mesh, video };
+struct Piece {
+  Kind kind;
+  size_t first, count; // frames
+};
+
+// What a group waits for. Each thread fills its own items.
+struct Group {
+  std::vector<MeshFrame> meshes;
+  std::vector<media::Sample> samples;
+};
+
+class Job {
+public:
+  // The plan's choice of video is made on the way, beside the first meshes.
+  Job(Summary &sums, cli::OutputFile &file)
+      : plan(sums.plan), output(file), summary(sums), groups(plan.group_count()),
+        chosen(promise.get_future()) {
+    if (plan.has_pictures()) add(Kind::choice, 0, 0, 0);
+    // The first video has to wait for the choice: meshes of two groups fill the other threads' time.
+    list_meshes(0);
+    list_meshes(1);
+    list_video(0);
+    list_video(1);
+    for (size_t group = 2; group < plan.group_count(); group++) {
+      list_video(group);
+      list_meshes(group);
+    }
+  }
+
+  // Answers the number of bytes written.
+  uint64_t run() {
+    cli::Progress progress("fvvmux: " + plan.options.output, plan.frame_count());
+    run_ordered(
+        plan.options.threads, group_of, [this](size_t piece) { work(pieces[piece]); },
+        [&](size_t group) {
+          if (!writer) writer.emplace(plan, output);
+          write(group);
+          progress.step(plan.frames_of(group));
+        });
+    return writer->finish();
+  }
+
+private:
+  void add(Kind kind, size_t group, size_t first, size_t count) {
+    pieces.push_back({kind, first, count});
+    group_of.push_back(group);
+  }
+
+  void list_video(size_t group) {
+    if (!plan.has_pictures() || group >= plan.group_count()) return;
+    const size_t first = plan.first_of(group), count = plan.frames_of(group);
+    // Samples of JPEG do not know each other.
+    const size_t together = plan.options.codec == FVV_CODEC_JPEG ? 1 : count;
+    for (size_t i = 0; i < count; i += together) add(Kind::video, group, first + i, together);
+  }
+
+  void list_meshes(size_t group) {
+    if (!plan.has_meshes() || group >= plan.group_count()) return;
+    for (size_t i = 0; i < plan.frames_of(group); i++) add(Kind::mesh, group, plan.first_of(group) + i, 1);
+  }
+
+  // Rooms for results are made before a thread looks for its own.
+  Group &group_for(size_t frame) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const size_t index = frame / plan.group_size;
+    Group &group = groups[index];
+    if (plan.has_meshes()) group.meshes.resize(plan.frames_of(index));
+    if (plan.has_pictures()) group.samples.resize(plan.frames_of(index));
+    return group;
+  }
+
+  void work(const Piece &piece) {
+    switch (piece.kind) {
+    case Kind::choice:
+      return choose();
+    case Kind::mesh:
+      group_for(piece.first).meshes[piece.first % plan.group_size] = encode_mesh(plan, piece.first);
+      return;
+    case Kind::video:
+      return encode_video(piece);
+    }
+  }
+
+  void choose() {
+    try {
+      plan.video = choose_video(plan);
+      promise.set_value();
+    } catch (...) {
+      promise.set_exception(std::current_exception());
+      throw;
+    }
+  }
+
+  void encode_video(const Piece &piece) {
+    std::shared_future<void>(chosen).get(); // a copy for each thread
+    media::EncodedGroup encoded = encode_pictures(plan, piece.first, piece.count);
+    if (encoded.record != plan.video.record)
+      throw cli::Failure(plan.capture.path + ": group " + std::to_string(piece.first / plan.group_size) +
+                         ": the encoder's configuration record differs from the first group's");
+    Group &group = group_for(piece.first);
+    std::move(encoded.samples.begin(), encoded.samples.end(),
+              group.samples.begin() + std::ptrdiff_t(piece.first % plan.group_size));
+  }
+
+  void write(size_t index) {
+    Group group = std::move(groups[index]);
+    groups[index] = {};
+    const size_t first = plan.first_of(index), count = plan.frames_of(index);
+    if (index && plan.options.repeat_configuration) writer->repeat_configuration();
+    writer->begin_group(first, count);
+    for (size_t i = 0; i < count; i++) {
+      if (plan.has_meshes()) {
+        const MeshFrame &mesh = group.meshes[i];
+        writer->mesh(first + i, mesh.payload);
+        summary.mesh.add(mesh.payload.size());
+        summary.changes.add(mesh.source, mesh.report);
+      }
+      if (plan.has_pictures()) {
+        writer->sample(first + i, group.samples[i]);
+        summary.video.add(group.samples[i].bytes.size());
+      }
+    }
+    writer->end_group();
+  }
+
+  Plan &plan;
+  cli::OutputFile &output;
+  Summary &summary;
+  std::optional<StreamWriter> writer; // once the choice of video is known
+  std::vector<Piece> pieces;
+  std::vector<size_t> group_of;
+  std::mutex mutex; // of groups
+  std::vector<Group> groups;
+  std::promise<void> promise;
+  const std::shared_future<void> chosen;
+};
+
+} // namespace
+
+void TrackBytes::add(uint64_t bytes) {
+  payload += bytes;
+  smallest = std::min(smallest, bytes);
+  largest = std::max(largest, bytes);
+}
+
+void MeshChanges::add(const capture::MeshReport &source, const fvv_mesh_report &report) {
+  split_polygons.add(source.polygons);
+  left_out.add(source.lines_and_points);
+  welded.add(report.welded_vertices);
+  degenerate.add(report.degenerate_faces);
+  duplicate.add(report.duplicate_faces);
+  unreferenced.add(report.unreferenced_vertices);
+  flipped.add(report.flipped_faces);
+  dropped_components.add(report.dropped_components);
+  dropped_faces.add(report.dropped_component_faces);
+  nonmanifold_edges.add(report.nonmanifold_edges);
+  boundary_edges.add(report.boundary_edges);
+  changed_frames += source.polygons || source.lines_and_points || report.welded_vertices ||
+                    report.degenerate_faces || report.duplicate_faces || report.unreferenced_vertices ||
+                    report.flipped_faces || report.dropped_components;
+  max_error = std::max(max_error, report.max_error);
+}
+
+Summary mux(const Options &options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (options.verify && options.output == "-")
+    throw cli::Failure("--verify: standard output cannot be read back", cli::usage);
+  Summary summary;
+  summary.plan = make_plan(options);
+  // Opened when the capture is known to be good, but before the work that takes time.
+  cli::OutputFile output(options.output, options.force);
+  summary.bytes = Job(summary, output).run();
+  output.commit();
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (options.verify) summary.verdict = verify(summary.plan);
+  return summary;
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,53 @@
+// fvvmux/mux.h: a capture becomes a fvv stream. Ties the plan, the encoders' threads and the container's
+// writer together; knows the order of chunks, but no byte of them.
+#pragma once
+
+#include "cli/cli.h"
+#include "fvv/mesh.h"
+#include "fvvmux/plan.h"
+#include "fvvmux/verify.h"
+
+namespace fvv::mux {
+
+// Sums over the frames of a track.
+struct TrackBytes {
+  uint64_t payload = 0, smallest = UINT64_MAX, largest = 0;
+
+  void add(uint64_t bytes);
+};
+
+// Sums of what loading and canonicalising changed, and how many frames each concerned.
+struct Change {
+  uint64_t count = 0, frames = 0;
+
+  void add(uint64_t n) {
+    count += n;
+    frames += n > 0;
+  }
+};
+struct MeshChanges {
+  Change split_polygons, left_out; // of the files: MeshReport
+  Change welded, degenerate, duplicate, unreferenced, flipped, dropped_components, dropped_faces;
+  Change nonmanifold_edges, boundary_edges; // reported, not changed
+  uint64_t changed_frames = 0;              // frames in which anything but the last line's is not 0
+  double max_error = 0;                     // metres, per axis
+
+  void add(const capture::MeshReport &source, const fvv_mesh_report &report);
+};
+
+struct Summary {
+  Plan plan;
+  uint64_t bytes = 0;
+  TrackBytes mesh, video;
+  MeshChanges changes;
+  std::optional<Verdict> verdict; // with Options::verify
+  double seconds = 0;             // from the first look at the capture to the last byte
+
+  cli::Exit exit() const { return plan.warned ? cli::loss : cli::done; }
+};
+
+// Writes options.output, or throws and leaves nothing behind. The bytes depend on the capture and the options
+// other than threads. Throws cli::Failure, capture::FileError, media::Error.
+Summary mux(const Options &options);
+
+} // namespace fvv::mux

@@ -1,0 +1,104 @@
+#include "fvvmux/options.h"
+
+#include "capture/text_scan.h"
+#include "cli/cli.h"
+#include "fvv/mesh.h"
+
+#include <cmath>
+
+namespace fvv::mux {
+
+namespace {
+
+[[noreturn]] void refuse(const char *option, const char *expected, const std::string &found) {
+  throw cli::Failure(std::string(option) + ": expected " + expected + ", found " + capture::quote(found),
+                     cli::usage);
+}
+
+bool ends_with(const std::string &text, const std::string &end) {
+  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+bool whole_number(const std::string &text, int64_t least, int64_t most, int64_t &value) {
+  return text.find_first_not_of("0123456789") == text.npos && capture::parse_integer(text, value) &&
+         value >= least && value <= most;
+}
+
+} // namespace
+
+uint32_t parse_codec(const std::string &text) {
+  if (text == "jpeg") return FVV_CODEC_JPEG;
+  if (text == "h264") return FVV_CODEC_AVC1;
+  refuse("--codec", "jpeg or h264", text);
+}
+
+Quality parse_quality(const std::string &text, uint32_t codec) {
+  const bool jpeg = codec == FVV_CODEC_JPEG;
+  Quality quality;
+  if (ends_with(text, "dB") || ends_with(text, "db")) {
+    if (capture::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
+        quality.value <= 100)
+      return quality;
+  } else if (int64_t number; whole_number(text, 1, jpeg ? 100 : 51, number)) {
+    return {false, double(number)};
+  }
+  refuse("--quality",
+         jpeg ? "a PSNR such as 42dB, or libjpeg's quality from 1 to 100"
+              : "a PSNR such as 42dB, or a CRF from 1 to 51",
+         text);
+}
+
+Length parse_length(const std::string &text) {
+  struct Unit {
+    const char *name;
+    double per_metre;
+  };
+  for (const Unit unit : {Unit{"mm", 1000}, Unit{"cm", 100}, Unit{"m", 1}, Unit{"", 1}}) {
+    const std::string name = unit.name;
+    if (!ends_with(text, name)) continue;
+    double value;
+    // Division by a power of ten gives the double that the decimal in metres would give.
+    if (!capture::parse_double(text.substr(0, text.size() - name.size()), value) || !(value > 0)) break;
+    return {value / unit.per_metre, !name.empty()};
+  }
+  refuse("--lattice-step", "a length above 0 such as 1.5mm, 0.2cm, 0.002m or 0.002", text);
+}
+
+TileSize parse_tile(const std::string &text) {
+  const size_t by = text.find('x');
+  int64_t width, height;
+  if (by == text.npos || !whole_number(text.substr(0, by), 1, 16384, width) ||
+      !whole_number(text.substr(by + 1), 1, 16384, height))
+    refuse("--tile", "WIDTHxHEIGHT such as 480x270, each from 1 to 16384", text);
+  return {uint16_t(width), uint16_t(height)};
+}
+
+double parse_scale(const std::string &text) {
+  double value;
+  if (!capture::parse_double(text, value) || !(value > 0) || value > 1)
+    refuse("--scale", "a number above 0 and at most 1", text);
+  return value;
+}
+
+FrameRange parse_frames(const std::string &text) {
+  const size_t dots = text.find(".."), end = dots == text.npos ? text.find('-') : dots;
+  FrameRange range;
+  if (end == text.npos || !whole_number(text.substr(0, end), 0, INT32_MAX, range.first) ||
+      !whole_number(text.substr(end + (dots == text.npos ? 1 : 2)), range.first, INT32_MAX, range.last))
+    refuse("--frames", "two frame numbers such as 10-19 or 10..19, the second not below the first", text);
+  return range;
+}
+
+uint8_t parse_profile(const std::string &text) {
+  if (text == "draco") return FVV_MESH_DRACO;
+  if (text == "raw") return FVV_MESH_RAW;
+  refuse("--mesh-profile", "draco or raw", text);
+}
+
+bool parse_background(const std::string &text) {
+  if (text == "keep") return false;
+  if (text == "flat") return true;
+  refuse("--background", "keep or flat", text);
+}
+
+} // namespace fvv::mux

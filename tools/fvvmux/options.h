@@ -1,0 +1,63 @@
+// fvvmux/options.h: what the user asked for, and how it is spelled on the command line. Knows no file and no
+// codec; whether a wish fits a capture is for plan.h to find out.
+#pragma once
+
+#include "fvv/video.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace fvv::mux {
+
+// A luma PSNR to reach, or the codec's own number: JPEG 1 ... 100, CRF 1 ... 51 for H.264.
+struct Quality {
+  bool is_psnr = true;
+  double value = 42; // dB; a whole number when !is_psnr
+};
+
+// metric: value is in metres. Otherwise it is in metres or, for a capture of unknown scale, in its units.
+struct Length {
+  double value;
+  bool metric;
+};
+
+struct TileSize {
+  uint16_t width, height;
+};
+
+// Frame numbers as in file names, both ends included.
+struct FrameRange {
+  int64_t first, last;
+};
+
+struct Options {
+  std::string capture; // capture.json or its folder
+  std::string output;  // "-": standard output
+  uint32_t codec = FVV_CODEC_AVC1;
+  Quality quality;
+  std::optional<TileSize> tile; // else scale holds
+  double scale = 1;             // of pictures, 0 < scale <= 1
+  bool flat_background = false;
+  std::optional<Length> lattice_step;
+  uint32_t group = 0; // frames; 0: one second
+  int mesh_level = 7;
+  uint8_t mesh_profile = FVV_MESH_DRACO;
+  uint32_t min_component = 0;
+  uint32_t threads = 1;
+  std::optional<FrameRange> frames;
+  bool pictures = true, meshes = true;
+  bool repeat_configuration = false, live = false, verify = false, force = false;
+};
+
+// Each throws cli::Failure (usage) that names the option, what was expected and what was found.
+uint32_t parse_codec(const std::string &text);                  // "jpeg", "h264"
+Quality parse_quality(const std::string &text, uint32_t codec); // "42dB", "23"
+Length parse_length(const std::string &text);                   // "1.5mm", "0.2cm", "0.002m", "0.002"
+TileSize parse_tile(const std::string &text);                   // "480x270"
+double parse_scale(const std::string &text);                    // "0.5"
+FrameRange parse_frames(const std::string &text);               // "10-19", "10..19"
+uint8_t parse_profile(const std::string &text);                 // "draco", "raw"
+bool parse_background(const std::string &text);                 // "keep": false, "flat": true
+
+} // namespace fvv::mux

@@ -1,0 +1,184 @@
+#include "fvvmux/plan.h"
+
+#include "cli/cli.h"
+#include "fvvmux/frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+namespace fvv::mux {
+
+namespace {
+
+constexpr size_t sample_size = 10; // frames
+constexpr uint32_t max_frame_side = 16384;
+
+std::string capture_file(const std::string &given) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(given, ignored)
+             ? (std::filesystem::path(given) / "capture.json").string()
+             : given;
+}
+
+void restrict_frames(capture::Capture &capture, const FrameRange &range) {
+  capture::Frames &frames = capture.frames;
+  const int64_t last = frames.number(frames.count - 1);
+  for (const int64_t end : {range.first, range.last})
+    if (end < frames.first || end > last || (end - frames.first) % frames.step)
+      throw cli::Failure("--frames: expected frame numbers of the capture, " + std::to_string(frames.first) +
+                             " to " + std::to_string(last) + " in steps of " + std::to_string(frames.step) +
+                             ", found " + std::to_string(end),
+                         cli::usage);
+  frames.count = (range.last - range.first) / frames.step + 1;
+  frames.first = range.first;
+}
+
+// Leaves out what the user does not want, and puts the cameras in the order that the stream has.
+void select(capture::Capture &capture, const Options &options) {
+  if (options.frames) restrict_frames(capture, *options.frames);
+  if (!options.meshes) capture.meshes.reset();
+  bool pictures = false;
+  for (capture::Camera &camera : capture.cameras) {
+    if (!options.pictures) {
+      camera.pictures.reset();
+      camera.masks.reset();
+    }
+    pictures = pictures || camera.pictures;
+    if (options.flat_background && camera.pictures && !camera.masks)
+      throw cli::Failure(
+          "--background flat: camera " + std::to_string(camera.calibration.id) + " has no masks", cli::usage);
+  }
+  if (!pictures && !capture.meshes)
+    throw cli::Failure(capture.path + ": nothing is left to write without " +
+                           (options.meshes     ? "pictures"
+                            : options.pictures ? "meshes"
+                                               : "meshes and pictures"),
+                       cli::usage);
+  std::sort(capture.cameras.begin(), capture.cameras.end(),
+            [](const auto &a, const auto &b) { return a.calibration.id < b.calibration.id; });
+}
+
+// True when there was a warning.
+bool look_at_files(const capture::Capture &capture, bool sub_range) {
+  const capture::Findings findings = capture::check_files(capture, [](const std::string &path) {
+    const media::ImageInfo info = media::probe_image(path);
+    return capture::PictureSize{info.width, info.height};
+  });
+  if (!findings.problems.empty()) {
+    std::string lines;
+    for (const std::string &problem : findings.problems)
+      lines += (lines.empty() ? "" : "\nfvvmux: ") + capture.path + ": " + problem;
+    throw cli::Failure(lines);
+  }
+  // Warnings are about frames that are not used, and with a sub-range that is what the user wants.
+  if (sub_range) return false;
+  for (const std::string &warning : findings.warnings) cli::warn(capture.path + ": " + warning);
+  return !findings.warnings.empty();
+}
+
+uint16_t scaled(uint32_t size, double scale) {
+  return uint16_t(std::max(1.0, std::round(size * scale)));
+}
+
+Tiling arrange(const capture::Capture &capture, const Options &options) {
+  Tiling tiling;
+  for (size_t i = 0; i < capture.cameras.size(); i++) {
+    const fvv_camera &camera = capture.cameras[i].calibration;
+    if (!capture.cameras[i].pictures) continue;
+    // check_files has found the files to be of this size, and no picture file that is read is larger.
+    fvv_tile tile = {camera.id, {0, 0, uint16_t(camera.width), uint16_t(camera.height)}, {}};
+    tile.destination.width = options.tile ? options.tile->width : scaled(camera.width, options.scale);
+    tile.destination.height = options.tile ? options.tile->height : scaled(camera.height, options.scale);
+    if (tile.destination.width > camera.width || tile.destination.height > camera.height)
+      throw cli::Failure("--tile: expected at most the size of every picture, found " +
+                             std::to_string(tile.destination.width) + "x" +
+                             std::to_string(tile.destination.height) + " for camera " +
+                             std::to_string(camera.id) + " with " + std::to_string(camera.width) + "x" +
+                             std::to_string(camera.height),
+                         cli::usage);
+    tiling.cameras.push_back(i);
+    tiling.tiles.push_back(tile);
+  }
+  if (tiling.tiles.empty()) return tiling;
+  fvv_diagnostic diagnostic = {};
+  cli::check(fvv_tiles_arrange(tiling.tiles.data(), tiling.tiles.size(), max_frame_side, &tiling.width,
+                               &tiling.height, &diagnostic),
+             capture.path, diagnostic);
+  return tiling;
+}
+
+uint32_t frames_per_second(const fvv_rational &duration) {
+  const double rate = double(duration.denominator) / duration.numerator;
+  return uint32_t(std::clamp(std::round(rate), 1.0, 1000.0));
+}
+
+struct Sample {
+  std::vector<media::Image> images, masks; // masks empty: whole pictures count
+};
+
+Sample load_sample(const Plan &plan) {
+  Sample sample;
+  bool foreground = false;
+  for (size_t i = 0; i < std::min(plan.frames_of(0), sample_size); i++) {
+    Picture picture = load_picture(plan.capture, plan.tiling, plan.options.flat_background, i, true);
+    sample.images.push_back(std::move(picture.image));
+    if (picture.mask.pixels.empty()) continue;
+    const std::vector<uint8_t> &mask = picture.mask.pixels;
+    foreground = foreground || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
+    sample.masks.push_back(std::move(picture.mask));
+  }
+  // Nobody is on stage yet: then all that can be judged is the whole picture.
+  if (!foreground) sample.masks.clear();
+  return sample;
+}
+
+} // namespace
+
+VideoChoice choose_video(const Plan &plan) {
+  const Options &options = plan.options;
+  VideoChoice choice;
+  choice.settings = {options.codec, plan.tiling.width, plan.tiling.height, int(options.quality.value),
+                     plan.capture.frame_duration};
+  const Sample sample = load_sample(plan);
+  choice.masks = !sample.masks.empty();
+  choice.sample_frames = uint32_t(sample.images.size());
+  try {
+    if (options.quality.is_psnr)
+      choice.settings.quality =
+          media::choose_quality(choice.settings, sample.images, options.quality.value, sample.masks);
+    media::EncodedGroup group = media::encode_group(choice.settings, sample.images);
+    media::Decoder decoder(media::config_of(choice.settings, group));
+    media::LumaError sum;
+    for (size_t i = 0; i < sample.images.size(); i++) {
+      const std::vector<uint8_t> &bytes = group.samples[i].bytes;
+      const media::LumaError one =
+          media::luma_error(sample.images[i], decoder.decode(bytes.data(), bytes.size()),
+                            choice.masks ? &sample.masks[i] : nullptr);
+      sum.squares += one.squares;
+      sum.pixels += one.pixels;
+    }
+    choice.sample_psnr = sum.psnr();
+    choice.record = std::move(group.record);
+    choice.codec_string = std::move(group.codec_string);
+  } catch (const media::Error &error) {
+    throw cli::Failure(plan.capture.path + ": first " + std::to_string(sample.images.size()) +
+                       " frames: " + error.what());
+  }
+  return choice;
+}
+
+Plan make_plan(const Options &options) {
+  Plan plan;
+  plan.options = options;
+  plan.capture = capture::load_capture(capture_file(options.capture));
+  select(plan.capture, options);
+  plan.warned = look_at_files(plan.capture, options.frames.has_value());
+  plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
+  plan.tiling = arrange(plan.capture, options);
+  plan.lattice = choose_lattice(options, plan.capture, plan.tiling);
+  return plan;
+}
+
+} // namespace fvv::mux

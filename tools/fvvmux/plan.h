@@ -1,0 +1,73 @@
+// fvvmux/plan.h: everything that is decided before the first byte is written: which frames, where each
+// camera's picture stands, how fine the lattice is, which quality the codec gets. Knows capture, options and
+// how good a sample of pictures comes out; writes nothing but warnings.
+#pragma once
+
+#include "capture/capture.h"
+#include "fvv_media/video.h"
+#include "fvvmux/options.h"
+
+#include <string>
+#include <vector>
+
+namespace fvv::mux {
+
+// Error that quantising may cause, in pixels of the transmitted pictures.
+constexpr double pixel_budget = 0.15;
+
+struct LatticeChoice {
+  capture::Lattice lattice = {{0, 0, 0}, 0.001};
+  std::string reason;
+  // Half a step in pixels at the nearest camera; 0: there is no camera or no mesh to tell by.
+  double pixels = 0;
+};
+
+// cameras[i] is the index in Capture::cameras of tiles[i].
+struct Tiling {
+  std::vector<size_t> cameras;
+  std::vector<fvv_tile> tiles;
+  uint32_t width = 0, height = 0; // of the video frame
+};
+
+struct VideoChoice {
+  media::VideoSettings settings = {};
+  bool masks = false;          // the PSNR is that of the foreground
+  uint32_t sample_frames = 0;  // the first ones, by which quality was chosen or judged
+  double sample_psnr = 0;      // dB; may be infinite
+  std::vector<uint8_t> record; // the codec's, the same for every group
+  std::string codec_string;
+};
+
+struct Plan {
+  Options options;
+  capture::Capture capture; // frames restricted, cameras by rising identifier, unwanted patterns removed
+  uint32_t group_size = 1;  // frames
+  LatticeChoice lattice;
+  Tiling tiling;
+  VideoChoice video; // with tiles only
+  bool warned = false;
+
+  bool has_meshes() const { return capture.meshes.has_value(); }
+  bool has_pictures() const { return !tiling.tiles.empty(); }
+  size_t frame_count() const { return size_t(capture.frames.count); }
+  size_t group_count() const { return (frame_count() + group_size - 1) / group_size; }
+  size_t first_of(size_t group) const { return group * group_size; }
+  size_t frames_of(size_t group) const {
+    return std::min<size_t>(group_size, frame_count() - first_of(group));
+  }
+};
+
+// All but the choice of video. Looks at every file first: a cli::Failure has a line for each problem;
+// warnings are printed.
+Plan make_plan(const Options &options);
+
+// For a plan with pictures: encodes a sample as often as it takes to find the quality, which may be long.
+VideoChoice choose_video(const Plan &plan);
+
+// By the option, the capture, or the pixel budget. capture and tiling as in the plan.
+LatticeChoice choose_lattice(const Options &options, const capture::Capture &capture, const Tiling &tiling);
+
+// Largest of ... 0.001, 0.002, 0.005, 0.01 ... that is not above value; 0 < value, finite.
+double round_down_125(double value);
+
+} // namespace fvv::mux

@@ -1,0 +1,126 @@
+#include "fvvmux/stream_writer.h"
+
+#include "fvv/mesh.h"
+
+#include <nlohmann/json.hpp>
+
+namespace fvv::mux {
+
+namespace {
+
+// A record from one of libfvv's encoders, which say how many bytes they need.
+template <class Encode> std::vector<uint8_t> record(const std::string &name, const Encode &encode) {
+  std::vector<uint8_t> out;
+  size_t size = 0;
+  fvv_diagnostic diagnostic = {};
+  fvv_status status = encode(nullptr, 0, &size, &diagnostic);
+  if (status == FVV_ERROR_BUFFER_TOO_SMALL) {
+    out.resize(size);
+    diagnostic = {};
+    status = encode(out.data(), out.size(), &size, &diagnostic);
+  }
+  cli::check(status, name, diagnostic);
+  return out;
+}
+
+} // namespace
+
+StreamWriter::StreamWriter(const Plan &chosen, cli::OutputFile &file)
+    : plan(chosen), output(file), writer(nullptr, fvv_writer_destroy) {
+  const fvv_output out = output.output();
+  fvv_writer *created = nullptr;
+  const fvv_status status = fvv_writer_create(&out, nullptr, &created, &diagnostic);
+  writer.reset(created);
+  check(status);
+  write_configuration();
+}
+
+void StreamWriter::check(fvv_status status) {
+  if (status >= 0) return;
+  output.rethrow();
+  cli::check(status, plan.options.output, diagnostic);
+}
+
+void StreamWriter::configure(uint32_t type, uint16_t track, const std::vector<uint8_t> &payload) {
+  check(fvv_writer_configuration(writer.get(), type, track, 0, payload.data(), payload.size(), &diagnostic));
+}
+
+void StreamWriter::write_track(uint16_t id, uint8_t kind, const std::string &name) {
+  const fvv_track track = {id, kind, name.data(), name.size()};
+  configure(FVV_CHUNK_TRACK, id,
+            record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              return fvv_track_encode(&track, out, size, written, d);
+            }));
+}
+
+void StreamWriter::write_configuration() {
+  const capture::Capture &capture = plan.capture;
+  fvv_scene scene = {};
+  scene.time_base = capture.frame_duration;
+  scene.frame_duration = 1;
+  std::copy_n(plan.lattice.lattice.origin, 3, scene.lattice_origin);
+  scene.lattice_step = plan.lattice.lattice.step;
+  scene.up_axis = capture.up;
+  scene.flags = capture.scale_unknown ? FVV_SCENE_SCALE_UNKNOWN : 0;
+  configure(FVV_CHUNK_SCENE, 0,
+            record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              return fvv_scene_encode(&scene, out, size, written, d);
+            }));
+  if (plan.has_meshes()) write_track(mesh_track, FVV_TRACK_MESH, "mesh");
+  if (plan.has_pictures()) write_track(video_track, FVV_TRACK_VIDEO, "cameras");
+  for (const capture::Camera &camera : capture.cameras)
+    configure(FVV_CHUNK_CAMERA, 0,
+              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+                return fvv_camera_encode(&camera.calibration, out, size, written, d);
+              }));
+  if (plan.has_pictures()) {
+    media::EncodedGroup group;
+    group.record = plan.video.record;
+    group.codec_string = plan.video.codec_string;
+    const fvv_video_config config = media::config_of(plan.video.settings, group);
+    configure(FVV_CHUNK_VIDEO_CONFIG, video_track,
+              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+                return fvv_video_config_encode(&config, out, size, written, d);
+              }));
+    configure(FVV_CHUNK_TILES, video_track,
+              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+                return fvv_tiles_encode(plan.tiling.tiles.data(), plan.tiling.tiles.size(), out, size,
+                                        written, d);
+              }));
+  }
+  const nlohmann::ordered_json metadata = {
+      {"generator", std::string("fvvmux ") + fvv_version()},
+      {"name", capture.name},
+      {"frame_numbers", {{"first", capture.frames.first}, {"step", capture.frames.step}}}};
+  const std::string text = metadata.dump();
+  configure(FVV_CHUNK_METADATA, 0, {text.begin(), text.end()});
+}
+
+void StreamWriter::repeat_configuration() {
+  check(fvv_writer_repeat_configuration(writer.get(), &diagnostic));
+}
+
+void StreamWriter::begin_group(size_t first, size_t count) {
+  check(fvv_writer_begin_group(writer.get(), int64_t(first), int64_t(first + count), &diagnostic));
+}
+
+void StreamWriter::mesh(size_t frame, const std::vector<uint8_t> &payload) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, mesh_track, FVV_FLAG_KEY, int64_t(frame),
+                         payload.data(), payload.size(), &diagnostic));
+}
+
+void StreamWriter::sample(size_t frame, const media::Sample &sample) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VIDEO_PACKET, video_track, sample.key ? FVV_FLAG_KEY : 0,
+                         int64_t(frame), sample.bytes.data(), sample.bytes.size(), &diagnostic));
+}
+
+void StreamWriter::end_group() {
+  check(fvv_writer_end_group(writer.get(), &diagnostic));
+}
+
+uint64_t StreamWriter::finish() {
+  if (!plan.options.live) check(fvv_writer_finish(writer.get(), &diagnostic));
+  return fvv_writer_position(writer.get());
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,42 @@
+// fvvmux/stream_writer.h: the chunks of a plan's stream in their order, through libfvv's writer. Knows what
+// stands in the configuration; knows nothing of files to read and of threads.
+#pragma once
+
+#include "cli/cli.h"
+#include "fvv/container.h"
+#include "fvvmux/plan.h"
+
+#include <memory>
+
+namespace fvv::mux {
+
+constexpr uint16_t mesh_track = 1, video_track = 2;
+
+// Every function throws cli::Failure when the output does not take the bytes.
+class StreamWriter {
+public:
+  // Writes file header and configuration. plan and output are borrowed.
+  StreamWriter(const Plan &plan, cli::OutputFile &output);
+
+  void repeat_configuration();
+  // Frames first ... first + count - 1, one tick each.
+  void begin_group(size_t first, size_t count);
+  void mesh(size_t frame, const std::vector<uint8_t> &payload);
+  void sample(size_t frame, const media::Sample &sample);
+  void end_group();
+  // Index and footer, unless the stream is live. Answers the number of bytes written.
+  uint64_t finish();
+
+private:
+  void check(fvv_status status);
+  void configure(uint32_t type, uint16_t track, const std::vector<uint8_t> &payload);
+  void write_configuration();
+  void write_track(uint16_t id, uint8_t kind, const std::string &name);
+
+  const Plan &plan;
+  cli::OutputFile &output;
+  fvv_diagnostic diagnostic = {};
+  std::unique_ptr<fvv_writer, void (*)(fvv_writer *)> writer;
+};
+
+} // namespace fvv::mux

@@ -1,0 +1,206 @@
+#include "fvvmux/summary.h"
+
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace fvv::mux {
+
+namespace {
+
+__attribute__((format(printf, 2, 3))) void line(std::string &out, const char *format, ...) {
+  char buffer[1024];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_end(arguments);
+  out += buffer;
+  out += '\n';
+}
+
+const char *codec_text(const Summary &s) {
+  return s.plan.options.codec == FVV_CODEC_JPEG ? "jpeg" : "h264";
+}
+
+const char *profile_text(const Summary &s) {
+  return s.plan.options.mesh_profile == FVV_MESH_RAW ? "raw" : "draco";
+}
+
+double frame_rate(const Summary &s) {
+  return double(s.plan.capture.frame_duration.denominator) / s.plan.capture.frame_duration.numerator;
+}
+
+double per_second(const Summary &s) {
+  return s.seconds > 0 ? double(s.plan.frame_count()) / s.seconds : 0;
+}
+
+uint64_t overhead(const Summary &s) {
+  return s.bytes - s.mesh.payload - s.video.payload;
+}
+
+struct NamedChange {
+  const char *text, *key;
+  const Change MeshChanges::*change;
+};
+constexpr NamedChange named_changes[] = {
+    {"welded vertices", "welded_vertices", &MeshChanges::welded},
+    {"degenerate faces", "degenerate_faces", &MeshChanges::degenerate},
+    {"duplicate faces", "duplicate_faces", &MeshChanges::duplicate},
+    {"unreferenced vertices", "unreferenced_vertices", &MeshChanges::unreferenced},
+    {"flipped faces", "flipped_faces", &MeshChanges::flipped},
+    {"dropped components", "dropped_components", &MeshChanges::dropped_components},
+    {"faces of those", "dropped_component_faces", &MeshChanges::dropped_faces},
+    {"split polygons", "split_polygons", &MeshChanges::split_polygons},
+    {"lines and points left out", "lines_and_points", &MeshChanges::left_out},
+    {"non-manifold edges", "nonmanifold_edges", &MeshChanges::nonmanifold_edges},
+    {"boundary edges", "boundary_edges", &MeshChanges::boundary_edges}};
+
+void track_line(std::string &out, const Summary &s, const char *label, uint64_t payload,
+                const std::string &what) {
+  line(out, "  %-10s%9.1f kB %5.1f %% %8.2f kB/frame  %s", label, double(payload) / 1000,
+       100 * double(payload) / double(s.bytes), double(payload) / 1000 / double(s.plan.frame_count()),
+       what.c_str());
+}
+
+std::string codec_choice(const Summary &s) {
+  const media::VideoSettings &v = s.plan.video.settings;
+  const bool jpeg = v.codec == FVV_CODEC_JPEG;
+  return std::string(jpeg ? "JPEG quality " : "H.264 CRF ") + std::to_string(v.quality) + ", " +
+         std::to_string(s.plan.tiling.tiles.size()) + " tiles in " + std::to_string(v.width) + "x" +
+         std::to_string(v.height);
+}
+
+void video_lines(std::string &out, const Summary &s) {
+  const VideoChoice &video = s.plan.video;
+  char wish[40] = "";
+  if (s.plan.options.quality.is_psnr)
+    std::snprintf(wish, sizeof wish, " (asked for %.4g dB)", s.plan.options.quality.value);
+  line(out, "  quality   %.2f dB luma%s over the %s of the first %u frames", video.sample_psnr, wish,
+       video.masks ? "foreground" : "whole pictures", video.sample_frames);
+}
+
+void mesh_lines(std::string &out, const Summary &s) {
+  const LatticeChoice &choice = s.plan.lattice;
+  const double *origin = choice.lattice.origin;
+  const bool metric = !s.plan.capture.scale_unknown;
+  char pixels[80] = "";
+  if (choice.pixels > 0)
+    std::snprintf(pixels, sizeof pixels, "; half a step covers %.3g px there", choice.pixels);
+  line(out, "  lattice   step %.6g %s from (%g, %g, %g): %s%s", choice.lattice.step * (metric ? 1000 : 1),
+       metric ? "mm" : "units", origin[0], origin[1], origin[2], choice.reason.c_str(), pixels);
+  line(out, "  meshes    %llu of %zu frames changed", (unsigned long long)s.changes.changed_frames,
+       s.plan.frame_count());
+  for (const NamedChange &named : named_changes) {
+    const Change &change = s.changes.*named.change;
+    if (change.count)
+      line(out, "            %llu %s in %llu frames", (unsigned long long)change.count, named.text,
+           (unsigned long long)change.frames);
+  }
+}
+
+void verdict_lines(std::string &out, const Summary &s) {
+  const Verdict &v = *s.verdict;
+  const bool metric = !s.plan.capture.scale_unknown;
+  line(out, "  verified  %zu meshes, %zu pictures and %zu cameras read back", v.meshes, v.pictures,
+       v.cameras);
+  if (v.meshes)
+    line(out, "            vertices at most %.4g %s off, %.3f steps",
+         v.max_vertex_error * (metric ? 1000 : 1), metric ? "mm" : "units",
+         v.max_vertex_error / s.plan.lattice.lattice.step);
+  if (v.luma.pixels)
+    line(out, "            pictures %.2f dB luma, the worst frame %.2f dB", v.luma.psnr(), v.min_psnr);
+  if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
+}
+
+// JSON has no infinity: a PSNR of identical pictures is null.
+nlohmann::ordered_json decibels(double psnr) {
+  return std::isfinite(psnr) ? nlohmann::ordered_json(psnr) : nullptr;
+}
+
+nlohmann::ordered_json verdict_json(const Summary &s) {
+  const Verdict &v = *s.verdict;
+  return {{"meshes", v.meshes},
+          {"pictures", v.pictures},
+          {"cameras", v.cameras},
+          {"max_vertex_error", v.max_vertex_error},
+          {"max_vertex_error_steps", v.max_vertex_error / s.plan.lattice.lattice.step},
+          {"psnr", v.luma.pixels ? decibels(v.luma.psnr()) : nullptr},
+          {"min_psnr", v.luma.pixels ? decibels(v.min_psnr) : nullptr},
+          {"max_reprojection", v.max_reprojection}};
+}
+
+nlohmann::ordered_json track_json(const TrackBytes &track) {
+  return {{"bytes", track.payload}, {"smallest", track.smallest}, {"largest", track.largest}};
+}
+
+} // namespace
+
+std::string summary_text(const Summary &s) {
+  const Plan &plan = s.plan;
+  std::string out;
+  line(out, "%s: %llu bytes, %zu frames at %.6g/s in %zu %s of %u, %.1f kbit/s", plan.options.output.c_str(),
+       (unsigned long long)s.bytes, plan.frame_count(), frame_rate(s), plan.group_count(),
+       plan.group_count() == 1 ? "group" : "groups", plan.group_size,
+       double(s.bytes) * 8 / 1000 * frame_rate(s) / double(plan.frame_count()));
+  if (plan.has_meshes())
+    track_line(out, s, "mesh", s.mesh.payload,
+               profile_text(s) + (plan.options.mesh_profile == FVV_MESH_DRACO
+                                      ? " level " + std::to_string(plan.options.mesh_level)
+                                      : std::string()));
+  if (plan.has_pictures()) track_line(out, s, "video", s.video.payload, codec_choice(s));
+  track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
+  if (plan.has_pictures()) video_lines(out, s);
+  if (plan.has_meshes()) mesh_lines(out, s);
+  line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
+  if (s.verdict) verdict_lines(out, s);
+  return out;
+}
+
+nlohmann::ordered_json summary_json(const Summary &s) {
+  using Json = nlohmann::ordered_json;
+  const Plan &plan = s.plan;
+  const capture::Lattice &lattice = plan.lattice.lattice;
+  Json out = {
+      {"fvvmux", 1},
+      {"output", plan.options.output},
+      {"bytes", s.bytes},
+      {"container_bytes", overhead(s)},
+      {"frames", plan.frame_count()},
+      {"frame_duration", {plan.capture.frame_duration.numerator, plan.capture.frame_duration.denominator}},
+      {"group", plan.group_size},
+      {"groups", plan.group_count()},
+      {"lattice",
+       {{"origin", {lattice.origin[0], lattice.origin[1], lattice.origin[2]}},
+        {"step", lattice.step},
+        {"reason", plan.lattice.reason},
+        {"half_step_pixels", plan.lattice.pixels > 0 ? Json(plan.lattice.pixels) : Json(nullptr)}}}};
+  if (plan.has_meshes()) {
+    Json mesh = track_json(s.mesh);
+    mesh["profile"] = profile_text(s);
+    mesh["level"] = plan.options.mesh_level;
+    mesh["max_axis_error"] = s.changes.max_error;
+    mesh["changed_frames"] = s.changes.changed_frames;
+    for (const NamedChange &named : named_changes)
+      mesh[named.key] = {{"count", (s.changes.*named.change).count},
+                         {"frames", (s.changes.*named.change).frames}};
+    out["mesh"] = mesh;
+  }
+  if (plan.has_pictures()) {
+    Json video = track_json(s.video);
+    video["codec"] = codec_text(s);
+    video["quality"] = plan.video.settings.quality;
+    video["width"] = plan.tiling.width;
+    video["height"] = plan.tiling.height;
+    video["cameras"] = plan.tiling.tiles.size();
+    video["sample_frames"] = plan.video.sample_frames;
+    video["sample_psnr"] = decibels(plan.video.sample_psnr);
+    video["sample_foreground"] = plan.video.masks;
+    out["video"] = video;
+  }
+  out["seconds"] = s.seconds;
+  out["frames_per_second"] = per_second(s);
+  if (s.verdict) out["verified"] = verdict_json(s);
+  return out;
+}
+
+} // namespace fvv::mux

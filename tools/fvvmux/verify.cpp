@@ -1,0 +1,252 @@
+#include "fvvmux/verify.h"
+
+#include "cli/cli.h"
+#include "fvv/stream.h"
+#include "fvvmux/frames.h"
+#include "fvvmux/ordered.h"
+#include "fvvmux/stream_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace fvv::mux {
+
+namespace {
+
+// A swapped or broken picture is tens of dB off; content that is harder than the sample's is a few.
+constexpr double psnr_slack = 10;
+constexpr double exact_enough = 60;         // dB: a sample better than this promises nothing for other frames
+constexpr double reprojection_slack = 1e-6; // pixels; cameras are carried bit for bit
+
+using Point = std::array<int32_t, 3>;
+using Triangle = std::array<Point, 3>;
+
+Point point_of(const fvv_mesh &mesh, uint32_t vertex) {
+  const int32_t *p = mesh.positions + 3 * size_t(vertex);
+  return {p[0], p[1], p[2]};
+}
+
+std::vector<Point> sorted_points(const fvv_mesh &mesh) {
+  std::vector<Point> points;
+  for (uint32_t v = 0; v < mesh.vertex_count; v++) points.push_back(point_of(mesh, v));
+  std::sort(points.begin(), points.end());
+  return points;
+}
+
+// Decoders may number vertices and faces otherwise and begin a face at another corner.
+std::vector<Triangle> sorted_triangles(const fvv_mesh &mesh) {
+  std::vector<Triangle> triangles;
+  for (uint32_t f = 0; f < mesh.face_count; f++) {
+    const uint32_t *corners = mesh.faces + 3 * size_t(f);
+    Triangle t = {point_of(mesh, corners[0]), point_of(mesh, corners[1]), point_of(mesh, corners[2])};
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    triangles.push_back(t);
+  }
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+struct GroupVerdict {
+  size_t meshes = 0, pictures = 0;
+  double max_vertex_error = 0, min_psnr = INFINITY;
+  media::LumaError luma;
+};
+
+// Reads with a handle of its own, so that several may run at once.
+class Reader {
+public:
+  Reader(const Plan &chosen, const cli::InputFile &file)
+      : plan(chosen), name(file.path()), stream(nullptr, fvv_stream_close) {
+    const fvv_input input = file.input();
+    fvv_stream *opened = nullptr;
+    const fvv_status status = fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic);
+    stream.reset(opened);
+    cli::check(status, name, diagnostic);
+  }
+
+  // Groups, frames and index are there. Answers the configuration, which lives as long as this object.
+  const fvv_configuration &whole() {
+    const fvv_file *file = fvv_stream_file(stream.get());
+    if (fvv_file_index_state(file) != (plan.options.live ? FVV_INDEX_REBUILT : FVV_INDEX_PRESENT))
+      throw cli::Failure(name + ": the index is not as it was written");
+    if (fvv_file_damage_count(file)) cli::fail(name, *fvv_file_damage(file, 0));
+    expect(fvv_file_group_count(file), plan.group_count(), "groups");
+    expect(fvv_stream_frame_count(stream.get()), plan.frame_count(), "frames");
+    return configuration(0);
+  }
+
+  GroupVerdict group(size_t index) {
+    GroupVerdict verdict;
+    if (plan.has_pictures()) pictures(index, verdict);
+    for (size_t i = 0; plan.has_meshes() && i < plan.frames_of(index); i++)
+      mesh(plan.first_of(index) + i, verdict);
+    return verdict;
+  }
+
+private:
+  const fvv_configuration &configuration(size_t group) {
+    const fvv_configuration *found = nullptr;
+    cli::check(fvv_stream_configuration(stream.get(), group, &found, &diagnostic), name, diagnostic);
+    return *found;
+  }
+
+  void expect(size_t found, size_t expected, const char *what) const {
+    if (found != expected)
+      throw cli::Failure(name + ": expected " + std::to_string(expected) + " " + what + ", found " +
+                         std::to_string(found));
+  }
+
+  [[noreturn]] void fail(size_t frame, const std::string &what) const {
+    throw cli::Failure(name + ": frame " + std::to_string(plan.capture.frames.number(int64_t(frame))) + ": " +
+                       what);
+  }
+
+  // FVV_END is an answer too: nothing there.
+  void check(fvv_status status, size_t frame, const char *what) const {
+    if (status == FVV_END) fail(frame, std::string("there is no ") + what);
+    cli::check(status, name, diagnostic);
+  }
+
+  void mesh(size_t frame, GroupVerdict &verdict) {
+    MeshHolder expected, decoded;
+    MeshFrame unused;
+    const capture::Mesh source = load_canonical(plan, frame, expected.mesh, unused);
+    check(fvv_stream_mesh(stream.get(), frame, mesh_track, &decoded.mesh, &diagnostic), frame, "mesh");
+    if (sorted_triangles(decoded.mesh) != sorted_triangles(expected.mesh))
+      fail(frame, "the decoded mesh has other faces than " +
+                      plan.capture.mesh_path(plan.capture.frames.number(int64_t(frame))));
+    verdict.max_vertex_error = std::max(verdict.max_vertex_error, vertex_error(source, decoded.mesh, frame));
+    verdict.meshes++;
+  }
+
+  // By clause 8.2 and the source alone, without the canonicaliser: every decoded vertex must be the lattice
+  // point of a source vertex.
+  double vertex_error(const capture::Mesh &source, const fvv_mesh &decoded, size_t frame) const {
+    const capture::Lattice &lattice = plan.lattice.lattice;
+    const std::vector<Point> points = sorted_points(decoded);
+    std::vector<bool> met(points.size());
+    double worst = 0;
+    for (size_t v = 0; v < source.vertex_count(); v++) {
+      const double *x = &source.positions[3 * v];
+      Point point;
+      for (size_t k = 0; k < 3; k++)
+        point[k] = int32_t(std::nearbyint((x[k] - lattice.origin[k]) / lattice.step));
+      const auto range = std::equal_range(points.begin(), points.end(), point);
+      if (range.first == range.second) continue; // the canonicaliser dropped it with its faces
+      std::fill(met.begin() + (range.first - points.begin()), met.begin() + (range.second - points.begin()),
+                true);
+      double metres[3];
+      fvv_lattice_to_metres(lattice.origin, lattice.step, point.data(), metres);
+      worst = std::max(worst, std::hypot(x[0] - metres[0], x[1] - metres[1], x[2] - metres[2]));
+    }
+    if (std::find(met.begin(), met.end(), false) != met.end())
+      fail(frame, "a decoded vertex is no vertex of the source");
+    return worst;
+  }
+
+  void pictures(size_t index, GroupVerdict &verdict) {
+    const fvv_video_layout *video = fvv_configuration_video(&configuration(index), video_track);
+    if (!video) throw cli::Failure(name + ": the video track has no configuration");
+    const double floor = std::min(plan.video.sample_psnr, exact_enough) - psnr_slack;
+    media::Decoder decoder(video->config);
+    for (size_t i = 0; i < plan.frames_of(index); i++) {
+      const size_t frame = plan.first_of(index) + i;
+      const uint8_t *sample = nullptr;
+      size_t size = 0;
+      int key = 0;
+      check(fvv_stream_sample(stream.get(), frame, video_track, &sample, &size, &key, &diagnostic), frame,
+            "picture");
+      const double psnr = compare(frame, decode(decoder, frame, sample, size), verdict);
+      if (psnr < floor) {
+        char text[120];
+        std::snprintf(text, sizeof text, "%.2f dB of luma PSNR, expected at least %.2f dB", psnr, floor);
+        fail(frame, text);
+      }
+      verdict.min_psnr = std::min(verdict.min_psnr, psnr);
+      verdict.pictures++;
+    }
+  }
+
+  media::Image decode(media::Decoder &decoder, size_t frame, const uint8_t *sample, size_t size) const {
+    try {
+      return decoder.decode(sample, size);
+    } catch (const media::Error &error) {
+      fail(frame, error.what());
+    }
+  }
+
+  double compare(size_t frame, const media::Image &decoded, GroupVerdict &verdict) const {
+    const Picture source =
+        load_picture(plan.capture, plan.tiling, plan.options.flat_background, frame, plan.video.masks);
+    const media::LumaError error =
+        media::luma_error(source.image, decoded, source.mask.pixels.empty() ? nullptr : &source.mask);
+    verdict.luma.squares += error.squares;
+    verdict.luma.pixels += error.pixels;
+    return error.pixels ? error.psnr() : INFINITY; // nobody in sight: nothing to compare
+  }
+
+  const Plan &plan;
+  const std::string name;
+  fvv_diagnostic diagnostic = {};
+  std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream;
+};
+
+// Pixels all over the picture go out through the capture's camera and come back through the stream's.
+double reprojection(const fvv_camera &ours, const fvv_camera &theirs) {
+  constexpr int steps = 8;
+  double centre[3], worst = 0;
+  fvv_camera_centre(&ours, centre);
+  for (int i = 0; i < steps * steps; i++) {
+    const double pixel[2] = {ours.width * double(i % steps) / (steps - 1),
+                             ours.height * double(i / steps) / (steps - 1)};
+    double ray[3], world[3], before[2], after[2];
+    if (!fvv_camera_unproject(&ours, pixel, ray)) continue;
+    for (int k = 0; k < 3; k++)
+      world[k] = centre[k] + ours.rotation[k] * ray[0] + ours.rotation[3 + k] * ray[1] +
+                 ours.rotation[6 + k] * ray[2];
+    if (!fvv_camera_project(&ours, world, before, nullptr)) continue;
+    if (!fvv_camera_project(&theirs, world, after, nullptr)) return INFINITY;
+    worst = std::max(worst, std::hypot(before[0] - after[0], before[1] - after[1]));
+  }
+  return worst;
+}
+
+} // namespace
+
+Verdict verify(const Plan &plan) {
+  const cli::InputFile file(plan.options.output);
+  Verdict verdict;
+  verdict.min_psnr = INFINITY;
+  Reader reader(plan, file);
+  const fvv_configuration &configuration = reader.whole();
+  for (const capture::Camera &camera : plan.capture.cameras) {
+    const fvv_camera &ours = camera.calibration;
+    const fvv_camera *theirs = fvv_configuration_camera(&configuration, ours.id);
+    const double pixels = theirs ? reprojection(ours, *theirs) : INFINITY;
+    if (!(pixels <= reprojection_slack))
+      throw cli::Failure(file.path() + ": camera " + std::to_string(ours.id) +
+                         " is not the camera of the capture");
+    verdict.max_reprojection = std::max(verdict.max_reprojection, pixels);
+    verdict.cameras++;
+  }
+  std::vector<size_t> group_of;
+  for (size_t group = 0; group < plan.group_count(); group++) group_of.push_back(group);
+  std::vector<GroupVerdict> groups(plan.group_count());
+  cli::Progress progress("fvvmux: verifying " + file.path(), plan.frame_count());
+  run_ordered(
+      plan.options.threads, group_of, [&](size_t i) { groups[i] = Reader(plan, file).group(i); },
+      [&](size_t i) {
+        verdict.meshes += groups[i].meshes;
+        verdict.pictures += groups[i].pictures;
+        verdict.max_vertex_error = std::max(verdict.max_vertex_error, groups[i].max_vertex_error);
+        verdict.min_psnr = std::min(verdict.min_psnr, groups[i].min_psnr);
+        verdict.luma.squares += groups[i].luma.squares;
+        verdict.luma.pixels += groups[i].luma.pixels;
+        progress.step(plan.frames_of(i));
+      });
+  return verdict;
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,25 @@
+// fvvmux/verify.h: reads a written stream back and compares every frame with what the capture holds. Knows
+// both ends: the stream through libfvv's reader, the capture through the plan.
+#pragma once
+
+#include "fvv_media/image.h"
+#include "fvvmux/plan.h"
+
+namespace fvv::mux {
+
+// What was found in a stream that passed.
+struct Verdict {
+  size_t meshes = 0, pictures = 0, cameras = 0;
+  double max_vertex_error = 0; // metres: largest distance of a source vertex from its decoded one
+  media::LumaError luma;       // pooled
+  double min_psnr = 0;         // dB, of the worst frame; infinite when all are exact
+  double max_reprojection = 0; // pixels between a point's pixels in the capture's and the stream's camera
+};
+
+// plan.options.output was written by plan. Throws cli::Failure, naming file and frame, when a frame is
+// missing or does not decode, when a mesh has other vertices or faces than the canonical source on the
+// lattice, when a picture is more than 10 dB worse than the sample by which the quality was judged, when a
+// camera projects elsewhere.
+Verdict verify(const Plan &plan);
+
+} // namespace fvv::mux
