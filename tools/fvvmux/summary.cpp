@@ -104,7 +104,7 @@ void verdict_lines(std::string &out, const Summary &s) {
   line(out, "  verified  %zu meshes, %zu pictures and %zu cameras read back", v.meshes, v.pictures,
        v.cameras);
   if (v.meshes)
-    line(out, "            vertices at most %.4g %s off, %.3f steps",
+    line(out, "            coordinates at most %.4g %s off, %.3f lattice steps",
          v.max_vertex_error * (metric ? 1000 : 1), metric ? "mm" : "units",
          v.max_vertex_error / s.plan.lattice.lattice.step);
   if (v.luma.pixels)

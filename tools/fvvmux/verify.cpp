@@ -139,7 +139,7 @@ private:
                 true);
       double metres[3];
       fvv_lattice_to_metres(lattice.origin, lattice.step, point.data(), metres);
-      worst = std::max(worst, std::hypot(x[0] - metres[0], x[1] - metres[1], x[2] - metres[2]));
+      for (size_t k = 0; k < 3; k++) worst = std::max(worst, std::abs(x[k] - metres[k]));
     }
     if (std::find(met.begin(), met.end(), false) != met.end())
       fail(frame, "a decoded vertex is no vertex of the source");

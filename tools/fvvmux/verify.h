@@ -10,7 +10,8 @@ namespace fvv::mux {
 // What was found in a stream that passed.
 struct Verdict {
   size_t meshes = 0, pictures = 0, cameras = 0;
-  double max_vertex_error = 0; // metres: largest distance of a source vertex from its decoded one
+  double max_vertex_error =
+      0; // metres: largest difference of a coordinate between a source vertex and its decoded one
   media::LumaError luma;       // pooled
   double min_psnr = 0;         // dB, of the worst frame; infinite when all are exact
   double max_reprojection = 0; // pixels between a point's pixels in the capture's and the stream's camera
