@@ -10,11 +10,26 @@ extern "C" {
 #include "fvv/container.h"
 }
 
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <vector>
 
 using Bytes = std::vector<uint8_t>;
+
+// An allocator that answers NULL from the n-th growing call on, and counts what is held.
+struct Budget {
+  int left;
+  long bytes;
+  static void *resize(void *user, void *pointer, size_t old_size, size_t new_size) {
+    auto *self = static_cast<Budget *>(user);
+    if (new_size > old_size && self->left-- <= 0) return nullptr;
+    self->bytes += long(new_size) - long(old_size);
+    if (new_size) return realloc(pointer, new_size);
+    free(pointer);
+    return nullptr;
+  }
+};
 
 struct MemoryOutput {
   Bytes bytes;

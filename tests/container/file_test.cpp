@@ -229,18 +229,6 @@ TEST_CASE("an input that fails is an error, not damage") {
 }
 
 TEST_CASE("memory that runs out while opening is an error and no leak") {
-  struct Budget {
-    int left;
-    long bytes;
-    static void *resize(void *user, void *pointer, size_t old_size, size_t new_size) {
-      auto *self = static_cast<Budget *>(user);
-      if (new_size > old_size && self->left-- <= 0) return nullptr;
-      self->bytes += long(new_size) - long(old_size);
-      if (new_size) return realloc(pointer, new_size);
-      free(pointer);
-      return nullptr;
-    }
-  };
   for (const bool finished : {true, false}) {
     MemoryInput memory{small_stream(2, finished)};
     bool completed = false;

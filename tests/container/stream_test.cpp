@@ -172,18 +172,6 @@ TEST_CASE("an output that fails is told and ends the writing") {
 }
 
 TEST_CASE("memory that runs out at any allocation is an error and no leak") {
-  struct Budget {
-    int left;
-    long bytes;
-    static void *resize(void *user, void *pointer, size_t old_size, size_t new_size) {
-      auto *self = static_cast<Budget *>(user);
-      if (new_size > old_size && self->left-- <= 0) return nullptr;
-      self->bytes += long(new_size) - long(old_size);
-      if (new_size) return realloc(pointer, new_size);
-      free(pointer);
-      return nullptr;
-    }
-  };
   const Bytes stream = small_stream(2, true, true);
   bool completed = false;
   for (int budget = 0; !completed; budget++) {
