@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+"""The encoding of BBC R&D White Paper 235 (Budd, Grau, Schuebel, 2012), for any capture: the baseline that fvv is
+measured against.
+
+As the paper tells it: per frame a mesh as JavaScript arrays in text, with surface normals, nothing compressed
+(section 3.1); per camera and frame a picture scaled to a sixteenth of the original area, JPEG at a factor of about 13
+below RGB, Base64 (section 5); calibration about 600 bytes a camera. Where the paper is silent: positions in metres to
+the millimetre, normals to three digits, and the JPEG quality is the one that comes nearest to the factor over the first
+frame. A capture that is rendered at transmitted size already is not scaled again (--scale 1).
+
+    python bench/whp235.py CAPTURE [--scale 4] [-o FILE]
+
+prints the bytes of meshes, pictures and calibration as JSON; -o also writes all messages, one a line.
+"""
+
+import argparse
+import base64
+import io
+import json
+import pathlib
+import sys
+
+import numpy as np
+from PIL import Image
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
+from real_capture import read_obj, read_ply  # noqa: E402
+
+FACTOR = 13
+
+
+def read_mesh(path):
+    readers = {".ply": read_ply, ".obj": read_obj}
+    if path.suffix.lower() not in readers:
+        sys.exit(f"{path}: only PLY and OBJ are read here; fvvmux and fvvdemux convert")
+    return readers[path.suffix.lower()](path)
+
+
+def numbers(array, digits):
+    """A JavaScript array in as few characters as the digits allow."""
+    text = np.char.mod(f"%.{digits}f", np.asarray(array).ravel())
+    if digits:
+        text = np.char.rstrip(np.char.rstrip(text, "0"), ".")
+        text = np.where(text == "-0", "0", text)
+    return "[" + ",".join(text.tolist()) + "]"
+
+
+def vertex_normals(positions, faces):
+    corners = positions[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    total = np.zeros_like(positions)
+    for corner in range(3):
+        np.add.at(total, faces[:, corner], normal)
+    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
+
+
+def mesh_message(path):
+    positions, faces = read_mesh(path)
+    parts = numbers(positions, 3), numbers(vertex_normals(positions, faces), 3), numbers(faces, 0)
+    return '{{"vertices":{},"normals":{},"faces":{}}}'.format(*parts)
+
+
+def load_picture(path, scale):
+    picture = Image.open(path).convert("RGB")
+    size = max(1, round(picture.width / scale)), max(1, round(picture.height / scale))
+    return picture if scale == 1 else picture.resize(size, Image.BOX)
+
+
+def jpeg(picture, quality):
+    out = io.BytesIO()
+    picture.save(out, "JPEG", quality=quality)
+    return out.getvalue()
+
+
+def nearest_quality(pictures):
+    """The quality whose JPEG files come nearest to RGB divided by the paper's factor."""
+    wanted = sum(p.width * p.height * 3 for p in pictures) / FACTOR
+    return min(range(1, 101), key=lambda q: abs(sum(len(jpeg(p, q)) for p in pictures) - wanted))
+
+
+def calibration_message(camera):
+    keys = "id", "width", "height", "intrinsics", "lens", "rotation", "translation"
+    return json.dumps({key: camera[key] for key in keys if key in camera}, separators=(",", ":"))
+
+
+def messages(capture, scale):
+    """(kind, text) of everything that is transmitted."""
+    description = json.loads(capture.read_text())
+    frames = description["frames"]
+    numbers_ = [frames["first"] + i * frames.get("step", 1) for i in range(frames["count"])]
+    cameras = [c for c in description.get("cameras", []) if "pictures" in c]
+    for camera in cameras:
+        yield "calibration", calibration_message(camera)
+    place = capture.parent
+
+    def picture(camera, number):
+        return load_picture(place / (camera["pictures"] % number), scale)
+
+    quality = nearest_quality([picture(c, numbers_[0]) for c in cameras]) if cameras else None
+    for number in numbers_:
+        if "meshes" in description:
+            yield "mesh", mesh_message(place / (description["meshes"]["pattern"] % number))
+        for camera in cameras:
+            yield "picture", base64.b64encode(jpeg(picture(camera, number), quality)).decode("ascii")
+
+
+def sizes(capture, scale, out=None):
+    """Bytes by kind and in all."""
+    total = {"mesh": 0, "picture": 0, "calibration": 0}
+    for kind, text in messages(capture, scale):
+        total[kind] += len(text.encode("utf-8"))
+        if out:
+            out.write(text + "\n")
+    return {**total, "all": sum(total.values())}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("capture", type=pathlib.Path, help="capture.json")
+    parser.add_argument(
+        "--scale", type=float, default=4, help="pictures are divided by it in width and height"
+    )
+    parser.add_argument("-o", dest="out", type=argparse.FileType("w"), help="write all messages here")
+    arguments = parser.parse_args()
+    print(json.dumps(sizes(arguments.capture, arguments.scale, arguments.out)))
+
+
+if __name__ == "__main__":
+    main()
