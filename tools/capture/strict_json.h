@@ -37,6 +37,7 @@ public:
   bool is_integer() const { return value->is_number_integer(); }
   std::string text() const; // without NUL
   double number() const;
+  bool boolean() const;
   int64_t integer(int64_t least, int64_t most) const;
 
   // As an error message shows it: "a string", "3.5", ...

@@ -1,0 +1,287 @@
+"""Calibrations in five formats, written from random cameras by formulas of this file alone.
+
+make() gives for each format its files, the arguments of fvvimport, and where points of the scene must appear
+by that format's own definition. measure() imports them and answers by how many pixels the cameras of the
+capture.json, projected as spec/fvv.md clause 9 says, miss these places. Run as a script it prints that as JSON
+(bench.py does). Knows nothing of libfvv's or fvvimport's code.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+FLIP = np.diag([1.0, -1.0, -1.0])
+WIDTH, HEIGHT = 1280, 960
+
+# COLMAP's name, number of focal lengths, and the coefficients in the order of its parameters.
+COLMAP_MODELS = {
+    "SIMPLE_PINHOLE": (1, ""),
+    "PINHOLE": (2, ""),
+    "SIMPLE_RADIAL": (1, "k1"),
+    "RADIAL": (1, "k1 k2"),
+    "OPENCV": (2, "k1 k2 p1 p2"),
+    "FULL_OPENCV": (2, "k1 k2 p1 p2 k3 k4 k5 k6"),
+    "SIMPLE_RADIAL_FISHEYE": (1, "k1"),
+    "RADIAL_FISHEYE": (1, "k1 k2"),
+    "OPENCV_FISHEYE": (2, "k1 k2 k3 k4"),
+}
+RANGES = {"k1": 0.08, "k2": 0.02, "k3": 0.004, "k4": 0.03, "k5": 0.01, "k6": 0.002, "p1": 0.002, "p2": 0.002}
+
+
+class Camera:
+    """World -> camera R, t (x right, y down, z forward); principal point by the count of the format."""
+
+    def __init__(self, random, keys="", fisheye=False, focal_lengths=2):
+        self.fisheye = fisheye
+        self.f = random.uniform(900, 1300, focal_lengths).repeat(2 // focal_lengths)
+        self.c = np.array([WIDTH, HEIGHT]) / 2 + random.uniform(-20, 20, 2)
+        self.k = {key: random.uniform(-1, 1) * RANGES[key] for key in keys.split()}
+        q = random.normal(size=4)
+        self.q = q / np.linalg.norm(q)
+        self.r = rotation(self.q)
+        self.t = random.uniform(-3, 3, 3)
+
+    def centre(self):
+        return -self.r.T @ self.t
+
+    def pose(self):
+        """Camera -> world, 4 x 4, in OpenGL's axes."""
+        out = np.eye(4)
+        out[:3, :3] = self.r.T @ FLIP
+        out[:3, 3] = self.centre()
+        return out
+
+    def project(self, points):
+        """By the count of the format."""
+        x, y, z = self.r @ points.T + self.t[:, None]
+        return self.c + self.f * distort(np.stack([x / z, y / z], 1), self.k, self.fisheye)
+
+
+def rotation(q):
+    """q v q* for each axis v: Hamilton's product, w first."""
+    w, v = q[0], q[1:]
+    return np.stack([e + 2 * w * np.cross(v, e) + 2 * np.cross(v, np.cross(v, e)) for e in np.eye(3)], 1)
+
+
+def rotation_vector(q):
+    sine = np.linalg.norm(q[1:])
+    return q[1:] / sine * 2 * np.arctan2(sine, q[0])
+
+
+def distort(p, k, fisheye):
+    k = {**dict.fromkeys(RANGES, 0.0), **k}
+    x, y = p[:, 0], p[:, 1]
+    r = np.hypot(x, y)
+    if fisheye:
+        a = np.arctan(r)
+        scale = (a + k["k1"] * a**3 + k["k2"] * a**5 + k["k3"] * a**7 + k["k4"] * a**9) / r
+        return p * scale[:, None]
+    radial = (1 + k["k1"] * r**2 + k["k2"] * r**4 + k["k3"] * r**6) / (
+        1 + k["k4"] * r**2 + k["k5"] * r**4 + k["k6"] * r**6
+    )
+    return np.stack(
+        [
+            x * radial + 2 * k["p1"] * x * y + k["p2"] * (r**2 + 2 * x**2),
+            y * radial + 2 * k["p2"] * x * y + k["p1"] * (r**2 + 2 * y**2),
+        ],
+        1,
+    )
+
+
+def points_before(camera, random, count=200):
+    """World points that appear all over the picture and a little beyond, 2 to 9 units in front of it."""
+    z = random.uniform(2, 9, count)
+    xy = random.uniform(-0.5, 0.5, (count, 2)) * [WIDTH, HEIGHT] / camera.f
+    return (np.column_stack([xy * z[:, None], z]) - camera.t) @ camera.r
+
+
+def text(values):
+    return " ".join(repr(float(v)) for v in np.ravel(values))
+
+
+def write_colmap(folder, random):
+    cameras, intrinsics, images = [], ["# Camera list"], ["# Image list"]
+    for i, (model, (focal_lengths, keys)) in enumerate(COLMAP_MODELS.items()):
+        camera = Camera(random, keys, "FISHEYE" in model, focal_lengths)
+        parameters = [*camera.f[:focal_lengths], *camera.c, *camera.k.values()]
+        intrinsics.append(f"{i + 1} {model} {WIDTH} {HEIGHT} {text(parameters)}")
+        images += [f"{i + 11} {text(camera.q)} {text(camera.t)} {i + 1} rig/view{i}.png", "1.5 2.5 -1" * (i % 2)]
+        cameras.append((i + 11, f"view{i}", camera, 0))
+    (folder / "cameras.txt").write_text("\n".join(intrinsics) + "\n")
+    (folder / "images.txt").write_text("\n".join(images) + "\n")
+    return ["colmap", folder], cameras
+
+
+def opencv_yaml(values):
+    out = ["%YAML:1.0", "---"]
+    for key, value in values.items():
+        if isinstance(value, np.ndarray):
+            rows, columns = value.shape
+            data = ",\n       ".join(repr(float(v)) for v in value.ravel())
+            out += [f"{key}: !!opencv-matrix", f"   rows: {rows}", f"   cols: {columns}", "   dt: d"]
+            out += [f"   data: [ {data} ]"]
+        else:
+            out.append(f"{key}: {value}")
+    return "\n".join(out) + "\n"
+
+
+def opencv_xml(values):
+    out = ['<?xml version="1.0"?>', "<opencv_storage>"]
+    for key, value in values.items():
+        if isinstance(value, np.ndarray):
+            rows, columns = value.shape
+            out.append(f'<{key} type_id="opencv-matrix"><rows>{rows}</rows><cols>{columns}</cols><dt>d</dt>')
+            out.append(f"  <data>\n    {text(value)}</data></{key}>")
+        else:
+            out.append(f"<{key}>{value}</{key}>")
+    return "\n".join([*out, "</opencv_storage>"]) + "\n"
+
+
+def write_opencv(folder, random):
+    cameras = []
+    for i, keys in enumerate(
+        ["k1 k2 p1 p2", "k1 k2 p1 p2 k3", "k1 k2 p1 p2 k3 k4 k5 k6", "k1 k2 k3 k4", "k1 k2 p1 p2 k3 k4 k5 k6"]
+    ):
+        camera = Camera(random, keys, fisheye=i == 3)
+        d = np.array([*camera.k.values(), *([0.0] * 6 if i == 4 else [])])
+        k = np.array([[camera.f[0], 0, camera.c[0]], [0, camera.f[1], camera.c[1]], [0, 0, 1]])
+        values = {
+            "calibration_time": '"today"',
+            "image_width": WIDTH,
+            "image_height": HEIGHT,
+            ["camera_matrix", "K", "M"][i % 3]: k,
+            ["distortion_coefficients", "D"][i % 2]: d[None] if i % 2 else d[:, None],
+            "tvec" if i % 2 else "T": camera.t[:, None],
+        }
+        values.update({"R": camera.r} if i % 3 == 0 else {"rvec": rotation_vector(camera.q)[:, None]})
+        if camera.fisheye:
+            values["fisheye_model"] = 1
+        as_xml = i % 2 == 1
+        (folder / f"cam{i}.{'xml' if as_xml else 'yml'}").write_text((opencv_xml if as_xml else opencv_yaml)(values))
+        cameras.append((i, f"cam{i}", camera, 0.5))
+    return ["opencv", folder], cameras
+
+
+def write_nerfstudio(folder, random):
+    cameras, frames = [], []
+    for i, keys in enumerate(["k1 k2 p1 p2", "k1 k2 p1 p2 k3", "k1 k2 k3 k4", ""]):
+        camera = Camera(random, keys, fisheye=i == 2)
+        model = ["OPENCV", "OPENCV", "OPENCV_FISHEYE", "PINHOLE"][i]
+        frame = {"file_path": f"images/cam{i}/0001.png", "transform_matrix": camera.pose().tolist()}
+        frame.update(camera_model=model, fl_x=camera.f[0], fl_y=camera.f[1], cx=camera.c[0], cy=camera.c[1])
+        frames.append({**frame, **camera.k})
+        cameras.append((i, f"cam{i}", camera, 0))
+    path = folder / "transforms.json"
+    path.write_text(json.dumps({"w": WIDTH, "h": HEIGHT, "frames": frames}))
+    return ["nerfstudio", path], cameras
+
+
+def write_qualisys(folder, random):
+    cameras, out = [], ['<?xml version="1.0" encoding="ASCII"?>', "<calibration><cameras>"]
+    for i in range(3):
+        camera = Camera(random, "k1 k2 k3 p1 p2")
+        left, top = 16 * i, 8 * i  # the sensor is larger than the picture
+        window = f'left="{left}" top="{top}" right="{left + WIDTH - 1}" bottom="{top + HEIGHT - 1}"'
+        whole = f'left="0" top="0" right="{WIDTH + 99}" bottom="{HEIGHT + 99}"'
+        axes = FLIP @ camera.r
+        turn = " ".join(f'r{j + 1}{k + 1}="{float(axes[j, k])!r}"' for j in range(3) for k in range(3))
+        place = " ".join(f'{a}="{float(v) * 1000!r}"' for a, v in zip("xyz", camera.centre()))
+        numbers = {
+            "focalLengthU": camera.f[0] * 64,
+            "focalLengthV": camera.f[1] * 64,
+            "centerPointU": (camera.c[0] + left) * 64,
+            "centerPointV": (camera.c[1] + top) * 64,
+            "sensorMinU": 0,
+            "sensorMaxU": (WIDTH + 99) * 64,
+            "sensorMinV": 0,
+            "sensorMaxV": (HEIGHT + 99) * 64,
+            "skew": 0,
+            "radialDistortion1": camera.k["k1"],
+            "radialDistortion2": camera.k["k2"],
+            "radialDistortion3": camera.k["k3"],
+            "tangentalDistortion1": camera.k["p1"],
+            "tangentalDistortion2": camera.k["p2"],
+        }
+        attributes = " ".join(f'{key}="{float(value)!r}"' for key, value in numbers.items())
+        out.append(f'<camera active="1" serial="cam{i}" viewrotation="0"><fov_video {window}/>')
+        out.append(f"<fov_video_max {whole}/><transform {turn} {place}/><intrinsic {attributes}/></camera>")
+        cameras.append((i, f"cam{i}", camera, 0.5))
+    path = folder / "room.qca.txt"
+    path.write_text("\n".join([*out, "</cameras></calibration>"]) + "\n")
+    return ["qualisys", path], cameras
+
+
+def write_middlebury(folder, random):
+    cameras, lines = [], ["3"]
+    for i in range(3):
+        camera = Camera(random)
+        k = [[camera.f[0], 0, camera.c[0]], [0, camera.f[1], camera.c[1]], [0, 0, 1]]
+        lines.append(f"view{i}.png {text(k)} {text(camera.r)} {text(camera.t)}")
+        cameras.append((i, f"view{i}", camera, 0.5))
+    path = folder / "views_par.txt"
+    path.write_text("\n".join(lines) + "\n")
+    return ["middlebury", path, "--size", f"{WIDTH}x{HEIGHT}"], cameras
+
+
+WRITERS = {
+    "colmap": write_colmap,
+    "opencv": write_opencv,
+    "nerfstudio": write_nerfstudio,
+    "qualisys": write_qualisys,
+    "middlebury": write_middlebury,
+}
+
+
+def project_capture(camera, points):
+    """spec/fvv.md clause 9.1, on a camera of a capture.json with pixel_centre 0.5."""
+    x, y, z = np.array(camera["rotation"]) @ points.T + np.array(camera["translation"])[:, None]
+    lens, i = camera["lens"], camera["intrinsics"]
+    names = {"none": "", "radtan": "k1 k2 p1 p2 k3 k4 k5 k6", "fisheye": "k1 k2 k3 k4"}[lens["model"]].split()
+    k = dict(zip(names, lens.get("coefficients", [])))
+    u, v = distort(np.stack([x / z, y / z], 1), k, lens["model"] == "fisheye").T
+    return np.stack([i["fx"] * u + i["skew"] * v + i["cx"], i["fy"] * v + i["cy"]], 1)
+
+
+def measure(tool, name, folder, seed=1):
+    """The largest distance in pixels by NumPy, and by fvvimport --check."""
+    random = np.random.default_rng(seed)
+    arguments, cameras = WRITERS[name](folder, random)
+    out, observed = folder / "capture.json", folder / "observed.txt"
+    lines, expected = ["# X Y Z CAMERA_ID U V"], []
+    for identity, _, camera, to_half in cameras:
+        points = points_before(camera, random)
+        pixels = camera.project(points) + to_half
+        expected.append((points, pixels))
+        lines += [f"{text(p)} {identity} {text(q)}" for p, q in zip(points, pixels)]
+    observed.write_text("\n".join(lines) + "\n")
+    options = ["-o", out, "--force", "--pictures", "{name}/{id}.png", "--check", observed, "--json"]
+    done = subprocess.run([str(a) for a in [tool, *arguments, *options]], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RuntimeError(f"fvvimport {name}: {done.returncode}: {done.stderr.strip()}")
+    written = json.loads(out.read_text())["cameras"]
+    assert [(c["id"], c["name"]) for c in written] == [(c[0], c[1]) for c in cameras]
+    worst = max(
+        np.abs(project_capture(camera, points) - pixels).max()
+        for camera, (points, pixels) in zip(written, expected)
+    )
+    check = json.loads(done.stdout)["check"]
+    assert check["invisible"] == 0
+    return float(worst), check["max_px"]
+
+
+def main():
+    tool = pathlib.Path(os.environ["FVV_TOOLS_DIR"]).resolve() / "fvvimport/fvvimport"
+    errors = {}
+    for name in WRITERS:
+        with tempfile.TemporaryDirectory() as folder:
+            errors[name] = max(measure(tool, name, pathlib.Path(folder)))
+    print(json.dumps({"max_error_px": max(errors.values()), "max_error_px_of_format": errors}))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,114 @@
+// fvvimport/options.cpp: strict parsing of what stands behind the options.
+#include "fvvimport/options.h"
+
+#include "capture/text_scan.h"
+#include "capture/vocabulary.h"
+#include "cli/cli.h"
+
+#include <numeric>
+
+namespace fvv::fvvimport {
+
+namespace {
+
+[[noreturn]] void refuse(const char *option, const std::string &expected, const std::string &found) {
+  throw cli::Failure(std::string(option) + ": expected " + expected + ", found " + capture::quote(found),
+                     cli::usage);
+}
+
+// Digits only: no sign.
+bool parse_count(std::string_view text, int64_t least, int64_t most, int64_t &value) {
+  return text.find_first_not_of("0123456789") == text.npos && capture::parse_integer(text, value) &&
+         value >= least && value <= most;
+}
+
+// The two numbers around a separator; the second is otherwise when there is none.
+bool parse_pair(const std::string &text, char separator, int64_t least, int64_t most, int64_t &first,
+                std::optional<int64_t> &second) {
+  const size_t at = text.find(separator);
+  int64_t number;
+  if (!parse_count(std::string_view(text).substr(0, at), least, most, first)) return false;
+  if (at == text.npos) return true;
+  if (!parse_count(std::string_view(text).substr(at + 1), least, most, number)) return false;
+  second = number;
+  return true;
+}
+
+capture::Pattern checked(const char *option, const std::string &text, const capture::Frames &frames) {
+  std::string what;
+  const auto pattern = capture::Pattern::parse(text, &what);
+  if (!pattern) throw cli::Failure(std::string(option) + ": " + what, cli::usage);
+  if (!pattern->is_numbered() && frames.count > 1)
+    refuse(option, "%d or %0Nd for the number of each of " + std::to_string(frames.count) + " frames", text);
+  return *pattern;
+}
+
+} // namespace
+
+fvv_rational parse_frame_rate(const std::string &text) {
+  int64_t rate;
+  std::optional<int64_t> per;
+  if (!parse_pair(text, '/', 1, UINT32_MAX, rate, per))
+    refuse("--frame-rate", "frames per second like 25 or 30000/1001", text);
+  const int64_t divisor = std::gcd(rate, per.value_or(1));
+  return {static_cast<uint32_t>(per.value_or(1) / divisor), static_cast<uint32_t>(rate / divisor)};
+}
+
+capture::Frames parse_frames(const std::string &text) {
+  capture::Frames frames;
+  std::optional<int64_t> last;
+  if (!parse_pair(text, '-', 0, INT32_MAX, frames.first, last) ||
+      last.value_or(frames.first) < frames.first || last.value_or(frames.first) - frames.first >= 10'000'000)
+    refuse("--frames", "the first and the last frame like 0-49, at most 10000000 frames", text);
+  frames.count = last.value_or(frames.first) - frames.first + 1;
+  return frames;
+}
+
+Size parse_size(const std::string &text) {
+  int64_t width;
+  std::optional<int64_t> height;
+  if (!parse_pair(text, 'x', 1, INT32_MAX, width, height) || !height)
+    refuse("--size", "WIDTHxHEIGHT like 640x480", text);
+  return {static_cast<uint32_t>(width), static_cast<uint32_t>(*height)};
+}
+
+std::optional<double> parse_units(const std::string &text) {
+  if (text == capture::unknown_units) return std::nullopt;
+  for (const capture::NamedUnit &unit : capture::named_units)
+    if (text == unit.name) return unit.metres;
+  double metres;
+  if (!capture::parse_double(text, metres) || !(metres > 0))
+    refuse("--units", "metres, centimetres, millimetres, inches, feet, unknown or metres per unit > 0", text);
+  return metres;
+}
+
+uint8_t parse_up(const std::string &text) {
+  for (const capture::NamedAxis &axis : capture::named_axes)
+    if (text == axis.name) return axis.up;
+  refuse("--up", "+x, -x, +y, -y, +z, -z or unknown", text);
+}
+
+capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Camera &camera,
+                               const capture::Frames &frames) {
+  std::string out;
+  for (size_t i = 0; i < text.size(); i++) {
+    if (text.compare(i, 6, "{name}") == 0) {
+      for (const char c : *camera.name) out += c == '%' ? "%%" : std::string(1, c);
+      i += 5;
+    } else if (text.compare(i, 4, "{id}") == 0) {
+      out += std::to_string(camera.calibration.id);
+      i += 3;
+    } else if (text[i] == '{' || text[i] == '}') {
+      refuse(option, "{name} or {id} where there are braces", text);
+    } else {
+      out += text[i];
+    }
+  }
+  return checked(option, out, frames);
+}
+
+capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Frames &frames) {
+  return checked(option, text, frames);
+}
+
+} // namespace fvv::fvvimport

@@ -1,0 +1,35 @@
+// fvvimport/options.h: the words of the command line as the parts of a capture. Failure (usage) names the
+// option. Knows no calibration format.
+#pragma once
+
+#include "capture/capture.h"
+
+#include <optional>
+
+namespace fvv::fvvimport {
+
+// "25" or "30000/1001", as seconds per frame.
+fvv_rational parse_frame_rate(const std::string &text);
+
+// "A-B", or "A" alone.
+capture::Frames parse_frames(const std::string &text);
+
+// "1024x768".
+struct Size {
+  uint32_t width, height;
+};
+Size parse_size(const std::string &text);
+
+// A name of spec/capture.md or metres per unit; nothing for "unknown".
+std::optional<double> parse_units(const std::string &text);
+
+uint8_t parse_up(const std::string &text);
+
+// {name} and {id} are put in; the rest is a pattern of spec/capture.md, "{" and "}" stand for nothing else.
+// option: for messages.
+capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Camera &camera,
+                               const capture::Frames &frames);
+// The same for the one pattern of the meshes, where there is nothing to put in.
+capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Frames &frames);
+
+} // namespace fvv::fvvimport

@@ -1,0 +1,17 @@
+// fvvimport/summary.h: what a run tells of its work, for people and as JSON.
+#pragma once
+
+#include "import/diagnose.h"
+
+namespace fvv::fvvimport {
+
+struct Result {
+  std::string format, output; // output: empty when none was asked for
+  const capture::Capture *capture = nullptr;
+  std::optional<import::Diagnosis> diagnosis;
+};
+
+std::string text_summary(const Result &result); // lines, each with its end
+std::string json_summary(const Result &result);
+
+} // namespace fvv::fvvimport
