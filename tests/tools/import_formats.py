@@ -110,7 +110,10 @@ def write_colmap(folder, random):
         camera = Camera(random, keys, "FISHEYE" in model, focal_lengths)
         parameters = [*camera.f[:focal_lengths], *camera.c, *camera.k.values()]
         intrinsics.append(f"{i + 1} {model} {WIDTH} {HEIGHT} {text(parameters)}")
-        images += [f"{i + 11} {text(camera.q)} {text(camera.t)} {i + 1} rig/view{i}.png", "1.5 2.5 -1" * (i % 2)]
+        images += [
+            f"{i + 11} {text(camera.q)} {text(camera.t)} {i + 1} rig/view{i}.png",
+            "1.5 2.5 -1" * (i % 2),
+        ]
         cameras.append((i + 11, f"view{i}", camera, 0))
     (folder / "cameras.txt").write_text("\n".join(intrinsics) + "\n")
     (folder / "images.txt").write_text("\n".join(images) + "\n")
@@ -162,7 +165,9 @@ def write_opencv(folder, random):
         if camera.fisheye:
             values["fisheye_model"] = 1
         as_xml = i % 2 == 1
-        (folder / f"cam{i}.{'xml' if as_xml else 'yml'}").write_text((opencv_xml if as_xml else opencv_yaml)(values))
+        (folder / f"cam{i}.{'xml' if as_xml else 'yml'}").write_text(
+            (opencv_xml if as_xml else opencv_yaml)(values)
+        )
         cameras.append((i, f"cam{i}", camera, 0.5))
     return ["opencv", folder], cameras
 
