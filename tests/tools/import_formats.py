@@ -124,10 +124,12 @@ def opencv_yaml(values):
     out = ["%YAML:1.0", "---"]
     for key, value in values.items():
         if isinstance(value, np.ndarray):
-            rows, columns = value.shape
             data = ",\n       ".join(repr(float(v)) for v in value.ravel())
-            out += [f"{key}: !!opencv-matrix", f"   rows: {rows}", f"   cols: {columns}", "   dt: d"]
-            out += [f"   data: [ {data} ]"]
+            if value.ndim == 1:
+                out += [f"{key}: !!opencv-nd-matrix", f"   sizes: [ {len(value)} ]"]
+            else:
+                out += [f"{key}: !!opencv-matrix", "   rows: {}\n   cols: {}".format(*value.shape)]
+            out += ["   dt: d", f"   data: [ {data} ]"]
         else:
             out.append(f"{key}: {value}")
     return "\n".join(out) + "\n"
@@ -137,8 +139,12 @@ def opencv_xml(values):
     out = ['<?xml version="1.0"?>', "<opencv_storage>"]
     for key, value in values.items():
         if isinstance(value, np.ndarray):
-            rows, columns = value.shape
-            out.append(f'<{key} type_id="opencv-matrix"><rows>{rows}</rows><cols>{columns}</cols><dt>d</dt>')
+            if value.ndim == 1:
+                out.append(f'<{key} type_id="opencv-nd-matrix"><sizes>\n  {len(value)}</sizes>')
+            else:
+                size = "<rows>{}</rows><cols>{}</cols>".format(*value.shape)
+                out.append(f'<{key} type_id="opencv-matrix">{size}')
+            out.append("<dt>d</dt>")
             out.append(f"  <data>\n    {text(value)}</data></{key}>")
         else:
             out.append(f"<{key}>{value}</{key}>")
@@ -158,7 +164,7 @@ def write_opencv(folder, random):
             "image_width": WIDTH,
             "image_height": HEIGHT,
             ["camera_matrix", "K", "M"][i % 3]: k,
-            ["distortion_coefficients", "D"][i % 2]: d[None] if i % 2 else d[:, None],
+            ["distortion_coefficients", "D"][i % 2]: [d[:, None], d, d[None]][i % 3],
             "tvec" if i % 2 else "T": camera.t[:, None],
         }
         values.update({"R": camera.r} if i % 3 == 0 else {"rvec": rotation_vector(camera.q)[:, None]})

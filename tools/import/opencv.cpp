@@ -58,21 +58,32 @@ public:
   };
   Matrix matrix(const Node &node) const {
     const std::string *type = node.find_attribute("type_id");
-    if (!type || *type != "opencv-matrix")
+    Matrix matrix = {1, 1, {}};
+    if (type && *type == "opencv-matrix") {
+      matrix.rows = integer(node.child(path, "rows"), 1, max_side);
+      matrix.columns = integer(node.child(path, "cols"), 1, max_side);
+    } else if (type && *type == "opencv-nd-matrix") { // what Python's one-dimensional arrays become
+      const Node &node_of_sizes = node.child(path, "sizes");
+      const auto sizes = items(node_of_sizes);
+      if (sizes.empty() || sizes.size() > 2)
+        fail_at(path, node_of_sizes.line,
+                "expected one or two sizes of " + node.name + ", found " + std::to_string(sizes.size()));
+      const auto side = [&](const Item &item) {
+        return integer_at(path, item.line, item.text, "sizes", 1, max_side);
+      };
+      matrix.rows = side(sizes[0]);
+      if (sizes.size() == 2) matrix.columns = side(sizes[1]);
+    } else {
       fail_at(path, node.line,
               "expected an opencv-matrix for " + node.name + ", found " +
                   (type ? capture::quote(*type) : "another value"));
-    Matrix matrix;
-    matrix.rows = integer(node.child(path, "rows"), 1, 16);
-    matrix.columns = integer(node.child(path, "cols"), 1, 16);
+    }
     const Node &kind = node.child(path, "dt"), &data = node.child(path, "data");
     const auto word = words_of(kind.text);
     if (word.size() != 1 || (word[0] != "d" && word[0] != "f"))
       fail_at(path, kind.line, "expected d or f for dt, found " + capture::quote(kind.text));
-    for (const std::string_view text : words_of(data.text))
-      matrix.values.push_back(number_at(path, data.line, text, node.name.c_str()));
-    for (const Node &item : data.children)
-      matrix.values.push_back(number_at(path, item.line, item.is_scalar ? item.text : "", node.name.c_str()));
+    for (const Item &item : items(data))
+      matrix.values.push_back(number_at(path, item.line, item.text, node.name.c_str()));
     if (static_cast<int64_t>(matrix.values.size()) != matrix.rows * matrix.columns)
       fail_at(path, data.line,
               "expected " + std::to_string(matrix.rows * matrix.columns) + " numbers in " + node.name +
@@ -100,6 +111,21 @@ public:
   }
 
 private:
+  static constexpr int64_t max_side = 16; // far more than a calibration needs
+
+  // The numbers of a list: words of an element, scalars of a sequence.
+  struct Item {
+    std::string_view text;
+    uint64_t line;
+  };
+  static std::vector<Item> items(const Node &node) {
+    std::vector<Item> out;
+    for (const std::string_view word : words_of(node.text)) out.push_back({word, node.line});
+    for (const Node &item : node.children)
+      out.push_back({item.is_scalar ? std::string_view(item.text) : std::string_view(), item.line});
+    return out;
+  }
+
   static std::string size(const Matrix &m) {
     return std::to_string(m.rows) + " x " + std::to_string(m.columns);
   }
