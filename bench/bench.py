@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: mux, demux, draco, container, sweep. Prints a table and writes
-build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures keeps the others.
+NAME is a figure or the part in front of its dot: mux, demux, draco, container, sweep, import. Prints a table and
+writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures keeps the
+others.
 """
 
 import argparse
@@ -88,7 +89,29 @@ def sweep():
     return {"sweep.cases": result["cases"], "sweep.silent_wrong": result["silent_wrong"]}
 
 
-PARTS = {"mux": mux, "demux": demux, "draco": draco, "container": container, "sweep": sweep}
+def calibration_import():
+    """How far cameras of five foreign formats project from where those formats say, at worst."""
+    script = ROOT / "tests/tools/import_formats.py"
+    environment = {"FVV_TOOLS_DIR": str(BUILD / "tools"), "PATH": "/usr/bin:/bin"}
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment)
+    if done.returncode != 0:
+        sys.exit(f"bench: import failed: {done.stderr.strip()}")
+    return {"import.max_error_px": json.loads(done.stdout)["max_error_px"]}
+
+
+PARTS = {
+    "mux": mux,
+    "demux": demux,
+    "draco": draco,
+    "container": container,
+    "sweep": sweep,
+    "import": calibration_import,
+}
+
+
+def rounded(value):
+    """Four decimals, or two digits of a figure of which these would leave nothing."""
+    return round(value, 4) or (float(f"{value:.2g}") if value else value)
 
 
 def main():
@@ -108,7 +131,7 @@ def main():
         for figure, value in measure().items():
             if names and part not in wanted and figure not in wanted:
                 continue
-            figures[figure] = round(value, 4)
+            figures[figure] = rounded(value)
             print(f"{figure:32} {figures[figure]:>12}", flush=True)
     RESULTS.write_text(json.dumps(figures, indent=2) + "\n")
     print(f"written to {RESULTS.relative_to(ROOT)}")

@@ -118,6 +118,17 @@ Image read_image(const Lines &lines, std::string_view line, const std::map<int64
   return image;
 }
 
+// May be as long as the file: no list of words is made of it.
+void check_keypoints(const Lines &lines, std::string_view line) {
+  std::string_view rest = line, word;
+  size_t count = 0;
+  while (capture::next_word(rest, word)) count++;
+  if (count % 3)
+    lines.fail("expected the line of keypoints (X Y POINT3D_ID ...; may be empty) behind an image, found " +
+               capture::quote(line));
+  for (rest = line; capture::next_word(rest, word);) lines.real(word, "X Y POINT3D_ID");
+}
+
 } // namespace
 
 Calibration read_colmap(const std::string &folder) {
@@ -132,14 +143,7 @@ Calibration read_colmap(const std::string &folder) {
     pictures.push_back(images.back().picture);
     // The keypoints follow on a line of their own, which may be empty. Without it every second image would
     // be swallowed.
-    if (lines.next(line)) {
-      const auto words = words_of(line);
-      if (words.size() % 3)
-        lines.fail(
-            "expected the line of keypoints (X Y POINT3D_ID ...; may be empty) behind an image, found " +
-            capture::quote(line));
-      for (const std::string_view word : words) lines.real(word, "X Y POINT3D_ID");
-    }
+    if (lines.next(line)) check_keypoints(lines, line);
   }
   const std::vector<std::string> names = names_of_pictures(pictures);
   Calibration calibration;

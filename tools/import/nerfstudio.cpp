@@ -10,6 +10,9 @@ namespace fvv::import {
 
 namespace {
 
+constexpr uint64_t max_json_size = uint64_t(16)
+                                   << 20; // as for a capture.json: values cost many times their text
+
 using capture::JsonValue;
 
 double finite(const JsonValue &value) {
@@ -118,7 +121,7 @@ void read_pose(const JsonValue &matrix, fvv_camera &camera) {
 } // namespace
 
 Calibration read_nerfstudio(const std::string &file) {
-  const nlohmann::json document = capture::parse_strict_json(capture::read_file(file, max_text_size), file);
+  const nlohmann::json document = capture::parse_strict_json(capture::read_file(file, max_json_size), file);
   const JsonValue root(document, file), frames = root.at("frames");
   std::vector<std::string> pictures;
   for (size_t i = 0; i < frames.size(); i++) pictures.push_back(frames.item(i).at("file_path").text());

@@ -29,8 +29,8 @@ int64_t integer_at(const std::string &path, uint64_t line, std::string_view word
 std::vector<std::string_view> words_of(std::string_view text) {
   std::vector<std::string_view> words;
   std::string_view line, word;
-  while (capture::next_line(text, line))
-    while (capture::next_word(line, word)) words.push_back(word);
+  while (words.size() < max_words && capture::next_line(text, line))
+    while (words.size() < max_words && capture::next_word(line, word)) words.push_back(word);
   return words;
 }
 

@@ -9,7 +9,6 @@
 
 namespace fvv::import {
 
-// Small calibration files; what a stranger's file may cost in memory is a small multiple of it.
 constexpr uint64_t max_text_size = uint64_t(64) << 20;
 
 // FileError "path:LINE: what".
@@ -20,7 +19,9 @@ double number_at(const std::string &path, uint64_t line, std::string_view word, 
 int64_t integer_at(const std::string &path, uint64_t line, std::string_view word, const char *name,
                    int64_t least, int64_t most);
 
-// The words of a text, delimited by blanks and line ends.
+// The words of a text, delimited by blanks and line ends. Stops after max_words, which is more than any line
+// of any format may have, so that a line as long as a file costs no vector of that length.
+constexpr size_t max_words = 1000;
 std::vector<std::string_view> words_of(std::string_view text);
 
 // Borrows bytes and path.
