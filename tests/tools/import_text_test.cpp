@@ -65,6 +65,20 @@ TEST_CASE("COLMAP: models, identifiers, names and poses") {
   for (int i = 0; i < 9; i++) CHECK(right.rotation[i] == Approx(rotation[i]).margin(1e-15));
 }
 
+TEST_CASE("COLMAP: a line of keypoints may be of any length") {
+  const ImportFolder folder;
+  folder.write("cameras.txt", cameras_txt);
+  std::string keypoints;
+  for (int i = 0; i < 5000; i++) keypoints += "10.5 20 -1 ";
+  folder.write("images.txt", with(images_txt, "10.5 20 -1", keypoints));
+  CHECK(import::read_colmap(folder.path()).cameras.size() == 2);
+  folder.write("images.txt", with(images_txt, "10.5 20 -1", keypoints + "1"));
+  CHECK(message_of([&] { import::read_colmap(folder.path()); }) ==
+        folder.path("images.txt") +
+            ":3: expected the line of keypoints (X Y POINT3D_ID ...; may be empty) behind an image, found "
+            "\"10.5 20 -1 10.5 20 -1 10.5 20 -1 10.5 20...\"");
+}
+
 TEST_CASE("COLMAP: malformed files, each with its message") {
   const ImportFolder folder;
   folder.write("images.txt", images_txt);

@@ -71,7 +71,7 @@ template <int Halves> bool undo_half_pixel(fvv_camera &c) {
   return true;
 }
 
-// distortion = k1 k2 p1 p2 k3 k4 k5 k6. From[i]: where the third, fourth and fifth really stand.
+// Where p1, p2 and k3 really stand in the list that should be k1 k2 p1 p2 k3 k4 k5 k6.
 template <int P1, int P2, int K3> bool undo_distortion(fvv_camera &c) {
   if (c.lens != FVV_LENS_RADTAN) return false;
   const double *d = c.distortion;
