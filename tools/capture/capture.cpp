@@ -32,8 +32,18 @@ std::string Capture::mask_path(const Camera &camera, int64_t frame) const {
   return resolve(camera.masks.value().file(frame));
 }
 
+double Capture::animation_time(int64_t frame) const {
+  const MeshAnimation &source = *animation;
+  const int64_t index = (frame - source.first) / frames.step;
+  // At most 10^7 frames of less than 2^32 time units: exact as integers.
+  return double(source.start.numerator) / double(source.start.denominator) +
+         double(index * int64_t(frame_duration.numerator)) / double(frame_duration.denominator);
+}
+
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, MeshReport *report) {
-  Mesh mesh = read_mesh(capture.mesh_path(frame), limits, report);
+  const std::string path = capture.mesh_path(frame);
+  Mesh mesh = capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), limits, report)
+                                : read_mesh(path, limits, report);
   for (double &coordinate : mesh.positions) coordinate *= capture.metres_per_unit;
   return mesh;
 }

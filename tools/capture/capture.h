@@ -4,6 +4,7 @@
 #pragma once
 
 #include "capture/file.h"
+#include "capture/mesh_animation.h"
 #include "capture/mesh_file.h"
 #include "capture/pattern.h"
 #include "fvv/calibration.h"
@@ -44,12 +45,17 @@ struct Capture {
   uint8_t up = FVV_UP_UNKNOWN;
   std::optional<Lattice> lattice; // of the stream that the meshes come from, or are meant for
   std::optional<Pattern> meshes;
+  // There when one file holds all meshes: meshes names that file then, whatever the frame. Copies share what
+  // was read.
+  std::shared_ptr<const MeshAnimation> animation;
   std::vector<Camera> cameras;
 
   // Where the files of a frame number lie. The pattern must be there (meshes, pictures, masks).
   std::string mesh_path(int64_t frame) const;
   std::string picture_path(const Camera &camera, int64_t frame) const;
   std::string mask_path(const Camera &camera, int64_t frame) const;
+  // Seconds from the beginning of the animation, which must be there, to a frame number.
+  double animation_time(int64_t frame) const;
   // A name that a pattern yields, resolved against the folder of capture.json.
   std::string resolve(const std::string &file) const;
 };
@@ -66,7 +72,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path);
 std::string format_capture(const Capture &capture);
 void write_capture(const Capture &capture, const std::string &path);
 
-// The mesh of a frame number, in metres.
+// The mesh of a frame number, in metres. Several threads may call it for one capture.
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr);
 
@@ -85,7 +91,8 @@ struct Findings {
 
 // Looks at every file that a capture names, before any work starts: missing or empty files, pictures and
 // masks whose size is not the camera's (probe empty: not looked at), files of frames before the first or
-// behind the last (a warning), two cameras with the same pictures.
+// behind the last (a warning), two cameras with the same pictures. An animated file is read: what is wrong
+// with it is a problem, frames behind its end are a warning.
 Findings check_files(const Capture &capture, const PictureProbe &probe);
 
 } // namespace fvv::capture

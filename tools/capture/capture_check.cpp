@@ -2,6 +2,7 @@
 #include "capture/capture.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
@@ -21,13 +22,46 @@ struct Tally {
   }
 };
 
+// Numbers of the frames that lack a file, given in ascending order, as ranges.
+class Gaps {
+public:
+  explicit Gaps(int64_t frame_step) : step(frame_step) {}
+
+  void add(int64_t frame) {
+    if (ranges.empty() || ranges.back().last + step != frame)
+      ranges.push_back({frame, frame});
+    else
+      ranges.back().last = frame;
+  }
+  // "3, 17 to 27"
+  std::string text() const {
+    constexpr size_t most = 8; // more would hide the other problems
+    std::string out;
+    for (size_t i = 0; i < ranges.size() && i < most; i++) {
+      out += (i ? ", " : "") + std::to_string(ranges[i].first);
+      if (ranges[i].first != ranges[i].last) out += " to " + std::to_string(ranges[i].last);
+    }
+    return out + (ranges.size() > most ? ", ..." : "");
+  }
+
+private:
+  struct Range {
+    int64_t first, last;
+  };
+  int64_t step;
+  std::vector<Range> ranges;
+};
+
 class FileCheck {
 public:
   FileCheck(const Capture &description, const PictureProbe &picture_probe)
       : capture(description), probe(picture_probe) {}
 
   Findings run() {
-    if (capture.meshes) sequence("", "meshes", *capture.meshes, nullptr);
+    if (capture.meshes && capture.animation)
+      animated_file();
+    else if (capture.meshes)
+      sequence("", "meshes", *capture.meshes, nullptr);
     for (const Camera &camera : capture.cameras) {
       const std::string subject = "camera " + std::to_string(camera.calibration.id) + ": ";
       if (camera.pictures) sequence(subject, "pictures", *camera.pictures, &camera.calibration);
@@ -42,19 +76,24 @@ private:
   void sequence(const std::string &subject, const std::string &kind, const Pattern &pattern,
                 const fvv_camera *camera) {
     Tally missing, empty, unreadable, unlike;
+    Gaps gaps(capture.frames.step);
     for (int64_t i = 0; i < capture.frames.count; i++) {
-      const std::string file = pattern.file(capture.frames.number(i)), path = capture.resolve(file);
+      const int64_t frame = capture.frames.number(i);
+      const std::string file = pattern.file(frame), path = capture.resolve(file);
       std::error_code error;
-      if (!fs::is_regular_file(path, error))
+      if (!fs::is_regular_file(path, error)) {
         missing.add(file);
-      else if (!std::ifstream(path).is_open())
+        gaps.add(frame);
+      } else if (!std::ifstream(path).is_open())
         unreadable.add(file + ": permission denied");
       else if (fs::file_size(path, error) == 0)
         empty.add(file);
       else if (camera && probe)
         check_size(file, path, *camera, unreadable, unlike);
     }
-    report(subject, kind, missing, "missing");
+    if (missing.count)
+      findings.problems.push_back(counted(subject, kind, missing, "missing") + ": " + gaps.text() +
+                                  " (first: " + missing.first + ")");
     report(subject, kind, empty, "empty");
     report(subject, kind, unreadable, "unreadable");
     if (camera)
@@ -74,12 +113,44 @@ private:
     }
   }
 
+  std::string counted(const std::string &subject, const std::string &kind, const Tally &tally,
+                      const std::string &state) const {
+    return subject + std::to_string(tally.count) + " of " + std::to_string(capture.frames.count) + " " +
+           kind + (tally.count == 1 ? " is " : " are ") + state;
+  }
   void report(const std::string &subject, const std::string &kind, const Tally &tally,
               const std::string &state) {
-    if (!tally.count) return;
-    findings.problems.push_back(subject + std::to_string(tally.count) + " of " +
-                                std::to_string(capture.frames.count) + " " + kind +
-                                (tally.count == 1 ? " is " : " are ") + state + ", first: " + tally.first);
+    if (tally.count)
+      findings.problems.push_back(counted(subject, kind, tally, state) + ", first: " + tally.first);
+  }
+
+  // Whatever is wrong with the file is wrong with every frame: it is read here, and not again.
+  void animated_file() {
+    const Frames &frames = capture.frames;
+    double end;
+    try {
+      end = capture.animation->end(capture.mesh_path(frames.first));
+    } catch (const FileError &error) {
+      findings.problems.push_back(std::string("meshes: ") + error.what());
+      return;
+    }
+    const auto behind = [&](int64_t i) {
+      return float(capture.animation_time(frames.number(i))) > float(end);
+    };
+    if (!behind(frames.count - 1)) return;
+    int64_t low = 0, high = frames.count - 1;
+    while (low < high) {
+      const int64_t middle = low + (high - low) / 2;
+      if (behind(middle))
+        high = middle;
+      else
+        low = middle + 1;
+    }
+    char seconds[32];
+    snprintf(seconds, sizeof seconds, "%.3f", end);
+    findings.warnings.push_back(std::string("meshes: the animation ends at ") + seconds + " s, the last " +
+                                std::to_string(frames.count - low) + " of " + std::to_string(frames.count) +
+                                " frames, from " + std::to_string(frames.number(low)) + ", repeat its end");
   }
 
   // Files that the pattern would name for frames before the first or behind the last.

@@ -27,12 +27,9 @@ double positive(const JsonValue &value) {
   return number;
 }
 
-// "25", "30000/1001" or 25, as seconds per frame.
-fvv_rational read_frame_rate(const JsonValue &value) {
-  const auto refuse = [&] {
-    value.fail("expected frames per second as an integer > 0 or as text such as \"30000/1001\", found " +
-               value.found());
-  };
+// "25", "30000/1001" or 25, in lowest terms. least: of the numerator. what: for the message.
+fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what) {
+  const auto refuse = [&] { value.fail(std::string("expected ") + what + ", found " + value.found()); };
   int64_t rate[2] = {0, 1};
   if (value.is_text()) {
     const std::string text = value.text();
@@ -44,14 +41,21 @@ fvv_rational read_frame_rate(const JsonValue &value) {
         (slash != text.npos && !digits(std::string_view(text).substr(slash + 1), rate[1])))
       refuse();
   } else if (value.is_integer()) {
-    rate[0] = value.integer(1, UINT32_MAX);
+    rate[0] = value.integer(least, UINT32_MAX);
   } else {
     refuse();
   }
-  if (!rate[0] || !rate[1]) refuse();
+  if (rate[0] < least || !rate[1]) refuse();
   const int64_t divisor = std::gcd(rate[0], rate[1]);
   if (rate[0] / divisor > UINT32_MAX || rate[1] / divisor > UINT32_MAX) refuse();
-  return {static_cast<uint32_t>(rate[1] / divisor), static_cast<uint32_t>(rate[0] / divisor)};
+  return {static_cast<uint32_t>(rate[0] / divisor), static_cast<uint32_t>(rate[1] / divisor)};
+}
+
+// As seconds per frame.
+fvv_rational read_frame_rate(const JsonValue &value) {
+  const fvv_rational rate =
+      read_rational(value, 1, "frames per second as an integer > 0 or as text such as \"30000/1001\"");
+  return {rate.denominator, rate.numerator};
 }
 
 Frames read_frames(const JsonValue &value) {
@@ -116,6 +120,37 @@ Pattern read_pattern(const JsonValue &value, const Frames &frames) {
     value.fail("expected %d or %0Nd for the frame number, because there are " + std::to_string(frames.count) +
                " frames, found " + value.found());
   return *pattern;
+}
+
+// One file for all frames. The pattern that names it has no number, whatever the file is called.
+void read_animated_file(const JsonValue &value, Capture &capture) {
+  value.allow_keys({"file", "animation", "start"});
+  const JsonValue file = value.at("file");
+  std::string text;
+  for (const char c : file.text()) text.append(c == '%' ? 2 : 1, c);
+  std::string what;
+  capture.meshes = Pattern::parse(text, &what);
+  if (!capture.meshes) file.fail(what);
+  std::optional<MeshAnimation::Name> name;
+  if (const auto animation = value.find("animation")) {
+    if (animation->is_integer())
+      name = animation->integer(0, INT32_MAX);
+    else
+      name = animation->text();
+  }
+  fvv_rational start = {0, 1};
+  if (const auto key = value.find("start"))
+    start = read_rational(*key, 0, "seconds as an integer or as text such as \"3/2\"");
+  capture.animation = std::make_shared<const MeshAnimation>(std::move(name), start, capture.frames.first);
+}
+
+void read_meshes(const JsonValue &value, Capture &capture) {
+  if (value.find("file")) {
+    read_animated_file(value, capture);
+    return;
+  }
+  value.allow_keys({"pattern", "file"});
+  capture.meshes = read_pattern(value.at("pattern"), capture.frames);
 }
 
 // What a value of radius means is up to the lens: fvv_camera_validate judges it.
@@ -233,10 +268,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
         centre->fail("expected 0 or 0.5, found " + centre->found());
     }
   }
-  if (const auto meshes = root.find("meshes")) {
-    meshes->allow_keys({"pattern"});
-    capture.meshes = read_pattern(meshes->at("pattern"), capture.frames);
-  }
+  if (const auto meshes = root.find("meshes")) read_meshes(*meshes, capture);
   if (const auto cameras = root.find("cameras")) read_cameras(*cameras, capture, pixel_centre);
   bool content = capture.meshes.has_value();
   for (const Camera &camera : capture.cameras) content = content || camera.pictures;

@@ -60,6 +60,24 @@ std::string camera_text(const Camera &camera) {
   return out + "\n    }";
 }
 
+std::string meshes_text(const Capture &capture) {
+  if (!capture.animation) return "{\"pattern\": " + text(capture.meshes->text()) + "}";
+  const MeshAnimation &animation = *capture.animation;
+  // The animation counts its time from the first frame it was described with.
+  if (animation.first != capture.frames.first)
+    throw FileError(capture.path + ": expected a capture that begins with frame " +
+                    std::to_string(animation.first) + " as its animation does, found " +
+                    std::to_string(capture.frames.first));
+  std::string out = "{\"file\": " + text(capture.meshes->file(capture.frames.first));
+  if (animation.name) {
+    const int64_t *index = std::get_if<int64_t>(&*animation.name);
+    out +=
+        ", \"animation\": " + (index ? std::to_string(*index) : text(std::get<std::string>(*animation.name)));
+  }
+  return out + ", \"start\": \"" + std::to_string(animation.start.numerator) + "/" +
+         std::to_string(animation.start.denominator) + "\"}";
+}
+
 } // namespace
 
 std::string format_capture(const Capture &capture) {
@@ -86,7 +104,7 @@ std::string format_capture(const Capture &capture) {
   if (capture.lattice)
     out += ",\n  \"lattice\": {\"origin\": " + list(capture.lattice->origin, 3) +
            ", \"step\": " + number(capture.lattice->step) + "}";
-  if (capture.meshes) out += ",\n  \"meshes\": {\"pattern\": " + text(capture.meshes->text()) + "}";
+  if (capture.meshes) out += ",\n  \"meshes\": " + meshes_text(capture);
   out += ",\n  \"cameras\": [";
   for (size_t i = 0; i < capture.cameras.size(); i++)
     out += (i ? ",\n" : "\n") + camera_text(capture.cameras[i]);

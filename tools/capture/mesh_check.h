@@ -1,4 +1,4 @@
-// capture/mesh_check.h: what the three mesh readers and writers share: growing a mesh within limits, and
+// capture/mesh_check.h: what the mesh readers and writers share: growing a mesh within limits, and
 // refusing one that no file should hold.
 #pragma once
 

@@ -1,7 +1,12 @@
 // capture/mesh_file.cpp: which reader and writer belongs to which file name, and what all of them share.
 #include "capture/mesh_file.h"
+#include "capture/gltf/pose.h"
 #include "capture/mesh_check.h"
 #include "capture/text_scan.h"
+
+extern "C" {
+#include "base/limits.h"
+}
 
 #include <cmath>
 #include <filesystem>
@@ -9,9 +14,6 @@
 namespace fvv::capture {
 
 namespace {
-
-// A mesh at the default limits, as text with normals and texture coordinates, stays below this.
-constexpr uint64_t max_file_size = uint64_t(1) << 30;
 
 // Lower case, as ASCII: file names do not follow the locale.
 std::string extension_of(const std::string &path) {
@@ -21,8 +23,9 @@ std::string extension_of(const std::string &path) {
   return extension;
 }
 
-[[noreturn]] void fail_extension(const std::string &path, const std::string &extension) {
-  throw FileError(path + ": expected a mesh file with extension .obj, .ply or .drc, found " +
+[[noreturn]] void fail_extension(const std::string &path, const std::string &extension,
+                                 const char *expected) {
+  throw FileError(path + ": expected a mesh file with extension " + expected + ", found " +
                   (extension.empty() ? "no extension" : quote(extension)));
 }
 
@@ -30,12 +33,20 @@ std::string extension_of(const std::string &path) {
 
 Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report) {
   const std::string extension = extension_of(path);
-  const auto parse = extension == ".obj"   ? parse_obj
-                     : extension == ".ply" ? parse_ply
-                     : extension == ".drc" ? parse_drc
-                                           : nullptr;
-  if (!parse) fail_extension(path, extension);
-  return parse(read_file(path, max_file_size), path, limits, report);
+  const auto parse = extension == ".obj"                           ? parse_obj
+                     : extension == ".ply"                         ? parse_ply
+                     : extension == ".drc"                         ? parse_drc
+                     : extension == ".glb" || extension == ".gltf" ? parse_gltf
+                                                                   : nullptr;
+  if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .glb or .gltf");
+  return parse(read_file(path, max_mesh_file), path, limits, report);
+}
+
+Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits,
+                MeshReport *report) {
+  const gltf::Scene scene = gltf::read_scene(bytes, name, gltf::NoAnimation{}, fvv_limits_or_default(limits));
+  if (report) report->lines_and_points += scene.report.lines_and_points;
+  return gltf::pose(scene, std::nullopt);
 }
 
 void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path) {
@@ -47,7 +58,7 @@ void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &pat
   else if (extension == ".drc")
     write_file(path, format_drc(mesh, lattice, path));
   else
-    fail_extension(path, extension);
+    fail_extension(path, extension, ".obj, .ply or .drc");
 }
 
 void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &report) {

@@ -1,10 +1,10 @@
-// capture/mesh_file.h: triangle meshes from and to OBJ, PLY and Draco (DRC) files. Knows those three formats;
-// knows nothing of frames, units or fvv's own mesh coding.
+// capture/mesh_file.h: triangle meshes from and to OBJ, PLY and Draco (DRC) files, and from glTF. Knows those
+// formats; knows nothing of frames, units or fvv's own mesh coding.
 //
 // OBJ and PLY have readers of their own here because the ready ones are not strict: tinyobjloader turns a
 // number that it cannot read into 0 without a word, and Debian packages no PLY library that checks counts
 // against the file before it allocates. A capture of thousands of files needs an error that names file, line
-// and what was expected. Draco files go through libdraco.
+// and what was expected. Draco files go through libdraco, glTF through gltf/.
 //
 // Every function throws FileError (capture/file.h). Vertices and faces in messages of PLY and DRC count from
 // 0, in messages of OBJ from 1, as in the files.
@@ -33,7 +33,7 @@ struct Mesh {
 // What a reader changed or left out. All zero: the file held triangles and nothing else that draws.
 struct MeshReport {
   uint64_t polygons = 0;         // faces of more than 3 corners, split into a fan around their first corner
-  uint64_t lines_and_points = 0; // elements l and p of OBJ, left out
+  uint64_t lines_and_points = 0; // elements l and p of OBJ, such primitives of glTF, left out
 };
 
 // The lattice on which meshes of a stream lie: origin + step * index (fvv/mesh.h), metres.
@@ -41,6 +41,9 @@ struct Lattice {
   double origin[3];
   double step;
 };
+
+// A mesh at the default limits, as text with normals and texture coordinates, stays below this.
+constexpr uint64_t max_mesh_file = uint64_t(1) << 30;
 
 // Readers. bytes: the whole file. name: what messages call it. limits NULL: the defaults of libfvv;
 // max_vertices and max_faces (after triangulation) are honoured. report may be NULL.
@@ -63,7 +66,13 @@ Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits
 Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr);
 
-// Reads .obj, .ply or .drc by the extension (any case) of path; other extensions are an error.
+// glTF 2.0, GLB or JSON: all triangles of the default scene with the transforms of its nodes, skins and morph
+// targets as they stand without animation. name: also the path in whose folder external buffers lie. Errors
+// name the place as a JSON pointer. Memory for a hostile file stays below 1 GiB and 64 times its size.
+Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
+                MeshReport *report = nullptr);
+
+// Reads .obj, .ply, .drc, .glb or .gltf by the extension (any case) of path; other extensions are an error.
 Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, MeshReport *report = nullptr);
 
 // Writers: the bytes of a file, the same for the same mesh everywhere. name: what messages call the file.

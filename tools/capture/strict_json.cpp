@@ -131,7 +131,7 @@ json parse_strict_json(std::string_view bytes, const std::string &name) {
 }
 
 void JsonValue::fail(const std::string &what) const {
-  throw FileError(*name + ": " + (pointer.empty() ? "" : pointer + ": ") + what);
+  throw FileError(place() + ": " + what);
 }
 
 std::string JsonValue::found() const {
@@ -194,6 +194,11 @@ std::string JsonValue::text() const {
   const std::string &text = value->get_ref<const std::string &>();
   if (text.find('\0') != std::string::npos) fail("expected text without the character U+0000");
   return text;
+}
+
+bool JsonValue::boolean() const {
+  expect(value->is_boolean(), "true or false");
+  return value->get<bool>();
 }
 
 double JsonValue::number() const {

@@ -20,6 +20,7 @@ class JsonValue {
 public:
   JsonValue(const nlohmann::json &document, const std::string &file) : value(&document), name(&file) {}
 
+  std::string place() const { return *name + (pointer.empty() ? "" : ": " + pointer); } // "name: POINTER"
   // FileError "name: POINTER: what".
   [[noreturn]] void fail(const std::string &what) const;
 
@@ -36,6 +37,7 @@ public:
   bool is_number() const { return value->is_number(); }
   bool is_integer() const { return value->is_number_integer(); }
   std::string text() const; // without NUL
+  bool boolean() const;
   double number() const;
   bool boolean() const;
   int64_t integer(int64_t least, int64_t most) const;

@@ -1,0 +1,193 @@
+// capture/gltf/container.cpp: GLB, JSON and buffers.
+#include "capture/gltf/container.h"
+#include "capture/gltf/uri.h"
+#include "capture/text_scan.h"
+
+extern "C" {
+#include "base/bytes.h"
+}
+
+#include <cstdio>
+#include <filesystem>
+
+namespace fvv::capture::gltf {
+
+namespace {
+
+constexpr uint32_t glb_version = 2, type_json = 0x4e4f534a, type_bin = 0x004e4942;
+
+// As for other mesh files: a scene at the default limits stays far below.
+constexpr uint64_t max_buffer_bytes = uint64_t(1) << 30;
+
+// Numbers that accessors may hold together: one for every byte is what honest files have at most, four leaves
+// room for accessors that share bytes, and the constant for accessors that have none.
+constexpr uint64_t numbers_per_byte = 4, numbers_for_free = uint64_t(1) << 24;
+
+// Extensions that may be required by a file that is read here: those that are understood, and families that
+// change how a surface looks and not where it lies.
+constexpr std::string_view understood[] = {"KHR_mesh_quantization", "KHR_draco_mesh_compression",
+                                           "KHR_lights_punctual"};
+constexpr std::string_view looks[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"};
+
+bool is_harmless(std::string_view name) {
+  for (const std::string_view extension : understood)
+    if (name == extension) return true;
+  for (const std::string_view prefix : looks)
+    if (name.substr(0, prefix.size()) == prefix) return true;
+  return false;
+}
+
+[[noreturn]] void fail_at(const std::string &file, size_t offset, const std::string &what) {
+  char text[32];
+  snprintf(text, sizeof text, ": 0x%zx: ", offset);
+  throw FileError(file + text + what);
+}
+
+} // namespace
+
+Container::Container(std::string_view bytes, const std::string &path) : file(path) {
+  if (bytes.substr(0, 4) == "glTF") {
+    open_glb(bytes);
+  } else {
+    const size_t start = bytes.find_first_not_of(" \t\r\n");
+    if (start == bytes.npos || bytes[start] != '{')
+      fail_at(file, 0, "expected glTF 2.0, which begins with \"glTF\" (GLB) or with { (JSON)");
+    document = parse_strict_json(bytes, file);
+  }
+  check_version();
+  check_extensions();
+}
+
+void Container::open_glb(std::string_view bytes) {
+  const auto *data = reinterpret_cast<const uint8_t *>(bytes.data());
+  constexpr size_t header = 12, chunk_header = 8;
+  if (bytes.size() < header) fail_at(file, bytes.size(), "the file ends within the GLB header");
+  if (fvv_get_u32(data + 4) != glb_version)
+    fail_at(file, 4, "expected GLB version 2, found " + std::to_string(fvv_get_u32(data + 4)));
+  if (fvv_get_u32(data + 8) != bytes.size())
+    fail_at(file, 8,
+            "expected a file of " + std::to_string(fvv_get_u32(data + 8)) + " bytes, found " +
+                std::to_string(bytes.size()));
+  bool has_json = false;
+  for (size_t at = header; at < bytes.size();) {
+    const size_t left = bytes.size() - at;
+    if (left < chunk_header) fail_at(file, at, "the file ends within the header of a chunk");
+    const uint32_t size = fvv_get_u32(data + at), type = fvv_get_u32(data + at + 4);
+    if (size > left - chunk_header)
+      fail_at(file, at,
+              "expected a chunk of at most " + std::to_string(left - chunk_header) + " bytes, found " +
+                  std::to_string(size));
+    const std::string_view body = bytes.substr(at + chunk_header, size);
+    if (!has_json && type != type_json) fail_at(file, at + 4, "expected the chunk JSON first");
+    if (type == type_json) {
+      if (has_json) fail_at(file, at + 4, "expected one chunk JSON, found two");
+      has_json = true;
+      document = parse_strict_json(body, file);
+    } else if (type == type_bin) {
+      if (has_binary) fail_at(file, at + 4, "expected one chunk BIN, found two");
+      has_binary = true;
+      binary = body;
+    }
+    at += chunk_header + size;
+  }
+  if (!has_json) fail_at(file, header, "expected the chunk JSON first");
+}
+
+void Container::check_version() const {
+  const JsonValue asset = root().at("asset"), version = asset.at("version");
+  if (version.text().compare(0, 2, "2.")) version.fail("expected glTF 2, found " + version.found());
+  if (const auto least = asset.find("minVersion"); least && least->text() != "2.0")
+    least->fail("expected a file that a reader of glTF 2.0 can read, found " + least->found());
+}
+
+void Container::check_extensions() const {
+  const auto required = root().find("extensionsRequired");
+  for (size_t i = 0; required && i < required->size(); i++) {
+    const JsonValue extension = required->item(i);
+    if (!is_harmless(extension.text()))
+      extension.fail(
+          "expected KHR_mesh_quantization, KHR_draco_mesh_compression or an extension of materials, "
+          "textures or lights, found " +
+          extension.found());
+  }
+}
+
+JsonValue Container::item(const char *list, const JsonValue &reference) const {
+  const auto array = root().find(list);
+  const size_t count = array ? array->size() : 0;
+  const int64_t index = reference.integer(0, INT32_MAX);
+  if (static_cast<uint64_t>(index) >= count)
+    reference.fail("expected one of " + std::to_string(count) + " " + list + ", found " + reference.found());
+  return array->item(static_cast<size_t>(index));
+}
+
+View Container::view(const JsonValue &reference) {
+  const JsonValue view = item("bufferViews", reference);
+  const auto extensions = view.find("extensions");
+  if (extensions && extensions->find("EXT_meshopt_compression"))
+    view.fail("is compressed by EXT_meshopt_compression, which is not supported");
+  const std::string_view bytes = buffer(view.at("buffer"));
+  const auto offset_key = view.find("byteOffset"), stride_key = view.find("byteStride");
+  const uint64_t offset = offset_key ? static_cast<uint64_t>(offset_key->integer(0, INT64_MAX)) : 0;
+  const uint64_t size = static_cast<uint64_t>(view.at("byteLength").integer(1, INT64_MAX));
+  const uint64_t stride = stride_key ? static_cast<uint64_t>(stride_key->integer(4, 252)) : 0;
+  if (offset > bytes.size() || size > bytes.size() - offset)
+    view.fail("expected bytes " + std::to_string(offset) + " to " + std::to_string(offset + size) +
+              " in a buffer of " + std::to_string(bytes.size()));
+  return {bytes.substr(static_cast<size_t>(offset), static_cast<size_t>(size)), stride};
+}
+
+std::string_view Container::buffer(const JsonValue &reference) {
+  const JsonValue buffer = item("buffers", reference);
+  const int64_t index = reference.integer(0, INT32_MAX);
+  const uint64_t size = static_cast<uint64_t>(buffer.at("byteLength").integer(1, INT64_MAX));
+  const auto check = [&](uint64_t found) {
+    if (found < size)
+      buffer.fail("expected " + std::to_string(size) + " bytes, found " + std::to_string(found));
+  };
+  const auto uri = buffer.find("uri");
+  if (!uri) {
+    if (index != 0 || !has_binary)
+      buffer.fail("expected a uri, or the chunk BIN for buffer 0 of a GLB, found neither");
+    check(binary.size());
+    if (loaded.emplace(index, "").second) buffer_bytes += size;
+    return binary.substr(0, static_cast<size_t>(size));
+  }
+  const auto known = loaded.find(index);
+  if (known != loaded.end()) return known->second;
+  if (size > max_buffer_bytes || buffer_bytes + size > max_buffer_bytes)
+    buffer.fail("expected buffers of at most " + std::to_string(max_buffer_bytes) + " bytes together");
+  std::string bytes = load(*uri, size);
+  check(bytes.size());
+  bytes.resize(static_cast<size_t>(size));
+  buffer_bytes += size;
+  return loaded.emplace(index, std::move(bytes)).first->second;
+}
+
+std::string Container::load(const JsonValue &uri, uint64_t size) const {
+  const std::string text = uri.text();
+  if (is_data_uri(text)) {
+    std::optional<std::string> bytes = data_uri(text);
+    if (!bytes) uri.fail("expected base64 in a data: URI, found " + uri.found());
+    return std::move(*bytes);
+  }
+  const std::optional<std::string> name = relative_file(text);
+  if (!name) uri.fail("expected a data: URI or a file below the folder of this one, found " + uri.found());
+  // Some writers pad a buffer's file; more than that is another file.
+  constexpr uint64_t padding = 4096;
+  try {
+    return read_file((std::filesystem::path(file).parent_path() / *name).string(), size + padding);
+  } catch (const FileError &error) {
+    uri.fail(error.what());
+  }
+}
+
+void Container::charge(const JsonValue &place, uint64_t count) {
+  const uint64_t most = buffer_bytes * numbers_per_byte + numbers_for_free;
+  if (count > most || numbers > most - count)
+    place.fail("expected accessors that hold at most " + std::to_string(most) +
+               " numbers together in buffers of " + std::to_string(buffer_bytes) + " bytes");
+  numbers += count;
+}
+
+} // namespace fvv::capture::gltf

@@ -1,0 +1,56 @@
+// capture/gltf/container.h: the outer shell of glTF 2.0 (clauses 2 to 4 of the Khronos specification): the
+// JSON text, alone or in a GLB, and the bytes of buffers, be they in the GLB, in data: URIs or in files
+// beside it. Knows ranges of bytes; knows no accessor, mesh or animation. Images are never looked at.
+//
+// Debian's one small library for glTF, tinygltf 2.7, is not used: it takes the last of two equal keys,
+// replaces values of the wrong type by defaults, checks no range of a view or an accessor, and opens "../" in
+// URIs. With all that checked again, nothing would be left for it but what nlohmann-json does.
+#pragma once
+
+#include "capture/strict_json.h"
+#include "fvv/types.h"
+
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace fvv::capture::gltf {
+
+// The bytes of a bufferView; stride 0: elements follow one another without gaps.
+struct View {
+  std::string_view bytes;
+  uint64_t stride;
+};
+
+// Borrows bytes and path. Every function throws FileError with path and JSON pointer.
+class Container {
+public:
+  // path: what messages call the file; buffers are looked for in its folder and below.
+  Container(std::string_view bytes, const std::string &path);
+
+  JsonValue root() const { return {document, file}; }
+  // What reference, an index, means: an item of the array of that name at the top ("accessors").
+  JsonValue item(const char *list, const JsonValue &reference) const;
+  // reference: an index among bufferViews. Reads the buffer when it is asked for the first time.
+  View view(const JsonValue &reference);
+
+  // Called before count numbers are taken out of the file. Accessors may share bytes or have none at all
+  // (then they are zero), so that a small file could ask for any amount of memory.
+  void charge(const JsonValue &place, uint64_t count);
+
+private:
+  void open_glb(std::string_view bytes);
+  void check_version() const;
+  void check_extensions() const;
+  std::string_view buffer(const JsonValue &reference);
+  std::string load(const JsonValue &uri, uint64_t size) const;
+
+  const std::string &file;
+  nlohmann::json document;
+  std::string_view binary; // chunk BIN of a GLB
+  bool has_binary = false;
+  std::map<int64_t, std::string> loaded; // buffers that stand elsewhere
+  uint64_t buffer_bytes = 0, numbers = 0;
+};
+
+} // namespace fvv::capture::gltf

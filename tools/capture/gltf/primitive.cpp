@@ -1,0 +1,145 @@
+// capture/gltf/primitive.cpp: primitives of a mesh (glTF 2.0 clause 3.7.2): vertices, triangles, morph
+// targets, and what joints move each vertex.
+#include "capture/gltf/scene.h"
+
+#include <algorithm>
+
+namespace fvv::capture::gltf {
+
+namespace {
+
+enum : int64_t { mode_triangles = 4, mode_strip = 5, mode_fan = 6 };
+
+class PrimitiveReader {
+public:
+  PrimitiveReader(Container &source, const JsonValue &value)
+      : container(source), json(value), attributes(value.at("attributes")) {}
+
+  Primitive read(int64_t mode) {
+    if (const auto extensions = json.find("extensions"))
+      if (extensions->find("KHR_draco_mesh_compression"))
+        json.fail("is compressed by KHR_draco_mesh_compression, which is not supported");
+    out.positions = accessor_numbers(container, attributes.at("POSITION"), Purpose::positions);
+    read_triangles(mode);
+    read_joints();
+    if (const auto targets = json.find("targets"))
+      for (size_t i = 0; i < targets->size(); i++) read_target(targets->item(i));
+    return std::move(out);
+  }
+
+private:
+  void read_triangles(int64_t mode) {
+    std::vector<uint32_t> corners;
+    if (const auto reference = json.find("indices")) {
+      const JsonValue accessor = container.item("accessors", *reference);
+      for (const double index : accessor_numbers(container, *reference, Purpose::indices)) {
+        if (index >= static_cast<double>(out.vertex_count()))
+          accessor.fail("element " + std::to_string(corners.size()) + ": index " +
+                        std::to_string(static_cast<uint64_t>(index)) + " of " +
+                        std::to_string(out.vertex_count()) + " vertices");
+        corners.push_back(static_cast<uint32_t>(index));
+      }
+    } else {
+      for (size_t i = 0; i < out.vertex_count(); i++) corners.push_back(static_cast<uint32_t>(i));
+    }
+    if (corners.size() < 3 || (mode == mode_triangles && corners.size() % 3))
+      json.fail(std::string("expected ") + (mode == mode_triangles ? "a multiple of 3" : "at least 3") +
+                " corners, found " + std::to_string(corners.size()));
+    if (mode == mode_triangles) {
+      out.triangles = std::move(corners);
+      return;
+    }
+    for (size_t i = 0; i + 2 < corners.size(); i++) {
+      // Clause 3.7.2.1: every second triangle of a strip turns the other way.
+      const size_t odd = i % 2;
+      if (mode == mode_strip)
+        out.triangles.insert(out.triangles.end(), {corners[i], corners[i + 1 + odd], corners[i + 2 - odd]});
+      else
+        out.triangles.insert(out.triangles.end(), {corners[i + 1], corners[i + 2], corners[0]});
+    }
+  }
+
+  std::vector<double> per_vertex(const JsonValue &reference, Purpose purpose, size_t width) {
+    std::vector<double> numbers = accessor_numbers(container, reference, purpose);
+    if (numbers.size() != out.vertex_count() * width)
+      container.item("accessors", reference)
+          .fail("expected an element for each of " + std::to_string(out.vertex_count()) +
+                " vertices, found " + std::to_string(numbers.size() / width));
+    return numbers;
+  }
+
+  void read_joints() {
+    std::vector<std::vector<double>> joints, weights;
+    for (;;) {
+      const std::string set = std::to_string(joints.size());
+      const auto joint_key = attributes.find(("JOINTS_" + set).c_str()),
+                 weight_key = attributes.find(("WEIGHTS_" + set).c_str());
+      if (!joint_key != !weight_key)
+        attributes.fail("expected JOINTS_" + set + " and WEIGHTS_" + set + " together, found one of them");
+      if (!joint_key) break;
+      joints.push_back(per_vertex(*joint_key, Purpose::joints, 4));
+      weights.push_back(per_vertex(*weight_key, Purpose::weights, 4));
+    }
+    if (joints.empty()) return;
+    for (size_t vertex = 0; vertex < out.vertex_count(); vertex++) {
+      out.first.push_back(out.influences.size());
+      double sum = 0;
+      for (size_t set = 0; set < joints.size(); set++)
+        for (size_t i = vertex * 4; i < vertex * 4 + 4; i++) {
+          const double weight = weights[set][i];
+          if (weight < 0)
+            attributes.fail("vertex " + std::to_string(vertex) + ": expected weights of 0 or more");
+          if (weight == 0) continue;
+          const uint32_t joint = static_cast<uint32_t>(joints[set][i]);
+          out.joint_count = std::max(out.joint_count, joint + 1);
+          out.influences.push_back({joint, weight});
+          sum += weight;
+        }
+      if (!(sum > 0)) attributes.fail("vertex " + std::to_string(vertex) + ": its weights add up to 0");
+      // They were rounded when they were written: without this the vertex would move towards the origin.
+      for (size_t i = out.first.back(); i < out.influences.size(); i++) out.influences[i].weight /= sum;
+    }
+    out.first.push_back(out.influences.size());
+  }
+
+  void read_target(const JsonValue &target) {
+    const auto reference = target.find("POSITION");
+    out.targets.push_back(reference ? per_vertex(*reference, Purpose::displacements, 3)
+                                    : std::vector<double>());
+  }
+
+  Container &container;
+  const JsonValue &json;
+  const JsonValue attributes;
+  Primitive out;
+};
+
+} // namespace
+
+MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report) {
+  MeshData out;
+  out.used = true;
+  const JsonValue primitives = mesh.at("primitives");
+  size_t targets = 0;
+  for (size_t i = 0; i < primitives.size(); i++) {
+    const JsonValue primitive = primitives.item(i);
+    const auto mode_key = primitive.find("mode");
+    const int64_t mode = mode_key ? mode_key->integer(0, 6) : int64_t(mode_triangles);
+    if (mode < mode_triangles) {
+      report.lines_and_points++;
+      continue;
+    }
+    out.primitives.push_back(PrimitiveReader(container, primitive).read(mode));
+    const size_t found = out.primitives.back().targets.size();
+    if (out.primitives.size() > 1 && found != targets)
+      primitive.fail("expected " + std::to_string(targets) + " targets as in the first primitive, found " +
+                     std::to_string(found));
+    targets = found;
+  }
+  out.weights.resize(targets);
+  if (const auto weights = mesh.find("weights"))
+    for (size_t i = 0; i < targets; i++) out.weights[i] = weights->items(targets, i).number();
+  return out;
+}
+
+} // namespace fvv::capture::gltf

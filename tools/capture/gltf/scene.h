@@ -1,0 +1,75 @@
+// capture/gltf/scene.h: what of a glTF file draws, as plain numbers: nodes, triangles, skins, and one
+// animation. Everything is checked while it is read; posing it (pose.h) needs no file and cannot meet an
+// index out of range.
+#pragma once
+
+#include "capture/gltf/animation.h"
+#include "capture/gltf/transform.h"
+#include "capture/mesh_file.h"
+
+#include <optional>
+#include <variant>
+
+namespace fvv::capture::gltf {
+
+constexpr uint32_t none = UINT32_MAX;
+
+struct Node {
+  std::optional<Transform> matrix; // in place of the three below
+  double translation[3] = {0, 0, 0}, rotation[4] = {0, 0, 0, 1}, scale[3] = {1, 1, 1};
+  std::vector<double> weights; // of morph targets; empty: those of the mesh
+  uint32_t parent = none, mesh = none, skin = none;
+};
+
+struct Influence {
+  uint32_t joint; // index among the joints of a skin
+  double weight;  // > 0; those of a vertex add up to 1
+};
+
+struct Primitive {
+  std::vector<double> positions;            // 3 per vertex
+  std::vector<uint32_t> triangles;          // 3 vertices each
+  std::vector<std::vector<double>> targets; // displacements like positions; empty: all zero
+  std::vector<size_t> first; // influences of vertex v: first[v] to first[v + 1]; empty: no joints
+  std::vector<Influence> influences;
+  uint32_t joint_count = 0; // 1 + the highest joint
+
+  size_t vertex_count() const { return positions.size() / 3; }
+};
+
+struct MeshData {
+  std::vector<Primitive> primitives;
+  std::vector<double> weights; // one per morph target
+  bool used = false;           // drawn by the scene; others are not read
+};
+
+struct Skin {
+  std::vector<uint32_t> joints; // nodes
+  std::vector<Transform> inverse_bind;
+};
+
+struct Scene {
+  std::string file; // what messages call it
+  std::vector<Node> nodes;
+  std::vector<uint32_t> order; // all nodes, parents first
+  std::vector<uint32_t> drawn; // nodes of the scene that have a mesh, in the order of the file
+  std::vector<MeshData> meshes;
+  std::vector<Skin> skins;
+  std::vector<Channel> channels; // of the chosen animation
+  MeshReport report;
+};
+
+// Which animation of a file: none, or the only one, or one by index or name.
+struct NoAnimation {};
+struct OnlyAnimation {};
+using AnimationChoice = std::variant<NoAnimation, OnlyAnimation, int64_t, std::string>;
+
+// bytes: the whole file. path: what messages call it, and where its buffers lie. FileError "path: POINTER:
+// what". limits: max_vertices and max_faces hold for the scene as drawn.
+Scene read_scene(std::string_view bytes, const std::string &path, const AnimationChoice &choice,
+                 const fvv_limits &limits);
+
+// One item of meshes (primitive.cpp).
+MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report);
+
+} // namespace fvv::capture::gltf
