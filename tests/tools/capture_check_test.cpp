@@ -4,6 +4,7 @@
 #include "capture/capture.h"
 
 #include <filesystem>
+#include <functional>
 #include <unistd.h>
 
 using namespace fvv::capture;
@@ -81,15 +82,42 @@ TEST_CASE("all missing, empty, unreadable and unlike files are reported at once,
   const Findings findings = check_files(folder.capture, probe);
   CHECK(findings.problems ==
         Sentences{"1 of 5 meshes is empty, first: meshes/0014.ply",
-                  "camera 3: 2 of 5 pictures are missing, first: a_12.png",
+                  "camera 3: 2 of 5 pictures are missing: 12, 18 (first: a_12.png)",
                   "camera 3: 1 of 5 pictures is not 480 x 270, first: a_10.png is 960 x 540",
                   "camera 4: 1 of 5 pictures is unreadable, first: " +
                       (folder.root / "frames/0016/b.png").string() + ": is no picture",
-                  "camera 4: 1 of 5 masks is missing, first: frames/0018/mask.png",
+                  "camera 4: 1 of 5 masks is missing: 18 (first: frames/0018/mask.png)",
                   "camera 4: 1 of 5 masks is not 480 x 270, first: frames/0010/mask.png is 480 x 271"});
   CHECK(findings.warnings == Sentences{});
   // Without a probe sizes are not looked at.
   CHECK(check_files(folder.capture, nullptr).problems.size() == 3);
+}
+
+TEST_CASE("gaps are named as ranges, the first eight of them") {
+  Folder folder;
+  folder.capture.cameras.clear();
+  folder.capture.frames = {1, 50, 1};
+  const auto missing = [&](const std::function<bool(int64_t)> &gone) {
+    for (const int64_t frame : folder.capture.frames.numbers()) {
+      const std::string file = folder.capture.meshes->file(frame);
+      folder.write(file, "mesh");
+      if (gone(frame)) fs::remove(folder.root / file);
+    }
+    const Sentences problems = check_files(folder.capture, probe).problems;
+    return problems.empty() ? "" : problems.at(0);
+  };
+  CHECK(missing([](int64_t i) { return i == 3 || (i >= 17 && i <= 27); }) ==
+        "12 of 50 meshes are missing: 3, 17 to 27 (first: meshes/0003.ply)");
+  CHECK(missing([](int64_t i) { return i >= 49; }) ==
+        "2 of 50 meshes are missing: 49 to 50 (first: meshes/0049.ply)");
+  const auto odd = [](int64_t most) { return [most](int64_t i) { return i % 2 && i <= most; }; };
+  CHECK(missing(odd(15)) == "8 of 50 meshes are missing: 1, 3, 5, 7, 9, 11, 13, 15 (first: meshes/0001.ply)");
+  CHECK(missing(odd(17)) ==
+        "9 of 50 meshes are missing: 1, 3, 5, 7, 9, 11, 13, 15, ... (first: meshes/0001.ply)");
+  // Neighbours are those of the capture: 1, 4, 7 follow one another in steps of 3.
+  folder.capture.frames = {1, 10, 3};
+  CHECK(missing([](int64_t i) { return i <= 7 || i == 16; }) ==
+        "4 of 10 meshes are missing: 1 to 7, 16 (first: meshes/0001.ply)");
 }
 
 TEST_CASE("frames around the chosen ones are warned of, frames between them are not") {
@@ -113,7 +141,7 @@ TEST_CASE("a folder that is not there, a single file and shared pictures") {
   folder.capture.meshes = Folder::pattern("nowhere/%d.ply");
   folder.capture.cameras[1].pictures = folder.capture.cameras[0].pictures;
   CHECK(check_files(folder.capture, probe).problems ==
-        Sentences{"5 of 5 meshes are missing, first: nowhere/10.ply",
+        Sentences{"5 of 5 meshes are missing: 10 to 18 (first: nowhere/10.ply)",
                   "camera 4: has the pictures of camera 3: a_%d.png"});
   folder.capture.frames = {0, 1, 1};
   folder.capture.cameras.clear();

@@ -196,9 +196,11 @@ TEST_CASE("the extension decides how a mesh is read and written") {
   CHECK(read_file((folder / "a.PLY").string(), 1000).substr(0, 4) == "ply\n");
   const std::string unknown = (folder / "a.stl").string(), absent = (folder / "b.obj").string(),
                     odd = (folder / "a.obj").string();
-  const std::string expected = ": expected a mesh file with extension .obj, .ply or .drc, found ";
-  CHECK_THROWS_WITH(read_mesh(unknown), unknown + expected + "\".stl\"");
-  CHECK_THROWS_WITH(write_mesh(mesh, millimetres, "mesh"), "mesh" + expected + "no extension");
+  CHECK_THROWS_WITH(
+      read_mesh(unknown),
+      unknown + ": expected a mesh file with extension .obj, .ply, .drc, .glb or .gltf, found \".stl\"");
+  CHECK_THROWS_WITH(write_mesh(mesh, millimetres, "mesh"),
+                    "mesh: expected a mesh file with extension .obj, .ply or .drc, found no extension");
   CHECK_THROWS_WITH(read_mesh(absent), absent + ": cannot be opened: No such file or directory");
   CHECK_THROWS_WITH(read_file(folder.string(), 1), folder.string() + ": is not a regular file");
   CHECK_THROWS_WITH(read_file(odd, 5), odd + ": has 36 bytes, at most 5 are allowed");

@@ -71,7 +71,7 @@ TEST_CASE("all problems of the files are told before any work, one a line") {
   write_png(capture.picture_path(capture.cameras[1], 2), media::make_image(63, 48, 3, 9));
   const std::string where = "fvvmux: " + capture.path + ": ";
   check_refused(folder, arguments(folder), 1,
-                where + "2 of 5 meshes are missing, first: meshes/0001.ply\n" + where +
+                where + "2 of 5 meshes are missing: 1, 4 (first: meshes/0001.ply)\n" + where +
                     "camera 13: 1 of 5 pictures is not 64 x 48, first: cam1/0002.png is 63 x 48\n");
   fs::remove(capture.path);
   check_refused(folder, arguments(folder), 1,

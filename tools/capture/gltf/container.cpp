@@ -25,8 +25,7 @@ constexpr uint64_t numbers_per_byte = 4, numbers_for_free = uint64_t(1) << 24;
 
 // Extensions that may be required by a file that is read here: those that are understood, and families that
 // change how a surface looks and not where it lies.
-constexpr std::string_view understood[] = {"KHR_mesh_quantization", "KHR_draco_mesh_compression",
-                                           "KHR_lights_punctual"};
+constexpr std::string_view understood[] = {"KHR_mesh_quantization", "KHR_lights_punctual"};
 constexpr std::string_view looks[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"};
 
 bool is_harmless(std::string_view name) {
@@ -106,8 +105,7 @@ void Container::check_extensions() const {
     const JsonValue extension = required->item(i);
     if (!is_harmless(extension.text()))
       extension.fail(
-          "expected KHR_mesh_quantization, KHR_draco_mesh_compression or an extension of materials, "
-          "textures or lights, found " +
+          "expected KHR_mesh_quantization or an extension of materials, textures or lights, found " +
           extension.found());
   }
 }
