@@ -67,6 +67,7 @@ TEST_CASE("a complete capture gives neither problem nor warning") {
   const Findings findings = check_files(folder.capture, probe);
   CHECK(findings.problems == Sentences{});
   CHECK(findings.warnings == Sentences{});
+  CHECK(findings.unused == Sentences{});
 }
 
 TEST_CASE("all missing, empty, unreadable and unlike files are reported at once, in order") {
@@ -131,7 +132,7 @@ TEST_CASE("frames around the chosen ones are warned of, frames between them are 
   folder.write("frames/0003/b.png", "480 270");
   const Findings findings = check_files(folder.capture, probe);
   CHECK(findings.problems == Sentences{});
-  CHECK(findings.warnings ==
+  CHECK(findings.unused ==
         Sentences{"camera 3: pictures reach from frame 9 to 100, the capture takes 10 to 18 (3 not used)",
                   "camera 4: pictures reach from frame 3 to 18, the capture takes 10 to 18 (1 not used)"});
 }
@@ -147,7 +148,7 @@ TEST_CASE("a folder that is not there, a single file and shared pictures") {
   folder.capture.cameras.clear();
   folder.capture.meshes = Folder::pattern("meshes/0010.ply");
   CHECK(check_files(folder.capture, probe).problems == Sentences{});
-  CHECK(check_files(folder.capture, probe).warnings == Sentences{});
+  CHECK(check_files(folder.capture, probe).unused == Sentences{});
 }
 
 TEST_CASE("meshes of a capture come in metres, a written capture loads from its file") {

@@ -52,6 +52,26 @@ def test_schema_of_a_capture_refuses_what_the_page_forbids():
             jsonschema.validate(json.loads(example) | change, schema, cls=jsonschema.Draft202012Validator)
 
 
+def test_schema_of_a_capture_takes_a_pattern_or_an_animated_file():
+    schema = json.loads((SPEC / "capture.schema.json").read_text())
+    example = re.search(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M).group(1)
+
+    def accepts(meshes):
+        return jsonschema.Draft202012Validator(schema).is_valid(json.loads(example) | {"meshes": meshes})
+
+    assert accepts({"pattern": "%d.glb"})
+    assert accepts({"file": "50%.glb"})
+    assert accepts({"file": "a.glb", "animation": "run", "start": "3/2"})
+    assert accepts({"file": "a.glb", "animation": 0, "start": 2})
+    for wrong in (
+        {"file": ""},
+        {"animation": 0},
+        {"file": "a.glb", "pattern": "%d.ply"},
+        {"file": "a.glb", "start": "-1"},
+    ):
+        assert not accepts(wrong)
+
+
 def test_relative_links_lead_to_files():
     missing, seen = [], 0
     for page in pages():

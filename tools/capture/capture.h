@@ -87,11 +87,13 @@ using PictureProbe = std::function<PictureSize(const std::string &path)>;
 struct Findings {
   std::vector<std::string> problems;
   std::vector<std::string> warnings;
+  std::vector<std::string>
+      unused; // frames that lie there and are not taken: odd unless somebody asked for a part
 };
 
 // Looks at every file that a capture names, before any work starts: missing or empty files, pictures and
 // masks whose size is not the camera's (probe empty: not looked at), files of frames before the first or
-// behind the last (a warning), two cameras with the same pictures. An animated file is read: what is wrong
+// behind the last (unused), two cameras with the same pictures. An animated file is read: what is wrong
 // with it is a problem, frames behind its end are a warning.
 Findings check_files(const Capture &capture, const PictureProbe &probe);
 

@@ -179,10 +179,9 @@ private:
       highest = std::max(highest, *frame);
     }
     if (extra)
-      findings.warnings.push_back(subject + kind + " reach from frame " + std::to_string(lowest) + " to " +
-                                  std::to_string(highest) + ", the capture takes " + std::to_string(first) +
-                                  " to " + std::to_string(last) + " (" + std::to_string(extra) +
-                                  " not used)");
+      findings.unused.push_back(subject + kind + " reach from frame " + std::to_string(lowest) + " to " +
+                                std::to_string(highest) + ", the capture takes " + std::to_string(first) +
+                                " to " + std::to_string(last) + " (" + std::to_string(extra) + " not used)");
   }
 
   void shared_pictures() {

@@ -72,10 +72,11 @@ bool look_at_files(const capture::Capture &capture, bool sub_range) {
       lines += (lines.empty() ? "" : "\nfvvmux: ") + capture.path + ": " + problem;
     throw cli::Failure(lines);
   }
-  // Warnings are about frames that are not used, and with a sub-range that is what the user wants.
-  if (sub_range) return false;
-  for (const std::string &warning : findings.warnings) cli::warn(capture.path + ": " + warning);
-  return !findings.warnings.empty();
+  std::vector<std::string> warnings = findings.warnings;
+  // With a sub-range, frames that are not used are what the user wants.
+  if (!sub_range) warnings.insert(warnings.end(), findings.unused.begin(), findings.unused.end());
+  for (const std::string &warning : warnings) cli::warn(capture.path + ": " + warning);
+  return !warnings.empty();
 }
 
 uint16_t scaled(uint32_t size, double scale) {

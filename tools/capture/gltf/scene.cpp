@@ -8,6 +8,9 @@ namespace {
 
 // A node takes three bytes of JSON and hundreds in memory.
 constexpr size_t max_nodes = size_t(1) << 18;
+// Counted once for each node that draws them: an empty target is three bytes for a mesh, and work for every
+// node.
+constexpr uint64_t max_targets = uint64_t(1) << 20;
 
 class SceneReader {
 public:
@@ -141,6 +144,9 @@ private:
                     std::to_string(skin.joints.size()) + " joints");
       }
     }
+    targets += mesh.weights.size();
+    if (targets > max_targets)
+      json.fail("expected a scene of at most " + std::to_string(max_targets) + " morph targets");
     for (const Primitive &primitive : mesh.primitives) {
       vertices += primitive.vertex_count();
       faces += primitive.triangles.size() / 3;
@@ -209,9 +215,9 @@ private:
       if (text == "weights") {
         // A mesh that is not drawn was not read either.
         if (node.mesh == none || !scene.meshes[node.mesh].used) continue;
-        const size_t targets = scene.meshes[node.mesh].weights.size();
-        if (!targets) path.fail("expected a node whose mesh has morph targets");
-        scene.channels.push_back(read_channel(container, channel, samplers, Path::weights, targets));
+        const size_t width = scene.meshes[node.mesh].weights.size();
+        if (!width) path.fail("expected a node whose mesh has morph targets");
+        scene.channels.push_back(read_channel(container, channel, samplers, Path::weights, width));
       } else {
         const Path kind = text == "translation" ? Path::translation
                           : text == "rotation"  ? Path::rotation
@@ -231,7 +237,7 @@ private:
   const JsonValue root;
   const fvv_limits &limits;
   Scene scene;
-  uint64_t vertices = 0, faces = 0;
+  uint64_t vertices = 0, faces = 0, targets = 0; // as drawn
 };
 
 } // namespace
