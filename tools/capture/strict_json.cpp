@@ -206,11 +206,6 @@ double JsonValue::number() const {
   return value->get<double>();
 }
 
-bool JsonValue::boolean() const {
-  expect(value->is_boolean(), "true or false");
-  return value->get<bool>();
-}
-
 int64_t JsonValue::integer(int64_t least, int64_t most) const {
   const std::string range = "an integer from " + std::to_string(least) + " to " + std::to_string(most);
   const bool fits = value->is_number_unsigned() ? value->get<uint64_t>() <= static_cast<uint64_t>(INT64_MAX)

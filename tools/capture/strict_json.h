@@ -39,7 +39,6 @@ public:
   std::string text() const; // without NUL
   bool boolean() const;
   double number() const;
-  bool boolean() const;
   int64_t integer(int64_t least, int64_t most) const;
 
   // As an error message shows it: "a string", "3.5", ...
