@@ -31,11 +31,13 @@ std::string contents(const fs::path &path) {
 }
 
 std::map<std::string, std::string> write(const Settings &settings, uint32_t frames, const std::string &rate,
-                                         uint32_t threads, const fs::path &to) {
+                                         uint32_t threads, const fs::path &to, Recording recording = {}) {
   Settings wanted = settings;
-  wanted.threads = threads;
+  wanted.threads = recording.threads = threads;
+  recording.rate = parse_frame_rate(rate);
+  recording.frames = frames;
   fvv::cli::OutputFolder folder(to.string(), false);
-  write_capture(Scene(wanted), frames, parse_frame_rate(rate), threads, folder);
+  write_capture(Scene(wanted), recording, folder);
   folder.commit();
   std::map<std::string, std::string> files;
   for (const auto &entry : fs::recursive_directory_iterator(to))
@@ -124,6 +126,36 @@ TEST_CASE("a capture has the same bytes for any number of threads") {
              three = write(settings, 3, "25", 3, scratch.path / "three");
   CHECK(one.size() == 1 + 3 + 2 * 2 * 3);
   CHECK(one == three);
+}
+
+TEST_CASE("hulls are the same for any number of threads, and their grid stands beside them") {
+  const Scratch scratch;
+  Settings settings;
+  settings.cameras = 3;
+  settings.width = 96;
+  settings.height = 54;
+  Recording recording;
+  recording.meshes = Meshes::hull;
+  recording.hull_cells = 48;
+  const auto one = write(settings, 2, "25", 1, scratch.path / "one", recording),
+             three = write(settings, 2, "25", 3, scratch.path / "three", recording);
+  CHECK(one == three);
+  const auto grid = nlohmann::json::parse(one.at("hull.json"));
+  CHECK(grid["cell"].get<double>() == Approx(0.1));
+  CHECK(grid["dimensions"] == nlohmann::json({49, 25, 25}));
+  const Ply mesh = parse(one.at("meshes/0001.ply"));
+  REQUIRE(mesh.positions.size() > 300);
+  // Each vertex lies on an edge of the grid: two of its coordinates are those of a grid point.
+  size_t off = 0;
+  for (size_t i = 0; i < mesh.positions.size(); i += 3) {
+    int whole = 0;
+    for (size_t axis = 0; axis < 3; axis++) {
+      const double at = (double(mesh.positions[i + axis]) - grid["origin"][axis].get<double>()) / 0.1;
+      whole += std::abs(at - std::round(at)) < 1e-5;
+    }
+    off += whole != 2;
+  }
+  CHECK(off == 0);
 }
 
 TEST_CASE("capture.json describes the folder, and meshes project onto masks") {

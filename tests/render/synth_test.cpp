@@ -1,11 +1,11 @@
 // The made-up scene: determinism, closed surfaces, plausible motion.
+#include "closed.h"
 #include "fvv_catch.h"
 
 #include "fvvsynth/scene.h"
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 using namespace fvv::synth;
 
@@ -53,31 +53,11 @@ TEST_CASE("the mesh is three closed surfaces of the intended size") {
   CHECK(faces.size() / 3 < 36000);
   CHECK(scene.vertex_count() > 17000);
   CHECK(scene.vertex_count() < 18000);
-  // Each edge has one face on either side, running along it in opposite directions.
-  std::map<std::pair<uint32_t, uint32_t>, int> edges;
-  for (size_t i = 0; i < faces.size(); i += 3)
-    for (size_t c = 0; c < 3; c++) edges[{faces[i + c], faces[i + (c + 1) % 3]}]++;
-  size_t unmatched = 0;
-  for (const auto &[edge, count] : edges)
-    unmatched += count != 1 || edges.find({edge.second, edge.first}) == edges.end();
-  CHECK(unmatched == 0);
-  // Around each vertex the faces form a single fan: its edges make one circle.
-  std::vector<std::map<uint32_t, uint32_t>> around(scene.vertex_count());
-  for (size_t i = 0; i < faces.size(); i += 3)
-    for (size_t c = 0; c < 3; c++) around[faces[i + c]][faces[i + (c + 1) % 3]] = faces[i + (c + 2) % 3];
-  size_t pinched = 0;
-  for (const auto &circle : around) {
-    size_t length = 0;
-    uint32_t at = circle.begin()->first;
-    do {
-      at = circle.at(at);
-      length++;
-    } while (at != circle.begin()->first);
-    pinched += length != circle.size();
-  }
-  CHECK(pinched == 0);
+  const Closedness found = closedness(scene.vertex_count(), faces);
+  CHECK(found.unmatched == 0);
+  CHECK(found.pinched == 0);
   // V - E + F of three spheres.
-  CHECK(scene.vertex_count() - edges.size() / 2 + faces.size() / 3 == 6);
+  CHECK(scene.vertex_count() - found.edges + faces.size() / 3 == 6);
 }
 
 TEST_CASE("no face degenerates or is stretched beyond belief, volumes stay") {

@@ -3,6 +3,8 @@
 
 #include "cli/parallel.h"
 #include "fvv_media/image.h"
+#include "fvvsynth/hull.h"
+#include "fvvsynth/remesh.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -16,6 +18,7 @@ namespace fvv::synth {
 namespace {
 
 constexpr uint32_t samples = 3;
+constexpr double remesh_cell = 0.0203; // metres: about as many triangles as the tracked mesh
 using Json = nlohmann::ordered_json;
 
 std::string numbered(const char *before, size_t number, const char *after) {
@@ -32,6 +35,15 @@ void write_file(const std::string &path, const void *bytes, size_t size) {
   const bool closed = file && std::fclose(file) == 0;
   if (!whole || !closed)
     throw cli::Failure(path + ": cannot write: " + std::strerror(whole ? errno : reason));
+}
+
+void write_bytes(const std::string &path, const std::vector<uint8_t> &bytes) {
+  write_file(path, bytes.data(), bytes.size());
+}
+
+void write_text(const std::string &path, const Json &json) {
+  const std::string text = json.dump(2) + "\n";
+  write_file(path, text.data(), text.size());
 }
 
 void append(std::vector<uint8_t> &out, uint32_t value) {
@@ -62,7 +74,27 @@ std::string rate_text(FrameRate rate) {
   return rate.denominator == 1 ? numerator : numerator + "/" + std::to_string(rate.denominator);
 }
 
-Json description(const Scene &scene, uint32_t count, FrameRate rate) {
+std::vector<float> positions(const Surface &surface) {
+  std::vector<float> out;
+  out.reserve(surface.vertices.size() * 3);
+  for (const Vec3 p : surface.vertices)
+    for (const double value : {p.x, p.y, p.z}) out.push_back(float(value));
+  return out;
+}
+
+Surface remeshed(const Scene &scene, const Moment &moment, size_t frame) {
+  const uint64_t key = scene.settings().seed * 0x9e3779b97f4a7c15u ^ (frame + 1);
+  return remesh(remesh_grid(moment.positions, remesh_cell, key), moment.positions, scene.faces());
+}
+
+Json description(const Grid &grid) {
+  return {{"origin", {grid.origin.x, grid.origin.y, grid.origin.z}},
+          {"cell", grid.cell},
+          {"dimensions", {grid.count[0], grid.count[1], grid.count[2]}},
+          {"edge_margin", edge_margin}};
+}
+
+Json description(const Scene &scene, const Recording &recording) {
   Json cameras = Json::array();
   for (const fvv_camera &camera : scene.cameras()) {
     const std::string name(camera.name, camera.name_size);
@@ -85,8 +117,8 @@ Json description(const Scene &scene, uint32_t count, FrameRate rate) {
   }
   return {{"fvv_capture", 1},
           {"name", "players"},
-          {"frame_rate", rate_text(rate)},
-          {"frames", {{"first", 0}, {"count", count}}},
+          {"frame_rate", rate_text(recording.rate)},
+          {"frames", {{"first", 0}, {"count", recording.frames}}},
           {"units", "metres"},
           {"up", "+y"},
           {"conventions", {{"pixel_centre", 0.5}}},
@@ -101,8 +133,7 @@ void write_png(const std::string &path, const render::Picture &picture, int chan
   image.height = picture.height;
   image.channels = channels;
   image.pixels = pixels;
-  const std::vector<uint8_t> bytes = media::encode_png(image);
-  write_file(path, bytes.data(), bytes.size());
+  write_bytes(path, media::encode_png(image));
 }
 
 } // namespace
@@ -129,25 +160,34 @@ FrameRate parse_frame_rate(const std::string &text) {
   return {uint32_t(parts[0] / common), uint32_t(parts[1] / common)};
 }
 
-void write_capture(const Scene &scene, uint32_t count, FrameRate rate, uint32_t threads,
-                   const cli::OutputFolder &folder) {
-  cli::Progress progress("frames", count);
+void write_capture(const Scene &scene, const Recording &recording, const cli::OutputFolder &folder) {
+  const Grid grid = hull_grid(recording.hull_cells);
+  cli::Progress progress("frames", recording.frames);
   const auto frame = [&](size_t number) {
-    const Moment moment = scene.at(double(number) * rate.denominator / rate.numerator);
-    const std::vector<uint8_t> mesh = ply(moment.positions, scene.faces());
-    write_file(folder.file(numbered("meshes/", number, ".ply")), mesh.data(), mesh.size());
-    render::SampleBuffer buffer(scene.cameras()[0].width, scene.cameras()[0].height, samples);
+    const Moment moment = scene.at(double(number) * recording.rate.denominator / recording.rate.numerator);
+    std::vector<Silhouette> silhouettes;
     for (size_t i = 0; i < scene.cameras().size(); i++) {
-      const render::Picture picture = scene.picture(i, moment, buffer);
       const fvv_camera &camera = scene.cameras()[i];
+      render::SampleBuffer buffer(camera.width, camera.height, samples);
+      const render::Picture picture = scene.picture(i, moment, buffer);
       const std::string name = std::string(camera.name, camera.name_size) + "/";
       write_png(folder.file(numbered(name.c_str(), number, ".png")), picture, 3, picture.rgb);
       write_png(folder.file(numbered((name + "mask_").c_str(), number, ".png")), picture, 1, picture.mask);
+      if (recording.meshes == Meshes::hull) silhouettes.emplace_back(camera, picture.mask);
+    }
+    const std::string path = folder.file(numbered("meshes/", number, ".ply"));
+    if (recording.meshes == Meshes::tracked) {
+      write_bytes(path, ply(moment.positions, scene.faces()));
+    } else {
+      const Surface surface =
+          recording.meshes == Meshes::hull ? carve(grid, silhouettes) : remeshed(scene, moment, number);
+      if (surface.faces.empty()) throw cli::Failure(path + ": the masks of this frame leave no hull");
+      write_bytes(path, ply(positions(surface), surface.faces));
     }
   };
-  cli::parallel(threads, count, frame, [&] { progress.step(); });
-  const std::string text = description(scene, count, rate).dump(2) + "\n";
-  write_file(folder.file("capture.json"), text.data(), text.size());
+  cli::parallel(recording.threads, recording.frames, frame, [&] { progress.step(); });
+  if (recording.meshes == Meshes::hull) write_text(folder.file("hull.json"), description(grid));
+  write_text(folder.file("capture.json"), description(scene, recording));
 }
 
 } // namespace fvv::synth

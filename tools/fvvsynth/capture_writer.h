@@ -14,9 +14,22 @@ struct FrameRate { // frames per second, in lowest terms
 // "25" or "30000/1001". Failure (usage) when text is not a positive number or fraction of such.
 FrameRate parse_frame_rate(const std::string &text);
 
-// Writes frames 0 ... count - 1 into folder on that many threads. The bytes do not depend on threads. Failure
-// names the file that could not be written.
-void write_capture(const Scene &scene, uint32_t count, FrameRate rate, uint32_t threads,
-                   const cli::OutputFolder &folder);
+enum class Meshes {
+  tracked,  // the scene's own: the same faces in all frames
+  remeshed, // the same surface, other triangles in every frame
+  hull      // carved from the masks, as reconstruction from real cameras does it
+};
+
+struct Recording {
+  uint32_t frames = 50;
+  FrameRate rate;
+  Meshes meshes = Meshes::tracked;
+  uint32_t hull_cells = 220; // along the longest side of the space that hulls are carved from
+  uint32_t threads = 1;      // the bytes written do not depend on it
+};
+
+// Writes frames 0 ... frames - 1 into folder. Failure names the file that could not be written, or the frame
+// whose hull is empty.
+void write_capture(const Scene &scene, const Recording &recording, const cli::OutputFolder &folder);
 
 } // namespace fvv::synth

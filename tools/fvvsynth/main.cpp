@@ -1,13 +1,19 @@
 // fvvsynth: writes a made-up capture, so that a fresh machine needs no data. Argument parsing only.
 #include "cli/cli.h"
 #include "fvvsynth/capture_writer.h"
+#include "fvvsynth/hull.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <thread>
 
 namespace {
+
+const std::map<std::string, fvv::synth::Meshes> mesh_kinds = {{"tracked", fvv::synth::Meshes::tracked},
+                                                              {"remeshed", fvv::synth::Meshes::remeshed},
+                                                              {"hull", fvv::synth::Meshes::hull}};
 
 // "480x270". Failure (usage) otherwise; ranges are the scene's to check.
 void parse_size(const std::string &text, uint32_t &width, uint32_t &height) {
@@ -22,14 +28,16 @@ void parse_size(const std::string &text, uint32_t &width, uint32_t &height) {
 
 int main(int argc, char **argv) {
   CLI::App app("Writes a made-up capture of two basketball players: meshes, calibrated pictures and masks.");
-  std::string output, size = "480x270", rate = "25";
+  std::string output, size = "480x270", rate = "25", meshes = "tracked";
   fvv::synth::Settings settings;
-  uint32_t frames = 50;
+  fvv::synth::Recording recording;
   bool force = false;
   settings.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 64u);
   app.add_option("-o,--output", output, "Folder to write")->required()->type_name("DIR");
   app.add_option("--seed", settings.seed, "Chooses looks, places and cameras")->capture_default_str();
-  app.add_option("--frames", frames, "Number of frames")->check(CLI::Range(1, 9999))->capture_default_str();
+  app.add_option("--frames", recording.frames, "Number of frames")
+      ->check(CLI::Range(1, 9999))
+      ->capture_default_str();
   app.add_option("--cameras", settings.cameras, "Number of cameras")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
@@ -39,6 +47,13 @@ int main(int argc, char **argv) {
   app.add_option("--fps", rate, "Frames per second, a number or a fraction")
       ->capture_default_str()
       ->type_name("N[/D]");
+  app.add_option("--meshes", meshes, "Same triangles in all frames, others in each, or hulls of the masks")
+      ->check(CLI::IsMember(mesh_kinds))
+      ->capture_default_str()
+      ->type_name("tracked|remeshed|hull");
+  app.add_option("--hull-cells", recording.hull_cells, "Cells along the longest side of the hull's grid")
+      ->check(CLI::Range(24, 1200))
+      ->capture_default_str();
   app.add_option("--threads", settings.threads, "Threads; the result is the same for any number")
       ->check(CLI::Range(1, 64));
   app.add_flag("--force", force, "Replace the folder when it exists");
@@ -48,12 +63,18 @@ int main(int argc, char **argv) {
     return app.exit(error) == 0 ? fvv::cli::done : fvv::cli::usage;
   }
   return fvv::cli::run("fvvsynth", [&] {
-    const fvv::synth::FrameRate frame_rate = fvv::synth::parse_frame_rate(rate);
+    recording.rate = fvv::synth::parse_frame_rate(rate);
+    recording.threads = settings.threads;
+    recording.meshes = mesh_kinds.at(meshes);
+    if (recording.meshes == fvv::synth::Meshes::hull && settings.cameras < fvv::synth::hull_cameras)
+      throw fvv::cli::Failure("--meshes hull: expected 3 cameras or more, found --cameras " +
+                                  std::to_string(settings.cameras),
+                              fvv::cli::usage);
     parse_size(size, settings.width, settings.height);
     fvv::cli::OutputFolder folder(output, force);
     try {
       const fvv::synth::Scene scene(settings);
-      fvv::synth::write_capture(scene, frames, frame_rate, settings.threads, folder);
+      fvv::synth::write_capture(scene, recording, folder);
     } catch (const std::invalid_argument &error) {
       throw fvv::cli::Failure(error.what(), fvv::cli::usage);
     }

@@ -27,6 +27,7 @@ class Scene {
 public:
   explicit Scene(const Settings &settings); // throws std::invalid_argument outside the ranges above
 
+  const Settings &settings() const { return wanted; }
   const std::vector<fvv_camera> &cameras() const { return rig; }
   // Player 0, player 1, ball: three closed surfaces, one after the other, the same faces at all times.
   const std::vector<uint32_t> &faces() const { return all_faces; }

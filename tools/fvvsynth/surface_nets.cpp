@@ -1,6 +1,9 @@
 // Surface nets: one vertex for each crossed cell, one quadrilateral for each crossed edge.
 #include "fvvsynth/surface_nets.h"
 
+#include "fvvsynth/grid.h"
+#include "fvvsynth/well_composed.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,18 +15,16 @@ namespace {
 constexpr uint32_t no_vertex = UINT32_MAX;
 constexpr int evening_rounds = 6;
 
-class Grid {
+class Net {
 public:
-  Grid(const std::function<double(Vec3)> &distance, Vec3 low, Vec3 high, double cell_size)
-      : origin(low),
-        cell(cell_size), count{points(high.x - low.x), points(high.y - low.y), points(high.z - low.z)} {
-    value.reserve(count[0] * count[1] * count[2]);
+  Net(const std::function<double(Vec3)> &distance, const Grid &points) : grid(points), count(grid.count) {
+    value.reserve(grid.points());
     for (size_t k = 0; k < count[2]; k++)
       for (size_t j = 0; j < count[1]; j++)
         for (size_t i = 0; i < count[0]; i++)
-          value.push_back(distance(point(double(i), double(j), double(k))));
+          value.push_back(distance(grid.point(double(i), double(j), double(k))));
     vertex.assign(value.size(), no_vertex);
-    compose_well();
+    compose_well(grid, value);
   }
 
   Surface surface() {
@@ -39,50 +40,6 @@ public:
   }
 
 private:
-  size_t points(double extent) const { return size_t(std::ceil(extent / cell)) + 1; }
-  Vec3 point(double i, double j, double k) const { return origin + Vec3{i, j, k} * cell; }
-  size_t at(size_t i, size_t j, size_t k) const { return (k * count[1] + j) * count[0] + i; }
-
-  // Where inside touches inside, or outside outside, across a diagonal only, the triangles would meet in
-  // edges of four. There the point nearest to the surface changes sides, until none is left (a
-  // "well-composed" grid: Latecki, "3D well-composed pictures", 1997).
-  void compose_well() {
-    for (bool changed = true; changed;) {
-      changed = false;
-      for (size_t k = 0; k + 1 < count[2]; k++)
-        for (size_t j = 0; j + 1 < count[1]; j++)
-          for (size_t i = 0; i + 1 < count[0]; i++) changed |= compose_cell(i, j, k);
-    }
-  }
-
-  bool compose_cell(size_t i, size_t j, size_t k) {
-    size_t corner[8];
-    int inside = 0;
-    for (int c = 0; c < 8; c++) {
-      corner[c] = at(i + size_t(c & 1), j + size_t(c >> 1 & 1), k + size_t(c >> 2));
-      inside |= int(value[corner[c]] < 0) << c;
-    }
-    if (inside == 0 || inside == 255) return false;
-    // The two diagonals of each side as bits, then the four diagonals of the cell.
-    constexpr int sides[6][2] = {{0x09, 0x06}, {0x90, 0x60}, {0x21, 0x12},
-                                 {0x84, 0x48}, {0x41, 0x14}, {0x82, 0x28}};
-    constexpr int diagonals[4] = {0x81, 0x42, 0x24, 0x18};
-    int critical = 0;
-    for (const auto &side : sides) {
-      const int both = side[0] | side[1];
-      if ((inside & both) == side[0] || (inside & both) == side[1]) critical = both;
-    }
-    for (const int diagonal : diagonals)
-      if (inside == diagonal || inside == (255 ^ diagonal)) critical = diagonal;
-    if (critical == 0) return false;
-    size_t nearest = SIZE_MAX;
-    for (int c = 0; c < 8; c++)
-      if (critical >> c & 1 && (nearest == SIZE_MAX || std::abs(value[corner[c]]) < std::abs(value[nearest])))
-        nearest = corner[c];
-    value[nearest] = value[nearest] < 0 ? 1e-3 * cell : -1e-3 * cell;
-    return true;
-  }
-
   // The mean of the points where edges of the cell cross the surface.
   void add_vertex(size_t i, size_t j, size_t k, Surface &out) {
     Vec3 sum;
@@ -92,7 +49,7 @@ private:
         if (a & bit) continue;
         const int b = a | bit;
         const auto corner = [&](int c) {
-          return value[at(i + size_t(c & 1), j + size_t(c >> 1 & 1), k + size_t(c >> 2))];
+          return value[grid.at(i + size_t(c & 1), j + size_t(c >> 1 & 1), k + size_t(c >> 2))];
         };
         const double va = corner(a), vb = corner(b);
         if ((va < 0) == (vb < 0)) continue;
@@ -103,15 +60,15 @@ private:
       }
     if (crossings == 0) return;
     const Vec3 mean = sum * (1.0 / crossings);
-    vertex[at(i, j, k)] = uint32_t(out.vertices.size());
-    out.vertices.push_back(point(double(i) + mean.x, double(j) + mean.y, double(k) + mean.z));
+    vertex[grid.at(i, j, k)] = uint32_t(out.vertices.size());
+    out.vertices.push_back(grid.point(double(i) + mean.x, double(j) + mean.y, double(k) + mean.z));
   }
 
   void add_quadrilateral(std::array<size_t, 3> p, int axis, Surface &out) {
     std::array<size_t, 3> next = p;
     next[size_t(axis)]++;
-    const bool inside = value[at(p[0], p[1], p[2])] < 0;
-    if (inside == (value[at(next[0], next[1], next[2])] < 0)) return;
+    const bool inside = value[grid.at(p[0], p[1], p[2])] < 0;
+    if (inside == (value[grid.at(next[0], next[1], next[2])] < 0)) return;
     // The four cells around the edge, in the turn of a right hand whose thumb points along the axis.
     const size_t u = size_t(axis + 1) % 3, v = size_t(axis + 2) % 3;
     std::array<uint32_t, 4> corner;
@@ -119,7 +76,7 @@ private:
       std::array<size_t, 3> q = p;
       q[u] -= c == 0 || c == 3;
       q[v] -= c < 2;
-      corner[c] = vertex[at(q[0], q[1], q[2])];
+      corner[c] = vertex[grid.at(q[0], q[1], q[2])];
     }
     if (!inside) std::swap(corner[1], corner[3]);
     const auto span = [&](size_t a, size_t b) {
@@ -130,9 +87,8 @@ private:
       for (const size_t c : {first, first + 1 + t, first + 2 + t}) out.faces.push_back(corner[c % 4]);
   }
 
-  Vec3 origin;
-  double cell;
-  std::array<size_t, 3> count;
+  const Grid grid;
+  const std::array<size_t, 3> &count;
   std::vector<double> value;
   std::vector<uint32_t> vertex; // of the cell whose lowest corner is this point
 };
@@ -163,7 +119,7 @@ std::vector<std::vector<uint32_t>> neighbours(const Surface &surface) {
 }
 
 Surface extract(const std::function<double(Vec3)> &distance, Vec3 low, Vec3 high, double cell) {
-  Surface surface = Grid(distance, low, high, cell).surface();
+  Surface surface = Net(distance, grid_over(low, high, cell)).surface();
   const auto around = neighbours(surface);
   for (int round = 0; round < evening_rounds; round++) {
     std::vector<Vec3> moved = surface.vertices;
