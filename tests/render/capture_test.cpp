@@ -4,6 +4,7 @@
 #include "fvv_media/image.h"
 #include "fvvsynth/capture_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -68,15 +69,28 @@ Ply parse(const std::string &bytes) {
   return ply;
 }
 
-// The silhouette by projecting many points of every face into a picture of four times the resolution.
+// The silhouette by projecting many points of every face into a picture of six times the resolution.
 std::vector<bool> silhouette(const Ply &mesh, const fvv_camera &camera) {
-  constexpr int fine = 4, steps = 10;
+  constexpr int fine = 6;
   const int w = int(camera.width), h = int(camera.height);
   std::vector<bool> hit(size_t(w * h * fine * fine));
   for (size_t i = 0; i < mesh.faces.size(); i += 3) {
     const auto corner = [&](size_t c, int axis) {
       return double(mesh.positions[size_t(3 * mesh.faces[i + c] + axis)]);
     };
+    // As many points that no fine pixel within the face goes without.
+    double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
+    for (size_t c = 0; c < 3; c++) {
+      const double world[3] = {corner(c, 0), corner(c, 1), corner(c, 2)};
+      double pixel[2];
+      if (!fvv_camera_project(&camera, world, pixel, nullptr)) continue;
+      for (int axis = 0; axis < 2; axis++) {
+        low[axis] = std::min(low[axis], pixel[axis]);
+        high[axis] = std::max(high[axis], pixel[axis]);
+      }
+    }
+    const int steps =
+        1 + int(fine * 1.2 * std::clamp(std::max(high[0] - low[0], high[1] - low[1]), 0.0, 50.0));
     for (int a = 0; a <= steps; a++)
       for (int b = 0; a + b <= steps; b++) {
         double world[3], pixel[2];
@@ -109,9 +123,38 @@ fvv_camera read_camera(const nlohmann::json &json) {
   camera.cx = json["intrinsics"]["cx"];
   camera.cy = json["intrinsics"]["cy"];
   camera.r_max = INFINITY;
+  if (json["lens"]["model"] == "radtan") {
+    camera.lens = FVV_LENS_RADTAN;
+    for (size_t i = 0; i < 4; i++) camera.distortion[i] = json["lens"]["coefficients"][i];
+    camera.r_max = json["lens"]["r_max"];
+  }
   for (int i = 0; i < 9; i++) camera.rotation[i] = json["rotation"][size_t(i / 3)][size_t(i % 3)];
   for (int i = 0; i < 3; i++) camera.translation[i] = json["translation"][size_t(i)];
   return camera;
+}
+
+// A silhouette against the mask that was written, and the picture within the mask.
+struct Overlap {
+  size_t both = 0, either = 0;
+  size_t grey = 0;  // values of the mask that are neither 0 nor 255
+  double light = 0; // mean sample
+  double share() const { return double(both) / double(either); }
+};
+
+Overlap compare(const std::vector<bool> &expected, const fvv::media::Image &mask,
+                const fvv::media::Image &picture) {
+  Overlap result;
+  REQUIRE(mask.pixels.size() == expected.size());
+  REQUIRE(picture.pixels.size() == expected.size() * 3);
+  for (size_t i = 0; i < expected.size(); i++) {
+    result.both += expected[i] && mask.pixels[i];
+    result.either += expected[i] || mask.pixels[i];
+    result.grey += mask.pixels[i] != 0 && mask.pixels[i] != 255;
+    if (mask.pixels[i])
+      result.light += picture.pixels[3 * i] + picture.pixels[3 * i + 1] + picture.pixels[3 * i + 2];
+  }
+  result.light /= 3 * double(result.both);
+  return result;
 }
 
 } // namespace
@@ -186,25 +229,47 @@ TEST_CASE("capture.json describes the folder, and meshes project onto masks") {
       const std::string folder = (scratch.path / "capture" / entry["name"].get<std::string>()).string() + "/";
       const auto mask = fvv::media::read_image(folder + "mask_" + number + ".png", 1);
       const auto picture = fvv::media::read_image(folder + number + ".png", 3);
-      REQUIRE(mask.pixels.size() == 480 * 270);
-      REQUIRE(picture.pixels.size() == 480 * 270 * 3);
-      const auto expected = silhouette(mesh, camera);
-      size_t both = 0, either = 0, grey = 0;
-      double light = 0;
-      for (size_t i = 0; i < expected.size(); i++) {
-        both += expected[i] && mask.pixels[i];
-        either += expected[i] || mask.pixels[i];
-        grey += mask.pixels[i] != 0 && mask.pixels[i] != 255;
-        if (mask.pixels[i])
-          light += picture.pixels[3 * i] + picture.pixels[3 * i + 1] + picture.pixels[3 * i + 2];
-      }
-      INFO("camera " << id << " frame " << frame << ": " << both << " of " << either);
-      CHECK(grey == 0);
-      CHECK(either > 5000);
-      CHECK(double(both) > 0.97 * double(either));
-      CHECK(light / double(both) / 3 > 40); // not black
+      const Overlap overlap = compare(silhouette(mesh, camera), mask, picture);
+      INFO("camera " << id << " frame " << frame << ": " << overlap.both << " of " << overlap.either);
+      CHECK(overlap.grey == 0);
+      CHECK(overlap.either > 5000);
+      CHECK(overlap.share() > 0.97);
+      CHECK(overlap.light > 40); // not black
     }
   }
+}
+
+TEST_CASE("in the studio meshes project onto masks through the lenses, and not without them") {
+  const Scratch scratch;
+  Settings settings;
+  settings.rig = RigKind::studio;
+  settings.width = 960;
+  settings.height = 540;
+  const auto files = write(settings, 1, "25", 2, scratch.path / "capture");
+  const auto json = nlohmann::json::parse(files.at("capture.json"));
+  const Ply mesh = parse(files.at("meshes/0000.ply"));
+  REQUIRE(json["cameras"].size() == 13);
+  int lenses = 0;
+  for (const auto &entry : json["cameras"]) {
+    fvv_camera camera = read_camera(entry);
+    fvv_diagnostic diagnostic = {};
+    REQUIRE(fvv_camera_validate(&camera, &diagnostic) == FVV_OK);
+    const std::string folder = (scratch.path / "capture" / entry["name"].get<std::string>()).string() + "/";
+    const auto mask = fvv::media::read_image(folder + "mask_0000.png", 1),
+               picture = fvv::media::read_image(folder + "0000.png", 3);
+    REQUIRE(mask.width == camera.width);
+    REQUIRE(mask.height == camera.height);
+    const Overlap overlap = compare(silhouette(mesh, camera), mask, picture);
+    INFO(entry["name"] << ": " << overlap.both << " of " << overlap.either);
+    CHECK(overlap.either > 3000);
+    CHECK(overlap.share() > 0.97);
+    lenses += camera.lens == FVV_LENS_RADTAN;
+    if (std::abs(camera.distortion[0]) < 0.1) continue;
+    camera.lens = FVV_LENS_NONE;
+    camera.r_max = INFINITY;
+    CHECK(compare(silhouette(mesh, camera), mask, picture).share() < overlap.share() - 0.005);
+  }
+  CHECK(lenses == 7);
 }
 
 TEST_CASE("frame rates are numbers or fractions in lowest terms") {

@@ -33,7 +33,7 @@ struct Square {
   Picture draw(const Material &material, const std::vector<Rgb> &background) const {
     SampleBuffer buffer(8, 8, 3);
     const Light light = {{0, 0, -1}, {0, 0, 0}, {1, 1, 1}, {1, 1, 1}}; // what is white comes out white
-    return fvv::render::draw(Pinhole(camera), {positions.data(), 4, faces.data(), 2},
+    return fvv::render::draw(Projection(camera), {positions.data(), 4, faces.data(), 2},
                              {normals.data(), texture.data(), exposure.data()}, material, light, background,
                              buffer);
   }

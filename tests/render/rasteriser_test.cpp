@@ -38,7 +38,7 @@ struct Triangles {
 
 // How many triangles hit each sample when each is drawn by itself.
 std::vector<int> hits(const fvv_camera &camera, const Triangles &triangles, uint32_t samples) {
-  const Pinhole pinhole(camera);
+  const Projection projection(camera);
   SampleBuffer buffer(camera.width, camera.height, samples);
   std::vector<int> count(buffer.face.size());
   for (size_t i = 0; i < triangles.faces.size(); i += 3) {
@@ -46,7 +46,7 @@ std::vector<int> hits(const fvv_camera &camera, const Triangles &triangles, uint
     one.faces += i;
     one.face_count = 1;
     buffer.clear();
-    rasterise(pinhole, one, buffer);
+    rasterise(projection, one, buffer);
     for (size_t s = 0; s < count.size(); s++) count[s] += buffer.face[s] != no_face;
   }
   return count;
@@ -123,7 +123,7 @@ TEST_CASE("samples on an edge belong to top and left edges") {
     else
       square.quad(0, 1, 2, 3);
     SampleBuffer buffer(16, 16, 1);
-    rasterise(Pinhole(camera), square.mesh(), buffer);
+    rasterise(Projection(camera), square.mesh(), buffer);
     for (size_t y = 0; y < 16; y++)
       for (size_t x = 0; x < 16; x++) {
         INFO("pixel " << x << " " << y);
@@ -164,7 +164,7 @@ TEST_CASE("a triangle from behind the camera is drawn in front of the near plane
   const uint32_t a = floor.add(-8, 0.5, -4), b = floor.add(8, 0.5, -4), c = floor.add(0, 0.5, 4);
   floor.faces = {a, b, c};
   SampleBuffer buffer(32, 32, 1);
-  rasterise(Pinhole(camera), floor.mesh(), buffer);
+  rasterise(Projection(camera), floor.mesh(), buffer);
   for (size_t y = 0; y < 32; y++)
     for (size_t x = 0; x < 32; x++) {
       const double v = (y + 0.5 - 16) / 16, u = (x + 0.5 - 16) / 16, z = v > 0 ? 0.5 / v : -1;
@@ -181,16 +181,16 @@ TEST_CASE("depth is that of the plane, and barycentric coordinates are perspecti
   for (const auto &corner : {std::array<double, 2>{-3.0, -2.2}, {9.0, -2.0}, {-3.0, 9.0}})
     plane.faces.push_back(plane.add(corner[0], corner[1], 2 + 0.8 * corner[0] + 0.3 * corner[1]));
   const Mesh mesh = plane.mesh();
-  const Pinhole pinhole(camera);
+  const Projection projection(camera);
   SampleBuffer buffer(64, 64, 3);
-  rasterise(pinhole, mesh, buffer);
+  rasterise(projection, mesh, buffer);
   size_t drawn = 0;
   for (size_t y = 0; y < 192; y++)
     for (size_t x = 0; x < 192; x++) {
       if (buffer.face[y * 192 + x] == no_face) continue;
       const double u = (x + 0.5) / 3, v = (y + 0.5) / 3;
       const double rx = (u - 32) / 32, ry = (v - 32) / 32, z = 2 / (1 - 0.8 * rx - 0.3 * ry);
-      const auto weight = barycentric(pinhole, mesh, 0, u, v);
+      const auto weight = barycentric(projection, mesh, 0, u, v);
       double px = 0, py = 0;
       for (size_t i = 0; i < 3; i++) {
         px += weight[i] * double(plane.positions[3 * i]);
@@ -223,7 +223,7 @@ TEST_CASE("what is behind the camera, without area or not finite is not drawn") 
   for (const auto &positions : bad) {
     const uint32_t face[3] = {0, 1, 2};
     SampleBuffer buffer(16, 16, 3);
-    rasterise(Pinhole(camera), {positions.data(), 3, face, 1}, buffer);
+    rasterise(Projection(camera), {positions.data(), 3, face, 1}, buffer);
     INFO("triangle from " << positions[0] << " " << positions[1] << " " << positions[2]);
     CHECK(std::count(buffer.face.begin(), buffer.face.end(), no_face) == 48 * 48);
     CHECK(std::count(buffer.depth.begin(), buffer.depth.end(), inf) == 48 * 48);
@@ -239,17 +239,17 @@ TEST_CASE("the nearer face is seen in either order, at equal depth the first") {
     two.add(-4, 12, z);
     two.faces.insert(two.faces.end(), {a, a + 1, a + 2});
   }
-  const Pinhole pinhole(camera);
+  const Projection projection(camera);
   SampleBuffer buffer(8, 8, 1);
-  rasterise(pinhole, two.mesh(), buffer);
+  rasterise(projection, two.mesh(), buffer);
   CHECK(std::count(buffer.face.begin(), buffer.face.end(), 1u) == 64);
   std::swap_ranges(two.faces.begin(), two.faces.begin() + 3, two.faces.begin() + 3);
   buffer.clear();
-  rasterise(pinhole, two.mesh(), buffer);
+  rasterise(projection, two.mesh(), buffer);
   CHECK(std::count(buffer.face.begin(), buffer.face.end(), 0u) == 64);
   std::copy(two.faces.begin(), two.faces.begin() + 3, two.faces.begin() + 3);
   buffer.clear();
-  rasterise(pinhole, two.mesh(), buffer);
+  rasterise(projection, two.mesh(), buffer);
   CHECK(std::count(buffer.face.begin(), buffer.face.end(), 0u) == 64);
 }
 
@@ -264,27 +264,84 @@ TEST_CASE("a vertex is projected to where fvv_camera_project puts it") {
   camera.translation[0] = 0.3;
   camera.translation[1] = -1.2;
   camera.translation[2] = 4;
-  const Pinhole pinhole(camera);
+  const Projection projection(camera);
   uint32_t state = 3;
   for (int i = 0; i < 100; i++) {
     double world[3], pixel[2], depth;
     for (double &value : world) value = double(next(state) % 4000) / 1000 - 2;
     REQUIRE(fvv_camera_project(&camera, world, pixel, &depth) == 1);
-    const Vec3 at = pinhole.to_camera({world[0], world[1], world[2]}), homogeneous = pinhole.to_pixel(at);
+    const Vec3 at = projection.to_camera({world[0], world[1], world[2]}),
+               homogeneous = projection.to_pixel(at);
     CHECK(homogeneous.x / homogeneous.z == Approx(pixel[0]).margin(1e-9));
     CHECK(homogeneous.y / homogeneous.z == Approx(pixel[1]).margin(1e-9));
     CHECK(homogeneous.z == Approx(depth).margin(1e-12));
-    const Vec3 ray = pinhole.ray(pixel[0], pixel[1]);
+    const Vec3 ray = projection.ray(pixel[0], pixel[1]);
     CHECK(length(cross(ray, at)) < 1e-9);
   }
 }
 
-TEST_CASE("a lens with distortion, other sizes and even samples are refused") {
-  fvv_camera camera = straight(16, 16, 16);
-  SampleBuffer smaller(8, 16, 1);
-  CHECK_THROWS_AS(rasterise(Pinhole(camera), Mesh(), smaller), std::invalid_argument);
+TEST_CASE("through a lens a tilted sheet is seen where its outline says, at its depth") {
+  fvv_camera camera = straight(320, 240, 300);
   camera.lens = FVV_LENS_RADTAN;
-  CHECK_THROWS_AS(Pinhole(camera), std::invalid_argument);
+  const double distortion[8] = {-0.2, 0.04, 0.001, -0.0008};
+  std::copy_n(distortion, 8, camera.distortion);
+  camera.r_max = fvv_camera_r_max(&camera);
+  // z = 2 + 0.3 x over |x| <= 0.7, |y| <= 0.5, in triangles of 2 cm (3 pixels).
+  Triangles sheet;
+  for (int j = 0; j <= 50; j++)
+    for (int i = 0; i <= 70; i++) sheet.add(i / 50.0 - 0.7, j / 50.0 - 0.5, 2 + 0.3 * (i / 50.0 - 0.7));
+  for (uint32_t j = 0; j < 50; j++)
+    for (uint32_t i = 0; i < 70; i++) {
+      const uint32_t a = j * 71 + i;
+      sheet.quad(a, a + 1, a + 72, a + 71);
+    }
+  const Projection projection(camera);
+  SampleBuffer buffer(320, 240, 3);
+  rasterise(projection, sheet.mesh(), buffer);
+  size_t covered = 0, wrong = 0;
+  double worst_depth = 0, worst_ray = 0;
+  for (size_t row = 0; row < 720; row++)
+    for (size_t column = 0; column < 960; column++) {
+      const double pixel[2] = {(double(column) + 0.5) / 3, (double(row) + 0.5) / 3};
+      double ray[3];
+      REQUIRE(fvv_camera_unproject(&camera, pixel, ray) == 1);
+      const Vec3 used = projection.ray(pixel[0], pixel[1]);
+      worst_ray = std::max(worst_ray, 300 * std::hypot(used.x - ray[0], used.y - ray[1]));
+      const double z = 2 / (1 - 0.3 * ray[0]), x = ray[0] * z, y = ray[1] * z;
+      const double to_outline = std::min(0.7 - std::abs(x), 0.5 - std::abs(y)); // metres, positive within
+      const size_t at = row * 960 + column;
+      const bool seen = buffer.face[at] != no_face;
+      covered += seen;
+      if (std::abs(to_outline) > 0.01 * 2 / 300) wrong += seen != (to_outline > 0); // 0.01 pixels
+      if (seen) worst_depth = std::max(worst_depth, std::abs(double(buffer.depth[at]) - z));
+    }
+  CHECK(covered > 200000);
+  CHECK(wrong == 0);
+  CHECK(worst_ray < 1e-3);
+  CHECK(worst_depth < 1e-5);
+}
+
+TEST_CASE("triangles with a corner beyond the lens are not drawn") {
+  fvv_camera camera = straight(64, 64, 64);
+  camera.lens = FVV_LENS_RADTAN;
+  camera.distortion[0] = -0.1;
+  camera.r_max = fvv_camera_r_max(&camera);
+  Triangles out;
+  for (const double far : {4.0, 0.2}) { // at 2 m: a direction of 2, and of 0.1
+    const uint32_t a = out.add(0, 0, 2);
+    out.add(far, 0, 2);
+    out.add(0, 0.2, 2);
+    out.faces.insert(out.faces.end(), {a, a + 1, a + 2});
+    SampleBuffer buffer(64, 64, 1);
+    rasterise(Projection(camera), out.mesh(), buffer);
+    CHECK(std::count(buffer.face.begin(), buffer.face.end(), 0u) == 0);
+    if (far < 1) CHECK(std::count(buffer.face.begin(), buffer.face.end(), 1u) > 10);
+  }
+}
+
+TEST_CASE("other sizes and even samples are refused") {
+  SampleBuffer smaller(8, 16, 1);
+  CHECK_THROWS_AS(rasterise(Projection(straight(16, 16, 16)), Mesh(), smaller), std::invalid_argument);
   CHECK_THROWS_AS(SampleBuffer(8, 8, 2), std::invalid_argument);
   CHECK_THROWS_AS(SampleBuffer(8, 16385, 1), std::invalid_argument);
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 using namespace fvv::synth;
 
@@ -208,5 +209,57 @@ TEST_CASE("cameras stand around the scene and look at it") {
   CHECK_THROWS_AS(Scene(settings), std::invalid_argument);
   settings = small(3);
   settings.width = 15;
+  CHECK_THROWS_AS(Scene(settings), std::invalid_argument);
+}
+
+TEST_CASE("the studio has thirteen unlike cameras that see the action") {
+  Settings settings = small(3);
+  settings.rig = RigKind::studio;
+  settings.width = 96;
+  settings.height = 54;
+  const Scene scene(settings);
+  const auto &cameras = scene.cameras();
+  REQUIRE(cameras.size() == 13);
+  double shortest = 9, longest = 0, lowest_k1 = 0, highest_k1 = 0;
+  std::set<uint32_t> widths;
+  for (size_t i = 0; i < 13; i++) {
+    const fvv_camera &camera = cameras[i];
+    const std::string name(camera.name, camera.name_size);
+    INFO(name);
+    fvv_diagnostic diagnostic = {};
+    CHECK(fvv_camera_validate(&camera, &diagnostic) == FVV_OK);
+    double centre[3], pixel[2];
+    fvv_camera_centre(&camera, centre);
+    CHECK(name == (i < 10   ? "oval" + std::to_string(i)
+                   : i < 12 ? "head" + std::to_string(i - 10)
+                            : std::string("overhead")));
+    CHECK(centre[1] == Approx(i < 10 ? 2.5 : i < 12 ? 1.7 : 7.0));
+    const double zoom = camera.fx / camera.width;
+    shortest = std::min(shortest, zoom);
+    longest = std::max(longest, zoom);
+    widths.insert(camera.width);
+    lowest_k1 = std::min(lowest_k1, camera.distortion[0]);
+    highest_k1 = std::max(highest_k1, camera.distortion[0]);
+    for (const double x : {-1.6, 1.6})
+      for (const double y : {0.1, 1.7}) {
+        const double world[3] = {x, y, 0};
+        REQUIRE(fvv_camera_project(&camera, world, pixel, nullptr) == 1);
+        CHECK(pixel[0] > 0);
+        CHECK(pixel[0] < camera.width);
+        CHECK(pixel[1] > 0);
+        CHECK(pixel[1] < camera.height);
+      }
+    // The lens reaches every corner of the picture.
+    for (int corner = 0; corner < 4; corner++) {
+      const double at[2] = {corner & 1 ? double(camera.width) : 0, corner & 2 ? double(camera.height) : 0};
+      double ray[3];
+      CHECK(fvv_camera_unproject(&camera, at, ray) == 1);
+    }
+  }
+  CHECK(longest / shortest > 1.4);
+  CHECK(widths.size() == 3);
+  CHECK(lowest_k1 == -0.2);
+  CHECK(highest_k1 == 0.1);
+  settings.width = studio_max_side + 1;
   CHECK_THROWS_AS(Scene(settings), std::invalid_argument);
 }

@@ -94,6 +94,12 @@ Json description(const Grid &grid) {
           {"edge_margin", edge_margin}};
 }
 
+Json lens(const fvv_camera &camera) {
+  const double *d = camera.distortion;
+  if (camera.lens == FVV_LENS_NONE) return {{"model", "none"}, {"coefficients", Json::array()}};
+  return {{"model", "radtan"}, {"coefficients", {d[0], d[1], d[2], d[3]}}, {"r_max", camera.r_max}};
+}
+
 Json description(const Scene &scene, const Recording &recording) {
   Json cameras = Json::array();
   for (const fvv_camera &camera : scene.cameras()) {
@@ -109,7 +115,7 @@ Json description(const Scene &scene, const Recording &recording) {
                          {"cx", camera.cx},
                          {"cy", camera.cy},
                          {"skew", camera.skew}}},
-                       {"lens", {{"model", "none"}, {"coefficients", Json::array()}}},
+                       {"lens", lens(camera)},
                        {"rotation", {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, {r[6], r[7], r[8]}}},
                        {"translation", {t[0], t[1], t[2]}},
                        {"pictures", name + "/%04d.png"},

@@ -11,8 +11,6 @@ namespace {
 
 using render::Rgb;
 
-constexpr int samples = 5;
-
 double line(double distance) {
   return 1 - smoothstep(0.024, 0.028, std::abs(distance));
 }
@@ -63,10 +61,11 @@ Rgb seen(Vec3 eye, Vec3 direction, uint32_t key) {
 
 } // namespace
 
-std::vector<Rgb> draw_court(const render::Pinhole &camera, uint32_t key) {
+std::vector<Rgb> draw_court(const render::Projection &camera, uint32_t key) {
   std::vector<Rgb> picture;
   picture.reserve(size_t(camera.width()) * camera.height());
   const Vec3 eye = camera.centre();
+  const int samples = camera.width() < 960 ? 5 : 3;
   for (uint32_t y = 0; y < camera.height(); y++)
     for (uint32_t x = 0; x < camera.width(); x++) {
       Rgb sum;

@@ -6,7 +6,8 @@
 
 namespace fvv::synth {
 
-// What camera sees of them: linear light, width x height, each pixel the mean of 5 x 5 samples.
-std::vector<render::Rgb> draw_court(const render::Pinhole &camera, uint32_t key);
+// What camera sees of them: linear light, width x height, each pixel the mean of 5 x 5 samples,
+// or 3 x 3 from a width of 960 on, where pixels cover less.
+std::vector<render::Rgb> draw_court(const render::Projection &camera, uint32_t key);
 
 } // namespace fvv::synth

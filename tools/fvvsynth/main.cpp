@@ -15,6 +15,9 @@ const std::map<std::string, fvv::synth::Meshes> mesh_kinds = {{"tracked", fvv::s
                                                               {"remeshed", fvv::synth::Meshes::remeshed},
                                                               {"hull", fvv::synth::Meshes::hull}};
 
+const std::map<std::string, fvv::synth::RigKind> rigs = {{"small", fvv::synth::RigKind::small},
+                                                         {"studio", fvv::synth::RigKind::studio}};
+
 // "480x270". Failure (usage) otherwise; ranges are the scene's to check.
 void parse_size(const std::string &text, uint32_t &width, uint32_t &height) {
   int used = 0;
@@ -28,7 +31,7 @@ void parse_size(const std::string &text, uint32_t &width, uint32_t &height) {
 
 int main(int argc, char **argv) {
   CLI::App app("Writes a made-up capture of two basketball players: meshes, calibrated pictures and masks.");
-  std::string output, size = "480x270", rate = "25", meshes = "tracked";
+  std::string output, size, rig = "small", rate = "25", meshes = "tracked";
   fvv::synth::Settings settings;
   fvv::synth::Recording recording;
   bool force = false;
@@ -38,11 +41,16 @@ int main(int argc, char **argv) {
   app.add_option("--frames", recording.frames, "Number of frames")
       ->check(CLI::Range(1, 9999))
       ->capture_default_str();
-  app.add_option("--cameras", settings.cameras, "Number of cameras")
-      ->check(CLI::Range(1, 64))
-      ->capture_default_str();
-  app.add_option("--size", size, "Width and height of the pictures, 16 to 4096 pixels each")
+  app.add_option("--rig", rig, "7 alike cameras, or 13 unlike ones of which some distort")
+      ->check(CLI::IsMember(rigs))
       ->capture_default_str()
+      ->type_name("small|studio");
+  const auto *cameras = app.add_option("--cameras", settings.cameras, "Number of cameras of the small rig")
+                            ->check(CLI::Range(1, 64))
+                            ->capture_default_str();
+  app.add_option(
+         "--size", size,
+         "Width and height of the pictures (studio: of most of them); default 480x270, studio 960x540")
       ->type_name("WxH");
   app.add_option("--fps", rate, "Frames per second, a number or a fraction")
       ->capture_default_str()
@@ -51,9 +59,10 @@ int main(int argc, char **argv) {
       ->check(CLI::IsMember(mesh_kinds))
       ->capture_default_str()
       ->type_name("tracked|remeshed|hull");
-  app.add_option("--hull-cells", recording.hull_cells, "Cells along the longest side of the hull's grid")
-      ->check(CLI::Range(24, 1200))
-      ->capture_default_str();
+  const auto *hull_cells =
+      app.add_option("--hull-cells", recording.hull_cells,
+                     "Cells along the longest side of the hull's grid; default 220, studio 236")
+          ->check(CLI::Range(24, 1200));
   app.add_option("--threads", settings.threads, "Threads; the result is the same for any number")
       ->check(CLI::Range(1, 64));
   app.add_flag("--force", force, "Replace the folder when it exists");
@@ -63,13 +72,21 @@ int main(int argc, char **argv) {
     return app.exit(error) == 0 ? fvv::cli::done : fvv::cli::usage;
   }
   return fvv::cli::run("fvvsynth", [&] {
+    // So that either rig's hulls have about 35,000 triangles.
+    if (hull_cells->count() == 0 && rig == "studio") recording.hull_cells = 236;
     recording.rate = fvv::synth::parse_frame_rate(rate);
     recording.threads = settings.threads;
     recording.meshes = mesh_kinds.at(meshes);
-    if (recording.meshes == fvv::synth::Meshes::hull && settings.cameras < fvv::synth::hull_cameras)
+    if (recording.meshes == fvv::synth::Meshes::hull && settings.rig == fvv::synth::RigKind::small &&
+        settings.cameras < fvv::synth::hull_cameras)
       throw fvv::cli::Failure("--meshes hull: expected 3 cameras or more, found --cameras " +
                                   std::to_string(settings.cameras),
                               fvv::cli::usage);
+    settings.rig = rigs.at(rig);
+    if (settings.rig == fvv::synth::RigKind::studio && cameras->count() > 0)
+      throw fvv::cli::Failure("--cameras: expected with --rig small only, the studio has 13",
+                              fvv::cli::usage);
+    if (size.empty()) size = settings.rig == fvv::synth::RigKind::studio ? "960x540" : "480x270";
     parse_size(size, settings.width, settings.height);
     fvv::cli::OutputFolder folder(output, force);
     try {

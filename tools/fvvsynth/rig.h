@@ -4,12 +4,28 @@
 #include "fvv/calibration.h"
 #include "fvvsynth/random.h"
 
+#include <string>
 #include <vector>
 
 namespace fvv::synth {
 
-// count cameras on an oval about 5.3 m from its centre, 1.5 to 3 m high, turned to the action, each a little
-// different in focal length and principal point; a pixel covers about 14 mm in pictures 480 wide. Not named.
-std::vector<fvv_camera> make_rig(Random &random, uint32_t count, uint32_t width, uint32_t height);
+enum class RigKind { small, studio };
+
+struct Rig {
+  std::vector<fvv_camera> cameras;
+  std::vector<std::string> names; // one for each; the cameras do not point to them
+};
+
+// count cameras cam0, cam1, ... on an oval about 5.3 m from its centre, 1.5 to 3 m high, turned to the
+// action, each a little different in focal length and principal point, without distortion; a pixel covers
+// about 14 mm in pictures 480 wide.
+Rig make_small_rig(Random &random, uint32_t count, uint32_t width, uint32_t height);
+
+// 13 cameras: oval0 ... oval9 on an oval at 2.5 m height, head0 and head1 at 1.7 m, and overhead, which sees
+// outlines only and is not meant for texture. Focal lengths differ by up to 1.6 times; most pictures have the
+// size asked for, some 2/3 or 4/3 of it; seven lenses distort (radtan, k1 from -0.2 to 0.1, tangential
+// terms). A pixel covers about 7 mm in pictures 960 wide.
+Rig make_studio_rig(Random &random, uint32_t width, uint32_t height);
+constexpr uint32_t studio_max_side = 3072; // 4/3 of it is the largest picture
 
 } // namespace fvv::synth

@@ -3,7 +3,6 @@
 
 #include "cli/parallel.h"
 #include "fvvsynth/court.h"
-#include "fvvsynth/rig.h"
 
 #include <stdexcept>
 
@@ -17,12 +16,13 @@ const render::Light light = {
     normalised(Vec3{0.35, 0.85, 0.40}), {0.95, 0.91, 0.84}, {0.62, 0.65, 0.70}, {0.30, 0.24, 0.19}};
 
 Settings checked(const Settings &s) {
-  const auto side = [](uint32_t n) { return n >= 16 && n <= 4096; };
-  if (s.cameras < 1 || s.cameras > 64)
+  const auto side = [](uint32_t n, uint32_t most) { return n >= 16 && n <= most; };
+  const uint32_t most = s.rig == RigKind::studio ? studio_max_side : 4096;
+  if (s.rig == RigKind::small && (s.cameras < 1 || s.cameras > 64))
     throw std::invalid_argument("a scene has 1 to 64 cameras, not " + std::to_string(s.cameras));
-  if (!side(s.width) || !side(s.height))
-    throw std::invalid_argument("pictures have sides of 16 to 4096 pixels, not " + std::to_string(s.width) +
-                                "x" + std::to_string(s.height));
+  if (!side(s.width, most) || !side(s.height, most))
+    throw std::invalid_argument("pictures have sides of 16 to " + std::to_string(most) + " pixels, not " +
+                                std::to_string(s.width) + "x" + std::to_string(s.height));
   return s;
 }
 
@@ -67,15 +67,20 @@ Scene::Scene(const Settings &settings)
   append(ball);
   exposure.insert(exposure.end(), ball.vertices.size(), 0.85f);
 
-  for (uint32_t i = 0; i < wanted.cameras; i++) names.push_back("cam" + std::to_string(i));
-  rig = make_rig(random, wanted.cameras, wanted.width, wanted.height);
+  Rig made = wanted.rig == RigKind::studio
+                 ? make_studio_rig(random, wanted.width, wanted.height)
+                 : make_small_rig(random, wanted.cameras, wanted.width, wanted.height);
+  rig = std::move(made.cameras);
+  names = std::move(made.names);
+  projections.reserve(rig.size());
   for (size_t i = 0; i < rig.size(); i++) {
     rig[i].name = names[i].data();
     rig[i].name_size = names[i].size();
+    projections.emplace_back(rig[i]);
   }
   backgrounds.resize(rig.size());
   cli::parallel(wanted.threads, rig.size(),
-                [&](size_t i) { backgrounds[i] = draw_court(render::Pinhole(rig[i]), court_key); });
+                [&](size_t i) { backgrounds[i] = draw_court(projections[i], court_key); });
 }
 
 Moment Scene::at(double seconds) const {
@@ -101,8 +106,7 @@ render::Picture Scene::picture(size_t camera, const Moment &moment, render::Samp
     if (face < face_count[0] + face_count[1]) return player_reflectance(looks[1], at);
     return ball_reflectance(at, ball_key);
   };
-  return render::draw(render::Pinhole(rig[camera]), mesh, attributes, material, light, backgrounds[camera],
-                      buffer);
+  return render::draw(projections[camera], mesh, attributes, material, light, backgrounds[camera], buffer);
 }
 
 } // namespace fvv::synth

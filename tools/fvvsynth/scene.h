@@ -5,6 +5,7 @@
 #include "fvvsynth/body.h"
 #include "fvvsynth/look.h"
 #include "fvvsynth/play.h"
+#include "fvvsynth/rig.h"
 
 #include <string>
 
@@ -12,9 +13,11 @@ namespace fvv::synth {
 
 struct Settings {
   uint64_t seed = 1;
-  uint32_t cameras = 7;               // 1..64
-  uint32_t width = 480, height = 270; // of every picture, 16..4096
-  uint32_t threads = 1;               // that prepare the scene; the result is the same for any number
+  RigKind rig = RigKind::small;
+  uint32_t cameras = 7; // of the small rig, 1..64
+  // Of the small rig's pictures, 16..4096; of most pictures of the studio rig, 16..studio_max_side.
+  uint32_t width = 480, height = 270;
+  uint32_t threads = 1; // that prepare the scene; the result is the same for any number
 };
 
 // A mesh of one moment. Faces are those of Scene::faces() at all times.
@@ -51,6 +54,7 @@ private:
   std::vector<float> texture, exposure;
   std::vector<fvv_camera> rig;
   std::vector<std::string> names; // of the cameras, which borrow them
+  std::vector<render::Projection> projections;
   std::vector<std::vector<render::Rgb>> backgrounds;
 };
 

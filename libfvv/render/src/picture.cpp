@@ -35,8 +35,9 @@ Rgb lit(const Reflectance &surface, Vec3 normal, Vec3 towards_eye, double exposu
 
 } // namespace
 
-Picture draw(const Pinhole &camera, const Mesh &mesh, const Attributes &attributes, const Material &material,
-             const Light &light, const std::vector<Rgb> &background, SampleBuffer &buffer) {
+Picture draw(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
+             const Material &material, const Light &light, const std::vector<Rgb> &background,
+             SampleBuffer &buffer) {
   const size_t pixels = size_t(camera.width()) * camera.height();
   if (!background.empty() && background.size() != pixels)
     throw std::invalid_argument("the background does not have one colour for each pixel of the camera");

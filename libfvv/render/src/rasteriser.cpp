@@ -113,7 +113,7 @@ int64_t last_sample(int64_t coordinate) {
 
 class Drawing {
 public:
-  Drawing(const Pinhole &projection, SampleBuffer &target) : camera(projection), buffer(target) {}
+  Drawing(const Projection &projection, SampleBuffer &target) : camera(projection), buffer(target) {}
 
   void triangle(const std::array<Vec3, 3> &points, uint32_t face) {
     const std::array<Vec3, 3> pixels = {camera.to_pixel(points[0]), camera.to_pixel(points[1]),
@@ -168,7 +168,7 @@ private:
     buffer.face[at] = face;
   }
 
-  const Pinhole &camera;
+  const Projection &camera;
   SampleBuffer &buffer;
 };
 
@@ -177,19 +177,6 @@ bool odd_and_small(uint32_t samples) {
 }
 
 } // namespace
-
-Pinhole::Pinhole(const fvv_camera &camera)
-    : columns(camera.width), rows(camera.height), fx(camera.fx), fy(camera.fy), cx(camera.cx), cy(camera.cy),
-      skew(camera.skew), rotation{{camera.rotation[0], camera.rotation[3], camera.rotation[6]},
-                                  {camera.rotation[1], camera.rotation[4], camera.rotation[7]},
-                                  {camera.rotation[2], camera.rotation[5], camera.rotation[8]}},
-      translation{camera.translation[0], camera.translation[1], camera.translation[2]} {
-  if (camera.lens != FVV_LENS_NONE)
-    throw std::invalid_argument(
-        "camera " + std::to_string(camera.id) +
-        ": the rasteriser needs a camera without lens distortion, this one has lens " +
-        std::to_string(camera.lens));
-}
 
 SampleBuffer::SampleBuffer(uint32_t w, uint32_t h, uint32_t s)
     : width(w), height(h), samples(s), columns(size_t(w) * s) {
@@ -204,7 +191,7 @@ void SampleBuffer::clear() {
   depth.assign(columns * height * samples, std::numeric_limits<float>::infinity());
 }
 
-void rasterise(const Pinhole &camera, const Mesh &mesh, SampleBuffer &buffer) {
+void rasterise(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer) {
   if (camera.width() != buffer.width || camera.height() != buffer.height)
     throw std::invalid_argument("a camera of " + std::to_string(camera.width()) + "x" +
                                 std::to_string(camera.height()) + " cannot draw into samples of " +
@@ -218,7 +205,7 @@ void rasterise(const Pinhole &camera, const Mesh &mesh, SampleBuffer &buffer) {
   }
 }
 
-std::array<double, 3> barycentric(const Pinhole &camera, const Mesh &mesh, uint32_t face, double u,
+std::array<double, 3> barycentric(const Projection &camera, const Mesh &mesh, uint32_t face, double u,
                                   double v) {
   const uint32_t *index = mesh.faces + size_t(3) * face;
   return Interpolator(camera.to_camera(position(mesh, index[0])), camera.to_camera(position(mesh, index[1])),

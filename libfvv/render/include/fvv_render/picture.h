@@ -49,7 +49,8 @@ struct Picture {
 
 // Draws mesh over background (linear, width x height, may be empty: black). buffer is working memory of the
 // camera's size that is cleared first; its samples decide the quality. Throws as rasterise.
-Picture draw(const Pinhole &camera, const Mesh &mesh, const Attributes &attributes, const Material &material,
-             const Light &light, const std::vector<Rgb> &background, SampleBuffer &buffer);
+Picture draw(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
+             const Material &material, const Light &light, const std::vector<Rgb> &background,
+             SampleBuffer &buffer);
 
 } // namespace fvv::render

@@ -1,10 +1,9 @@
 // fvv_render/rasteriser.h: which face of a mesh each sample of a picture sees, and how far away. Knows
-// cameras (pinhole) and triangles; knows nothing of colour, files or streams. The reference for depth and
+// cameras and triangles; knows nothing of colour, files or streams. The reference for depth and
 // visibility: exact coverage, no tolerance, the same result on every machine with IEEE doubles.
 #pragma once
 
-#include "fvv/calibration.h"
-#include "fvv_render/vector.h"
+#include "fvv_render/projection.h"
 
 #include <array>
 #include <cstddef>
@@ -19,34 +18,6 @@ struct Mesh {
   size_t vertex_count = 0;
   const uint32_t *faces = nullptr; // three vertex indices of each face; either winding is drawn
   size_t face_count = 0;
-};
-
-// A camera without lens distortion as linear maps. Throws std::invalid_argument for any other lens: straight
-// edges would be curves there, so such pictures have to be undistorted first.
-class Pinhole {
-public:
-  explicit Pinhole(const fvv_camera &camera);
-  uint32_t width() const { return columns; }
-  uint32_t height() const { return rows; }
-  // World -> camera frame, metres: x right, y down, z forward.
-  Vec3 to_camera(Vec3 world) const { return rotation * world + translation; }
-  Vec3 to_world_direction(Vec3 camera) const { return transposed(rotation) * camera; }
-  Vec3 centre() const { return -(transposed(rotation) * translation); }
-  // Homogeneous pixel: u = x / z, v = y / z, the centre of the top left pixel at (0.5, 0.5).
-  Vec3 to_pixel(Vec3 camera) const {
-    return {fx * camera.x + skew * camera.y + cx * camera.z, fy * camera.y + cy * camera.z, camera.z};
-  }
-  // Ray through a pixel position in the camera frame, z = 1.
-  Vec3 ray(double u, double v) const {
-    const double y = (v - cy) / fy;
-    return {(u - cx - skew * y) / fx, y, 1};
-  }
-
-private:
-  uint32_t columns, rows;
-  double fx, fy, cx, cy, skew;
-  Mat3 rotation;
-  Vec3 translation;
 };
 
 // Nothing nearer than this to the plane through the camera's centre is drawn, metres of z_c.
@@ -79,10 +50,16 @@ public:
 // Depth and barycentric coordinates come from the ray through the sample and the triangle that was handed in
 // (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997), not from rounded or
 // clipped vertices.
-void rasterise(const Pinhole &camera, const Mesh &mesh, SampleBuffer &buffer);
+//
+// Lenses: vertices are projected through the lens and edges drawn straight between them. The outline of a
+// triangle is off by less than l^2 k / f pixels for edges of l pixels, |k1| <= k and a focal length of f
+// pixels: 0.01 for l = 6, k = 0.2, f = 750. Depth and barycentric coordinates follow the bent rays. A
+// triangle with a vertex that the lens does not show is skipped, so nothing is cut at near_plane.
+void rasterise(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer);
 
 // Where the ray through pixel position (u, v) meets the plane of a face: barycentric coordinates in space (so
 // perspective-correct), clamped to the triangle.
-std::array<double, 3> barycentric(const Pinhole &camera, const Mesh &mesh, uint32_t face, double u, double v);
+std::array<double, 3> barycentric(const Projection &camera, const Mesh &mesh, uint32_t face, double u,
+                                  double v);
 
 } // namespace fvv::render

@@ -1,0 +1,50 @@
+// fvv_render/projection.h: a camera as the rasteriser needs it: points to pixels, and pixels to rays fast
+// enough to be asked for every sample. Knows fvv/calibration.h; knows no triangles.
+#pragma once
+
+#include "fvv/calibration.h"
+#include "fvv_render/vector.h"
+
+#include <vector>
+
+namespace fvv::render {
+
+// Without a lens both ways are linear and exact. With one, pixels come from fvv_camera_project, and rays are
+// interpolated between those of the corners of pixels, which errs by less than a thousandth of a pixel.
+class Projection {
+public:
+  // Copies what it needs. For a valid camera (fvv_camera_validate).
+  explicit Projection(const fvv_camera &camera);
+  uint32_t width() const { return intrinsics.width; }
+  uint32_t height() const { return intrinsics.height; }
+  // World -> camera frame, metres: x right, y down, z forward.
+  Vec3 to_camera(Vec3 world) const { return rotation * world + translation; }
+  Vec3 to_world_direction(Vec3 camera) const { return transposed(rotation) * camera; }
+  Vec3 centre() const { return -(transposed(rotation) * translation); }
+  // Homogeneous pixel: u = x / z, v = y / z, the centre of the top left pixel at (0.5, 0.5). NaN for what a
+  // lens does not show (behind it, beyond r_max).
+  Vec3 to_pixel(Vec3 camera) const {
+    if (!corner_rays.empty()) return through_lens(camera);
+    const fvv_camera &c = intrinsics;
+    return {c.fx * camera.x + c.skew * camera.y + c.cx * camera.z, c.fy * camera.y + c.cy * camera.z,
+            camera.z};
+  }
+  // Ray through a pixel position in the camera frame, z = 1. With a lens: of the picture, not beyond; NaN
+  // where the lens has no ray.
+  Vec3 ray(double u, double v) const {
+    if (!corner_rays.empty()) return interpolated_ray(u, v);
+    const double y = (v - intrinsics.cy) / intrinsics.fy;
+    return {(u - intrinsics.cx - intrinsics.skew * y) / intrinsics.fx, y, 1};
+  }
+
+private:
+  Vec3 through_lens(Vec3 camera) const;
+  Vec3 interpolated_ray(double u, double v) const;
+
+  fvv_camera intrinsics; // at the origin, without a name
+  Mat3 rotation;
+  Vec3 translation;
+  std::vector<Vec3> corner_rays; // (width + 1) x (height + 1) with a lens, none without
+};
+
+} // namespace fvv::render
