@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: mux, demux, draco, container, sweep, import. Prints a table and
-writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures keeps the
+NAME is a figure or the part in front of its dot: synth, mux, demux, draco, container, sweep, import. Prints a table
+and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures keeps the
 others.
 """
 
@@ -47,6 +47,13 @@ def stream():
     if not STREAM.exists():
         tool("fvvmux", capture(), "-o", STREAM)
     return STREAM
+
+
+def synth():
+    """Wall time of the default capture, on as many threads as there are cores."""
+    begin = time.perf_counter()
+    tool("fvvsynth", "-o", WORK / "synth", "--force")
+    return {"synth.seconds": time.perf_counter() - begin}
 
 
 def mux():
@@ -100,6 +107,7 @@ def calibration_import():
 
 
 PARTS = {
+    "synth": synth,
     "mux": mux,
     "demux": demux,
     "draco": draco,
