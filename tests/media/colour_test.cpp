@@ -1,4 +1,4 @@
-// fvv_media/colour.h: the matrices, and that both codecs and their readers agree on them.
+// fvv_media/colour.h: the matrices, and that all codecs and their readers agree on them.
 #include "fvv_catch.h"
 #include "fvv_media/video.h"
 #include "pictures.h"
@@ -54,7 +54,7 @@ void codes_of(const uint8_t *rgb, const Colour &colour, double out[3]) {
 TEST_CASE("codes are those of H.273, and RGB comes back") {
   const Image image = chart();
   for (const Colour colour :
-       {colour_of_jpeg, colour_of_avc1, Colour{1, 6, 6, false}, Colour{1, 1, 1, true}}) {
+       {colour_of_jpeg, colour_of_video, Colour{1, 6, 6, false}, Colour{1, 1, 1, true}}) {
     const Frame frame = to_yuv(image, colour);
     double worst = 0;
     for (uint32_t block = 0; block < blocks; block++) {
@@ -68,7 +68,7 @@ TEST_CASE("codes are those of H.273, and RGB comes back") {
     CHECK(chart_difference(to_rgb(frame, colour), image) <= 2);
   }
   // White, black and grey do not move at all.
-  for (const Colour colour : {colour_of_jpeg, colour_of_avc1})
+  for (const Colour colour : {colour_of_jpeg, colour_of_video})
     for (int value = 0; value < 256; value++) {
       const Frame frame = to_yuv(make_image(2, 2, 3, uint8_t(value)), colour);
       REQUIRE(frame.u[0] == 128);
@@ -82,9 +82,9 @@ TEST_CASE("codes are those of H.273, and RGB comes back") {
 TEST_CASE("odd sizes and smooth colour survive 4:2:0") {
   for (const uint32_t width : {1u, 2u, 33u}) {
     const Image image = scene(width, 27, 0);
-    const Frame frame = to_yuv(image, colour_of_avc1);
+    const Frame frame = to_yuv(image, colour_of_video);
     CHECK(frame.u.size() == size_t(width + 1) / 2 * 14);
-    CHECK(psnr_luma(to_rgb(frame, colour_of_avc1), image) > 45);
+    CHECK(psnr_luma(to_rgb(frame, colour_of_video), image) > 45);
   }
   Frame frame = to_yuv(scene(8, 8, 0), colour_of_jpeg);
   frame.v.pop_back();
@@ -111,53 +111,72 @@ TEST_CASE("libjpeg's codes are those of the JPEG code points") {
   CHECK(worst <= 2);
 }
 
-TEST_CASE("saturated colours and greys survive both codecs within a few codes") {
+TEST_CASE("saturated colours and greys survive all codecs within a few codes") {
   const Image image = chart();
-  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
-    const VideoSettings settings = {
-        codec, image.width, image.height, codec == FVV_CODEC_JPEG ? 98 : 4, {1, 25}};
+  for (const VideoCodec &codec : video_codecs()) {
+    CAPTURE(codec.name);
+    const bool jpeg = codec.code == FVV_CODEC_JPEG;
+    const VideoSettings settings = {codec.code, image.width, image.height, jpeg ? 98 : 4, {1, 25}};
     const EncodedGroup group = encode_group(settings, {image});
     fvv_video_config config = config_of(settings, group);
     Decoder decoder(config);
     const Image decoded = decoder.decode(group.samples[0].bytes.data(), group.samples[0].bytes.size());
     CHECK(chart_difference(decoded, image) <= 5);
-    if (codec == FVV_CODEC_AVC1) {
-      // A configuration that contradicts the stream is found, not believed.
-      config.matrix_coefficients = 6;
-      CHECK_THAT(error_of([&] {
-                   Decoder(config).decode(group.samples[0].bytes.data(), group.samples[0].bytes.size());
-                 }),
-                 Contains("states matrix coefficients 1 (ITU-T H.273), its configuration 5"));
-    }
+    if (jpeg) continue;
+    // A configuration that contradicts the stream is found, not believed.
+    const auto decode = [&] {
+      Decoder(config).decode(group.samples[0].bytes.data(), group.samples[0].bytes.size());
+    };
+    config.matrix_coefficients = 6;
+    CHECK_THAT(error_of(decode), Contains("states matrix coefficients 1 (ITU-T H.273), its configuration 5"));
+    config.matrix_coefficients = 1;
+    config.full_range = 1;
+    CHECK_THAT(error_of(decode), Contains("states full range 0"));
   }
 }
 
-TEST_CASE("FFmpeg finds the code points, the range and the chroma position in the H.264 stream") {
+TEST_CASE("FFmpeg finds the code points, the range and the chroma position in the streams") {
   const Image image = chart();
-  const VideoSettings settings = {FVV_CODEC_AVC1, image.width, image.height, 10, {1001, 30000}};
-  const EncodedGroup group = encode_group(settings, {image});
-  AVCodecContext *context = avcodec_alloc_context3(avcodec_find_decoder(AV_CODEC_ID_H264));
-  context->extradata = static_cast<uint8_t *>(av_mallocz(group.record.size() + AV_INPUT_BUFFER_PADDING_SIZE));
-  memcpy(context->extradata, group.record.data(), group.record.size());
-  context->extradata_size = int(group.record.size());
-  REQUIRE(avcodec_open2(context, nullptr, nullptr) == 0);
-  AVPacket *packet = av_packet_alloc();
-  REQUIRE(av_new_packet(packet, int(group.samples[0].bytes.size())) == 0);
-  memcpy(packet->data, group.samples[0].bytes.data(), group.samples[0].bytes.size());
-  AVFrame *frame = av_frame_alloc();
-  REQUIRE(avcodec_send_packet(context, packet) == 0);
-  REQUIRE(avcodec_send_packet(context, nullptr) == 0);
-  REQUIRE(avcodec_receive_frame(context, frame) == 0);
-  CHECK(frame->color_primaries == 1);
-  CHECK(frame->color_trc == 13);
-  CHECK(frame->colorspace == 1);
-  CHECK(frame->color_range == AVCOL_RANGE_MPEG);
-  CHECK(frame->chroma_location == AVCHROMA_LOC_CENTER);
-  CHECK(context->has_b_frames == 0);
-  CHECK(av_cmp_q(context->framerate, {30000, 1001}) == 0);
-  // The eighth block is white: 235 at limited range.
-  CHECK(std::abs(frame->data[0][8 * frame->linesize[0] + 7 * 16 + 8] - 235) <= 1);
-  av_frame_free(&frame);
-  av_packet_free(&packet);
-  avcodec_free_context(&context);
+  const struct {
+    uint32_t codec;
+    const char *decoder;
+    int primaries, transfer, chroma;
+  } cases[] = {{FVV_CODEC_AVC1, "h264", 1, 13, AVCHROMA_LOC_CENTER},
+               {FVV_CODEC_HVC1, "hevc", 1, 13, AVCHROMA_LOC_CENTER},
+               // VP9 has no place for primaries, transfer and chroma position, AV1 none for the middle.
+               {FVV_CODEC_VP09, "vp9", AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, -1},
+               {FVV_CODEC_AV01, "libdav1d", 1, 13, AVCHROMA_LOC_UNSPECIFIED}};
+  for (const auto &one : cases) {
+    CAPTURE(one.decoder);
+    const VideoSettings settings = {one.codec, image.width, image.height, 10, {1001, 30000}};
+    const EncodedGroup group = encode_group(settings, {image});
+    AVCodecContext *context = avcodec_alloc_context3(avcodec_find_decoder_by_name(one.decoder));
+    if (one.codec != FVV_CODEC_VP09) {
+      context->extradata =
+          static_cast<uint8_t *>(av_mallocz(group.record.size() + AV_INPUT_BUFFER_PADDING_SIZE));
+      memcpy(context->extradata, group.record.data(), group.record.size());
+      context->extradata_size = int(group.record.size());
+    }
+    REQUIRE(avcodec_open2(context, nullptr, nullptr) == 0);
+    AVPacket *packet = av_packet_alloc();
+    REQUIRE(av_new_packet(packet, int(group.samples[0].bytes.size())) == 0);
+    memcpy(packet->data, group.samples[0].bytes.data(), group.samples[0].bytes.size());
+    AVFrame *frame = av_frame_alloc();
+    REQUIRE(avcodec_send_packet(context, packet) == 0);
+    REQUIRE(avcodec_send_packet(context, nullptr) == 0);
+    REQUIRE(avcodec_receive_frame(context, frame) == 0);
+    CHECK(frame->color_primaries == one.primaries);
+    CHECK(frame->color_trc == one.transfer);
+    CHECK(frame->colorspace == 1);
+    CHECK(frame->color_range == AVCOL_RANGE_MPEG);
+    if (one.chroma >= 0) CHECK(frame->chroma_location == one.chroma);
+    CHECK(context->has_b_frames == 0);
+    if (one.codec == FVV_CODEC_AVC1 || one.codec == FVV_CODEC_HVC1)
+      CHECK(av_cmp_q(context->framerate, {30000, 1001}) == 0);
+    // The eighth block is white: 235 at limited range.
+    CHECK(std::abs(frame->data[0][8 * frame->linesize[0] + 7 * 16 + 8] - 235) <= 1);
+    av_frame_free(&frame);
+    av_packet_free(&packet);
+    avcodec_free_context(&context);
+  }
 }

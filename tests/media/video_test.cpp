@@ -1,8 +1,9 @@
-// fvv_media/video.h: groups of both codecs, their samples and records, and the choice of quality.
+// fvv_media/video.h: groups of all codecs, their samples and records, and the choice of quality.
 #include "fvv_catch.h"
 #include "fvv_media/video.h"
 #include "pictures.h"
 
+#include <algorithm>
 #include <cstring>
 #include <set>
 
@@ -11,6 +12,7 @@ using namespace fvv::media;
 namespace {
 
 constexpr uint32_t width = 160, height = 96;
+constexpr uint32_t inter_codecs[] = {FVV_CODEC_AVC1, FVV_CODEC_HVC1, FVV_CODEC_VP09, FVV_CODEC_AV01};
 
 VideoSettings settings_of(uint32_t codec, int quality) {
   return {codec, width, height, quality, {1, 25}};
@@ -50,14 +52,16 @@ double mean_psnr(const std::vector<Image> &a, const std::vector<Image> &b) {
 
 } // namespace
 
-TEST_CASE("both codecs round-trip above their floors, one picture a sample, in order") {
+TEST_CASE("all codecs round-trip above their floors, one picture a sample, in order") {
   const std::vector<Image> frames = clip(width, height, 9);
   const struct {
     uint32_t codec;
     int quality;
     double floor;
-  } cases[] = {
-      {FVV_CODEC_JPEG, 90, 36}, {FVV_CODEC_JPEG, 30, 28}, {FVV_CODEC_AVC1, 15, 40}, {FVV_CODEC_AVC1, 32, 28}};
+  } cases[] = {{FVV_CODEC_JPEG, 90, 36}, {FVV_CODEC_JPEG, 30, 28}, {FVV_CODEC_AVC1, 15, 40},
+               {FVV_CODEC_AVC1, 32, 28}, {FVV_CODEC_HVC1, 15, 40}, {FVV_CODEC_HVC1, 32, 28},
+               {FVV_CODEC_VP09, 12, 40}, {FVV_CODEC_VP09, 40, 28}, {FVV_CODEC_AV01, 12, 40},
+               {FVV_CODEC_AV01, 40, 28}};
   for (const auto &one : cases) {
     CAPTURE(one.codec, one.quality);
     const VideoSettings settings = settings_of(one.codec, one.quality);
@@ -76,8 +80,8 @@ TEST_CASE("both codecs round-trip above their floors, one picture a sample, in o
 
 TEST_CASE("encoding is a pure function") {
   const std::vector<Image> frames = clip(width, height, 5), others = clip(width, height, 2);
-  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
-    const VideoSettings settings = settings_of(codec, 30);
+  for (const VideoCodec &codec : video_codecs()) {
+    const VideoSettings settings = settings_of(codec.code, 30);
     const EncodedGroup first = encode_group(settings, frames);
     encode_group(settings, others);
     const EncodedGroup again = encode_group(settings, frames);
@@ -88,20 +92,44 @@ TEST_CASE("encoding is a pure function") {
 }
 
 TEST_CASE("groups of any length and content have the same record, and each decodes alone") {
-  const VideoSettings settings = settings_of(FVV_CODEC_AVC1, 24);
-  const EncodedGroup reference = encode_group(settings, clip(width, height, 12));
-  CHECK(reference.record[0] == 1);
-  CHECK(reference.record[1] == 100); // High
-  CHECK(reference.codec_string.substr(0, 9) == "avc1.6400");
-  CHECK(reference.codec_string.size() == 11);
-  for (const int length : {1, 2, 3, 50}) {
-    CAPTURE(length);
-    std::vector<Image> frames = clip(width, height, length);
-    for (Image &frame : frames) std::reverse(frame.pixels.begin(), frame.pixels.end());
-    const EncodedGroup group = encode_group(settings, frames);
-    CHECK(group.record == reference.record);
-    CHECK(group.codec_string == reference.codec_string);
-    CHECK(mean_psnr(decode_all(settings, group), frames) > 30);
+  for (const uint32_t codec : inter_codecs) {
+    const VideoSettings settings = settings_of(codec, 24);
+    const EncodedGroup reference = encode_group(settings, clip(width, height, 12));
+    for (const int length : {1, 2, 3, 50}) {
+      CAPTURE(codec, length);
+      std::vector<Image> frames = clip(width, height, length);
+      for (Image &frame : frames) std::reverse(frame.pixels.begin(), frame.pixels.end());
+      const EncodedGroup group = encode_group(settings, frames);
+      CHECK(group.record == reference.record);
+      CHECK(group.codec_string == reference.codec_string);
+      CHECK(mean_psnr(decode_all(settings, group), frames) > 30);
+    }
+  }
+}
+
+TEST_CASE("codec strings say profile, level and depth") {
+  const auto text = [](uint32_t codec, uint32_t wide, uint32_t high) {
+    return encode_group({codec, wide, high, 40, {1, 25}}, clip(wide, high, 1)).codec_string;
+  };
+  CHECK(text(FVV_CODEC_AVC1, 160, 96).substr(0, 9) == "avc1.6400");
+  CHECK(text(FVV_CODEC_HVC1, 160, 96) == "hvc1.1.6.L30.90");
+  CHECK(text(FVV_CODEC_VP09, 160, 96) == "vp09.00.10.08");
+  CHECK(text(FVV_CODEC_AV01, 160, 96) == "av01.0.00M.08");
+  CHECK(text(FVV_CODEC_HVC1, 960, 544) == "hvc1.1.6.L90.90");
+  CHECK(text(FVV_CODEC_VP09, 960, 544) == "vp09.00.30.08");
+  CHECK(text(FVV_CODEC_AV01, 960, 544) == "av01.0.04M.08");
+  // Higher than wide: the longer side counts.
+  CHECK(text(FVV_CODEC_VP09, 32, 1024) == "vp09.00.21.08");
+}
+
+TEST_CASE("a hard cut inside a group opens no other key") {
+  std::vector<Image> cut = clip(width, height, 40);
+  for (size_t i = 20; i < cut.size(); i++)
+    for (uint8_t &sample : cut[i].pixels) sample = uint8_t(255 - sample);
+  for (const uint32_t codec : inter_codecs) {
+    const EncodedGroup group = encode_group(settings_of(codec, 30), cut);
+    for (size_t i = 0; i < cut.size(); i++) CHECK(group.samples[i].key == (i == 0));
+    CHECK(mean_psnr(decode_all(settings_of(codec, 30), group), cut) > 28);
   }
 }
 
@@ -133,8 +161,8 @@ TEST_CASE("JPEG samples are files from SOI to EOI, all keys, without record") {
 }
 
 TEST_CASE("libfvv's own rules accept what the encoders make") {
-  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
-    const VideoSettings settings = settings_of(codec, 30);
+  for (const VideoCodec &codec : video_codecs()) {
+    const VideoSettings settings = settings_of(codec.code, 30);
     const EncodedGroup group = encode_group(settings, clip(width, height, 4));
     const fvv_video_config config = config_of(settings, group);
     fvv_diagnostic diagnostic = {};
@@ -157,30 +185,42 @@ TEST_CASE("libfvv's own rules accept what the encoders make") {
 }
 
 TEST_CASE("a decoder goes on at any key and only there") {
+  for (const uint32_t codec : inter_codecs) {
+    CAPTURE(codec);
+    const VideoSettings settings = settings_of(codec, 24);
+    const EncodedGroup group = encode_group(settings, clip(width, height, 6));
+    const std::vector<Image> expected = decode_all(settings, group);
+    Decoder decoder(config_of(settings, group));
+    const auto decode = [&](size_t i) {
+      return decoder.decode(group.samples[i].bytes.data(), group.samples[i].bytes.size());
+    };
+    CHECK_THAT(error_of([&] { decode(1); }), Contains("is not a key"));
+    CHECK(decode(0).pixels == expected[0].pixels);
+    CHECK(decode(1).pixels == expected[1].pixels);
+    CHECK(decode(0).pixels == expected[0].pixels); // back to the start
+    CHECK(decode(1).pixels == expected[1].pixels);
+    CHECK(!error_of([&] { decoder.decode(group.samples[2].bytes.data(), 0); }).empty());
+    CHECK_THAT(error_of([&] { decode(2); }), Contains("is not a key"));
+    for (size_t i = 0; i < 3; i++) CHECK(decode(i).pixels == expected[i].pixels);
+  }
+}
+
+TEST_CASE("an H.264 sample that is damaged within makes the decoder wait for a key") {
   const VideoSettings settings = settings_of(FVV_CODEC_AVC1, 24);
   const EncodedGroup group = encode_group(settings, clip(width, height, 6));
-  const std::vector<Image> expected = decode_all(settings, group);
   Decoder decoder(config_of(settings, group));
   const auto decode = [&](size_t i) {
     return decoder.decode(group.samples[i].bytes.data(), group.samples[i].bytes.size());
   };
-  CHECK_THAT(error_of([&] { decode(1); }), Contains("no IDR picture"));
-  CHECK(decode(0).pixels == expected[0].pixels);
-  CHECK(decode(1).pixels == expected[1].pixels);
-  CHECK(decode(0).pixels == expected[0].pixels); // back to the start
-  CHECK(decode(1).pixels == expected[1].pixels);
-  CHECK_THAT(error_of([&] { decoder.decode(group.samples[2].bytes.data(), 40); }),
-             Contains("do not fill it"));
-  CHECK_THAT(error_of([&] { decode(2); }), Contains("no IDR picture"));
-  for (size_t i = 0; i < 3; i++) CHECK(decode(i).pixels == expected[i].pixels);
+  const Image first = decode(0);
   std::vector<uint8_t> short_slice(group.samples[3].bytes.begin(), group.samples[3].bytes.begin() + 12);
   short_slice[0] = short_slice[1] = short_slice[2] = 0;
   short_slice[3] = 8;
   CHECK_THAT(error_of([&] { decoder.decode(short_slice.data(), short_slice.size()); }),
              Contains("is damaged"));
-  CHECK_THAT(error_of([&] { decode(4); }), Contains("no IDR picture"));
-  CHECK_THAT(error_of([&] { decode(5); }), Contains("no IDR picture"));
-  CHECK(decode(0).pixels == expected[0].pixels);
+  CHECK_THAT(error_of([&] { decode(4); }), Contains("is not a key"));
+  CHECK_THAT(error_of([&] { decode(5); }), Contains("is not a key"));
+  CHECK(decode(0).pixels == first.pixels);
 }
 
 TEST_CASE("settings that cannot be are refused with a reason") {
@@ -190,8 +230,19 @@ TEST_CASE("settings that cannot be are refused with a reason") {
     change(settings);
     return error_of([&] { encode_group(settings, frames); });
   };
-  CHECK_THAT(error_with([](VideoSettings &s) { s.codec = FVV_CODEC_AV01; }),
-             Contains("neither JPEG nor H.264"));
+  CHECK_THAT(error_with([](VideoSettings &s) { s.codec = FVV_CODEC_OEXR; }),
+             Contains("codec oexr is none of JPEG H.264 HEVC VP9 AV1"));
+  for (const VideoCodec &codec : video_codecs())
+    for (const int wrong : {0, std::max(codec.finest, codec.coarsest) + 1})
+      CHECK_THAT(error_with([&](VideoSettings &s) {
+                   s.codec = codec.code;
+                   s.quality = wrong;
+                 }),
+                 Contains(codec.name));
+  CHECK_THAT(error_of([] {
+               encode_group({FVV_CODEC_HVC1, 16, 8, 24, {1, 25}}, {scene(16, 8, 0)});
+             }),
+             Contains("at least 16 x 16"));
   CHECK_THAT(error_with([](VideoSettings &s) { s.quality = 0; }), Contains("CRF 0, expected 1 to 51"));
   CHECK_THAT(error_with([](VideoSettings &s) { s.quality = 52; }), Contains("CRF 52"));
   CHECK_THAT(error_with([](VideoSettings &s) { s.width = 162; }),
@@ -212,17 +263,31 @@ TEST_CASE("settings that cannot be are refused with a reason") {
 
 TEST_CASE("the chosen quality is the cheapest that reaches the target") {
   const std::vector<Image> frames = clip(width, height, 4);
-  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1})
-    for (const double target : {32.0, 38.0}) {
-      CAPTURE(codec, target);
-      VideoSettings settings = settings_of(codec, 0);
+  for (const VideoCodec &codec : video_codecs())
+    for (const double target : {34.0, 43.0}) {
+      CAPTURE(codec.name, target);
+      VideoSettings settings = settings_of(codec.code, 0);
       const int quality = choose_quality(settings, frames, target);
       settings.quality = quality;
       const double psnr = mean_psnr(decode_all(settings, encode_group(settings, frames)), frames);
       CHECK(psnr >= target);
+      if (quality == codec.coarsest) {
+        CHECK((codec.code == FVV_CODEC_AV01 && target == 34)); // its coarsest is finer than that
+        continue;
+      }
       CHECK(psnr < target + 2);
-      settings.quality = codec == FVV_CODEC_JPEG ? quality - 1 : quality + 1;
+      settings.quality += codec.coarsest < codec.finest ? -1 : 1;
       CHECK(mean_psnr(decode_all(settings, encode_group(settings, frames)), frames) < target);
+    }
+}
+
+TEST_CASE("the smallest frames that tiles make can be coded") {
+  for (const VideoCodec &codec : video_codecs())
+    for (const uint32_t side : {16u, 32u, 48u}) {
+      CAPTURE(codec.name, side);
+      const VideoSettings settings = {codec.code, 16, side, 30, {1, 25}};
+      const std::vector<Image> frames = clip(16, side, 3);
+      CHECK(mean_psnr(decode_all(settings, encode_group(settings, frames)), frames) > 22);
     }
 }
 

@@ -76,11 +76,11 @@ TEST_CASE("meshes come back exactly in every format") {
 
 TEST_CASE("pictures are what decoding and cutting out gives") {
   const Scratch scratch;
-  for (const uint32_t codec : {uint32_t(FVV_CODEC_JPEG), uint32_t(FVV_CODEC_AVC1)}) {
+  for (const media::VideoCodec &codec : media::video_codecs()) {
     StreamOptions stream;
-    stream.codec = codec;
+    stream.codec = codec.code;
     stream.profile = FVV_MESH_DRACO;
-    const std::string name = codec == FVV_CODEC_JPEG ? "jpeg" : "avc";
+    const std::string name = codec.option;
     const std::string input = scratch.file(name + ".fvv", make_stream(stream));
     const demux::Result result = unpack(input, scratch.path(name));
     CHECK((result.pictures == std::map<uint16_t, uint64_t>{{0, 6}, {7, 6}, {65534, 6}}));

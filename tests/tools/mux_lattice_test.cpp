@@ -158,6 +158,15 @@ TEST_CASE("options in all their spellings") {
   CHECK(parse_quality("42dB", FVV_CODEC_AVC1).is_psnr);
   CHECK(parse_quality("100", FVV_CODEC_JPEG).value == 100);
   CHECK(!parse_quality("51", FVV_CODEC_AVC1).is_psnr);
+  CHECK(parse_quality("63", FVV_CODEC_AV01).value == 63);
+  CHECK(usage_error([] { parse_quality("64", FVV_CODEC_VP09); }) ==
+        "--quality: expected a PSNR such as 42dB, or a CRF from 1 to 63, found \"64\"");
+  const std::pair<const char *, uint32_t> names[] = {{"jpeg", FVV_CODEC_JPEG},
+                                                     {"h264", FVV_CODEC_AVC1},
+                                                     {"hevc", FVV_CODEC_HVC1},
+                                                     {"vp9", FVV_CODEC_VP09},
+                                                     {"av1", FVV_CODEC_AV01}};
+  for (const auto &[name, code] : names) CHECK(parse_codec(name) == code);
   for (const char *wrong : {"", "dB", "0", "52", "23.5", "+23", "0dB", "101dB", "-1dB", "42 dBx"})
     CHECK(usage_error([&] { parse_quality(wrong, FVV_CODEC_AVC1); }) ==
           std::string("--quality: expected a PSNR such as 42dB, or a CRF from 1 to 51, found \"") + wrong +

@@ -132,11 +132,11 @@ TEST_CASE("the bytes do not depend on the number of threads") {
   shape.count = 9;
   shape.masks = true;
   make_capture(folder, shape);
-  for (const uint32_t codec : {FVV_CODEC_JPEG, FVV_CODEC_AVC1}) {
+  for (const media::VideoCodec &codec : media::video_codecs()) {
     std::set<std::string> results;
     for (const uint32_t threads : {1, 2, 5}) {
       mux::Options options = options_for(folder);
-      options.codec = codec;
+      options.codec = codec.code;
       options.threads = threads;
       options.quality.value = 35;
       mux::mux(options);

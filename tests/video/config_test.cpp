@@ -70,7 +70,8 @@ fvv_status decode(const bytes &payload, size_t size, fvv_diagnostic *d, const fv
 fvv_status check(const bytes &record, size_t size) {
   const exact block(record, size);
   fvv_diagnostic d;
-  const fvv_status status = fvv_avc_record_check(block.data(), size, &d);
+  char text[FVV_CODEC_STRING_CAPACITY];
+  const fvv_status status = fvv_video_codec_string(FVV_CODEC_AVC1, block.data(), size, text, &d);
   if (status != FVV_OK) REQUIRE((d.issue == FVV_ISSUE_VIDEO_RECORD && d.offset <= size));
   return status;
 }
@@ -192,8 +193,7 @@ TEST_CASE("every rule of VCFG has its number") {
 TEST_CASE("reserved and unknown codecs are not supported, and named") {
   fvv_diagnostic d;
   const bytes good = encoded(jpeg());
-  for (const uint32_t codec : {(uint32_t)FVV_CODEC_HVC1, (uint32_t)FVV_CODEC_VP09, (uint32_t)FVV_CODEC_AV01,
-                               (uint32_t)FVV_CODEC_OEXR, (uint32_t)0, (uint32_t)0x31637641}) {
+  for (const uint32_t codec : {(uint32_t)FVV_CODEC_OEXR, (uint32_t)0, (uint32_t)0x31637641}) {
     bytes p = good;
     fvv_put_u32(&p[FVV_VCFG_CODEC], codec);
     CHECK(decode(p, p.size(), &d) == FVV_ERROR_UNSUPPORTED);
@@ -208,9 +208,15 @@ TEST_CASE("reserved and unknown codecs are not supported, and named") {
     CHECK(d.issue == FVV_ISSUE_VIDEO_CODEC);
   }
   bytes p = good;
-  fvv_put_u32(&p[FVV_VCFG_CODEC], FVV_CODEC_HVC1);
+  fvv_put_u32(&p[FVV_VCFG_CODEC], FVV_CODEC_OEXR);
   REQUIRE(decode(p, p.size(), &d) == FVV_ERROR_UNSUPPORTED);
-  CHECK(std::string(d.message) == "codec 'hvc1' is not supported, expected 'jpeg' or 'avc1'");
+  CHECK(std::string(d.message) ==
+        "codec 'oexr' is not supported, expected 'jpeg', 'avc1', 'hvc1', 'vp09' or 'av01'");
+  char text[FVV_CODEC_STRING_CAPACITY];
+  for (const uint32_t codec : {(uint32_t)FVV_CODEC_JPEG, (uint32_t)FVV_CODEC_OEXR}) {
+    CHECK(fvv_video_codec_string(codec, p.data(), p.size(), text, &d) == FVV_ERROR_UNSUPPORTED);
+    CHECK(d.issue == FVV_ISSUE_VIDEO_CODEC);
+  }
 }
 
 TEST_CASE("the frame's sides have a limit") {

@@ -101,7 +101,20 @@ std::string type_name(uint32_t code) {
 }
 
 std::string codec_name(uint32_t codec) {
-  return codec == FVV_CODEC_JPEG ? "JPEG" : codec == FVV_CODEC_AVC1 ? "H.264" : type_name(codec);
+  switch (codec) {
+  case FVV_CODEC_JPEG:
+    return "JPEG";
+  case FVV_CODEC_AVC1:
+    return "H.264";
+  case FVV_CODEC_HVC1:
+    return "HEVC";
+  case FVV_CODEC_VP09:
+    return "VP9";
+  case FVV_CODEC_AV01:
+    return "AV1";
+  default:
+    return type_name(codec);
+  }
 }
 
 const char *kind_name(uint8_t kind) {

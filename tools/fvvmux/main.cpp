@@ -33,10 +33,10 @@ struct Texts {
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("CAPTURE", options.capture, "capture.json (spec/capture.md) or its folder")->required();
   app.add_option("-o,--output", options.output, "file to write; - is standard output")->required();
-  app.add_option("--codec", texts.codec, "jpeg or h264")->capture_default_str();
+  app.add_option("--codec", texts.codec, "jpeg, h264, hevc, vp9 or av1")->capture_default_str();
   app.add_option("--quality", texts.quality,
                  "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
-                 "number: JPEG 1 to 100, CRF 1 to 51")
+                 "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1)")
       ->capture_default_str();
   auto *tile = app.add_option("--tile", texts.tile, "size of every camera's picture in the stream: 480x270");
   app.add_option("--scale", texts.scale, "the same as a factor, above 0 and at most 1")->excludes(tile);

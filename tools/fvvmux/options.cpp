@@ -3,7 +3,9 @@
 #include "capture/text_scan.h"
 #include "cli/cli.h"
 #include "fvv/mesh.h"
+#include "fvv_media/video.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace fvv::mux {
@@ -27,25 +29,27 @@ bool whole_number(const std::string &text, int64_t least, int64_t most, int64_t 
 } // namespace
 
 uint32_t parse_codec(const std::string &text) {
-  if (text == "jpeg") return FVV_CODEC_JPEG;
-  if (text == "h264") return FVV_CODEC_AVC1;
-  refuse("--codec", "jpeg or h264", text);
+  for (const media::VideoCodec &codec : media::video_codecs())
+    if (text == codec.option) return codec.code;
+  refuse("--codec", "jpeg, h264, hevc, vp9 or av1", text);
 }
 
 Quality parse_quality(const std::string &text, uint32_t codec) {
-  const bool jpeg = codec == FVV_CODEC_JPEG;
+  const media::VideoCodec &known = *media::find_video_codec(codec);
+  const auto [least, most] = std::minmax(known.finest, known.coarsest);
   Quality quality;
   if (ends_with(text, "dB") || ends_with(text, "db")) {
     if (capture::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
         quality.value <= 100)
       return quality;
-  } else if (int64_t number; whole_number(text, 1, jpeg ? 100 : 51, number)) {
+  } else if (int64_t number; whole_number(text, least, most, number)) {
     return {false, double(number)};
   }
-  refuse("--quality",
-         jpeg ? "a PSNR such as 42dB, or libjpeg's quality from 1 to 100"
-              : "a PSNR such as 42dB, or a CRF from 1 to 51",
-         text);
+  const bool jpeg = codec == FVV_CODEC_JPEG;
+  const std::string expected = std::string("a PSNR such as 42dB, or ") +
+                               (jpeg ? "libjpeg's quality" : "a CRF") + " from " + std::to_string(least) +
+                               " to " + std::to_string(most);
+  refuse("--quality", expected.c_str(), text);
 }
 
 Length parse_length(const std::string &text) {

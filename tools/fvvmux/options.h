@@ -1,5 +1,5 @@
-// fvvmux/options.h: what the user asked for, and how it is spelled on the command line. Knows no file and no
-// codec; whether a wish fits a capture is for plan.h to find out.
+// fvvmux/options.h: what the user asked for, and how it is spelled on the command line. Knows no file, and of
+// codecs their names and scales alone; whether a wish fits a capture is for plan.h to find out.
 #pragma once
 
 #include "fvv/video.h"
@@ -10,7 +10,7 @@
 
 namespace fvv::mux {
 
-// A luma PSNR to reach, or the codec's own number: JPEG 1 ... 100, CRF 1 ... 51 for H.264.
+// A luma PSNR to reach, or the codec's own number, as in media::VideoCodec.
 struct Quality {
   bool is_psnr = true;
   double value = 42; // dB; a whole number when !is_psnr
@@ -51,7 +51,7 @@ struct Options {
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
-uint32_t parse_codec(const std::string &text);                  // "jpeg", "h264"
+uint32_t parse_codec(const std::string &text);                  // "jpeg", "h264", "hevc", "vp9", "av1"
 Quality parse_quality(const std::string &text, uint32_t codec); // "42dB", "23"
 Length parse_length(const std::string &text);                   // "1.5mm", "0.2cm", "0.002m", "0.002"
 TileSize parse_tile(const std::string &text);                   // "480x270"

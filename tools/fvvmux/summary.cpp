@@ -19,7 +19,7 @@ __attribute__((format(printf, 2, 3))) void line(std::string &out, const char *fo
 }
 
 const char *codec_text(const Summary &s) {
-  return s.plan.options.codec == FVV_CODEC_JPEG ? "jpeg" : "h264";
+  return media::find_video_codec(s.plan.options.codec)->option;
 }
 
 const char *profile_text(const Summary &s) {
@@ -64,8 +64,8 @@ void track_line(std::string &out, const Summary &s, const char *label, uint64_t 
 
 std::string codec_choice(const Summary &s) {
   const media::VideoSettings &v = s.plan.video.settings;
-  const bool jpeg = v.codec == FVV_CODEC_JPEG;
-  return std::string(jpeg ? "JPEG quality " : "H.264 CRF ") + std::to_string(v.quality) + ", " +
+  const media::VideoCodec &codec = *media::find_video_codec(v.codec);
+  return std::string(codec.name) + " " + codec.scale + " " + std::to_string(v.quality) + ", " +
          std::to_string(s.plan.tiling.tiles.size()) + " tiles in " + std::to_string(v.width) + "x" +
          std::to_string(v.height);
 }

@@ -10,9 +10,10 @@
 extern "C" {
 #endif
 
-/* VCFG. codec: FVV_CODEC_...; samples are in MP4 sample format (ISO/IEC 14496-15) for avc1, whole JPEG files
- * for jpeg. record: the MP4 configuration record (avcC for avc1), empty for jpeg. codec_string: RFC 6381, as
- * WebCodecs wants it ("avc1.640028"); empty for jpeg. Colour by ITU-T H.273 code points. Pointers are
+/* VCFG. codec: FVV_CODEC_...; samples are whole JPEG files for jpeg, else in MP4 sample format. record: the
+ * MP4 configuration record (the payload of avcC, hvcC, vpcC or av1C), empty for jpeg. codec_string: RFC 6381,
+ * as WebCodecs wants it ("avc1.640028", "hvc1.1.6.L93.B0", "vp09.00.31.08", "av01.0.04M.08"); empty for jpeg.
+ * Colour by ITU-T H.273 code points. Pointers are
  * borrowed. */
 typedef struct fvv_video_config {
   uint32_t codec;
@@ -61,26 +62,46 @@ FVV_API FVV_MUST_USE fvv_status fvv_tiles_validate(const fvv_tile *tiles, size_t
 FVV_API void fvv_tile_to_frame(const fvv_tile *tile, const double source[2], double frame[2]);
 FVV_API void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], double source[2]);
 
-/* Checks an AVCDecoderConfigurationRecord (ISO/IEC 14496-15 clause 5.3.3.1, "avcC"): version 1, 4-byte
- * lengths, reserved bits set, at least one SPS and one PPS, units of the right types that fill it exactly;
- * profiles other than 66, 77 and 88 may add chroma format, bit depths and SPS extensions. Does not parse the
- * units. FVV_ERROR_INVALID with FVV_ISSUE_VIDEO_RECORD. */
-FVV_API FVV_MUST_USE fvv_status fvv_avc_record_check(const uint8_t *record, size_t size,
-                                                     fvv_diagnostic *diagnostic);
+/* Checks a configuration record and writes the codec string that belongs to it, ended by NUL. Does not parse
+ * parameter sets or further than the first bits of a sequence header. FVV_ERROR_INVALID with
+ * FVV_ISSUE_VIDEO_RECORD; FVV_ERROR_UNSUPPORTED for jpeg, which has no record, and for other codecs.
+ * avc1: AVCDecoderConfigurationRecord (ISO/IEC 14496-15 clause 5.3.3.1): version 1, 4-byte lengths, reserved
+ * bits set, at least one SPS and one PPS, units of the right types that fill it exactly; profiles other than
+ * 66, 77 and 88 may add chroma format, bit depths and SPS extensions.
+ * hvc1: HEVCDecoderConfigurationRecord (the same, 8.3.3.1): version 1, profile space 0, 4-byte lengths,
+ * reserved bits set, one complete array each of VPS, SPS and PPS in this order, which fill it exactly.
+ * vp09: VPCodecConfigurationRecord (VP Codec ISO Media File Format Binding) behind version and flags of its
+ * box: 12 bytes, version 1, flags 0, no codec initialisation data; profile, bit depth and chroma agree.
+ * av01: AV1CodecConfigurationRecord (AV1 Codec ISO Media File Format Binding): version 1, reserved bits 0,
+ * OBUs with size fields that fill it exactly, one sequence header of the same profile and then metadata. */
+#define FVV_CODEC_STRING_CAPACITY 48
+FVV_API FVV_MUST_USE fvv_status fvv_video_codec_string(uint32_t codec, const uint8_t *record, size_t size,
+                                                       char out[FVV_CODEC_STRING_CAPACITY],
+                                                       fvv_diagnostic *diagnostic);
 
 /* Checks a sample (VPKT payload) as far as it goes without decoding, in one pass that is bounded by size.
  * key: the chunk's key flag. JPEG: key, SOI first, EOI last, a frame header of the configured size with 8
  * bits and 1 or 3 components (ITU-T T.81 annex B; FVV_ISSUE_SAMPLE_JPEG). H.264: 4-byte lengths above 0 that
  * fill the sample exactly, forbidden_zero_bit 0, an IDR slice exactly in key samples (FVV_ISSUE_SAMPLE_AVC).
- * FVV_ERROR_INVALID, for other codecs FVV_ERROR_UNSUPPORTED. For a valid configuration. */
+ * HEVC: the same lengths, one picture, no leading picture, an IRAP picture exactly in key samples
+ * (FVV_ISSUE_SAMPLE_HEVC). VP9: one frame, or a superframe whose index fills the sample, the last frame alone
+ * shown, a key frame first exactly in key samples (FVV_ISSUE_SAMPLE_VP9). AV1: OBUs with size fields that
+ * fill the sample, no temporal delimiter, one shown frame, a sequence header and then a shown key frame
+ * exactly in key samples (FVV_ISSUE_SAMPLE_AV1). FVV_ERROR_INVALID, for other codecs FVV_ERROR_UNSUPPORTED.
+ * For a valid configuration. */
 FVV_API FVV_MUST_USE fvv_status fvv_video_sample_check(const fvv_video_config *config, int key,
                                                        const uint8_t *sample, size_t size,
                                                        fvv_diagnostic *diagnostic);
 
+/* As fvv_video_sample_check, for callers who do not know the key flag: *key becomes 0 or 1. */
+FVV_API FVV_MUST_USE fvv_status fvv_video_sample_inspect(const fvv_video_config *config,
+                                                         const uint8_t *sample, size_t size, int *key,
+                                                         fvv_diagnostic *diagnostic);
+
 /* Records. Sizes as fvv_scene_encode. encode answers FVV_ERROR_INPUT for what decode answers
- * FVV_ERROR_INVALID or, for a codec other than jpeg and avc1, FVV_ERROR_UNSUPPORTED. For avc1 the record is
- * checked as by fvv_avc_record_check, and the codec string must say the same profile, compatibility and
- * level, in digits of either case. */
+ * FVV_ERROR_INVALID or, for a codec that is not known, FVV_ERROR_UNSUPPORTED. The record is checked as by
+ * fvv_video_codec_string, and the codec string must be the one that belongs to it, hexadecimal digits in
+ * either case. Where the record states a bit depth it must be that of the configuration. */
 FVV_API FVV_MUST_USE fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out,
                                                         size_t capacity, size_t *written,
                                                         fvv_diagnostic *diagnostic);

@@ -1,4 +1,4 @@
-/* The still-picture codecs behind image.h, and what they share. Internal to fvv_media. */
+/* What the codecs behind image.h and video.h share, and the still-picture codecs. Internal to fvv_media. */
 #ifndef FVV_MEDIA_CODECS_H
 #define FVV_MEDIA_CODECS_H
 
@@ -13,6 +13,9 @@ void check_image(const Image &image);
 /* Error when size bytes cannot hold so many samples even at the best rate that the format can reach: a few
  * bytes must not ask for gigabytes. */
 void check_justified(uint64_t samples, uint64_t samples_per_byte, size_t size, const std::string &name);
+
+/* Throws Error: a code that is none of video_codecs(). */
+[[noreturn]] void refuse_codec(uint32_t code);
 
 bool is_png(const uint8_t *bytes, size_t size);
 bool is_jpeg(const uint8_t *bytes, size_t size);

@@ -1,12 +1,13 @@
 /* Decoding sample by sample. See fvv_media/video.h. */
 #include "fvv_media/video.h"
 
-#include "avc.h"
 #include "codecs.h"
 #include "ffmpeg.h"
 
+#include <algorithm>
 #include <climits>
 #include <cstring>
+#include <iterator>
 #include <utility>
 
 namespace fvv::media {
@@ -65,40 +66,61 @@ private:
   Picture picture_;
 };
 
-class AvcDecoder : public SampleDecoder {
+/* A decoder of libavcodec, and whether the record is its extradata: VP9's says nothing that it needs. */
+struct Library {
+  uint32_t codec;
+  const char *name;
+  bool takes_record;
+};
+constexpr Library libraries[] = {{FVV_CODEC_AVC1, "h264", true},
+                                 {FVV_CODEC_HVC1, "hevc", true},
+                                 {FVV_CODEC_VP09, "vp9", false},
+                                 {FVV_CODEC_AV01, "libdav1d", true}};
+
+class VideoDecoder : public SampleDecoder {
 public:
-  explicit AvcDecoder(const fvv_video_config &config) : picture_(config) {
-    avc_check_record(config.record, config.record_size);
-    if (config.record_size > INT_MAX / 2) throw Error("the avc1 record is too large");
+  explicit VideoDecoder(const fvv_video_config &config)
+      : picture_(config), codec_(find_video_codec(config.codec)->name), config_(config) {
+    check_record();
+    const Library &library = *std::find_if(std::begin(libraries), std::end(libraries),
+                                           [&](const Library &one) { return one.codec == config.codec; });
     quiet_log();
     clear_log();
-    const AVCodec *codec = avcodec_find_decoder(AV_CODEC_ID_H264);
-    if (!codec) throw Error("this build of FFmpeg has no H.264 decoder");
+    const AVCodec *codec = avcodec_find_decoder_by_name(library.name);
+    if (!codec) throw Error(std::string("this build of FFmpeg has no decoder ") + library.name);
     context_ = make_context(codec);
-    context_->extradata =
-        static_cast<uint8_t *>(av_mallocz(config.record_size + AV_INPUT_BUFFER_PADDING_SIZE));
-    if (!context_->extradata) throw std::bad_alloc();
-    memcpy(context_->extradata, config.record, config.record_size);
-    context_->extradata_size = int(config.record_size);
+    if (library.takes_record) {
+      context_->extradata =
+          static_cast<uint8_t *>(av_mallocz(config.record_size + AV_INPUT_BUFFER_PADDING_SIZE));
+      if (!context_->extradata) throw std::bad_alloc();
+      memcpy(context_->extradata, config.record, config.record_size);
+      context_->extradata_size = int(config.record_size);
+    }
     context_->thread_count = 1; // frame threads would hold pictures back
     context_->flags |= AV_CODEC_FLAG_LOW_DELAY;
     // Concealed damage is a wrong picture called good.
     context_->err_recognition = AV_EF_EXPLODE | AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER;
     context_->error_concealment = 0;
-    // A parameter set may announce more than the configuration; coded sizes are whole macroblock pairs.
-    context_->max_pixels = (int64_t(config.width) + 32) * (int64_t(config.height) + 32);
+    // Headers may announce more than the configuration; coded sizes are whole blocks, of up to 64 pixels.
+    context_->max_pixels = (int64_t(config.width) + 64) * (int64_t(config.height) + 64);
     const int code = avcodec_open2(context_.get(), codec, nullptr);
-    if (code < 0) fail("the avc1 record cannot be used", code);
+    if (code < 0) fail("the " + codec_ + " record cannot be used", code);
     packet_ = make_packet();
     frame_ = make_frame();
+    // Borrowed, and of no more use.
+    config_.record = nullptr;
+    config_.codec_string = nullptr;
   }
 
   Image decode(const uint8_t *bytes, size_t size) override {
     // Until this sample has gone well: libavcodec would predict from an older picture without a word.
     const bool need_key = std::exchange(need_key_, true);
-    const bool key = avc_check_sample(bytes, size);
+    int key;
+    fvv_diagnostic diagnostic;
+    if (fvv_video_sample_inspect(&config_, bytes, size, &key, &diagnostic) != FVV_OK)
+      throw Error(diagnostic.message);
     if (need_key) {
-      if (!key) throw Error("the first sample, or the first after a damaged one, has no IDR picture");
+      if (!key) throw Error("the first sample, or the first after a damaged one, is not a key");
       avcodec_flush_buffers(context_.get());
     }
     receive(bytes, size);
@@ -108,36 +130,45 @@ public:
   }
 
 private:
+  void check_record() const {
+    char text[FVV_CODEC_STRING_CAPACITY];
+    fvv_diagnostic diagnostic;
+    if (config_.record_size > INT_MAX / 2) throw Error("the " + codec_ + " record is too large");
+    if (fvv_video_codec_string(config_.codec, config_.record, config_.record_size, text, &diagnostic) !=
+        FVV_OK)
+      throw Error(diagnostic.message);
+  }
+
   void receive(const uint8_t *bytes, size_t size) {
-    if (size > INT_MAX / 2) throw Error("an avc1 sample is too large");
+    if (size > INT_MAX / 2) throw Error(sample() + " is too large");
     clear_log();
     av_packet_unref(packet_.get());
     int code = av_new_packet(packet_.get(), int(size));
-    if (code < 0) fail("an avc1 sample cannot be held", code);
+    if (code < 0) fail(sample() + " cannot be held", code);
     memcpy(packet_->data, bytes, size);
     code = avcodec_send_packet(context_.get(), packet_.get());
-    if (code < 0) fail("an avc1 sample is damaged", code);
+    if (code < 0) fail(sample() + " is damaged", code);
     code = avcodec_receive_frame(context_.get(), frame_.get());
-    if (code == AVERROR(EAGAIN)) throw Error("an avc1 sample gives no picture of its own");
-    if (code < 0) fail("an avc1 sample is damaged", code);
+    if (code == AVERROR(EAGAIN)) throw Error(sample() + " gives no picture of its own");
+    if (code < 0) fail(sample() + " is damaged", code);
     if (frame_->decode_error_flags || (frame_->flags & AV_FRAME_FLAG_CORRUPT))
-      throw Error("an avc1 sample is damaged: its picture is not whole");
+      throw Error(sample() + " is damaged: its picture is not whole");
     // A missing reference picture is replaced with nothing but a message, whatever err_recognition says.
-    if (log_has_error()) fail("an avc1 sample is damaged", 0);
+    if (log_has_error()) fail(sample() + " is damaged", 0);
     const AvFrame second = make_frame();
     if (avcodec_receive_frame(context_.get(), second.get()) >= 0)
-      throw Error("an avc1 sample gives more than one picture");
+      throw Error(sample() + " gives more than one picture");
   }
 
   void check_stated(const char *what, int stated, int unspecified, int expected) const {
     if (stated != unspecified && stated != expected)
-      throw Error(std::string("the H.264 stream states ") + what + " " + std::to_string(stated) +
+      throw Error("the " + codec_ + " stream states " + what + " " + std::to_string(stated) +
                   " (ITU-T H.273), its configuration " + std::to_string(expected));
   }
 
   Frame planes() const {
     if (frame_->format != AV_PIX_FMT_YUV420P && frame_->format != AV_PIX_FMT_YUVJ420P)
-      throw Error("the H.264 stream is not 4:2:0 with 8 bits");
+      throw Error("the " + codec_ + " stream is not 4:2:0 with 8 bits");
     picture_.check_size(uint32_t(frame_->width), uint32_t(frame_->height));
     // 5 and 6 are two names for one matrix.
     const auto one_name = [](int matrix) {
@@ -164,7 +195,11 @@ private:
       memcpy(&out[row * width], frame_->data[plane] + ptrdiff_t(row) * frame_->linesize[plane], width);
   }
 
+  std::string sample() const { return "the " + codec_ + " sample"; }
+
   Picture picture_;
+  std::string codec_;
+  fvv_video_config config_;
   Context context_;
   Packet packet_;
   AvFrame frame_;
@@ -178,10 +213,10 @@ Decoder::Decoder(const fvv_video_config &config) {
     throw Error("the video has " + std::to_string(config.bit_depth) + " bits a sample, expected 8");
   if (config.codec == FVV_CODEC_JPEG)
     decoder_ = std::make_unique<JpegDecoder>(config);
-  else if (config.codec == FVV_CODEC_AVC1)
-    decoder_ = std::make_unique<AvcDecoder>(config);
+  else if (find_video_codec(config.codec))
+    decoder_ = std::make_unique<VideoDecoder>(config);
   else
-    throw Error("the video's codec is neither JPEG nor H.264 (avc1)");
+    refuse_codec(config.codec);
 }
 
 Decoder::~Decoder() = default;

@@ -55,7 +55,8 @@ bool log_has_error() {
 }
 
 void fail(const std::string &what, int code) {
-  if (code == AVERROR(ENOMEM)) throw std::bad_alloc();
+  // The HEVC decoder answers ENOMEM, with a message, for a picture that is larger than it was allowed.
+  if (code == AVERROR(ENOMEM) && !last_message[0]) throw std::bad_alloc();
   if (last_message[0]) throw Error(what + ": " + last_message);
   char text[AV_ERROR_MAX_STRING_SIZE];
   av_strerror(code, text, sizeof text);

@@ -1,6 +1,8 @@
 /* The cheapest quality that reaches a PSNR. See choose_quality in fvv_media/video.h. */
 #include "fvv_media/video.h"
 
+#include "codecs.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -31,9 +33,11 @@ int choose_quality(const VideoSettings &settings, const std::vector<Image> &fram
     throw Error(std::to_string(masks.size()) + " masks came with " + std::to_string(frames.size()) +
                 " frames");
   // Steps count from the best quality to the cheapest.
-  const bool jpeg = settings.codec == FVV_CODEC_JPEG;
-  const int steps = jpeg ? 100 : 51;
-  const auto quality_of = [&](int step) { return jpeg ? 100 - step : 1 + step; };
+  const VideoCodec *codec = find_video_codec(settings.codec);
+  if (!codec) refuse_codec(settings.codec);
+  const int direction = codec->coarsest < codec->finest ? -1 : 1;
+  const int steps = direction * (codec->coarsest - codec->finest) + 1;
+  const auto quality_of = [&](int step) { return codec->finest + direction * step; };
   VideoSettings tried = settings;
   const auto psnr_at = [&](int step) {
     tried.quality = quality_of(step);
@@ -46,8 +50,9 @@ int choose_quality(const VideoSettings &settings, const std::vector<Image> &fram
     int step;
     double db;
   } good = {-1, 0}, bad = {steps, 0};
-  const double fall = jpeg ? 0.25 : 0.6; // dB a step, until two points are known
-  int step = jpeg ? 15 : 17;
+  // Until two points are known: a picture's 30 dB over the scale, from a third of it on.
+  const double fall = 30.0 / steps; // dB a step
+  int step = steps / 3;
   while (bad.step - good.step > 1) {
     const double db = psnr_at(step);
     (db >= target_db ? good : bad) = {step, db};

@@ -1,14 +1,14 @@
 /* video/config.c: the VCFG payload (clause 10.1), and which codec's rules a sample has to follow.
  *
- * Knows the bytes of the record and asks avc.c and jpeg.c about what the codec put in; must not know tiles,
- * cameras beyond their number, or pixels. */
+ * Knows the bytes of the record and asks jpeg.c and the rules of record.h about what the codec put in; must
+ * not know tiles, cameras beyond their number, or pixels. */
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/limits.h"
 #include "base/text.h"
-#include "video/avc.h"
 #include "video/jpeg.h"
+#include "video/record.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -18,7 +18,16 @@ static fvv_status unknown_codec(uint32_t codec, fvv_status status, uint32_t type
   char text[5];
   fvv_type_text(codec, text);
   return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_CODEC, type, 0,
-                  "codec '%s' is not supported, expected 'jpeg' or 'avc1'", text);
+                  "codec '%s' is not supported, expected 'jpeg', 'avc1', 'hvc1', 'vp09' or 'av01'", text);
+}
+
+/* NULL for JPEG, which has no record, and for codecs that are not known. */
+static const fvv_codec_rules *rules_of(uint32_t codec) {
+  static const fvv_codec_rules *const all[] = {&fvv_avc_rules, &fvv_hevc_rules, &fvv_vp9_rules,
+                                               &fvv_av1_rules};
+  for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+    if (all[i]->codec == codec) return all[i];
+  return NULL;
 }
 
 static fvv_status check_ranges(const fvv_video_config *config, fvv_status status,
@@ -55,19 +64,32 @@ static fvv_status check_jpeg(const fvv_video_config *config, fvv_status status, 
   return FVV_OK;
 }
 
-static fvv_status check_avc(const fvv_video_config *config, fvv_status status, fvv_diagnostic *diagnostic) {
-  const fvv_status result =
-      fvv_avc_record_inspect(config->record, config->record_size, status, FVV_VCFG_SIZE, diagnostic);
-  if (result != FVV_OK) return result;
-  char expected[FVV_AVC_CODEC_STRING_SIZE + 1];
-  fvv_avc_codec_string(config->record, expected);
-  /* "avc1" is the sample entry's name and case-sensitive, the digits are not. */
-  int same = config->codec_string_size == FVV_AVC_CODEC_STRING_SIZE;
-  for (size_t i = 0; same && i < FVV_AVC_CODEC_STRING_SIZE; i++) {
-    const unsigned char c = (unsigned char)config->codec_string[i];
-    same = (i < 5 ? c : c >= 'A' && c <= 'F' ? c + ('a' - 'A') : c) == (unsigned char)expected[i];
+/* The sample entry's name is case-sensitive, hexadecimal digits are not. */
+static int same_string(const char *expected, const char *found, size_t size) {
+  if (strlen(expected) != size) return 0;
+  for (size_t i = 0; i < size; i++) {
+    const unsigned char pair[] = {(unsigned char)expected[i], (unsigned char)found[i]};
+    unsigned char folded[2];
+    for (size_t k = 0; k < 2; k++)
+      folded[k] =
+          (unsigned char)(i >= 5 && pair[k] >= 'A' && pair[k] <= 'F' ? pair[k] + ('a' - 'A') : pair[k]);
+    if (folded[0] != folded[1]) return 0;
   }
-  if (!same)
+  return 1;
+}
+
+static fvv_status check_record(const fvv_codec_rules *rules, const fvv_video_config *config,
+                               fvv_status status, fvv_diagnostic *diagnostic) {
+  const fvv_record_report to = {rules->name, status, FVV_VCFG_SIZE, diagnostic};
+  const fvv_status result = rules->record_inspect(&to, config->record, config->record_size);
+  if (result != FVV_OK) return result;
+  const unsigned depth = rules->bit_depth(config->record);
+  if (depth && depth != config->bit_depth)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_BIT_DEPTH,
+                    "bit depth is %d, the %s record says %u", config->bit_depth, rules->name, depth);
+  char expected[FVV_CODEC_STRING_CAPACITY];
+  rules->codec_string(config->record, expected);
+  if (!same_string(expected, config->codec_string, config->codec_string_size))
     return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG,
                     FVV_VCFG_SIZE + (uint64_t)config->record_size,
                     "codec string of %zu bytes does not say '%s', as the record does",
@@ -86,11 +108,11 @@ static fvv_status check_config(const fvv_video_config *config, fvv_status status
                     FVV_VCFG_SIZE + (uint64_t)config->record_size + bad,
                     "codec string is not UTF-8 without NUL at its byte %zu", bad);
   return config->codec == FVV_CODEC_JPEG ? check_jpeg(config, status, diagnostic)
-                                         : check_avc(config, status, diagnostic);
+                                         : check_record(rules_of(config->codec), config, status, diagnostic);
 }
 
 static int is_known(uint32_t codec) {
-  return codec == FVV_CODEC_JPEG || codec == FVV_CODEC_AVC1;
+  return codec == FVV_CODEC_JPEG || rules_of(codec);
 }
 
 fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out, size_t capacity,
@@ -167,14 +189,44 @@ fvv_status fvv_video_config_decode(fvv_video_config *config, const uint8_t *payl
   return status;
 }
 
+fvv_status fvv_video_codec_string(uint32_t codec, const uint8_t *record, size_t size,
+                                  char out[FVV_CODEC_STRING_CAPACITY], fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  out[0] = 0;
+  const fvv_codec_rules *rules = rules_of(codec);
+  if (!rules) {
+    char text[5];
+    fvv_type_text(codec, text);
+    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_VIDEO_CODEC, FVV_CHUNK_VIDEO_CONFIG, 0,
+                    "codec '%s' has no record, expected 'avc1', 'hvc1', 'vp09' or 'av01'", text);
+  }
+  const fvv_record_report to = {rules->name, FVV_ERROR_INVALID, 0, diagnostic};
+  const fvv_status status = rules->record_inspect(&to, record, size);
+  if (status == FVV_OK) rules->codec_string(record, out);
+  return status;
+}
+
+fvv_status fvv_video_sample_inspect(const fvv_video_config *config, const uint8_t *sample, size_t size,
+                                    int *key, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  *key = 1;
+  if (config->codec == FVV_CODEC_JPEG)
+    return fvv_jpeg_inspect(config->width, config->height, sample, size, diagnostic);
+  const fvv_codec_rules *rules = rules_of(config->codec);
+  return rules ? rules->sample_inspect(sample, size, key, diagnostic)
+               : unknown_codec(config->codec, FVV_ERROR_UNSUPPORTED, FVV_CHUNK_VIDEO_PACKET, diagnostic);
+}
+
 fvv_status fvv_video_sample_check(const fvv_video_config *config, int key, const uint8_t *sample, size_t size,
                                   fvv_diagnostic *diagnostic) {
-  fvv_diagnostic_clear(diagnostic);
-  if (config->codec == FVV_CODEC_AVC1) return fvv_avc_sample_inspect(key, sample, size, diagnostic);
-  if (config->codec != FVV_CODEC_JPEG)
-    return unknown_codec(config->codec, FVV_ERROR_UNSUPPORTED, FVV_CHUNK_VIDEO_PACKET, diagnostic);
-  if (!key)
+  int found;
+  const fvv_status status = fvv_video_sample_inspect(config, sample, size, &found, diagnostic);
+  if (status != FVV_OK || found == !!key) return status;
+  const fvv_codec_rules *rules = rules_of(config->codec);
+  if (!rules)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_SAMPLE_JPEG, FVV_CHUNK_VIDEO_PACKET, 0,
                     "JPEG sample is not marked as a key sample, expected every one to be");
-  return fvv_jpeg_inspect(config->width, config->height, sample, size, diagnostic);
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, rules->sample_issue, FVV_CHUNK_VIDEO_PACKET, 0,
+                  "%s %s sample: %s %s, expected %s", key ? "key" : "non-key", rules->name,
+                  found ? "found a" : "found no", rules->key_picture, key ? "one" : "none");
 }

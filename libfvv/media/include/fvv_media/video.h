@@ -1,7 +1,8 @@
 /* fvv_media/video.h: video groups: encoding a whole group, decoding sample by sample, choosing the quality.
  *
- * It knows two codecs, JPEG per frame and H.264, and their samples and records as fvv carries them. It knows
- * nothing of tracks, chunks or time beyond the frame rate that H.264 wants to hear. */
+ * It knows five codecs, JPEG per frame, H.264, HEVC, VP9 and AV1, and their samples and records as fvv
+ * carries them. It knows nothing of tracks, chunks or time beyond the frame rate that encoders want to hear.
+ */
 #ifndef FVV_MEDIA_VIDEO_H
 #define FVV_MEDIA_VIDEO_H
 
@@ -15,11 +16,23 @@
 
 namespace fvv::media {
 
+struct VideoCodec {
+  uint32_t code;        /* FVV_CODEC_... */
+  const char *option;   /* "h264", for command lines */
+  const char *name;     /* "H.264", for people */
+  const char *scale;    /* what its quality numbers are: "quality" by libjpeg, or "CRF" */
+  int finest, coarsest; /* their ends: best picture, fewest bytes */
+};
+
+/* All codecs; JPEG first. */
+const std::vector<VideoCodec> &video_codecs();
+/* NULL when there is none with this code. */
+const VideoCodec *find_video_codec(uint32_t code);
+
 struct VideoSettings {
-  uint32_t codec;         /* FVV_CODEC_JPEG or FVV_CODEC_AVC1 */
-  uint32_t width, height; /* of every frame; even for FVV_CODEC_AVC1 */
-  int quality; /* JPEG: libjpeg's 1 ... 100, more is better. AVC1: CRF 1 ... 51, less is better (0 is
-                  lossless in x264: another profile, which browsers need not know). */
+  uint32_t codec;          /* one of video_codecs() */
+  uint32_t width, height;  /* of every frame; even but for JPEG, at least 16 for HEVC */
+  int quality;             /* between finest and coarsest of the codec */
   fvv_rational frame_rate; /* as a time base: seconds per frame, 1/25 for 25 Hz */
 };
 
@@ -30,7 +43,7 @@ struct Sample {
 
 struct EncodedGroup {
   std::vector<Sample> samples; /* one per frame, in order; the first is a key */
-  std::vector<uint8_t> record; /* AVCDecoderConfigurationRecord (ISO/IEC 14496-15, 5.3.3); empty for JPEG */
+  std::vector<uint8_t> record; /* as fvv_video_config has it; empty for JPEG */
   std::string codec_string;    /* RFC 6381, "avc1.640028"; empty for JPEG */
 };
 
@@ -40,9 +53,12 @@ Colour colour_of_codec(uint32_t codec);
 /* One closed group of RGB frames. A pure function: the same settings and frames give the same bytes, on one
  * thread, without looking at other groups; the same settings give the same record and codec_string.
  * JPEG: every sample a JFIF file, 4:2:0, every one a key.
- * AVC1: High profile, 4:2:0, one IDR picture and then P pictures only, decoding order is display order.
- * Samples are NAL units behind 4-byte big-endian lengths; parameter sets stand in the record only; no access
- * unit delimiters, no SEI. */
+ * All others: 8 bits, 4:2:0, one sample a frame in the order of display, the first the only key; no frame is
+ * hidden in a sample. All keep the rules of fvv_video_sample_check.
+ * H.264 (libx264, High profile) and HEVC (libx265, Main): slices behind 4-byte big-endian lengths; parameter
+ * sets stand in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile 0): one frame a
+ * sample. AV1 (libaom, Main): no temporal delimiters; the sequence header stands in the record and the key.
+ */
 EncodedGroup encode_group(const VideoSettings &settings, const std::vector<Image> &frames);
 
 class SampleDecoder;
@@ -60,7 +76,8 @@ public:
    * and the first after an Error must be a key; a key may come at any time (seeking). Error when the bytes
    * are malformed or damaged in any way the codec can see, when the picture has another size than config
    * says, or when the stream states another matrix or range than config does. Damage that a codec cannot see
-   * (most flipped bits that still parse, a sample left out) is the container's to find: CRC and continuity.
+   * (most flipped bits that still parse, a VP9 frame that ends early, a sample left out) is the container's
+   * to find: CRC and continuity.
    */
   Image decode(const uint8_t *bytes, size_t size);
 
@@ -73,7 +90,7 @@ fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &gr
 
 /* The cheapest quality at which the frames, encoded as one group and decoded, reach target_db of luma PSNR,
  * squared errors pooled over all frames (settings.quality is not looked at). masks: empty, or one grey
- * picture per frame: > 127 counts (see compose_masks). Found by interpolation, three to five encodings.
+ * picture per frame: > 127 counts (see compose_masks). Found by interpolation, three to six encodings.
  * Error, saying what was reached, when the best quality does not reach target_db. */
 int choose_quality(const VideoSettings &settings, const std::vector<Image> &frames, double target_db,
                    const std::vector<Image> &masks = {});

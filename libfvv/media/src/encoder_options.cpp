@@ -1,0 +1,127 @@
+/* See encoder_options.h. */
+#include "encoder_options.h"
+
+extern "C" {
+#include <libavutil/opt.h>
+}
+
+#include <algorithm>
+#include <climits>
+
+namespace fvv::media {
+namespace {
+
+/* What the options do. Pictures are texture for a surface: codes near the truth count, not the look of one
+ * frame, hence tune=psnr (the default of libvpx and libaom). At the same PSNR of the foreground this saves
+ * about a tenth of the bytes.
+ *
+ * An encoder lives for one group, so its first picture is the only key: libx264 and libx265 are told of an
+ * infinite keyint, as a keyint equal to the number of frames would leak into the parameter sets and make
+ * records differ between groups. No look ahead in libvpx and libaom: with it they hide frames in packets.
+ * One thread everywhere, and cpu-independent: the same bytes on every machine with the same library.
+ *
+ * force-cfr: the rate in the parameter sets is the one that was given. chromaloc=1: chroma in the middle, as
+ * to_yuv makes it. aud, info and repeat-headers: what an fvv sample leaves out is better not made. */
+const std::vector<VideoEncoder> encoders = {
+    {FVV_CODEC_AVC1,
+     "libx264",
+     {{"preset", "medium"},
+      {"tune", "psnr"},
+      {"profile", "high"},
+      {"x264-params", "keyint=infinite:scenecut=0:open-gop=0:bframes=0:threads=1:lookahead-threads=1:"
+                      "sliced-threads=0:cpu-independent=1:force-cfr=1:chromaloc=1:aud=0:repeat-headers=0"}},
+     avc_bitstream},
+    {FVV_CODEC_HVC1,
+     "libx265",
+     {{"preset", "medium"},
+      {"tune", "psnr"},
+      {"profile", "main"},
+      {"x265-params",
+       "log-level=none:keyint=-1:scenecut=0:open-gop=0:bframes=0:b-adapt=0:pools=none:"
+       "frame-threads=1:wpp=0:chromaloc=1:aud=0:info=0:hrd=0:repeat-headers=0:ctu="}}, // the side follows
+     hevc_bitstream},
+    {FVV_CODEC_VP09,
+     "libvpx-vp9",
+     {{"deadline", "good"},
+      {"cpu-used", "2"},
+      {"lag-in-frames", "0"},
+      {"auto-alt-ref", "0"},
+      {"row-mt", "0"}},
+     vp9_bitstream},
+    {FVV_CODEC_AV01,
+     "libaom-av1",
+     {{"usage", "good"}, {"cpu-used", "6"}, {"lag-in-frames", "0"}, {"auto-alt-ref", "0"}, {"row-mt", "0"}},
+     av1_bitstream}};
+
+void set_option(AVCodecContext *context, const VideoEncoder &encoder, const char *name,
+                const std::string &value) {
+  const int code = av_opt_set(context->priv_data, name, value.c_str(), 0);
+  if (code < 0) fail(std::string(encoder.library) + " does not take the option " + name, code);
+}
+
+/* libx265 wants a picture to hold one coding tree unit, by default of 64 pixels a side. */
+std::string tree_unit(const VideoSettings &settings) {
+  const uint32_t side = std::min(settings.width, settings.height);
+  if (side < 16)
+    throw Error("a frame of HEVC is " + std::to_string(settings.width) + " x " +
+                std::to_string(settings.height) + ", expected at least 16 x 16");
+  return side >= 64 ? "64" : side >= 32 ? "32" : "16";
+}
+
+void check(const VideoSettings &settings) {
+  const VideoCodec &codec = *find_video_codec(settings.codec);
+  if (settings.width % 2 || settings.height % 2)
+    throw Error(std::string("a frame of ") + codec.name + " is " + std::to_string(settings.width) + " x " +
+                std::to_string(settings.height) + ", expected even numbers");
+  if (settings.quality < codec.finest || settings.quality > codec.coarsest)
+    throw Error(std::string(codec.name) + " quality is CRF " + std::to_string(settings.quality) +
+                ", expected " + std::to_string(codec.finest) + " to " + std::to_string(codec.coarsest));
+  const fvv_rational &rate = settings.frame_rate;
+  if (rate.numerator == 0 || rate.denominator == 0 || rate.numerator > INT_MAX || rate.denominator > INT_MAX)
+    throw Error("the frame rate is " + std::to_string(rate.numerator) + "/" +
+                std::to_string(rate.denominator) + " s per frame, expected positive 31-bit numbers");
+}
+
+} // namespace
+
+const VideoEncoder *find_encoder(uint32_t codec) {
+  for (const VideoEncoder &encoder : encoders)
+    if (encoder.codec == codec) return &encoder;
+  return nullptr;
+}
+
+Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings) {
+  check(settings);
+  quiet_log();
+  clear_log();
+  const AVCodec *codec = avcodec_find_encoder_by_name(encoder.library);
+  if (!codec) throw Error(std::string("this build of FFmpeg has no ") + encoder.library);
+  Context context = make_context(codec);
+  const Colour colour = colour_of_codec(settings.codec);
+  context->width = int(settings.width);
+  context->height = int(settings.height);
+  context->time_base = {int(settings.frame_rate.numerator), int(settings.frame_rate.denominator)};
+  context->framerate = {int(settings.frame_rate.denominator), int(settings.frame_rate.numerator)};
+  context->pix_fmt = AV_PIX_FMT_YUV420P;
+  context->color_primaries = AVColorPrimaries(colour.primaries);
+  context->color_trc = AVColorTransferCharacteristic(colour.transfer);
+  context->colorspace = AVColorSpace(colour.matrix);
+  context->color_range = colour.full_range ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+  context->max_b_frames = 0;
+  context->gop_size = INT_MAX; // libx264 and libx265 go by keyint
+  context->bit_rate = 0;       // constant quality
+  context->thread_count = 1;
+  // Global header: parameter sets go to extradata, where the record takes them from.
+  context->flags |= AV_CODEC_FLAG_CLOSED_GOP | AV_CODEC_FLAG_GLOBAL_HEADER;
+  for (const EncoderOption &option : encoder.options) {
+    const bool params = option.name == std::string("x265-params");
+    set_option(context.get(), encoder, option.name,
+               params ? option.value + tree_unit(settings) : std::string(option.value));
+  }
+  set_option(context.get(), encoder, "crf", std::to_string(settings.quality));
+  const int code = avcodec_open2(context.get(), codec, nullptr);
+  if (code < 0) fail(std::string(encoder.library) + " refuses the settings", code);
+  return context;
+}
+
+} // namespace fvv::media
