@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: synth, mux, demux, draco, container, sweep, import. Prints a table
+NAME is a figure or the part in front of its dot: synth, mux, demux, draco, container, sweep, import, clip. Prints a table
 and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures keeps the
 others.
 """
@@ -12,6 +12,8 @@ import pathlib
 import subprocess
 import sys
 import time
+
+import whp235
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/default"
@@ -106,6 +108,26 @@ def calibration_import():
     return {"import.max_error_px": json.loads(done.stdout)["max_error_px"]}
 
 
+def clip():
+    """The seed-shaped clip (hulls, 7 cameras at 480x270, 50 frames) by codec, and as WHP 235 encoded such a clip.
+
+    Pictures reach 42 dB over the silhouettes, what lies around them is flat. Meshes are the same in every stream.
+    """
+    folder = WORK / "clip"
+    if not (folder / "capture.json").exists():
+        tool("fvvsynth", "-o", folder, "--meshes", "hull", "--force")
+    baseline = whp235.sizes(folder / "capture.json", 1)
+    figures = {"clip.whp235_bytes": baseline["all"], "clip.whp235_mesh_bytes": baseline["mesh"]}
+    for codec in "jpeg", "h264", "vp9", "av1":
+        arguments = "--codec", codec, "--background", "flat", "--quality", "42dB"
+        done = json.loads(
+            tool("fvvmux", folder, "-o", WORK / f"clip-{codec}.fvv", "--force", "--json", *arguments)
+        )
+        figures[f"clip.fvv_{codec}_bytes"] = done["bytes"]
+        figures["clip.fvv_mesh_bytes"] = done["mesh"]["bytes"]
+    return figures
+
+
 PARTS = {
     "synth": synth,
     "mux": mux,
@@ -114,6 +136,7 @@ PARTS = {
     "container": container,
     "sweep": sweep,
     "import": calibration_import,
+    "clip": clip,
 }
 
 
