@@ -18,7 +18,8 @@ namespace {
  * An encoder lives for one group, so its first picture is the only key: libx264 and libx265 are told of an
  * infinite keyint, as a keyint equal to the number of frames would leak into the parameter sets and make
  * records differ between groups. No look ahead in libvpx and libaom: with it they hide frames in packets.
- * One thread everywhere, and cpu-independent: the same bytes on every machine with the same library.
+ * One thread everywhere: the same bytes in every run. x264 is told to be independent of the CPU; the other
+ * libraries have no such switch, so across machines their bytes are not promised.
  *
  * force-cfr: the rate in the parameter sets is the one that was given. chromaloc=1: chroma in the middle, as
  * to_yuv makes it. aud, info and repeat-headers: what an fvv sample leaves out is better not made. */
