@@ -2,6 +2,7 @@
 // scaled), groups of 3 frames, spheres.
 #pragma once
 
+#include "capture/file.h"
 #include "cli/cli.h"
 #include "fvv/stream.h"
 #include "fvv_catch.h"
@@ -231,7 +232,8 @@ private:
 };
 
 inline Bytes read(const std::string &path) {
-  return fvv::cli::read_all(path, uint64_t(1) << 30);
+  const std::string bytes = fvv::capture::read_file(path, uint64_t(1) << 30);
+  return Bytes(bytes.begin(), bytes.end());
 }
 
 // All files below a folder by their names relative to it.

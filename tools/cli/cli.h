@@ -66,9 +66,6 @@ private:
   uint64_t length;
 };
 
-// The whole of a file, or of standard input when path is "-". limit: Failure when there are more bytes.
-std::vector<uint8_t> read_all(const std::string &path, uint64_t limit);
-
 // A file that appears under its name only when commit() is reached: written beside it under a temporary name,
 // flushed to disk, renamed. Refuses an existing path unless force. Path "-" is standard output, refused when
 // that is a terminal.

@@ -1,4 +1,4 @@
-// Reading: whole files and random access, both with the system's own reason in the message.
+// Reading at random, with the system's own reason in the message.
 #include "cli/cli.h"
 
 #include <cerrno>
@@ -52,29 +52,6 @@ InputFile::~InputFile() {
 
 fvv_input InputFile::input() const {
   return {read_at, const_cast<int *>(&descriptor), length};
-}
-
-std::vector<uint8_t> read_all(const std::string &path, uint64_t limit) {
-  const bool standard = path == "-";
-  const int descriptor = standard ? STDIN_FILENO : open_to_read(path);
-  std::vector<uint8_t> bytes;
-  std::string problem;
-  for (size_t size = 0;;) {
-    bytes.resize(size + (1 << 16));
-    const ssize_t n = read(descriptor, bytes.data() + size, bytes.size() - size);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) problem = "cannot read: " + reason();
-    if (n > 0) size += static_cast<size_t>(n);
-    if (size > limit) problem = "more than " + std::to_string(limit) + " bytes";
-    if (n == 0 || !problem.empty()) {
-      bytes.resize(size);
-      break;
-    }
-    if (size == bytes.size()) bytes.reserve(bytes.size() * 2);
-  }
-  if (!standard) close(descriptor);
-  if (!problem.empty()) throw Failure((standard ? "standard input" : path) + ": " + problem);
-  return bytes;
 }
 
 } // namespace fvv::cli
