@@ -2,16 +2,20 @@
 #include "closed.h"
 #include "fvv_catch.h"
 
-#include "fvvsynth/hull.h"
+#include "fvvsynth/capture_writer.h"
 #include "fvvsynth/remesh.h"
 #include "fvvsynth/scene.h"
-#include "fvvsynth/well_composed.h"
+#include "hull/hull.h"
+#include "hull/well_composed.h"
 
 #include <cmath>
 
+using namespace fvv::hull;
 using namespace fvv::synth;
 
 namespace {
+
+const Floor ground{{0, 1, 0}, 0};
 
 double volume(const Surface &surface) {
   double sum = 0;
@@ -116,7 +120,7 @@ TEST_CASE("a hull has the intended size, is closed, holds the scene and fits the
   const Scene scene(Settings{});
   const Moment moment = scene.at(0.44);
   const std::vector<Silhouette> masks = silhouettes(scene, moment);
-  const Surface hull = carve(hull_grid(220), masks);
+  const Surface hull = carve(hull_grid(220), masks, ground);
   check_closed(hull);
   CHECK(hull.faces.size() / 3 > 32000);
   CHECK(hull.faces.size() / 3 < 38000);
@@ -155,9 +159,9 @@ TEST_CASE("what fewer than three cameras see is not in the hull") {
   settings.height = 54;
   const Scene scene(settings);
   std::vector<Silhouette> masks = silhouettes(scene, scene.at(0));
-  CHECK_FALSE(carve(hull_grid(60), masks).faces.empty());
+  CHECK_FALSE(carve(hull_grid(60), masks, ground).faces.empty());
   masks.pop_back();
-  CHECK(carve(hull_grid(60), masks).faces.empty());
+  CHECK(carve(hull_grid(60), masks, ground).faces.empty());
 }
 
 TEST_CASE("remeshing joins surfaces that cut each other") {

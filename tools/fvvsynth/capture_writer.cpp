@@ -3,8 +3,8 @@
 
 #include "cli/parallel.h"
 #include "fvv_media/image.h"
-#include "fvvsynth/hull.h"
 #include "fvvsynth/remesh.h"
+#include "hull/hull.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -91,7 +91,7 @@ Json description(const Grid &grid) {
   return {{"origin", {grid.origin.x, grid.origin.y, grid.origin.z}},
           {"cell", grid.cell},
           {"dimensions", {grid.count[0], grid.count[1], grid.count[2]}},
-          {"edge_margin", edge_margin}};
+          {"edge_margin", hull::edge_margin}};
 }
 
 Json lens(const fvv_camera &camera) {
@@ -144,6 +144,12 @@ void write_png(const std::string &path, const render::Picture &picture, int chan
 
 } // namespace
 
+hull::Grid hull_grid(size_t cells) {
+  const Vec3 low{-2.4, 0, -1.2}, high{2.4, 2.3, 1.2};
+  const double cell = (high.x - low.x) / double(cells);
+  return hull::grid_over({low.x, -0.5 * cell, low.z}, high, cell);
+}
+
 FrameRate parse_frame_rate(const std::string &text) {
   unsigned long long parts[2] = {0, 1};
   size_t part = 0;
@@ -171,7 +177,7 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
   cli::Progress progress("frames", recording.frames);
   const auto frame = [&](size_t number) {
     const Moment moment = scene.at(double(number) * recording.rate.denominator / recording.rate.numerator);
-    std::vector<Silhouette> silhouettes;
+    std::vector<hull::Silhouette> silhouettes;
     for (size_t i = 0; i < scene.cameras().size(); i++) {
       const fvv_camera &camera = scene.cameras()[i];
       render::SampleBuffer buffer(camera.width, camera.height, samples);
@@ -185,8 +191,9 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
     if (recording.meshes == Meshes::tracked) {
       write_bytes(path, ply(moment.positions, scene.faces()));
     } else {
-      const Surface surface =
-          recording.meshes == Meshes::hull ? carve(grid, silhouettes) : remeshed(scene, moment, number);
+      const Surface surface = recording.meshes == Meshes::hull
+                                  ? hull::carve(grid, silhouettes, hull::Floor{{0, 1, 0}, 0})
+                                  : remeshed(scene, moment, number);
       if (surface.faces.empty()) throw cli::Failure(path + ": the masks of this frame leave no hull");
       write_bytes(path, ply(positions(surface), surface.faces));
     }

@@ -4,6 +4,7 @@
 
 #include "cli/cli.h"
 #include "fvvsynth/scene.h"
+#include "hull/grid.h"
 
 namespace fvv::synth {
 
@@ -27,6 +28,10 @@ struct Recording {
   uint32_t hull_cells = 220; // along the longest side of the space that hulls are carved from
   uint32_t threads = 1;      // the bytes written do not depend on it
 };
+
+// The grid that hulls are carved from: over the space of the action, with so many cells along its longest
+// side, x. The floor y = 0 lies half a cell above its lowest points.
+hull::Grid hull_grid(size_t cells);
 
 // Writes frames 0 ... frames - 1 into folder. Failure names the file that could not be written, or the frame
 // whose hull is empty.

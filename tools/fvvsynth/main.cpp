@@ -1,7 +1,7 @@
 // fvvsynth: writes a made-up capture, so that a fresh machine needs no data. Argument parsing only.
 #include "cli/cli.h"
 #include "fvvsynth/capture_writer.h"
-#include "fvvsynth/hull.h"
+#include "hull/hull.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -78,7 +78,7 @@ int main(int argc, char **argv) {
     recording.threads = settings.threads;
     recording.meshes = mesh_kinds.at(meshes);
     if (recording.meshes == fvv::synth::Meshes::hull && settings.rig == fvv::synth::RigKind::small &&
-        settings.cameras < fvv::synth::hull_cameras)
+        settings.cameras < fvv::hull::hull_cameras)
       throw fvv::cli::Failure("--meshes hull: expected 3 cameras or more, found --cameras " +
                                   std::to_string(settings.cameras),
                               fvv::cli::usage);

@@ -7,6 +7,8 @@
 
 namespace fvv::synth {
 
+using hull::grid_over;
+
 namespace {
 
 // Where the lines of a grid along one axis enter and leave the union.

@@ -2,9 +2,12 @@
 // over that. Knows triangles; knows nothing of the scene.
 #pragma once
 
-#include "fvvsynth/marching_cubes.h"
+#include "hull/marching_cubes.h"
 
 namespace fvv::synth {
+
+using hull::Grid;
+using hull::Surface;
 
 // The outer surface of the union of closed surfaces (positions x y z, faces counter-clockwise seen from
 // outside, which may cut each other and themselves) by its crossings with the lines of grid, which it must

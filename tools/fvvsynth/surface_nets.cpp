@@ -1,14 +1,17 @@
 // Surface nets: one vertex for each crossed cell, one quadrilateral for each crossed edge.
 #include "fvvsynth/surface_nets.h"
 
-#include "fvvsynth/grid.h"
-#include "fvvsynth/well_composed.h"
+#include "hull/grid.h"
+#include "hull/well_composed.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 namespace fvv::synth {
+
+using hull::Grid;
+using hull::grid_over;
 
 namespace {
 

@@ -1,7 +1,7 @@
 // From an implicit surface to triangles. Knows a function of space, nothing of people.
 #pragma once
 
-#include "fvv_render/vector.h"
+#include "hull/surface.h"
 
 #include <cstdint>
 #include <functional>
@@ -9,12 +9,8 @@
 
 namespace fvv::synth {
 
+using hull::Surface;
 using render::Vec3;
-
-struct Surface {
-  std::vector<Vec3> vertices;
-  std::vector<uint32_t> faces; // three indices each, counter-clockwise seen from outside
-};
 
 // Triangles of the surface distance(p) = 0 inside the box low..high, which it must not touch: one vertex for
 // each cell of the grid that the surface passes (Gibson, "Constrained elastic surface nets", 1998), evened

@@ -1,9 +1,9 @@
-#include "fvvsynth/well_composed.h"
+#include "hull/well_composed.h"
 
 #include <cmath>
 #include <cstdint>
 
-namespace fvv::synth {
+namespace fvv::hull {
 
 namespace {
 
@@ -57,4 +57,4 @@ void compose_well(const Grid &grid, std::vector<double> &value) {
   }
 }
 
-} // namespace fvv::synth
+} // namespace fvv::hull

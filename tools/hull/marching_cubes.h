@@ -2,13 +2,13 @@
 // 1987). Knows values on a grid; knows nothing of where they come from.
 #pragma once
 
-#include "fvvsynth/grid.h"
-#include "fvvsynth/surface_nets.h"
+#include "hull/grid.h"
+#include "hull/surface.h"
 
 #include <functional>
 #include <vector>
 
-namespace fvv::synth {
+namespace fvv::hull {
 
 // Where along the edge from a point to its next one on an axis (0 x, 1 y, 2 z) the surface crosses, 0..1.
 using Crossing = std::function<double(size_t point, int axis)>;
@@ -27,4 +27,4 @@ inline double interpolated_crossing(const Grid &grid, const std::vector<double> 
   return a / (a - b);
 }
 
-} // namespace fvv::synth
+} // namespace fvv::hull

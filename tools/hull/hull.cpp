@@ -1,9 +1,10 @@
-#include "fvvsynth/hull.h"
+#include "hull/hull.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-namespace fvv::synth {
+namespace fvv::hull {
 
 namespace {
 
@@ -11,11 +12,17 @@ constexpr size_t block = 8; // points along the side of a block that is looked a
 
 class Carving {
 public:
-  Carving(const Grid &points, const std::vector<Silhouette> &views)
-      : grid(points), silhouettes(views), value(points.points(), points.cell) {
-    // So that the floor is met half-way.
+  Carving(const Grid &points, const std::vector<Silhouette> &views, const std::optional<Floor> &ground)
+      : grid(points), silhouettes(views), floor(ground), value(points.points(), points.cell) {
+    if (!floor) return;
+    // Empty blocks stay as they are here: where one meets a full block at the floor, the depth below it has
+    // the say.
     for (size_t k = 0; k < grid.count[2]; k++)
-      std::fill_n(value.begin() + std::ptrdiff_t(grid.at(0, 0, k)), grid.count[0], 0.5 * grid.cell);
+      for (size_t j = 0; j < grid.count[1]; j++)
+        for (size_t i = 0; i < grid.count[0]; i++) {
+          const double below = depth_below_floor(grid.point(double(i), double(j), double(k)));
+          if (below > 0) value[grid.at(i, j, k)] = std::min(below, grid.cell);
+        }
   }
 
   void fill() {
@@ -27,9 +34,14 @@ public:
 
   const Grid &grid;
   const std::vector<Silhouette> &silhouettes;
+  const std::optional<Floor> &floor;
   std::vector<double> value; // metres, negative inside; the border stays outside
 
 private:
+  double depth_below_floor(Vec3 p) const {
+    return floor ? floor->height - dot(floor->up, p) : -std::numeric_limits<double>::infinity();
+  }
+
   // Whether one camera sees that the whole block is empty.
   bool clear(size_t i, size_t j, size_t k) const {
     const double half = (block - 1) / 2.0, radius = half * grid.cell * 1.7321;
@@ -48,7 +60,7 @@ private:
 
   double at(Vec3 p) const {
     const double world[3] = {p.x, p.y, p.z}, enough = 2 * grid.cell;
-    double farthest = -p.y;
+    double farthest = depth_below_floor(p);
     size_t seen = 0;
     for (const Silhouette &silhouette : silhouettes) {
       const Silhouette::View view = silhouette.view(world);
@@ -63,18 +75,13 @@ private:
 
 } // namespace
 
-Grid hull_grid(size_t cells) {
-  const Vec3 low{-2.4, 0, -1.2}, high{2.4, 2.3, 1.2};
-  const double cell = (high.x - low.x) / double(cells);
-  return grid_over({low.x, -0.5 * cell, low.z}, high, cell);
-}
-
-Surface carve(const Grid &grid, const std::vector<Silhouette> &silhouettes) {
-  Carving carving(grid, silhouettes);
+Surface carve(const Grid &grid, const std::vector<Silhouette> &silhouettes,
+              const std::optional<Floor> &floor) {
+  Carving carving(grid, silhouettes, floor);
   carving.fill();
   return march(grid, carving.value, [&](size_t point, int axis) {
     return interpolated_crossing(grid, carving.value, point, axis);
   });
 }
 
-} // namespace fvv::synth
+} // namespace fvv::hull

@@ -1,10 +1,10 @@
-#include "fvvsynth/silhouette.h"
+#include "hull/silhouette.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace fvv::synth {
+namespace fvv::hull {
 
 namespace {
 
@@ -119,4 +119,4 @@ bool Silhouette::clear_of(const View &view, double radius) const {
          view.pixel[0] + reach < camera.width && view.pixel[1] + reach < camera.height;
 }
 
-} // namespace fvv::synth
+} // namespace fvv::hull

@@ -1,12 +1,12 @@
-#include "fvvsynth/marching_cubes.h"
+#include "hull/marching_cubes.h"
 
-#include "fvvsynth/well_composed.h"
+#include "hull/well_composed.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <utility>
 
-namespace fvv::synth {
+namespace fvv::hull {
 
 namespace {
 
@@ -96,4 +96,4 @@ Surface march(const Grid &grid, std::vector<double> &value, const Crossing &cros
   return out;
 }
 
-} // namespace fvv::synth
+} // namespace fvv::hull

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace fvv::synth {
+namespace fvv::hull {
 
 class Silhouette {
 public:
@@ -34,4 +34,4 @@ private:
   std::vector<float> distance; // of pixel centres
 };
 
-} // namespace fvv::synth
+} // namespace fvv::hull

@@ -3,15 +3,15 @@
 // triangles. Knows values on a grid; knows no surface.
 #pragma once
 
-#include "fvvsynth/grid.h"
+#include "hull/grid.h"
 
 #include <vector>
 
-namespace fvv::synth {
+namespace fvv::hull {
 
 // value: one for each point, negative inside. Points of the cells concerned change sides, the nearest to the
 // surface first, until no such diagonal is left. Points on the border of the grid, which must be outside,
 // stay there.
 void compose_well(const Grid &grid, std::vector<double> &value);
 
-} // namespace fvv::synth
+} // namespace fvv::hull

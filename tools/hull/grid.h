@@ -6,7 +6,7 @@
 #include <array>
 #include <cstddef>
 
-namespace fvv::synth {
+namespace fvv::hull {
 
 using render::Vec3;
 
@@ -24,4 +24,4 @@ struct Grid {
 // The smallest grid of that cell from low to high or beyond.
 Grid grid_over(Vec3 low, Vec3 high, double cell);
 
-} // namespace fvv::synth
+} // namespace fvv::hull
