@@ -1,11 +1,8 @@
 // capture/capture_json.cpp: capture.json -> Capture.
-#include "capture/capture.h"
-#include "capture/strict_json.h"
-#include "capture/text_scan.h"
+#include "capture/capture_fields.h"
 #include "capture/vocabulary.h"
 
 #include <cmath>
-#include <numeric>
 
 namespace fvv::capture {
 
@@ -14,42 +11,6 @@ namespace {
 // A capture.json with a camera for each of fvv_limits.max_cameras stays far below this.
 constexpr uint64_t max_file_size = uint64_t(16) << 20;
 constexpr int64_t max_frames = 10'000'000; // 4.6 days at 25 Hz; a file for each is checked before work starts
-
-double finite(const JsonValue &value) {
-  const double number = value.number();
-  if (!std::isfinite(number)) value.fail("expected a finite number, found " + value.found());
-  return number;
-}
-
-double positive(const JsonValue &value) {
-  const double number = finite(value);
-  if (!(number > 0)) value.fail("expected a number > 0, found " + value.found());
-  return number;
-}
-
-// "25", "30000/1001" or 25, in lowest terms. least: of the numerator. what: for the message.
-fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what) {
-  const auto refuse = [&] { value.fail(std::string("expected ") + what + ", found " + value.found()); };
-  int64_t rate[2] = {0, 1};
-  if (value.is_text()) {
-    const std::string text = value.text();
-    const size_t slash = text.find('/');
-    const auto digits = [&](std::string_view part, int64_t &number) {
-      return part.find_first_not_of("0123456789") == part.npos && parse_integer(part, number);
-    };
-    if (!digits(std::string_view(text).substr(0, slash), rate[0]) ||
-        (slash != text.npos && !digits(std::string_view(text).substr(slash + 1), rate[1])))
-      refuse();
-  } else if (value.is_integer()) {
-    rate[0] = value.integer(least, UINT32_MAX);
-  } else {
-    refuse();
-  }
-  if (rate[0] < least || !rate[1]) refuse();
-  const int64_t divisor = std::gcd(rate[0], rate[1]);
-  if (rate[0] / divisor > UINT32_MAX || rate[1] / divisor > UINT32_MAX) refuse();
-  return {static_cast<uint32_t>(rate[0] / divisor), static_cast<uint32_t>(rate[1] / divisor)};
-}
 
 // As seconds per frame.
 fvv_rational read_frame_rate(const JsonValue &value) {
@@ -112,16 +73,6 @@ Lattice read_lattice(const JsonValue &value) {
   return lattice;
 }
 
-Pattern read_pattern(const JsonValue &value, const Frames &frames) {
-  std::string what;
-  const std::optional<Pattern> pattern = Pattern::parse(value.text(), &what);
-  if (!pattern) value.fail(what);
-  if (!pattern->is_numbered() && frames.count > 1)
-    value.fail("expected %d or %0Nd for the frame number, because there are " + std::to_string(frames.count) +
-               " frames, found " + value.found());
-  return *pattern;
-}
-
 // One file for all frames. The pattern that names it has no number, whatever the file is called.
 void read_animated_file(const JsonValue &value, Capture &capture) {
   value.allow_keys({"file", "animation", "start"});
@@ -151,93 +102,6 @@ void read_meshes(const JsonValue &value, Capture &capture) {
   }
   value.allow_keys({"pattern", "file"});
   capture.meshes = read_pattern(value.at("pattern"), capture.frames);
-}
-
-// What a value of radius means is up to the lens: fvv_camera_validate judges it.
-void read_lens(const JsonValue &value, fvv_camera &camera, bool &r_max_given) {
-  value.allow_keys({"model", "coefficients", "r_max"});
-  const JsonValue model = value.at("model");
-  const std::string text = model.text();
-  bool known = false;
-  for (const NamedLens &lens : named_lenses)
-    if (text == lens.name) {
-      camera.lens = lens.lens;
-      known = true;
-    }
-  if (!known) model.fail("expected none, radtan or fisheye, found " + model.found());
-  const auto coefficients =
-      camera.lens == FVV_LENS_NONE ? value.find("coefficients") : std::optional(value.at("coefficients"));
-  if (coefficients) {
-    const size_t count = coefficients->size();
-    const bool fits = camera.lens == FVV_LENS_RADTAN    ? count == 4 || count == 5 || count == 8
-                      : camera.lens == FVV_LENS_FISHEYE ? count == 4
-                                                        : count == 0;
-    if (!fits)
-      coefficients->fail(std::string("expected ") +
-                         (camera.lens == FVV_LENS_RADTAN    ? "4, 5 or 8 (k1 k2 p1 p2 k3 k4 k5 k6)"
-                          : camera.lens == FVV_LENS_FISHEYE ? "4 (k1 k2 k3 k4)"
-                                                            : "no") +
-                         " coefficients for " + text + ", found " + std::to_string(count));
-    for (size_t i = 0; i < count; i++) camera.distortion[i] = finite(coefficients->item(i));
-  }
-  if (const auto r_max = value.find("r_max")) {
-    r_max_given = true;
-    camera.r_max = r_max->is_text() && r_max->text() == unbounded ? INFINITY : positive(*r_max);
-  }
-}
-
-Camera read_camera(const JsonValue &value, const Capture &capture, double pixel_centre) {
-  value.allow_keys({"id", "name", "width", "height", "intrinsics", "lens", "rotation", "translation",
-                    "pictures", "masks"});
-  Camera camera;
-  fvv_camera &model = camera.calibration;
-  model.id = static_cast<uint16_t>(value.at("id").integer(0, UINT16_MAX - 1));
-  const auto name = value.find("name");
-  camera.set_name(name ? name->text() : "");
-  model.width = static_cast<uint32_t>(value.at("width").integer(1, UINT32_MAX));
-  model.height = static_cast<uint32_t>(value.at("height").integer(1, UINT32_MAX));
-  const JsonValue intrinsics = value.at("intrinsics");
-  intrinsics.allow_keys({"fx", "fy", "cx", "cy", "skew"});
-  model.fx = positive(intrinsics.at("fx"));
-  model.fy = positive(intrinsics.at("fy"));
-  model.cx = finite(intrinsics.at("cx")) + (0.5 - pixel_centre);
-  model.cy = finite(intrinsics.at("cy")) + (0.5 - pixel_centre);
-  if (const auto skew = intrinsics.find("skew")) model.skew = finite(*skew);
-  const JsonValue rotation = value.at("rotation"), translation = value.at("translation");
-  for (size_t row = 0; row < 3; row++) {
-    for (size_t column = 0; column < 3; column++)
-      model.rotation[row * 3 + column] = finite(rotation.items(3, row).items(3, column));
-    model.translation[row] = finite(translation.items(3, row)) * capture.metres_per_unit;
-  }
-  bool r_max_given = false;
-  if (const auto lens = value.find("lens")) read_lens(*lens, model, r_max_given);
-  if (!r_max_given) model.r_max = fvv_camera_r_max(&model);
-  fvv_diagnostic diagnostic = {};
-  if (fvv_camera_validate(&model, &diagnostic) != FVV_OK) value.fail(diagnostic.message);
-  if (const auto pictures = value.find("pictures")) camera.pictures = read_pattern(*pictures, capture.frames);
-  if (const auto masks = value.find("masks")) {
-    if (!camera.pictures) masks->fail("expected pictures wherever there are masks");
-    camera.masks = read_pattern(*masks, capture.frames);
-  }
-  return camera;
-}
-
-void read_cameras(const JsonValue &value, Capture &capture, double pixel_centre) {
-  fvv_limits limits;
-  fvv_limits_default(&limits);
-  const size_t count = value.size();
-  if (count > limits.max_cameras)
-    value.fail("expected at most " + std::to_string(limits.max_cameras) + " cameras, found " +
-               std::to_string(count));
-  for (size_t i = 0; i < count; i++) {
-    Camera camera = read_camera(value.item(i), capture, pixel_centre);
-    for (size_t j = 0; j < i; j++)
-      if (capture.cameras[j].calibration.id == camera.calibration.id)
-        value.item(i).at("id").fail("expected an id of its own, found " +
-                                    std::to_string(camera.calibration.id) + " as in /cameras/" +
-                                    std::to_string(j));
-    capture.cameras.push_back(std::move(camera));
-  }
 }
 
 } // namespace

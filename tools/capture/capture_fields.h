@@ -1,0 +1,20 @@
+// capture/capture_fields.h: values of a capture.json that several of its parts have. Each fails by naming the
+// value's place, what was expected and what was found.
+#pragma once
+
+#include "capture/capture.h"
+#include "capture/strict_json.h"
+
+namespace fvv::capture {
+
+double finite(const JsonValue &value);
+double positive(const JsonValue &value);
+// "25", "30000/1001" or 25, in lowest terms. least: of the numerator. what: for the message.
+fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what);
+// A pattern, which needs a number when there are several frames.
+Pattern read_pattern(const JsonValue &value, const Frames &frames);
+
+// The array of cameras, appended to capture, whose frames and units are known already.
+void read_cameras(const JsonValue &value, Capture &capture, double pixel_centre);
+
+} // namespace fvv::capture
