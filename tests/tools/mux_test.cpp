@@ -187,7 +187,7 @@ TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 
   CHECK(off(32, 7, source.pixels[3 * (7 * 64 + 32) + 1]) <= 30);   // 7 px above it: kept, 21 against 128
   shape.masks = false;
   make_capture(folder, shape);
-  CHECK(failure(options) == "--background flat: camera 3 has no masks");
+  CHECK(failure(options) == "--background flat: camera 3 (camera 0) has no masks");
 }
 
 TEST_CASE("unlike cameras, scaled: tiles say the scale, cameras keep their size") {

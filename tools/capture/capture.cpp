@@ -11,6 +11,14 @@ void Camera::set_name(const std::string &text) {
   calibration.name_size = name->size();
 }
 
+fvv_camera Camera::calibration_at(int64_t frame) const {
+  if (per_frame.empty()) return calibration;
+  fvv_camera camera = per_frame.at(frame);
+  camera.name = calibration.name;
+  camera.name_size = calibration.name_size;
+  return camera;
+}
+
 std::vector<int64_t> Frames::numbers() const {
   std::vector<int64_t> out;
   for (int64_t i = 0; i < count; i++) out.push_back(number(i));

@@ -10,6 +10,7 @@
 #include "fvv/calibration.h"
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,9 +23,16 @@ namespace fvv::capture {
 struct Camera {
   fvv_camera calibration = {};
   std::shared_ptr<const std::string> name;
+  // Of a camera that moves or zooms: its calibration by frame number, at least of all frames of the capture,
+  // without names. Empty: calibration holds for all frames.
+  std::map<int64_t, fvv_camera> per_frame;
+  bool texture = true; // its pictures are meant to colour the mesh; otherwise they show outlines only
   std::optional<Pattern> pictures, masks; // no masks without pictures
 
   void set_name(const std::string &text);
+  bool moves() const { return !per_frame.empty(); }
+  // The calibration of a frame number of the capture, its name borrowed as that of calibration.
+  fvv_camera calibration_at(int64_t frame) const;
 };
 
 // Frame i has the number first + i * step in file names.

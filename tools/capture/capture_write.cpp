@@ -44,17 +44,28 @@ std::string lens_text(const fvv_camera &camera) {
   return out + ", \"r_max\": " + (std::isinf(camera.r_max) ? text(unbounded) : number(camera.r_max)) + "}";
 }
 
+// What changes when a camera moves or zooms, each line behind indent.
+std::string calibration_text(const fvv_camera &c, const std::string &indent) {
+  return indent + "\"intrinsics\": {\"fx\": " + number(c.fx) + ", \"fy\": " + number(c.fy) +
+         ", \"cx\": " + number(c.cx) + ", \"cy\": " + number(c.cy) + ", \"skew\": " + number(c.skew) + "}," +
+         indent + "\"lens\": " + lens_text(c) + "," + indent + "\"rotation\": [" + list(c.rotation, 3) +
+         ", " + list(c.rotation + 3, 3) + ", " + list(c.rotation + 6, 3) + "]," + indent +
+         "\"translation\": " + list(c.translation, 3);
+}
+
 std::string camera_text(const Camera &camera) {
   const fvv_camera &c = camera.calibration;
   std::string out = "    {\n      \"id\": " + std::to_string(c.id) +
                     ",\n      \"name\": " + text(std::string(c.name ? c.name : "", c.name_size)) +
                     ",\n      \"width\": " + std::to_string(c.width) +
-                    ",\n      \"height\": " + std::to_string(c.height) +
-                    ",\n      \"intrinsics\": {\"fx\": " + number(c.fx) + ", \"fy\": " + number(c.fy) +
-                    ", \"cx\": " + number(c.cx) + ", \"cy\": " + number(c.cy) +
-                    ", \"skew\": " + number(c.skew) + "},\n      \"lens\": " + lens_text(c) +
-                    ",\n      \"rotation\": [" + list(c.rotation, 3) + ", " + list(c.rotation + 3, 3) + ", " +
-                    list(c.rotation + 6, 3) + "],\n      \"translation\": " + list(c.translation, 3);
+                    ",\n      \"height\": " + std::to_string(c.height) + "," +
+                    calibration_text(c, "\n      ");
+  std::string entries;
+  for (const auto &[frame, calibration] : camera.per_frame)
+    entries += (entries.empty() ? "" : ",\n       ") + ("{\"frame\": " + std::to_string(frame) + ",") +
+               calibration_text(calibration, " ") + "}";
+  if (camera.moves()) out += ",\n      \"per_frame\": [" + entries + "]";
+  if (!camera.texture) out += ",\n      \"texture\": false";
   if (camera.pictures) out += ",\n      \"pictures\": " + text(camera.pictures->text());
   if (camera.masks) out += ",\n      \"masks\": " + text(camera.masks->text());
   return out + "\n    }";

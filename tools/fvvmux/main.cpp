@@ -56,6 +56,9 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("--threads", options.threads, "threads; the bytes are the same for any number")
       ->check(CLI::Range(1, 256));
   app.add_option("--frames", texts.frames, "frame numbers to take: 10-19 or 10..19");
+  app.add_option("--cameras", options.cameras,
+                 "cameras to take, by identifier, range or name: 0-3,7,overhead")
+      ->delimiter(',');
   app.add_flag("!--no-pictures", options.pictures, "leave the pictures out");
   app.add_flag("!--no-meshes", options.meshes, "leave the meshes out");
   app.add_flag("--repeat-configuration", options.repeat_configuration,

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace fvv::mux {
 
@@ -46,6 +47,7 @@ struct Options {
   uint32_t min_component = 0;
   uint32_t threads = 1;
   std::optional<FrameRange> frames;
+  std::vector<std::string> cameras; // identifiers, ranges of them (2-5) or names; empty: all
   bool pictures = true, meshes = true;
   bool repeat_configuration = false, live = false, verify = false, force = false;
 };

@@ -2,6 +2,7 @@
 
 #include "cli/cli.h"
 #include "fvvmux/frames.h"
+#include "fvvmux/select.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,44 +21,6 @@ std::string capture_file(const std::string &given) {
   return std::filesystem::is_directory(given, ignored)
              ? (std::filesystem::path(given) / "capture.json").string()
              : given;
-}
-
-void restrict_frames(capture::Capture &capture, const FrameRange &range) {
-  capture::Frames &frames = capture.frames;
-  const int64_t last = frames.number(frames.count - 1);
-  for (const int64_t end : {range.first, range.last})
-    if (end < frames.first || end > last || (end - frames.first) % frames.step)
-      throw cli::Failure("--frames: expected frame numbers of the capture, " + std::to_string(frames.first) +
-                             " to " + std::to_string(last) + " in steps of " + std::to_string(frames.step) +
-                             ", found " + std::to_string(end),
-                         cli::usage);
-  frames.count = (range.last - range.first) / frames.step + 1;
-  frames.first = range.first;
-}
-
-// Leaves out what the user does not want, and puts the cameras in the order that the stream has.
-void select(capture::Capture &capture, const Options &options) {
-  if (options.frames) restrict_frames(capture, *options.frames);
-  if (!options.meshes) capture.meshes.reset();
-  bool pictures = false;
-  for (capture::Camera &camera : capture.cameras) {
-    if (!options.pictures) {
-      camera.pictures.reset();
-      camera.masks.reset();
-    }
-    pictures = pictures || camera.pictures;
-    if (options.flat_background && camera.pictures && !camera.masks)
-      throw cli::Failure(
-          "--background flat: camera " + std::to_string(camera.calibration.id) + " has no masks", cli::usage);
-  }
-  if (!pictures && !capture.meshes)
-    throw cli::Failure(capture.path + ": nothing is left to write without " +
-                           (options.meshes     ? "pictures"
-                            : options.pictures ? "meshes"
-                                               : "meshes and pictures"),
-                       cli::usage);
-  std::sort(capture.cameras.begin(), capture.cameras.end(),
-            [](const auto &a, const auto &b) { return a.calibration.id < b.calibration.id; });
 }
 
 // True when there was a warning.
@@ -174,8 +137,8 @@ Plan make_plan(const Options &options) {
   Plan plan;
   plan.options = options;
   plan.capture = capture::load_capture(capture_file(options.capture));
-  select(plan.capture, options);
-  plan.warned = look_at_files(plan.capture, options.frames.has_value());
+  const bool left_out = select(plan.capture, options);
+  plan.warned = look_at_files(plan.capture, options.frames.has_value()) || left_out;
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
   plan.tiling = arrange(plan.capture, options);
   plan.lattice = choose_lattice(options, plan.capture, plan.tiling);

@@ -1,0 +1,113 @@
+#include "fvvmux/select.h"
+
+#include "capture/text_scan.h"
+#include "cli/cli.h"
+
+#include <algorithm>
+
+namespace fvv::mux {
+
+namespace {
+
+void restrict_frames(capture::Capture &capture, const FrameRange &range) {
+  capture::Frames &frames = capture.frames;
+  const int64_t last = frames.number(frames.count - 1);
+  for (const int64_t end : {range.first, range.last})
+    if (end < frames.first || end > last || (end - frames.first) % frames.step)
+      throw cli::Failure("--frames: expected frame numbers of the capture, " + std::to_string(frames.first) +
+                             " to " + std::to_string(last) + " in steps of " + std::to_string(frames.step) +
+                             ", found " + std::to_string(end),
+                         cli::usage);
+  frames.count = (range.last - range.first) / frames.step + 1;
+  frames.first = range.first;
+}
+
+std::string describe(const capture::Camera &camera) {
+  const std::string &name = *camera.name;
+  return "camera " + std::to_string(camera.calibration.id) + (name.empty() ? "" : " (" + name + ")");
+}
+
+// Which cameras one item of --cameras names: all of that name, else those of an identifier or a range.
+std::vector<size_t> named_cameras(const capture::Capture &capture, const std::string &item) {
+  std::vector<size_t> found;
+  for (size_t i = 0; i < capture.cameras.size(); i++)
+    if (*capture.cameras[i].name == item) found.push_back(i);
+  if (!found.empty()) return found;
+  const size_t dash = item.find('-');
+  int64_t first, last;
+  const auto number = [](const std::string &text, int64_t &value) {
+    return !text.empty() && text.find_first_not_of("0123456789") == text.npos &&
+           capture::parse_integer(text, value);
+  };
+  if (number(item.substr(0, dash), first) &&
+      (dash == item.npos ? (last = first, true) : number(item.substr(dash + 1), last)))
+    for (size_t i = 0; i < capture.cameras.size(); i++) {
+      const int64_t id = capture.cameras[i].calibration.id;
+      if (id >= first && id <= last) found.push_back(i);
+    }
+  if (found.empty()) {
+    std::string known;
+    for (const capture::Camera &camera : capture.cameras) {
+      const std::string id = std::to_string(camera.calibration.id);
+      known += (known.empty() ? "" : ", ") + (camera.name->empty() ? id : id + " " + *camera.name);
+    }
+    throw cli::Failure("--cameras: expected identifiers, ranges or names of the capture's cameras (" + known +
+                           "), found " + capture::quote(item),
+                       cli::usage);
+  }
+  return found;
+}
+
+void restrict_cameras(capture::Capture &capture, const std::vector<std::string> &items) {
+  std::vector<bool> wanted(capture.cameras.size());
+  for (const std::string &item : items)
+    for (const size_t i : named_cameras(capture, item)) wanted[i] = true;
+  std::vector<capture::Camera> kept;
+  for (size_t i = 0; i < wanted.size(); i++)
+    if (wanted[i]) kept.push_back(std::move(capture.cameras[i]));
+  capture.cameras = std::move(kept);
+}
+
+// Cameras that move have no place in the format yet (fvv.md clause 1.1).
+bool leave_out_moving(capture::Capture &capture) {
+  std::string names;
+  for (const capture::Camera &camera : capture.cameras)
+    if (camera.moves()) names += (names.empty() ? "" : ", ") + describe(camera);
+  if (names.empty()) return false;
+  cli::warn(capture.path + ": left out, because streams carry no moving cameras yet: " + names);
+  std::vector<capture::Camera> &cameras = capture.cameras;
+  cameras.erase(std::remove_if(cameras.begin(), cameras.end(), [](const auto &c) { return c.moves(); }),
+                cameras.end());
+  return true;
+}
+
+} // namespace
+
+bool select(capture::Capture &capture, const Options &options) {
+  if (options.frames) restrict_frames(capture, *options.frames);
+  if (!options.cameras.empty()) restrict_cameras(capture, options.cameras);
+  const bool left_out = leave_out_moving(capture);
+  if (!options.meshes) capture.meshes.reset();
+  bool pictures = false;
+  for (capture::Camera &camera : capture.cameras) {
+    if (!options.pictures || !camera.texture) {
+      camera.pictures.reset();
+      camera.masks.reset();
+    }
+    pictures = pictures || camera.pictures;
+    if (options.flat_background && camera.pictures && !camera.masks)
+      throw cli::Failure("--background flat: " + describe(camera) + " has no masks", cli::usage);
+  }
+  if (!pictures && !capture.meshes)
+    throw cli::Failure(capture.path + ": nothing is left to write" +
+                           (!options.meshes && !options.pictures ? " without meshes and pictures"
+                            : !options.meshes                    ? " without meshes"
+                            : !options.pictures                  ? " without pictures"
+                                                                 : ""),
+                       cli::usage);
+  std::sort(capture.cameras.begin(), capture.cameras.end(),
+            [](const auto &a, const auto &b) { return a.calibration.id < b.calibration.id; });
+  return left_out;
+}
+
+} // namespace fvv::mux

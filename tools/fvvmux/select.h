@@ -1,0 +1,15 @@
+// fvvmux/select.h: the part of a capture that goes into the stream. Knows capture and options; looks at no
+// file.
+#pragma once
+
+#include "capture/capture.h"
+#include "fvvmux/options.h"
+
+namespace fvv::mux {
+
+// Leaves out the frames, cameras, pictures and meshes that options don't want, and what a stream cannot carry
+// yet, the latter with a warning; puts the cameras in the order that the stream has. Answers whether it
+// warned. Throws cli::Failure (usage) for wishes that do not fit the capture, and when nothing is left.
+bool select(capture::Capture &capture, const Options &options);
+
+} // namespace fvv::mux
