@@ -8,9 +8,10 @@
 
 #include "fvv_catch.h"
 
-static int add(draco::Mesh *mesh, draco::GeometryAttribute::Type type, draco::DataType data, uint32_t count) {
+static int add(draco::Mesh *mesh, draco::GeometryAttribute::Type type, draco::DataType data, uint32_t count,
+               uint8_t components = 3) {
   draco::GeometryAttribute attribute;
-  attribute.Init(type, nullptr, 3, data, false, 12, 0);
+  attribute.Init(type, nullptr, components, data, false, 4 * components, 0);
   return mesh->AddAttribute(attribute, true, count);
 }
 
@@ -30,6 +31,12 @@ std::vector<uint8_t> draco_payload(const fvv_mesh &mesh, const DracoOptions &opt
     source.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(v),
                                             options.floats ? static_cast<const void *>(as_floats) : p);
   }
+  int texture = -1;
+  if (mesh.texture) {
+    texture = add(&source, draco::GeometryAttribute::TEX_COORD, draco::DT_INT32, mesh.vertex_count, 2);
+    for (uint32_t v = 0; v < mesh.vertex_count; v++)
+      source.attribute(texture)->SetAttributeValue(draco::AttributeValueIndex(v), mesh.texture + 2 * v);
+  }
   if (options.normals) {
     const int normal = add(&source, draco::GeometryAttribute::NORMAL, draco::DT_INT32, mesh.vertex_count);
     const int32_t up[3] = {0, 0, 1};
@@ -46,10 +53,19 @@ std::vector<uint8_t> draco_payload(const fvv_mesh &mesh, const DracoOptions &opt
   encoder.SetEncodingMethod(options.sequential ? draco::MESH_SEQUENTIAL_ENCODING
                                                : draco::MESH_EDGEBREAKER_ENCODING);
   encoder.options().SetGlobalBool("compress_connectivity", options.compressed_indices);
+  encoder.options().SetGlobalBool("split_mesh_on_seams", options.single_connectivity);
+  if (mesh.texture)
+    REQUIRE(encoder
+                .SetAttributePredictionScheme(texture, options.portable_prediction
+                                                           ? draco::MESH_PREDICTION_TEX_COORDS_PORTABLE
+                                                           : draco::MESH_PREDICTION_PARALLELOGRAM)
+                .ok());
   draco::EncoderBuffer buffer;
   REQUIRE(encoder.EncodeToBuffer(&buffer).ok());
   std::vector<uint8_t> payload(16 + buffer.size());
   payload[0] = FVV_MESH_DRACO;
+  payload[1] = mesh.texture ? FVV_MESH_HAS_TEXTURE : 0;
+  payload[2] = mesh.texture_bits;
   for (int i = 0; i < 4; i++) {
     payload[size_t(4 + i)] = uint8_t(mesh.vertex_count >> (8 * i));
     payload[size_t(8 + i)] = uint8_t(mesh.face_count >> (8 * i));

@@ -1,4 +1,4 @@
-// One faulty MESH payload at least for each issue from 3001 to 3013, and for the limits.
+// One faulty MESH payload at least for each issue from 3001 to 3015, and for the limits.
 #include "fvv_catch.h"
 
 #include <algorithm>
@@ -35,7 +35,7 @@ TEST_CASE("3001: header and reserved bytes") {
   auto payload = encoded(*canonical(tetrahedron()), FVV_MESH_RAW, 0);
   for (size_t size = 0; size < 16; size++)
     check_issue({payload.begin(), payload.begin() + ptrdiff_t(size)}, 3001);
-  for (const size_t offset : {2, 3, 12, 13, 14, 15}) {
+  for (const size_t offset : {3, 12, 13, 14, 15}) {
     auto bad = payload;
     bad[offset] = 1;
     check_issue(bad, 3001);
@@ -49,8 +49,10 @@ TEST_CASE("3002: unknown profiles and attributes") {
     check_issue(payload, 3002, FVV_ERROR_UNSUPPORTED);
   }
   payload[0] = FVV_MESH_RAW;
-  payload[1] = 1;
-  check_issue(payload, 3002, FVV_ERROR_UNSUPPORTED);
+  for (const uint8_t attributes : {2, 3, 0x80}) {
+    payload[1] = attributes;
+    check_issue(payload, 3002, FVV_ERROR_UNSUPPORTED);
+  }
 }
 
 TEST_CASE("3003: a mesh has vertices and faces") {
@@ -157,6 +159,49 @@ TEST_CASE("3009: the Draco bitstream is whole and ends where the payload does") 
   check_issue(payload, 3009);
 }
 
+TEST_CASE("3010: the second attribute is int32 texture coordinates, if they are declared") {
+  const auto plain = canonical(tetrahedron()), textured = canonical(charts(2));
+  for (const bool sequential : {false, true}) {
+    DracoOptions options;
+    options.sequential = sequential;
+    Mesh back;
+    fvv_diagnostic diagnostic = {};
+    CHECK(decode(draco_payload(*textured, options), &back, &diagnostic) == FVV_OK);
+    // Declared and not there, there and not declared.
+    auto bad = draco_payload(*plain, options);
+    bad[1] = 1;
+    bad[2] = 12;
+    check_issue(bad, 3010);
+    bad = draco_payload(*textured, options);
+    bad[1] = bad[2] = 0;
+    check_issue(bad, 3010);
+    options.normals = true;
+    check_issue(draco_payload(*textured, options), 3010);
+    bad = draco_payload(*plain, options); // a second attribute of the wrong kind
+    bad[1] = 1;
+    bad[2] = 12;
+    check_issue(bad, 3010);
+  }
+  DracoOptions seams;
+  seams.single_connectivity = false;
+  check_issue(draco_payload(*textured, seams), 3010);
+  const auto payload = encoded(*textured, FVV_MESH_DRACO, 5);
+  const uint8_t descriptor[] = {2, 0, 5, 3, 0, 0, 3, 5, 2, 0, 1, 1, 1};
+  const auto at = std::search(payload.begin(), payload.end(), descriptor, descriptor + 13) - payload.begin();
+  REQUIRE(size_t(at) + 13 < payload.size());
+  for (const ptrdiff_t i : {0, 6, 7, 8, 9, 11, 12}) {
+    auto bad = payload;
+    bad[size_t(at + i)]++;
+    check_issue(bad, 3010);
+  }
+}
+
+TEST_CASE("3009: texture coordinates are not predicted from positions") {
+  DracoOptions options;
+  options.portable_prediction = true;
+  check_issue(draco_payload(*canonical(charts(6)), options), 3009);
+}
+
 TEST_CASE("3010: the only attribute is int32 positions") {
   const auto mesh = canonical(tetrahedron());
   DracoOptions floats, normals;
@@ -194,6 +239,50 @@ TEST_CASE("3012: the counts are within what the bytes can carry") {
     check_issue(bad, 3012);
     put_u32(bad, offset, most);
     check_issue(bad, 3008);
+  }
+}
+
+TEST_CASE("3014: texture bits go with texture coordinates") {
+  auto payload = encoded(*canonical(tetrahedron()), FVV_MESH_RAW, 0);
+  for (const uint8_t bits : {1, 16, 255}) {
+    payload[2] = bits;
+    check_issue(payload, 3014);
+  }
+  const auto mesh = canonical(charts(2));
+  for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO}) {
+    payload = encoded(*mesh, profile, 5);
+    CHECK(payload[1] == 1);
+    CHECK(payload[2] == 12);
+    for (const uint8_t bits : {0, 17, 255}) {
+      payload[2] = bits;
+      check_issue(payload, 3014);
+    }
+  }
+}
+
+TEST_CASE("3015: texture indices are within 2^bits") {
+  auto mesh = canonical(charts(2));
+  const auto raw = encoded(*mesh, FVV_MESH_RAW, 0);
+  const size_t third = 16 + 12 * size_t(mesh->vertex_count) + 8 * 3;
+  for (const uint32_t index : {4097u, 0x80000000u, 0xffffffffu}) {
+    auto bad = raw;
+    put_u32(bad, third + 4, index);
+    check_issue(bad, 3015);
+    Mesh back;
+    fvv_diagnostic diagnostic = {};
+    CHECK(decode(bad, &back, &diagnostic) == FVV_ERROR_INVALID);
+    CHECK(diagnostic.offset == third);
+    CHECK(std::string(diagnostic.message) == "vertex 3: v index " + std::to_string(index) + " is above 2^12");
+  }
+  // The far edge is inside.
+  auto edge = raw;
+  put_u32(edge, third + 4, 4096);
+  Mesh back;
+  fvv_diagnostic diagnostic = {};
+  CHECK(decode(edge, &back, &diagnostic) == FVV_OK);
+  for (const uint32_t index : {4097u, 0xffffffffu}) {
+    mesh->texture[7] = index;
+    check_issue(draco_payload(*mesh, {}), 3015);
   }
 }
 

@@ -137,6 +137,32 @@ Shape bow_tie() {
   return s;
 }
 
+Shape charts(uint32_t n) {
+  Shape s;
+  for (uint32_t chart = 0; chart < 6; chart++) {
+    const size_t axis = chart / 2, side = chart % 2, first = (axis + (side ? 1 : 2)) % 3,
+                 second = 3 - axis - first;
+    const uint32_t base = uint32_t(s.positions.size() / 3);
+    for (uint32_t i = 0; i <= n; i++)
+      for (uint32_t j = 0; j <= n; j++) {
+        double p[3] = {};
+        p[axis] = double(side);
+        p[first] = double(i) / n;
+        p[second] = double(j) / n;
+        s.point(p[0], p[1], p[2]);
+        s.texture.push_back((chart + 0.05 + 0.9 * i / n) / 6);
+        s.texture.push_back(double(j) / n);
+      }
+    for (uint32_t i = 0; i < n; i++)
+      for (uint32_t j = 0; j < n; j++) {
+        const uint32_t a = base + i * (n + 1) + j, b = a + n + 1;
+        s.face(a, b, b + 1);
+        s.face(a, b + 1, a + 1);
+      }
+  }
+  return s;
+}
+
 std::unique_ptr<Mesh> canonical(const Shape &shape, double step, fvv_mesh_report *report) {
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
@@ -172,10 +198,12 @@ std::vector<Triangle> triangles(const fvv_mesh &mesh) {
   for (uint32_t f = 0; f < mesh.face_count; f++) {
     Triangle best = {};
     for (int first = 0; first < 3; first++) {
-      Triangle t;
-      for (int c = 0; c < 3; c++)
-        memcpy(&t[size_t(3 * c)], mesh.positions + 3 * size_t(mesh.faces[3 * f + uint32_t((first + c) % 3)]),
-               12);
+      Triangle t = {};
+      for (uint32_t c = 0; c < 3; c++) {
+        const size_t vertex = mesh.faces[3 * f + (uint32_t(first) + c) % 3];
+        memcpy(&t[5 * c], mesh.positions + 3 * vertex, 12);
+        if (mesh.texture) memcpy(&t[5 * c + 3], mesh.texture + 2 * vertex, 8);
+      }
       if (first == 0 || t < best) best = t;
     }
     all.push_back(best);

@@ -13,9 +13,11 @@
 struct Shape {
   std::vector<double> positions; // metres
   std::vector<uint32_t> faces;
+  std::vector<double> texture; // u v of each vertex, or empty
 
   fvv_mesh_source source() const {
-    return {positions.data(), faces.data(), positions.size() / 3, faces.size() / 3};
+    return {positions.data(), faces.data(), positions.size() / 3, faces.size() / 3,
+            texture.empty() ? nullptr : texture.data()};
   }
   void point(double x, double y, double z) {
     for (const double coordinate : {x, y, z}) positions.push_back(coordinate);
@@ -46,6 +48,10 @@ Shape fin();
 // Two tetrahedra that share a vertex.
 Shape bow_tie();
 
+// The closed surface of a cube of edge 1 with an atlas of six charts side by side, n x n squares each:
+// vertices are doubled along all edges and tripled at the corners. n * n * 12 faces.
+Shape charts(uint32_t n);
+
 // Frees itself.
 struct Mesh : fvv_mesh {
   Mesh() : fvv_mesh() {}
@@ -66,8 +72,8 @@ std::vector<uint8_t> encoded(const fvv_mesh &mesh, uint8_t profile, int level);
 fvv_status decode(const std::vector<uint8_t> &payload, fvv_mesh *mesh, fvv_diagnostic *diagnostic,
                   const fvv_allocator *allocator = nullptr);
 
-// The triangles by position, each from its least corner on, sorted.
-using Triangle = std::array<int32_t, 9>;
+// The triangles by position and texture indices (0 without), each from its least corner on, sorted.
+using Triangle = std::array<int32_t, 15>;
 std::vector<Triangle> triangles(const fvv_mesh &mesh);
 
 #endif

@@ -96,7 +96,7 @@ inline Chunk text_chunk(const std::string &text) {
 inline Chunk mesh_chunk(int64_t time, int n, uint16_t track = 1) {
   int32_t positions[12] = {0, 0, 0, 10 + n, 0, 0, 0, 20, 0, 0, 0, 30};
   uint32_t faces[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
-  const fvv_mesh mesh = {positions, faces, 4, 4, {}};
+  const fvv_mesh mesh = {positions, faces, 4, 4, nullptr, 0, {}};
   fvv_bytes payload = {};
   REQUIRE(fvv_mesh_encode(&mesh, FVV_MESH_RAW, 0, nullptr, &payload, nullptr) == FVV_OK);
   Chunk out = {FVV_CHUNK_MESH, track, FVV_FLAG_KEY, time, Bytes(payload.data, payload.data + payload.size)};

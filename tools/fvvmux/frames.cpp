@@ -22,7 +22,7 @@ capture::Mesh load_canonical(const Plan &plan, size_t i, fvv_mesh &mesh, MeshFra
   const int64_t number = plan.capture.frames.number(int64_t(i));
   capture::Mesh source = capture::load_mesh(plan.capture, number, nullptr, &frame.source);
   const fvv_mesh_source borrowed = {source.positions.data(), source.faces.data(), source.vertex_count(),
-                                    source.face_count()};
+                                    source.face_count(), nullptr};
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
   std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);

@@ -11,6 +11,8 @@
 
 /* largest magnitude of a lattice index, 2^28: sums and differences of a few fit in 32 bits (clause 8.1). */
 #define FVV_LATTICE_MAX 268435456
+/* most bits of a texture index: 65536 steps across an atlas (clause 8.6). */
+#define FVV_TEXTURE_BITS_MAX 16
 /* in VCFG: the frame does not show one single camera (clause 10.1). */
 #define FVV_NO_CAMERA 65535
 /* pixels: macroblocks of H.264 do not straddle two tiles (clause 10.2). */
@@ -79,10 +81,15 @@ enum {
 /* Mesh profiles, clause 8.3. */
 enum {
   FVV_MESH_RAW = 0, /* integers as they are */
-  FVV_MESH_DRACO = 1, /* Draco 2.2 bitstream of integer positions */
+  FVV_MESH_DRACO = 1, /* Draco 2.2 bitstream of integers */
   FVV_MESH_DELTA = 2, /* reserved: same connectivity as the group's key frame */
   FVV_MESH_FIELD = 3, /* reserved: hull of a regular grid */
   FVV_MESH_FAST = 4, /* reserved: for fast decoding */
+};
+
+/* Mesh attributes, clause 8.3. */
+enum {
+  FVV_MESH_HAS_TEXTURE = 1, /* texture coordinates, clause 8.6 */
 };
 
 /* Lens models, clause 9.1. */
@@ -156,6 +163,9 @@ enum {
   FVV_ISSUE_MESH_UNREFERENCED = 3011,
   FVV_ISSUE_MESH_DENSITY = 3012,
   FVV_ISSUE_DRACO_STEPS = 3013,
+  FVV_ISSUE_MESH_TEXTURE_BITS = 3014,
+  FVV_ISSUE_MESH_TEXTURE_RANGE = 3015,
+  FVV_ISSUE_MESH_TEXTURE_GROUP = 3016,
   FVV_ISSUE_VIDEO_PAYLOAD = 4001,
   FVV_ISSUE_VIDEO_CODEC = 4002,
   FVV_ISSUE_VIDEO_RANGE = 4003,

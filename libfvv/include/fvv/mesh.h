@@ -13,21 +13,28 @@ extern "C" {
 #endif
 
 /* A source mesh, borrowed. positions: vertex_count x 3 doubles, metres, x y z. faces: face_count x 3 vertex
- * indices, counter-clockwise seen from outside. */
+ * indices, counter-clockwise seen from outside. texture: vertex_count x 2 doubles, u v on the axes of clause
+ * 8.6 ((0, 0) is the top left corner of the atlas picture, (1, 1) its bottom right one, v points down), or
+ * NULL. A vertex has one pair: where charts meet, the source has one vertex for each of them. */
 typedef struct fvv_mesh_source {
   const double *positions;
   const uint32_t *faces;
   size_t vertex_count;
   size_t face_count;
+  const double *texture;
 } fvv_mesh_source;
 
 /* A mesh on the lattice, owned by the struct's allocator; free with fvv_mesh_free. positions: vertex_count
- * x 3 lattice indices, each within +-FVV_LATTICE_MAX. faces: face_count x 3, each < vertex_count. */
+ * x 3 lattice indices, each within +-FVV_LATTICE_MAX. faces: face_count x 3, each < vertex_count. texture:
+ * vertex_count x 2 texture indices u v, each 0 to 2^texture_bits inclusive, texture_bits 1 to
+ * FVV_TEXTURE_BITS_MAX; NULL and 0 when the mesh has none. */
 typedef struct fvv_mesh {
   int32_t *positions;
   uint32_t *faces;
   uint32_t vertex_count;
   uint32_t face_count;
+  uint32_t *texture;
+  uint8_t texture_bits;
   fvv_allocator allocator;
 } fvv_mesh;
 
@@ -41,20 +48,28 @@ FVV_API void fvv_lattice_to_metres(const double origin[3], double step, const in
 FVV_API void fvv_lattice_to_floats(const double origin[3], double step, const int32_t *indices, size_t count,
                                    float *metres);
 
+/* texture indices -> u v for count vertices: index * 2^-bits, exact (clause 8.6). bits: 1 to
+ * FVV_TEXTURE_BITS_MAX. indices, uv: count x 2. */
+FVV_API void fvv_texture_to_floats(uint8_t bits, const uint32_t *indices, size_t count, float *uv);
+
 /* What the canonicaliser changed. All zero: the mesh went through as it was. A component is a set of faces
- * that are joined over shared edges. */
+ * that are joined over shared edges. Whatever is said of faces, edges and components is judged by lattice
+ * points alone: a seam of the atlas, where vertices differ in their texture coordinates only, is no boundary.
+ */
 typedef struct fvv_mesh_report {
   size_t struct_size;             /* the caller sets it before the call */
-  uint32_t welded_vertices;       /* fell onto the same lattice point as an earlier vertex */
-  uint32_t degenerate_faces;      /* two corners the same after welding, or zero area on the lattice */
-  uint32_t duplicate_faces;       /* same three vertices as an earlier face, either winding */
+  uint32_t welded_vertices;       /* same lattice point and texture indices as an earlier vertex */
+  uint32_t degenerate_faces;      /* two corners on one lattice point, or zero area on the lattice */
+  uint32_t duplicate_faces;       /* same three lattice points as an earlier face, either winding */
   uint32_t unreferenced_vertices; /* used by no face that is left */
   uint32_t flipped_faces;         /* winding turned so that neighbours agree */
   uint32_t nonmanifold_edges;     /* shared by more than two faces: reported, left as they are */
   uint32_t boundary_edges;        /* used by one face: reported, left as they are */
   uint32_t dropped_components;    /* specks below min_component_faces */
   uint32_t dropped_component_faces;
-  double max_error; /* metres: largest distance source vertex -> its lattice point, per axis */
+  double max_error;          /* metres: largest distance source vertex -> its lattice point, per axis */
+  uint32_t seam_vertices;    /* on the lattice point of an earlier vertex, kept: other texture indices */
+  uint32_t clamped_vertices; /* texture coordinates outside 0 to 1 by no more than the tolerance */
 } fvv_mesh_report;
 
 typedef struct fvv_mesh_options {
@@ -63,12 +78,21 @@ typedef struct fvv_mesh_options {
   double lattice_step;          /* metres, > 0 */
   uint32_t min_component_faces; /* drop components with fewer faces; 0: keep all */
   int keep_winding;             /* non-zero: do not turn faces */
+  /* Bits of a texture index, 1 to FVV_TEXTURE_BITS_MAX; 0 leaves texture coordinates out. Has no effect on a
+   * source without them. Default 12: off by a quarter of a texel at most in an atlas 2,048 pixels wide, half
+   * a texel at 4,096. Each bit more costs about one bit for u and one for v of each vertex. */
+  uint32_t texture_bits;
 } fvv_mesh_options;
+
+/* How far outside 0 to 1 a texture coordinate may lie, 2^-16: what single precision and texts of six decimals
+ * leave, less than a texel of any atlas. Whole turns beyond (repeated textures) have no place in an atlas. */
+#define FVV_TEXTURE_TOLERANCE (1.0 / 65536)
 
 FVV_API void fvv_mesh_options_default(fvv_mesh_options *options);
 
 /* Quantises and canonicalises: source -> mesh on the lattice. Refuses NaN, infinities, coordinates outside
- * the lattice, indices out of range (FVV_ERROR_INPUT; the message names vertex or face). An empty result is
+ * the lattice, texture coordinates more than FVV_TEXTURE_TOLERANCE outside 0 to 1 (nearer ones are clamped),
+ * indices out of range (FVV_ERROR_INPUT; the message names vertex or face). An empty result is
  * an error too ("no face is left"). Same input, same output, on every machine. report may be NULL; it is
  * filled on failure too, as far as the work went. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *source,
@@ -76,11 +100,12 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *sou
                                                       const fvv_allocator *allocator, fvv_mesh *mesh,
                                                       fvv_mesh_report *report, fvv_diagnostic *diagnostic);
 
-/* MESH payload of profile FVV_MESH_RAW or FVV_MESH_DRACO (clause 8.3, 8.4); replaces what payload holds.
+/* MESH payload of profile FVV_MESH_RAW or FVV_MESH_DRACO (clause 8.3, 8.4), with texture coordinates when the
+ * mesh has them; replaces what payload holds.
  * level: 0 (fastest) to 10 (smallest) for Draco, ignored for raw. Deterministic. The decoded mesh may have
  * another order of vertices and faces than the one handed in, and more vertices where the surface is no
- * manifold: decode to learn it. The encoder has decoded what it hands out and found the same triangles. Draco
- * takes its memory from operator new, not from the allocator. */
+ * manifold: decode to learn it. The encoder has decoded what it hands out and found the same triangles,
+ * texture coordinates included. Draco takes its memory from operator new, not from the allocator. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level,
                                                 const fvv_allocator *allocator, fvv_bytes *payload,
                                                 fvv_diagnostic *diagnostic);
@@ -90,7 +115,8 @@ typedef struct fvv_mesh_header {
   uint8_t profile; /* FVV_MESH_... */
   uint32_t vertex_count;
   uint32_t face_count;
-  size_t data_size; /* bytes behind the header */
+  size_t data_size;     /* bytes behind the header */
+  uint8_t texture_bits; /* of a texture index; 0: no texture coordinates */
 } fvv_mesh_header;
 
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *limits,

@@ -1,7 +1,8 @@
 /* The canonicaliser: a mesh in metres, as somebody's reconstruction left it, becomes a mesh on the lattice
  * that every encoder can take. It says what it changed and refuses what it cannot mend; it knows nothing of
  * payloads. Each step leaves the order of what stays alone, so that the result depends on nothing but the
- * source. */
+ * source. With texture coordinates several vertices may lie on one point; the steps look at faces as triples
+ * of points, and the triples of vertices go along. */
 #include <math.h>
 #include <string.h>
 
@@ -10,6 +11,7 @@
 #include "fvv/mesh.h"
 #include "mesh/hash.h"
 #include "mesh/lattice.h"
+#include "mesh/storage.h"
 #include "mesh/topology.h"
 
 #define EMPTY UINT32_MAX
@@ -25,11 +27,15 @@ typedef struct work {
   fvv_mesh_report report;
   fvv_diagnostic *diagnostic;
   int32_t *points;   /* 3 * point_count of 3 * source->vertex_count */
-  uint32_t *renamed; /* source vertex -> point */
-  uint32_t *faces;   /* 3 * face_count of 3 * source->face_count */
+  uint32_t *renamed; /* source vertex -> vertex; without texture coordinates a vertex is a point */
+  uint32_t *faces;   /* points: 3 * face_count of 3 * source->face_count */
+  uint32_t *texture; /* of vertices: 2 * vertex_count of 2 * source->vertex_count; NULL: none is wanted */
+  uint32_t *placed;  /* vertex -> point; like texture */
+  uint32_t *corners; /* the faces' vertices, as long as faces; like texture */
   uint32_t *table;   /* slots of whichever step is running */
   uint64_t slots;
   uint32_t point_count;
+  uint32_t vertex_count;
   uint32_t face_count;
 } work;
 
@@ -38,14 +44,7 @@ void fvv_mesh_options_default(fvv_mesh_options *options) {
   options->struct_size = sizeof *options;
   /* 1 mm: a third of what a pixel of an HD camera covers on a person. */
   options->lattice_step = 0.001;
-}
-
-void fvv_mesh_free(fvv_mesh *mesh) {
-  if (mesh->allocator.resize) {
-    fvv_release(&mesh->allocator, mesh->positions, (size_t)mesh->vertex_count * 3 * sizeof(int32_t));
-    fvv_release(&mesh->allocator, mesh->faces, (size_t)mesh->face_count * 3 * sizeof(uint32_t));
-  }
-  memset(mesh, 0, sizeof *mesh);
+  options->texture_bits = 12;
 }
 
 static fvv_status out_of_memory(work *w) {
@@ -58,6 +57,9 @@ static fvv_status check_options(work *w) {
   const fvv_mesh_options *o = &w->options;
   int good = isfinite(o->lattice_step) && o->lattice_step > 0;
   for (int k = 0; k < 3; k++) good = good && isfinite(o->lattice_origin[k]);
+  if (good && o->texture_bits > FVV_TEXTURE_BITS_MAX)
+    return fvv_fail(w->diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "%lu bits for a texture index, at most %d",
+                    (unsigned long)o->texture_bits, FVV_TEXTURE_BITS_MAX);
   if (good) return FVV_OK;
   return fvv_fail(w->diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
                   "lattice origin (%g, %g, %g) and step %g must be finite, the step positive",
@@ -94,17 +96,30 @@ static fvv_status table_for(work *w, uint64_t entries) {
 }
 
 static fvv_status allocate(work *w) {
-  w->points = fvv_allocate_array(&w->allocator, w->source->vertex_count, 3 * sizeof *w->points);
-  w->renamed = fvv_allocate_array(&w->allocator, w->source->vertex_count, sizeof *w->renamed);
-  w->faces = fvv_allocate_array(&w->allocator, w->source->face_count, 3 * sizeof *w->faces);
-  return w->points && w->renamed && w->faces ? FVV_OK : out_of_memory(w);
+  const size_t vertices = w->source->vertex_count, faces = w->source->face_count;
+  w->points = fvv_allocate_array(&w->allocator, vertices, 3 * sizeof *w->points);
+  w->renamed = fvv_allocate_array(&w->allocator, vertices, sizeof *w->renamed);
+  w->faces = fvv_allocate_array(&w->allocator, faces, 3 * sizeof *w->faces);
+  if (!w->points || !w->renamed || !w->faces) return out_of_memory(w);
+  if (!w->source->texture || !w->options.texture_bits) return FVV_OK;
+  w->texture = fvv_allocate_array(&w->allocator, vertices, 2 * sizeof *w->texture);
+  w->placed = fvv_allocate_array(&w->allocator, vertices, sizeof *w->placed);
+  w->corners = fvv_allocate_array(&w->allocator, faces, 3 * sizeof *w->corners);
+  return w->texture && w->placed && w->corners ? FVV_OK : out_of_memory(w);
 }
 
 static void release(work *w) {
   fvv_release(&w->allocator, w->points, w->source->vertex_count * 3 * sizeof *w->points);
   fvv_release(&w->allocator, w->renamed, w->source->vertex_count * sizeof *w->renamed);
   fvv_release(&w->allocator, w->faces, w->source->face_count * 3 * sizeof *w->faces);
+  fvv_release(&w->allocator, w->texture, w->source->vertex_count * 2 * sizeof *w->texture);
+  fvv_release(&w->allocator, w->placed, w->source->vertex_count * sizeof *w->placed);
+  fvv_release(&w->allocator, w->corners, w->source->face_count * 3 * sizeof *w->corners);
   fvv_release(&w->allocator, w->table, (size_t)w->slots * sizeof *w->table);
+}
+
+static const char *not_finite(double x) {
+  return isnan(x) ? "NaN" : x < 0 ? "-infinity" : "infinity";
 }
 
 static fvv_status quantise(work *w, size_t vertex, int32_t point[3]) {
@@ -113,10 +128,7 @@ static fvv_status quantise(work *w, size_t vertex, int32_t point[3]) {
     const double x = w->source->positions[3 * vertex + (size_t)k], origin = w->options.lattice_origin[k];
     if (!isfinite(x))
       return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0, "vertex %zu: %c is %s, not a finite number",
-                      vertex, "xyz"[k],
-                      isnan(x) ? "NaN"
-                      : x < 0  ? "-infinity"
-                               : "infinity");
+                      vertex, "xyz"[k], not_finite(x));
     if (!fvv_lattice_quantise(x, origin, step, &point[k]))
       return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
                       "vertex %zu: %c = %g m lies more than 2^28 steps of %g m from the origin %g m", vertex,
@@ -128,7 +140,7 @@ static fvv_status quantise(work *w, size_t vertex, int32_t point[3]) {
 }
 
 /* The first vertex of a lattice point stands for all of them. */
-static fvv_status weld(work *w) {
+static fvv_status weld_positions(work *w) {
   fvv_status status = table_for(w, w->source->vertex_count);
   for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
     int32_t *point = w->points + 3 * (size_t)w->point_count;
@@ -140,11 +152,69 @@ static fvv_status weld(work *w) {
       slot = (slot + 1) & (w->slots - 1);
     if (w->table[slot] == EMPTY)
       w->table[slot] = w->point_count++;
-    else
+    else if (!w->texture)
       w->report.welded_vertices++;
     w->renamed[v] = w->table[slot];
   }
   return status;
+}
+
+static fvv_status quantise_texture(work *w, size_t vertex, uint32_t index[2]) {
+  int clamped = 0;
+  for (int k = 0; k < 2; k++) {
+    const double x = w->source->texture[2 * vertex + (size_t)k];
+    if (!isfinite(x))
+      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
+                      "vertex %zu: texture coordinate %c is %s, not a finite number", vertex, "uv"[k],
+                      not_finite(x));
+    if (x < -FVV_TEXTURE_TOLERANCE || x > 1 + FVV_TEXTURE_TOLERANCE)
+      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_TEXTURE_RANGE, 0, 0,
+                      "vertex %zu: texture coordinate %c = %g is outside 0 to 1", vertex, "uv"[k], x);
+    const double inside = x < 0 ? 0 : x > 1 ? 1 : x;
+    int32_t nearest = 0;
+    (void)fvv_lattice_quantise(inside, 0, 1.0 / (UINT32_C(1) << w->options.texture_bits), &nearest);
+    index[k] = (uint32_t)nearest;
+    clamped |= inside != x;
+  }
+  w->report.clamped_vertices += (uint32_t)clamped;
+  return FVV_OK;
+}
+
+/* The first vertex of a lattice point with the same texture indices stands for all of them. */
+static fvv_status weld_texture(work *w) {
+  fvv_status status = table_for(w, w->source->vertex_count);
+  for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
+    uint32_t *texture = w->texture + 2 * (size_t)w->vertex_count;
+    const uint32_t point = w->renamed[v];
+    status = quantise_texture(w, v, texture);
+    if (status != FVV_OK) break;
+    uint64_t slot = fvv_hash3(point, texture[0], texture[1]) & (w->slots - 1);
+    for (; w->table[slot] != EMPTY; slot = (slot + 1) & (w->slots - 1)) {
+      const uint32_t other = w->table[slot];
+      if (w->placed[other] == point && !memcmp(w->texture + 2 * (size_t)other, texture, 2 * sizeof *texture))
+        break;
+    }
+    if (w->table[slot] == EMPTY) {
+      w->placed[w->vertex_count] = point;
+      w->table[slot] = w->vertex_count++;
+    } else {
+      w->report.welded_vertices++;
+    }
+    w->renamed[v] = w->table[slot];
+  }
+  return status;
+}
+
+static fvv_status weld(work *w) {
+  fvv_status status = weld_positions(w);
+  if (status == FVV_OK && w->texture) status = weld_texture(w);
+  if (!w->texture) w->vertex_count = w->point_count;
+  if (status == FVV_OK) w->report.seam_vertices = w->vertex_count - w->point_count;
+  return status;
+}
+
+static uint32_t point_of(const work *w, uint32_t vertex) {
+  return w->texture ? w->placed[vertex] : vertex;
 }
 
 /* Twice the area is the length of the cross product. Differences are at most 2^29, products 2^58: exact. */
@@ -171,13 +241,17 @@ static void sort3(const uint32_t face[3], uint32_t sorted[3]) {
   sorted[2] = high < c ? c : high;
 }
 
-/* Keeps the first of the faces with the same three corners, and none that is degenerate. */
+/* Keeps the first of the faces with the same three points, and none that is degenerate. */
 static fvv_status gather_faces(work *w) {
   const fvv_status status = table_for(w, w->source->face_count);
   if (status != FVV_OK) return status;
   for (size_t f = 0; f < w->source->face_count; f++) {
     uint32_t *face = w->faces + 3 * (size_t)w->face_count, key[3], other[3];
-    for (size_t c = 0; c < 3; c++) face[c] = w->renamed[w->source->faces[3 * f + c]];
+    for (size_t c = 0; c < 3; c++) {
+      const uint32_t vertex = w->renamed[w->source->faces[3 * f + c]];
+      face[c] = point_of(w, vertex);
+      if (w->corners) w->corners[3 * (size_t)w->face_count + c] = vertex;
+    }
     if (degenerate(w, face)) {
       w->report.degenerate_faces++;
       continue;
@@ -211,7 +285,9 @@ static fvv_status drop_specks(work *w) {
         w->report.dropped_components += group == f;
         w->report.dropped_component_faces++;
       } else {
-        memmove(w->faces + 3 * (size_t)w->face_count++, w->faces + 3 * (size_t)f, 3 * sizeof *w->faces);
+        const size_t to = 3 * (size_t)w->face_count++, from = 3 * (size_t)f;
+        memmove(w->faces + to, w->faces + from, 3 * sizeof *w->faces);
+        if (w->corners) memmove(w->corners + to, w->corners + from, 3 * sizeof *w->corners);
       }
     }
   } else {
@@ -222,6 +298,17 @@ static fvv_status drop_specks(work *w) {
   return status;
 }
 
+/* The three points of a face differ, so that a turned one shows. */
+static void turn_corners(work *w) {
+  for (size_t f = 0; f < w->face_count; f++) {
+    uint32_t *corners = w->corners + 3 * f;
+    if (w->faces[3 * f + 1] == point_of(w, corners[1])) continue;
+    const uint32_t corner = corners[1];
+    corners[1] = corners[2];
+    corners[2] = corner;
+  }
+}
+
 static fvv_status orient(work *w) {
   fvv_topology topology;
   fvv_status status = fvv_topology_build(w->faces, w->face_count, &w->allocator, &topology);
@@ -229,6 +316,7 @@ static fvv_status orient(work *w) {
   w->report.nonmanifold_edges = topology.nonmanifold_edges;
   if (status == FVV_OK && !w->options.keep_winding)
     status = fvv_topology_orient(&topology, w->faces, &w->report.flipped_faces);
+  if (status == FVV_OK && w->corners) turn_corners(w);
   fvv_topology_free(&topology);
   return status == FVV_OK ? FVV_OK : out_of_memory(w);
 }
@@ -242,28 +330,32 @@ static fvv_status no_face_left(work *w) {
       (unsigned long)w->options.min_component_faces);
 }
 
-/* Drops points without faces and hands the rest over in blocks of exact size. */
+/* Drops vertices without faces and hands the rest over in blocks of exact size. */
 static fvv_status hand_over(work *w, fvv_mesh *mesh) {
+  const uint32_t *corners = w->corners ? w->corners : w->faces;
   uint32_t *used = w->renamed, kept = 0;
-  memset(used, 0, (size_t)w->point_count * sizeof *used);
-  for (size_t i = 0; i < 3 * (size_t)w->face_count; i++) used[w->faces[i]] = 1;
-  for (uint32_t p = 0; p < w->point_count; p++) kept += used[p];
-  w->report.unreferenced_vertices = w->point_count - kept;
-  int32_t *positions = fvv_allocate_array(&w->allocator, kept, 3 * sizeof *positions);
-  uint32_t *faces = fvv_allocate_array(&w->allocator, w->face_count, 3 * sizeof *faces);
-  const fvv_mesh whole = {positions, faces, kept, w->face_count, w->allocator};
-  *mesh = whole;
-  if (!positions || !faces) {
+  memset(used, 0, (size_t)w->vertex_count * sizeof *used);
+  for (size_t i = 0; i < 3 * (size_t)w->face_count; i++) used[corners[i]] = 1;
+  for (uint32_t v = 0; v < w->vertex_count; v++) kept += used[v];
+  w->report.unreferenced_vertices = w->vertex_count - kept;
+  mesh->allocator = w->allocator;
+  mesh->vertex_count = kept;
+  mesh->face_count = w->face_count;
+  mesh->texture_bits = w->texture ? (uint8_t)w->options.texture_bits : 0;
+  if (!fvv_mesh_allocate(mesh)) {
     fvv_mesh_free(mesh);
     return out_of_memory(w);
   }
   kept = 0;
-  for (uint32_t p = 0; p < w->point_count; p++) {
-    if (!used[p]) continue;
-    memcpy(positions + 3 * (size_t)kept, w->points + 3 * (size_t)p, 3 * sizeof *positions);
-    used[p] = kept++;
+  for (uint32_t v = 0; v < w->vertex_count; v++) {
+    if (!used[v]) continue;
+    memcpy(mesh->positions + 3 * (size_t)kept, w->points + 3 * (size_t)point_of(w, v),
+           3 * sizeof *mesh->positions);
+    if (w->texture)
+      memcpy(mesh->texture + 2 * (size_t)kept, w->texture + 2 * (size_t)v, 2 * sizeof *mesh->texture);
+    used[v] = kept++;
   }
-  for (size_t i = 0; i < 3 * (size_t)w->face_count; i++) faces[i] = used[w->faces[i]];
+  for (size_t i = 0; i < 3 * (size_t)w->face_count; i++) mesh->faces[i] = used[corners[i]];
   return FVV_OK;
 }
 

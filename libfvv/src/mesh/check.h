@@ -8,7 +8,8 @@
 /* Whose mesh is looked at: decides status and where the diagnostic points. */
 typedef enum fvv_mesh_origin { FVV_MESH_FROM_CALLER, FVV_MESH_FROM_RAW, FVV_MESH_FROM_DRACO } fvv_mesh_origin;
 
-/* Positions within the lattice, indices in range, three different ones a face, no vertex unused. */
+/* Positions within the lattice, texture indices within 0 to 2^texture_bits, face indices in range, three
+ * different ones a face, no vertex unused. */
 FVV_MUST_USE fvv_status fvv_mesh_check(const fvv_mesh *mesh, fvv_mesh_origin origin,
                                        const fvv_allocator *allocator, fvv_diagnostic *diagnostic);
 

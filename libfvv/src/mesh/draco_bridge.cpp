@@ -38,6 +38,25 @@ bool is_wide(const fvv_mesh &mesh) {
   return int64_t(high) - low >= wide_extent;
 }
 
+void add_texture(const fvv_mesh &mesh, draco::Mesh *out) {
+  draco::GeometryAttribute texture;
+  texture.Init(draco::GeometryAttribute::TEX_COORD, nullptr, 2, draco::DT_INT32, false, 2 * sizeof(int32_t),
+               0);
+  const int id = out->AddAttribute(texture, true, mesh.vertex_count);
+  out->attribute(id)->buffer()->Write(0, mesh.texture, size_t(mesh.vertex_count) * 2 * sizeof(int32_t));
+}
+
+// The vertices are split at seams already, so that one connectivity serves both attributes. Left to itself
+// Draco predicts texture coordinates from positions with arithmetic that clause 8.4 does not admit; these
+// are the levels at which it takes the same methods for positions.
+draco::Status choose_texture_coding(int level, draco::ExpertEncoder *encoder) {
+  encoder->options().SetGlobalBool("split_mesh_on_seams", true);
+  return encoder->SetAttributePredictionScheme(1, level > 8
+                                                      ? draco::MESH_PREDICTION_CONSTRAINED_MULTI_PARALLELOGRAM
+                                                  : level > 2 ? draco::MESH_PREDICTION_PARALLELOGRAM
+                                                              : draco::PREDICTION_DIFFERENCE);
+}
+
 // One attribute value a vertex, as handed in: vertices at one place stay apart, so that the faces alone say
 // what is connected.
 void fill(const fvv_mesh &mesh, draco::Mesh *out) {
@@ -53,6 +72,7 @@ void fill(const fvv_mesh &mesh, draco::Mesh *out) {
                 0);
   const int id = out->AddAttribute(position, true, mesh.vertex_count);
   out->attribute(id)->buffer()->Write(0, mesh.positions, size_t(mesh.vertex_count) * 3 * sizeof(int32_t));
+  if (mesh.texture) add_texture(mesh, out);
 }
 
 fvv_status encode(const fvv_mesh &mesh, int level, fvv_draco_coding coding, fvv_bytes *bytes,
@@ -66,13 +86,15 @@ fvv_status encode(const fvv_mesh &mesh, int level, fvv_draco_coding coding, fvv_
   // SetEncodingSubmethod sets an option that the encoder of Draco 1.5 does not read.
   if (coding == FVV_DRACO_STANDARD)
     encoder.options().SetGlobalInt("edgebreaker_method", draco::MESH_EDGEBREAKER_STANDARD_ENCODING);
+  draco::Status accepted;
+  if (mesh.texture) accepted = choose_texture_coding(level, &encoder);
   if (is_wide(mesh)) {
     encoder.SetUseBuiltInAttributeCompression(false);
-    const draco::Status status =
-        encoder.SetAttributePredictionScheme(0, draco::MESH_PREDICTION_PARALLELOGRAM);
-    if (!status.ok())
-      return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "Draco refuses its option: %s", status.error_msg());
+    if (accepted.ok())
+      accepted = encoder.SetAttributePredictionScheme(0, draco::MESH_PREDICTION_PARALLELOGRAM);
   }
+  if (!accepted.ok())
+    return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "Draco refuses its option: %s", accepted.error_msg());
   draco::EncoderBuffer buffer;
   const draco::Status status = encoder.EncodeToBuffer(&buffer);
   if (!status.ok())
@@ -81,20 +103,29 @@ fvv_status encode(const fvv_mesh &mesh, int level, fvv_draco_coding coding, fvv_
   return fvv_bytes_append(bytes, buffer.data(), buffer.size()) == FVV_OK ? FVV_OK : out_of_memory(diagnostic);
 }
 
-// Values lie in coding order; the mapping says which vertex has which.
-fvv_status copy_positions(const draco::Mesh &decoded, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
-  const draco::PointAttribute *position = decoded.GetNamedAttribute(draco::GeometryAttribute::POSITION);
-  if (decoded.num_attributes() != 1 || !position || position->data_type() != draco::DT_INT32 ||
-      position->num_components() != 3)
-    return broken(diagnostic, FVV_ISSUE_DRACO_ATTRIBUTE,
-                  "Draco yields other attributes than int32 positions");
-  for (uint32_t v = 0; v < mesh->vertex_count; v++) {
-    const draco::AttributeValueIndex value = position->mapped_index(draco::PointIndex(v));
-    if (value.value() >= position->size())
-      return broken(diagnostic, FVV_ISSUE_DRACO_STREAM, "a vertex of the Draco bitstream has no position");
-    position->GetValue(value, mesh->positions + 3 * size_t(v));
+// Values lie in coding order; the mapping says which vertex has which. values: vertices x components.
+fvv_status copy_attribute(const draco::Mesh &decoded, draco::GeometryAttribute::Type type, uint8_t components,
+                          uint32_t vertices, void *values, fvv_diagnostic *diagnostic) {
+  const draco::PointAttribute *attribute = decoded.GetNamedAttribute(type);
+  if (!attribute || attribute->data_type() != draco::DT_INT32 || attribute->num_components() != components)
+    return broken(diagnostic, FVV_ISSUE_DRACO_ATTRIBUTE, "Draco yields other attributes than were declared");
+  for (uint32_t v = 0; v < vertices; v++) {
+    const draco::AttributeValueIndex value = attribute->mapped_index(draco::PointIndex(v));
+    if (value.value() >= attribute->size())
+      return broken(diagnostic, FVV_ISSUE_DRACO_STREAM, "a vertex of the Draco bitstream lacks an attribute");
+    attribute->GetValue(value, static_cast<int32_t *>(values) + components * size_t(v));
   }
   return FVV_OK;
+}
+
+fvv_status copy_attributes(const draco::Mesh &decoded, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  if (decoded.num_attributes() != (mesh->texture ? 2 : 1))
+    return broken(diagnostic, FVV_ISSUE_DRACO_ATTRIBUTE, "Draco yields other attributes than were declared");
+  const fvv_status status = copy_attribute(decoded, draco::GeometryAttribute::POSITION, 3, mesh->vertex_count,
+                                           mesh->positions, diagnostic);
+  if (status != FVV_OK || !mesh->texture) return status;
+  return copy_attribute(decoded, draco::GeometryAttribute::TEX_COORD, 2, mesh->vertex_count, mesh->texture,
+                        diagnostic);
 }
 
 fvv_status decode(const uint8_t *data, size_t size, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
@@ -116,7 +147,7 @@ fvv_status decode(const uint8_t *data, size_t size, fvv_mesh *mesh, fvv_diagnost
     const draco::Mesh::Face &face = decoded.face(draco::FaceIndex(f));
     for (int c = 0; c < 3; c++) mesh->faces[3 * size_t(f) + c] = face[c].value();
   }
-  return copy_positions(decoded, mesh, diagnostic);
+  return copy_attributes(decoded, mesh, diagnostic);
 }
 
 } // namespace

@@ -1,7 +1,7 @@
 /* Draco's decoder trusts what a bitstream declares: 34 bytes can make it ask for 10 GB. This walk over the
  * bitstream (version 2.2, https://google.github.io/draco/spec/) lets through only what is in proportion to
- * its bytes, and only the few coding tools that positions need: no texture coordinates, normals, metadata or
- * anything deprecated. It knows the layout and nothing of meshes; Draco itself decodes. */
+ * its bytes, and only the few coding tools that positions and texture coordinates need: no normals, metadata
+ * or anything deprecated. It knows the layout and nothing of meshes; Draco itself decodes. */
 #include "mesh/draco_check.h"
 
 #include <string.h>
@@ -23,6 +23,13 @@ enum {
 };
 enum { CREASE_CONTEXTS = 4 };
 
+/* Data type 5 is INT32, types 0 and 3 are POSITION and TEX_COORD; no value is normalised. */
+typedef struct attribute {
+  const char *name;
+  uint8_t descriptor[4]; /* type, data type, components, normalised */
+} attribute;
+static const attribute attributes[] = {{"positions", {0, 5, 3, 0}}, {"texture coordinates", {3, 5, 2, 0}}};
+
 /* Corners that Draco may walk over for each face while it joins and renumbers vertices. Hulls need less than
  * one; without a bound hostile symbols take time in the square of their number. */
 #define STEPS_PER_FACE 16
@@ -32,6 +39,7 @@ typedef struct walk {
   fvv_diagnostic *diagnostic;
   const fvv_allocator *allocator;
   fvv_draco_counts counts;
+  unsigned attribute_count;
   uint8_t method;
   uint8_t traversal;
 } walk;
@@ -177,8 +185,7 @@ static fvv_status walk_edgebreaker(walk *w) {
   c.split_count = take_u32(w);
   c.event_count = take_u32(w);
   if (w->cursor.failed) return broken(w, "connectivity header");
-  if (seams)
-    return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "%u attributes besides the positions, expected none", seams);
+  if (seams) return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "%u attributes with seams, expected none", seams);
   /* A component may begin with one face that has no symbol, and has at least three more. */
   if (c.symbol_count > w->counts.faces || w->counts.faces > (uint64_t)c.symbol_count + c.symbol_count / 3)
     return FAIL(w, FVV_ISSUE_DRACO_STREAM, "%lu edgebreaker symbols for %lu faces",
@@ -196,57 +203,73 @@ static fvv_status walk_edgebreaker(walk *w) {
   return status;
 }
 
-/* One attributes decoder with one attribute: position, int32, three components, not normalised, coded as
- * integers. */
-static fvv_status walk_attribute_header(walk *w) {
-  static const uint8_t edgebreaker[] = {1, 0xff, 0}, descriptor[] = {1, 0, 5, 3, 0};
+static fvv_status walk_descriptor(walk *w, const attribute *expected) {
+  const uint8_t *p = fvv_cursor_take(&w->cursor, sizeof expected->descriptor);
+  if (!p) return broken(w, "attribute header");
+  if (memcmp(p, expected->descriptor, sizeof expected->descriptor) != 0)
+    return FAIL(
+        w, FVV_ISSUE_DRACO_ATTRIBUTE,
+        "expected %s: type %u, data type %u, %u components; found type %u, data type %u, %u %scomponents",
+        expected->name, expected->descriptor[0], expected->descriptor[1], expected->descriptor[2], p[0], p[1],
+        p[2], p[3] ? "normalised " : "");
+  take_u32(w); /* its identifier means nothing to us */
+  return FVV_OK;
+}
+
+/* One attributes decoder for all vertices: how many attributes, what each of them is, how each is coded. */
+static fvv_status walk_attribute_headers(walk *w) {
+  static const uint8_t edgebreaker[] = {1, 0xff, 0};
   const size_t size = w->method == EDGEBREAKER ? sizeof edgebreaker : 1;
   const uint8_t *p = fvv_cursor_take(&w->cursor, size);
   if (!p) return broken(w, "attribute header");
   if (memcmp(p, edgebreaker, size) != 0)
-    return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "expected one attribute coded per vertex, found others");
+    return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "expected attributes coded per vertex, found others");
   if (w->method == EDGEBREAKER && take_u8(w) > 1)
     return FAIL(w, FVV_ISSUE_DRACO_STREAM, "vertices are traversed in an unknown order");
-  p = fvv_cursor_take(&w->cursor, sizeof descriptor);
-  if (!p) return broken(w, "attribute header");
-  if (memcmp(p, descriptor, sizeof descriptor) != 0)
-    return FAIL(
-        w, FVV_ISSUE_DRACO_ATTRIBUTE,
-        "expected 1 attribute of type 0, data type 5, 3 components; found %u of type %u, data type %u, "
-        "%u components",
-        p[0], p[1], p[2], p[3]);
-  take_u32(w); /* its identifier means nothing to us */
-  const unsigned coding = take_u8(w);
+  const uint32_t count = take_u32(w);
   if (w->cursor.failed) return broken(w, "attribute header");
-  if (coding != 1)
-    return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "positions coded in way %u, not as integers", coding);
+  if (count != w->attribute_count)
+    return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "%lu attributes, the MESH header declares %u",
+                (unsigned long)count, w->attribute_count);
+  for (unsigned i = 0; i < count; i++) {
+    const fvv_status status = walk_descriptor(w, &attributes[i]);
+    if (status != FVV_OK) return status;
+  }
+  for (unsigned i = 0; i < count; i++) {
+    const unsigned coding = take_u8(w);
+    if (w->cursor.failed) return broken(w, "attribute header");
+    if (coding != 1)
+      return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "%s coded in way %u, not as integers", attributes[i].name,
+                  coding);
+  }
   return FVV_OK;
 }
 
-static fvv_status walk_prediction(walk *w, unsigned *prediction) {
+static fvv_status walk_prediction(walk *w, const attribute *of, unsigned *prediction) {
   *prediction = take_u8(w);
   const int known = *prediction == PREDICT_NONE || *prediction == PREDICT_DIFFERENCE ||
                     (w->method == EDGEBREAKER &&
                      (*prediction == PREDICT_PARALLELOGRAM || *prediction == PREDICT_MULTI_PARALLELOGRAM));
   if (!w->cursor.failed && !known)
-    return FAIL(w, FVV_ISSUE_DRACO_STREAM, "positions predicted by method %u, which is not one for them",
+    return FAIL(w, FVV_ISSUE_DRACO_STREAM, "%s predicted by method %u, which is not one for them", of->name,
                 *prediction);
   if (!w->cursor.failed && *prediction != PREDICT_NONE && take_u8(w) != 1) return broken(w, "prediction");
   return w->cursor.failed ? broken(w, "prediction") : FVV_OK;
 }
 
-static fvv_status walk_values(walk *w) {
-  const uint64_t values = 3 * (uint64_t)w->counts.vertices;
+static fvv_status walk_values(walk *w, const attribute *of) {
+  const uint32_t components = of->descriptor[2];
+  const uint64_t values = components * (uint64_t)w->counts.vertices;
   unsigned prediction;
-  const fvv_status status = walk_prediction(w, &prediction);
+  const fvv_status status = walk_prediction(w, of, &prediction);
   if (status != FVV_OK) return status;
   const unsigned compressed = take_u8(w);
-  if (compressed > 1) return broken(w, "positions");
+  if (compressed > 1) return broken(w, of->name);
   if (compressed) {
-    fvv_draco_skip_symbols(&w->cursor, values, 3);
+    fvv_draco_skip_symbols(&w->cursor, values, components);
   } else {
     const unsigned width = take_u8(w);
-    if (width < 1 || width > 4) return broken(w, "positions");
+    if (width < 1 || width > 4) return broken(w, of->name);
     skip(w, width * values);
   }
   for (int i = 0; i < CREASE_CONTEXTS && prediction == PREDICT_MULTI_PARALLELOGRAM; i++) {
@@ -255,7 +278,7 @@ static fvv_status walk_values(walk *w) {
     if (flags) fvv_draco_skip_bits(&w->cursor);
   }
   if (prediction != PREDICT_NONE) skip(w, 8); /* least and largest value */
-  return w->cursor.failed ? broken(w, "positions") : FVV_OK;
+  return w->cursor.failed ? broken(w, of->name) : FVV_OK;
 }
 
 int fvv_draco_dense_enough(size_t size, fvv_draco_counts counts) {
@@ -265,7 +288,7 @@ int fvv_draco_dense_enough(size_t size, fvv_draco_counts counts) {
 
 fvv_status fvv_draco_read_counts(const uint8_t *data, size_t size, fvv_draco_counts *counts,
                                  fvv_diagnostic *diagnostic) {
-  walk w = {{data, size, 0, 0}, diagnostic, NULL, {0, 0}, 0, 0};
+  walk w = {.cursor = {data, size, 0, 0}, .diagnostic = diagnostic};
   fvv_status status = read_header(&w);
   if (status == FVV_OK) status = read_counts(&w);
   *counts = w.counts;
@@ -285,15 +308,19 @@ static fvv_status compare_counts(walk *w, fvv_draco_counts declared) {
   return FVV_OK;
 }
 
-fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts declared,
+fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts declared, int texture,
                            const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
-  walk w = {{data, size, 0, 0}, diagnostic, allocator, {0, 0}, 0, 0};
+  walk w = {.cursor = {data, size, 0, 0},
+            .diagnostic = diagnostic,
+            .allocator = allocator,
+            .attribute_count = texture ? 2 : 1};
   fvv_status status = read_header(&w);
   if (status == FVV_OK) status = read_counts(&w);
   if (status == FVV_OK) status = compare_counts(&w, declared);
   if (status == FVV_OK) status = w.method == EDGEBREAKER ? walk_edgebreaker(&w) : walk_sequential(&w);
-  if (status == FVV_OK) status = walk_attribute_header(&w);
-  if (status == FVV_OK) status = walk_values(&w);
+  if (status == FVV_OK) status = walk_attribute_headers(&w);
+  for (unsigned i = 0; status == FVV_OK && i < w.attribute_count; i++)
+    status = walk_values(&w, &attributes[i]);
   if (status == FVV_OK && w.cursor.position != size)
     return FAIL(&w, FVV_ISSUE_DRACO_STREAM, "%zu bytes follow the Draco bitstream", size - w.cursor.position);
   return status;

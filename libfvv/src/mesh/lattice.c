@@ -1,5 +1,7 @@
-/* The lattice of a stream: integers <-> metres, one stated rule for each way (clause 8.2). Knows no meshes,
- * so that encoders, decoders and tests share the same arithmetic. */
+/* The lattice of a stream: integers <-> metres, one stated rule for each way (clause 8.2), and texture
+ * indices
+ * -> texture coordinates (clause 8.6). Knows no meshes, so that encoders, decoders and tests share the same
+ * arithmetic. */
 #include "mesh/lattice.h"
 
 #include "fvv/mesh.h"
@@ -18,6 +20,12 @@ void fvv_lattice_to_floats(const double origin[3], double step, const int32_t *i
                            float *metres) {
   for (size_t i = 0; i < count; i++)
     for (size_t k = 0; k < 3; k++) metres[3 * i + k] = (float)metres_of(origin[k], step, indices[3 * i + k]);
+}
+
+/* Both factors and the product are exact in single precision: an index has at most 17 bits. */
+void fvv_texture_to_floats(uint8_t bits, const uint32_t *indices, size_t count, float *uv) {
+  const float step = 1.0f / (float)(UINT32_C(1) << bits);
+  for (size_t i = 0; i < 2 * count; i++) uv[i] = (float)indices[i] * step;
 }
 
 int fvv_lattice_quantise(double x, double origin, double step, int32_t *index) {

@@ -13,28 +13,45 @@
 #include "mesh/draco_bridge.h"
 #include "mesh/draco_check.h"
 #include "mesh/hash.h"
+#include "mesh/storage.h"
 
-/* A vertex and a face of the raw profile have 12 bytes each. */
-#define RAW_ELEMENT_SIZE 12
+/* Bytes of the raw profile. */
+static uint64_t raw_size(uint32_t vertices, uint32_t faces, int texture) {
+  return (texture ? 20 : 12) * (uint64_t)vertices + 12 * (uint64_t)faces;
+}
 
 static fvv_status invalid(fvv_diagnostic *diagnostic, uint32_t issue, uint64_t offset, const char *text) {
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, FVV_CHUNK_MESH, offset, "%s", text);
 }
 
 static fvv_status check_size(const fvv_mesh_header *header, fvv_diagnostic *diagnostic) {
-  const uint64_t raw_size = RAW_ELEMENT_SIZE * ((uint64_t)header->vertex_count + header->face_count);
+  const uint64_t raw = raw_size(header->vertex_count, header->face_count, header->texture_bits);
   const fvv_draco_counts counts = {header->vertex_count, header->face_count};
-  if (header->profile == FVV_MESH_RAW && header->data_size != raw_size)
+  if (header->profile == FVV_MESH_RAW && header->data_size != raw)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_RAW_SIZE, FVV_CHUNK_MESH, FVV_MESH_SIZE,
                     "%zu bytes follow the header, %lu vertices and %lu faces take %llu", header->data_size,
                     (unsigned long)header->vertex_count, (unsigned long)header->face_count,
-                    (unsigned long long)raw_size);
+                    (unsigned long long)raw);
   if (header->profile == FVV_MESH_DRACO && !fvv_draco_dense_enough(header->data_size, counts))
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_DENSITY, FVV_CHUNK_MESH,
                     FVV_MESH_VERTEX_COUNT,
                     "%zu bytes of Draco bitstream cannot carry %lu vertices and %lu faces", header->data_size,
                     (unsigned long)header->vertex_count, (unsigned long)header->face_count);
   return FVV_OK;
+}
+
+static fvv_status check_attributes(const uint8_t *payload, fvv_diagnostic *diagnostic) {
+  const unsigned attributes = payload[FVV_MESH_ATTRIBUTES], bits = payload[FVV_MESH_TEXTURE_BITS];
+  if (attributes & ~(unsigned)FVV_MESH_HAS_TEXTURE)
+    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
+                    FVV_MESH_ATTRIBUTES, "mesh attributes 0x%x are not known, only bit 0 is", attributes);
+  const int texture = attributes & FVV_MESH_HAS_TEXTURE;
+  if (texture ? bits >= 1 && bits <= FVV_TEXTURE_BITS_MAX : !bits) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_TEXTURE_BITS, FVV_CHUNK_MESH,
+                  FVV_MESH_TEXTURE_BITS,
+                  texture ? "%u texture bits, texture coordinates have 1 to 16"
+                          : "%u texture bits in a mesh without texture coordinates",
+                  bits);
 }
 
 fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *limits,
@@ -45,14 +62,14 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_PAYLOAD, FVV_CHUNK_MESH, 0,
                     "%zu bytes of MESH payload, its header has %d", size, FVV_MESH_SIZE);
   const fvv_mesh_header read = {payload[FVV_MESH_PROFILE], fvv_get_u32(payload + FVV_MESH_VERTEX_COUNT),
-                                fvv_get_u32(payload + FVV_MESH_FACE_COUNT), size - FVV_MESH_SIZE};
+                                fvv_get_u32(payload + FVV_MESH_FACE_COUNT), size - FVV_MESH_SIZE,
+                                payload[FVV_MESH_TEXTURE_BITS]};
   if (read.profile != FVV_MESH_RAW && read.profile != FVV_MESH_DRACO)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
                     FVV_MESH_PROFILE, "mesh profile %u is not known, 0 and 1 are", read.profile);
-  if (payload[FVV_MESH_ATTRIBUTES])
-    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
-                    FVV_MESH_ATTRIBUTES, "mesh attributes 0x%x are not known", payload[FVV_MESH_ATTRIBUTES]);
-  if (fvv_get_u16(payload + FVV_MESH_RESERVED))
+  fvv_status status = check_attributes(payload, diagnostic);
+  if (status != FVV_OK) return status;
+  if (payload[FVV_MESH_RESERVED])
     return invalid(diagnostic, FVV_ISSUE_MESH_PAYLOAD, FVV_MESH_RESERVED, "reserved bytes are not 0");
   if (fvv_get_u32(payload + FVV_MESH_RESERVED2))
     return invalid(diagnostic, FVV_ISSUE_MESH_PAYLOAD, FVV_MESH_RESERVED2, "reserved bytes are not 0");
@@ -66,26 +83,25 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
                     "%lu vertices and %lu faces, this reader takes at most %lu and %lu",
                     (unsigned long)read.vertex_count, (unsigned long)read.face_count,
                     (unsigned long)most.max_vertices, (unsigned long)most.max_faces);
-  const fvv_status status = check_size(&read, diagnostic);
+  status = check_size(&read, diagnostic);
   if (status == FVV_OK) *header = read;
   return status;
 }
 
 static fvv_status allocate(fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
-  mesh->positions = fvv_allocate_array(&mesh->allocator, mesh->vertex_count, 3 * sizeof *mesh->positions);
-  mesh->faces = fvv_allocate_array(&mesh->allocator, mesh->face_count, 3 * sizeof *mesh->faces);
-  if (mesh->positions && mesh->faces) return FVV_OK;
+  if (fvv_mesh_allocate(mesh)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for a mesh of %lu vertices and %lu faces",
                   (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
 }
 
 static void read_raw(const uint8_t *data, fvv_mesh *mesh) {
-  const size_t coordinates = 3 * (size_t)mesh->vertex_count, corners = 3 * (size_t)mesh->face_count;
-  for (size_t i = 0; i < coordinates; i++) {
-    const uint32_t bits = fvv_get_u32(data + 4 * i);
+  const size_t vertices = mesh->vertex_count, corners = 3 * (size_t)mesh->face_count;
+  for (size_t i = 0; i < 3 * vertices; i++, data += 4) {
+    const uint32_t bits = fvv_get_u32(data);
     memcpy(&mesh->positions[i], &bits, sizeof bits);
   }
-  for (size_t i = 0; i < corners; i++) mesh->faces[i] = fvv_get_u32(data + 4 * (coordinates + i));
+  for (size_t i = 0; mesh->texture && i < 2 * vertices; i++, data += 4) mesh->texture[i] = fvv_get_u32(data);
+  for (size_t i = 0; i < corners; i++, data += 4) mesh->faces[i] = fvv_get_u32(data);
 }
 
 static fvv_status decode(const fvv_mesh_header *header, const uint8_t *data, fvv_mesh *mesh,
@@ -97,7 +113,8 @@ static fvv_status decode(const fvv_mesh_header *header, const uint8_t *data, fvv
     return fvv_mesh_check(mesh, FVV_MESH_FROM_RAW, &mesh->allocator, diagnostic);
   }
   const fvv_draco_counts counts = {header->vertex_count, header->face_count};
-  fvv_status status = fvv_draco_check(data, header->data_size, counts, &mesh->allocator, diagnostic);
+  fvv_status status = fvv_draco_check(data, header->data_size, counts, header->texture_bits != 0,
+                                      &mesh->allocator, diagnostic);
   if (status == FVV_OK) status = allocate(mesh, diagnostic);
   if (status == FVV_OK) status = fvv_draco_decode(data, header->data_size, mesh, diagnostic);
   if (status == FVV_OK) status = fvv_mesh_check(mesh, FVV_MESH_FROM_DRACO, &mesh->allocator, diagnostic);
@@ -113,14 +130,17 @@ fvv_status fvv_mesh_decode(const uint8_t *payload, size_t size, const fvv_limits
   mesh->allocator = fvv_allocator_or_default(allocator);
   mesh->vertex_count = header.vertex_count;
   mesh->face_count = header.face_count;
+  mesh->texture_bits = header.texture_bits;
   status = decode(&header, payload + FVV_MESH_SIZE, mesh, diagnostic);
   if (status != FVV_OK) fvv_mesh_free(mesh);
   return status;
 }
 
-static fvv_status put_header(fvv_bytes *payload, uint8_t profile) {
+static fvv_status put_header(const fvv_mesh *mesh, fvv_bytes *payload, uint8_t profile) {
   uint8_t header[FVV_MESH_SIZE] = {0};
   header[FVV_MESH_PROFILE] = profile;
+  header[FVV_MESH_ATTRIBUTES] = mesh->texture ? FVV_MESH_HAS_TEXTURE : 0;
+  header[FVV_MESH_TEXTURE_BITS] = mesh->texture_bits;
   payload->size = 0;
   return fvv_bytes_append(payload, header, sizeof header);
 }
@@ -131,30 +151,37 @@ static void put_counts(fvv_bytes *payload, uint32_t vertices, uint32_t faces) {
 }
 
 static fvv_status encode_raw(const fvv_mesh *mesh, fvv_bytes *payload) {
-  const uint64_t size = RAW_ELEMENT_SIZE * ((uint64_t)mesh->vertex_count + mesh->face_count);
+  const uint64_t size = raw_size(mesh->vertex_count, mesh->face_count, mesh->texture != NULL);
   if (size > SIZE_MAX) return FVV_ERROR_MEMORY;
-  fvv_status status = put_header(payload, FVV_MESH_RAW);
+  fvv_status status = put_header(mesh, payload, FVV_MESH_RAW);
   if (status == FVV_OK) status = fvv_bytes_reserve(payload, (size_t)size);
   if (status != FVV_OK) return status;
   put_counts(payload, mesh->vertex_count, mesh->face_count);
   uint8_t *p = payload->data + payload->size;
   for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++, p += 4)
     fvv_put_u32(p, (uint32_t)mesh->positions[i]);
+  for (size_t i = 0; mesh->texture && i < 2 * (size_t)mesh->vertex_count; i++, p += 4)
+    fvv_put_u32(p, mesh->texture[i]);
   for (size_t i = 0; i < 3 * (size_t)mesh->face_count; i++, p += 4) fvv_put_u32(p, mesh->faces[i]);
   payload->size += (size_t)size;
   return FVV_OK;
 }
 
-/* The sum of hashes of all triangles, each by its positions in order from the least corner on: equal for the
+static uint64_t vertex_hash(const fvv_mesh *mesh, uint32_t vertex) {
+  const int32_t *p = mesh->positions + 3 * (size_t)vertex;
+  const uint64_t hash = fvv_hash3((uint32_t)p[0], (uint32_t)p[1], (uint32_t)p[2]);
+  if (!mesh->texture) return hash;
+  const uint32_t *t = mesh->texture + 2 * (size_t)vertex;
+  return fvv_mix(hash ^ fvv_mix((uint64_t)t[0] << 32 | t[1]));
+}
+
+/* The sum of hashes of all triangles, each by its vertices in order from the least corner on: equal for the
  * same triangles in any order of vertices and faces, different for others but for one chance in 2^64. */
 static uint64_t fingerprint(const fvv_mesh *mesh) {
   uint64_t sum = 0;
   for (size_t f = 0; f < mesh->face_count; f++) {
     uint64_t corner[3];
-    for (size_t c = 0; c < 3; c++) {
-      const int32_t *p = mesh->positions + 3 * (size_t)mesh->faces[3 * f + c];
-      corner[c] = fvv_hash3((uint32_t)p[0], (uint32_t)p[1], (uint32_t)p[2]);
-    }
+    for (size_t c = 0; c < 3; c++) corner[c] = vertex_hash(mesh, mesh->faces[3 * f + c]);
     int least = corner[1] < corner[0];
     if (corner[2] < corner[least]) least = 2;
     sum += fvv_mix(fvv_mix(fvv_mix(corner[least]) + corner[(least + 1) % 3]) + corner[(least + 2) % 3]);
@@ -187,7 +214,7 @@ static fvv_status verify(const fvv_mesh *mesh, const fvv_allocator *allocator, c
 static fvv_status encode_draco(const fvv_mesh *mesh, int level, fvv_draco_coding coding, fvv_bytes *payload,
                                fvv_diagnostic *diagnostic) {
   fvv_draco_counts counts;
-  fvv_status status = put_header(payload, FVV_MESH_DRACO);
+  fvv_status status = put_header(mesh, payload, FVV_MESH_DRACO);
   if (status == FVV_OK) status = fvv_draco_encode(mesh, level, coding, payload, diagnostic);
   if (status == FVV_OK)
     status = fvv_draco_read_counts(payload->data + FVV_MESH_SIZE, payload->size - FVV_MESH_SIZE, &counts,
@@ -198,6 +225,7 @@ static fvv_status encode_draco(const fvv_mesh *mesh, int level, fvv_draco_coding
 
 /* 1 when a reader will refuse the payload as too much for its bytes or too slow, although it is right. */
 static int too_costly(const fvv_bytes *payload, const fvv_allocator *allocator) {
+  const int texture = payload->data[FVV_MESH_ATTRIBUTES] & FVV_MESH_HAS_TEXTURE;
   const fvv_draco_counts counts = {fvv_get_u32(payload->data + FVV_MESH_VERTEX_COUNT),
                                    fvv_get_u32(payload->data + FVV_MESH_FACE_COUNT)};
   const uint8_t *data = payload->data + FVV_MESH_SIZE;
@@ -205,7 +233,8 @@ static int too_costly(const fvv_bytes *payload, const fvv_allocator *allocator) 
   if (!fvv_draco_dense_enough(size, counts)) return 1;
   fvv_diagnostic why;
   fvv_diagnostic_clear(&why);
-  return fvv_draco_check(data, size, counts, allocator, &why) != FVV_OK && why.issue == FVV_ISSUE_DRACO_STEPS;
+  return fvv_draco_check(data, size, counts, texture, allocator, &why) != FVV_OK &&
+         why.issue == FVV_ISSUE_DRACO_STEPS;
 }
 
 static fvv_status encode(const fvv_mesh *mesh, uint8_t profile, int level, const fvv_allocator *allocator,

@@ -1,0 +1,24 @@
+#include "mesh/storage.h"
+
+#include <string.h>
+
+#include "base/memory.h"
+
+int fvv_mesh_allocate(fvv_mesh *mesh) {
+  const fvv_allocator *allocator = &mesh->allocator;
+  mesh->positions = fvv_allocate_array(allocator, mesh->vertex_count, 3 * sizeof *mesh->positions);
+  mesh->faces = fvv_allocate_array(allocator, mesh->face_count, 3 * sizeof *mesh->faces);
+  if (mesh->texture_bits)
+    mesh->texture = fvv_allocate_array(allocator, mesh->vertex_count, 2 * sizeof *mesh->texture);
+  return mesh->positions && mesh->faces && (mesh->texture || !mesh->texture_bits);
+}
+
+void fvv_mesh_free(fvv_mesh *mesh) {
+  if (mesh->allocator.resize) {
+    const size_t vertices = mesh->vertex_count, faces = mesh->face_count;
+    fvv_release(&mesh->allocator, mesh->positions, vertices * 3 * sizeof *mesh->positions);
+    fvv_release(&mesh->allocator, mesh->faces, faces * 3 * sizeof *mesh->faces);
+    fvv_release(&mesh->allocator, mesh->texture, vertices * 2 * sizeof *mesh->texture);
+  }
+  memset(mesh, 0, sizeof *mesh);
+}
