@@ -54,7 +54,8 @@ public:
       const fvv_track_summary &t = *fvv_checker_track(checker, i);
       out << t.track << ' ' << int(t.kind) << ' ' << t.chunks << ' ' << t.key_chunks << ' ' << t.bytes << ' '
           << t.smallest << ' ' << t.largest << ' ' << t.min_vertices << ' ' << t.max_vertices << ' '
-          << t.min_faces << ' ' << t.max_faces << ' ' << t.vertices << ' ' << t.faces << '\n';
+          << t.min_faces << ' ' << t.max_faces << ' ' << t.vertices << ' ' << t.faces << ' ' << t.textured
+          << ' ' << int(t.min_texture_bits) << ' ' << int(t.max_texture_bits) << '\n';
     }
     for (size_t i = 0; i < fvv_checker_run_count(checker); i++) {
       const fvv_frame_run &r = *fvv_checker_run(checker, i);
@@ -210,6 +211,52 @@ TEST_CASE("a hostile payload in an intact chunk") {
   CHECK((structure.summary().problems == 0 && structure.summary().whole_frames == 6));
   CHECK(structure.summary().payload_bytes == checked.summary().payload_bytes);
   CHECK(fvv_checker_track(structure.checker, 0)->vertices == 16);
+}
+
+TEST_CASE("3016: the meshes of a group have the same texture bits, groups may differ") {
+  // By frame: a group without texture coordinates, one with 12 bits, one with 8.
+  Stream source = good_stream(0);
+  source.configuration.insert(source.configuration.begin() + 3, track_chunk(3, FVV_TRACK_MESH));
+  const uint8_t bits[3] = {0, 12, 8};
+  for (int g = 0; g < 3; g++) {
+    Group group = {6 * g, 6 * g + 6, {}};
+    for (int f = 0; f < 3; f++) {
+      group.chunks.push_back(mesh_chunk(6 * g + 2 * f, f, 1, bits[g]));
+      group.chunks.push_back(mesh_chunk(6 * g + 2 * f, f, 3, 5)); // another track is another matter
+    }
+    source.groups.push_back(group);
+  }
+  for (const bool decode : {true, false}) {
+    Check how;
+    how.decode = decode;
+    const Checked good(write(source), how);
+    CHECK((good.status == FVV_OK && good.summary().problems == 0 && good.summary().whole_frames == 9));
+    const fvv_track_summary &first = *fvv_checker_track(good.checker, 0),
+                            &second = *fvv_checker_track(good.checker, 1);
+    CHECK((first.track == 1 && first.textured == 6 && first.min_texture_bits == 8 &&
+           first.max_texture_bits == 12));
+    CHECK((second.track == 3 && second.textured == 9 && second.min_texture_bits == 5));
+    // Frame 2 of each group in turn departs from frames 0 and 1.
+    for (size_t g = 0; g < 3; g++)
+      for (const uint8_t other : {0, 1, 12, 16}) {
+        if (other == bits[g]) continue;
+        Stream spoilt = source;
+        spoilt.groups[g].chunks[4] = mesh_chunk(6 * int64_t(g) + 4, 2, 1, other);
+        const Bytes bytes = write(spoilt);
+        const Checked checked(bytes, how);
+        REQUIRE(checked.summary().problems == 1);
+        const fvv_diagnostic *problem = fvv_checker_problem(checked.checker, 0);
+        CHECK((problem->issue == FVV_ISSUE_MESH_TEXTURE_GROUP && problem->chunk_type == FVV_CHUNK_MESH));
+        CHECK(problem->offset == chunks_of(bytes)[9 + 8 * g + 1 + 4].offset + 32 + 2);
+        CHECK(std::string(problem->message) ==
+              std::to_string(other) + " texture bits, the first mesh of the track in this group has " +
+                  std::to_string(bits[g]));
+        std::vector<int64_t> whole;
+        for (int64_t f = 0; f < 9; f++)
+          if (f != 3 * int64_t(g) + 2) whole.push_back(2 * f);
+        CHECK(whole_times(checked) == whole);
+      }
+  }
 }
 
 TEST_CASE("counts beyond the limits") {

@@ -56,6 +56,53 @@ def test_text(fvvinfo, tiny_files):
     ]
 
 
+# Texture indices of the four corners, within one bit.
+CORNERS = [(0, 0), (1, 0), (2, 2), (0, 1)]
+
+
+def textured(bits_of_groups):
+    """A stream of one group for each list of bits, one frame for each number."""
+    stream, time = tiny.Stream(), 0
+    stream.scene()
+    stream.track(1, 1, "mesh")
+    for frames in bits_of_groups:
+        stream.begin_group(time, time + len(frames))
+        for bits in frames:
+            mesh = tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES, CORNERS if bits else (), bits)
+            stream.chunk("MESH", mesh, track=1, time=time, key=True)
+            time += 1
+        stream.end_group()
+    return stream.finish()
+
+
+@pytest.mark.parametrize(
+    "bits_of_groups, text, texture",
+    [
+        ([[0, 0]], "", None),
+        ([[12, 12]], ", texture coordinates of 12 bits", {"chunks": 2, "bits": [12, 12]}),
+        ([[1], [16]], ", texture coordinates of 1 to 16 bits", {"chunks": 2, "bits": [1, 16]}),
+        ([[0], [9, 9]], ", texture coordinates of 9 bits in 2 chunks", {"chunks": 2, "bits": [9, 9]}),
+    ],
+)
+def test_texture_coordinates(fvvinfo, tmp_path, bits_of_groups, text, texture):
+    path = put(tmp_path, textured(bits_of_groups))
+    done = fvvinfo("--check", path)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert f"4 vertices, 4 triangles{text}; " in done.stdout.decode()
+    for options in [], ["--check"]:
+        assert read_json(fvvinfo("--json", *options, path))[0]["tracks"][0]["mesh"].get("texture") == texture
+
+
+def test_texture_coordinates_in_one_mesh_of_a_group(fvvinfo, tmp_path):
+    path = put(tmp_path, textured([[12, 12, 0]]))
+    done = fvvinfo(path.name, cwd=tmp_path)
+    assert done.returncode == 1
+    offset = 0xD8 + 2 * (32 + 112 + 32) + 32 + 2  # behind two MESH chunks with 8 bytes more a vertex
+    assert done.stderr.decode() == (
+        f"file.fvv: {offset:#x}: MESH: 0 texture bits, the first mesh of the track in this group has 12 [FVV-3016]\n"
+    )
+
+
 def test_text_names_the_version_of_the_format(fvvinfo, tiny_files):
     first = fvvinfo(tiny_files["empty.fvv"]).stdout.decode().splitlines()[0]
     assert first.endswith(": 208 B, format 0.1")

@@ -71,6 +71,9 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
                      {"triangles", {s->min_faces, s->max_faces}},
                      {"vertices_sum", s->vertices},
                      {"triangles_sum", s->faces}};
+      if (s->textured)
+        t["mesh"]["texture"] = {{"chunks", s->textured},
+                                {"bits", {s->min_texture_bits, s->max_texture_bits}}};
     }
     if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(*video);
     out.push_back(t);

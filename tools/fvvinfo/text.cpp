@@ -101,6 +101,11 @@ std::string track_text(const Report &report, const fvv_track &track) {
   if (track.kind == FVV_TRACK_MESH && found->max_vertices)
     out += ": " + range(found->min_vertices, found->max_vertices) + " vertices, " +
            range(found->min_faces, found->max_faces) + " triangles";
+  if (found->textured) {
+    out += ", texture coordinates of " + range(found->min_texture_bits, found->max_texture_bits) + " bits";
+    if (found->textured != found->chunks)
+      out += format(" in %llu chunks", (unsigned long long)found->textured);
+  }
   out += format("; %llu chunks (%llu key), ", (unsigned long long)found->chunks,
                 (unsigned long long)found->key_chunks);
   out += bytes(double(found->bytes)) + ", " + bytes(double(found->bytes) / double(found->chunks)) + " each";

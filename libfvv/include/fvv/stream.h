@@ -107,6 +107,8 @@ typedef struct fvv_track_summary {
   uint64_t chunks, key_chunks, bytes, smallest, largest;
   uint32_t min_vertices, max_vertices, min_faces, max_faces; /* mesh tracks */
   uint64_t vertices, faces;                                  /* mesh tracks: sums */
+  uint64_t textured;                                         /* mesh chunks with texture coordinates */
+  uint8_t min_texture_bits, max_texture_bits;                /* of these; 0 when there is none */
 } fvv_track_summary;
 
 /* A run of frames that are whole: every chunk arrived, none damaged, and (with decode) every mesh decodes. */

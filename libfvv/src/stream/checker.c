@@ -14,6 +14,13 @@ typedef struct open_frame {
   int64_t time;
 } open_frame;
 
+typedef struct checked_track {
+  fvv_track_summary summary;
+  /* The first mesh of the group that is being read: texture_group counts groups from 1, 0 is before any. */
+  uint64_t texture_group;
+  uint8_t texture_bits;
+} checked_track;
+
 struct fvv_checker {
   fvv_allocator allocator;
   fvv_limits limits;
@@ -125,23 +132,23 @@ static fvv_status add_configuration(fvv_checker *c, const fvv_event *event) {
   return status == FVV_ERROR_MEMORY ? status : problem(c, &diagnostic);
 }
 
-static fvv_status track_summary(fvv_checker *c, uint16_t id, fvv_track_summary **summary) {
-  fvv_track_summary *tracks = (fvv_track_summary *)c->tracks.data;
+static fvv_status find_track(fvv_checker *c, uint16_t id, checked_track **track) {
+  checked_track *tracks = (checked_track *)c->tracks.data;
   const size_t count = c->tracks.size / sizeof *tracks;
   for (size_t i = 0; i < count; i++)
-    if (tracks[i].track == id) {
-      *summary = &tracks[i];
+    if (tracks[i].summary.track == id) {
+      *track = &tracks[i];
       return FVV_OK;
     }
-  fvv_track_summary fresh;
+  checked_track fresh;
   memset(&fresh, 0, sizeof fresh);
-  fresh.track = id;
-  fresh.smallest = UINT64_MAX;
-  fresh.min_vertices = fresh.min_faces = UINT32_MAX;
+  fresh.summary.track = id;
+  fresh.summary.smallest = UINT64_MAX;
+  fresh.summary.min_vertices = fresh.summary.min_faces = UINT32_MAX;
   if (count >= c->limits.max_tracks) return FVV_ERROR_LIMIT;
   const fvv_status status = fvv_bytes_append(&c->tracks, &fresh, sizeof fresh);
   if (status < 0) return status;
-  *summary = (fvv_track_summary *)(c->tracks.data + c->tracks.size) - 1;
+  *track = (checked_track *)(c->tracks.data + c->tracks.size) - 1;
   return FVV_OK;
 }
 
@@ -152,18 +159,37 @@ static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
   if (header->vertex_count > t->max_vertices) t->max_vertices = header->vertex_count;
   if (header->face_count < t->min_faces) t->min_faces = header->face_count;
   if (header->face_count > t->max_faces) t->max_faces = header->face_count;
+  if (!header->texture_bits) return;
+  if (!t->textured++ || header->texture_bits < t->min_texture_bits)
+    t->min_texture_bits = header->texture_bits;
+  if (header->texture_bits > t->max_texture_bits) t->max_texture_bits = header->texture_bits;
+}
+
+/* Where a group's beginning was lost, its meshes are compared with none. */
+static fvv_status compare_texture(const fvv_checker *c, const fvv_event *event, checked_track *track,
+                                  const fvv_mesh_header *header, fvv_diagnostic *diagnostic) {
+  if (!event->group_intact) return FVV_OK;
+  if (track->texture_group != c->summary.groups) {
+    track->texture_group = c->summary.groups;
+    track->texture_bits = header->texture_bits;
+  }
+  if (track->texture_bits == header->texture_bits) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_TEXTURE_GROUP, FVV_CHUNK_MESH,
+                  FVV_MESH_TEXTURE_BITS, "%u texture bits, the first mesh of the track in this group has %u",
+                  header->texture_bits, track->texture_bits);
 }
 
 /* What the chunk's own layer says of its payload. */
-static fvv_status judge(fvv_checker *c, const fvv_event *event, fvv_track_summary *track,
+static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *track,
                         fvv_diagnostic *diagnostic) {
   const size_t size = (size_t)event->chunk.size;
   if (event->chunk.type == FVV_CHUNK_MESH) {
     fvv_mesh_header header;
     fvv_status status = fvv_mesh_peek(event->payload, size, &c->limits, &header, diagnostic);
     if (status < 0) return status;
-    count_mesh(track, &header);
-    if (!c->options.decode) return FVV_OK;
+    count_mesh(&track->summary, &header);
+    status = compare_texture(c, event, track, &header, diagnostic);
+    if (status < 0 || !c->options.decode) return status;
     fvv_mesh mesh;
     status = fvv_mesh_decode(event->payload, size, &c->limits, &c->allocator, &mesh, diagnostic);
     if (status >= 0) fvv_mesh_free(&mesh);
@@ -192,15 +218,16 @@ static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
   }
   if (!event->group_intact || c->block_bad) c->frame.whole = 0;
   c->summary.payload_bytes += header->size;
-  fvv_track_summary *track;
-  const fvv_status found = track_summary(c, header->track, &track);
+  checked_track *track;
+  const fvv_status found = find_track(c, header->track, &track);
   if (found < 0) return found;
-  track->kind = fvv_chunk_track_kind(header->type);
-  track->chunks++;
-  track->key_chunks += (header->flags & FVV_FLAG_KEY) != 0;
-  track->bytes += header->size;
-  if (header->size < track->smallest) track->smallest = header->size;
-  if (header->size > track->largest) track->largest = header->size;
+  fvv_track_summary *summary = &track->summary;
+  summary->kind = fvv_chunk_track_kind(header->type);
+  summary->chunks++;
+  summary->key_chunks += (header->flags & FVV_FLAG_KEY) != 0;
+  summary->bytes += header->size;
+  if (header->size < summary->smallest) summary->smallest = header->size;
+  if (header->size > summary->largest) summary->largest = header->size;
   fvv_diagnostic diagnostic = {0};
   const fvv_status status = judge(c, event, track, &diagnostic);
   if (status >= 0) return FVV_OK;
@@ -302,10 +329,11 @@ const fvv_check_summary *fvv_checker_summary(const fvv_checker *checker) {
   return &checker->summary;
 }
 size_t fvv_checker_track_count(const fvv_checker *checker) {
-  return checker->tracks.size / sizeof(fvv_track_summary);
+  return checker->tracks.size / sizeof(checked_track);
 }
 const fvv_track_summary *fvv_checker_track(const fvv_checker *checker, size_t i) {
-  return i < fvv_checker_track_count(checker) ? (const fvv_track_summary *)checker->tracks.data + i : NULL;
+  if (i >= fvv_checker_track_count(checker)) return NULL;
+  return &((const checked_track *)checker->tracks.data)[i].summary;
 }
 size_t fvv_checker_run_count(const fvv_checker *checker) {
   return checker->runs.size / sizeof(fvv_frame_run);
