@@ -54,7 +54,7 @@ struct Judge {
       refused++;
       const bool known =
           status == FVV_ERROR_INVALID || status == FVV_ERROR_UNSUPPORTED || status == FVV_ERROR_LIMIT;
-      wrong += !known || !diagnostic.issue || mesh.positions || mesh.faces;
+      wrong += !known || !diagnostic.issue || mesh.positions || mesh.faces || mesh.texture;
     }
     fvv_mesh_free(&mesh);
     wrong += memory::state.live != before;
@@ -68,6 +68,9 @@ struct Judge {
     }
     for (uint32_t i = 0; i < 3 * mesh.vertex_count; i++)
       if (mesh.positions[i] > FVV_LATTICE_MAX || mesh.positions[i] < -FVV_LATTICE_MAX) return false;
+    if (!mesh.texture != !mesh.texture_bits || mesh.texture_bits > 16) return false;
+    for (uint32_t i = 0; mesh.texture && i < 2 * mesh.vertex_count; i++)
+      if (mesh.texture[i] > uint32_t(1) << mesh.texture_bits) return false;
     return mesh.vertex_count >= 3 && std::find(used.begin(), used.end(), false) == used.end();
   }
 
@@ -104,6 +107,11 @@ std::vector<Case> corpus() {
       {"torus, creases", encoded(*canonical(torus(30, 18), 0.005), FVV_MESH_DRACO, 10)},
       {"sequential, packed", draco_payload(*canonical(grid(8), 1e-7), packed)},
       {"sequential, plain", draco_payload(*canonical(grid(8), 0.001), plain)},
+      {"charts, raw", encoded(*canonical(charts(2)), FVV_MESH_RAW, 0)},
+      {"charts, difference", encoded(*canonical(charts(4)), FVV_MESH_DRACO, 0)},
+      {"charts, parallelogram", encoded(*canonical(charts(4)), FVV_MESH_DRACO, 7)},
+      {"charts, creases", encoded(*canonical(charts(12)), FVV_MESH_DRACO, 10)},
+      {"charts, sequential", draco_payload(*canonical(charts(4)), plain)},
   };
   for (const Case &c : all) {
     INFO(c.name);
@@ -139,9 +147,11 @@ void repair(Payload &payload) {
     declare(payload, counts);
 }
 
-// A well-formed payload around edgebreaker symbols of one's choice. All positions are one and the same value;
-// alphabet is its coding: number of bits, number of values, probabilities.
-Payload of_symbols(const std::string &symbols, const Payload &alphabet = {1, 1, 1, 64}) {
+// A well-formed payload around edgebreaker symbols of one's choice. All positions are one and the same value,
+// and with texture all texture indices are; alphabet is the coding of what comes last: number of bits, number
+// of values, probabilities.
+Payload of_symbols(const std::string &symbols, const Payload &alphabet = {1, 1, 1, 64},
+                   bool texture = false) {
   const auto count = [&](char c) { return uint32_t(std::count(symbols.begin(), symbols.end(), c)); };
   Payload bits((symbols.size() + 2 * (symbols.size() - count('C')) + 7) / 8);
   size_t at = 0;
@@ -166,12 +176,19 @@ Payload of_symbols(const std::string &symbols, const Payload &alphabet = {1, 1, 
   p.push_back(0);
   put_varint(p, bits.size());
   p.insert(p.end(), bits.begin(), bits.end());
-  put_bytes(p, {255, 1, 63});                        // start faces: the first bits are not set
-  put_bytes(p, {1, 255, 0, 0, 1, 0, 5, 3, 0, 0, 1}); // one attribute, positions
-  put_bytes(p, {1, 1, 1, 1});                        // parallelogram; compressed, raw
-  p.insert(p.end(), alphabet.begin(), alphabet.end());
-  put_bytes(p, {1, 0});
-  put_bytes(p, {0, 0, 0, 0, 0, 0, 0, 0}); // all positions lie between 0 and 0
+  put_bytes(p, {255, 1, 63});                                   // start faces: the first bits are not set
+  put_bytes(p, {1, 255, 0, 0, texture ? 2 : 1, 0, 5, 3, 0, 0}); // positions
+  if (texture) put_bytes(p, {3, 5, 2, 0, 1, 1});
+  p.push_back(1);
+  for (int left = texture ? 2 : 1; left; left--) {
+    put_bytes(p, {1, 1, 1, 1}); // parallelogram; compressed, raw
+    const Payload &chosen = left == 1 ? alphabet : Payload{1, 1, 1, 64};
+    p.insert(p.end(), chosen.begin(), chosen.end());
+    put_bytes(p, {1, 0});
+    put_bytes(p, {0, 0, 0, 0, 0, 0, 0, 0}); // all values lie between 0 and 0
+  }
+  p[1] = texture;
+  p[2] = texture ? 12 : 0;
   declare(p, {vertices, faces});
   return p;
 }
@@ -246,18 +263,20 @@ TEST_CASE("hostile connectivity is survived") {
       repeat("E", bits / 16) + "E" + repeat("L", bits / 6 - 8) + repeat("SCC", bits / 16),
       repeat("E", bits / 12) + "E" + repeat("R", bits / 6 - 8) + repeat("S", bits / 12),
       repeat("E", bits / 18) + "E" + repeat("R", bits / 6 - 8) + repeat("SR", bits / 18)};
-  for (const std::string &symbols : chosen) {
-    const Payload payload = of_symbols(symbols);
-    REQUIRE(payload.size() <= 4096);
-    judge.look(payload, "chosen symbols");
-  }
-  CHECK(judge.accepted >= 8);
+  for (const bool texture : {false, true})
+    for (const std::string &symbols : chosen) {
+      const Payload payload = of_symbols(symbols, {1, 1, 1, 64}, texture);
+      REQUIRE(payload.size() <= 4096);
+      judge.look(payload, texture ? "chosen symbols, texture" : "chosen symbols");
+    }
+  CHECK(judge.accepted >= 16);
   // The widest table that 4 KiB can hold: 64 values without a probability for each byte, precision 20 bits.
   Payload widest = {18};
   put_varint(widest, 64 * 3900 + 1);
   widest.insert(widest.end(), 3900, 0xff);
   put_bytes(widest, {2, 0, 64});
   judge.look(of_symbols("E", widest), "widest table");
+  judge.look(of_symbols("E", widest, true), "widest table, texture");
   std::mt19937 random(2);
   for (int i = 0; i < symbol_strings; i++) {
     // Whether a symbol is allowed depends on the boundary; most that keep the stack filled go far.
@@ -274,7 +293,7 @@ TEST_CASE("hostile connectivity is survived") {
       used += c == 'C' ? 1 : 3;
       symbols += c;
     }
-    judge.look(of_symbols(symbols), "random symbols");
+    judge.look(of_symbols(symbols, {1, 1, 1, 64}, i % 2), "random symbols");
   }
   judge.report("connectivity");
 }
