@@ -199,7 +199,13 @@ TEST_CASE("3010: the second attribute is int32 texture coordinates, if they are 
 TEST_CASE("3009: texture coordinates are not predicted from positions") {
   DracoOptions options;
   options.portable_prediction = true;
-  check_issue(draco_payload(*canonical(charts(6)), options), 3009);
+  const auto payload = draco_payload(*canonical(charts(6)), options);
+  check_issue(payload, 3009);
+  Mesh mesh;
+  fvv_diagnostic diagnostic = {};
+  CHECK(decode(payload, &mesh, &diagnostic) == FVV_ERROR_INVALID);
+  CHECK(std::string(diagnostic.message) ==
+        "texture coordinates predicted by method 5, which is not one for them");
 }
 
 TEST_CASE("3010: the only attribute is int32 positions") {
