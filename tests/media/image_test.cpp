@@ -17,6 +17,11 @@ struct PngKind {
   bool interlaced;
 };
 
+// 257 times the 8-bit value, and more by less than half a step: rounding must bring the value back.
+uint16_t wide_sample(uint32_t value) {
+  return uint16_t((value & 255) * 257 + ((value & 255) < 255 ? 100 : 0));
+}
+
 // Row-packed samples of the kind, as libpng takes them. The picture is 23 x 9: x * 11 + y in the first
 // channel.
 std::vector<uint8_t> write_png(const PngKind &kind) {
@@ -52,8 +57,7 @@ std::vector<uint8_t> write_png(const PngKind &kind) {
     for (uint32_t i = 0; i < width * uint32_t(channels); i++) {
       const uint32_t value = i / uint32_t(channels) * 11 + y + 40 * (i % uint32_t(channels));
       if (kind.depth == 16) {
-        // 257 times the 8-bit value, +- less than half a step: rounding must bring the value back.
-        const uint32_t wide = (value & 255) * 257 + ((value & 255) < 255 ? 100 : 0);
+        const uint32_t wide = wide_sample(value);
         rows[y][2 * i] = uint8_t(wide >> 8);
         rows[y][2 * i + 1] = uint8_t(wide);
       } else if (kind.depth == 8) {
@@ -84,7 +88,7 @@ uint8_t expected_sample(const PngKind &kind, uint32_t x, uint32_t y, uint32_t ch
 
 } // namespace
 
-TEST_CASE("PNG of every kind comes out as 8-bit grey or RGB") {
+TEST_CASE("PNG of every kind comes out as grey or RGB of 8 or 16 bits") {
   const PngKind kinds[] = {
       {"grey 1", PNG_COLOR_TYPE_GRAY, 1, false},
       {"grey 2", PNG_COLOR_TYPE_GRAY, 2, true},
@@ -116,6 +120,11 @@ TEST_CASE("PNG of every kind comes out as 8-bit grey or RGB") {
       for (uint32_t x = 0; x < 23; x++)
         for (uint32_t c = 0; c < uint32_t(channels); c++)
           wrong += image.pixels[at++] != expected_sample(kind, x, y, c);
+    CHECK(wrong == 0);
+    const DeepImage deep = decode_image<uint16_t>(file.data(), file.size(), channels, "kind");
+    REQUIRE(deep.pixels.size() == image.pixels.size());
+    for (size_t i = 0; i < deep.pixels.size(); i++)
+      wrong += deep.pixels[i] != (kind.depth == 16 ? wide_sample(image.pixels[i]) : 257 * image.pixels[i]);
     CHECK(wrong == 0);
   }
 }

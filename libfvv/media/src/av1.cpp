@@ -56,15 +56,16 @@ unsigned bits(const Obu &obu, size_t first, size_t count) {
  * reduced_still_picture_header, timing_info_present_flag and initial_display_delay_present_flag, and
  * operating_points_cnt_minus_1 (5 bits), all 0 as the encoder is not asked for any; operating_point_idc
  * (12 bits), seq_level_idx (5 bits), and seq_tier for levels above 7. */
-Bytes record(const VideoSettings &, const Bytes &, const Bytes &first) {
+Bytes record(const VideoSettings &settings, const Bytes &, const Bytes &first) {
   for (const Obu &obu : obus_of(first.data(), first.size())) {
     if (obu.type != sequence_header) continue;
     if (bits(obu, 0, 12) != 0)
       throw Error(
           "the encoder gave an AV1 sequence header that is not of Main profile with one operating point");
     const unsigned level = bits(obu, 24, 5), tier = level > 7 ? bits(obu, 29, 1) : 0;
-    // Marker and version; profile and level; tier, 8 bits, not monochrome, 4:2:0, chroma position unknown.
-    Bytes out = {0x81, uint8_t(level), uint8_t(tier << 7 | 0x0c), 0};
+    const unsigned high_bitdepth = settings.bit_depth > 8;
+    // Marker and version; profile and level; tier, depth, not monochrome, 4:2:0, chroma position unknown.
+    Bytes out = {0x81, uint8_t(level), uint8_t(tier << 7 | high_bitdepth << 6 | 0x0c), 0};
     out.insert(out.end(), obu.begin, obu.end);
     return out;
   }

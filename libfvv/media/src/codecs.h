@@ -9,7 +9,7 @@ namespace fvv::media {
 /* Error unless both sides are 1 ... max_dimension. */
 void check_dimensions(uint32_t width, uint32_t height, const std::string &name);
 /* Error unless the picture is what image.h says an Image is. */
-void check_image(const Image &image);
+template <class SampleType> void check_image(const BasicImage<SampleType> &image);
 /* Error when size bytes cannot hold so many samples even at the best rate that the format can reach: a few
  * bytes must not ask for gigabytes. */
 void check_justified(uint64_t samples, uint64_t samples_per_byte, size_t size, const std::string &name);
@@ -25,7 +25,8 @@ ImageInfo probe_png(const uint8_t *bytes, size_t size, const std::string &name);
 ImageInfo probe_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
 
 /* In the channels of the file. */
-Image decode_png(const uint8_t *bytes, size_t size, const std::string &name);
+template <class SampleType>
+BasicImage<SampleType> decode_png(const uint8_t *bytes, size_t size, const std::string &name);
 Image decode_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
 
 } // namespace fvv::media

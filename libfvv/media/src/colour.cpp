@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <type_traits>
 
 namespace fvv::media {
 namespace {
@@ -18,23 +20,46 @@ Luminance luminance_of(const Colour &colour) {
   return {0.299, 0.114};
 }
 
-constexpr int fraction = 16;
-int32_t fixed(double value) {
-  return int32_t(std::lround(value * (1 << fraction)));
-}
+/* Fixed point between two kinds of samples. 16 fractional bits in 32-bit integers do for 8 bits on both
+ * sides. With more on either, an error of half a unit in a coefficient must stay far below one code when
+ * multiplied by the largest sample: 2^-33 * 65535 forwards, 2^-33 * 1023 backwards. Sums stay below 2^54. */
+template <class From, class To> struct Fixed {
+  using Wide = std::conditional_t<sizeof(From) == 1 && sizeof(To) == 1, int32_t, int64_t>;
+  static constexpr int fraction = sizeof(Wide) == 4 ? 16 : 32;
+  static Wide of(double value) { return Wide(std::llround(value * double(Wide(1) << fraction))); }
+};
 
-uint8_t clipped(int32_t value, int shift) {
+template <class Sample, class Wide> Sample clipped(Wide value, int shift, int most) {
   if (value < 0) return 0;
-  return uint8_t(std::min(value >> shift, 255));
+  return Sample(std::min<Wide>(value >> shift, most));
 }
 
-struct Forward {
-  int32_t y[3], cb[3], cr[3], black;
+/* Codes of YCbCr, from the definitions for 8 bits (ITU-T H.273 equations 20 to 25 and 29 to 31). */
+struct Codes {
+  int most, black, middle;
+  double luma, chroma; /* from black to white, and from the bluest to the yellowest */
 
-  explicit Forward(const Colour &colour) {
+  Codes(const Colour &colour, int bit_depth) {
+    const int unit = 1 << (bit_depth - 8);
+    most = 256 * unit - 1;
+    black = colour.full_range ? 0 : 16 * unit;
+    middle = 128 * unit;
+    luma = colour.full_range ? most : 219 * unit;
+    chroma = colour.full_range ? most : 224 * unit;
+  }
+};
+
+template <class Sample> struct Forward {
+  using Number = Fixed<Sample, Sample>;
+  using Wide = typename Number::Wide;
+  Wide y[3], cb[3], cr[3];
+  Codes codes;
+
+  explicit Forward(const Colour &colour) : codes(colour, BasicFrame<Sample>::bit_depth) {
     const Luminance k = luminance_of(colour);
-    const double luma = colour.full_range ? 1 : 219.0 / 255, chroma = colour.full_range ? 1 : 224.0 / 255;
-    black = colour.full_range ? 0 : 16;
+    constexpr double white = std::numeric_limits<Sample>::max();
+    const double luma = codes.luma / white, chroma = codes.chroma / white;
+    const auto fixed = Number::of;
     // The middle coefficient is what is left, so that grey comes out exactly grey and white exactly white.
     y[0] = fixed(luma * k.red);
     y[2] = fixed(luma * k.blue);
@@ -48,14 +73,18 @@ struct Forward {
   }
 };
 
-struct Backward {
-  int32_t luma, red_cr, green_cb, green_cr, blue_cb, black;
+template <class Sample, class Wanted> struct Backward {
+  using Number = Fixed<Sample, Wanted>;
+  using Wide = typename Number::Wide;
+  Wide luma, red_cr, green_cb, green_cr, blue_cb;
+  Codes codes;
 
-  explicit Backward(const Colour &colour) {
+  explicit Backward(const Colour &colour) : codes(colour, BasicFrame<Sample>::bit_depth) {
     const Luminance k = luminance_of(colour);
-    const double y = colour.full_range ? 1 : 255.0 / 219, c = colour.full_range ? 1 : 255.0 / 224;
+    constexpr double white = std::numeric_limits<Wanted>::max();
+    const double y = white / codes.luma, c = white / codes.chroma;
     const double green = 1 - k.red - k.blue;
-    black = colour.full_range ? 0 : 16;
+    const auto fixed = Number::of;
     luma = fixed(y);
     red_cr = fixed(c * 2 * (1 - k.red));
     blue_cb = fixed(c * 2 * (1 - k.blue));
@@ -66,7 +95,8 @@ struct Backward {
 
 /* One row of chroma at full width, 16 times the code: 3:1 to the nearer row, then 3:1 to the nearer column.
  */
-void interpolate(const uint8_t *near, const uint8_t *far, size_t count, size_t width,
+template <class Sample>
+void interpolate(const Sample *near, const Sample *far, size_t count, size_t width,
                  std::vector<int32_t> &column, int32_t *out) {
   for (size_t i = 0; i < count; i++) column[i] = 3 * near[i] + far[i];
   for (size_t x = 0; x < width; x++) {
@@ -89,74 +119,91 @@ void check_colour(const Colour &colour) {
     refuse("matrix coefficients", colour.matrix, "1, 5 or 6");
 }
 
-Frame to_yuv(const Image &image, const Colour &colour) {
+template <class Sample> BasicFrame<Sample> to_yuv(const BasicImage<Sample> &image, const Colour &colour) {
   check_image(image);
   check_colour(colour);
   if (image.channels != 3) throw Error("a grey picture came where an RGB picture was expected");
-  const Forward k(colour);
+  const Forward<Sample> k(colour);
+  using Wide = typename Forward<Sample>::Wide;
+  constexpr int fraction = Forward<Sample>::Number::fraction;
   const size_t width = image.width, height = image.height;
   const size_t chroma_width = (width + 1) / 2, chroma_height = (height + 1) / 2;
-  Frame frame;
+  BasicFrame<Sample> frame;
   frame.width = image.width;
   frame.height = image.height;
   frame.y.resize(width * height);
   frame.u.resize(chroma_width * chroma_height);
   frame.v.resize(chroma_width * chroma_height);
-  const uint8_t *rgb = image.pixels.data();
-  const int32_t luma_offset = (k.black << fraction) + (1 << (fraction - 1));
+  const Sample *rgb = image.pixels.data();
+  const int most = k.codes.most;
+  const Wide luma_offset = (Wide(k.codes.black) << fraction) + (Wide(1) << (fraction - 1));
   for (size_t i = 0; i < width * height; i++, rgb += 3)
-    frame.y[i] = clipped(k.y[0] * rgb[0] + k.y[1] * rgb[1] + k.y[2] * rgb[2] + luma_offset, fraction);
+    frame.y[i] =
+        clipped<Sample>(k.y[0] * rgb[0] + k.y[1] * rgb[1] + k.y[2] * rgb[2] + luma_offset, fraction, most);
 
   // Four samples are added up before the matrix: one rounding. A last odd row or column counts twice.
   constexpr int shift = fraction + 2;
-  const int32_t chroma_offset = (128 << shift) + (1 << (shift - 1));
+  const Wide chroma_offset = (Wide(k.codes.middle) << shift) + (Wide(1) << (shift - 1));
   for (size_t cy = 0; cy < chroma_height; cy++) {
-    const uint8_t *upper = image.pixels.data() + 2 * cy * width * 3;
-    const uint8_t *lower = 2 * cy + 1 < height ? upper + width * 3 : upper;
+    const Sample *upper = image.pixels.data() + 2 * cy * width * 3;
+    const Sample *lower = 2 * cy + 1 < height ? upper + width * 3 : upper;
     for (size_t cx = 0; cx < chroma_width; cx++) {
       const size_t left = 6 * cx, right = 2 * cx + 1 < width ? left + 3 : left;
-      int32_t sum[3];
+      Wide sum[3];
       for (size_t c = 0; c < 3; c++)
         sum[c] = upper[left + c] + upper[right + c] + lower[left + c] + lower[right + c];
       const size_t at = cy * chroma_width + cx;
-      frame.u[at] = clipped(k.cb[0] * sum[0] + k.cb[1] * sum[1] + k.cb[2] * sum[2] + chroma_offset, shift);
-      frame.v[at] = clipped(k.cr[0] * sum[0] + k.cr[1] * sum[1] + k.cr[2] * sum[2] + chroma_offset, shift);
+      const auto chroma = [&](const Wide *c) {
+        return clipped<Sample>(c[0] * sum[0] + c[1] * sum[1] + c[2] * sum[2] + chroma_offset, shift, most);
+      };
+      frame.u[at] = chroma(k.cb);
+      frame.v[at] = chroma(k.cr);
     }
   }
   return frame;
 }
 
-Image to_rgb(const Frame &frame, const Colour &colour) {
+template <class Wanted, class Sample>
+BasicImage<Wanted> to_rgb(const BasicFrame<Sample> &frame, const Colour &colour) {
   check_colour(colour);
-  Image image = make_image(frame.width, frame.height, 3, 0);
-  const Backward k(colour);
+  BasicImage<Wanted> image = make_image<Wanted>(frame.width, frame.height, 3, 0);
+  const Backward<Sample, Wanted> k(colour);
+  using Wide = typename Backward<Sample, Wanted>::Wide;
   const size_t width = frame.width, height = frame.height;
   const size_t chroma_width = (width + 1) / 2, chroma_height = (height + 1) / 2;
   if (frame.y.size() != width * height || frame.u.size() != chroma_width * chroma_height ||
       frame.v.size() != frame.u.size())
     throw Error("the planes of a YCbCr frame do not have the sizes that 4:2:0 asks for");
   std::vector<int32_t> column(chroma_width), u(width), v(width);
-  constexpr int shift = fraction + 4;
-  uint8_t *rgb = image.pixels.data();
+  constexpr int shift = Backward<Sample, Wanted>::Number::fraction + 4;
+  constexpr int white = std::numeric_limits<Wanted>::max();
+  Wanted *rgb = image.pixels.data();
   for (size_t row = 0; row < height; row++) {
     const size_t near = row / 2;
     const size_t far = row % 2 ? std::min(near + 1, chroma_height - 1) : (near > 0 ? near - 1 : 0);
-    const auto line = [&](const std::vector<uint8_t> &plane, std::vector<int32_t> &out) {
+    const auto line = [&](const std::vector<Sample> &plane, std::vector<int32_t> &out) {
       interpolate(&plane[near * chroma_width], &plane[far * chroma_width], chroma_width, width, column,
                   out.data());
     };
     line(frame.u, u);
     line(frame.v, v);
-    const uint8_t *y = &frame.y[row * width];
+    const Sample *y = &frame.y[row * width];
     for (size_t x = 0; x < width; x++, rgb += 3) {
-      const int32_t luma = k.luma * 16 * (y[x] - k.black) + (1 << (shift - 1));
-      const int32_t cb = u[x] - 16 * 128, cr = v[x] - 16 * 128;
-      rgb[0] = clipped(luma + k.red_cr * cr, shift);
-      rgb[1] = clipped(luma + k.green_cb * cb + k.green_cr * cr, shift);
-      rgb[2] = clipped(luma + k.blue_cb * cb, shift);
+      const Wide luma = k.luma * 16 * (y[x] - k.codes.black) + (Wide(1) << (shift - 1));
+      const int32_t cb = u[x] - 16 * k.codes.middle, cr = v[x] - 16 * k.codes.middle;
+      rgb[0] = clipped<Wanted>(luma + k.red_cr * cr, shift, white);
+      rgb[1] = clipped<Wanted>(luma + k.green_cb * cb + k.green_cr * cr, shift, white);
+      rgb[2] = clipped<Wanted>(luma + k.blue_cb * cb, shift, white);
     }
   }
   return image;
 }
+
+template Frame to_yuv(const Image &, const Colour &);
+template DeepFrame to_yuv(const DeepImage &, const Colour &);
+template Image to_rgb(const Frame &, const Colour &);
+template Image to_rgb(const DeepFrame &, const Colour &);
+template DeepImage to_rgb(const Frame &, const Colour &);
+template DeepImage to_rgb(const DeepFrame &, const Colour &);
 
 } // namespace fvv::media

@@ -15,7 +15,8 @@ namespace fvv::media {
 class SampleDecoder {
 public:
   virtual ~SampleDecoder() = default;
-  virtual Image decode(const uint8_t *bytes, size_t size) = 0;
+  virtual void decode(const uint8_t *bytes, size_t size, Image &out) = 0;
+  virtual void decode(const uint8_t *bytes, size_t size, DeepImage &out) = 0;
 };
 
 namespace {
@@ -52,17 +53,22 @@ public:
       throw Error("JPEG video must be BT.601 at full range (H.273 matrix 5 or 6): JFIF has no other");
   }
 
-  Image decode(const uint8_t *bytes, size_t size) override {
+  void decode(const uint8_t *bytes, size_t size, Image &out) override { out = picture<uint8_t>(bytes, size); }
+  void decode(const uint8_t *bytes, size_t size, DeepImage &out) override {
+    out = picture<uint16_t>(bytes, size);
+  }
+
+private:
+  template <class Wanted> BasicImage<Wanted> picture(const uint8_t *bytes, size_t size) const {
     const std::string name = "a JPEG sample";
     if (!is_jpeg(bytes, size)) throw Error("a JPEG sample does not begin with SOI");
     if (bytes[size - 2] != 0xff || bytes[size - 1] != 0xd9)
       throw Error("a JPEG sample does not end with EOI");
     const ImageInfo info = probe_jpeg(bytes, size, name);
     picture_.check_size(info.width, info.height);
-    return decode_image(bytes, size, 3, name);
+    return decode_image<Wanted>(bytes, size, 3, name);
   }
 
-private:
   Picture picture_;
 };
 
@@ -112,7 +118,13 @@ public:
     config_.codec_string = nullptr;
   }
 
-  Image decode(const uint8_t *bytes, size_t size) override {
+  void decode(const uint8_t *bytes, size_t size, Image &out) override { out = picture<uint8_t>(bytes, size); }
+  void decode(const uint8_t *bytes, size_t size, DeepImage &out) override {
+    out = picture<uint16_t>(bytes, size);
+  }
+
+private:
+  template <class Wanted> BasicImage<Wanted> picture(const uint8_t *bytes, size_t size) {
     // Until this sample has gone well: libavcodec would predict from an older picture without a word.
     const bool need_key = std::exchange(need_key_, true);
     int key;
@@ -124,12 +136,13 @@ public:
       avcodec_flush_buffers(context_.get());
     }
     receive(bytes, size);
-    Image image = to_rgb(planes(), picture_.colour);
+    BasicImage<Wanted> image = config_.bit_depth == Frame::bit_depth
+                                   ? to_rgb<Wanted>(planes<uint8_t>(), picture_.colour)
+                                   : to_rgb<Wanted>(planes<uint16_t>(), picture_.colour);
     need_key_ = false;
     return image;
   }
 
-private:
   void check_record() const {
     char text[FVV_CODEC_STRING_CAPACITY];
     fvv_diagnostic diagnostic;
@@ -166,9 +179,10 @@ private:
                   " (ITU-T H.273), its configuration " + std::to_string(expected));
   }
 
-  Frame planes() const {
-    if (frame_->format != AV_PIX_FMT_YUV420P && frame_->format != AV_PIX_FMT_YUVJ420P)
-      throw Error("the " + codec_ + " stream is not 4:2:0 with 8 bits");
+  template <class SampleType> BasicFrame<SampleType> planes() const {
+    constexpr int bits = BasicFrame<SampleType>::bit_depth;
+    if (frame_->format != pixel_format(bits) && (bits > 8 || frame_->format != AV_PIX_FMT_YUVJ420P))
+      throw Error("the " + codec_ + " stream is not 4:2:0 with " + std::to_string(bits) + " bits");
     picture_.check_size(uint32_t(frame_->width), uint32_t(frame_->height));
     // 5 and 6 are two names for one matrix.
     const auto one_name = [](int matrix) {
@@ -179,7 +193,7 @@ private:
     const bool full = frame_->color_range == AVCOL_RANGE_JPEG || frame_->format == AV_PIX_FMT_YUVJ420P;
     check_stated("full range", full, frame_->color_range == AVCOL_RANGE_UNSPECIFIED ? full : -1,
                  picture_.colour.full_range);
-    Frame out;
+    BasicFrame<SampleType> out;
     out.width = picture_.width;
     out.height = picture_.height;
     const size_t chroma_width = (size_t(out.width) + 1) / 2, chroma_height = (size_t(out.height) + 1) / 2;
@@ -189,10 +203,12 @@ private:
     return out;
   }
 
-  void copy(int plane, size_t width, size_t height, std::vector<uint8_t> &out) const {
+  template <class SampleType>
+  void copy(int plane, size_t width, size_t height, std::vector<SampleType> &out) const {
     out.resize(width * height);
     for (size_t row = 0; row < height; row++)
-      memcpy(&out[row * width], frame_->data[plane] + ptrdiff_t(row) * frame_->linesize[plane], width);
+      memcpy(&out[row * width], frame_->data[plane] + ptrdiff_t(row) * frame_->linesize[plane],
+             width * sizeof(SampleType));
   }
 
   std::string sample() const { return "the " + codec_ + " sample"; }
@@ -209,22 +225,26 @@ private:
 } // namespace
 
 Decoder::Decoder(const fvv_video_config &config) {
-  if (config.bit_depth != 8)
-    throw Error("the video has " + std::to_string(config.bit_depth) + " bits a sample, expected 8");
+  const VideoCodec *codec = find_video_codec(config.codec);
+  if (!codec) refuse_codec(config.codec);
+  check_bit_depth(*codec, config.bit_depth);
   if (config.codec == FVV_CODEC_JPEG)
     decoder_ = std::make_unique<JpegDecoder>(config);
-  else if (find_video_codec(config.codec))
-    decoder_ = std::make_unique<VideoDecoder>(config);
   else
-    refuse_codec(config.codec);
+    decoder_ = std::make_unique<VideoDecoder>(config);
 }
 
 Decoder::~Decoder() = default;
 Decoder::Decoder(Decoder &&) noexcept = default;
 Decoder &Decoder::operator=(Decoder &&) noexcept = default;
 
-Image Decoder::decode(const uint8_t *bytes, size_t size) {
-  return decoder_->decode(bytes, size);
+template <class SampleType> BasicImage<SampleType> Decoder::decode(const uint8_t *bytes, size_t size) {
+  BasicImage<SampleType> out;
+  decoder_->decode(bytes, size, out);
+  return out;
 }
+
+template Image Decoder::decode(const uint8_t *, size_t);
+template DeepImage Decoder::decode(const uint8_t *, size_t);
 
 } // namespace fvv::media

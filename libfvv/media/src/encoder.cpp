@@ -9,7 +9,14 @@
 namespace fvv::media {
 namespace {
 
-void check_settings(const VideoSettings &settings, const std::vector<Image> &frames) {
+template <class Sample>
+void check_settings(const VideoSettings &settings, const std::vector<BasicImage<Sample>> &frames) {
+  const VideoCodec *codec = find_video_codec(settings.codec);
+  if (!codec) refuse_codec(settings.codec);
+  check_bit_depth(*codec, settings.bit_depth);
+  if (settings.bit_depth != BasicFrame<Sample>::bit_depth)
+    throw Error("pictures of " + std::to_string(8 * sizeof(Sample)) + " bits came for video of " +
+                std::to_string(settings.bit_depth) + " bits a sample");
   check_dimensions(settings.width, settings.height, "a video frame");
   if (frames.empty()) throw Error("a group needs at least one frame");
   for (size_t i = 0; i < frames.size(); i++) {
@@ -29,16 +36,19 @@ EncodedGroup encode_jpeg_group(const VideoSettings &settings, const std::vector<
   return group;
 }
 
-void copy_plane(AVFrame *frame, int plane, const std::vector<uint8_t> &samples, size_t width) {
+template <class Sample>
+void copy_plane(AVFrame *frame, int plane, const std::vector<Sample> &samples, size_t width) {
   const size_t stride = size_t(frame->linesize[plane]);
   for (size_t row = 0; row * width < samples.size(); row++)
-    memcpy(frame->data[plane] + row * stride, &samples[row * width], width);
+    memcpy(frame->data[plane] + row * stride, &samples[row * width], width * sizeof(Sample));
 }
 
-AvFrame make_picture(const AVCodecContext *context, const Colour &colour, const Image &image, int64_t index) {
-  const Frame yuv = to_yuv(image, colour);
+template <class Sample>
+AvFrame make_picture(const AVCodecContext *context, const Colour &colour, const BasicImage<Sample> &image,
+                     int64_t index) {
+  const BasicFrame<Sample> yuv = to_yuv(image, colour);
   AvFrame frame = make_frame();
-  frame->format = AV_PIX_FMT_YUV420P;
+  frame->format = context->pix_fmt;
   frame->width = context->width;
   frame->height = context->height;
   const int code = av_frame_get_buffer(frame.get(), 0);
@@ -57,7 +67,7 @@ public:
       : library_(encoder.library), bitstream_(encoder.bitstream), settings_(settings),
         context_(open_encoder(encoder, settings)), packet_(make_packet()) {}
 
-  EncodedGroup encode(const std::vector<Image> &frames) {
+  template <class SampleType> EncodedGroup encode(const std::vector<BasicImage<SampleType>> &frames) {
     const Colour colour = colour_of_codec(settings_.codec);
     for (size_t i = 0; i < frames.size(); i++) {
       const AvFrame picture = make_picture(context_.get(), colour, frames[i], int64_t(i));
@@ -124,13 +134,16 @@ private:
 
 } // namespace
 
-EncodedGroup encode_group(const VideoSettings &settings, const std::vector<Image> &frames) {
+template <class SampleType>
+EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames) {
   check_settings(settings, frames);
-  if (settings.codec == FVV_CODEC_JPEG) return encode_jpeg_group(settings, frames);
-  const VideoEncoder *encoder = find_encoder(settings.codec);
-  if (!encoder) refuse_codec(settings.codec);
-  return GroupEncoder(*encoder, settings).encode(frames);
+  if constexpr (sizeof(SampleType) == 1)
+    if (settings.codec == FVV_CODEC_JPEG) return encode_jpeg_group(settings, frames);
+  return GroupEncoder(*find_encoder(settings.codec), settings).encode(frames);
 }
+
+template EncodedGroup encode_group(const VideoSettings &, const std::vector<Image> &);
+template EncodedGroup encode_group(const VideoSettings &, const std::vector<DeepImage> &);
 
 fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &group) {
   const Colour colour = colour_of_codec(settings.codec);
@@ -139,7 +152,7 @@ fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &gr
   config.width = settings.width;
   config.height = settings.height;
   config.shows = FVV_SHOWS_TILES;
-  config.bit_depth = 8;
+  config.bit_depth = uint8_t(settings.bit_depth);
   config.camera_id = FVV_NO_CAMERA;
   config.colour_primaries = colour.primaries;
   config.transfer_characteristics = colour.transfer;

@@ -36,7 +36,7 @@ const std::vector<VideoEncoder> encoders = {
      "libx265",
      {{"preset", "medium"},
       {"tune", "psnr"},
-      {"profile", "main"},
+      {"profile", "main"}, // and the depth where it is not 8
       {"x265-params",
        "log-level=none:keyint=-1:scenecut=0:open-gop=0:bframes=0:b-adapt=0:pools=none:"
        "frame-threads=1:wpp=0:chromaloc=1:aud=0:info=0:hrd=0:repeat-headers=0:ctu="}}, // the side follows
@@ -67,6 +67,14 @@ std::string tree_unit(const VideoSettings &settings) {
     throw Error("a frame of HEVC is " + std::to_string(settings.width) + " x " +
                 std::to_string(settings.height) + ", expected at least 16 x 16");
   return side >= 64 ? "64" : side >= 32 ? "32" : "16";
+}
+
+std::string value_of(const EncoderOption &option, const VideoSettings &settings) {
+  const std::string name = option.name, value = option.value;
+  if (name == "x265-params") return value + tree_unit(settings);
+  // Only HEVC gets here with more than 8 bits: libvpx and libaom go by the pixel format alone.
+  if (name == "profile" && settings.bit_depth > 8) return value + std::to_string(settings.bit_depth);
+  return value;
 }
 
 void check(const VideoSettings &settings) {
@@ -103,7 +111,7 @@ Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings)
   context->height = int(settings.height);
   context->time_base = {int(settings.frame_rate.numerator), int(settings.frame_rate.denominator)};
   context->framerate = {int(settings.frame_rate.denominator), int(settings.frame_rate.numerator)};
-  context->pix_fmt = AV_PIX_FMT_YUV420P;
+  context->pix_fmt = pixel_format(settings.bit_depth);
   context->color_primaries = AVColorPrimaries(colour.primaries);
   context->color_trc = AVColorTransferCharacteristic(colour.transfer);
   context->colorspace = AVColorSpace(colour.matrix);
@@ -114,11 +122,8 @@ Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings)
   context->thread_count = 1;
   // Global header: parameter sets go to extradata, where the record takes them from.
   context->flags |= AV_CODEC_FLAG_CLOSED_GOP | AV_CODEC_FLAG_GLOBAL_HEADER;
-  for (const EncoderOption &option : encoder.options) {
-    const bool params = option.name == std::string("x265-params");
-    set_option(context.get(), encoder, option.name,
-               params ? option.value + tree_unit(settings) : std::string(option.value));
-  }
+  for (const EncoderOption &option : encoder.options)
+    set_option(context.get(), encoder, option.name, value_of(option, settings));
   set_option(context.get(), encoder, "crf", std::to_string(settings.quality));
   const int code = avcodec_open2(context.get(), codec, nullptr);
   if (code < 0) fail(std::string(encoder.library) + " refuses the settings", code);

@@ -18,7 +18,7 @@ struct VideoEncoder {
   const Bitstream &bitstream;
 };
 
-/* NULL for JPEG, which libavcodec does not encode here, and for codecs that are not known. */
+/* NULL for JPEG, which libavcodec does not encode here, and for codecs that are not known; no other. */
 const VideoEncoder *find_encoder(uint32_t codec);
 
 /* An encoder for one group, opened. */

@@ -27,6 +27,11 @@ Context make_context(const AVCodec *codec);
 AvFrame make_frame();
 Packet make_packet();
 
+/* 4:2:0 of 8 or 10 bits a sample, in the byte order of the machine: the planes of a BasicFrame. */
+constexpr AVPixelFormat pixel_format(int bit_depth) {
+  return bit_depth == 8 ? AV_PIX_FMT_YUV420P : AV_PIX_FMT_YUV420P10;
+}
+
 /* From now on FFmpeg prints nothing; its last error message on this thread is kept for fail. Process-wide:
  * FFmpeg has one log. */
 void quiet_log();

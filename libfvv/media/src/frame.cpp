@@ -26,21 +26,25 @@ void check_tiles(const std::vector<fvv_tile> &tiles, size_t images, uint32_t wid
   }
 }
 
+template <class Sample> constexpr Sample grey = Sample(flat_grey *(sizeof(Sample) == 1 ? 1 : 257));
+
 /* Copies picture to (x, y); with guard also its right and bottom edge as far as the alignment gap goes. */
-void place(Image &frame, const Image &picture, uint32_t x, uint32_t y, bool guard) {
+template <class Sample>
+void place(BasicImage<Sample> &frame, const BasicImage<Sample> &picture, uint32_t x, uint32_t y, bool guard) {
   const size_t channels = size_t(frame.channels), stride = frame.width * channels;
   const size_t length = picture.width * channels;
   const uint32_t right = guard ? std::min(aligned(x + picture.width), frame.width) : x + picture.width;
   const uint32_t bottom = guard ? std::min(aligned(y + picture.height), frame.height) : y + picture.height;
   for (uint32_t row = y; row < bottom; row++) {
     const uint32_t from = std::min(row - y, picture.height - 1);
-    uint8_t *to = &frame.pixels[row * stride + x * channels];
-    memcpy(to, &picture.pixels[from * length], length);
+    Sample *to = &frame.pixels[row * stride + x * channels];
+    memcpy(to, &picture.pixels[from * length], length * sizeof(Sample));
     for (size_t i = length; i < (right - x) * channels; i++) to[i] = to[i - channels];
   }
 }
 
-Image picture_of_tile(const fvv_tile &tile, const Image &image) {
+template <class Sample>
+BasicImage<Sample> picture_of_tile(const fvv_tile &tile, const BasicImage<Sample> &image) {
   const fvv_rect &from = tile.source;
   try {
     return scale(crop(image, from.x, from.y, from.width, from.height), tile.destination.width,
@@ -67,11 +71,12 @@ void widen(uint8_t *line, size_t count, size_t step, uint32_t margin) {
 
 } // namespace
 
-Image compose(const std::vector<fvv_tile> &tiles, const std::vector<Image> &images, uint32_t width,
-              uint32_t height) {
+template <class Sample>
+BasicImage<Sample> compose(const std::vector<fvv_tile> &tiles, const std::vector<BasicImage<Sample>> &images,
+                           uint32_t width, uint32_t height) {
   check_tiles(tiles, images.size(), width, height);
   if (images.empty()) throw Error("a video frame needs at least one tile");
-  Image frame = make_image(width, height, images[0].channels, flat_grey);
+  BasicImage<Sample> frame = make_image<Sample>(width, height, images[0].channels, grey<Sample>);
   for (size_t i = 0; i < tiles.size(); i++) {
     if (images[i].channels != frame.channels)
       throw Error("camera " + std::to_string(tiles[i].camera_id),
@@ -97,12 +102,12 @@ Image compose_masks(const std::vector<fvv_tile> &tiles, const std::vector<Image>
   return frame;
 }
 
-Image extract(const Image &frame, const fvv_tile &tile) {
+template <class Sample> BasicImage<Sample> extract(const BasicImage<Sample> &frame, const fvv_tile &tile) {
   const fvv_rect &to = tile.destination;
   return crop(frame, to.x, to.y, to.width, to.height);
 }
 
-void flatten(Image &image, const Image &mask, uint32_t margin) {
+template <class Sample> void flatten(BasicImage<Sample> &image, const Image &mask, uint32_t margin) {
   check_image(image);
   check_image(mask);
   if (mask.channels != 1 || mask.width != image.width || mask.height != image.height)
@@ -114,7 +119,14 @@ void flatten(Image &image, const Image &mask, uint32_t margin) {
   for (size_t y = 0; y < height; y++) widen(&keep[y * width], width, 1, margin);
   for (size_t x = 0; x < width; x++) widen(&keep[x], height, width, margin);
   for (size_t i = 0; i < keep.size(); i++)
-    if (!keep[i]) memset(&image.pixels[i * channels], flat_grey, channels);
+    if (!keep[i]) std::fill_n(&image.pixels[i * channels], channels, grey<Sample>);
 }
+
+template Image compose(const std::vector<fvv_tile> &, const std::vector<Image> &, uint32_t, uint32_t);
+template DeepImage compose(const std::vector<fvv_tile> &, const std::vector<DeepImage> &, uint32_t, uint32_t);
+template Image extract(const Image &, const fvv_tile &);
+template DeepImage extract(const DeepImage &, const fvv_tile &);
+template void flatten(Image &, const Image &, uint32_t);
+template void flatten(DeepImage &, const Image &, uint32_t);
 
 } // namespace fvv::media

@@ -31,7 +31,7 @@ Bytes payload_of(const Bytes &unit) {
 /* ISO/IEC 14496-15 clause 8.3.3.1. An SPS opens with a 2-byte header, a byte that ends with
  * sps_max_sub_layers_minus1 (3 bits) and sps_temporal_id_nesting_flag, and the 12 bytes of
  * profile_tier_level that the record repeats. */
-Bytes record(const VideoSettings &, const Bytes &header, const Bytes &) {
+Bytes record(const VideoSettings &settings, const Bytes &header, const Bytes &) {
   std::vector<Bytes> sets[3];
   for (const unsigned type : {vps, sps, pps}) {
     sets[type - vps] =
@@ -45,9 +45,10 @@ Bytes record(const VideoSettings &, const Bytes &header, const Bytes &) {
   const unsigned layers = (sequence[2] >> 1 & 7u) + 1, nested = sequence[2] & 1u;
   Bytes out(sequence.begin() + 2, sequence.begin() + 15);
   out[0] = 1; // the version
-  // No minimum of spatial segmentation; parallelism unknown; 4:2:0; 8 bits, 8 bits; frame rate not said.
-  // Reserved bits are ones.
-  out.insert(out.end(), {0xf0, 0, 0xfc, 0xfd, 0xf8, 0xf8, 0, 0});
+  // No minimum of spatial segmentation; parallelism unknown; 4:2:0; depth of luma and chroma; frame rate not
+  // said. Reserved bits are ones.
+  const uint8_t depth = uint8_t(0xf8 | (settings.bit_depth - 8));
+  out.insert(out.end(), {0xf0, 0, 0xfc, 0xfd, depth, depth, 0, 0});
   out.push_back(uint8_t(layers << 3 | nested << 2 | 3)); // 4-byte lengths
   out.push_back(3);
   for (const unsigned type : {vps, sps, pps}) {

@@ -56,20 +56,55 @@ ImageInfo probe_bytes(const uint8_t *bytes, size_t size, const std::string &name
 constexpr uint32_t luma_r = 13933, luma_g = 46871, luma_b = 4732;
 static_assert(luma_r + luma_g + luma_b == 65536, "white must map to white");
 
-uint32_t luma16(const uint8_t *rgb) {
+/* At most 65536 * 65535: 16 bits leave room for rounding in 32. */
+template <class Sample> uint32_t luma16(const Sample *rgb) {
   return luma_r * rgb[0] + luma_g * rgb[1] + luma_b * rgb[2];
 }
 
-Image with_channels(Image image, int channels) {
+/* White of this sample type over white of 8 bits. */
+template <class Sample> constexpr uint32_t step = std::numeric_limits<Sample>::max() / 255;
+
+template <class Sample> BasicImage<Sample> with_samples(Image image) {
+  if constexpr (sizeof(Sample) == 1) {
+    return image;
+  } else {
+    BasicImage<Sample> out = make_image<Sample>(image.width, image.height, image.channels, 0);
+    std::transform(image.pixels.begin(), image.pixels.end(), out.pixels.begin(),
+                   [](uint8_t value) { return Sample(step<Sample> * value); });
+    return out;
+  }
+}
+
+template <class Sample> BasicImage<Sample> with_channels(BasicImage<Sample> image, int channels) {
   if (image.channels == channels) return image;
-  Image out = make_image(image.width, image.height, channels, 0);
+  BasicImage<Sample> out = make_image<Sample>(image.width, image.height, channels, 0);
   const size_t count = size_t(image.width) * image.height;
   if (channels == 1) {
-    for (size_t i = 0; i < count; i++) out.pixels[i] = uint8_t((luma16(&image.pixels[3 * i]) + 32768) >> 16);
+    for (size_t i = 0; i < count; i++) out.pixels[i] = Sample((luma16(&image.pixels[3 * i]) + 32768) >> 16);
   } else {
-    for (size_t i = 0; i < count; i++) memset(&out.pixels[3 * i], image.pixels[i], 3);
+    for (size_t i = 0; i < count; i++) std::fill_n(&out.pixels[3 * i], 3, image.pixels[i]);
   }
   return out;
+}
+
+/* Luma in 1/256 of a code of 8 bits, rounded. */
+template <int channels, class Sample> int32_t luma_of(const Sample *pixel) {
+  constexpr uint32_t unit = (channels == 1 ? 1 : 256) * step<Sample>;
+  return int32_t(((channels == 1 ? 256u * *pixel : luma16(pixel)) + unit / 2) / unit);
+}
+
+template <int channels, class Sample>
+LumaError sum_squares(const BasicImage<Sample> &a, const BasicImage<Sample> &b, const Image *mask) {
+  LumaError error;
+  const size_t count = size_t(a.width) * a.height;
+  for (size_t i = 0; i < count; i++) {
+    if (mask && mask->pixels[i] <= 127) continue;
+    const int64_t difference =
+        luma_of<channels>(&a.pixels[channels * i]) - luma_of<channels>(&b.pixels[channels * i]);
+    error.squares += uint64_t(difference * difference);
+    error.pixels++;
+  }
+  return error;
 }
 
 } // namespace
@@ -80,7 +115,7 @@ void check_dimensions(uint32_t width, uint32_t height, const std::string &name) 
                           " pixels, expected 1 to " + std::to_string(max_dimension) + " each way");
 }
 
-void check_image(const Image &image) {
+template <class Sample> void check_image(const BasicImage<Sample> &image) {
   check_dimensions(image.width, image.height, "a picture");
   if (image.channels != 1 && image.channels != 3)
     throw Error("a picture has " + std::to_string(image.channels) + " channels, expected 1 or 3");
@@ -97,16 +132,19 @@ void check_justified(uint64_t samples, uint64_t samples_per_byte, size_t size, c
                           std::to_string(samples) + " samples that its header announces");
 }
 
-Image make_image(uint32_t width, uint32_t height, int channels, uint8_t value) {
+template <class Sample>
+BasicImage<Sample> make_image(uint32_t width, uint32_t height, int channels,
+                              typename BasicImage<Sample>::Value value) {
   check_dimensions(width, height, "a picture");
   if (channels != 1 && channels != 3)
     throw Error("a picture of " + std::to_string(channels) + " channels was asked for, expected 1 or 3");
-  Image image;
+  BasicImage<Sample> image;
   image.width = width;
   image.height = height;
   image.channels = channels;
   const uint64_t size = uint64_t(width) * height * uint64_t(channels);
-  if (size > std::numeric_limits<size_t>::max()) throw Error("a picture is larger than memory can be");
+  if (size > std::numeric_limits<size_t>::max() / sizeof(Sample))
+    throw Error("a picture is larger than memory can be");
   image.pixels.assign(size_t(size), value);
   return image;
 }
@@ -126,24 +164,27 @@ ImageInfo probe_image(const std::string &path) {
   }
 }
 
-Image read_image(const std::string &path, int channels) {
+template <class Sample> BasicImage<Sample> read_image(const std::string &path, int channels) {
   const File file = open_file(path);
   std::vector<uint8_t> bytes;
   if (!read_until(file.get(), path, max_file_size, bytes))
     throw Error(path, "is larger than " + std::to_string(max_file_size >> 20) + " MiB");
-  return decode_image(bytes.data(), bytes.size(), channels, path);
+  return decode_image<Sample>(bytes.data(), bytes.size(), channels, path);
 }
 
-Image decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name) {
+template <class Sample>
+BasicImage<Sample> decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name) {
   if (channels != 1 && channels != 3)
     throw Error(name, std::to_string(channels) + " channels were asked for, expected 1 or 3");
   const ImageInfo info = probe_bytes(bytes, size, name);
-  Image image =
-      info.format == ImageFormat::png ? decode_png(bytes, size, name) : decode_jpeg(bytes, size, name);
+  BasicImage<Sample> image = info.format == ImageFormat::png
+                                 ? decode_png<Sample>(bytes, size, name)
+                                 : with_samples<Sample>(decode_jpeg(bytes, size, name));
   return with_channels(std::move(image), channels);
 }
 
-LumaError luma_error(const Image &a, const Image &b, const Image *mask) {
+template <class Sample>
+LumaError luma_error(const BasicImage<Sample> &a, const BasicImage<Sample> &b, const Image *mask) {
   check_image(a);
   check_image(b);
   if (a.width != b.width || a.height != b.height || a.channels != b.channels)
@@ -153,20 +194,7 @@ LumaError luma_error(const Image &a, const Image &b, const Image *mask) {
     if (mask->width != a.width || mask->height != a.height || mask->channels != 1)
       throw Error("a mask must be grey and of the size of the pictures");
   }
-  LumaError error;
-  const size_t count = size_t(a.width) * a.height;
-  for (size_t i = 0; i < count; i++) {
-    if (mask && mask->pixels[i] <= 127) continue;
-    int64_t difference;
-    if (a.channels == 1)
-      difference = (int64_t(a.pixels[i]) - b.pixels[i]) * 256;
-    else
-      difference =
-          int64_t((luma16(&a.pixels[3 * i]) + 128) >> 8) - int64_t((luma16(&b.pixels[3 * i]) + 128) >> 8);
-    error.squares += uint64_t(difference * difference);
-    error.pixels++;
-  }
-  return error;
+  return a.channels == 1 ? sum_squares<1>(a, b, mask) : sum_squares<3>(a, b, mask);
 }
 
 double LumaError::psnr() const {
@@ -175,8 +203,15 @@ double LumaError::psnr() const {
   return 10 * std::log10(255.0 * 255.0 * 65536.0 * double(pixels) / double(squares));
 }
 
-double psnr_luma(const Image &a, const Image &b, const Image *mask) {
-  return luma_error(a, b, mask).psnr();
-}
+template void check_image(const Image &);
+template void check_image(const DeepImage &);
+template Image make_image<uint8_t>(uint32_t, uint32_t, int, uint8_t);
+template DeepImage make_image<uint16_t>(uint32_t, uint32_t, int, uint16_t);
+template Image read_image<uint8_t>(const std::string &, int);
+template DeepImage read_image<uint16_t>(const std::string &, int);
+template Image decode_image<uint8_t>(const uint8_t *, size_t, int, const std::string &);
+template DeepImage decode_image<uint16_t>(const uint8_t *, size_t, int, const std::string &);
+template LumaError luma_error(const Image &, const Image &, const Image *);
+template LumaError luma_error(const DeepImage &, const DeepImage &, const Image *);
 
 } // namespace fvv::media

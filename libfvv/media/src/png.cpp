@@ -11,6 +11,12 @@
 namespace fvv::media {
 namespace {
 
+/* Samples of 16 bits are big-endian in the file. */
+void swap_if_needed(png_structp png) {
+  const uint16_t one = 1;
+  if (*reinterpret_cast<const uint8_t *>(&one)) png_set_swap(png);
+}
+
 class PngReader {
 public:
   PngReader(const uint8_t *bytes, size_t size, const std::string &name)
@@ -37,14 +43,15 @@ public:
     return {width, height, png_get_color_type(png_, info_) & PNG_COLOR_MASK_COLOR ? 3 : 1, ImageFormat::png};
   }
 
-  Image picture() {
+  template <class Sample> BasicImage<Sample> picture() {
     const ImageInfo info = header();
     // Deflate makes at most 1032 bytes of one.
     const uint64_t packed = uint64_t(png_get_rowbytes(png_, info_)) * info.height;
     check_justified(packed, 1032, size_, name_);
-    Image image = make_image(info.width, info.height, info.channels, 0);
-    const size_t stride = size_t(info.width) * size_t(info.channels);
-    if (!read_rows(image.pixels.data(), stride, info.height)) fail();
+    BasicImage<Sample> image = make_image<Sample>(info.width, info.height, info.channels, 0);
+    const size_t stride = size_t(info.width) * size_t(info.channels) * sizeof(Sample);
+    if (!read_rows(reinterpret_cast<uint8_t *>(image.pixels.data()), stride, info.height, sizeof(Sample) > 1))
+      fail();
     return image;
   }
 
@@ -79,12 +86,17 @@ private:
     return true;
   }
 
-  bool read_rows(uint8_t *pixels, size_t stride, uint32_t height) {
+  bool read_rows(uint8_t *pixels, size_t stride, uint32_t height, bool deep) {
     if (setjmp(png_jmpbuf(png_))) return false;
     const int type = png_get_color_type(png_, info_);
     if (type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(png_);
     if (type == PNG_COLOR_TYPE_GRAY) png_set_expand_gray_1_2_4_to_8(png_);
-    png_set_scale_16(png_);
+    if (deep) {
+      png_set_expand_16(png_);
+      swap_if_needed(png_);
+    } else {
+      png_set_scale_16(png_);
+    }
     png_set_strip_alpha(png_);
     const int passes = png_set_interlace_handling(png_);
     png_read_update_info(png_, info_);
@@ -105,6 +117,70 @@ private:
   char message_[160] = "";
 };
 
+class PngWriter {
+public:
+  PngWriter() {
+    png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
+    if (png_) info_ = png_create_info_struct(png_);
+    if (!info_) {
+      png_destroy_write_struct(&png_, nullptr);
+      throw std::bad_alloc();
+    }
+    png_set_write_fn(png_, this, on_write, on_flush);
+  }
+  ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
+  PngWriter(const PngWriter &) = delete;
+  PngWriter &operator=(const PngWriter &) = delete;
+
+  template <class Sample> std::vector<uint8_t> file(const BasicImage<Sample> &image) {
+    const size_t stride = size_t(image.width) * size_t(image.channels) * sizeof(Sample);
+    if (!write(reinterpret_cast<const uint8_t *>(image.pixels.data()), stride, image.width, image.height,
+               8 * int(sizeof(Sample)), image.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB))
+      throw Error(std::string("a picture cannot be written as PNG: ") + message_);
+    return std::move(bytes_);
+  }
+
+private:
+  static void on_error(png_structp png, png_const_charp message) {
+    auto *self = static_cast<PngWriter *>(png_get_error_ptr(png));
+    snprintf(self->message_, sizeof self->message_, "%s", message);
+    png_longjmp(png, 1);
+  }
+  static void on_warning(png_structp, png_const_charp) {}
+  // No exception may pass through libpng.
+  static void on_write(png_structp png, png_bytep bytes, size_t size) {
+    auto *self = static_cast<PngWriter *>(png_get_io_ptr(png));
+    if (!self->append(bytes, size)) png_error(png, "there is not enough memory");
+  }
+  static void on_flush(png_structp) {}
+
+  bool append(const uint8_t *bytes, size_t size) {
+    try {
+      bytes_.insert(bytes_.end(), bytes, bytes + size);
+      return true;
+    } catch (const std::bad_alloc &) {
+      return false;
+    }
+  }
+
+  bool write(const uint8_t *pixels, size_t stride, uint32_t width, uint32_t height, int bits, int type) {
+    if (setjmp(png_jmpbuf(png_))) return false;
+    png_set_IHDR(png_, info_, width, height, bits, type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
+    png_write_info(png_, info_);
+    if (bits == 16) swap_if_needed(png_);
+    for (uint32_t row = 0; row < height; row++) png_write_row(png_, pixels + row * stride);
+    png_write_end(png_, nullptr);
+    return true;
+  }
+
+  std::vector<uint8_t> bytes_;
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+  char message_[160] = "";
+};
+
 } // namespace
 
 bool is_png(const uint8_t *bytes, size_t size) {
@@ -115,23 +191,20 @@ ImageInfo probe_png(const uint8_t *bytes, size_t size, const std::string &name) 
   return PngReader(bytes, size, name).header();
 }
 
-Image decode_png(const uint8_t *bytes, size_t size, const std::string &name) {
-  return PngReader(bytes, size, name).picture();
+template <class Sample>
+BasicImage<Sample> decode_png(const uint8_t *bytes, size_t size, const std::string &name) {
+  return PngReader(bytes, size, name).picture<Sample>();
 }
 
-std::vector<uint8_t> encode_png(const Image &image) {
+template <class Sample> std::vector<uint8_t> encode_png(const BasicImage<Sample> &image) {
   check_image(image);
-  png_image png = {};
-  png.version = PNG_IMAGE_VERSION;
-  png.width = image.width;
-  png.height = image.height;
-  png.format = image.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-  std::vector<uint8_t> bytes(size);
-  if (!png_image_write_to_memory(&png, bytes.data(), &size, 0, image.pixels.data(), 0, nullptr))
-    throw Error(std::string("a picture cannot be written as PNG: ") + png.message);
-  bytes.resize(size);
-  return bytes;
+  PngWriter writer;
+  return writer.file(image);
 }
+
+template Image decode_png(const uint8_t *, size_t, const std::string &);
+template DeepImage decode_png(const uint8_t *, size_t, const std::string &);
+template std::vector<uint8_t> encode_png(const Image &);
+template std::vector<uint8_t> encode_png(const DeepImage &);
 
 } // namespace fvv::media

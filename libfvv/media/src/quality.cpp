@@ -10,14 +10,15 @@
 namespace fvv::media {
 namespace {
 
-double reached(const VideoSettings &settings, const std::vector<Image> &frames,
+template <class SampleType>
+double reached(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
                const std::vector<Image> &masks) {
   const EncodedGroup group = encode_group(settings, frames);
   Decoder decoder(config_of(settings, group));
   LumaError sum;
   for (size_t i = 0; i < frames.size(); i++) {
     const std::vector<uint8_t> &bytes = group.samples[i].bytes;
-    const LumaError one = luma_error(frames[i], decoder.decode(bytes.data(), bytes.size()),
+    const LumaError one = luma_error(frames[i], decoder.decode<SampleType>(bytes.data(), bytes.size()),
                                      masks.empty() ? nullptr : &masks[i]);
     sum.squares += one.squares;
     sum.pixels += one.pixels;
@@ -27,8 +28,9 @@ double reached(const VideoSettings &settings, const std::vector<Image> &frames,
 
 } // namespace
 
-int choose_quality(const VideoSettings &settings, const std::vector<Image> &frames, double target_db,
-                   const std::vector<Image> &masks) {
+template <class SampleType>
+int choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
+                   double target_db, const std::vector<Image> &masks) {
   if (!masks.empty() && masks.size() != frames.size())
     throw Error(std::to_string(masks.size()) + " masks came with " + std::to_string(frames.size()) +
                 " frames");
@@ -69,5 +71,10 @@ int choose_quality(const VideoSettings &settings, const std::vector<Image> &fram
   }
   return quality_of(good.step);
 }
+
+template int choose_quality(const VideoSettings &, const std::vector<Image> &, double,
+                            const std::vector<Image> &);
+template int choose_quality(const VideoSettings &, const std::vector<DeepImage> &, double,
+                            const std::vector<Image> &);
 
 } // namespace fvv::media

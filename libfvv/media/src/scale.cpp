@@ -32,7 +32,7 @@ struct Axis {
   }
 };
 
-template <int channels> void scale_row(const uint8_t *in, const Axis &axis, uint32_t *out) {
+template <int channels, class Sample> void scale_row(const Sample *in, const Axis &axis, uint32_t *out) {
   for (const Span &span : axis.spans) {
     uint32_t sum[channels] = {};
     for (uint32_t j = 0; j < span.count; j++)
@@ -44,14 +44,15 @@ template <int channels> void scale_row(const uint8_t *in, const Axis &axis, uint
 
 } // namespace
 
-Image scale(const Image &image, uint32_t width, uint32_t height) {
+template <class Sample>
+BasicImage<Sample> scale(const BasicImage<Sample> &image, uint32_t width, uint32_t height) {
   check_image(image);
   if (image.width == width && image.height == height) return image;
-  Image out = make_image(width, height, image.channels, 0);
+  BasicImage<Sample> out = make_image<Sample>(width, height, image.channels, 0);
   const Axis columns(image.width, width), rows(image.height, height);
   const size_t in_stride = size_t(image.width) * size_t(image.channels);
   const size_t out_stride = size_t(width) * size_t(image.channels);
-  // At most 255 * 16384 after the first axis, 255 * 16384 * 16384 after the second.
+  // At most 65535 * 16384 after the first axis, 65535 * 16384 * 16384 after the second.
   std::vector<uint32_t> row(out_stride);
   std::vector<uint64_t> sums(out_stride);
   const uint64_t total = uint64_t(image.width) * image.height;
@@ -63,7 +64,7 @@ Image scale(const Image &image, uint32_t width, uint32_t height) {
     for (uint32_t j = 0; j < span.count; j++) {
       if (held != span.first + j) {
         held = span.first + j;
-        const uint8_t *in = image.pixels.data() + held * in_stride;
+        const Sample *in = image.pixels.data() + held * in_stride;
         if (image.channels == 1)
           scale_row<1>(in, columns, row.data());
         else
@@ -72,25 +73,32 @@ Image scale(const Image &image, uint32_t width, uint32_t height) {
       const uint64_t weight = rows.weights[span.offset + j];
       for (size_t x = 0; x < out_stride; x++) sums[x] += weight * row[x];
     }
-    uint8_t *to = out.pixels.data() + y * out_stride;
-    for (size_t x = 0; x < out_stride; x++) to[x] = uint8_t((sums[x] + total / 2) / total);
+    Sample *to = out.pixels.data() + y * out_stride;
+    for (size_t x = 0; x < out_stride; x++) to[x] = Sample((sums[x] + total / 2) / total);
   }
   return out;
 }
 
-Image crop(const Image &image, uint32_t x, uint32_t y, uint32_t width, uint32_t height) {
+template <class Sample>
+BasicImage<Sample> crop(const BasicImage<Sample> &image, uint32_t x, uint32_t y, uint32_t width,
+                        uint32_t height) {
   check_image(image);
   if (width == 0 || height == 0 || uint64_t(x) + width > image.width || uint64_t(y) + height > image.height)
     throw Error("the rectangle " + std::to_string(width) + " x " + std::to_string(height) + " at " +
                 std::to_string(x) + ", " + std::to_string(y) + " is not inside a picture of " +
                 std::to_string(image.width) + " x " + std::to_string(image.height));
   if (width == image.width && height == image.height) return image;
-  Image out = make_image(width, height, image.channels, 0);
+  BasicImage<Sample> out = make_image<Sample>(width, height, image.channels, 0);
   const size_t channels = size_t(image.channels), stride = width * channels;
   for (uint32_t row = 0; row < height; row++)
     memcpy(&out.pixels[row * stride], &image.pixels[((size_t(y) + row) * image.width + x) * channels],
-           stride);
+           stride * sizeof(Sample));
   return out;
 }
+
+template Image scale(const Image &, uint32_t, uint32_t);
+template DeepImage scale(const DeepImage &, uint32_t, uint32_t);
+template Image crop(const Image &, uint32_t, uint32_t, uint32_t, uint32_t);
+template DeepImage crop(const DeepImage &, uint32_t, uint32_t, uint32_t, uint32_t);
 
 } // namespace fvv::media

@@ -7,11 +7,11 @@ namespace fvv::media {
 
 const std::vector<VideoCodec> &video_codecs() {
   /* CRF 0 would be lossless in libx264, libvpx and libaom: another profile, which browsers need not know. */
-  static const std::vector<VideoCodec> all = {{FVV_CODEC_JPEG, "jpeg", "JPEG", "quality", 100, 1},
-                                              {FVV_CODEC_AVC1, "h264", "H.264", "CRF", 1, 51},
-                                              {FVV_CODEC_HVC1, "hevc", "HEVC", "CRF", 1, 51},
-                                              {FVV_CODEC_VP09, "vp9", "VP9", "CRF", 1, 63},
-                                              {FVV_CODEC_AV01, "av1", "AV1", "CRF", 1, 63}};
+  static const std::vector<VideoCodec> all = {{FVV_CODEC_JPEG, "jpeg", "JPEG", "quality", 100, 1, 8},
+                                              {FVV_CODEC_AVC1, "h264", "H.264", "CRF", 1, 51, 8},
+                                              {FVV_CODEC_HVC1, "hevc", "HEVC", "CRF", 1, 51, 10},
+                                              {FVV_CODEC_VP09, "vp9", "VP9", "CRF", 1, 63, 10},
+                                              {FVV_CODEC_AV01, "av1", "AV1", "CRF", 1, 63, 10}};
   return all;
 }
 
@@ -19,6 +19,16 @@ const VideoCodec *find_video_codec(uint32_t code) {
   for (const VideoCodec &codec : video_codecs())
     if (codec.code == code) return &codec;
   return nullptr;
+}
+
+void check_bit_depth(const VideoCodec &codec, int bit_depth) {
+  if (bit_depth == 8 || (bit_depth == 10 && codec.deepest == 10)) return;
+  const char *why = codec.deepest == 10 ? ""
+                    : codec.code == FVV_CODEC_JPEG
+                        ? ": a baseline file has no more"
+                        : ": browsers do not decode High 10; HEVC, VP9 and AV1 have 10 bits";
+  throw Error("the video has " + std::to_string(bit_depth) + " bits a sample, expected 8" +
+              (codec.deepest == 10 ? " or 10" : "") + " for " + codec.name + why);
 }
 
 void refuse_codec(uint32_t code) {

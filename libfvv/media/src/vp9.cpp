@@ -39,7 +39,7 @@ Bytes sample(const uint8_t *packet, size_t size) {
   return Bytes(packet, packet + size);
 }
 
-/* Version and flags of the box; profile 0; 8 bits, 4:2:0, range; colour; no initialisation data. The chroma
+/* Version and flags of the box; profile; bits, 4:2:0, range; colour; no initialisation data. The chroma
  * position in the middle of four pixels has no code: 0, between left neighbours, is the nearest. */
 Bytes record(const VideoSettings &settings, const Bytes &, const Bytes &) {
   const Colour colour = colour_of_codec(settings.codec);
@@ -47,9 +47,9 @@ Bytes record(const VideoSettings &settings, const Bytes &, const Bytes &) {
           0,
           0,
           0,
-          0,
+          uint8_t(settings.bit_depth > 8 ? 2 : 0),
           level_of(settings),
-          uint8_t(8 << 4 | (colour.full_range ? 1 : 0)),
+          uint8_t(settings.bit_depth << 4 | (colour.full_range ? 1 : 0)),
           colour.primaries,
           colour.transfer,
           colour.matrix,

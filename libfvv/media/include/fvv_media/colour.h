@@ -28,19 +28,26 @@ constexpr Colour colour_of_video = {1, 13, 1, false};
  * (BT.709 and BT.601 video is shown as sRGB everywhere on the web), matrix 1, 5 or 6. */
 void check_colour(const Colour &colour);
 
-/* Planar 4:2:0, 8 bits. Chroma planes are (width + 1) / 2 by (height + 1) / 2, no padding. Chroma stands in
- * the middle of its 2 x 2 pixels (chroma_sample_loc_type 1), as in JFIF: averaging then stays inside a tile.
+/* Planar 4:2:0; bit_depth bits stand at the low end of a sample. Chroma planes are (width + 1) / 2 by (height
+ * + 1) / 2, no padding. Chroma stands in the middle of its 2 x 2 pixels (chroma_sample_loc_type 1), as in
+ * JFIF: averaging then stays inside a tile.
  */
-struct Frame {
+template <class SampleType> struct BasicFrame {
+  static constexpr int bit_depth = sizeof(SampleType) == 1 ? 8 : 10;
   uint32_t width = 0, height = 0;
-  std::vector<uint8_t> y, u, v;
+  std::vector<SampleType> y, u, v;
 };
+using Frame = BasicFrame<uint8_t>;
+using DeepFrame = BasicFrame<uint16_t>;
 
-/* RGB only. Chroma is the mean over 2 x 2 pixels. Grey maps to chroma 128 exactly. */
-Frame to_yuv(const Image &image, const Colour &colour);
+/* RGB only. Chroma is the mean over 2 x 2 pixels. Grey maps to chroma 128 (512 of 10 bits) exactly. */
+template <class SampleType>
+BasicFrame<SampleType> to_yuv(const BasicImage<SampleType> &image, const Colour &colour);
 /* Chroma is interpolated linearly (3:1 to the nearer sample in each axis), as libjpeg and a GPU's linear
- * filter do. */
-Image to_rgb(const Frame &frame, const Colour &colour);
+ * filter do. Any depth to any: rounded once, to the samples that are wanted. Error when a plane has
+ * another size. */
+template <class Wanted = uint8_t, class SampleType>
+BasicImage<Wanted> to_rgb(const BasicFrame<SampleType> &frame, const Colour &colour);
 
 } // namespace fvv::media
 

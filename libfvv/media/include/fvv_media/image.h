@@ -1,8 +1,8 @@
 /* fvv_media/image.h: still pictures: reading, writing, scaling, comparing.
  *
- * It knows PNG and JPEG files and 8-bit samples in memory. It knows nothing of cameras, tiles or video, and
- * converts no colours: samples are taken as sRGB whatever a gAMA chunk or an ICC profile says, and Exif
- * orientation is ignored, because calibration refers to the rows and columns as they are stored. */
+ * It knows PNG and JPEG files and samples of 8 or 16 bits in memory. It knows nothing of cameras, tiles or
+ * video, and converts no colours: samples are taken as sRGB whatever a gAMA chunk or an ICC profile says, and
+ * Exif orientation is ignored, because calibration refers to the rows and columns as they are stored. */
 #ifndef FVV_MEDIA_IMAGE_H
 #define FVV_MEDIA_IMAGE_H
 
@@ -18,16 +18,23 @@ namespace fvv::media {
 /* Largest width or height that is read or written, as the default of fvv_limits.max_dimension. */
 constexpr uint32_t max_dimension = 16384;
 
-/* 8 bits a sample, rows from top to bottom, channels interleaved, no padding: pixels.size() is
- * width * height * channels. */
-struct Image {
+/* Rows from top to bottom, channels interleaved, no padding: pixels.size() is width * height * channels.
+ * White is the largest number of SampleType, so that 8 bits become 16 by times 257. Templates over SampleType
+ * exist for uint8_t and uint16_t; where an argument does not tell, they take uint8_t. */
+template <class SampleType> struct BasicImage {
+  using Value = SampleType;
   uint32_t width = 0, height = 0;
   int channels = 0; /* 1: grey, 3: RGB */
-  std::vector<uint8_t> pixels;
+  std::vector<SampleType> pixels;
 };
+using Image = BasicImage<uint8_t>;
+/* For pictures of more than 8 bits. */
+using DeepImage = BasicImage<uint16_t>;
 
 /* A picture of one value. Error when a side is 0 or above max_dimension or channels is not 1 or 3. */
-Image make_image(uint32_t width, uint32_t height, int channels, uint8_t value);
+template <class SampleType = uint8_t>
+BasicImage<SampleType> make_image(uint32_t width, uint32_t height, int channels,
+                                  typename BasicImage<SampleType>::Value value);
 
 enum class ImageFormat { png, jpeg };
 
@@ -41,16 +48,19 @@ struct ImageInfo {
 ImageInfo probe_image(const std::string &path);
 
 /* channels: 1 or 3, converted to if the file holds the other. Grey from RGB is BT.709 luma of the samples.
- * PNG: every colour type, depth and interlacing; 16 bits are rounded to 8; alpha is dropped, colour under it
- * stays. JPEG: grey, YCbCr, RGB; whatever libjpeg would only warn about (a cut file, above all) is an error.
+ * PNG: every colour type, depth and interlacing; 16 bits are rounded to 8 for an Image, and all others
+ * become 16, exactly, for a DeepImage; alpha is dropped, colour under it stays. JPEG: grey, YCbCr, RGB;
+ * whatever libjpeg would only warn about (a cut file, above all) is an error.
  */
-Image read_image(const std::string &path, int channels);
+template <class SampleType = uint8_t>
+BasicImage<SampleType> read_image(const std::string &path, int channels);
 
 /* The same from memory; name stands in front of error messages. */
-Image decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name);
+template <class SampleType = uint8_t>
+BasicImage<SampleType> decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name);
 
-/* A whole PNG file, 8-bit grey or RGB, not interlaced, marked sRGB. */
-std::vector<uint8_t> encode_png(const Image &image);
+/* A whole PNG file, grey or RGB, of 8 or 16 bits as the image has, not interlaced, marked sRGB. */
+template <class SampleType> std::vector<uint8_t> encode_png(const BasicImage<SampleType> &image);
 
 enum class Subsampling { yuv420, yuv444 };
 
@@ -60,22 +70,33 @@ std::vector<uint8_t> encode_jpeg(const Image &image, int quality, Subsampling su
 /* Area average: every output sample is the mean of the source rectangle that it covers, exact in integers and
  * rounded once, so equal on every machine and mean-preserving. Meant for making pictures smaller: enlarged
  * pictures come out in blocks. */
-Image scale(const Image &image, uint32_t width, uint32_t height);
+template <class SampleType>
+BasicImage<SampleType> scale(const BasicImage<SampleType> &image, uint32_t width, uint32_t height);
 
 /* The rectangle of image. Error unless it lies inside and is not empty. */
-Image crop(const Image &image, uint32_t x, uint32_t y, uint32_t width, uint32_t height);
+template <class SampleType>
+BasicImage<SampleType> crop(const BasicImage<SampleType> &image, uint32_t x, uint32_t y, uint32_t width,
+                            uint32_t height);
 
-/* Sum of squared differences of BT.709 luma (of the samples as they are, to 1/256 of a code) over the pixels
- * whose mask is > 127, and their number. Sums of several pictures may be added before asking for the PSNR. */
+/* Sum of squared differences of BT.709 luma (of the samples as they are, to 1/256 of a code of 8 bits) over
+ * the pixels whose mask is > 127, and their number. Sums of several pictures may be added before asking for
+ * the PSNR. A code is 1/255 of white for every sample type: a DeepImage's luma is divided by 257, so that
+ * figures of 8 and of more bits can be compared, and an Image widened to 16 bits has the same error. */
 struct LumaError {
   uint64_t squares = 0; /* unit: 1/65536 of a code squared */
   uint64_t pixels = 0;
-  double psnr() const; /* dB, peak 255; infinity when squares is 0. Error when no pixel counts. */
+  double psnr() const; /* dB, peak 255 (white); infinity when squares is 0. Error when no pixel counts. */
 };
-LumaError luma_error(const Image &a, const Image &b, const Image *mask = nullptr);
+template <class SampleType>
+LumaError luma_error(const BasicImage<SampleType> &a, const BasicImage<SampleType> &b,
+                     const Image *mask = nullptr);
 
 /* luma_error(...).psnr(). a and b have the same size and channels; mask is grey and of that size. */
-double psnr_luma(const Image &a, const Image &b, const Image *mask = nullptr);
+template <class SampleType>
+double psnr_luma(const BasicImage<SampleType> &a, const BasicImage<SampleType> &b,
+                 const Image *mask = nullptr) {
+  return luma_error(a, b, mask).psnr();
+}
 
 } // namespace fvv::media
 

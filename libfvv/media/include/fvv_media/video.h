@@ -22,18 +22,22 @@ struct VideoCodec {
   const char *name;     /* "H.264", for people */
   const char *scale;    /* what its quality numbers are: "quality" by libjpeg, or "CRF" */
   int finest, coarsest; /* their ends: best picture, fewest bytes */
+  int deepest;          /* most bits a sample, 8 or 10 */
 };
 
 /* All codecs; JPEG first. */
 const std::vector<VideoCodec> &video_codecs();
 /* NULL when there is none with this code. */
 const VideoCodec *find_video_codec(uint32_t code);
+/* Error, with the reason, unless bit_depth is 8, or 10 for HEVC, VP9 or AV1. */
+void check_bit_depth(const VideoCodec &codec, int bit_depth);
 
 struct VideoSettings {
   uint32_t codec;          /* one of video_codecs() */
   uint32_t width, height;  /* of every frame; even but for JPEG, at least 16 for HEVC */
   int quality;             /* between finest and coarsest of the codec */
   fvv_rational frame_rate; /* as a time base: seconds per frame, 1/25 for 25 Hz */
+  int bit_depth = 8;       /* 8, or up to the codec's deepest: 10 */
 };
 
 struct Sample {
@@ -53,13 +57,15 @@ Colour colour_of_codec(uint32_t codec);
 /* One closed group of RGB frames. A pure function: the same settings and frames give the same bytes, on one
  * thread, without looking at other groups; the same settings give the same record and codec_string.
  * JPEG: every sample a JFIF file, 4:2:0, every one a key.
- * All others: 8 bits, 4:2:0, one sample a frame in the order of display, the first the only key; no frame is
- * hidden in a sample. All keep the rules of fvv_video_sample_check.
- * H.264 (libx264, High profile) and HEVC (libx265, Main): slices behind 4-byte big-endian lengths; parameter
- * sets stand in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile 0): one frame a
- * sample. AV1 (libaom, Main): no temporal delimiters; the sequence header stands in the record and the key.
- */
-EncodedGroup encode_group(const VideoSettings &settings, const std::vector<Image> &frames);
+ * All others: 4:2:0, one sample a frame in the order of display, the first the only key; no frame is hidden
+ * in a sample. All keep the rules of fvv_video_sample_check.
+ * H.264 (libx264, High profile) and HEVC (libx265, Main, or Main 10): slices behind 4-byte big-endian
+ * lengths; parameter sets stand in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile
+ * 0, or 2 for 10 bits): one frame a sample. AV1 (libaom, Main): no temporal delimiters; the sequence header
+ * stands in the record and the key. Images are coded with 8 bits, DeepImages with 10: Error when
+ * settings.bit_depth says otherwise. */
+template <class SampleType = uint8_t>
+EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames);
 
 class SampleDecoder;
 
@@ -78,8 +84,10 @@ public:
    * says, or when the stream states another matrix or range than config does. Damage that a codec cannot see
    * (most flipped bits that still parse, a VP9 frame that ends early, a sample left out) is the container's
    * to find: CRC and continuity.
+   * SampleType uint8_t or uint16_t, whatever the depth of the video: 10 bits are rounded to 8 once, at the
+   * end, and 8 bits are computed with 16 (JPEG, whose decoder gives 8: times 257).
    */
-  Image decode(const uint8_t *bytes, size_t size);
+  template <class SampleType = uint8_t> BasicImage<SampleType> decode(const uint8_t *bytes, size_t size);
 
 private:
   std::unique_ptr<SampleDecoder> decoder_;
@@ -92,8 +100,9 @@ fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &gr
  * squared errors pooled over all frames (settings.quality is not looked at). masks: empty, or one grey
  * picture per frame: > 127 counts (see compose_masks). Found by interpolation, three to six encodings.
  * Error, saying what was reached, when the best quality does not reach target_db. */
-int choose_quality(const VideoSettings &settings, const std::vector<Image> &frames, double target_db,
-                   const std::vector<Image> &masks = {});
+template <class SampleType = uint8_t>
+int choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
+                   double target_db, const std::vector<Image> &masks = {});
 
 } // namespace fvv::media
 
