@@ -108,9 +108,20 @@ inline fvv::media::Image make_picture(uint16_t camera, int frame) {
   return image;
 }
 
+inline std::vector<fvv::media::DeepImage> widened(const std::vector<fvv::media::Image> &pictures) {
+  std::vector<fvv::media::DeepImage> out;
+  for (const fvv::media::Image &picture : pictures) {
+    out.push_back(fvv::media::make_image<uint16_t>(picture.width, picture.height, picture.channels, 0));
+    for (size_t i = 0; i < picture.pixels.size(); i++)
+      out.back().pixels[i] = uint16_t(257 * picture.pixels[i] + i % 257);
+  }
+  return out;
+}
+
 struct StreamOptions {
   int groups = 2;
   uint32_t codec = FVV_CODEC_JPEG;
+  int bit_depth = 8; // or 10
   uint8_t profile = FVV_MESH_RAW;
   std::string metadata;
   bool finish = true;
@@ -148,14 +159,15 @@ inline Bytes make_stream(const StreamOptions &options = {}) {
   uint32_t width, height;
   const std::vector<fvv_tile> tiles = make_tiles(options, width, height);
   const fvv::media::VideoSettings settings = {
-      options.codec, width, height, options.codec == FVV_CODEC_JPEG ? 90 : 20, {1, 25}};
+      options.codec, width, height, options.codec == FVV_CODEC_JPEG ? 90 : 20, {1, 25}, options.bit_depth};
   std::vector<fvv::media::EncodedGroup> videos;
   for (int g = 0; g < options.groups; g++) {
     std::vector<fvv::media::Image> pictures;
     for (int f = g * frames_per_group; f < (g + 1) * frames_per_group; f++)
       pictures.push_back(fvv::media::compose(
           tiles, {make_picture(0, f), make_picture(1, f), make_picture(2, f)}, width, height));
-    videos.push_back(fvv::media::encode_group(settings, pictures));
+    videos.push_back(options.bit_depth > 8 ? fvv::media::encode_group(settings, widened(pictures))
+                                           : fvv::media::encode_group(settings, pictures));
   }
   const fvv_scene scene = {{1, 25}, 1, {origin[0], origin[1], origin[2]}, lattice_step, FVV_UP_Z, 0};
   configure(FVV_CHUNK_SCENE, 0, record([&](uint8_t *out, size_t n, size_t *size) {

@@ -38,6 +38,53 @@ media::Image pixels(const std::string &path) {
   return media::read_image(path, 3);
 }
 
+// PNG files of a stream with 8 bits, or 10 for uint16_t: of as many bits as Sample has, and exact.
+template <class Sample> void check_pictures(const media::VideoCodec &codec) {
+  const Scratch scratch;
+  StreamOptions stream;
+  stream.codec = codec.code;
+  stream.bit_depth = sizeof(Sample) == 1 ? 8 : 10;
+  stream.profile = FVV_MESH_DRACO;
+  const std::string name = codec.option;
+  CAPTURE(name, stream.bit_depth);
+  const std::string input = scratch.file(name + ".fvv", make_stream(stream));
+  const demux::Result result = unpack(input, scratch.path(name));
+  CHECK((result.pictures == std::map<uint16_t, uint64_t>{{0, 6}, {7, 6}, {65534, 6}}));
+  const cli::InputFile file(input);
+  const fvv_input source = file.input();
+  fvv_stream *opened = nullptr;
+  REQUIRE(fvv_stream_open(&source, nullptr, nullptr, &opened, nullptr) == FVV_OK);
+  for (size_t g = 0; g < 2; g++) {
+    const fvv_configuration *configuration = nullptr;
+    REQUIRE(fvv_stream_configuration(opened, g, &configuration, nullptr) == FVV_OK);
+    REQUIRE(configuration->videos[0].config.bit_depth == stream.bit_depth);
+    media::Decoder decoder(configuration->videos[0].config);
+    for (size_t f = 3 * g; f < 3 * g + 3; f++) {
+      const uint8_t *sample;
+      size_t size;
+      int key;
+      REQUIRE(fvv_stream_sample(opened, f, 2, &sample, &size, &key, nullptr) == FVV_OK);
+      const auto frame = decoder.decode<Sample>(sample, size);
+      for (size_t t = 0; t < 3; t++) {
+        const fvv_tile &tile = configuration->videos[0].tiles[t];
+        const auto expected = media::extract(frame, tile);
+        const std::string path = scratch.path(name) + "/cam" + std::to_string(tile.camera_id) + "/000" +
+                                 std::to_string(f) + ".png";
+        CHECK(read(path)[24] == 8 * int(sizeof(Sample))); // the depth in IHDR
+        const auto found = media::read_image<Sample>(path, 3);
+        CHECK((found.width == expected.width && found.height == expected.height));
+        CHECK((found.pixels == expected.pixels));
+      }
+    }
+  }
+  fvv_stream_close(opened);
+  const capture::Capture capture = capture::load_capture(scratch.path(name) + "/capture.json");
+  CHECK(capture::check_files(capture, [](const std::string &path) {
+          const media::ImageInfo info = media::probe_image(path);
+          return capture::PictureSize{info.width, info.height};
+        }).problems.empty());
+}
+
 int run(const std::string &arguments, const std::string &errors = "/dev/null") {
   const int status =
       std::system((std::string(FVVDEMUX) + " " + arguments + " >/dev/null 2>" + errors).c_str());
@@ -75,46 +122,24 @@ TEST_CASE("meshes come back exactly in every format") {
 }
 
 TEST_CASE("pictures are what decoding and cutting out gives") {
-  const Scratch scratch;
   for (const media::VideoCodec &codec : media::video_codecs()) {
-    StreamOptions stream;
-    stream.codec = codec.code;
-    stream.profile = FVV_MESH_DRACO;
-    const std::string name = codec.option;
-    const std::string input = scratch.file(name + ".fvv", make_stream(stream));
-    const demux::Result result = unpack(input, scratch.path(name));
-    CHECK((result.pictures == std::map<uint16_t, uint64_t>{{0, 6}, {7, 6}, {65534, 6}}));
-    const cli::InputFile file(input);
-    const fvv_input source = file.input();
-    fvv_stream *opened = nullptr;
-    REQUIRE(fvv_stream_open(&source, nullptr, nullptr, &opened, nullptr) == FVV_OK);
-    for (size_t g = 0; g < 2; g++) {
-      const fvv_configuration *configuration = nullptr;
-      REQUIRE(fvv_stream_configuration(opened, g, &configuration, nullptr) == FVV_OK);
-      media::Decoder decoder(configuration->videos[0].config);
-      for (size_t f = 3 * g; f < 3 * g + 3; f++) {
-        const uint8_t *sample;
-        size_t size;
-        int key;
-        REQUIRE(fvv_stream_sample(opened, f, 2, &sample, &size, &key, nullptr) == FVV_OK);
-        const media::Image frame = decoder.decode(sample, size);
-        for (size_t t = 0; t < 3; t++) {
-          const fvv_tile &tile = configuration->videos[0].tiles[t];
-          const media::Image expected = media::extract(frame, tile);
-          const media::Image found = pixels(scratch.path(name) + "/cam" + std::to_string(tile.camera_id) +
-                                            "/000" + std::to_string(f) + ".png");
-          CHECK((found.width == expected.width && found.height == expected.height));
-          CHECK((found.pixels == expected.pixels));
-        }
-      }
-    }
-    fvv_stream_close(opened);
-    const capture::Capture capture = capture::load_capture(scratch.path(name) + "/capture.json");
-    CHECK(capture::check_files(capture, [](const std::string &path) {
-            const media::ImageInfo info = media::probe_image(path);
-            return capture::PictureSize{info.width, info.height};
-          }).problems.empty());
+    check_pictures<uint8_t>(codec);
+    if (codec.deepest > 8) check_pictures<uint16_t>(codec);
   }
+}
+
+TEST_CASE("as JPEG pictures have 8 bits, whatever the video has") {
+  const Scratch scratch;
+  StreamOptions stream;
+  stream.codec = FVV_CODEC_VP09;
+  stream.bit_depth = 10;
+  demux::Options options;
+  options.pictures = demux::Pictures::jpg;
+  const demux::Result result =
+      unpack(scratch.file("in.fvv", make_stream(stream)), scratch.path("out"), options);
+  CHECK(result.pictures.at(7) == 6);
+  // The tile of camera 7 is the whole of picture 0.
+  CHECK(media::psnr_luma(pixels(scratch.path("out") + "/cam7/0002.jpg"), make_picture(0, 2)) > 35);
 }
 
 TEST_CASE("a picture's camera projects as the tile maps") {

@@ -32,7 +32,8 @@ TEST_CASE("success: a summary on standard output, nothing on standard error") {
   CHECK(run.exit == 0);
   CHECK(run.err.empty());
   CHECK(run.out.find(folder.path("out.fvv") + ": ") == 0);
-  for (const char *part : {"H.264 CRF 30, 3 tiles", "lattice   step 10 mm", "frames/s", "verified  5 meshes"})
+  for (const char *part :
+       {"H.264 CRF 30, 8 bits, 3 tiles", "lattice   step 10 mm", "frames/s", "verified  5 meshes"})
     CHECK(run.out.find(part) != std::string::npos);
   CHECK(folder.entries() == 2);
 }

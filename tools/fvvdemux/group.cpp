@@ -6,6 +6,7 @@
 #include "fvvdemux/views.h"
 
 #include <optional>
+#include <variant>
 
 namespace fvv::demux {
 
@@ -37,14 +38,18 @@ std::string why_lost(fvv_status status, const fvv_diagnostic &diagnostic) {
   return diagnostic.status ? text_of(diagnostic) : fvv_status_text(status);
 }
 
+// Of 16 bits when the video has more than 8 and pictures are written as PNG.
+using Picture = std::variant<media::Image, media::DeepImage>;
+
 // Decodes the samples of one track in order. After a lost sample there are no pictures until the next key.
 class TrackDecoder {
 public:
-  explicit TrackDecoder(const VideoViews &track) : shown(track) {}
+  TrackDecoder(const VideoViews &track, Pictures pictures)
+      : shown(track), deep(pictures == Pictures::png && track.video->config.bit_depth > 8) {}
 
   // The frame's picture into picture, nothing when the frame has none; answers why it is lost, or "". wanted
   // false: decodes only what later frames may need.
-  std::string decode(fvv_stream *stream, size_t frame, bool wanted, std::optional<media::Image> &picture) {
+  std::string decode(fvv_stream *stream, size_t frame, bool wanted, std::optional<Picture> &picture) {
     const uint8_t *sample;
     size_t size;
     int key = 0;
@@ -58,7 +63,10 @@ public:
     if (!wanted && shown.video->config.codec == FVV_CODEC_JPEG) return "";
     try {
       if (!decoder) decoder.emplace(shown.video->config);
-      picture = decoder->decode(sample, size);
+      if (deep)
+        picture = decoder->decode<uint16_t>(sample, size);
+      else
+        picture = decoder->decode(sample, size);
     } catch (const media::Error &error) {
       broken = "track " + std::to_string(shown.video->track) + ": " + error.what();
     }
@@ -68,6 +76,7 @@ public:
 
 private:
   VideoViews shown;
+  bool deep;
   std::optional<media::Decoder> decoder;
   std::string broken; // why no picture can be decoded until the next key
 };
@@ -81,7 +90,7 @@ public:
       if (const fvv_track *track = mesh_track_of(configuration, nullptr)) mesh_track = track->id;
     if (options.pictures != Pictures::none)
       for (const VideoViews &track : views_of(configuration, options.cameras, nullptr))
-        tracks.emplace_back(track);
+        tracks.emplace_back(track, options.pictures);
   }
 
   const std::map<uint16_t, uint64_t> &pictures() const { return written; }
@@ -94,7 +103,7 @@ public:
     if (status < 0) return why_lost(status, diagnostic);
     std::string why;
     // All tracks go on even when one has lost the frame: later frames need theirs.
-    std::vector<std::optional<media::Image>> pictures(tracks.size());
+    std::vector<std::optional<Picture>> pictures(tracks.size());
     for (size_t i = 0; i < tracks.size(); i++) {
       const std::string lost = tracks[i].decode(stream, frame, wanted, pictures[i]);
       if (why.empty()) why = lost;
@@ -112,7 +121,7 @@ public:
     if (has_mesh) write(mesh, number);
     for (size_t i = 0; i < tracks.size(); i++)
       if (pictures[i])
-        write(tracks[i].track(), *pictures[i], number);
+        std::visit([&](const auto &picture) { write(tracks[i].track(), picture, number); }, *pictures[i]);
       else
         out.complete = false;
     return "";
@@ -125,14 +134,18 @@ private:
     capture::write_mesh(in_metres(mesh, scene), lattice,
                         path("meshes", number, extension_of(options.meshes)));
   }
-  void write(const VideoViews &track, const media::Image &picture, int64_t number) {
+  std::vector<uint8_t> file_of(const media::Image &picture) const {
+    return options.pictures == Pictures::png
+               ? media::encode_png(picture)
+               : media::encode_jpeg(picture, options.quality, media::Subsampling::yuv420);
+  }
+  std::vector<uint8_t> file_of(const media::DeepImage &picture) const { return media::encode_png(picture); }
+
+  template <class Sample>
+  void write(const VideoViews &track, const media::BasicImage<Sample> &picture, int64_t number) {
     for (const View &view : track.views) {
-      const media::Image part = media::extract(picture, view.tile);
-      const bool png = options.pictures == Pictures::png;
-      const std::vector<uint8_t> bytes =
-          png ? media::encode_png(part)
-              : media::encode_jpeg(part, options.quality, media::Subsampling::yuv420);
-      capture::write_file(path(view.folder, number, png ? "png" : "jpg"),
+      const std::vector<uint8_t> bytes = file_of(media::extract(picture, view.tile));
+      capture::write_file(path(view.folder, number, options.pictures == Pictures::png ? "png" : "jpg"),
                           {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
       written[view.tile.camera_id]++;
     }

@@ -53,7 +53,8 @@ int main(int argc, char **argv) {
   app.add_option("--cameras", cameras, "identifiers, in the same way; default: all");
   app.add_option("--meshes", options.meshes, "ply (default), obj, drc or none")
       ->transform(CLI::CheckedTransformer(meshes).description(""));
-  app.add_option("--pictures", options.pictures, "png (default), jpg or none")
+  app.add_option("--pictures", options.pictures,
+                 "png (default; of 16 bits where the video has more than 8), jpg or none")
       ->transform(CLI::CheckedTransformer(pictures).description(""));
   app.add_option("--quality", options.quality, "of jpg, 1 to 100; default 95")->check(CLI::Range(1, 100));
   app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")

@@ -49,14 +49,16 @@ MeshFrame encode_mesh(const Plan &plan, size_t i) {
   return frame;
 }
 
-Picture load_picture(const capture::Capture &capture, const Tiling &tiling, bool flat_background, size_t i,
-                     bool with_mask) {
+template <class Sample>
+Picture<Sample> load_picture(const capture::Capture &capture, const Tiling &tiling, bool flat_background,
+                             size_t i, bool with_mask) {
   const int64_t number = capture.frames.number(int64_t(i));
-  std::vector<media::Image> images, masks;
+  std::vector<media::BasicImage<Sample>> images;
+  std::vector<media::Image> masks;
   bool masked = false;
   for (const size_t index : tiling.cameras) {
     const capture::Camera &camera = capture.cameras[index];
-    images.push_back(media::read_image(capture.picture_path(camera, number), 3));
+    images.push_back(media::read_image<Sample>(capture.picture_path(camera, number), 3));
     masks.emplace_back(); // the whole tile
     if (!camera.masks || !(with_mask || flat_background)) continue;
     masked = true;
@@ -64,7 +66,7 @@ Picture load_picture(const capture::Capture &capture, const Tiling &tiling, bool
     if (flat_background) media::flatten(images.back(), masks.back(), flat_margin);
   }
   try {
-    Picture picture = {media::compose(tiling.tiles, images, tiling.width, tiling.height), {}};
+    Picture<Sample> picture = {media::compose(tiling.tiles, images, tiling.width, tiling.height), {}};
     if (masked && with_mask)
       picture.mask = media::compose_masks(tiling.tiles, masks, tiling.width, tiling.height);
     return picture;
@@ -73,10 +75,16 @@ Picture load_picture(const capture::Capture &capture, const Tiling &tiling, bool
   }
 }
 
-media::EncodedGroup encode_pictures(const Plan &plan, size_t first, size_t count) {
-  std::vector<media::Image> images;
+template Picture<uint8_t> load_picture(const capture::Capture &, const Tiling &, bool, size_t, bool);
+template Picture<uint16_t> load_picture(const capture::Capture &, const Tiling &, bool, size_t, bool);
+
+namespace {
+
+template <class Sample> media::EncodedGroup encode_as(const Plan &plan, size_t first, size_t count) {
+  std::vector<media::BasicImage<Sample>> images;
   for (size_t i = first; i < first + count; i++)
-    images.push_back(load_picture(plan.capture, plan.tiling, plan.options.flat_background, i, false).image);
+    images.push_back(
+        load_picture<Sample>(plan.capture, plan.tiling, plan.options.flat_background, i, false).image);
   try {
     return media::encode_group(plan.video.settings, images);
   } catch (const media::Error &error) {
@@ -85,6 +93,13 @@ media::EncodedGroup encode_pictures(const Plan &plan, size_t first, size_t count
                        " to " + std::to_string(frames.number(int64_t(first + count - 1))) + ": " +
                        error.what());
   }
+}
+
+} // namespace
+
+media::EncodedGroup encode_pictures(const Plan &plan, size_t first, size_t count) {
+  return plan.options.bit_depth > 8 ? encode_as<uint16_t>(plan, first, count)
+                                    : encode_as<uint8_t>(plan, first, count);
 }
 
 } // namespace fvv::mux

@@ -26,12 +26,15 @@ struct MeshHolder {
 capture::Mesh load_canonical(const Plan &plan, size_t i, fvv_mesh &mesh, MeshFrame &frame);
 MeshFrame encode_mesh(const Plan &plan, size_t i);
 
-// The video frame of frame i; mask only when asked for and when a camera has masks.
-struct Picture {
-  media::Image image, mask;
+// The video frame of frame i, for uint8_t or uint16_t samples; mask only when asked for and when a camera has
+// masks.
+template <class Sample> struct Picture {
+  media::BasicImage<Sample> image;
+  media::Image mask;
 };
-Picture load_picture(const capture::Capture &capture, const Tiling &tiling, bool flat_background, size_t i,
-                     bool with_mask);
+template <class Sample>
+Picture<Sample> load_picture(const capture::Capture &capture, const Tiling &tiling, bool flat_background,
+                             size_t i, bool with_mask);
 
 // Encodes frames first ... first + count - 1 as one group.
 media::EncodedGroup encode_pictures(const Plan &plan, size_t first, size_t count);

@@ -17,23 +17,27 @@ constexpr const char *footer =
     "--json prints {fvvmux: 1, output, bytes, container_bytes, frames, frame_duration: [seconds, as a\n"
     "fraction], group, groups, lattice: {origin, step, reason, half_step_pixels}, mesh: {bytes, smallest,\n"
     "largest, profile, level, max_axis_error, changed_frames, and for each kind of change {count, frames}},\n"
-    "video: {bytes, smallest, largest, codec, quality, width, height, cameras, sample_frames, sample_psnr,\n"
-    "sample_foreground}, seconds, frames_per_second, verified: {meshes, pictures, cameras, "
-    "max_vertex_error,\n"
-    "max_vertex_error_steps, psnr, min_psnr, max_reprojection}}. Lengths are in metres, or in units of a\n"
-    "capture of unknown scale; sizes in bytes of payload a frame; a PSNR of identical pictures is null.\n"
-    "mesh, video and verified are there when the stream has them.";
+    "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, sample_frames,\n"
+    "sample_psnr, sample_foreground}, seconds, frames_per_second, verified: {meshes, pictures, cameras,\n"
+    "max_vertex_error, max_vertex_error_steps, psnr, min_psnr, max_reprojection}}. Lengths are in metres, "
+    "or\n"
+    "in units of a capture of unknown scale; sizes in bytes of payload a frame; a PSNR (peak 255, whatever "
+    "the\n"
+    "bit depth) of identical pictures is null. mesh, video and verified are there when the stream has them.";
 
 // What is still text after the command line was split.
 struct Texts {
-  std::string codec = "h264", quality = "42dB", tile, scale, background = "keep", lattice_step,
-              mesh_profile = "draco", frames;
+  std::string codec = "h264", bit_depth = "8", quality = "42dB", tile, scale, background = "keep",
+              lattice_step, mesh_profile = "draco", frames;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("CAPTURE", options.capture, "capture.json (spec/capture.md) or its folder")->required();
   app.add_option("-o,--output", options.output, "file to write; - is standard output")->required();
   app.add_option("--codec", texts.codec, "jpeg, h264, hevc, vp9 or av1")->capture_default_str();
+  app.add_option("--bit-depth", texts.bit_depth,
+                 "8, or 10 (hevc, vp9, av1): smooth shades without bands, from pictures of 16 bits above all")
+      ->capture_default_str();
   app.add_option("--quality", texts.quality,
                  "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
                  "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1)")
@@ -70,6 +74,7 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
 
 void take_texts(mux::Options &options, const Texts &texts) {
   options.codec = mux::parse_codec(texts.codec);
+  options.bit_depth = mux::parse_bit_depth(texts.bit_depth, options.codec);
   options.quality = mux::parse_quality(texts.quality, options.codec);
   if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
   if (!texts.scale.empty()) options.scale = mux::parse_scale(texts.scale);

@@ -34,6 +34,17 @@ uint32_t parse_codec(const std::string &text) {
   refuse("--codec", "jpeg, h264, hevc, vp9 or av1", text);
 }
 
+int parse_bit_depth(const std::string &text, uint32_t codec) {
+  if (text != "8" && text != "10") refuse("--bit-depth", "8 or 10", text);
+  const int bits = text == "8" ? 8 : 10;
+  try {
+    media::check_bit_depth(*media::find_video_codec(codec), bits);
+  } catch (const media::Error &error) {
+    throw cli::Failure(std::string("--bit-depth: ") + error.what(), cli::usage);
+  }
+  return bits;
+}
+
 Quality parse_quality(const std::string &text, uint32_t codec) {
   const media::VideoCodec &known = *media::find_video_codec(codec);
   const auto [least, most] = std::minmax(known.finest, known.coarsest);

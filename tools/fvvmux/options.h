@@ -36,6 +36,7 @@ struct Options {
   std::string capture; // capture.json or its folder
   std::string output;  // "-": standard output
   uint32_t codec = FVV_CODEC_AVC1;
+  int bit_depth = 8; // or 10
   Quality quality;
   std::optional<TileSize> tile; // else scale holds
   double scale = 1;             // of pictures, 0 < scale <= 1
@@ -54,6 +55,7 @@ struct Options {
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
 uint32_t parse_codec(const std::string &text);                  // "jpeg", "h264", "hevc", "vp9", "av1"
+int parse_bit_depth(const std::string &text, uint32_t codec);   // "8"; "10" where the codec has it
 Quality parse_quality(const std::string &text, uint32_t codec); // "42dB", "23"
 Length parse_length(const std::string &text);                   // "1.5mm", "0.2cm", "0.002m", "0.002"
 TileSize parse_tile(const std::string &text);                   // "480x270"

@@ -78,15 +78,17 @@ uint32_t frames_per_second(const fvv_rational &duration) {
   return uint32_t(std::clamp(std::round(rate), 1.0, 1000.0));
 }
 
-struct Sample {
-  std::vector<media::Image> images, masks; // masks empty: whole pictures count
+template <class SampleType> struct Sample {
+  std::vector<media::BasicImage<SampleType>> images;
+  std::vector<media::Image> masks; // empty: whole pictures count
 };
 
-Sample load_sample(const Plan &plan) {
-  Sample sample;
+template <class SampleType> Sample<SampleType> load_sample(const Plan &plan) {
+  Sample<SampleType> sample;
   bool foreground = false;
   for (size_t i = 0; i < std::min(plan.frames_of(0), sample_size); i++) {
-    Picture picture = load_picture(plan.capture, plan.tiling, plan.options.flat_background, i, true);
+    Picture<SampleType> picture =
+        load_picture<SampleType>(plan.capture, plan.tiling, plan.options.flat_background, i, true);
     sample.images.push_back(std::move(picture.image));
     if (picture.mask.pixels.empty()) continue;
     const std::vector<uint8_t> &mask = picture.mask.pixels;
@@ -98,14 +100,16 @@ Sample load_sample(const Plan &plan) {
   return sample;
 }
 
-} // namespace
-
-VideoChoice choose_video(const Plan &plan) {
+template <class SampleType> VideoChoice choose_as(const Plan &plan) {
   const Options &options = plan.options;
   VideoChoice choice;
-  choice.settings = {options.codec, plan.tiling.width, plan.tiling.height, int(options.quality.value),
-                     plan.capture.frame_duration};
-  const Sample sample = load_sample(plan);
+  choice.settings = {options.codec,
+                     plan.tiling.width,
+                     plan.tiling.height,
+                     int(options.quality.value),
+                     plan.capture.frame_duration,
+                     options.bit_depth};
+  const Sample<SampleType> sample = load_sample<SampleType>(plan);
   choice.masks = !sample.masks.empty();
   choice.sample_frames = uint32_t(sample.images.size());
   try {
@@ -118,7 +122,7 @@ VideoChoice choose_video(const Plan &plan) {
     for (size_t i = 0; i < sample.images.size(); i++) {
       const std::vector<uint8_t> &bytes = group.samples[i].bytes;
       const media::LumaError one =
-          media::luma_error(sample.images[i], decoder.decode(bytes.data(), bytes.size()),
+          media::luma_error(sample.images[i], decoder.decode<SampleType>(bytes.data(), bytes.size()),
                             choice.masks ? &sample.masks[i] : nullptr);
       sum.squares += one.squares;
       sum.pixels += one.pixels;
@@ -131,6 +135,12 @@ VideoChoice choose_video(const Plan &plan) {
                        " frames: " + error.what());
   }
   return choice;
+}
+
+} // namespace
+
+VideoChoice choose_video(const Plan &plan) {
+  return plan.options.bit_depth > 8 ? choose_as<uint16_t>(plan) : choose_as<uint8_t>(plan);
 }
 
 Plan make_plan(const Options &options) {

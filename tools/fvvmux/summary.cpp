@@ -66,8 +66,8 @@ std::string codec_choice(const Summary &s) {
   const media::VideoSettings &v = s.plan.video.settings;
   const media::VideoCodec &codec = *media::find_video_codec(v.codec);
   return std::string(codec.name) + " " + codec.scale + " " + std::to_string(v.quality) + ", " +
-         std::to_string(s.plan.tiling.tiles.size()) + " tiles in " + std::to_string(v.width) + "x" +
-         std::to_string(v.height);
+         std::to_string(v.bit_depth) + " bits, " + std::to_string(s.plan.tiling.tiles.size()) + " tiles in " +
+         std::to_string(v.width) + "x" + std::to_string(v.height);
 }
 
 void video_lines(std::string &out, const Summary &s) {
@@ -188,6 +188,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
   if (plan.has_pictures()) {
     Json video = track_json(s.video);
     video["codec"] = codec_text(s);
+    video["bit_depth"] = plan.video.settings.bit_depth;
     video["quality"] = plan.video.settings.quality;
     video["width"] = plan.tiling.width;
     video["height"] = plan.tiling.height;

@@ -158,7 +158,9 @@ private:
       int key = 0;
       check(fvv_stream_sample(stream.get(), frame, video_track, &sample, &size, &key, &diagnostic), frame,
             "picture");
-      const double psnr = compare(frame, decode(decoder, frame, sample, size), verdict);
+      const double psnr = video->config.bit_depth > 8
+                              ? compare<uint16_t>(frame, decoder, sample, size, verdict)
+                              : compare<uint8_t>(frame, decoder, sample, size, verdict);
       if (psnr < floor) {
         char text[120];
         std::snprintf(text, sizeof text, "%.2f dB of luma PSNR, expected at least %.2f dB", psnr, floor);
@@ -169,17 +171,22 @@ private:
     }
   }
 
-  media::Image decode(media::Decoder &decoder, size_t frame, const uint8_t *sample, size_t size) const {
+  template <class Sample>
+  media::BasicImage<Sample> decode(media::Decoder &decoder, size_t frame, const uint8_t *sample,
+                                   size_t size) const {
     try {
-      return decoder.decode(sample, size);
+      return decoder.decode<Sample>(sample, size);
     } catch (const media::Error &error) {
       fail(frame, error.what());
     }
   }
 
-  double compare(size_t frame, const media::Image &decoded, GroupVerdict &verdict) const {
-    const Picture source =
-        load_picture(plan.capture, plan.tiling, plan.options.flat_background, frame, plan.video.masks);
+  template <class Sample>
+  double compare(size_t frame, media::Decoder &decoder, const uint8_t *sample, size_t size,
+                 GroupVerdict &verdict) const {
+    const media::BasicImage<Sample> decoded = decode<Sample>(decoder, frame, sample, size);
+    const Picture<Sample> source = load_picture<Sample>(
+        plan.capture, plan.tiling, plan.options.flat_background, frame, plan.video.masks);
     const media::LumaError error =
         media::luma_error(source.image, decoded, source.mask.pixels.empty() ? nullptr : &source.mask);
     verdict.luma.squares += error.squares;
