@@ -162,6 +162,38 @@ TEST_CASE("configurations of HEVC, VP9 and AV1 come back, and their codec string
   CHECK(fvv_video_config_encode(&c, payload, sizeof payload, &size, nullptr) == FVV_OK);
 }
 
+TEST_CASE("configurations of 10 bits come back, and the record must say 10 of both luma and chroma") {
+  const bytes hevc = with(with(with(with(hvcc, 1, 0x02), 2, 0x20), 17, 0xfa), 18, 0xfa);
+  const struct {
+    uint32_t codec;
+    bytes record;
+    const char *text;
+  } cases[] = {{FVV_CODEC_HVC1, hevc, "hvc1.2.4.L93.B0"},
+               {FVV_CODEC_VP09, with(with(vpcc, 4, 2), 6, 0xa0), "vp09.02.31.10"},
+               {FVV_CODEC_AV01, with(av1c, 2, av1c[2] | 0x40), "av01.0.04M.10"}};
+  for (const auto &one : cases) {
+    const std::string text = one.text;
+    CAPTURE(text);
+    fvv_video_config c = config(one.codec, one.record, text);
+    for (const uint8_t depth : {8, 10, 12}) {
+      c.bit_depth = depth;
+      uint8_t payload[256];
+      size_t size = 0;
+      fvv_diagnostic d = {};
+      const fvv_status status = fvv_video_config_encode(&c, payload, sizeof payload, &size, &d);
+      CHECK(status == (depth == 10 ? FVV_OK : FVV_ERROR_INPUT));
+      CHECK(d.issue == (depth == 10 ? 0u : uint32_t(FVV_ISSUE_VIDEO_RECORD)));
+      fvv_video_config back = {};
+      if (depth == 10) REQUIRE(fvv_video_config_decode(&back, payload, size, nullptr, nullptr) == FVV_OK);
+    }
+  }
+  char text[FVV_CODEC_STRING_CAPACITY];
+  fvv_diagnostic d = {};
+  const bytes mixed = with(hevc, 18, 0xf8);
+  CHECK(fvv_video_codec_string(FVV_CODEC_HVC1, mixed.data(), mixed.size(), text, &d) == FVV_ERROR_INVALID);
+  CHECK(std::string(d.message).find("the bit depth of chroma is 8, expected 10") != std::string::npos);
+}
+
 TEST_CASE("codec strings of other profiles, tiers, levels and depths") {
   bytes r = with(with(with(hvcc, 1, 0x22), 12, 153), 2, 0x20); // Main 10, High tier, level 5.1
   CHECK(text_of(FVV_CODEC_HVC1, r) == "hvc1.2.4.H153.B0");

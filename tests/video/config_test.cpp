@@ -106,6 +106,34 @@ TEST_CASE("a video configuration comes back byte for byte and value for value") 
   CHECK(std::string(p.end() - 11, p.end()) == text);
 }
 
+TEST_CASE("the bit depth of H.264 is the record's, or that of a profile which has no other") {
+  const auto status = [](const bytes &record, const std::string &text, uint8_t depth) {
+    fvv_video_config c = avc(record, text);
+    c.bit_depth = depth;
+    uint8_t payload[256];
+    size_t size = 0;
+    fvv_diagnostic d = {};
+    const fvv_status result = fvv_video_config_encode(&c, payload, sizeof payload, &size, &d);
+    if (result != FVV_OK) CHECK(d.issue == FVV_ISSUE_VIDEO_RECORD);
+    return result;
+  };
+  bytes high10 = high;
+  high10[1] = high10[9] = 110;
+  high10[high10.size() - 3] = high10[high10.size() - 2] = 0xfa;
+  const bytes short_high(high.begin(), high.end() - 4), short_high10(high10.begin(), high10.end() - 4);
+  CHECK(status(high, "avc1.640028", 8) == FVV_OK);
+  CHECK(status(high, "avc1.640028", 10) == FVV_ERROR_INPUT);
+  CHECK(status(short_high, "avc1.640028", 8) == FVV_OK);
+  CHECK(status(short_high, "avc1.640028", 10) == FVV_ERROR_INPUT);
+  CHECK(status(baseline, "avc1.42c01e", 8) == FVV_OK);
+  CHECK(status(baseline, "avc1.42c01e", 9) == FVV_ERROR_INPUT);
+  CHECK(status(high10, "avc1.6e0028", 10) == FVV_OK);
+  CHECK(status(high10, "avc1.6e0028", 8) == FVV_ERROR_INPUT);
+  for (const uint8_t any : {8, 9, 10}) CHECK(status(short_high10, "avc1.6e0028", any) == FVV_OK);
+  high10[high10.size() - 2] = 0xf8;
+  CHECK(status(high10, "avc1.6e0028", 10) == FVV_ERROR_INPUT); // luma and chroma differ
+}
+
 TEST_CASE("JPEG has 8 bits") {
   bytes payload = encoded(jpeg());
   payload[FVV_VCFG_BIT_DEPTH] = 10;

@@ -67,9 +67,10 @@ FVV_API void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], dou
  * FVV_ISSUE_VIDEO_RECORD; FVV_ERROR_UNSUPPORTED for jpeg, which has no record, and for other codecs.
  * avc1: AVCDecoderConfigurationRecord (ISO/IEC 14496-15 clause 5.3.3.1): version 1, 4-byte lengths, reserved
  * bits set, at least one SPS and one PPS, units of the right types that fill it exactly; profiles other than
- * 66, 77 and 88 may add chroma format, bit depths and SPS extensions.
+ * 66, 77 and 88 may add chroma format, bit depths (luma's and chroma's the same) and SPS extensions.
  * hvc1: HEVCDecoderConfigurationRecord (the same, 8.3.3.1): version 1, profile space 0, 4-byte lengths,
- * reserved bits set, one complete array each of VPS, SPS and PPS in this order, which fill it exactly.
+ * reserved bits set, luma and chroma of one depth, one complete array each of VPS, SPS and PPS in this order,
+ * which fill it exactly.
  * vp09: VPCodecConfigurationRecord (VP Codec ISO Media File Format Binding) behind version and flags of its
  * box: 12 bytes, version 1, flags 0, no codec initialisation data; profile, bit depth and chroma agree.
  * av01: AV1CodecConfigurationRecord (AV1 Codec ISO Media File Format Binding): version 1, reserved bits 0,
@@ -101,7 +102,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_video_sample_inspect(const fvv_video_config 
 /* Records. Sizes as fvv_scene_encode. encode answers FVV_ERROR_INPUT for what decode answers
  * FVV_ERROR_INVALID or, for a codec that is not known, FVV_ERROR_UNSUPPORTED. The record is checked as by
  * fvv_video_codec_string, and the codec string must be the one that belongs to it, hexadecimal digits in
- * either case. Where the record states a bit depth it must be that of the configuration. */
+ * either case. Where the record states a bit depth, or its profile (66, 77, 88 and 100 of H.264: 8), it must
+ * be that of the configuration. */
 FVV_API FVV_MUST_USE fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out,
                                                         size_t capacity, size_t *written,
                                                         fvv_diagnostic *diagnostic);

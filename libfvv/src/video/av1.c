@@ -100,13 +100,14 @@ static fvv_status record_inspect(const fvv_record_report *to, const uint8_t *rec
   return FVV_OK;
 }
 
-static unsigned bit_depth(const uint8_t *record) {
+static unsigned bit_depth(const uint8_t *record, size_t size) {
+  (void)size;
   return record[2] & 0x40 ? record[2] & 0x20 ? 12 : 10 : 8;
 }
 
 static void codec_string(const uint8_t *record, char out[FVV_CODEC_STRING_CAPACITY]) {
   snprintf(out, FVV_CODEC_STRING_CAPACITY, "av01.%d.%02d%c.%02u", record[1] >> 5, record[1] & 31,
-           record[2] & 0x80 ? 'H' : 'M', bit_depth(record));
+           record[2] & 0x80 ? 'H' : 'M', bit_depth(record, HEADER_SIZE));
 }
 
 /* Clause 2.4 of the binding: a sample is a sync sample when its first frame is a key frame that is shown and

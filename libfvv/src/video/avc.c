@@ -31,6 +31,8 @@ static fvv_status check_extension(const fvv_record_report *to, fvv_cursor *curso
   for (size_t i = 1; i < 3; i++)
     if (p[i] >> 3 != 31)
       return fvv_record_wrong(to, offset + i, "the reserved bits before a bit depth", p[i] >> 3, 31);
+  if (p[2] != p[1])
+    return fvv_record_wrong(to, offset + 2, "the bit depth of chroma", 8 + (p[2] & 7u), 8 + (p[1] & 7u));
   const fvv_status status = check_units(to, cursor, p[3], NAL_SPS_EXTENSION, 2);
   if (status != FVV_OK) return status;
   if (cursor->position != cursor->size)
@@ -65,10 +67,15 @@ static void codec_string(const uint8_t *record, char out[FVV_CODEC_STRING_CAPACI
   snprintf(out, FVV_CODEC_STRING_CAPACITY, "avc1.%02x%02x%02x", record[1], record[2], record[3]);
 }
 
-/* Old records leave the depth out, and the profile alone does not tell it. */
-static unsigned bit_depth(const uint8_t *record) {
-  (void)record;
-  return 0;
+/* Old records leave the depth out; of Baseline, Main, Extended and High it is known all the same. */
+static unsigned bit_depth(const uint8_t *record, size_t size) {
+  size_t at = 6;
+  for (unsigned i = record[5] & 31; i > 0; i--) at += 2 + ((size_t)record[at] << 8 | record[at + 1]);
+  unsigned pictures = record[at++];
+  for (; pictures > 0; pictures--) at += 2 + ((size_t)record[at] << 8 | record[at + 1]);
+  if (at < size) return 8 + (record[at + 1] & 7u);
+  const unsigned profile = record[1];
+  return profile == 66 || profile == 77 || profile == 88 || profile == 100 ? 8 : 0;
 }
 
 static fvv_status sample_inspect(const uint8_t *sample, size_t size, int *key, fvv_diagnostic *diagnostic) {

@@ -83,7 +83,7 @@ static fvv_status check_record(const fvv_codec_rules *rules, const fvv_video_con
   const fvv_record_report to = {rules->name, status, FVV_VCFG_SIZE, diagnostic};
   const fvv_status result = rules->record_inspect(&to, config->record, config->record_size);
   if (result != FVV_OK) return result;
-  const unsigned depth = rules->bit_depth(config->record);
+  const unsigned depth = rules->bit_depth(config->record, config->record_size);
   if (depth && depth != config->bit_depth)
     return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_BIT_DEPTH,
                     "bit depth is %d, the %s record says %u", config->bit_depth, rules->name, depth);

@@ -41,6 +41,8 @@ static fvv_status check_header(const fvv_record_report *to, const uint8_t *p) {
     if (found != fields[i].expected)
       return fvv_record_wrong(to, fields[i].offset, fields[i].what, found, fields[i].expected);
   }
+  if (p[18] != p[17])
+    return fvv_record_wrong(to, 18, "the bit depth of chroma", 8 + (p[18] & 7u), 8 + (p[17] & 7u));
   return FVV_OK;
 }
 
@@ -85,7 +87,8 @@ static void codec_string(const uint8_t *record, char out[FVV_CODEC_STRING_CAPACI
     length += snprintf(out + length, (size_t)(FVV_CODEC_STRING_CAPACITY - length), ".%02X", record[i]);
 }
 
-static unsigned bit_depth(const uint8_t *record) {
+static unsigned bit_depth(const uint8_t *record, size_t size) {
+  (void)size;
   return 8 + (record[17] & 7u);
 }
 

@@ -34,7 +34,7 @@ typedef struct fvv_codec_rules {
   fvv_status (*record_inspect)(const fvv_record_report *to, const uint8_t *record, size_t size);
   /* Of a record that is well formed. codec_string ends with NUL; its digits A to F may have either case. */
   void (*codec_string)(const uint8_t *record, char out[FVV_CODEC_STRING_CAPACITY]);
-  unsigned (*bit_depth)(const uint8_t *record); /* 0: the record does not say */
+  unsigned (*bit_depth)(const uint8_t *record, size_t size); /* 0: the record does not say */
   /* Reports with sample_issue. *key: whether the sample opens with a key picture. */
   fvv_status (*sample_inspect)(const uint8_t *sample, size_t size, int *key, fvv_diagnostic *diagnostic);
 } fvv_codec_rules;

@@ -42,7 +42,8 @@ static void codec_string(const uint8_t *record, char out[FVV_CODEC_STRING_CAPACI
   snprintf(out, FVV_CODEC_STRING_CAPACITY, "vp09.%02d.%02d.%02d", record[4], record[5], record[6] >> 4);
 }
 
-static unsigned bit_depth(const uint8_t *record) {
+static unsigned bit_depth(const uint8_t *record, size_t size) {
+  (void)size;
   return record[6] >> 4;
 }
 
