@@ -80,6 +80,7 @@ std::string video_text(const fvv_video_layout &video) {
   std::string out = codec_name(c.codec);
   if (c.codec_string_size) out += " (" + printable(c.codec_string, c.codec_string_size) + ")";
   out += format(" %ux%u", c.width, c.height);
+  if (c.bit_depth != 8) out += format(", %u bits", c.bit_depth);
   if (c.shows == FVV_SHOWS_TILES) out += format(", %zu tiles", video.tile_count);
   if (c.shows == FVV_SHOWS_CAMERA) out += format(", camera %u", c.camera_id);
   if (c.shows == FVV_SHOWS_ATLAS) out += ", texture atlas";
