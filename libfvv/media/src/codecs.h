@@ -14,20 +14,27 @@ template <class SampleType> void check_image(const BasicImage<SampleType> &image
  * bytes must not ask for gigabytes. */
 void check_justified(uint64_t samples, uint64_t samples_per_byte, size_t size, const std::string &name);
 
+/* A whole file. Error when it cannot be read or is larger than any picture needs. */
+std::vector<uint8_t> read_file(const std::string &path);
+
 /* Throws Error: a code that is none of video_codecs(). */
 [[noreturn]] void refuse_codec(uint32_t code);
 
 bool is_png(const uint8_t *bytes, size_t size);
 bool is_jpeg(const uint8_t *bytes, size_t size);
+bool is_exr(const uint8_t *bytes, size_t size);
 
 /* The header alone; bytes may end anywhere behind it. Error when they end before. */
 ImageInfo probe_png(const uint8_t *bytes, size_t size, const std::string &name);
 ImageInfo probe_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
+ImageInfo probe_exr(const uint8_t *bytes, size_t size, const std::string &name);
 
 /* In the channels of the file. */
 template <class SampleType>
 BasicImage<SampleType> decode_png(const uint8_t *bytes, size_t size, const std::string &name);
 Image decode_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
+template <class SampleType>
+BasicImage<SampleType> decode_exr_picture(const uint8_t *bytes, size_t size, const std::string &name);
 
 } // namespace fvv::media
 

@@ -49,7 +49,8 @@ bool read_until(FILE *file, const std::string &path, size_t wanted, std::vector<
 ImageInfo probe_bytes(const uint8_t *bytes, size_t size, const std::string &name) {
   if (is_png(bytes, size)) return probe_png(bytes, size, name);
   if (is_jpeg(bytes, size)) return probe_jpeg(bytes, size, name);
-  throw Error(name, size == 0 ? "is empty" : "is neither a PNG nor a JPEG file");
+  if (is_exr(bytes, size)) return probe_exr(bytes, size, name);
+  throw Error(name, size == 0 ? "is empty" : "is neither a PNG nor a JPEG nor an OpenEXR file");
 }
 
 /* BT.709, 16 fractional bits; the three add up to 65536, so that grey stays grey. */
@@ -158,17 +159,23 @@ ImageInfo probe_image(const std::string &path) {
       return probe_bytes(bytes.data(), bytes.size(), path);
     } catch (const Error &) {
       if (ended || wanted >= max_file_size ||
-          !(is_png(bytes.data(), bytes.size()) || is_jpeg(bytes.data(), bytes.size())))
+          !(is_png(bytes.data(), bytes.size()) || is_jpeg(bytes.data(), bytes.size()) ||
+            is_exr(bytes.data(), bytes.size())))
         throw;
     }
   }
 }
 
-template <class Sample> BasicImage<Sample> read_image(const std::string &path, int channels) {
+std::vector<uint8_t> read_file(const std::string &path) {
   const File file = open_file(path);
   std::vector<uint8_t> bytes;
   if (!read_until(file.get(), path, max_file_size, bytes))
     throw Error(path, "is larger than " + std::to_string(max_file_size >> 20) + " MiB");
+  return bytes;
+}
+
+template <class Sample> BasicImage<Sample> read_image(const std::string &path, int channels) {
+  const std::vector<uint8_t> bytes = read_file(path);
   return decode_image<Sample>(bytes.data(), bytes.size(), channels, path);
 }
 
@@ -177,9 +184,10 @@ BasicImage<Sample> decode_image(const uint8_t *bytes, size_t size, int channels,
   if (channels != 1 && channels != 3)
     throw Error(name, std::to_string(channels) + " channels were asked for, expected 1 or 3");
   const ImageInfo info = probe_bytes(bytes, size, name);
-  BasicImage<Sample> image = info.format == ImageFormat::png
-                                 ? decode_png<Sample>(bytes, size, name)
-                                 : with_samples<Sample>(decode_jpeg(bytes, size, name));
+  BasicImage<Sample> image = info.format == ImageFormat::png ? decode_png<Sample>(bytes, size, name)
+                             : info.format == ImageFormat::jpeg
+                                 ? with_samples<Sample>(decode_jpeg(bytes, size, name))
+                                 : decode_exr_picture<Sample>(bytes, size, name);
   return with_channels(std::move(image), channels);
 }
 

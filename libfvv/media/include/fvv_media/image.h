@@ -1,8 +1,9 @@
 /* fvv_media/image.h: still pictures: reading, writing, scaling, comparing.
  *
- * It knows PNG and JPEG files and samples of 8 or 16 bits in memory. It knows nothing of cameras, tiles or
- * video, and converts no colours: samples are taken as sRGB whatever a gAMA chunk or an ICC profile says, and
- * Exif orientation is ignored, because calibration refers to the rows and columns as they are stored. */
+ * It knows PNG, JPEG and OpenEXR files and samples of 8 or 16 bits in memory. It knows nothing of cameras,
+ * tiles or video, and converts no colours but the linear light of OpenEXR: samples of the others are taken as
+ * sRGB whatever a gAMA chunk or an ICC profile says, and Exif orientation is ignored, because calibration
+ * refers to the rows and columns as they are stored. */
 #ifndef FVV_MEDIA_IMAGE_H
 #define FVV_MEDIA_IMAGE_H
 
@@ -36,7 +37,7 @@ template <class SampleType = uint8_t>
 BasicImage<SampleType> make_image(uint32_t width, uint32_t height, int channels,
                                   typename BasicImage<SampleType>::Value value);
 
-enum class ImageFormat { png, jpeg };
+enum class ImageFormat { png, jpeg, exr };
 
 struct ImageInfo {
   uint32_t width, height;
@@ -51,7 +52,9 @@ ImageInfo probe_image(const std::string &path);
  * PNG: every colour type, depth and interlacing; 16 bits are rounded to 8 for an Image, and all others
  * become 16, exactly, for a DeepImage; alpha is dropped, colour under it stays. JPEG: grey, YCbCr, RGB;
  * whatever libjpeg would only warn about (a cut file, above all) is an error.
- */
+ * OpenEXR: R G B or Y as decode_exr reads them (exr.h), linear light with the primaries of Rec.709 and 1.0
+ * for white, clipped to 0 ... 1 and brought to the sRGB curve (srgb.h); A is dropped. Other chromaticities,
+ * NaN and infinities are errors. */
 template <class SampleType = uint8_t>
 BasicImage<SampleType> read_image(const std::string &path, int channels);
 

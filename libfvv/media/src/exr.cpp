@@ -1,0 +1,150 @@
+#include "fvv_media/exr.h"
+
+#include "codecs.h"
+#include "exr_file.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+namespace fvv::media {
+namespace {
+
+namespace exr = OPENEXR_IMF_NAMESPACE;
+
+/* Deflate makes at most 1032 bytes of one, and PXR24 widens 3 of those to 4. PIZ, B44 and RLE stay below. */
+constexpr uint64_t most_per_byte = 1376;
+/* Place of a block in the table, its coordinate and its length. */
+constexpr uint64_t least_block = 16;
+
+/* Bytes in memory as OpenEXR reads them. */
+class Source : public exr::IStream {
+public:
+  Source(const uint8_t *bytes, size_t size) : IStream("memory"), bytes_(bytes), size_(size) {}
+  bool read(char out[], int wanted) override {
+    if (wanted < 0 || position_ > size_ || uint64_t(wanted) > size_ - position_)
+      throw std::runtime_error("the file ends early");
+    memcpy(out, bytes_ + position_, size_t(wanted));
+    position_ += uint64_t(wanted);
+    return position_ < size_;
+  }
+  uint64_t tellg() override { return position_; }
+  void seekg(uint64_t position) override { position_ = position; }
+
+private:
+  const uint8_t *bytes_;
+  uint64_t size_, position_ = 0;
+};
+
+/* And as OpenEXR writes them: blocks one after the other, then the table in front of them. */
+class Sink : public exr::OStream {
+public:
+  Sink() : OStream("memory") {}
+  void write(const char in[], int size) override {
+    const size_t end = position_ + size_t(size);
+    if (end > bytes.size()) bytes.resize(end);
+    memcpy(bytes.data() + position_, in, size_t(size));
+    position_ = end;
+  }
+  uint64_t tellp() override { return position_; }
+  void seekp(uint64_t position) override { position_ = size_t(position); }
+
+  std::vector<uint8_t> bytes;
+
+private:
+  size_t position_ = 0;
+};
+
+/* The channels of samples that are interleaved, the first of which is that of pixel (left, top). */
+exr::FrameBuffer slices(const std::vector<std::string> &channels, float *samples, uint32_t width,
+                        int32_t left, int32_t top) {
+  const size_t pixel = channels.size() * sizeof(float), line = pixel * width;
+  // OpenEXR counts from pixel (0, 0), which need not be in the image: an address, not a pointer.
+  uintptr_t origin = reinterpret_cast<uintptr_t>(samples);
+  origin -= uintptr_t(intptr_t(left) * intptr_t(pixel) + intptr_t(top) * intptr_t(line));
+  exr::FrameBuffer buffer;
+  for (size_t i = 0; i < channels.size(); i++)
+    buffer.insert(channels[i],
+                  exr::Slice(exr::FLOAT, reinterpret_cast<char *>(origin + i * sizeof(float)), pixel, line));
+  return buffer;
+}
+
+void check_channels(const FloatImage &image) {
+  check_dimensions(image.width, image.height, "a picture");
+  std::vector<std::string> names = image.channels;
+  std::sort(names.begin(), names.end());
+  const bool unlike = std::adjacent_find(names.begin(), names.end()) == names.end();
+  const auto good = [](const std::string &name) {
+    return !name.empty() && name.size() < 32 && name.find('\0') == std::string::npos;
+  };
+  if (names.empty() || !unlike || !std::all_of(names.begin(), names.end(), good))
+    throw Error("a picture has channels that OpenEXR has no names for");
+  const uint64_t size = uint64_t(image.width) * image.height * names.size();
+  if (image.samples.size() != size)
+    throw Error("a picture of " + std::to_string(image.width) + " x " + std::to_string(image.height) + " x " +
+                std::to_string(names.size()) + " holds " + std::to_string(image.samples.size()) +
+                " samples, expected " + std::to_string(size));
+}
+
+} // namespace
+
+FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name) {
+  if (!is_exr(bytes, size)) throw Error(name, size == 0 ? "is empty" : "is no OpenEXR file");
+  const ExrHeader header = read_exr_header(bytes, size, name);
+  check_justified(std::max(header.image_size, header.block_size), most_per_byte, size, name);
+  if (header.blocks > size / least_block)
+    throw Error(name, "is cut or damaged: " + std::to_string(size) + " bytes cannot hold the " +
+                          std::to_string(header.blocks) + " blocks that its header announces");
+  FloatImage image;
+  image.width = header.width;
+  image.height = header.height;
+  image.channels = header.chosen;
+  image.samples.resize(size_t(header.width) * header.height * header.chosen.size());
+  try {
+    Source source(bytes, size);
+    exr::InputFile file(source, 0);
+    file.setFrameBuffer(slices(image.channels, image.samples.data(), image.width, header.left, header.top));
+    file.readPixels(header.top, header.top + int32_t(header.height - 1));
+  } catch (const std::bad_alloc &) {
+    throw;
+  } catch (const std::exception &error) {
+    throw Error(name, std::string("the OpenEXR file is cut or damaged: ") + error.what());
+  }
+  return image;
+}
+
+FloatImage read_exr(const std::string &path) {
+  const std::vector<uint8_t> bytes = read_file(path);
+  return decode_exr(bytes.data(), bytes.size(), path);
+}
+
+std::vector<uint8_t> encode_exr(const FloatImage &image) {
+  check_channels(image);
+  try {
+    exr::Header header(int(image.width), int(image.height));
+    header.compression() = exr::ZIP_COMPRESSION;
+    for (const std::string &name : image.channels) header.channels().insert(name, exr::Channel(exr::FLOAT));
+    Sink sink;
+    {
+      exr::OutputFile file(sink, header, 0);
+      // OpenEXR's buffers serve both ways and know no const; writing leaves them as they are.
+      file.setFrameBuffer(
+          slices(image.channels, const_cast<float *>(image.samples.data()), image.width, 0, 0));
+      file.writePixels(int(image.height));
+    } // writes the table of blocks
+    return std::move(sink.bytes);
+  } catch (const std::bad_alloc &) {
+    throw;
+  } catch (const std::exception &error) {
+    throw Error(std::string("a picture cannot be written as OpenEXR: ") + error.what());
+  }
+}
+
+} // namespace fvv::media

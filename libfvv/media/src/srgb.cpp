@@ -1,0 +1,44 @@
+#include "fvv_media/srgb.h"
+
+#include <cstring>
+
+namespace fvv::media {
+namespace {
+
+float float_of(uint32_t bits) {
+  float value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+/* Whether the curve at x (not negative) is at least (2 code - 1) / (2 largest). */
+bool reaches(double x, uint32_t code, uint32_t largest) {
+  const double odd = 2.0 * code - 1, both = 2.0 * largest;
+  // 12.92 x up to 0.04045: 12.92 = 323 / 25, and all of this is exact.
+  if (odd <= 0.04045 * both) return x * 323 * both >= odd * 25;
+  // ((v + 0.055) / 1.055)^2.4 behind it.
+  const double root = (odd * 1000 + both * 55) / (both * 1055);
+  const double square = root * root, fourth = square * square;
+  return x * x * x * x * x >= fourth * fourth * fourth;
+}
+
+} // namespace
+
+std::vector<float> srgb_thresholds(uint32_t largest) {
+  constexpr uint32_t one = 0x3f800000; // bits of 1.0f; those of positive floats are in their order
+  std::vector<float> thresholds;
+  thresholds.reserve(largest);
+  uint32_t below = 0;
+  for (uint32_t code = 1; code <= largest; code++) {
+    uint32_t reached = one;
+    while (reached - below > 1) {
+      const uint32_t middle = below + (reached - below) / 2;
+      (reaches(double(float_of(middle)), code, largest) ? reached : below) = middle;
+    }
+    thresholds.push_back(float_of(reached));
+    below = reached - 1; // the next threshold may be the same float, were codes that fine
+  }
+  return thresholds;
+}
+
+} // namespace fvv::media
