@@ -4,6 +4,7 @@
 #include "cli/parallel.h"
 #include "fvv_media/image.h"
 #include "fvvsynth/remesh.h"
+#include "fvvsynth/truth.h"
 #include "hull/hull.h"
 
 #include <algorithm>
@@ -185,17 +186,26 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
       const std::string name = std::string(camera.name, camera.name_size) + "/";
       write_png(folder.file(numbered(name.c_str(), number, ".png")), picture, 3, picture.rgb);
       write_png(folder.file(numbered((name + "mask_").c_str(), number, ".png")), picture, 1, picture.mask);
+      if (recording.depth)
+        write_bytes(folder.file(numbered((name + "depth_").c_str(), number, ".exr")), depth_exr(picture));
       if (recording.meshes == Meshes::hull) silhouettes.emplace_back(camera, picture.mask);
     }
     const std::string path = folder.file(numbered("meshes/", number, ".ply"));
+    const auto write_mesh = [&](const std::vector<float> &points, const std::vector<uint32_t> &faces) {
+      write_bytes(path, ply(points, faces));
+      if (!recording.visibility) return;
+      const VisibilityFiles seen = visibility_files(scene.cameras(), points, faces);
+      write_bytes(folder.file(numbered("visibility/faces_", number, ".npy")), seen.faces);
+      write_bytes(folder.file(numbered("visibility/vertices_", number, ".npy")), seen.vertices);
+    };
     if (recording.meshes == Meshes::tracked) {
-      write_bytes(path, ply(moment.positions, scene.faces()));
+      write_mesh(moment.positions, scene.faces());
     } else {
       const Surface surface = recording.meshes == Meshes::hull
                                   ? hull::carve(grid, silhouettes, hull::Floor{{0, 1, 0}, 0})
                                   : remeshed(scene, moment, number);
       if (surface.faces.empty()) throw cli::Failure(path + ": the masks of this frame leave no hull");
-      write_bytes(path, ply(positions(surface), surface.faces));
+      write_mesh(positions(surface), surface.faces);
     }
   };
   cli::parallel(recording.threads, recording.frames, frame, [&] { progress.step(); });

@@ -26,6 +26,8 @@ struct Recording {
   FrameRate rate;
   Meshes meshes = Meshes::tracked;
   uint32_t hull_cells = 220; // along the longest side of the space that hulls are carved from
+  bool depth = false;        // of every picture, beside it
+  bool visibility = false;   // of every written mesh: what each camera sees of it
   uint32_t threads = 1;      // the bytes written do not depend on it
 };
 

@@ -63,6 +63,9 @@ int main(int argc, char **argv) {
       app.add_option("--hull-cells", recording.hull_cells,
                      "Cells along the longest side of the hull's grid; default 220, studio 236")
           ->check(CLI::Range(24, 1200));
+  app.add_flag("--depth", recording.depth, "Also write the depth of every picture, in OpenEXR");
+  app.add_flag("--visibility", recording.visibility,
+               "Also write which faces and vertices of the meshes each camera sees, by ray casting");
   app.add_option("--threads", settings.threads, "Threads; the result is the same for any number")
       ->check(CLI::Range(1, 64));
   app.add_flag("--force", force, "Replace the folder when it exists");

@@ -1,0 +1,24 @@
+// fvv_render/ray_visibility.h: which faces and vertices of a mesh a camera sees, by casting rays: the truth
+// that faster ways are measured by. Knows cameras and rays; knows no files.
+#pragma once
+
+#include "fvv_render/ray.h"
+
+namespace fvv::render {
+
+// How far a vertex is moved off the surface before it is asked for, metres: more than float32 rounds
+// positions within 800 m, less than any detail that a reconstruction has.
+constexpr double vertex_lift = 1e-4;
+
+// For each face 1 when camera sees it, else 0. Seen is a face whose centroid (the mean of its vertices)
+// projects into the picture (fvv_camera_project, 0 <= u < width, 0 <= v < height), which turns its front
+// (counter-clockwise) to the camera's centre, and whose centroid nothing lies in front of: the segment from
+// the centre to the centroid meets no other face of the mesh, either side counting, its ends left out. rays
+// is of the same mesh; camera is valid.
+std::vector<uint8_t> visible_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays);
+
+// The same for vertices. A vertex's normal is the sum of its faces' normals weighted by area; the point asked
+// for is vertex_lift away along it, and all faces can hide it. A vertex without a normal is not seen.
+std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays);
+
+} // namespace fvv::render
