@@ -124,7 +124,7 @@ def main():
     written = json.loads((out / "capture.json").read_text())["cameras"]
     real.figure("cameras", len(written), len(source), at_most=False)
     reprojection = 0.0
-    for (name, matrix, transform), w in zip(source, written, strict=True):
+    for (_, matrix, transform), w in zip(source, written, strict=True):
         i = w["intrinsics"]
         ours = np.array([[i["fx"], i.get("skew", 0), i["cx"]], [0, i["fy"], i["cy"]], [0, 0, 1]])
         there = project(ours, np.column_stack([np.array(w["rotation"]), w["translation"]]), positions)

@@ -16,9 +16,12 @@ namespace fvv::media {
 namespace {
 
 thread_local char last_message[200];
+thread_local bool demuxer_spoke;
 
-void keep_message(void *, int level, const char *format, va_list arguments) {
+void keep_message(void *speaker, int level, const char *format, va_list arguments) {
   if (level > AV_LOG_ERROR) return;
+  const AVClass *kind = speaker ? *static_cast<AVClass **>(speaker) : nullptr;
+  if (kind && kind->category == AV_CLASS_CATEGORY_DEMUXER) demuxer_spoke = true;
   char message[sizeof last_message];
   vsnprintf(message, sizeof message, format, arguments);
   message[strcspn(message, "\r\n")] = 0;
@@ -49,9 +52,13 @@ void quiet_log() {
 
 void clear_log() {
   last_message[0] = 0;
+  demuxer_spoke = false;
 }
 bool log_has_error() {
   return last_message[0] != 0;
+}
+bool log_has_demuxer_error() {
+  return demuxer_spoke;
 }
 
 void fail(const std::string &what, int code) {

@@ -39,6 +39,8 @@ void quiet_log();
 void clear_log();
 /* Whether FFmpeg has complained on this thread since, even where it answered success. */
 bool log_has_error();
+/* The same of demuxers alone. */
+bool log_has_demuxer_error();
 /* Throws Error "what: message", by the log's last error or by the code's own text. */
 [[noreturn]] void fail(const std::string &what, int code);
 

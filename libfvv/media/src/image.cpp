@@ -65,6 +65,8 @@ template <class Sample> uint32_t luma16(const Sample *rgb) {
 /* White of this sample type over white of 8 bits. */
 template <class Sample> constexpr uint32_t step = std::numeric_limits<Sample>::max() / 255;
 
+} // namespace
+
 template <class Sample> BasicImage<Sample> with_samples(Image image) {
   if constexpr (sizeof(Sample) == 1) {
     return image;
@@ -87,6 +89,13 @@ template <class Sample> BasicImage<Sample> with_channels(BasicImage<Sample> imag
   }
   return out;
 }
+
+template Image with_samples(Image image);
+template DeepImage with_samples(Image image);
+template Image with_channels(Image image, int channels);
+template DeepImage with_channels(DeepImage image, int channels);
+
+namespace {
 
 /* Luma in 1/256 of a code of 8 bits, rounded. */
 template <int channels, class Sample> int32_t luma_of(const Sample *pixel) {

@@ -1,0 +1,27 @@
+/* Pictures of any pixel format to RGB, by libswscale. Internal to fvv_media. */
+#ifndef FVV_MEDIA_VIDEO_RGB_H
+#define FVV_MEDIA_VIDEO_RGB_H
+
+#include "ffmpeg.h"
+
+struct SwsContext;
+
+namespace fvv::media {
+
+class RgbConverter {
+public:
+  RgbConverter() = default;
+  ~RgbConverter();
+  RgbConverter(const RgbConverter &) = delete;
+
+  /* As VideoFile::picture says. Keeps what it has set up while pictures are alike. Error without a name. */
+  Image convert(const AVFrame &frame);
+
+private:
+  SwsContext *context_ = nullptr;
+  std::string made_for_;
+};
+
+} // namespace fvv::media
+
+#endif
