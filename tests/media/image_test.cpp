@@ -278,3 +278,42 @@ TEST_CASE("PSNR is that of BT.709 luma where the mask counts") {
   CHECK(psnr_luma(a, b, &mask) == Approx(10 * std::log10(255.0 * 255 * 2 / (155.0 * 155))).margin(1e-9));
   CHECK_THAT(error_of([&] { psnr_luma(a, make_image(10, 9, 3, 0)); }), Contains("different sizes"));
 }
+
+TEST_CASE("pictures are turned clockwise by quarters") {
+  Image image = make_image(3, 2, 1, 0);
+  image.pixels = {1, 2, 3, //
+                  4, 5, 6};
+  CHECK(rotate(image, 0).pixels == image.pixels);
+  const Image quarter = rotate(image, 90);
+  CHECK((quarter.width == 2 && quarter.height == 3));
+  CHECK(quarter.pixels == std::vector<uint8_t>{4, 1, 5, 2, 6, 3});
+  CHECK(rotate(image, 180).pixels == std::vector<uint8_t>{6, 5, 4, 3, 2, 1});
+  CHECK(rotate(image, 270).pixels == std::vector<uint8_t>{3, 6, 2, 5, 1, 4});
+  const Image colours = scene(40, 30, 0);
+  CHECK(rotate(rotate(rotate(colours, 90), 180), 90).pixels == colours.pixels);
+  CHECK_THAT(error_of([&] { rotate(image, 45); }), Contains("expected 0, 90, 180 or 270"));
+}
+
+TEST_CASE("Exif orientation of a JPEG file is told, in either byte order, and not obeyed") {
+  const std::vector<uint8_t> plain = encode_jpeg(scene(16, 8, 0), 90, Subsampling::yuv420);
+  const auto with_exif = [&](std::vector<uint8_t> tiff) {
+    std::vector<uint8_t> segment = {0xff, 0xe1, 0, uint8_t(8 + tiff.size()), 'E', 'x', 'i', 'f', 0, 0};
+    segment.insert(segment.end(), tiff.begin(), tiff.end());
+    std::vector<uint8_t> file = plain;
+    file.insert(file.begin() + 2, segment.begin(), segment.end());
+    return write_file("exif.jpg", file);
+  };
+  const std::vector<uint8_t> big = {'M', 'M', 0, 42, 0,  0, 0, 8, 0, 2, 1, 0, 0, 4, 0, 0, 0, 1, 0,
+                                    0,   0,   9, 1,  18, 0, 3, 0, 0, 0, 1, 0, 6, 0, 0, 0, 0, 0, 0};
+  const std::vector<uint8_t> little = {'I', 'I', 42, 0, 8, 0, 0, 0, 1, 0, 18,
+                                       1,   3,   0,  1, 0, 0, 0, 8, 0, 0, 0};
+  CHECK(probe_image(write_file("exif.jpg", plain)).orientation == 1);
+  CHECK(probe_image(with_exif(big)).orientation == 6);
+  CHECK(probe_image(with_exif(little)).orientation == 8);
+  const ImageInfo info = probe_image("exif.jpg");
+  CHECK((info.width == 16 && info.height == 8));
+  CHECK(read_image("exif.jpg", 3).pixels == decode_image(plain.data(), plain.size(), 3, "").pixels);
+  // Cut anywhere, it is as if there were none.
+  for (size_t size = 0; size < little.size() - 3; size++)
+    CHECK(probe_image(with_exif({little.begin(), little.begin() + std::ptrdiff_t(size)})).orientation == 1);
+}

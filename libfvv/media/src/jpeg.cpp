@@ -1,6 +1,7 @@
 /* JPEG by libjpeg-turbo's TurboJPEG. The accurate DCT is asked for both ways: the fast one differs between
  * machines with and without SIMD. */
 #include "codecs.h"
+#include "exif.h"
 
 #include <turbojpeg.h>
 
@@ -34,7 +35,8 @@ ImageInfo read_header(tjhandle handle, const uint8_t *bytes, size_t size, const 
   check_dimensions(uint32_t(width), uint32_t(height), name);
   if (colourspace != TJCS_GRAY && colourspace != TJCS_YCbCr && colourspace != TJCS_RGB)
     throw Error(name, "the JPEG file is CMYK, expected grey, YCbCr or RGB");
-  return {uint32_t(width), uint32_t(height), colourspace == TJCS_GRAY ? 1 : 3, ImageFormat::jpeg};
+  return {uint32_t(width), uint32_t(height), colourspace == TJCS_GRAY ? 1 : 3, ImageFormat::jpeg,
+          exif_orientation(bytes, size)};
 }
 
 } // namespace

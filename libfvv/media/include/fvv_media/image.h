@@ -43,6 +43,7 @@ struct ImageInfo {
   uint32_t width, height;
   int channels; /* 1 or 3: what the file holds, alpha not counted, a palette counted as RGB */
   ImageFormat format;
+  uint8_t orientation = 1; /* what Exif in a JPEG file says, 1 (upright) to 8; read_image ignores it */
 };
 
 /* From the file's header alone; the format by content, never by the name's extension. */
@@ -75,6 +76,9 @@ std::vector<uint8_t> encode_jpeg(const Image &image, int quality, Subsampling su
  * pictures come out in blocks. */
 template <class SampleType>
 BasicImage<SampleType> scale(const BasicImage<SampleType> &image, uint32_t width, uint32_t height);
+
+/* Turned clockwise by 0, 90, 180 or 270 degrees. */
+Image rotate(Image image, int degrees);
 
 /* The rectangle of image. Error unless it lies inside and is not empty. */
 template <class SampleType>
