@@ -6,7 +6,8 @@
 #include "capture/file.h"
 #include "capture/mesh_animation.h"
 #include "capture/mesh_file.h"
-#include "capture/pattern.h"
+#include "capture/picture_source.h"
+#include "capture/video_facts.h"
 #include "fvv/calibration.h"
 
 #include <functional>
@@ -27,7 +28,7 @@ struct Camera {
   // without names. Empty: calibration holds for all frames.
   std::map<int64_t, fvv_camera> per_frame;
   bool texture = true; // its pictures are meant to colour the mesh; otherwise they show outlines only
-  std::optional<Pattern> pictures, masks; // no masks without pictures
+  std::optional<PictureSource> pictures, masks; // no masks without pictures
 
   void set_name(const std::string &text);
   bool moves() const { return !per_frame.empty(); }
@@ -58,7 +59,8 @@ struct Capture {
   std::shared_ptr<const MeshAnimation> animation;
   std::vector<Camera> cameras;
 
-  // Where the files of a frame number lie. The pattern must be there (meshes, pictures, masks).
+  // Where the files of a frame number lie; of a video, whatever the frame, its own. The pattern must be there
+  // (meshes, pictures, masks).
   std::string mesh_path(int64_t frame) const;
   std::string picture_path(const Camera &camera, int64_t frame) const;
   std::string mask_path(const Camera &camera, int64_t frame) const;
@@ -87,8 +89,12 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits =
 // Width and height of a picture, from its header. Throws any std::exception for a file that is no picture.
 struct PictureSize {
   uint32_t width, height;
+  uint8_t orientation = 1; // that Exif asks for, 1 (upright) to 8
 };
 using PictureProbe = std::function<PictureSize(const std::string &path)>;
+
+// What a video file holds, all of its pictures looked at. Throws any std::exception for a file that is none.
+using VideoProbe = std::function<VideoFacts(const std::string &path, std::optional<uint32_t> stream)>;
 
 // What stands in the way of work, and what is merely odd; sentences without the path of capture.json, in the
 // order meshes, cameras as listed.
@@ -97,12 +103,14 @@ struct Findings {
   std::vector<std::string> warnings;
   std::vector<std::string>
       unused; // frames that lie there and are not taken: odd unless somebody asked for a part
+  std::vector<VideoReport> videos; // of every video that could be read, cameras as listed, masks last
 };
 
 // Looks at every file that a capture names, before any work starts: missing or empty files, pictures and
 // masks whose size is not the camera's (probe empty: not looked at), files of frames before the first or
 // behind the last (unused), two cameras with the same pictures. An animated file is read: what is wrong
-// with it is a problem, frames behind its end are a warning.
-Findings check_files(const Capture &capture, const PictureProbe &probe);
+// with it is a problem, frames behind its end are a warning. So is every video (video_probe empty: only
+// whether it is there); frames for which it has no picture are a warning.
+Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe = {});
 
 } // namespace fvv::capture

@@ -124,10 +124,11 @@ Camera read_camera(const JsonValue &value, const Capture &capture, const Convent
   if (const auto entries = value.find("per_frame"))
     read_per_frame(*entries, capture.frames, convention, r_max_given, camera);
   if (const auto texture = value.find("texture")) camera.texture = texture->boolean();
-  if (const auto pictures = value.find("pictures")) camera.pictures = read_pattern(*pictures, capture.frames);
+  if (const auto pictures = value.find("pictures"))
+    camera.pictures = read_picture_source(*pictures, capture.frames);
   if (const auto masks = value.find("masks")) {
     if (!camera.pictures) masks->fail("expected pictures wherever there are masks");
-    camera.masks = read_pattern(*masks, capture.frames);
+    camera.masks = read_picture_source(*masks, capture.frames);
   }
   return camera;
 }

@@ -1,10 +1,12 @@
 // capture/capture_check.cpp: whether the files that a capture names are there, before hours of work.
-#include "capture/capture.h"
+#include "capture/gaps.h"
+#include "capture/video_check.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 namespace fvv::capture {
 
@@ -22,40 +24,10 @@ struct Tally {
   }
 };
 
-// Numbers of the frames that lack a file, given in ascending order, as ranges.
-class Gaps {
-public:
-  explicit Gaps(int64_t frame_step) : step(frame_step) {}
-
-  void add(int64_t frame) {
-    if (ranges.empty() || ranges.back().last + step != frame)
-      ranges.push_back({frame, frame});
-    else
-      ranges.back().last = frame;
-  }
-  // "3, 17 to 27"
-  std::string text() const {
-    constexpr size_t most = 8; // more would hide the other problems
-    std::string out;
-    for (size_t i = 0; i < ranges.size() && i < most; i++) {
-      out += (i ? ", " : "") + std::to_string(ranges[i].first);
-      if (ranges[i].first != ranges[i].last) out += " to " + std::to_string(ranges[i].last);
-    }
-    return out + (ranges.size() > most ? ", ..." : "");
-  }
-
-private:
-  struct Range {
-    int64_t first, last;
-  };
-  int64_t step;
-  std::vector<Range> ranges;
-};
-
 class FileCheck {
 public:
-  FileCheck(const Capture &description, const PictureProbe &picture_probe)
-      : capture(description), probe(picture_probe) {}
+  FileCheck(const Capture &description, const PictureProbe &picture_probe, const VideoProbe &of_videos)
+      : capture(description), probe(picture_probe), video_probe(of_videos) {}
 
   Findings run() {
     if (capture.meshes && capture.animation)
@@ -64,18 +36,26 @@ public:
       sequence("", "meshes", *capture.meshes, nullptr);
     for (const Camera &camera : capture.cameras) {
       const std::string subject = "camera " + std::to_string(camera.calibration.id) + ": ";
-      if (camera.pictures) sequence(subject, "pictures", *camera.pictures, &camera.calibration);
-      if (camera.masks) sequence(subject, "masks", *camera.masks, &camera.calibration);
+      if (camera.pictures) source(subject, "pictures", *camera.pictures, camera);
+      if (camera.masks) source(subject, "masks", *camera.masks, camera);
     }
     shared_pictures();
     return std::move(findings);
   }
 
 private:
+  void source(const std::string &subject, const std::string &kind, const PictureSource &pictures,
+              const Camera &camera) {
+    if (pictures.video)
+      check_video(capture, camera, kind, pictures, video_probe, findings);
+    else
+      sequence(subject, kind, *pictures.pattern, &camera.calibration, pictures.rotate);
+  }
+
   // kind: a plural. camera: whose size the pictures must have; NULL: these are no pictures.
   void sequence(const std::string &subject, const std::string &kind, const Pattern &pattern,
-                const fvv_camera *camera) {
-    Tally missing, empty, unreadable, unlike;
+                const fvv_camera *camera, std::optional<int> rotate = {}) {
+    Tally missing, empty, unreadable, unlike, turned;
     Gaps gaps(capture.frames.step);
     for (int64_t i = 0; i < capture.frames.count; i++) {
       const int64_t frame = capture.frames.number(i);
@@ -89,7 +69,7 @@ private:
       else if (fs::file_size(path, error) == 0)
         empty.add(file);
       else if (camera && probe)
-        check_size(file, path, *camera, unreadable, unlike);
+        check_size(file, path, *camera, rotate, unreadable, unlike, turned);
     }
     if (missing.count)
       findings.problems.push_back(counted(subject, kind, missing, "missing") + ": " + gaps.text() +
@@ -99,15 +79,21 @@ private:
     if (camera)
       report(subject, kind, unlike,
              "not " + std::to_string(camera->width) + " x " + std::to_string(camera->height));
+    if (turned.count)
+      findings.warnings.push_back(counted(subject, kind, turned, "turned by their Exif orientation") +
+                                  ", which is ignored unless \"rotate\" is stated, first: " + turned.first);
     extra_frames(subject, kind, pattern);
   }
 
   void check_size(const std::string &file, const std::string &path, const fvv_camera &camera,
-                  Tally &unreadable, Tally &unlike) const {
+                  std::optional<int> rotate, Tally &unreadable, Tally &unlike, Tally &turned) const {
     try {
-      const PictureSize size = probe(path);
+      PictureSize size = probe(path);
+      if (rotate && *rotate % 180) std::swap(size.width, size.height);
       if (size.width != camera.width || size.height != camera.height)
         unlike.add(file + " is " + std::to_string(size.width) + " x " + std::to_string(size.height));
+      if (size.orientation != 1 && !rotate)
+        turned.add(file + " has orientation " + std::to_string(size.orientation));
     } catch (const std::exception &error) {
       unreadable.add(error.what());
     }
@@ -188,7 +174,7 @@ private:
     for (size_t i = 0; i < capture.cameras.size(); i++)
       for (size_t j = 0; j < i; j++) {
         const Camera &a = capture.cameras[j], &b = capture.cameras[i];
-        if (a.pictures && b.pictures && a.pictures->text() == b.pictures->text())
+        if (a.pictures && b.pictures && a.pictures->has_same_pictures(*b.pictures))
           findings.problems.push_back("camera " + std::to_string(b.calibration.id) +
                                       ": has the pictures of camera " + std::to_string(a.calibration.id) +
                                       ": " + b.pictures->text());
@@ -197,13 +183,14 @@ private:
 
   const Capture &capture;
   const PictureProbe &probe;
+  const VideoProbe &video_probe;
   Findings findings;
 };
 
 } // namespace
 
-Findings check_files(const Capture &capture, const PictureProbe &probe) {
-  return FileCheck(capture, probe).run();
+Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe) {
+  return FileCheck(capture, probe, video_probe).run();
 }
 
 } // namespace fvv::capture

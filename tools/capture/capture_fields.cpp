@@ -19,28 +19,28 @@ double positive(const JsonValue &value) {
   return number;
 }
 
-// "25", "30000/1001" or 25, in lowest terms. least: of the numerator. what: for the message.
+std::optional<fvv_rational> parse_rational(std::string_view text) {
+  int64_t numerator = 0, denominator = 1;
+  const size_t slash = text.find('/');
+  const auto digits = [](std::string_view part, int64_t &number) {
+    return part.find_first_not_of("0123456789") == part.npos && parse_integer(part, number);
+  };
+  if (!digits(text.substr(0, slash), numerator) ||
+      (slash != text.npos && !digits(text.substr(slash + 1), denominator)) || !denominator)
+    return {};
+  const int64_t divisor = std::gcd(numerator, denominator);
+  if (numerator / divisor > UINT32_MAX || denominator / divisor > UINT32_MAX) return {};
+  return fvv_rational{static_cast<uint32_t>(numerator / divisor),
+                      static_cast<uint32_t>(denominator / divisor)};
+}
+
 fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what) {
-  const auto refuse = [&] { value.fail(std::string("expected ") + what + ", found " + value.found()); };
-  int64_t rate[2] = {0, 1};
-  if (value.is_text()) {
-    const std::string text = value.text();
-    const size_t slash = text.find('/');
-    const auto digits = [&](std::string_view part, int64_t &number) {
-      return part.find_first_not_of("0123456789") == part.npos && parse_integer(part, number);
-    };
-    if (!digits(std::string_view(text).substr(0, slash), rate[0]) ||
-        (slash != text.npos && !digits(std::string_view(text).substr(slash + 1), rate[1])))
-      refuse();
-  } else if (value.is_integer()) {
-    rate[0] = value.integer(least, UINT32_MAX);
-  } else {
-    refuse();
-  }
-  if (rate[0] < least || !rate[1]) refuse();
-  const int64_t divisor = std::gcd(rate[0], rate[1]);
-  if (rate[0] / divisor > UINT32_MAX || rate[1] / divisor > UINT32_MAX) refuse();
-  return {static_cast<uint32_t>(rate[0] / divisor), static_cast<uint32_t>(rate[1] / divisor)};
+  if (value.is_integer()) return {static_cast<uint32_t>(value.integer(least, UINT32_MAX)), 1};
+  const std::optional<fvv_rational> rational =
+      value.is_text() ? parse_rational(value.text()) : std::optional<fvv_rational>();
+  if (!rational || rational->numerator < least)
+    value.fail(std::string("expected ") + what + ", found " + value.found());
+  return *rational;
 }
 
 Pattern read_pattern(const JsonValue &value, const Frames &frames) {

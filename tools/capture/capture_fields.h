@@ -11,6 +11,8 @@ double finite(const JsonValue &value);
 double positive(const JsonValue &value);
 // "25", "30000/1001" or 25, in lowest terms. least: of the numerator. what: for the message.
 fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what);
+// The same of text, without least; nothing for what is none or does not fit.
+std::optional<fvv_rational> parse_rational(std::string_view text);
 // A pattern, which needs a number when there are several frames.
 Pattern read_pattern(const JsonValue &value, const Frames &frames);
 

@@ -66,8 +66,8 @@ std::string camera_text(const Camera &camera) {
                calibration_text(calibration, " ") + "}";
   if (camera.moves()) out += ",\n      \"per_frame\": [" + entries + "]";
   if (!camera.texture) out += ",\n      \"texture\": false";
-  if (camera.pictures) out += ",\n      \"pictures\": " + text(camera.pictures->text());
-  if (camera.masks) out += ",\n      \"masks\": " + text(camera.masks->text());
+  if (camera.pictures) out += ",\n      \"pictures\": " + format_picture_source(*camera.pictures, text);
+  if (camera.masks) out += ",\n      \"masks\": " + format_picture_source(*camera.masks, text);
   return out + "\n    }";
 }
 
@@ -100,6 +100,12 @@ std::string format_capture(const Capture &capture) {
     if (fvv_camera_validate(&camera.calibration, &diagnostic) != FVV_OK)
       throw FileError(capture.path + ": camera " + std::to_string(camera.calibration.id) + ": " +
                       diagnostic.message);
+    for (const auto &source : {camera.pictures, camera.masks})
+      if (source && source->video && source->video->first != capture.frames.first)
+        throw FileError(capture.path + ": camera " + std::to_string(camera.calibration.id) +
+                        ": expected a capture that begins with frame " +
+                        std::to_string(source->video->first) + " as its video does, found " +
+                        std::to_string(capture.frames.first));
   }
   const fvv_rational &duration = capture.frame_duration;
   std::string rate = std::to_string(duration.denominator);

@@ -34,6 +34,7 @@ public:
   JsonValue items(size_t count, size_t index) const; // the same of an array that must have count items
 
   bool is_text() const { return value->is_string(); }
+  bool is_object() const { return value->is_object(); }
   bool is_number() const { return value->is_number(); }
   bool is_integer() const { return value->is_number_integer(); }
   std::string text() const; // without NUL

@@ -91,6 +91,9 @@ VideoIndex make_index(Demuxer &demuxer, const std::string &path) {
   if (index.packet_of.empty()) throw Error(path, "holds no picture");
   std::stable_sort(index.packet_of.begin(), index.packet_of.end(),
                    [&](size_t a, size_t b) { return index.packets[a].pts < index.packets[b].pts; });
+  constexpr int64_t longest = int64_t(1) << 53; // 104 days in nanoseconds
+  if (index.pts(index.packet_of.size() - 1) - index.pts(0) > longest)
+    throw Error(path, "has presentation times that are too far apart");
   for (size_t i = 0; i < index.packet_of.size(); i++) {
     index.info.times.push_back(index.pts(i) - index.pts(0));
     if (i && index.info.times[i] == index.info.times[i - 1])

@@ -22,7 +22,8 @@ constexpr size_t max_video_pictures = 4'000'000;
 struct VideoInfo {
   uint32_t width = 0, height = 0; /* as stored */
   fvv_rational tick = {1, 1};     /* seconds, the unit of times */
-  std::vector<int64_t> times;     /* of the pictures, as they are shown: from 0, strictly rising */
+  std::vector<int64_t> times;     /* of the pictures, as they are shown: from 0, strictly rising, at most
+                                   2^53 */
   /* Degrees clockwise that the container's display matrix turns pictures by: 0, 90, 180, 270; nothing when it
    * does anything else, mirroring above all. Orientation inside the bitstream is not looked at. */
   std::optional<int> rotation = 0;
