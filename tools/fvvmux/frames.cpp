@@ -49,20 +49,21 @@ MeshFrame encode_mesh(const Plan &plan, size_t i) {
   return frame;
 }
 
-template <class Sample>
-Picture<Sample> load_picture(const capture::Capture &capture, const Tiling &tiling, bool flat_background,
-                             size_t i, bool with_mask) {
+template <class Sample> Picture<Sample> load_picture(const Plan &plan, size_t i, bool with_mask) {
+  const capture::Capture &capture = plan.capture;
+  const Tiling &tiling = plan.tiling;
+  const bool flat_background = plan.options.flat_background;
   const int64_t number = capture.frames.number(int64_t(i));
   std::vector<media::BasicImage<Sample>> images;
   std::vector<media::Image> masks;
   bool masked = false;
   for (const size_t index : tiling.cameras) {
     const capture::Camera &camera = capture.cameras[index];
-    images.push_back(media::read_image<Sample>(capture.picture_path(camera, number), 3));
+    images.push_back(plan.videos->read<Sample>(capture, *camera.pictures, number, 3));
     masks.emplace_back(); // the whole tile
     if (!camera.masks || !(with_mask || flat_background)) continue;
     masked = true;
-    masks.back() = media::read_image(capture.mask_path(camera, number), 1);
+    masks.back() = plan.videos->read(capture, *camera.masks, number, 1);
     if (flat_background) media::flatten(images.back(), masks.back(), flat_margin);
   }
   try {
@@ -75,16 +76,15 @@ Picture<Sample> load_picture(const capture::Capture &capture, const Tiling &tili
   }
 }
 
-template Picture<uint8_t> load_picture(const capture::Capture &, const Tiling &, bool, size_t, bool);
-template Picture<uint16_t> load_picture(const capture::Capture &, const Tiling &, bool, size_t, bool);
+template Picture<uint8_t> load_picture(const Plan &, size_t, bool);
+template Picture<uint16_t> load_picture(const Plan &, size_t, bool);
 
 namespace {
 
 template <class Sample> media::EncodedGroup encode_as(const Plan &plan, size_t first, size_t count) {
   std::vector<media::BasicImage<Sample>> images;
   for (size_t i = first; i < first + count; i++)
-    images.push_back(
-        load_picture<Sample>(plan.capture, plan.tiling, plan.options.flat_background, i, false).image);
+    images.push_back(load_picture<Sample>(plan, i, false).image);
   try {
     return media::encode_group(plan.video.settings, images);
   } catch (const media::Error &error) {

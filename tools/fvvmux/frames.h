@@ -32,9 +32,7 @@ template <class Sample> struct Picture {
   media::BasicImage<Sample> image;
   media::Image mask;
 };
-template <class Sample>
-Picture<Sample> load_picture(const capture::Capture &capture, const Tiling &tiling, bool flat_background,
-                             size_t i, bool with_mask);
+template <class Sample> Picture<Sample> load_picture(const Plan &plan, size_t i, bool with_mask);
 
 // Encodes frames first ... first + count - 1 as one group.
 media::EncodedGroup encode_pictures(const Plan &plan, size_t first, size_t count);

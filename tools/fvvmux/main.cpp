@@ -18,12 +18,13 @@ constexpr const char *footer =
     "fraction], group, groups, lattice: {origin, step, reason, half_step_pixels}, mesh: {bytes, smallest,\n"
     "largest, profile, level, max_axis_error, changed_frames, and for each kind of change {count, frames}},\n"
     "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, sample_frames,\n"
-    "sample_psnr, sample_foreground}, seconds, frames_per_second, verified: {meshes, pictures, cameras,\n"
-    "max_vertex_error, max_vertex_error_steps, psnr, min_psnr, max_reprojection}}. Lengths are in metres, "
-    "or\n"
-    "in units of a capture of unknown scale; sizes in bytes of payload a frame; a PSNR (peak 255, whatever "
-    "the\n"
-    "bit depth) of identical pictures is null. mesh, video and verified are there when the stream has them.";
+    "sample_psnr, sample_foreground}, sources: [{camera, kind, file, pictures, rate, constant_rate, frames,\n"
+    "met, unmet: [[first, last], ...], largest_offset, mean_offset, repeated, unused: {before, between,\n"
+    "behind}, better_start}] for videos, offsets in seconds, seconds, frames_per_second, verified: {meshes,\n"
+    "pictures, cameras, max_vertex_error, max_vertex_error_steps, psnr, min_psnr, max_reprojection}}.\n"
+    "Lengths are in metres, or in units of a capture of unknown scale; sizes in bytes of payload a frame; a\n"
+    "PSNR (peak 255, whatever the bit depth) of identical pictures is null. mesh, video and verified are\n"
+    "there when the stream has them.";
 
 // What is still text after the command line was split.
 struct Texts {

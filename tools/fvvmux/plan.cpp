@@ -24,11 +24,18 @@ std::string capture_file(const std::string &given) {
 }
 
 // True when there was a warning.
-bool look_at_files(const capture::Capture &capture, bool sub_range) {
-  const capture::Findings findings = capture::check_files(capture, [](const std::string &path) {
-    const media::ImageInfo info = media::probe_image(path);
-    return capture::PictureSize{info.width, info.height};
-  });
+bool look_at_files(Plan &plan, bool sub_range) {
+  const capture::Capture &capture = plan.capture;
+  const capture::Findings findings = capture::check_files(
+      capture,
+      [](const std::string &path) {
+        const media::ImageInfo info = media::probe_image(path);
+        return capture::PictureSize{info.width, info.height, info.orientation};
+      },
+      [&](const std::string &path, std::optional<uint32_t> stream) {
+        return plan.videos->facts(path, stream);
+      });
+  plan.sources = findings.videos;
   if (!findings.problems.empty()) {
     std::string lines;
     for (const std::string &problem : findings.problems)
@@ -87,8 +94,7 @@ template <class SampleType> Sample<SampleType> load_sample(const Plan &plan) {
   Sample<SampleType> sample;
   bool foreground = false;
   for (size_t i = 0; i < std::min(plan.frames_of(0), sample_size); i++) {
-    Picture<SampleType> picture =
-        load_picture<SampleType>(plan.capture, plan.tiling, plan.options.flat_background, i, true);
+    Picture<SampleType> picture = load_picture<SampleType>(plan, i, true);
     sample.images.push_back(std::move(picture.image));
     if (picture.mask.pixels.empty()) continue;
     const std::vector<uint8_t> &mask = picture.mask.pixels;
@@ -146,9 +152,10 @@ VideoChoice choose_video(const Plan &plan) {
 Plan make_plan(const Options &options) {
   Plan plan;
   plan.options = options;
+  plan.videos = std::make_shared<Videos>(options.threads);
   plan.capture = capture::load_capture(capture_file(options.capture));
   const bool left_out = select(plan.capture, options);
-  plan.warned = look_at_files(plan.capture, options.frames.has_value()) || left_out;
+  plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
   plan.tiling = arrange(plan.capture, options);
   plan.lattice = choose_lattice(options, plan.capture, plan.tiling);

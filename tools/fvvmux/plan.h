@@ -6,6 +6,7 @@
 #include "capture/capture.h"
 #include "fvv_media/video.h"
 #include "fvvmux/options.h"
+#include "fvvmux/videos.h"
 
 #include <string>
 #include <vector>
@@ -44,7 +45,9 @@ struct Plan {
   uint32_t group_size = 1;  // frames
   LatticeChoice lattice;
   Tiling tiling;
-  VideoChoice video; // with tiles only
+  VideoChoice video;              // with tiles only
+  std::shared_ptr<Videos> videos; // whatever reads pictures
+  std::vector<capture::VideoReport> sources;
   bool warned = false;
 
   bool has_meshes() const { return capture.meshes.has_value(); }

@@ -79,6 +79,42 @@ void video_lines(std::string &out, const Summary &s) {
        video.masks ? "foreground" : "whole pictures", video.sample_frames);
 }
 
+void source_lines(std::string &out, const Summary &s) {
+  for (const capture::VideoReport &v : s.plan.sources)
+    line(out,
+         "  source    camera %u %s %s: %zu pictures at %.6g/s%s; %lld of %lld frames met, offset at most "
+         "%.2f ms, "
+         "mean %.2f ms; %zu frames repeat a picture, %zu pictures between are not used",
+         v.camera, v.masks ? "masks" : "pictures", v.file.c_str(), v.pictures, v.rate,
+         v.constant_rate ? "" : " on average", (long long)v.met, (long long)v.frames, v.largest_offset * 1000,
+         v.mean_offset * 1000, v.used_again, v.between);
+}
+
+nlohmann::ordered_json sources_json(const Summary &s) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const capture::VideoReport &v : s.plan.sources) {
+    nlohmann::ordered_json unmet = nlohmann::ordered_json::array();
+    for (const capture::FrameRange &range : v.unmet) unmet.push_back({range.first, range.last});
+    nlohmann::ordered_json start = nullptr;
+    if (v.better_start) start = {v.better_start->numerator, v.better_start->denominator};
+    out.push_back({{"camera", v.camera},
+                   {"kind", v.masks ? "masks" : "pictures"},
+                   {"file", v.file},
+                   {"pictures", v.pictures},
+                   {"rate", v.rate},
+                   {"constant_rate", v.constant_rate},
+                   {"frames", v.frames},
+                   {"met", v.met},
+                   {"unmet", unmet},
+                   {"largest_offset", v.largest_offset},
+                   {"mean_offset", v.mean_offset},
+                   {"repeated", v.used_again},
+                   {"unused", {{"before", v.before}, {"between", v.between}, {"behind", v.behind}}},
+                   {"better_start", start}});
+  }
+  return out;
+}
+
 void mesh_lines(std::string &out, const Summary &s) {
   const LatticeChoice &choice = s.plan.lattice;
   const double *origin = choice.lattice.origin;
@@ -150,6 +186,7 @@ std::string summary_text(const Summary &s) {
   if (plan.has_pictures()) track_line(out, s, "video", s.video.payload, codec_choice(s));
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
   if (plan.has_pictures()) video_lines(out, s);
+  source_lines(out, s);
   if (plan.has_meshes()) mesh_lines(out, s);
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
   if (s.verdict) verdict_lines(out, s);
@@ -198,6 +235,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
     video["sample_foreground"] = plan.video.masks;
     out["video"] = video;
   }
+  if (!plan.sources.empty()) out["sources"] = sources_json(s);
   out["seconds"] = s.seconds;
   out["frames_per_second"] = per_second(s);
   if (s.verdict) out["verified"] = verdict_json(s);

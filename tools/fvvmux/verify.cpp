@@ -185,8 +185,7 @@ private:
   double compare(size_t frame, media::Decoder &decoder, const uint8_t *sample, size_t size,
                  GroupVerdict &verdict) const {
     const media::BasicImage<Sample> decoded = decode<Sample>(decoder, frame, sample, size);
-    const Picture<Sample> source = load_picture<Sample>(
-        plan.capture, plan.tiling, plan.options.flat_background, frame, plan.video.masks);
+    const Picture<Sample> source = load_picture<Sample>(plan, frame, plan.video.masks);
     const media::LumaError error =
         media::luma_error(source.image, decoded, source.mask.pixels.empty() ? nullptr : &source.mask);
     verdict.luma.squares += error.squares;

@@ -1,0 +1,113 @@
+#include "fvvmux/videos.h"
+
+#include "capture/video_match.h"
+#include "fvv_media/video_file.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+
+namespace fvv::mux {
+
+namespace {
+
+// A decoder of 1080p holds some 50 MB; one for every file there must be.
+constexpr size_t most_readers = 64;
+
+struct Video {
+  std::mutex mutex; // of all below
+  std::condition_variable freed;
+  std::vector<std::unique_ptr<media::VideoFile>> idle;
+  size_t opened = 0; // without model
+  std::unique_ptr<media::VideoFile>
+      model;                      // the first one opened; others are opened by it, nothing is read from it
+  capture::VideoFacts facts = {}; // of model
+};
+
+capture::VideoFacts facts_of(const media::VideoInfo &info) {
+  return {info.width, info.height, info.rotation, {info.tick, info.times}, info.warnings};
+}
+
+// A reader lent to one thread, given back at the end.
+class Loan {
+public:
+  // Of idle readers the one that stands nearest before the picture, else one that is opened anew.
+  Loan(Video &from, size_t picture, size_t most) : video(from) {
+    std::unique_lock<std::mutex> lock(video.mutex);
+    video.freed.wait(lock, [&] { return !video.idle.empty() || video.opened < most; });
+    const auto distance = [&](const std::unique_ptr<media::VideoFile> &idle) {
+      // One behind the position, the picture last handed out, costs nothing.
+      return idle->position() <= picture + 1 ? picture + 1 - idle->position() : SIZE_MAX;
+    };
+    const auto best =
+        std::min_element(video.idle.begin(), video.idle.end(),
+                         [&](const auto &a, const auto &b) { return distance(a) < distance(b); });
+    constexpr size_t near = 8; // pictures that are sooner decoded than a file is opened
+    if (video.opened < most && (best == video.idle.end() || distance(*best) > near)) {
+      reader = std::make_unique<media::VideoFile>(video.model->another());
+      video.opened++;
+      return;
+    }
+    reader = std::move(*best);
+    video.idle.erase(best);
+  }
+  ~Loan() {
+    const std::lock_guard<std::mutex> lock(video.mutex);
+    video.idle.push_back(std::move(reader));
+    video.freed.notify_one();
+  }
+  Loan(const Loan &) = delete;
+
+  media::VideoFile &operator*() { return *reader; }
+
+private:
+  Video &video;
+  std::unique_ptr<media::VideoFile> reader;
+};
+
+} // namespace
+
+struct Videos::Shared {
+  unsigned threads;
+  std::mutex mutex; // of videos
+  std::map<std::pair<std::string, std::optional<uint32_t>>, std::unique_ptr<Video>> videos;
+
+  Video &video(const std::string &path, std::optional<uint32_t> stream) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::unique_ptr<Video> &video = videos[{path, stream}];
+    if (!video) {
+      auto opened = std::make_unique<Video>();
+      opened->model = std::make_unique<media::VideoFile>(path, stream);
+      opened->facts = facts_of(opened->model->info());
+      video = std::move(opened);
+    }
+    return *video;
+  }
+  size_t most_of_each() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return std::clamp<size_t>(most_readers / videos.size(), 1, threads);
+  }
+};
+
+Videos::Videos(unsigned threads) : shared(std::make_unique<Shared>()) {
+  shared->threads = threads;
+}
+Videos::~Videos() = default;
+
+capture::VideoFacts Videos::facts(const std::string &path, std::optional<uint32_t> stream) {
+  return shared->video(path, stream).facts;
+}
+
+media::Image Videos::read(const capture::Capture &capture, const capture::PictureSource &source,
+                          int64_t frame, int channels) {
+  const std::string path = capture.resolve(source.file(frame));
+  if (!source.video) return media::rotate(media::read_image(path, channels), source.rotate.value_or(0));
+  Video &video = shared->video(path, source.video->stream);
+  const size_t picture = capture::FrameClock(capture, *source.video).nearest(video.facts.times, frame);
+  const int turned = source.rotate.value_or(video.facts.rotation.value_or(0));
+  Loan reader(video, picture, shared->most_of_each());
+  return media::rotate((*reader).picture(picture, channels), turned);
+}
+
+} // namespace fvv::mux

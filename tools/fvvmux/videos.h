@@ -1,0 +1,32 @@
+// fvvmux/videos.h: pictures of a capture's files, stills and videos, for several threads. Keeps videos open,
+// a bounded number of times each; knows nothing of tiles.
+#pragma once
+
+#include "capture/capture.h"
+#include "fvv_media/image.h"
+
+#include <memory>
+
+namespace fvv::mux {
+
+class Videos {
+public:
+  // threads: how many may ask at once.
+  explicit Videos(unsigned threads);
+  ~Videos();
+
+  // For capture::check_files. media::Error.
+  capture::VideoFacts facts(const std::string &path, std::optional<uint32_t> stream);
+
+  // The picture of a frame number, turned as capture.json or the video says. Waits while all readers of a
+  // video are in use; threads that go through frames in order each find the one that stands where they left
+  // off.
+  media::Image read(const capture::Capture &capture, const capture::PictureSource &source, int64_t frame,
+                    int channels);
+
+private:
+  struct Shared;
+  std::unique_ptr<Shared> shared;
+};
+
+} // namespace fvv::mux
