@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <unistd.h>
 
 using namespace fvv::capture;
@@ -165,4 +166,71 @@ TEST_CASE("meshes of a capture come in metres, a written capture loads from its 
         std::vector<double>{0, 0, 0, 254 * 0.0254, 0, 0, 0, 127 * 0.0254, 0});
   const std::string absent = (folder.root / "absent.json").string();
   CHECK_THROWS_WITH(load_capture(absent), absent + ": cannot be opened: No such file or directory");
+}
+
+TEST_CASE("Exif orientation is a warning unless rotate is stated, which swaps the sides") {
+  Folder folder;
+  const auto turned = [](const std::string &path) {
+    PictureSize size = probe(path);
+    if (path.find("a_") != path.npos) size = {270, 480, 6};
+    return size;
+  };
+  folder.capture.cameras[0].pictures->rotate = 90;
+  CHECK(check_files(folder.capture, turned).problems == Sentences{});
+  CHECK(check_files(folder.capture, turned).warnings == Sentences{});
+  folder.capture.cameras[0].pictures->rotate.reset();
+  CHECK(check_files(folder.capture, turned).warnings ==
+        Sentences{"camera 3: 5 of 5 pictures are turned by their Exif orientation, which is ignored unless "
+                  "\"rotate\" is stated, first: a_10.png has orientation 6"});
+}
+
+TEST_CASE("a video is refused where it is missing, is none, or has another size") {
+  Folder folder;
+  VideoSource video;
+  video.file = "a.mp4";
+  video.first = 10;
+  folder.capture.cameras[0].pictures = video;
+  const auto found = [&](const VideoProbe &video_probe) {
+    return check_files(folder.capture, probe, video_probe).problems;
+  };
+  const VideoFacts facts = {480, 270, 90, {{1, 25}, {0, 1, 2, 3, 4}}, {}};
+  CHECK(found({}) == Sentences{"camera 3: pictures a.mp4: is missing"});
+  folder.write("a.mp4", "video");
+  CHECK(found([](const auto &, auto) -> VideoFacts { throw FileError("a.mp4: is no video"); }) ==
+        Sentences{"camera 3: pictures: a.mp4: is no video"});
+  CHECK(found([&](const auto &, auto) { return facts; }) ==
+        Sentences{"camera 3: pictures a.mp4: is 270 x 480, turned by 90 degrees, the camera is 480 x 270"});
+  folder.capture.cameras[0].pictures->rotate = 0;
+  CHECK(found([&](const auto &, auto) { return facts; }) == Sentences{});
+}
+
+TEST_CASE("videos and turned stills are read and written") {
+  const std::string text = R"({"fvv_capture": 1, "frame_rate": 25, "frames": {"first": 3, "count": 2},
+    "units": "metres", "cameras": [{"id": 1, "width": 4, "height": 4,
+    "intrinsics": {"fx": 1, "fy": 1, "cx": 2, "cy": 2}, "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    "translation": [0, 0, 0], "pictures": )";
+  const auto source = [&](const std::string &value) {
+    return parse_capture(text + value + "}]}", "c.json").cameras[0].pictures.value();
+  };
+  const Capture capture = parse_capture(
+      text +
+          R"({"video": "a%d.mp4", "stream": 2, "start": "-6/4"}, "masks": {"pattern": "%d.png", "rotate": 270}}]})",
+      "c.json");
+  const Capture again = parse_capture(format_capture(capture), "c.json");
+  for (const Capture &one : {capture, again}) {
+    const VideoSource &video = *one.cameras[0].pictures->video;
+    CHECK((video.file == "a%d.mp4" && video.stream == 2u && video.first == 3));
+    CHECK((video.start.numerator == -3 && video.start.denominator == 2));
+    CHECK(!one.cameras[0].pictures->rotate);
+    CHECK((one.cameras[0].masks->pattern->text() == "%d.png" && one.cameras[0].masks->rotate == 270));
+  }
+  CHECK(source(R"({"video": "v", "start": -2, "rotate": 0})").video->start.numerator == -2);
+  const std::string place = "c.json: /cameras/0/pictures";
+  for (const auto &[value, message] : std::map<std::string, std::string>{
+           {"3", ": expected a pattern as text, or an object with a pattern or a video, found 3"},
+           {R"({"video": "v", "rotate": 45})", "/rotate: expected 0, 90, 180 or 270, found 45"},
+           {R"({"video": ""})", "/video: expected a file name, found \"\""},
+           {R"({"video": "v", "start": "--1"})",
+            "/start: expected seconds as an integer or as text such as \"3/2\" or \"-3/2\", found \"--1\""}})
+    CHECK_THROWS_WITH(source(value), place + message);
 }

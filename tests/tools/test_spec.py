@@ -85,3 +85,16 @@ def test_relative_links_lead_to_files():
                 missing.append(f"{page.relative_to(ROOT)}: {link}")
     assert seen > 5
     assert missing == []
+
+
+def test_schema_of_a_capture_takes_stills_or_a_video():
+    schema = json.loads((SPEC / "capture.schema.json").read_text())
+    validator = jsonschema.Draft202012Validator({"$ref": "#/$defs/source", "$defs": schema["$defs"]})
+    for good in [
+        "%d.png",
+        {"pattern": "%d.png", "rotate": 90},
+        {"video": "a%.mp4", "stream": 1, "start": "-1/2"},
+    ]:
+        assert validator.is_valid(good)
+    for bad in [{"pattern": "a.png", "start": 1}, {"video": ""}, {"video": "a", "rotate": 45}, {"start": 1}]:
+        assert not validator.is_valid(bad)
