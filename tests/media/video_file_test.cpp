@@ -4,6 +4,7 @@
 #include "make_video.h"
 #include "pictures.h"
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <numeric>
@@ -122,6 +123,16 @@ TEST_CASE("ten bits are rounded to eight") {
   write_video("ten.mp4", clip);
   VideoFile file("ten.mp4");
   check_all(file);
+  // As 16 bits they keep what lies between the codes of 8: grey of limited range, up to what coding and
+  // libswscale's coefficients of 13 bits cost.
+  for (const size_t n : {0u, 17u, 39u}) {
+    const DeepImage deep = file.picture<uint16_t>(n, 3);
+    const double wanted = 65535.0 * (luma_of(int(n)) - 16) / 219;
+    for (size_t c = 0; c < 3; c++) {
+      const double found = deep.pixels[(size_t(deep.width) * 40 + 40) * 3 + c];
+      CHECK(std::abs(found - wanted) < 65535.0 / 1023);
+    }
+  }
 }
 
 TEST_CASE("what would give wrong pictures is refused, what is odd gives a warning") {

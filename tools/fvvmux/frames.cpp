@@ -83,8 +83,7 @@ namespace {
 
 template <class Sample> media::EncodedGroup encode_as(const Plan &plan, size_t first, size_t count) {
   std::vector<media::BasicImage<Sample>> images;
-  for (size_t i = first; i < first + count; i++)
-    images.push_back(load_picture<Sample>(plan, i, false).image);
+  for (size_t i = first; i < first + count; i++) images.push_back(load_picture<Sample>(plan, i, false).image);
   try {
     return media::encode_group(plan.video.settings, images);
   } catch (const media::Error &error) {

@@ -99,15 +99,21 @@ capture::VideoFacts Videos::facts(const std::string &path, std::optional<uint32_
   return shared->video(path, stream).facts;
 }
 
-media::Image Videos::read(const capture::Capture &capture, const capture::PictureSource &source,
-                          int64_t frame, int channels) {
+template <class Sample>
+media::BasicImage<Sample> Videos::read(const capture::Capture &capture, const capture::PictureSource &source,
+                                       int64_t frame, int channels) {
   const std::string path = capture.resolve(source.file(frame));
-  if (!source.video) return media::rotate(media::read_image(path, channels), source.rotate.value_or(0));
+  if (!source.video)
+    return media::rotate(media::read_image<Sample>(path, channels), source.rotate.value_or(0));
   Video &video = shared->video(path, source.video->stream);
   const size_t picture = capture::FrameClock(capture, *source.video).nearest(video.facts.times, frame);
   const int turned = source.rotate.value_or(video.facts.rotation.value_or(0));
   Loan reader(video, picture, shared->most_of_each());
-  return media::rotate((*reader).picture(picture, channels), turned);
+  return media::rotate((*reader).picture<Sample>(picture, channels), turned);
 }
+
+template media::Image Videos::read(const capture::Capture &, const capture::PictureSource &, int64_t, int);
+template media::DeepImage Videos::read(const capture::Capture &, const capture::PictureSource &, int64_t,
+                                       int);
 
 } // namespace fvv::mux

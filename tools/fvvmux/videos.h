@@ -21,8 +21,9 @@ public:
   // The picture of a frame number, turned as capture.json or the video says. Waits while all readers of a
   // video are in use; threads that go through frames in order each find the one that stands where they left
   // off.
-  media::Image read(const capture::Capture &capture, const capture::PictureSource &source, int64_t frame,
-                    int channels);
+  template <class Sample = uint8_t>
+  media::BasicImage<Sample> read(const capture::Capture &capture, const capture::PictureSource &source,
+                                 int64_t frame, int channels);
 
 private:
   struct Shared;

@@ -28,14 +28,14 @@ public:
   const VideoInfo &info() const { return index_->info; }
   size_t position() const { return position_; }
 
-  Image picture(size_t picture, int channels) {
+  template <class Sample> BasicImage<Sample> picture(size_t picture, int channels) {
     if (picture >= index_->packet_of.size())
       throw Error(path_, "has " + std::to_string(index_->packet_of.size()) + " pictures, picture " +
                              std::to_string(picture) + " was asked for");
     if (!(held_ && position_ == picture + 1)) find(picture);
     try {
       if (const char *reason = refused_transfer(frame_->color_trc)) throw Error(reason);
-      return with_channels(rgb_.convert(*frame_), channels);
+      return with_channels(rgb_.convert<Sample>(*frame_), channels);
     } catch (const Error &error) {
       throw Error(path_, error.what());
     }
@@ -232,9 +232,11 @@ VideoFile VideoFile::another() const {
 const VideoInfo &VideoFile::info() const {
   return reader_->info();
 }
-Image VideoFile::picture(size_t index, int channels) {
-  return reader_->picture(index, channels);
+template <class Sample> BasicImage<Sample> VideoFile::picture(size_t index, int channels) {
+  return reader_->picture<Sample>(index, channels);
 }
+template Image VideoFile::picture(size_t index, int channels);
+template DeepImage VideoFile::picture(size_t index, int channels);
 size_t VideoFile::position() const {
   return reader_->position();
 }

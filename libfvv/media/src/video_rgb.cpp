@@ -74,7 +74,7 @@ Siting siting_of(const AVPixFmtDescriptor &format, const AVFrame &frame, bool fu
 }
 
 struct Setup {
-  AVPixelFormat format;
+  AVPixelFormat rgb, format;
   int width, height, matrix;
   bool full_range;
   Siting siting;
@@ -83,7 +83,7 @@ struct Setup {
 std::string text_of(const Setup &s) {
   std::string text;
   for (const int value :
-       {int(s.format), s.width, s.height, s.matrix, int(s.full_range), s.siting.x, s.siting.y})
+       {int(s.rgb), int(s.format), s.width, s.height, s.matrix, int(s.full_range), s.siting.x, s.siting.y})
     text += std::to_string(value) + " ";
   return text;
 }
@@ -97,7 +97,7 @@ SwsContext *make_scaler(const Setup &s) {
   set("src_format", s.format);
   set("dstw", s.width);
   set("dsth", s.height);
-  set("dst_format", AV_PIX_FMT_RGB24);
+  set("dst_format", s.rgb);
   set("sws_flags", SWS_BILINEAR | SWS_BITEXACT | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP);
   set("src_h_chr_pos", s.siting.x);
   set("src_v_chr_pos", s.siting.y);
@@ -118,11 +118,16 @@ RgbConverter::~RgbConverter() {
   sws_freeContext(context_);
 }
 
-Image RgbConverter::convert(const AVFrame &frame) {
+template <class Sample> BasicImage<Sample> RgbConverter::convert(const AVFrame &frame) {
   check_dimensions(uint32_t(frame.width), uint32_t(frame.height), "");
   bool full_range;
-  Setup setup = {
-      plain_format(frame.format, full_range), frame.width, frame.height, matrix_of(frame), false, {}};
+  Setup setup = {sizeof(Sample) == 1 ? AV_PIX_FMT_RGB24 : AV_PIX_FMT_RGB48,
+                 plain_format(frame.format, full_range),
+                 frame.width,
+                 frame.height,
+                 matrix_of(frame),
+                 false,
+                 {}};
   const AVPixFmtDescriptor *format = av_pix_fmt_desc_get(setup.format);
   if (!format || !sws_isSupportedInput(setup.format))
     throw Error(std::string("the pixel format ") + (format ? format->name : "") +
@@ -138,18 +143,22 @@ Image RgbConverter::convert(const AVFrame &frame) {
   }
   // libswscale's loops may write behind the end of a row: into padding, not into the next.
   const AvFrame rgb = make_frame();
-  rgb->format = AV_PIX_FMT_RGB24;
+  rgb->format = setup.rgb;
   rgb->width = frame.width;
   rgb->height = frame.height;
   int code = av_frame_get_buffer(rgb.get(), 0);
   if (code < 0) fail("a picture cannot be made", code);
   code = sws_scale(context_, frame.data, frame.linesize, 0, frame.height, rgb->data, rgb->linesize);
   if (code != frame.height) fail("its pictures cannot be converted to RGB", code);
-  Image image = make_image(uint32_t(frame.width), uint32_t(frame.height), 3, 0);
+  BasicImage<Sample> image = make_image<Sample>(uint32_t(frame.width), uint32_t(frame.height), 3, 0);
   const size_t row_size = size_t(image.width) * 3;
   for (size_t y = 0; y < image.height; y++)
-    memcpy(&image.pixels[y * row_size], rgb->data[0] + ptrdiff_t(y) * rgb->linesize[0], row_size);
+    memcpy(&image.pixels[y * row_size], rgb->data[0] + ptrdiff_t(y) * rgb->linesize[0],
+           row_size * sizeof(Sample));
   return image;
 }
+
+template Image RgbConverter::convert(const AVFrame &frame);
+template DeepImage RgbConverter::convert(const AVFrame &frame);
 
 } // namespace fvv::media

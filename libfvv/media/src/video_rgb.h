@@ -14,8 +14,9 @@ public:
   ~RgbConverter();
   RgbConverter(const RgbConverter &) = delete;
 
-  /* As VideoFile::picture says. Keeps what it has set up while pictures are alike. Error without a name. */
-  Image convert(const AVFrame &frame);
+  /* As VideoFile::picture says. Keeps what it has set up while pictures and sample type are alike. Error
+   * without a name. */
+  template <class SampleType> BasicImage<SampleType> convert(const AVFrame &frame);
 
 private:
   SwsContext *context_ = nullptr;

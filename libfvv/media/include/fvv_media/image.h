@@ -78,7 +78,7 @@ template <class SampleType>
 BasicImage<SampleType> scale(const BasicImage<SampleType> &image, uint32_t width, uint32_t height);
 
 /* Turned clockwise by 0, 90, 180 or 270 degrees. */
-Image rotate(Image image, int degrees);
+template <class SampleType> BasicImage<SampleType> rotate(BasicImage<SampleType> image, int degrees);
 
 /* The rectangle of image. Error unless it lies inside and is not empty. */
 template <class SampleType>

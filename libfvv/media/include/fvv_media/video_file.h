@@ -49,14 +49,15 @@ public:
 
   /* Picture index < info().times.size(), counted as they are shown. channels: 1 or 3, as read_image.
    *
-   * 8 bits, RGB by the matrix and range that the stream states. Unspecified: BT.709 from 720 lines on, else
+   * RGB by the matrix and range that the stream states. Unspecified: BT.709 from 720 lines on, else
    * BT.601, limited range unless the pixel format says otherwise; chroma of 4:2:0 as MPEG-2 has it (left).
-   * Primaries and transfer are not converted. Deeper samples are rounded, not dithered.
+   * Primaries and transfer are not converted. Samples deeper than SampleType are rounded, not
+   * dithered; uint8_t and uint16_t are there.
    *
    * In rising order each picture is decoded once; otherwise decoding begins at the key before. Error for a
    * picture that is damaged, or that follows a damaged one up to the next key: libavcodec would conceal that.
    */
-  Image picture(size_t index, int channels);
+  template <class SampleType = uint8_t> BasicImage<SampleType> picture(size_t index, int channels);
   /* One more than the index of the last picture, 0 before: asking for this one is cheapest. */
   size_t position() const;
 
