@@ -1,0 +1,20 @@
+// Distances in a picture of two kinds of pixels, exact, in time proportional to the picture (Felzenszwalb and
+// Huttenlocher, "Distance transforms of sampled functions", 2012). Knows one mask; knows no camera.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace fvv::hull {
+
+// mask: width x height pixels, row by row. Both functions answer one value for the centre of every pixel, in
+// pixels; 10^4 or more where there is no pixel of the kind that is looked for.
+
+// The distance of the nearest pixel that is nonzero (inside) or zero; 0 on those themselves.
+std::vector<float> distance_to(const std::vector<uint8_t> &mask, bool inside, size_t width, size_t height);
+
+// The distance from the outline, which runs between the pixels; negative inside.
+std::vector<float> signed_distance(const std::vector<uint8_t> &mask, size_t width, size_t height);
+
+} // namespace fvv::hull
