@@ -1,4 +1,5 @@
 // fvvmux: packs a capture into a fvv stream. Argument parsing only.
+#include "fvvmux/contact_sheet.h"
 #include "fvvmux/summary.h"
 
 #include <CLI/CLI.hpp>
@@ -24,7 +25,12 @@ constexpr const char *footer =
     "pictures, cameras, max_vertex_error, max_vertex_error_steps, psnr, min_psnr, max_reprojection}}.\n"
     "Lengths are in metres, or in units of a capture of unknown scale; sizes in bytes of payload a frame; a\n"
     "PSNR (peak 255, whatever the bit depth) of identical pictures is null. mesh, video and verified are\n"
-    "there when the stream has them.";
+    "there when the stream has them.\n"
+    "With --check-calibration: {fvvmux: 1, sheet, frame, outline: mesh|hull|nothing, width, height, panel,\n"
+    "cameras: [{id, name, width, height, picture, mask, covered, iou, distance, offset}], median_iou,\n"
+    "median_distance, standing_out: [id], left_out: id, suspected: half_pixel|misses_all, warnings}; null "
+    "is\n"
+    "what the files don't tell (docs/calibration.md).";
 
 // What is still text after the command line was split.
 struct Texts {
@@ -34,7 +40,15 @@ struct Texts {
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("CAPTURE", options.capture, "capture.json (spec/capture.md) or its folder")->required();
-  app.add_option("-o,--output", options.output, "file to write; - is standard output")->required();
+  auto *output = app.add_option("-o,--output", options.output, "file to write; - is standard output");
+  auto *sheet = app.add_option("--check-calibration", options.sheet,
+                               "write no stream but this PNG: every camera's picture of the middle frame (of "
+                               "--frames), with the outline of the mesh, or of the hull of the masks");
+  sheet->excludes(output);
+  app.add_option("--sheet-width", options.sheet_width, "longest side of its panels, at most, in pixels")
+      ->check(CLI::Range(120, 2048))
+      ->capture_default_str()
+      ->needs(sheet);
   app.add_option("--codec", texts.codec, "jpeg, h264, hevc, vp9 or av1")->capture_default_str();
   app.add_option("--bit-depth", texts.bit_depth,
                  "8, or 10 (hevc, vp9, av1): smooth shades without bands, from pictures of 16 bits above all")
@@ -85,6 +99,16 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
 }
 
+cli::Exit write_sheet(const mux::Options &options, bool as_json) {
+  const bool piped = options.sheet == "-";
+  if (piped && as_json)
+    throw cli::Failure("--json: standard output is taken by the sheet (--check-calibration -)", cli::usage);
+  const mux::SheetReport report = mux::check_calibration(options);
+  const std::string text = as_json ? mux::sheet_json(report).dump(2) + "\n" : mux::sheet_text(report);
+  if (!piped) std::fputs(text.c_str(), stdout);
+  return report.exit();
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
@@ -99,11 +123,13 @@ int main(int argc, char **argv) {
   app.footer(footer);
   try {
     app.parse(argc, argv);
+    if (options.sheet.empty() && options.output.empty()) throw CLI::RequiredError("--output");
   } catch (const CLI::ParseError &error) {
     return app.exit(error) ? cli::usage : cli::done;
   }
   return cli::run("fvvmux", [&] {
     take_texts(options, texts);
+    if (!options.sheet.empty()) return write_sheet(options, as_json);
     const bool piped = options.output == "-";
     if (piped && as_json)
       throw cli::Failure("--json: standard output is taken by the stream (-o -)", cli::usage);

@@ -50,6 +50,8 @@ struct Options {
   std::optional<FrameRange> frames;
   std::vector<std::string> cameras; // identifiers, ranges of them (2-5) or names; empty: all
   bool pictures = true, meshes = true;
+  std::string sheet;          // a picture to write in place of a stream; then output is empty
+  uint32_t sheet_width = 480; // of its panels, pixels
   bool repeat_configuration = false, live = false, verify = false, force = false;
 };
 

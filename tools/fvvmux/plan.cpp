@@ -16,13 +16,6 @@ namespace {
 constexpr size_t sample_size = 10; // frames
 constexpr uint32_t max_frame_side = 16384;
 
-std::string capture_file(const std::string &given) {
-  std::error_code ignored;
-  return std::filesystem::is_directory(given, ignored)
-             ? (std::filesystem::path(given) / "capture.json").string()
-             : given;
-}
-
 // True when there was a warning.
 bool look_at_files(Plan &plan, bool sub_range) {
   const capture::Capture &capture = plan.capture;
@@ -144,6 +137,13 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan) {
 }
 
 } // namespace
+
+std::string capture_file(const std::string &given) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(given, ignored)
+             ? (std::filesystem::path(given) / "capture.json").string()
+             : given;
+}
 
 VideoChoice choose_video(const Plan &plan) {
   return plan.options.bit_depth > 8 ? choose_as<uint16_t>(plan) : choose_as<uint8_t>(plan);

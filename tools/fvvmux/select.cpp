@@ -9,24 +9,6 @@ namespace fvv::mux {
 
 namespace {
 
-void restrict_frames(capture::Capture &capture, const FrameRange &range) {
-  capture::Frames &frames = capture.frames;
-  const int64_t last = frames.number(frames.count - 1);
-  for (const int64_t end : {range.first, range.last})
-    if (end < frames.first || end > last || (end - frames.first) % frames.step)
-      throw cli::Failure("--frames: expected frame numbers of the capture, " + std::to_string(frames.first) +
-                             " to " + std::to_string(last) + " in steps of " + std::to_string(frames.step) +
-                             ", found " + std::to_string(end),
-                         cli::usage);
-  frames.count = (range.last - range.first) / frames.step + 1;
-  frames.first = range.first;
-}
-
-std::string describe(const capture::Camera &camera) {
-  const std::string &name = *camera.name;
-  return "camera " + std::to_string(camera.calibration.id) + (name.empty() ? "" : " (" + name + ")");
-}
-
 // Which cameras one item of --cameras names: all of that name, else those of an identifier or a range.
 std::vector<size_t> named_cameras(const capture::Capture &capture, const std::string &item) {
   std::vector<size_t> found;
@@ -58,16 +40,6 @@ std::vector<size_t> named_cameras(const capture::Capture &capture, const std::st
   return found;
 }
 
-void restrict_cameras(capture::Capture &capture, const std::vector<std::string> &items) {
-  std::vector<bool> wanted(capture.cameras.size());
-  for (const std::string &item : items)
-    for (const size_t i : named_cameras(capture, item)) wanted[i] = true;
-  std::vector<capture::Camera> kept;
-  for (size_t i = 0; i < wanted.size(); i++)
-    if (wanted[i]) kept.push_back(std::move(capture.cameras[i]));
-  capture.cameras = std::move(kept);
-}
-
 // Cameras that move have no place in the format yet (fvv.md clause 1.1).
 bool leave_out_moving(capture::Capture &capture) {
   std::string names;
@@ -83,9 +55,38 @@ bool leave_out_moving(capture::Capture &capture) {
 
 } // namespace
 
+void restrict_frames(capture::Capture &capture, const FrameRange &range) {
+  capture::Frames &frames = capture.frames;
+  const int64_t last = frames.number(frames.count - 1);
+  for (const int64_t end : {range.first, range.last})
+    if (end < frames.first || end > last || (end - frames.first) % frames.step)
+      throw cli::Failure("--frames: expected frame numbers of the capture, " + std::to_string(frames.first) +
+                             " to " + std::to_string(last) + " in steps of " + std::to_string(frames.step) +
+                             ", found " + std::to_string(end),
+                         cli::usage);
+  frames.count = (range.last - range.first) / frames.step + 1;
+  frames.first = range.first;
+}
+
+std::string describe(const capture::Camera &camera) {
+  const std::string &name = *camera.name;
+  return "camera " + std::to_string(camera.calibration.id) + (name.empty() ? "" : " (" + name + ")");
+}
+
+void restrict_cameras(capture::Capture &capture, const std::vector<std::string> &items) {
+  if (items.empty()) return;
+  std::vector<bool> wanted(capture.cameras.size());
+  for (const std::string &item : items)
+    for (const size_t i : named_cameras(capture, item)) wanted[i] = true;
+  std::vector<capture::Camera> kept;
+  for (size_t i = 0; i < wanted.size(); i++)
+    if (wanted[i]) kept.push_back(std::move(capture.cameras[i]));
+  capture.cameras = std::move(kept);
+}
+
 bool select(capture::Capture &capture, const Options &options) {
   if (options.frames) restrict_frames(capture, *options.frames);
-  if (!options.cameras.empty()) restrict_cameras(capture, options.cameras);
+  restrict_cameras(capture, options.cameras);
   const bool left_out = leave_out_moving(capture);
   if (!options.meshes) capture.meshes.reset();
   bool pictures = false;

@@ -12,4 +12,11 @@ namespace fvv::mux {
 // warned. Throws cli::Failure (usage) for wishes that do not fit the capture, and when nothing is left.
 bool select(capture::Capture &capture, const Options &options);
 
+// Its parts: only the frames of a range, only the cameras that items name (none: all). Throw as select.
+void restrict_frames(capture::Capture &capture, const FrameRange &range);
+void restrict_cameras(capture::Capture &capture, const std::vector<std::string> &items);
+
+// "camera 3 (left)", for messages.
+std::string describe(const capture::Camera &camera);
+
 } // namespace fvv::mux

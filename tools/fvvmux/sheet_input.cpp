@@ -1,0 +1,114 @@
+#include "fvvmux/sheet_input.h"
+
+#include "cli/cli.h"
+#include "cli/parallel.h"
+#include "fvvmux/plan.h"
+#include "fvvmux/rig_space.h"
+#include "fvvmux/select.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace fvv::mux {
+
+namespace {
+
+// Masks for the hull are made smaller than this: a hull of some hundred cells a side shows no finer outline.
+constexpr uint32_t hull_mask_side = 1280;
+
+Loaded load(const std::string &path, const fvv_camera &camera, int channels) {
+  Loaded out;
+  try {
+    out.image = media::read_image(path, channels);
+  } catch (const media::Error &error) {
+    out.problem = error.what();
+    return out;
+  }
+  if (out.image.width == camera.width && out.image.height == camera.height) return out;
+  out.problem = path + ": expected " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+                " pixels, as the camera has, found " + std::to_string(out.image.width) + "x" +
+                std::to_string(out.image.height);
+  out.image = {};
+  return out;
+}
+
+void threshold(media::Image &mask) {
+  for (uint8_t &value : mask.pixels) value = value > 127 ? 255 : 0;
+}
+
+Body mesh_of(const SheetInput &input) {
+  capture::Mesh mesh = capture::load_mesh(input.capture, input.frame);
+  try {
+    return Body(mesh.positions, std::move(mesh.faces));
+  } catch (const std::invalid_argument &error) {
+    throw cli::Failure(input.capture.mesh_path(input.frame) + ": " + error.what());
+  }
+}
+
+Body hull_of_masks(const SheetInput &input, uint32_t threads) {
+  std::vector<media::Image> images(input.cameras.size());
+  cli::parallel(threads, images.size(), [&](size_t i) {
+    media::Image mask = mask_of(input, i).image;
+    const uint32_t side = std::max(mask.width, mask.height);
+    if (side > hull_mask_side) {
+      const auto smaller = [&](uint32_t size) {
+        return std::max<uint32_t>(2, uint32_t(uint64_t(size) * hull_mask_side / side));
+      };
+      mask = media::scale(mask, smaller(mask.width), smaller(mask.height));
+      threshold(mask);
+    }
+    if (mask.width > 1 && mask.height > 1) images[i] = std::move(mask);
+  });
+  std::vector<fvv_camera> cameras;
+  std::vector<std::vector<uint8_t>> masks;
+  for (size_t i = 0; i < images.size(); i++) {
+    if (images[i].pixels.empty()) continue;
+    cameras.push_back(resized(input.cameras[i], images[i].width, images[i].height));
+    masks.push_back(std::move(images[i].pixels));
+  }
+  hull::Surface hull = hull_of(cameras, masks, threads);
+  std::vector<double> positions;
+  for (const hull::Vec3 &p : hull.vertices) positions.insert(positions.end(), {p.x, p.y, p.z});
+  return Body(positions, std::move(hull.faces));
+}
+
+} // namespace
+
+SheetInput open_capture(const Options &options) {
+  SheetInput input;
+  capture::Capture &capture = input.capture = capture::load_capture(capture_file(options.capture));
+  if (options.frames) restrict_frames(capture, *options.frames);
+  restrict_cameras(capture, options.cameras);
+  if (capture.cameras.empty())
+    throw cli::Failure(capture.path + ": expected cameras, whose calibration could be looked at, found none");
+  std::stable_sort(capture.cameras.begin(), capture.cameras.end(),
+                   [](const auto &a, const auto &b) { return a.calibration.id < b.calibration.id; });
+  input.frame = capture.frames.number(capture.frames.count / 2);
+  for (const capture::Camera &camera : capture.cameras)
+    input.cameras.push_back(camera.calibration_at(input.frame));
+  input.pictures = options.pictures;
+  return input;
+}
+
+Loaded picture_of(const SheetInput &input, size_t i) {
+  const capture::Camera &camera = input.capture.cameras[i];
+  if (!camera.pictures || !input.pictures) return {};
+  return load(input.capture.picture_path(camera, input.frame), input.cameras[i], 3);
+}
+
+Loaded mask_of(const SheetInput &input, size_t i) {
+  const capture::Camera &camera = input.capture.cameras[i];
+  if (!camera.masks) return {};
+  Loaded mask = load(input.capture.mask_path(camera, input.frame), input.cameras[i], 1);
+  threshold(mask.image);
+  return mask;
+}
+
+Subject subject_of(const SheetInput &input, const Options &options) {
+  if (input.capture.meshes && options.meshes) return {mesh_of(input), Outlined::mesh};
+  Body hull = hull_of_masks(input, options.threads);
+  if (hull.empty()) return {};
+  return {std::move(hull), Outlined::hull};
+}
+
+} // namespace fvv::mux
