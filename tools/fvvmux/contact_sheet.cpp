@@ -69,6 +69,7 @@ SheetReport check_calibration(const Options &options) {
   report.path = options.sheet;
   report.frame = input.frame;
   report.outlined = subject.outlined;
+  report.left_out = subject.left_out;
   report.panel = layout.picture;
   for (size_t i = 0; i < input.cameras.size(); i++) {
     const fvv_camera &c = input.cameras[i];

@@ -31,6 +31,7 @@ struct SheetReport {
   std::vector<SheetCamera> cameras;
   std::optional<double> median_iou, median_distance;
   std::vector<size_t> standing_out; // indices of cameras
+  std::optional<size_t> left_out;   // likewise, of the hull: see RigHull
   Suspicion suspicion = Suspicion::nothing;
   std::vector<std::string> warnings;
 

@@ -29,12 +29,11 @@ bool within(const media::Image &image, const Pixel &p) {
   return p[0] >= 0 && p[1] >= 0 && p[0] < image.width && p[1] < image.height;
 }
 
-void draw_segment(const fvv_camera &camera, media::Image &image, Vec3 a, Vec3 b, double core, Colour colour,
-                  double alpha) {
+void add_segment(Lines &lines, const fvv_camera &camera, Vec3 a, Vec3 b, double core) {
   std::optional<Pixel> last = seen(camera, a);
   for (int i = 1; i <= pieces; i++) {
     const std::optional<Pixel> next = seen(camera, mix(a, b, double(i) / pieces));
-    if (last && next) line(image, *last, *next, core, colour, alpha);
+    if (last && next) lines.add(*last, *next, core);
     last = next;
   }
 }
@@ -61,7 +60,9 @@ void draw_axes(const std::vector<fvv_camera> &cameras, size_t which, media::Imag
     const char *name;
   } axes[] = {{{step, 0, 0}, vermillion, "x"}, {{0, step, 0}, bluish_green, "y"}, {{0, 0, step}, blue, "z"}};
   for (const auto &axis : axes) {
-    draw_segment(camera, image, {}, axis.end, 1.5, axis.colour, 0.9);
+    Lines lines(image.width, image.height);
+    add_segment(lines, camera, {}, axis.end, 2);
+    lines.draw(image, axis.colour, 1);
     const std::optional<Pixel> end = seen(camera, axis.end);
     if (end && within(image, *end)) annotate(image, *end, axis.name, light);
   }
@@ -77,26 +78,30 @@ void draw_ground(const std::vector<fvv_camera> &cameras, size_t which, uint8_t u
                                                                 : 2;
   const Vec3 a = axes[(vertical + 1) % 3], b = axes[(vertical + 2) % 3];
   const double along_a = std::round(dot(a, centre) / step), along_b = std::round(dot(b, centre) / step);
+  Lines lines(image.width, image.height);
   for (int i = -ground_half; i <= ground_half; i++)
     for (const bool turned : {false, true}) {
       const auto at = [&](int end) {
         return a * ((along_a + (turned ? end : i)) * step) + b * ((along_b + (turned ? i : end)) * step);
       };
-      draw_segment(camera, image, at(-ground_half), at(ground_half), 0.6, light, 0.55);
+      add_segment(lines, camera, at(-ground_half), at(ground_half), 1);
     }
+  lines.draw(image, light, 0.5);
 }
 
 void draw_cameras(const std::vector<fvv_camera> &cameras, size_t which, media::Image &image) {
   const fvv_camera camera = resized(cameras[which], image.width, image.height);
+  Lines dots(image.width, image.height);
   for (size_t i = 0; i < cameras.size(); i++) {
     double centre[3];
     fvv_camera_centre(&cameras[i], centre);
     const std::optional<Pixel> p =
         i == which ? std::nullopt : seen(camera, {centre[0], centre[1], centre[2]});
     if (!p || !within(image, *p)) continue;
-    disc(image, *p, 2, light, 0.8);
+    dots.add(*p, *p, camera_dot);
     annotate(image, *p, std::to_string(cameras[i].id), light);
   }
+  dots.draw(image, light, 1);
 }
 
 } // namespace fvv::mux

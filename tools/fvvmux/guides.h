@@ -9,6 +9,8 @@
 
 namespace fvv::mux {
 
+constexpr double camera_dot = 4; // across, pixels
+
 // Length of the axes and side of the grid's squares: 1, 2 or 5 times a power of ten, so that the axes are
 // about a fifth as long as the farthest camera is away from what all look at; metres, or units of the
 // capture.

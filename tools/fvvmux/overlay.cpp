@@ -9,26 +9,6 @@ namespace {
 
 constexpr double rim = 1; // pixels
 
-// Draws what lies within radius of the line from a to b (which may be one point), softened over one pixel.
-void stroke(media::Image &image, Pixel a, Pixel b, double radius, Colour colour, double alpha) {
-  const double width = image.width, height = image.height;
-  for (const Pixel &end : {a, b})
-    if (!(end[0] >= -width && end[0] <= 2 * width && end[1] >= -height && end[1] <= 2 * height)) return;
-  const double dx = b[0] - a[0], dy = b[1] - a[1], squared = dx * dx + dy * dy, reach = radius + 1;
-  const auto first = [&](double u) { return static_cast<uint32_t>(std::max(0.0, std::floor(u - reach))); };
-  const auto last = [&](double u, uint32_t size) {
-    return static_cast<uint32_t>(std::clamp(std::ceil(u + reach), 0.0, static_cast<double>(size)));
-  };
-  for (uint32_t y = first(std::min(a[1], b[1])); y < last(std::max(a[1], b[1]), image.height); y++)
-    for (uint32_t x = first(std::min(a[0], b[0])); x < last(std::max(a[0], b[0]), image.width); x++) {
-      const double px = x + 0.5 - a[0], py = y + 0.5 - a[1];
-      const double along = squared > 0 ? std::clamp((px * dx + py * dy) / squared, 0.0, 1.0) : 0;
-      const double ex = px - along * dx, ey = py - along * dy;
-      const double covered = std::clamp(radius + 0.5 - std::sqrt(ex * ex + ey * ey), 0.0, 1.0);
-      if (covered > 0) blend(image, x, y, colour, alpha * covered);
-    }
-}
-
 } // namespace
 
 void blend(media::Image &image, uint32_t x, uint32_t y, Colour colour, double alpha) {
@@ -57,14 +37,43 @@ void tint(media::Image &image, const media::Image &shares, Colour colour, double
         blend(image, x, y, colour, alpha * share / 255);
 }
 
-void line(media::Image &image, Pixel a, Pixel b, double core, Colour colour, double alpha) {
-  stroke(image, a, b, core / 2 + rim, dark, 0.5 * alpha);
-  stroke(image, a, b, core / 2, colour, alpha);
+Lines::Lines(uint32_t w, uint32_t h)
+    : width(w), height(h), inner(static_cast<size_t>(w) * h), outer(inner.size()) {}
+
+void Lines::add(Pixel a, Pixel b, double core) {
+  for (const Pixel &end : {a, b})
+    if (!(end[0] >= -double(width) && end[0] <= 2.0 * width && end[1] >= -double(height) &&
+          end[1] <= 2.0 * height))
+      return;
+  cover(inner, a, b, core / 2);
+  cover(outer, a, b, core / 2 + rim);
 }
 
-void disc(media::Image &image, Pixel centre, double radius, Colour colour, double alpha) {
-  stroke(image, centre, centre, radius + rim, dark, alpha);
-  stroke(image, centre, centre, radius, colour, alpha);
+// What lies within radius of the line, softened over one pixel.
+void Lines::cover(std::vector<float> &share, Pixel a, Pixel b, double radius) const {
+  const double dx = b[0] - a[0], dy = b[1] - a[1], squared = dx * dx + dy * dy, reach = radius + 1;
+  const auto first = [&](double u) { return static_cast<uint32_t>(std::max(0.0, std::floor(u - reach))); };
+  const auto last = [&](double u, uint32_t size) {
+    return static_cast<uint32_t>(std::clamp(std::ceil(u + reach), 0.0, static_cast<double>(size)));
+  };
+  for (uint32_t y = first(std::min(a[1], b[1])); y < last(std::max(a[1], b[1]), height); y++)
+    for (uint32_t x = first(std::min(a[0], b[0])); x < last(std::max(a[0], b[0]), width); x++) {
+      const double px = x + 0.5 - a[0], py = y + 0.5 - a[1];
+      const double along = squared > 0 ? std::clamp((px * dx + py * dy) / squared, 0.0, 1.0) : 0;
+      const double ex = px - along * dx, ey = py - along * dy;
+      float &value = share[static_cast<size_t>(y) * width + x];
+      value = std::max(value,
+                       static_cast<float>(std::clamp(radius + 0.5 - std::sqrt(ex * ex + ey * ey), 0.0, 1.0)));
+    }
+}
+
+void Lines::draw(media::Image &image, Colour colour, double alpha) const {
+  for (uint32_t y = 0; y < height; y++)
+    for (uint32_t x = 0; x < width; x++) {
+      const size_t i = static_cast<size_t>(y) * width + x;
+      if (outer[i] > 0) blend(image, x, y, dark, 0.7 * alpha * outer[i]);
+      if (inner[i] > 0) blend(image, x, y, colour, alpha * inner[i]);
+    }
 }
 
 void paste(media::Image &image, const media::Image &part, uint32_t x, uint32_t y) {

@@ -15,7 +15,7 @@ struct Colour {
 // Told apart by people of any colour vision: of the palette of Okabe and Ito ("Color universal design",
 // 2008).
 constexpr Colour orange = {230, 159, 0}, sky_blue = {86, 180, 233}, vermillion = {213, 94, 0},
-                 bluish_green = {0, 158, 115}, blue = {0, 114, 178};
+                 bluish_green = {0, 158, 115}, blue = {0, 114, 178}, yellow = {240, 228, 66};
 constexpr Colour light = {255, 255, 255}, dark = {0, 0, 0}, paper = {26, 26, 28}, grey = {110, 110, 112};
 
 // Pixels, right and bottom excluded.
@@ -33,11 +33,21 @@ void fill(media::Image &image, const Box &box, Colour colour, double alpha);
 void frame(media::Image &image, const Box &box, uint32_t thickness, Colour colour);
 // shares: grey, of the picture's size: how much of every pixel is meant, 255 is all.
 void tint(media::Image &image, const media::Image &shares, Colour colour, double alpha);
-// A straight line with a dark rim of a pixel on both sides. Lines
-// with an end farther outside than the picture's own size are left out.
-void line(media::Image &image, Pixel a, Pixel b, double core, Colour colour, double alpha);
-// A disc with a dark rim of a pixel around it.
-void disc(media::Image &image, Pixel centre, double radius, Colour colour, double alpha);
+// Straight lines that are drawn as one: with a dark rim of a pixel around all of them, and where they cross
+// or meet no stronger than elsewhere. A point is a line from there to itself: a disc.
+class Lines {
+public:
+  Lines(uint32_t width, uint32_t height); // of the picture
+  // core: width without the rim. Lines with an end farther outside than the picture's own size are left out.
+  void add(Pixel a, Pixel b, double core);
+  void draw(media::Image &image, Colour colour, double alpha) const;
+
+private:
+  void cover(std::vector<float> &share, Pixel a, Pixel b, double radius) const;
+
+  uint32_t width, height;
+  std::vector<float> inner, outer; // how much of each pixel core and rim cover, 0..1
+};
 // Copies a picture to x, y of a larger one.
 void paste(media::Image &image, const media::Image &part, uint32_t x, uint32_t y);
 

@@ -19,11 +19,11 @@ Layout layout_of(const std::vector<fvv_camera> &cameras, uint32_t side, uint32_t
   Layout layout;
   layout.picture = side;
   layout.scale = std::clamp(side / 240, 1u, 4u);
-  layout.label = 2 * line_height(layout.scale) + gap;
+  layout.label = 2 * line_height(layout.scale);
   for (const fvv_camera &camera : cameras) {
     const auto [width, height] = picture_size(camera, layout);
     layout.panel_width = std::max(layout.panel_width, width + gap);
-    layout.panel_height = std::max(layout.panel_height, height + gap);
+    layout.panel_height = std::max(layout.panel_height, height + 2 * gap);
   }
   layout.panel_height += layout.label;
   layout.columns = columns;
@@ -33,9 +33,10 @@ Layout layout_of(const std::vector<fvv_camera> &cameras, uint32_t side, uint32_t
   return layout;
 }
 
+enum class Swatch { line, area, dot };
 struct Entry {
+  Swatch swatch;
   Colour colour;
-  bool is_line;
   const char *text;
 };
 
@@ -43,16 +44,25 @@ std::vector<Entry> legend(const SheetInput &input, const SheetReport &report) {
   std::vector<Entry> entries;
   const bool hull = report.outlined == Outlined::hull;
   if (report.outlined != Outlined::nothing)
-    entries.push_back({light, true, hull ? "outline of the masks' hull" : "outline of the mesh"});
+    entries.push_back({Swatch::line, light, hull ? "outline of the masks' hull" : "outline of the mesh"});
   if (report.median_iou) {
-    entries.push_back({orange, false, hull ? "hull outside mask" : "mesh outside mask"});
-    entries.push_back({sky_blue, false, hull ? "mask outside hull" : "mask outside mesh"});
+    entries.push_back({Swatch::area, orange, hull ? "hull outside mask" : "mesh outside mask"});
+    entries.push_back({Swatch::area, sky_blue, hull ? "mask outside hull" : "mask outside mesh"});
   }
-  entries.push_back({vermillion, true, "x"});
-  entries.push_back({bluish_green, true, "y"});
-  entries.push_back({blue, true, "z"});
-  if (input.cameras.size() > 1) entries.push_back({light, false, "numbers: other cameras"});
+  entries.push_back({Swatch::line, vermillion, "x"});
+  entries.push_back({Swatch::line, bluish_green, "y"});
+  entries.push_back({Swatch::line, blue, "z"});
+  if (input.cameras.size() > 1) entries.push_back({Swatch::dot, light, "another camera"});
   return entries;
+}
+
+void draw_swatch(media::Image &image, const Entry &entry, const Box &box) {
+  const double middle = (box.top + box.bottom) / 2.0, left = box.left, right = box.right;
+  Lines lines(image.width, box.bottom);
+  if (entry.swatch == Swatch::area) fill(image, box, entry.colour, 1);
+  if (entry.swatch == Swatch::line) lines.add({left, middle}, {right, middle}, 2);
+  if (entry.swatch == Swatch::dot) lines.add({right, middle}, {right, middle}, camera_dot);
+  lines.draw(image, entry.colour, 1);
 }
 
 // Title and legend, wrapped to the width; the height that they take. Drawn only where there is an image.
@@ -66,17 +76,13 @@ uint32_t header(const SheetInput &input, const SheetReport &report, const Layout
   y += high;
   uint32_t x = gap;
   for (const Entry &entry : legend(input, report)) {
-    const uint32_t swatch = 2 * high, needed = swatch + gap + text_width(entry.text, scale) + 2 * high;
+    const uint32_t swatch = 2 * high, needed = swatch + gap + text_width(entry.text, scale);
     if (x > gap && x + needed > width) x = gap, y += high;
     if (image) {
-      const double middle = y + high / 3.0;
-      if (entry.is_line)
-        line(*image, {double(x), middle}, {double(x + swatch - gap), middle}, 1.5, entry.colour, 1);
-      else
-        fill(*image, {x, y, x + swatch - gap, y + 2 * high / 3}, entry.colour, 1);
+      draw_swatch(*image, entry, {x, y, x + swatch - gap, y + 2 * high / 3});
       draw_text(*image, x + swatch, y, shortened(entry.text, scale, width), scale, light);
     }
-    x += needed;
+    x += needed + high;
   }
   return y + high;
 }
@@ -93,7 +99,7 @@ std::string numbers(const SheetCamera &camera) {
 void draw_label(media::Image &image, const SheetCamera &camera, bool stands_out, uint32_t x, uint32_t y,
                 const Layout &layout) {
   const uint32_t width = layout.panel_width - gap, scale = layout.scale;
-  const Colour ink = stands_out ? orange : light;
+  const Colour ink = stands_out ? yellow : light;
   const std::string size = std::to_string(camera.width) + "x" + std::to_string(camera.height);
   const std::string id = std::to_string(camera.id), who = camera.name.empty() ? id : id + " " + camera.name;
   const uint32_t room = text_width("  " + size, scale);
@@ -173,7 +179,7 @@ media::Image draw_sheet(const SheetInput &input, const SheetReport &report, cons
     paste(sheet, picture, left, y + layout.label);
     if (stands_out)
       frame(sheet, {left, y + layout.label, left + picture.width, y + layout.label + picture.height},
-            2 * layout.scale, orange);
+            2 * layout.scale, yellow);
   }
   return sheet;
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
 #include <optional>
 
 namespace fvv::mux {
@@ -14,7 +15,14 @@ namespace {
 using hull::Silhouette;
 using render::Vec3;
 
-constexpr size_t coarse = 64, fine = 192; // cells along the longest side
+constexpr size_t coarse = 64; // cells along the longest side of the box in which the hull is looked for
+constexpr double vote_points = 4e6, carve_points = 16e6;
+// With fewer cameras, what one denies and all others see is as likely a part of their hull's excess.
+constexpr size_t cameras_for_a_vote = 6;
+// A camera is wrong when it alone denies so many points, and this share of what is then left, and four times
+// as many as the next one. Consistent cameras deny some points each.
+constexpr size_t denied_points = 16;
+constexpr double denied_share = 0.1;
 constexpr int most_passes = 8;
 constexpr double worthwhile = 0.8; // a pass that leaves more of the box than this is the last one
 
@@ -36,21 +44,29 @@ struct Extent {
   double longest() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
 };
 
-// Whether the hull may reach into the ball around a point.
-bool possible(const std::vector<Silhouette> &silhouettes, Vec3 p, double radius) {
+// Whether the hull may reach into the ball around a point, if so many cameras more than none are wrong.
+bool possible(const std::vector<Silhouette> &silhouettes, Vec3 p, double radius, size_t wrong) {
   const double world[3] = {p.x, p.y, p.z};
-  size_t seen = 0;
+  size_t inside = 0, outside = 0;
   for (const Silhouette &silhouette : silhouettes) {
     const Silhouette::View view = silhouette.view(world);
     if (!view.seen) continue;
-    seen++;
-    if (silhouette.clear_of(view, radius)) return false;
+    if (!silhouette.clear_of(view, radius))
+      inside++;
+    else if (++outside > wrong)
+      return false;
   }
-  return seen >= hull::hull_cameras;
+  return inside >= hull::hull_cameras;
+}
+
+// Of a grid over the box with about so many points.
+double cell_for(const Extent &box, double points) {
+  const Vec3 size = box.high - box.low;
+  return std::cbrt(size.x * size.y * size.z / points);
 }
 
 // The box of all coarse cells that may hold a part of the hull.
-Extent shrunk(const Extent &box, const std::vector<Silhouette> &silhouettes, uint32_t threads) {
+Extent shrunk(const Extent &box, const std::vector<Silhouette> &silhouettes, size_t wrong, uint32_t threads) {
   const double cell = box.longest() / coarse;
   const hull::Grid grid = hull::grid_over(box.low, box.high, cell);
   std::vector<Extent> slices(grid.count[2]);
@@ -58,7 +74,7 @@ Extent shrunk(const Extent &box, const std::vector<Silhouette> &silhouettes, uin
     for (size_t j = 0; j < grid.count[1]; j++)
       for (size_t i = 0; i < grid.count[0]; i++) {
         const Vec3 p = grid.point(double(i), double(j), double(k));
-        if (possible(silhouettes, p, 0.87 * cell)) slices[k].add(p); // half a cell's diagonal
+        if (possible(silhouettes, p, 0.87 * cell, wrong)) slices[k].add(p); // half a cell's diagonal
       }
   });
   Extent out;
@@ -70,6 +86,69 @@ Extent shrunk(const Extent &box, const std::vector<Silhouette> &silhouettes, uin
   if (out.empty()) return out;
   const Vec3 margin = Vec3{1, 1, 1} * cell;
   return {out.low - margin, out.high + margin};
+}
+
+// A box that holds the hull, even if so many cameras are wrong.
+Extent find(const std::vector<fvv_camera> &cameras, const std::vector<Silhouette> &silhouettes, size_t wrong,
+            uint32_t threads) {
+  const RigSpace space = rig_space(cameras);
+  const Vec3 half = Vec3{1, 1, 1} * space.radius;
+  Extent box{space.centre - half, space.centre + half};
+  for (int pass = 0; pass < most_passes; pass++) {
+    const double before = box.longest();
+    box = shrunk(box, silhouettes, wrong, threads);
+    if (box.empty() || box.longest() > worthwhile * before) break;
+  }
+  return box;
+}
+
+// Points of a grid by what the cameras say that see them.
+struct Votes {
+  size_t inside = 0;         // say all
+  std::vector<size_t> alone; // for each camera: it alone says outside
+};
+
+Votes vote(const Extent &box, const std::vector<Silhouette> &silhouettes, uint32_t threads) {
+  const hull::Grid grid = hull::grid_over(box.low, box.high, cell_for(box, vote_points));
+  std::vector<Votes> slices(grid.count[2]);
+  cli::parallel(threads, slices.size(), [&](size_t k) {
+    Votes &votes = slices[k];
+    votes.alone.resize(silhouettes.size());
+    for (size_t j = 0; j < grid.count[1]; j++)
+      for (size_t i = 0; i < grid.count[0]; i++) {
+        const Vec3 p = grid.point(double(i), double(j), double(k));
+        const double world[3] = {p.x, p.y, p.z};
+        size_t inside = 0, outside = 0, last = 0;
+        for (size_t camera = 0; camera < silhouettes.size() && outside < 2; camera++) {
+          const Silhouette::View view = silhouettes[camera].view(world);
+          if (!view.seen) continue;
+          inside += view.pixels <= 0;
+          if (view.pixels > 0) outside++, last = camera;
+        }
+        if (inside < hull::hull_cameras) continue;
+        votes.inside += outside == 0;
+        if (outside == 1) votes.alone[last]++;
+      }
+  });
+  Votes sum;
+  sum.alone.resize(silhouettes.size());
+  for (const Votes &slice : slices) {
+    sum.inside += slice.inside;
+    for (size_t i = 0; i < sum.alone.size(); i++) sum.alone[i] += slice.alone[i];
+  }
+  return sum;
+}
+
+// The camera that alone denies much of what all others see, and far more than any other does.
+std::optional<size_t> dissenter(const Votes &votes) {
+  std::vector<size_t> order(votes.alone.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  std::partial_sort(order.begin(), order.begin() + 2, order.end(),
+                    [&](size_t a, size_t b) { return votes.alone[a] > votes.alone[b]; });
+  const size_t most = votes.alone[order[0]], next = votes.alone[order[1]];
+  if (most >= denied_points && most > denied_share * double(votes.inside + most) && most > 4 * next)
+    return order[0];
+  return std::nullopt;
 }
 
 } // namespace
@@ -100,24 +179,26 @@ RigSpace rig_space(const std::vector<fvv_camera> &cameras) {
   return space;
 }
 
-hull::Surface hull_of(const std::vector<fvv_camera> &cameras, const std::vector<std::vector<uint8_t>> &masks,
-                      uint32_t threads) {
-  if (cameras.size() < hull::hull_cameras) return {};
+RigHull hull_of(const std::vector<fvv_camera> &cameras, const std::vector<std::vector<uint8_t>> &masks,
+                uint32_t threads) {
+  RigHull hull;
+  if (cameras.size() < hull::hull_cameras) return hull;
   std::vector<std::unique_ptr<Silhouette>> made(cameras.size());
   cli::parallel(threads, made.size(),
                 [&](size_t i) { made[i] = std::make_unique<Silhouette>(cameras[i], masks[i]); });
   std::vector<Silhouette> silhouettes;
   for (auto &one : made) silhouettes.push_back(std::move(*one));
-  const RigSpace space = rig_space(cameras);
-  const Vec3 half = Vec3{1, 1, 1} * space.radius;
-  Extent box{space.centre - half, space.centre + half};
-  for (int pass = 0; pass < most_passes; pass++) {
-    const double before = box.longest();
-    box = shrunk(box, silhouettes, threads);
-    if (box.empty()) return {};
-    if (box.longest() > worthwhile * before) break;
+  const size_t wrong = cameras.size() < cameras_for_a_vote ? 0 : 1;
+  Extent box = find(cameras, silhouettes, wrong, threads);
+  if (!box.empty() && wrong) {
+    hull.left_out = dissenter(vote(box, silhouettes, threads));
+    if (hull.left_out) silhouettes.erase(silhouettes.begin() + std::ptrdiff_t(*hull.left_out));
+    box = find(cameras, silhouettes, 0, threads);
   }
-  return hull::carve(hull::grid_over(box.low, box.high, box.longest() / fine), silhouettes, std::nullopt);
+  if (!box.empty())
+    hull.surface = hull::carve(hull::grid_over(box.low, box.high, cell_for(box, carve_points)), silhouettes,
+                               std::nullopt);
+  return hull;
 }
 
 } // namespace fvv::mux

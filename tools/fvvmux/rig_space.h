@@ -6,6 +6,7 @@
 #include "hull/surface.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace fvv::mux {
@@ -18,10 +19,16 @@ struct RigSpace {
 // At least one camera.
 RigSpace rig_space(const std::vector<fvv_camera> &cameras);
 
+struct RigHull {
+  hull::Surface surface; // empty when nothing is in as many silhouettes as hull::hull_cameras
+  // The camera that had no say, because it alone denies much of what all others see: one wrong camera would
+  // eat into the hull everywhere, and all cameras would look alike. Looked for among six cameras or more.
+  std::optional<size_t> left_out;
+};
 // The visual hull of silhouettes: first in the cube around the space where the cameras look, then, again and
 // again, in the box that a coarse grid leaves of it. masks[i] is of the size of cameras[i], nonzero inside.
-// Empty when nothing is in as many silhouettes as hull::hull_cameras. The same for any number of threads.
-hull::Surface hull_of(const std::vector<fvv_camera> &cameras, const std::vector<std::vector<uint8_t>> &masks,
-                      uint32_t threads);
+// The same for any number of threads.
+RigHull hull_of(const std::vector<fvv_camera> &cameras, const std::vector<std::vector<uint8_t>> &masks,
+                uint32_t threads);
 
 } // namespace fvv::mux

@@ -45,7 +45,7 @@ Body mesh_of(const SheetInput &input) {
   }
 }
 
-Body hull_of_masks(const SheetInput &input, uint32_t threads) {
+Subject hull_of_masks(const SheetInput &input, uint32_t threads) {
   std::vector<media::Image> images(input.cameras.size());
   cli::parallel(threads, images.size(), [&](size_t i) {
     media::Image mask = mask_of(input, i).image;
@@ -61,15 +61,20 @@ Body hull_of_masks(const SheetInput &input, uint32_t threads) {
   });
   std::vector<fvv_camera> cameras;
   std::vector<std::vector<uint8_t>> masks;
+  std::vector<size_t> taken;
   for (size_t i = 0; i < images.size(); i++) {
     if (images[i].pixels.empty()) continue;
     cameras.push_back(resized(input.cameras[i], images[i].width, images[i].height));
     masks.push_back(std::move(images[i].pixels));
+    taken.push_back(i);
   }
-  hull::Surface hull = hull_of(cameras, masks, threads);
+  RigHull hull = hull_of(cameras, masks, threads);
+  if (hull.surface.faces.empty()) return {};
   std::vector<double> positions;
-  for (const hull::Vec3 &p : hull.vertices) positions.insert(positions.end(), {p.x, p.y, p.z});
-  return Body(positions, std::move(hull.faces));
+  for (const hull::Vec3 &p : hull.surface.vertices) positions.insert(positions.end(), {p.x, p.y, p.z});
+  Subject subject{Body(positions, std::move(hull.surface.faces)), Outlined::hull, std::nullopt};
+  if (hull.left_out) subject.left_out = taken[*hull.left_out];
+  return subject;
 }
 
 } // namespace
@@ -105,10 +110,8 @@ Loaded mask_of(const SheetInput &input, size_t i) {
 }
 
 Subject subject_of(const SheetInput &input, const Options &options) {
-  if (input.capture.meshes && options.meshes) return {mesh_of(input), Outlined::mesh};
-  Body hull = hull_of_masks(input, options.threads);
-  if (hull.empty()) return {};
-  return {std::move(hull), Outlined::hull};
+  if (input.capture.meshes && options.meshes) return {mesh_of(input), Outlined::mesh, std::nullopt};
+  return hull_of_masks(input, options.threads);
 }
 
 } // namespace fvv::mux

@@ -34,6 +34,7 @@ Loaded mask_of(const SheetInput &input, size_t camera);
 struct Subject {
   Body body;
   Outlined outlined = Outlined::nothing;
+  std::optional<size_t> left_out; // camera that had no say in the hull, see RigHull
 };
 Subject subject_of(const SheetInput &input, const Options &options);
 

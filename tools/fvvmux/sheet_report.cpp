@@ -35,6 +35,10 @@ std::string camera_line(const SheetCamera &camera) {
   return line + "\n";
 }
 
+std::string label_of(const SheetCamera &camera) {
+  return "camera " + std::to_string(camera.id) + (camera.name.empty() ? "" : " (" + camera.name + ")");
+}
+
 std::string hint(const SheetReport &report) {
   const std::string what = report.outlined == Outlined::hull ? "hull" : "mesh";
   if (report.suspicion == Suspicion::misses_all)
@@ -62,10 +66,12 @@ std::string sheet_text(const SheetReport &report) {
   if (report.median_iou) out += "\n";
   for (const size_t i : report.standing_out) {
     const SheetCamera &camera = report.cameras[i];
-    out += "  hint      camera " + std::to_string(camera.id) +
-           (camera.name.empty() ? "" : " (" + camera.name + ")") +
+    out += "  hint      " + label_of(camera) +
            format(" stands out: its outlines are %.2f px apart\n", *camera.fit.distance);
   }
+  if (report.left_out)
+    out += "  hint      the hull is carved without " + label_of(report.cameras[*report.left_out]) +
+           ", which alone denies much of what all others see\n";
   return out + hint(report);
 }
 
@@ -96,6 +102,7 @@ Json sheet_json(const SheetReport &report) {
           {"median_iou", or_null(report.median_iou)},
           {"median_distance", or_null(report.median_distance)},
           {"standing_out", standing_out},
+          {"left_out", report.left_out ? Json(report.cameras[*report.left_out].id) : Json(nullptr)},
           {"suspected", report.suspicion == Suspicion::half_pixel   ? Json("half_pixel")
                         : report.suspicion == Suspicion::misses_all ? Json("misses_all")
                                                                     : Json(nullptr)},
