@@ -22,7 +22,7 @@ constexpr size_t cameras_for_a_vote = 6;
 // A camera is wrong when it alone denies so many points, and this share of what is then left, and four times
 // as many as the next one. Consistent cameras deny some points each.
 constexpr size_t denied_points = 16;
-constexpr double denied_share = 0.1;
+constexpr double denied_share = 0.05;
 constexpr int most_passes = 8;
 constexpr double worthwhile = 0.8; // a pass that leaves more of the box than this is the last one
 
@@ -151,6 +151,15 @@ std::optional<size_t> dissenter(const Votes &votes) {
   return std::nullopt;
 }
 
+// Half of what a pixel of the camera that sees most covers in the middle of the box, metres: finer cells
+// would show no more.
+double finest_cell(const Extent &box, const std::vector<fvv_camera> &cameras) {
+  double finest = INFINITY;
+  for (const fvv_camera &camera : cameras)
+    finest = std::min(finest, length(centre_of(camera) - mix(box.low, box.high, 0.5)) / camera.fx / 2);
+  return finest;
+}
+
 } // namespace
 
 RigSpace rig_space(const std::vector<fvv_camera> &cameras) {
@@ -195,9 +204,10 @@ RigHull hull_of(const std::vector<fvv_camera> &cameras, const std::vector<std::v
     if (hull.left_out) silhouettes.erase(silhouettes.begin() + std::ptrdiff_t(*hull.left_out));
     box = find(cameras, silhouettes, 0, threads);
   }
-  if (!box.empty())
-    hull.surface = hull::carve(hull::grid_over(box.low, box.high, cell_for(box, carve_points)), silhouettes,
-                               std::nullopt);
+  if (!box.empty()) {
+    const double cell = std::max(cell_for(box, carve_points), finest_cell(box, cameras));
+    hull.surface = hull::carve(hull::grid_over(box.low, box.high, cell), silhouettes, std::nullopt);
+  }
   return hull;
 }
 

@@ -68,9 +68,12 @@ void restrict_frames(capture::Capture &capture, const FrameRange &range) {
   frames.first = range.first;
 }
 
+std::string describe(uint16_t id, const std::string &name) {
+  return "camera " + std::to_string(id) + (name.empty() ? "" : " (" + name + ")");
+}
+
 std::string describe(const capture::Camera &camera) {
-  const std::string &name = *camera.name;
-  return "camera " + std::to_string(camera.calibration.id) + (name.empty() ? "" : " (" + name + ")");
+  return describe(camera.calibration.id, *camera.name);
 }
 
 void restrict_cameras(capture::Capture &capture, const std::vector<std::string> &items) {

@@ -17,6 +17,7 @@ void restrict_frames(capture::Capture &capture, const FrameRange &range);
 void restrict_cameras(capture::Capture &capture, const std::vector<std::string> &items);
 
 // "camera 3 (left)", for messages.
+std::string describe(uint16_t id, const std::string &name);
 std::string describe(const capture::Camera &camera);
 
 } // namespace fvv::mux

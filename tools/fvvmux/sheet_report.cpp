@@ -1,5 +1,6 @@
 // The numbers of a contact sheet, for people and for programs.
 #include "fvvmux/contact_sheet.h"
+#include "fvvmux/select.h"
 
 #include <cstdio>
 
@@ -35,10 +36,6 @@ std::string camera_line(const SheetCamera &camera) {
   return line + "\n";
 }
 
-std::string label_of(const SheetCamera &camera) {
-  return "camera " + std::to_string(camera.id) + (camera.name.empty() ? "" : " (" + camera.name + ")");
-}
-
 std::string hint(const SheetReport &report) {
   const std::string what = report.outlined == Outlined::hull ? "hull" : "mesh";
   if (report.suspicion == Suspicion::misses_all)
@@ -66,11 +63,12 @@ std::string sheet_text(const SheetReport &report) {
   if (report.median_iou) out += "\n";
   for (const size_t i : report.standing_out) {
     const SheetCamera &camera = report.cameras[i];
-    out += "  hint      " + label_of(camera) +
+    out += "  hint      " + describe(camera.id, camera.name) +
            format(" stands out: its outlines are %.2f px apart\n", *camera.fit.distance);
   }
   if (report.left_out)
-    out += "  hint      the hull is carved without " + label_of(report.cameras[*report.left_out]) +
+    out += "  hint      the hull is carved without " +
+           describe(report.cameras[*report.left_out].id, report.cameras[*report.left_out].name) +
            ", which alone denies much of what all others see\n";
   return out + hint(report);
 }

@@ -1,0 +1,110 @@
+// fvvmux --check-calibration as a program: exit codes, messages, JSON, and no half-written sheets.
+#include "sheet_fixture.h"
+
+namespace {
+
+Run run_sheet(const Folder &folder, std::vector<std::string> more = {}) {
+  std::vector<std::string> words = {folder.path("in"), "--check-calibration", folder.path("sheet.png")};
+  words.insert(words.end(), more.begin(), more.end());
+  return run_tool(words);
+}
+
+} // namespace
+
+TEST_CASE("sheet command: a summary, and a JSON whose keys are documented") {
+  const Folder folder;
+  make_sheet_capture(folder);
+  const Run run = run_sheet(folder);
+  CHECK(run.exit == 0);
+  CHECK(run.err.empty());
+  CHECK(run.out.find(folder.path("sheet.png") + ": ") == 0);
+  CHECK(run.out.find("  1 ring 1: 200x150, IoU 0.9") != std::string::npos);
+  const Run json_run = run_sheet(folder, {"--json", "--force", "--sheet-width", "200"});
+  CHECK(json_run.exit == 0);
+  const nlohmann::json json = nlohmann::json::parse(json_run.out);
+  CHECK(json.at("fvvmux") == 1);
+  CHECK(json.at("sheet") == folder.path("sheet.png"));
+  CHECK(json.at("frame") == 11);
+  CHECK(json.at("outline") == "mesh");
+  CHECK(json.at("panel") == 200);
+  CHECK(json.at("width") == media::probe_image(folder.path("sheet.png")).width);
+  CHECK(json.at("median_iou").is_number());
+  CHECK(json.at("median_distance").is_number());
+  CHECK(json.at("standing_out") == nlohmann::json::array());
+  CHECK(json.at("left_out").is_null());
+  CHECK(json.at("suspected").is_null());
+  CHECK(json.at("warnings") == nlohmann::json::array());
+  CHECK(json.size() == 14);
+  REQUIRE(json.at("cameras").size() == ring_cameras);
+  const nlohmann::json &camera = json.at("cameras")[2];
+  CHECK(camera.at("id") == 3);
+  CHECK(camera.at("name") == "ring 3");
+  CHECK(camera.at("width") == 200);
+  CHECK(camera.at("picture") == true);
+  CHECK(camera.at("mask") == true);
+  CHECK(camera.at("covered").get<double>() > 0.05);
+  CHECK(camera.at("iou").get<double>() > 0.98);
+  CHECK(camera.at("distance").is_number());
+  CHECK(camera.at("offset").size() == 2);
+  CHECK(camera.size() == 10);
+}
+
+TEST_CASE("sheet command: what is missing for one camera is a warning") {
+  const Folder folder;
+  const capture::Capture capture = make_sheet_capture(folder);
+  fs::remove(capture.picture_path(capture.cameras[0], 11));
+  write_png(capture.mask_path(capture.cameras[1], 11), media::make_image(20, 10, 1, 255));
+  const Run run = run_sheet(folder, {"--json"});
+  CHECK(run.exit == 3);
+  CHECK(run.err == "fvvmux: warning: " + capture.picture_path(capture.cameras[0], 11) +
+                       ": cannot be opened: No such file or directory\nfvvmux: warning: " +
+                       capture.mask_path(capture.cameras[1], 11) +
+                       ": expected 160x120 pixels, as the camera has, found 20x10\n");
+  const nlohmann::json json = nlohmann::json::parse(run.out);
+  CHECK(json.at("warnings").size() == 2);
+  CHECK(json.at("cameras")[0].at("picture") == false);
+  CHECK(json.at("cameras")[0].at("iou").is_number());
+  CHECK(json.at("cameras")[1].at("iou").is_null());
+  CHECK(fs::exists(folder.path("sheet.png")));
+}
+
+TEST_CASE(
+    "sheet command: without a single picture that can be read, or without the mesh, there is no sheet") {
+  const Folder folder;
+  const capture::Capture capture = make_sheet_capture(folder);
+  for (const capture::Camera &camera : capture.cameras)
+    write_bytes(capture.picture_path(camera, 11),
+                "\0\0\0\x20"
+                "ftypisom",
+                12); // a film
+  const Run film = run_sheet(folder);
+  CHECK(film.exit == 1);
+  CHECK(film.err.find("no camera's picture of frame 11 can be read; the first problem is: " +
+                      capture.picture_path(capture.cameras[0], 11)) != std::string::npos);
+  CHECK(folder.entries() == 1);
+  fs::remove(capture.mesh_path(11));
+  const Run mesh = run_sheet(folder);
+  CHECK(mesh.exit == 1);
+  CHECK(mesh.err.find("mesh11.ply") != std::string::npos);
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("sheet command: usage") {
+  const Folder folder;
+  make_sheet_capture(folder, {true, true, 3});
+  CHECK(run_tool({folder.path("in")}).exit == 2);
+  CHECK(run_tool({folder.path("in")}).err.find("--output is required") != std::string::npos);
+  CHECK(run_sheet(folder, {"-o", folder.path("out.fvv")}).exit == 2);
+  CHECK(run_sheet(folder, {"--frames", "40-41"}).exit == 2);
+  CHECK(run_sheet(folder, {"--cameras", "99"}).exit == 2);
+  CHECK(run_sheet(folder, {"--sheet-width", "20"}).exit == 2);
+  CHECK(run_tool({folder.path("in"), "-o", folder.path("out.fvv"), "--sheet-width", "300"}).exit == 2);
+  CHECK(run_tool({folder.path("in"), "--check-calibration", "-", "--json"}).exit == 2);
+  CHECK(folder.entries() == 1);
+  write_bytes(folder.path("sheet.png"), "mine", 4);
+  CHECK(run_sheet(folder).exit == 1);
+  CHECK(read_bytes(folder.path("sheet.png")) == "mine");
+  CHECK(run_sheet(folder, {"--force"}).exit == 0);
+  CHECK(run_tool({folder.path("in"), "--check-calibration", "-"}).out ==
+        read_bytes(folder.path("sheet.png")));
+}
