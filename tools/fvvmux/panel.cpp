@@ -15,7 +15,8 @@ constexpr uint32_t gap = 6;            // pixels around everything
 constexpr uint32_t smallest_side = 24; // of a picture, below which a sheet shows nothing
 constexpr double disagreement = 0.6;   // opacity
 
-Layout layout_of(const std::vector<fvv_camera> &cameras, uint32_t side, uint32_t columns) {
+// Sizes of panels and text for pictures of a longest side.
+Layout panels_of(const std::vector<fvv_camera> &cameras, uint32_t side) {
   Layout layout;
   layout.picture = side;
   layout.scale = std::clamp(side / 240, 1u, 4u);
@@ -26,11 +27,21 @@ Layout layout_of(const std::vector<fvv_camera> &cameras, uint32_t side, uint32_t
     layout.panel_height = std::max(layout.panel_height, height + 2 * gap);
   }
   layout.panel_height += layout.label;
-  layout.columns = columns;
-  layout.rows = (uint32_t(cameras.size()) + columns - 1) / columns;
-  layout.width = columns * layout.panel_width + gap;
-  layout.height = layout.rows * layout.panel_height + gap;
   return layout;
+}
+
+// The number of columns that makes the sheet's longer side shortest.
+Layout squarest(Layout layout, uint32_t count) {
+  Layout best;
+  for (uint32_t columns = 1; columns <= count; columns++) {
+    layout.columns = columns;
+    layout.rows = (count + columns - 1) / columns;
+    layout.width = columns * layout.panel_width + gap;
+    layout.height = layout.rows * layout.panel_height + gap;
+    if (columns == 1 || std::max(layout.width, layout.height) < std::max(best.width, best.height))
+      best = layout;
+  }
+  return best;
 }
 
 enum class Swatch { line, area, dot };
@@ -123,17 +134,11 @@ std::array<uint32_t, 2> picture_size(const fvv_camera &camera, const Layout &lay
 }
 
 Layout arrange_panels(const std::vector<fvv_camera> &cameras, uint32_t longest_side) {
-  const uint32_t count = uint32_t(cameras.size());
   for (uint32_t side = longest_side;; side--) {
-    Layout best;
-    for (uint32_t columns = 1; columns <= count; columns++) {
-      const Layout layout = layout_of(cameras, side, columns);
-      if (columns == 1 || std::max(layout.width, layout.height) < std::max(best.width, best.height))
-        best = layout;
-    }
+    const Layout layout = squarest(panels_of(cameras, side), uint32_t(cameras.size()));
     // An eighth for title and legend, which wrap.
-    if (side == smallest_side || (best.width <= largest_sheet && best.height <= largest_sheet * 7 / 8))
-      return best;
+    if (side == smallest_side || (layout.width <= largest_sheet && layout.height <= largest_sheet * 7 / 8))
+      return layout;
   }
 }
 
