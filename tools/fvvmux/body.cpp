@@ -14,7 +14,7 @@ constexpr uint32_t samples = 3;       // along a side of a pixel, for smooth lin
 constexpr double core = 0.7, rim = 2; // pixels from the middle of the line
 // A jump in depth is farther than this many pixels are wide there, and this many times as far as the surface
 // goes on either side: otherwise it is a slope.
-constexpr double jump_pixels = 8, jump_slope = 4;
+constexpr double jump_pixels = 12, jump_slope = 4;
 
 // Whether the surface, of depths z[0..3] at four samples in a row, breaks between the middle two.
 bool breaks(const float z[4], double samples_per_depth) {
