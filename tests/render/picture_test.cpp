@@ -30,7 +30,7 @@ struct Square {
       for (const double value : {p[0], p[1], 0.0}) texture.push_back(float(value));
     }
   }
-  Picture draw(const Material &material, const std::vector<Rgb> &background) const {
+  Picture draw(const Material &material, const LightField &background) const {
     SampleBuffer buffer(8, 8, 3);
     const Light light = {{0, 0, -1}, {0, 0, 0}, {1, 1, 1}, {1, 1, 1}}; // what is white comes out white
     return fvv::render::draw(Projection(camera), {positions.data(), 4, faces.data(), 2},
@@ -46,7 +46,8 @@ Reflectance white(uint32_t, Vec3) {
 } // namespace
 
 TEST_CASE("a pixel is masked from half coverage on, and its colour is the mean of its samples") {
-  const std::vector<Rgb> red(64, Rgb{1, 0, 0});
+  LightField red;
+  for (int i = 0; i < 64; i++) red.insert(red.end(), {1, 0, 0});
   // Samples of a pixel lie at 1/6, 3/6, 5/6: an edge at 0.4 leaves two of three columns, at 0.6 one.
   const Picture more = Square(3.4).draw(white, red), less = Square(3.6).draw(white, red);
   for (size_t y = 0; y < 8; y++)
@@ -92,5 +93,5 @@ TEST_CASE("display values and linear light come back, beyond white is white") {
 }
 
 TEST_CASE("a background of another size is refused") {
-  CHECK_THROWS_AS(Square(0).draw(white, std::vector<Rgb>(63)), std::invalid_argument);
+  CHECK_THROWS_AS(Square(0).draw(white, LightField(63 * 3)), std::invalid_argument);
 }

@@ -101,26 +101,35 @@ Json lens(const fvv_camera &camera) {
   return {{"model", "radtan"}, {"coefficients", {d[0], d[1], d[2], d[3]}}, {"r_max", camera.r_max}};
 }
 
+// What may change from frame to frame.
+Json calibration(const fvv_camera &camera) {
+  const double *r = camera.rotation, *t = camera.translation;
+  return {
+      {"intrinsics",
+       {{"fx", camera.fx}, {"fy", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}, {"skew", camera.skew}}},
+      {"rotation", {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, {r[6], r[7], r[8]}}},
+      {"translation", {t[0], t[1], t[2]}}};
+}
+
 Json description(const Scene &scene, const Recording &recording) {
   Json cameras = Json::array();
+  size_t number = 0;
   for (const fvv_camera &camera : scene.cameras()) {
     const std::string name(camera.name, camera.name_size);
-    const double *r = camera.rotation, *t = camera.translation;
-    cameras.push_back({{"id", camera.id},
-                       {"name", name},
-                       {"width", camera.width},
-                       {"height", camera.height},
-                       {"intrinsics",
-                        {{"fx", camera.fx},
-                         {"fy", camera.fy},
-                         {"cx", camera.cx},
-                         {"cy", camera.cy},
-                         {"skew", camera.skew}}},
-                       {"lens", lens(camera)},
-                       {"rotation", {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, {r[6], r[7], r[8]}}},
-                       {"translation", {t[0], t[1], t[2]}},
-                       {"pictures", name + "/%04d.png"},
-                       {"masks", name + "/mask_%04d.png"}});
+    Json entry = {{"id", camera.id}, {"name", name}, {"width", camera.width}, {"height", camera.height}};
+    entry.update(calibration(camera));
+    entry["lens"] = lens(camera);
+    if (scene.moves(number))
+      for (size_t frame = 0; frame < recording.frames; frame++) {
+        Json state = {{"frame", frame}};
+        state.update(calibration(scene.camera(number, frame_time(recording.rate, frame))));
+        entry["per_frame"].push_back(state);
+      }
+    if (name == overhead) entry["texture"] = false;
+    entry["pictures"] = name + "/%04d.png";
+    entry["masks"] = name + "/mask_%04d.png";
+    cameras.push_back(entry);
+    number++;
   }
   return {{"fvv_capture", 1},
           {"name", "players"},
@@ -140,7 +149,7 @@ void write_png(const std::string &path, const render::Picture &picture, int chan
   image.height = picture.height;
   image.channels = channels;
   image.pixels = pixels;
-  write_bytes(path, media::encode_png(image));
+  write_bytes(path, media::encode_png(image, media::PngEffort::fast));
 }
 
 } // namespace
@@ -177,12 +186,13 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
   const Grid grid = hull_grid(recording.hull_cells);
   cli::Progress progress("frames", recording.frames);
   const auto frame = [&](size_t number) {
-    const Moment moment = scene.at(double(number) * recording.rate.denominator / recording.rate.numerator);
+    const Filming filming(scene, recording.realism, recording.rate, number);
+    const Moment &moment = filming.moment();
+    render::SampleBuffer buffer(1, 1, samples);
     std::vector<hull::Silhouette> silhouettes;
     for (size_t i = 0; i < scene.cameras().size(); i++) {
-      const fvv_camera &camera = scene.cameras()[i];
-      render::SampleBuffer buffer(camera.width, camera.height, samples);
-      const render::Picture picture = scene.picture(i, moment, buffer);
+      const fvv_camera camera = scene.camera(i, moment.seconds);
+      const render::Picture picture = filming.shoot(i, buffer);
       const std::string name = std::string(camera.name, camera.name_size) + "/";
       write_png(folder.file(numbered(name.c_str(), number, ".png")), picture, 3, picture.rgb);
       write_png(folder.file(numbered((name + "mask_").c_str(), number, ".png")), picture, 1, picture.mask);

@@ -3,14 +3,10 @@
 #pragma once
 
 #include "cli/cli.h"
-#include "fvvsynth/scene.h"
+#include "fvvsynth/filming.h"
 #include "hull/grid.h"
 
 namespace fvv::synth {
-
-struct FrameRate { // frames per second, in lowest terms
-  uint32_t numerator = 25, denominator = 1;
-};
 
 // "25" or "30000/1001". Failure (usage) when text is not a positive number or fraction of such.
 FrameRate parse_frame_rate(const std::string &text);
@@ -24,6 +20,7 @@ enum class Meshes {
 struct Recording {
   uint32_t frames = 50;
   FrameRate rate;
+  Realism realism;
   Meshes meshes = Meshes::tracked;
   uint32_t hull_cells = 220; // along the longest side of the space that hulls are carved from
   bool depth = false;        // of every picture, beside it

@@ -31,17 +31,17 @@ void parse_size(const std::string &text, uint32_t &width, uint32_t &height) {
 
 int main(int argc, char **argv) {
   CLI::App app("Writes a made-up capture of two basketball players: meshes, calibrated pictures and masks.");
-  std::string output, size, rig = "small", rate = "25", meshes = "tracked";
+  std::string output, size, rig = "studio", rate = "25", meshes = "tracked";
   fvv::synth::Settings settings;
   fvv::synth::Recording recording;
-  bool force = false;
+  bool force = false, realistic = false;
   settings.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 64u);
   app.add_option("-o,--output", output, "Folder to write")->required()->type_name("DIR");
   app.add_option("--seed", settings.seed, "Chooses looks, places and cameras")->capture_default_str();
   app.add_option("--frames", recording.frames, "Number of frames")
       ->check(CLI::Range(1, 9999))
       ->capture_default_str();
-  app.add_option("--rig", rig, "7 alike cameras, or 13 unlike ones of which some distort")
+  app.add_option("--rig", rig, "7 alike cameras, or 13 unlike ones: some distort, one pans and zooms")
       ->check(CLI::IsMember(rigs))
       ->capture_default_str()
       ->type_name("small|studio");
@@ -68,6 +68,23 @@ int main(int argc, char **argv) {
                "Also write which faces and vertices of the meshes each camera sees, by ray casting");
   app.add_option("--threads", settings.threads, "Threads; the result is the same for any number")
       ->check(CLI::Range(1, 64));
+  auto &film = recording.realism;
+  const auto *noise = app.add_option("--noise", film.noise, "Sensor noise, 1 as of a good camera")
+                          ->check(CLI::Range(0.0, 100.0))
+                          ->capture_default_str()
+                          ->type_name("STRENGTH");
+  const auto *exposure =
+      app.add_option("--exposure", film.exposure, "Cameras differ in exposure by up to so much either way")
+          ->check(CLI::Range(0.0, 4.0))
+          ->capture_default_str()
+          ->type_name("STOPS");
+  const auto *shutter = app.add_option("--motion-blur", film.shutter,
+                                       "Share of a frame for which the shutter is open; 0.5 is 180 degrees")
+                            ->check(CLI::Range(0.0, 1.0))
+                            ->capture_default_str()
+                            ->type_name("SHARE");
+  app.add_flag("--realistic", realistic, "As --noise 1 --exposure 0.3 --motion-blur 0.5, each if not given");
+  app.add_flag("--frame-numbers", film.labels, "Camera and frame number in the top left corner of pictures");
   app.add_flag("--force", force, "Replace the folder when it exists");
   try {
     app.parse(argc, argv);
@@ -76,7 +93,11 @@ int main(int argc, char **argv) {
   }
   return fvv::cli::run("fvvsynth", [&] {
     // So that either rig's hulls have about 35,000 triangles.
-    if (hull_cells->count() == 0 && rig == "studio") recording.hull_cells = 236;
+    settings.rig = rigs.at(rig);
+    if (hull_cells->count() == 0 && settings.rig == fvv::synth::RigKind::studio) recording.hull_cells = 236;
+    if (realistic && noise->count() == 0) film.noise = fvv::synth::default_noise;
+    if (realistic && exposure->count() == 0) film.exposure = fvv::synth::default_exposure;
+    if (realistic && shutter->count() == 0) film.shutter = fvv::synth::default_shutter;
     recording.rate = fvv::synth::parse_frame_rate(rate);
     recording.threads = settings.threads;
     recording.meshes = mesh_kinds.at(meshes);
@@ -85,7 +106,6 @@ int main(int argc, char **argv) {
       throw fvv::cli::Failure("--meshes hull: expected 3 cameras or more, found --cameras " +
                                   std::to_string(settings.cameras),
                               fvv::cli::usage);
-    settings.rig = rigs.at(rig);
     if (settings.rig == fvv::synth::RigKind::studio && cameras->count() > 0)
       throw fvv::cli::Failure("--cameras: expected with --rig small only, the studio has 13",
                               fvv::cli::usage);

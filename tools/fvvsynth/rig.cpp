@@ -47,12 +47,13 @@ struct Make {
   uint32_t thirds; // size in thirds of the one asked for
   double k1, k2;   // both 0: no distortion
 };
-constexpr Make oval[] = {{1.00, 3, 0, 0},       {0.80, 3, -0.20, 0.045}, {1.10, 3, -0.12, 0.020},
+constexpr Make oval[] = {{1.00, 3, 0, 0},       {0.80, 3, -0.20, 0.045}, {0.95, 3, -0.12, 0.020},
                          {0.90, 2, 0, 0},       {1.20, 3, 0.08, -0.02},  {0.95, 3, -0.16, 0.03},
                          {1.05, 4, 0, 0},       {1.25, 3, 0.10, -0.03},  {0.85, 3, 0, 0},
                          {1.00, 2, -0.06, 0.01}};
+constexpr size_t moving = 2; // sees the passes from the side
 constexpr Make head[] = {{0.80, 3, -0.18, 0.04}, {0.90, 4, 0, 0}};
-constexpr Make overhead = {0.95, 2, 0, 0};
+constexpr Make above = {0.95, 2, 0, 0};
 
 fvv_camera make_studio_camera(const Make &make, size_t id, uint32_t width, uint32_t height, Vec3 centre,
                               Random &random) {
@@ -73,6 +74,16 @@ fvv_camera make_studio_camera(const Make &make, size_t id, uint32_t width, uint3
 }
 
 } // namespace
+
+fvv_camera turned(const fvv_camera &camera, Vec3 target, double zoom) {
+  double centre[3];
+  fvv_camera_centre(&camera, centre);
+  fvv_camera result = camera;
+  aim(result, {centre[0], centre[1], centre[2]}, target, {0, 1, 0});
+  result.fx *= zoom;
+  result.fy *= zoom;
+  return result;
+}
 
 Rig make_small_rig(Random &random, uint32_t count, uint32_t width, uint32_t height) {
   constexpr double distance = 5.3, footprint = 0.014;
@@ -106,7 +117,8 @@ Rig make_studio_rig(Random &random, uint32_t width, uint32_t height) {
         "oval" + std::to_string(i));
   for (size_t i = 0; i < std::size(head); i++)
     add(head[i], around(turn * (0.27 + 0.5 * double(i)), 1.7), "head" + std::to_string(i));
-  add(overhead, {0.1, 7.0, 0.05}, "overhead");
+  add(above, {0.1, 7.0, 0.05}, overhead);
+  rig.moving = moving;
   return rig;
 }
 

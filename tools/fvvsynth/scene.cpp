@@ -2,8 +2,9 @@
 #include "fvvsynth/scene.h"
 
 #include "cli/parallel.h"
-#include "fvvsynth/court.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace fvv::synth {
@@ -12,8 +13,13 @@ namespace {
 
 constexpr uint32_t ball_division = 10; // 2,000 triangles
 
-const render::Light light = {
+constexpr double texel_at_960 = 0.006; // metres of the floor's finest detail, for pictures 960 wide
+constexpr double longest_zoom = 1.8;   // of the camera that moves, times its shortest focal length
+
+const render::Light light_of_day = {
     normalised(Vec3{0.35, 0.85, 0.40}), {0.95, 0.91, 0.84}, {0.62, 0.65, 0.70}, {0.30, 0.24, 0.19}};
+// What the floor shows of them: the lamp of the players, and one from the other side that fills.
+const Lamp lamps[] = {{light_of_day.towards, 0.50, 0.04}, {normalised(Vec3{-0.45, 0.80, -0.30}), 0.22, 0.07}};
 
 Settings checked(const Settings &s) {
   const auto side = [](uint32_t n, uint32_t most) { return n >= 16 && n <= most; };
@@ -50,7 +56,7 @@ std::vector<float> vertex_normals(const std::vector<float> &positions, const std
 
 Scene::Scene(const Settings &settings)
     : wanted(checked(settings)), random(wanted.seed), looks(make_looks(random)), choreography(random),
-      court_key(uint32_t(random.next())),
+      studio_key(uint32_t(random.next())),
       ball_key(uint32_t(random.next())), bodies{make_body(looks[0].style), make_body(looks[1].style)},
       ball(make_ball(ball_division)) {
   const auto append = [&](const Surface &surface) {
@@ -72,15 +78,43 @@ Scene::Scene(const Settings &settings)
                  : make_small_rig(random, wanted.cameras, wanted.width, wanted.height);
   rig = std::move(made.cameras);
   names = std::move(made.names);
-  projections.reserve(rig.size());
+  moving = made.moving;
   for (size_t i = 0; i < rig.size(); i++) {
     rig[i].name = names[i].data();
     rig[i].name_size = names[i].size();
-    projections.emplace_back(rig[i]);
   }
+  if (moving) {
+    at_rest = rig[*moving];
+    rig[*moving] = camera(*moving, 0);
+  }
+  projections.reserve(rig.size());
+  for (const fvv_camera &one : rig) projections.emplace_back(one);
+  studio = std::make_unique<Studio>(studio_key, std::clamp(texel_at_960 * 960 / wanted.width, 0.003, 0.02),
+                                    rig, light_of_day, wanted.threads);
   backgrounds.resize(rig.size());
-  cli::parallel(wanted.threads, rig.size(),
-                [&](size_t i) { backgrounds[i] = draw_court(projections[i], court_key); });
+  cli::parallel(wanted.threads, rig.size(), [&](size_t i) {
+    render::SampleBuffer buffer(1, 1, 3);
+    if (!moves(i)) backgrounds[i] = studio->seen(projections[i], i, buffer);
+  });
+}
+
+// Pans and tilts after the ball, with the inertia of a hand, and zooms in and out once in a cycle of the
+// play.
+fvv_camera Scene::camera(size_t number, double seconds) const {
+  if (!moves(number)) return rig[number];
+  constexpr int steps = 24;
+  constexpr double inertia = 0.6; // seconds before and after
+  Vec3 followed;
+  double weights = 0;
+  for (int i = -steps; i <= steps; i++) {
+    const double away = double(i) / (steps + 1), weight = (1 - away * away) * (1 - away * away);
+    followed += choreography.ball().position(seconds + inertia * away) * weight;
+    weights += weight;
+  }
+  followed = followed * (1 / weights);
+  const Vec3 target = mix(Vec3{0, 0.95, 0}, followed, 0.6);
+  const double wave = std::cos(seconds * 6.283185307179586 / cycle);
+  return turned(at_rest, target, 1 + (longest_zoom - 1) * (0.5 - 0.5 * wave));
 }
 
 Moment Scene::at(double seconds) const {
@@ -95,10 +129,13 @@ Moment Scene::at(double seconds) const {
     for (const double value : {at.x, at.y, at.z}) moment.positions.push_back(float(value));
   }
   moment.normals = vertex_normals(moment.positions, all_faces);
+  moment.seconds = seconds;
+  const render::Mesh mesh = {moment.positions.data(), vertex_count(), all_faces.data(), all_faces.size() / 3};
+  for (const Lamp &lamp : lamps) moment.shadows.emplace_back(mesh, lamp);
   return moment;
 }
 
-render::Picture Scene::picture(size_t camera, const Moment &moment, render::SampleBuffer &buffer) const {
+render::LitPicture Scene::light(size_t number, const Moment &moment, render::SampleBuffer &buffer) const {
   const render::Mesh mesh = {moment.positions.data(), vertex_count(), all_faces.data(), all_faces.size() / 3};
   const render::Attributes attributes = {moment.normals.data(), texture.data(), exposure.data()};
   const auto material = [&](uint32_t face, Vec3 at) {
@@ -106,7 +143,14 @@ render::Picture Scene::picture(size_t camera, const Moment &moment, render::Samp
     if (face < face_count[0] + face_count[1]) return player_reflectance(looks[1], at);
     return ball_reflectance(at, ball_key);
   };
-  return render::draw(projections[camera], mesh, attributes, material, light, backgrounds[camera], buffer);
+  const auto seen = [&](const render::Projection &projection, render::LightField background) {
+    for (const Shadow &shadow : moment.shadows) shadow.cast(projection, background);
+    return render::illuminate(projection, mesh, attributes, material, light_of_day, std::move(background),
+                              buffer);
+  };
+  if (!moves(number)) return seen(projections[number], backgrounds[number]);
+  const render::Projection projection(camera(number, moment.seconds));
+  return seen(projection, studio->seen(projection, number, buffer));
 }
 
 } // namespace fvv::synth

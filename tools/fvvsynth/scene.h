@@ -1,4 +1,4 @@
-// The whole scene: players, ball, court, light and cameras from one seed; meshes and pictures of any moment.
+// The whole scene: players, ball, studio, light and cameras from one seed; meshes and pictures of any moment.
 // Knows no files.
 #pragma once
 
@@ -6,17 +6,20 @@
 #include "fvvsynth/look.h"
 #include "fvvsynth/play.h"
 #include "fvvsynth/rig.h"
+#include "fvvsynth/shadow.h"
+#include "fvvsynth/studio.h"
 
+#include <memory>
 #include <string>
 
 namespace fvv::synth {
 
 struct Settings {
   uint64_t seed = 1;
-  RigKind rig = RigKind::small;
+  RigKind rig = RigKind::studio;
   uint32_t cameras = 7; // of the small rig, 1..64
   // Of the small rig's pictures, 16..4096; of most pictures of the studio rig, 16..studio_max_side.
-  uint32_t width = 480, height = 270;
+  uint32_t width = 960, height = 540;
   uint32_t threads = 1; // that prepare the scene; the result is the same for any number
 };
 
@@ -24,6 +27,8 @@ struct Settings {
 struct Moment {
   std::vector<float> positions; // x y z, world metres
   std::vector<float> normals;   // unit vectors, outwards
+  double seconds = 0;
+  std::vector<Shadow> shadows; // one for each lamp that casts them
 };
 
 class Scene {
@@ -31,22 +36,30 @@ public:
   explicit Scene(const Settings &settings); // throws std::invalid_argument outside the ranges above
 
   const Settings &settings() const { return wanted; }
+  // As they are at 0 s. A camera that moves has another calibration at every moment.
   const std::vector<fvv_camera> &cameras() const { return rig; }
+  bool moves(size_t camera) const { return moving == camera; }
+  fvv_camera camera(size_t number, double seconds) const;
   // Player 0, player 1, ball: three closed surfaces, one after the other, the same faces at all times.
   const std::vector<uint32_t> &faces() const { return all_faces; }
   size_t vertex_count() const { return texture.size() / 3; }
   const Play &play() const { return choreography; }
 
   Moment at(double seconds) const;
-  // Colour, mask and depth seen by a camera; buffer as for render::draw. May be called from several threads.
-  render::Picture picture(size_t camera, const Moment &moment, render::SampleBuffer &buffer) const;
+  // What a camera sees at a moment, with the calibration of that moment; buffer as for render::illuminate.
+  // May be called from several threads.
+  render::LitPicture light(size_t camera, const Moment &moment, render::SampleBuffer &buffer) const;
+  // The same as display values, as a perfect camera takes it.
+  render::Picture picture(size_t camera, const Moment &moment, render::SampleBuffer &buffer) const {
+    return render::displayed(light(camera, moment, buffer));
+  }
 
 private:
   Settings wanted;
   Random random;
   std::array<Look, 2> looks;
   Play choreography;
-  uint32_t court_key, ball_key;
+  uint32_t studio_key, ball_key;
   std::array<Body, 2> bodies;
   Surface ball;
   std::array<size_t, 2> face_count;
@@ -54,8 +67,11 @@ private:
   std::vector<float> texture, exposure;
   std::vector<fvv_camera> rig;
   std::vector<std::string> names; // of the cameras, which borrow them
-  std::vector<render::Projection> projections;
-  std::vector<std::vector<render::Rgb>> backgrounds;
+  std::optional<size_t> moving;
+  fvv_camera at_rest = {};                     // the moving camera, unturned, at its shortest focal length
+  std::vector<render::Projection> projections; // at 0 s
+  std::unique_ptr<const Studio> studio;
+  std::vector<render::LightField> backgrounds; // of the cameras that stand still
 };
 
 } // namespace fvv::synth

@@ -3,10 +3,13 @@
 #include "codecs.h"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <new>
+#include <utility>
 
 namespace fvv::media {
 namespace {
@@ -119,7 +122,7 @@ private:
 
 class PngWriter {
 public:
-  PngWriter() {
+  explicit PngWriter(PngEffort effort) : effort_(effort) {
     png_ = png_create_write_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
     if (png_) info_ = png_create_info_struct(png_);
     if (!info_) {
@@ -168,6 +171,11 @@ private:
     png_set_IHDR(png_, info_, width, height, bits, type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                  PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB(png_, info_, PNG_sRGB_INTENT_PERCEPTUAL);
+    if (effort_ == PngEffort::fast) {
+      png_set_filter(png_, PNG_FILTER_TYPE_DEFAULT, PNG_FILTER_PAETH);
+      png_set_compression_level(png_, Z_BEST_SPEED);
+      png_set_compression_strategy(png_, Z_RLE);
+    }
     png_write_info(png_, info_);
     if (bits == 16) swap_if_needed(png_);
     for (uint32_t row = 0; row < height; row++) png_write_row(png_, pixels + row * stride);
@@ -175,6 +183,7 @@ private:
     return true;
   }
 
+  const PngEffort effort_;
   std::vector<uint8_t> bytes_;
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;
@@ -196,15 +205,15 @@ BasicImage<Sample> decode_png(const uint8_t *bytes, size_t size, const std::stri
   return PngReader(bytes, size, name).picture<Sample>();
 }
 
-template <class Sample> std::vector<uint8_t> encode_png(const BasicImage<Sample> &image) {
+template <class Sample> std::vector<uint8_t> encode_png(const BasicImage<Sample> &image, PngEffort effort) {
   check_image(image);
-  PngWriter writer;
+  PngWriter writer(effort);
   return writer.file(image);
 }
 
 template Image decode_png(const uint8_t *, size_t, const std::string &);
 template DeepImage decode_png(const uint8_t *, size_t, const std::string &);
-template std::vector<uint8_t> encode_png(const Image &);
-template std::vector<uint8_t> encode_png(const DeepImage &);
+template std::vector<uint8_t> encode_png(const Image &, PngEffort);
+template std::vector<uint8_t> encode_png(const DeepImage &, PngEffort);
 
 } // namespace fvv::media

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace fvv::render {
 
@@ -35,35 +36,38 @@ Rgb lit(const Reflectance &surface, Vec3 normal, Vec3 towards_eye, double exposu
 
 } // namespace
 
-Picture draw(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
-             const Material &material, const Light &light, const std::vector<Rgb> &background,
-             SampleBuffer &buffer) {
+LitPicture illuminate(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
+                      const Material &material, const Light &light, LightField background,
+                      SampleBuffer &buffer) {
   const size_t pixels = size_t(camera.width()) * camera.height();
-  if (!background.empty() && background.size() != pixels)
+  if (!background.empty() && background.size() != 3 * pixels)
     throw std::invalid_argument("the background does not have one colour for each pixel of the camera");
-  buffer.clear();
+  buffer.resize(camera.width(), camera.height());
   rasterise(camera, mesh, buffer);
 
-  Picture picture;
+  LitPicture picture;
   picture.width = camera.width();
   picture.height = camera.height();
-  picture.rgb.resize(pixels * 3);
+  picture.light = std::move(background);
+  picture.light.resize(pixels * 3);
   picture.mask.resize(pixels);
-  picture.depth.resize(pixels);
+  picture.depth.resize(pixels, std::numeric_limits<float>::infinity());
   const uint32_t n = buffer.samples;
   const Vec3 eye = camera.centre();
-  for (uint32_t y = 0; y < picture.height; y++)
-    for (uint32_t x = 0; x < picture.width; x++) {
-      const size_t pixel = size_t(y) * picture.width + x;
+  const SampleBuffer::Extent &drawn = buffer.drawn;
+  for (size_t y = drawn.top / n; y * n < drawn.bottom; y++)
+    for (size_t x = drawn.left / n; x * n < drawn.right; x++) {
+      const size_t pixel = y * picture.width + x;
       Rgb sum;
       uint32_t covered = 0;
       for (uint32_t j = 0; j < n; j++)
         for (uint32_t i = 0; i < n; i++) {
-          const size_t at = (size_t(y) * n + j) * buffer.columns + size_t(x) * n + i;
+          const size_t at = (y * n + j) * buffer.columns + x * n + i;
           const uint32_t face = buffer.face[at];
           if (face == no_face) continue;
           covered++;
-          const auto weight = barycentric(camera, mesh, face, x + (i + 0.5) / n, y + (j + 0.5) / n);
+          const auto weight =
+              barycentric(camera, mesh, face, double(x) + (i + 0.5) / n, double(y) + (j + 0.5) / n);
           const uint32_t *index = mesh.faces + size_t(3) * face;
           const Vec3 normal = normalised(interpolated(attributes.normals, index, weight));
           const Vec3 towards_eye = normalised(eye - interpolated(mesh.positions, index, weight));
@@ -72,15 +76,34 @@ Picture draw(const Projection &camera, const Mesh &mesh, const Attributes &attri
           sum += lit(material(face, interpolated(attributes.texture, index, weight)), normal, towards_eye,
                      exposure, light);
         }
-      if (!background.empty()) sum += background[pixel] * double(n * n - covered);
+      if (covered == 0) continue;
+      float *colour = &picture.light[3 * pixel];
+      sum += Rgb{colour[0], colour[1], colour[2]} * double(n * n - covered);
       const Rgb mean = sum * (1.0 / (n * n));
-      picture.rgb[3 * pixel] = to_display(mean.x);
-      picture.rgb[3 * pixel + 1] = to_display(mean.y);
-      picture.rgb[3 * pixel + 2] = to_display(mean.z);
+      colour[0] = float(mean.x);
+      colour[1] = float(mean.y);
+      colour[2] = float(mean.z);
       picture.mask[pixel] = 2 * covered >= n * n ? 255 : 0;
-      picture.depth[pixel] = buffer.depth[(size_t(y) * n + n / 2) * buffer.columns + size_t(x) * n + n / 2];
+      picture.depth[pixel] = buffer.depth[(y * n + n / 2) * buffer.columns + x * n + n / 2];
     }
   return picture;
+}
+
+Picture displayed(LitPicture &&lit) {
+  Picture picture;
+  picture.width = lit.width;
+  picture.height = lit.height;
+  picture.rgb.reserve(lit.light.size());
+  for (const float value : lit.light) picture.rgb.push_back(to_display(double(value)));
+  picture.mask = std::move(lit.mask);
+  picture.depth = std::move(lit.depth);
+  return picture;
+}
+
+Picture draw(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
+             const Material &material, const Light &light, const LightField &background,
+             SampleBuffer &buffer) {
+  return displayed(illuminate(camera, mesh, attributes, material, light, background, buffer));
 }
 
 } // namespace fvv::render

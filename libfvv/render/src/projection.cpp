@@ -4,6 +4,48 @@
 
 namespace fvv::render {
 
+namespace {
+
+// Cubic interpolation along one side of a picture, between corners of pixels some pixels apart (nodes).
+struct Stencils {
+  struct Stencil {
+    size_t first;
+    double weight[4]; // Lagrange's, of four nodes from the first on
+  };
+  std::vector<uint32_t> nodes;   // ascending, from 0 to the side
+  std::vector<Stencil> stencils; // one for each corner 0 ... side
+
+  explicit Stencils(uint32_t side) {
+    const uint32_t spacing = std::clamp(side / 3, 1u, 8u);
+    for (uint32_t at = 0; at < side; at += spacing) nodes.push_back(at);
+    nodes.push_back(side);
+    const size_t last = nodes.size() - std::min<size_t>(4, nodes.size());
+    for (uint32_t at = 0; at <= side; at++) {
+      Stencil stencil = {std::min<size_t>(std::max(at / spacing, 1u) - 1, last), {}};
+      for (size_t i = 0; i < 4 && i < nodes.size(); i++) {
+        double weight = 1;
+        for (size_t k = 0; k < 4 && k < nodes.size(); k++)
+          if (k != i)
+            weight *= (double(at) - nodes[stencil.first + k]) /
+                      (double(nodes[stencil.first + i]) - nodes[stencil.first + k]);
+        stencil.weight[i] = weight;
+      }
+      stencils.push_back(stencil);
+    }
+  }
+
+  // Of corner, from values of the nodes that are stride apart.
+  Vec3 at(size_t corner, const Vec3 *values, size_t stride) const {
+    const Stencil &stencil = stencils[corner];
+    Vec3 sum;
+    for (size_t i = 0; i < 4 && i < nodes.size(); i++)
+      sum += values[(stencil.first + i) * stride] * stencil.weight[i];
+    return sum;
+  }
+};
+
+} // namespace
+
 Projection::Projection(const fvv_camera &camera)
     : intrinsics(camera), rotation{{camera.rotation[0], camera.rotation[3], camera.rotation[6]},
                                    {camera.rotation[1], camera.rotation[4], camera.rotation[7]},
@@ -14,14 +56,41 @@ Projection::Projection(const fvv_camera &camera)
   for (int i = 0; i < 9; i++) intrinsics.rotation[i] = i % 4 == 0;
   for (double &t : intrinsics.translation) t = 0;
   if (camera.lens == FVV_LENS_NONE) return;
-  corner_rays.reserve((size_t(width()) + 1) * (size_t(height()) + 1));
-  for (uint32_t y = 0; y <= height(); y++)
-    for (uint32_t x = 0; x <= width(); x++) {
-      const double pixel[2] = {double(x), double(y)};
-      double r[3];
-      (void)fvv_camera_unproject(&intrinsics, pixel, r); // NaN when there is none
-      corner_rays.push_back({r[0], r[1], r[2]});
+  trace_corners();
+}
+
+Vec3 Projection::exact_ray(uint32_t x, uint32_t y) const {
+  const double pixel[2] = {double(x), double(y)};
+  double r[3];
+  (void)fvv_camera_unproject(&intrinsics, pixel, r);
+  return {r[0], r[1], r[2]};
+}
+
+void Projection::trace_corners() {
+  const Stencils across(width()), down(height());
+  const size_t columns = size_t(width()) + 1, rows = size_t(height()) + 1;
+  corner_rays.resize(columns * rows);
+  // Rays of every node, then of every corner in the rows of nodes, then of all.
+  std::vector<Vec3> nodes(down.nodes.size() * columns), row(across.nodes.size());
+  for (size_t j = 0; j < down.nodes.size(); j++) {
+    for (size_t i = 0; i < row.size(); i++) row[i] = exact_ray(across.nodes[i], down.nodes[j]);
+    for (size_t x = 0; x < columns; x++) nodes[j * columns + x] = across.at(x, row.data(), 1);
+  }
+  for (size_t y = 0; y < rows; y++)
+    for (size_t x = 0; x < columns; x++) corner_rays[y * columns + x] = down.at(y, &nodes[x], columns);
+  // The error is largest half way between nodes. A lens near the end of its range bends too fast, and its NaN
+  // would spread: then every corner is asked for.
+  const double tolerance = 2.5e-4 / std::max(intrinsics.fx, intrinsics.fy);
+  bool exact = true;
+  for (size_t j = 1; j < down.nodes.size() && exact; j++)
+    for (size_t i = 1; i < across.nodes.size() && exact; i++) {
+      const uint32_t x = (across.nodes[i - 1] + across.nodes[i]) / 2,
+                     y = (down.nodes[j - 1] + down.nodes[j]) / 2;
+      exact = length(corner_rays[size_t(y) * columns + x] - exact_ray(x, y)) < tolerance;
     }
+  if (exact) return;
+  for (uint32_t y = 0; y < rows; y++)
+    for (uint32_t x = 0; x < columns; x++) corner_rays[size_t(y) * columns + x] = exact_ray(x, y);
 }
 
 Vec3 Projection::through_lens(Vec3 camera) const {

@@ -146,6 +146,12 @@ private:
     const int64_t top = std::max<int64_t>(0, first_sample(std::min({a.y, b.y, c.y})));
     const int64_t bottom =
         std::min(int64_t(buffer.height) * buffer.samples - 1, last_sample(std::max({a.y, b.y, c.y})));
+    if (left > right || top > bottom) return;
+    SampleBuffer::Extent &drawn = buffer.drawn;
+    drawn.left = std::min(drawn.left, size_t(left));
+    drawn.right = std::max(drawn.right, size_t(right) + 1);
+    drawn.top = std::min(drawn.top, size_t(top));
+    drawn.bottom = std::max(drawn.bottom, size_t(bottom) + 1);
     for (int64_t row = top; row <= bottom; row++) {
       const int64_t y = row * subpixel + subpixel / 2, x = left * subpixel + subpixel / 2;
       int64_t e[3] = {edges[0].at(x, y), edges[1].at(x, y), edges[2].at(x, y)};
@@ -178,17 +184,32 @@ bool odd_and_small(uint32_t samples) {
 
 } // namespace
 
-SampleBuffer::SampleBuffer(uint32_t w, uint32_t h, uint32_t s)
-    : width(w), height(h), samples(s), columns(size_t(w) * s) {
-  if (w < 1 || h < 1 || w > 16384 || h > 16384 || !odd_and_small(s))
+SampleBuffer::SampleBuffer(uint32_t w, uint32_t h, uint32_t s) : width(0), height(0), samples(s), columns(0) {
+  resize(w, h);
+}
+
+void SampleBuffer::resize(uint32_t w, uint32_t h) {
+  if (w < 1 || h < 1 || w > 16384 || h > 16384 || !odd_and_small(samples))
     throw std::invalid_argument("a sample buffer has sides of 1 to 16384 and 1, 3, 5 or 7 samples, not " +
-                                std::to_string(w) + "x" + std::to_string(h) + " and " + std::to_string(s));
+                                std::to_string(w) + "x" + std::to_string(h) + " and " +
+                                std::to_string(samples));
   clear();
+  width = w;
+  height = h;
+  columns = size_t(w) * samples;
+  // What is in front of the new end is clear already.
+  face.resize(columns * h * samples, no_face);
+  depth.resize(columns * h * samples, std::numeric_limits<float>::infinity());
 }
 
 void SampleBuffer::clear() {
-  face.assign(columns * height * samples, no_face);
-  depth.assign(columns * height * samples, std::numeric_limits<float>::infinity());
+  for (size_t row = drawn.top; row < drawn.bottom; row++) {
+    const auto first = std::ptrdiff_t(row * columns + drawn.left),
+               end = std::ptrdiff_t(row * columns + drawn.right);
+    std::fill(face.begin() + first, face.begin() + end, no_face);
+    std::fill(depth.begin() + first, depth.begin() + end, std::numeric_limits<float>::infinity());
+  }
+  drawn = {};
 }
 
 void rasterise(const Projection &camera, const Mesh &mesh, SampleBuffer &buffer) {

@@ -40,6 +40,9 @@ struct Light {
   Rgb lamp, above, below;
 };
 
+// Red, green and blue of each pixel, linear, rows from the top.
+using LightField = std::vector<float>;
+
 struct Picture {
   uint32_t width = 0, height = 0;
   std::vector<uint8_t> rgb;  // 3 bytes per pixel, rows from the top
@@ -47,10 +50,25 @@ struct Picture {
   std::vector<float> depth;  // z_c at the pixel's centre, metres; +inf: no mesh there
 };
 
-// Draws mesh over background (linear, width x height, may be empty: black). buffer is working memory of the
-// camera's size that is cleared first; its samples decide the quality. Throws as rasterise.
+// What a camera sees before it becomes 8-bit display values.
+struct LitPicture {
+  uint32_t width = 0, height = 0;
+  LightField light;
+  std::vector<uint8_t> mask; // as Picture's
+  std::vector<float> depth;
+};
+
+// Draws mesh over background (of the camera's size; empty: black). buffer is working memory that is cleared
+// and takes the camera's size first; its samples decide the quality. Throws std::invalid_argument when the
+// background has another size.
+LitPicture illuminate(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
+                      const Material &material, const Light &light, LightField background,
+                      SampleBuffer &buffer);
+// Light as display values.
+Picture displayed(LitPicture &&lit);
+// Both in one.
 Picture draw(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
-             const Material &material, const Light &light, const std::vector<Rgb> &background,
+             const Material &material, const Light &light, const LightField &background,
              SampleBuffer &buffer);
 
 } // namespace fvv::render

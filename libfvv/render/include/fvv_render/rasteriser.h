@@ -30,12 +30,21 @@ class SampleBuffer {
 public:
   // Throws std::invalid_argument unless both sides are 1..16384 and samples is 1, 3, 5 or 7.
   SampleBuffer(uint32_t width, uint32_t height, uint32_t samples);
+  // Costs as much as has been drawn.
   void clear();
+  // Clears and takes another size, within the same memory if that suffices. Throws as the constructor.
+  void resize(uint32_t width, uint32_t height);
 
-  const uint32_t width, height, samples;
-  const size_t columns;       // width * samples: samples in a row
+  uint32_t width, height;
+  const uint32_t samples;
+  size_t columns;             // width * samples: samples in a row
   std::vector<uint32_t> face; // columns x (height * samples), row by row; no_face: nothing
   std::vector<float> depth;   // z_c in metres; +inf: nothing
+
+  // Whatever was drawn since the last clear() lies in columns left ... right - 1, rows top ... bottom - 1.
+  struct Extent {
+    size_t left = SIZE_MAX, top = SIZE_MAX, right = 0, bottom = 0;
+  } drawn;
 };
 
 // Draws mesh into buffer, which keeps what was nearer; at equal depth the face drawn first stays. Rows of the

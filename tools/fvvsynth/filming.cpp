@@ -1,0 +1,47 @@
+#include "fvvsynth/filming.h"
+
+#include "fvvsynth/label.h"
+#include "fvvsynth/sensor.h"
+
+#include <utility>
+
+namespace fvv::synth {
+
+double frame_time(FrameRate rate, size_t frame) {
+  return double(frame) * rate.denominator / rate.numerator;
+}
+
+Filming::Filming(const Scene &filmed, const Realism &realism, FrameRate rate, size_t frame)
+    : scene(filmed), wanted(realism), number(frame) {
+  const int count = wanted.shutter > 0 ? blur_moments : 1;
+  const double open = wanted.shutter * rate.denominator / rate.numerator;
+  for (int i = 0; i < count; i++)
+    moments.push_back(scene.at(frame_time(rate, frame) + open * (i - count / 2) / count));
+}
+
+render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) const {
+  render::LitPicture lit = scene.light(camera, moment(), buffer);
+  if (moments.size() > 1) {
+    for (const Moment &other : moments) {
+      if (&other == &moment()) continue;
+      const render::LightField light = scene.light(camera, other, buffer).light;
+      for (size_t i = 0; i < light.size(); i++) lit.light[i] += light[i];
+    }
+    const float share = 1.0f / float(moments.size());
+    for (float &value : lit.light) value *= share;
+  }
+  const uint64_t seed = scene.settings().seed;
+  const uint16_t id = scene.cameras()[camera].id;
+  render::Picture picture;
+  picture.width = lit.width;
+  picture.height = lit.height;
+  // A generator of its own for each picture, far from those of its neighbours.
+  Random key(seed ^ uint64_t(id) << 40 ^ uint64_t(number) << 8 ^ 0x5e);
+  picture.rgb = develop(lit.light, exposure_gains(seed, id, wanted.exposure), wanted.noise, key.next());
+  picture.mask = std::move(lit.mask);
+  picture.depth = std::move(lit.depth);
+  if (wanted.labels) draw_label(picture, id, number);
+  return picture;
+}
+
+} // namespace fvv::synth
