@@ -135,6 +135,9 @@ TEST_CASE("PNG and JPEG come back from what was written, the same bytes every ti
   for (const Image &image : {picture, grey}) {
     const std::vector<uint8_t> png = encode_png(image);
     CHECK(png == encode_png(image));
+    const std::vector<uint8_t> fast = encode_png(image, PngEffort::fast);
+    CHECK(fast != png);
+    CHECK(read_image(write_file("fast.png", fast), image.channels).pixels == image.pixels);
     CHECK(read_image(write_file("round.png", png), image.channels).pixels == image.pixels);
     const std::vector<uint8_t> jpeg = encode_jpeg(image, 92, Subsampling::yuv420);
     CHECK(jpeg == encode_jpeg(image, 92, Subsampling::yuv420));
@@ -213,7 +216,8 @@ TEST_CASE("files that are no pictures, or too large, are refused before anything
   CHECK_THAT(error_of([] { make_image(16385, 1, 3, 0); }), Contains("16385"));
   Image broken = make_image(4, 4, 3, 0);
   broken.pixels.pop_back();
-  CHECK_THAT(error_of([&] { encode_png(broken); }), Contains("47 samples, expected 48"));
+  for (const PngEffort effort : {PngEffort::small, PngEffort::fast})
+    CHECK_THAT(error_of([&] { encode_png(broken, effort); }), Contains("47 samples, expected 48"));
   CHECK_THAT(error_of([] { encode_jpeg(make_image(4, 4, 3, 0), 101, Subsampling::yuv420); }),
              Contains("quality is 101"));
 }

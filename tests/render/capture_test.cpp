@@ -162,6 +162,7 @@ Overlap compare(const std::vector<bool> &expected, const fvv::media::Image &mask
 TEST_CASE("a capture has the same bytes for any number of threads") {
   const Scratch scratch;
   Settings settings;
+  settings.rig = RigKind::small;
   settings.cameras = 2;
   settings.width = 96;
   settings.height = 54;
@@ -174,6 +175,7 @@ TEST_CASE("a capture has the same bytes for any number of threads") {
 TEST_CASE("hulls are the same for any number of threads, and their grid stands beside them") {
   const Scratch scratch;
   Settings settings;
+  settings.rig = RigKind::small;
   settings.cameras = 3;
   settings.width = 96;
   settings.height = 54;
@@ -204,6 +206,9 @@ TEST_CASE("hulls are the same for any number of threads, and their grid stands b
 TEST_CASE("capture.json describes the folder, and meshes project onto masks") {
   const Scratch scratch;
   Settings settings;
+  settings.rig = RigKind::small;
+  settings.width = 480;
+  settings.height = 270;
   settings.cameras = 2;
   const auto files = write(settings, 2, "30000/1001", 2, scratch.path / "capture");
   const auto json = nlohmann::json::parse(files.at("capture.json"));
@@ -270,6 +275,72 @@ TEST_CASE("in the studio meshes project onto masks through the lenses, and not w
     CHECK(compare(silhouette(mesh, camera), mask, picture).share() < overlap.share() - 0.005);
   }
   CHECK(lenses == 7);
+}
+
+TEST_CASE("the camera that moves is described frame by frame, and its pictures are those of the frame") {
+  const Scratch scratch;
+  Settings settings;
+  settings.width = 480;
+  settings.height = 270;
+  const auto files = write(settings, 3, "1", 2, scratch.path / "capture"); // at 0, 1 and 2 s
+  const auto json = nlohmann::json::parse(files.at("capture.json"));
+  const Scene scene(settings);
+  int moving = 0;
+  for (const auto &entry : json["cameras"]) {
+    CHECK(entry.value("texture", true) == (entry["name"] != "overhead"));
+    if (!entry.contains("per_frame")) continue;
+    moving++;
+    REQUIRE(entry["per_frame"].size() == 3);
+    double widest = 1e9, longest = 0, place[3][3];
+    for (size_t frame = 0; frame < 3; frame++) {
+      nlohmann::json own = entry;
+      own.update(entry["per_frame"][frame]);
+      CHECK(own["frame"] == frame);
+      const fvv_camera camera = read_camera(own), first = read_camera(entry);
+      fvv_diagnostic diagnostic = {};
+      REQUIRE(fvv_camera_validate(&camera, &diagnostic) == FVV_OK);
+      widest = std::min(widest, camera.fx);
+      longest = std::max(longest, camera.fx);
+      fvv_camera_centre(&camera, place[frame]);
+      const std::string number = "000" + std::to_string(frame),
+                        folder = (scratch.path / "capture" / entry["name"].get<std::string>()).string() + "/";
+      const Ply mesh = parse(files.at("meshes/" + number + ".ply"));
+      const auto mask = fvv::media::read_image(folder + "mask_" + number + ".png", 1),
+                 picture = fvv::media::read_image(folder + number + ".png", 3);
+      const Overlap overlap = compare(silhouette(mesh, camera), mask, picture);
+      INFO("frame " << frame << ": " << overlap.both << " of " << overlap.either);
+      CHECK(overlap.share() > 0.97);
+      if (frame > 0) CHECK(compare(silhouette(mesh, first), mask, picture).share() < 0.7);
+      const Vec3 ball = scene.play().ball().position(double(frame));
+      const double world[3] = {ball.x, ball.y, ball.z};
+      double pixel[2];
+      REQUIRE(fvv_camera_project(&camera, world, pixel, nullptr) == 1);
+      CHECK(mask.pixels[size_t(pixel[1]) * 480 + size_t(pixel[0])] == 255);
+    }
+    CHECK(longest / widest > 1.5);
+    for (size_t frame = 1; frame < 3; frame++)
+      for (size_t axis = 0; axis < 3; axis++)
+        CHECK(place[frame][axis] == Approx(place[0][axis]).margin(1e-9));
+  }
+  CHECK(moving == 1);
+}
+
+TEST_CASE("pictures with all that makes them real have the same bytes for any number of threads") {
+  const Scratch scratch;
+  Settings settings;
+  settings.width = 96;
+  settings.height = 54;
+  Recording recording;
+  recording.realism = {1, 0.3, 0.5, true};
+  const auto one = write(settings, 3, "25", 1, scratch.path / "one", recording),
+             three = write(settings, 3, "25", 3, scratch.path / "three", recording);
+  CHECK(one == three);
+  const auto plain = write(settings, 1, "25", 2, scratch.path / "plain");
+  for (const auto &[name, bytes] : plain) {
+    INFO(name);
+    const bool picture = name.find("/0000.png") != std::string::npos;
+    if (name != "capture.json") CHECK((one.at(name) != bytes) == picture); // masks and meshes stay
+  }
 }
 
 TEST_CASE("frame rates are numbers or fractions in lowest terms") {

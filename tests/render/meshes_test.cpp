@@ -37,7 +37,7 @@ Surface as_surface(const Scene &scene, const Moment &moment) {
 std::vector<Silhouette> silhouettes(const Scene &scene, const Moment &moment) {
   std::vector<Silhouette> result;
   for (size_t i = 0; i < scene.cameras().size(); i++) {
-    const fvv_camera &camera = scene.cameras()[i];
+    const fvv_camera camera = scene.camera(i, moment.seconds);
     fvv::render::SampleBuffer buffer(camera.width, camera.height, 3);
     result.emplace_back(camera, scene.picture(i, moment, buffer).mask);
   }
@@ -117,7 +117,11 @@ TEST_CASE("a silhouette measures distances from its outline") {
 }
 
 TEST_CASE("a hull has the intended size, is closed, holds the scene and fits the masks") {
-  const Scene scene(Settings{});
+  Settings settings;
+  settings.rig = RigKind::small;
+  settings.width = 480;
+  settings.height = 270;
+  const Scene scene(settings);
   const Moment moment = scene.at(0.44);
   const std::vector<Silhouette> masks = silhouettes(scene, moment);
   const Surface hull = carve(hull_grid(220), masks, ground);
@@ -154,6 +158,7 @@ TEST_CASE("a hull has the intended size, is closed, holds the scene and fits the
 
 TEST_CASE("what fewer than three cameras see is not in the hull") {
   Settings settings;
+  settings.rig = RigKind::small;
   settings.cameras = 3;
   settings.width = 96;
   settings.height = 54;
@@ -186,6 +191,7 @@ TEST_CASE("remeshing joins surfaces that cut each other") {
 
 TEST_CASE("remeshed frames are the same surface with other triangles") {
   Settings settings;
+  settings.rig = RigKind::small;
   settings.cameras = 1;
   const Scene scene(settings);
   const Moment moment = scene.at(1.0);

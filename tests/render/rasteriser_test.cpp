@@ -280,6 +280,45 @@ TEST_CASE("a vertex is projected to where fvv_camera_project puts it") {
   }
 }
 
+TEST_CASE("rays through a lens are those of fvv_camera_unproject to a thousandth of a pixel") {
+  for (const uint32_t width : {20u, 101u, 963u}) {
+    fvv_camera camera = straight(width, width * 3 / 4, width * 0.7);
+    camera.lens = FVV_LENS_RADTAN;
+    const double distortion[8] = {-0.2, 0.045, 0.001, -0.001};
+    std::copy_n(distortion, 8, camera.distortion);
+    camera.r_max = fvv_camera_r_max(&camera);
+    const Projection projection(camera);
+    uint32_t state = 3;
+    double worst = 0;
+    for (int i = 0; i < 3000; i++) {
+      const double pixel[2] = {camera.width * double(next(state) % 10001) / 10000,
+                               camera.height * double(next(state) % 10001) / 10000};
+      double expected[3];
+      REQUIRE(fvv_camera_unproject(&camera, pixel, expected) == 1);
+      const Vec3 ray = projection.ray(pixel[0], pixel[1]);
+      worst = std::max(worst, length(ray - Vec3{expected[0], expected[1], expected[2]}) * camera.fx);
+    }
+    INFO(width);
+    CHECK(worst < (width < 100 ? 0.01 : 0.001)); // a pixel of 20 is 4 degrees wide
+  }
+}
+
+TEST_CASE("a buffer that takes another size is clear") {
+  Triangles all;
+  all.add(-9, -9, 2);
+  all.add(9, -9, 2);
+  all.add(0, 12, 2);
+  all.faces = {0, 1, 2};
+  SampleBuffer buffer(16, 12, 3);
+  for (const auto &[width, height] : {std::pair{16u, 12u}, {5u, 4u}, {40u, 30u}, {7u, 64u}}) {
+    buffer.resize(width, height);
+    CHECK(buffer.face == std::vector<uint32_t>(size_t(width) * height * 9, no_face));
+    CHECK(std::count(buffer.depth.begin(), buffer.depth.end(), INFINITY) == int(width * height * 9));
+    rasterise(Projection(straight(width, height, 8)), all.mesh(), buffer);
+    CHECK(std::count(buffer.face.begin(), buffer.face.end(), 0u) > 100);
+  }
+}
+
 TEST_CASE("through a lens a tilted sheet is seen where its outline says, at its depth") {
   fvv_camera camera = straight(320, 240, 300);
   camera.lens = FVV_LENS_RADTAN;

@@ -14,6 +14,7 @@ namespace {
 
 Settings small(uint64_t seed) {
   Settings settings;
+  settings.rig = RigKind::small;
   settings.seed = seed;
   settings.cameras = 3;
   settings.width = 64;

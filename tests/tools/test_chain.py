@@ -26,7 +26,7 @@ def run(name, *arguments):
 @pytest.fixture(scope="module")
 def capture(tmp_path_factory):
     folder = tmp_path_factory.mktemp("chain") / "players"
-    run("fvvsynth", "-o", folder, "--frames", 3, "--cameras", 3, "--size", "160x90")
+    run("fvvsynth", "-o", folder, "--rig", "small", "--frames", 3, "--cameras", 3, "--size", "160x90")
     return folder
 
 

@@ -20,15 +20,18 @@ Filming::Filming(const Scene &filmed, const Realism &realism, FrameRate rate, si
 }
 
 render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) const {
-  render::LitPicture lit = scene.light(camera, moment(), buffer);
-  if (moments.size() > 1) {
-    for (const Moment &other : moments) {
-      if (&other == &moment()) continue;
-      const render::LightField light = scene.light(camera, other, buffer).light;
-      for (size_t i = 0; i < light.size(); i++) lit.light[i] += light[i];
+  render::LitPicture lit;
+  if (moments.size() == 1) {
+    lit = scene.light(camera, moment(), buffer);
+  } else {
+    render::LightField sum;
+    for (uint32_t i = 0; i < moments.size(); i++) {
+      render::LitPicture one = scene.light(camera, moments[i], buffer, i);
+      sum.resize(one.light.size());
+      for (size_t k = 0; k < sum.size(); k++) sum[k] += one.light[k] * (1.0f / blur_moments);
+      if (&moments[i] == &moment()) lit = std::move(one);
     }
-    const float share = 1.0f / float(moments.size());
-    for (float &value : lit.light) value *= share;
+    lit.light = std::move(sum);
   }
   const uint64_t seed = scene.settings().seed;
   const uint16_t id = scene.cameras()[camera].id;

@@ -23,7 +23,8 @@ constexpr double default_noise = 1, default_exposure = 0.3, default_shutter = 0.
 class Filming {
 public:
   // Motion blur is the mean of so many moments, at equal distances over the time that the shutter is open.
-  // The middle one is the frame's own, to which masks, depth, meshes and calibration belong.
+  // The middle one is the frame's own, to which masks, depth, meshes and calibration belong. As many as there
+  // are samples in a pixel: each gives the colour of one of them.
   static constexpr int blur_moments = 9;
 
   Filming(const Scene &scene, const Realism &realism, FrameRate rate, size_t frame);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace fvv::synth {
 
@@ -36,18 +37,19 @@ Rgb wood(double x, double z, uint32_t key) {
   return base * ((0.78 + 0.34 * grain) * (0.6 + 0.4 * gap));
 }
 
-constexpr Rgb inks[] = {{0.80, 0.13, 0.14}, {0.13, 0.26, 0.66}, {0.95, 0.72, 0.15}, {0.12, 0.45, 0.30},
-                        {0.92, 0.91, 0.88}, {0.16, 0.16, 0.19}, {0.90, 0.42, 0.12}, {0.30, 0.14, 0.48}};
-constexpr int32_t ink_count = sizeof inks / sizeof inks[0];
-
-// Two unlike inks for a thing with a number.
-struct Pair {
+// Ground and figure of what is printed, display values.
+struct Print {
   Rgb ground, figure;
 };
-Pair pair_of(int32_t number, uint32_t key) {
-  const int32_t first = int32_t(cell_value(number, 0, 5, key) * ink_count);
-  const int32_t second = (first + 1 + int32_t(cell_value(number, 0, 6, key) * (ink_count - 1))) % ink_count;
-  return {to_linear(inks[first]), to_linear(inks[second])};
+constexpr Print prints[] = {
+    {{0.16, 0.17, 0.21}, {0.93, 0.92, 0.89}}, {{0.92, 0.91, 0.88}, {0.72, 0.12, 0.14}},
+    {{0.12, 0.24, 0.58}, {0.95, 0.94, 0.92}}, {{0.76, 0.14, 0.14}, {0.97, 0.93, 0.85}},
+    {{0.93, 0.70, 0.16}, {0.13, 0.13, 0.16}}, {{0.10, 0.40, 0.28}, {0.95, 0.90, 0.72}},
+    {{0.90, 0.90, 0.90}, {0.12, 0.26, 0.60}}, {{0.13, 0.14, 0.17}, {0.93, 0.48, 0.14}}};
+
+Print print_of(int32_t number, uint32_t key) {
+  const Print &print = prints[size_t(cell_value(number, 0, 5, key) * std::size(prints))];
+  return {to_linear(print.ground), to_linear(print.figure)};
 }
 
 double segment_distance(Vec3 p, Vec3 a, Vec3 b) {
@@ -58,10 +60,10 @@ double segment_distance(Vec3 p, Vec3 a, Vec3 b) {
 // From the strokes of "fvv", 1 high, about the origin.
 double name_distance(double x, double y) {
   static constexpr Vec3 strokes[][2] = {
-      {{-0.50, -0.5, 0}, {-0.50, 0.35, 0}}, {{-0.50, 0.35, 0}, {-0.36, 0.5, 0}},
-      {{-0.68, 0.12, 0}, {-0.34, 0.12, 0}}, {{-0.22, 0.15, 0}, {0.02, -0.5, 0}},
-      {{0.02, -0.5, 0}, {0.26, 0.15, 0}},   {{0.36, 0.15, 0}, {0.60, -0.5, 0}},
-      {{0.60, -0.5, 0}, {0.84, 0.15, 0}}};
+      {{-0.62, -0.5, 0}, {-0.62, 0.35, 0}}, {{-0.62, 0.35, 0}, {-0.48, 0.5, 0}},
+      {{-0.80, 0.12, 0}, {-0.46, 0.12, 0}}, {{-0.32, 0.15, 0}, {-0.08, -0.5, 0}},
+      {{-0.08, -0.5, 0}, {0.16, 0.15, 0}},  {{0.40, 0.15, 0}, {0.64, -0.5, 0}},
+      {{0.64, -0.5, 0}, {0.88, 0.15, 0}}};
   double nearest = 1e9;
   for (const auto &stroke : strokes)
     nearest = std::min(nearest, segment_distance({x, y, 0}, stroke[0], stroke[1]));
@@ -74,11 +76,11 @@ Rgb board(int wall, double s, double y, uint32_t key) {
   const int32_t number = int32_t(std::floor(s / board_length)) + 16 * wall;
   const double x = s - std::floor(s / board_length) * board_length - board_length / 2,
                up = y - board_height / 2;
-  const Pair ink = pair_of(number, key);
+  const Print ink = print_of(number, key);
   double figure = 0;
   switch (int32_t(cell_value(number, 0, 7, key) * 5)) {
   case 0:
-    figure = within(name_distance(x / 0.55 - 0.1, up / 0.55) * 0.55, 0.055);
+    figure = within(name_distance(x / 0.55, up / 0.55) * 0.55, 0.055);
     break;
   case 1: // rings
     for (const double centre : {-0.7, 0.0, 0.7})
@@ -152,7 +154,7 @@ Rgb bricks_with_banners(int wall, double s, double y, uint32_t key) {
   const double end = banner_bottom + 0.25 * std::abs(x) / half_width;
   const Rgb wall_behind = bricks(s, y, key) * (y < banner_top && std::abs(x) < half_width + 0.06 ? 0.6 : 1.0);
   if (std::abs(x) > half_width || y > banner_top || y < end) return wall_behind;
-  const Pair ink = pair_of(number, key + 9);
+  const Print ink = print_of(number, key + 9);
   const int value = int(cell_value(number, 1, 8, key) * 100);
   const double rim = std::min(half_width - std::abs(x), std::min(banner_top - y, y - end));
   double figure = within(number_distance(value, x / 0.8, (up - 0.05) / 0.8) * 0.8, 0.06);

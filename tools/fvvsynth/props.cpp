@@ -147,7 +147,7 @@ void Props::truss() {
     for (const double at : {0.14, 0.38, 0.62, 0.86}) {
       const Vec3 hang = mix(a, b, at) - Vec3{0, 0.22, 0}, aim = normalised(Vec3{0, 0.5, 0} - hang);
       tube(hang + Vec3{0, 0.22, 0}, hang, 0.02, black);
-      tube(hang - aim * 0.18, hang + aim * 0.16, 0.09, 0.14, black, Rgb{2.6, 2.4, 2.0});
+      tube(hang - aim * 0.18, hang + aim * 0.16, 0.09, 0.14, black, Rgb{6.0, 5.5, 4.6});
     }
   }
 }
@@ -164,7 +164,7 @@ void Props::stand(Vec3 foot) {
     stains.push_back({end.x, end.z, 0.10, 0.5});
   }
   box(head, across.u * 0.55, across.v * 0.55, aim * 0.12, black);
-  box(head + aim * 0.125, across.u * 0.51, across.v * 0.51, aim * 0.01, Rgb{1.9, 1.85, 1.75});
+  box(head + aim * 0.125, across.u * 0.51, across.v * 0.51, aim * 0.01, Rgb{6.0, 5.8, 5.4});
 }
 
 void Props::bench(Vec3 middle) {
@@ -208,7 +208,8 @@ void Props::add_camera(Vec3 centre, Vec3 forward) {
 }
 
 render::LightField Props::draw(const render::Projection &camera, size_t own, const render::Light &light,
-                               render::LightField background, render::SampleBuffer &buffer) const {
+                               render::LightField background, render::SampleBuffer &buffer,
+                               std::optional<uint32_t> part) const {
   std::vector<uint32_t> shown(faces);
   if (own < camera_ends.size()) {
     const size_t begin = own == 0 ? still_end : camera_ends[own - 1];
@@ -218,7 +219,7 @@ render::LightField Props::draw(const render::Projection &camera, size_t own, con
   const render::Mesh mesh = {positions.data(), positions.size() / 3, shown.data(), shown.size() / 3};
   const auto material = [](uint32_t, Vec3 colour) { return render::Reflectance{colour, 0.08}; };
   return std::move(render::illuminate(camera, mesh, {normals.data(), colours.data(), open.data()}, material,
-                                      light, std::move(background), buffer)
+                                      light, std::move(background), buffer, part)
                        .light);
 }
 

@@ -25,9 +25,10 @@ public:
   void add_camera(Vec3 centre, Vec3 forward);
 
   const std::vector<Spot> &spots() const { return stains; }
-  // Draws all but camera number own (SIZE_MAX: all) over background.
+  // Draws all but camera number own (SIZE_MAX: all) over background. part as for render::illuminate.
   render::LightField draw(const render::Projection &camera, size_t own, const render::Light &light,
-                          render::LightField background, render::SampleBuffer &buffer) const;
+                          render::LightField background, render::SampleBuffer &buffer,
+                          std::optional<uint32_t> part) const;
 
 private:
   // axes: half the sides of the box.

@@ -135,7 +135,8 @@ Moment Scene::at(double seconds) const {
   return moment;
 }
 
-render::LitPicture Scene::light(size_t number, const Moment &moment, render::SampleBuffer &buffer) const {
+render::LitPicture Scene::light(size_t number, const Moment &moment, render::SampleBuffer &buffer,
+                                std::optional<uint32_t> part) const {
   const render::Mesh mesh = {moment.positions.data(), vertex_count(), all_faces.data(), all_faces.size() / 3};
   const render::Attributes attributes = {moment.normals.data(), texture.data(), exposure.data()};
   const auto material = [&](uint32_t face, Vec3 at) {
@@ -146,11 +147,11 @@ render::LitPicture Scene::light(size_t number, const Moment &moment, render::Sam
   const auto seen = [&](const render::Projection &projection, render::LightField background) {
     for (const Shadow &shadow : moment.shadows) shadow.cast(projection, background);
     return render::illuminate(projection, mesh, attributes, material, light_of_day, std::move(background),
-                              buffer);
+                              buffer, part);
   };
   if (!moves(number)) return seen(projections[number], backgrounds[number]);
   const render::Projection projection(camera(number, moment.seconds));
-  return seen(projection, studio->seen(projection, number, buffer));
+  return seen(projection, studio->seen(projection, number, buffer, part));
 }
 
 } // namespace fvv::synth

@@ -46,9 +46,10 @@ public:
   const Play &play() const { return choreography; }
 
   Moment at(double seconds) const;
-  // What a camera sees at a moment, with the calibration of that moment; buffer as for render::illuminate.
-  // May be called from several threads.
-  render::LitPicture light(size_t camera, const Moment &moment, render::SampleBuffer &buffer) const;
+  // What a camera sees at a moment, with the calibration of that moment; buffer and part as for
+  // render::illuminate. May be called from several threads.
+  render::LitPicture light(size_t camera, const Moment &moment, render::SampleBuffer &buffer,
+                           std::optional<uint32_t> part = {}) const;
   // The same as display values, as a perfect camera takes it.
   render::Picture picture(size_t camera, const Moment &moment, render::SampleBuffer &buffer) const {
     return render::displayed(light(camera, moment, buffer));

@@ -100,28 +100,31 @@ Rgb Studio::at(Vec3 eye, Vec3 direction, double pixel) const {
   return mix(boards, reflection, mirrored);
 }
 
-render::LightField Studio::seen(const render::Projection &camera, size_t own,
-                                render::SampleBuffer &buffer) const {
-  constexpr int samples = 2;
+render::LightField Studio::seen(const render::Projection &camera, size_t own, render::SampleBuffer &buffer,
+                                std::optional<uint32_t> part) const {
+  constexpr uint32_t samples = 2;
   const Vec3 eye = camera.centre();
   render::LightField picture;
   picture.reserve(size_t(camera.width()) * camera.height() * 3);
   const double middle_x = camera.width() / 2.0, middle_y = camera.height() / 2.0;
   const double pixel =
       length(camera.ray(middle_x + 0.5, middle_y) - camera.ray(middle_x - 0.5, middle_y)) / samples;
+  const auto from = [&](uint32_t x, uint32_t y, uint32_t place) {
+    const double u = x + (place % samples + 0.5) / samples, v = y + (place / samples + 0.5) / samples;
+    return at(eye, camera.to_world_direction(camera.ray(u, v)), pixel);
+  };
   for (uint32_t y = 0; y < camera.height(); y++)
     for (uint32_t x = 0; x < camera.width(); x++) {
-      Rgb sum;
-      for (int j = 0; j < samples; j++)
-        for (int i = 0; i < samples; i++)
-          sum +=
-              at(eye, camera.to_world_direction(camera.ray(x + (i + 0.5) / samples, y + (j + 0.5) / samples)),
-                 pixel);
-      sum = sum * (1.0 / (samples * samples));
-      picture.insert(picture.end(), {float(sum.x), float(sum.y), float(sum.z)});
+      Rgb colour;
+      if (part)
+        colour = from(x, y, *part % (samples * samples));
+      else
+        for (uint32_t place = 0; place < samples * samples; place++)
+          colour += from(x, y, place) * (1.0 / (samples * samples));
+      picture.insert(picture.end(), {float(colour.x), float(colour.y), float(colour.z)});
     }
-  return props.draw(camera, own < tripods.size() ? tripods[own] : SIZE_MAX, light, std::move(picture),
-                    buffer);
+  return props.draw(camera, own < tripods.size() ? tripods[own] : SIZE_MAX, light, std::move(picture), buffer,
+                    part);
 }
 
 } // namespace fvv::synth

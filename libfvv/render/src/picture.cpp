@@ -2,6 +2,7 @@
 #include "fvv_render/picture.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -38,7 +39,7 @@ Rgb lit(const Reflectance &surface, Vec3 normal, Vec3 towards_eye, double exposu
 
 LitPicture illuminate(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
                       const Material &material, const Light &light, LightField background,
-                      SampleBuffer &buffer) {
+                      SampleBuffer &buffer, std::optional<uint32_t> part) {
   const size_t pixels = size_t(camera.width()) * camera.height();
   if (!background.empty() && background.size() != 3 * pixels)
     throw std::invalid_argument("the background does not have one colour for each pixel of the camera");
@@ -54,29 +55,36 @@ LitPicture illuminate(const Projection &camera, const Mesh &mesh, const Attribut
   picture.depth.resize(pixels, std::numeric_limits<float>::infinity());
   const uint32_t n = buffer.samples;
   const Vec3 eye = camera.centre();
+  const auto shaded = [&](uint32_t face, double u, double v) {
+    const auto weight = barycentric(camera, mesh, face, u, v);
+    const uint32_t *index = mesh.faces + size_t(3) * face;
+    const Vec3 normal = normalised(interpolated(attributes.normals, index, weight));
+    const Vec3 towards_eye = normalised(eye - interpolated(mesh.positions, index, weight));
+    double exposure = 0;
+    for (size_t k = 0; k < 3; k++) exposure += weight[k] * double(attributes.exposure[index[k]]);
+    return lit(material(face, interpolated(attributes.texture, index, weight)), normal, towards_eye, exposure,
+               light);
+  };
   const SampleBuffer::Extent &drawn = buffer.drawn;
+  std::array<uint32_t, 49> covering{}; // numbers of the samples of a pixel that the mesh covers
   for (size_t y = drawn.top / n; y * n < drawn.bottom; y++)
     for (size_t x = drawn.left / n; x * n < drawn.right; x++) {
-      const size_t pixel = y * picture.width + x;
-      Rgb sum;
       uint32_t covered = 0;
-      for (uint32_t j = 0; j < n; j++)
-        for (uint32_t i = 0; i < n; i++) {
-          const size_t at = (y * n + j) * buffer.columns + x * n + i;
-          const uint32_t face = buffer.face[at];
-          if (face == no_face) continue;
-          covered++;
-          const auto weight =
-              barycentric(camera, mesh, face, double(x) + (i + 0.5) / n, double(y) + (j + 0.5) / n);
-          const uint32_t *index = mesh.faces + size_t(3) * face;
-          const Vec3 normal = normalised(interpolated(attributes.normals, index, weight));
-          const Vec3 towards_eye = normalised(eye - interpolated(mesh.positions, index, weight));
-          double exposure = 0;
-          for (size_t k = 0; k < 3; k++) exposure += weight[k] * double(attributes.exposure[index[k]]);
-          sum += lit(material(face, interpolated(attributes.texture, index, weight)), normal, towards_eye,
-                     exposure, light);
-        }
+      const auto face = [&](uint32_t sample) {
+        return buffer.face[(y * n + sample / n) * buffer.columns + x * n + sample % n];
+      };
+      for (uint32_t sample = 0; sample < n * n; sample++)
+        if (face(sample) != no_face) covering[covered++] = sample;
       if (covered == 0) continue;
+      const auto colour_of = [&](uint32_t sample) {
+        return shaded(face(sample), double(x) + (sample % n + 0.5) / n, double(y) + (sample / n + 0.5) / n);
+      };
+      Rgb sum;
+      if (part)
+        sum = colour_of(covering[*part % covered]) * double(covered);
+      else
+        for (uint32_t i = 0; i < covered; i++) sum += colour_of(covering[i]);
+      const size_t pixel = y * picture.width + x;
       float *colour = &picture.light[3 * pixel];
       sum += Rgb{colour[0], colour[1], colour[2]} * double(n * n - covered);
       const Rgb mean = sum * (1.0 / (n * n));

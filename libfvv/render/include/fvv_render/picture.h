@@ -5,6 +5,7 @@
 #include "fvv_render/rasteriser.h"
 
 #include <functional>
+#include <optional>
 
 namespace fvv::render {
 
@@ -61,9 +62,11 @@ struct LitPicture {
 // Draws mesh over background (of the camera's size; empty: black). buffer is working memory that is cleared
 // and takes the camera's size first; its samples decide the quality. Throws std::invalid_argument when the
 // background has another size.
+// part: for pictures of which several are averaged, in order not to pay for each in full: coverage is exact,
+// but one covered sample stands for the colour of all, that of this number modulo their count.
 LitPicture illuminate(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
                       const Material &material, const Light &light, LightField background,
-                      SampleBuffer &buffer);
+                      SampleBuffer &buffer, std::optional<uint32_t> part = {});
 // Light as display values.
 Picture displayed(LitPicture &&lit);
 // Both in one.
