@@ -28,9 +28,9 @@ double linear(uint8_t value) {
 }
 
 // What the digits of a label cross, each at the middle of a cell's edge or bar: top, middle, bottom, upper
-// left, upper right, lower left, lower right.
+// left, upper right, lower left, lower right. A 7 passes near the middle.
 constexpr std::array<const char *, 10> crossed = {"1011111", "1111000", "1110110", "1110101", "0101101",
-                                                  "1111001", "1111011", "1010100", "1111111", "1111101"};
+                                                  "1111001", "1111011", "1?10100", "1111111", "1111101"};
 
 std::string read_label(const Picture &picture, size_t characters) {
   const LabelPlace place = label_place(picture);
@@ -43,7 +43,10 @@ std::string read_label(const Picture &picture, size_t characters) {
     };
     const std::string found = {white(0, 2), white(0, 0),   white(0, -2), white(-1, 1),
                                white(1, 1), white(-1, -1), white(1, -1)};
-    const auto digit = std::find(crossed.begin(), crossed.end(), found);
+    const auto digit = std::find_if(crossed.begin(), crossed.end(), [&](const std::string &expected) {
+      return std::equal(found.begin(), found.end(), expected.begin(),
+                        [](char a, char b) { return a == b || b == '?'; });
+    });
     text += digit != crossed.end() ? char('0' + (digit - crossed.begin())) : found == "0000000" ? ' ' : '?';
   }
   return text;
@@ -53,8 +56,8 @@ std::string read_label(const Picture &picture, size_t characters) {
 
 TEST_CASE("the variance of noise is a share of the signal and a constant, in linear light") {
   constexpr size_t count = 120000;
-  for (const double strength : {1.0, 3.0})
-    for (const double level : {0.01, 0.1, 0.5}) {
+  for (const double strength : {1.0, 2.0})
+    for (const double level : {0.05, 0.2, 0.6}) {
       const LightField flat(count, float(level));
       const std::vector<uint8_t> shot = develop(flat, {1, 1, 1}, strength, 7);
       double sum = 0, squares = 0, neighbours = 0;
@@ -130,9 +133,9 @@ TEST_CASE("cameras differ in exposure and white balance by as much as they may, 
 TEST_CASE("motion blur is the mean over the time that the shutter is open, and still things stay sharp") {
   const Scene scene(studio(240, 136));
   SampleBuffer buffer(1, 1, 3);
-  const double time = 0.16; // the ball falls
+  const double time = 1.12; // the ball is passed
   for (const size_t camera : {0u, 2u}) {
-    const Filming filming(scene, {0, 0, 1, false}, {25, 1}, 4);
+    const Filming filming(scene, {0, 0, 1, false}, {25, 1}, 28);
     CHECK(filming.moment().seconds == Approx(time));
     const Picture sharp = scene.picture(camera, scene.at(time), buffer),
                   blurred = filming.shoot(camera, buffer);
@@ -146,17 +149,17 @@ TEST_CASE("motion blur is the mean over the time that the shutter is open, and s
           scene.light(camera, scene.at(time + 0.04 * ((i + 0.5) / moments - 0.5)), buffer).light;
       for (size_t k = 0; k < mean.size(); k++) mean[k] += double(light[k]) / moments;
     }
-    double off = 0, moved = 0;
+    double off = 0, moved = 0; // squares of display values
     size_t kept = 0;
     for (size_t k = 0; k < mean.size(); k++) {
-      off += std::abs(std::sqrt(std::min(mean[k], 1.0)) * 255 - blurred.rgb[k]);
-      moved += std::abs(sharp.rgb[k] - blurred.rgb[k]);
-      kept += std::abs(sharp.rgb[k] - blurred.rgb[k]) <= 1;
+      const int expected = fvv::render::to_display(mean[k]), found = blurred.rgb[k], still = sharp.rgb[k];
+      off += (found - expected) * (found - expected);
+      moved += (found - still) * (found - still);
+      kept += std::abs(found - still) <= 1;
     }
     INFO("camera " << camera << " off " << off / double(mean.size()) << " moved "
                    << moved / double(mean.size()) << " kept " << kept);
-    CHECK(off < 0.4 * moved);
-    CHECK(off / double(mean.size()) < 0.5);
+    CHECK(off < 0.1 * moved);
     if (!scene.moves(camera))
       CHECK(double(kept) > 0.9 * double(mean.size()));
     else
