@@ -299,7 +299,7 @@ TEST_CASE("rays through a lens are those of fvv_camera_unproject to a thousandth
       worst = std::max(worst, length(ray - Vec3{expected[0], expected[1], expected[2]}) * camera.fx);
     }
     INFO(width);
-    CHECK(worst < (width < 100 ? 0.01 : 0.001)); // a pixel of 20 is 4 degrees wide
+    CHECK(worst < (width < 500 ? 0.01 : 0.001)); // a pixel of 20 is 4 degrees wide, and the ray bends within
   }
 }
 

@@ -26,7 +26,8 @@ render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) cons
   } else {
     render::LightField sum;
     for (uint32_t i = 0; i < moments.size(); i++) {
-      render::LitPicture one = scene.light(camera, moments[i], buffer, i);
+      // Samples in an order in which neither column nor row goes with the time.
+      render::LitPicture one = scene.light(camera, moments[i], buffer, i * 4 % blur_moments);
       sum.resize(one.light.size());
       for (size_t k = 0; k < sum.size(); k++) sum[k] += one.light[k] * (1.0f / blur_moments);
       if (&moments[i] == &moment()) lit = std::move(one);

@@ -116,11 +116,8 @@ render::LightField Studio::seen(const render::Projection &camera, size_t own, re
   for (uint32_t y = 0; y < camera.height(); y++)
     for (uint32_t x = 0; x < camera.width(); x++) {
       Rgb colour;
-      if (part)
-        colour = from(x, y, *part % (samples * samples));
-      else
-        for (uint32_t place = 0; place < samples * samples; place++)
-          colour += from(x, y, place) * (1.0 / (samples * samples));
+      for (uint32_t place = 0; place < samples * samples; place++)
+        colour += from(x, y, place) * (1.0 / (samples * samples));
       picture.insert(picture.end(), {float(colour.x), float(colour.y), float(colour.z)});
     }
   return props.draw(camera, own < tripods.size() ? tripods[own] : SIZE_MAX, light, std::move(picture), buffer,

@@ -17,7 +17,8 @@ public:
   Studio(uint32_t key, double texel, const std::vector<fvv_camera> &cameras, const render::Light &light,
          uint32_t threads);
   // What a camera sees of it, linear, each pixel from 2 x 2 places and of things that stand there from those
-  // of buffer. own: the number of this camera, whose tripod is not seen. part: as for render::illuminate.
+  // of buffer. own: the number of this camera, whose tripod is not seen. part: of those things, as for
+  // render::illuminate.
   render::LightField seen(const render::Projection &camera, size_t own, render::SampleBuffer &buffer,
                           std::optional<uint32_t> part = {}) const;
 
