@@ -16,16 +16,18 @@ namespace {
 // Masks for the hull are made smaller than this: a hull of some hundred cells a side shows no finer outline.
 constexpr uint32_t hull_mask_side = 1280;
 
-Loaded load(const std::string &path, const fvv_camera &camera, int channels) {
+Loaded load(const SheetInput &input, const capture::PictureSource &source, const fvv_camera &camera,
+            int channels) {
   Loaded out;
   try {
-    out.image = media::read_image(path, channels);
+    out.image = input.videos->read(input.capture, source, input.frame, channels);
   } catch (const media::Error &error) {
     out.problem = error.what();
     return out;
   }
   if (out.image.width == camera.width && out.image.height == camera.height) return out;
-  out.problem = path + ": expected " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+  out.problem = input.capture.resolve(source.file(input.frame)) + ": expected " +
+                std::to_string(camera.width) + "x" + std::to_string(camera.height) +
                 " pixels, as the camera has, found " + std::to_string(out.image.width) + "x" +
                 std::to_string(out.image.height);
   out.image = {};
@@ -92,19 +94,20 @@ SheetInput open_capture(const Options &options) {
   for (const capture::Camera &camera : capture.cameras)
     input.cameras.push_back(camera.calibration_at(input.frame));
   input.pictures = options.pictures;
+  input.videos = std::make_shared<Videos>(options.threads);
   return input;
 }
 
 Loaded picture_of(const SheetInput &input, size_t i) {
   const capture::Camera &camera = input.capture.cameras[i];
   if (!camera.pictures || !input.pictures) return {};
-  return load(input.capture.picture_path(camera, input.frame), input.cameras[i], 3);
+  return load(input, *camera.pictures, input.cameras[i], 3);
 }
 
 Loaded mask_of(const SheetInput &input, size_t i) {
   const capture::Camera &camera = input.capture.cameras[i];
   if (!camera.masks) return {};
-  Loaded mask = load(input.capture.mask_path(camera, input.frame), input.cameras[i], 1);
+  Loaded mask = load(input, *camera.masks, input.cameras[i], 1);
   threshold(mask.image);
   return mask;
 }

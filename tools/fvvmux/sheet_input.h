@@ -5,6 +5,7 @@
 #include "capture/capture.h"
 #include "fvvmux/body.h"
 #include "fvvmux/options.h"
+#include "fvvmux/videos.h"
 
 namespace fvv::mux {
 
@@ -15,6 +16,7 @@ struct SheetInput {
   int64_t frame = 0;               // frame number
   std::vector<fvv_camera> cameras; // calibrations of that frame; names are borrowed from capture
   bool pictures = true;            // wanted at all
+  std::shared_ptr<Videos> videos;  // what pictures and masks are read through
 };
 
 // The frame in the middle of the capture, or of Options::frames. Throws cli::Failure, capture::FileError.

@@ -189,9 +189,11 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
     const Filming filming(scene, recording.realism, recording.rate, number);
     const Moment &moment = filming.moment();
     render::SampleBuffer buffer(1, 1, samples);
+    std::vector<fvv_camera> cameras;
     std::vector<hull::Silhouette> silhouettes;
     for (size_t i = 0; i < scene.cameras().size(); i++) {
       const fvv_camera camera = scene.camera(i, moment.seconds);
+      cameras.push_back(camera);
       const render::Picture picture = filming.shoot(i, buffer);
       const std::string name = std::string(camera.name, camera.name_size) + "/";
       write_png(folder.file(numbered(name.c_str(), number, ".png")), picture, 3, picture.rgb);
@@ -204,7 +206,7 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
     const auto write_mesh = [&](const std::vector<float> &points, const std::vector<uint32_t> &faces) {
       write_bytes(path, ply(points, faces));
       if (!recording.visibility) return;
-      const VisibilityFiles seen = visibility_files(scene.cameras(), points, faces);
+      const VisibilityFiles seen = visibility_files(cameras, points, faces);
       write_bytes(folder.file(numbered("visibility/faces_", number, ".npy")), seen.faces);
       write_bytes(folder.file(numbered("visibility/vertices_", number, ".npy")), seen.vertices);
     };
