@@ -117,6 +117,7 @@ def main():
     print(real.tool("fvvmux", capture, "-o", stream, "--quality", f"{QUALITY:g}dB", "--verify", "--force"))
     print(real.tool("fvvinfo", "--check", stream))
     real.tool("fvvdemux", stream, "-o", out, "--force")
+    real.contact_sheet(capture, iou=0.85)
 
     info = json.loads(real.tool("fvvinfo", "--json", stream))["files"][0]
     decoded = real.read_ply(out / "meshes/0000.ply")

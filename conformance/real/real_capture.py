@@ -39,6 +39,15 @@ def tool(name, *arguments):
     return done.stdout
 
 
+def contact_sheet(capture, iou=None):
+    """Draw the contact sheet beside the capture, for people; with masks, hold its outlines against them."""
+    sheet = capture.with_name("sheet.png")
+    report = json.loads(tool("fvvmux", "--check-calibration", sheet, capture, "--force", "--json"))
+    print(f"look at {str(sheet).replace(str(ROOT) + '/', '')}")
+    if iou is not None:
+        figure("median overlap of mesh and silhouettes", report["median_iou"], iou, at_most=False)
+
+
 def figure(text, value, limit, at_most=True):
     """Print a figure with what was promised; remember a broken promise."""
     good = value <= limit if at_most else value >= limit

@@ -76,6 +76,7 @@ def main():
     print(real.tool("fvvmux", capture, "-o", stream, "--quality", f"{QUALITY:g}dB", "--verify", "--force"))
     print(real.tool("fvvinfo", "--check", stream))
     real.tool("fvvdemux", stream, "-o", out, "--force")
+    real.contact_sheet(capture, iou=0.95)
 
     info = json.loads(real.tool("fvvinfo", "--json", stream))["files"][0]
     positions, faces = real.read_ply(mesh_path)

@@ -113,7 +113,7 @@ TEST_CASE("pictures of 8 bits may go into 10") {
   CHECK(mux::mux(options).verdict->luma.psnr() > 40);
 }
 
-TEST_CASE("--bit-depth is refused where a codec does not have it, before any work") {
+TEST_CASE("a bit depth is refused where a codec does not have it, before any work") {
   const Folder folder;
   make_capture(folder);
   const auto message = [&](std::vector<std::string> more) {

@@ -57,7 +57,9 @@ def linear(codes):
 def capture(tmp_path_factory):
     """PNG pictures, and the same in OpenEXR: {"png": folder, "exr": folder}."""
     root = tmp_path_factory.mktemp("exr")
-    done = run("fvvsynth", "-o", root / "png", "--frames", 2, "--cameras", 3, "--size", "96x54")
+    done = run(
+        "fvvsynth", "-o", root / "png", "--rig", "small", "--frames", 2, "--cameras", 3, "--size", "96x54"
+    )
     assert done.returncode == 0, done.stderr
     description = json.loads((root / "png/capture.json").read_text())
     for camera in description["cameras"]:
@@ -116,7 +118,7 @@ def test_pictures_that_are_no_light_are_refused_by_name_and_pixel(capture, tmp_p
 
 def test_numpy_reads_visibility_and_the_capture_can_be_packed(tmp_path):
     out = tmp_path / "truth"
-    options = ["--frames", 2, "--cameras", 3, "--size", "96x54", "--meshes", "remeshed"]
+    options = ["--rig", "small", "--frames", 2, "--cameras", 3, "--size", "96x54", "--meshes", "remeshed"]
     done = run("fvvsynth", "-o", out, *options, "--depth", "--visibility")
     assert (done.returncode, done.stderr) == (0, "")
     for frame in range(2):

@@ -49,6 +49,19 @@ def test_capture_is_complete_and_follows_the_schema(fvvimport, written, tmp_path
     assert document["cameras"][0]["masks"] == "m/11/%04d.png"
 
 
+def test_videos_stand_in_place_of_pictures(fvvimport, written, tmp_path):
+    arguments, cameras = written
+    out = tmp_path / "out.json"
+    done = fvvimport(*arguments, "-o", out, "--videos", "50%/{name}.mp4", "--frames", "0-9")
+    assert (done.returncode, done.stderr) == (0, b"")
+    document = json.loads(out.read_text())
+    jsonschema.validate(document, CAPTURE_SCHEMA, cls=jsonschema.Draft202012Validator)
+    assert document["cameras"][0]["pictures"]["video"] == "50%/view0.mp4"
+    done = fvvimport(*arguments, "-o", out, "--force", "--videos", "a.mp4")
+    assert done.returncode == 2
+    assert b"--videos: expected {name} or {id} to tell the cameras apart" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("units", "factor", "stands"),
     [
@@ -130,8 +143,14 @@ def test_errors_of_files_are_one_line(fvvimport, tmp_path):
     ("options", "message"),
     [
         ([], "expected -o FILE, --check POINTS or both"),
-        (["-o", "-"], "-o: expected --pictures or --meshes too, because a capture has one of them at least"),
-        (["-o", "-", "--meshes", "m.ply", "--masks", "{id}.png"], "--masks: expected --pictures too"),
+        (
+            ["-o", "-"],
+            "-o: expected --pictures, --videos or --meshes too, because a capture has one of them at least",
+        ),
+        (
+            ["-o", "-", "--meshes", "m.ply", "--masks", "{id}.png"],
+            "--masks: expected --pictures or --videos too",
+        ),
         (
             ["-o", "-", "--meshes", "m.ply", "--json"],
             "--json: standard output is taken by the capture (-o -)",

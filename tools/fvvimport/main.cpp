@@ -14,8 +14,8 @@ using namespace fvv;
 namespace {
 
 struct Arguments {
-  std::string format, output, size, units, up = "unknown", rate = "25", frames = "0", pictures, masks, meshes,
-                                           points;
+  std::string format, output, size, units, up = "unknown", rate = "25", frames = "0", pictures, videos, masks,
+                                           meshes, points;
   std::vector<std::string> inputs;
   bool force = false, as_json = false;
 };
@@ -72,22 +72,27 @@ void set_files(const Arguments &arguments, capture::Capture &capture) {
   for (capture::Camera &camera : capture.cameras) {
     if (!arguments.pictures.empty())
       camera.pictures = fvvimport::parse_pattern("--pictures", arguments.pictures, camera, capture.frames);
+    if (!arguments.videos.empty())
+      camera.pictures = fvvimport::parse_video("--videos", arguments.videos, camera, capture.frames);
     if (!arguments.masks.empty())
       camera.masks = fvvimport::parse_pattern("--masks", arguments.masks, camera, capture.frames);
   }
-  for (size_t i = 0; i < capture.cameras.size() && !arguments.pictures.empty(); i++)
+  const bool pictures = !arguments.pictures.empty(), videos = !arguments.videos.empty();
+  for (size_t i = 0; i < capture.cameras.size() && (pictures || videos); i++)
     for (size_t j = 0; j < i; j++)
       if (capture.cameras[i].pictures->text() == capture.cameras[j].pictures->text())
-        misuse("--pictures: expected {name} or {id} to tell the cameras apart, found \"" +
+        misuse(std::string(pictures ? "--pictures" : "--videos") +
+               ": expected {name} or {id} to tell the cameras apart, found \"" +
                capture.cameras[i].pictures->text() + "\" for two of them");
 }
 
 void check_usage(const Arguments &arguments) {
   if (arguments.output.empty() && arguments.points.empty())
     misuse("expected -o FILE, --check POINTS or both");
-  if (!arguments.output.empty() && arguments.pictures.empty() && arguments.meshes.empty())
-    misuse("-o: expected --pictures or --meshes too, because a capture has one of them at least");
-  if (!arguments.masks.empty() && arguments.pictures.empty()) misuse("--masks: expected --pictures too");
+  const bool pictures = !arguments.pictures.empty() || !arguments.videos.empty();
+  if (!arguments.output.empty() && !pictures && arguments.meshes.empty())
+    misuse("-o: expected --pictures, --videos or --meshes too, because a capture has one of them at least");
+  if (!arguments.masks.empty() && !pictures) misuse("--masks: expected --pictures or --videos too");
   if (arguments.output == "-" && arguments.as_json)
     misuse("--json: standard output is taken by the capture (-o -)");
   if (arguments.output == "-" && !arguments.points.empty())
@@ -136,9 +141,13 @@ int main(int argc, char **argv) {
          "others: a file")
       ->required();
   app.add_option("-o,--output", a.output, "capture.json to write")->type_name("FILE");
-  app.add_option("--pictures", a.pictures,
-                 "pictures of a camera, with {name} or {id}, and %d or %0Nd for the frame")
-      ->type_name("PATTERN");
+  auto *pictures = app.add_option("--pictures", a.pictures,
+                                  "pictures of a camera, with {name} or {id}, and %d or %0Nd for the frame")
+                       ->type_name("PATTERN");
+  app.add_option("--videos", a.videos,
+                 "instead: a video of each camera, with {name} or {id}, which begins with the first frame")
+      ->type_name("FILE")
+      ->excludes(pictures);
   app.add_option("--masks", a.masks, "silhouettes, in the same way")->type_name("PATTERN");
   app.add_option("--meshes", a.meshes,
                  "meshes, in metres; with units unknown, in the units of the calibration")

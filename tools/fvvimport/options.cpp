@@ -43,6 +43,26 @@ capture::Pattern checked(const char *option, const std::string &text, const capt
   return *pattern;
 }
 
+// {name} and {id} replaced; percent: what stands for a percent sign of a name.
+std::string put_in(const char *option, const std::string &text, const capture::Camera &camera,
+                   const std::string &percent) {
+  std::string out;
+  for (size_t i = 0; i < text.size(); i++) {
+    if (text.compare(i, 6, "{name}") == 0) {
+      for (const char c : *camera.name) out += c == '%' ? percent : std::string(1, c);
+      i += 5;
+    } else if (text.compare(i, 4, "{id}") == 0) {
+      out += std::to_string(camera.calibration.id);
+      i += 3;
+    } else if (text[i] == '{' || text[i] == '}') {
+      refuse(option, "{name} or {id} where there are braces", text);
+    } else {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
 } // namespace
 
 fvv_rational parse_frame_rate(const std::string &text) {
@@ -90,21 +110,12 @@ uint8_t parse_up(const std::string &text) {
 
 capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Camera &camera,
                                const capture::Frames &frames) {
-  std::string out;
-  for (size_t i = 0; i < text.size(); i++) {
-    if (text.compare(i, 6, "{name}") == 0) {
-      for (const char c : *camera.name) out += c == '%' ? "%%" : std::string(1, c);
-      i += 5;
-    } else if (text.compare(i, 4, "{id}") == 0) {
-      out += std::to_string(camera.calibration.id);
-      i += 3;
-    } else if (text[i] == '{' || text[i] == '}') {
-      refuse(option, "{name} or {id} where there are braces", text);
-    } else {
-      out += text[i];
-    }
-  }
-  return checked(option, out, frames);
+  return checked(option, put_in(option, text, camera, "%%"), frames);
+}
+
+capture::VideoSource parse_video(const char *option, const std::string &text, const capture::Camera &camera,
+                                 const capture::Frames &frames) {
+  return {put_in(option, text, camera, "%"), std::nullopt, {}, frames.first};
 }
 
 capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Frames &frames) {

@@ -29,7 +29,10 @@ uint8_t parse_up(const std::string &text);
 // option: for messages.
 capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Camera &camera,
                                const capture::Frames &frames);
-// The same for the one pattern of the meshes, where there is nothing to put in.
+// A video, whose beginning is the first frame; "%" stands for itself.
+capture::VideoSource parse_video(const char *option, const std::string &text, const capture::Camera &camera,
+                                 const capture::Frames &frames);
+// A pattern of the meshes, where there is nothing to put in.
 capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Frames &frames);
 
 } // namespace fvv::fvvimport

@@ -20,8 +20,7 @@ std::vector<uint8_t> read_file(const std::string &path);
 /* Eight bits brought to a sample type: times 257 for 16. */
 template <class SampleType> BasicImage<SampleType> with_samples(Image image);
 /* In 1 or 3 channels, as read_image says. */
-template <class SampleType>
-BasicImage<SampleType> with_channels(BasicImage<SampleType> image, int channels);
+template <class SampleType> BasicImage<SampleType> with_channels(BasicImage<SampleType> image, int channels);
 
 /* Throws Error: a code that is none of video_codecs(). */
 [[noreturn]] void refuse_codec(uint32_t code);
