@@ -48,7 +48,7 @@ struct File {
     }
   }
   static size_t width(const std::string &type) {
-    return type == "SCALAR" ? 1 : type == "VEC3" ? 3 : type == "VEC4" ? 4 : 16;
+    return type == "SCALAR" ? 1 : type == "VEC2" ? 2 : type == "VEC3" ? 3 : type == "VEC4" ? 4 : 16;
   }
   static size_t size_of(int type) {
     return type == int8 || type == uint8 ? 1 : type == int16 || type == uint16 ? 2 : 4;

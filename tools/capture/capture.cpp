@@ -50,8 +50,9 @@ double Capture::animation_time(int64_t frame) const {
 
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, MeshReport *report) {
   const std::string path = capture.mesh_path(frame);
-  Mesh mesh = capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), limits, report)
-                                : read_mesh(path, limits, report);
+  Mesh mesh = capture.animation
+                  ? capture.animation->mesh(path, capture.animation_time(frame), limits, report, false)
+                  : read_mesh(path, limits, report);
   for (double &coordinate : mesh.positions) coordinate *= capture.metres_per_unit;
   return mesh;
 }

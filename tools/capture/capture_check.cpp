@@ -115,7 +115,7 @@ private:
     const Frames &frames = capture.frames;
     double end;
     try {
-      end = capture.animation->end(capture.mesh_path(frames.first));
+      end = capture.animation->end(capture.mesh_path(frames.first), false);
     } catch (const FileError &error) {
       findings.problems.push_back(std::string("meshes: ") + error.what());
       return;

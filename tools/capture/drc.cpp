@@ -49,7 +49,17 @@ void copy_positions(const draco::PointAttribute &attribute, Mesh &mesh, const st
   }
 }
 
-Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std::string &name) {
+const draco::PointAttribute *texture_of(const draco::Mesh &decoded, const std::string &name) {
+  const draco::PointAttribute *pairs = decoded.GetNamedAttribute(draco::GeometryAttribute::TEX_COORD);
+  if (!pairs) throw FileError(name + ": expected an attribute of texture coordinates, found none");
+  if (pairs->num_components() != 2 || pairs->data_type() != draco::DT_FLOAT32)
+    throw FileError(name + ": expected texture coordinates as 2 components of float32, found " +
+                    std::to_string(pairs->num_components()) + " of Draco data type " +
+                    std::to_string(pairs->data_type()));
+  return pairs;
+}
+
+Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std::string &name, bool texture) {
   const draco::PointAttribute *attribute = decoded.GetNamedAttribute(draco::GeometryAttribute::POSITION);
   if (!attribute) throw FileError(name + ": expected an attribute of positions, found none");
   if (attribute->num_components() != 3)
@@ -69,16 +79,30 @@ Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std:
   else
     throw FileError(name + ": expected positions as float32 or int32, found Draco data type " +
                     std::to_string(attribute->data_type()));
+  const draco::PointAttribute *pairs = texture ? texture_of(decoded, name) : nullptr;
+  std::vector<double> of_corners;
   // Points of Draco are split at seams of texture and normals; the values of the positions are not.
   mesh.faces.reserve(size_t(decoded.num_faces()) * 3);
   for (uint32_t i = 0; i < decoded.num_faces(); i++)
     for (const draco::PointIndex &point : decoded.face(draco::FaceIndex(i))) {
-      const uint32_t vertex = attribute->mapped_index(point).value();
-      if (point.value() >= decoded.num_points() || vertex >= attribute->size())
-        throw FileError(name + ": face " + std::to_string(i) + ": index " + std::to_string(vertex) + " of " +
-                        std::to_string(attribute->size()) + " vertices");
-      mesh.faces.push_back(vertex);
+      const auto value_of = [&](const draco::PointAttribute &values, const char *what) {
+        const uint32_t value = values.mapped_index(point).value();
+        if (point.value() >= decoded.num_points() || value >= values.size())
+          throw FileError(name + ": face " + std::to_string(i) + ": index " + std::to_string(value) + " of " +
+                          std::to_string(values.size()) + " " + what);
+        return value;
+      };
+      mesh.faces.push_back(value_of(*attribute, "vertices"));
+      if (!pairs) continue;
+      float pair[2];
+      pairs->GetValue(draco::AttributeValueIndex(value_of(*pairs, "texture coordinates")), pair);
+      if (!std::isfinite(pair[0]) || !std::isfinite(pair[1]))
+        throw FileError(name + ": face " + std::to_string(i) +
+                        ": expected finite texture coordinates, found nan or inf");
+      // Draco files count v from the bottom of the picture, as the OBJ files that they mostly come from.
+      of_corners.insert(of_corners.end(), {double(pair[0]), 1 - double(pair[1])});
     }
+  if (texture) split_seams(mesh, of_corners, limits, name);
   return mesh;
 }
 
@@ -110,6 +134,16 @@ std::string encode(const Mesh &mesh, const Lattice &lattice, const std::string &
     }
     source.attribute(positions)->SetAttributeValue(draco::AttributeValueIndex(i), value);
   }
+  if (!mesh.texture.empty()) {
+    description.Init(draco::GeometryAttribute::TEX_COORD, nullptr, 2, draco::DT_FLOAT32, false,
+                     2 * sizeof(float), 0);
+    const int pairs = source.AddAttribute(description, true, static_cast<uint32_t>(mesh.vertex_count()));
+    for (uint32_t i = 0; i < mesh.vertex_count(); i++) {
+      const double *uv = &mesh.texture[i * size_t(2)];
+      const float pair[2] = {static_cast<float>(uv[0]), static_cast<float>(1 - uv[1])};
+      source.attribute(pairs)->SetAttributeValue(draco::AttributeValueIndex(i), pair);
+    }
+  }
   source.SetNumFaces(mesh.face_count());
   for (size_t i = 0; i < mesh.faces.size(); i += 3)
     source.SetFace(draco::FaceIndex(static_cast<uint32_t>(i / 3)),
@@ -137,7 +171,8 @@ template <class Function> auto guarded(const std::string &name, const Function &
 
 } // namespace
 
-Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *) {
+Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *,
+               bool texture) {
   const fvv_limits bounds = fvv_limits_or_default(limits);
   if (bytes.size() > bounds.max_payload)
     throw FileError(name + ": has " + std::to_string(bytes.size()) + " bytes, at most " +
@@ -150,7 +185,7 @@ Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits
     auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
     if (!decoded.ok())
       throw FileError(name + ": Draco cannot decode the file: " + decoded.status().error_msg_string());
-    return from_draco(*decoded.value(), bounds, name);
+    return from_draco(*decoded.value(), bounds, name, texture);
   });
 }
 

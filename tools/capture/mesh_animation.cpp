@@ -14,21 +14,23 @@ MeshAnimation::MeshAnimation(std::optional<Name> animation, fvv_rational from, i
     : name(std::move(animation)), start(from), first(first_frame) {}
 MeshAnimation::~MeshAnimation() = default;
 
-const gltf::Scene &MeshAnimation::read(const std::string &path) const {
+const gltf::Scene &MeshAnimation::read(const std::string &path, bool texture) const {
   const std::lock_guard<std::mutex> lock(mutex);
+  std::unique_ptr<const gltf::Scene> &scene = scenes[texture];
   if (!scene) {
     gltf::AnimationChoice choice = gltf::OnlyAnimation{};
     if (name) std::visit([&](const auto &value) { choice = value; }, *name);
     // The defaults hold for the file, those of a caller for the mesh: callers share what was read.
     scene = std::make_unique<const gltf::Scene>(
-        gltf::read_scene(read_file(path, max_mesh_file), path, choice, fvv_limits_or_default(nullptr)));
+        gltf::read_scene(read_file(path, max_mesh_file), path, choice, fvv_limits_or_default(nullptr),
+                         texture ? gltf::Texture::coordinates : gltf::Texture::skipped));
   }
   return *scene;
 }
 
-Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits *limits,
-                         MeshReport *report) const {
-  const gltf::Scene &source = read(path);
+Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report,
+                         bool texture) const {
+  const gltf::Scene &source = read(path, texture);
   Mesh out = gltf::pose(source, time);
   const fvv_limits bounds = fvv_limits_or_default(limits);
   if (out.vertex_count() > bounds.max_vertices || out.face_count() > bounds.max_faces)
@@ -40,9 +42,10 @@ Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits 
   return out;
 }
 
-double MeshAnimation::end(const std::string &path) const {
+double MeshAnimation::end(const std::string &path, bool texture) const {
   double last = 0;
-  for (const gltf::Channel &channel : read(path).channels) last = std::max(last, channel.times.back());
+  for (const gltf::Channel &channel : read(path, texture).channels)
+    last = std::max(last, channel.times.back());
   return last;
 }
 

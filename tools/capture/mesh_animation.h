@@ -24,20 +24,21 @@ public:
 
   // The scene at a time in seconds, in the file's units. path: the file, the same in every call. Vertices and
   // faces are the same at every time; before the first keyframe and behind the last one the nearest counts.
-  // FileError. Several threads may call these two.
-  Mesh mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report) const;
-  // Time of the last keyframe in seconds.
-  double end(const std::string &path) const;
+  // texture: as parse_gltf has it. FileError. Several threads may call these two.
+  Mesh mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report,
+            bool texture) const;
+  // Time of the last keyframe in seconds; reads the file for what mesh() is going to be asked.
+  double end(const std::string &path, bool texture) const;
 
   const std::optional<Name> name; // nothing: the only one
   const fvv_rational start;       // seconds from the beginning of the animation to frame number first
   const int64_t first;
 
 private:
-  const gltf::Scene &read(const std::string &path) const;
+  const gltf::Scene &read(const std::string &path, bool texture) const;
 
   mutable std::mutex mutex;
-  mutable std::unique_ptr<const gltf::Scene> scene;
+  mutable std::unique_ptr<const gltf::Scene> scenes[2]; // without and with texture coordinates
 };
 
 } // namespace fvv::capture

@@ -31,22 +31,34 @@ std::string extension_of(const std::string &path) {
 
 } // namespace
 
-Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report) {
+bool is_gltf(const std::string &path) {
   const std::string extension = extension_of(path);
-  const auto parse = extension == ".obj"                           ? parse_obj
-                     : extension == ".ply"                         ? parse_ply
-                     : extension == ".drc"                         ? parse_drc
-                     : extension == ".glb" || extension == ".gltf" ? parse_gltf
-                                                                   : nullptr;
-  if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .glb or .gltf");
-  return parse(read_file(path, max_mesh_file), path, limits, report);
+  return extension == ".glb" || extension == ".gltf";
 }
 
-Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits,
-                MeshReport *report) {
-  const gltf::Scene scene = gltf::read_scene(bytes, name, gltf::NoAnimation{}, fvv_limits_or_default(limits));
+Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture) {
+  const std::string extension = extension_of(path);
+  const auto parse = extension == ".obj"   ? parse_obj
+                     : extension == ".ply" ? parse_ply
+                     : extension == ".drc" ? parse_drc
+                     : is_gltf(path)       ? parse_gltf
+                                           : nullptr;
+  if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .glb or .gltf");
+  return parse(read_file(path, max_mesh_file), path, limits, report, texture);
+}
+
+Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
+                bool texture) {
+  const gltf::Scene scene = gltf::read_scene(bytes, name, gltf::NoAnimation{}, fvv_limits_or_default(limits),
+                                             texture ? gltf::Texture::coordinates : gltf::Texture::skipped);
   if (report) report->lines_and_points += scene.report.lines_and_points;
   return gltf::pose(scene, std::nullopt);
+}
+
+std::string parse_gltf_picture(std::string_view bytes, const std::string &name) {
+  return gltf::read_scene(bytes, name, gltf::NoAnimation{}, fvv_limits_or_default(nullptr),
+                          gltf::Texture::picture)
+      .picture;
 }
 
 void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path) {
@@ -76,6 +88,14 @@ void check_writable(const Mesh &mesh, const std::string &name) {
   for (size_t i = 0; i < mesh.positions.size(); i++)
     if (!std::isfinite(mesh.positions[i]))
       throw FileError(name + ": vertex " + std::to_string(i / 3) + " of the mesh to write is not finite");
+  if (!mesh.texture.empty() && mesh.texture.size() != mesh.vertex_count() * 2)
+    throw FileError(name + ": the mesh to write has " + std::to_string(mesh.texture.size()) +
+                    " texture coordinates, expected two for each of " + std::to_string(mesh.vertex_count()) +
+                    " vertices");
+  for (size_t i = 0; i < mesh.texture.size(); i++)
+    if (!std::isfinite(mesh.texture[i]))
+      throw FileError(name + ": a texture coordinate of vertex " + std::to_string(i / 2) +
+                      " of the mesh to write is not finite");
   for (size_t i = 0; i < mesh.faces.size(); i++)
     if (mesh.faces[i] >= mesh.vertex_count())
       throw FileError(name + ": face " + std::to_string(i / 3) + " of the mesh to write has index " +

@@ -16,9 +16,9 @@ namespace fvv::capture {
 namespace {
 
 // Keywords that add nothing to the surface: attributes of vertices, grouping, display.
-constexpr std::string_view skipped[] = {"vt",     "vn",         "g",         "o",       "s",     "usemtl",
-                                        "mtllib", "usemap",     "maplib",    "mg",      "bevel", "c_interp",
-                                        "lod",    "shadow_obj", "trace_obj", "d_interp"};
+constexpr std::string_view skipped[] = {"vn",       "g",      "o",          "s",         "usemtl",
+                                        "mtllib",   "usemap", "maplib",     "mg",        "bevel",
+                                        "c_interp", "lod",    "shadow_obj", "trace_obj", "d_interp"};
 // Keywords that shape the surface or bring in other files: to skip them would lose geometry silently.
 constexpr std::string_view refused[] = {"vp",   "cstype", "deg",   "bmat", "step", "curv", "curv2", "surf",
                                         "parm", "trim",   "hole",  "scrv", "sp",   "end",  "con",   "call",
@@ -30,8 +30,10 @@ template <size_t N> bool contains(const std::string_view (&list)[N], std::string
 
 class ObjReader {
 public:
-  ObjReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, MeshReport &notes)
-      : cursor(bytes.data()), end(bytes.data() + bytes.size()), name(file), limits(bounds), report(notes) {}
+  ObjReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, MeshReport &notes,
+            bool with_texture)
+      : cursor(bytes.data()), end(bytes.data() + bytes.size()), name(file), limits(bounds), report(notes),
+        wants_texture(with_texture), vertices{"vertex", bounds.max_vertices, 0, {}} {}
 
   Mesh read() {
     std::string_view keyword;
@@ -39,13 +41,16 @@ public:
       if (word(keyword)) statement(keyword);
       end_line();
     }
-    const uint64_t count = mesh.vertex_count();
-    for (const Forward &forward : forwards)
-      if (forward.index > count) {
-        line = forward.line;
-        fail("vertex " + std::to_string(forward.index) + " is used, the file has " + std::to_string(count));
-      }
+    check_forwards(vertices);
+    check_forwards(pairs);
     if (mesh.faces.empty()) throw FileError(name + ": expected at least one face (f), found none");
+    if (wants_texture) {
+      std::vector<double> of_corners;
+      of_corners.reserve(chart.faces.size() * 2);
+      for (const uint32_t pair : chart.faces)
+        of_corners.insert(of_corners.end(), {texture[pair * size_t(2)], texture[pair * size_t(2) + 1]});
+      split_seams(mesh, of_corners, limits, name);
+    }
     return std::move(mesh);
   }
 
@@ -96,6 +101,8 @@ private:
   void statement(std::string_view keyword) {
     if (keyword == "v")
       vertex();
+    else if (keyword == "vt")
+      texture_pair();
     else if (keyword == "f")
       face();
     else if (keyword == "l" || keyword == "p")
@@ -120,10 +127,62 @@ private:
     if (mesh.vertex_count() == limits.max_vertices)
       fail("more than the allowed " + std::to_string(limits.max_vertices) + " vertices");
     mesh.positions.insert(mesh.positions.end(), numbers, numbers + 3);
+    vertices.count++;
   }
 
-  // One of v, v/vt, v//vn, v/vt/vn; only v counts, but all have to be integers other than 0.
-  uint32_t corner(std::string_view text) {
+  // OBJ counts v from the bottom of the picture; a third number is for solid textures.
+  void texture_pair() {
+    if (!wants_texture) return;
+    double numbers[3];
+    size_t count = 0;
+    for (std::string_view text; word(text); count++) {
+      double value;
+      if (!parse_double(text, value)) fail("expected a finite number after vt, found " + quote(text));
+      if (count < 3) numbers[count] = value;
+    }
+    if (count < 2 || count > 3) fail("expected 2 or 3 numbers after vt, found " + std::to_string(count));
+    texture.insert(texture.end(), {numbers[0], 1 - numbers[1]});
+    pairs.count++;
+  }
+
+  // What corners refer to by a number, and where they did so before it was defined. Only record indices
+  // matter: the first that stays undefined is larger than all before it.
+  struct Forward {
+    uint64_t index, line;
+  };
+  struct Records {
+    const char *what;
+    uint64_t most, count;
+    std::vector<Forward> forwards;
+  };
+
+  // given counts from 1, or backwards from the last one that stands before it. Answers an index from 0.
+  uint32_t resolve(int64_t given, Records &records) {
+    const int64_t count = static_cast<int64_t>(records.count);
+    const std::string what = records.what + std::string(" ");
+    if (given < -count)
+      fail(what + std::to_string(given) + " is used, " + std::to_string(count) + " stand before it");
+    const uint64_t index = static_cast<uint64_t>(given < 0 ? count + given + 1 : given);
+    if (index > records.most)
+      fail(what + std::to_string(index) + " is used, at most " + std::to_string(records.most) +
+           " are allowed");
+    std::vector<Forward> &forwards = records.forwards;
+    if (index > records.count && (forwards.empty() || index > forwards.back().index))
+      forwards.push_back({index, line});
+    return static_cast<uint32_t>(index - 1);
+  }
+
+  void check_forwards(const Records &records) {
+    for (const Forward &forward : records.forwards)
+      if (forward.index > records.count) {
+        line = forward.line;
+        fail(records.what + std::string(" ") + std::to_string(forward.index) + " is used, the file has " +
+             std::to_string(records.count));
+      }
+  }
+
+  // One of v, v/vt, v//vn, v/vt/vn; all have to be integers other than 0, those that count have to exist.
+  void corner(std::string_view text) {
     const auto malformed = [&] { fail("expected v, v/vt, v//vn or v/vt/vn after f, found " + quote(text)); };
     int64_t indices[3] = {0, 0, 0};
     const char *at = text.data(), *stop = at + text.size();
@@ -139,52 +198,45 @@ private:
       if (*at != '/' || part == 2) malformed();
       at++;
     }
-    const int64_t count = static_cast<int64_t>(mesh.vertex_count());
-    if (indices[0] < -count)
-      fail("vertex " + std::to_string(indices[0]) + " is used, " + std::to_string(count) +
-           " stand before it");
-    const int64_t index = indices[0] < 0 ? count + indices[0] + 1 : indices[0];
-    if (index > limits.max_vertices)
-      fail("vertex " + std::to_string(index) + " is used, at most " + std::to_string(limits.max_vertices) +
-           " are allowed");
-    // A vertex may be defined behind the face. Only record indices matter: the first that stays undefined is
-    // larger than all before it.
-    if (index > count && (forwards.empty() || static_cast<uint64_t>(index) > forwards.back().index))
-      forwards.push_back({static_cast<uint64_t>(index), line});
-    return static_cast<uint32_t>(index - 1);
+    corners.push_back(resolve(indices[0], vertices));
+    if (!wants_texture) return;
+    if (!indices[1])
+      fail("expected v/vt or v/vt/vn, for every corner needs texture coordinates, found " + quote(text));
+    corner_pairs.push_back(resolve(indices[1], pairs));
   }
 
   void face() {
     corners.clear();
-    for (std::string_view text; word(text);) corners.push_back(corner(text));
+    corner_pairs.clear();
+    for (std::string_view text; word(text);) corner(text);
     if (corners.size() < 3)
       fail("expected at least 3 corners after f, found " + std::to_string(corners.size()));
     if (corners.size() - 2 > limits.max_faces - mesh.face_count())
       fail("more than the allowed " + std::to_string(limits.max_faces) + " triangles");
     append_fan(mesh, corners, report);
+    MeshReport counted_already;
+    if (wants_texture) append_fan(chart, corner_pairs, counted_already);
   }
-
-  struct Forward {
-    uint64_t index, line;
-  };
 
   const char *cursor, *end;
   const std::string &name;
   const fvv_limits &limits;
   MeshReport &report;
+  const bool wants_texture;
   uint64_t line = 1;
-  Mesh mesh;
-  std::vector<uint32_t> corners;
-  std::vector<Forward> forwards;
+  Mesh mesh, chart; // chart: the same faces with indices of pairs
+  std::vector<double> texture;
+  std::vector<uint32_t> corners, corner_pairs; // of one face
+  Records vertices, pairs = {"texture coordinate", UINT32_MAX, 0, {}};
 };
 
 } // namespace
 
-Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits,
-               MeshReport *report) {
+Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
+               bool texture) {
   MeshReport ignored;
   const fvv_limits bounds = fvv_limits_or_default(limits);
-  return ObjReader(bytes, name, bounds, report ? *report : ignored).read();
+  return ObjReader(bytes, name, bounds, report ? *report : ignored, texture).read();
 }
 
 std::string format_obj(const Mesh &mesh, const std::string &name) {
@@ -198,10 +250,20 @@ std::string format_obj(const Mesh &mesh, const std::string &name) {
     }
     out += '\n';
   }
+  for (size_t i = 0; i < mesh.texture.size(); i += 2) {
+    out += "vt ";
+    append_double(out, mesh.texture[i]);
+    out += ' ';
+    append_double(out, 1 - mesh.texture[i + 1]);
+    out += '\n';
+  }
   for (size_t i = 0; i < mesh.faces.size(); i += 3) {
     out += 'f';
-    for (size_t corner = 0; corner < 3; corner++)
-      out.append(" ").append(std::to_string(uint64_t(mesh.faces[i + corner]) + 1));
+    for (size_t corner = 0; corner < 3; corner++) {
+      const std::string index = std::to_string(uint64_t(mesh.faces[i + corner]) + 1);
+      out.append(" ").append(index);
+      if (!mesh.texture.empty()) out.append("/").append(index);
+    }
     out += '\n';
   }
   return out;

@@ -160,8 +160,9 @@ private:
 
 template <class Body> class BodyReader {
 public:
-  BodyReader(Body &input, const PlyHeader &declared, const fvv_limits &bounds, MeshReport &notes)
-      : body(input), header(declared), limits(bounds), report(notes) {}
+  BodyReader(Body &input, const PlyHeader &declared, const std::string &file, const fvv_limits &bounds,
+             MeshReport &notes)
+      : body(input), header(declared), name(file), limits(bounds), report(notes) {}
 
   Mesh read() {
     // Both fit: the header was checked against limits and against the bytes there are.
@@ -170,24 +171,60 @@ public:
     for (const PlyElement &element : header.elements)
       for (uint64_t i = 0; i < element.count; i++) read_element(element, i);
     body.finish_file();
+    if (!of_corners.empty()) split_seams(mesh, of_corners, limits, name);
     return std::move(mesh);
   }
 
 private:
   void read_element(const PlyElement &element, uint64_t index) {
-    double position[3];
+    double numbers[5]; // x y z u v
+    bool has_texture = false;
+    pairs.clear();
     body.begin(element, index);
     for (const PlyProperty &property : element.properties) {
-      if (property.role == PlyRole::corners) {
+      switch (property.role) {
+      case PlyRole::corners:
         read_face(property, index);
-      } else if (property.role != PlyRole::unused) {
-        position[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] = body.real(property);
-      } else {
+        break;
+      case PlyRole::corner_texture:
+        for (uint64_t i = list_size(property); i; i--) pairs.push_back(body.real(property));
+        has_texture = true;
+        break;
+      case PlyRole::texture_number:
+        check_picture(body.integer(property, property.type), index);
+        break;
+      case PlyRole::unused:
         body.skip(property, property.is_list() ? list_size(property) : 1);
+        break;
+      default:
+        numbers[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] = body.real(property);
+        has_texture = has_texture || property.role == PlyRole::u;
       }
     }
-    if (element.name == "vertex") mesh.positions.insert(mesh.positions.end(), position, position + 3);
+    if (element.name == "vertex") {
+      mesh.positions.insert(mesh.positions.end(), numbers, numbers + 3);
+      if (has_texture) mesh.texture.insert(mesh.texture.end(), {numbers[3], 1 - numbers[4]});
+    } else if (has_texture) {
+      append_pairs(index);
+    }
     body.finish();
+  }
+
+  // The fan of append_fan again, u v for each of its corners. PLY counts v from the bottom of the picture.
+  void append_pairs(uint64_t index) {
+    if (pairs.size() != corners.size() * 2)
+      body.fail("face " + std::to_string(index) + ": expected " + std::to_string(corners.size() * 2) +
+                " numbers in texcoord, found " + std::to_string(pairs.size()));
+    for (size_t i = 1; i + 1 < corners.size(); i++)
+      for (const size_t corner : {size_t(0), i, i + 1})
+        of_corners.insert(of_corners.end(), {pairs[corner * 2], 1 - pairs[corner * 2 + 1]});
+  }
+
+  void check_picture(int64_t picture, uint64_t index) {
+    if (index == 0) first_picture = picture;
+    if (picture != first_picture)
+      body.fail("face " + std::to_string(index) + ": has texture " + std::to_string(picture) +
+                ", others have " + std::to_string(first_picture) + ": expected one atlas for all faces");
   }
 
   uint64_t list_size(const PlyProperty &property) {
@@ -217,42 +254,54 @@ private:
 
   Body &body;
   const PlyHeader &header;
+  const std::string &name;
   const fvv_limits &limits;
   MeshReport &report;
   Mesh mesh;
-  std::vector<uint32_t> corners;
+  std::vector<uint32_t> corners;  // of the last face
+  std::vector<double> pairs;      // of that
+  std::vector<double> of_corners; // u v for each corner of mesh.faces, or empty
+  int64_t first_picture = 0;
 };
 
 template <class Body>
 Mesh read_body(std::string_view bytes, const PlyHeader &header, const std::string &name,
                const fvv_limits &limits, MeshReport &report) {
   Body body(bytes.substr(header.size), header, name);
-  return BodyReader<Body>(body, header, limits, report).read();
+  return BodyReader<Body>(body, header, name, limits, report).read();
 }
 
 } // namespace
 
-Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits,
-               MeshReport *report) {
+Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
+               bool texture) {
   MeshReport ignored;
   const fvv_limits bounds = fvv_limits_or_default(limits);
-  const PlyHeader header = parse_ply_header(bytes, name, bounds);
+  const PlyHeader header = parse_ply_header(bytes, name, bounds, texture);
   const auto read = header.format == PlyFormat::ascii ? read_body<AsciiBody> : read_body<BinaryBody>;
   return read(bytes, header, name, bounds, report ? *report : ignored);
 }
 
 std::string format_ply(const Mesh &mesh, const std::string &name) {
   check_writable(mesh, name);
+  const bool has_texture = !mesh.texture.empty();
   const std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertex_count()) +
-      "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+      "\nproperty double x\nproperty double y\nproperty double z\n" +
+      (has_texture ? "property double s\nproperty double t\n" : "") + "element face " +
       std::to_string(mesh.face_count()) + "\nproperty list uchar int vertex_indices\nend_header\n";
   std::string out = header;
-  out.resize(header.size() + mesh.positions.size() * 8 + mesh.face_count() * 13);
+  out.resize(header.size() + (mesh.positions.size() + mesh.texture.size()) * 8 + mesh.face_count() * 13);
   auto *at = reinterpret_cast<uint8_t *>(&out[header.size()]);
-  for (const double coordinate : mesh.positions) {
-    fvv_put_f64(at, coordinate);
+  const auto put = [&](double number) {
+    fvv_put_f64(at, number);
     at += 8;
+  };
+  for (size_t vertex = 0; vertex < mesh.vertex_count(); vertex++) {
+    for (size_t axis = 0; axis < 3; axis++) put(mesh.positions[vertex * 3 + axis]);
+    if (!has_texture) continue;
+    put(mesh.texture[vertex * 2]);
+    put(1 - mesh.texture[vertex * 2 + 1]);
   }
   for (size_t i = 0; i < mesh.faces.size(); i++) {
     if (i % 3 == 0) *at++ = 3;

@@ -25,8 +25,8 @@ constexpr NamedType types[] = {
 
 class HeaderReader {
 public:
-  HeaderReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds)
-      : whole(bytes), rest(bytes), name(file), limits(bounds) {}
+  HeaderReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, bool with_texture)
+      : whole(bytes), rest(bytes), name(file), limits(bounds), wants_texture(with_texture) {}
 
   PlyHeader read() {
     next();
@@ -49,6 +49,7 @@ public:
     header.size = whole.size() - rest.size();
     header.lines = line;
     check_mesh();
+    if (wants_texture) find_texture();
     check_counts();
     return std::move(header);
   }
@@ -153,8 +154,8 @@ private:
     return role;
   }
 
-  const PlyElement &find(const char *element) const {
-    for (const PlyElement &candidate : header.elements)
+  PlyElement &find(const char *element) {
+    for (PlyElement &candidate : header.elements)
       if (candidate.name == element) return candidate;
     throw FileError(name + ": expected an element " + element + ", found none");
   }
@@ -191,6 +192,36 @@ private:
       }
   }
 
+  static PlyProperty *property_of(PlyElement &element, const char *property) {
+    for (PlyProperty &candidate : element.properties)
+      if (candidate.name == property) return &candidate;
+    return nullptr;
+  }
+
+  // Pairs of the corners tell seams apart, which those of the vertices cannot.
+  void find_texture() {
+    PlyElement &vertex = find("vertex"), &face = find("face");
+    if (PlyProperty *list = property_of(face, "texcoord")) {
+      line = face.line;
+      if (!list->is_list() || !list->type.is_float) fail("expected a list of floats for texcoord");
+      list->role = PlyRole::corner_texture;
+      PlyProperty *picture = property_of(face, "texnumber");
+      if (picture && !picture->is_list() && !picture->type.is_float) picture->role = PlyRole::texture_number;
+      return;
+    }
+    constexpr const char *pairs[][2] = {{"texture_u", "texture_v"}, {"s", "t"}, {"u", "v"}};
+    for (const auto &names : pairs) {
+      PlyProperty *u = property_of(vertex, names[0]), *v = property_of(vertex, names[1]);
+      if (!u || !v || u->is_list() || v->is_list()) continue;
+      u->role = PlyRole::u;
+      v->role = PlyRole::v;
+      return;
+    }
+    line = vertex.line;
+    fail("expected texture coordinates: properties s and t, u and v or texture_u and texture_v of the "
+         "vertices, or a list texcoord of the faces; found none");
+  }
+
   // The fewest bytes that one element can take. In ASCII every value takes a digit and a separator.
   uint64_t smallest(const PlyElement &element) const {
     uint64_t bytes = 0;
@@ -221,14 +252,16 @@ private:
   std::string_view whole, rest, text;
   const std::string &name;
   const fvv_limits &limits;
+  const bool wants_texture;
   uint64_t line = 0;
   PlyHeader header = {};
 };
 
 } // namespace
 
-PlyHeader parse_ply_header(std::string_view bytes, const std::string &name, const fvv_limits &limits) {
-  return HeaderReader(bytes, name, limits).read();
+PlyHeader parse_ply_header(std::string_view bytes, const std::string &name, const fvv_limits &limits,
+                           bool texture) {
+  return HeaderReader(bytes, name, limits, texture).read();
 }
 
 } // namespace fvv::capture

@@ -18,7 +18,7 @@ struct PlyType {
 };
 
 // What a property is to a mesh. unused ones are skipped.
-enum class PlyRole { unused, x, y, z, corners };
+enum class PlyRole { unused, x, y, z, u, v, corners, corner_texture, texture_number };
 
 struct PlyProperty {
   std::string name;
@@ -44,6 +44,8 @@ struct PlyHeader {
   uint64_t lines;                    // lines up to the body
 };
 
-PlyHeader parse_ply_header(std::string_view bytes, const std::string &name, const fvv_limits &limits);
+// texture: texture coordinates have to be there; else their properties are unused.
+PlyHeader parse_ply_header(std::string_view bytes, const std::string &name, const fvv_limits &limits,
+                           bool texture);
 
 } // namespace fvv::capture

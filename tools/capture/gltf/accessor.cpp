@@ -36,6 +36,8 @@ const Rule &rule_of(Purpose purpose) {
       {"SCALAR", any_unsigned, "indices as SCALAR of uint8, uint16 or uint32"},
       {"VEC3", floats | normalised_integers | integers,
        "positions as VEC3 of float32, int8, uint8, int16 or uint16"},
+      {"VEC2", floats | normalised_integers | integers,
+       "texture coordinates as VEC2 of float32, int8, uint8, int16 or uint16"},
       {"VEC3", floats | normalised_integers | integers,
        "displacements as VEC3 of float32, int8, uint8, int16 or uint16"},
       {"VEC4", small_unsigned, "joints as VEC4 of uint8 or uint16"},
@@ -160,6 +162,7 @@ Layout accessor_layout(const Container &container, const JsonValue &reference, P
                   accessor.at("type").found() + " of " + name_of(static_cast<unsigned>(type)));
   return {static_cast<uint64_t>(accessor.at("count").integer(1, UINT32_MAX)),
           shape == "SCALAR" ? 1u
+          : shape == "VEC2" ? 2u
           : shape == "VEC3" ? 3u
           : shape == "VEC4" ? 4u
                             : 16u,

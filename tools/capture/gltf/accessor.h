@@ -12,6 +12,7 @@ namespace fvv::capture::gltf {
 enum class Purpose {
   indices,
   positions,     // also by KHR_mesh_quantization
+  texture,       // coordinates, also by KHR_mesh_quantization
   displacements, // of morph targets, also by KHR_mesh_quantization
   joints,
   weights,

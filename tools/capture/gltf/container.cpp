@@ -18,6 +18,7 @@ constexpr uint32_t glb_version = 2, type_json = 0x4e4f534a, type_bin = 0x004e494
 
 // As for other mesh files: a scene at the default limits stays far below.
 constexpr uint64_t max_buffer_bytes = uint64_t(1) << 30;
+constexpr uint64_t max_image_bytes = uint64_t(1) << 28; // a PNG of 8192 x 8192 that does not compress
 
 // Numbers that accessors may hold together: one for every byte is what honest files have at most, four leaves
 // room for accessors that share bytes, and the constant for accessors that have none.
@@ -155,14 +156,22 @@ std::string_view Container::buffer(const JsonValue &reference) {
   if (known != loaded.end()) return known->second;
   if (size > max_buffer_bytes || buffer_bytes + size > max_buffer_bytes)
     buffer.fail("expected buffers of at most " + std::to_string(max_buffer_bytes) + " bytes together");
-  std::string bytes = load(*uri, size);
+  // Some writers pad a buffer's file; more than that is another file.
+  constexpr uint64_t padding = 4096;
+  std::string bytes = load(*uri, size + padding);
   check(bytes.size());
   bytes.resize(static_cast<size_t>(size));
   buffer_bytes += size;
   return loaded.emplace(index, std::move(bytes)).first->second;
 }
 
-std::string Container::load(const JsonValue &uri, uint64_t size) const {
+std::string Container::image(size_t index) {
+  const JsonValue image = root().at("images").item(index);
+  if (const auto uri = image.find("uri")) return load(*uri, max_image_bytes);
+  return std::string(view(image.at("bufferView")).bytes);
+}
+
+std::string Container::load(const JsonValue &uri, uint64_t limit) const {
   const std::string text = uri.text();
   if (is_data_uri(text)) {
     std::optional<std::string> bytes = data_uri(text);
@@ -171,10 +180,8 @@ std::string Container::load(const JsonValue &uri, uint64_t size) const {
   }
   const std::optional<std::string> name = relative_file(text);
   if (!name) uri.fail("expected a data: URI or a file below the folder of this one, found " + uri.found());
-  // Some writers pad a buffer's file; more than that is another file.
-  constexpr uint64_t padding = 4096;
   try {
-    return read_file((std::filesystem::path(file).parent_path() / *name).string(), size + padding);
+    return read_file((std::filesystem::path(file).parent_path() / *name).string(), limit);
   } catch (const FileError &error) {
     uri.fail(error.what());
   }

@@ -1,6 +1,6 @@
 // capture/gltf/container.h: the outer shell of glTF 2.0 (clauses 2 to 4 of the Khronos specification): the
 // JSON text, alone or in a GLB, and the bytes of buffers, be they in the GLB, in data: URIs or in files
-// beside it. Knows ranges of bytes; knows no accessor, mesh or animation. Images are never looked at.
+// beside it. Knows ranges of bytes; knows no accessor, mesh or animation, and looks into no image.
 //
 // Debian's one small library for glTF, tinygltf 2.7, is not used: it takes the last of two equal keys,
 // replaces values of the wrong type by defaults, checks no range of a view or an accessor, and opens "../" in
@@ -34,6 +34,9 @@ public:
   // reference: an index among bufferViews. Reads the buffer when it is asked for the first time.
   View view(const JsonValue &reference);
 
+  // The bytes of an item of images: PNG or JPEG, if the file keeps to the specification.
+  std::string image(size_t index);
+
   // Called before count numbers are taken out of the file. Accessors may share bytes or have none at all
   // (then they are zero), so that a small file could ask for any amount of memory.
   void charge(const JsonValue &place, uint64_t count);
@@ -43,7 +46,7 @@ private:
   void check_version() const;
   void check_extensions() const;
   std::string_view buffer(const JsonValue &reference);
-  std::string load(const JsonValue &uri, uint64_t size) const;
+  std::string load(const JsonValue &uri, uint64_t limit) const;
 
   const std::string &file;
   nlohmann::json document;

@@ -76,6 +76,7 @@ private:
         blend(joints[node.skin], primitive, vertex, point, moved);
       mesh.positions.insert(mesh.positions.end(), moved, moved + 3);
     }
+    mesh.texture.insert(mesh.texture.end(), primitive.texture.begin(), primitive.texture.end());
     // Clause 3.7.4: the sign of the determinant decides which way a face turns. A skinned mesh does not
     // follow its node.
     const bool mirrored = node.skin == none && place.determinant() < 0;

@@ -15,12 +15,13 @@ public:
   PrimitiveReader(Container &source, const JsonValue &value)
       : container(source), json(value), attributes(value.at("attributes")) {}
 
-  Primitive read(int64_t mode) {
+  Primitive read(int64_t mode, bool texture) {
     if (const auto extensions = json.find("extensions"))
       if (extensions->find("KHR_draco_mesh_compression"))
         json.fail("is compressed by KHR_draco_mesh_compression, which is not supported");
     out.positions = accessor_numbers(container, attributes.at("POSITION"), Purpose::positions);
     read_triangles(mode);
+    if (texture) read_texture();
     read_joints();
     if (const auto targets = json.find("targets"))
       for (size_t i = 0; i < targets->size(); i++) read_target(targets->item(i));
@@ -66,6 +67,14 @@ private:
           .fail("expected an element for each of " + std::to_string(out.vertex_count()) +
                 " vertices, found " + std::to_string(numbers.size() / width));
     return numbers;
+  }
+
+  void read_texture() {
+    const BaseColour colour = read_base_colour(container, json);
+    const std::string key = "TEXCOORD_" + std::to_string(colour.set);
+    out.texture = per_vertex(attributes.at(key.c_str()), Purpose::texture, 2);
+    colour.transform(out.texture);
+    out.image = colour.image;
   }
 
   void read_joints() {
@@ -116,7 +125,7 @@ private:
 
 } // namespace
 
-MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report) {
+MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, bool texture) {
   MeshData out;
   out.used = true;
   const JsonValue primitives = mesh.at("primitives");
@@ -129,7 +138,7 @@ MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport 
       report.lines_and_points++;
       continue;
     }
-    out.primitives.push_back(PrimitiveReader(container, primitive).read(mode));
+    out.primitives.push_back(PrimitiveReader(container, primitive).read(mode, texture));
     const size_t found = out.primitives.back().targets.size();
     if (out.primitives.size() > 1 && found != targets)
       primitive.fail("expected " + std::to_string(targets) + " targets as in the first primitive, found " +

@@ -14,8 +14,8 @@ constexpr uint64_t max_targets = uint64_t(1) << 20;
 
 class SceneReader {
 public:
-  SceneReader(std::string_view bytes, const std::string &path, const fvv_limits &bounds)
-      : container(bytes, path), root(container.root()), limits(bounds) {
+  SceneReader(std::string_view bytes, const std::string &path, const fvv_limits &bounds, Texture wanted)
+      : container(bytes, path), root(container.root()), limits(bounds), texture(wanted) {
     scene.file = path;
   }
 
@@ -31,6 +31,7 @@ public:
     scene.skins.resize(count_of("skins"));
     for (const uint32_t node : scene.drawn) read_drawn(node);
     if (faces == 0) root.fail("expected a scene with at least one triangle, found none");
+    if (texture != Texture::skipped) read_image();
     if (!std::holds_alternative<NoAnimation>(choice)) read_animation(choose(choice));
     return std::move(scene);
   }
@@ -128,7 +129,9 @@ private:
     Node &node = scene.nodes[index];
     const JsonValue json = node_json(index);
     MeshData &mesh = scene.meshes[node.mesh];
-    if (!mesh.used) mesh = read_mesh_data(container, container.item("meshes", json.at("mesh")), scene.report);
+    if (!mesh.used)
+      mesh = read_mesh_data(container, container.item("meshes", json.at("mesh")), scene.report,
+                            texture != Texture::skipped);
     if (const auto weights = json.find("weights")) {
       for (size_t i = 0; i < mesh.weights.size(); i++)
         node.weights.push_back(weights->items(mesh.weights.size(), i).number());
@@ -154,6 +157,24 @@ private:
         json.fail("expected a scene of at most " + std::to_string(limits.max_vertices) + " vertices and " +
                   std::to_string(limits.max_faces) + " triangles");
     }
+  }
+
+  // One atlas for the whole scene: texture coordinates of another picture would mean nothing on it.
+  void read_image() {
+    std::optional<std::optional<int64_t>> image;
+    for (const uint32_t node : scene.drawn)
+      for (const Primitive &primitive : scene.meshes[scene.nodes[node].mesh].primitives) {
+        if (!image) image = primitive.image;
+        if (primitive.image == *image) continue;
+        const auto text = [](const std::optional<int64_t> &index) {
+          return index ? "image " + std::to_string(*index) : std::string("none");
+        };
+        node_json(node).fail("expected one base colour image in the whole scene, found " + text(*image) +
+                             " and " + text(primitive.image) + ": bake one atlas of them");
+      }
+    if (texture != Texture::picture) return;
+    if (!*image) root.fail("expected a material with a baseColorTexture, found none");
+    scene.picture = container.image(static_cast<size_t>(**image));
   }
 
   void read_skin(const JsonValue &json, Skin &skin) {
@@ -236,6 +257,7 @@ private:
   Container container;
   const JsonValue root;
   const fvv_limits &limits;
+  const Texture texture;
   Scene scene;
   uint64_t vertices = 0, faces = 0, targets = 0; // as drawn
 };
@@ -243,8 +265,8 @@ private:
 } // namespace
 
 Scene read_scene(std::string_view bytes, const std::string &path, const AnimationChoice &choice,
-                 const fvv_limits &limits) {
-  return SceneReader(bytes, path, limits).read(choice);
+                 const fvv_limits &limits, Texture texture) {
+  return SceneReader(bytes, path, limits, texture).read(choice);
 }
 
 } // namespace fvv::capture::gltf

@@ -28,11 +28,13 @@ struct Influence {
 
 struct Primitive {
   std::vector<double> positions;            // 3 per vertex
+  std::vector<double> texture;              // 2 per vertex, or empty: nobody asked
   std::vector<uint32_t> triangles;          // 3 vertices each
   std::vector<std::vector<double>> targets; // displacements like positions; empty: all zero
   std::vector<size_t> first; // influences of vertex v: first[v] to first[v + 1]; empty: no joints
   std::vector<Influence> influences;
-  uint32_t joint_count = 0; // 1 + the highest joint
+  uint32_t joint_count = 0;     // 1 + the highest joint
+  std::optional<int64_t> image; // of the base colour, if the texture was asked for and the material has one
 
   size_t vertex_count() const { return positions.size() / 3; }
 };
@@ -57,6 +59,7 @@ struct Scene {
   std::vector<Skin> skins;
   std::vector<Channel> channels; // of the chosen animation
   MeshReport report;
+  std::string picture; // bytes of the base colour image, if it was asked for
 };
 
 // Which animation of a file: none, or the only one, or one by index or name.
@@ -64,12 +67,26 @@ struct NoAnimation {};
 struct OnlyAnimation {};
 using AnimationChoice = std::variant<NoAnimation, OnlyAnimation, int64_t, std::string>;
 
+// How a surface looks: nobody asks; texture coordinates of one atlas, which have to be there; its picture as
+// well.
+enum class Texture { skipped, coordinates, picture };
+
 // bytes: the whole file. path: what messages call it, and where its buffers lie. FileError "path: POINTER:
 // what". limits: max_vertices and max_faces hold for the scene as drawn.
 Scene read_scene(std::string_view bytes, const std::string &path, const AnimationChoice &choice,
-                 const fvv_limits &limits);
+                 const fvv_limits &limits, Texture texture = Texture::skipped);
 
 // One item of meshes (primitive.cpp).
-MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report);
+MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, bool texture);
+
+// What the material of a primitive says of its base colour (material.cpp).
+struct BaseColour {
+  std::optional<int64_t> image;             // index among images
+  int64_t set = 0;                          // of texture coordinates: TEXCOORD_0, ...
+  double scale[2] = {1, 1}, offset[2] = {}; // of these, by KHR_texture_transform
+
+  void transform(std::vector<double> &texture) const;
+};
+BaseColour read_base_colour(const Container &container, const JsonValue &primitive);
 
 } // namespace fvv::capture::gltf
