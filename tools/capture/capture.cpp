@@ -40,6 +40,11 @@ std::string Capture::mask_path(const Camera &camera, int64_t frame) const {
   return resolve(camera.masks.value().file(frame));
 }
 
+std::string Capture::atlas_path(int64_t frame) const {
+  const Atlas &source = atlas.value();
+  return source.pictures ? resolve(source.pictures->file(frame)) : mesh_path(frame);
+}
+
 double Capture::animation_time(int64_t frame) const {
   const MeshAnimation &source = *animation;
   const int64_t index = (frame - source.first) / frames.step;
@@ -50,11 +55,17 @@ double Capture::animation_time(int64_t frame) const {
 
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, MeshReport *report) {
   const std::string path = capture.mesh_path(frame);
+  const bool texture = capture.atlas.has_value();
   Mesh mesh = capture.animation
-                  ? capture.animation->mesh(path, capture.animation_time(frame), limits, report, false)
-                  : read_mesh(path, limits, report);
+                  ? capture.animation->mesh(path, capture.animation_time(frame), limits, report, texture)
+                  : read_mesh(path, limits, report, texture);
   for (double &coordinate : mesh.positions) coordinate *= capture.metres_per_unit;
   return mesh;
+}
+
+std::string load_embedded_atlas(const Capture &capture, int64_t frame) {
+  const std::string path = capture.mesh_path(frame);
+  return parse_gltf_picture(read_file(path, max_mesh_file), path);
 }
 
 } // namespace fvv::capture

@@ -36,6 +36,13 @@ struct Camera {
   fvv_camera calibration_at(int64_t frame) const;
 };
 
+// Pictures that the texture coordinates of the meshes address, one per frame, all of one size.
+struct Atlas {
+  std::optional<Pattern> pictures; // nothing: the base colour images of glTF files
+  std::optional<uint32_t>
+      texture_bits; // of texture indices in the stream that this comes from, or is meant for
+};
+
 // Frame i has the number first + i * step in file names.
 struct Frames {
   int64_t first = 0, count = 1, step = 1;
@@ -57,6 +64,7 @@ struct Capture {
   // There when one file holds all meshes: meshes names that file then, whatever the frame. Copies share what
   // was read.
   std::shared_ptr<const MeshAnimation> animation;
+  std::optional<Atlas> atlas; // only with meshes
   std::vector<Camera> cameras;
 
   // Where the files of a frame number lie; of a video, whatever the frame, its own. The pattern must be there
@@ -64,6 +72,8 @@ struct Capture {
   std::string mesh_path(int64_t frame) const;
   std::string picture_path(const Camera &camera, int64_t frame) const;
   std::string mask_path(const Camera &camera, int64_t frame) const;
+  // Of the picture of the atlas, which must be there; where it is in the mesh's file, of that.
+  std::string atlas_path(int64_t frame) const;
   // Seconds from the beginning of the animation, which must be there, to a frame number.
   double animation_time(int64_t frame) const;
   // A name that a pattern yields, resolved against the folder of capture.json.
@@ -82,9 +92,13 @@ Capture parse_capture(std::string_view bytes, const std::string &path);
 std::string format_capture(const Capture &capture);
 void write_capture(const Capture &capture, const std::string &path);
 
-// The mesh of a frame number, in metres. Several threads may call it for one capture.
+// The mesh of a frame number, in metres, with texture coordinates when the capture has an atlas. Several
+// threads may call it for one capture.
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr);
+
+// The bytes of the base colour image that the glTF file of a frame number brings along.
+std::string load_embedded_atlas(const Capture &capture, int64_t frame);
 
 // Width and height of a picture, from its header. Throws any std::exception for a file that is no picture.
 struct PictureSize {
@@ -108,9 +122,9 @@ struct Findings {
 
 // Looks at every file that a capture names, before any work starts: missing or empty files, pictures and
 // masks whose size is not the camera's (probe empty: not looked at), files of frames before the first or
-// behind the last (unused), two cameras with the same pictures. An animated file is read: what is wrong
-// with it is a problem, frames behind its end are a warning. So is every video (video_probe empty: only
-// whether it is there); frames for which it has no picture are a warning.
+// behind the last (unused), two cameras with the same pictures, pictures of an atlas that differ in size. An
+// animated file is read: what is wrong with it is a problem, frames behind its end are a warning. So is every
+// video (video_probe empty: only whether it is there); frames for which it has no picture are a warning.
 Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe = {});
 
 } // namespace fvv::capture

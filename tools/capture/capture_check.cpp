@@ -34,6 +34,12 @@ public:
       animated_file();
     else if (capture.meshes)
       sequence("", "meshes", *capture.meshes, nullptr);
+    if (capture.atlas && capture.atlas->pictures) {
+      // Texture coordinates are for the pixels as they are stored, whatever Exif says.
+      constexpr int stored = 0;
+      const std::optional<PictureSize> size = first_size(*capture.atlas->pictures);
+      sequence("atlas: ", "pictures", *capture.atlas->pictures, size ? &*size : nullptr, stored);
+    }
     for (const Camera &camera : capture.cameras) {
       const std::string subject = "camera " + std::to_string(camera.calibration.id) + ": ";
       if (camera.pictures) source(subject, "pictures", *camera.pictures, camera);
@@ -46,15 +52,27 @@ public:
 private:
   void source(const std::string &subject, const std::string &kind, const PictureSource &pictures,
               const Camera &camera) {
+    const PictureSize size = {camera.calibration.width, camera.calibration.height};
     if (pictures.video)
       check_video(capture, camera, kind, pictures, video_probe, findings);
     else
-      sequence(subject, kind, *pictures.pattern, &camera.calibration, pictures.rotate);
+      sequence(subject, kind, *pictures.pattern, &size, pictures.rotate);
   }
 
-  // kind: a plural. camera: whose size the pictures must have; NULL: these are no pictures.
+  // Of the first frame's picture. Nothing where there is no probe; 0 x 0, which nothing is held against,
+  // where it cannot read that picture.
+  std::optional<PictureSize> first_size(const Pattern &pattern) const {
+    if (!probe) return std::nullopt;
+    try {
+      return probe(capture.resolve(pattern.file(capture.frames.first)));
+    } catch (const std::exception &) {
+      return PictureSize{0, 0}; // sequence() meets and tells what is wrong with it
+    }
+  }
+
+  // kind: a plural. expected: size that the pictures must have; NULL: these are no pictures.
   void sequence(const std::string &subject, const std::string &kind, const Pattern &pattern,
-                const fvv_camera *camera, std::optional<int> rotate = {}) {
+                const PictureSize *expected, std::optional<int> rotate = {}) {
     Tally missing, empty, unreadable, unlike, turned;
     Gaps gaps(capture.frames.step);
     for (int64_t i = 0; i < capture.frames.count; i++) {
@@ -68,29 +86,29 @@ private:
         unreadable.add(file + ": permission denied");
       else if (fs::file_size(path, error) == 0)
         empty.add(file);
-      else if (camera && probe)
-        check_size(file, path, *camera, rotate, unreadable, unlike, turned);
+      else if (expected && probe)
+        check_size(file, path, *expected, rotate, unreadable, unlike, turned);
     }
     if (missing.count)
       findings.problems.push_back(counted(subject, kind, missing, "missing") + ": " + gaps.text() +
                                   " (first: " + missing.first + ")");
     report(subject, kind, empty, "empty");
     report(subject, kind, unreadable, "unreadable");
-    if (camera)
+    if (expected)
       report(subject, kind, unlike,
-             "not " + std::to_string(camera->width) + " x " + std::to_string(camera->height));
+             "not " + std::to_string(expected->width) + " x " + std::to_string(expected->height));
     if (turned.count)
       findings.warnings.push_back(counted(subject, kind, turned, "turned by their Exif orientation") +
                                   ", which is ignored unless \"rotate\" is stated, first: " + turned.first);
     extra_frames(subject, kind, pattern);
   }
 
-  void check_size(const std::string &file, const std::string &path, const fvv_camera &camera,
+  void check_size(const std::string &file, const std::string &path, const PictureSize &expected,
                   std::optional<int> rotate, Tally &unreadable, Tally &unlike, Tally &turned) const {
     try {
       PictureSize size = probe(path);
       if (rotate && *rotate % 180) std::swap(size.width, size.height);
-      if (size.width != camera.width || size.height != camera.height)
+      if (expected.width && (size.width != expected.width || size.height != expected.height))
         unlike.add(file + " is " + std::to_string(size.width) + " x " + std::to_string(size.height));
       if (size.orientation != 1 && !rotate)
         turned.add(file + " has orientation " + std::to_string(size.orientation));
@@ -115,7 +133,7 @@ private:
     const Frames &frames = capture.frames;
     double end;
     try {
-      end = capture.animation->end(capture.mesh_path(frames.first), false);
+      end = capture.animation->end(capture.mesh_path(frames.first), capture.atlas.has_value());
     } catch (const FileError &error) {
       findings.problems.push_back(std::string("meshes: ") + error.what());
       return;

@@ -104,6 +104,26 @@ void read_meshes(const JsonValue &value, Capture &capture) {
   capture.meshes = read_pattern(value.at("pattern"), capture.frames);
 }
 
+// Behind the meshes, whose texture coordinates it is for.
+Atlas read_atlas(const JsonValue &value, const Capture &capture) {
+  value.allow_keys({"pictures", "embedded", "texture_bits"});
+  if (!capture.meshes) value.fail("expected meshes wherever there is an atlas");
+  Atlas atlas;
+  const auto pictures = value.find("pictures"), embedded = value.find("embedded");
+  if (!pictures == !embedded)
+    value.fail(std::string("expected pictures or embedded, found ") + (pictures ? "both" : "neither"));
+  if (pictures) {
+    atlas.pictures = read_pattern(*pictures, capture.frames);
+  } else {
+    if (!embedded->boolean()) embedded->fail("expected true, or pictures in its place");
+    if (!is_gltf(capture.meshes->text()))
+      embedded->fail("expected meshes in .glb or .gltf files, found \"" + capture.meshes->text() + "\"");
+  }
+  if (const auto bits = value.find("texture_bits"))
+    atlas.texture_bits = static_cast<uint32_t>(bits->integer(1, FVV_TEXTURE_BITS_MAX));
+  return atlas;
+}
+
 } // namespace
 
 Capture parse_capture(std::string_view bytes, const std::string &path) {
@@ -114,7 +134,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   if (version.integer(1, INT32_MAX) != 1)
     version.fail("expected version 1 of the capture description, found " + version.found());
   root.allow_keys({"fvv_capture", "name", "frame_rate", "frames", "units", "up", "lattice", "conventions",
-                   "meshes", "cameras"});
+                   "meshes", "atlas", "cameras"});
   Capture capture;
   capture.path = path;
   if (const auto name = root.find("name")) capture.name = name->text();
@@ -133,6 +153,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
     }
   }
   if (const auto meshes = root.find("meshes")) read_meshes(*meshes, capture);
+  if (const auto atlas = root.find("atlas")) capture.atlas = read_atlas(*atlas, capture);
   if (const auto cameras = root.find("cameras")) read_cameras(*cameras, capture, pixel_centre);
   bool content = capture.meshes.has_value();
   for (const Camera &camera : capture.cameras) content = content || camera.pictures;

@@ -89,6 +89,12 @@ std::string meshes_text(const Capture &capture) {
          std::to_string(animation.start.denominator) + "\"}";
 }
 
+std::string atlas_text(const Atlas &atlas) {
+  std::string out = atlas.pictures ? "{\"pictures\": " + text(atlas.pictures->text()) : "{\"embedded\": true";
+  if (atlas.texture_bits) out += ", \"texture_bits\": " + std::to_string(*atlas.texture_bits);
+  return out + "}";
+}
+
 } // namespace
 
 std::string format_capture(const Capture &capture) {
@@ -122,6 +128,7 @@ std::string format_capture(const Capture &capture) {
     out += ",\n  \"lattice\": {\"origin\": " + list(capture.lattice->origin, 3) +
            ", \"step\": " + number(capture.lattice->step) + "}";
   if (capture.meshes) out += ",\n  \"meshes\": " + meshes_text(capture);
+  if (capture.atlas) out += ",\n  \"atlas\": " + atlas_text(*capture.atlas);
   out += ",\n  \"cameras\": [";
   for (size_t i = 0; i < capture.cameras.size(); i++)
     out += (i ? ",\n" : "\n") + camera_text(capture.cameras[i]);
