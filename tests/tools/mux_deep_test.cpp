@@ -70,9 +70,10 @@ TEST_CASE("10 bits keep what pictures of 16 bits have between the codes of 8") {
     }
     // The summary's figures are those of the picture, at a peak of white.
     REQUIRE(summary.verdict);
-    CHECK(summary.verdict->pictures == 5);
-    CHECK(std::abs(summary.verdict->luma.psnr() - summary.plan.video.sample_psnr) < 3);
-    CHECK(std::abs(media::psnr_luma(tile, deep_picture_of(0, 0)) - summary.plan.video.sample_psnr) < 6);
+    CHECK(summary.verdict->videos[0].pictures == 5);
+    CHECK(std::abs(summary.verdict->videos[0].luma.psnr() - summary.plan.tracks[0].choice.sample_psnr) < 3);
+    CHECK(std::abs(media::psnr_luma(tile, deep_picture_of(0, 0)) -
+                   summary.plan.tracks[0].choice.sample_psnr) < 6);
   }
 }
 
@@ -89,9 +90,9 @@ TEST_CASE("a PSNR of 10 bits is asked for, found and verified as one of 8 is") {
     options.flat_background = true;
     options.verify = true;
     const mux::Summary summary = mux::mux(options);
-    CHECK(summary.plan.video.masks);
-    CHECK(summary.plan.video.sample_psnr >= 40);
-    CHECK(summary.plan.video.sample_psnr < 43);
+    CHECK(summary.plan.tracks[0].choice.masks);
+    CHECK(summary.plan.tracks[0].choice.sample_psnr >= 40);
+    CHECK(summary.plan.tracks[0].choice.sample_psnr < 43);
     CHECK(mux::summary_json(summary).at("video").at("bit_depth") == bits);
     CHECK(mux::summary_text(summary).find(", " + std::to_string(bits) + " bits, 3 tiles") !=
           std::string::npos);
@@ -110,7 +111,7 @@ TEST_CASE("pictures of 8 bits may go into 10") {
   options.codec = FVV_CODEC_AV01;
   options.bit_depth = 10;
   options.verify = true;
-  CHECK(mux::mux(options).verdict->luma.psnr() > 40);
+  CHECK(mux::mux(options).verdict->videos[0].luma.psnr() > 40);
 }
 
 TEST_CASE("a bit depth is refused where a codec does not have it, before any work") {

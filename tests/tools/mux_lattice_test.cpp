@@ -174,9 +174,9 @@ TEST_CASE("options in all their spellings") {
   CHECK(parse_tile("480x270").width == 480);
   for (const char *wrong : {"480", "480x", "x270", "0x270", "480x16385", "480X270", "480x270x3", "-1x2"})
     CHECK(!usage_error([&] { parse_tile(wrong); }).empty());
-  CHECK(parse_scale("0.5") == 0.5);
+  CHECK(parse_scale("--scale", "0.5") == 0.5);
   for (const char *wrong : {"0", "1.01", "-0.5", "half", ""})
-    CHECK(!usage_error([&] { parse_scale(wrong); }).empty());
+    CHECK(!usage_error([&] { parse_scale("--scale", wrong); }).empty());
   CHECK(parse_frames("3-3").last == 3);
   CHECK(parse_frames("3..7").last == 7);
   for (const char *wrong : {"3", "7-3", "-3", "3-", "..", "3...7", "a-b", "1-9999999999"})

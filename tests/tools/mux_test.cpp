@@ -93,7 +93,7 @@ TEST_CASE("a stream holds what the capture holds") {
     }
   }
   CHECK(error.psnr() > 37);
-  CHECK(summary.plan.video.sample_psnr >= 38);
+  CHECK(summary.plan.tracks[0].choice.sample_psnr >= 38);
 }
 
 TEST_CASE("within a frame the mesh comes first, and every group begins with key chunks") {
@@ -162,8 +162,8 @@ TEST_CASE("JPEG samples are files of their own, of the quality asked for") {
   }
   options.quality = {false, 95};
   const mux::Summary fine = mux::mux(options);
-  CHECK(fine.video.payload > coarse.video.payload);
-  CHECK(fine.plan.video.sample_psnr > coarse.plan.video.sample_psnr);
+  CHECK(fine.videos[0].payload > coarse.videos[0].payload);
+  CHECK(fine.plan.tracks[0].choice.sample_psnr > coarse.plan.tracks[0].choice.sample_psnr);
 }
 
 TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 pixels") {
@@ -175,7 +175,7 @@ TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 
   options.codec = FVV_CODEC_JPEG;
   options.flat_background = true;
   const mux::Summary summary = mux::mux(options);
-  CHECK(summary.plan.video.masks);
+  CHECK(summary.plan.tracks[0].choice.masks);
   Stream stream(options.output);
   const media::Image tile = media::extract(stream.pictures()[0], stream.configuration().videos[0].tiles[0]);
   const media::Image source = picture_of(0, 64, 48, 0);
@@ -200,7 +200,7 @@ TEST_CASE("unlike cameras, scaled: tiles say the scale, cameras keep their size"
   options.verify = true;
   options.quality.value = 36;
   const mux::Summary summary = mux::mux(options);
-  CHECK(summary.verdict->pictures == 5);
+  CHECK(summary.verdict->videos[0].pictures == 5);
   Stream stream(options.output);
   const fvv_configuration &configuration = stream.configuration();
   REQUIRE(configuration.videos[0].tile_count == 3);
@@ -280,7 +280,7 @@ TEST_CASE("verification finds another mesh, another picture, another camera") {
   CHECK(summary.verdict->max_vertex_error > 0);
   CHECK(summary.verdict->max_vertex_error <= 0.5 * step * (1 + 1e-9));
   CHECK(summary.verdict->max_reprojection == 0);
-  CHECK(summary.verdict->min_psnr > 35);
+  CHECK(summary.verdict->videos[0].min_psnr > 35);
   const auto complaint = [&] {
     try {
       mux::verify(summary.plan);

@@ -22,12 +22,14 @@ capture::Mesh load_canonical(const Plan &plan, size_t i, fvv_mesh &mesh, MeshFra
   const int64_t number = plan.capture.frames.number(int64_t(i));
   capture::Mesh source = capture::load_mesh(plan.capture, number, nullptr, &frame.source);
   const fvv_mesh_source borrowed = {source.positions.data(), source.faces.data(), source.vertex_count(),
-                                    source.face_count(), nullptr};
+                                    source.face_count(),
+                                    source.texture.empty() ? nullptr : source.texture.data()};
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
   std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);
   options.lattice_step = plan.lattice.lattice.step;
   options.min_component_faces = plan.options.min_component;
+  options.texture_bits = plan.texture_bits;
   frame.report.struct_size = sizeof frame.report;
   fvv_diagnostic diagnostic = {};
   cli::check(fvv_mesh_canonicalise(&borrowed, &options, nullptr, &mesh, &frame.report, &diagnostic),
@@ -49,14 +51,32 @@ MeshFrame encode_mesh(const Plan &plan, size_t i) {
   return frame;
 }
 
-template <class Sample> Picture<Sample> load_picture(const Plan &plan, size_t i, bool with_mask) {
+template <class Sample> media::BasicImage<Sample> load_atlas(const capture::Capture &capture, int64_t frame) {
+  const std::string path = capture.atlas_path(frame);
+  if (capture.atlas->pictures) return media::read_image<Sample>(path, 3);
+  const std::string bytes = capture::load_embedded_atlas(capture, frame);
+  return media::decode_image<Sample>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3, path);
+}
+
+template <class Sample>
+Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask) {
   const capture::Capture &capture = plan.capture;
-  const Tiling &tiling = plan.tiling;
+  const Tiling &tiling = track.tiling;
   const bool flat_background = plan.options.flat_background;
   const int64_t number = capture.frames.number(int64_t(i));
   std::vector<media::BasicImage<Sample>> images;
   std::vector<media::Image> masks;
   bool masked = false;
+  if (track.is_atlas()) {
+    images.push_back(load_atlas<Sample>(capture, number));
+    masks.emplace_back();
+    const fvv_rect &whole = tiling.tiles[0].source;
+    if (images[0].width != whole.width || images[0].height != whole.height)
+      throw cli::Failure(capture.atlas_path(number) + ": frame " + std::to_string(number) +
+                         ": expected an atlas of " + std::to_string(whole.width) + " x " +
+                         std::to_string(whole.height) + " as in the first frame, found " +
+                         std::to_string(images[0].width) + " x " + std::to_string(images[0].height));
+  }
   for (const size_t index : tiling.cameras) {
     const capture::Camera &camera = capture.cameras[index];
     images.push_back(plan.videos->read<Sample>(capture, *camera.pictures, number, 3));
@@ -76,16 +96,18 @@ template <class Sample> Picture<Sample> load_picture(const Plan &plan, size_t i,
   }
 }
 
-template Picture<uint8_t> load_picture(const Plan &, size_t, bool);
-template Picture<uint16_t> load_picture(const Plan &, size_t, bool);
+template Picture<uint8_t> load_picture(const Plan &, const VideoTrack &, size_t, bool);
+template Picture<uint16_t> load_picture(const Plan &, const VideoTrack &, size_t, bool);
 
 namespace {
 
-template <class Sample> media::EncodedGroup encode_as(const Plan &plan, size_t first, size_t count) {
+template <class Sample>
+media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
   std::vector<media::BasicImage<Sample>> images;
-  for (size_t i = first; i < first + count; i++) images.push_back(load_picture<Sample>(plan, i, false).image);
+  for (size_t i = first; i < first + count; i++)
+    images.push_back(load_picture<Sample>(plan, track, i, false).image);
   try {
-    return media::encode_group(plan.video.settings, images);
+    return media::encode_group(track.choice.settings, images);
   } catch (const media::Error &error) {
     const capture::Frames &frames = plan.capture.frames;
     throw cli::Failure(plan.capture.path + ": frames " + std::to_string(frames.number(int64_t(first))) +
@@ -96,9 +118,9 @@ template <class Sample> media::EncodedGroup encode_as(const Plan &plan, size_t f
 
 } // namespace
 
-media::EncodedGroup encode_pictures(const Plan &plan, size_t first, size_t count) {
-  return plan.options.bit_depth > 8 ? encode_as<uint16_t>(plan, first, count)
-                                    : encode_as<uint8_t>(plan, first, count);
+media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
+  return plan.options.bit_depth > 8 ? encode_as<uint16_t>(plan, track, first, count)
+                                    : encode_as<uint8_t>(plan, track, first, count);
 }
 
 } // namespace fvv::mux

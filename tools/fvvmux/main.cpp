@@ -19,13 +19,15 @@ constexpr const char *footer =
     "fraction], group, groups, lattice: {origin, step, reason, half_step_pixels}, mesh: {bytes, smallest,\n"
     "largest, profile, level, max_axis_error, changed_frames, and for each kind of change {count, frames}},\n"
     "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, sample_frames,\n"
-    "sample_psnr, sample_foreground}, sources: [{camera, kind, file, pictures, rate, constant_rate, frames,\n"
-    "met, unmet: [[first, last], ...], largest_offset, mean_offset, repeated, unused: {before, between,\n"
-    "behind}, better_start}] for videos, offsets in seconds, seconds, frames_per_second, verified: {meshes,\n"
-    "pictures, cameras, max_vertex_error, max_vertex_error_steps, psnr, min_psnr, max_reprojection}}.\n"
-    "Lengths are in metres, or in units of a capture of unknown scale; sizes in bytes of payload a frame; a\n"
-    "PSNR (peak 255, whatever the bit depth) of identical pictures is null. mesh, video and verified are\n"
-    "there when the stream has them.\n"
+    "sample_psnr, sample_foreground}, atlas: the same with texture_bits for cameras, sources: [{camera,\n"
+    "kind, file, pictures, rate, constant_rate, frames, met, unmet: [[first, last], ...], largest_offset,\n"
+    "mean_offset, repeated, unused: {before, between, behind}, better_start}] for videos, offsets in\n"
+    "seconds, seconds, frames_per_second, verified: {meshes, pictures, cameras, max_vertex_error,\n"
+    "max_vertex_error_steps, psnr, min_psnr, max_reprojection, max_texture_error, atlas: {pictures, psnr,\n"
+    "min_psnr}}}. Lengths are in metres, or in units of a capture of unknown scale, errors of texture\n"
+    "coordinates in sides of the atlas; sizes in bytes of payload a frame; a PSNR (peak 255, whatever the\n"
+    "bit depth) of identical pictures is null. mesh, video, atlas and verified are there when the stream\n"
+    "has them.\n"
     "With --check-calibration: {fvvmux: 1, sheet, frame, outline: mesh|hull|nothing, width, height, panel,\n"
     "cameras: [{id, name, width, height, picture, mask, covered, iou, distance, offset}], median_iou,\n"
     "median_distance, standing_out: [id], left_out: id, suspected: half_pixel|misses_all, warnings}; null "
@@ -34,8 +36,8 @@ constexpr const char *footer =
 
 // What is still text after the command line was split.
 struct Texts {
-  std::string codec = "h264", bit_depth = "8", quality = "42dB", tile, scale, background = "keep",
-              lattice_step, mesh_profile = "draco", frames;
+  std::string codec = "h264", bit_depth = "8", quality = "42dB", tile, scale, atlas_scale,
+              background = "keep", lattice_step, mesh_profile = "draco", frames;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -59,6 +61,12 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->capture_default_str();
   auto *tile = app.add_option("--tile", texts.tile, "size of every camera's picture in the stream: 480x270");
   app.add_option("--scale", texts.scale, "the same as a factor, above 0 and at most 1")->excludes(tile);
+  app.add_option("--atlas-scale", texts.atlas_scale,
+                 "size of the atlas in the stream as a factor, above 0 and at most 1; rounded to even sides "
+                 "but for JPEG");
+  app.add_option("--texture-bits", options.texture_bits,
+                 "of each texture coordinate, 1 to 16. Default: the capture's, else 12")
+      ->check(CLI::Range(1, FVV_TEXTURE_BITS_MAX));
   app.add_option("--background", texts.background, "keep, or flat: grey beyond 8 px from the silhouette")
       ->capture_default_str();
   app.add_option("--lattice-step", texts.lattice_step,
@@ -78,7 +86,7 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("--cameras", options.cameras,
                  "cameras to take, by identifier, range or name: 0-3,7,overhead")
       ->delimiter(',');
-  app.add_flag("!--no-pictures", options.pictures, "leave the pictures out");
+  app.add_flag("!--no-pictures", options.pictures, "leave the pictures out, those of the atlas too");
   app.add_flag("!--no-meshes", options.meshes, "leave the meshes out");
   app.add_flag("--repeat-configuration", options.repeat_configuration,
                "in front of every group, for those who join late");
@@ -92,7 +100,8 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.bit_depth = mux::parse_bit_depth(texts.bit_depth, options.codec);
   options.quality = mux::parse_quality(texts.quality, options.codec);
   if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
-  if (!texts.scale.empty()) options.scale = mux::parse_scale(texts.scale);
+  if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);
+  if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);
   options.flat_background = mux::parse_background(texts.background);
   if (!texts.lattice_step.empty()) options.lattice_step = mux::parse_length(texts.lattice_step);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);

@@ -18,22 +18,25 @@ namespace {
 enum class Kind { choice, mesh, video };
 struct Piece {
   Kind kind;
+  size_t track;        // of the plan's video tracks
   size_t first, count; // frames
 };
 
 // What a group waits for. Each thread fills its own items.
 struct Group {
   std::vector<MeshFrame> meshes;
-  std::vector<media::Sample> samples;
+  std::vector<std::vector<media::Sample>> samples; // of each video track
 };
 
 class Job {
 public:
-  // The plan's choice of video is made on the way, beside the first meshes.
+  // The choice of each video is made on the way, beside the first meshes.
   Job(Summary &sums, cli::OutputFile &file)
       : plan(sums.plan), output(file), summary(sums), groups(plan.group_count()),
-        chosen(promise.get_future()) {
-    if (plan.has_pictures()) add(Kind::choice, 0, 0, 0);
+        promises(plan.tracks.size()) {
+    summary.videos.resize(plan.tracks.size());
+    for (std::promise<void> &promise : promises) chosen.push_back(promise.get_future());
+    for (size_t track = 0; track < plan.tracks.size(); track++) add(Kind::choice, 0, track, 0, 0);
     // The first video has to wait for the choice: meshes of two groups fill the other threads' time.
     list_meshes(0);
     list_meshes(1);
@@ -59,22 +62,23 @@ public:
   }
 
 private:
-  void add(Kind kind, size_t group, size_t first, size_t count) {
-    pieces.push_back({kind, first, count});
+  void add(Kind kind, size_t group, size_t track, size_t first, size_t count) {
+    pieces.push_back({kind, track, first, count});
     group_of.push_back(group);
   }
 
   void list_video(size_t group) {
-    if (!plan.has_pictures() || group >= plan.group_count()) return;
+    if (group >= plan.group_count()) return;
     const size_t first = plan.first_of(group), count = plan.frames_of(group);
     // Samples of JPEG do not know each other.
     const size_t together = plan.options.codec == FVV_CODEC_JPEG ? 1 : count;
-    for (size_t i = 0; i < count; i += together) add(Kind::video, group, first + i, together);
+    for (size_t track = 0; track < plan.tracks.size(); track++)
+      for (size_t i = 0; i < count; i += together) add(Kind::video, group, track, first + i, together);
   }
 
   void list_meshes(size_t group) {
     if (!plan.has_meshes() || group >= plan.group_count()) return;
-    for (size_t i = 0; i < plan.frames_of(group); i++) add(Kind::mesh, group, plan.first_of(group) + i, 1);
+    for (size_t i = 0; i < plan.frames_of(group); i++) add(Kind::mesh, group, 0, plan.first_of(group) + i, 1);
   }
 
   // Rooms for results are made before a thread looks for its own.
@@ -83,14 +87,15 @@ private:
     const size_t index = frame / plan.group_size;
     Group &group = groups[index];
     if (plan.has_meshes()) group.meshes.resize(plan.frames_of(index));
-    if (plan.has_pictures()) group.samples.resize(plan.frames_of(index));
+    group.samples.resize(plan.tracks.size());
+    for (auto &samples : group.samples) samples.resize(plan.frames_of(index));
     return group;
   }
 
   void work(const Piece &piece) {
     switch (piece.kind) {
     case Kind::choice:
-      return choose();
+      return choose(piece.track);
     case Kind::mesh:
       group_for(piece.first).meshes[piece.first % plan.group_size] = encode_mesh(plan, piece.first);
       return;
@@ -99,25 +104,26 @@ private:
     }
   }
 
-  void choose() {
+  void choose(size_t track) {
     try {
-      plan.video = choose_video(plan);
-      promise.set_value();
+      plan.tracks[track].choice = choose_video(plan, plan.tracks[track]);
+      promises[track].set_value();
     } catch (...) {
-      promise.set_exception(std::current_exception());
+      promises[track].set_exception(std::current_exception());
       throw;
     }
   }
 
   void encode_video(const Piece &piece) {
-    std::shared_future<void>(chosen).get(); // a copy for each thread
-    media::EncodedGroup encoded = encode_pictures(plan, piece.first, piece.count);
-    if (encoded.record != plan.video.record)
+    std::shared_future<void>(chosen[piece.track]).get(); // a copy for each thread
+    const VideoTrack &track = plan.tracks[piece.track];
+    media::EncodedGroup encoded = encode_pictures(plan, track, piece.first, piece.count);
+    if (encoded.record != track.choice.record)
       throw cli::Failure(plan.capture.path + ": group " + std::to_string(piece.first / plan.group_size) +
                          ": the encoder's configuration record differs from the first group's");
     Group &group = group_for(piece.first);
     std::move(encoded.samples.begin(), encoded.samples.end(),
-              group.samples.begin() + std::ptrdiff_t(piece.first % plan.group_size));
+              group.samples[piece.track].begin() + std::ptrdiff_t(piece.first % plan.group_size));
   }
 
   void write(size_t index) {
@@ -133,9 +139,10 @@ private:
         summary.mesh.add(mesh.payload.size());
         summary.changes.add(mesh.source, mesh.report);
       }
-      if (plan.has_pictures()) {
-        writer->sample(first + i, group.samples[i]);
-        summary.video.add(group.samples[i].bytes.size());
+      for (size_t track = 0; track < plan.tracks.size(); track++) {
+        const media::Sample &sample = group.samples[track][i];
+        writer->sample(plan.tracks[track], first + i, sample);
+        summary.videos[track].add(sample.bytes.size());
       }
     }
     writer->end_group();
@@ -144,13 +151,13 @@ private:
   Plan &plan;
   cli::OutputFile &output;
   Summary &summary;
-  std::optional<StreamWriter> writer; // once the choice of video is known
+  std::optional<StreamWriter> writer; // once the choices of video are known
   std::vector<Piece> pieces;
   std::vector<size_t> group_of;
   std::mutex mutex; // of groups
   std::vector<Group> groups;
-  std::promise<void> promise;
-  const std::shared_future<void> chosen;
+  std::vector<std::promise<void>> promises; // of each video track: its choice is made
+  std::vector<std::shared_future<void>> chosen;
 };
 
 } // namespace

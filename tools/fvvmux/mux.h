@@ -38,7 +38,8 @@ struct MeshChanges {
 struct Summary {
   Plan plan;
   uint64_t bytes = 0;
-  TrackBytes mesh, video;
+  TrackBytes mesh;
+  std::vector<TrackBytes> videos; // as Plan::tracks
   MeshChanges changes;
   std::optional<Verdict> verdict; // with Options::verify
   double seconds = 0;             // from the first look at the capture to the last byte

@@ -88,10 +88,10 @@ TileSize parse_tile(const std::string &text) {
   return {uint16_t(width), uint16_t(height)};
 }
 
-double parse_scale(const std::string &text) {
+double parse_scale(const char *option, const std::string &text) {
   double value;
   if (!capture::parse_double(text, value) || !(value > 0) || value > 1)
-    refuse("--scale", "a number above 0 and at most 1", text);
+    refuse(option, "a number above 0 and at most 1", text);
   return value;
 }
 

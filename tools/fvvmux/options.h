@@ -40,6 +40,8 @@ struct Options {
   Quality quality;
   std::optional<TileSize> tile; // else scale holds
   double scale = 1;             // of pictures, 0 < scale <= 1
+  double atlas_scale = 1;       // of those of the atlas, likewise
+  uint32_t texture_bits = 0;    // of texture indices; 0: as the capture says, else libfvv's default
   bool flat_background = false;
   std::optional<Length> lattice_step;
   uint32_t group = 0; // frames; 0: one second
@@ -56,14 +58,14 @@ struct Options {
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
-uint32_t parse_codec(const std::string &text);                  // "jpeg", "h264", "hevc", "vp9", "av1"
-int parse_bit_depth(const std::string &text, uint32_t codec);   // "8"; "10" where the codec has it
-Quality parse_quality(const std::string &text, uint32_t codec); // "42dB", "23"
-Length parse_length(const std::string &text);                   // "1.5mm", "0.2cm", "0.002m", "0.002"
-TileSize parse_tile(const std::string &text);                   // "480x270"
-double parse_scale(const std::string &text);                    // "0.5"
-FrameRange parse_frames(const std::string &text);               // "10-19", "10..19"
-uint8_t parse_profile(const std::string &text);                 // "draco", "raw"
-bool parse_background(const std::string &text);                 // "keep": false, "flat": true
+uint32_t parse_codec(const std::string &text);                   // "jpeg", "h264", "hevc", "vp9", "av1"
+int parse_bit_depth(const std::string &text, uint32_t codec);    // "8"; "10" where the codec has it
+Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23"
+Length parse_length(const std::string &text);                    // "1.5mm", "0.2cm", "0.002m", "0.002"
+TileSize parse_tile(const std::string &text);                    // "480x270"
+double parse_scale(const char *option, const std::string &text); // "0.5"
+FrameRange parse_frames(const std::string &text);                // "10-19", "10..19"
+uint8_t parse_profile(const std::string &text);                  // "draco", "raw"
+bool parse_background(const std::string &text);                  // "keep": false, "flat": true
 
 } // namespace fvv::mux

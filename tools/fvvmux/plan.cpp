@@ -83,11 +83,28 @@ template <class SampleType> struct Sample {
   std::vector<media::Image> masks; // empty: whole pictures count
 };
 
-template <class SampleType> Sample<SampleType> load_sample(const Plan &plan) {
+// The whole picture of the first frame; the others are to have the same size. Chroma of two pixels a side
+// needs even sides, which scaling gives: texture coordinates are fractions of the picture.
+Tiling arrange_atlas(const capture::Capture &capture, const Options &options) {
+  const media::Image picture = load_atlas<uint8_t>(capture, capture.frames.first);
+  const auto side = [&](uint32_t size) {
+    const uint16_t wanted = scaled(size, options.atlas_scale);
+    return options.codec == FVV_CODEC_JPEG ? wanted : uint16_t(std::max(2, wanted & ~1));
+  };
+  Tiling tiling;
+  tiling.width = side(picture.width);
+  tiling.height = side(picture.height);
+  tiling.tiles = {{UINT16_MAX,
+                   {0, 0, uint16_t(picture.width), uint16_t(picture.height)},
+                   {0, 0, uint16_t(tiling.width), uint16_t(tiling.height)}}};
+  return tiling;
+}
+
+template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, const VideoTrack &track) {
   Sample<SampleType> sample;
   bool foreground = false;
   for (size_t i = 0; i < std::min(plan.frames_of(0), sample_size); i++) {
-    Picture<SampleType> picture = load_picture<SampleType>(plan, i, true);
+    Picture<SampleType> picture = load_picture<SampleType>(plan, track, i, true);
     sample.images.push_back(std::move(picture.image));
     if (picture.mask.pixels.empty()) continue;
     const std::vector<uint8_t> &mask = picture.mask.pixels;
@@ -99,16 +116,16 @@ template <class SampleType> Sample<SampleType> load_sample(const Plan &plan) {
   return sample;
 }
 
-template <class SampleType> VideoChoice choose_as(const Plan &plan) {
+template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoTrack &track) {
   const Options &options = plan.options;
   VideoChoice choice;
   choice.settings = {options.codec,
-                     plan.tiling.width,
-                     plan.tiling.height,
+                     track.tiling.width,
+                     track.tiling.height,
                      int(options.quality.value),
                      plan.capture.frame_duration,
                      options.bit_depth};
-  const Sample<SampleType> sample = load_sample<SampleType>(plan);
+  const Sample<SampleType> sample = load_sample<SampleType>(plan, track);
   choice.masks = !sample.masks.empty();
   choice.sample_frames = uint32_t(sample.images.size());
   try {
@@ -130,8 +147,8 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan) {
     choice.record = std::move(group.record);
     choice.codec_string = std::move(group.codec_string);
   } catch (const media::Error &error) {
-    throw cli::Failure(plan.capture.path + ": first " + std::to_string(sample.images.size()) +
-                       " frames: " + error.what());
+    throw cli::Failure(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "first " +
+                       std::to_string(sample.images.size()) + " frames: " + error.what());
   }
   return choice;
 }
@@ -145,8 +162,8 @@ std::string capture_file(const std::string &given) {
              : given;
 }
 
-VideoChoice choose_video(const Plan &plan) {
-  return plan.options.bit_depth > 8 ? choose_as<uint16_t>(plan) : choose_as<uint8_t>(plan);
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
+  return plan.options.bit_depth > 8 ? choose_as<uint16_t>(plan, track) : choose_as<uint8_t>(plan, track);
 }
 
 Plan make_plan(const Options &options) {
@@ -157,8 +174,17 @@ Plan make_plan(const Options &options) {
   const bool left_out = select(plan.capture, options);
   plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
-  plan.tiling = arrange(plan.capture, options);
-  plan.lattice = choose_lattice(options, plan.capture, plan.tiling);
+  const Tiling cameras = arrange(plan.capture, options);
+  plan.lattice = choose_lattice(options, plan.capture, cameras);
+  if (!cameras.tiles.empty()) plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}});
+  if (plan.capture.atlas) {
+    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan.capture, options), {}});
+    fvv_mesh_options defaults;
+    fvv_mesh_options_default(&defaults);
+    plan.texture_bits = options.texture_bits
+                            ? options.texture_bits
+                            : plan.capture.atlas->texture_bits.value_or(defaults.texture_bits);
+  }
   return plan;
 }
 

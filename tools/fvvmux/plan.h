@@ -23,7 +23,8 @@ struct LatticeChoice {
   double pixels = 0;
 };
 
-// cameras[i] is the index in Capture::cameras of tiles[i].
+// cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
+// picture.
 struct Tiling {
   std::vector<size_t> cameras;
   std::vector<fvv_tile> tiles;
@@ -39,19 +40,27 @@ struct VideoChoice {
   std::string codec_string;
 };
 
+// Tracks differ in what they show, and have a quality each.
+struct VideoTrack {
+  uint8_t shows; // FVV_SHOWS_TILES or FVV_SHOWS_ATLAS
+  Tiling tiling;
+  VideoChoice choice;
+
+  bool is_atlas() const { return shows == FVV_SHOWS_ATLAS; }
+};
+
 struct Plan {
   Options options;
   capture::Capture capture; // frames restricted, cameras by rising identifier, unwanted patterns removed
   uint32_t group_size = 1;  // frames
   LatticeChoice lattice;
-  Tiling tiling;
-  VideoChoice video;              // with tiles only
+  uint32_t texture_bits = 0;      // 0: meshes without texture coordinates
+  std::vector<VideoTrack> tracks; // cameras, atlas; those that there are
   std::shared_ptr<Videos> videos; // whatever reads pictures
   std::vector<capture::VideoReport> sources;
   bool warned = false;
 
   bool has_meshes() const { return capture.meshes.has_value(); }
-  bool has_pictures() const { return !tiling.tiles.empty(); }
   size_t frame_count() const { return size_t(capture.frames.count); }
   size_t group_count() const { return (frame_count() + group_size - 1) / group_size; }
   size_t first_of(size_t group) const { return group * group_size; }
@@ -67,10 +76,10 @@ std::string capture_file(const std::string &given);
 // warnings are printed.
 Plan make_plan(const Options &options);
 
-// For a plan with pictures: encodes a sample as often as it takes to find the quality, which may be long.
-VideoChoice choose_video(const Plan &plan);
+// Encodes a sample of a video track as often as it takes to find the quality, which may be long.
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
 
-// By the option, the capture, or the pixel budget. capture and tiling as in the plan.
+// By the option, the capture, or the pixel budget. capture as in the plan, tiling of the cameras.
 LatticeChoice choose_lattice(const Options &options, const capture::Capture &capture, const Tiling &tiling);
 
 // Largest of ... 0.001, 0.002, 0.005, 0.01 ... that is not above value; 0 < value, finite.

@@ -92,6 +92,7 @@ bool select(capture::Capture &capture, const Options &options) {
   restrict_cameras(capture, options.cameras);
   const bool left_out = leave_out_moving(capture);
   if (!options.meshes) capture.meshes.reset();
+  if (!options.meshes || !options.pictures) capture.atlas.reset();
   bool pictures = false;
   for (capture::Camera &camera : capture.cameras) {
     if (!options.pictures || !camera.texture) {

@@ -67,33 +67,38 @@ void StreamWriter::write_configuration() {
               return fvv_scene_encode(&scene, out, size, written, d);
             }));
   if (plan.has_meshes()) write_track(mesh_track, FVV_TRACK_MESH, "mesh");
-  if (plan.has_pictures()) write_track(video_track, FVV_TRACK_VIDEO, "cameras");
+  for (const VideoTrack &track : plan.tracks)
+    write_track(track_id(track), FVV_TRACK_VIDEO, track.is_atlas() ? "atlas" : "cameras");
   for (const capture::Camera &camera : capture.cameras)
     configure(FVV_CHUNK_CAMERA, 0,
               record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
                 return fvv_camera_encode(&camera.calibration, out, size, written, d);
               }));
-  if (plan.has_pictures()) {
-    media::EncodedGroup group;
-    group.record = plan.video.record;
-    group.codec_string = plan.video.codec_string;
-    const fvv_video_config config = media::config_of(plan.video.settings, group);
-    configure(FVV_CHUNK_VIDEO_CONFIG, video_track,
-              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
-                return fvv_video_config_encode(&config, out, size, written, d);
-              }));
-    configure(FVV_CHUNK_TILES, video_track,
-              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
-                return fvv_tiles_encode(plan.tiling.tiles.data(), plan.tiling.tiles.size(), out, size,
-                                        written, d);
-              }));
-  }
+  for (const VideoTrack &track : plan.tracks) write_video(track);
   const nlohmann::ordered_json metadata = {
       {"generator", std::string("fvvmux ") + fvv_version()},
       {"name", capture.name},
       {"frame_numbers", {{"first", capture.frames.first}, {"step", capture.frames.step}}}};
   const std::string text = metadata.dump();
   configure(FVV_CHUNK_METADATA, 0, {text.begin(), text.end()});
+}
+
+void StreamWriter::write_video(const VideoTrack &track) {
+  media::EncodedGroup group;
+  group.record = track.choice.record;
+  group.codec_string = track.choice.codec_string;
+  fvv_video_config config = media::config_of(track.choice.settings, group);
+  config.shows = track.shows;
+  configure(FVV_CHUNK_VIDEO_CONFIG, track_id(track),
+            record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              return fvv_video_config_encode(&config, out, size, written, d);
+            }));
+  if (track.is_atlas()) return;
+  const std::vector<fvv_tile> &tiles = track.tiling.tiles;
+  configure(FVV_CHUNK_TILES, track_id(track),
+            record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              return fvv_tiles_encode(tiles.data(), tiles.size(), out, size, written, d);
+            }));
 }
 
 void StreamWriter::repeat_configuration() {
@@ -109,8 +114,8 @@ void StreamWriter::mesh(size_t frame, const std::vector<uint8_t> &payload) {
                          payload.data(), payload.size(), &diagnostic));
 }
 
-void StreamWriter::sample(size_t frame, const media::Sample &sample) {
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VIDEO_PACKET, video_track, sample.key ? FVV_FLAG_KEY : 0,
+void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VIDEO_PACKET, track_id(track), sample.key ? FVV_FLAG_KEY : 0,
                          int64_t(frame), sample.bytes.data(), sample.bytes.size(), &diagnostic));
 }
 

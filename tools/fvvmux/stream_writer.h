@@ -10,7 +10,11 @@
 
 namespace fvv::mux {
 
-constexpr uint16_t mesh_track = 1, video_track = 2;
+constexpr uint16_t mesh_track = 1;
+// Of a track of Plan::tracks.
+inline uint16_t track_id(const VideoTrack &track) {
+  return track.is_atlas() ? 3 : 2;
+}
 
 // Every function throws cli::Failure when the output does not take the bytes.
 class StreamWriter {
@@ -22,7 +26,7 @@ public:
   // Frames first ... first + count - 1, one tick each.
   void begin_group(size_t first, size_t count);
   void mesh(size_t frame, const std::vector<uint8_t> &payload);
-  void sample(size_t frame, const media::Sample &sample);
+  void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   void end_group();
   // Index and footer, unless the stream is live. Answers the number of bytes written.
   uint64_t finish();
@@ -31,6 +35,7 @@ private:
   void check(fvv_status status);
   void configure(uint32_t type, uint16_t track, const std::vector<uint8_t> &payload);
   void write_configuration();
+  void write_video(const VideoTrack &track);
   void write_track(uint16_t id, uint8_t kind, const std::string &name);
 
   const Plan &plan;

@@ -35,7 +35,14 @@ double per_second(const Summary &s) {
 }
 
 uint64_t overhead(const Summary &s) {
-  return s.bytes - s.mesh.payload - s.video.payload;
+  uint64_t bytes = s.bytes - s.mesh.payload;
+  for (const TrackBytes &video : s.videos) bytes -= video.payload;
+  return bytes;
+}
+
+// For people and as a key of JSON.
+const char *label_of(const VideoTrack &track) {
+  return track.is_atlas() ? "atlas" : "video";
 }
 
 struct NamedChange {
@@ -62,21 +69,25 @@ void track_line(std::string &out, const Summary &s, const char *label, uint64_t 
        what.c_str());
 }
 
-std::string codec_choice(const Summary &s) {
-  const media::VideoSettings &v = s.plan.video.settings;
+std::string codec_choice(const VideoTrack &track) {
+  const media::VideoSettings &v = track.choice.settings;
   const media::VideoCodec &codec = *media::find_video_codec(v.codec);
   return std::string(codec.name) + " " + codec.scale + " " + std::to_string(v.quality) + ", " +
-         std::to_string(v.bit_depth) + " bits, " + std::to_string(s.plan.tiling.tiles.size()) + " tiles in " +
+         std::to_string(v.bit_depth) + " bits, " +
+         (track.is_atlas() ? "" : std::to_string(track.tiling.tiles.size()) + " tiles in ") +
          std::to_string(v.width) + "x" + std::to_string(v.height);
 }
 
-void video_lines(std::string &out, const Summary &s) {
-  const VideoChoice &video = s.plan.video;
+void video_lines(std::string &out, const Summary &s, const VideoTrack &track) {
+  const VideoChoice &video = track.choice;
   char wish[40] = "";
   if (s.plan.options.quality.is_psnr)
     std::snprintf(wish, sizeof wish, " (asked for %.4g dB)", s.plan.options.quality.value);
   line(out, "  quality   %.2f dB luma%s over the %s of the first %u frames", video.sample_psnr, wish,
-       video.masks ? "foreground" : "whole pictures", video.sample_frames);
+       track.is_atlas() ? "whole atlas"
+       : video.masks    ? "foreground"
+                        : "whole pictures",
+       video.sample_frames);
 }
 
 void source_lines(std::string &out, const Summary &s) {
@@ -137,14 +148,19 @@ void mesh_lines(std::string &out, const Summary &s) {
 void verdict_lines(std::string &out, const Summary &s) {
   const Verdict &v = *s.verdict;
   const bool metric = !s.plan.capture.scale_unknown;
-  line(out, "  verified  %zu meshes, %zu pictures and %zu cameras read back", v.meshes, v.pictures,
-       v.cameras);
+  size_t pictures = 0;
+  for (const VideoVerdict &video : v.videos) pictures += video.pictures;
+  line(out, "  verified  %zu meshes, %zu pictures and %zu cameras read back", v.meshes, pictures, v.cameras);
   if (v.meshes)
     line(out, "            coordinates at most %.4g %s off, %.3f lattice steps",
          v.max_vertex_error * (metric ? 1000 : 1), metric ? "mm" : "units",
          v.max_vertex_error / s.plan.lattice.lattice.step);
-  if (v.luma.pixels)
-    line(out, "            pictures %.2f dB luma, the worst frame %.2f dB", v.luma.psnr(), v.min_psnr);
+  if (s.plan.texture_bits)
+    line(out, "            texture coordinates at most %.3g of the atlas off", v.max_texture_error);
+  for (size_t i = 0; i < v.videos.size(); i++)
+    if (v.videos[i].luma.pixels)
+      line(out, "            %s %.2f dB luma, the worst frame %.2f dB",
+           s.plan.tracks[i].is_atlas() ? "atlas" : "pictures", v.videos[i].luma.psnr(), v.videos[i].min_psnr);
   if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
 }
 
@@ -153,20 +169,49 @@ nlohmann::ordered_json decibels(double psnr) {
   return std::isfinite(psnr) ? nlohmann::ordered_json(psnr) : nullptr;
 }
 
+nlohmann::ordered_json video_verdict_json(const VideoVerdict &v) {
+  return {{"pictures", v.pictures},
+          {"psnr", v.luma.pixels ? decibels(v.luma.psnr()) : nullptr},
+          {"min_psnr", v.luma.pixels ? decibels(v.min_psnr) : nullptr}};
+}
+
 nlohmann::ordered_json verdict_json(const Summary &s) {
   const Verdict &v = *s.verdict;
-  return {{"meshes", v.meshes},
-          {"pictures", v.pictures},
-          {"cameras", v.cameras},
-          {"max_vertex_error", v.max_vertex_error},
-          {"max_vertex_error_steps", v.max_vertex_error / s.plan.lattice.lattice.step},
-          {"psnr", v.luma.pixels ? decibels(v.luma.psnr()) : nullptr},
-          {"min_psnr", v.luma.pixels ? decibels(v.min_psnr) : nullptr},
-          {"max_reprojection", v.max_reprojection}};
+  nlohmann::ordered_json cameras = video_verdict_json({}), atlas;
+  for (size_t i = 0; i < v.videos.size(); i++)
+    (s.plan.tracks[i].is_atlas() ? atlas : cameras) = video_verdict_json(v.videos[i]);
+  nlohmann::ordered_json out = {{"meshes", v.meshes},
+                                {"pictures", cameras["pictures"]},
+                                {"cameras", v.cameras},
+                                {"max_vertex_error", v.max_vertex_error},
+                                {"max_vertex_error_steps", v.max_vertex_error / s.plan.lattice.lattice.step},
+                                {"psnr", cameras["psnr"]},
+                                {"min_psnr", cameras["min_psnr"]},
+                                {"max_reprojection", v.max_reprojection}};
+  if (s.plan.texture_bits) out["max_texture_error"] = v.max_texture_error;
+  if (!atlas.is_null()) out["atlas"] = atlas;
+  return out;
 }
 
 nlohmann::ordered_json track_json(const TrackBytes &track) {
   return {{"bytes", track.payload}, {"smallest", track.smallest}, {"largest", track.largest}};
+}
+
+nlohmann::ordered_json video_json(const Summary &s, const VideoTrack &track, const TrackBytes &bytes) {
+  nlohmann::ordered_json out = track_json(bytes);
+  out["codec"] = codec_text(s);
+  out["bit_depth"] = track.choice.settings.bit_depth;
+  out["quality"] = track.choice.settings.quality;
+  out["width"] = track.tiling.width;
+  out["height"] = track.tiling.height;
+  if (track.is_atlas())
+    out["texture_bits"] = s.plan.texture_bits;
+  else
+    out["cameras"] = track.tiling.tiles.size();
+  out["sample_frames"] = track.choice.sample_frames;
+  out["sample_psnr"] = decibels(track.choice.sample_psnr);
+  out["sample_foreground"] = track.choice.masks;
+  return out;
 }
 
 } // namespace
@@ -183,9 +228,10 @@ std::string summary_text(const Summary &s) {
                profile_text(s) + (plan.options.mesh_profile == FVV_MESH_DRACO
                                       ? " level " + std::to_string(plan.options.mesh_level)
                                       : std::string()));
-  if (plan.has_pictures()) track_line(out, s, "video", s.video.payload, codec_choice(s));
+  for (size_t i = 0; i < plan.tracks.size(); i++)
+    track_line(out, s, label_of(plan.tracks[i]), s.videos[i].payload, codec_choice(plan.tracks[i]));
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
-  if (plan.has_pictures()) video_lines(out, s);
+  for (const VideoTrack &track : plan.tracks) video_lines(out, s, track);
   source_lines(out, s);
   if (plan.has_meshes()) mesh_lines(out, s);
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
@@ -222,19 +268,8 @@ nlohmann::ordered_json summary_json(const Summary &s) {
                          {"frames", (s.changes.*named.change).frames}};
     out["mesh"] = mesh;
   }
-  if (plan.has_pictures()) {
-    Json video = track_json(s.video);
-    video["codec"] = codec_text(s);
-    video["bit_depth"] = plan.video.settings.bit_depth;
-    video["quality"] = plan.video.settings.quality;
-    video["width"] = plan.tiling.width;
-    video["height"] = plan.tiling.height;
-    video["cameras"] = plan.tiling.tiles.size();
-    video["sample_frames"] = plan.video.sample_frames;
-    video["sample_psnr"] = decibels(plan.video.sample_psnr);
-    video["sample_foreground"] = plan.video.masks;
-    out["video"] = video;
-  }
+  for (size_t i = 0; i < plan.tracks.size(); i++)
+    out[label_of(plan.tracks[i])] = video_json(s, plan.tracks[i], s.videos[i]);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   out["seconds"] = s.seconds;
   out["frames_per_second"] = per_second(s);

@@ -20,12 +20,15 @@ constexpr double psnr_slack = 10;
 constexpr double exact_enough = 60;         // dB: a sample better than this promises nothing for other frames
 constexpr double reprojection_slack = 1e-6; // pixels; cameras are carried bit for bit
 
-using Point = std::array<int32_t, 3>;
+// Lattice and texture indices; the latter 0 without an atlas.
+using Point = std::array<int32_t, 5>;
 using Triangle = std::array<Point, 3>;
 
 Point point_of(const fvv_mesh &mesh, uint32_t vertex) {
   const int32_t *p = mesh.positions + 3 * size_t(vertex);
-  return {p[0], p[1], p[2]};
+  if (!mesh.texture) return {p[0], p[1], p[2], 0, 0};
+  const uint32_t *t = mesh.texture + 2 * size_t(vertex);
+  return {p[0], p[1], p[2], int32_t(t[0]), int32_t(t[1])};
 }
 
 std::vector<Point> sorted_points(const fvv_mesh &mesh) {
@@ -49,9 +52,9 @@ std::vector<Triangle> sorted_triangles(const fvv_mesh &mesh) {
 }
 
 struct GroupVerdict {
-  size_t meshes = 0, pictures = 0;
-  double max_vertex_error = 0, min_psnr = INFINITY;
-  media::LumaError luma;
+  size_t meshes = 0;
+  double max_vertex_error = 0, max_texture_error = 0;
+  std::vector<VideoVerdict> videos;
 };
 
 // Reads with a handle of its own, so that several may run at once.
@@ -79,7 +82,7 @@ public:
 
   GroupVerdict group(size_t index) {
     GroupVerdict verdict;
-    if (plan.has_pictures()) pictures(index, verdict);
+    for (const VideoTrack &track : plan.tracks) verdict.videos.push_back(pictures(index, track));
     for (size_t i = 0; plan.has_meshes() && i < plan.frames_of(index); i++)
       mesh(plan.first_of(index) + i, verdict);
     return verdict;
@@ -114,23 +117,30 @@ private:
     MeshFrame unused;
     const capture::Mesh source = load_canonical(plan, frame, expected.mesh, unused);
     check(fvv_stream_mesh(stream.get(), frame, mesh_track, &decoded.mesh, &diagnostic), frame, "mesh");
+    if (decoded.mesh.texture_bits != plan.texture_bits)
+      fail(frame, "the decoded mesh has texture coordinates of " + std::to_string(decoded.mesh.texture_bits) +
+                      " bits, expected " + std::to_string(plan.texture_bits));
     if (sorted_triangles(decoded.mesh) != sorted_triangles(expected.mesh))
       fail(frame, "the decoded mesh has other faces than " +
                       plan.capture.mesh_path(plan.capture.frames.number(int64_t(frame))));
-    verdict.max_vertex_error = std::max(verdict.max_vertex_error, vertex_error(source, decoded.mesh, frame));
+    compare(source, decoded.mesh, frame, verdict);
     verdict.meshes++;
   }
 
-  // By clause 8.2 and the source alone, without the canonicaliser: every decoded vertex must be the lattice
-  // point of a source vertex.
-  double vertex_error(const capture::Mesh &source, const fvv_mesh &decoded, size_t frame) const {
+  // By clauses 8.2 and 8.6 and the source alone, without the canonicaliser: every decoded vertex must be the
+  // lattice point of a source vertex, and have its texture indices.
+  void compare(const capture::Mesh &source, const fvv_mesh &decoded, size_t frame,
+               GroupVerdict &verdict) const {
     const capture::Lattice &lattice = plan.lattice.lattice;
+    const double texture_steps = std::ldexp(1.0, int(plan.texture_bits));
     const std::vector<Point> points = sorted_points(decoded);
     std::vector<bool> met(points.size());
-    double worst = 0;
     for (size_t v = 0; v < source.vertex_count(); v++) {
       const double *x = &source.positions[3 * v];
-      Point point;
+      const double *uv = source.texture.empty() ? nullptr : &source.texture[2 * v];
+      Point point = {};
+      for (size_t k = 0; uv && k < 2; k++)
+        point[3 + k] = int32_t(std::nearbyint(std::clamp(uv[k], 0.0, 1.0) * texture_steps));
       for (size_t k = 0; k < 3; k++)
         point[k] = int32_t(std::nearbyint((x[k] - lattice.origin[k]) / lattice.step));
       const auto range = std::equal_range(points.begin(), points.end(), point);
@@ -139,28 +149,33 @@ private:
                 true);
       double metres[3];
       fvv_lattice_to_metres(lattice.origin, lattice.step, point.data(), metres);
-      for (size_t k = 0; k < 3; k++) worst = std::max(worst, std::abs(x[k] - metres[k]));
+      for (size_t k = 0; k < 3; k++)
+        verdict.max_vertex_error = std::max(verdict.max_vertex_error, std::abs(x[k] - metres[k]));
+      for (size_t k = 0; uv && k < 2; k++)
+        verdict.max_texture_error =
+            std::max(verdict.max_texture_error, std::abs(uv[k] - point[3 + k] / texture_steps));
     }
     if (std::find(met.begin(), met.end(), false) != met.end())
       fail(frame, "a decoded vertex is no vertex of the source");
-    return worst;
   }
 
-  void pictures(size_t index, GroupVerdict &verdict) {
-    const fvv_video_layout *video = fvv_configuration_video(&configuration(index), video_track);
-    if (!video) throw cli::Failure(name + ": the video track has no configuration");
-    const double floor = std::min(plan.video.sample_psnr, exact_enough) - psnr_slack;
+  VideoVerdict pictures(size_t index, const VideoTrack &track) {
+    const fvv_video_layout *video = fvv_configuration_video(&configuration(index), track_id(track));
+    if (!video) throw cli::Failure(name + ": a video track has no configuration");
+    if (video->config.shows != track.shows) throw cli::Failure(name + ": a video track shows something else");
+    const double floor = std::min(track.choice.sample_psnr, exact_enough) - psnr_slack;
+    VideoVerdict verdict;
     media::Decoder decoder(video->config);
     for (size_t i = 0; i < plan.frames_of(index); i++) {
       const size_t frame = plan.first_of(index) + i;
       const uint8_t *sample = nullptr;
       size_t size = 0;
       int key = 0;
-      check(fvv_stream_sample(stream.get(), frame, video_track, &sample, &size, &key, &diagnostic), frame,
+      check(fvv_stream_sample(stream.get(), frame, track_id(track), &sample, &size, &key, &diagnostic), frame,
             "picture");
       const double psnr = video->config.bit_depth > 8
-                              ? compare<uint16_t>(frame, decoder, sample, size, verdict)
-                              : compare<uint8_t>(frame, decoder, sample, size, verdict);
+                              ? compare<uint16_t>(track, frame, decoder, sample, size, verdict)
+                              : compare<uint8_t>(track, frame, decoder, sample, size, verdict);
       if (psnr < floor) {
         char text[120];
         std::snprintf(text, sizeof text, "%.2f dB of luma PSNR, expected at least %.2f dB", psnr, floor);
@@ -169,6 +184,7 @@ private:
       verdict.min_psnr = std::min(verdict.min_psnr, psnr);
       verdict.pictures++;
     }
+    return verdict;
   }
 
   template <class Sample>
@@ -182,10 +198,10 @@ private:
   }
 
   template <class Sample>
-  double compare(size_t frame, media::Decoder &decoder, const uint8_t *sample, size_t size,
-                 GroupVerdict &verdict) const {
+  double compare(const VideoTrack &track, size_t frame, media::Decoder &decoder, const uint8_t *sample,
+                 size_t size, VideoVerdict &verdict) const {
     const media::BasicImage<Sample> decoded = decode<Sample>(decoder, frame, sample, size);
-    const Picture<Sample> source = load_picture<Sample>(plan, frame, plan.video.masks);
+    const Picture<Sample> source = load_picture<Sample>(plan, track, frame, track.choice.masks);
     const media::LumaError error =
         media::luma_error(source.image, decoded, source.mask.pixels.empty() ? nullptr : &source.mask);
     verdict.luma.squares += error.squares;
@@ -221,10 +237,17 @@ double reprojection(const fvv_camera &ours, const fvv_camera &theirs) {
 
 } // namespace
 
+void VideoVerdict::add(const VideoVerdict &other) {
+  pictures += other.pictures;
+  luma.squares += other.luma.squares;
+  luma.pixels += other.luma.pixels;
+  min_psnr = std::min(min_psnr, other.min_psnr);
+}
+
 Verdict verify(const Plan &plan) {
   const cli::InputFile file(plan.options.output);
   Verdict verdict;
-  verdict.min_psnr = INFINITY;
+  verdict.videos.resize(plan.tracks.size());
   Reader reader(plan, file);
   const fvv_configuration &configuration = reader.whole();
   for (const capture::Camera &camera : plan.capture.cameras) {
@@ -245,11 +268,9 @@ Verdict verify(const Plan &plan) {
       plan.options.threads, group_of, [&](size_t i) { groups[i] = Reader(plan, file).group(i); },
       [&](size_t i) {
         verdict.meshes += groups[i].meshes;
-        verdict.pictures += groups[i].pictures;
         verdict.max_vertex_error = std::max(verdict.max_vertex_error, groups[i].max_vertex_error);
-        verdict.min_psnr = std::min(verdict.min_psnr, groups[i].min_psnr);
-        verdict.luma.squares += groups[i].luma.squares;
-        verdict.luma.pixels += groups[i].luma.pixels;
+        verdict.max_texture_error = std::max(verdict.max_texture_error, groups[i].max_texture_error);
+        for (size_t k = 0; k < plan.tracks.size(); k++) verdict.videos[k].add(groups[i].videos[k]);
         progress.step(plan.frames_of(i));
       });
   return verdict;

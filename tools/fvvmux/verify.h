@@ -5,22 +5,31 @@
 #include "fvv_media/image.h"
 #include "fvvmux/plan.h"
 
+#include <cmath>
+
 namespace fvv::mux {
 
 // What was found in a stream that passed.
+struct VideoVerdict {
+  size_t pictures = 0;
+  media::LumaError luma;      // pooled
+  double min_psnr = INFINITY; // dB, of the worst frame; infinite when all are exact
+
+  void add(const VideoVerdict &other);
+};
 struct Verdict {
-  size_t meshes = 0, pictures = 0, cameras = 0;
+  size_t meshes = 0, cameras = 0;
+  std::vector<VideoVerdict> videos; // as Plan::tracks
   double max_vertex_error =
       0; // metres: largest difference of a coordinate between a source vertex and its decoded one
-  media::LumaError luma;       // pooled
-  double min_psnr = 0;         // dB, of the worst frame; infinite when all are exact
-  double max_reprojection = 0; // pixels between a point's pixels in the capture's and the stream's camera
+  double max_texture_error = 0; // likewise, in sides of the atlas
+  double max_reprojection = 0;  // pixels between a point's pixels in the capture's and the stream's camera
 };
 
 // plan.options.output was written by plan. Throws cli::Failure, naming file and frame, when a frame is
 // missing or does not decode, when a mesh has other vertices or faces than the canonical source on the
-// lattice, when a picture is more than 10 dB worse than the sample by which the quality was judged, when a
-// camera projects elsewhere.
+// lattice or other texture indices, when a picture is more than 10 dB worse than the sample by which the
+// quality was judged, when a camera projects elsewhere.
 Verdict verify(const Plan &plan);
 
 } // namespace fvv::mux
