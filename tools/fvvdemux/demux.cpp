@@ -107,7 +107,8 @@ public:
       if (!results[i].frames.empty()) used.push_back(plan.groups[i].group);
       frames.insert(frames.end(), results[i].frames.begin(), results[i].frames.end());
       plan.losses.insert(plan.losses.end(), results[i].losses.begin(), results[i].losses.end());
-      for (const auto &[camera, count] : results[i].pictures) result.pictures[camera] += count;
+      for (const auto &[camera, count] : results[i].pictures)
+        (camera == no_camera ? result.atlases : result.pictures[camera]) += count;
     }
   }
 
@@ -132,7 +133,7 @@ public:
   }
 
   void check_written() const {
-    if (result.meshes || !result.pictures.empty()) return;
+    if (result.meshes || result.atlases || !result.pictures.empty()) return;
     throw cli::Failure(file.path() + ": " +
                        (frames.empty() && !result.losses.empty() ? "no frame is whole"
                         : frames.empty()                         ? "the stream has no frames"
@@ -181,9 +182,24 @@ private:
     }
     const auto span = span_of(frames, numbers, scene, reason);
     if (!span) return {};
+    if (out->atlas) describe_texture(*out);
     out->frames = span->frames;
     out->frame_duration = span->duration;
     return out;
+  }
+
+  // A capture's atlas is one for the texture coordinates of all its meshes.
+  void describe_texture(capture::Capture &capture) const {
+    const uint8_t bits = frames[0].texture_bits;
+    for (const WrittenFrame &frame : frames)
+      if (!frame.texture_bits) {
+        result.warnings.push_back("the atlas is not in capture.json: the mesh of frame " +
+                                  std::to_string(frame.number) + " has no texture coordinates");
+        return capture.atlas.reset();
+      } else if (frame.texture_bits != bits) {
+        return; // they change within the stream: packed again, the muxer chooses
+      }
+    capture.atlas->texture_bits = bits;
   }
 
   Result &result;

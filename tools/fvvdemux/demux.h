@@ -29,6 +29,7 @@ struct Result {
   int64_t frames_written = 0;
   uint64_t meshes = 0;
   std::map<uint16_t, uint64_t> pictures; // by camera
+  uint64_t atlases = 0;                  // pictures of the atlas
   bool capture = false;                  // capture.json was written
   // "IN: frame 4 is lost: 0x1a2b: MESH: ... [FVV-1103]", in order of frames; not empty: exit code 3.
   std::vector<std::string> losses;

@@ -74,6 +74,10 @@ capture::Capture describe_scene(const fvv_configuration &configuration, const Op
                                                          : "meshes/%04d.drc");
   std::vector<VideoViews> tracks;
   if (options.pictures != Pictures::none) tracks = views_of(configuration, options.cameras, nullptr);
+  const std::string numbered = options.pictures == Pictures::png ? "/%04d.png" : "/%04d.jpg";
+  for (const VideoViews &track : tracks)
+    for (const View &view : track.views)
+      if (view.tile.camera_id == no_camera && out.meshes) out.atlas = {pattern(view.folder + numbered), {}};
   for (size_t i = 0; i < configuration.camera_count; i++) {
     const fvv_camera &source = configuration.cameras[i];
     if (!options.cameras.has(source.id)) continue;
@@ -83,8 +87,7 @@ capture::Capture describe_scene(const fvv_configuration &configuration, const Op
       for (const View &view : track.views)
         if (view.tile.camera_id == source.id) {
           camera.calibration = camera_of_tile(source, view.tile);
-          camera.pictures =
-              pattern(view.folder + (options.pictures == Pictures::png ? "/%04d.png" : "/%04d.jpg"));
+          camera.pictures = pattern(view.folder + numbered);
         }
     camera.set_name(std::string(source.name ? source.name : "", source.name_size));
     out.cameras.push_back(camera);

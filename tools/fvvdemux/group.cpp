@@ -5,6 +5,7 @@
 #include "fvv_media/video.h"
 #include "fvvdemux/views.h"
 
+#include <cmath>
 #include <optional>
 #include <variant>
 
@@ -28,6 +29,9 @@ capture::Mesh in_metres(const fvv_mesh &mesh, const fvv_scene &scene) {
   for (size_t v = 0; v < mesh.vertex_count; v++)
     fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * v,
                           &out.positions[3 * v]);
+  const double step = mesh.texture ? std::ldexp(1.0, -int(mesh.texture_bits)) : 0;
+  for (size_t i = 0; mesh.texture && i < size_t(mesh.vertex_count) * 2; i++)
+    out.texture.push_back(mesh.texture[i] * step);
   out.faces.assign(mesh.faces, mesh.faces + size_t(mesh.face_count) * 3);
   return out;
 }
@@ -117,7 +121,7 @@ public:
       has_mesh = decoded == FVV_OK;
     }
     if (!why.empty()) return why;
-    out = {number, info.time, has_mesh, has_mesh == mesh_track.has_value()};
+    out = {number, info.time, has_mesh, mesh.texture_bits, has_mesh == mesh_track.has_value()};
     if (has_mesh) write(mesh, number);
     for (size_t i = 0; i < tracks.size(); i++)
       if (pictures[i])

@@ -13,13 +13,14 @@ struct WrittenFrame {
   int64_t number; // in the stream
   int64_t time;   // ticks
   bool mesh;
-  bool complete; // has what capture.json promises for every frame
+  uint8_t texture_bits; // of the mesh; 0: without texture coordinates
+  bool complete;        // has what capture.json promises for every frame
 };
 
 struct GroupResult {
   std::vector<WrittenFrame> frames;
   std::vector<Loss> losses;
-  std::map<uint16_t, uint64_t> pictures; // written, by camera
+  std::map<uint16_t, uint64_t> pictures; // written, by camera; those of the atlas as no_camera
 };
 
 // The path to write a file of a frame to: folder "meshes", frame's number in the stream, extension.

@@ -21,6 +21,7 @@ std::string summary(const std::string &file, const demux::Result &result) {
       {"frames", {{"in_stream", result.frames_in_stream}, {"written", result.frames_written}}},
       {"meshes", result.meshes},
       {"pictures", pictures},
+      {"atlas", result.atlases},
       {"capture", result.capture},
       {"losses", result.losses},
       {"warnings", result.warnings}};

@@ -18,6 +18,11 @@ std::vector<fvv_tile> tiles_of(const fvv_configuration &configuration, const fvv
     for (size_t i = 0; i < video.tile_count; i++) out.push_back(video.tiles[i]);
     return out;
   }
+  const fvv_rect whole = {0, 0, uint16_t(config.width), uint16_t(config.height)};
+  if (config.shows == FVV_SHOWS_ATLAS && config.width <= UINT16_MAX && config.height <= UINT16_MAX) {
+    out.push_back({no_camera, whole, whole});
+    return out;
+  }
   const fvv_camera *camera =
       config.shows == FVV_SHOWS_CAMERA ? fvv_configuration_camera(&configuration, config.camera_id) : nullptr;
   if (!camera || camera->width > UINT16_MAX || camera->height > UINT16_MAX || config.width > UINT16_MAX ||
@@ -25,9 +30,7 @@ std::vector<fvv_tile> tiles_of(const fvv_configuration &configuration, const fvv
     tell(warnings, "track " + std::to_string(video.track) + " shows no pictures of cameras: left out");
     return out;
   }
-  out.push_back({camera->id,
-                 {0, 0, uint16_t(camera->width), uint16_t(camera->height)},
-                 {0, 0, uint16_t(config.width), uint16_t(config.height)}});
+  out.push_back({camera->id, {0, 0, uint16_t(camera->width), uint16_t(camera->height)}, whole});
   return out;
 }
 
@@ -54,12 +57,14 @@ std::vector<VideoViews> views_of(const fvv_configuration &configuration, const S
   for (size_t i = 0; i < configuration.video_count; i++) {
     VideoViews track = {&configuration.videos[i], {}};
     for (const fvv_tile &tile : tiles_of(configuration, *track.video, warnings)) {
-      if (!cameras.has(tile.camera_id)) continue;
+      const bool is_atlas = tile.camera_id == no_camera;
+      if (!is_atlas && !cameras.has(tile.camera_id)) continue;
+      const std::string id = std::to_string(tile.camera_id);
       if (shown.insert(tile.camera_id).second)
         // Never from the camera's name: that is text from outside.
-        track.views.push_back({tile, "cam" + std::to_string(tile.camera_id)});
+        track.views.push_back({tile, is_atlas ? "atlas" : "cam" + id});
       else
-        tell(warnings, "camera " + std::to_string(tile.camera_id) + " is shown again by track " +
+        tell(warnings, (is_atlas ? "the atlas" : "camera " + id) + " is shown again by track " +
                            std::to_string(track.video->track) + ": left out");
     }
     if (!track.views.empty()) out.push_back(track);

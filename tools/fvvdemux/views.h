@@ -1,5 +1,6 @@
-// Which pictures a configuration yields: every camera that a video track shows, where in the frame, and the
-// calibration that holds for the picture that is cut out. Knows configurations; decodes nothing.
+// Which pictures a configuration yields: every camera and the atlas that a video track shows, where in the
+// frame, and the calibration that holds for the picture that is cut out. Knows configurations; decodes
+// nothing.
 #pragma once
 
 #include "fvv/stream.h"
@@ -15,8 +16,11 @@ namespace fvv::demux {
 // destination's corner. Lens and pose stay as they are.
 fvv_camera camera_of_tile(const fvv_camera &camera, const fvv_tile &tile);
 
+// In the place of a camera's identifier, as in VCFG: the view is the atlas.
+constexpr uint16_t no_camera = UINT16_MAX;
+
 struct View {
-  fvv_tile tile; // a track that shows one camera is one tile of the size of its frame
+  fvv_tile tile; // a track that shows one camera or an atlas is one tile of the size of its frame
   std::string folder;
 };
 
@@ -25,8 +29,8 @@ struct VideoViews {
   std::vector<View> views;
 };
 
-// Of all video tracks that show cameras, in order of tracks; a camera that is shown twice counts where it
-// comes first, tracks without a chosen camera are left out. what is left out otherwise is told in warnings.
+// Of all video tracks in order; a camera or an atlas that is shown twice counts where it comes first, tracks
+// with neither an atlas nor a chosen camera are left out. what is left out otherwise is told in warnings.
 std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
                                  std::vector<std::string> *warnings);
 
