@@ -70,8 +70,8 @@ def write_capture(folder, description):
     return path
 
 
-def read_ply(path):
-    """Positions (n x 3, float64) and triangles (m x 3) of a binary little-endian PLY of triangles."""
+def ply_arrays(path):
+    """Vertices and faces of a binary little-endian PLY of triangles, as structured arrays."""
     bytes_ = pathlib.Path(path).read_bytes()
     end = bytes_.index(b"end_header\n") + len(b"end_header\n")
     header = bytes_[:end].decode("ascii").split("\n")
@@ -89,7 +89,19 @@ def read_ply(path):
     face = np.dtype([("n", "u1"), ("index", "<u4", 3)])
     faces = np.frombuffer(bytes_, face, counts["face"], end + vertices.nbytes)
     assert (faces["n"] == 3).all(), f"{path}: not all faces are triangles"
+    return vertices, faces
+
+
+def read_ply(path):
+    """Positions (n x 3, float64) and triangles (m x 3) of such a PLY."""
+    vertices, faces = ply_arrays(path)
     return np.stack([vertices[axis].astype(np.float64) for axis in "xyz"], axis=1), faces["index"]
+
+
+def read_ply_texture(path):
+    """Texture coordinates (n x 2, float64) of such a PLY with s and t, v down as pictures have it."""
+    vertices, _ = ply_arrays(path)
+    return np.stack([vertices["s"], 1 - vertices["t"]], axis=1)
 
 
 def read_obj(path):
