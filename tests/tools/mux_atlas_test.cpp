@@ -1,0 +1,269 @@
+// fvvmux, and fvvdemux behind it: meshes with texture coordinates, and the atlas that they address.
+#include "gltf_fixture.h"
+#include "mux_fixture.h"
+
+#include "fvvdemux/demux.h"
+#include "fvvmux/summary.h"
+
+#include <set>
+
+namespace {
+
+// Red, green / blue, white, with a moving black bar: no flip or turn of it looks like another.
+media::Image atlas_of(uint32_t width, uint32_t height, int64_t frame) {
+  media::Image image = media::make_image(width, height, 3, 0);
+  for (uint32_t y = 0; y < height; y++)
+    for (uint32_t x = 0; x < width; x++) {
+      uint8_t *p = &image.pixels[3 * (size_t(y) * width + x)];
+      const bool right = 2 * x >= width, low = 2 * y >= height, bar = y / 4 == uint32_t(frame) % 3;
+      p[0] = bar ? 0 : (right == low ? 230 : 20);
+      p[1] = bar ? 0 : (right ? 220 : 30);
+      p[2] = bar ? 0 : (low ? 210 : 40);
+    }
+  return image;
+}
+
+// Texture coordinates from the direction of a vertex of the ball: none lies on a seam, each on its own place.
+capture::Mesh textured_ball(int64_t frame) {
+  capture::Mesh mesh = ball(frame);
+  for (size_t v = 0; v < mesh.vertex_count(); v++)
+    mesh.texture.insert(mesh.texture.end(),
+                        {0.5 + 0.9 * (mesh.positions[3 * v] - 0.05 * double(frame)), // x right
+                         0.5 - 0.9 * mesh.positions[3 * v + 1]}); // y up is the picture's top
+  return mesh;
+}
+
+// A capture with an atlas; cameras of shape as ever.
+capture::Capture make_atlas_capture(const Folder &folder, uint32_t width = 64, uint32_t height = 32,
+                                    const Shape &shape = {}, const std::string &extension = "ply") {
+  capture::Capture capture = make_capture(folder, shape);
+  capture.meshes = capture::Pattern::parse("meshes/%04d." + extension, nullptr);
+  capture.atlas = capture::Atlas{capture::Pattern::parse("atlas/%04d.png", nullptr), {}};
+  fs::create_directories(folder.path("in/atlas"));
+  for (const int64_t number : capture.frames.numbers()) {
+    capture::write_mesh(textured_ball(number), {{0, 0, 0}, 1e-6}, capture.mesh_path(number));
+    write_png(capture.atlas_path(number), atlas_of(width, height, number));
+  }
+  capture::write_capture(capture, capture.path);
+  return capture;
+}
+
+std::string failure(const mux::Options &options) {
+  try {
+    mux::mux(options);
+    return "";
+  } catch (const std::exception &error) {
+    return error.what();
+  }
+}
+
+demux::Result unpack(const std::string &stream, const std::string &folder,
+                     demux::Meshes meshes = demux::Meshes::ply) {
+  demux::Options options;
+  options.meshes = meshes;
+  options.force = true;
+  demux::Result result;
+  demux::demux(stream, folder, options, result);
+  return result;
+}
+
+} // namespace
+
+TEST_CASE("an atlas is a video track of its own, in the stream as in the capture") {
+  const Folder folder;
+  const capture::Capture capture = make_atlas_capture(folder);
+  std::set<std::string> results;
+  mux::Options options = options_for(folder);
+  options.verify = true;
+  mux::Summary summary;
+  for (const uint32_t threads : {1, 3}) {
+    options.threads = threads;
+    summary = mux::mux(options);
+    results.insert(read_bytes(options.output));
+  }
+  CHECK(results.size() == 1);
+  REQUIRE(summary.plan.tracks.size() == 2);
+  CHECK(summary.plan.tracks[1].choice.sample_psnr >= 42);
+  CHECK(summary.verdict->videos[1].pictures == 5);
+  CHECK(summary.verdict->max_texture_error > 0);
+  CHECK(summary.verdict->max_texture_error <= 0.5 / 4096);
+  const std::string text = mux::summary_text(summary);
+  CHECK(text.find("\n  atlas ") != text.npos);
+  CHECK(text.find("over the whole atlas of the first") != text.npos);
+  const nlohmann::ordered_json json = mux::summary_json(summary);
+  CHECK(json["atlas"]["width"] == 64);
+  CHECK(json["atlas"]["texture_bits"] == 12);
+  CHECK(json["video"]["cameras"] == 3);
+  CHECK(json["verified"]["atlas"]["pictures"] == 5);
+
+  Stream stream(options.output);
+  const fvv_configuration &configuration = stream.configuration();
+  REQUIRE(configuration.video_count == 2);
+  CHECK(configuration.videos[1].config.shows == FVV_SHOWS_ATLAS);
+  CHECK(configuration.videos[1].config.camera_id == 65535);
+  CHECK(configuration.videos[1].tile_count == 0);
+  fvv_mesh mesh = {};
+  stream.mesh(2, mesh);
+  CHECK(mesh.texture_bits == 12);
+  // Straight from the lattice: the picture's top is where y is up.
+  const fvv_scene &scene = configuration.scene;
+  for (uint32_t v = 0; v < mesh.vertex_count; v++) {
+    double metres[3];
+    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * size_t(v), metres);
+    CHECK(mesh.texture[2 * v] / 4096.0 == Approx(0.5 + 0.9 * (metres[0] - 0.1)).margin(0.01));
+    CHECK(mesh.texture[2 * v + 1] / 4096.0 == Approx(0.5 - 0.9 * metres[1]).margin(0.01));
+  }
+  fvv_mesh_free(&mesh);
+}
+
+TEST_CASE("an atlas that was unpacked and packed again gives the same meshes") {
+  const Folder folder;
+  make_atlas_capture(folder);
+  mux::Options options = options_for(folder);
+  options.texture_bits = 10;
+  mux::mux(options);
+  for (const demux::Meshes meshes : {demux::Meshes::ply, demux::Meshes::obj, demux::Meshes::drc}) {
+    const demux::Result result = unpack(options.output, folder.path("out"), meshes);
+    CHECK(result.atlases == 5);
+    CHECK((result.capture && result.warnings.empty() && result.losses.empty()));
+    const capture::Capture written = capture::load_capture(folder.path("out/capture.json"));
+    REQUIRE(written.atlas);
+    CHECK(written.atlas->texture_bits == 10u);
+    const media::Image picture = media::read_image(written.atlas_path(2), 3);
+    CHECK(media::psnr_luma(picture, atlas_of(64, 32, 2)) > 36);
+    mux::Options again = options_for(folder);
+    again.capture = folder.path("out");
+    again.output = folder.path("again.fvv");
+    again.verify = true;
+    CHECK(mux::mux(again).changes.changed_frames == 0);
+    Stream first(options.output), second(again.output);
+    for (size_t i = 0; i < 5; i++) {
+      fvv_mesh a = {}, b = {};
+      first.mesh(i, a);
+      second.mesh(i, b);
+      CHECK(b.texture_bits == 10);
+      REQUIRE(a.vertex_count == b.vertex_count);
+      const auto sorted = [](const fvv_mesh &mesh) {
+        std::vector<std::array<int64_t, 5>> out;
+        for (uint32_t v = 0; v < mesh.vertex_count; v++)
+          out.push_back({mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2],
+                         mesh.texture[2 * v], mesh.texture[2 * v + 1]});
+        std::sort(out.begin(), out.end());
+        return out;
+      };
+      CHECK(sorted(a) == sorted(b));
+      fvv_mesh_free(&a);
+      fvv_mesh_free(&b);
+    }
+  }
+}
+
+TEST_CASE("texture coordinates go with the atlas, and only with it") {
+  const Folder folder;
+  capture::Capture capture = make_atlas_capture(folder);
+  mux::Options options = options_for(folder);
+  options.pictures = false;
+  options.verify = true;
+  const mux::Summary bare = mux::mux(options);
+  CHECK((bare.plan.tracks.empty() && bare.plan.texture_bits == 0));
+  const std::string without = read_bytes(options.output);
+  capture.atlas.reset();
+  capture::write_capture(capture, capture.path);
+  mux::mux(options);
+  CHECK(read_bytes(options.output) == without);
+}
+
+TEST_CASE("the size of an atlas is made even, and scaled on request") {
+  const Folder folder;
+  Shape shape;
+  shape.sizes = {};
+  shape.count = 2;
+  make_atlas_capture(folder, 63, 41, shape);
+  mux::Options options = options_for(folder);
+  options.verify = true;
+  options.quality.value = 35;
+  const auto size = [&] {
+    const mux::Summary summary = mux::mux(options);
+    REQUIRE(summary.plan.tracks.size() == 1);
+    return std::pair(summary.plan.tracks[0].tiling.width, summary.plan.tracks[0].tiling.height);
+  };
+  CHECK(size() == std::pair(62u, 40u));
+  options.atlas_scale = 0.5;
+  CHECK(size() == std::pair(32u, 20u));
+  options.codec = FVV_CODEC_JPEG;
+  options.atlas_scale = 1;
+  CHECK(size() == std::pair(63u, 41u));
+}
+
+TEST_CASE("what does not fit an atlas is refused before work starts") {
+  const Folder folder;
+  capture::Capture capture = make_atlas_capture(folder);
+  const mux::Options options = options_for(folder);
+  write_png(capture.atlas_path(3), atlas_of(62, 32, 3));
+  CHECK(failure(options) ==
+        capture.path + ": atlas: 1 of 5 pictures is not 64 x 32, first: atlas/0003.png is 62 x 32");
+  fs::remove(capture.atlas_path(3));
+  CHECK(failure(options) == capture.path + ": atlas: 1 of 5 pictures is missing: 3 (first: atlas/0003.png)");
+  write_png(capture.atlas_path(3), atlas_of(64, 32, 3));
+  capture::write_mesh(ball(1), {}, capture.mesh_path(1));
+  CHECK(failure(options).find("0001.ply:3: expected texture coordinates") != std::string::npos);
+  capture::Mesh outside = textured_ball(1);
+  outside.texture[9] = 1.25;
+  capture::write_mesh(outside, {}, capture.mesh_path(1));
+  CHECK(failure(options).find("frame 1: ") != std::string::npos);
+  const auto refusal = [&](const std::string &rest) {
+    try {
+      capture::parse_capture(R"({"fvv_capture": 1, "frame_rate": 25, "units": "metres", "frames": )"
+                             R"({"first": 0, "count": 1}, )" +
+                                 rest + "}",
+                             "c");
+      return std::string();
+    } catch (const capture::FileError &error) {
+      return std::string(error.what());
+    }
+  };
+  const std::string meshes = R"("meshes": {"pattern": "a.ply"}, "atlas": )";
+  CHECK(refusal(R"("atlas": {"embedded": true})") == "c: /atlas: expected meshes wherever there is an atlas");
+  CHECK(refusal(meshes + "{}") == "c: /atlas: expected pictures or embedded, found neither");
+  CHECK(refusal(meshes + R"({"pictures": "a.png", "embedded": true})") ==
+        "c: /atlas: expected pictures or embedded, found both");
+  CHECK(refusal(meshes + R"({"embedded": true})") ==
+        "c: /atlas/embedded: expected meshes in .glb or .gltf files, found \"a.ply\"");
+  CHECK(refusal(meshes + R"({"pictures": "a.png", "texture_bits": 17})")
+            .find("c: /atlas/texture_bits: expected") == 0);
+  CHECK(refusal(meshes + R"({"pictures": "a.png", "texture_bits": 16})").empty());
+}
+
+TEST_CASE("the pictures inside glTF files are an atlas") {
+  const Folder folder;
+  fs::create_directories(folder.path("in"));
+  const auto write_frame = [&](int frame, uint32_t width) {
+    gltf_fixture::File file = gltf_fixture::triangle();
+    auto &primitive = file.document["meshes"][0]["primitives"][0];
+    primitive["attributes"]["TEXCOORD_0"] = file.add("VEC2", gltf_fixture::float32, {0, 0, 1, 0, 0, 1});
+    primitive["material"] = 0;
+    const std::vector<uint8_t> png = media::encode_png(atlas_of(width, 32, frame));
+    const size_t from = file.binary.size();
+    file.binary.append(png.begin(), png.end());
+    file.document["images"] = {{{"bufferView", file.view(from)}, {"mimeType", "image/png"}}};
+    file.document["textures"] = {{{"source", 0}}};
+    file.document["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+    const std::string glb = file.glb();
+    write_bytes(folder.path("in/" + std::to_string(frame) + ".glb"), glb.data(), glb.size());
+  };
+  for (int frame = 0; frame < 3; frame++) write_frame(frame, 64);
+  const std::string text =
+      R"({"fvv_capture": 1, "frame_rate": 25, "units": "metres", "frames": {"first": 0, "count": 3},)"
+      R"( "meshes": {"pattern": "%d.glb"}, "atlas": {"embedded": true}})";
+  write_bytes(folder.path("in/capture.json"), text.data(), text.size());
+  mux::Options options = options_for(folder);
+  options.verify = true;
+  CHECK(mux::mux(options).verdict->videos[0].min_psnr > 35);
+  unpack(options.output, folder.path("out"));
+  const media::Image picture = media::read_image(folder.path("out/atlas/0001.png"), 3);
+  CHECK(media::psnr_luma(picture, atlas_of(64, 32, 1)) > 35);
+  write_frame(2, 48);
+  CHECK(failure(options) ==
+        folder.path("in/2.glb") +
+            ": frame 2: expected an atlas of 64 x 32 as in the first frame, found 48 x 32");
+}
