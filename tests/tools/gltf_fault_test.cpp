@@ -105,7 +105,8 @@ TEST_CASE("glTF: a faulty description is refused at its place") {
         "/accessors/1: expected displacements as VEC3 of float32, int8, uint8, int16 or uint16, found "
         "\"SCALAR\" of uint8");
   CHECK(fault("/meshes/0/primitives/0/extensions", {{"KHR_draco_mesh_compression", json::object()}}) ==
-        "/meshes/0/primitives/0: is compressed by KHR_draco_mesh_compression, which is not supported");
+        "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression: expected key \"attributes\", found "
+        "none");
   CHECK(fault([](File &file) {
           file.document["meshes"][0]["primitives"][0]["attributes"].erase("WEIGHTS_0");
         }) ==

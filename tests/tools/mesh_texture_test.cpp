@@ -252,3 +252,46 @@ TEST_CASE("texture coordinates: glTF with several pictures has no atlas") {
         "m.glb: /images/0/uri: expected a data: URI or a file below the folder of this one, found "
         "\"../outside.png\"");
 }
+
+TEST_CASE("texture coordinates: glTF whose primitive is compressed by Draco") {
+  File file = gltf_square();
+  auto &primitive = file.document["meshes"][0]["primitives"][0];
+  const size_t from = file.binary.size();
+  // The axes of glTF: v of the Draco file points down here.
+  const std::string bytes = draco_square(true, false);
+  file.binary += bytes;
+  primitive["extensions"]["KHR_draco_mesh_compression"] = {
+      {"bufferView", file.view(from)}, {"attributes", {{"POSITION", 0}, {"TEXCOORD_0", 1}}}};
+  file.document["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+  for (const size_t accessor : {0, 2}) file.document["accessors"][accessor].erase("bufferView");
+  Mesh mesh = gltf(file);
+  CHECK(mesh.face_count() == 2);
+  REQUIRE(mesh.vertex_count() == 4);
+  for (size_t v = 0; v < 4; v++) {
+    CHECK(mesh.texture[2 * v] == mesh.positions[3 * v]);
+    CHECK(mesh.texture[2 * v + 1] == mesh.positions[3 * v + 1]);
+  }
+  File other = file;
+  other.document["accessors"][2]["count"] = 5;
+  CHECK(message([&] { gltf(other); }) ==
+        "m.glb: /accessors/2: expected what Draco holds: 4 elements of 2 components of type 5126");
+  other = file;
+  other.document["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"]
+                ["TEXCOORD_0"] = 7;
+  CHECK(message([&] { gltf(other); }) ==
+        "m.glb: /meshes/0/primitives/0/extensions/KHR_draco_mesh_compression: expected an attribute 7, found "
+        "none");
+  other = file;
+  other.document["meshes"][0]["primitives"][0]["mode"] = 5;
+  CHECK(message([&] { gltf(other); }) ==
+        "m.glb: /meshes/0/primitives/0: expected triangles (mode 4) in a mesh compressed by Draco");
+  // Every cut is an error, and so are most flips; none may do more than that.
+  for (size_t at = 0; at < bytes.size(); at++) {
+    other = file;
+    other.binary[from + at] = char(other.binary[from + at] ^ 0x41);
+    message([&] { gltf(other); });
+    other = file;
+    other.document["bufferViews"].back()["byteLength"] = at + 1;
+    CHECK((at + 1 == bytes.size() || !message([&] { gltf(other); }).empty()));
+  }
+}

@@ -1,6 +1,7 @@
 // capture/drc.cpp: Draco files through libdraco. This is the only file here that sees its headers; whatever
 // it throws or answers ends as one FileError.
 #include "capture/drc_header.h"
+#include "capture/drc_points.h"
 #include "capture/mesh_check.h"
 #include "capture/text_scan.h"
 
@@ -169,24 +170,85 @@ template <class Function> auto guarded(const std::string &name, const Function &
   }
 }
 
+// Looks at all that is declared before libdraco allocates by it.
+std::unique_ptr<draco::Mesh> decode(std::string_view bytes, const std::string &name,
+                                    const fvv_limits &limits) {
+  if (bytes.size() > limits.max_payload)
+    throw FileError(name + ": has " + std::to_string(bytes.size()) + " bytes, at most " +
+                    std::to_string(limits.max_payload) + " are allowed");
+  check_counts(parse_drc_header(bytes, name), bytes.size(), limits, name);
+  draco::DecoderBuffer buffer;
+  buffer.Init(bytes.data(), bytes.size());
+  draco::Decoder decoder;
+  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  if (!decoded.ok())
+    throw FileError(name + ": Draco cannot decode the file: " + decoded.status().error_msg_string());
+  return std::move(decoded).value();
+}
+
+unsigned type_code(draco::DataType type) {
+  switch (type) {
+  case draco::DT_INT8:
+    return 5120;
+  case draco::DT_UINT8:
+    return 5121;
+  case draco::DT_INT16:
+    return 5122;
+  case draco::DT_UINT16:
+    return 5123;
+  case draco::DT_UINT32:
+    return 5125;
+  case draco::DT_FLOAT32:
+    return 5126;
+  default:
+    return 0;
+  }
+}
+
+DrcPoints points_of(const draco::Mesh &decoded, const std::string &name, const fvv_limits &limits,
+                    const std::vector<uint32_t> &attributes) {
+  if (decoded.num_faces() > limits.max_faces || decoded.num_points() > limits.max_vertices)
+    throw FileError(name + ": decodes to " + std::to_string(decoded.num_faces()) + " faces and " +
+                    std::to_string(decoded.num_points()) + " points, at most " +
+                    std::to_string(limits.max_faces) + " and " + std::to_string(limits.max_vertices) +
+                    " are allowed");
+  DrcPoints out = {decoded.num_points(), {}, {}};
+  for (uint32_t i = 0; i < decoded.num_faces(); i++)
+    for (const draco::PointIndex &point : decoded.face(draco::FaceIndex(i))) {
+      if (point.value() >= out.count)
+        throw FileError(name + ": face " + std::to_string(i) + ": index " + std::to_string(point.value()) +
+                        " of " + std::to_string(out.count) + " points");
+      out.triangles.push_back(point.value());
+    }
+  for (const uint32_t id : attributes) {
+    const draco::PointAttribute *attribute = decoded.GetAttributeByUniqueId(id);
+    if (!attribute) throw FileError(name + ": expected an attribute " + std::to_string(id) + ", found none");
+    const size_t size = size_t(draco::DataTypeLength(attribute->data_type())) * attribute->num_components();
+    DrcValues &values = out.attributes[id];
+    values = {attribute->num_components(), type_code(attribute->data_type()),
+              std::string(out.count * size, '\0')};
+    for (uint32_t i = 0; i < out.count; i++) {
+      const draco::AttributeValueIndex value = attribute->mapped_index(draco::PointIndex(i));
+      if (value.value() >= attribute->size())
+        throw FileError(name + ": point " + std::to_string(i) + ": index " + std::to_string(value.value()) +
+                        " of " + std::to_string(attribute->size()) + " values");
+      attribute->GetValue(value, &values.bytes[i * size]);
+    }
+  }
+  return out;
+}
+
 } // namespace
 
 Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *,
                bool texture) {
   const fvv_limits bounds = fvv_limits_or_default(limits);
-  if (bytes.size() > bounds.max_payload)
-    throw FileError(name + ": has " + std::to_string(bytes.size()) + " bytes, at most " +
-                    std::to_string(bounds.max_payload) + " are allowed");
-  check_counts(parse_drc_header(bytes, name), bytes.size(), bounds, name);
-  return guarded(name, [&] {
-    draco::DecoderBuffer buffer;
-    buffer.Init(bytes.data(), bytes.size());
-    draco::Decoder decoder;
-    auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-    if (!decoded.ok())
-      throw FileError(name + ": Draco cannot decode the file: " + decoded.status().error_msg_string());
-    return from_draco(*decoded.value(), bounds, name, texture);
-  });
+  return guarded(name, [&] { return from_draco(*decode(bytes, name, bounds), bounds, name, texture); });
+}
+
+DrcPoints parse_drc_points(std::string_view bytes, const std::string &name, const fvv_limits &limits,
+                           const std::vector<uint32_t> &attributes) {
+  return guarded(name, [&] { return points_of(*decode(bytes, name, limits), name, limits, attributes); });
 }
 
 std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::string &name) {

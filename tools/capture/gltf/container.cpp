@@ -26,7 +26,8 @@ constexpr uint64_t numbers_per_byte = 4, numbers_for_free = uint64_t(1) << 24;
 
 // Extensions that may be required by a file that is read here: those that are understood, and families that
 // change how a surface looks and not where it lies.
-constexpr std::string_view understood[] = {"KHR_mesh_quantization", "KHR_lights_punctual"};
+constexpr std::string_view understood[] = {"KHR_mesh_quantization", "KHR_lights_punctual",
+                                           "KHR_draco_mesh_compression"};
 constexpr std::string_view looks[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"};
 
 bool is_harmless(std::string_view name) {

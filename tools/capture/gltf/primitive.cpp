@@ -1,12 +1,19 @@
 // capture/gltf/primitive.cpp: primitives of a mesh (glTF 2.0 clause 3.7.2): vertices, triangles, morph
 // targets, and what joints move each vertex.
+#include "capture/drc_points.h"
 #include "capture/gltf/scene.h"
+
+extern "C" {
+#include "base/limits.h"
+}
 
 #include <algorithm>
 
 namespace fvv::capture::gltf {
 
 namespace {
+
+constexpr int draco_sets = 16; // of texture coordinates, joints and weights, that are looked for
 
 enum : int64_t { mode_triangles = 4, mode_strip = 5, mode_fan = 6 };
 
@@ -17,9 +24,9 @@ public:
 
   Primitive read(int64_t mode, bool texture) {
     if (const auto extensions = json.find("extensions"))
-      if (extensions->find("KHR_draco_mesh_compression"))
-        json.fail("is compressed by KHR_draco_mesh_compression, which is not supported");
-    out.positions = accessor_numbers(container, attributes.at("POSITION"), Purpose::positions);
+      if (const auto compressed = extensions->find("KHR_draco_mesh_compression"))
+        read_draco(*compressed, mode);
+    out.positions = numbers("POSITION", attributes.at("POSITION"), Purpose::positions);
     read_triangles(mode);
     if (texture) read_texture();
     read_joints();
@@ -29,8 +36,49 @@ public:
   }
 
 private:
+  // Draco holds indices and some of the attributes; accessors still say what they have to be.
+  void read_draco(const JsonValue &compressed, int64_t mode) {
+    if (mode != mode_triangles) json.fail("expected triangles (mode 4) in a mesh compressed by Draco");
+    identifiers = compressed.at("attributes");
+    std::vector<uint32_t> wanted;
+    const auto want = [&](const std::string &semantic) {
+      if (const auto id = identifiers->find(semantic.c_str())) {
+        wanted.push_back(static_cast<uint32_t>(id->integer(0, UINT32_MAX)));
+        draco_ids[semantic] = wanted.back();
+      }
+    };
+    want("POSITION");
+    for (const char *kind : {"TEXCOORD_", "JOINTS_", "WEIGHTS_"})
+      for (int set = 0; set < draco_sets; set++) want(kind + std::to_string(set));
+    draco = parse_drc_points(container.view(compressed.at("bufferView")).bytes, compressed.place(),
+                             fvv_limits_or_default(nullptr), wanted);
+    container.charge(json, draco->triangles.size());
+  }
+
+  // The numbers of an attribute, be they compressed or not.
+  std::vector<double> numbers(const std::string &semantic, const JsonValue &reference, Purpose purpose) {
+    const auto id = draco_ids.find(semantic);
+    if (id == draco_ids.end()) {
+      if (identifiers && identifiers->find(semantic.c_str()))
+        identifiers->fail("expected at most " + std::to_string(draco_sets) + " sets, found " + semantic);
+      return accessor_numbers(container, reference, purpose);
+    }
+    const Layout layout = accessor_layout(container, reference, purpose);
+    const JsonValue accessor = container.item("accessors", reference);
+    const DrcValues &values = draco->attributes.at(id->second);
+    if (values.type != layout.type || values.components != layout.components || draco->count != layout.count)
+      accessor.fail("expected what Draco holds: " + std::to_string(draco->count) + " elements of " +
+                    std::to_string(values.components) + " components of type " + std::to_string(values.type));
+    container.charge(accessor, layout.count * layout.components);
+    return unpack(layout, values.bytes, layout.element_size(), accessor);
+  }
+
   void read_triangles(int64_t mode) {
     std::vector<uint32_t> corners;
+    if (draco) {
+      out.triangles = draco->triangles;
+      return;
+    }
     if (const auto reference = json.find("indices")) {
       const JsonValue accessor = container.item("accessors", *reference);
       for (const double index : accessor_numbers(container, *reference, Purpose::indices)) {
@@ -60,19 +108,20 @@ private:
     }
   }
 
-  std::vector<double> per_vertex(const JsonValue &reference, Purpose purpose, size_t width) {
-    std::vector<double> numbers = accessor_numbers(container, reference, purpose);
-    if (numbers.size() != out.vertex_count() * width)
+  std::vector<double> per_vertex(const std::string &semantic, const JsonValue &reference, Purpose purpose,
+                                 size_t width) {
+    std::vector<double> found = numbers(semantic, reference, purpose);
+    if (found.size() != out.vertex_count() * width)
       container.item("accessors", reference)
           .fail("expected an element for each of " + std::to_string(out.vertex_count()) +
-                " vertices, found " + std::to_string(numbers.size() / width));
-    return numbers;
+                " vertices, found " + std::to_string(found.size() / width));
+    return found;
   }
 
   void read_texture() {
     const BaseColour colour = read_base_colour(container, json);
     const std::string key = "TEXCOORD_" + std::to_string(colour.set);
-    out.texture = per_vertex(attributes.at(key.c_str()), Purpose::texture, 2);
+    out.texture = per_vertex(key, attributes.at(key.c_str()), Purpose::texture, 2);
     colour.transform(out.texture);
     out.image = colour.image;
   }
@@ -86,8 +135,8 @@ private:
       if (!joint_key != !weight_key)
         attributes.fail("expected JOINTS_" + set + " and WEIGHTS_" + set + " together, found one of them");
       if (!joint_key) break;
-      joints.push_back(per_vertex(*joint_key, Purpose::joints, 4));
-      weights.push_back(per_vertex(*weight_key, Purpose::weights, 4));
+      joints.push_back(per_vertex("JOINTS_" + set, *joint_key, Purpose::joints, 4));
+      weights.push_back(per_vertex("WEIGHTS_" + set, *weight_key, Purpose::weights, 4));
     }
     if (joints.empty()) return;
     for (size_t vertex = 0; vertex < out.vertex_count(); vertex++) {
@@ -113,13 +162,16 @@ private:
 
   void read_target(const JsonValue &target) {
     const auto reference = target.find("POSITION");
-    out.targets.push_back(reference ? per_vertex(*reference, Purpose::displacements, 3)
+    out.targets.push_back(reference ? per_vertex("", *reference, Purpose::displacements, 3)
                                     : std::vector<double>());
   }
 
   Container &container;
   const JsonValue &json;
   const JsonValue attributes;
+  std::optional<JsonValue> identifiers;      // when the primitive is compressed: of its attributes
+  std::optional<DrcPoints> draco;            // likewise
+  std::map<std::string, uint32_t> draco_ids; // of the attributes in it
   Primitive out;
 };
 
