@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """crane: fifty frames of a captured person with one topology, in metres, no pictures."""
 
-import json
 import tarfile
 
 import real_capture as real
@@ -27,11 +26,8 @@ def main():
         "meshes": {"pattern": "mesh_%04d.obj"},
     }
     capture = real.write_capture(folder, description)
-    stream, out = folder / "crane.fvv", folder / "out"
-    print(real.tool("fvvmux", capture, "-o", stream, "--lattice-step", "1mm", "--verify", "--force"))
-    print(real.tool("fvvinfo", "--check", stream))
-    real.tool("fvvdemux", stream, "-o", out, "--force")
-    step = json.loads(real.tool("fvvinfo", "--json", stream))["files"][0]["scene"]["lattice_step"]
+    _, info, out = real.round_trip(capture, "--lattice-step", "1mm")
+    step = info["scene"]["lattice_step"]
     for number in range(0, count, 7):
         source = real.read_obj(folder / f"mesh_{number:04d}.obj")
         real.compare_meshes(f"frame {number}", source, real.read_ply(out / f"meshes/{number:04d}.ply"), step)

@@ -113,13 +113,9 @@ def main():
         *("--units", "metres", "--pictures", f"{root}/{{name}}.png", "--masks", "mask_{name}.png"),
         *("--meshes", "voxels.ply"),
     )
-    stream, out = folder / "temple.fvv", folder / "out"
-    print(real.tool("fvvmux", capture, "-o", stream, "--quality", f"{QUALITY:g}dB", "--verify", "--force"))
-    print(real.tool("fvvinfo", "--check", stream))
-    real.tool("fvvdemux", stream, "-o", out, "--force")
+    _, info, out = real.round_trip(capture, "--quality", f"{QUALITY:g}dB")
     real.contact_sheet(capture, iou=0.85)
 
-    info = json.loads(real.tool("fvvinfo", "--json", stream))["files"][0]
     decoded = real.read_ply(out / "meshes/0000.ply")
     real.compare_meshes("mesh", (positions, faces), decoded, info["scene"]["lattice_step"])
     written = json.loads((out / "capture.json").read_text())["cameras"]

@@ -59,15 +59,7 @@ def main():
         # Two videos lack the last 8 of the 1088 columns that were calibrated.
         camera["width"] = 1080
     path.write_text(json.dumps(description, indent=1))
-    stream, out = folder / "pose2sim.fvv", folder / "out"
-    summary = json.loads(
-        real.tool(
-            *("fvvmux", path, "-o", stream, "--quality", f"{QUALITY:g}dB", "--scale", SCALE, "--verify"),
-            *("--frames", f"0-{FRAMES - 1}", "--force", "--json"),
-        )
-    )
-    print(real.tool("fvvinfo", "--check", stream))
-    real.tool("fvvdemux", stream, "-o", out, "--force")
+    summary, _, out = real.round_trip(path, "--quality", f"{QUALITY:g}dB", "--scale", SCALE)
     real.contact_sheet(path)
 
     for source in summary["sources"]:

@@ -39,6 +39,15 @@ def tool(name, *arguments):
     return done.stdout
 
 
+def round_trip(capture, *options):
+    """Pack a capture and verify it, check the stream, take it apart: the summary of fvvmux, what fvvinfo says, the folder."""
+    stream, out = capture.with_name("capture.fvv"), capture.with_name("out")
+    summary = json.loads(tool("fvvmux", capture, "-o", stream, "--verify", "--force", "--json", *options))
+    print(tool("fvvinfo", "--check", stream))
+    tool("fvvdemux", stream, "-o", out, "--force")
+    return summary, json.loads(tool("fvvinfo", "--json", stream))["files"][0], out
+
+
 def contact_sheet(capture, iou=None):
     """Draw the contact sheet beside the capture, for people; with masks, hold its outlines against them."""
     sheet = capture.with_name("sheet.png")

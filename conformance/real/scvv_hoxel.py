@@ -74,12 +74,9 @@ def main():
         "atlas": {"pictures": str(source / "%06d_scandycore_raw_frame.jpg")},
     }
     capture = real.write_capture(folder, description)
-    stream, out = folder / "hoxel.fvv", folder / "out"
     frames = ["--frames", f"{FIRST}-{FIRST + COUNT - 1}"]
     wishes = ["--lattice-step", f"{STEP}", "--texture-bits", TEXTURE_BITS, "--quality", f"{TARGET}dB"]
-    print(real.tool("fvvmux", capture, "-o", stream, *frames, *wishes, "--verify", "--force"))
-    print(real.tool("fvvinfo", "--check", stream))
-    real.tool("fvvdemux", stream, "-o", out, "--force")
+    _, _, out = real.round_trip(capture, *frames, *wishes)
     described = json.loads((out / "capture.json").read_text())["atlas"]
     assert described == {"pictures": "atlas/%04d.png", "texture_bits": TEXTURE_BITS}, described
     for number in range(FIRST, FIRST + COUNT, 7):

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 """tvm_basketball_player: ten captured meshes with other connectivity in every frame, no pictures."""
 
-import json
-
 import real_capture as real
 
 
@@ -19,11 +17,8 @@ def main():
         "meshes": {"pattern": str(root / "basketball_player_fr%04d.obj")},
     }
     capture = real.write_capture(folder, description)
-    stream, out = folder / "tvm_basketball.fvv", folder / "out"
-    print(real.tool("fvvmux", capture, "-o", stream, "--verify", "--force"))
-    print(real.tool("fvvinfo", "--check", stream))
-    real.tool("fvvdemux", stream, "-o", out, "--force")
-    step = json.loads(real.tool("fvvinfo", "--json", stream))["files"][0]["scene"]["lattice_step"]
+    _, info, out = real.round_trip(capture)
+    step = info["scene"]["lattice_step"]
     for number in range(11, 21):
         source = real.read_obj(root / f"basketball_player_fr{number:04d}.obj")
         real.compare_meshes(f"frame {number}", source, real.read_ply(out / f"meshes/{number:04d}.ply"), step)

@@ -72,13 +72,9 @@ def main():
         ],
     }
     capture = real.write_capture(folder, description)
-    stream, out = folder / "wd2_human20.fvv", folder / "out"
-    print(real.tool("fvvmux", capture, "-o", stream, "--quality", f"{QUALITY:g}dB", "--verify", "--force"))
-    print(real.tool("fvvinfo", "--check", stream))
-    real.tool("fvvdemux", stream, "-o", out, "--force")
+    _, info, out = real.round_trip(capture, "--quality", f"{QUALITY:g}dB")
     real.contact_sheet(capture, iou=0.95)
 
-    info = json.loads(real.tool("fvvinfo", "--json", stream))["files"][0]
     positions, faces = real.read_ply(mesh_path)
     decoded = real.read_ply(out / "meshes/0020.ply")
     real.figure("vertices decoded", len(decoded[0]), 17264, at_most=False)

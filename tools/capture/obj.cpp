@@ -114,14 +114,21 @@ private:
       fail("expected an OBJ keyword such as v or f, found " + quote(keyword));
   }
 
-  void vertex() {
-    double numbers[7];
+  // The numbers of the line, of which the first ones are kept; answers how many there are.
+  template <size_t kept> size_t numbers_of_line(const char *keyword, double (&numbers)[kept]) {
     size_t count = 0;
     for (std::string_view text; word(text); count++) {
       double value;
-      if (!parse_double(text, value)) fail("expected a finite number after v, found " + quote(text));
-      if (count < 7) numbers[count] = value;
+      if (!parse_double(text, value))
+        fail("expected a finite number after " + std::string(keyword) + ", found " + quote(text));
+      if (count < kept) numbers[count] = value;
     }
+    return count;
+  }
+
+  void vertex() {
+    double numbers[7];
+    const size_t count = numbers_of_line("v", numbers);
     if (count < 3 || count == 5 || count > 7)
       fail("expected 3, 4, 6 or 7 numbers after v, found " + std::to_string(count));
     if (mesh.vertex_count() == limits.max_vertices)
@@ -134,12 +141,7 @@ private:
   void texture_pair() {
     if (!wants_texture) return;
     double numbers[3];
-    size_t count = 0;
-    for (std::string_view text; word(text); count++) {
-      double value;
-      if (!parse_double(text, value)) fail("expected a finite number after vt, found " + quote(text));
-      if (count < 3) numbers[count] = value;
-    }
+    const size_t count = numbers_of_line("vt", numbers);
     if (count < 2 || count > 3) fail("expected 2 or 3 numbers after vt, found " + std::to_string(count));
     texture.insert(texture.end(), {numbers[0], 1 - numbers[1]});
     pairs.count++;
