@@ -3,6 +3,10 @@
 #include "fvv_media/video.h"
 #include "pictures.h"
 
+extern "C" {
+#include <libavcodec/avcodec.h>
+}
+
 #include <algorithm>
 #include <cstring>
 #include <set>
@@ -221,6 +225,55 @@ TEST_CASE("an H.264 sample that is damaged within makes the decoder wait for a k
   CHECK_THAT(error_of([&] { decode(4); }), Contains("is not a key"));
   CHECK_THAT(error_of([&] { decode(5); }), Contains("is not a key"));
   CHECK(decode(0).pixels == first.pixels);
+}
+
+namespace {
+
+// What libavcodec's H.264 decoder knows of the second of two samples, with its own settings and concealment.
+bool witness_misses_blocks(const EncodedGroup &group, const std::vector<uint8_t> &second) {
+  const AVCodec *codec = avcodec_find_decoder(AV_CODEC_ID_H264);
+  AVCodecContext *context = avcodec_alloc_context3(codec);
+  context->extradata = static_cast<uint8_t *>(av_mallocz(group.record.size() + AV_INPUT_BUFFER_PADDING_SIZE));
+  memcpy(context->extradata, group.record.data(), group.record.size());
+  context->extradata_size = int(group.record.size());
+  context->thread_count = 1;
+  context->flags |= AV_CODEC_FLAG_LOW_DELAY;
+  REQUIRE(avcodec_open2(context, codec, nullptr) == 0);
+  AVPacket *packet = av_packet_alloc();
+  AVFrame *frame = av_frame_alloc();
+  bool misses = false;
+  for (const std::vector<uint8_t> &bytes : {group.samples[0].bytes, second}) {
+    REQUIRE(av_new_packet(packet, int(bytes.size())) == 0);
+    memcpy(packet->data, bytes.data(), bytes.size());
+    misses = avcodec_send_packet(context, packet) == 0 && avcodec_receive_frame(context, frame) == 0 &&
+             frame->decode_error_flags != 0;
+    av_packet_unref(packet);
+  }
+  av_frame_free(&frame);
+  av_packet_free(&packet);
+  avcodec_free_context(&context);
+  return misses;
+}
+
+} // namespace
+
+TEST_CASE("an H.264 picture with missing blocks is an error, not a picture") {
+  const EncodedGroup group = encode_group(settings_of(FVV_CODEC_AVC1, 24), clip(width, height, 2));
+  const fvv_video_config config = config_of(settings_of(FVV_CODEC_AVC1, 24), group);
+  const std::vector<uint8_t> &first = group.samples[0].bytes, &good = group.samples[1].bytes;
+  int missing = 0;
+  for (size_t bit = 6 * 8; bit < good.size() * 8; bit += 11) {
+    std::vector<uint8_t> damaged = good;
+    damaged[bit / 8] ^= uint8_t(1 << bit % 8);
+    if (!witness_misses_blocks(group, damaged)) continue;
+    missing++;
+    CAPTURE(bit);
+    Decoder decoder(config);
+    decoder.decode(first.data(), first.size());
+    CHECK_THAT(error_of([&] { decoder.decode(damaged.data(), damaged.size()); }), Contains("is damaged"));
+    CHECK_THAT(error_of([&] { decoder.decode(good.data(), good.size()); }), Contains("is not a key"));
+  }
+  CHECK(missing > 10);
 }
 
 TEST_CASE("settings that cannot be are refused with a reason") {

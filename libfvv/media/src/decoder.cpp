@@ -94,7 +94,7 @@ public:
     clear_log();
     const AVCodec *codec = avcodec_find_decoder_by_name(library.name);
     if (!codec) throw Error(std::string("this build of FFmpeg has no decoder ") + library.name);
-    context_ = make_context(codec);
+    context_ = make_decoder_context(codec);
     if (library.takes_record) {
       context_->extradata =
           static_cast<uint8_t *>(av_mallocz(config.record_size + AV_INPUT_BUFFER_PADDING_SIZE));
@@ -102,11 +102,7 @@ public:
       memcpy(context_->extradata, config.record, config.record_size);
       context_->extradata_size = int(config.record_size);
     }
-    context_->thread_count = 1; // frame threads would hold pictures back
     context_->flags |= AV_CODEC_FLAG_LOW_DELAY;
-    // Concealed damage is a wrong picture called good.
-    context_->err_recognition = AV_EF_EXPLODE | AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER;
-    context_->error_concealment = 0;
     // Headers may announce more than the configuration; coded sizes are whole blocks, of up to 64 pixels.
     context_->max_pixels = (int64_t(config.width) + 64) * (int64_t(config.height) + 64);
     const int code = avcodec_open2(context_.get(), codec, nullptr);
@@ -164,8 +160,7 @@ private:
     code = avcodec_receive_frame(context_.get(), frame_.get());
     if (code == AVERROR(EAGAIN)) throw Error(sample() + " gives no picture of its own");
     if (code < 0) fail(sample() + " is damaged", code);
-    if (frame_->decode_error_flags || (frame_->flags & AV_FRAME_FLAG_CORRUPT))
-      throw Error(sample() + " is damaged: its picture is not whole");
+    if (is_broken(*frame_)) throw Error(sample() + " is damaged: its picture is not whole");
     // A missing reference picture is replaced with nothing but a message, whatever err_recognition says.
     if (log_has_error()) fail(sample() + " is damaged", 0);
     const AvFrame second = make_frame();

@@ -45,6 +45,18 @@ Packet make_packet() {
   return Packet(checked(av_packet_alloc()));
 }
 
+Context make_decoder_context(const AVCodec *codec) {
+  Context context = make_context(codec);
+  context->thread_count = 1;
+  context->err_recognition = AV_EF_EXPLODE | AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER;
+  // Concealment stays on: where it is off, the H.264 decoder does not even tell that blocks are missing.
+  return context;
+}
+
+bool is_broken(const AVFrame &frame) {
+  return frame.decode_error_flags || (frame.flags & AV_FRAME_FLAG_CORRUPT);
+}
+
 void quiet_log() {
   static std::once_flag once;
   std::call_once(once, [] { av_log_set_callback(keep_message); });

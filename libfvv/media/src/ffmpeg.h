@@ -27,6 +27,12 @@ Context make_context(const AVCodec *codec);
 AvFrame make_frame();
 Packet make_packet();
 
+/* A context for decoding, not opened yet: on one thread, as an error must belong to the packet that was sent
+ * last, and with an answer to all damage that the decoder can see. */
+Context make_decoder_context(const AVCodec *codec);
+/* Whether the decoder knows that a picture is not whole. */
+bool is_broken(const AVFrame &frame);
+
 /* 4:2:0 of 8 or 10 bits a sample, in the byte order of the machine: the planes of a BasicFrame. */
 constexpr AVPixelFormat pixel_format(int bit_depth) {
   return bit_depth == 8 ? AV_PIX_FMT_YUV420P : AV_PIX_FMT_YUV420P10;

@@ -48,13 +48,10 @@ private:
     if (!codec)
       throw Error(path_, std::string("this build of FFmpeg has no decoder for ") +
                              avcodec_get_name(parameters.codec_id));
-    context_ = make_context(codec);
+    context_ = make_decoder_context(codec);
     int code = avcodec_parameters_to_context(context_.get(), &parameters);
     if (code < 0) fail(path_ + ": cannot be decoded", code);
     context_->pkt_timebase = demuxer_->stream().time_base;
-    context_->thread_count = 1; // errors must belong to the packet that was sent last
-    context_->err_recognition = AV_EF_EXPLODE | AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER;
-    // Concealment stays on: where it is off, the H.264 decoder does not even tell that blocks are missing.
     // Decoders measure padded buffers by this, not only pictures.
     context_->max_pixels = int64_t(max_dimension) * max_dimension;
     code = avcodec_open2(context_.get(), codec, nullptr);
@@ -145,7 +142,7 @@ private:
         continue;
       }
       if (frame_->pts < wanted && frame_->pts != AV_NOPTS_VALUE) {
-        if (is_broken()) damaged_ = std::min(damaged_, next_ - 1);
+        if (is_broken(*frame_)) damaged_ = std::min(damaged_, next_ - 1);
         continue;
       }
       if (frame_->pts != wanted) return left_out(target);
@@ -157,12 +154,10 @@ private:
     return damaged_ <= target || leading_damaged_ <= target ? problem_ : "is left out by the decoder";
   }
 
-  bool is_broken() const { return frame_->decode_error_flags || (frame_->flags & AV_FRAME_FLAG_CORRUPT); }
-
   std::string judge(size_t target) {
     const bool leading = index_->packets[target].pts < start_pts_;
     if (damaged_ <= target || (leading && leading_damaged_ <= target)) return problem_;
-    if (is_broken()) return "is damaged: it is not whole";
+    if (is_broken(*frame_)) return "is damaged: it is not whole";
     if (uint32_t(frame_->width) != info().width || uint32_t(frame_->height) != info().height)
       return "is " + std::to_string(frame_->width) + " x " + std::to_string(frame_->height) +
              ", the file says " + std::to_string(info().width) + " x " + std::to_string(info().height);
