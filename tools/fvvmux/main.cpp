@@ -19,7 +19,9 @@ constexpr const char *footer =
     "fraction], group, groups, lattice: {origin, step, reason, half_step_pixels}, mesh: {bytes, smallest,\n"
     "largest, profile, level, max_axis_error, changed_frames, and for each kind of change {count, frames}},\n"
     "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, sample_frames,\n"
-    "sample_psnr, sample_foreground}, atlas: the same with texture_bits for cameras, sources: [{camera,\n"
+    "sample_psnr, sample_foreground, and with --bitrate bit_rate: {asked, reached, finest, coarsest,\n"
+    "groups_over} of qualities and groups}, atlas: the same with texture_bits for cameras, sources: "
+    "[{camera,\n"
     "kind, file, pictures, rate, constant_rate, frames, met, unmet: [[first, last], ...], largest_offset,\n"
     "mean_offset, repeated, unused: {before, between, behind}, better_start}] for videos, offsets in\n"
     "seconds, seconds, frames_per_second, verified: {meshes, pictures, cameras, max_vertex_error,\n"
@@ -36,7 +38,7 @@ constexpr const char *footer =
 
 // What is still text after the command line was split.
 struct Texts {
-  std::string codec = "h264", bit_depth = "8", quality = "42dB", tile, scale, atlas_scale,
+  std::string codec = "h264", bit_depth = "8", quality = "42dB", bit_rate, tile, scale, atlas_scale,
               background = "keep", lattice_step, mesh_profile = "draco", frames;
 };
 
@@ -55,10 +57,16 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("--bit-depth", texts.bit_depth,
                  "8, or 10 (hevc, vp9, av1): smooth shades without bands, from pictures of 16 bits above all")
       ->capture_default_str();
-  app.add_option("--quality", texts.quality,
-                 "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
-                 "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1)")
-      ->capture_default_str();
+  auto *quality =
+      app.add_option(
+             "--quality", texts.quality,
+             "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
+             "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1)")
+          ->capture_default_str();
+  app.add_option("--bitrate", texts.bit_rate,
+                 "bits a second for all pictures (4M, 800k) in place of a quality: every group has its share "
+                 "and gets the finest quality that keeps it; tracks share by their pixels")
+      ->excludes(quality);
   auto *tile = app.add_option("--tile", texts.tile, "size of every camera's picture in the stream: 480x270");
   app.add_option("--scale", texts.scale, "the same as a factor, above 0 and at most 1")->excludes(tile);
   app.add_option("--atlas-scale", texts.atlas_scale,
@@ -99,6 +107,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.codec = mux::parse_codec(texts.codec);
   options.bit_depth = mux::parse_bit_depth(texts.bit_depth, options.codec);
   options.quality = mux::parse_quality(texts.quality, options.codec);
+  if (!texts.bit_rate.empty()) options.bit_rate = mux::parse_bit_rate(texts.bit_rate);
   if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
   if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);
   if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);

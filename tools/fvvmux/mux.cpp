@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <future>
 #include <mutex>
 
@@ -23,9 +24,14 @@ struct Piece {
 };
 
 // What a group waits for. Each thread fills its own items.
+struct TrackGroup {
+  std::vector<media::Sample> samples;
+  double quality = 0;
+  bool over_rate = false;
+};
 struct Group {
   std::vector<MeshFrame> meshes;
-  std::vector<std::vector<media::Sample>> samples; // of each video track
+  std::vector<TrackGroup> videos; // of each video track
 };
 
 class Job {
@@ -35,6 +41,7 @@ public:
       : plan(sums.plan), output(file), summary(sums), groups(plan.group_count()),
         promises(plan.tracks.size()) {
     summary.videos.resize(plan.tracks.size());
+    summary.rates.resize(plan.tracks.size());
     for (std::promise<void> &promise : promises) chosen.push_back(promise.get_future());
     for (size_t track = 0; track < plan.tracks.size(); track++) add(Kind::choice, 0, track, 0, 0);
     // The first video has to wait for the choice: meshes of two groups fill the other threads' time.
@@ -70,8 +77,9 @@ private:
   void list_video(size_t group) {
     if (group >= plan.group_count()) return;
     const size_t first = plan.first_of(group), count = plan.frames_of(group);
-    // Samples of JPEG do not know each other.
-    const size_t together = plan.options.codec == FVV_CODEC_JPEG ? 1 : count;
+    // Samples of JPEG do not know each other, but they share a bit rate.
+    const bool apart = plan.options.codec == FVV_CODEC_JPEG && !plan.options.bit_rate;
+    const size_t together = apart ? 1 : count;
     for (size_t track = 0; track < plan.tracks.size(); track++)
       for (size_t i = 0; i < count; i += together) add(Kind::video, group, track, first + i, together);
   }
@@ -87,8 +95,8 @@ private:
     const size_t index = frame / plan.group_size;
     Group &group = groups[index];
     if (plan.has_meshes()) group.meshes.resize(plan.frames_of(index));
-    group.samples.resize(plan.tracks.size());
-    for (auto &samples : group.samples) samples.resize(plan.frames_of(index));
+    group.videos.resize(plan.tracks.size());
+    for (TrackGroup &video : group.videos) video.samples.resize(plan.frames_of(index));
     return group;
   }
 
@@ -121,9 +129,12 @@ private:
     if (encoded.record != track.choice.record)
       throw cli::Failure(plan.capture.path + ": group " + std::to_string(piece.first / plan.group_size) +
                          ": the encoder's configuration record differs from the first group's");
-    Group &group = group_for(piece.first);
+    TrackGroup &video = group_for(piece.first).videos[piece.track];
     std::move(encoded.samples.begin(), encoded.samples.end(),
-              group.samples[piece.track].begin() + std::ptrdiff_t(piece.first % plan.group_size));
+              video.samples.begin() + std::ptrdiff_t(piece.first % plan.group_size));
+    if (!plan.options.bit_rate) return; // several pieces may have one quality and one group
+    video.quality = encoded.quality;
+    video.over_rate = encoded.over_rate;
   }
 
   void write(size_t index) {
@@ -140,12 +151,15 @@ private:
         summary.changes.add(mesh.source, mesh.report);
       }
       for (size_t track = 0; track < plan.tracks.size(); track++) {
-        const media::Sample &sample = group.samples[track][i];
+        const media::Sample &sample = group.videos[track].samples[i];
         writer->sample(plan.tracks[track], first + i, sample);
         summary.videos[track].add(sample.bytes.size());
       }
     }
     writer->end_group();
+    const media::VideoCodec &codec = *media::find_video_codec(plan.options.codec);
+    for (size_t track = 0; track < plan.tracks.size(); track++)
+      summary.rates[track].add(codec, group.videos[track].quality, group.videos[track].over_rate);
   }
 
   Plan &plan;
@@ -168,6 +182,20 @@ void TrackBytes::add(uint64_t bytes) {
   largest = std::max(largest, bytes);
 }
 
+void RateResult::add(const media::VideoCodec &codec, double quality, bool is_over) {
+  const auto finer = [&](double a, double b) { return codec.finest < codec.coarsest ? a < b : a > b; };
+  if (!groups || finer(quality, finest)) finest = quality;
+  if (!groups || finer(coarsest, quality)) coarsest = quality;
+  groups++;
+  over += is_over;
+}
+
+double Summary::bit_rate(size_t track) const {
+  const fvv_rational &duration = plan.capture.frame_duration;
+  return double(videos[track].payload) * 8 * duration.denominator / duration.numerator /
+         double(plan.frame_count());
+}
+
 void MeshChanges::add(const capture::MeshReport &source, const fvv_mesh_report &report) {
   split_polygons.add(source.polygons);
   left_out.add(source.lines_and_points);
@@ -186,6 +214,32 @@ void MeshChanges::add(const capture::MeshReport &source, const fvv_mesh_report &
   max_error = std::max(max_error, report.max_error);
 }
 
+namespace {
+
+// A rate that is too low even for the worst picture is no failure: the stream is whole.
+bool warn_of_rates(const Summary &summary) {
+  bool warned = false;
+  for (size_t track = 0; track < summary.rates.size(); track++) {
+    const RateResult &rate = summary.rates[track];
+    if (!rate.over) continue;
+    const VideoTrack &video = summary.plan.tracks[track];
+    const media::VideoCodec &codec = *media::find_video_codec(video.choice.settings.codec);
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "--bitrate: %zu of %zu groups of the %s take more than %.4g kbit/s even at %s %d; in all it "
+        "is %.4g kbit/s",
+        rate.over, rate.groups, video.is_atlas() ? "atlas" : "video",
+        double(video.choice.settings.bit_rate) / 1000, codec.scale, codec.coarsest,
+        summary.bit_rate(track) / 1000);
+    cli::warn(summary.plan.capture.path + ": " + text);
+    warned = true;
+  }
+  return warned;
+}
+
+} // namespace
+
 Summary mux(const Options &options) {
   const auto start = std::chrono::steady_clock::now();
   if (options.verify && options.output == "-")
@@ -196,6 +250,7 @@ Summary mux(const Options &options) {
   cli::OutputFile output(options.output, options.force);
   summary.bytes = Job(summary, output).run();
   output.commit();
+  if (warn_of_rates(summary)) summary.plan.warned = true;
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (options.verify) summary.verdict = verify(summary.plan);
   return summary;

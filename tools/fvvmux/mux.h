@@ -35,15 +35,26 @@ struct MeshChanges {
   void add(const capture::MeshReport &source, const fvv_mesh_report &report);
 };
 
+// What a bit rate made of a track's groups.
+struct RateResult {
+  double finest = 0, coarsest = 0; // qualities of the codec's scale
+  size_t groups = 0, over = 0;     // over: the coarsest quality takes more than the rate
+
+  void add(const media::VideoCodec &codec, double quality, bool is_over);
+};
+
 struct Summary {
   Plan plan;
   uint64_t bytes = 0;
   TrackBytes mesh;
   std::vector<TrackBytes> videos; // as Plan::tracks
+  std::vector<RateResult> rates;  // likewise; filled with Options::bit_rate
   MeshChanges changes;
   std::optional<Verdict> verdict; // with Options::verify
   double seconds = 0;             // from the first look at the capture to the last byte
 
+  // Bits a second of the payload of a video track.
+  double bit_rate(size_t track) const;
   cli::Exit exit() const { return plan.warned ? cli::loss : cli::done; }
 };
 

@@ -63,6 +63,17 @@ Quality parse_quality(const std::string &text, uint32_t codec) {
   refuse("--quality", expected.c_str(), text);
 }
 
+uint64_t parse_bit_rate(const std::string &text) {
+  constexpr double least = 1e3, most = 1e10;
+  const char last = text.empty() ? 0 : text.back();
+  const double unit = last == 'k' ? 1e3 : last == 'M' ? 1e6 : last == 'G' ? 1e9 : 1;
+  double value;
+  if (!capture::parse_double(text.substr(0, text.size() - (unit > 1)), value) || !(value * unit >= least) ||
+      value * unit > most)
+    refuse("--bitrate", "bits a second such as 4M, 800k or 64000, from 1k to 10G", text);
+  return uint64_t(std::llround(value * unit));
+}
+
 Length parse_length(const std::string &text) {
   struct Unit {
     const char *name;

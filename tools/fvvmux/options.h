@@ -38,6 +38,7 @@ struct Options {
   uint32_t codec = FVV_CODEC_AVC1;
   int bit_depth = 8; // or 10
   Quality quality;
+  uint64_t bit_rate = 0;        // of all video tracks, in place of quality; 0: none
   std::optional<TileSize> tile; // else scale holds
   double scale = 1;             // of pictures, 0 < scale <= 1
   double atlas_scale = 1;       // of those of the atlas, likewise
@@ -61,6 +62,7 @@ struct Options {
 uint32_t parse_codec(const std::string &text);                   // "jpeg", "h264", "hevc", "vp9", "av1"
 int parse_bit_depth(const std::string &text, uint32_t codec);    // "8"; "10" where the codec has it
 Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23"
+uint64_t parse_bit_rate(const std::string &text);                // "4M", "800k", "64000"
 Length parse_length(const std::string &text);                    // "1.5mm", "0.2cm", "0.002m", "0.002"
 TileSize parse_tile(const std::string &text);                    // "480x270"
 double parse_scale(const char *option, const std::string &text); // "0.5"

@@ -103,7 +103,9 @@ Tiling arrange_atlas(const capture::Capture &capture, const Options &options) {
 template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, const VideoTrack &track) {
   Sample<SampleType> sample;
   bool foreground = false;
-  for (size_t i = 0; i < std::min(plan.frames_of(0), sample_size); i++) {
+  // What a bit rate leaves to a group is for all of its frames.
+  const size_t most = plan.options.bit_rate ? SIZE_MAX : sample_size;
+  for (size_t i = 0; i < std::min(plan.frames_of(0), most); i++) {
     Picture<SampleType> picture = load_picture<SampleType>(plan, track, i, true);
     sample.images.push_back(std::move(picture.image));
     if (picture.mask.pixels.empty()) continue;
@@ -116,6 +118,20 @@ template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, con
   return sample;
 }
 
+// Of the bits that are for all tracks; by the pixels.
+uint64_t share_of_rate(const Plan &plan, const VideoTrack &track) {
+  const auto pixels = [](const VideoTrack &one) { return uint64_t(one.tiling.width) * one.tiling.height; };
+  uint64_t all = 0;
+  for (const VideoTrack &one : plan.tracks) all += pixels(one);
+  return uint64_t(double(plan.options.bit_rate) * double(pixels(track)) / double(all));
+}
+
+// Where a search begins that knows nothing yet: the middle of the codec's scale.
+int middle_quality(uint32_t codec) {
+  const media::VideoCodec &known = *media::find_video_codec(codec);
+  return (known.finest + known.coarsest) / 2;
+}
+
 template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoTrack &track) {
   const Options &options = plan.options;
   VideoChoice choice;
@@ -124,15 +140,19 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
                      track.tiling.height,
                      int(options.quality.value),
                      plan.capture.frame_duration,
-                     options.bit_depth};
+                     options.bit_depth,
+                     share_of_rate(plan, track)};
   const Sample<SampleType> sample = load_sample<SampleType>(plan, track);
   choice.masks = !sample.masks.empty();
   choice.sample_frames = uint32_t(sample.images.size());
   try {
-    if (options.quality.is_psnr)
+    if (options.bit_rate)
+      choice.settings.quality = middle_quality(options.codec);
+    else if (options.quality.is_psnr)
       choice.settings.quality =
           media::choose_quality(choice.settings, sample.images, options.quality.value, sample.masks);
     media::EncodedGroup group = media::encode_group(choice.settings, sample.images);
+    choice.settings.quality = int(std::lround(group.quality));
     media::Decoder decoder(media::config_of(choice.settings, group));
     media::LumaError sum;
     for (size_t i = 0; i < sample.images.size(); i++) {

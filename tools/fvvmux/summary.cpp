@@ -69,19 +69,35 @@ void track_line(std::string &out, const Summary &s, const char *label, uint64_t 
        what.c_str());
 }
 
-std::string codec_choice(const VideoTrack &track) {
+std::string quality_text(const Summary &s, size_t track) {
+  if (!s.plan.options.bit_rate) return std::to_string(s.plan.tracks[track].choice.settings.quality);
+  char text[80];
+  const RateResult &rate = s.rates[track];
+  if (rate.finest == rate.coarsest)
+    std::snprintf(text, sizeof text, "%g", rate.finest);
+  else
+    std::snprintf(text, sizeof text, "%g to %g", rate.finest, rate.coarsest);
+  return text;
+}
+
+std::string codec_choice(const Summary &s, size_t index) {
+  const VideoTrack &track = s.plan.tracks[index];
   const media::VideoSettings &v = track.choice.settings;
   const media::VideoCodec &codec = *media::find_video_codec(v.codec);
-  return std::string(codec.name) + " " + codec.scale + " " + std::to_string(v.quality) + ", " +
+  return std::string(codec.name) + " " + codec.scale + " " + quality_text(s, index) + ", " +
          std::to_string(v.bit_depth) + " bits, " +
          (track.is_atlas() ? "" : std::to_string(track.tiling.tiles.size()) + " tiles in ") +
          std::to_string(v.width) + "x" + std::to_string(v.height);
 }
 
-void video_lines(std::string &out, const Summary &s, const VideoTrack &track) {
+void video_lines(std::string &out, const Summary &s, size_t index) {
+  const VideoTrack &track = s.plan.tracks[index];
   const VideoChoice &video = track.choice;
   char wish[40] = "";
-  if (s.plan.options.quality.is_psnr)
+  if (s.plan.options.bit_rate)
+    line(out, "  rate      %.1f kbit/s of the %s (asked for %.1f)", s.bit_rate(index) / 1000,
+         track.is_atlas() ? "atlas" : "video", double(video.settings.bit_rate) / 1000);
+  else if (s.plan.options.quality.is_psnr)
     std::snprintf(wish, sizeof wish, " (asked for %.4g dB)", s.plan.options.quality.value);
   line(out, "  quality   %.2f dB luma%s over the %s of the first %u frames", video.sample_psnr, wish,
        track.is_atlas() ? "whole atlas"
@@ -197,8 +213,9 @@ nlohmann::ordered_json track_json(const TrackBytes &track) {
   return {{"bytes", track.payload}, {"smallest", track.smallest}, {"largest", track.largest}};
 }
 
-nlohmann::ordered_json video_json(const Summary &s, const VideoTrack &track, const TrackBytes &bytes) {
-  nlohmann::ordered_json out = track_json(bytes);
+nlohmann::ordered_json video_json(const Summary &s, size_t index) {
+  const VideoTrack &track = s.plan.tracks[index];
+  nlohmann::ordered_json out = track_json(s.videos[index]);
   out["codec"] = codec_text(s);
   out["bit_depth"] = track.choice.settings.bit_depth;
   out["quality"] = track.choice.settings.quality;
@@ -211,6 +228,12 @@ nlohmann::ordered_json video_json(const Summary &s, const VideoTrack &track, con
   out["sample_frames"] = track.choice.sample_frames;
   out["sample_psnr"] = decibels(track.choice.sample_psnr);
   out["sample_foreground"] = track.choice.masks;
+  if (s.plan.options.bit_rate)
+    out["bit_rate"] = {{"asked", track.choice.settings.bit_rate},
+                       {"reached", s.bit_rate(index)},
+                       {"finest", s.rates[index].finest},
+                       {"coarsest", s.rates[index].coarsest},
+                       {"groups_over", s.rates[index].over}};
   return out;
 }
 
@@ -229,9 +252,9 @@ std::string summary_text(const Summary &s) {
                                       ? " level " + std::to_string(plan.options.mesh_level)
                                       : std::string()));
   for (size_t i = 0; i < plan.tracks.size(); i++)
-    track_line(out, s, label_of(plan.tracks[i]), s.videos[i].payload, codec_choice(plan.tracks[i]));
+    track_line(out, s, label_of(plan.tracks[i]), s.videos[i].payload, codec_choice(s, i));
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
-  for (const VideoTrack &track : plan.tracks) video_lines(out, s, track);
+  for (size_t i = 0; i < plan.tracks.size(); i++) video_lines(out, s, i);
   source_lines(out, s);
   if (plan.has_meshes()) mesh_lines(out, s);
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
@@ -268,8 +291,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
                          {"frames", (s.changes.*named.change).frames}};
     out["mesh"] = mesh;
   }
-  for (size_t i = 0; i < plan.tracks.size(); i++)
-    out[label_of(plan.tracks[i])] = video_json(s, plan.tracks[i], s.videos[i]);
+  for (size_t i = 0; i < plan.tracks.size(); i++) out[label_of(plan.tracks[i])] = video_json(s, i);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   out["seconds"] = s.seconds;
   out["frames_per_second"] = per_second(s);

@@ -3,6 +3,7 @@
 
 #include "codecs.h"
 #include "encoder_options.h"
+#include "rate.h"
 
 #include <cstring>
 
@@ -29,10 +30,10 @@ void check_settings(const VideoSettings &settings, const std::vector<BasicImage<
   }
 }
 
-EncodedGroup encode_jpeg_group(const VideoSettings &settings, const std::vector<Image> &frames) {
+EncodedGroup encode_jpeg_group(int quality, const std::vector<Image> &frames) {
   EncodedGroup group;
   for (const Image &frame : frames)
-    group.samples.push_back({encode_jpeg(frame, settings.quality, Subsampling::yuv420), true});
+    group.samples.push_back({encode_jpeg(frame, quality, Subsampling::yuv420), true});
   return group;
 }
 
@@ -63,21 +64,22 @@ AvFrame make_picture(const AVCodecContext *context, const Colour &colour, const 
 /* One encoder at work on one group. */
 class GroupEncoder {
 public:
-  GroupEncoder(const VideoEncoder &encoder, const VideoSettings &settings)
+  GroupEncoder(const VideoEncoder &encoder, const VideoSettings &settings, double crf, int pass,
+               const std::string &statistics = "")
       : library_(encoder.library), bitstream_(encoder.bitstream), settings_(settings),
-        context_(open_encoder(encoder, settings)), packet_(make_packet()) {}
+        context_(open_encoder(encoder, settings, crf, pass, statistics)), packet_(make_packet()) {}
+
+  /* What a first pass finds out for the second. */
+  template <class SampleType> std::string look(const std::vector<BasicImage<SampleType>> &frames) {
+    send(frames, [this] {
+      while (avcodec_receive_packet(context_.get(), packet_.get()) >= 0) av_packet_unref(packet_.get());
+    });
+    if (!context_->stats_out) throw Error(library_ + " gave no statistics after its first pass");
+    return context_->stats_out;
+  }
 
   template <class SampleType> EncodedGroup encode(const std::vector<BasicImage<SampleType>> &frames) {
-    const Colour colour = colour_of_codec(settings_.codec);
-    for (size_t i = 0; i < frames.size(); i++) {
-      const AvFrame picture = make_picture(context_.get(), colour, frames[i], int64_t(i));
-      const int code = avcodec_send_frame(context_.get(), picture.get());
-      if (code < 0) fail(library_ + " cannot encode frame " + std::to_string(i), code);
-      receive_samples();
-    }
-    const int code = avcodec_send_frame(context_.get(), nullptr);
-    if (code < 0) fail(library_ + " cannot finish the group", code);
-    receive_samples();
+    send(frames, [this] { receive_samples(); });
     if (group_.samples.size() != frames.size())
       throw Error(library_ + " gave " + std::to_string(group_.samples.size()) + " samples for " +
                   std::to_string(frames.size()) + " frames");
@@ -87,6 +89,20 @@ public:
   }
 
 private:
+  template <class SampleType, class Receive>
+  void send(const std::vector<BasicImage<SampleType>> &frames, const Receive &receive) {
+    const Colour colour = colour_of_codec(settings_.codec);
+    for (size_t i = 0; i < frames.size(); i++) {
+      const AvFrame picture = make_picture(context_.get(), colour, frames[i], int64_t(i));
+      const int code = avcodec_send_frame(context_.get(), picture.get());
+      if (code < 0) fail(library_ + " cannot encode frame " + std::to_string(i), code);
+      receive();
+    }
+    const int code = avcodec_send_frame(context_.get(), nullptr);
+    if (code < 0) fail(library_ + " cannot finish the group", code);
+    receive();
+  }
+
   void receive_samples() {
     int code;
     while ((code = avcodec_receive_packet(context_.get(), packet_.get())) >= 0) {
@@ -137,9 +153,22 @@ private:
 template <class SampleType>
 EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames) {
   check_settings(settings, frames);
-  if constexpr (sizeof(SampleType) == 1)
-    if (settings.codec == FVV_CODEC_JPEG) return encode_jpeg_group(settings, frames);
-  return GroupEncoder(*find_encoder(settings.codec), settings).encode(frames);
+  std::string statistics; // of a first pass, which does not depend on the quality
+  const auto encode_at = [&](double quality) {
+    EncodedGroup group;
+    const VideoEncoder *encoder = find_encoder(settings.codec);
+    if (encoder) {
+      if (encoder->two_passes && statistics.empty())
+        statistics = GroupEncoder(*encoder, settings, quality, AV_CODEC_FLAG_PASS1).look(frames);
+      const int pass = encoder->two_passes ? AV_CODEC_FLAG_PASS2 : 0;
+      group = GroupEncoder(*encoder, settings, quality, pass, statistics).encode(frames);
+    } else if constexpr (sizeof(SampleType) == 1) {
+      group = encode_jpeg_group(int(quality), frames);
+    }
+    group.quality = quality;
+    return group;
+  };
+  return settings.bit_rate ? encode_to_rate(settings, frames.size(), encode_at) : encode_at(settings.quality);
 }
 
 template EncodedGroup encode_group(const VideoSettings &, const std::vector<Image> &);

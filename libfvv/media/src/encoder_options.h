@@ -16,13 +16,17 @@ struct VideoEncoder {
   const char *library; /* its name in libavcodec */
   std::vector<EncoderOption> options;
   const Bitstream &bitstream;
+  int steps_per_unit; /* of its CRF: 1 when it knows whole numbers only */
+  bool two_passes;
 };
 
 /* NULL for JPEG, which libavcodec does not encode here, and for codecs that are not known; no other. */
 const VideoEncoder *find_encoder(uint32_t codec);
 
-/* An encoder for one group, opened. */
-Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings);
+/* An encoder for one group, opened: of crf, in place of settings.quality. pass: 0, or AV_CODEC_FLAG_PASS1 or
+ * PASS2 with the statistics that the first left in stats_out. */
+Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings, double crf, int pass,
+                     const std::string &statistics);
 
 } // namespace fvv::media
 

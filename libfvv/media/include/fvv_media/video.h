@@ -38,6 +38,8 @@ struct VideoSettings {
   int quality;             /* between finest and coarsest of the codec */
   fvv_rational frame_rate; /* as a time base: seconds per frame, 1/25 for 25 Hz */
   int bit_depth = 8;       /* 8, or up to the codec's deepest: 10 */
+  /* Not 0: the bits a second that a group may take. Its quality is then searched, from quality on. */
+  uint64_t bit_rate = 0;
 };
 
 struct Sample {
@@ -49,7 +51,12 @@ struct EncodedGroup {
   std::vector<Sample> samples; /* one per frame, in order; the first is a key */
   std::vector<uint8_t> record; /* as fvv_video_config has it; empty for JPEG */
   std::string codec_string;    /* RFC 6381, "avc1.640028"; empty for JPEG */
+  double quality = 0;     /* that it has; under a bit_rate parts of the scale's units where it has them */
+  bool over_rate = false; /* the coarsest quality, which this is, takes more than bit_rate */
 };
+
+/* The bytes that bit_rate leaves to all samples of a group with so many frames. */
+uint64_t rate_budget(const VideoSettings &settings, size_t frames);
 
 /* Code points that encode_group gives to a codec's pictures. */
 Colour colour_of_codec(uint32_t codec);
@@ -63,7 +70,9 @@ Colour colour_of_codec(uint32_t codec);
  * lengths; parameter sets stand in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile
  * 0, or 2 for 10 bits): one frame a sample. AV1 (libaom, Main): no temporal delimiters; the sequence header
  * stands in the record and the key. Images are coded with 8 bits, DeepImages with 10: Error when
- * settings.bit_depth says otherwise. */
+ * settings.bit_depth says otherwise.
+ * With a bit_rate the group takes at most rate_budget: the finest quality that keeps it, or a few per cent
+ * less; JPEG mixes two neighbouring qualities. Three to six encodings, fewer from a good settings.quality. */
 template <class SampleType = uint8_t>
 EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames);
 
