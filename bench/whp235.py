@@ -6,9 +6,10 @@ As the paper tells it: per frame a mesh as JavaScript arrays in text, with surfa
 (section 3.1); per camera and frame a picture scaled to a sixteenth of the original area, JPEG at a factor of about 13
 below RGB, Base64 (section 5); calibration about 600 bytes a camera. Where the paper is silent: positions in metres to
 the millimetre, normals to three digits, and the JPEG quality is the one that comes nearest to the factor over the first
-frame. A capture that is rendered at transmitted size already is not scaled again (--scale 1).
+frame. A capture that is rendered at transmitted size already is not scaled again (--scale 1). Cameras whose pictures are
+no texture, and cameras that move, are left out as fvvmux leaves them out.
 
-    python bench/whp235.py CAPTURE [--scale 4] [-o FILE]
+    python bench/whp235.py CAPTURE [--scale 4 | --tile 480x270] [--cameras NAME,...] [-o FILE]
 
 prints the bytes of meshes, pictures and calibration as JSON; -o also writes all messages, one a line.
 """
@@ -60,10 +61,47 @@ def mesh_message(path):
     return '{{"vertices":{},"normals":{},"faces":{}}}'.format(*parts)
 
 
-def load_picture(path, scale):
-    picture = Image.open(path).convert("RGB")
-    size = max(1, round(picture.width / scale)), max(1, round(picture.height / scale))
-    return picture if scale == 1 else picture.resize(size, Image.BOX)
+def load_picture(path, turn, size_of):
+    try:
+        picture = Image.open(path).convert("RGB")
+    except OSError as error:
+        sys.exit(f"{path}: only PNG and JPEG are read here: {error}")
+    # Clockwise, as capture.json counts; Pillow counts the other way.
+    picture = picture.rotate(-turn, expand=True) if turn else picture
+    size = size_of(picture)
+    return picture if size == picture.size else picture.resize(size, Image.BOX)
+
+
+def scaled_by(factor):
+    """What makes of a picture its transmitted size."""
+    return lambda picture: (max(1, round(picture.width / factor)), max(1, round(picture.height / factor)))
+
+
+def chosen_cameras(description, names):
+    """Those that give texture and stand still, of these names; all names when there are none."""
+    cameras = [
+        camera
+        for camera in description.get("cameras", [])
+        if "pictures" in camera and camera.get("texture", True) and "per_frame" not in camera
+    ]
+    if not names:
+        return cameras
+    missing = set(names) - {camera.get("name") for camera in cameras}
+    if missing:
+        sys.exit(f"no such camera with texture that stands still: {', '.join(sorted(missing))}")
+    return [camera for camera in cameras if camera.get("name") in names]
+
+
+def pattern_of(camera):
+    """Where a camera's pictures are, and by how many degrees to turn them."""
+    pictures = camera["pictures"]
+    if isinstance(pictures, str):
+        return pictures, 0
+    if "pattern" not in pictures:
+        sys.exit(
+            f"camera {camera['id']}: pictures are in a video; only those of files of their own are read here"
+        )
+    return pictures["pattern"], pictures.get("rotate", 0)
 
 
 def jpeg(picture, quality):
@@ -83,18 +121,19 @@ def calibration_message(camera):
     return json.dumps({key: camera[key] for key in keys if key in camera}, separators=(",", ":"))
 
 
-def messages(capture, scale):
-    """(kind, text) of everything that is transmitted."""
+def messages(capture, size_of, names=()):
+    """(kind, text) of everything that is transmitted. size_of tells the size that a picture is scaled to."""
     description = json.loads(capture.read_text())
     frames = description["frames"]
     numbers_ = [frames["first"] + i * frames.get("step", 1) for i in range(frames["count"])]
-    cameras = [c for c in description.get("cameras", []) if "pictures" in c]
+    cameras = chosen_cameras(description, names)
     for camera in cameras:
         yield "calibration", calibration_message(camera)
     place = capture.parent
 
     def picture(camera, number):
-        return load_picture(place / (camera["pictures"] % number), scale)
+        pattern, turn = pattern_of(camera)
+        return load_picture(place / (pattern % number), turn, size_of)
 
     quality = nearest_quality([picture(c, numbers_[0]) for c in cameras]) if cameras else None
     for number in numbers_:
@@ -104,10 +143,10 @@ def messages(capture, scale):
             yield "picture", base64.b64encode(jpeg(picture(camera, number), quality)).decode("ascii")
 
 
-def sizes(capture, scale, out=None):
+def sizes(capture, size_of, names=(), out=None):
     """Bytes by kind and in all."""
     total = {"mesh": 0, "picture": 0, "calibration": 0}
-    for kind, text in messages(capture, scale):
+    for kind, text in messages(capture, size_of, names):
         total[kind] += len(text.encode("utf-8"))
         if out:
             out.write(text + "\n")
@@ -120,9 +159,18 @@ def main():
     parser.add_argument(
         "--scale", type=float, default=4, help="pictures are divided by it in width and height"
     )
+    parser.add_argument("--tile", help="size of all transmitted pictures in place of that: 480x270")
+    parser.add_argument(
+        "--cameras", default="", help="names, with commas; default: all that fvvmux would take"
+    )
     parser.add_argument("-o", dest="out", type=argparse.FileType("w"), help="write all messages here")
     arguments = parser.parse_args()
-    print(json.dumps(sizes(arguments.capture, arguments.scale, arguments.out)))
+    size_of = scaled_by(arguments.scale)
+    if arguments.tile:
+        tile = tuple(int(side) for side in arguments.tile.split("x"))
+        size_of = lambda picture: tile  # noqa: E731
+    names = [name for name in arguments.cameras.split(",") if name]
+    print(json.dumps(sizes(arguments.capture, size_of, names, arguments.out)))
 
 
 if __name__ == "__main__":
