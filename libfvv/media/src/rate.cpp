@@ -1,8 +1,8 @@
 /* Searching the quality that keeps a bit rate. See rate.h.
  *
  * The logarithm of a group's bytes falls almost linearly with the quality, so a secant finds the place in two
- * to four encodings. The encoders' own rate control is not used: over a group of a second it misses its
- * target by more than this, differs from codec to codec, and would change H.264's parameter sets. */
+ * to four encodings. The encoders' own two passes are not used: libx265 keeps its statistics in files,
+ * libaom's first pass asks for keys inside a group, and none promises to stay below its target. */
 #include "rate.h"
 
 #include "encoder_options.h"
