@@ -8,7 +8,6 @@ extern "C" {
 #include <algorithm>
 #include <climits>
 #include <cstdio>
-#include <new>
 
 namespace fvv::media {
 namespace {
@@ -148,8 +147,8 @@ Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings,
   // Global header: parameter sets go to extradata, where the record takes them from.
   context->flags |= AV_CODEC_FLAG_CLOSED_GOP | AV_CODEC_FLAG_GLOBAL_HEADER;
   context->flags |= pass;
-  if (pass == AV_CODEC_FLAG_PASS2 && !(context->stats_in = av_strdup(statistics.c_str())))
-    throw std::bad_alloc();
+  // Borrowed and only read, though libavcodec's field is not const.
+  if (pass == AV_CODEC_FLAG_PASS2) context->stats_in = const_cast<char *>(statistics.c_str());
   for (const EncoderOption &option : encoder.options)
     set_option(context.get(), encoder, option.name, value_of(option, settings));
   set_option(context.get(), encoder, "crf", number_text(crf));

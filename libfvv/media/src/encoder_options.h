@@ -24,7 +24,7 @@ struct VideoEncoder {
 const VideoEncoder *find_encoder(uint32_t codec);
 
 /* An encoder for one group, opened: of crf, in place of settings.quality. pass: 0, or AV_CODEC_FLAG_PASS1 or
- * PASS2 with the statistics that the first left in stats_out. */
+ * PASS2 with the statistics that the first left in stats_out, which must stay as long as the encoder. */
 Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings, double crf, int pass,
                      const std::string &statistics);
 
