@@ -1,7 +1,7 @@
 /* Searching the quality that keeps a bit rate. See rate.h.
  *
- * The logarithm of a group's bytes falls almost linearly with the quality, so a secant finds the place in two
- * to four encodings. The encoders' own two passes are not used: libx265 keeps its statistics in files,
+ * The logarithm of a group's bytes falls almost linearly with the quality, so a secant finds the place in a
+ * few encodings. The encoders' own two passes are not used: libx265 keeps its statistics in files,
  * libaom's first pass asks for keys inside a group, and none promises to stay below its target. */
 #include "rate.h"
 

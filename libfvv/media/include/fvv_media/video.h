@@ -72,7 +72,8 @@ Colour colour_of_codec(uint32_t codec);
  * stands in the record and the key. Images are coded with 8 bits, DeepImages with 10: Error when
  * settings.bit_depth says otherwise.
  * With a bit_rate the group takes at most rate_budget: the finest quality that keeps it, or a few per cent
- * less; JPEG mixes two neighbouring qualities. Three to six encodings, fewer from a good settings.quality. */
+ * less; JPEG mixes two neighbouring qualities. Two to six encodings, the fewer the better settings.quality
+ * was. */
 template <class SampleType = uint8_t>
 EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames);
 
