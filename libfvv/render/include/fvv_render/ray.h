@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fvv_render/rasteriser.h"
+#include "fvv_render/triangle_tree.h"
 
 namespace fvv::render {
 
@@ -13,8 +14,7 @@ struct RayHit {
   std::array<double, 3> barycentric = {};
 };
 
-// A mesh that rays can be sent through, in a hierarchy of bounding boxes split by the surface area heuristic
-// over bins (Wald, "On fast construction of SAH-based bounding volume hierarchies", 2007).
+// A mesh that rays can be sent through, in a tree of bounding boxes (triangle_tree.h).
 //
 // The triangle test is watertight (Woop, Benthin, Wald, "Watertight ray/triangle intersection", JCGT 2(1),
 // 2013): a ray that passes a shared edge meets at least one of its two faces, one that hits it exactly meets
@@ -35,23 +35,10 @@ public:
   bool blocked(Vec3 from, Vec3 to, uint32_t except = no_face) const;
 
 private:
-  struct Box {
-    Vec3 low, high;
-  };
-  // An inner node's children are the next node and the one at second; a leaf has count > 0 faces from first.
-  struct Node {
-    Box box;
-    uint32_t second = 0, first = 0, count = 0;
-  };
   struct Ray;
-  struct Entry;
-  uint32_t build(std::vector<Entry> &entries, size_t first, size_t end, int depth);
-  static size_t split(std::vector<Entry> &entries, size_t first, size_t end, int depth);
   template <bool any> RayHit cast(const Ray &ray, double least, double most, uint32_t except) const;
 
-  std::vector<Node> nodes;
-  std::vector<uint32_t> order;                // faces as the leaves have them
-  std::vector<std::array<Vec3, 3>> triangles; // in that order
+  TriangleTree tree;
 };
 
 } // namespace fvv::render

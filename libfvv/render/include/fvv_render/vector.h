@@ -44,6 +44,10 @@ inline Vec3 product(Vec3 a, Vec3 b) {
 inline Vec3 mix(Vec3 a, Vec3 b, double t) {
   return a + (b - a) * t;
 }
+// axis: 0, 1 or 2.
+inline double axis_of(Vec3 v, int axis) {
+  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
 // The zero vector stays zero.
 inline Vec3 normalised(Vec3 a) {
   const double size = length(a);

@@ -1,0 +1,39 @@
+// fvv_render/closest.h: the point of a set of triangles that is nearest to a given one. Doubles throughout,
+// the same answers on every machine with IEEE doubles.
+#pragma once
+
+#include "fvv_render/triangle_tree.h"
+
+#include <limits>
+
+namespace fvv::render {
+
+struct ClosestPoint {
+  uint32_t face = UINT32_MAX; // UINT32_MAX: there are no triangles, or the point is not finite
+  double squared = std::numeric_limits<double>::infinity(); // distance
+  Vec3 point;
+  // Of that point: weights of the triangle's three corners, which add up to 1.
+  std::array<double, 3> barycentric = {};
+};
+
+// The nearest point of one triangle (face is left 0): where its plane is nearest if that lies within, else
+// the nearest of its edges, after Ericson, "Real-Time Collision Detection" (2005), section 5.1. What counts
+// is the sign of the barycentric coordinates, taken with the given point as origin, so that the result is as
+// exact near to the surface as the coordinates are. A triangle without area, or with a height below 1e-10 of
+// its longest edge, is its three edges; one whose corners coincide is a point.
+ClosestPoint closest_on_triangle(Vec3 from, const TriangleTree::Triangle &triangle);
+
+class ClosestFinder {
+public:
+  // Triangles with a coordinate that is not finite are left out; those without area count.
+  explicit ClosestFinder(const std::vector<TriangleTree::Triangle> &triangles) : tree(triangles) {}
+
+  // The best closest_on_triangle() of all, exactly; of several at the same squared distance the triangle with
+  // the lowest index.
+  ClosestPoint nearest(Vec3 from) const;
+
+private:
+  TriangleTree tree;
+};
+
+} // namespace fvv::render
