@@ -1,0 +1,233 @@
+#include "fvvcompare/compare.h"
+
+#include "cli/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fvv::compare {
+
+namespace {
+
+Figures worse(const Figures &a, const Figures &b) {
+  return {std::max(a.rms, b.rms), std::max(a.mean, b.mean), std::max(a.p99, b.p99), std::max(a.max, b.max)};
+}
+
+void add_symmetric(Errors &e) {
+  e.distance[symmetric] = worse(e.distance[forth], e.distance[back]);
+  e.angle[symmetric] = worse(e.angle[forth], e.angle[back]);
+  for (auto *values : {&e.d1, &e.d2, &e.turned})
+    (*values)[symmetric] = std::max((*values)[forth], (*values)[back]);
+}
+
+void take(Errors &e, Way way, const Direction &direction) {
+  e.distance[way] = direction.distance.figures();
+  e.distance[way].max = direction.hausdorff;
+  e.d1[way] = direction.d1;
+  e.d2[way] = direction.d2;
+  e.angle[way] = direction.angle.figures();
+  e.turned[way] = direction.turned;
+}
+
+// Every frame weighs the same: surfaces have the same number of samples in all of them.
+Figures pooled(const std::vector<FrameResult> &frames, std::array<Figures, way_count> Errors::*kind, Way way,
+               const Histogram &histogram) {
+  Figures out;
+  for (const FrameResult &frame : frames) {
+    const Figures &f = (frame.errors.*kind)[way];
+    out.rms += f.rms * f.rms;
+    out.mean += f.mean;
+    out.max = std::max(out.max, f.max);
+  }
+  out.rms = std::sqrt(out.rms / double(frames.size()));
+  out.mean /= double(frames.size());
+  out.p99 = histogram.quantile(0.99);
+  return out;
+}
+
+double pooled(const std::vector<FrameResult> &frames, std::array<double, way_count> Errors::*kind, Way way) {
+  double sum = 0;
+  for (const FrameResult &frame : frames) sum += (frame.errors.*kind)[way];
+  return sum / double(frames.size());
+}
+
+class Comparison {
+public:
+  Comparison(const Options &chosen, Result &out)
+      : options(chosen), result(out), a(chosen.a), b(chosen.b),
+        matching(match(a, b, chosen.frames, chosen.start)), slots(matching.pairs.size()) {
+    result.scale_unknown = a.scale_unknown();
+    result.frames_a = a.frames().size();
+    result.frames_b = b.frames().size();
+    for (const Sequence *sequence : {&a, &b})
+      for (const std::string &text : sequence->warnings())
+        result.warnings.push_back(sequence->path() + ": " + text);
+    result.warnings.insert(result.warnings.end(), matching.warnings.begin(), matching.warnings.end());
+  }
+
+  void run() {
+    cli::Progress progress("fvvcompare: " + a.path() + " and " + b.path(), slots.size());
+    cli::parallel(
+        options.threads, slots.size(), [&](size_t i) { one_frame(i); }, [&] { progress.step(); });
+    std::optional<Surface::Box> box;
+    for (const Slot &slot : slots) {
+      if (!slot.loss.empty()) {
+        result.losses.push_back(slot.loss);
+        continue;
+      }
+      const Surface::Box &other = slot.box;
+      if (!box) box = other;
+      box->low = {std::min(box->low.x, other.low.x), std::min(box->low.y, other.low.y),
+                  std::min(box->low.z, other.low.z)};
+      box->high = {std::max(box->high.x, other.high.x), std::max(box->high.y, other.high.y),
+                   std::max(box->high.z, other.high.z)};
+    }
+    if (!box) throw cli::Failure(a.path() + " and " + b.path() + ": no frame could be compared");
+    result.peak = options.peak ? *options.peak : length(box->high - box->low);
+    motions();
+    for (const Slot &slot : slots)
+      if (slot.loss.empty()) result.frames.push_back(slot.frame);
+    pool();
+  }
+
+private:
+  struct Slot {
+    FrameResult frame;
+    Surface::Box box = {};
+    std::string loss;      // why this frame could not be compared; empty: it was
+    bool constant = false; // both have the faces of the slot in front, which is the frame in front
+  };
+  struct Meshes {
+    capture::Mesh a, b;
+  };
+
+  Meshes load(size_t i) const { return {a.mesh(matching.pairs[i].a), b.mesh(matching.pairs[i].b)}; }
+
+  static Surface surface_of(const capture::Mesh &mesh, const Sequence &sequence, int64_t number) {
+    Surface surface(mesh);
+    // Also false for NaN.
+    if (!(surface.area() > 0 && std::isfinite(surface.area())))
+      throw cli::Failure(sequence.path() + ": frame " + std::to_string(number) +
+                         ": expected a surface with a finite area above 0");
+    return surface;
+  }
+
+  void one_frame(size_t i) {
+    Slot &slot = slots[i];
+    FrameResult &frame = slot.frame;
+    frame.number_a = a.frames()[matching.pairs[i].a].number;
+    frame.number_b = b.frames()[matching.pairs[i].b].number;
+    try {
+      const Meshes meshes = load(i);
+      const Surface in_a = surface_of(meshes.a, a, frame.number_a),
+                    in_b = surface_of(meshes.b, b, frame.number_b);
+      frame.vertices_a = meshes.a.vertex_count();
+      frame.faces_a = meshes.a.face_count();
+      frame.vertices_b = meshes.b.vertex_count();
+      frame.faces_b = meshes.b.face_count();
+      slot.box = in_a.box();
+      slot.constant = i && follows(i) && same_faces(i, meshes);
+      const Measure measured = measure(in_a, in_b, options.samples, options.points);
+      take(frame.errors, forth, measured.forth);
+      take(frame.errors, back, measured.back);
+      add_symmetric(frame.errors);
+      // Adding counts gives the same sums in any order.
+      const std::lock_guard<std::mutex> lock(mutex);
+      distances[forth].add(measured.forth.distance.histogram());
+      distances[back].add(measured.back.distance.histogram());
+      angles[forth].add(measured.forth.angle.histogram());
+      angles[back].add(measured.back.angle.histogram());
+    } catch (const cli::Failure &failure) {
+      slot.loss = failure.what();
+    } catch (const capture::FileError &error) {
+      slot.loss = error.what();
+    }
+  }
+
+  // Whether there is no frame between this one and the one in front, in either sequence.
+  bool follows(size_t i) const {
+    const FramePair &before = matching.pairs[i - 1], &here = matching.pairs[i];
+    return before.a + 1 == here.a && before.b + 1 == here.b;
+  }
+
+  bool same_faces(size_t i, const Meshes &meshes) const {
+    try {
+      const Meshes before = load(i - 1);
+      return before.a.vertex_count() == meshes.a.vertex_count() && before.a.faces == meshes.a.faces &&
+             before.b.vertex_count() == meshes.b.vertex_count() && before.b.faces == meshes.b.faces;
+    } catch (const cli::Failure &) {
+      return false; // its own slot tells
+    } catch (const capture::FileError &) {
+      return false;
+    }
+  }
+
+  void motions() {
+    std::vector<size_t> run_of(slots.size()), starts, pairs;
+    for (size_t i = 1; i < slots.size(); i++) {
+      if (!slots[i].constant || !slots[i - 1].loss.empty()) continue;
+      if (pairs.empty() || pairs.back() + 1 != i) starts.push_back(i - 1);
+      run_of[i] = starts.size() - 1;
+      pairs.push_back(i);
+    }
+    if (pairs.empty()) return;
+    std::vector<Correspondence> matches(starts.size());
+    cli::parallel(options.threads, starts.size(), [&](size_t r) {
+      const Meshes meshes = load(starts[r]);
+      matches[r] = correspondence(meshes.a, meshes.b);
+    });
+    cli::parallel(options.threads, pairs.size(), [&](size_t p) {
+      const size_t i = pairs[p];
+      const Meshes before = load(i - 1), here = load(i);
+      slots[i].frame.motion = motion_error(before.a, here.a, before.b, here.b, matches[run_of[i]]);
+    });
+    Temporal temporal;
+    temporal.pairs = pairs.size();
+    for (const size_t i : pairs) {
+      const MotionError &error = *slots[i].frame.motion;
+      const Correspondence &used = matches[run_of[i]];
+      temporal.rms += error.rms * error.rms;
+      temporal.motion += error.motion * error.motion;
+      temporal.max = std::max(temporal.max, error.max);
+      if (used.by_order)
+        temporal.by_order++;
+      else
+        temporal.furthest = std::max(temporal.furthest, used.furthest);
+    }
+    temporal.rms = std::sqrt(temporal.rms / double(pairs.size()));
+    temporal.motion = std::sqrt(temporal.motion / double(pairs.size()));
+    result.temporal = temporal;
+  }
+
+  void pool() {
+    Errors &e = result.errors;
+    for (const Way way : {forth, back}) {
+      e.distance[way] = pooled(result.frames, &Errors::distance, way, distances[way]);
+      e.angle[way] = pooled(result.frames, &Errors::angle, way, angles[way]);
+      e.d1[way] = pooled(result.frames, &Errors::d1, way);
+      e.d2[way] = pooled(result.frames, &Errors::d2, way);
+      e.turned[way] = pooled(result.frames, &Errors::turned, way);
+    }
+    add_symmetric(e);
+  }
+
+  const Options &options;
+  Result &result;
+  const Sequence a, b;
+  const Matching matching;
+  std::vector<Slot> slots;
+  std::mutex mutex;
+  Histogram distances[2], angles[2];
+};
+
+} // namespace
+
+double psnr(double peak, double mse) {
+  return mse > 0 ? 10 * std::log10(peak * peak / mse) : INFINITY;
+}
+
+void compare(const Options &options, Result &result) {
+  Comparison(options, result).run();
+}
+
+} // namespace fvv::compare

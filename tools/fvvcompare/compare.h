@@ -1,0 +1,70 @@
+// fvvcompare/compare.h: two sequences held against each other, frame by frame and as a whole. Knows what is
+// measured and how frames make up the whole; arguments and output of text are others'.
+#pragma once
+
+#include "fvvcompare/match.h"
+#include "fvvcompare/measure.h"
+#include "fvvcompare/temporal.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fvv::compare {
+
+constexpr size_t default_samples = 50000;
+
+struct Options {
+  std::string a, b;
+  std::optional<capture::FrameRange> frames; // numbers of A
+  std::optional<int64_t> start;              // number in A of B's first frame
+  size_t samples = default_samples;
+  Points points = Points::vertices;
+  std::optional<double> peak; // of PSNR, in the sequences' unit
+  uint32_t threads = 1;       // the figures are the same for any number
+};
+
+// From A to B, from B to A, and the worse of the two.
+enum Way { forth, back, symmetric, way_count };
+
+struct Errors {
+  std::array<Figures, way_count> distance; // max: the Hausdorff distance
+  std::array<double, way_count> d1, d2;    // mean squared errors
+  std::array<Figures, way_count> angle;    // degrees
+  std::array<double, way_count> turned;    // shares
+};
+
+struct FrameResult {
+  int64_t number_a = 0, number_b = 0;
+  size_t vertices_a = 0, faces_a = 0, vertices_b = 0, faces_b = 0;
+  Errors errors = {};
+  std::optional<MotionError> motion; // against the frame in front
+};
+
+// Over all pairs of frames that follow each other while neither sequence changes its faces.
+struct Temporal {
+  size_t pairs = 0, by_order = 0; // by_order: those of which vertices have the same order
+  double rms = 0, max = 0, motion = 0;
+  double furthest = 0; // of vertices that were matched by nearness, where that was done
+};
+
+struct Result {
+  bool scale_unknown = false;
+  double peak = 0;
+  size_t frames_a = 0, frames_b = 0; // of the sequences
+  std::vector<FrameResult> frames;   // those that were compared
+  Errors errors = {};                // of all of them
+  std::optional<Temporal> temporal;  // nothing: no two frames have constant topology
+  std::vector<std::string> warnings; // what is odd
+  std::vector<std::string> losses;   // one line for each frame that could not be compared
+};
+
+// 10 log10(peak^2 / mse); infinite for 0.
+double psnr(double peak, double mse);
+
+// cli::Failure, or capture::FileError, when nothing can be compared; result then tells the losses all the
+// same. result: a fresh one.
+void compare(const Options &options, Result &result);
+
+} // namespace fvv::compare

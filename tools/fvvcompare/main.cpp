@@ -1,0 +1,121 @@
+// fvvcompare: how far two sequences of meshes are apart. Argument parsing only.
+#include "fvvcompare/report.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <thread>
+
+using namespace fvv;
+
+namespace {
+
+constexpr const char *footer = "docs/fvvcompare.md defines every figure. Lengths are in metres, or in units "
+                               "of sources of unknown scale.\n"
+                               "Exit code: 0 done, 1 nothing could be compared or a bound is exceeded, 2 "
+                               "usage, 3 done but for frames that\n"
+                               "could not be compared.";
+
+struct Bounds {
+  std::optional<double> rms, distance;
+};
+
+// One line for each bound that is exceeded.
+cli::Exit check(const Bounds &bounds, const compare::Result &result) {
+  const compare::Figures &found = result.errors.distance[compare::symmetric];
+  cli::Exit exit = cli::done;
+  const auto bound = [&](const char *what, double value, const std::optional<double> &most) {
+    if (!most || value <= *most) return;
+    std::fprintf(stderr, "fvvcompare: %s is %.9g, expected at most %.9g\n", what, value, *most);
+    exit = cli::failed;
+  };
+  bound("symmetric rms distance", found.rms, bounds.rms);
+  bound("Hausdorff distance", found.max, bounds.distance);
+  return exit;
+}
+
+void tell(const compare::Result &result) {
+  for (const std::string &text : result.warnings) cli::warn(text);
+  for (const std::string &line : result.losses) std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+capture::FrameRange parse_frames(const std::string &text) {
+  long long first, last;
+  int used = 0;
+  if (text.find_first_not_of("0123456789-") == text.npos &&
+      std::sscanf(text.c_str(), "%10lld-%10lld%n", &first, &last, &used) == 2 &&
+      size_t(used) == text.size() && first >= 0 && first <= last)
+    return {first, last};
+  throw cli::Failure("--frames: expected two frame numbers such as 10-19, the second not below the first, "
+                     "found '" +
+                         text + "'",
+                     cli::usage);
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  CLI::App app{"Measure how far two sequences of meshes are apart."};
+  compare::Options options;
+  options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  Bounds bounds;
+  std::string frames, table;
+  bool as_json = false, force = false;
+  const std::map<std::string, compare::Points> points = {{"vertices", compare::Points::vertices},
+                                                         {"samples", compare::Points::samples}};
+  const CLI::Range positive(1e-300, 1e300, "POSITIVE");
+  app.add_option("A", options.a, "the reference: a capture.json, its folder, or a fvv stream")->required();
+  app.add_option("B", options.b, "what is held against it, likewise")->required();
+  app.add_option("--frames", frames, "frame numbers of A to compare: 10-19");
+  app.add_option("--start", options.start, "frame number of A that the first frame of B shows");
+  app.add_option("--samples", options.samples, "of each surface and frame, besides its vertices")
+      ->check(CLI::Range(1, 100000000))
+      ->capture_default_str();
+  app.add_option("--points", options.points,
+                 "where D1 and D2 are taken: vertices (default) or samples, which "
+                 "means both")
+      ->transform(CLI::CheckedTransformer(points).description(""));
+  app.add_option("--peak", options.peak, "of PSNR; default: the diagonal of A's bounding box")
+      ->check(positive);
+  app.add_option("--max-rms", bounds.rms, "exit with 1 when the symmetric rms distance exceeds this")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--max-distance", bounds.distance, "exit with 1 when the Hausdorff distance exceeds this")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--csv", table, "file for the figures of each frame; - is standard output");
+  app.add_flag("--json", as_json, "print everything as JSON");
+  app.add_flag("--force", force, "replace an existing file");
+  app.add_option("--threads", options.threads, "frames at a time; default: one for each processor")
+      ->check(CLI::Range(1, 256));
+  app.set_version_flag("--version", std::string("fvvcompare ") + fvv_version());
+  app.footer(footer);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError &error) {
+    return app.exit(error) ? cli::usage : cli::done;
+  }
+  return cli::run("fvvcompare", [&] {
+    if (table == "-" && as_json)
+      throw cli::Failure("--json: standard output is taken by the table (--csv -)", cli::usage);
+    if (!frames.empty()) options.frames = parse_frames(frames);
+    std::optional<cli::OutputFile> file;
+    if (!table.empty() && table != "-") file.emplace(table, force);
+    compare::Result result;
+    try {
+      compare::compare(options, result);
+    } catch (...) {
+      tell(result);
+      throw;
+    }
+    tell(result);
+    if (file) {
+      const std::string lines = compare::csv(result);
+      file->write(lines.data(), lines.size());
+      file->commit();
+    }
+    std::fputs(table == "-" ? compare::csv(result).c_str()
+               : as_json    ? (compare::json(options, result) + "\n").c_str()
+                            : compare::text(options, result).c_str(),
+               stdout);
+    const cli::Exit exit = result.warnings.empty() && result.losses.empty() ? cli::done : cli::loss;
+    return cli::worse(exit, check(bounds, result));
+  });
+}

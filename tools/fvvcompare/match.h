@@ -1,0 +1,27 @@
+// fvvcompare/match.h: which frame of one sequence is held against which of another. Knows numbers and times;
+// reads no mesh.
+#pragma once
+
+#include "capture/gaps.h"
+#include "fvvcompare/sequence.h"
+
+#include <optional>
+
+namespace fvv::compare {
+
+struct FramePair {
+  size_t a, b; // indices in frames()
+};
+
+struct Matching {
+  std::vector<FramePair> pairs;      // in order
+  std::vector<std::string> warnings; // frames that have no partner, a sentence for each sequence
+};
+
+// Frames of two captures belong together when they have the same number, otherwise when they come as many
+// frame durations after the first ones. frames: only these numbers of A. start: the number in A of the frame
+// that B's first one shows. cli::Failure when units or frame rates are unlike, or no frame has a partner.
+Matching match(const Sequence &a, const Sequence &b, const std::optional<capture::FrameRange> &frames,
+               std::optional<int64_t> start);
+
+} // namespace fvv::compare

@@ -1,0 +1,16 @@
+// fvvcompare/report.h: what was measured, for people and for programs. Knows results; measures nothing.
+#pragma once
+
+#include "fvvcompare/compare.h"
+
+#include <string>
+
+namespace fvv::compare {
+
+// One screen.
+std::string text(const Options &options, const Result &result);
+std::string json(const Options &options, const Result &result);
+// A line of names, then one for each frame.
+std::string csv(const Result &result);
+
+} // namespace fvv::compare

@@ -1,0 +1,130 @@
+#include "fvvcompare/sequence.h"
+
+#include <filesystem>
+#include <numeric>
+
+namespace fvv::compare {
+
+namespace {
+
+// A folder or a JSON file describes a capture, everything else had better be a stream.
+bool is_capture(const std::string &path) {
+  return std::filesystem::path(path).extension() == ".json";
+}
+
+std::string text_of(const fvv_diagnostic &diagnostic) {
+  char line[1024];
+  fvv_diagnostic_format(&diagnostic, nullptr, line, sizeof line);
+  return line;
+}
+
+// Seconds a frame, in lowest terms.
+fvv_rational duration_of(const fvv_scene &scene, const std::string &name) {
+  const uint64_t ticks = uint64_t(scene.frame_duration); // > 0, libfvv has looked
+  const auto &base = scene.time_base;
+  uint64_t common = std::gcd(ticks, uint64_t(base.denominator));
+  const uint64_t numerator = ticks / common;
+  uint64_t denominator = base.denominator / common;
+  if (numerator > UINT32_MAX / base.numerator)
+    throw cli::Failure(name + ": a frame of " + std::to_string(ticks) + " ticks is too long");
+  common = std::gcd(numerator * base.numerator, denominator);
+  return {uint32_t(numerator * base.numerator / common), uint32_t(denominator / common)};
+}
+
+} // namespace
+
+Sequence::Sequence(const std::string &path) : name(path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) name = (std::filesystem::path(path) / "capture.json");
+  if (is_capture(name))
+    open_capture();
+  else
+    open_stream();
+}
+
+void Sequence::open_capture() {
+  capture = capture::load_capture(name);
+  if (!capture.meshes) throw cli::Failure(name + ": the capture has no meshes");
+  unknown_scale = capture.scale_unknown;
+  duration = capture.frame_duration;
+  for (int64_t i = 0; i < capture.frames.count; i++) list.push_back({capture.frames.number(i), i});
+}
+
+void Sequence::open_stream() {
+  file = std::make_unique<cli::InputFile>(name);
+  const fvv_input input = file->input();
+  fvv_stream *opened = nullptr;
+  fvv_diagnostic diagnostic = {};
+  cli::check(fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic), name, diagnostic);
+  stream.reset(opened);
+  const fvv_file *index = fvv_stream_file(opened);
+  if (fvv_file_damage_count(index)) notes.push_back(text_of(*fvv_file_damage(index, 0)));
+  const size_t count = fvv_stream_frame_count(opened);
+  if (!count) throw cli::Failure(name + ": the stream has no frames");
+  const fvv_configuration *configuration = nullptr;
+  cli::check(fvv_stream_configuration(opened, 0, &configuration, &diagnostic), name, diagnostic);
+  for (size_t i = 0; i < configuration->track_count && !track; i++)
+    if (configuration->tracks[i].kind == FVV_TRACK_MESH) track = configuration->tracks[i].id;
+  if (!track) throw cli::Failure(name + ": the stream has no meshes");
+  unknown_scale = configuration->scene.flags & FVV_SCENE_SCALE_UNKNOWN;
+  duration = duration_of(configuration->scene, name);
+  number_frames(uint64_t(configuration->scene.frame_duration), count);
+}
+
+// By their times, so that a frame that is missing in between shifts none of those behind it.
+void Sequence::number_frames(uint64_t ticks, size_t count) {
+  uint64_t start = 0;
+  bool regular = true;
+  for (size_t i = 0; i < count; i++) {
+    fvv_frame frame;
+    fvv_diagnostic diagnostic = {};
+    cli::check(fvv_stream_frame(stream.get(), i, &frame, &diagnostic), name, diagnostic);
+    if (!i) start = uint64_t(frame.time);
+    // Times may lie anywhere in 64 bits; they rise, so the difference fits without a sign.
+    const uint64_t since = uint64_t(frame.time) - start, place = since / ticks;
+    regular = regular && since % ticks == 0 && place <= uint64_t(INT64_MAX) / 4;
+    list.push_back({int64_t(place), int64_t(place)});
+  }
+  if (regular) return;
+  notes.push_back("frames are at no whole numbers of frame durations: they are numbered in their order");
+  for (size_t i = 0; i < count; i++) list[i] = {int64_t(i), int64_t(i)};
+}
+
+capture::Mesh Sequence::mesh(size_t i) const {
+  capture::Mesh mesh = stream ? stream_mesh(i) : capture::load_mesh(capture, list[i].number);
+  if (mesh.faces.empty())
+    throw cli::Failure(name + ": frame " + std::to_string(list[i].number) + ": the mesh has no faces");
+  return mesh;
+}
+
+capture::Mesh Sequence::stream_mesh(size_t i) const {
+  const std::string where = name + ": frame " + std::to_string(list[i].number);
+  fvv_diagnostic diagnostic = {};
+  struct Holder {
+    fvv_mesh mesh = {};
+    ~Holder() { fvv_mesh_free(&mesh); }
+  } holder;
+  fvv_scene scene;
+  fvv_status status;
+  {
+    const std::lock_guard<std::mutex> lock(one_at_a_time);
+    fvv_frame frame;
+    cli::check(fvv_stream_frame(stream.get(), i, &frame, &diagnostic), where, diagnostic);
+    const fvv_configuration *configuration = nullptr;
+    cli::check(fvv_stream_configuration(stream.get(), frame.group, &configuration, &diagnostic), where,
+               diagnostic);
+    scene = configuration->scene;
+    status = fvv_stream_mesh(stream.get(), i, track, &holder.mesh, &diagnostic);
+  }
+  cli::check(status, where, diagnostic);
+  if (status == FVV_END) throw cli::Failure(where + ": has no mesh");
+  capture::Mesh out;
+  out.positions.resize(3 * size_t(holder.mesh.vertex_count));
+  for (size_t v = 0; v < holder.mesh.vertex_count; v++)
+    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, holder.mesh.positions + 3 * v,
+                          &out.positions[3 * v]);
+  out.faces.assign(holder.mesh.faces, holder.mesh.faces + 3 * size_t(holder.mesh.face_count));
+  return out;
+}
+
+} // namespace fvv::compare

@@ -1,0 +1,60 @@
+// fvvcompare/sequence.h: a capture or a stream as a sequence of surfaces in one unit. Knows where meshes come
+// from; knows nothing of what they are compared with.
+#pragma once
+
+#include "capture/capture.h"
+#include "cli/cli.h"
+#include "fvv/stream.h"
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace fvv::compare {
+
+class Sequence {
+public:
+  // path: a capture.json (any name that ends in .json), the folder of one, or a stream.
+  // cli::Failure or capture::FileError when it cannot be opened or holds no meshes.
+  explicit Sequence(const std::string &path);
+  Sequence(const Sequence &) = delete;
+  Sequence &operator=(const Sequence &) = delete;
+
+  const std::string &path() const { return name; }
+  bool is_stream() const { return stream != nullptr; }
+  bool scale_unknown() const { return unknown_scale; }
+  fvv_rational frame_duration() const { return duration; } // seconds, in lowest terms
+  // What is odd about it, a sentence each: damage, times between frames.
+  const std::vector<std::string> &warnings() const { return notes; }
+
+  struct Frame {
+    int64_t number; // in file names of a capture; of a stream its place
+    int64_t place;  // frame durations since the first frame
+  };
+  const std::vector<Frame> &frames() const { return list; } // both numbers rise
+
+  // Positions in metres, or units of the source when the scale is unknown. i: index in frames(). Throws
+  // cli::Failure or capture::FileError, also when the frame has no mesh or an empty one. Several threads may
+  // call it.
+  capture::Mesh mesh(size_t i) const;
+
+private:
+  void open_stream();
+  void open_capture();
+  void number_frames(uint64_t ticks, size_t count);
+  capture::Mesh stream_mesh(size_t i) const;
+
+  std::string name;
+  bool unknown_scale = false;
+  fvv_rational duration = {1, 25};
+  std::vector<std::string> notes;
+  std::vector<Frame> list;
+  capture::Capture capture;
+  std::unique_ptr<cli::InputFile> file;
+  std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream{nullptr, fvv_stream_close};
+  mutable std::mutex one_at_a_time; // a stream's handle is not thread-safe
+  uint16_t track = 0;
+};
+
+} // namespace fvv::compare

@@ -1,0 +1,113 @@
+#include "fvvcompare/surface.h"
+
+#include <algorithm>
+
+namespace fvv::compare {
+
+namespace {
+
+using Triangle = render::TriangleTree::Triangle;
+
+// Twice the area, in the direction of the normal.
+Vec3 area_vector(const Triangle &t) {
+  return cross(t[1] - t[0], t[2] - t[0]);
+}
+
+std::vector<Triangle> triangles_of(const capture::Mesh &mesh) {
+  std::vector<Triangle> out(mesh.face_count());
+  for (size_t i = 0; i < mesh.faces.size(); i++) {
+    const double *p = &mesh.positions[3 * size_t(mesh.faces[i])];
+    out[i / 3][i % 3] = {p[0], p[1], p[2]};
+  }
+  return out;
+}
+
+// The used vertices, and the corners of faces as indices of those.
+std::vector<Vec3> used_vertices(const capture::Mesh &mesh, std::vector<std::array<uint32_t, 3>> &corners) {
+  std::vector<uint32_t> index(mesh.vertex_count(), UINT32_MAX);
+  for (const uint32_t v : mesh.faces) index[v] = 0;
+  const std::vector<Vec3> all = positions_of(mesh);
+  std::vector<Vec3> used;
+  for (size_t v = 0; v < all.size(); v++)
+    if (index[v] == 0) {
+      index[v] = uint32_t(used.size());
+      used.push_back(all[v]);
+    }
+  corners.resize(mesh.face_count());
+  for (size_t i = 0; i < mesh.faces.size(); i++) corners[i / 3][i % 3] = index[mesh.faces[i]];
+  return used;
+}
+
+// The k-th element of the sequence in one dimension.
+double low_discrepancy(size_t k, double step) {
+  const double value = 0.5 + double(k) * step;
+  return value - std::floor(value);
+}
+
+// 1 / g, 1 / g^2 and 1 / g^3 for the root g of x^4 = x + 1.
+constexpr double step_strip = 0.8191725133961644, step_u = 0.671043606703789, step_v = 0.5497004779019701;
+
+} // namespace
+
+std::vector<Vec3> positions_of(const capture::Mesh &mesh) {
+  std::vector<Vec3> out(mesh.vertex_count());
+  for (size_t v = 0; v < out.size(); v++)
+    out[v] = {mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2]};
+  return out;
+}
+
+std::vector<Triangle> as_triangles(const std::vector<Vec3> &points) {
+  std::vector<Triangle> out;
+  out.reserve(points.size());
+  for (const Vec3 &p : points) out.push_back({p, p, p});
+  return out;
+}
+
+Surface::Surface(const capture::Mesh &mesh)
+    : triangles(triangles_of(mesh)), used(used_vertices(mesh, corners)), faces_tree(triangles),
+      points_tree(as_triangles(used)) {
+  used_normals.resize(used.size());
+  double sum = 0;
+  for (size_t f = 0; f < triangles.size(); f++) {
+    const Vec3 normal = area_vector(triangles[f]);
+    cumulative.push_back(sum += length(normal) / 2);
+    for (const uint32_t v : corners[f]) used_normals[v] += normal;
+  }
+  for (Vec3 &normal : used_normals) normal = normalised(normal);
+}
+
+Vec3 Surface::face_normal(uint32_t face) const {
+  return normalised(area_vector(triangles[face]));
+}
+
+Vec3 Surface::smooth_normal(uint32_t face, const std::array<double, 3> &barycentric) const {
+  const auto &[a, b, c] = corners[face];
+  return normalised(used_normals[a] * barycentric[0] + used_normals[b] * barycentric[1] +
+                    used_normals[c] * barycentric[2]);
+}
+
+std::vector<Sample> Surface::sample(size_t count) const {
+  std::vector<Sample> out(count);
+  size_t face = 0;
+  for (size_t k = 0; k < count; k++) {
+    const double at = area() * (double(k) + low_discrepancy(k, step_strip)) / double(count);
+    while (face + 1 < cumulative.size() && cumulative[face] <= at) face++;
+    // Uniform over the triangle: Osada et al., "Shape distributions", ACM TOG 21(4), 2002.
+    const double root = std::sqrt(low_discrepancy(k, step_u)), v = low_discrepancy(k, step_v);
+    const std::array<double, 3> weights = {1 - root, root * (1 - v), root * v};
+    const auto &[a, b, c] = triangles[face];
+    out[k] = {uint32_t(face), weights, a * weights[0] + b * weights[1] + c * weights[2]};
+  }
+  return out;
+}
+
+Surface::Box Surface::box() const {
+  Box box{used.front(), used.front()};
+  for (const Vec3 &p : used) {
+    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
+    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
+  }
+  return box;
+}
+
+} // namespace fvv::compare

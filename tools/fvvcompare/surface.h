@@ -1,0 +1,61 @@
+// fvvcompare/surface.h: one mesh, ready to be measured: normals, areas, a tree to look up nearest points in,
+// and points that stand for it. Knows geometry; knows no files.
+#pragma once
+
+#include "capture/mesh_file.h"
+#include "fvv_render/closest.h"
+
+#include <vector>
+
+namespace fvv::compare {
+
+using render::Vec3;
+
+// A point on a surface.
+struct Sample {
+  uint32_t face;
+  std::array<double, 3> barycentric;
+  Vec3 point;
+};
+
+class Surface {
+public:
+  // Indices of the mesh are in range.
+  explicit Surface(const capture::Mesh &mesh);
+
+  double area() const { return cumulative.empty() ? 0 : cumulative.back(); }
+  // Vertices that faces use, in their order, each as a position and its normal: the sum of the normals of its
+  // faces weighted by area, unit length; zero where these cancel.
+  const std::vector<Vec3> &points() const { return used; }
+  const std::vector<Vec3> &normals() const { return used_normals; }
+  Vec3 face_normal(uint32_t face) const; // unit length; zero without area
+  // The vertices' normals, interpolated over a face.
+  Vec3 smooth_normal(uint32_t face, const std::array<double, 3> &barycentric) const;
+
+  // count points, one in each of count strips of equal area that the faces are cut into in their order;
+  // where, follows a sequence of low discrepancy (Roberts, "The unreasonable effectiveness of quasirandom
+  // sequences", 2018, in three dimensions). The same points for the same mesh. There must be an area.
+  std::vector<Sample> sample(size_t count) const;
+
+  render::ClosestPoint nearest(Vec3 from) const { return faces_tree.nearest(from); }
+  // Of points(), as face.
+  render::ClosestPoint nearest_vertex(Vec3 from) const { return points_tree.nearest(from); }
+
+  struct Box {
+    Vec3 low, high;
+  };
+  Box box() const; // of points()
+
+private:
+  std::vector<render::TriangleTree::Triangle> triangles;
+  std::vector<std::array<uint32_t, 3>> corners; // indices in points()
+  std::vector<Vec3> used, used_normals;
+  std::vector<double> cumulative; // area of all faces up to and with each
+  render::ClosestFinder faces_tree, points_tree;
+};
+
+// Points as triangles without extent, for a ClosestFinder that finds the nearest of them.
+std::vector<render::TriangleTree::Triangle> as_triangles(const std::vector<Vec3> &points);
+std::vector<Vec3> positions_of(const capture::Mesh &mesh);
+
+} // namespace fvv::compare
