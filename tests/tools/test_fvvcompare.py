@@ -123,16 +123,54 @@ def test_what_could_not_be_compared_is_told_by_exit_code_3(fvvcompare, planes, t
     assert len(json.loads(done.stdout)["losses"]) == 1
 
 
-def test_a_cut_stream_is_compared_as_far_as_it_goes(fvvcompare, planes, tmp_path):
+@pytest.fixture(scope="module")
+def stream(planes, tmp_path_factory):
+    """The second capture as a stream of three groups with a frame each."""
+    path = tmp_path_factory.mktemp("stream") / "planes.fvv"
     fvvmux = Tool(tool_path("fvvmux"))
-    stream = tmp_path / "planes.fvv"
-    done = fvvmux(planes[1], "-o", stream, "--lattice-step", "1mm", "--group", 1)
+    done = fvvmux(planes[1], "-o", path, "--lattice-step", "1mm", "--group", 1)
     assert done.returncode == 0, done.stderr
-    assert fvvcompare(planes[1], stream, "--max-distance", 1e-3).returncode == 0
-    stream.write_bytes(stream.read_bytes()[:-700])
-    done = fvvcompare(planes[1], stream)
-    assert done.returncode in (1, 3)
-    assert done.stderr
+    return path
+
+
+def test_a_cut_stream_is_compared_as_far_as_it_goes(fvvcompare, planes, stream, tmp_path):
+    whole = fvvcompare(planes[1], stream, "--max-distance", 1e-3)
+    assert (whole.returncode, whole.stderr) == (0, b"")
+    cut = tmp_path / "cut.fvv"
+    cut.write_bytes(stream.read_bytes()[:-500])  # into the third group
+    done = fvvcompare(planes[1], cut, "--json")
+    assert done.returncode == 3
+    assert [frame["b"]["frame"] for frame in json.loads(done.stdout)["frames"]] == [0, 1]
+    assert b"the stream ends inside a chunk" in done.stderr
+    assert b"1 of 3 frames has no partner: 2" in done.stderr
+
+
+def test_a_damaged_mesh_is_told_and_shifts_nothing(fvvcompare, planes, stream, tmp_path):
+    original = stream.read_bytes()
+    # Tables name the type too; the chunk is the first place in each group.
+    groups = [i for i in range(0, len(original), 8) if original[i : i + 4] == b"GRUP"][:3]
+    headers = [original.index(b"MESH", group) for group in groups]
+    for number in range(3):
+        damaged = bytearray(original)
+        damaged[headers[number] + 60] ^= 1
+        path = tmp_path / f"{number}.fvv"
+        path.write_bytes(damaged)
+        done = fvvcompare(planes[1], path, "--json", "--max-distance", 1e-3)
+        assert done.returncode == 3
+        assert b"CRC of the payload does not match" in done.stderr
+        frames = [frame["b"]["frame"] for frame in json.loads(done.stdout)["frames"]]
+        assert frames == [n for n in range(3) if n != number]
+
+
+def test_a_stream_without_its_beginning_keeps_its_times(fvvcompare, planes, stream, tmp_path):
+    original = stream.read_bytes()
+    groups = [i for i in range(0, len(original), 8) if original[i : i + 4] == b"GRUP"]
+    path = tmp_path / "rest.fvv"
+    path.write_bytes(original[: groups[0]] + original[groups[1] :])
+    done = fvvcompare(planes[1], path, "--json", "--max-distance", 1e-3)
+    assert done.returncode == 3
+    assert b"frames are numbered from tick 0" in done.stderr
+    assert [frame["a"]["frame"] for frame in json.loads(done.stdout)["frames"]] == [1, 2]
 
 
 @pytest.mark.parametrize(

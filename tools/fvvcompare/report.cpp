@@ -19,6 +19,10 @@ __attribute__((format(printf, 1, 2))) std::string format(const char *pattern, ..
   return line;
 }
 
+std::string frames_of(size_t count) {
+  return std::to_string(count) + (count == 1 ? " frame" : " frames");
+}
+
 const char *const way_names[way_count] = {"a_to_b", "b_to_a", "symmetric"};
 
 // Widths of names and values of the table.
@@ -123,9 +127,9 @@ Json json_of(const std::optional<Temporal> &temporal) {
 
 std::string text(const Options &options, const Result &result) {
   const Table table(result);
-  std::string out = "A " + options.a + ": " + std::to_string(result.frames_a) + " frames\n";
-  out += "B " + options.b + ": " + std::to_string(result.frames_b) + " frames\n";
-  out += std::to_string(result.frames.size()) + " frames compared, " + std::to_string(options.samples) +
+  std::string out = "A " + options.a + ": " + frames_of(result.frames_a) + "\n";
+  out += "B " + options.b + ": " + frames_of(result.frames_b) + "\n";
+  out += frames_of(result.frames.size()) + " compared, " + std::to_string(options.samples) +
          " samples of each surface, D1 and D2 at " +
          (options.points == Points::vertices ? "vertices" : "vertices and samples") + "\n";
   out += "peak of PSNR: " + table.length(result.peak) +

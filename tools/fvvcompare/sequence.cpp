@@ -71,15 +71,18 @@ void Sequence::open_stream() {
   number_frames(uint64_t(configuration->scene.frame_duration), count);
 }
 
-// By their times, so that a frame that is missing in between shifts none of those behind it.
+// By their times, so that a frame that is missing in between shifts none of those behind it. Where the first
+// groups are missing, writers mostly begin at tick 0.
 void Sequence::number_frames(uint64_t ticks, size_t count) {
+  const bool beheaded = fvv_file_group(fvv_stream_file(stream.get()), 0)->sequence > 0;
+  if (beheaded) notes.push_back("the first groups are not there: frames are numbered from tick 0");
   uint64_t start = 0;
   bool regular = true;
   for (size_t i = 0; i < count; i++) {
     fvv_frame frame;
     fvv_diagnostic diagnostic = {};
     cli::check(fvv_stream_frame(stream.get(), i, &frame, &diagnostic), name, diagnostic);
-    if (!i) start = uint64_t(frame.time);
+    if (!i && !beheaded) start = uint64_t(frame.time);
     // Times may lie anywhere in 64 bits; they rise, so the difference fits without a sign.
     const uint64_t since = uint64_t(frame.time) - start, place = since / ticks;
     regular = regular && since % ticks == 0 && place <= uint64_t(INT64_MAX) / 4;
