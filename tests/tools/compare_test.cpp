@@ -208,6 +208,36 @@ TEST_CASE("frames that cannot be compared are told, the others are compared") {
   CHECK_THAT(failure_of(a, b), Contains("no frame could be compared"));
 }
 
+TEST_CASE("a heat map is the second mesh, with its distance at each vertex") {
+  const Folder folder;
+  const std::string a = make_capture(folder, "a", {plane(1, 0), plane(1, 0)}, {{5, 1, 5}});
+  Mesh bent = plane(1, 0);
+  bent.positions[2] = 0.5; // of the first vertex
+  const std::string b = make_capture(folder, "b", {plane(1, 0.25), bent}, {{5, 1, 5}});
+  Options options;
+  options.heatmap = folder.path("heat");
+  const Result result = compared(a, b, options);
+  const std::string path = folder.path("heat/0010.ply");
+  const Mesh back = fvv::capture::read_mesh(path);
+  CHECK(back.positions == bent.positions);
+  CHECK(back.faces == bent.faces);
+  const std::string bytes = read_bytes(path);
+  const size_t start = bytes.find("end_header\n") + 11, stride = 3 * 8 + 4 + 3;
+  const auto vertex = [&](size_t v) {
+    float distance;
+    memcpy(&distance, &bytes[start + v * stride + 24], sizeof distance);
+    const auto *c = reinterpret_cast<const uint8_t *>(&bytes[start + v * stride + 28]);
+    return std::make_pair(distance, std::array<int, 3>{c[0], c[1], c[2]});
+  };
+  CHECK(result.errors.distance[Way::back].p99 < 0.5); // beyond it all is yellow
+  CHECK(vertex(0) == std::make_pair(0.5f, std::array<int, 3>{253, 231, 37}));
+  CHECK(vertex(3) == std::make_pair(0.0f, std::array<int, 3>{68, 1, 84}));
+  CHECK(fs::exists(folder.path("heat/0005.ply")));
+  CHECK_THAT(failure_of(a, b, options), Contains("already exists"));
+  options.force = true;
+  CHECK(failure_of(a, b, options) == "no failure");
+}
+
 TEST_CASE("what has no common measure is refused") {
   const Folder folder;
   const std::vector<Mesh> two = balls(2);

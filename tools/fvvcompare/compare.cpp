@@ -1,9 +1,11 @@
 #include "fvvcompare/compare.h"
 
 #include "cli/parallel.h"
+#include "fvvcompare/heatmap.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace fvv::compare {
 
@@ -56,6 +58,8 @@ public:
   Comparison(const Options &chosen, Result &out)
       : options(chosen), result(out), a(chosen.a), b(chosen.b),
         matching(match(a, b, chosen.frames, chosen.start)), slots(matching.pairs.size()) {
+    // Refused before the work, not behind it.
+    if (!options.heatmap.empty()) folder.emplace(options.heatmap, options.force);
     result.scale_unknown = a.scale_unknown();
     result.frames_a = a.frames().size();
     result.frames_b = b.frames().size();
@@ -88,6 +92,7 @@ public:
     for (const Slot &slot : slots)
       if (slot.loss.empty()) result.frames.push_back(slot.frame);
     pool();
+    if (folder) heatmaps();
   }
 
 private:
@@ -211,6 +216,22 @@ private:
     add_symmetric(e);
   }
 
+  // B in colours of its distance from A, on one scale for all frames.
+  void heatmaps() {
+    cli::parallel(options.threads, slots.size(), [&](size_t i) {
+      if (!slots[i].loss.empty()) return;
+      const Meshes meshes = load(i);
+      const Surface in_a(meshes.a);
+      std::vector<double> off;
+      for (const Vec3 &p : positions_of(meshes.b)) off.push_back(std::sqrt(in_a.nearest(p).squared));
+      char name[32];
+      std::snprintf(name, sizeof name, "%04lld.ply", (long long)slots[i].frame.number_a);
+      capture::write_file(folder->file(name),
+                          format_heatmap(meshes.b, off, result.errors.distance[back].p99));
+    });
+    folder->commit();
+  }
+
   const Options &options;
   Result &result;
   const Sequence a, b;
@@ -218,6 +239,7 @@ private:
   std::vector<Slot> slots;
   std::mutex mutex;
   Histogram distances[2], angles[2];
+  std::optional<cli::OutputFolder> folder; // for heat maps
 };
 
 } // namespace

@@ -59,7 +59,7 @@ int main(int argc, char **argv) {
   options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
   Bounds bounds;
   std::string frames, table;
-  bool as_json = false, force = false;
+  bool as_json = false;
   const std::map<std::string, compare::Points> points = {{"vertices", compare::Points::vertices},
                                                          {"samples", compare::Points::samples}};
   const CLI::Range positive(1e-300, 1e300, "POSITIVE");
@@ -81,8 +81,10 @@ int main(int argc, char **argv) {
   app.add_option("--max-distance", bounds.distance, "exit with 1 when the Hausdorff distance exceeds this")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--csv", table, "file for the figures of each frame; - is standard output");
+  app.add_option("--heatmap", options.heatmap,
+                 "folder for B as PLY, coloured by its distance from A: yellow is the p99 of B to A");
   app.add_flag("--json", as_json, "print everything as JSON");
-  app.add_flag("--force", force, "replace an existing file");
+  app.add_flag("--force", options.force, "replace an existing file or folder");
   app.add_option("--threads", options.threads, "frames at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
   app.set_version_flag("--version", std::string("fvvcompare ") + fvv_version());
@@ -97,7 +99,7 @@ int main(int argc, char **argv) {
       throw cli::Failure("--json: standard output is taken by the table (--csv -)", cli::usage);
     if (!frames.empty()) options.frames = parse_frames(frames);
     std::optional<cli::OutputFile> file;
-    if (!table.empty() && table != "-") file.emplace(table, force);
+    if (!table.empty() && table != "-") file.emplace(table, options.force);
     compare::Result result;
     try {
       compare::compare(options, result);
