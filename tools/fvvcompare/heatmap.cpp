@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstring>
 
 namespace fvv::compare {
@@ -28,8 +29,10 @@ std::array<uint8_t, 3> colour_of(double share) {
 } // namespace
 
 std::string format_heatmap(const capture::Mesh &mesh, const std::vector<double> &distances, double most) {
+  char scale[32];
+  std::snprintf(scale, sizeof scale, "%.6g", most);
   std::string out = "ply\nformat binary_little_endian 1.0\ncomment yellow: a distance of " +
-                    std::to_string(most) + " or more\nelement vertex " + std::to_string(mesh.vertex_count()) +
+                    std::string(scale) + " or more\nelement vertex " + std::to_string(mesh.vertex_count()) +
                     "\nproperty double x\nproperty double y\nproperty double z\nproperty float distance\n"
                     "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
                     std::to_string(mesh.face_count()) +
