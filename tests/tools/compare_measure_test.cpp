@@ -99,6 +99,23 @@ TEST_CASE("faces that are turned over show") {
   CHECK(m.back.turned == Approx(1 / 200.).epsilon(0.02));
 }
 
+TEST_CASE("where several vertices lie in one place they count once, and normals do not break") {
+  const Mesh whole = sphere(20, 1);
+  Mesh apart; // every face with vertices of its own
+  for (const uint32_t v : whole.faces) {
+    apart.faces.push_back(uint32_t(apart.vertex_count()));
+    apart.positions.insert(apart.positions.end(), &whole.positions[3 * size_t(v)],
+                           &whole.positions[3 * size_t(v)] + 3);
+  }
+  const Surface one(whole), other(apart);
+  CHECK(apart.vertex_count() == 3 * whole.face_count());
+  CHECK(other.points().size() == one.points().size());
+  const Measure m = measure(one, other, count, Points::vertices);
+  CHECK(m.forth.d1 == 0);
+  CHECK(m.forth.angle.figures().max < 1e-6);
+  CHECK(m.back.angle.figures().max < 1e-6);
+}
+
 TEST_CASE("a tilted plane has that angle") {
   Mesh tilted = plane(4, 0);
   const double angle = 7 * M_PI / 180;

@@ -45,6 +45,7 @@ Sequence::Sequence(const std::string &path) : name(path) {
 void Sequence::open_capture() {
   capture = capture::load_capture(name);
   if (!capture.meshes) throw cli::Failure(name + ": the capture has no meshes");
+  capture.atlas.reset(); // seams of texture coordinates are no part of the surface
   unknown_scale = capture.scale_unknown;
   duration = capture.frame_duration;
   for (int64_t i = 0; i < capture.frames.count; i++) list.push_back({capture.frames.number(i), i});

@@ -1,6 +1,7 @@
 #include "fvvcompare/surface.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace fvv::compare {
 
@@ -22,19 +23,30 @@ std::vector<Triangle> triangles_of(const capture::Mesh &mesh) {
   return out;
 }
 
-// The used vertices, and the corners of faces as indices of those.
-std::vector<Vec3> used_vertices(const capture::Mesh &mesh, std::vector<std::array<uint32_t, 3>> &corners) {
-  std::vector<uint32_t> index(mesh.vertex_count(), UINT32_MAX);
-  for (const uint32_t v : mesh.faces) index[v] = 0;
+// The places of vertices that faces use, each once, and the corners of faces as indices of those. A place has
+// several vertices at the seams of an atlas, say, where normals must not break.
+std::vector<Vec3> used_places(const capture::Mesh &mesh, std::vector<std::array<uint32_t, 3>> &corners) {
   const std::vector<Vec3> all = positions_of(mesh);
+  std::vector<uint32_t> sorted(mesh.faces);
+  const auto order = [&](uint32_t v, uint32_t w) {
+    return std::tie(all[v].x, all[v].y, all[v].z) < std::tie(all[w].x, all[w].y, all[w].z);
+  };
+  std::sort(sorted.begin(), sorted.end(),
+            [&](uint32_t v, uint32_t w) { return order(v, w) || (!order(w, v) && v < w); });
+  std::vector<uint32_t> first(all.size()); // the lowest vertex in the same place
+  for (size_t i = 0; i < sorted.size(); i++)
+    first[sorted[i]] = i && !order(sorted[i - 1], sorted[i]) ? first[sorted[i - 1]] : sorted[i];
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<uint32_t> index(all.size());
   std::vector<Vec3> used;
-  for (size_t v = 0; v < all.size(); v++)
-    if (index[v] == 0) {
-      index[v] = uint32_t(used.size());
-      used.push_back(all[v]);
-    }
+  for (size_t i = 0; i < sorted.size(); i++) {
+    const uint32_t v = sorted[i];
+    if (first[v] != v || (i && sorted[i - 1] == v)) continue;
+    index[v] = uint32_t(used.size());
+    used.push_back(all[v]);
+  }
   corners.resize(mesh.face_count());
-  for (size_t i = 0; i < mesh.faces.size(); i++) corners[i / 3][i % 3] = index[mesh.faces[i]];
+  for (size_t i = 0; i < mesh.faces.size(); i++) corners[i / 3][i % 3] = index[first[mesh.faces[i]]];
   return used;
 }
 
@@ -64,7 +76,7 @@ std::vector<Triangle> as_triangles(const std::vector<Vec3> &points) {
 }
 
 Surface::Surface(const capture::Mesh &mesh)
-    : triangles(triangles_of(mesh)), used(used_vertices(mesh, corners)), faces_tree(triangles),
+    : triangles(triangles_of(mesh)), used(used_places(mesh, corners)), faces_tree(triangles),
       points_tree(as_triangles(used)) {
   used_normals.resize(used.size());
   double sum = 0;

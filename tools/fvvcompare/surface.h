@@ -20,12 +20,12 @@ struct Sample {
 
 class Surface {
 public:
-  // Indices of the mesh are in range.
+  // Indices of the mesh are in range, no position is NaN.
   explicit Surface(const capture::Mesh &mesh);
 
   double area() const { return cumulative.empty() ? 0 : cumulative.back(); }
-  // Vertices that faces use, in their order, each as a position and its normal: the sum of the normals of its
-  // faces weighted by area, unit length; zero where these cancel.
+  // Places of vertices that faces use, each once, in the order of their first vertices; and the normals
+  // there: the sum of the normals of all faces around weighted by area, unit length; zero where these cancel.
   const std::vector<Vec3> &points() const { return used; }
   const std::vector<Vec3> &normals() const { return used_normals; }
   Vec3 face_normal(uint32_t face) const; // unit length; zero without area
