@@ -32,7 +32,7 @@ double rate_in(const std::string &path) {
 
 } // namespace
 
-TEST_CASE("--bitrate is kept over a clip by every codec, and reported") {
+TEST_CASE("a bit rate is kept over a clip by every codec, and reported") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
   for (const media::VideoCodec &codec : media::video_codecs()) {
@@ -55,7 +55,7 @@ TEST_CASE("--bitrate is kept over a clip by every codec, and reported") {
   }
 }
 
-TEST_CASE("--bitrate gives the same bytes for any number of threads") {
+TEST_CASE("a bit rate gives the same bytes for any number of threads") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
   for (const media::VideoCodec &codec : media::video_codecs()) {

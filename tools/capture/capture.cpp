@@ -25,6 +25,13 @@ std::vector<int64_t> Frames::numbers() const {
   return out;
 }
 
+std::string description_file(const std::string &given) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(given, ignored)
+             ? (std::filesystem::path(given) / "capture.json").string()
+             : given;
+}
+
 std::string Capture::resolve(const std::string &file) const {
   // Joining with an absolute path gives that path.
   return (std::filesystem::path(path).parent_path() / file).string();

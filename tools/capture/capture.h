@@ -80,6 +80,9 @@ struct Capture {
   std::string resolve(const std::string &file) const;
 };
 
+// The capture.json that a user means: a path, or the folder in which it lies.
+std::string description_file(const std::string &given);
+
 // Reads a capture.json. Strict: FileError for malformed JSON ("path:LINE:COLUMN: ..."), for unknown, missing
 // and duplicate keys, wrong types and values out of range ("path: /JSON/POINTER: ..."), for cameras that
 // fvv_camera_validate refuses. Looks at no other file.

@@ -33,9 +33,7 @@ fvv_rational duration_of(const fvv_scene &scene, const std::string &name) {
 
 } // namespace
 
-Sequence::Sequence(const std::string &path) : name(path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) name = (std::filesystem::path(path) / "capture.json");
+Sequence::Sequence(const std::string &path) : name(capture::description_file(path)) {
   if (is_capture(name))
     open_capture();
   else

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 namespace fvv::mux {
 
@@ -175,13 +174,6 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
 
 } // namespace
 
-std::string capture_file(const std::string &given) {
-  std::error_code ignored;
-  return std::filesystem::is_directory(given, ignored)
-             ? (std::filesystem::path(given) / "capture.json").string()
-             : given;
-}
-
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
   return plan.options.bit_depth > 8 ? choose_as<uint16_t>(plan, track) : choose_as<uint8_t>(plan, track);
 }
@@ -190,7 +182,7 @@ Plan make_plan(const Options &options) {
   Plan plan;
   plan.options = options;
   plan.videos = std::make_shared<Videos>(options.threads);
-  plan.capture = capture::load_capture(capture_file(options.capture));
+  plan.capture = capture::load_capture(capture::description_file(options.capture));
   const bool left_out = select(plan.capture, options);
   plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);

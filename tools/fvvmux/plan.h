@@ -69,9 +69,6 @@ struct Plan {
   }
 };
 
-// The capture.json that the user means: a path, or the folder in which it lies.
-std::string capture_file(const std::string &given);
-
 // All but the choice of video. Looks at every file first: a cli::Failure has a line for each problem;
 // warnings are printed.
 Plan make_plan(const Options &options);
