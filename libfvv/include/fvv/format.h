@@ -13,6 +13,8 @@
 #define FVV_LATTICE_MAX 268435456
 /* most bits of a texture index: 65536 steps across an atlas (clause 8.6). */
 #define FVV_TEXTURE_BITS_MAX 16
+/* more levels of motion than any mesh can have (clause 8.8). */
+#define FVV_MESH_LEVELS_MAX 32
 /* in VCFG: the frame does not show one single camera (clause 10.1). */
 #define FVV_NO_CAMERA 65535
 /* pixels: macroblocks of H.264 do not straddle two tiles (clause 10.2). */
@@ -82,7 +84,7 @@ enum {
 enum {
   FVV_MESH_RAW = 0, /* integers as they are */
   FVV_MESH_DRACO = 1, /* Draco 2.2 bitstream of integers */
-  FVV_MESH_DELTA = 2, /* reserved: same connectivity as the group's key frame */
+  FVV_MESH_DELTA = 2, /* motion: the connectivity of the key mesh before it, other positions */
   FVV_MESH_FIELD = 3, /* reserved: hull of a regular grid */
   FVV_MESH_FAST = 4, /* reserved: for fast decoding */
 };
@@ -166,6 +168,12 @@ enum {
   FVV_ISSUE_MESH_TEXTURE_BITS = 3014,
   FVV_ISSUE_MESH_TEXTURE_RANGE = 3015,
   FVV_ISSUE_MESH_TEXTURE_GROUP = 3016,
+  FVV_ISSUE_MESH_KEY = 3017,
+  FVV_ISSUE_DELTA_KEY = 3018,
+  FVV_ISSUE_DELTA_NUMBER = 3019,
+  FVV_ISSUE_DELTA_LEVELS = 3020,
+  FVV_ISSUE_DELTA_SIZE = 3021,
+  FVV_ISSUE_DELTA_STREAM = 3022,
   FVV_ISSUE_VIDEO_PAYLOAD = 4001,
   FVV_ISSUE_VIDEO_CODEC = 4002,
   FVV_ISSUE_VIDEO_RANGE = 4003,

@@ -128,6 +128,62 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t s
                                                 const fvv_allocator *allocator, fvv_mesh *mesh,
                                                 fvv_diagnostic *diagnostic);
 
+/* ---- delta frames: clause 8.7 to 8.10 --------------------------------------------------------------- */
+
+/* A key mesh and the frames behind it that have its faces and move its vertices. Encoder and decoder hold the
+ * same state, bit for bit: what is encoded is what will be decoded, and each frame is predicted from the one
+ * before as it was decoded. The vertices form levels, coarse to fine; the motion of each level is predicted
+ * from that of the levels before. Handles are not thread-safe; separate ones are independent. */
+typedef struct fvv_mesh_sequence fvv_mesh_sequence;
+
+/* key: the decoded key mesh (fvv_mesh_decode), never the one handed to the encoder; it is copied. Close with
+ * fvv_mesh_sequence_close. Some 250 bytes a vertex. allocator NULL: malloc. On error *sequence is NULL. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allocator,
+                                                       fvv_mesh_sequence **sequence,
+                                                       fvv_diagnostic *diagnostic);
+FVV_API void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence);
+
+/* The current frame, the key mesh at first. Belongs to the sequence; positions change with each encode or
+ * decode, all else stays. */
+FVV_API const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence);
+/* Delta frames since the key mesh. */
+FVV_API uint32_t fvv_mesh_sequence_frame(const fvv_mesh_sequence *sequence);
+/* 1 to FVV_MESH_LEVELS_MAX, and the vertices of each level (0 for one that is none): some hundred in the
+ * first, then about four times as many as in the one before. */
+FVV_API uint32_t fvv_mesh_sequence_level_count(const fvv_mesh_sequence *sequence);
+FVV_API uint32_t fvv_mesh_sequence_level_size(const fvv_mesh_sequence *sequence, uint32_t level);
+/* How many levels of the current frame are what the encoder holds: level_count, fewer when a frame was
+ * decoded with fewer, 0 after an error. */
+FVV_API uint32_t fvv_mesh_sequence_exact_levels(const fvv_mesh_sequence *sequence);
+
+/* Decodes the next frame. levels: how many of them, UINT32_MAX for all; vertices of the others move with
+ * their neighbours, which is quick, and coarser. Frames that follow can be decoded with no more levels than
+ * this one (FVV_ERROR_STATE). Safe for hostile bytes. After an error of the stream every further decode is
+ * FVV_ERROR_STATE, as nothing behind it can be told: go on at the next key mesh. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *payload,
+                                                         size_t size, uint32_t levels,
+                                                         fvv_diagnostic *diagnostic);
+
+typedef struct fvv_mesh_delta_options {
+  size_t struct_size;
+  /* How far a decoded position may lie from the one asked for, on each axis, in steps of the lattice, up to
+   * 32767; 0: not at all. Default 1. A lattice much finer than the error that is wanted codes best: with a
+   * step of 0.5 mm and an error of 2 (1 mm) frames take a third of the bytes of a lattice of 2 mm and an
+   * error of 0, as rounding of the former frame is not passed on as motion. */
+  uint32_t max_error;
+} fvv_mesh_delta_options;
+
+FVV_API void fvv_mesh_delta_options_default(fvv_mesh_delta_options *options);
+
+/* MESH payload of profile FVV_MESH_DELTA for the next frame; replaces what payload holds. positions: for each
+ * vertex of the key mesh, in its order, x 3, within the lattice. options NULL: defaults. Afterwards
+ * fvv_mesh_sequence_mesh is what decoders get. Deterministic. On error the sequence is as it was, but for
+ * FVV_ERROR_MEMORY: then it can only be closed. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence,
+                                                         const int32_t *positions,
+                                                         const fvv_mesh_delta_options *options,
+                                                         fvv_bytes *payload, fvv_diagnostic *diagnostic);
+
 #ifdef __cplusplus
 }
 #endif

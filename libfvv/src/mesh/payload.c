@@ -64,9 +64,9 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
   const fvv_mesh_header read = {payload[FVV_MESH_PROFILE], fvv_get_u32(payload + FVV_MESH_VERTEX_COUNT),
                                 fvv_get_u32(payload + FVV_MESH_FACE_COUNT), size - FVV_MESH_SIZE,
                                 payload[FVV_MESH_TEXTURE_BITS]};
-  if (read.profile != FVV_MESH_RAW && read.profile != FVV_MESH_DRACO)
+  if (read.profile > FVV_MESH_DELTA)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
-                    FVV_MESH_PROFILE, "mesh profile %u is not known, 0 and 1 are", read.profile);
+                    FVV_MESH_PROFILE, "mesh profile %u is not known, 0 to 2 are", read.profile);
   fvv_status status = check_attributes(payload, diagnostic);
   if (status != FVV_OK) return status;
   if (payload[FVV_MESH_RESERVED])
@@ -127,6 +127,9 @@ fvv_status fvv_mesh_decode(const uint8_t *payload, size_t size, const fvv_limits
   fvv_mesh_header header;
   fvv_status status = fvv_mesh_peek(payload, size, limits, &header, diagnostic);
   if (status != FVV_OK) return status;
+  if (header.profile == FVV_MESH_DELTA)
+    return invalid(diagnostic, FVV_ISSUE_MESH_KEY, FVV_MESH_PROFILE,
+                   "a delta frame does not stand alone, it needs the key mesh before it");
   mesh->allocator = fvv_allocator_or_default(allocator);
   mesh->vertex_count = header.vertex_count;
   mesh->face_count = header.face_count;

@@ -22,3 +22,20 @@ void fvv_mesh_free(fvv_mesh *mesh) {
   }
   memset(mesh, 0, sizeof *mesh);
 }
+
+fvv_status fvv_mesh_copy(const fvv_mesh *mesh, const fvv_allocator *allocator, fvv_mesh *copy) {
+  memset(copy, 0, sizeof *copy);
+  copy->allocator = fvv_allocator_or_default(allocator);
+  copy->vertex_count = mesh->vertex_count;
+  copy->face_count = mesh->face_count;
+  copy->texture_bits = mesh->texture_bits;
+  if (!fvv_mesh_allocate(copy)) {
+    fvv_mesh_free(copy);
+    return FVV_ERROR_MEMORY;
+  }
+  const size_t vertices = mesh->vertex_count;
+  memcpy(copy->positions, mesh->positions, vertices * 3 * sizeof *mesh->positions);
+  memcpy(copy->faces, mesh->faces, (size_t)mesh->face_count * 3 * sizeof *mesh->faces);
+  if (copy->texture) memcpy(copy->texture, mesh->texture, vertices * 2 * sizeof *mesh->texture);
+  return FVV_OK;
+}

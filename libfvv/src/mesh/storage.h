@@ -8,4 +8,7 @@
  * arrays are not filled. 1, or 0 when memory is lacking; fvv_mesh_free in either case. */
 int fvv_mesh_allocate(fvv_mesh *mesh);
 
+/* FVV_OK or FVV_ERROR_MEMORY, then *copy is empty. allocator NULL: malloc. */
+FVV_MUST_USE fvv_status fvv_mesh_copy(const fvv_mesh *mesh, const fvv_allocator *allocator, fvv_mesh *copy);
+
 #endif

@@ -1,0 +1,159 @@
+/* Delta payloads -> frames of a sequence (clause 8.7 to 8.9). Work and memory are bounded by the key mesh,
+ * whatever the bytes say. */
+#include "base/bytes.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "mesh/delta_payload.h"
+
+static fvv_status wrong(fvv_diagnostic *diagnostic, uint32_t issue, uint64_t offset, const char *text) {
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, FVV_CHUNK_MESH, offset, "%s", text);
+}
+
+/* Exp-Golomb: the number of digits behind the leading one, then the digits. A magnitude of 30 digits or more
+ * is none: 0. */
+static uint32_t decode_magnitude(fvv_range_decoder *d, fvv_delta_model *model, uint32_t around) {
+  int digits = 0;
+  while (fvv_range_decode(d, &model->more[around][digits]))
+    if (++digits == FVV_DELTA_MAGNITUDE_BITS) return 0;
+  uint32_t value = 1;
+  for (int i = 0; i < digits; i++)
+    value =
+        value << 1 | (uint32_t)(i ? fvv_range_decode_even(d) : fvv_range_decode(d, &model->first[digits]));
+  return value;
+}
+
+static inline fvv_status decode_vertex(fvv_mesh_sequence *s, fvv_range_decoder *d, fvv_delta_model *model,
+                                       uint32_t i, int64_t step) {
+  int32_t *motion = s->motion + 3 * (size_t)i, *place = s->place + 3 * (size_t)i;
+  fvv_delta_predict(s, i, motion);
+  const fvv_delta_magnitudes around = fvv_delta_around(s, i), before = s->before[i];
+  fvv_delta_magnitudes now = 0;
+  uint32_t axes_before = 0;
+  for (int a = 0; a < 3; a++) {
+    const uint32_t class = fvv_delta_around_class(around, a);
+    if (fvv_range_decode(
+            d,
+            &model->some[a][class][fvv_delta_class(before >> (8 * a) & 255)][fvv_delta_class(axes_before)])) {
+      const uint32_t magnitude = decode_magnitude(d, model, class);
+      if (!magnitude) return FVV_ERROR_DAMAGED;
+      const int64_t residual = fvv_range_decode_even(d) ? -(int64_t)magnitude : magnitude;
+      const int64_t moved = motion[a] + residual * step, to = place[a] + moved;
+      if (to > FVV_LATTICE_MAX || to < -FVV_LATTICE_MAX) return FVV_ERROR_INVALID;
+      motion[a] = (int32_t)moved;
+      now |= fvv_delta_remember(magnitude, a);
+      axes_before += magnitude < FVV_DELTA_CLASSES ? magnitude : FVV_DELTA_CLASSES;
+    }
+    place[a] += motion[a];
+  }
+  s->now[i] = now;
+  return FVV_OK;
+}
+
+static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const fvv_delta_level *coded,
+                               const uint8_t *payload, fvv_diagnostic *diagnostic) {
+  if (!coded->size) {
+    fvv_delta_follow(s, level);
+    return FVV_OK;
+  }
+  fvv_range_decoder d;
+  fvv_range_decoder_init(&d, payload + coded->offset, coded->size);
+  const uint32_t end = s->hierarchy.level_end[level];
+  fvv_status status = FVV_OK;
+  for (uint32_t i = fvv_delta_level_begin(s, level); i < end && status == FVV_OK; i++) {
+    status = decode_vertex(s, &d, &s->models[level], i, coded->step);
+    if (fvv_range_decoder_failed(&d)) break;
+  }
+  if (fvv_range_decoder_failed(&d) || status == FVV_ERROR_DAMAGED ||
+      (status == FVV_OK && !fvv_range_decoder_finished(&d)))
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_STREAM, FVV_CHUNK_MESH, coded->offset,
+                    "the %zu bytes of level %lu do not end with its last vertex", coded->size,
+                    (unsigned long)level);
+  if (status == FVV_OK) return status;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_LATTICE, FVV_CHUNK_MESH, coded->offset,
+                  "level %lu: a vertex moves outside +-2^28", (unsigned long)level);
+}
+
+static fvv_status read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
+                              fvv_delta_frame *frame, fvv_diagnostic *diagnostic) {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  limits.max_vertices = limits.max_faces = UINT32_MAX; /* the key has passed the caller's */
+  fvv_mesh_header header;
+  fvv_status status = fvv_mesh_peek(payload, size, &limits, &header, diagnostic);
+  if (status != FVV_OK) return status;
+  if (header.profile != FVV_MESH_DELTA)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
+                    "a mesh of profile %u begins a sequence, it does not go on with one", header.profile);
+  if (header.vertex_count != s->mesh.vertex_count || header.face_count != s->mesh.face_count ||
+      header.texture_bits != s->mesh.texture_bits)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_KEY, FVV_CHUNK_MESH, FVV_MESH_VERTEX_COUNT,
+                    "%lu vertices, %lu faces and %u texture bits, the key mesh has %lu, %lu and %u",
+                    (unsigned long)header.vertex_count, (unsigned long)header.face_count, header.texture_bits,
+                    (unsigned long)s->mesh.vertex_count, (unsigned long)s->mesh.face_count,
+                    s->mesh.texture_bits);
+  fvv_cursor cursor = {payload, size, FVV_MESH_SIZE, 0};
+  const uint64_t number = fvv_cursor_uleb(&cursor), levels = fvv_cursor_uleb(&cursor);
+  if (!cursor.failed && number != (uint64_t)s->frame + 1)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_NUMBER, FVV_CHUNK_MESH, FVV_MESH_SIZE,
+                    "delta frame %llu behind frame %lu of the group: frames are missing",
+                    (unsigned long long)number, (unsigned long)s->frame);
+  if (!cursor.failed && levels != s->hierarchy.level_count)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, FVV_MESH_SIZE,
+                    "%llu levels, the key mesh has %lu", (unsigned long long)levels,
+                    (unsigned long)s->hierarchy.level_count);
+  uint64_t all = 0;
+  for (uint32_t k = 0; k < s->hierarchy.level_count && !cursor.failed; k++) {
+    const uint64_t step = fvv_cursor_uleb(&cursor), bytes = fvv_cursor_uleb(&cursor);
+    if (!cursor.failed && (step < 1 || step > FVV_DELTA_STEP_MAX))
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, cursor.position,
+                      "level %lu has a step of %llu, steps are 1 to 65535", (unsigned long)k,
+                      (unsigned long long)step);
+    frame->level[k].step = (uint32_t)step;
+    frame->level[k].size = bytes <= size ? (size_t)bytes : size + 1;
+    all += frame->level[k].size;
+  }
+  if (cursor.failed || all != size - cursor.position)
+    return wrong(diagnostic, FVV_ISSUE_DELTA_SIZE, FVV_MESH_SIZE,
+                 "the levels' sizes do not add up to the payload's");
+  size_t offset = cursor.position;
+  for (uint32_t k = 0; k < s->hierarchy.level_count; k++) {
+    frame->level[k].offset = offset;
+    offset += frame->level[k].size;
+  }
+  return FVV_OK;
+}
+
+static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t size, uint32_t levels,
+                         fvv_diagnostic *diagnostic) {
+  fvv_delta_frame frame;
+  fvv_status status = read_header(s, payload, size, &frame, diagnostic);
+  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++) {
+    if (k < levels)
+      status = decode_level(s, k, &frame.level[k], payload, diagnostic);
+    else
+      fvv_delta_follow(s, k);
+  }
+  return status;
+}
+
+fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *payload, size_t size,
+                                    uint32_t levels, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  fvv_mesh_sequence *s = sequence;
+  if (levels > s->hierarchy.level_count) levels = s->hierarchy.level_count;
+  if (s->broken)
+    return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, FVV_CHUNK_MESH, 0,
+                    "a frame of this sequence was wrong: what follows cannot be decoded up to the next key");
+  if (levels > s->exact_levels)
+    return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, FVV_CHUNK_MESH, 0,
+                    "%lu levels are asked for, but of a former frame only %lu were decoded",
+                    (unsigned long)levels, (unsigned long)s->exact_levels);
+  const fvv_status status = decode(s, payload, size, levels, diagnostic);
+  if (status != FVV_OK) {
+    s->broken = 1;
+    return status;
+  }
+  s->exact_levels = levels;
+  fvv_delta_end_frame(s);
+  return FVV_OK;
+}

@@ -1,0 +1,170 @@
+/* Frames of a sequence -> delta payloads, closed loop: after each frame the encoder holds what a decoder will
+ * hold, and predicts from that. */
+#include <string.h>
+
+#include "base/bytes.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/memory.h"
+#include "mesh/delta_payload.h"
+
+void fvv_mesh_delta_options_default(fvv_mesh_delta_options *options) {
+  memset(options, 0, sizeof *options);
+  options->struct_size = sizeof *options;
+  options->max_error = 1;
+}
+
+static void encode_magnitude(fvv_range_encoder *e, fvv_delta_model *model, uint32_t around, uint32_t value) {
+  int digits = 0;
+  while (value >> digits > 1) digits++;
+  for (int i = 0; i < digits; i++) fvv_range_encode(e, &model->more[around][i], 1);
+  fvv_range_encode(e, &model->more[around][digits], 0);
+  for (int i = digits - 1; i >= 0; i--) {
+    const int digit = value >> i & 1;
+    if (i == digits - 1)
+      fvv_range_encode(e, &model->first[digits], digit);
+    else
+      fvv_range_encode_even(e, digit);
+  }
+}
+
+/* The residual that leaves at most half a step, 0 where there is a choice. One that would lead outside the
+ * lattice is one step shorter: there the error may be a whole step. */
+static int64_t quantise(int64_t difference, int64_t step, int64_t predicted) {
+  const int64_t magnitude = ((difference < 0 ? -difference : difference) + (step - 1) / 2) / step;
+  int64_t residual = difference < 0 ? -magnitude : magnitude;
+  const int64_t to = predicted + residual * step;
+  if (to > FVV_LATTICE_MAX) residual--;
+  if (to < -FVV_LATTICE_MAX) residual++;
+  return residual;
+}
+
+/* 1 when the vertex has a residual that is not 0. */
+static int encode_vertex(fvv_mesh_sequence *s, fvv_range_encoder *e, fvv_delta_model *model, uint32_t i,
+                         int64_t step, const int32_t *wanted) {
+  int32_t *motion = s->motion + 3 * (size_t)i, *place = s->place + 3 * (size_t)i;
+  fvv_delta_predict(s, i, motion);
+  const fvv_delta_magnitudes around = fvv_delta_around(s, i), before = s->before[i];
+  fvv_delta_magnitudes now = 0;
+  uint32_t axes_before = 0;
+  for (int a = 0; a < 3; a++) {
+    const uint32_t class = fvv_delta_around_class(around, a);
+    const int64_t predicted = (int64_t)place[a] + motion[a];
+    const int64_t residual = quantise(wanted[a] - predicted, step, predicted);
+    const uint32_t magnitude = (uint32_t)(residual < 0 ? -residual : residual);
+    fvv_range_encode(
+        e, &model->some[a][class][fvv_delta_class(before >> (8 * a) & 255)][fvv_delta_class(axes_before)],
+        residual != 0);
+    if (residual) {
+      encode_magnitude(e, model, class, magnitude);
+      fvv_range_encode_even(e, residual < 0);
+      motion[a] = (int32_t)(motion[a] + residual * step);
+      now |= fvv_delta_remember(magnitude, a);
+      axes_before += magnitude < FVV_DELTA_CLASSES ? magnitude : FVV_DELTA_CLASSES;
+    }
+    place[a] += motion[a];
+  }
+  s->now[i] = now;
+  return now != 0;
+}
+
+/* Appends the bytes of a level, or none when no vertex of it has a residual: then its model learns nothing,
+ * as in the decoder. */
+static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, fvv_delta_level *coded,
+                               const int32_t *positions, fvv_bytes *data) {
+  const size_t begin = data->size;
+  const fvv_delta_model former = s->models[level];
+  fvv_range_encoder e;
+  fvv_range_encoder_init(&e, data);
+  int some = 0;
+  const uint32_t end = s->hierarchy.level_end[level];
+  for (uint32_t i = fvv_delta_level_begin(s, level); i < end; i++)
+    some |= encode_vertex(s, &e, &s->models[level], i, coded->step,
+                          positions + 3 * (size_t)s->hierarchy.order[i]);
+  const fvv_status status = fvv_range_encoder_finish(&e);
+  if (status != FVV_OK) return status;
+  if (!some) {
+    data->size = begin;
+    s->models[level] = former;
+  }
+  coded->size = data->size - begin;
+  return FVV_OK;
+}
+
+/* Coarse levels, from which others are predicted, gain by half the step: what they lack, all behind them has
+ * to mend. The last two hold nine tenths of the vertices. */
+static void choose_steps(const fvv_mesh_sequence *s, const fvv_mesh_delta_options *options,
+                         fvv_delta_frame *frame) {
+  const uint32_t levels = s->hierarchy.level_count, coarse = 2 + (uint32_t)s->hierarchy.has_twins;
+  for (uint32_t k = 0; k < levels; k++) {
+    const uint32_t error = options->max_error;
+    frame->level[k].step = !error ? 1 : k + coarse < levels ? error : 2 * error;
+  }
+}
+
+static fvv_status append_uleb(fvv_bytes *bytes, uint64_t value) {
+  uint8_t coded[10];
+  return fvv_bytes_append(bytes, coded, fvv_put_uleb(coded, value));
+}
+
+static fvv_status put_payload(const fvv_mesh_sequence *s, const fvv_delta_frame *frame, const fvv_bytes *data,
+                              fvv_bytes *payload) {
+  uint8_t header[FVV_MESH_SIZE] = {0};
+  header[FVV_MESH_PROFILE] = FVV_MESH_DELTA;
+  header[FVV_MESH_ATTRIBUTES] = s->mesh.texture_bits ? FVV_MESH_HAS_TEXTURE : 0;
+  header[FVV_MESH_TEXTURE_BITS] = s->mesh.texture_bits;
+  fvv_put_u32(header + FVV_MESH_VERTEX_COUNT, s->mesh.vertex_count);
+  fvv_put_u32(header + FVV_MESH_FACE_COUNT, s->mesh.face_count);
+  fvv_status status = fvv_bytes_append(payload, header, sizeof header);
+  if (status == FVV_OK) status = append_uleb(payload, (uint64_t)s->frame + 1);
+  if (status == FVV_OK) status = append_uleb(payload, s->hierarchy.level_count);
+  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++) {
+    status = append_uleb(payload, frame->level[k].step);
+    if (status == FVV_OK) status = append_uleb(payload, frame->level[k].size);
+  }
+  return status == FVV_OK ? fvv_bytes_append(payload, data->data, data->size) : status;
+}
+
+static fvv_status check(const fvv_mesh_sequence *s, const int32_t *positions,
+                        const fvv_mesh_delta_options *options, fvv_diagnostic *diagnostic) {
+  if (s->broken || s->exact_levels < s->hierarchy.level_count)
+    return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, 0, 0,
+                    "a frame of this sequence was wrong or not decoded as a whole: nothing can follow it");
+  if (options->max_error > FVV_DELTA_STEP_MAX / 2)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "an error of %lu steps is allowed, at most %d",
+                    (unsigned long)options->max_error, FVV_DELTA_STEP_MAX / 2);
+  for (size_t i = 0; i < 3 * (size_t)s->mesh.vertex_count; i++)
+    if (positions[i] > FVV_LATTICE_MAX || positions[i] < -FVV_LATTICE_MAX)
+      return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
+                      "vertex %zu: %c index %ld is outside +-2^28", i / 3, "xyz"[i % 3], (long)positions[i]);
+  return FVV_OK;
+}
+
+fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *positions,
+                                    const fvv_mesh_delta_options *options, fvv_bytes *payload,
+                                    fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  fvv_mesh_sequence *s = sequence;
+  if (!payload->allocator.resize) payload->allocator = s->allocator;
+  payload->size = 0;
+  fvv_mesh_delta_options chosen;
+  fvv_mesh_delta_options_default(&chosen);
+  if (options)
+    memcpy(&chosen, options, options->struct_size < sizeof chosen ? options->struct_size : sizeof chosen);
+  fvv_status status = check(s, positions, &chosen, diagnostic);
+  if (status != FVV_OK) return status;
+  fvv_delta_frame frame;
+  choose_steps(s, &chosen, &frame);
+  fvv_bytes data = {NULL, 0, 0, s->allocator};
+  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
+    status = encode_level(s, k, &frame.level[k], positions, &data);
+  if (status == FVV_OK) status = put_payload(s, &frame, &data, payload);
+  fvv_bytes_free(&data);
+  if (status != FVV_OK) {
+    s->broken = 1;
+    return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for a delta frame of %lu vertices",
+                    (unsigned long)s->mesh.vertex_count);
+  }
+  fvv_delta_end_frame(s);
+  return FVV_OK;
+}

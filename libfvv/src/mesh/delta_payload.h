@@ -1,0 +1,17 @@
+/* mesh/delta_payload.h: what a delta payload says of its levels (clause 8.7). */
+#ifndef FVV_MESH_DELTA_PAYLOAD_H
+#define FVV_MESH_DELTA_PAYLOAD_H
+
+#include "mesh/sequence.h"
+
+typedef struct fvv_delta_level {
+  uint32_t step; /* of residuals, in steps of the lattice */
+  size_t size;   /* bytes; 0: no vertex of it has a residual */
+  size_t offset; /* of the first byte in the payload */
+} fvv_delta_level;
+
+typedef struct fvv_delta_frame {
+  fvv_delta_level level[FVV_MESH_LEVELS_MAX];
+} fvv_delta_frame;
+
+#endif

@@ -1,0 +1,119 @@
+/* Opening, closing and state of a mesh sequence: a key mesh and the delta frames behind it. */
+#include "mesh/sequence.h"
+
+#include <string.h>
+
+#include "base/diagnostic.h"
+#include "base/memory.h"
+#include "mesh/check.h"
+#include "mesh/storage.h"
+
+/* The hierarchy's tables have twice as many slots, counted in 32 bits. */
+#define VERTICES_MAX (UINT32_C(1) << 30)
+
+static fvv_status out_of_memory(const fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for a mesh sequence of %lu vertices",
+                  (unsigned long)mesh->vertex_count);
+}
+
+static fvv_status allocate(fvv_mesh_sequence *s, const fvv_mesh *key) {
+  fvv_status status = fvv_mesh_copy(key, &s->allocator, &s->mesh);
+  if (status == FVV_OK)
+    status = fvv_delta_hierarchy_build(key->positions, key->vertex_count, &s->allocator, &s->hierarchy);
+  if (status != FVV_OK) return status;
+  const size_t vertices = key->vertex_count;
+  s->place = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->place);
+  s->motion = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->motion);
+  s->now = fvv_allocate_zeroed(&s->allocator, vertices * sizeof *s->now);
+  s->before = fvv_allocate_zeroed(&s->allocator, vertices * sizeof *s->before);
+  s->models = fvv_allocate_array(&s->allocator, s->hierarchy.level_count, sizeof *s->models);
+  return s->place && s->motion && s->now && s->before && s->models ? FVV_OK : FVV_ERROR_MEMORY;
+}
+
+static void start(fvv_mesh_sequence *s) {
+  for (uint32_t i = 0; i < s->mesh.vertex_count; i++)
+    memcpy(s->place + 3 * (size_t)i, s->mesh.positions + 3 * (size_t)s->hierarchy.order[i],
+           3 * sizeof *s->place);
+  s->exact_levels = s->hierarchy.level_count;
+  const size_t probabilities = sizeof *s->models / sizeof(fvv_probability);
+  fvv_probability *p = (fvv_probability *)s->models;
+  for (size_t i = 0; i < s->hierarchy.level_count * probabilities; i++) fvv_probability_reset(&p[i]);
+}
+
+fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allocator,
+                                  fvv_mesh_sequence **sequence, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  *sequence = NULL;
+  const fvv_allocator chosen = fvv_allocator_or_default(allocator);
+  if (key->vertex_count < 3 || key->face_count < 1 || key->vertex_count > VERTICES_MAX)
+    return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_COUNTS, 0, 0,
+                    "a key mesh of %lu vertices and %lu faces", (unsigned long)key->vertex_count,
+                    (unsigned long)key->face_count);
+  fvv_status status = fvv_mesh_check(key, FVV_MESH_FROM_CALLER, &chosen, diagnostic);
+  if (status != FVV_OK) return status;
+  fvv_mesh_sequence *s = fvv_allocate_zeroed(&chosen, sizeof *s);
+  if (!s) return out_of_memory(key, diagnostic);
+  s->allocator = chosen;
+  status = allocate(s, key);
+  if (status != FVV_OK) {
+    fvv_mesh_sequence_close(s);
+    return out_of_memory(key, diagnostic);
+  }
+  start(s);
+  *sequence = s;
+  return FVV_OK;
+}
+
+void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence) {
+  if (!sequence) return;
+  fvv_mesh_sequence *s = sequence;
+  const fvv_allocator allocator = s->allocator;
+  const size_t vertices = s->hierarchy.vertex_count;
+  fvv_release(&allocator, s->place, vertices * 3 * sizeof *s->place);
+  fvv_release(&allocator, s->motion, vertices * 3 * sizeof *s->motion);
+  fvv_release(&allocator, s->now, vertices * sizeof *s->now);
+  fvv_release(&allocator, s->before, vertices * sizeof *s->before);
+  fvv_release(&allocator, s->models, s->hierarchy.level_count * sizeof *s->models);
+  fvv_delta_hierarchy_free(&s->hierarchy);
+  fvv_mesh_free(&s->mesh);
+  fvv_release(&allocator, s, sizeof *s);
+}
+
+const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence) {
+  return &sequence->mesh;
+}
+uint32_t fvv_mesh_sequence_level_count(const fvv_mesh_sequence *sequence) {
+  return sequence->hierarchy.level_count;
+}
+uint32_t fvv_mesh_sequence_level_size(const fvv_mesh_sequence *sequence, uint32_t level) {
+  return level < sequence->hierarchy.level_count
+             ? sequence->hierarchy.level_end[level] - fvv_delta_level_begin(sequence, level)
+             : 0;
+}
+uint32_t fvv_mesh_sequence_exact_levels(const fvv_mesh_sequence *sequence) {
+  return sequence->broken ? 0 : sequence->exact_levels;
+}
+uint32_t fvv_mesh_sequence_frame(const fvv_mesh_sequence *sequence) {
+  return sequence->frame;
+}
+
+void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level) {
+  const uint32_t end = sequence->hierarchy.level_end[level];
+  for (uint32_t i = fvv_delta_level_begin(sequence, level); i < end; i++) {
+    int32_t *motion = sequence->motion + 3 * (size_t)i, *place = sequence->place + 3 * (size_t)i;
+    fvv_delta_predict(sequence, i, motion);
+    for (int a = 0; a < 3; a++) place[a] += motion[a];
+    sequence->now[i] = 0;
+  }
+}
+
+void fvv_delta_end_frame(fvv_mesh_sequence *sequence) {
+  fvv_mesh_sequence *s = sequence;
+  for (uint32_t i = 0; i < s->mesh.vertex_count; i++)
+    memcpy(s->mesh.positions + 3 * (size_t)s->hierarchy.order[i], s->place + 3 * (size_t)i,
+           3 * sizeof *s->place);
+  fvv_delta_magnitudes *const former = s->before;
+  s->before = s->now;
+  s->now = former;
+  s->frame++;
+}
