@@ -9,9 +9,10 @@
 #define EMPTY UINT32_MAX
 
 enum {
-  OFFSET_BITS = 9,   /* of offsets handed to fvv_delta_weights */
-  CELLS_AROUND = 27, /* with the one in the middle */
-  KEPT_CELLS = 256   /* neighbourhoods kept, as vertices close to each other in order mostly share theirs */
+  OFFSET_BITS = 9,    /* of offsets handed to fvv_delta_weights */
+  FIRST_HALVINGS = 3, /* of the cube around the mesh, before the first level */
+  CELLS_AROUND = 27,  /* with the one in the middle */
+  KEPT_CELLS = 256    /* neighbourhoods kept, as vertices close to each other in order mostly share theirs */
 };
 
 /* Cubic cells of side 2^shift from the mesh's least corner on. Each cell that holds a vertex has one entry:
@@ -202,6 +203,8 @@ static void take_levels(build *b) {
   }
   int shift = 0;
   while (extent >> shift) shift++;
+  /* With fewer than eight cells along the longest side there is no point in counting them. */
+  shift = shift > FIRST_HALVINGS ? shift - FIRST_HALVINGS : 0;
   for (; shift > 0 && 3 * (uint64_t)FVV_DELTA_COARSEST <= all; shift--) {
     fill(b, shift);
     if (3 * (uint64_t)b->fine.count > all) break;
