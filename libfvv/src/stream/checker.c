@@ -4,6 +4,7 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "container/header.h"
+#include "stream/check_mesh.h"
 #include "stream/configuration.h"
 
 enum { KEPT_PROBLEMS = 1000 };
@@ -16,9 +17,7 @@ typedef struct open_frame {
 
 typedef struct checked_track {
   fvv_track_summary summary;
-  /* The first mesh of the group that is being read: texture_group counts groups from 1, 0 is before any. */
-  uint64_t texture_group;
-  uint8_t texture_bits;
+  fvv_checked_mesh mesh;
 } checked_track;
 
 struct fvv_checker {
@@ -68,6 +67,8 @@ void fvv_checker_destroy(fvv_checker *checker) {
   if (!checker) return;
   const fvv_allocator allocator = checker->allocator;
   fvv_reader_destroy(checker->reader);
+  checked_track *tracks = (checked_track *)checker->tracks.data;
+  for (size_t i = 0; i < fvv_checker_track_count(checker); i++) fvv_mesh_frames_reset(&tracks[i].mesh.frames);
   fvv_configuration_free(&checker->building);
   fvv_configuration_free(&checker->complete);
   fvv_bytes_free(&checker->problems);
@@ -165,34 +166,15 @@ static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
   if (header->texture_bits > t->max_texture_bits) t->max_texture_bits = header->texture_bits;
 }
 
-/* Where a group's beginning was lost, its meshes are compared with none. */
-static fvv_status compare_texture(const fvv_checker *c, const fvv_event *event, checked_track *track,
-                                  const fvv_mesh_header *header, fvv_diagnostic *diagnostic) {
-  if (!event->group_intact) return FVV_OK;
-  if (track->texture_group != c->summary.groups) {
-    track->texture_group = c->summary.groups;
-    track->texture_bits = header->texture_bits;
-  }
-  if (track->texture_bits == header->texture_bits) return FVV_OK;
-  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_TEXTURE_GROUP, FVV_CHUNK_MESH,
-                  FVV_MESH_TEXTURE_BITS, "%u texture bits, the first mesh of the track in this group has %u",
-                  header->texture_bits, track->texture_bits);
-}
-
 /* What the chunk's own layer says of its payload. */
 static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *track,
                         fvv_diagnostic *diagnostic) {
   const size_t size = (size_t)event->chunk.size;
   if (event->chunk.type == FVV_CHUNK_MESH) {
-    fvv_mesh_header header;
-    fvv_status status = fvv_mesh_peek(event->payload, size, &c->limits, &header, diagnostic);
-    if (status < 0) return status;
-    count_mesh(&track->summary, &header);
-    status = compare_texture(c, event, track, &header, diagnostic);
-    if (status < 0 || !c->options.decode) return status;
-    fvv_mesh mesh;
-    status = fvv_mesh_decode(event->payload, size, &c->limits, &c->allocator, &mesh, diagnostic);
-    if (status >= 0) fvv_mesh_free(&mesh);
+    fvv_mesh_header header = {0};
+    const fvv_status status = fvv_check_mesh(&track->mesh, event, c->summary.groups, c->options.decode,
+                                             &c->limits, &c->allocator, &header, &c->frame.whole, diagnostic);
+    if (header.vertex_count) count_mesh(&track->summary, &header);
     return status;
   }
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && c->options.decode && c->has_configuration &&

@@ -1,18 +1,9 @@
 /* stream/stream.c: frames by number, through the index of the file. */
+#include "stream/stream.h"
+
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
-#include "stream/configuration.h"
-
-struct fvv_stream {
-  fvv_allocator allocator;
-  fvv_limits limits;
-  fvv_file *file;
-  fvv_configuration_builder configuration;
-  uint64_t configuration_offset; /* of the block that is loaded; 0: none */
-  size_t frame_count;
-  fvv_bytes firsts; /* uint64_t for each group: number of its first frame */
-};
 
 fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, const fvv_allocator *allocator,
                            fvv_stream **stream, fvv_diagnostic *diagnostic) {
@@ -21,7 +12,7 @@ fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, con
   *stream = fvv_allocate_zeroed(&chosen, sizeof **stream);
   if (!*stream) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
   fvv_stream *s = *stream;
-  s->allocator = s->firsts.allocator = chosen;
+  s->allocator = s->firsts.allocator = s->meshes.allocator = chosen;
   fvv_configuration_init(&s->configuration, limits, &chosen);
   s->limits = s->configuration.limits;
   const fvv_status status = fvv_file_open(input, limits, &chosen, &s->file, diagnostic);
@@ -47,6 +38,7 @@ void fvv_stream_close(fvv_stream *stream) {
   const fvv_allocator allocator = stream->allocator;
   fvv_configuration_free(&stream->configuration);
   fvv_bytes_free(&stream->firsts);
+  fvv_stream_release_meshes(stream);
   fvv_file_close(stream->file);
   fvv_release(&allocator, stream, sizeof *stream);
 }
@@ -58,14 +50,7 @@ size_t fvv_stream_frame_count(const fvv_stream *stream) {
   return stream->frame_count;
 }
 
-/* The chunks of a frame: a run within its group's list. */
-typedef struct frame_chunks {
-  const fvv_chunk_info *chunks;
-  size_t count;
-  size_t group;
-} frame_chunks;
-
-static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, fvv_diagnostic *diagnostic) {
+fvv_status fvv_stream_find(fvv_stream *s, size_t frame, fvv_frame_chunks *found, fvv_diagnostic *diagnostic) {
   if (frame >= s->frame_count)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "frame %zu of %zu", frame, s->frame_count);
   /* The last group that begins at or before the frame; groups without frames begin where the next one does.
@@ -85,6 +70,7 @@ static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, f
   const fvv_status status = fvv_file_group_chunks(s->file, group, &chunks, &count, diagnostic);
   if (status < 0) return status;
   found->group = group;
+  found->first = chunks;
   size_t i = 0;
   for (;; left--) {
     while (i < count && !chunks[i].track) i++;
@@ -105,8 +91,8 @@ static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, f
 
 fvv_status fvv_stream_frame(fvv_stream *stream, size_t frame, fvv_frame *out, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  frame_chunks found;
-  const fvv_status status = find_frame(stream, frame, &found, diagnostic);
+  fvv_frame_chunks found;
+  const fvv_status status = fvv_stream_find(stream, frame, &found, diagnostic);
   if (status < 0) return status;
   out->time = found.chunks[0].time;
   out->group = found.group;
@@ -146,8 +132,8 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
 static fvv_status read_frame_chunk(fvv_stream *s, size_t frame, uint32_t type, uint16_t track,
                                    const fvv_chunk_info **info, const uint8_t **payload, size_t *group,
                                    fvv_diagnostic *diagnostic) {
-  frame_chunks found;
-  const fvv_status status = find_frame(s, frame, &found, diagnostic);
+  fvv_frame_chunks found;
+  const fvv_status status = fvv_stream_find(s, frame, &found, diagnostic);
   if (status < 0) return status;
   *group = found.group;
   for (size_t i = 0; i < found.count; i++)
@@ -158,22 +144,6 @@ static fvv_status read_frame_chunk(fvv_stream *s, size_t frame, uint32_t type, u
   return FVV_END;
 }
 
-fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track, fvv_mesh *mesh,
-                           fvv_diagnostic *diagnostic) {
-  fvv_diagnostic_clear(diagnostic);
-  memset(mesh, 0, sizeof *mesh);
-  const fvv_chunk_info *info;
-  const uint8_t *payload;
-  size_t group;
-  fvv_status status =
-      read_frame_chunk(stream, frame, FVV_CHUNK_MESH, track, &info, &payload, &group, diagnostic);
-  if (status != FVV_OK) return status;
-  status =
-      fvv_mesh_decode(payload, (size_t)info->size, &stream->limits, &stream->allocator, mesh, diagnostic);
-  if (status < 0) fvv_diagnostic_rebase(diagnostic, info->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_MESH);
-  return status;
-}
-
 fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, const uint8_t **sample,
                              size_t *size, int *key, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -182,8 +152,8 @@ fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, c
   size_t group;
   *sample = NULL;
   *size = 0;
-  frame_chunks found;
-  fvv_status status = find_frame(stream, frame, &found, diagnostic);
+  fvv_frame_chunks found;
+  fvv_status status = fvv_stream_find(stream, frame, &found, diagnostic);
   if (status < 0) return status;
   /* The configuration first: reading it uses the buffer that the sample will stand in. */
   const fvv_configuration *configuration;

@@ -1,0 +1,31 @@
+/* stream/stream.h: the state of fvv_stream, which stream.c and stream_mesh.c share. */
+#ifndef FVV_STREAM_STREAM_H
+#define FVV_STREAM_STREAM_H
+
+#include "stream/configuration.h"
+
+struct fvv_stream {
+  fvv_allocator allocator;
+  fvv_limits limits;
+  fvv_file *file;
+  fvv_configuration_builder configuration;
+  uint64_t configuration_offset; /* of the block that is loaded; 0: none */
+  size_t frame_count;
+  fvv_bytes firsts; /* uint64_t for each group: number of its first frame */
+  fvv_bytes meshes; /* followed_track: where delta frames were decoded last */
+};
+
+/* The chunks of a frame: a run within its group's list, which begins with first. */
+typedef struct fvv_frame_chunks {
+  const fvv_chunk_info *chunks;
+  size_t count;
+  size_t group;
+  const fvv_chunk_info *first;
+} fvv_frame_chunks;
+
+FVV_MUST_USE fvv_status fvv_stream_find(fvv_stream *stream, size_t frame, fvv_frame_chunks *found,
+                                        fvv_diagnostic *diagnostic);
+
+void fvv_stream_release_meshes(fvv_stream *stream);
+
+#endif

@@ -1,0 +1,210 @@
+// Delta frames in a stream: any frame at random, and none that is wrong where one before it is missing.
+#include "checked.h"
+
+#include <algorithm>
+
+namespace {
+
+constexpr int32_t side = 24;
+constexpr int frames = 6; // of a group
+
+// A square of side x side vertices with heights; t moves them.
+struct Field {
+  std::vector<int32_t> positions;
+  std::vector<uint32_t> faces;
+  explicit Field(int group, int t) {
+    for (int32_t v = 0; v < side * side; v++) {
+      const int32_t x = v % side, y = v / side;
+      positions.insert(positions.end(), {20 * x + t * y, 20 * y, group + (x * y + 7 * t * x) % 40});
+    }
+    for (uint32_t y = 0; y + 1 < side; y++)
+      for (uint32_t x = 0; x + 1 < side; x++) {
+        const uint32_t a = y * side + x;
+        for (const uint32_t i : {a, a + 1, a + side, a + 1, a + side + 1, a + side}) faces.push_back(i);
+      }
+  }
+  fvv_mesh mesh() {
+    return {positions.data(), faces.data(), side * side, uint32_t(faces.size() / 3), nullptr, 0, {}};
+  }
+};
+
+// Groups of a raw key mesh and delta frames on track 1, 2 ticks apart.
+Stream tracked_stream(int groups) {
+  Stream out;
+  out.configuration = {scene_chunk(), track_chunk(1, FVV_TRACK_MESH)};
+  for (int g = 0; g < groups; g++) {
+    Group group = {2 * frames * g, 2 * frames * (g + 1), {}};
+    Field key(g, 0);
+    const fvv_mesh mesh = key.mesh();
+    fvv_bytes payload = {};
+    fvv_mesh_sequence *sequence = nullptr;
+    REQUIRE(fvv_mesh_encode(&mesh, FVV_MESH_RAW, 0, nullptr, &payload, nullptr) == FVV_OK);
+    REQUIRE(fvv_mesh_sequence_open(&mesh, nullptr, &sequence, nullptr) == FVV_OK);
+    for (int t = 0; t < frames; t++) {
+      fvv_mesh_delta_options options;
+      fvv_mesh_delta_options_default(&options);
+      options.max_error = 0;
+      if (t)
+        REQUIRE(fvv_mesh_sequence_encode(sequence, Field(g, t).positions.data(), &options, &payload,
+                                         nullptr) == FVV_OK);
+      group.chunks.push_back({FVV_CHUNK_MESH, 1, uint8_t(t ? 0 : FVV_FLAG_KEY), group.start + 2 * t,
+                              Bytes(payload.data, payload.data + payload.size)});
+    }
+    fvv_mesh_sequence_close(sequence);
+    fvv_bytes_free(&payload);
+    out.groups.push_back(group);
+  }
+  return out;
+}
+
+struct Opened {
+  Bytes bytes;
+  fvv_stream *stream = nullptr;
+  fvv_diagnostic diagnostic = {};
+  static fvv_status read(void *user, uint64_t offset, void *out, size_t size) {
+    std::memcpy(out, static_cast<Bytes *>(user)->data() + offset, size);
+    return FVV_OK;
+  }
+  explicit Opened(const Bytes &given, const fvv_allocator *allocator = nullptr) : bytes(given) {
+    const fvv_input input = {read, &bytes, bytes.size()};
+    status = fvv_stream_open(&input, nullptr, allocator, &stream, &diagnostic);
+  }
+  Opened(const Opened &) = delete;
+  ~Opened() { fvv_stream_close(stream); }
+  fvv_status status;
+
+  // FVV_OK: the frame is exactly what was encoded.
+  fvv_status frame(size_t f) {
+    fvv_mesh mesh;
+    const fvv_status got = fvv_stream_mesh(stream, f, 1, &mesh, &diagnostic);
+    if (got != FVV_OK) {
+      CHECK(!mesh.positions);
+      return got;
+    }
+    const Field wanted(int(f) / frames, int(f) % frames);
+    CHECK(std::equal(wanted.positions.begin(), wanted.positions.end(), mesh.positions));
+    CHECK(std::equal(wanted.faces.begin(), wanted.faces.end(), mesh.faces));
+    fvv_mesh_free(&mesh);
+    return got;
+  }
+};
+
+} // namespace
+
+TEST_CASE("delta frames are found in any order") {
+  Opened opened(write(tracked_stream(3)));
+  REQUIRE(opened.status == FVV_OK);
+  for (size_t f = 0; f < 3 * frames; f++) CHECK(opened.frame(f) == FVV_OK);
+  for (size_t f = 3 * frames; f-- > 0;) CHECK(opened.frame(f) == FVV_OK);
+  for (const size_t f : {4u, 4u, 16u, 3u, 5u, 0u, 1u, 13u, 2u}) CHECK(opened.frame(f) == FVV_OK);
+}
+
+TEST_CASE("a stream of delta frames is whole") {
+  const Checked checked(write(tracked_stream(3)));
+  CHECK(checked.status == FVV_OK);
+  CHECK(checked.summary().problems == 0);
+  CHECK(checked.summary().whole_frames == 3 * frames);
+  CHECK(fvv_checker_track(checked.checker, 0)->key_chunks == 3);
+  CHECK(fvv_checker_track(checked.checker, 0)->min_vertices == side * side);
+}
+
+TEST_CASE("a delta frame that is wrong takes those behind it along, up to the next key mesh") {
+  for (int bad = 1; bad < frames; bad++) {
+    Stream stream = tracked_stream(2);
+    Bytes &payload = stream.groups[0].chunks[size_t(bad)].payload;
+    payload.push_back(1);
+    const Bytes bytes = write(stream);
+    const Checked checked(bytes);
+    CHECK(checked.summary().problems == 1);
+    CHECK(has_problem(checked, FVV_ISSUE_DELTA_SIZE, chunks_of(bytes)[size_t(3 + bad)].offset + 32 + 16));
+    const auto whole = whole_times(checked);
+    for (int f = 0; f < 2 * frames; f++) {
+      const bool lost = f >= bad && f < frames;
+      CHECK((std::find(whole.begin(), whole.end(), 2 * f) == whole.end()) == lost);
+    }
+    Opened opened(bytes);
+    for (int f = 2 * frames; f-- > 0;) {
+      const bool lost = f >= bad && f < frames;
+      CHECK(opened.frame(size_t(f)) == (lost ? FVV_ERROR_INVALID : FVV_OK));
+      if (lost) CHECK(opened.diagnostic.issue == FVV_ISSUE_DELTA_SIZE);
+    }
+  }
+}
+
+TEST_CASE("a delta frame that was left out is noticed behind it") {
+  Stream stream = tracked_stream(1);
+  stream.groups[0].chunks.erase(stream.groups[0].chunks.begin() + 3);
+  const Bytes bytes = write(stream);
+  const Checked checked(bytes);
+  CHECK(checked.summary().problems == 1);
+  CHECK(has_problem(checked, FVV_ISSUE_DELTA_NUMBER, chunks_of(bytes)[6].offset + 32 + 16));
+  CHECK(whole_times(checked) == std::vector<int64_t>{0, 2, 4});
+  Opened opened(bytes);
+  CHECK(opened.frame(2) == FVV_OK);
+  CHECK(opened.frame(3) == FVV_ERROR_INVALID);
+  CHECK(opened.diagnostic.issue == FVV_ISSUE_DELTA_NUMBER);
+  CHECK(opened.frame(4) == FVV_ERROR_INVALID);
+  CHECK(opened.frame(1) == FVV_OK);
+}
+
+TEST_CASE("3017: key flag and profile agree") {
+  Stream delta = tracked_stream(1), raw = tracked_stream(1);
+  delta.groups[0].chunks[2].flags = FVV_FLAG_KEY;
+  raw.groups[0].chunks[2].payload = raw.groups[0].chunks[0].payload;
+  for (const Stream &stream : {delta, raw})
+    for (const bool decode : {true, false}) {
+      const Bytes bytes = write(stream);
+      Check how;
+      how.decode = decode;
+      const Checked checked(bytes, how);
+      CHECK(has_problem(checked, FVV_ISSUE_MESH_KEY, chunks_of(bytes)[5].offset + 32));
+      CHECK(checked.summary().problems == 1);
+      if (decode) CHECK(whole_times(checked) == std::vector<int64_t>{0, 2});
+      Opened opened(bytes);
+      CHECK(opened.frame(2) == FVV_ERROR_INVALID);
+      CHECK(opened.diagnostic.issue == FVV_ISSUE_MESH_KEY);
+    }
+}
+
+TEST_CASE("damage in front of a delta frame never yields a wrong one") {
+  const Bytes good = write(tracked_stream(2));
+  const auto places = chunks_of(good);
+  for (size_t c = 3; c < 3 + frames; c++) {
+    Bytes bad = good;
+    bad[places[c].offset + 40] ^= 4;
+    const Checked checked(bad);
+    CHECK(checked.summary().problems == 1);
+    const auto whole = whole_times(checked);
+    CHECK(whole.size() <= c - 3 + frames);
+    CHECK(whole.size() >= frames);
+    Opened opened(bad);
+    // frame() compares what comes with what was encoded.
+    for (size_t f = 0; f < 2 * frames; f++) CHECK((opened.frame(f) == FVV_OK) == (f < c - 3 || f >= frames));
+  }
+}
+
+TEST_CASE("every allocation on the way to a delta frame may fail") {
+  const Bytes bytes = write(tracked_stream(1));
+  bool done = false;
+  for (int64_t n = 0; !done; n++) {
+    Memory memory;
+    memory.left = n;
+    const fvv_allocator allocator = memory.allocator();
+    {
+      Opened opened(bytes, &allocator);
+      done = opened.status == FVV_OK && opened.frame(3) == FVV_OK;
+      if (!done) CHECK(opened.diagnostic.status == FVV_ERROR_MEMORY);
+    }
+    CHECK(memory.live == 0);
+    REQUIRE(n < 1000);
+  }
+  for (int64_t n = 0; n < 120; n += 3) {
+    Memory memory;
+    memory.left = n;
+    const fvv_allocator allocator = memory.allocator();
+    Check how;
+    how.allocator = &allocator;
+    { const Checked checked(bytes, how); }
+    CHECK(memory.live == 0);
+  }
+}
