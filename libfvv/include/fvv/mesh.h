@@ -44,7 +44,12 @@ FVV_API void fvv_mesh_free(fvv_mesh *mesh);
  */
 FVV_API void fvv_lattice_to_metres(const double origin[3], double step, const int32_t index[3],
                                    double metres[3]);
-/* The same for count vertices, rounded to float at the end. metres: count x 3 floats. */
+/* The way back for count vertices: the nearest index, ties to the even one. metres, indices: count x 3.
+ * FVV_ERROR_INPUT names the first vertex that is not finite or lies outside the lattice. */
+FVV_API FVV_MUST_USE fvv_status fvv_lattice_from_metres(const double origin[3], double step,
+                                                        const double *metres, size_t count, int32_t *indices,
+                                                        fvv_diagnostic *diagnostic);
+/* lattice index -> metres for count vertices, rounded to float at the end. metres: count x 3 floats. */
 FVV_API void fvv_lattice_to_floats(const double origin[3], double step, const int32_t *indices, size_t count,
                                    float *metres);
 
@@ -99,6 +104,23 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *sou
                                                       const fvv_mesh_options *options,
                                                       const fvv_allocator *allocator, fvv_mesh *mesh,
                                                       fvv_mesh_report *report, fvv_diagnostic *diagnostic);
+
+/* The same, and for each source vertex the vertex of the mesh that stands for it, UINT32_MAX where none does:
+ * what the later frames of a tracked sequence need. Several source vertices have one vertex where they were
+ * welded. vertices: source->vertex_count entries, filled on success; NULL: not wanted. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise_mapped(const fvv_mesh_source *source,
+                                                             const fvv_mesh_options *options,
+                                                             const fvv_allocator *allocator, fvv_mesh *mesh,
+                                                             uint32_t *vertices, fvv_mesh_report *report,
+                                                             fvv_diagnostic *diagnostic);
+
+/* For each vertex of a decoded mesh the vertex with the same position and texture indices of the mesh that
+ * was encoded, which has no two alike (as fvv_mesh_canonicalise leaves it). Several decoded vertices may have
+ * one: Draco splits vertices where the surface is no manifold. vertices: decoded->vertex_count entries.
+ * FVV_ERROR_INPUT: a decoded vertex has none. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_match(const fvv_mesh *decoded, const fvv_mesh *encoded,
+                                               const fvv_allocator *allocator, uint32_t *vertices,
+                                               fvv_diagnostic *diagnostic);
 
 /* MESH payload of profile FVV_MESH_RAW or FVV_MESH_DRACO (clause 8.3, 8.4), with texture coordinates when the
  * mesh has them; replaces what payload holds.

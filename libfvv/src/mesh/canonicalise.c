@@ -8,36 +8,13 @@
 
 #include "base/diagnostic.h"
 #include "base/memory.h"
-#include "fvv/mesh.h"
+#include "mesh/canonicalise.h"
 #include "mesh/hash.h"
-#include "mesh/lattice.h"
 #include "mesh/storage.h"
 #include "mesh/topology.h"
 
-#define EMPTY UINT32_MAX
 /* Half-edges are counted in 32 bits, and tables have twice as many slots as entries. */
 #define COUNT_MAX ((uint32_t)1 << 30)
-
-/* All that the steps share. points and faces shrink from step to step; the capacities stay what was
- * allocated. */
-typedef struct work {
-  const fvv_mesh_source *source;
-  fvv_mesh_options options;
-  fvv_allocator allocator;
-  fvv_mesh_report report;
-  fvv_diagnostic *diagnostic;
-  int32_t *points;   /* 3 * point_count of 3 * source->vertex_count */
-  uint32_t *renamed; /* source vertex -> vertex; without texture coordinates a vertex is a point */
-  uint32_t *faces;   /* points: 3 * face_count of 3 * source->face_count */
-  uint32_t *texture; /* of vertices: 2 * vertex_count of 2 * source->vertex_count; NULL: none is wanted */
-  uint32_t *placed;  /* vertex -> point; like texture */
-  uint32_t *corners; /* the faces' vertices, as long as faces; like texture */
-  uint32_t *table;   /* slots of whichever step is running */
-  uint64_t slots;
-  uint32_t point_count;
-  uint32_t vertex_count;
-  uint32_t face_count;
-} work;
 
 void fvv_mesh_options_default(fvv_mesh_options *options) {
   memset(options, 0, sizeof *options);
@@ -47,13 +24,13 @@ void fvv_mesh_options_default(fvv_mesh_options *options) {
   options->texture_bits = 12;
 }
 
-static fvv_status out_of_memory(work *w) {
+fvv_status fvv_canonicalise_no_memory(fvv_canonicalising *w) {
   return fvv_fail(w->diagnostic, FVV_ERROR_MEMORY, 0, 0, 0,
                   "no memory to canonicalise a mesh of %zu vertices and %zu faces", w->source->vertex_count,
                   w->source->face_count);
 }
 
-static fvv_status check_options(work *w) {
+static fvv_status check_options(fvv_canonicalising *w) {
   const fvv_mesh_options *o = &w->options;
   int good = isfinite(o->lattice_step) && o->lattice_step > 0;
   for (int k = 0; k < 3; k++) good = good && isfinite(o->lattice_origin[k]);
@@ -66,7 +43,7 @@ static fvv_status check_options(work *w) {
                   o->lattice_origin[0], o->lattice_origin[1], o->lattice_origin[2], o->lattice_step);
 }
 
-static fvv_status check_counts(work *w) {
+static fvv_status check_counts(fvv_canonicalising *w) {
   const fvv_mesh_source *s = w->source;
   if (s->vertex_count >= COUNT_MAX || s->face_count >= COUNT_MAX)
     return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
@@ -83,32 +60,20 @@ static fvv_status check_counts(work *w) {
   return FVV_OK;
 }
 
-/* A cleared table for so many entries, in place of the former one. */
-static fvv_status table_for(work *w, uint64_t entries) {
-  fvv_release(&w->allocator, w->table, (size_t)w->slots * sizeof *w->table);
-  w->slots = fvv_hash_slots(entries);
-  w->table = w->slots > SIZE_MAX / sizeof *w->table
-                 ? NULL
-                 : fvv_allocate(&w->allocator, (size_t)w->slots * sizeof *w->table);
-  if (!w->table) return out_of_memory(w);
-  memset(w->table, 0xff, (size_t)w->slots * sizeof *w->table);
-  return FVV_OK;
-}
-
-static fvv_status allocate(work *w) {
+static fvv_status allocate(fvv_canonicalising *w) {
   const size_t vertices = w->source->vertex_count, faces = w->source->face_count;
   w->points = fvv_allocate_array(&w->allocator, vertices, 3 * sizeof *w->points);
   w->renamed = fvv_allocate_array(&w->allocator, vertices, sizeof *w->renamed);
   w->faces = fvv_allocate_array(&w->allocator, faces, 3 * sizeof *w->faces);
-  if (!w->points || !w->renamed || !w->faces) return out_of_memory(w);
+  if (!w->points || !w->renamed || !w->faces) return fvv_canonicalise_no_memory(w);
   if (!w->source->texture || !w->options.texture_bits) return FVV_OK;
   w->texture = fvv_allocate_array(&w->allocator, vertices, 2 * sizeof *w->texture);
   w->placed = fvv_allocate_array(&w->allocator, vertices, sizeof *w->placed);
   w->corners = fvv_allocate_array(&w->allocator, faces, 3 * sizeof *w->corners);
-  return w->texture && w->placed && w->corners ? FVV_OK : out_of_memory(w);
+  return w->texture && w->placed && w->corners ? FVV_OK : fvv_canonicalise_no_memory(w);
 }
 
-static void release(work *w) {
+static void release(fvv_canonicalising *w) {
   fvv_release(&w->allocator, w->points, w->source->vertex_count * 3 * sizeof *w->points);
   fvv_release(&w->allocator, w->renamed, w->source->vertex_count * sizeof *w->renamed);
   fvv_release(&w->allocator, w->faces, w->source->face_count * 3 * sizeof *w->faces);
@@ -118,102 +83,7 @@ static void release(work *w) {
   fvv_release(&w->allocator, w->table, (size_t)w->slots * sizeof *w->table);
 }
 
-static const char *not_finite(double x) {
-  return isnan(x) ? "NaN" : x < 0 ? "-infinity" : "infinity";
-}
-
-static fvv_status quantise(work *w, size_t vertex, int32_t point[3]) {
-  const double step = w->options.lattice_step;
-  for (int k = 0; k < 3; k++) {
-    const double x = w->source->positions[3 * vertex + (size_t)k], origin = w->options.lattice_origin[k];
-    if (!isfinite(x))
-      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0, "vertex %zu: %c is %s, not a finite number",
-                      vertex, "xyz"[k], not_finite(x));
-    if (!fvv_lattice_quantise(x, origin, step, &point[k]))
-      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
-                      "vertex %zu: %c = %g m lies more than 2^28 steps of %g m from the origin %g m", vertex,
-                      "xyz"[k], x, step, origin);
-    const double product = step * (double)point[k], error = fabs(x - (origin + product));
-    if (error > w->report.max_error) w->report.max_error = error;
-  }
-  return FVV_OK;
-}
-
-/* The first vertex of a lattice point stands for all of them. */
-static fvv_status weld_positions(work *w) {
-  fvv_status status = table_for(w, w->source->vertex_count);
-  for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
-    int32_t *point = w->points + 3 * (size_t)w->point_count;
-    status = quantise(w, v, point);
-    if (status != FVV_OK) break;
-    uint64_t slot = fvv_hash3((uint32_t)point[0], (uint32_t)point[1], (uint32_t)point[2]) & (w->slots - 1);
-    while (w->table[slot] != EMPTY &&
-           memcmp(w->points + 3 * (size_t)w->table[slot], point, 3 * sizeof *point) != 0)
-      slot = (slot + 1) & (w->slots - 1);
-    if (w->table[slot] == EMPTY)
-      w->table[slot] = w->point_count++;
-    else if (!w->texture)
-      w->report.welded_vertices++;
-    w->renamed[v] = w->table[slot];
-  }
-  return status;
-}
-
-static fvv_status quantise_texture(work *w, size_t vertex, uint32_t index[2]) {
-  int clamped = 0;
-  for (int k = 0; k < 2; k++) {
-    const double x = w->source->texture[2 * vertex + (size_t)k];
-    if (!isfinite(x))
-      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
-                      "vertex %zu: texture coordinate %c is %s, not a finite number", vertex, "uv"[k],
-                      not_finite(x));
-    if (x < -FVV_TEXTURE_TOLERANCE || x > 1 + FVV_TEXTURE_TOLERANCE)
-      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_TEXTURE_RANGE, 0, 0,
-                      "vertex %zu: texture coordinate %c = %g is outside 0 to 1", vertex, "uv"[k], x);
-    const double inside = x < 0 ? 0 : x > 1 ? 1 : x;
-    int32_t nearest = 0;
-    (void)fvv_lattice_quantise(inside, 0, 1.0 / (UINT32_C(1) << w->options.texture_bits), &nearest);
-    index[k] = (uint32_t)nearest;
-    clamped |= inside != x;
-  }
-  w->report.clamped_vertices += (uint32_t)clamped;
-  return FVV_OK;
-}
-
-/* The first vertex of a lattice point with the same texture indices stands for all of them. */
-static fvv_status weld_texture(work *w) {
-  fvv_status status = table_for(w, w->source->vertex_count);
-  for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
-    uint32_t *texture = w->texture + 2 * (size_t)w->vertex_count;
-    const uint32_t point = w->renamed[v];
-    status = quantise_texture(w, v, texture);
-    if (status != FVV_OK) break;
-    uint64_t slot = fvv_hash3(point, texture[0], texture[1]) & (w->slots - 1);
-    for (; w->table[slot] != EMPTY; slot = (slot + 1) & (w->slots - 1)) {
-      const uint32_t other = w->table[slot];
-      if (w->placed[other] == point && !memcmp(w->texture + 2 * (size_t)other, texture, 2 * sizeof *texture))
-        break;
-    }
-    if (w->table[slot] == EMPTY) {
-      w->placed[w->vertex_count] = point;
-      w->table[slot] = w->vertex_count++;
-    } else {
-      w->report.welded_vertices++;
-    }
-    w->renamed[v] = w->table[slot];
-  }
-  return status;
-}
-
-static fvv_status weld(work *w) {
-  fvv_status status = weld_positions(w);
-  if (status == FVV_OK && w->texture) status = weld_texture(w);
-  if (!w->texture) w->vertex_count = w->point_count;
-  if (status == FVV_OK) w->report.seam_vertices = w->vertex_count - w->point_count;
-  return status;
-}
-
-static uint32_t point_of(const work *w, uint32_t vertex) {
+static uint32_t point_of(const fvv_canonicalising *w, uint32_t vertex) {
   return w->texture ? w->placed[vertex] : vertex;
 }
 
@@ -227,7 +97,7 @@ static int zero_area(const int32_t *a, const int32_t *b, const int32_t *c) {
   return u[1] * v[2] == u[2] * v[1] && u[2] * v[0] == u[0] * v[2] && u[0] * v[1] == u[1] * v[0];
 }
 
-static int degenerate(const work *w, const uint32_t face[3]) {
+static int degenerate(const fvv_canonicalising *w, const uint32_t face[3]) {
   if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return 1;
   const int32_t *p = w->points;
   return zero_area(p + 3 * (size_t)face[0], p + 3 * (size_t)face[1], p + 3 * (size_t)face[2]);
@@ -242,8 +112,8 @@ static void sort3(const uint32_t face[3], uint32_t sorted[3]) {
 }
 
 /* Keeps the first of the faces with the same three points, and none that is degenerate. */
-static fvv_status gather_faces(work *w) {
-  const fvv_status status = table_for(w, w->source->face_count);
+static fvv_status gather_faces(fvv_canonicalising *w) {
+  const fvv_status status = fvv_canonicalise_table(w, w->source->face_count);
   if (status != FVV_OK) return status;
   for (size_t f = 0; f < w->source->face_count; f++) {
     uint32_t *face = w->faces + 3 * (size_t)w->face_count, key[3], other[3];
@@ -258,11 +128,11 @@ static fvv_status gather_faces(work *w) {
     }
     sort3(face, key);
     uint64_t slot = fvv_hash3(key[0], key[1], key[2]) & (w->slots - 1);
-    for (; w->table[slot] != EMPTY; slot = (slot + 1) & (w->slots - 1)) {
+    for (; w->table[slot] != FVV_EMPTY_SLOT; slot = (slot + 1) & (w->slots - 1)) {
       sort3(w->faces + 3 * (size_t)w->table[slot], other);
       if (!memcmp(key, other, sizeof key)) break;
     }
-    if (w->table[slot] == EMPTY)
+    if (w->table[slot] == FVV_EMPTY_SLOT)
       w->table[slot] = w->face_count++;
     else
       w->report.duplicate_faces++;
@@ -270,7 +140,7 @@ static fvv_status gather_faces(work *w) {
   return FVV_OK;
 }
 
-static fvv_status drop_specks(work *w) {
+static fvv_status drop_specks(fvv_canonicalising *w) {
   fvv_topology topology;
   fvv_status status = fvv_topology_build(w->faces, w->face_count, &w->allocator, &topology);
   const size_t size = (size_t)w->face_count * sizeof(uint32_t);
@@ -291,7 +161,7 @@ static fvv_status drop_specks(work *w) {
       }
     }
   } else {
-    status = out_of_memory(w);
+    status = fvv_canonicalise_no_memory(w);
   }
   fvv_release(&w->allocator, members, size);
   fvv_topology_free(&topology);
@@ -299,7 +169,7 @@ static fvv_status drop_specks(work *w) {
 }
 
 /* The three points of a face differ, so that a turned one shows. */
-static void turn_corners(work *w) {
+static void turn_corners(fvv_canonicalising *w) {
   for (size_t f = 0; f < w->face_count; f++) {
     uint32_t *corners = w->corners + 3 * f;
     if (w->faces[3 * f + 1] == point_of(w, corners[1])) continue;
@@ -309,7 +179,7 @@ static void turn_corners(work *w) {
   }
 }
 
-static fvv_status orient(work *w) {
+static fvv_status orient(fvv_canonicalising *w) {
   fvv_topology topology;
   fvv_status status = fvv_topology_build(w->faces, w->face_count, &w->allocator, &topology);
   w->report.boundary_edges = topology.boundary_edges;
@@ -318,10 +188,10 @@ static fvv_status orient(work *w) {
     status = fvv_topology_orient(&topology, w->faces, &w->report.flipped_faces);
   if (status == FVV_OK && w->corners) turn_corners(w);
   fvv_topology_free(&topology);
-  return status == FVV_OK ? FVV_OK : out_of_memory(w);
+  return status == FVV_OK ? FVV_OK : fvv_canonicalise_no_memory(w);
 }
 
-static fvv_status no_face_left(work *w) {
+static fvv_status no_face_left(fvv_canonicalising *w) {
   return fvv_fail(
       w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
       "no face is left of %zu: %lu degenerate, %lu duplicate, %lu in components of fewer than %lu",
@@ -331,9 +201,11 @@ static fvv_status no_face_left(work *w) {
 }
 
 /* Drops vertices without faces and hands the rest over in blocks of exact size. */
-static fvv_status hand_over(work *w, fvv_mesh *mesh) {
+static fvv_status hand_over(fvv_canonicalising *w, fvv_mesh *mesh) {
+  const size_t sources = w->source->vertex_count;
   const uint32_t *corners = w->corners ? w->corners : w->faces;
   uint32_t *used = w->renamed, kept = 0;
+  if (w->map) memcpy(w->map, w->renamed, sources * sizeof *w->map);
   memset(used, 0, (size_t)w->vertex_count * sizeof *used);
   for (size_t i = 0; i < 3 * (size_t)w->face_count; i++) used[corners[i]] = 1;
   for (uint32_t v = 0; v < w->vertex_count; v++) kept += used[v];
@@ -344,11 +216,14 @@ static fvv_status hand_over(work *w, fvv_mesh *mesh) {
   mesh->texture_bits = w->texture ? (uint8_t)w->options.texture_bits : 0;
   if (!fvv_mesh_allocate(mesh)) {
     fvv_mesh_free(mesh);
-    return out_of_memory(w);
+    return fvv_canonicalise_no_memory(w);
   }
   kept = 0;
   for (uint32_t v = 0; v < w->vertex_count; v++) {
-    if (!used[v]) continue;
+    if (!used[v]) {
+      used[v] = FVV_EMPTY_SLOT;
+      continue;
+    }
     memcpy(mesh->positions + 3 * (size_t)kept, w->points + 3 * (size_t)point_of(w, v),
            3 * sizeof *mesh->positions);
     if (w->texture)
@@ -356,14 +231,15 @@ static fvv_status hand_over(work *w, fvv_mesh *mesh) {
     used[v] = kept++;
   }
   for (size_t i = 0; i < 3 * (size_t)w->face_count; i++) mesh->faces[i] = used[corners[i]];
+  for (size_t v = 0; w->map && v < sources; v++) w->map[v] = used[w->map[v]];
   return FVV_OK;
 }
 
-static fvv_status canonicalise(work *w, fvv_mesh *mesh) {
+static fvv_status canonicalise(fvv_canonicalising *w, fvv_mesh *mesh) {
   fvv_status status = check_options(w);
   if (status == FVV_OK) status = check_counts(w);
   if (status == FVV_OK) status = allocate(w);
-  if (status == FVV_OK) status = weld(w);
+  if (status == FVV_OK) status = fvv_canonicalise_weld(w);
   if (status == FVV_OK) status = gather_faces(w);
   if (status == FVV_OK && w->face_count && w->options.min_component_faces > 1) status = drop_specks(w);
   if (status == FVV_OK && !w->face_count) status = no_face_left(w);
@@ -372,16 +248,17 @@ static fvv_status canonicalise(work *w, fvv_mesh *mesh) {
   return status;
 }
 
-fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *source, const fvv_mesh_options *options,
-                                 const fvv_allocator *allocator, fvv_mesh *mesh, fvv_mesh_report *report,
-                                 fvv_diagnostic *diagnostic) {
+fvv_status fvv_mesh_canonicalise_mapped(const fvv_mesh_source *source, const fvv_mesh_options *options,
+                                        const fvv_allocator *allocator, fvv_mesh *mesh, uint32_t *vertices,
+                                        fvv_mesh_report *report, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   memset(mesh, 0, sizeof *mesh);
   if (report && report->struct_size < sizeof report->struct_size)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "struct_size of the report is not set");
-  work w;
+  fvv_canonicalising w;
   memset(&w, 0, sizeof w);
   w.source = source;
+  w.map = vertices;
   w.diagnostic = diagnostic;
   w.allocator = fvv_allocator_or_default(allocator);
   fvv_mesh_options_default(&w.options);
@@ -395,4 +272,10 @@ fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *source, const fvv_mesh_o
     memcpy(report, &w.report, known);
   }
   return status;
+}
+
+fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *source, const fvv_mesh_options *options,
+                                 const fvv_allocator *allocator, fvv_mesh *mesh, fvv_mesh_report *report,
+                                 fvv_diagnostic *diagnostic) {
+  return fvv_mesh_canonicalise_mapped(source, options, allocator, mesh, NULL, report, diagnostic);
 }

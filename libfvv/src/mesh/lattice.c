@@ -4,6 +4,7 @@
  * arithmetic. */
 #include "mesh/lattice.h"
 
+#include "base/diagnostic.h"
 #include "fvv/mesh.h"
 
 /* The product has a name of its own so that it is rounded: FMA would give other last bits. */
@@ -38,4 +39,15 @@ int fvv_lattice_quantise(double x, double origin, double step, int32_t *index) {
   if (rest < -0.5 || (rest == -0.5 && nearest % 2)) nearest--;
   *index = nearest;
   return 1;
+}
+
+fvv_status fvv_lattice_from_metres(const double origin[3], double step, const double *metres, size_t count,
+                                   int32_t *indices, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  for (size_t i = 0; i < 3 * count; i++)
+    if (!fvv_lattice_quantise(metres[i], origin[i % 3], step, &indices[i]))
+      return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
+                      "vertex %zu: %c = %g m lies more than 2^28 steps of %g m from the origin %g m", i / 3,
+                      "xyz"[i % 3], metres[i], step, origin[i % 3]);
+  return FVV_OK;
 }

@@ -1,0 +1,116 @@
+/* The canonicaliser's first step: source vertices -> lattice points and texture indices, alike ones welded.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/diagnostic.h"
+#include "base/memory.h"
+#include "mesh/canonicalise.h"
+#include "mesh/hash.h"
+#include "mesh/lattice.h"
+
+fvv_status fvv_canonicalise_table(fvv_canonicalising *w, uint64_t entries) {
+  fvv_release(&w->allocator, w->table, (size_t)w->slots * sizeof *w->table);
+  w->slots = fvv_hash_slots(entries);
+  w->table = w->slots > SIZE_MAX / sizeof *w->table
+                 ? NULL
+                 : fvv_allocate(&w->allocator, (size_t)w->slots * sizeof *w->table);
+  if (!w->table) return fvv_canonicalise_no_memory(w);
+  memset(w->table, 0xff, (size_t)w->slots * sizeof *w->table);
+  return FVV_OK;
+}
+
+static const char *not_finite(double x) {
+  return isnan(x) ? "NaN" : x < 0 ? "-infinity" : "infinity";
+}
+
+static fvv_status quantise(fvv_canonicalising *w, size_t vertex, int32_t point[3]) {
+  const double step = w->options.lattice_step;
+  for (int k = 0; k < 3; k++) {
+    const double x = w->source->positions[3 * vertex + (size_t)k], origin = w->options.lattice_origin[k];
+    if (!isfinite(x))
+      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0, "vertex %zu: %c is %s, not a finite number",
+                      vertex, "xyz"[k], not_finite(x));
+    if (!fvv_lattice_quantise(x, origin, step, &point[k]))
+      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
+                      "vertex %zu: %c = %g m lies more than 2^28 steps of %g m from the origin %g m", vertex,
+                      "xyz"[k], x, step, origin);
+    const double product = step * (double)point[k], error = fabs(x - (origin + product));
+    if (error > w->report.max_error) w->report.max_error = error;
+  }
+  return FVV_OK;
+}
+
+/* The first vertex of a lattice point stands for all of them. */
+static fvv_status weld_positions(fvv_canonicalising *w) {
+  fvv_status status = fvv_canonicalise_table(w, w->source->vertex_count);
+  for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
+    int32_t *point = w->points + 3 * (size_t)w->point_count;
+    status = quantise(w, v, point);
+    if (status != FVV_OK) break;
+    uint64_t slot = fvv_hash3((uint32_t)point[0], (uint32_t)point[1], (uint32_t)point[2]) & (w->slots - 1);
+    while (w->table[slot] != FVV_EMPTY_SLOT &&
+           memcmp(w->points + 3 * (size_t)w->table[slot], point, 3 * sizeof *point) != 0)
+      slot = (slot + 1) & (w->slots - 1);
+    if (w->table[slot] == FVV_EMPTY_SLOT)
+      w->table[slot] = w->point_count++;
+    else if (!w->texture)
+      w->report.welded_vertices++;
+    w->renamed[v] = w->table[slot];
+  }
+  return status;
+}
+
+static fvv_status quantise_texture(fvv_canonicalising *w, size_t vertex, uint32_t index[2]) {
+  int clamped = 0;
+  for (int k = 0; k < 2; k++) {
+    const double x = w->source->texture[2 * vertex + (size_t)k];
+    if (!isfinite(x))
+      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
+                      "vertex %zu: texture coordinate %c is %s, not a finite number", vertex, "uv"[k],
+                      not_finite(x));
+    if (x < -FVV_TEXTURE_TOLERANCE || x > 1 + FVV_TEXTURE_TOLERANCE)
+      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_TEXTURE_RANGE, 0, 0,
+                      "vertex %zu: texture coordinate %c = %g is outside 0 to 1", vertex, "uv"[k], x);
+    const double inside = x < 0 ? 0 : x > 1 ? 1 : x;
+    int32_t nearest = 0;
+    (void)fvv_lattice_quantise(inside, 0, 1.0 / (UINT32_C(1) << w->options.texture_bits), &nearest);
+    index[k] = (uint32_t)nearest;
+    clamped |= inside != x;
+  }
+  w->report.clamped_vertices += (uint32_t)clamped;
+  return FVV_OK;
+}
+
+/* The first vertex of a lattice point with the same texture indices stands for all of them. */
+static fvv_status weld_texture(fvv_canonicalising *w) {
+  fvv_status status = fvv_canonicalise_table(w, w->source->vertex_count);
+  for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
+    uint32_t *texture = w->texture + 2 * (size_t)w->vertex_count;
+    const uint32_t point = w->renamed[v];
+    status = quantise_texture(w, v, texture);
+    if (status != FVV_OK) break;
+    uint64_t slot = fvv_hash3(point, texture[0], texture[1]) & (w->slots - 1);
+    for (; w->table[slot] != FVV_EMPTY_SLOT; slot = (slot + 1) & (w->slots - 1)) {
+      const uint32_t other = w->table[slot];
+      if (w->placed[other] == point && !memcmp(w->texture + 2 * (size_t)other, texture, 2 * sizeof *texture))
+        break;
+    }
+    if (w->table[slot] == FVV_EMPTY_SLOT) {
+      w->placed[w->vertex_count] = point;
+      w->table[slot] = w->vertex_count++;
+    } else {
+      w->report.welded_vertices++;
+    }
+    w->renamed[v] = w->table[slot];
+  }
+  return status;
+}
+
+fvv_status fvv_canonicalise_weld(fvv_canonicalising *w) {
+  fvv_status status = weld_positions(w);
+  if (status == FVV_OK && w->texture) status = weld_texture(w);
+  if (!w->texture) w->vertex_count = w->point_count;
+  if (status == FVV_OK) w->report.seam_vertices = w->vertex_count - w->point_count;
+  return status;
+}
