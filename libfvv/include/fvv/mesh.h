@@ -189,9 +189,10 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequ
 typedef struct fvv_mesh_delta_options {
   size_t struct_size;
   /* How far a decoded position may lie from the one asked for, on each axis, in steps of the lattice, up to
-   * 32767; 0: not at all. Default 1. A lattice much finer than the error that is wanted codes best: with a
-   * step of 0.5 mm and an error of 2 (1 mm) frames take a third of the bytes of a lattice of 2 mm and an
-   * error of 0, as rounding of the former frame is not passed on as motion. */
+   * 32767; 0: not at all. Default 1. A lattice finer than the error that is wanted codes best: with a step of
+   * 1 mm and an error of 1 frames take less than half the bytes of a step of 2 mm and an error of 0, as the
+   * rounding of the former frame is not passed on as motion. At the edge of the lattice it may be twice as
+   * far. */
   uint32_t max_error;
 } fvv_mesh_delta_options;
 
