@@ -83,7 +83,8 @@ Subject hull_of_masks(const SheetInput &input, uint32_t threads) {
 
 SheetInput open_capture(const Options &options) {
   SheetInput input;
-  capture::Capture &capture = input.capture = capture::load_capture(capture::description_file(options.capture));
+  capture::Capture &capture = input.capture =
+      capture::load_capture(capture::description_file(options.capture));
   if (options.frames) restrict_frames(capture, *options.frames);
   restrict_cameras(capture, options.cameras);
   if (capture.cameras.empty())
