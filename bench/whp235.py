@@ -7,7 +7,8 @@ As the paper tells it: per frame a mesh as JavaScript arrays in text, with surfa
 below RGB, Base64 (section 5); calibration about 600 bytes a camera. Where the paper is silent: positions in metres to
 the millimetre, normals to three digits, and the JPEG quality is the one that comes nearest to the factor over the first
 frame. A capture that is rendered at transmitted size already is not scaled again (--scale 1). Cameras whose pictures are
-no texture, and cameras that move, are left out as fvvmux leaves them out.
+no texture, and cameras that move, are left out as fvvmux leaves them out. A capture that is not of PNG, JPEG, PLY and OBJ
+files is first brought into such by fvvmux and fvvdemux, with JPEG at quality 100.
 
     python bench/whp235.py CAPTURE [--scale 4 | --tile 480x270] [--cameras NAME,...] [-o FILE]
 
@@ -19,22 +20,48 @@ import base64
 import io
 import json
 import pathlib
+import subprocess
 import sys
+import tempfile
 
 import numpy as np
 from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
-from real_capture import read_obj, read_ply  # noqa: E402
+from real_capture import TOOLS, read_obj, read_ply  # noqa: E402
 
 FACTOR = 13
 
 
-def read_mesh(path):
-    readers = {".ply": read_ply, ".obj": read_obj}
-    if path.suffix.lower() not in readers:
-        sys.exit(f"{path}: only PLY and OBJ are read here; fvvmux and fvvdemux convert")
-    return readers[path.suffix.lower()](path)
+READERS = {".ply": read_ply, ".obj": read_obj}
+
+
+def is_plain(description):
+    """Whether the files are such as are read here."""
+    meshes = description.get("meshes")
+    if meshes and pathlib.Path(meshes.get("pattern", "")).suffix.lower() not in READERS:
+        return False
+    sources = [pattern_of(camera)[0] for camera in chosen_cameras(description, ())]
+    return all(s and pathlib.Path(s).suffix.lower() in (".png", ".jpg", ".jpeg") for s in sources)
+
+
+def plain(capture, folder):
+    """The capture itself when it is plain, else what fvvmux and fvvdemux make of it in folder."""
+    description = json.loads(capture.read_text())
+    if is_plain(description):
+        return capture
+    stream = folder / "plain.fvv"
+    first = description["frames"]["first"]
+    last = first + (description["frames"]["count"] - 1) * description["frames"].get("step", 1)
+    # A range of all frames: what lies beside them in videos is of no interest.
+    best = ["--codec", "jpeg", "--quality", "100", "--mesh-profile", "raw", "--frames", f"{first}-{last}"]
+    if description["units"] != "unknown":
+        best += ["--lattice-step", "0.1mm"]
+    for command in (["fvvmux", capture, "-o", stream, *best], ["fvvdemux", stream, "-o", folder / "plain"]):
+        done = subprocess.run([TOOLS / command[0] / command[0], *command[1:]], stdout=subprocess.DEVNULL)
+        if done.returncode not in (0, 3):
+            sys.exit(f"{command[0]} answered {done.returncode}")
+    return folder / "plain/capture.json"
 
 
 def numbers(array, digits):
@@ -56,16 +83,13 @@ def vertex_normals(positions, faces):
 
 
 def mesh_message(path):
-    positions, faces = read_mesh(path)
+    positions, faces = READERS[path.suffix.lower()](path)
     parts = numbers(positions, 3), numbers(vertex_normals(positions, faces), 3), numbers(faces, 0)
     return '{{"vertices":{},"normals":{},"faces":{}}}'.format(*parts)
 
 
 def load_picture(path, turn, size_of):
-    try:
-        picture = Image.open(path).convert("RGB")
-    except OSError as error:
-        sys.exit(f"{path}: only PNG and JPEG are read here: {error}")
+    picture = Image.open(path).convert("RGB")
     # Clockwise, as capture.json counts; Pillow counts the other way.
     picture = picture.rotate(-turn, expand=True) if turn else picture
     size = size_of(picture)
@@ -93,15 +117,11 @@ def chosen_cameras(description, names):
 
 
 def pattern_of(camera):
-    """Where a camera's pictures are, and by how many degrees to turn them."""
+    """Where a camera's pictures are (nothing: in a video), and by how many degrees to turn them."""
     pictures = camera["pictures"]
     if isinstance(pictures, str):
         return pictures, 0
-    if "pattern" not in pictures:
-        sys.exit(
-            f"camera {camera['id']}: pictures are in a video; only those of files of their own are read here"
-        )
-    return pictures["pattern"], pictures.get("rotate", 0)
+    return pictures.get("pattern"), pictures.get("rotate", 0)
 
 
 def jpeg(picture, quality):
@@ -146,10 +166,11 @@ def messages(capture, size_of, names=()):
 def sizes(capture, size_of, names=(), out=None):
     """Bytes by kind and in all."""
     total = {"mesh": 0, "picture": 0, "calibration": 0}
-    for kind, text in messages(capture, size_of, names):
-        total[kind] += len(text.encode("utf-8"))
-        if out:
-            out.write(text + "\n")
+    with tempfile.TemporaryDirectory() as folder:
+        for kind, text in messages(plain(capture, pathlib.Path(folder)), size_of, names):
+            total[kind] += len(text.encode("utf-8"))
+            if out:
+                out.write(text + "\n")
     return {**total, "all": sum(total.values())}
 
 
