@@ -2,6 +2,8 @@
 #include "checked.h"
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 
 namespace {
 
@@ -106,6 +108,26 @@ TEST_CASE("a stream of delta frames is whole") {
   CHECK(checked.summary().whole_frames == 3 * frames);
   CHECK(fvv_checker_track(checked.checker, 0)->key_chunks == 3);
   CHECK(fvv_checker_track(checked.checker, 0)->min_vertices == side * side);
+}
+
+TEST_CASE("frames of the vector are those of the decoder that was written from the specification") {
+  std::ifstream file(FVV_DELTA_VECTORS "/field.fvv", std::ios::binary), list(FVV_DELTA_VECTORS "/field.crc");
+  Opened opened(Bytes(std::istreambuf_iterator<char>(file), {}));
+  REQUIRE(opened.status == FVV_OK);
+  std::string wanted;
+  size_t count = 0;
+  while (list >> wanted) {
+    fvv_mesh mesh;
+    REQUIRE(fvv_stream_mesh(opened.stream, count++, 1, &mesh, nullptr) == FVV_OK);
+    Bytes positions;
+    for (size_t i = 0; i < 3 * size_t(mesh.vertex_count); i++)
+      for (int shift = 0; shift < 32; shift += 8)
+        positions.push_back(uint8_t(uint32_t(mesh.positions[i]) >> shift));
+    CHECK(fvv_crc32c(0, positions.data(), positions.size()) == std::stoul(wanted, nullptr, 16));
+    fvv_mesh_free(&mesh);
+  }
+  CHECK(count == 7);
+  CHECK(fvv_stream_frame_count(opened.stream) == count);
 }
 
 TEST_CASE("a delta frame that is wrong takes those behind it along, up to the next key mesh") {
