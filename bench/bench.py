@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: synth, mux, demux, draco, container, sweep, import, clip. Prints a table
-and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures keeps the
-others.
+NAME is a figure or the part in front of its dot: synth, mux, demux, draco, delta, container, sweep, import, clip.
+Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
+keeps the others.
 """
 
 import argparse
@@ -32,8 +32,8 @@ def tool(name, *arguments):
     return done.stdout
 
 
-def fvvbench(what):
-    done = subprocess.run([BUILD / "bench/fvvbench", what, STREAM], capture_output=True, text=True)
+def fvvbench(what, path=STREAM):
+    done = subprocess.run([BUILD / "bench/fvvbench", what, path], capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(f"bench: {done.stderr.strip()}")
     return json.loads(done.stdout)
@@ -77,6 +77,15 @@ def demux():
 def draco():
     stream()
     return fvvbench("draco")
+
+
+def delta():
+    """Motion of 35,000 triangles on a lattice of 1 mm, each position within 1 mm."""
+    folder, tracked = WORK / "tracked", WORK / "tracked.fvv"
+    if not tracked.exists():
+        tool("fvvsynth", "-o", folder, "--rig", "small", "--meshes", "tracked", "--cameras", 1, "--force")
+        tool("fvvmux", folder, "-o", tracked, "--no-pictures", "--lattice-step", "1mm", "--force")
+    return fvvbench("delta", tracked)
 
 
 def container():
@@ -145,6 +154,7 @@ PARTS = {
     "mux": mux,
     "demux": demux,
     "draco": draco,
+    "delta": delta,
     "container": container,
     "sweep": sweep,
     "import": calibration_import,

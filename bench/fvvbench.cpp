@@ -3,6 +3,9 @@
 // demultiplexing).
 //   fvvbench demux FILE.fvv    push reader with all CRCs, over the file's chunks repeated to some 400 MB
 //   fvvbench draco FILE.fvv    Draco coding of the file's meshes at level 7
+//   fvvbench delta FILE.fvv    the file's meshes, which share their triangles, as delta frames behind the
+//   first;
+//                              off by one step of the lattice at most
 #include "fvv/stream.h"
 
 #include <algorithm>
@@ -168,16 +171,74 @@ nlohmann::ordered_json draco(const char *path) {
           {"draco.triangles", faces / double(frames)}};
 }
 
+nlohmann::ordered_json delta(const char *path) {
+  Bytes source = read_file(path);
+  fvv_diagnostic d{};
+  fvv_stream *stream = nullptr;
+  const fvv_input input = input_of(source);
+  require(fvv_stream_open(&input, nullptr, nullptr, &stream, &d), d);
+  fvv_mesh key;
+  require(fvv_stream_mesh(stream, 0, 1, &key, &d), d);
+  fvv_mesh_sequence *encoder = nullptr, *decoder = nullptr;
+  const double open = median([&] {
+    fvv_mesh_sequence_close(encoder);
+    require(fvv_mesh_sequence_open(&key, nullptr, &encoder, &d), d);
+  });
+  require(fvv_mesh_sequence_open(&key, nullptr, &decoder, &d), d);
+  fvv_mesh_delta_options options;
+  fvv_mesh_delta_options_default(&options);
+  fvv_bytes payload{};
+  double encode = 0, bytes = 0;
+  std::vector<double> decode;
+  const size_t frames = fvv_stream_frame_count(stream);
+  for (size_t f = 1; f < frames; f++) {
+    fvv_mesh mesh;
+    require(fvv_stream_mesh(stream, f, 1, &mesh, &d), d);
+    // A face without area on the lattice was dropped: a muxer would begin a group here.
+    const bool same =
+        mesh.face_count == key.face_count && !std::memcmp(mesh.faces, key.faces, 12 * size_t(key.face_count));
+    if (!same) {
+      fvv_mesh_free(&mesh);
+      break;
+    }
+    encode += seconds(
+        [&] { require(fvv_mesh_sequence_encode(encoder, mesh.positions, &options, &payload, &d), d); });
+    decode.push_back(seconds(
+        [&] { require(fvv_mesh_sequence_decode(decoder, payload.data, payload.size, UINT32_MAX, &d), d); }));
+    bytes += double(payload.size);
+    if (std::memcmp(fvv_mesh_sequence_mesh(encoder)->positions, fvv_mesh_sequence_mesh(decoder)->positions,
+                    12 * size_t(key.vertex_count)) != 0)
+      throw std::runtime_error("frame " + std::to_string(f) + " is not what was encoded");
+    fvv_mesh_free(&mesh);
+  }
+  if (decode.empty()) throw std::runtime_error("the second frame has other triangles than the first");
+  std::sort(decode.begin(), decode.end());
+  const double coded = double(decode.size());
+  const nlohmann::ordered_json figures = {{"delta.open_ms", open * 1e3},
+                                          {"delta.encode_ms", encode / coded * 1e3},
+                                          {"delta.decode_ms", decode[decode.size() / 2] * 1e3},
+                                          {"delta.bits_per_vertex", bytes * 8 / coded / key.vertex_count},
+                                          {"delta.triangles", key.face_count},
+                                          {"delta.frames", coded}};
+  fvv_bytes_free(&payload);
+  fvv_mesh_sequence_close(encoder);
+  fvv_mesh_sequence_close(decoder);
+  fvv_mesh_free(&key);
+  fvv_stream_close(stream);
+  return figures;
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
   try {
     const std::string what = argc == 3 ? argv[1] : "";
-    if (what != "demux" && what != "draco") {
-      std::fputs("usage: fvvbench demux|draco FILE.fvv\n", stderr);
+    const auto part = what == "demux" ? demux : what == "draco" ? draco : what == "delta" ? delta : nullptr;
+    if (!part) {
+      std::fputs("usage: fvvbench demux|draco|delta FILE.fvv\n", stderr);
       return 2;
     }
-    std::printf("%s\n", (what == "demux" ? demux(argv[2]) : draco(argv[2])).dump().c_str());
+    std::printf("%s\n", part(argv[2]).dump().c_str());
     return 0;
   } catch (const std::exception &error) {
     std::fprintf(stderr, "fvvbench: %s\n", error.what());

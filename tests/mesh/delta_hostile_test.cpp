@@ -52,8 +52,7 @@ struct Judge {
   double seconds = 0;
   int accepted = 0, refused = 0, wrong = 0;
 
-  void look(const fvv_mesh &key, const Payload &payload, uint64_t number = 1) {
-    (void)number;
+  void look(const fvv_mesh &key, const Payload &payload) {
     const fvv_allocator allocator = memory::allocator();
     fvv_diagnostic diagnostic = {};
     const std::unique_ptr<uint8_t[]> block(new uint8_t[payload.size()]);

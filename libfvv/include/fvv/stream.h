@@ -75,7 +75,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_configuration(fvv_stream *stream, siz
                                                          const fvv_configuration **configuration,
                                                          fvv_diagnostic *diagnostic);
 /* Decodes the mesh of a frame on one track. FVV_END: the frame has none there (*mesh is empty). The caller
- * frees it with fvv_mesh_free. */
+ * frees it with fvv_mesh_free. A delta frame is decoded from the key mesh before it on; the stream keeps
+ * where each track stands, so that frames in order cost one step each, and going back costs those since the
+ * key. When a frame on the way is damaged, its error is the answer. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track,
                                                 fvv_mesh *mesh, fvv_diagnostic *diagnostic);
 /* The video sample of a frame on one track, checked by fvv_video_sample_check. FVV_END: none. Valid until the
