@@ -103,7 +103,7 @@ def main():
     masks = []
     for name, _, _ in source:
         mask = silhouette(root / name)
-        mask.save(folder / f"mask_{name}.png")
+        mask.save(folder / f"mask_{name}")  # the name ends in .png
         masks.append(np.asarray(mask) > 127)
     positions, faces = voxel_surface(*carve(source, masks))
     write_ply(folder / "voxels.ply", positions, faces)
