@@ -105,22 +105,20 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *sou
                                                       const fvv_allocator *allocator, fvv_mesh *mesh,
                                                       fvv_mesh_report *report, fvv_diagnostic *diagnostic);
 
-/* The same, and for each source vertex the vertex of the mesh that stands for it, UINT32_MAX where none does:
- * what the later frames of a tracked sequence need. Several source vertices have one vertex where they were
- * welded. vertices: source->vertex_count entries, filled on success; NULL: not wanted. */
-FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise_mapped(const fvv_mesh_source *source,
-                                                             const fvv_mesh_options *options,
-                                                             const fvv_allocator *allocator, fvv_mesh *mesh,
-                                                             uint32_t *vertices, fvv_mesh_report *report,
-                                                             fvv_diagnostic *diagnostic);
-
-/* For each vertex of a decoded mesh the vertex with the same position and texture indices of the mesh that
- * was encoded, which has no two alike (as fvv_mesh_canonicalise leaves it). Several decoded vertices may have
- * one: Draco splits vertices where the surface is no manifold. vertices: decoded->vertex_count entries.
- * FVV_ERROR_INPUT: a decoded vertex has none. */
-FVV_API FVV_MUST_USE fvv_status fvv_mesh_match(const fvv_mesh *decoded, const fvv_mesh *encoded,
-                                               const fvv_allocator *allocator, uint32_t *vertices,
-                                               fvv_diagnostic *diagnostic);
+/* The same for a run of frames that share faces and texture coordinates: source is the first of them,
+ * later[i] the lattice indices of frame i + 1 (fvv_lattice_from_metres), source->vertex_count x 3. What is
+ * done holds for the whole run: vertices are welded that have the same point in every frame, faces are
+ * dropped that have no area in any, or the same points as another in all. So nothing that comes apart later
+ * is lost, and the mesh, which has the positions of the first frame, may have vertices on one point and faces
+ * without area. vertices: for each source vertex the vertex of the mesh that stands for it, UINT32_MAX where
+ * none does; source->vertex_count entries, filled on success. NULL: not wanted. later may be NULL when
+ * later_count is 0. The report counts once for the run; its max_error is that of the first frame. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise_run(const fvv_mesh_source *source,
+                                                          const int32_t *const *later, size_t later_count,
+                                                          const fvv_mesh_options *options,
+                                                          const fvv_allocator *allocator, fvv_mesh *mesh,
+                                                          uint32_t *vertices, fvv_mesh_report *report,
+                                                          fvv_diagnostic *diagnostic);
 
 /* MESH payload of profile FVV_MESH_RAW or FVV_MESH_DRACO (clause 8.3, 8.4), with texture coordinates when the
  * mesh has them; replaces what payload holds.
@@ -131,6 +129,15 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_match(const fvv_mesh *decoded, const fv
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level,
                                                 const fvv_allocator *allocator, fvv_bytes *payload,
                                                 fvv_diagnostic *diagnostic);
+
+/* The same, with what its decoders get (decoded, free with fvv_mesh_free; empty on error) and, for each of
+ * its vertices, which one of mesh it is. Several decoded vertices may be one: Draco splits vertices where the
+ * surface is no manifold. Vertices that lie on one point are told apart. vertices: room for
+ * 3 * mesh->face_count entries, of which the first decoded->vertex_count are filled. Encodes twice. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode_mapped(const fvv_mesh *mesh, uint8_t profile, int level,
+                                                       const fvv_allocator *allocator, fvv_bytes *payload,
+                                                       fvv_mesh *decoded, uint32_t *vertices,
+                                                       fvv_diagnostic *diagnostic);
 
 /* What a MESH payload declares, read without decoding. */
 typedef struct fvv_mesh_header {

@@ -66,6 +66,8 @@ static fvv_status allocate(fvv_canonicalising *w) {
   w->renamed = fvv_allocate_array(&w->allocator, vertices, sizeof *w->renamed);
   w->faces = fvv_allocate_array(&w->allocator, faces, 3 * sizeof *w->faces);
   if (!w->points || !w->renamed || !w->faces) return fvv_canonicalise_no_memory(w);
+  if (w->later_count && !(w->origins = fvv_allocate_array(&w->allocator, vertices, sizeof *w->origins)))
+    return fvv_canonicalise_no_memory(w);
   if (!w->source->texture || !w->options.texture_bits) return FVV_OK;
   w->texture = fvv_allocate_array(&w->allocator, vertices, 2 * sizeof *w->texture);
   w->placed = fvv_allocate_array(&w->allocator, vertices, sizeof *w->placed);
@@ -75,6 +77,7 @@ static fvv_status allocate(fvv_canonicalising *w) {
 
 static void release(fvv_canonicalising *w) {
   fvv_release(&w->allocator, w->points, w->source->vertex_count * 3 * sizeof *w->points);
+  fvv_release(&w->allocator, w->origins, w->source->vertex_count * sizeof *w->origins);
   fvv_release(&w->allocator, w->renamed, w->source->vertex_count * sizeof *w->renamed);
   fvv_release(&w->allocator, w->faces, w->source->face_count * 3 * sizeof *w->faces);
   fvv_release(&w->allocator, w->texture, w->source->vertex_count * 2 * sizeof *w->texture);
@@ -97,10 +100,17 @@ static int zero_area(const int32_t *a, const int32_t *b, const int32_t *c) {
   return u[1] * v[2] == u[2] * v[1] && u[2] * v[0] == u[0] * v[2] && u[0] * v[1] == u[1] * v[0];
 }
 
+/* In every frame of the run. */
 static int degenerate(const fvv_canonicalising *w, const uint32_t face[3]) {
   if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return 1;
   const int32_t *p = w->points;
-  return zero_area(p + 3 * (size_t)face[0], p + 3 * (size_t)face[1], p + 3 * (size_t)face[2]);
+  if (!zero_area(p + 3 * (size_t)face[0], p + 3 * (size_t)face[1], p + 3 * (size_t)face[2])) return 0;
+  for (size_t i = 0; i < w->later_count; i++) {
+    const int32_t *corner[3];
+    for (int c = 0; c < 3; c++) corner[c] = w->later[i] + 3 * (size_t)w->origins[face[c]];
+    if (!zero_area(corner[0], corner[1], corner[2])) return 0;
+  }
+  return 1;
 }
 
 static void sort3(const uint32_t face[3], uint32_t sorted[3]) {
@@ -248,9 +258,10 @@ static fvv_status canonicalise(fvv_canonicalising *w, fvv_mesh *mesh) {
   return status;
 }
 
-fvv_status fvv_mesh_canonicalise_mapped(const fvv_mesh_source *source, const fvv_mesh_options *options,
-                                        const fvv_allocator *allocator, fvv_mesh *mesh, uint32_t *vertices,
-                                        fvv_mesh_report *report, fvv_diagnostic *diagnostic) {
+fvv_status fvv_mesh_canonicalise_run(const fvv_mesh_source *source, const int32_t *const *later,
+                                     size_t later_count, const fvv_mesh_options *options,
+                                     const fvv_allocator *allocator, fvv_mesh *mesh, uint32_t *vertices,
+                                     fvv_mesh_report *report, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   memset(mesh, 0, sizeof *mesh);
   if (report && report->struct_size < sizeof report->struct_size)
@@ -258,6 +269,8 @@ fvv_status fvv_mesh_canonicalise_mapped(const fvv_mesh_source *source, const fvv
   fvv_canonicalising w;
   memset(&w, 0, sizeof w);
   w.source = source;
+  w.later = later;
+  w.later_count = later_count;
   w.map = vertices;
   w.diagnostic = diagnostic;
   w.allocator = fvv_allocator_or_default(allocator);
@@ -277,5 +290,5 @@ fvv_status fvv_mesh_canonicalise_mapped(const fvv_mesh_source *source, const fvv
 fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *source, const fvv_mesh_options *options,
                                  const fvv_allocator *allocator, fvv_mesh *mesh, fvv_mesh_report *report,
                                  fvv_diagnostic *diagnostic) {
-  return fvv_mesh_canonicalise_mapped(source, options, allocator, mesh, NULL, report, diagnostic);
+  return fvv_mesh_canonicalise_run(source, NULL, 0, options, allocator, mesh, NULL, report, diagnostic);
 }

@@ -14,8 +14,11 @@ typedef struct fvv_canonicalising {
   fvv_allocator allocator;
   fvv_mesh_report report;
   fvv_diagnostic *diagnostic;
+  const int32_t *const *later; /* of the run: lattice indices of the source vertices in frames 1 and up */
+  size_t later_count;
   uint32_t *map;     /* the caller's: source vertex -> vertex of the mesh; NULL: not wanted */
   int32_t *points;   /* 3 * point_count of 3 * source->vertex_count */
+  uint32_t *origins; /* point -> the first source vertex that lies there; NULL without later frames */
   uint32_t *renamed; /* source vertex -> vertex; without texture coordinates a vertex is a point */
   uint32_t *faces;   /* points: 3 * face_count of 3 * source->face_count */
   uint32_t *texture; /* of vertices: 2 * vertex_count of 2 * source->vertex_count; NULL: none is wanted */

@@ -13,6 +13,7 @@
 #include "mesh/draco_bridge.h"
 #include "mesh/draco_check.h"
 #include "mesh/hash.h"
+#include "mesh/payload.h"
 #include "mesh/storage.h"
 
 /* Bytes of the raw profile. */
@@ -178,33 +179,37 @@ static uint64_t vertex_hash(const fvv_mesh *mesh, uint32_t vertex) {
   return fvv_mix(hash ^ fvv_mix((uint64_t)t[0] << 32 | t[1]));
 }
 
-/* The sum of hashes of all triangles, each by its vertices in order from the least corner on: equal for the
- * same triangles in any order of vertices and faces, different for others but for one chance in 2^64. */
+/* The sum of hashes of all triangles, each begun at each of its corners: equal for the same triangles in any
+ * order of vertices and faces, different for others but for one chance in 2^64. */
 static uint64_t fingerprint(const fvv_mesh *mesh) {
   uint64_t sum = 0;
   for (size_t f = 0; f < mesh->face_count; f++) {
     uint64_t corner[3];
     for (size_t c = 0; c < 3; c++) corner[c] = vertex_hash(mesh, mesh->faces[3 * f + c]);
-    int least = corner[1] < corner[0];
-    if (corner[2] < corner[least]) least = 2;
-    sum += fvv_mix(fvv_mix(fvv_mix(corner[least]) + corner[(least + 1) % 3]) + corner[(least + 2) % 3]);
+    for (int c = 0; c < 3; c++)
+      sum += fvv_mix(fvv_mix(fvv_mix(corner[c]) + corner[(c + 1) % 3]) + corner[(c + 2) % 3]);
   }
   return sum;
 }
 
-static fvv_status verify(const fvv_mesh *mesh, const fvv_allocator *allocator, const fvv_bytes *payload,
-                         fvv_diagnostic *diagnostic) {
+fvv_status fvv_mesh_decode_own(const fvv_bytes *payload, const fvv_allocator *allocator, fvv_mesh *decoded,
+                               fvv_diagnostic *diagnostic) {
   /* What the caller's own reader would refuse is not the encoder's matter: no limits but those of the
    * numbers. */
   fvv_limits limits = fvv_limits_or_default(NULL);
   limits.max_vertices = limits.max_faces = UINT32_MAX;
-  fvv_mesh decoded;
   fvv_diagnostic why;
-  fvv_status status = fvv_mesh_decode(payload->data, payload->size, &limits, allocator, &decoded, &why);
-  if (status == FVV_ERROR_MEMORY) return status;
-  if (status != FVV_OK)
-    return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "what was encoded does not decode: %.150s",
-                    why.message);
+  const fvv_status status = fvv_mesh_decode(payload->data, payload->size, &limits, allocator, decoded, &why);
+  if (status == FVV_OK || status == FVV_ERROR_MEMORY) return status;
+  return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "what was encoded does not decode: %.150s",
+                  why.message);
+}
+
+static fvv_status verify(const fvv_mesh *mesh, const fvv_allocator *allocator, const fvv_bytes *payload,
+                         fvv_diagnostic *diagnostic) {
+  fvv_mesh decoded;
+  fvv_status status = fvv_mesh_decode_own(payload, allocator, &decoded, diagnostic);
+  if (status != FVV_OK) return status;
   if (decoded.face_count != mesh->face_count || fingerprint(&decoded) != fingerprint(mesh))
     status = fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0,
                       "Draco coded %lu faces and yields %lu: not the same triangles",
@@ -241,7 +246,7 @@ static int too_costly(const fvv_bytes *payload, const fvv_allocator *allocator) 
 }
 
 static fvv_status encode(const fvv_mesh *mesh, uint8_t profile, int level, const fvv_allocator *allocator,
-                         fvv_bytes *payload, fvv_diagnostic *diagnostic) {
+                         fvv_bytes *payload, fvv_draco_coding *coding, fvv_diagnostic *diagnostic) {
   fvv_status status = fvv_mesh_check(mesh, FVV_MESH_FROM_CALLER, allocator, diagnostic);
   if (status != FVV_OK) return status;
   if (profile == FVV_MESH_RAW) return encode_raw(mesh, payload);
@@ -254,7 +259,8 @@ static fvv_status encode(const fvv_mesh *mesh, uint8_t profile, int level, const
    * edgebreaker there are none. */
   static const fvv_draco_coding codings[] = {FVV_DRACO_BY_LEVEL, FVV_DRACO_STANDARD, FVV_DRACO_SEQUENTIAL};
   for (size_t i = 0; i < sizeof codings / sizeof codings[0]; i++) {
-    status = encode_draco(mesh, level, codings[i], payload, diagnostic);
+    *coding = codings[i];
+    status = encode_draco(mesh, level, *coding, payload, diagnostic);
     if (status != FVV_OK || !too_costly(payload, allocator)) break;
   }
   return status == FVV_OK ? verify(mesh, allocator, payload, diagnostic) : status;
@@ -262,6 +268,13 @@ static fvv_status encode(const fvv_mesh *mesh, uint8_t profile, int level, const
 
 fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level, const fvv_allocator *allocator,
                            fvv_bytes *payload, fvv_diagnostic *diagnostic) {
+  fvv_draco_coding coding;
+  return fvv_mesh_encode_telling(mesh, profile, level, allocator, payload, &coding, diagnostic);
+}
+
+fvv_status fvv_mesh_encode_telling(const fvv_mesh *mesh, uint8_t profile, int level,
+                                   const fvv_allocator *allocator, fvv_bytes *payload,
+                                   fvv_draco_coding *coding, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   const fvv_allocator memory = fvv_allocator_or_default(allocator);
   if (!payload->allocator.resize) payload->allocator = memory;
@@ -275,7 +288,7 @@ fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level, con
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_COUNTS, 0, 0,
                     "%lu vertices and %lu faces, a mesh has at least 3 and 1",
                     (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
-  const fvv_status status = encode(mesh, profile, level, &memory, payload, diagnostic);
+  const fvv_status status = encode(mesh, profile, level, &memory, payload, coding, diagnostic);
   if (status != FVV_OK) payload->size = 0;
   if (status == FVV_ERROR_MEMORY)
     return fvv_fail(diagnostic, status, 0, 0, 0, "no memory to encode a mesh of %lu vertices and %lu faces",

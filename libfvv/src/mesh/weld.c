@@ -41,21 +41,40 @@ static fvv_status quantise(fvv_canonicalising *w, size_t vertex, int32_t point[3
   return FVV_OK;
 }
 
-/* The first vertex of a lattice point stands for all of them. */
+/* Of a source vertex and its point in the first frame: all its points in the run. */
+static uint64_t hash_of_path(const fvv_canonicalising *w, size_t vertex, const int32_t first[3]) {
+  uint64_t hash = fvv_hash3((uint32_t)first[0], (uint32_t)first[1], (uint32_t)first[2]);
+  for (size_t i = 0; i < w->later_count; i++) {
+    const int32_t *p = w->later[i] + 3 * vertex;
+    hash = fvv_mix(hash ^ fvv_hash3((uint32_t)p[0], (uint32_t)p[1], (uint32_t)p[2]));
+  }
+  return hash;
+}
+
+static int same_path(const fvv_canonicalising *w, size_t vertex, const int32_t first[3], uint32_t point) {
+  if (memcmp(w->points + 3 * (size_t)point, first, 3 * sizeof *first) != 0) return 0;
+  for (size_t i = 0; i < w->later_count; i++)
+    if (memcmp(w->later[i] + 3 * vertex, w->later[i] + 3 * (size_t)w->origins[point], 3 * sizeof *first) != 0)
+      return 0;
+  return 1;
+}
+
+/* The first vertex of a lattice point, in a run of one path, stands for all of them. */
 static fvv_status weld_positions(fvv_canonicalising *w) {
   fvv_status status = fvv_canonicalise_table(w, w->source->vertex_count);
   for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
     int32_t *point = w->points + 3 * (size_t)w->point_count;
     status = quantise(w, v, point);
     if (status != FVV_OK) break;
-    uint64_t slot = fvv_hash3((uint32_t)point[0], (uint32_t)point[1], (uint32_t)point[2]) & (w->slots - 1);
-    while (w->table[slot] != FVV_EMPTY_SLOT &&
-           memcmp(w->points + 3 * (size_t)w->table[slot], point, 3 * sizeof *point) != 0)
+    uint64_t slot = hash_of_path(w, v, point) & (w->slots - 1);
+    while (w->table[slot] != FVV_EMPTY_SLOT && !same_path(w, v, point, w->table[slot]))
       slot = (slot + 1) & (w->slots - 1);
-    if (w->table[slot] == FVV_EMPTY_SLOT)
+    if (w->table[slot] == FVV_EMPTY_SLOT) {
+      if (w->origins) w->origins[w->point_count] = (uint32_t)v;
       w->table[slot] = w->point_count++;
-    else if (!w->texture)
+    } else if (!w->texture) {
       w->report.welded_vertices++;
+    }
     w->renamed[v] = w->table[slot];
   }
   return status;
