@@ -107,7 +107,13 @@ TEST_CASE("a stream of delta frames is whole") {
   CHECK(checked.summary().problems == 0);
   CHECK(checked.summary().whole_frames == 3 * frames);
   CHECK(fvv_checker_track(checked.checker, 0)->key_chunks == 3);
-  CHECK(fvv_checker_track(checked.checker, 0)->min_vertices == side * side);
+  const fvv_track_summary &track = *fvv_checker_track(checked.checker, 0);
+  CHECK(track.min_vertices == side * side);
+  CHECK(track.profile_chunks[FVV_MESH_DELTA] == 3 * frames - 3);
+  CHECK(track.profile_chunks[FVV_MESH_RAW] + track.profile_chunks[FVV_MESH_DRACO] == 3);
+  uint64_t bytes = 0;
+  for (const uint64_t of_profile : track.profile_bytes) bytes += of_profile;
+  CHECK(bytes == track.bytes);
 }
 
 TEST_CASE("frames of the vector are those of the decoder that was written from the specification") {

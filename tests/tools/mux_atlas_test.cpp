@@ -85,8 +85,8 @@ TEST_CASE("an atlas is a video track of its own, in the stream as in the capture
   REQUIRE(summary.plan.tracks.size() == 2);
   CHECK(summary.plan.tracks[1].choice.sample_psnr >= 42);
   CHECK(summary.verdict->videos[1].pictures == 5);
-  CHECK(summary.verdict->max_texture_error > 0);
-  CHECK(summary.verdict->max_texture_error <= 0.5 / 4096);
+  CHECK(summary.verdict->mesh.max_texture_error > 0);
+  CHECK(summary.verdict->mesh.max_texture_error <= 0.5 / 4096);
   const std::string text = mux::summary_text(summary);
   CHECK(text.find("\n  atlas ") != text.npos);
   CHECK(text.find("over the whole atlas of the first") != text.npos);

@@ -36,6 +36,7 @@ TEST_CASE("the step follows the budget in pixels at the nearest camera") {
   const capture::Capture capture = make_capture(folder);
   Options options = options_for(folder);
   options.capture = capture.path;
+  options.delta = false;
   // Camera 0 stands at z = +3 (3 m along its own axis), the ball's box ends at 0.5: 2.5 m, by 70.5 px.
   const Plan whole = make_plan(options);
   CHECK(whole.lattice.lattice.step == 0.01); // of 2 * 0.15 * 2.5 / 70.5 = 0.01064
@@ -57,7 +58,8 @@ TEST_CASE("without cameras the first mesh's size decides, without meshes nothing
   Shape shape;
   shape.sizes.clear();
   make_capture(folder, shape);
-  const Options options = options_for(folder);
+  Options options = options_for(folder);
+  options.delta = false;
   // Diagonal of the unit cube, sqrt(3) / 8192 = 0.000211.
   CHECK(make_plan(options).lattice.lattice.step == 0.0002);
   CHECK(make_plan(options).lattice.pixels == 0);

@@ -48,6 +48,15 @@ Json video_json(const fvv_video_layout &video) {
   return out;
 }
 
+Json profiles_json(const fvv_track_summary &summary) {
+  Json out = Json::object();
+  for (uint8_t p = 0; p < FVV_MESH_PROFILE_COUNT; p++)
+    if (summary.profile_chunks[p])
+      out[fvv_mesh_profile_name(p)] = {{"chunks", summary.profile_chunks[p]},
+                                       {"bytes", summary.profile_bytes[p]}};
+  return out;
+}
+
 Json tracks_json(const Report &report, const fvv_configuration &c) {
   Json out = Json::array();
   for (size_t i = 0; i < c.track_count; i++) {
@@ -70,7 +79,8 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
         t["mesh"] = {{"vertices", {s->min_vertices, s->max_vertices}},
                      {"triangles", {s->min_faces, s->max_faces}},
                      {"vertices_sum", s->vertices},
-                     {"triangles_sum", s->faces}};
+                     {"triangles_sum", s->faces},
+                     {"profiles", profiles_json(*s)}};
       if (s->textured)
         t["mesh"]["texture"] = {{"chunks", s->textured},
                                 {"bits", {s->min_texture_bits, s->max_texture_bits}}};

@@ -87,6 +87,19 @@ std::string video_text(const fvv_video_layout &video) {
   return out;
 }
 
+// ": 2 draco of 31.2 kB, 48 delta of 4053 B"
+std::string profiles_text(const fvv_track_summary &summary) {
+  std::string out;
+  for (uint8_t p = 0; p < FVV_MESH_PROFILE_COUNT; p++) {
+    const uint64_t chunks = summary.profile_chunks[p];
+    if (!chunks) continue;
+    out += format("%s%llu %s of ", out.empty() ? ": " : ", ", (unsigned long long)chunks,
+                  fvv_mesh_profile_name(p)) +
+           bytes(double(summary.profile_bytes[p]) / double(chunks));
+  }
+  return out;
+}
+
 std::string track_text(const Report &report, const fvv_track &track) {
   std::string out = format("track %u", track.id);
   if (track.name_size) out += " \"" + printable(track.name, track.name_size) + "\"";
@@ -110,7 +123,7 @@ std::string track_text(const Report &report, const fvv_track &track) {
   out += format("; %llu chunks (%llu key), ", (unsigned long long)found->chunks,
                 (unsigned long long)found->key_chunks);
   out += bytes(double(found->bytes)) + ", " + bytes(double(found->bytes) / double(found->chunks)) + " each";
-  return out;
+  return out + profiles_text(*found);
 }
 
 std::string camera_table(const fvv_configuration &c) {

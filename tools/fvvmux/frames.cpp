@@ -11,45 +11,7 @@ namespace {
 // rarely better than a few pixels.
 constexpr uint32_t flat_margin = 8;
 
-struct BytesHolder {
-  fvv_bytes bytes = {};
-  ~BytesHolder() { fvv_bytes_free(&bytes); }
-};
-
 } // namespace
-
-capture::Mesh load_canonical(const Plan &plan, size_t i, fvv_mesh &mesh, MeshFrame &frame) {
-  const int64_t number = plan.capture.frames.number(int64_t(i));
-  capture::Mesh source = capture::load_mesh(plan.capture, number, nullptr, &frame.source);
-  const fvv_mesh_source borrowed = {source.positions.data(), source.faces.data(), source.vertex_count(),
-                                    source.face_count(),
-                                    source.texture.empty() ? nullptr : source.texture.data()};
-  fvv_mesh_options options;
-  fvv_mesh_options_default(&options);
-  std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);
-  options.lattice_step = plan.lattice.lattice.step;
-  options.min_component_faces = plan.options.min_component;
-  options.texture_bits = plan.texture_bits;
-  frame.report.struct_size = sizeof frame.report;
-  fvv_diagnostic diagnostic = {};
-  cli::check(fvv_mesh_canonicalise(&borrowed, &options, nullptr, &mesh, &frame.report, &diagnostic),
-             plan.capture.mesh_path(number) + ": frame " + std::to_string(number), diagnostic);
-  return source;
-}
-
-MeshFrame encode_mesh(const Plan &plan, size_t i) {
-  MeshFrame frame;
-  MeshHolder holder;
-  load_canonical(plan, i, holder.mesh, frame);
-  BytesHolder payload;
-  fvv_diagnostic diagnostic = {};
-  const int64_t number = plan.capture.frames.number(int64_t(i));
-  cli::check(fvv_mesh_encode(&holder.mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
-                             &payload.bytes, &diagnostic),
-             plan.capture.mesh_path(number) + ": frame " + std::to_string(number), diagnostic);
-  frame.payload.assign(payload.bytes.data, payload.bytes.data + payload.bytes.size);
-  return frame;
-}
 
 template <class Sample> media::BasicImage<Sample> load_atlas(const capture::Capture &capture, int64_t frame) {
   const std::string path = capture.atlas_path(frame);

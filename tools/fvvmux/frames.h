@@ -1,30 +1,10 @@
-// fvvmux/frames.h: one frame of a capture as the stream has it: its mesh on the lattice, its pictures in one
-// video frame. Every function is pure and may run on any thread. Knows nothing of the container.
+// fvvmux/frames.h: the pictures of a frame of a capture as the stream has them, in one video frame. Every
+// function is pure and may run on any thread. Knows nothing of the container.
 #pragma once
 
-#include "fvv/mesh.h"
 #include "fvvmux/plan.h"
 
 namespace fvv::mux {
-
-struct MeshFrame {
-  std::vector<uint8_t> payload; // of MESH; empty unless it was asked for
-  capture::MeshReport source;
-  fvv_mesh_report report = {};
-};
-
-// fvv_mesh that frees itself.
-struct MeshHolder {
-  fvv_mesh mesh = {};
-  MeshHolder() = default;
-  MeshHolder(const MeshHolder &) = delete;
-  MeshHolder &operator=(const MeshHolder &) = delete;
-  ~MeshHolder() { fvv_mesh_free(&mesh); }
-};
-
-// Loads and canonicalises the mesh of frame i (counted from 0). Failures name file, frame and element.
-capture::Mesh load_canonical(const Plan &plan, size_t i, fvv_mesh &mesh, MeshFrame &frame);
-MeshFrame encode_mesh(const Plan &plan, size_t i);
 
 // The video frame of frame i, for uint8_t or uint16_t samples; mask only when asked for and when a camera has
 // masks.

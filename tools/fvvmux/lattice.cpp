@@ -41,6 +41,11 @@ std::string text(const char *format, double a, double b = 0, double c = 0) {
   return buffer;
 }
 
+// Steps of error that leave room for rounding to the lattice within an error; metres.
+uint32_t steps_within(double error, double step) {
+  return uint32_t(std::clamp(error / step - 0.5 + 1e-9, 0.0, 32767.0)); // libfvv takes no more
+}
+
 // The camera in which a step covers most pixels: metres per pixel at its distance.
 struct Nearest {
   double metres_per_pixel = INFINITY, distance = 0;
@@ -84,7 +89,8 @@ double round_down_125(double value) {
   return best;
 }
 
-LatticeChoice choose_lattice(const Options &options, const capture::Capture &capture, const Tiling &tiling) {
+LatticeChoice choose_lattice(const Options &options, const capture::Capture &capture, const Tiling &tiling,
+                             bool tracked) {
   LatticeChoice choice;
   if (capture.lattice) choice.lattice = *capture.lattice;
   const char *unit = capture.scale_unknown ? "units" : "m";
@@ -113,13 +119,17 @@ LatticeChoice choose_lattice(const Options &options, const capture::Capture &cap
     if (!std::isfinite(wanted) || !(wanted > 1e-20) || wanted > 1e20)
       throw cli::Failure(first + ": expected a mesh with some extent to choose the lattice by; give "
                                  "--lattice-step");
-    choice.lattice.step = round_down_125(wanted);
+    // A third: room for rounding and one step of error in delta frames.
+    choice.lattice.step = round_down_125(tracked ? wanted / 3 : wanted);
+    if (tracked) choice.delta_error = steps_within(wanted / 2, choice.lattice.step);
     choice.reason =
         seen ? text("for %g px at camera %g, %.3g ", pixel_budget, nearest.camera, nearest.distance) + unit +
                    " from the first mesh"
              : text("1/8192 of the first mesh's diagonal of %.4g ", box.diagonal()) + unit;
   }
-  if (seen) choice.pixels = choice.lattice.step / 2 / nearest.metres_per_pixel;
+  if (chosen && tracked && seen)
+    choice.delta_error = steps_within(pixel_budget * nearest.metres_per_pixel, choice.lattice.step);
+  if (seen) choice.pixels = choice.error() / nearest.metres_per_pixel;
   return choice;
 }
 

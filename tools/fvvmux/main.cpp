@@ -16,8 +16,9 @@ constexpr const char *footer =
     "Exit code: 0 done, 1 failed, 2 usage, 3 done with warnings. A run that fails writes nothing; only what\n"
     "--verify finds wrong is found in a file that stays.\n"
     "--json prints {fvvmux: 1, output, bytes, container_bytes, frames, frame_duration: [seconds, as a\n"
-    "fraction], group, groups, lattice: {origin, step, reason, half_step_pixels}, mesh: {bytes, smallest,\n"
-    "largest, profile, level, max_axis_error, changed_frames, and for each kind of change {count, frames}},\n"
+    "fraction], group, groups, lattice: {origin, step, reason, error_pixels}, mesh: {bytes, smallest,\n"
+    "largest, profile, level, key: {frames, bytes}, delta: {frames, bytes, max_error_steps}, max_axis_error, "
+    "changed_frames, and for each kind of change {count, frames}},\n"
     "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, sample_frames,\n"
     "sample_psnr, sample_foreground, and with --bitrate bit_rate: {asked, reached, finest, coarsest,\n"
     "groups_over} of qualities and groups}, atlas: the same with texture_bits for cameras, sources: "
@@ -86,6 +87,8 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->check(CLI::Range(0, 10))
       ->capture_default_str();
   app.add_option("--mesh-profile", texts.mesh_profile, "draco or raw")->capture_default_str();
+  app.add_flag("!--no-delta", options.delta,
+               "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")
       ->check(CLI::Range(0, 1000000000));
   app.add_option("--threads", options.threads, "threads; the bytes are the same for any number")

@@ -1,6 +1,7 @@
 #include "fvvmux/mux.h"
 
 #include "fvvmux/frames.h"
+#include "fvvmux/meshes.h"
 #include "fvvmux/ordered.h"
 #include "fvvmux/stream_writer.h"
 
@@ -14,8 +15,8 @@ namespace fvv::mux {
 
 namespace {
 
-// A piece of work for one thread. choice: finding the quality of the video; mesh: of one frame; video: frames
-// that are encoded together.
+// A piece of work for one thread. choice: finding the quality of the video; mesh, video: frames that are
+// encoded together.
 enum class Kind { choice, mesh, video };
 struct Piece {
   Kind kind;
@@ -86,7 +87,9 @@ private:
 
   void list_meshes(size_t group) {
     if (!plan.has_meshes() || group >= plan.group_count()) return;
-    for (size_t i = 0; i < plan.frames_of(group); i++) add(Kind::mesh, group, 0, plan.first_of(group) + i, 1);
+    const size_t first = plan.first_of(group), count = plan.frames_of(group);
+    const size_t together = plan.tracked ? count : 1; // delta frames know those before them
+    for (size_t i = 0; i < count; i += together) add(Kind::mesh, group, 0, first + i, together);
   }
 
   // Rooms for results are made before a thread looks for its own.
@@ -105,11 +108,17 @@ private:
     case Kind::choice:
       return choose(piece.track);
     case Kind::mesh:
-      group_for(piece.first).meshes[piece.first % plan.group_size] = encode_mesh(plan, piece.first);
-      return;
+      return encode_mesh_piece(piece);
     case Kind::video:
       return encode_video(piece);
     }
+  }
+
+  void encode_mesh_piece(const Piece &piece) {
+    std::vector<MeshFrame> frames = encode_meshes(plan, piece.first, piece.count);
+    Group &group = group_for(piece.first);
+    std::move(frames.begin(), frames.end(),
+              group.meshes.begin() + std::ptrdiff_t(piece.first % plan.group_size));
   }
 
   void choose(size_t track) {
@@ -145,10 +154,13 @@ private:
     writer->begin_group(first, count);
     for (size_t i = 0; i < count; i++) {
       if (plan.has_meshes()) {
-        const MeshFrame &mesh = group.meshes[i];
-        writer->mesh(first + i, mesh.payload);
+        MeshFrame &mesh = group.meshes[i];
+        writer->mesh(first + i, mesh.payload, mesh.key);
         summary.mesh.add(mesh.payload.size());
+        if (!mesh.key) summary.delta.add(mesh.payload.size());
         summary.changes.add(mesh.source, mesh.report);
+        if (plan.options.verify)
+          summary.origins.push_back({std::move(mesh.origins), mesh.report.flipped_faces});
       }
       for (size_t track = 0; track < plan.tracks.size(); track++) {
         const media::Sample &sample = group.videos[track].samples[i];
@@ -177,6 +189,7 @@ private:
 } // namespace
 
 void TrackBytes::add(uint64_t bytes) {
+  chunks++;
   payload += bytes;
   smallest = std::min(smallest, bytes);
   largest = std::max(largest, bytes);
@@ -252,7 +265,7 @@ Summary mux(const Options &options) {
   output.commit();
   if (warn_of_rates(summary)) summary.plan.warned = true;
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (options.verify) summary.verdict = verify(summary.plan);
+  if (options.verify) summary.verdict = verify(summary.plan, summary.origins);
   return summary;
 }
 

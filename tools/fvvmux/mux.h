@@ -11,7 +11,7 @@ namespace fvv::mux {
 
 // Sums over the frames of a track.
 struct TrackBytes {
-  uint64_t payload = 0, smallest = UINT64_MAX, largest = 0;
+  uint64_t chunks = 0, payload = 0, smallest = UINT64_MAX, largest = 0;
 
   void add(uint64_t bytes);
 };
@@ -46,9 +46,11 @@ struct RateResult {
 struct Summary {
   Plan plan;
   uint64_t bytes = 0;
-  TrackBytes mesh;
-  std::vector<TrackBytes> videos; // as Plan::tracks
-  std::vector<RateResult> rates;  // likewise; filled with Options::bit_rate
+  TrackBytes mesh;                  // all frames
+  TrackBytes delta;                 // of these the delta frames
+  std::vector<MeshOrigins> origins; // of each frame; filled with Options::verify
+  std::vector<TrackBytes> videos;   // as Plan::tracks
+  std::vector<RateResult> rates;    // likewise; filled with Options::bit_rate
   MeshChanges changes;
   std::optional<Verdict> verdict; // with Options::verify
   double seconds = 0;             // from the first look at the capture to the last byte

@@ -48,6 +48,7 @@ struct Options {
   uint32_t group = 0; // frames; 0: one second
   int mesh_level = 7;
   uint8_t mesh_profile = FVV_MESH_DRACO;
+  bool delta = true; // frames that share their faces with the one before as motion
   uint32_t min_component = 0;
   uint32_t threads = 1;
   std::optional<FrameRange> frames;

@@ -1,6 +1,8 @@
 #include "fvvmux/plan.h"
 
 #include "cli/cli.h"
+#include "fvv/mesh.h"
+#include "fvvmux/connectivity.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/select.h"
 
@@ -187,7 +189,8 @@ Plan make_plan(const Options &options) {
   plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
   const Tiling cameras = arrange(plan.capture, options);
-  plan.lattice = choose_lattice(options, plan.capture, cameras);
+  plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
+  plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked);
   if (!cameras.tiles.empty()) plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}});
   if (plan.capture.atlas) {
     plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan.capture, options), {}});

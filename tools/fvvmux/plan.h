@@ -19,8 +19,13 @@ constexpr double pixel_budget = 0.15;
 struct LatticeChoice {
   capture::Lattice lattice = {{0, 0, 0}, 0.001};
   std::string reason;
-  // Half a step in pixels at the nearest camera; 0: there is no camera or no mesh to tell by.
+  // error() in pixels at the nearest camera; 0: there is no camera or no mesh to tell by.
   double pixels = 0;
+  // Steps, on each axis, by which a delta frame may leave a vertex off its lattice point.
+  uint32_t delta_error = 0;
+
+  // Metres, on each axis, between a vertex of the source and what a decoder gets, at most.
+  double error() const { return (0.5 + delta_error) * lattice.step; }
 };
 
 // cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
@@ -53,6 +58,7 @@ struct Plan {
   Options options;
   capture::Capture capture; // frames restricted, cameras by rising identifier, unwanted patterns removed
   uint32_t group_size = 1;  // frames
+  bool tracked = false;     // some frames have the faces of the one before: groups may have delta frames
   LatticeChoice lattice;
   uint32_t texture_bits = 0;      // 0: meshes without texture coordinates
   std::vector<VideoTrack> tracks; // cameras, atlas; those that there are
@@ -76,8 +82,10 @@ Plan make_plan(const Options &options);
 // Encodes a sample of a video track as often as it takes to find the quality, which may be long.
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
 
-// By the option, the capture, or the pixel budget. capture as in the plan, tiling of the cameras.
-LatticeChoice choose_lattice(const Options &options, const capture::Capture &capture, const Tiling &tiling);
+// By the option, the capture, or the pixel budget. capture as in the plan, tiling of the cameras, tracked as
+// Plan::tracked: delta frames take fewest bytes on a lattice finer than the error allowed.
+LatticeChoice choose_lattice(const Options &options, const capture::Capture &capture, const Tiling &tiling,
+                             bool tracked);
 
 // Largest of ... 0.001, 0.002, 0.005, 0.01 ... that is not above value; 0 < value, finite.
 double round_down_125(double value);

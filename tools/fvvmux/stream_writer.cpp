@@ -109,8 +109,8 @@ void StreamWriter::begin_group(size_t first, size_t count) {
   check(fvv_writer_begin_group(writer.get(), int64_t(first), int64_t(first + count), &diagnostic));
 }
 
-void StreamWriter::mesh(size_t frame, const std::vector<uint8_t> &payload) {
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, mesh_track, FVV_FLAG_KEY, int64_t(frame),
+void StreamWriter::mesh(size_t frame, const std::vector<uint8_t> &payload, bool key) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, mesh_track, key ? FVV_FLAG_KEY : 0, int64_t(frame),
                          payload.data(), payload.size(), &diagnostic));
 }
 

@@ -25,7 +25,7 @@ public:
   void repeat_configuration();
   // Frames first ... first + count - 1, one tick each.
   void begin_group(size_t first, size_t count);
-  void mesh(size_t frame, const std::vector<uint8_t> &payload);
+  void mesh(size_t frame, const std::vector<uint8_t> &payload, bool key);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   void end_group();
   // Index and footer, unless the stream is live. Answers the number of bytes written.

@@ -23,7 +23,7 @@ const char *codec_text(const Summary &s) {
 }
 
 const char *profile_text(const Summary &s) {
-  return s.plan.options.mesh_profile == FVV_MESH_RAW ? "raw" : "draco";
+  return fvv_mesh_profile_name(s.plan.options.mesh_profile);
 }
 
 double frame_rate(const Summary &s) {
@@ -148,9 +148,15 @@ void mesh_lines(std::string &out, const Summary &s) {
   const bool metric = !s.plan.capture.scale_unknown;
   char pixels[80] = "";
   if (choice.pixels > 0)
-    std::snprintf(pixels, sizeof pixels, "; half a step covers %.3g px there", choice.pixels);
+    std::snprintf(pixels, sizeof pixels, "; vertices are at most %.3g px off there", choice.pixels);
   line(out, "  lattice   step %.6g %s from (%g, %g, %g): %s%s", choice.lattice.step * (metric ? 1000 : 1),
        metric ? "mm" : "units", origin[0], origin[1], origin[2], choice.reason.c_str(), pixels);
+  if (s.delta.chunks)
+    line(out, "  frames    %llu key, %.2f kB each; %llu delta, %.2f kB each, off by %u steps at most",
+         (unsigned long long)(s.mesh.chunks - s.delta.chunks),
+         double(s.mesh.payload - s.delta.payload) / 1000 / double(s.mesh.chunks - s.delta.chunks),
+         (unsigned long long)s.delta.chunks, double(s.delta.payload) / 1000 / double(s.delta.chunks),
+         choice.delta_error);
   line(out, "  meshes    %llu of %zu frames changed", (unsigned long long)s.changes.changed_frames,
        s.plan.frame_count());
   for (const NamedChange &named : named_changes) {
@@ -169,10 +175,10 @@ void verdict_lines(std::string &out, const Summary &s) {
   line(out, "  verified  %zu meshes, %zu pictures and %zu cameras read back", v.meshes, pictures, v.cameras);
   if (v.meshes)
     line(out, "            coordinates at most %.4g %s off, %.3f lattice steps",
-         v.max_vertex_error * (metric ? 1000 : 1), metric ? "mm" : "units",
-         v.max_vertex_error / s.plan.lattice.lattice.step);
+         v.mesh.max_vertex_error * (metric ? 1000 : 1), metric ? "mm" : "units",
+         v.mesh.max_vertex_error / s.plan.lattice.lattice.step);
   if (s.plan.texture_bits)
-    line(out, "            texture coordinates at most %.3g of the atlas off", v.max_texture_error);
+    line(out, "            texture coordinates at most %.3g of the atlas off", v.mesh.max_texture_error);
   for (size_t i = 0; i < v.videos.size(); i++)
     if (v.videos[i].luma.pixels)
       line(out, "            %s %.2f dB luma, the worst frame %.2f dB",
@@ -196,15 +202,16 @@ nlohmann::ordered_json verdict_json(const Summary &s) {
   nlohmann::ordered_json cameras = video_verdict_json({}), atlas;
   for (size_t i = 0; i < v.videos.size(); i++)
     (s.plan.tracks[i].is_atlas() ? atlas : cameras) = video_verdict_json(v.videos[i]);
-  nlohmann::ordered_json out = {{"meshes", v.meshes},
-                                {"pictures", cameras["pictures"]},
-                                {"cameras", v.cameras},
-                                {"max_vertex_error", v.max_vertex_error},
-                                {"max_vertex_error_steps", v.max_vertex_error / s.plan.lattice.lattice.step},
-                                {"psnr", cameras["psnr"]},
-                                {"min_psnr", cameras["min_psnr"]},
-                                {"max_reprojection", v.max_reprojection}};
-  if (s.plan.texture_bits) out["max_texture_error"] = v.max_texture_error;
+  nlohmann::ordered_json out = {
+      {"meshes", v.meshes},
+      {"pictures", cameras["pictures"]},
+      {"cameras", v.cameras},
+      {"max_vertex_error", v.mesh.max_vertex_error},
+      {"max_vertex_error_steps", v.mesh.max_vertex_error / s.plan.lattice.lattice.step},
+      {"psnr", cameras["psnr"]},
+      {"min_psnr", cameras["min_psnr"]},
+      {"max_reprojection", v.max_reprojection}};
+  if (s.plan.texture_bits) out["max_texture_error"] = v.mesh.max_texture_error;
   if (!atlas.is_null()) out["atlas"] = atlas;
   return out;
 }
@@ -279,11 +286,15 @@ nlohmann::ordered_json summary_json(const Summary &s) {
        {{"origin", {lattice.origin[0], lattice.origin[1], lattice.origin[2]}},
         {"step", lattice.step},
         {"reason", plan.lattice.reason},
-        {"half_step_pixels", plan.lattice.pixels > 0 ? Json(plan.lattice.pixels) : Json(nullptr)}}}};
+        {"error_pixels", plan.lattice.pixels > 0 ? Json(plan.lattice.pixels) : Json(nullptr)}}}};
   if (plan.has_meshes()) {
     Json mesh = track_json(s.mesh);
     mesh["profile"] = profile_text(s);
     mesh["level"] = plan.options.mesh_level;
+    mesh["key"] = {{"frames", s.mesh.chunks - s.delta.chunks}, {"bytes", s.mesh.payload - s.delta.payload}};
+    mesh["delta"] = {{"frames", s.delta.chunks},
+                     {"bytes", s.delta.payload},
+                     {"max_error_steps", plan.lattice.delta_error}};
     mesh["max_axis_error"] = s.changes.max_error;
     mesh["changed_frames"] = s.changes.changed_frames;
     for (const NamedChange &named : named_changes)

@@ -3,11 +3,11 @@
 #include "cli/cli.h"
 #include "fvv/stream.h"
 #include "fvvmux/frames.h"
+#include "fvvmux/meshes.h"
 #include "fvvmux/ordered.h"
 #include "fvvmux/stream_writer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -20,48 +20,17 @@ constexpr double psnr_slack = 10;
 constexpr double exact_enough = 60;         // dB: a sample better than this promises nothing for other frames
 constexpr double reprojection_slack = 1e-6; // pixels; cameras are carried bit for bit
 
-// Lattice and texture indices; the latter 0 without an atlas.
-using Point = std::array<int32_t, 5>;
-using Triangle = std::array<Point, 3>;
-
-Point point_of(const fvv_mesh &mesh, uint32_t vertex) {
-  const int32_t *p = mesh.positions + 3 * size_t(vertex);
-  if (!mesh.texture) return {p[0], p[1], p[2], 0, 0};
-  const uint32_t *t = mesh.texture + 2 * size_t(vertex);
-  return {p[0], p[1], p[2], int32_t(t[0]), int32_t(t[1])};
-}
-
-std::vector<Point> sorted_points(const fvv_mesh &mesh) {
-  std::vector<Point> points;
-  for (uint32_t v = 0; v < mesh.vertex_count; v++) points.push_back(point_of(mesh, v));
-  std::sort(points.begin(), points.end());
-  return points;
-}
-
-// Decoders may number vertices and faces otherwise and begin a face at another corner.
-std::vector<Triangle> sorted_triangles(const fvv_mesh &mesh) {
-  std::vector<Triangle> triangles;
-  for (uint32_t f = 0; f < mesh.face_count; f++) {
-    const uint32_t *corners = mesh.faces + 3 * size_t(f);
-    Triangle t = {point_of(mesh, corners[0]), point_of(mesh, corners[1]), point_of(mesh, corners[2])};
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    triangles.push_back(t);
-  }
-  std::sort(triangles.begin(), triangles.end());
-  return triangles;
-}
-
 struct GroupVerdict {
   size_t meshes = 0;
-  double max_vertex_error = 0, max_texture_error = 0;
+  MeshVerdict mesh;
   std::vector<VideoVerdict> videos;
 };
 
 // Reads with a handle of its own, so that several may run at once.
 class Reader {
 public:
-  Reader(const Plan &chosen, const cli::InputFile &file)
-      : plan(chosen), name(file.path()), stream(nullptr, fvv_stream_close) {
+  Reader(const Plan &chosen, const std::vector<MeshOrigins> &told, const cli::InputFile &file)
+      : plan(chosen), origins(told), name(file.path()), stream(nullptr, fvv_stream_close) {
     const fvv_input input = file.input();
     fvv_stream *opened = nullptr;
     const fvv_status status = fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic);
@@ -113,50 +82,14 @@ private:
   }
 
   void mesh(size_t frame, GroupVerdict &verdict) {
-    MeshHolder expected, decoded;
-    MeshFrame unused;
-    const capture::Mesh source = load_canonical(plan, frame, expected.mesh, unused);
+    MeshHolder decoded;
     check(fvv_stream_mesh(stream.get(), frame, mesh_track, &decoded.mesh, &diagnostic), frame, "mesh");
-    if (decoded.mesh.texture_bits != plan.texture_bits)
-      fail(frame, "the decoded mesh has texture coordinates of " + std::to_string(decoded.mesh.texture_bits) +
-                      " bits, expected " + std::to_string(plan.texture_bits));
-    if (sorted_triangles(decoded.mesh) != sorted_triangles(expected.mesh))
-      fail(frame, "the decoded mesh has other faces than " +
-                      plan.capture.mesh_path(plan.capture.frames.number(int64_t(frame))));
-    compare(source, decoded.mesh, frame, verdict);
-    verdict.meshes++;
-  }
-
-  // By clauses 8.2 and 8.6 and the source alone, without the canonicaliser: every decoded vertex must be the
-  // lattice point of a source vertex, and have its texture indices.
-  void compare(const capture::Mesh &source, const fvv_mesh &decoded, size_t frame,
-               GroupVerdict &verdict) const {
-    const capture::Lattice &lattice = plan.lattice.lattice;
-    const double texture_steps = std::ldexp(1.0, int(plan.texture_bits));
-    const std::vector<Point> points = sorted_points(decoded);
-    std::vector<bool> met(points.size());
-    for (size_t v = 0; v < source.vertex_count(); v++) {
-      const double *x = &source.positions[3 * v];
-      const double *uv = source.texture.empty() ? nullptr : &source.texture[2 * v];
-      Point point = {};
-      for (size_t k = 0; uv && k < 2; k++)
-        point[3 + k] = int32_t(std::nearbyint(std::clamp(uv[k], 0.0, 1.0) * texture_steps));
-      for (size_t k = 0; k < 3; k++)
-        point[k] = int32_t(std::nearbyint((x[k] - lattice.origin[k]) / lattice.step));
-      const auto range = std::equal_range(points.begin(), points.end(), point);
-      if (range.first == range.second) continue; // the canonicaliser dropped it with its faces
-      std::fill(met.begin() + (range.first - points.begin()), met.begin() + (range.second - points.begin()),
-                true);
-      double metres[3];
-      fvv_lattice_to_metres(lattice.origin, lattice.step, point.data(), metres);
-      for (size_t k = 0; k < 3; k++)
-        verdict.max_vertex_error = std::max(verdict.max_vertex_error, std::abs(x[k] - metres[k]));
-      for (size_t k = 0; uv && k < 2; k++)
-        verdict.max_texture_error =
-            std::max(verdict.max_texture_error, std::abs(uv[k] - point[3 + k] / texture_steps));
+    try {
+      verdict.mesh.add(verify_mesh(plan, frame, decoded.mesh, origins[frame]));
+    } catch (const MeshMismatch &mismatch) {
+      fail(frame, mismatch.what());
     }
-    if (std::find(met.begin(), met.end(), false) != met.end())
-      fail(frame, "a decoded vertex is no vertex of the source");
+    verdict.meshes++;
   }
 
   VideoVerdict pictures(size_t index, const VideoTrack &track) {
@@ -210,6 +143,7 @@ private:
   }
 
   const Plan &plan;
+  const std::vector<MeshOrigins> &origins;
   const std::string name;
   fvv_diagnostic diagnostic = {};
   std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream;
@@ -244,11 +178,11 @@ void VideoVerdict::add(const VideoVerdict &other) {
   min_psnr = std::min(min_psnr, other.min_psnr);
 }
 
-Verdict verify(const Plan &plan) {
+Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins) {
   const cli::InputFile file(plan.options.output);
   Verdict verdict;
   verdict.videos.resize(plan.tracks.size());
-  Reader reader(plan, file);
+  Reader reader(plan, origins, file);
   const fvv_configuration &configuration = reader.whole();
   for (const capture::Camera &camera : plan.capture.cameras) {
     const fvv_camera &ours = camera.calibration;
@@ -265,11 +199,10 @@ Verdict verify(const Plan &plan) {
   std::vector<GroupVerdict> groups(plan.group_count());
   cli::Progress progress("fvvmux: verifying " + file.path(), plan.frame_count());
   run_ordered(
-      plan.options.threads, group_of, [&](size_t i) { groups[i] = Reader(plan, file).group(i); },
+      plan.options.threads, group_of, [&](size_t i) { groups[i] = Reader(plan, origins, file).group(i); },
       [&](size_t i) {
         verdict.meshes += groups[i].meshes;
-        verdict.max_vertex_error = std::max(verdict.max_vertex_error, groups[i].max_vertex_error);
-        verdict.max_texture_error = std::max(verdict.max_texture_error, groups[i].max_texture_error);
+        verdict.mesh.add(groups[i].mesh);
         for (size_t k = 0; k < plan.tracks.size(); k++) verdict.videos[k].add(groups[i].videos[k]);
         progress.step(plan.frames_of(i));
       });

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "fvv_media/image.h"
-#include "fvvmux/plan.h"
+#include "fvvmux/verify_mesh.h"
 
 #include <cmath>
 
@@ -20,16 +20,14 @@ struct VideoVerdict {
 struct Verdict {
   size_t meshes = 0, cameras = 0;
   std::vector<VideoVerdict> videos; // as Plan::tracks
-  double max_vertex_error =
-      0; // metres: largest difference of a coordinate between a source vertex and its decoded one
-  double max_texture_error = 0; // likewise, in sides of the atlas
-  double max_reprojection = 0;  // pixels between a point's pixels in the capture's and the stream's camera
+  MeshVerdict mesh;
+  double max_reprojection = 0; // pixels between a point's pixels in the capture's and the stream's camera
 };
 
-// plan.options.output was written by plan. Throws cli::Failure, naming file and frame, when a frame is
-// missing or does not decode, when a mesh has other vertices or faces than the canonical source on the
-// lattice or other texture indices, when a picture is more than 10 dB worse than the sample by which the
-// quality was judged, when a camera projects elsewhere.
-Verdict verify(const Plan &plan);
+// plan.options.output was written by plan; origins: of each frame, unless there are no meshes. Throws
+// cli::Failure, naming file and frame, when a frame is missing or does not decode, when a mesh is not that of
+// the source (verify_mesh.h), when a picture is more than 10 dB worse than the sample by which the quality
+// was judged, when a camera projects elsewhere.
+Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins);
 
 } // namespace fvv::mux

@@ -139,6 +139,10 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode_mapped(const fvv_mesh *mesh, uin
                                                        fvv_mesh *decoded, uint32_t *vertices,
                                                        fvv_diagnostic *diagnostic);
 
+/* "raw", "draco", "delta" and so on, the names of clause 8.3; NULL for a profile that has none. */
+FVV_API const char *fvv_mesh_profile_name(uint8_t profile);
+enum { FVV_MESH_PROFILE_COUNT = 5 };
+
 /* What a MESH payload declares, read without decoding. */
 typedef struct fvv_mesh_header {
   uint8_t profile; /* FVV_MESH_... */

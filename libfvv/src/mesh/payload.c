@@ -16,6 +16,11 @@
 #include "mesh/payload.h"
 #include "mesh/storage.h"
 
+const char *fvv_mesh_profile_name(uint8_t profile) {
+  static const char *const names[FVV_MESH_PROFILE_COUNT] = {"raw", "draco", "delta", "field", "fast"};
+  return profile < FVV_MESH_PROFILE_COUNT ? names[profile] : NULL;
+}
+
 /* Bytes of the raw profile. */
 static uint64_t raw_size(uint32_t vertices, uint32_t faces, int texture) {
   return (texture ? 20 : 12) * (uint64_t)vertices + 12 * (uint64_t)faces;

@@ -156,6 +156,8 @@ static fvv_status find_track(fvv_checker *c, uint16_t id, checked_track **track)
 static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
   t->vertices += header->vertex_count;
   t->faces += header->face_count;
+  t->profile_chunks[header->profile]++;
+  t->profile_bytes[header->profile] += FVV_MESH_SIZE + header->data_size;
   if (header->vertex_count < t->min_vertices) t->min_vertices = header->vertex_count;
   if (header->vertex_count > t->max_vertices) t->max_vertices = header->vertex_count;
   if (header->face_count < t->min_faces) t->min_faces = header->face_count;

@@ -1,0 +1,227 @@
+#include "fvvmux/meshes.h"
+
+#include "cli/cli.h"
+#include "fvvmux/connectivity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace fvv::mux {
+
+namespace {
+
+struct BytesHolder {
+  fvv_bytes bytes = {};
+  ~BytesHolder() { fvv_bytes_free(&bytes); }
+  std::vector<uint8_t> copy() const { return {bytes.data, bytes.data + bytes.size}; }
+};
+
+std::string name_of(const Plan &plan, size_t i) {
+  const int64_t number = plan.capture.frames.number(int64_t(i));
+  return plan.capture.mesh_path(number) + ": frame " + std::to_string(number);
+}
+
+fvv_mesh_source borrow(const capture::Mesh &mesh) {
+  return {mesh.positions.data(), mesh.faces.data(), mesh.vertex_count(), mesh.face_count(),
+          mesh.texture.empty() ? nullptr : mesh.texture.data()};
+}
+
+fvv_mesh_options options_of(const Plan &plan) {
+  fvv_mesh_options options;
+  fvv_mesh_options_default(&options);
+  std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);
+  options.lattice_step = plan.lattice.lattice.step;
+  options.min_component_faces = plan.options.min_component;
+  options.texture_bits = plan.texture_bits;
+  return options;
+}
+
+MeshFrame encode_alone(const Plan &plan, size_t i, const capture::Mesh &source,
+                       const capture::MeshReport &report) {
+  MeshFrame frame;
+  frame.source = report;
+  MeshHolder holder;
+  canonicalise(plan, i, source, holder.mesh, frame.report);
+  BytesHolder payload;
+  fvv_diagnostic diagnostic = {};
+  cli::check(fvv_mesh_encode(&holder.mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
+                             &payload.bytes, &diagnostic),
+             name_of(plan, i), diagnostic);
+  frame.payload = payload.copy();
+  return frame;
+}
+
+struct Loaded {
+  capture::Mesh mesh;
+  capture::MeshReport report;
+};
+
+Loaded load(const Plan &plan, size_t i) {
+  Loaded loaded;
+  loaded.mesh = load_source(plan, i, loaded.report);
+  return loaded;
+}
+
+// Frames from one source on whose connectivity is the same.
+class Run {
+public:
+  // Of one frame.
+  Run(const Plan &chosen, size_t i, Loaded &&begin)
+      : plan(chosen), first(i), loaded(1), source(std::move(begin.mesh)) {
+    loaded[0].source = begin.report;
+  }
+
+  size_t size() const { return loaded.size(); }
+
+  // Takes frame first + size() when it belongs to the run.
+  bool extend(const Loaded &candidate) {
+    Later next;
+    next.source = candidate.report;
+    const size_t i = first + size();
+    const capture::Mesh &mesh = candidate.mesh;
+    const std::optional<std::vector<uint32_t>> there = same_connectivity(source, mesh);
+    if (!there) return false;
+    std::vector<double> positions(source.positions.size());
+    for (size_t k = 0; k < positions.size(); k++)
+      positions[k] = mesh.positions[3 * size_t((*there)[k / 3]) + k % 3];
+    next.order = *there;
+    next.lattice.resize(positions.size());
+    const capture::Lattice &lattice = plan.lattice.lattice;
+    fvv_diagnostic diagnostic = {};
+    cli::check(fvv_lattice_from_metres(lattice.origin, lattice.step, positions.data(), source.vertex_count(),
+                                       next.lattice.data(), &diagnostic),
+               name_of(plan, i), diagnostic);
+    for (size_t v = 0; v < source.vertex_count(); v++) {
+      double metres[3];
+      fvv_lattice_to_metres(lattice.origin, lattice.step, &next.lattice[3 * v], metres);
+      for (size_t k = 0; k < 3; k++)
+        next.rounding = std::max(next.rounding, std::abs(metres[k] - positions[3 * v + k]));
+    }
+    loaded.push_back(std::move(next));
+    return true;
+  }
+
+  // Key and as many delta frames as pay; at least one frame.
+  std::vector<MeshFrame> encode() {
+    if (size() == 1) return {encode_alone(plan, first, source, loaded[0].source)};
+    std::vector<const int32_t *> later;
+    for (size_t i = 1; i < size(); i++) later.push_back(loaded[i].lattice.data());
+    const fvv_mesh_source borrowed = borrow(source);
+    const fvv_mesh_options options = options_of(plan);
+    std::vector<MeshFrame> frames(1);
+    frames[0].source = loaded[0].source;
+    frames[0].report.struct_size = sizeof frames[0].report;
+    fvv_diagnostic diagnostic = {};
+    MeshHolder mesh, decoded;
+    std::vector<uint32_t> mesh_of(source.vertex_count());
+    cli::check(fvv_mesh_canonicalise_run(&borrowed, later.data(), later.size(), &options, nullptr, &mesh.mesh,
+                                         mesh_of.data(), &frames[0].report, &diagnostic),
+               name_of(plan, first), diagnostic);
+    std::vector<uint32_t> coded(3 * size_t(mesh.mesh.face_count));
+    BytesHolder payload;
+    cli::check(fvv_mesh_encode_mapped(&mesh.mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
+                                      &payload.bytes, &decoded.mesh, coded.data(), &diagnostic),
+               name_of(plan, first), diagnostic);
+    frames[0].payload = payload.copy();
+    frames[0].origins = origins_of(mesh_of, coded, decoded.mesh.vertex_count, mesh.mesh.vertex_count);
+    follow(decoded.mesh, frames);
+    return frames;
+  }
+
+private:
+  struct Later {
+    capture::MeshReport source;
+    std::vector<int32_t> lattice; // in the order of the first frame's vertices
+    std::vector<uint32_t> order;  // vertex of the first frame -> vertex of this one
+    double rounding = 0;          // metres, by which the lattice differs from the file
+  };
+
+  // Of the vertices that were welded the first stands for all.
+  static std::shared_ptr<const std::vector<uint32_t>> origins_of(const std::vector<uint32_t> &mesh_of,
+                                                                 const std::vector<uint32_t> &coded,
+                                                                 size_t decoded_count, size_t mesh_count) {
+    std::vector<uint32_t> source_of(mesh_count);
+    for (size_t v = mesh_of.size(); v-- > 0;)
+      if (mesh_of[v] != UINT32_MAX) source_of[mesh_of[v]] = uint32_t(v);
+    auto origins = std::make_shared<std::vector<uint32_t>>(decoded_count);
+    for (size_t v = 0; v < decoded_count; v++) (*origins)[v] = source_of[coded[v]];
+    return origins;
+  }
+
+  void follow(const fvv_mesh &key, std::vector<MeshFrame> &frames) const {
+    fvv_diagnostic diagnostic = {};
+    fvv_mesh_sequence *opened = nullptr;
+    const fvv_status status = fvv_mesh_sequence_open(&key, nullptr, &opened, &diagnostic);
+    const std::unique_ptr<fvv_mesh_sequence, void (*)(fvv_mesh_sequence *)> sequence(opened,
+                                                                                     fvv_mesh_sequence_close);
+    cli::check(status, name_of(plan, first), diagnostic);
+    const std::vector<uint32_t> origins = *frames[0].origins;
+    fvv_mesh_delta_options options;
+    fvv_mesh_delta_options_default(&options);
+    options.max_error = plan.lattice.delta_error;
+    BytesHolder payload;
+    for (size_t i = 1; i < size(); i++) {
+      std::vector<int32_t> wanted(3 * origins.size());
+      for (size_t k = 0; k < wanted.size(); k++)
+        wanted[k] = loaded[i].lattice[3 * size_t(origins[k / 3]) + k % 3];
+      cli::check(
+          fvv_mesh_sequence_encode(sequence.get(), wanted.data(), &options, &payload.bytes, &diagnostic),
+          name_of(plan, first + i), diagnostic);
+      uint32_t off = 0;
+      const int32_t *got = fvv_mesh_sequence_mesh(sequence.get())->positions;
+      for (size_t k = 0; k < wanted.size(); k++) off = std::max(off, uint32_t(std::abs(got[k] - wanted[k])));
+      if (off > options.max_error || payload.bytes.size >= frames[0].payload.size()) return;
+      MeshFrame frame;
+      frame.key = false;
+      frame.source = loaded[i].source;
+      frame.report = frames[0].report;
+      frame.report.max_error = loaded[i].rounding + off * plan.lattice.lattice.step;
+      frame.payload = payload.copy();
+      auto own = std::make_shared<std::vector<uint32_t>>(origins);
+      for (uint32_t &vertex : *own) vertex = loaded[i].order[vertex];
+      frame.origins = *own == origins ? frames[0].origins : own;
+      frames.push_back(std::move(frame));
+    }
+  }
+
+  const Plan &plan;
+  size_t first;
+  std::vector<Later> loaded; // of the first frame no more than what its file gave
+  capture::Mesh source;
+};
+
+} // namespace
+
+capture::Mesh load_source(const Plan &plan, size_t i, capture::MeshReport &report) {
+  return capture::load_mesh(plan.capture, plan.capture.frames.number(int64_t(i)), nullptr, &report);
+}
+
+void canonicalise(const Plan &plan, size_t i, const capture::Mesh &source, fvv_mesh &mesh,
+                  fvv_mesh_report &report) {
+  const fvv_mesh_source borrowed = borrow(source);
+  const fvv_mesh_options options = options_of(plan);
+  report.struct_size = sizeof report;
+  fvv_diagnostic diagnostic = {};
+  cli::check(fvv_mesh_canonicalise(&borrowed, &options, nullptr, &mesh, &report, &diagnostic),
+             name_of(plan, i), diagnostic);
+}
+
+std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count) {
+  std::vector<MeshFrame> frames;
+  std::optional<Loaded> next; // of the frame behind those in frames, when it was looked at already
+  while (frames.size() < count) {
+    const size_t begin = first + frames.size();
+    Run run(plan, begin, next ? std::move(*next) : load(plan, begin));
+    for (next.reset(); begin + run.size() < first + count; next.reset()) {
+      next = load(plan, begin + run.size());
+      if (!run.extend(*next)) break;
+    }
+    std::vector<MeshFrame> coded = run.encode();
+    if (coded.size() < run.size()) next.reset();
+    std::move(coded.begin(), coded.end(), std::back_inserter(frames));
+  }
+  return frames;
+}
+
+} // namespace fvv::mux

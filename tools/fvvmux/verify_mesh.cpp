@@ -1,0 +1,189 @@
+#include "fvvmux/verify_mesh.h"
+
+#include "fvvmux/meshes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace fvv::mux {
+
+namespace {
+
+// Lattice and texture indices; the latter 0 without an atlas.
+using Point = std::array<int32_t, 5>;
+using Triangle = std::array<Point, 3>;
+
+Point point_of(const fvv_mesh &mesh, uint32_t vertex) {
+  const int32_t *p = mesh.positions + 3 * size_t(vertex);
+  if (!mesh.texture) return {p[0], p[1], p[2], 0, 0};
+  const uint32_t *t = mesh.texture + 2 * size_t(vertex);
+  return {p[0], p[1], p[2], int32_t(t[0]), int32_t(t[1])};
+}
+
+// By clauses 8.2 and 8.6 alone, without the canonicaliser.
+std::vector<Point> points_of(const Plan &plan, const capture::Mesh &source) {
+  const capture::Lattice &lattice = plan.lattice.lattice;
+  const double texture_steps = std::ldexp(1.0, int(plan.texture_bits));
+  std::vector<Point> points(source.vertex_count());
+  for (size_t v = 0; v < points.size(); v++) {
+    for (size_t k = 0; k < 3; k++)
+      points[v][k] =
+          int32_t(std::nearbyint((source.positions[3 * v + k] - lattice.origin[k]) / lattice.step));
+    for (size_t k = 0; plan.texture_bits && k < 2; k++)
+      points[v][3 + k] =
+          int32_t(std::nearbyint(std::clamp(source.texture[2 * v + k], 0.0, 1.0) * texture_steps));
+  }
+  return points;
+}
+
+// How far a point is from where vertex v of the source lies.
+void measure(const Plan &plan, const capture::Mesh &source, size_t v, const Point &point,
+             MeshVerdict &verdict) {
+  const capture::Lattice &lattice = plan.lattice.lattice;
+  double metres[3];
+  fvv_lattice_to_metres(lattice.origin, lattice.step, point.data(), metres);
+  for (size_t k = 0; k < 3; k++)
+    verdict.max_vertex_error =
+        std::max(verdict.max_vertex_error, std::abs(source.positions[3 * v + k] - metres[k]));
+  for (size_t k = 0; plan.texture_bits && k < 2; k++)
+    verdict.max_texture_error =
+        std::max(verdict.max_texture_error,
+                 std::abs(source.texture[2 * v + k] - std::ldexp(point[3 + k], -int(plan.texture_bits))));
+}
+
+// Decoders may number vertices and faces otherwise and begin a face at another corner.
+Triangle begun_at_least(Triangle t) {
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return t;
+}
+
+std::vector<Triangle> sorted_triangles(const fvv_mesh &mesh) {
+  std::vector<Triangle> triangles;
+  for (uint32_t f = 0; f < mesh.face_count; f++) {
+    const uint32_t *corners = mesh.faces + 3 * size_t(f);
+    triangles.push_back(
+        begun_at_least({point_of(mesh, corners[0]), point_of(mesh, corners[1]), point_of(mesh, corners[2])}));
+  }
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+MeshVerdict verify_alone(const Plan &plan, size_t frame, const capture::Mesh &source,
+                         const fvv_mesh &decoded) {
+  MeshHolder expected;
+  fvv_mesh_report unused;
+  canonicalise(plan, frame, source, expected.mesh, unused);
+  if (sorted_triangles(decoded) != sorted_triangles(expected.mesh))
+    throw MeshMismatch("the decoded mesh has other faces than " +
+                       plan.capture.mesh_path(plan.capture.frames.number(int64_t(frame))));
+  std::vector<Point> found;
+  for (uint32_t v = 0; v < decoded.vertex_count; v++) found.push_back(point_of(decoded, v));
+  std::sort(found.begin(), found.end());
+  std::vector<bool> met(found.size());
+  const std::vector<Point> points = points_of(plan, source);
+  MeshVerdict verdict;
+  for (size_t v = 0; v < points.size(); v++) {
+    const auto range = std::equal_range(found.begin(), found.end(), points[v]);
+    if (range.first == range.second) continue; // the canonicaliser dropped it with its faces
+    std::fill(met.begin() + (range.first - found.begin()), met.begin() + (range.second - found.begin()),
+              true);
+    measure(plan, source, v, points[v], verdict);
+  }
+  if (std::find(met.begin(), met.end(), false) != met.end())
+    throw MeshMismatch("a decoded vertex is no vertex of the source");
+  return verdict;
+}
+
+bool has_area(const Triangle &t) {
+  int64_t u[3], v[3];
+  for (size_t k = 0; k < 3; k++) {
+    u[k] = int64_t(t[1][k]) - t[0][k];
+    v[k] = int64_t(t[2][k]) - t[0][k];
+  }
+  return u[1] * v[2] != u[2] * v[1] || u[2] * v[0] != u[0] * v[2] || u[0] * v[1] != u[1] * v[0];
+}
+
+// The faces of the decoded mesh as triangles of the source, which they must be, and the other way round.
+void compare_faces(const Plan &plan, const capture::Mesh &source, const std::vector<Point> &points,
+                   const fvv_mesh &decoded, const MeshOrigins &origins) {
+  std::vector<Triangle> wanted, found;
+  for (size_t f = 0; f < source.face_count(); f++) {
+    const uint32_t *corners = &source.faces[3 * f];
+    wanted.push_back(begun_at_least({points[corners[0]], points[corners[1]], points[corners[2]]}));
+  }
+  const std::vector<uint32_t> &origin = *origins.vertices;
+  for (uint32_t f = 0; f < decoded.face_count; f++) {
+    const uint32_t *corners = decoded.faces + 3 * size_t(f);
+    found.push_back(
+        begun_at_least({points[origin[corners[0]]], points[origin[corners[1]]], points[origin[corners[2]]]}));
+  }
+  std::sort(wanted.begin(), wanted.end());
+  std::sort(found.begin(), found.end());
+  const auto has = [](const std::vector<Triangle> &all, const Triangle &t) {
+    return std::binary_search(all.begin(), all.end(), t);
+  };
+  const auto turned = [](const Triangle &t) { return begun_at_least({t[0], t[2], t[1]}); };
+  size_t flipped = 0;
+  for (const Triangle &t : found) {
+    if (has(wanted, t)) continue;
+    if (!has(wanted, turned(t))) throw MeshMismatch("a decoded face is none of the source's");
+    flipped += has_area(t);
+  }
+  if (flipped > origins.flipped_faces)
+    throw MeshMismatch(std::to_string(flipped) + " decoded faces are turned round, the encoder turned " +
+                       std::to_string(origins.flipped_faces));
+  if (plan.options.min_component) return; // specks are missing
+  for (const Triangle &t : wanted)
+    if (has_area(t) && !has(found, t) && !has(found, turned(t)))
+      throw MeshMismatch("a face of the source is missing");
+}
+
+MeshVerdict verify_run(const Plan &plan, const capture::Mesh &source, const fvv_mesh &decoded,
+                       const MeshOrigins &origins) {
+  const std::vector<uint32_t> &origin = *origins.vertices;
+  if (origin.size() != decoded.vertex_count)
+    throw MeshMismatch("expected " + std::to_string(origin.size()) + " vertices, found " +
+                       std::to_string(decoded.vertex_count));
+  const std::vector<Point> points = points_of(plan, source);
+  MeshVerdict verdict;
+  for (uint32_t v = 0; v < decoded.vertex_count; v++) {
+    const Point point = point_of(decoded, v);
+    if (point[3] != points.at(origin[v])[3] || point[4] != points[origin[v]][4])
+      throw MeshMismatch("decoded vertex " + std::to_string(v) +
+                         " has other texture coordinates than vertex " + std::to_string(origin[v]) +
+                         " of the source");
+    MeshVerdict one;
+    measure(plan, source, origin[v], point, one);
+    if (one.max_vertex_error > plan.lattice.error() * (1 + 1e-9)) {
+      char text[160];
+      std::snprintf(text, sizeof text,
+                    "decoded vertex %u is %g off vertex %u of the source, expected at most %g", v,
+                    one.max_vertex_error, origin[v], plan.lattice.error());
+      throw MeshMismatch(text);
+    }
+    verdict.add(one);
+  }
+  compare_faces(plan, source, points, decoded, origins);
+  return verdict;
+}
+
+} // namespace
+
+void MeshVerdict::add(const MeshVerdict &other) {
+  max_vertex_error = std::max(max_vertex_error, other.max_vertex_error);
+  max_texture_error = std::max(max_texture_error, other.max_texture_error);
+}
+
+MeshVerdict verify_mesh(const Plan &plan, size_t frame, const fvv_mesh &decoded, const MeshOrigins &origins) {
+  if (decoded.texture_bits != plan.texture_bits)
+    throw MeshMismatch("the decoded mesh has texture coordinates of " + std::to_string(decoded.texture_bits) +
+                       " bits, expected " + std::to_string(plan.texture_bits));
+  capture::MeshReport unused;
+  const capture::Mesh source = load_source(plan, frame, unused);
+  return origins.vertices ? verify_run(plan, source, decoded, origins)
+                          : verify_alone(plan, frame, source, decoded);
+}
+
+} // namespace fvv::mux
