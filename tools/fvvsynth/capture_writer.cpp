@@ -3,6 +3,7 @@
 
 #include "cli/parallel.h"
 #include "fvv_media/image.h"
+#include "fvvsynth/atlas.h"
 #include "fvvsynth/remesh.h"
 #include "fvvsynth/truth.h"
 #include "hull/hull.h"
@@ -19,7 +20,8 @@ namespace fvv::synth {
 namespace {
 
 constexpr uint32_t samples = 3;
-constexpr double remesh_cell = 0.0203; // metres: about as many triangles as the tracked mesh
+constexpr const char *atlas_file = "atlas.png"; // one for all frames
+constexpr double remesh_cell = 0.0203;          // metres: about as many triangles as the tracked mesh
 using Json = nlohmann::ordered_json;
 
 std::string numbered(const char *before, size_t number, const char *after) {
@@ -51,17 +53,28 @@ void append(std::vector<uint8_t> &out, uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) out.push_back(uint8_t(value >> shift));
 }
 
-std::vector<uint8_t> ply(const std::vector<float> &positions, const std::vector<uint32_t> &faces) {
+void append(std::vector<uint8_t> &out, float value) {
+  uint32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  append(out, bits);
+}
+
+// layout: of the texture coordinates, for all vertices; NULL: none.
+std::vector<uint8_t> ply(const std::vector<float> &positions, const std::vector<uint32_t> &faces,
+                         const Layout *layout) {
   const std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(positions.size() / 3) +
-      "\nproperty float x\nproperty float y\nproperty float z\nelement face " +
+      "\nproperty float x\nproperty float y\nproperty float z\n" +
+      (layout ? "property float s\nproperty float t\n" : "") + "element face " +
       std::to_string(faces.size() / 3) + "\nproperty list uchar int vertex_indices\nend_header\n";
   std::vector<uint8_t> out(header.begin(), header.end());
-  out.reserve(out.size() + positions.size() * 4 + faces.size() / 3 * 13);
-  for (const float value : positions) {
-    uint32_t bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    append(out, bits);
+  out.reserve(out.size() + positions.size() / 3 * (layout ? 20 : 12) + faces.size() / 3 * 13);
+  for (size_t vertex = 0; vertex < positions.size() / 3; vertex++) {
+    for (size_t axis = 0; axis < 3; axis++) append(out, positions[3 * vertex + axis]);
+    if (!layout) continue;
+    // t points up.
+    append(out, float(layout->texels[vertex][0] / layout->size));
+    append(out, float(1 - layout->texels[vertex][1] / layout->size));
   }
   for (size_t i = 0; i < faces.size(); i += 3) {
     out.push_back(3);
@@ -131,15 +144,17 @@ Json description(const Scene &scene, const Recording &recording) {
     cameras.push_back(entry);
     number++;
   }
-  return {{"fvv_capture", 1},
-          {"name", "players"},
-          {"frame_rate", rate_text(recording.rate)},
-          {"frames", {{"first", 0}, {"count", recording.frames}}},
-          {"units", "metres"},
-          {"up", "+y"},
-          {"conventions", {{"pixel_centre", 0.5}}},
-          {"meshes", {{"pattern", "meshes/%04d.ply"}}},
-          {"cameras", cameras}};
+  Json out = {{"fvv_capture", 1},
+              {"name", "players"},
+              {"frame_rate", rate_text(recording.rate)},
+              {"frames", {{"first", 0}, {"count", recording.frames}}},
+              {"units", "metres"},
+              {"up", "+y"},
+              {"conventions", {{"pixel_centre", 0.5}}},
+              {"meshes", {{"pattern", "meshes/%04d.ply"}}}};
+  if (recording.atlas) out["atlas"] = {{"pictures", atlas_file}};
+  out["cameras"] = cameras;
+  return out;
 }
 
 void write_png(const std::string &path, const render::Picture &picture, int channels,
@@ -184,6 +199,11 @@ FrameRate parse_frame_rate(const std::string &text) {
 
 void write_capture(const Scene &scene, const Recording &recording, const cli::OutputFolder &folder) {
   const Grid grid = hull_grid(recording.hull_cells);
+  std::optional<Atlas> atlas;
+  if (recording.atlas) {
+    atlas = make_atlas(scene, recording.atlas, recording.threads);
+    write_bytes(folder.file(atlas_file), media::encode_png(atlas->picture));
+  }
   cli::Progress progress("frames", recording.frames);
   const auto frame = [&](size_t number) {
     const Filming filming(scene, recording.realism, recording.rate, number);
@@ -204,9 +224,13 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
     }
     const std::string path = folder.file(numbered("meshes/", number, ".ply"));
     const auto write_mesh = [&](const std::vector<float> &points, const std::vector<uint32_t> &faces) {
-      write_bytes(path, ply(points, faces));
+      if (atlas)
+        write_bytes(path, ply(atlas->opened(points, 3), atlas->layout.faces, &atlas->layout));
+      else
+        write_bytes(path, ply(points, faces, nullptr));
       if (!recording.visibility) return;
-      const VisibilityFiles seen = visibility_files(cameras, points, faces);
+      const VisibilityFiles seen =
+          visibility_files(cameras, points, faces, atlas ? &atlas->layout.source : nullptr);
       write_bytes(folder.file(numbered("visibility/faces_", number, ".npy")), seen.faces);
       write_bytes(folder.file(numbered("visibility/vertices_", number, ".npy")), seen.vertices);
     };

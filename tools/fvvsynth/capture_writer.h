@@ -23,9 +23,11 @@ struct Recording {
   Realism realism;
   Meshes meshes = Meshes::tracked;
   uint32_t hull_cells = 220; // along the longest side of the space that hulls are carved from
-  bool depth = false;        // of every picture, beside it
-  bool visibility = false;   // of every written mesh: what each camera sees of it
-  uint32_t threads = 1;      // the bytes written do not depend on it
+  // Texels of each side of the texture map that tracked meshes have texture coordinates for; 0: none.
+  uint32_t atlas = 0;
+  bool depth = false;      // of every picture, beside it
+  bool visibility = false; // of every written mesh: what each camera sees of it
+  uint32_t threads = 1;    // the bytes written do not depend on it
 };
 
 // The grid that hulls are carved from: over the space of the action, with so many cells along its longest
@@ -33,7 +35,7 @@ struct Recording {
 hull::Grid hull_grid(size_t cells);
 
 // Writes frames 0 ... frames - 1 into folder. Failure names the file that could not be written, or the frame
-// whose hull is empty.
+// whose hull is empty. std::invalid_argument: see make_atlas (atlas.h).
 void write_capture(const Scene &scene, const Recording &recording, const cli::OutputFolder &folder);
 
 } // namespace fvv::synth

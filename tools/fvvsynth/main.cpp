@@ -1,5 +1,6 @@
 // fvvsynth: writes a made-up capture, so that a fresh machine needs no data. Argument parsing only.
 #include "cli/cli.h"
+#include "fvvsynth/atlas.h"
 #include "fvvsynth/capture_writer.h"
 #include "hull/hull.h"
 
@@ -34,7 +35,8 @@ int main(int argc, char **argv) {
   std::string output, size, rig = "studio", rate = "25", meshes = "tracked";
   fvv::synth::Settings settings;
   fvv::synth::Recording recording;
-  bool force = false, realistic = false;
+  bool force = false, realistic = false, atlas = false;
+  uint32_t atlas_size = fvv::synth::default_atlas_size;
   settings.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 64u);
   app.add_option("-o,--output", output, "Folder to write")->required()->type_name("DIR");
   app.add_option("--seed", settings.seed, "Chooses looks, places and cameras")->capture_default_str();
@@ -59,6 +61,11 @@ int main(int argc, char **argv) {
       ->check(CLI::IsMember(mesh_kinds))
       ->capture_default_str()
       ->type_name("tracked|remeshed|hull");
+  app.add_flag("--atlas", atlas,
+               "Tracked meshes have texture coordinates, and atlas.png has their colours, without light");
+  const auto *atlas_side = app.add_option("--atlas-size", atlas_size, "Width and height of atlas.png")
+                               ->check(CLI::IsMember({512, 1024, 2048}))
+                               ->capture_default_str();
   const auto *hull_cells =
       app.add_option("--hull-cells", recording.hull_cells,
                      "Cells along the longest side of the hull's grid; default 220, studio 236")
@@ -106,6 +113,12 @@ int main(int argc, char **argv) {
       throw fvv::cli::Failure("--meshes hull: expected 3 cameras or more, found --cameras " +
                                   std::to_string(settings.cameras),
                               fvv::cli::usage);
+    if (atlas && recording.meshes != fvv::synth::Meshes::tracked)
+      throw fvv::cli::Failure("--atlas: expected with --meshes tracked only, found --meshes " + meshes,
+                              fvv::cli::usage);
+    if (!atlas && atlas_side->count() > 0)
+      throw fvv::cli::Failure("--atlas-size: expected with --atlas only", fvv::cli::usage);
+    if (atlas) recording.atlas = atlas_size;
     if (settings.rig == fvv::synth::RigKind::studio && cameras->count() > 0)
       throw fvv::cli::Failure("--cameras: expected with --rig small only, the studio has 13",
                               fvv::cli::usage);

@@ -135,15 +135,17 @@ Moment Scene::at(double seconds) const {
   return moment;
 }
 
+render::Reflectance Scene::reflectance(uint32_t face, Vec3 at) const {
+  if (face < face_count[0]) return player_reflectance(looks[0], at);
+  if (face < face_count[0] + face_count[1]) return player_reflectance(looks[1], at);
+  return ball_reflectance(at, ball_key);
+}
+
 render::LitPicture Scene::light(size_t number, const Moment &moment, render::SampleBuffer &buffer,
                                 std::optional<uint32_t> part) const {
   const render::Mesh mesh = {moment.positions.data(), vertex_count(), all_faces.data(), all_faces.size() / 3};
   const render::Attributes attributes = {moment.normals.data(), texture.data(), exposure.data()};
-  const auto material = [&](uint32_t face, Vec3 at) {
-    if (face < face_count[0]) return player_reflectance(looks[0], at);
-    if (face < face_count[0] + face_count[1]) return player_reflectance(looks[1], at);
-    return ball_reflectance(at, ball_key);
-  };
+  const auto material = [&](uint32_t face, Vec3 at) { return reflectance(face, at); };
   const auto seen = [&](const render::Projection &projection, render::LightField background) {
     for (const Shadow &shadow : moment.shadows) shadow.cast(projection, background);
     return render::illuminate(projection, mesh, attributes, material, light_of_day, std::move(background),

@@ -44,6 +44,11 @@ public:
   const std::vector<uint32_t> &faces() const { return all_faces; }
   size_t vertex_count() const { return texture.size() / 3; }
   const Play &play() const { return choreography; }
+  const std::array<Body, 2> &players() const { return bodies; }
+  // Where the vertices lie in the solid textures, x y z: on the rest figures, and on the unit sphere.
+  const std::vector<float> &solid() const { return texture; }
+  // Of a face at a point between its vertices there.
+  render::Reflectance reflectance(uint32_t face, Vec3 at) const;
 
   Moment at(double seconds) const;
   // What a camera sees at a moment, with the calibration of that moment; buffer and part as for

@@ -37,17 +37,21 @@ std::vector<uint8_t> depth_exr(const render::Picture &picture) {
 }
 
 VisibilityFiles visibility_files(const std::vector<fvv_camera> &cameras, const std::vector<float> &positions,
-                                 const std::vector<uint32_t> &faces) {
+                                 const std::vector<uint32_t> &faces, const std::vector<uint32_t> *copies) {
   const render::Mesh mesh = {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
   const render::RayCaster rays(mesh);
   VisibilityFiles files = {npy_head(cameras.size(), mesh.face_count),
-                           npy_head(cameras.size(), mesh.vertex_count)};
+                           npy_head(cameras.size(), copies ? copies->size() : mesh.vertex_count)};
   const auto append = [](std::vector<uint8_t> &to, const std::vector<uint8_t> &row) {
     to.insert(to.end(), row.begin(), row.end());
   };
   for (const fvv_camera &camera : cameras) {
     append(files.faces, render::visible_faces(camera, mesh, rays));
-    append(files.vertices, render::visible_vertices(camera, mesh, rays));
+    const std::vector<uint8_t> seen = render::visible_vertices(camera, mesh, rays);
+    if (copies)
+      for (const uint32_t vertex : *copies) files.vertices.push_back(seen[vertex]);
+    else
+      append(files.vertices, seen);
   }
   return files;
 }

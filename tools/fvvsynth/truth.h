@@ -17,7 +17,10 @@ struct VisibilityFiles {
 };
 
 // What the cameras see of a mesh, by fvv_render/ray_visibility.h. positions in metres, three indices a face.
+// copies: what the columns of vertices are, each a vertex of this mesh (a seam gives one several); NULL: its
+// vertices as they are.
 VisibilityFiles visibility_files(const std::vector<fvv_camera> &cameras, const std::vector<float> &positions,
-                                 const std::vector<uint32_t> &faces);
+                                 const std::vector<uint32_t> &faces,
+                                 const std::vector<uint32_t> *copies = nullptr);
 
 } // namespace fvv::synth
