@@ -36,9 +36,9 @@ struct Camera {
   fvv_camera calibration_at(int64_t frame) const;
 };
 
-// Pictures that the texture coordinates of the meshes address, one per frame, all of one size.
+// Pictures that the texture coordinates of the meshes address, one per frame or one for all, of one size.
 struct Atlas {
-  std::optional<Pattern> pictures; // nothing: the base colour images of glTF files
+  std::optional<PictureSource> pictures; // nothing: the base colour images of glTF files
   std::optional<uint32_t>
       texture_bits; // of texture indices in the stream that this comes from, or is meant for
 };

@@ -35,10 +35,16 @@ public:
     else if (capture.meshes)
       sequence("", "meshes", *capture.meshes, nullptr);
     if (capture.atlas && capture.atlas->pictures) {
-      // Texture coordinates are for the pixels as they are stored, whatever Exif says.
-      constexpr int stored = 0;
-      const std::optional<PictureSize> size = first_size(*capture.atlas->pictures);
-      sequence("atlas: ", "pictures", *capture.atlas->pictures, size ? &*size : nullptr, stored);
+      const PictureSource &pictures = *capture.atlas->pictures;
+      if (pictures.video) {
+        check_video(capture, nullptr, "pictures", pictures, video_probe, findings);
+      } else {
+        // Texture coordinates are for the pixels as they are stored, whatever Exif says. All stills are
+        // turned alike, so their sizes can be compared as they are.
+        constexpr int stored = 0;
+        const std::optional<PictureSize> size = first_size(*pictures.pattern);
+        sequence("atlas: ", "pictures", *pictures.pattern, size ? &*size : nullptr, stored);
+      }
     }
     for (const Camera &camera : capture.cameras) {
       const std::string subject = "camera " + std::to_string(camera.calibration.id) + ": ";
@@ -54,7 +60,7 @@ private:
               const Camera &camera) {
     const PictureSize size = {camera.calibration.width, camera.calibration.height};
     if (pictures.video)
-      check_video(capture, camera, kind, pictures, video_probe, findings);
+      check_video(capture, &camera, kind, pictures, video_probe, findings);
     else
       sequence(subject, kind, *pictures.pattern, &size, pictures.rotate);
   }
@@ -75,7 +81,8 @@ private:
                 const PictureSize *expected, std::optional<int> rotate = {}) {
     Tally missing, empty, unreadable, unlike, turned;
     Gaps gaps(capture.frames.step);
-    for (int64_t i = 0; i < capture.frames.count; i++) {
+    const int64_t count = files_of(pattern);
+    for (int64_t i = 0; i < count; i++) {
       const int64_t frame = capture.frames.number(i);
       const std::string file = pattern.file(frame), path = capture.resolve(file);
       std::error_code error;
@@ -90,15 +97,15 @@ private:
         check_size(file, path, *expected, rotate, unreadable, unlike, turned);
     }
     if (missing.count)
-      findings.problems.push_back(counted(subject, kind, missing, "missing") + ": " + gaps.text() +
+      findings.problems.push_back(counted(subject, kind, count, missing, "missing") + ": " + gaps.text() +
                                   " (first: " + missing.first + ")");
-    report(subject, kind, empty, "empty");
-    report(subject, kind, unreadable, "unreadable");
+    report(subject, kind, count, empty, "empty");
+    report(subject, kind, count, unreadable, "unreadable");
     if (expected)
-      report(subject, kind, unlike,
+      report(subject, kind, count, unlike,
              "not " + std::to_string(expected->width) + " x " + std::to_string(expected->height));
     if (turned.count)
-      findings.warnings.push_back(counted(subject, kind, turned, "turned by their Exif orientation") +
+      findings.warnings.push_back(counted(subject, kind, count, turned, "turned by their Exif orientation") +
                                   ", which is ignored unless \"rotate\" is stated, first: " + turned.first);
     extra_frames(subject, kind, pattern);
   }
@@ -117,15 +124,18 @@ private:
     }
   }
 
-  std::string counted(const std::string &subject, const std::string &kind, const Tally &tally,
-                      const std::string &state) const {
-    return subject + std::to_string(tally.count) + " of " + std::to_string(capture.frames.count) + " " +
-           kind + (tally.count == 1 ? " is " : " are ") + state;
+  // One where all frames share a file, else one for each.
+  int64_t files_of(const Pattern &pattern) const { return pattern.is_numbered() ? capture.frames.count : 1; }
+
+  static std::string counted(const std::string &subject, const std::string &kind, int64_t count,
+                             const Tally &tally, const std::string &state) {
+    return subject + std::to_string(tally.count) + " of " + std::to_string(count) + " " + kind +
+           (tally.count == 1 ? " is " : " are ") + state;
   }
-  void report(const std::string &subject, const std::string &kind, const Tally &tally,
+  void report(const std::string &subject, const std::string &kind, int64_t count, const Tally &tally,
               const std::string &state) {
     if (tally.count)
-      findings.problems.push_back(counted(subject, kind, tally, state) + ", first: " + tally.first);
+      findings.problems.push_back(counted(subject, kind, count, tally, state) + ", first: " + tally.first);
   }
 
   // Whatever is wrong with the file is wrong with every frame: it is read here, and not again.

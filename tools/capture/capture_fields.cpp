@@ -43,14 +43,19 @@ fvv_rational read_rational(const JsonValue &value, int64_t least, const char *wh
   return *rational;
 }
 
-Pattern read_pattern(const JsonValue &value, const Frames &frames) {
+Pattern read_pattern(const JsonValue &value) {
   std::string what;
   const std::optional<Pattern> pattern = Pattern::parse(value.text(), &what);
   if (!pattern) value.fail(what);
-  if (!pattern->is_numbered() && frames.count > 1)
+  return *pattern;
+}
+
+Pattern read_pattern(const JsonValue &value, const Frames &frames) {
+  const Pattern pattern = read_pattern(value);
+  if (!pattern.is_numbered() && frames.count > 1)
     value.fail("expected %d or %0Nd for the frame number, because there are " + std::to_string(frames.count) +
                " frames, found " + value.found());
-  return *pattern;
+  return pattern;
 }
 
 } // namespace fvv::capture

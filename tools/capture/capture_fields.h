@@ -13,7 +13,9 @@ double positive(const JsonValue &value);
 fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what);
 // The same of text, without least; nothing for what is none or does not fit.
 std::optional<fvv_rational> parse_rational(std::string_view text);
-// A pattern, which needs a number when there are several frames.
+// A pattern; without a number it names one file for all frames.
+Pattern read_pattern(const JsonValue &value);
+// The same, which needs a number when there are several frames.
 Pattern read_pattern(const JsonValue &value, const Frames &frames);
 
 // The array of cameras, appended to capture, whose frames and units are known already.

@@ -113,7 +113,7 @@ Atlas read_atlas(const JsonValue &value, const Capture &capture) {
   if (!pictures == !embedded)
     value.fail(std::string("expected pictures or embedded, found ") + (pictures ? "both" : "neither"));
   if (pictures) {
-    atlas.pictures = read_pattern(*pictures, capture.frames);
+    atlas.pictures = read_picture_source(*pictures, capture.frames, true);
   } else {
     if (!embedded->boolean()) embedded->fail("expected true, or pictures in its place");
     if (!is_gltf(capture.meshes->text()))

@@ -90,9 +90,19 @@ std::string meshes_text(const Capture &capture) {
 }
 
 std::string atlas_text(const Atlas &atlas) {
-  std::string out = atlas.pictures ? "{\"pictures\": " + text(atlas.pictures->text()) : "{\"embedded\": true";
+  std::string out = atlas.pictures ? "{\"pictures\": " + format_picture_source(*atlas.pictures, text)
+                                   : "{\"embedded\": true";
   if (atlas.texture_bits) out += ", \"texture_bits\": " + std::to_string(*atlas.texture_bits);
   return out + "}";
+}
+
+// A video counts its time from the first frame it was described with.
+void check_start(const Capture &capture, const std::string &subject,
+                 const std::optional<PictureSource> &source) {
+  if (source && source->video && source->video->first != capture.frames.first)
+    throw FileError(capture.path + ": " + subject + ": expected a capture that begins with frame " +
+                    std::to_string(source->video->first) + " as its video does, found " +
+                    std::to_string(capture.frames.first));
 }
 
 } // namespace
@@ -107,12 +117,9 @@ std::string format_capture(const Capture &capture) {
       throw FileError(capture.path + ": camera " + std::to_string(camera.calibration.id) + ": " +
                       diagnostic.message);
     for (const auto &source : {camera.pictures, camera.masks})
-      if (source && source->video && source->video->first != capture.frames.first)
-        throw FileError(capture.path + ": camera " + std::to_string(camera.calibration.id) +
-                        ": expected a capture that begins with frame " +
-                        std::to_string(source->video->first) + " as its video does, found " +
-                        std::to_string(capture.frames.first));
+      check_start(capture, "camera " + std::to_string(camera.calibration.id), source);
   }
+  if (capture.atlas) check_start(capture, "atlas", capture.atlas->pictures);
   const fvv_rational &duration = capture.frame_duration;
   std::string rate = std::to_string(duration.denominator);
   if (duration.numerator != 1) rate += "/" + std::to_string(duration.numerator);

@@ -42,14 +42,17 @@ bool PictureSource::has_same_pictures(const PictureSource &other) const {
   return !video || video->stream == other.video->stream;
 }
 
-PictureSource read_picture_source(const JsonValue &value, const Frames &frames) {
-  if (value.is_text()) return read_pattern(value, frames);
+PictureSource read_picture_source(const JsonValue &value, const Frames &frames, bool constant) {
+  const auto stills = [&](const JsonValue &text) {
+    return constant ? read_pattern(text) : read_pattern(text, frames);
+  };
+  if (value.is_text()) return stills(value);
   if (!value.is_object())
     value.fail("expected a pattern as text, or an object with a pattern or a video, found " + value.found());
   const bool is_video = value.find("video").has_value();
   if (!is_video) value.allow_keys({"pattern", "video", "rotate"});
-  PictureSource source = is_video ? PictureSource(read_video(value, frames))
-                                  : PictureSource(read_pattern(value.at("pattern"), frames));
+  PictureSource source =
+      is_video ? PictureSource(read_video(value, frames)) : PictureSource(stills(value.at("pattern")));
   if (const auto rotate = value.find("rotate")) source.rotate = read_rotation(*rotate);
   return source;
 }

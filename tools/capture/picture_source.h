@@ -37,13 +37,16 @@ public:
 
   // As capture.json has it: the pattern, or the video's name.
   const std::string &text() const { return video ? video->file : pattern->text(); }
+  // One still that all frames share.
+  bool is_constant() const { return pattern && !pattern->is_numbered(); }
   // The file of a frame >= 0.
   std::string file(int64_t frame) const { return video ? video->file : pattern->file(frame); }
   bool has_same_pictures(const PictureSource &other) const;
 };
 
-// Text (a pattern), {"pattern", "rotate"} or {"video", "stream", "start", "rotate"}. FileError.
-PictureSource read_picture_source(const JsonValue &value, const Frames &frames);
+// Text (a pattern), {"pattern", "rotate"} or {"video", "stream", "start", "rotate"}. constant: a pattern may do
+// without a number, which names one picture for all frames. FileError.
+PictureSource read_picture_source(const JsonValue &value, const Frames &frames, bool constant = false);
 // As JSON; quoted: a text in JSON.
 std::string format_picture_source(const PictureSource &source, std::string (*quoted)(const std::string &));
 

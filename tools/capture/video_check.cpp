@@ -39,9 +39,10 @@ void report_times(const std::string &subject, const VideoReport &report, Finding
 
 } // namespace
 
-void check_video(const Capture &capture, const Camera &camera, const std::string &kind,
+void check_video(const Capture &capture, const Camera *camera, const std::string &kind,
                  const PictureSource &source, const VideoProbe &probe, Findings &findings) {
-  const std::string id = "camera " + std::to_string(camera.calibration.id) + ": ";
+  const std::string id =
+      camera ? "camera " + std::to_string(camera->calibration.id) + ": " : std::string("atlas: ");
   const std::string subject = id + kind + " " + source.video->file + ": ";
   const std::string path = capture.resolve(source.video->file);
   std::error_code error;
@@ -65,13 +66,13 @@ void check_video(const Capture &capture, const Camera &camera, const std::string
   }
   const int rotate = source.rotate.value_or(facts.rotation.value_or(0));
   if (rotate % 180) std::swap(facts.width, facts.height);
-  if (facts.width != camera.calibration.width || facts.height != camera.calibration.height)
+  if (camera && (facts.width != camera->calibration.width || facts.height != camera->calibration.height))
     findings.problems.push_back(
         subject + "is " + std::to_string(facts.width) + " x " + std::to_string(facts.height) +
         (rotate ? ", turned by " + std::to_string(rotate) + " degrees" : "") + ", the camera is " +
-        std::to_string(camera.calibration.width) + " x " + std::to_string(camera.calibration.height));
+        std::to_string(camera->calibration.width) + " x " + std::to_string(camera->calibration.height));
   VideoReport report = match_video(capture, *source.video, facts.times);
-  report.camera = camera.calibration.id;
+  if (camera) report.camera = camera->calibration.id;
   report.masks = kind == "masks";
   report_times(subject, report, findings);
   findings.videos.push_back(std::move(report));

@@ -5,8 +5,9 @@
 
 namespace fvv::capture {
 
-// kind: "pictures" or "masks", of which source is the camera's. Adds to findings.
-void check_video(const Capture &capture, const Camera &camera, const std::string &kind,
+// camera: whose the source is; NULL: the atlas', whose size is that of its pictures. kind: "pictures" or
+// "masks". Adds to findings.
+void check_video(const Capture &capture, const Camera *camera, const std::string &kind,
                  const PictureSource &source, const VideoProbe &probe, Findings &findings);
 
 } // namespace fvv::capture

@@ -24,7 +24,7 @@ struct VideoFacts {
 
 // How the frames of a capture met the pictures of one video.
 struct VideoReport {
-  uint16_t camera = 0;
+  std::optional<uint16_t> camera; // nothing: the atlas
   bool masks = false;
   std::string file;
   size_t pictures = 0;

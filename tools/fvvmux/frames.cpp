@@ -13,9 +13,10 @@ constexpr uint32_t flat_margin = 8;
 
 } // namespace
 
-template <class Sample> media::BasicImage<Sample> load_atlas(const capture::Capture &capture, int64_t frame) {
+template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame) {
+  const capture::Capture &capture = plan.capture;
+  if (capture.atlas->pictures) return plan.videos->read<Sample>(capture, *capture.atlas->pictures, frame, 3);
   const std::string path = capture.atlas_path(frame);
-  if (capture.atlas->pictures) return media::read_image<Sample>(path, 3);
   const std::string bytes = capture::load_embedded_atlas(capture, frame);
   return media::decode_image<Sample>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3, path);
 }
@@ -30,7 +31,7 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
   std::vector<media::Image> masks;
   bool masked = false;
   if (track.is_atlas()) {
-    images.push_back(load_atlas<Sample>(capture, number));
+    images.push_back(load_atlas<Sample>(plan, number));
     masks.emplace_back();
     const fvv_rect &whole = tiling.tiles[0].source;
     if (images[0].width != whole.width || images[0].height != whole.height)

@@ -16,7 +16,7 @@ template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask);
 
 // The picture of the capture's atlas, for uint8_t or uint16_t samples. frame: its number in file names.
-template <class Sample> media::BasicImage<Sample> load_atlas(const capture::Capture &capture, int64_t frame);
+template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
 
 // Encodes frames first ... first + count - 1 of a track as one group.
 media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count);

@@ -86,8 +86,9 @@ template <class SampleType> struct Sample {
 
 // The whole picture of the first frame; the others are to have the same size. Chroma of two pixels a side
 // needs even sides, which scaling gives: texture coordinates are fractions of the picture.
-Tiling arrange_atlas(const capture::Capture &capture, const Options &options) {
-  const media::Image picture = load_atlas<uint8_t>(capture, capture.frames.first);
+Tiling arrange_atlas(const Plan &plan) {
+  const Options &options = plan.options;
+  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.first);
   const auto side = [&](uint32_t size) {
     const uint16_t wanted = scaled(size, options.atlas_scale);
     return options.codec == FVV_CODEC_JPEG ? wanted : uint16_t(std::max(2, wanted & ~1));
@@ -193,7 +194,7 @@ Plan make_plan(const Options &options) {
   plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked);
   if (!cameras.tiles.empty()) plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}});
   if (plan.capture.atlas) {
-    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan.capture, options), {}});
+    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}});
     fvv_mesh_options defaults;
     fvv_mesh_options_default(&defaults);
     plan.texture_bits = options.texture_bits

@@ -109,12 +109,12 @@ void video_lines(std::string &out, const Summary &s, size_t index) {
 void source_lines(std::string &out, const Summary &s) {
   for (const capture::VideoReport &v : s.plan.sources)
     line(out,
-         "  source    camera %u %s %s: %zu pictures at %.6g/s%s; %lld of %lld frames met, offset at most "
+         "  source    %s %s %s: %zu pictures at %.6g/s%s; %lld of %lld frames met, offset at most "
          "%.2f ms, "
          "mean %.2f ms; %zu frames repeat a picture, %zu pictures between are not used",
-         v.camera, v.masks ? "masks" : "pictures", v.file.c_str(), v.pictures, v.rate,
-         v.constant_rate ? "" : " on average", (long long)v.met, (long long)v.frames, v.largest_offset * 1000,
-         v.mean_offset * 1000, v.used_again, v.between);
+         v.camera ? ("camera " + std::to_string(*v.camera)).c_str() : "atlas", v.masks ? "masks" : "pictures",
+         v.file.c_str(), v.pictures, v.rate, v.constant_rate ? "" : " on average", (long long)v.met,
+         (long long)v.frames, v.largest_offset * 1000, v.mean_offset * 1000, v.used_again, v.between);
 }
 
 nlohmann::ordered_json sources_json(const Summary &s) {
@@ -124,7 +124,7 @@ nlohmann::ordered_json sources_json(const Summary &s) {
     for (const capture::FrameRange &range : v.unmet) unmet.push_back({range.first, range.last});
     nlohmann::ordered_json start = nullptr;
     if (v.better_start) start = {v.better_start->numerator, v.better_start->denominator};
-    out.push_back({{"camera", v.camera},
+    out.push_back({{"camera", v.camera ? nlohmann::ordered_json(*v.camera) : nlohmann::ordered_json(nullptr)},
                    {"kind", v.masks ? "masks" : "pictures"},
                    {"file", v.file},
                    {"pictures", v.pictures},

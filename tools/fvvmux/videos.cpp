@@ -66,9 +66,26 @@ private:
   std::unique_ptr<media::VideoFile> reader;
 };
 
+// Stills that all frames share, as they are stored, by path and channels.
+template <class Sample> struct Constants {
+  std::mutex mutex;
+  std::map<std::pair<std::string, int>, media::BasicImage<Sample>> pictures;
+
+  // The first one to ask reads, the others wait for it.
+  media::BasicImage<Sample> read(const std::string &path, int channels) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto found = pictures.find({path, channels});
+    if (found != pictures.end()) return found->second;
+    return pictures.emplace(std::pair(path, channels), media::read_image<Sample>(path, channels))
+        .first->second;
+  }
+};
+
 } // namespace
 
 struct Videos::Shared {
+  Constants<uint8_t> constants;
+  Constants<uint16_t> deep_constants;
   unsigned threads;
   std::mutex mutex; // of videos
   std::map<std::pair<std::string, std::optional<uint32_t>>, std::unique_ptr<Video>> videos;
@@ -83,6 +100,12 @@ struct Videos::Shared {
       video = std::move(opened);
     }
     return *video;
+  }
+  template <class Sample> media::BasicImage<Sample> constant(const std::string &path, int channels) {
+    if constexpr (std::is_same_v<Sample, uint8_t>)
+      return constants.read(path, channels);
+    else
+      return deep_constants.read(path, channels);
   }
   size_t most_of_each() {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -103,8 +126,9 @@ template <class Sample>
 media::BasicImage<Sample> Videos::read(const capture::Capture &capture, const capture::PictureSource &source,
                                        int64_t frame, int channels) {
   const std::string path = capture.resolve(source.file(frame));
-  if (!source.video)
-    return media::rotate(media::read_image<Sample>(path, channels), source.rotate.value_or(0));
+  const int stored = source.rotate.value_or(0);
+  if (source.is_constant()) return media::rotate(shared->constant<Sample>(path, channels), stored);
+  if (!source.video) return media::rotate(media::read_image<Sample>(path, channels), stored);
   Video &video = shared->video(path, source.video->stream);
   const size_t picture = capture::FrameClock(capture, *source.video).nearest(video.facts.times, frame);
   const int turned = source.rotate.value_or(video.facts.rotation.value_or(0));

@@ -1,5 +1,5 @@
 // fvvmux/videos.h: pictures of a capture's files, stills and videos, for several threads. Keeps videos open,
-// a bounded number of times each; knows nothing of tiles.
+// a bounded number of times each, and stills that all frames share; knows nothing of tiles.
 #pragma once
 
 #include "capture/capture.h"
@@ -18,7 +18,8 @@ public:
   // For capture::check_files. media::Error.
   capture::VideoFacts facts(const std::string &path, std::optional<uint32_t> stream);
 
-  // The picture of a frame number, turned as capture.json or the video says. Waits while all readers of a
+  // The picture of a frame number, turned as capture.json or the video says. One that all frames share is read
+  // once, and again only for other samples or channels. Waits while all readers of a
   // video are in use; threads that go through frames in order each find the one that stands where they left
   // off.
   template <class Sample = uint8_t>
