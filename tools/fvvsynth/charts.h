@@ -25,10 +25,10 @@ struct Chart {
 };
 
 // Every face is in one chart. region: of each face, an index of axes; a chart lies in one region, and it is
-// projected along one of its region's axes, which are orthonormal (y is up in most of its charts). Lengths
-// shrink by 1 / sqrt(3) at most where a face has its own nearest axis, and by a little over a third where it
-// was given that of its neighbours, for fewer and smoother borders. Triangles of a chart overlap nowhere; two
-// of them that do, like a sleeve before an arm, go to different charts.
+// projected along one of its region's axes, which are orthonormal (y is up in most of its charts). Areas
+// shrink to 1 / sqrt(3) at least where a face has its own nearest axis, and to 0.36 at least where it was
+// given that of its neighbours, for fewer and smoother borders. Every face must have area. Triangles of a
+// chart overlap nowhere; two of them that do, like a sleeve before an arm, go to different charts.
 std::vector<Chart> make_charts(const Surface &surface, const std::vector<uint8_t> &region,
                                const std::vector<Mat3> &axes);
 
