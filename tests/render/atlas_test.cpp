@@ -116,6 +116,29 @@ TEST_CASE("no point of the atlas belongs to two triangles, counted in integers")
   CHECK(covered > 0.4);
 }
 
+TEST_CASE("a surface that winds over itself is cut where it would lie on itself") {
+  // A spiral staircase of two and a half turns without risers, 24 steps a turn, seen from above.
+  constexpr size_t steps = 60, turn = 24;
+  Surface stairs;
+  for (size_t i = 0; i <= steps; i++) {
+    const double angle = 2 * M_PI * double(i) / turn;
+    for (const double radius : {0.5, 1.0})
+      stairs.vertices.push_back({radius * std::cos(angle), radius * std::sin(angle), 0.01 * double(i)});
+  }
+  for (uint32_t i = 0; i < steps; i++) {
+    const uint32_t a = 2 * i, b = a + 1, c = a + 2, d = a + 3;
+    for (const uint32_t vertex : {a, b, d, a, d, c}) stairs.faces.push_back(vertex);
+  }
+  const std::vector<Chart> charts = make_charts(stairs, std::vector<uint8_t>(2 * steps), {Mat3{}});
+  REQUIRE(charts.size() == 3);
+  size_t faces = 0;
+  for (const Chart &chart : charts) {
+    CHECK(chart.faces.size() <= 2 * turn);
+    faces += chart.faces.size();
+  }
+  CHECK(faces == 2 * steps);
+}
+
 TEST_CASE("charts keep their margins from each other and from the edge of the atlas") {
   const Layout &layout = atlas().layout;
   const std::vector<Chart> &charts = atlas().charts;
