@@ -234,3 +234,29 @@ TEST_CASE("videos and turned stills are read and written") {
             "/start: expected seconds as an integer or as text such as \"3/2\" or \"-3/2\", found \"--1\""}})
     CHECK_THROWS_WITH(source(value), place + message);
 }
+
+TEST_CASE("an atlas picture for all frames is one file") {
+  Folder folder;
+  folder.capture.atlas = Atlas{folder.pattern("atlas.png").value(), {}};
+  CHECK(check_files(folder.capture, probe).problems ==
+        Sentences{"atlas: 1 of 1 pictures is missing, first: atlas.png"});
+  folder.write("atlas.png", "");
+  CHECK(check_files(folder.capture, probe).problems ==
+        Sentences{"atlas: 1 of 1 pictures is empty, first: atlas.png"});
+  folder.write("atlas.png", "64 32");
+  folder.write("atlas2.png", "64 31");
+  const Findings findings = check_files(folder.capture, probe);
+  CHECK((findings.problems.empty() && findings.warnings.empty() && findings.unused.empty()));
+}
+
+TEST_CASE("atlas pictures have one size, whichever way they are turned") {
+  Folder folder;
+  folder.capture.atlas = Atlas{folder.pattern("atlas_%d.png").value(), {}};
+  for (const int64_t frame : folder.capture.frames.numbers())
+    folder.write("atlas_" + std::to_string(frame) + ".png", "64 32");
+  folder.capture.atlas->pictures->rotate = 90;
+  CHECK(check_files(folder.capture, probe).problems == Sentences{});
+  folder.write("atlas_14.png", "32 64");
+  CHECK(check_files(folder.capture, probe).problems ==
+        Sentences{"atlas: 1 of 5 pictures is not 64 x 32, first: atlas_14.png is 32 x 64"});
+}

@@ -1,5 +1,6 @@
 // fvvmux, and fvvdemux behind it: meshes with texture coordinates, and the atlas that they address.
 #include "gltf_fixture.h"
+#include "make_video.h"
 #include "mux_fixture.h"
 
 #include "fvvdemux/demux.h"
@@ -266,4 +267,89 @@ TEST_CASE("the pictures inside glTF files are an atlas") {
   CHECK(failure(options) ==
         folder.path("in/2.glb") +
             ": frame 2: expected an atlas of 64 x 32 as in the first frame, found 48 x 32");
+}
+
+TEST_CASE("one atlas picture for all frames gives the stream that a copy for each gives") {
+  const Folder folder;
+  Shape shape;
+  shape.first = 7;
+  capture::Capture capture = make_atlas_capture(folder, 64, 32, shape);
+  for (const int64_t number : capture.frames.numbers())
+    write_png(capture.atlas_path(number), atlas_of(64, 32, 0));
+  mux::Options options = options_for(folder);
+  mux::mux(options);
+  const std::string copies = read_bytes(options.output);
+  fs::remove_all(folder.path("in/atlas"));
+  write_png(folder.path("in/one.png"), atlas_of(64, 32, 0));
+  capture.atlas->pictures = capture::Pattern::parse("one.png", nullptr).value();
+  capture::write_capture(capture, capture.path);
+  options.verify = true;
+  for (const uint32_t threads : {1, 3}) {
+    options.threads = threads;
+    CHECK(mux::mux(options).verdict->videos[1].pictures == 5);
+    CHECK(read_bytes(options.output) == copies);
+  }
+  // Turned before texture coordinates address it.
+  capture.atlas->pictures->rotate = 180;
+  capture::write_capture(capture, capture.path);
+  mux::mux(options);
+  unpack(options.output, folder.path("out"));
+  const media::Image turned = media::read_image(folder.path("out/atlas/0009.png"), 3);
+  CHECK(media::psnr_luma(turned, media::rotate(atlas_of(64, 32, 0), 180)) > 36);
+
+  const std::string subject = capture.path + ": atlas: 1 of 1 pictures is ";
+  write_bytes(folder.path("in/one.png"), "", 0);
+  CHECK(failure(options) == subject + "empty, first: one.png");
+  write_bytes(folder.path("in/one.png"), "JFIF", 4);
+  CHECK(failure(options).find(subject + "unreadable, first: " + folder.path("in/one.png")) == 0);
+  fs::remove(folder.path("in/one.png"));
+  CHECK(failure(options) == subject + "missing, first: one.png");
+}
+
+TEST_CASE("an atlas may be a video, met and turned as those of cameras are") {
+  const Folder folder;
+  Shape shape;
+  shape.sizes = {};
+  capture::Capture capture = make_atlas_capture(folder, 64, 32, shape);
+  fs::remove_all(folder.path("in/atlas"));
+  Clip clip;
+  clip.times = steady(20, 3600);
+  clip.b_frames = 2;
+  clip.display_rotation = 90;
+  write_video(folder.path("in/atlas.mp4"), clip);
+  capture::VideoSource video;
+  video.file = "atlas.mp4";
+  video.start = {1, 5};
+  const auto describe = [&](std::optional<int> rotate) {
+    capture.atlas->pictures = video;
+    capture.atlas->pictures->rotate = rotate;
+    capture::write_capture(capture, capture.path);
+  };
+  mux::Options options = options_for(folder);
+  options.quality = {false, 4};
+  options.verify = true;
+  describe(0);
+  const mux::Summary summary = mux::mux(options);
+  REQUIRE(summary.plan.tracks.size() == 1);
+  CHECK(summary.plan.tracks[0].tiling.width == 64);
+  REQUIRE(summary.plan.sources.size() == 1);
+  const capture::VideoReport &report = summary.plan.sources[0];
+  CHECK((!report.camera && report.met == 5 && report.before == 5 && report.behind == 10));
+  CHECK(mux::summary_text(summary).find("  source    atlas pictures atlas.mp4: 20 pictures at 25/s") !=
+        std::string::npos);
+  CHECK(mux::summary_json(summary)["sources"][0]["camera"].is_null());
+  unpack(options.output, folder.path("out"));
+  for (int i = 0; i < 5; i++)
+    CHECK(number_in(media::read_image(folder.path("out/atlas/000" + std::to_string(i) + ".png"), 3), 60,
+                    44) == 5 + i);
+
+  describe({}); // as the video says
+  const mux::Summary turned = mux::mux(options);
+  CHECK((turned.plan.tracks[0].tiling.width == 48 && turned.plan.tracks[0].tiling.height == 64));
+
+  fs::remove(folder.path("in/atlas.mp4"));
+  CHECK(failure(options) == capture.path + ": atlas: pictures atlas.mp4: is missing");
+  write_bytes(folder.path("in/atlas.mp4"), "no video", 8);
+  CHECK(failure(options).find(capture.path + ": atlas: pictures: " + folder.path("in/atlas.mp4") + ": ") ==
+        0);
 }

@@ -39,8 +39,8 @@ public:
       if (pictures.video) {
         check_video(capture, nullptr, "pictures", pictures, video_probe, findings);
       } else {
-        // Texture coordinates are for the pixels as they are stored, whatever Exif says. All stills are
-        // turned alike, so their sizes can be compared as they are.
+        // Texture coordinates are for the pixels as they are stored, whatever Exif says. "rotate" turns all
+        // stills alike, so their sizes can be compared as they are.
         constexpr int stored = 0;
         const std::optional<PictureSize> size = first_size(*pictures.pattern);
         sequence("atlas: ", "pictures", *pictures.pattern, size ? &*size : nullptr, stored);
@@ -96,9 +96,11 @@ private:
       else if (expected && probe)
         check_size(file, path, *expected, rotate, unreadable, unlike, turned);
     }
-    if (missing.count)
+    if (missing.count && pattern.is_numbered())
       findings.problems.push_back(counted(subject, kind, count, missing, "missing") + ": " + gaps.text() +
                                   " (first: " + missing.first + ")");
+    else
+      report(subject, kind, count, missing, "missing");
     report(subject, kind, count, empty, "empty");
     report(subject, kind, count, unreadable, "unreadable");
     if (expected)

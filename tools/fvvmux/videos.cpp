@@ -66,7 +66,7 @@ private:
   std::unique_ptr<media::VideoFile> reader;
 };
 
-// Stills that all frames share, as they are stored, by path and channels.
+// Stills that several frames share, as they are stored, by path and channels.
 template <class Sample> struct Constants {
   std::mutex mutex;
   std::map<std::pair<std::string, int>, media::BasicImage<Sample>> pictures;
@@ -126,9 +126,12 @@ template <class Sample>
 media::BasicImage<Sample> Videos::read(const capture::Capture &capture, const capture::PictureSource &source,
                                        int64_t frame, int channels) {
   const std::string path = capture.resolve(source.file(frame));
-  const int stored = source.rotate.value_or(0);
-  if (source.is_constant()) return media::rotate(shared->constant<Sample>(path, channels), stored);
-  if (!source.video) return media::rotate(media::read_image<Sample>(path, channels), stored);
+  if (!source.video) {
+    const bool again = source.is_constant() && capture.frames.count > 1;
+    const media::BasicImage<Sample> still =
+        again ? shared->constant<Sample>(path, channels) : media::read_image<Sample>(path, channels);
+    return media::rotate(still, source.rotate.value_or(0));
+  }
   Video &video = shared->video(path, source.video->stream);
   const size_t picture = capture::FrameClock(capture, *source.video).nearest(video.facts.times, frame);
   const int turned = source.rotate.value_or(video.facts.rotation.value_or(0));

@@ -18,10 +18,9 @@ public:
   // For capture::check_files. media::Error.
   capture::VideoFacts facts(const std::string &path, std::optional<uint32_t> stream);
 
-  // The picture of a frame number, turned as capture.json or the video says. One that all frames share is read
-  // once, and again only for other samples or channels. Waits while all readers of a
-  // video are in use; threads that go through frames in order each find the one that stands where they left
-  // off.
+  // The picture of a frame number, turned as capture.json or the video says. A still that several frames
+  // share is read once, and again only for other samples or channels. Waits while all readers of a video are
+  // in use; threads that go through frames in order each find the one that stands where they left off.
   template <class Sample = uint8_t>
   media::BasicImage<Sample> read(const capture::Capture &capture, const capture::PictureSource &source,
                                  int64_t frame, int channels);
