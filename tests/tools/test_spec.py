@@ -98,3 +98,23 @@ def test_schema_of_a_capture_takes_stills_or_a_video():
         assert validator.is_valid(good)
     for bad in [{"pattern": "a.png", "start": 1}, {"video": ""}, {"video": "a", "rotate": 45}, {"start": 1}]:
         assert not validator.is_valid(bad)
+
+
+def test_schema_of_a_capture_takes_an_atlas_of_stills_a_video_or_embedded_images():
+    schema = json.loads((SPEC / "capture.schema.json").read_text())
+    example = re.search(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M).group(1)
+
+    def accepts(atlas):
+        return jsonschema.Draft202012Validator(schema).is_valid(json.loads(example) | {"atlas": atlas})
+
+    for pictures in (
+        "%d.png",
+        "atlas.png",
+        {"pattern": "atlas.png", "rotate": 90},
+        {"video": "a.mp4", "start": 1},
+    ):
+        assert accepts({"pictures": pictures, "texture_bits": 12})
+        assert not accepts({"pictures": pictures, "embedded": True})
+    assert accepts({"embedded": True})
+    for wrong in {}, {"pictures": 1}, {"pictures": {"file": "a.png"}}, {"embedded": False}:
+        assert not accepts(wrong)

@@ -44,8 +44,8 @@ public:
   bool has_same_pictures(const PictureSource &other) const;
 };
 
-// Text (a pattern), {"pattern", "rotate"} or {"video", "stream", "start", "rotate"}. constant: a pattern may do
-// without a number, which names one picture for all frames. FileError.
+// Text (a pattern), {"pattern", "rotate"} or {"video", "stream", "start", "rotate"}. constant: a pattern may
+// do without a number, which names one picture for all frames. FileError.
 PictureSource read_picture_source(const JsonValue &value, const Frames &frames, bool constant = false);
 // As JSON; quoted: a text in JSON.
 std::string format_picture_source(const PictureSource &source, std::string (*quoted)(const std::string &));
