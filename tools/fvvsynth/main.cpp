@@ -62,7 +62,7 @@ int main(int argc, char **argv) {
       ->capture_default_str()
       ->type_name("tracked|remeshed|hull");
   app.add_flag("--atlas", atlas,
-               "Tracked meshes have texture coordinates, and atlas.png has their colours, without light");
+               "Give tracked meshes texture coordinates, and write atlas.png, their colours without light");
   const auto *atlas_side = app.add_option("--atlas-size", atlas_size, "Width and height of atlas.png")
                                ->check(CLI::IsMember({512, 1024, 2048}))
                                ->capture_default_str();

@@ -1,0 +1,155 @@
+"""fvvsynth --atlas: tracked meshes with texture coordinates and a texture map, through the whole chain."""
+
+import json
+import subprocess
+import sys
+
+import jsonschema
+import numpy as np
+import pytest
+from conftest import ROOT, SPEC, tool_path
+from PIL import Image
+from test_chain import luma, run
+
+sys.path.insert(0, str(ROOT / "conformance/real"))
+from real_capture import read_ply, read_ply_texture, triangle_set  # noqa: E402
+
+FRAMES = 3
+SMALL = ("--rig", "small", "--frames", FRAMES)
+
+
+def files(folder):
+    return {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def capture(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("atlas") / "players"
+    run("fvvsynth", "-o", folder, *SMALL, "--atlas", "--visibility", "--threads", 1)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bare") / "players"
+    run("fvvsynth", "-o", folder, *SMALL, "--visibility")
+    return folder
+
+
+def test_the_atlas_changes_meshes_in_their_vertices_alone(capture, bare):
+    with_atlas, without = files(capture), files(bare)
+    assert set(with_atlas) == set(without) | {"atlas.png"}
+    description = json.loads(with_atlas["capture.json"].read_text())
+    assert description.pop("atlas") == {"pictures": "atlas.png"}
+    assert description == json.loads(without["capture.json"].read_text())
+    for name, path in without.items():
+        if name.startswith("meshes/"):
+            (positions, faces), (opened, corners) = read_ply(path), read_ply(with_atlas[name])
+            assert np.array_equal(positions[faces], opened[corners])
+            assert np.array_equal(opened[: len(positions)], positions), "copies stand behind the vertices"
+        elif name.startswith("visibility/vertices_"):
+            opened = read_ply(with_atlas[name.replace("visibility/vertices_", "meshes/")[:-3] + "ply"])[0]
+            seen = np.load(with_atlas[name])
+            assert seen.shape == (7, len(opened))
+            assert np.array_equal(seen[:, : np.load(path).shape[1]], np.load(path))
+        elif name != "capture.json":
+            assert path.read_bytes() == with_atlas[name].read_bytes(), name
+
+
+def test_texture_coordinates_lie_in_the_atlas_and_are_those_of_all_frames(capture):
+    first = read_ply_texture(capture / "meshes/0000.ply")
+    assert first.min() > 0 and first.max() < 1
+    faces = read_ply(capture / "meshes/0000.ply")[1]
+    for frame in range(1, FRAMES):
+        path = capture / f"meshes/{frame:04d}.ply"
+        assert np.array_equal(read_ply_texture(path), first)
+        assert np.array_equal(read_ply(path)[1], faces)
+
+
+def test_the_same_bytes_for_any_number_of_threads(capture, tmp_path):
+    run("fvvsynth", "-o", tmp_path / "again", *SMALL, "--atlas", "--visibility", "--threads", 3)
+    again = files(tmp_path / "again")
+    assert {k: v.read_bytes() for k, v in again.items()} == {
+        k: v.read_bytes() for k, v in files(capture).items()
+    }
+
+
+def chromaticities(picture, x, y):
+    """r and g of r + g + b = 1 in linear light at pixel positions whose fraction is dropped."""
+    light = np.asarray(picture.convert("RGB"), np.float64)[y.astype(int), x.astype(int)] ** 2 + 1
+    return (light / light.sum(1, keepdims=True))[:, :2]
+
+
+def test_cameras_see_the_colours_of_the_atlas(capture):
+    """Nothing of the tools' own: pinholes and look-ups, in pictures that are lit and the atlas that is not."""
+    atlas = Image.open(capture / "atlas.png")
+    description = json.loads((capture / "capture.json").read_text())
+    positions, faces = read_ply(capture / "meshes/0001.ply")
+    texture = read_ply_texture(capture / "meshes/0001.ply")
+    seen = np.load(capture / "visibility/faces_0001.npy")
+    for row, camera in enumerate(description["cameras"]):
+        there = faces[seen[row]]
+        points = positions[there].mean(1) @ np.array(camera["rotation"]).T + camera["translation"]
+        k = camera["intrinsics"]
+        x = k["fx"] * points[:, 0] / points[:, 2] + k["cx"]
+        y = k["fy"] * points[:, 1] / points[:, 2] + k["cy"]
+        pictured = chromaticities(Image.open(capture / (camera["pictures"] % 1)), x, y)
+
+        def error(u, v, pictured=pictured):
+            return np.median(np.abs(chromaticities(atlas, u * atlas.width, v * atlas.height) - pictured))
+
+        u, v = texture[there].mean(1).T
+        assert len(there) > 5000
+        assert error(u, v) < 0.015
+        assert error(u, 1 - v) > 0.08 and error(1 - u, v) > 0.08, "a mirrored atlas would be noticed"
+
+
+def test_into_a_stream_and_out_of_it(capture, tmp_path):
+    stream, out = tmp_path / "players.fvv", tmp_path / "out"
+    summary = json.loads(run("fvvmux", capture, "-o", stream, "--verify", "--json"))
+    assert summary["verified"]["atlas"]["pictures"] == FRAMES
+    bits = summary["atlas"]["texture_bits"]
+
+    document = json.loads(run("fvvinfo", "--check", "--json", stream))
+    jsonschema.validate(document, json.loads((SPEC / "fvvinfo.schema.json").read_text()))
+    info = document["files"][0]
+    assert (info["integrity"], info["whole_frames"]) == ("complete", FRAMES)
+    assert [track["kind"] for track in info["tracks"]] == ["mesh", "video", "video"]
+
+    run("fvvdemux", stream, "-o", out)
+    assert json.loads((out / "capture.json").read_text())["atlas"]["texture_bits"] == bits
+    step = info["scene"]["lattice_step"]
+    scale = np.array([1 / step] * 3 + [2**bits] * 2)
+    source_atlas = luma(capture / "atlas.png")
+    for frame in range(FRAMES):
+        # Corners as points of five dimensions: a position, and where in the atlas its colour stands.
+        name = f"meshes/{frame:04d}.ply"
+        triangles = []
+        for folder in capture, out:
+            positions, faces = read_ply(folder / name)
+            corners = np.hstack([positions, read_ply_texture(folder / name)]) * scale
+            triangles.append(triangle_set(corners, faces, 1))
+        source, decoded = triangles
+        assert decoded <= source
+        assert len(decoded) > 0.999 * len(source)
+        error = luma(out / f"atlas/{frame:04d}.png") - source_atlas
+        assert 10 * np.log10(255**2 / (error**2).mean()) > 41.5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ("--atlas", "--meshes", "hull"),
+            "--atlas: expected with --meshes tracked only, found --meshes hull",
+        ),
+        (("--atlas-size", "512"), "--atlas-size: expected with --atlas only"),
+        (("--atlas", "--atlas-size", "1000"), "--atlas-size"),
+    ],
+)
+def test_options_that_do_not_go_together(tmp_path, arguments, message):
+    command = [tool_path("fvvsynth"), "-o", tmp_path / "out", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert not (tmp_path / "out").exists()
