@@ -104,9 +104,23 @@ def test_cameras_see_the_colours_of_the_atlas(capture):
         assert error(u, 1 - v) > 0.08 and error(1 - u, v) > 0.08, "a mirrored atlas would be noticed"
 
 
-def test_into_a_stream_and_out_of_it(capture, tmp_path):
+def farthest(folders, name, bits):
+    """Of the vertices of the second mesh from the nearest of the first with the same texture indices, an axis."""
+    there = {}
+    (source, decoded) = (
+        zip(np.rint(read_ply_texture(f / name) * 2**bits).astype(int).tolist(), read_ply(f / name)[0])
+        for f in folders
+    )
+    for index, position in source:
+        there.setdefault(tuple(index), []).append(position)
+    return max(np.abs(np.array(there[tuple(index)]) - p).max(1).min() for index, p in decoded)
+
+
+@pytest.mark.parametrize("options", [[], ["--no-delta"]])
+def test_into_a_stream_and_out_of_it(capture, tmp_path, options):
     stream, out = tmp_path / "players.fvv", tmp_path / "out"
-    summary = json.loads(run("fvvmux", capture, "-o", stream, "--verify", "--json"))
+    summary = json.loads(run("fvvmux", capture, "-o", stream, "--verify", "--json", *options))
+    assert summary["mesh"]["delta"]["frames"] == (0 if options else FRAMES - 1)
     assert summary["verified"]["atlas"]["pictures"] == FRAMES
     bits = summary["atlas"]["texture_bits"]
 
@@ -119,11 +133,13 @@ def test_into_a_stream_and_out_of_it(capture, tmp_path):
     run("fvvdemux", stream, "-o", out)
     assert json.loads((out / "capture.json").read_text())["atlas"]["texture_bits"] == bits
     step = info["scene"]["lattice_step"]
-    scale = np.array([1 / step] * 3 + [2**bits] * 2)
+    off = (0.5 + summary["mesh"]["delta"]["max_error_steps"]) * step
     source_atlas = luma(capture / "atlas.png")
     for frame in range(FRAMES):
         # Corners as points of five dimensions: a position, and where in the atlas its colour stands.
         name = f"meshes/{frame:04d}.ply"
+        is_delta = frame > 0 and not options
+        scale = np.array([0 if is_delta else 1 / step] * 3 + [2**bits] * 2)
         triangles = []
         for folder in capture, out:
             positions, faces = read_ply(folder / name)
@@ -132,6 +148,7 @@ def test_into_a_stream_and_out_of_it(capture, tmp_path):
         source, decoded = triangles
         assert decoded <= source
         assert len(decoded) > 0.999 * len(source)
+        assert farthest((capture, out), name, bits) < off * (1 + 1e-6)
         error = luma(out / f"atlas/{frame:04d}.png") - source_atlas
         assert 10 * np.log10(255**2 / (error**2).mean()) > 41.5
 
