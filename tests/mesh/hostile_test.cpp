@@ -10,6 +10,7 @@
 #include <string>
 
 #include "draco_direct.h"
+#include "fast_plain.h"
 #include "memory.h"
 #include "shapes.h"
 
@@ -107,6 +108,9 @@ std::vector<Case> corpus() {
       {"torus, creases", encoded(*canonical(torus(30, 18), 0.005), FVV_MESH_DRACO, 10)},
       {"sequential, packed", draco_payload(*canonical(grid(8), 1e-7), packed)},
       {"sequential, plain", draco_payload(*canonical(grid(8), 0.001), plain)},
+      {"torus, fast", encoded(*canonical(torus(20, 15)), FVV_MESH_FAST, 0)},
+      {"charts, fast", encoded(*canonical(charts(4)), FVV_MESH_FAST, 0)},
+      {"tetrahedron, fast", FastPlain(*canonical(tetrahedron())).payload()},
       {"charts, raw", encoded(*canonical(charts(2)), FVV_MESH_RAW, 0)},
       {"charts, difference", encoded(*canonical(charts(4)), FVV_MESH_DRACO, 0)},
       {"charts, parallelogram", encoded(*canonical(charts(4)), FVV_MESH_DRACO, 7)},

@@ -47,9 +47,9 @@ TEST_CASE("every shape comes back from every profile and level with the same tri
     INFO(named.name);
     const auto mesh = canonical(named.shape, named.step);
     const auto expected = triangles(*mesh);
-    for (int level = -1; level <= 10; level++) {
+    for (int level = -2; level <= 10; level++) {
       INFO("level " << level);
-      const uint8_t profile = level < 0 ? FVV_MESH_RAW : FVV_MESH_DRACO;
+      const uint8_t profile = profile_of(level);
       const auto payload = encoded(*mesh, profile, std::max(level, 0));
       const bool same_again = payload == encoded(*mesh, profile, std::max(level, 0));
       CHECK(same_again);
@@ -152,7 +152,7 @@ TEST_CASE("a mesh whose edgebreaker symbols would be too slow is coded without t
 
 TEST_CASE("the encoder refuses meshes that no reader would take") {
   const auto refused = [](const fvv_mesh &mesh, uint32_t issue) {
-    for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO}) {
+    for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO, FVV_MESH_FAST}) {
       Bytes payload;
       fvv_diagnostic diagnostic = {};
       CHECK(fvv_mesh_encode(&mesh, profile, 5, nullptr, &payload, &diagnostic) == FVV_ERROR_INPUT);

@@ -177,6 +177,10 @@ std::unique_ptr<Mesh> canonical(const Shape &shape, double step, fvv_mesh_report
   return mesh;
 }
 
+uint8_t profile_of(int level) {
+  return level < -1 ? FVV_MESH_FAST : level < 0 ? FVV_MESH_RAW : FVV_MESH_DRACO;
+}
+
 std::vector<uint8_t> encoded(const fvv_mesh &mesh, uint8_t profile, int level) {
   Bytes payload;
   fvv_diagnostic diagnostic = {};

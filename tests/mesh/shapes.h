@@ -68,6 +68,8 @@ struct Bytes : fvv_bytes {
 // Canonicalises at so many metres a step from origin 0; a failure is a failed REQUIRE.
 std::unique_ptr<Mesh> canonical(const Shape &shape, double step = 0.001, fvv_mesh_report *report = nullptr);
 std::vector<uint8_t> encoded(const fvv_mesh &mesh, uint8_t profile, int level);
+// What a loop over profiles and levels means: -2 is fast, -1 raw, 0 to 10 a level of Draco.
+uint8_t profile_of(int level);
 // Of a block on the heap that is exactly as long as the bytes, so that a sanitizer sees every read beyond.
 fvv_status decode(const std::vector<uint8_t> &payload, fvv_mesh *mesh, fvv_diagnostic *diagnostic,
                   const fvv_allocator *allocator = nullptr);

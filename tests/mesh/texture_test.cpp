@@ -241,9 +241,9 @@ TEST_CASE("texture coordinates come back from every profile and level") {
       const auto mesh = with_bits(named.shape, bits, nullptr, named.step);
       const auto expected = triangles(*mesh);
       const bool large = mesh->face_count > 10000;
-      for (int level = -1; level <= 10; level += large ? 4 : 1) {
+      for (int level = -2; level <= 10; level += large ? 4 : 1) {
         INFO(named.name << ", " << bits << " bits, level " << level);
-        const uint8_t profile = level < 0 ? FVV_MESH_RAW : FVV_MESH_DRACO;
+        const uint8_t profile = profile_of(level);
         const auto payload = encoded(*mesh, profile, std::max(level, 0));
         const bool same_again = payload == encoded(*mesh, profile, std::max(level, 0));
         CHECK(same_again);
@@ -272,7 +272,7 @@ TEST_CASE("the raw profile has texture indices between positions and faces") {
 
 TEST_CASE("the encoder refuses texture indices that no reader would take") {
   const auto refused = [](const fvv_mesh &mesh, uint32_t issue) {
-    for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO}) {
+    for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO, FVV_MESH_FAST}) {
       Bytes payload;
       fvv_diagnostic diagnostic = {};
       CHECK(fvv_mesh_encode(&mesh, profile, 5, nullptr, &payload, &diagnostic) == FVV_ERROR_INPUT);

@@ -86,7 +86,7 @@ enum {
   FVV_MESH_DRACO = 1, /* Draco 2.2 bitstream of integers */
   FVV_MESH_DELTA = 2, /* motion: the connectivity of the key mesh before it, other positions */
   FVV_MESH_FIELD = 3, /* reserved: hull of a regular grid */
-  FVV_MESH_FAST = 4, /* reserved: for fast decoding */
+  FVV_MESH_FAST = 4, /* codec of meshoptimizer, for fast decoding */
 };
 
 /* Mesh attributes, clause 8.3. */
@@ -174,6 +174,10 @@ enum {
   FVV_ISSUE_DELTA_LEVELS = 3020,
   FVV_ISSUE_DELTA_SIZE = 3021,
   FVV_ISSUE_DELTA_STREAM = 3022,
+  FVV_ISSUE_FAST_SIZE = 3023,
+  FVV_ISSUE_FAST_DENSITY = 3024,
+  FVV_ISSUE_FAST_VERTICES = 3025,
+  FVV_ISSUE_FAST_FACES = 3026,
   FVV_ISSUE_VIDEO_PAYLOAD = 4001,
   FVV_ISSUE_VIDEO_CODEC = 4002,
   FVV_ISSUE_VIDEO_RANGE = 4003,

@@ -120,12 +120,14 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise_run(const fvv_mesh_source 
                                                           uint32_t *vertices, fvv_mesh_report *report,
                                                           fvv_diagnostic *diagnostic);
 
-/* MESH payload of profile FVV_MESH_RAW or FVV_MESH_DRACO (clause 8.3, 8.4), with texture coordinates when the
- * mesh has them; replaces what payload holds.
- * level: 0 (fastest) to 10 (smallest) for Draco, ignored for raw. Deterministic. The decoded mesh may have
+/* MESH payload of profile FVV_MESH_RAW, FVV_MESH_DRACO or FVV_MESH_FAST (clause 8.3, 8.4, 8.11), with texture
+ * coordinates when the mesh has them; replaces what payload holds.
+ * level: 0 (fastest) to 10 (smallest) for Draco, ignored for others. Deterministic. The decoded mesh may have
  * another order of vertices and faces than the one handed in, and more vertices where the surface is no
  * manifold: decode to learn it. The encoder has decoded what it hands out and found the same triangles,
- * texture coordinates included. Draco takes its memory from operator new, not from the allocator. */
+ * texture coordinates included. Draco and meshoptimizer take their memory from operator new, not from the
+ * allocator. The first fast mesh sets the versions that meshoptimizer writes in this process: vertex codec 0,
+ * index codec 1. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level,
                                                 const fvv_allocator *allocator, fvv_bytes *payload,
                                                 fvv_diagnostic *diagnostic);

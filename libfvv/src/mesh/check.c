@@ -8,8 +8,8 @@ static fvv_status status_of(fvv_mesh_origin origin) {
   return origin == FVV_MESH_FROM_CALLER ? FVV_ERROR_INPUT : FVV_ERROR_INVALID;
 }
 
-/* Offsets of an element in a raw payload: positions, texture indices, faces. A Draco bitstream has no bytes
- * that belong to one element. */
+/* Offsets of an element in a raw payload: positions, texture indices, faces. A bitstream of Draco or
+ * meshoptimizer has no bytes that belong to one element. */
 static uint64_t offset_of(fvv_mesh_origin origin, uint64_t before) {
   return origin == FVV_MESH_FROM_RAW ? FVV_MESH_SIZE + before : FVV_MESH_SIZE;
 }

@@ -1,6 +1,6 @@
-/* MESH payloads of key frames: header, raw profile, Draco profile (clause 8.3, 8.4). Reading trusts nothing:
- * counts are held against limits and bytes first, then allocated for, then the result is checked. Writing
- * decodes what it wrote. Chunks, tracks and time are not known here. */
+/* MESH payloads of key frames: header, profiles raw, Draco and fast (clause 8.3, 8.4, 8.11). Reading trusts
+ * nothing: counts are held against limits and bytes first, then allocated for, then the result is checked.
+ * Writing decodes what it wrote. Chunks, tracks and time are not known here. */
 #include <string.h>
 
 #include "base/bytes.h"
@@ -12,6 +12,9 @@
 #include "mesh/check.h"
 #include "mesh/draco_bridge.h"
 #include "mesh/draco_check.h"
+#include "mesh/fast_bridge.h"
+#include "mesh/fast_decode.h"
+#include "mesh/fast_streams.h"
 #include "mesh/hash.h"
 #include "mesh/payload.h"
 #include "mesh/storage.h"
@@ -30,7 +33,7 @@ static fvv_status invalid(fvv_diagnostic *diagnostic, uint32_t issue, uint64_t o
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, FVV_CHUNK_MESH, offset, "%s", text);
 }
 
-static fvv_status check_size(const fvv_mesh_header *header, fvv_diagnostic *diagnostic) {
+static fvv_status check_size(const fvv_mesh_header *header, const uint8_t *data, fvv_diagnostic *diagnostic) {
   const uint64_t raw = raw_size(header->vertex_count, header->face_count, header->texture_bits);
   const fvv_draco_counts counts = {header->vertex_count, header->face_count};
   if (header->profile == FVV_MESH_RAW && header->data_size != raw)
@@ -43,7 +46,16 @@ static fvv_status check_size(const fvv_mesh_header *header, fvv_diagnostic *diag
                     FVV_MESH_VERTEX_COUNT,
                     "%zu bytes of Draco bitstream cannot carry %lu vertices and %lu faces", header->data_size,
                     (unsigned long)header->vertex_count, (unsigned long)header->face_count);
+  if (header->profile == FVV_MESH_FAST) {
+    fvv_fast_streams streams;
+    return fvv_fast_split(data, header, &streams, diagnostic);
+  }
   return FVV_OK;
+}
+
+static int known_profile(uint8_t profile) {
+  return profile == FVV_MESH_RAW || profile == FVV_MESH_DRACO || profile == FVV_MESH_DELTA ||
+         profile == FVV_MESH_FAST;
 }
 
 static fvv_status check_attributes(const uint8_t *payload, fvv_diagnostic *diagnostic) {
@@ -70,9 +82,9 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
   const fvv_mesh_header read = {payload[FVV_MESH_PROFILE], fvv_get_u32(payload + FVV_MESH_VERTEX_COUNT),
                                 fvv_get_u32(payload + FVV_MESH_FACE_COUNT), size - FVV_MESH_SIZE,
                                 payload[FVV_MESH_TEXTURE_BITS]};
-  if (read.profile > FVV_MESH_DELTA)
+  if (!known_profile(read.profile))
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
-                    FVV_MESH_PROFILE, "mesh profile %u is not known, 0 to 2 are", read.profile);
+                    FVV_MESH_PROFILE, "mesh profile %u is not known, 0 to 2 and 4 are", read.profile);
   fvv_status status = check_attributes(payload, diagnostic);
   if (status != FVV_OK) return status;
   if (payload[FVV_MESH_RESERVED])
@@ -89,7 +101,7 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
                     "%lu vertices and %lu faces, this reader takes at most %lu and %lu",
                     (unsigned long)read.vertex_count, (unsigned long)read.face_count,
                     (unsigned long)most.max_vertices, (unsigned long)most.max_faces);
-  status = check_size(&read, diagnostic);
+  status = check_size(&read, payload + FVV_MESH_SIZE, diagnostic);
   if (status == FVV_OK) *header = read;
   return status;
 }
@@ -118,12 +130,19 @@ static fvv_status decode(const fvv_mesh_header *header, const uint8_t *data, fvv
     read_raw(data, mesh);
     return fvv_mesh_check(mesh, FVV_MESH_FROM_RAW, &mesh->allocator, diagnostic);
   }
+  if (header->profile == FVV_MESH_FAST) {
+    fvv_status status = allocate(mesh, diagnostic);
+    if (status == FVV_OK) status = fvv_fast_decode(data, header, mesh, diagnostic);
+    if (status == FVV_OK)
+      status = fvv_mesh_check(mesh, FVV_MESH_FROM_BITSTREAM, &mesh->allocator, diagnostic);
+    return status;
+  }
   const fvv_draco_counts counts = {header->vertex_count, header->face_count};
   fvv_status status = fvv_draco_check(data, header->data_size, counts, header->texture_bits != 0,
                                       &mesh->allocator, diagnostic);
   if (status == FVV_OK) status = allocate(mesh, diagnostic);
   if (status == FVV_OK) status = fvv_draco_decode(data, header->data_size, mesh, diagnostic);
-  if (status == FVV_OK) status = fvv_mesh_check(mesh, FVV_MESH_FROM_DRACO, &mesh->allocator, diagnostic);
+  if (status == FVV_OK) status = fvv_mesh_check(mesh, FVV_MESH_FROM_BITSTREAM, &mesh->allocator, diagnostic);
   return status;
 }
 
@@ -217,10 +236,17 @@ static fvv_status verify(const fvv_mesh *mesh, const fvv_allocator *allocator, c
   if (status != FVV_OK) return status;
   if (decoded.face_count != mesh->face_count || fingerprint(&decoded) != fingerprint(mesh))
     status = fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0,
-                      "Draco coded %lu faces and yields %lu: not the same triangles",
+                      "%lu faces were coded and %lu come back: not the same triangles",
                       (unsigned long)mesh->face_count, (unsigned long)decoded.face_count);
   fvv_mesh_free(&decoded);
   return status;
+}
+
+static fvv_status encode_fast(const fvv_mesh *mesh, fvv_bytes *payload, fvv_diagnostic *diagnostic) {
+  const fvv_status status = put_header(mesh, payload, FVV_MESH_FAST);
+  if (status != FVV_OK) return status;
+  put_counts(payload, mesh->vertex_count, mesh->face_count);
+  return fvv_fast_encode(mesh, payload, diagnostic);
 }
 
 /* Draco splits vertices where the surface is not a manifold: its own counts are the ones that come out. */
@@ -255,6 +281,10 @@ static fvv_status encode(const fvv_mesh *mesh, uint8_t profile, int level, const
   fvv_status status = fvv_mesh_check(mesh, FVV_MESH_FROM_CALLER, allocator, diagnostic);
   if (status != FVV_OK) return status;
   if (profile == FVV_MESH_RAW) return encode_raw(mesh, payload);
+  if (profile == FVV_MESH_FAST) {
+    status = encode_fast(mesh, payload, diagnostic);
+    return status == FVV_OK ? verify(mesh, allocator, payload, diagnostic) : status;
+  }
   if (mesh->vertex_count > FVV_DRACO_COUNT_MAX || mesh->face_count > FVV_DRACO_COUNT_MAX)
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
                     "%lu vertices and %lu faces are more than Draco can count",
@@ -284,7 +314,7 @@ fvv_status fvv_mesh_encode_telling(const fvv_mesh *mesh, uint8_t profile, int le
   const fvv_allocator memory = fvv_allocator_or_default(allocator);
   if (!payload->allocator.resize) payload->allocator = memory;
   payload->size = 0;
-  if (profile != FVV_MESH_RAW && profile != FVV_MESH_DRACO)
+  if (profile == FVV_MESH_DELTA || !known_profile(profile))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "mesh profile %u is not one to encode with",
                     profile);
   if (level < 0 || level > 10)
