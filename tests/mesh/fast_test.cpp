@@ -3,12 +3,19 @@
 
 #include <algorithm>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 #include "delta_shapes.h"
 #include "fast_plain.h"
 #include "memory.h"
 #include "shapes.h"
+
+extern "C" {
+#include "base/bytes.h"
+#include "base/crc32c.h"
+}
 
 namespace {
 
@@ -50,6 +57,30 @@ TEST_CASE("what a plain encoder writes comes back as it was, in its order") {
     const bool equal = same(back, *mesh);
     CHECK(equal);
   }
+}
+
+TEST_CASE("meshes of the vector are those of the decoder that was written from the specification") {
+  std::ifstream file(FVV_FAST_VECTORS "/shapes.fvv", std::ios::binary), list(FVV_FAST_VECTORS "/shapes.crc");
+  const Payload stream(std::istreambuf_iterator<char>(file), {});
+  std::string wanted;
+  size_t count = 0;
+  for (size_t at = 24; at + 32 <= stream.size();) {
+    const size_t size = size_t(fvv_get_u64(&stream[at + 16])), payload = at + 32;
+    if (fvv_get_u32(&stream[at]) == FVV_CHUNK_MESH) {
+      Mesh mesh;
+      fvv_diagnostic diagnostic = {};
+      const fvv_status status =
+          decode(Payload(&stream[payload], &stream[payload] + size), &mesh, &diagnostic);
+      INFO("frame " << count << ": " << diagnostic.message);
+      REQUIRE(status == FVV_OK);
+      REQUIRE(list >> wanted);
+      const Payload raw = encoded(mesh, FVV_MESH_RAW, 0);
+      CHECK(fvv_crc32c(0, raw.data() + 16, raw.size() - 16) == std::stoul(wanted, nullptr, 16));
+      count++;
+    }
+    at = payload + (size + 7) / 8 * 8;
+  }
+  CHECK(count == 4);
 }
 
 TEST_CASE("vertices come in the order of their first use") {

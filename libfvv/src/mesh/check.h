@@ -6,7 +6,11 @@
 #include "fvv/mesh.h"
 
 /* Whose mesh is looked at: decides status and where the diagnostic points. */
-typedef enum fvv_mesh_origin { FVV_MESH_FROM_CALLER, FVV_MESH_FROM_RAW, FVV_MESH_FROM_BITSTREAM } fvv_mesh_origin;
+typedef enum fvv_mesh_origin {
+  FVV_MESH_FROM_CALLER,
+  FVV_MESH_FROM_RAW,
+  FVV_MESH_FROM_BITSTREAM
+} fvv_mesh_origin;
 
 /* Positions within the lattice, texture indices within 0 to 2^texture_bits, face indices in range, three
  * different ones a face, no vertex unused. */

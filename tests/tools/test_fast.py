@@ -1,0 +1,36 @@
+"""Fast meshes: the decoder that was written from the specification reads the vector, and the tools do."""
+
+import json
+
+import fast
+from conftest import ROOT
+
+VECTORS = ROOT / "conformance" / "fast"
+
+
+def test_plain_decoder_gives_the_listed_meshes():
+    wanted = (VECTORS / "shapes.crc").read_text().split()
+    assert list(fast.mesh_crcs((VECTORS / "shapes.fvv").read_bytes())) == wanted
+    assert len(set(wanted)) == 4
+
+
+def test_vector_uses_what_the_profile_has():
+    modes, codes, sizes = set(), set(), []
+    for payload in fast.mesh_payloads((VECTORS / "shapes.fvv").read_bytes()):
+        vertices, faces = fast.streams(payload)
+        modes.update(vertices.modes)
+        codes.update(faces.codes)
+        sizes.append((len(vertices.elements), bool(payload[1])))
+    assert modes == {0, 1, 2, 3}
+    assert {code & 15 for code in codes if code < 0xF0} == set(range(16))
+    assert {code >> 4 for code in codes} == set(range(16))
+    assert codes >= set(range(0xF0, 0x100))
+    assert any(size > 256 for size, _ in sizes) and {textured for _, textured in sizes} == {False, True}
+
+
+def test_fvvinfo_finds_every_frame_whole_and_names_the_profile(fvvinfo):
+    done = fvvinfo("--check", "--json", VECTORS / "shapes.fvv")
+    assert (done.returncode, done.stderr) == (0, b"")
+    report = json.loads(done.stdout)["files"][0]
+    assert report["tracks"][0]["mesh"]["profiles"] == {"fast": 4}
+    assert b'mesh": fast, ' in fvvinfo(VECTORS / "shapes.fvv").stdout
