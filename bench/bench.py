@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: synth, mux, demux, draco, delta, container, sweep, import, clip.
+NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, container, sweep, import, clip.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -79,6 +79,12 @@ def draco():
     return fvvbench("draco")
 
 
+def fast():
+    """The meshes of the stream as meshoptimizer codes them, beside Draco and raw."""
+    stream()
+    return fvvbench("fast")
+
+
 def delta():
     """Motion of 35,000 triangles on a lattice of 1 mm, each position within 1 mm."""
     folder, tracked = WORK / "tracked", WORK / "tracked.fvv"
@@ -154,6 +160,7 @@ PARTS = {
     "mux": mux,
     "demux": demux,
     "draco": draco,
+    "fast": fast,
     "delta": delta,
     "container": container,
     "sweep": sweep,

@@ -3,6 +3,7 @@
 // demultiplexing).
 //   fvvbench demux FILE.fvv    push reader with all CRCs, over the file's chunks repeated to some 400 MB
 //   fvvbench draco FILE.fvv    Draco coding of the file's meshes at level 7
+//   fvvbench fast FILE.fvv     the same meshes as meshoptimizer codes them, beside Draco and raw
 //   fvvbench delta FILE.fvv    the file's meshes, which share their triangles, as delta frames behind the
 //   first;
 //                              off by one step of the lattice at most
@@ -140,35 +141,62 @@ nlohmann::ordered_json demux(const char *path) {
           {"demux.copy_gb_per_s", double(stream.size()) / copying / 1e9}};
 }
 
-nlohmann::ordered_json draco(const char *path) {
+// Means of the first ten frames.
+struct Coding {
+  double encode = 0, decode = 0, vertices = 0, faces = 0, bytes = 0; // times in seconds
+};
+
+std::vector<Coding> code(const char *path, const std::vector<uint8_t> &profiles) {
   Bytes source = read_file(path);
   fvv_diagnostic d{};
   fvv_stream *stream = nullptr;
   const fvv_input input = input_of(source);
   require(fvv_stream_open(&input, nullptr, nullptr, &stream, &d), d);
   const size_t frames = std::min<size_t>(fvv_stream_frame_count(stream), 10);
-  double encode = 0, decode = 0, vertices = 0, faces = 0, bytes = 0;
+  const double share = 1 / double(frames);
+  std::vector<Coding> out(profiles.size());
   for (size_t f = 0; f < frames; f++) {
     fvv_mesh mesh;
     require(fvv_stream_mesh(stream, f, 1, &mesh, &d), d);
-    fvv_bytes payload{};
-    encode += median([&] { require(fvv_mesh_encode(&mesh, FVV_MESH_DRACO, 7, nullptr, &payload, &d), d); });
-    decode += median([&] {
-      fvv_mesh again;
-      require(fvv_mesh_decode(payload.data, payload.size, nullptr, nullptr, &again, &d), d);
-      fvv_mesh_free(&again);
-    });
-    vertices += mesh.vertex_count;
-    faces += mesh.face_count;
-    bytes += double(payload.size);
-    fvv_bytes_free(&payload);
+    for (size_t p = 0; p < profiles.size(); p++) {
+      fvv_bytes payload{};
+      out[p].encode +=
+          share * median([&] { require(fvv_mesh_encode(&mesh, profiles[p], 7, nullptr, &payload, &d), d); });
+      out[p].decode +=
+          share * median([&] {
+            fvv_mesh again;
+            require(fvv_mesh_decode(payload.data, payload.size, nullptr, nullptr, &again, &d), d);
+            fvv_mesh_free(&again);
+          });
+      out[p].vertices += share * mesh.vertex_count;
+      out[p].faces += share * mesh.face_count;
+      out[p].bytes += share * double(payload.size);
+      fvv_bytes_free(&payload);
+    }
     fvv_mesh_free(&mesh);
   }
   fvv_stream_close(stream);
-  return {{"draco.encode_ms", encode / double(frames) * 1e3},
-          {"draco.decode_ms", decode / double(frames) * 1e3},
-          {"draco.bits_per_vertex", bytes * 8 / vertices},
-          {"draco.triangles", faces / double(frames)}};
+  return out;
+}
+
+nlohmann::ordered_json draco(const char *path) {
+  const Coding c = code(path, {FVV_MESH_DRACO})[0];
+  return {{"draco.encode_ms", c.encode * 1e3},
+          {"draco.decode_ms", c.decode * 1e3},
+          {"draco.bits_per_vertex", c.bytes * 8 / c.vertices},
+          {"draco.triangles", c.faces}};
+}
+
+nlohmann::ordered_json fast(const char *path) {
+  const std::vector<Coding> all = code(path, {FVV_MESH_FAST, FVV_MESH_DRACO, FVV_MESH_RAW});
+  const Coding &fast = all[0], &draco = all[1], &raw = all[2];
+  return {{"fast.encode_ms", fast.encode * 1e3},
+          {"fast.decode_ms", fast.decode * 1e3},
+          {"fast.bits_per_vertex", fast.bytes * 8 / fast.vertices},
+          {"fast.bytes_over_draco", fast.bytes / draco.bytes},
+          {"fast.decode_time_over_draco", fast.decode / draco.decode},
+          {"fast.bytes_over_raw", fast.bytes / raw.bytes},
+          {"fast.decode_time_over_raw", fast.decode / raw.decode}};
 }
 
 nlohmann::ordered_json delta(const char *path) {
@@ -233,9 +261,13 @@ nlohmann::ordered_json delta(const char *path) {
 int main(int argc, char **argv) {
   try {
     const std::string what = argc == 3 ? argv[1] : "";
-    const auto part = what == "demux" ? demux : what == "draco" ? draco : what == "delta" ? delta : nullptr;
+    const auto part = what == "demux"   ? demux
+                      : what == "draco" ? draco
+                      : what == "fast"  ? fast
+                      : what == "delta" ? delta
+                                        : nullptr;
     if (!part) {
-      std::fputs("usage: fvvbench demux|draco|delta FILE.fvv\n", stderr);
+      std::fputs("usage: fvvbench demux|draco|fast|delta FILE.fvv\n", stderr);
       return 2;
     }
     std::printf("%s\n", part(argv[2]).dump().c_str());
