@@ -179,6 +179,9 @@ TEST_CASE("options in all their spellings") {
   CHECK(parse_scale("--scale", "0.5") == 0.5);
   for (const char *wrong : {"0", "1.01", "-0.5", "half", ""})
     CHECK(!usage_error([&] { parse_scale("--scale", wrong); }).empty());
+  CHECK(parse_profile("fast") == FVV_MESH_FAST);
+  CHECK(usage_error([] { parse_profile("delta"); }) ==
+        "--mesh-profile: expected draco, raw or fast, found \"delta\"");
   CHECK(parse_frames("3-3").last == 3);
   CHECK(parse_frames("3..7").last == 7);
   for (const char *wrong : {"3", "7-3", "-3", "3-", "..", "3...7", "a-b", "1-9999999999"})

@@ -4,6 +4,7 @@
 #include "fvvmux/ordered.h"
 #include "fvvmux/summary.h"
 
+#include <array>
 #include <atomic>
 #include <mutex>
 #include <set>
@@ -253,6 +254,29 @@ TEST_CASE("meshes alone, pictures alone, cameras without pictures, 29.97 Hz") {
   CHECK(stream.configuration().camera_count == 3);
   REQUIRE(stream.configuration().videos[0].tile_count == 2);
   CHECK(stream.configuration().videos[0].tiles[1].camera_id == 23);
+}
+
+TEST_CASE("fast meshes are those of the other profiles, in another order") {
+  const Folder folder;
+  make_capture(folder, Shape());
+  mux::Options options = options_for(folder);
+  options.pictures = false;
+  const auto corners = [&](uint8_t profile) {
+    options.mesh_profile = profile;
+    const mux::Summary summary = mux::mux(options);
+    CHECK(mux::summary_json(summary)["mesh"]["profile"] == (profile == FVV_MESH_FAST ? "fast" : "raw"));
+    Stream stream(options.output);
+    fvv_mesh mesh;
+    stream.mesh(1, mesh);
+    std::multiset<std::array<int32_t, 3>> out;
+    for (size_t i = 0; i < 3 * size_t(mesh.face_count); i++) {
+      const int32_t *p = mesh.positions + 3 * size_t(mesh.faces[i]);
+      out.insert({p[0], p[1], p[2]});
+    }
+    fvv_mesh_free(&mesh);
+    return out;
+  };
+  CHECK(corners(FVV_MESH_FAST) == corners(FVV_MESH_RAW));
 }
 
 TEST_CASE("a live stream has no index, and readers make one") {

@@ -87,7 +87,8 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("--mesh-level", options.mesh_level, "Draco: 0 is fastest, 10 is smallest")
       ->check(CLI::Range(0, 10))
       ->capture_default_str();
-  app.add_option("--mesh-profile", texts.mesh_profile, "draco or raw")->capture_default_str();
+  app.add_option("--mesh-profile", texts.mesh_profile, "draco, raw or fast (more bytes, quick to decode)")
+      ->capture_default_str();
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")

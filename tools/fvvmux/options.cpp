@@ -118,7 +118,8 @@ FrameRange parse_frames(const std::string &text) {
 uint8_t parse_profile(const std::string &text) {
   if (text == "draco") return FVV_MESH_DRACO;
   if (text == "raw") return FVV_MESH_RAW;
-  refuse("--mesh-profile", "draco or raw", text);
+  if (text == "fast") return FVV_MESH_FAST;
+  refuse("--mesh-profile", "draco, raw or fast", text);
 }
 
 bool parse_background(const std::string &text) {

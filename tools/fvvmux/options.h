@@ -68,7 +68,7 @@ Length parse_length(const std::string &text);                    // "1.5mm", "0.
 TileSize parse_tile(const std::string &text);                    // "480x270"
 double parse_scale(const char *option, const std::string &text); // "0.5"
 FrameRange parse_frames(const std::string &text);                // "10-19", "10..19"
-uint8_t parse_profile(const std::string &text);                  // "draco", "raw"
+uint8_t parse_profile(const std::string &text);                  // "draco", "raw", "fast"
 bool parse_background(const std::string &text);                  // "keep": false, "flat": true
 
 } // namespace fvv::mux
