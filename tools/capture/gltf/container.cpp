@@ -1,5 +1,6 @@
 // capture/gltf/container.cpp: GLB, JSON and buffers.
 #include "capture/gltf/container.h"
+#include "capture/gltf/meshopt.h"
 #include "capture/gltf/uri.h"
 #include "capture/text_scan.h"
 
@@ -27,7 +28,8 @@ constexpr uint64_t numbers_per_byte = 4, numbers_for_free = uint64_t(1) << 24;
 // Extensions that may be required by a file that is read here: those that are understood, and families that
 // change how a surface looks and not where it lies.
 constexpr std::string_view understood[] = {"KHR_mesh_quantization", "KHR_lights_punctual",
-                                           "KHR_draco_mesh_compression"};
+                                           "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                           "KHR_meshopt_compression"};
 constexpr std::string_view looks[] = {"KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_"};
 
 bool is_harmless(std::string_view name) {
@@ -123,18 +125,33 @@ JsonValue Container::item(const char *list, const JsonValue &reference) const {
 
 View Container::view(const JsonValue &reference) {
   const JsonValue view = item("bufferViews", reference);
-  const auto extensions = view.find("extensions");
-  if (extensions && extensions->find("EXT_meshopt_compression"))
-    view.fail("is compressed by EXT_meshopt_compression, which is not supported");
-  const std::string_view bytes = buffer(view.at("buffer"));
-  const auto offset_key = view.find("byteOffset"), stride_key = view.find("byteStride");
-  const uint64_t offset = offset_key ? static_cast<uint64_t>(offset_key->integer(0, INT64_MAX)) : 0;
-  const uint64_t size = static_cast<uint64_t>(view.at("byteLength").integer(1, INT64_MAX));
+  const auto stride_key = view.find("byteStride");
   const uint64_t stride = stride_key ? static_cast<uint64_t>(stride_key->integer(4, 252)) : 0;
+  const std::optional<Compressed> compressed = compression_of(view);
+  if (!compressed) return {range(view), stride};
+  const int64_t index = reference.integer(0, INT32_MAX);
+  const auto known = decompressed.find(index);
+  if (known != decompressed.end()) return {known->second, stride};
+  const std::string_view bytes = range(compressed->extension);
+  charge_bytes(view, compressed->size());
+  return {decompressed.emplace(index, decompress(*compressed, bytes)).first->second, stride};
+}
+
+std::string_view Container::range(const JsonValue &place) {
+  const std::string_view bytes = buffer(place.at("buffer"));
+  const auto offset_key = place.find("byteOffset");
+  const uint64_t offset = offset_key ? static_cast<uint64_t>(offset_key->integer(0, INT64_MAX)) : 0;
+  const uint64_t size = static_cast<uint64_t>(place.at("byteLength").integer(1, INT64_MAX));
   if (offset > bytes.size() || size > bytes.size() - offset)
-    view.fail("expected bytes " + std::to_string(offset) + " to " + std::to_string(offset + size) +
-              " in a buffer of " + std::to_string(bytes.size()));
-  return {bytes.substr(static_cast<size_t>(offset), static_cast<size_t>(size)), stride};
+    place.fail("expected bytes " + std::to_string(offset) + " to " + std::to_string(offset + size) +
+               " in a buffer of " + std::to_string(bytes.size()));
+  return bytes.substr(static_cast<size_t>(offset), static_cast<size_t>(size));
+}
+
+void Container::charge_bytes(const JsonValue &place, uint64_t size) {
+  if (size > max_buffer_bytes || buffer_bytes + size > max_buffer_bytes)
+    place.fail("expected buffers of at most " + std::to_string(max_buffer_bytes) + " bytes together");
+  buffer_bytes += size;
 }
 
 std::string_view Container::buffer(const JsonValue &reference) {
@@ -155,14 +172,12 @@ std::string_view Container::buffer(const JsonValue &reference) {
   }
   const auto known = loaded.find(index);
   if (known != loaded.end()) return known->second;
-  if (size > max_buffer_bytes || buffer_bytes + size > max_buffer_bytes)
-    buffer.fail("expected buffers of at most " + std::to_string(max_buffer_bytes) + " bytes together");
+  charge_bytes(buffer, size);
   // Some writers pad a buffer's file; more than that is another file.
   constexpr uint64_t padding = 4096;
   std::string bytes = load(*uri, size + padding);
   check(bytes.size());
   bytes.resize(static_cast<size_t>(size));
-  buffer_bytes += size;
   return loaded.emplace(index, std::move(bytes)).first->second;
 }
 

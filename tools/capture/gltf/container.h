@@ -31,7 +31,8 @@ public:
   JsonValue root() const { return {document, file}; }
   // What reference, an index, means: an item of the array of that name at the top ("accessors").
   JsonValue item(const char *list, const JsonValue &reference) const;
-  // reference: an index among bufferViews. Reads the buffer when it is asked for the first time.
+  // reference: an index among bufferViews. Reads the buffer, and decompresses the view, when it is asked for
+  // the first time.
   View view(const JsonValue &reference);
 
   // The bytes of an item of images: PNG or JPEG, if the file keeps to the specification.
@@ -46,13 +47,18 @@ private:
   void check_version() const;
   void check_extensions() const;
   std::string_view buffer(const JsonValue &reference);
+  // The bytes that buffer, byteOffset and byteLength of an object say.
+  std::string_view range(const JsonValue &place);
+  // Called before so many bytes are read or decoded.
+  void charge_bytes(const JsonValue &place, uint64_t size);
   std::string load(const JsonValue &uri, uint64_t limit) const;
 
   const std::string &file;
   nlohmann::json document;
   std::string_view binary; // chunk BIN of a GLB
   bool has_binary = false;
-  std::map<int64_t, std::string> loaded; // buffers that stand elsewhere
+  std::map<int64_t, std::string> loaded;       // buffers that stand elsewhere
+  std::map<int64_t, std::string> decompressed; // bufferViews
   uint64_t buffer_bytes = 0, numbers = 0;
 };
 
