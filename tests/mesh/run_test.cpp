@@ -122,7 +122,8 @@ TEST_CASE("the order of decoded vertices is told, also of those that lie on one 
     for (const auto &[profile, level] : {std::pair<uint8_t, int>{FVV_MESH_RAW, 0},
                                          {FVV_MESH_DRACO, 0},
                                          {FVV_MESH_DRACO, 7},
-                                         {FVV_MESH_DRACO, 10}}) {
+                                         {FVV_MESH_DRACO, 10},
+                                         {FVV_MESH_FAST, 0}}) {
       Bytes payload;
       Mesh decoded;
       std::vector<uint32_t> vertices(3 * size_t(mesh.face_count));
