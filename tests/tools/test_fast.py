@@ -1,9 +1,13 @@
 """Fast meshes: the decoder that was written from the specification reads the vector, and the tools do."""
 
 import json
+import sys
 
 import fast
-from conftest import ROOT
+from conftest import ROOT, Tool, tool_path
+
+sys.path.insert(0, str(ROOT / "conformance/real"))
+from real_capture import read_ply  # noqa: E402
 
 VECTORS = ROOT / "conformance" / "fast"
 
@@ -34,3 +38,16 @@ def test_fvvinfo_finds_every_frame_whole_and_names_the_profile(fvvinfo):
     report = json.loads(done.stdout)["files"][0]
     assert report["tracks"][0]["mesh"]["profiles"] == {"fast": 4}
     assert b'mesh": fast, ' in fvvinfo(VECTORS / "shapes.fvv").stdout
+
+
+def test_fvvdemux_writes_the_meshes_in_their_order(tmp_path):
+    path = tool_path("fvvdemux")
+    assert path, "fvvdemux was not built"
+    done = Tool(path)(VECTORS / "shapes.fvv", "-o", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, b"")
+    stream = (VECTORS / "shapes.fvv").read_bytes()
+    for number, mesh in enumerate(map(fast.decode, fast.mesh_payloads(stream))):
+        positions, faces = read_ply(tmp_path / "out/meshes" / f"{number:04}.ply")
+        assert (positions == [[0.001 * index for index in position] for position in mesh.positions]).all()
+        assert (faces == mesh.faces).all()
+    assert number == 3
