@@ -4,6 +4,8 @@
  * arithmetic. */
 #include "mesh/lattice.h"
 
+#include <math.h>
+
 #include "base/diagnostic.h"
 #include "fvv/mesh.h"
 
@@ -41,13 +43,30 @@ int fvv_lattice_quantise(double x, double origin, double step, int32_t *index) {
   return 1;
 }
 
+const char *fvv_lattice_not_finite(double x) {
+  return isnan(x) ? "NaN" : x < 0 ? "-infinity" : "infinity";
+}
+
+fvv_status fvv_lattice_point(const double origin[3], double step, const double *metres, size_t vertex,
+                             int32_t point[3], fvv_diagnostic *diagnostic) {
+  for (size_t k = 0; k < 3; k++) {
+    const double x = metres[3 * vertex + k];
+    if (!isfinite(x))
+      return fvv_fail(diagnostic, FVV_ERROR_INPUT, 0, 0, 0, "vertex %zu: %c is %s, not a finite number",
+                      vertex, "xyz"[k], fvv_lattice_not_finite(x));
+    if (!fvv_lattice_quantise(x, origin[k], step, &point[k]))
+      return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
+                      "vertex %zu: %c = %g m lies more than 2^28 steps of %g m from the origin %g m", vertex,
+                      "xyz"[k], x, step, origin[k]);
+  }
+  return FVV_OK;
+}
+
 fvv_status fvv_lattice_from_metres(const double origin[3], double step, const double *metres, size_t count,
                                    int32_t *indices, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  for (size_t i = 0; i < 3 * count; i++)
-    if (!fvv_lattice_quantise(metres[i], origin[i % 3], step, &indices[i]))
-      return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
-                      "vertex %zu: %c = %g m lies more than 2^28 steps of %g m from the origin %g m", i / 3,
-                      "xyz"[i % 3], metres[i], step, origin[i % 3]);
-  return FVV_OK;
+  fvv_status status = FVV_OK;
+  for (size_t v = 0; status == FVV_OK && v < count; v++)
+    status = fvv_lattice_point(origin, step, metres, v, indices + 3 * v, diagnostic);
+  return status;
 }

@@ -20,25 +20,16 @@ fvv_status fvv_canonicalise_table(fvv_canonicalising *w, uint64_t entries) {
   return FVV_OK;
 }
 
-static const char *not_finite(double x) {
-  return isnan(x) ? "NaN" : x < 0 ? "-infinity" : "infinity";
-}
-
 static fvv_status quantise(fvv_canonicalising *w, size_t vertex, int32_t point[3]) {
-  const double step = w->options.lattice_step;
-  for (int k = 0; k < 3; k++) {
-    const double x = w->source->positions[3 * vertex + (size_t)k], origin = w->options.lattice_origin[k];
-    if (!isfinite(x))
-      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0, "vertex %zu: %c is %s, not a finite number",
-                      vertex, "xyz"[k], not_finite(x));
-    if (!fvv_lattice_quantise(x, origin, step, &point[k]))
-      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,
-                      "vertex %zu: %c = %g m lies more than 2^28 steps of %g m from the origin %g m", vertex,
-                      "xyz"[k], x, step, origin);
-    const double product = step * (double)point[k], error = fabs(x - (origin + product));
+  const fvv_mesh_options *o = &w->options;
+  const fvv_status status = fvv_lattice_point(o->lattice_origin, o->lattice_step, w->source->positions,
+                                              vertex, point, w->diagnostic);
+  for (size_t k = 0; status == FVV_OK && k < 3; k++) {
+    const double product = o->lattice_step * (double)point[k];
+    const double error = fabs(w->source->positions[3 * vertex + k] - (o->lattice_origin[k] + product));
     if (error > w->report.max_error) w->report.max_error = error;
   }
-  return FVV_OK;
+  return status;
 }
 
 /* Of a source vertex and its point in the first frame: all its points in the run. */
@@ -87,7 +78,7 @@ static fvv_status quantise_texture(fvv_canonicalising *w, size_t vertex, uint32_
     if (!isfinite(x))
       return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
                       "vertex %zu: texture coordinate %c is %s, not a finite number", vertex, "uv"[k],
-                      not_finite(x));
+                      fvv_lattice_not_finite(x));
     if (x < -FVV_TEXTURE_TOLERANCE || x > 1 + FVV_TEXTURE_TOLERANCE)
       return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_TEXTURE_RANGE, 0, 0,
                       "vertex %zu: texture coordinate %c = %g is outside 0 to 1", vertex, "uv"[k], x);
