@@ -1,0 +1,295 @@
+// fvvcodecs: bytes, error and time of mesh codecs over a sequence of mesh files, each at several settings, as
+// a JSON array with one object a line of the table. codecs.py runs it and lays the tables out.
+//   fvvcodecs key|delta [--height METRES] [--up 0|1|2] --step MILLIMETRES[,...] FILE...
+// key: every file by itself. delta: files behind the first as delta frames; all have the faces of the first,
+// and bytes and times are those of the delta frames alone. --height scales the sequence so that the first
+// mesh is so high along the axis --up. Times are for one thread, a mean over the frames of the faster of two
+// runs (delta frames: of one).
+#include "fvvcodecs.h"
+
+#include "fvv/mesh.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+namespace fvv::codecs {
+
+void Row::measure(const Mesh &source, const Mesh &decoded) {
+  constexpr size_t samples = 20000;
+  const compare::Measure apart = compare::measure(compare::Surface(source), compare::Surface(decoded),
+                                                  samples, compare::Points::vertices);
+  measured++;
+  size_t way = 0;
+  for (const compare::Direction *direction : {&apart.forth, &apart.back}) {
+    const double rms = direction->distance.figures().rms;
+    squares[way] += rms * rms;
+    distances[way++].add(direction->distance.histogram());
+  }
+}
+
+nlohmann::ordered_json Row::json() const {
+  const double n = double(frames);
+  const double rms = std::sqrt(std::max(squares[0], squares[1]) / double(std::max<size_t>(measured, 1)));
+  const double p99 = std::max(distances[0].quantile(0.99), distances[1].quantile(0.99));
+  return {{"codec", codec},
+          {"setting", setting},
+          {"step_mm", step * 1e3},
+          {"frames", frames},
+          {"bytes_per_frame", bytes / n},
+          {"bits_per_vertex", bytes * 8 / vertices},
+          {"rms_mm", rms * 1e3},
+          {"p99_mm", p99 * 1e3},
+          {"encode_ms", encode / n * 1e3},
+          {"decode_ms", decode / n * 1e3}};
+}
+
+namespace {
+
+constexpr double origin[3] = {0, 0, 0};
+
+// One line for each profile of key frames.
+const struct Key {
+  const char *codec, *setting;
+  uint8_t profile;
+  int level;
+} keys[] = {{"raw", "", FVV_MESH_RAW, 0},
+            {"draco", "level 0", FVV_MESH_DRACO, 0},
+            {"draco", "level 5", FVV_MESH_DRACO, 5},
+            {"draco", "level 7", FVV_MESH_DRACO, 7},
+            {"draco", "level 10", FVV_MESH_DRACO, 10}};
+constexpr int plain_levels[] = {7, 10};
+
+// Lattice in parts of the quantiser's step, and the error in steps of it that makes that quantiser.
+const struct Delta {
+  int parts;
+  uint32_t max_error;
+} deltas[] = {{1, 0}, {2, 1}, {4, 2}};
+constexpr size_t measure_each = 7; // frames of a tracked sequence
+
+void require(fvv_status status, const fvv_diagnostic &d) {
+  if (status < 0) throw std::runtime_error(d.message[0] ? d.message : fvv_status_text(status));
+}
+
+struct Holder {
+  fvv_mesh mesh = {};
+  Holder() = default;
+  Holder(const Holder &) = delete;
+  ~Holder() { fvv_mesh_free(&mesh); }
+};
+
+struct Bytes {
+  fvv_bytes bytes = {};
+  Bytes() = default;
+  Bytes(const Bytes &) = delete;
+  ~Bytes() { fvv_bytes_free(&bytes); }
+};
+
+void canonicalise(const Mesh &source, double step, fvv_mesh &mesh, std::vector<uint32_t> *map = nullptr) {
+  fvv_mesh_options options;
+  fvv_mesh_options_default(&options);
+  options.lattice_step = step;
+  const fvv_mesh_source borrowed = {source.positions.data(), source.faces.data(), source.vertex_count(),
+                                    source.face_count(), nullptr};
+  if (map) map->resize(source.vertex_count());
+  fvv_diagnostic d{};
+  require(fvv_mesh_canonicalise_mapped(&borrowed, &options, nullptr, &mesh, map ? map->data() : nullptr,
+                                       nullptr, &d),
+          d);
+}
+
+Mesh in_metres(const fvv_mesh &mesh, double step) {
+  Mesh out;
+  out.positions.resize(3 * size_t(mesh.vertex_count));
+  for (uint32_t v = 0; v < mesh.vertex_count; v++)
+    fvv_lattice_to_metres(origin, step, mesh.positions + 3 * size_t(v), &out.positions[3 * size_t(v)]);
+  out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
+  return out;
+}
+
+template <class Body> double faster(const Body &body) {
+  const double first = seconds(body);
+  return std::min(first, seconds(body));
+}
+
+void count(Row &row, const Mesh &source, size_t bytes, double encode, double decode) {
+  row.frames++;
+  row.bytes += double(bytes);
+  row.vertices += double(source.vertex_count());
+  row.encode += encode;
+  row.decode += decode;
+}
+
+std::vector<Row> key_rows(const std::vector<Mesh> &frames, double step) {
+  std::vector<Row> rows, plain;
+  for (const Key &key : keys) rows.emplace_back(key.codec, key.setting, step);
+  for (const int level : plain_levels) {
+    rows.emplace_back("libdraco", "level " + std::to_string(level) + ", same lattice", step);
+    plain.emplace_back("libdraco", "", 0);
+  }
+  for (const Mesh &source : frames) {
+    Holder mesh;
+    canonicalise(source, step, mesh.mesh);
+    size_t r = 0;
+    for (const Key &key : keys) {
+      Bytes payload;
+      Holder decoded;
+      fvv_diagnostic d{};
+      const double encode = faster([&] {
+        require(fvv_mesh_encode(&mesh.mesh, key.profile, key.level, nullptr, &payload.bytes, &d), d);
+      });
+      const double decode = faster([&] {
+        fvv_mesh_free(&decoded.mesh);
+        require(fvv_mesh_decode(payload.bytes.data, payload.bytes.size, nullptr, nullptr, &decoded.mesh, &d),
+                d);
+      });
+      // All profiles give the same triangles; one of them is enough to measure these.
+      if (r == 0) rows[0].measure(source, in_metres(decoded.mesh, step));
+      count(rows[r++], source, payload.bytes.size, encode, decode);
+    }
+    const PlainDraco draco(source);
+    for (size_t i = 0; i < plain.size(); i++) {
+      std::string bytes;
+      double encode = faster([&] { bytes = draco.encode_on_lattice(source, step, plain_levels[i]); });
+      double decode = faster([&] { PlainDraco::decode(bytes); });
+      if (i == 0) rows[r].measure(source, capture::parse_drc(bytes, "libdraco"));
+      count(rows[r + i], source, bytes.size(), encode, decode);
+      double coarser = 0;
+      const int bits = draco.bits_for(step, &coarser);
+      encode = faster([&] { bytes = draco.encode(source, bits, plain_levels[i]); });
+      decode = faster([&] { PlainDraco::decode(bytes); });
+      if (i == 0) plain[0].measure(source, capture::parse_drc(bytes, "libdraco"));
+      count(plain[i], source, bytes.size(), encode, decode);
+      plain[i].step += coarser / double(frames.size());
+      plain[i].setting = "level " + std::to_string(plain_levels[i]) + ", " + std::to_string(bits) + " bits";
+    }
+  }
+  const size_t own = std::size(keys);
+  for (size_t r = 1; r < rows.size(); r++)
+    if (r != own) rows[r].take_errors(rows[r < own ? 0 : own]);
+  for (Row &row : plain) {
+    if (&row != &plain[0]) row.take_errors(plain[0]);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+// For each vertex of the decoded key mesh the first vertex of the source that it stands for.
+std::vector<uint32_t> source_vertices(const Mesh &source, double step, Holder &key) {
+  Holder mesh;
+  std::vector<uint32_t> map;
+  canonicalise(source, step, mesh.mesh, &map);
+  Bytes payload;
+  fvv_diagnostic d{};
+  require(fvv_mesh_encode(&mesh.mesh, FVV_MESH_DRACO, 7, nullptr, &payload.bytes, &d), d);
+  require(fvv_mesh_decode(payload.bytes.data, payload.bytes.size, nullptr, nullptr, &key.mesh, &d), d);
+  std::vector<uint32_t> first(mesh.mesh.vertex_count), out(key.mesh.vertex_count);
+  for (size_t v = map.size(); v-- > 0;)
+    if (map[v] != UINT32_MAX) first[map[v]] = uint32_t(v);
+  require(fvv_mesh_match(&key.mesh, &mesh.mesh, nullptr, out.data(), &d), d);
+  for (uint32_t &v : out) v = first[v];
+  return out;
+}
+
+using Sequence = std::unique_ptr<fvv_mesh_sequence, void (*)(fvv_mesh_sequence *)>;
+Sequence open(const fvv_mesh &key) {
+  fvv_diagnostic d{};
+  fvv_mesh_sequence *sequence = nullptr;
+  require(fvv_mesh_sequence_open(&key, nullptr, &sequence, &d), d);
+  return {sequence, fvv_mesh_sequence_close};
+}
+
+Row delta_row(const std::vector<Mesh> &frames, double quantiser, const Delta &delta) {
+  const double step = quantiser / delta.parts;
+  char setting[64];
+  std::snprintf(setting, sizeof setting, "%g mm +- %u", step * 1e3, delta.max_error);
+  Row row("delta", setting, quantiser);
+  Holder key;
+  const std::vector<uint32_t> vertices = source_vertices(frames[0], step, key);
+  const Sequence encoder = open(key.mesh), decoder = open(key.mesh);
+  fvv_mesh_delta_options options;
+  fvv_mesh_delta_options_default(&options);
+  options.max_error = delta.max_error;
+  Bytes payload;
+  std::vector<double> metres(3 * vertices.size());
+  std::vector<int32_t> positions(metres.size());
+  for (size_t f = 1; f < frames.size(); f++) {
+    if (frames[f].faces != frames[0].faces || frames[f].vertex_count() != frames[0].vertex_count())
+      throw std::runtime_error("mesh " + std::to_string(f) + " has other faces than the first");
+    for (size_t v = 0; v < vertices.size(); v++)
+      std::copy_n(&frames[f].positions[3 * size_t(vertices[v])], 3, &metres[3 * v]);
+    fvv_diagnostic d{};
+    require(fvv_lattice_from_metres(origin, step, metres.data(), vertices.size(), positions.data(), &d), d);
+    const double encode = seconds([&] {
+      require(fvv_mesh_sequence_encode(encoder.get(), positions.data(), &options, &payload.bytes, &d), d);
+    });
+    const double decode = seconds([&] {
+      require(fvv_mesh_sequence_decode(decoder.get(), payload.bytes.data, payload.bytes.size, UINT32_MAX, &d),
+              d);
+    });
+    count(row, frames[f], payload.bytes.size, encode, decode);
+    if (f % measure_each == 0 || f + 1 == frames.size())
+      row.measure(frames[f], in_metres(*fvv_mesh_sequence_mesh(decoder.get()), step));
+  }
+  return row;
+}
+
+std::vector<Mesh> read(const std::vector<std::string> &files, double height, size_t up) {
+  std::vector<Mesh> frames;
+  double factor = 1;
+  for (const std::string &file : files) {
+    frames.push_back(capture::read_mesh(file));
+    std::vector<double> &positions = frames.back().positions;
+    if (height > 0 && frames.size() == 1) {
+      double low = INFINITY, high = -INFINITY;
+      for (size_t i = up; i < positions.size(); i += 3) {
+        low = std::min(low, positions[i]);
+        high = std::max(high, positions[i]);
+      }
+      if (!(high > low)) throw std::runtime_error(file + ": has no height along axis " + std::to_string(up));
+      factor = height / (high - low);
+    }
+    for (double &x : positions) x *= factor;
+  }
+  return frames;
+}
+
+} // namespace
+} // namespace fvv::codecs
+
+int main(int argc, char **argv) {
+  using namespace fvv::codecs;
+  CLI::App app("Bytes, error and time of mesh codecs over a sequence of mesh files.");
+  std::string mode;
+  std::vector<std::string> files;
+  std::vector<double> steps;
+  double height = 0;
+  size_t up = 1;
+  app.add_option("mode", mode, "key or delta")->required()->check(CLI::IsMember({"key", "delta"}));
+  app.add_option("files", files, "one mesh a frame")->required();
+  app.add_option("--step", steps, "millimetres: of the lattice (key), of the quantiser (delta)")
+      ->required()
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::PositiveNumber);
+  app.add_option("--height", height, "metres; the first mesh is scaled to it, and all others alike");
+  app.add_option("--up", up, "axis of the height")->check(CLI::Range(0, 2));
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const std::vector<Mesh> frames = read(files, height, up);
+    if (mode == "delta" && frames.size() < 2) throw std::runtime_error("one mesh has no delta frames");
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const double millimetres : steps)
+      if (mode == "key")
+        for (const Row &row : key_rows(frames, millimetres * 1e-3)) rows.push_back(row.json());
+      else
+        for (const Delta &delta : deltas) rows.push_back(delta_row(frames, millimetres * 1e-3, delta).json());
+    std::printf("%s\n", rows.dump().c_str());
+    return 0;
+  } catch (const std::exception &error) {
+    std::fprintf(stderr, "fvvcodecs: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,60 @@
+// What the parts of fvvcodecs share: meshes that were read, one line of its table, and the clock.
+#pragma once
+
+#include "fvvcompare/measure.h"
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace fvv::codecs {
+
+using capture::Mesh;
+
+// One codec at one setting over some frames of a sequence.
+struct Row {
+  Row(const std::string &of, const std::string &at, double with_step)
+      : codec(of), setting(at), step(with_step) {}
+
+  std::string codec, setting;
+  double step; // metres from one position that can be coded to the next
+  // Sums over frames.
+  size_t frames = 0;
+  double bytes = 0, vertices = 0; // of the source
+  double encode = 0, decode = 0;  // seconds
+  // Surface to surface as fvvcompare measures it, from the source and to it; metres.
+  double squares[2] = {0, 0};
+  size_t measured = 0;
+  compare::Histogram distances[2];
+
+  void measure(const Mesh &source, const Mesh &decoded);
+  void take_errors(const Row &other) {
+    std::copy(other.squares, other.squares + 2, squares);
+    std::copy(other.distances, other.distances + 2, distances);
+    measured = other.measured;
+  }
+  nlohmann::ordered_json json() const;
+};
+
+template <class Body> double seconds(const Body &body) {
+  const auto begin = std::chrono::steady_clock::now();
+  body();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// Draco's own encoder as its command line drives it: corners of the faces in single precision, alike ones
+// joined, positions quantised over the box of the mesh.
+struct PlainDraco {
+  explicit PlainDraco(const Mesh &mesh);
+  // The most bits whose step is no finer than this one; answers that step too.
+  int bits_for(double step, double *coarser) const;
+  // level: 0 (fastest) to 10 (smallest). bits: of a coordinate.
+  std::string encode(const Mesh &mesh, int bits, int level) const;
+  // On the lattice with origin 0 and this step, as fvv has it.
+  std::string encode_on_lattice(const Mesh &mesh, double step, int level) const;
+  static void decode(const std::string &bytes);
+  double low[3], extent; // of the box, its longest side
+};
+
+} // namespace fvv::codecs
