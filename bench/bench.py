@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, container, sweep, import, clip.
+NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, container, sweep, import, clip,
+codecs.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import time
 
+import codecs_table
 import whp235
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -85,12 +87,18 @@ def fast():
     return fvvbench("fast")
 
 
+def tracked_capture():
+    folder = WORK / "tracked"
+    if not (folder / "capture.json").exists():
+        tool("fvvsynth", "-o", folder, "--rig", "small", "--meshes", "tracked", "--cameras", 1, "--force")
+    return folder / "capture.json"
+
+
 def delta():
     """Motion of 35,000 triangles on a lattice of 1 mm, each position within 1 mm."""
-    folder, tracked = WORK / "tracked", WORK / "tracked.fvv"
+    tracked = WORK / "tracked.fvv"
     if not tracked.exists():
-        tool("fvvsynth", "-o", folder, "--rig", "small", "--meshes", "tracked", "--cameras", 1, "--force")
-        tool("fvvmux", folder, "-o", tracked, "--no-pictures", "--lattice-step", "1mm", "--force")
+        tool("fvvmux", tracked_capture(), "-o", tracked, "--no-pictures", "--lattice-step", "1mm", "--force")
     return fvvbench("delta", tracked)
 
 
@@ -155,6 +163,12 @@ def clip():
     return figures
 
 
+def codecs():
+    """Mesh codecs by size, error and time; the generated capture and those of FVV_DATA."""
+    meshes = sorted((tracked_capture().parent / "meshes").iterdir())
+    return codecs_table.measure(WORK, {"tracked": (meshes, True)})
+
+
 PARTS = {
     "synth": synth,
     "mux": mux,
@@ -166,7 +180,13 @@ PARTS = {
     "sweep": sweep,
     "import": calibration_import,
     "clip": clip,
+    "codecs": codecs,
 }
+
+
+def part_of(name):
+    """Which part gives a figure: the one in front of its dot, but for figures of the table."""
+    return "codecs" if name in (*codecs_table.FIGURES, codecs_table.TIME_FIGURE) else name.split(".")[0]
 
 
 def rounded(value):
@@ -178,14 +198,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="figures or parts: " + ", ".join(PARTS))
     names = parser.parse_args().names
-    unknown = [name for name in names if name.split(".")[0] not in PARTS]
+    unknown = [name for name in names if part_of(name) not in PARTS]
     if unknown:
         parser.error(f"no such figure: {', '.join(unknown)}")
     WORK.mkdir(parents=True, exist_ok=True)
     figures = json.loads(RESULTS.read_text()) if names and RESULTS.exists() else {}
     print(f"{'figure':32} {'value':>12}")
     for part, measure in PARTS.items():
-        wanted = [name for name in names if name.split(".")[0] == part]
+        wanted = [name for name in names if part_of(name) == part]
         if names and not wanted:
             continue
         for figure, value in measure().items():

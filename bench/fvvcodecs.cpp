@@ -1,5 +1,5 @@
 // fvvcodecs: bytes, error and time of mesh codecs over a sequence of mesh files, each at several settings, as
-// a JSON array with one object a line of the table. codecs.py runs it and lays the tables out.
+// a JSON array with one object a line of the table. codecs_table.py runs it and lays the tables out.
 //   fvvcodecs key|delta [--height METRES] [--up 0|1|2] --step MILLIMETRES[,...] FILE...
 // key: every file by itself. delta: files behind the first as delta frames; all have the faces of the first,
 // and bytes and times are those of the delta frames alone. --height scales the sequence so that the first
