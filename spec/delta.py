@@ -11,7 +11,7 @@ import struct
 import sys
 from collections import defaultdict
 
-LATTICE_MAX = 1 << 28
+STATE_MAX = 1 << 30
 AXES = range(3)
 
 
@@ -78,78 +78,68 @@ class RangeDecoder:
 
 
 class Levels:
-    """Clause 8.8: levels of vertices, and stencils of (node, weight)."""
+    """Clause 8.8: levels of vertices in coding order, and stencils of (node, weight)."""
 
-    def __init__(self, positions):
+    def __init__(self, positions, faces):
         self.positions = positions
-        self.least = [min(p[a] for p in positions) for a in AXES]
-        self.levels, self.shifts = [], []
         self.stencils = [[] for _ in positions]
-        self._find_levels()
-        self._find_stencils()
-
-    def _cell(self, vertex, shift):
-        return tuple(self.positions[vertex][a] - self.least[a] >> shift for a in AXES)
-
-    def _from_centre(self, vertex, shift):
-        side = 1 << shift
-        offsets = [2 * ((self.positions[vertex][a] - self.least[a]) % side) - side for a in AXES]
-        return sum(d * d for d in offsets)
-
-    def _find_levels(self):
-        n = len(self.positions)
-        extent = max(max(p[a] for p in self.positions) - self.least[a] for a in AXES)
-        nodes = set()
-        for shift in range(max(extent.bit_length() - 3, 0), 0, -1):
-            cells = defaultdict(list)
-            for vertex in range(n):
-                cells[self._cell(vertex, shift)].append(vertex)
-            if n < 192 or 3 * len(cells) > n:
+        point = {}
+        node = [point.setdefault(tuple(p), vertex) for vertex, p in enumerate(positions)]
+        self.twins = [vertex for vertex in range(len(positions)) if node[vertex] != vertex]
+        self.neighbours = {vertex: set() for vertex in point.values()}
+        for corners in faces:
+            for a, b in zip(corners, corners[1:] + corners[:1]):
+                self._join(node[a], node[b])
+        passes = []
+        while len(passes) < 48:
+            taken = self._choose()
+            connected = sum(1 for around in self.neighbours.values() if around)
+            if connected <= 24 or len(taken) < connected // 6:
                 break
-            if len(cells) < (2 * len(nodes) if nodes else 64):
-                continue
-            free = [members for members in cells.values() if not nodes.intersection(members)]
-            level = sorted(min(m, key=lambda v: (self._from_centre(v, shift), v)) for m in free)
-            self._add(level, shift, nodes)
-        points = {tuple(self.positions[v]) for v in nodes}
-        level = []
-        for vertex in range(n):
-            if vertex not in nodes and tuple(self.positions[vertex]) not in points:
-                points.add(tuple(self.positions[vertex]))
-                level.append(vertex)
-        self._add(level, 0, nodes)
-        self.twins = [vertex for vertex in range(n) if vertex not in nodes]
+            for vertex in taken:
+                self._take_out(vertex)
+            passes.append(taken)
+        survivors = sorted(self.neighbours)
+        for former, vertex in zip(survivors, survivors[1:]):
+            self.stencils[vertex] = [(former, 1 << 16)]
+        for vertex in self.twins:
+            self.stencils[vertex] = [(node[vertex], 1 << 16)]
+        self.levels = [survivors]
+        for number in range(len(passes), 0, -1):
+            if number % 3 == 0:
+                self.levels.append([])
+            self.levels[-1] += passes[number - 1]
         if self.twins:
             self.levels.append(self.twins)
 
-    def _add(self, level, shift, nodes):
-        self.levels.append(level)
-        self.shifts.append(shift)
-        nodes.update(level)
+    def _join(self, a, b):
+        if a != b:
+            self.neighbours[a].add(b)
+            self.neighbours[b].add(a)
 
-    def _find_stencils(self):
-        earlier = list(self.levels[0])
-        for level, shift in zip(self.levels[1 : len(self.shifts)], self.shifts):
-            nodes = defaultdict(list)
-            for node in earlier:
-                nodes[self._cell(node, shift)].append(node)
-            for vertex in level:
-                x, y, z = self._cell(vertex, shift)
-                around = [(x + i, y + j, z + k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)]
-                near = [node for cell in around for node in nodes.get(cell, ())]
-                near = sorted(near, key=lambda node: (self._squared(vertex, node), node))[:6]
-                offsets = [self._offset(vertex, node, max(shift - 8, 0)) for node in near]
-                self.stencils[vertex] = list(zip(near, weights(offsets)))
-            earlier += level
-        place = {tuple(self.positions[v]): v for v in earlier}
-        for vertex in self.twins:
-            self.stencils[vertex] = [(place[tuple(self.positions[vertex])], 1 << 16)]
+    def _choose(self):
+        taken = set()
+        for vertex, around in sorted(self.neighbours.items()):
+            if 1 <= len(around) <= 8 and not around & taken:
+                taken.add(vertex)
+        return sorted(taken)
 
-    def _offset(self, vertex, node, shift):
-        return [self.positions[node][a] - self.positions[vertex][a] >> shift for a in AXES]
+    def _take_out(self, vertex):
+        around = self.neighbours.pop(vertex)
+        nearest = sorted(around, key=lambda node: (self._squared(vertex, node), node))
+        for other in nearest:
+            self.neighbours[other].remove(vertex)
+            self._join(nearest[0], other)
+        differences = [self._difference(vertex, node) for node in nearest[:6]]
+        shift = max(0, max(abs(x) for u in differences for x in u).bit_length() - 9)
+        offsets = [[x >> shift for x in u] for u in differences]
+        self.stencils[vertex] = list(zip(nearest, weights(offsets)))
+
+    def _difference(self, vertex, node):
+        return [self.positions[node][a] - self.positions[vertex][a] for a in AXES]
 
     def _squared(self, vertex, node):
-        return sum(d * d for d in self._offset(vertex, node, 0))
+        return sum(d * d for d in self._difference(vertex, node))
 
 
 def weights(offsets):
@@ -162,7 +152,7 @@ def weights(offsets):
     h = 0
     while trace >> h >= 1 << 17:
         h += 1
-    k = [[c[a][b] + (trace // 8 + 1 if a == b else 0) >> h for b in AXES] for a in AXES]
+    k = [[c[a][b] + (trace // 32 + 1 if a == b else 0) >> h for b in AXES] for a in AXES]
 
     def minor(a, b):
         a1, a2, b1, b2 = (a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3
@@ -180,15 +170,20 @@ def weights(offsets):
 
 
 class Sequence:
-    """A key mesh and the frames behind it; positions are those of the frame that was added last."""
+    """A key mesh and the frames behind it; clause 8.9."""
 
-    def __init__(self, positions):
-        self.positions = [list(p) for p in positions]
-        self.hierarchy = Levels(positions)
+    def __init__(self, positions, faces):
+        self.states = [[4 * x for x in p] for p in positions]
+        self.hierarchy = Levels(positions, faces)
         # Of each level, by what chooses the context.
         self.contexts = [defaultdict(lambda: [32768, 32768]) for _ in self.hierarchy.levels]
         self.before = [[0] * 3 for _ in positions]
+        self.last = [[0] * 3 for _ in positions]
         self.frame = 0
+
+    def positions(self):
+        """Of the frame that was added last."""
+        return [[x + 2 >> 2 for x in state] for state in self.states]
 
     def add(self, payload):
         """Decodes a whole MESH payload of profile 2."""
@@ -197,8 +192,8 @@ class Sequence:
         assert numbers.next() == self.frame
         assert numbers.next() == len(self.hierarchy.levels)
         coded = [(numbers.next(), numbers.next()) for _ in self.hierarchy.levels]
-        self.motion = [[0] * 3 for _ in self.positions]
-        self.now = [[0] * 3 for _ in self.positions]
+        self.motion = [[0] * 3 for _ in self.states]
+        self.now = [[0] * 3 for _ in self.states]
         at = numbers.at
         for level, contexts, (step, size) in zip(self.hierarchy.levels, self.contexts, coded):
             decoder = RangeDecoder(payload[at : at + size]) if size else None
@@ -210,31 +205,48 @@ class Sequence:
         self.before = self.now
 
     def _move(self, vertex, decoder, contexts, step):
-        place, motion = self.positions[vertex], self.motion[vertex]
         stencil = self.hierarchy.stencils[vertex]
-        near = [node for node, weight in stencil[:4] if weight]
+        around = [node for node, weight in stencil[:4] if weight]
         before_axis = 0
         for a in AXES:
-            predicted = sum(weight * self.motion[node][a] for node, weight in stencil) + (1 << 15) >> 16
-            motion[a] = max(-LATTICE_MAX, min(LATTICE_MAX, place[a] + predicted)) - place[a]
+            former = self.states[vertex][a]
+            state = former + (
+                sum(weight * self.motion[node][a] for node, weight in stencil) + (1 << 15) >> 16
+            )
+            multiple = max(g for g in (1, 2, 4) if step % g == 0)
+            state = (state + multiple // 2) // multiple * multiple
+            state = max(-STATE_MAX, min(STATE_MAX, state))
             if decoder:
-                around = around_class(sum(min(self.now[node][a], 15) for node in near))
-                some = (a, around, min(self.before[vertex][a], 2), min(before_axis, 2))
-                residual = decode_residual(decoder, contexts, some, around)
-                self.now[vertex][a] = abs(residual)
+                residual = self._residual(vertex, a, around, before_axis, decoder, contexts)
+                self.now[vertex][a] = residual
+                if residual:
+                    self.last[vertex][a] = sign(residual)
                 before_axis += abs(residual)
-                motion[a] += residual * step
-            place[a] += motion[a]
-            assert abs(place[a]) <= LATTICE_MAX
+                state += residual * step
+            assert abs(state) <= STATE_MAX
+            self.states[vertex][a] = state
+            self.motion[vertex][a] = min(state - former, (1 << 31) - 1)
+
+    def _residual(self, vertex, a, around, before_axis, decoder, contexts):
+        near = [self.now[node][a] for node in around]
+        magnitudes = around_class(sum(min(abs(x), 15) for x in near))
+        some = (a, magnitudes, min(abs(self.before[vertex][a]), 2), min(before_axis, 2))
+        if not decoder.decision(contexts["some", some]):
+            return 0
+        magnitude = decode_magnitude(decoder, contexts, magnitudes)
+        signs = (a, self.last[vertex][a], sign(sum(sign(x) for x in near)))
+        return -magnitude if decoder.decision(contexts["negative", signs]) else magnitude
+
+
+def sign(x):
+    return (x > 0) - (x < 0)
 
 
 def around_class(total):
     return total if total < 3 else 3 if total < 5 else 4 if total < 9 else 5
 
 
-def decode_residual(decoder, contexts, some, around):
-    if not decoder.decision(contexts["some", some]):
-        return 0
+def decode_magnitude(decoder, contexts, around):
     digits = 0
     while decoder.decision(contexts["more", around, digits]):
         digits += 1
@@ -242,7 +254,7 @@ def decode_residual(decoder, contexts, some, around):
     magnitude = 1
     for i in range(digits):
         magnitude = 2 * magnitude + (decoder.even() if i else decoder.decision(contexts["first", digits]))
-    return -magnitude if decoder.even() else magnitude
+    return magnitude
 
 
 class Numbers:
@@ -272,11 +284,13 @@ def mesh_payloads(stream):
         at += 32 + (size + 7) // 8 * 8
 
 
-def raw_positions(payload):
-    return [
-        list(struct.unpack_from("<3i", payload, 16 + 12 * v))
-        for v in range(struct.unpack_from("<I", payload, 4)[0])
-    ]
+def raw_mesh(payload):
+    """Positions and faces."""
+    vertices, faces = struct.unpack_from("<2I", payload, 4)
+    return (
+        [list(struct.unpack_from("<3i", payload, 16 + 12 * v)) for v in range(vertices)],
+        [list(struct.unpack_from("<3I", payload, 16 + 12 * (vertices + f))) for f in range(faces)],
+    )
 
 
 def decode(stream):
@@ -287,8 +301,8 @@ def decode(stream):
             sequence.add(payload)
         else:
             assert payload[0] == 0
-            sequence = Sequence(raw_positions(payload))
-        yield [list(p) for p in sequence.positions]
+            sequence = Sequence(*raw_mesh(payload))
+        yield sequence.positions()
 
 
 def position_crcs(stream):

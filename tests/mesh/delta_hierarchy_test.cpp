@@ -1,12 +1,13 @@
 // Levels and weights of delta frames, held against arithmetic in floating point.
 #include "fvv_catch.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <random>
 #include <set>
-#include <tuple>
 
 #include "delta_shapes.h"
 
@@ -16,11 +17,9 @@ extern "C" {
 
 namespace {
 
-using Cell = std::tuple<int32_t, int32_t, int32_t>;
-
 struct Hierarchy : fvv_delta_hierarchy {
   explicit Hierarchy(const fvv_mesh &mesh) : fvv_delta_hierarchy() {
-    REQUIRE(fvv_delta_hierarchy_build(mesh.positions, mesh.vertex_count, &mesh.allocator, this) == FVV_OK);
+    REQUIRE(fvv_delta_hierarchy_build(&mesh, &mesh.allocator, this) == FVV_OK);
   }
   Hierarchy(const Hierarchy &) = delete;
   ~Hierarchy() { fvv_delta_hierarchy_free(this); }
@@ -46,7 +45,7 @@ std::vector<double> expected(const std::vector<std::array<double, 3>> &offsets) 
       for (size_t b = 0; b < 3; b++)
         s[a][b] += share[i] * (offsets[i][a] - mean[a]) * (offsets[i][b] - mean[b]);
   const double trace = s[0][0] + s[1][1] + s[2][2];
-  for (size_t a = 0; a < 3; a++) s[a][a] += trace / 8;
+  for (size_t a = 0; a < 3; a++) s[a][a] += trace / 32;
   // Gauss without pivots: the matrix is positive definite.
   double x[3] = {-mean[0], -mean[1], -mean[2]};
   for (size_t a = 0; a < 3; a++)
@@ -124,113 +123,177 @@ TEST_CASE("weights stay bounded for offsets at the ends of their range") {
   }
 }
 
-TEST_CASE("a level has one vertex for each occupied cell, nearest to the centre") {
-  const auto key = key_of(torus(120, 80), 0.0005);
-  const Hierarchy h(*key);
-  REQUIRE(h.level_count >= 4);
-  CHECK(!h.has_twins);
-  int32_t least[3], extent = 0;
-  for (size_t a = 0; a < 3; a++) {
-    int32_t most = least[a] = key->positions[a];
-    for (size_t v = 0; v < key->vertex_count; v++) {
-      least[a] = std::min(least[a], key->positions[3 * v + a]);
-      most = std::max(most, key->positions[3 * v + a]);
-    }
-    extent |= most - least[a];
-  }
-  int top = 0;
-  while (extent >> top) top++;
-  const auto cell = [&](uint32_t v, int shift) {
-    const int32_t *p = key->positions + 3 * size_t(v);
-    return Cell((p[0] - least[0]) >> shift, (p[1] - least[1]) >> shift, (p[2] - least[2]) >> shift);
-  };
-  uint32_t level = 0, placed = 0;
-  for (int shift = top - 3; shift > 0; shift--) {
-    std::set<Cell> occupied, held;
-    for (uint32_t v = 0; v < key->vertex_count; v++) occupied.insert(cell(v, shift));
-    if (3 * occupied.size() > key->vertex_count) break;
-    if (occupied.size() < (placed ? 2 * placed : 64)) continue;
-    REQUIRE(h.level_end[level] == occupied.size());
-    for (uint32_t i = 0; i < h.level_end[level]; i++) {
-      CHECK(held.insert(cell(h.order[i], shift)).second);
-      if (i > h.begin(level)) CHECK(h.order[i] > h.order[i - 1]);
-    }
-    // Half of the side away from the nearest corner, or as near as any other vertex comes.
-    std::map<Cell, double> nearest;
-    const auto off = [&](uint32_t v) {
-      double sum = 0;
-      for (size_t a = 0; a < 3; a++) {
-        const double side = std::ldexp(1, shift), x = key->positions[3 * size_t(v) + a] - least[a];
-        const double d = x - (std::floor(x / side) + 0.5) * side;
-        sum += d * d;
-      }
-      return sum;
-    };
-    for (uint32_t v = 0; v < key->vertex_count; v++) {
-      const auto found = nearest.insert({cell(v, shift), off(v)});
-      found.first->second = std::min(found.first->second, off(v));
-    }
-    for (uint32_t i = h.begin(level); i < h.level_end[level]; i++)
-      CHECK(off(h.order[i]) == nearest[cell(h.order[i], shift)]);
-    placed = h.level_end[level++];
-  }
-  CHECK(level + 1 == h.level_count);
-  CHECK(h.level_end[level] == key->vertex_count);
-}
+namespace {
 
-TEST_CASE("a stencil has the nearest vertices of earlier levels around") {
-  const auto key = key_of(torus(120, 80), 0.0005);
-  const Hierarchy h(*key);
-  size_t nearest_found = 0, looked = 0;
-  for (uint32_t level = 1; level < h.level_count; level++)
-    for (uint32_t i = h.begin(level); i < h.level_end[level]; i += 7) {
+// Levels and stencils' nodes from the words of clause 8.8, with sets.
+struct Plain {
+  std::vector<std::vector<uint32_t>> levels, stencils;
+  const fvv_mesh &mesh;
+  std::vector<std::set<uint32_t>> neighbours;
+
+  explicit Plain(const fvv_mesh &key) : stencils(key.vertex_count), mesh(key), neighbours(key.vertex_count) {
+    std::map<std::array<int32_t, 3>, uint32_t> points;
+    std::vector<uint32_t> lowest, twins;
+    std::set<uint32_t> left;
+    for (uint32_t v = 0; v < key.vertex_count; v++) {
+      const int32_t *p = key.positions + 3 * size_t(v);
+      lowest.push_back(points.insert({{{p[0], p[1], p[2]}}, v}).first->second);
+      if (lowest[v] == v)
+        left.insert(v);
+      else
+        twins.push_back(v);
+    }
+    for (const uint32_t v : twins) stencils[v] = {lowest[v]};
+    for (size_t i = 0; i < 3 * size_t(key.face_count); i++)
+      join(lowest[key.faces[i]], lowest[key.faces[i % 3 == 2 ? i - 2 : i + 1]]);
+    std::vector<std::vector<uint32_t>> passes;
+    for (;;) {
+      const std::vector<uint32_t> taken = take(left);
+      if (taken.empty()) break;
+      passes.push_back(taken);
+    }
+    levels.emplace_back(left.begin(), left.end());
+    for (size_t i = 1; i < levels[0].size(); i++) stencils[levels[0][i]] = {levels[0][i - 1]};
+    for (size_t p = passes.size(); p-- > 0;) {
+      if (p % 3 == 2) levels.emplace_back();
+      levels.back().insert(levels.back().end(), passes[p].begin(), passes[p].end());
+    }
+    if (!twins.empty()) levels.push_back(twins);
+  }
+
+  void join(uint32_t v, uint32_t w) {
+    if (v == w) return;
+    neighbours[v].insert(w);
+    neighbours[w].insert(v);
+  }
+  std::vector<uint32_t> nearest(uint32_t v) const {
+    std::vector<uint32_t> out(neighbours[v].begin(), neighbours[v].end());
+    std::stable_sort(out.begin(), out.end(),
+                     [&](uint32_t a, uint32_t b) { return squared(v, a) < squared(v, b); });
+    return out;
+  }
+  int64_t squared(uint32_t v, uint32_t w) const {
+    int64_t sum = 0;
+    for (size_t a = 0; a < 3; a++) {
+      const int64_t u = int64_t(mesh.positions[3 * size_t(v) + a]) - mesh.positions[3 * size_t(w) + a];
+      sum += u * u;
+    }
+    return sum;
+  }
+  std::vector<uint32_t> take(std::set<uint32_t> &left) {
+    size_t with = 0;
+    std::set<uint32_t> taken;
+    for (const uint32_t v : left) {
+      const auto &around = neighbours[v];
+      with += !around.empty();
+      if (around.empty() || around.size() > 8) continue;
+      if (std::none_of(around.begin(), around.end(), [&](uint32_t w) { return taken.count(w); }))
+        taken.insert(v);
+    }
+    if (with <= 24 || taken.size() < with / 6) return {};
+    for (const uint32_t v : taken) {
+      stencils[v] = nearest(v);
+      const uint32_t into = stencils[v][0];
+      for (const uint32_t w : stencils[v]) {
+        neighbours[w].erase(v);
+        join(into, w);
+      }
+      if (stencils[v].size() > 6) stencils[v].resize(6);
+      left.erase(v);
+    }
+    return {taken.begin(), taken.end()};
+  }
+};
+
+void same_as_plain(const fvv_mesh &mesh) {
+  const Hierarchy h(mesh);
+  const Plain plain(mesh);
+  REQUIRE(h.level_count == plain.levels.size());
+  for (uint32_t level = 0; level < h.level_count; level++) {
+    REQUIRE(h.level_end[level] - h.begin(level) == plain.levels[level].size());
+    for (uint32_t i = h.begin(level); i < h.level_end[level]; i++) {
+      const uint32_t v = h.order[i];
+      REQUIRE(v == plain.levels[level][i - h.begin(level)]);
       const fvv_delta_stencil &s = h.stencils[i];
-      const int32_t *x = key->positions + 3 * size_t(h.order[i]);
-      const auto squared = [&](uint32_t place) {
-        const int32_t *y = key->positions + 3 * size_t(h.order[place]);
-        double sum = 0;
-        for (int a = 0; a < 3; a++) sum += double(y[a] - x[a]) * (y[a] - x[a]);
-        return sum;
-      };
-      double former = 0, best = 1e18;
       int64_t sum = 0;
-      for (uint32_t n = 0; n < FVV_DELTA_NEIGHBOURS && s.weight[n]; n++) {
-        CHECK(s.node[n] < h.begin(level));
-        CHECK(squared(s.node[n]) >= former);
-        former = squared(s.node[n]);
+      for (size_t n = 0; n < FVV_DELTA_NEIGHBOURS; n++) {
+        sum += s.weight[n];
+        if (!s.weight[n]) continue;
+        REQUIRE(n < plain.stencils[v].size());
+        REQUIRE(s.node[n] < i);
+        REQUIRE(h.order[s.node[n]] == plain.stencils[v][n]);
       }
-      for (const int32_t w : s.weight) sum += w;
-      CHECK(sum == 65536);
-      for (uint32_t n = 0; n < h.begin(level); n++) best = std::min(best, squared(n));
-      nearest_found += squared(s.node[0]) == best;
-      looked++;
+      REQUIRE(sum == (i ? 65536 : 0));
     }
-  // A cell of 27 holds the nearest one nearly always.
-  CHECK(nearest_found > looked * 99 / 100);
+  }
+  CHECK(h.level_end[h.level_count - 1] == mesh.vertex_count);
 }
 
-TEST_CASE("degenerate layouts of points still form levels") {
-  for (const int kind : {0, 1, 2, 3}) {
+} // namespace
+
+TEST_CASE("levels and nodes of stencils are those of the plain words") {
+  for (const auto &shape :
+       {torus(120, 80), torus(40, 30, 0.3), sphere(40, 30), grid(40), charts(8), sponge(6, 0.5, 3),
+        ragged(40, 30, 7), two_components(), fin(), bow_tie(), tetrahedron(), holed_hubs(60)})
+    same_as_plain(*key_of(shape));
+}
+
+TEST_CASE("a stencil keeps to its piece of the surface, however near another one is") {
+  // Two sheets of 30 x 30 vertices, one step of the lattice apart.
+  std::vector<int32_t> positions;
+  std::vector<uint32_t> faces;
+  const int32_t side = 30;
+  for (int32_t v = 0; v < 2 * side * side; v++)
+    for (const int32_t x : {10 * (v % side), 10 * (v / side % side), v / (side * side)})
+      positions.push_back(x);
+  for (uint32_t sheet = 0; sheet < 2; sheet++)
+    for (uint32_t y = 0; y + 1 < 30; y++)
+      for (uint32_t x = 0; x + 1 < 30; x++) {
+        const uint32_t a = sheet * 900 + y * 30 + x;
+        for (const uint32_t i : {a, a + 1, a + 30, a + 1, a + 31, a + 30}) faces.push_back(i);
+      }
+  const auto scratch = key_of(tetrahedron());
+  const fvv_mesh mesh = {positions.data(),  faces.data(), 1800, uint32_t(faces.size() / 3), nullptr, 0,
+                         scratch->allocator};
+  const Hierarchy h(mesh);
+  size_t looked = 0;
+  const uint32_t survivors = h.level_end[0];
+  for (uint32_t i = survivors; i < h.vertex_count; i++)
+    for (size_t n = 0; n < FVV_DELTA_NEIGHBOURS; n++)
+      if (h.stencils[i].weight[n]) {
+        CHECK(h.order[h.stencils[i].node[n]] / 900 == h.order[i] / 900);
+        looked++;
+      }
+  CHECK(looked > 5000);
+}
+
+TEST_CASE("degenerate meshes still form levels") {
+  for (const int kind : {0, 1, 2, 3, 4, 5}) {
     std::vector<int32_t> p;
-    for (int32_t v = 0; v < 3000; v++) {
-      const int32_t far = FVV_LATTICE_MAX;
+    std::vector<uint32_t> faces;
+    const uint32_t count = 3000;
+    const int32_t far = FVV_LATTICE_MAX;
+    for (int32_t v = 0; v < int32_t(count); v++) {
       if (kind == 0) p.insert(p.end(), {5, 5, 5});                                    // one point
       if (kind == 1) p.insert(p.end(), {v, 0, 0});                                    // a line
       if (kind == 2) p.insert(p.end(), {v % 2 ? far : -far, v, v % 5 ? 0 : far});     // ends of the lattice
       if (kind == 3) p.insert(p.end(), {1 << (v % 28), 1 << (v / 28 % 28), v / 784}); // shells
+      if (kind >= 4) p.insert(p.end(), {v * 7919 % 4096, v * 104729 % 4096, v});
     }
-    fvv_delta_hierarchy h;
-    const fvv_allocator allocator = {[](void *, void *q, size_t, size_t size) -> void * {
-                                       if (size) return realloc(q, size);
-                                       free(q);
-                                       return nullptr;
-                                     },
-                                     nullptr};
-    REQUIRE(fvv_delta_hierarchy_build(p.data(), 3000, &allocator, &h) == FVV_OK);
-    CHECK(h.level_end[h.level_count - 1] == 3000);
-    std::set<uint32_t> seen(h.order, h.order + 3000);
-    CHECK(seen.size() == 3000);
-    CHECK(h.has_twins == (kind == 0));
-    fvv_delta_hierarchy_free(&h);
+    for (uint32_t v = 0; v + 2 < count; v++) {
+      // 4: a fan about one edge. 5: pieces of one triangle.
+      const uint32_t a = kind == 4   ? 0
+                         : kind == 5 ? v / 3 * 3
+                                     : v,
+                     b = kind == 4 ? 1 : a + 1, c = kind == 5 ? a + 2 : v + 2;
+      for (const uint32_t i : {a, b, c}) faces.push_back(i);
+    }
+    const auto scratch = key_of(tetrahedron());
+    const fvv_mesh mesh = {p.data(), faces.data(),      count, uint32_t(faces.size() / 3), nullptr,
+                           0,        scratch->allocator};
+    same_as_plain(mesh);
+    const Hierarchy h(mesh);
+    const std::set<uint32_t> seen(h.order, h.order + count);
+    CHECK(seen.size() == count);
   }
 }

@@ -120,7 +120,7 @@ TEST_CASE("each rule of a delta payload has its issue") {
   CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels.push_back({1, 0}); })) == FVV_ISSUE_DELTA_LEVELS);
   CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels.pop_back(); })) == FVV_ISSUE_DELTA_LEVELS);
   CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels[1][0] = 0; })) == FVV_ISSUE_DELTA_LEVELS);
-  CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels[1][0] = 65536; })) == FVV_ISSUE_DELTA_LEVELS);
+  CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels[1][0] = 262144; })) == FVV_ISSUE_DELTA_LEVELS);
   CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels[1][1]++; })) == FVV_ISSUE_DELTA_SIZE);
   CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels[1][1] = UINT64_MAX; })) == FVV_ISSUE_DELTA_SIZE);
   CHECK(issue_of(c, changed([](DeltaHeader &h) {
@@ -138,7 +138,7 @@ TEST_CASE("each rule of a delta payload has its issue") {
   Payload ones = good;
   std::fill(ones.begin() + long(header.data), ones.end(), uint8_t(0));
   CHECK(issue_of(c, ones) == FVV_ISSUE_DELTA_STREAM);
-  CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels[0][0] = 65535; })) == 0);
+  CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels[0][0] = 262143; })) == 0);
   // A payload of another profile does not go on with a sequence, nor does a delta frame begin one.
   CHECK(issue_of(c, spoilt(0, 9), FVV_ERROR_UNSUPPORTED) == FVV_ISSUE_MESH_PROFILE);
   CHECK(issue_of(c, encoded(*c.key, FVV_MESH_RAW, 0), FVV_ERROR_ARGUMENT) == 0);
@@ -155,13 +155,13 @@ TEST_CASE("motion out of the lattice is refused") {
   wanted[0] += 200000000;
   const Payload good = encoder.encode(wanted, 0);
   DeltaHeader header = header_of(good);
-  for (const uint64_t step : {1u, 2u}) {
+  for (const uint64_t step : {4u, 8u}) {
     header.levels[0][0] = step;
     Sequence decoder(*key);
     fvv_diagnostic diagnostic = {};
     const fvv_status status = decoder.decode(with_header(good, header), UINT32_MAX, &diagnostic);
-    CHECK(status == (step == 1 ? FVV_OK : FVV_ERROR_INVALID));
-    CHECK(diagnostic.issue == (step == 1 ? 0 : FVV_ISSUE_MESH_LATTICE));
+    CHECK(status == (step == 4 ? FVV_OK : FVV_ERROR_INVALID));
+    CHECK(diagnostic.issue == (step == 4 ? 0 : FVV_ISSUE_MESH_LATTICE));
   }
 }
 

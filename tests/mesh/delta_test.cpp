@@ -85,7 +85,7 @@ TEST_CASE("vertices of a seam move together and cost nothing") {
   CHECK(!memcmp(mesh->texture, key->texture, 8 * size_t(key->vertex_count)));
 }
 
-TEST_CASE("levels partition the vertices, each at least as large as all before it") {
+TEST_CASE("levels partition the vertices, each larger than all before it") {
   for (const auto &key : {key_of(torus(120, 80)), key_of(sphere(40, 30)), key_of(tetrahedron()),
                           key_of(grid(40)), key_of(charts(8))}) {
     Sequence sequence(*key);
@@ -94,13 +94,13 @@ TEST_CASE("levels partition the vertices, each at least as large as all before i
     for (uint32_t k = 0; k < levels; k++) {
       const uint32_t size = fvv_mesh_sequence_level_size(sequence.handle, k);
       CHECK(size > 0);
-      if (k + 1 < levels && !key->texture) CHECK(size >= sum);
+      if (k && !key->texture) CHECK(size > sum);
       sum += size;
     }
     CHECK(sum == key->vertex_count);
     CHECK(fvv_mesh_sequence_level_size(sequence.handle, levels) == 0);
-    if (key->vertex_count > 1000 && !key->texture)
-      CHECK(fvv_mesh_sequence_level_size(sequence.handle, 0) >= 64);
+    // What no pass took, and two passes at most.
+    if (!key->texture) CHECK(fvv_mesh_sequence_level_size(sequence.handle, 0) < 80);
   }
 }
 
@@ -227,5 +227,5 @@ TEST_CASE("delta payloads are the same bytes on every machine") {
     const auto payload = encoder.encode(wanted, 1);
     crc = fvv_crc32c(crc, payload.data(), payload.size());
   }
-  CHECK(crc == 0xe1b4d612u);
+  CHECK(crc == 0x4959e8d8u);
 }

@@ -172,7 +172,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t s
 typedef struct fvv_mesh_sequence fvv_mesh_sequence;
 
 /* key: the decoded key mesh (fvv_mesh_decode), never the one handed to the encoder; it is copied. Close with
- * fvv_mesh_sequence_close. Some 130 bytes a vertex. allocator NULL: malloc. On error *sequence is NULL. */
+ * fvv_mesh_sequence_close. Some 140 bytes a vertex. allocator NULL: malloc. On error *sequence is NULL. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allocator,
                                                        fvv_mesh_sequence **sequence,
                                                        fvv_diagnostic *diagnostic);
@@ -203,9 +203,9 @@ typedef struct fvv_mesh_delta_options {
   size_t struct_size;
   /* How far a decoded position may lie from the one asked for, on each axis, in steps of the lattice, up to
    * 32767; 0: not at all. Default 1. A lattice finer than the error that is wanted codes best: with a step of
-   * 1 mm and an error of 1 frames take less than half the bytes of a step of 2 mm and an error of 0, as the
-   * rounding of the former frame is not passed on as motion. At the edge of the lattice it may be twice as
-   * far. */
+   * 0.4 mm and an error of 2, 1 mm from the source at most, frames take about half the bytes of a step of 2
+   * mm and an error of 0, as the rounding of the former frame is not passed on as motion. At the edge of the
+   * lattice it may be twice as far. */
   uint32_t max_error;
 } fvv_mesh_delta_options;
 

@@ -23,27 +23,23 @@ static uint32_t decode_magnitude(fvv_range_decoder *d, fvv_delta_model *model, u
 }
 
 static inline fvv_status decode_vertex(fvv_mesh_sequence *s, fvv_range_decoder *d, fvv_delta_model *model,
-                                       uint32_t i, int64_t step) {
-  int32_t *motion = s->motion + 3 * (size_t)i, *place = s->place + 3 * (size_t)i;
-  fvv_delta_predict(s, i, motion);
-  const fvv_delta_magnitudes around = fvv_delta_around(s, i), before = s->before[i];
-  fvv_delta_magnitudes now = 0;
-  uint32_t axes_before = 0;
+                                       uint32_t i, uint32_t step, int rounding) {
+  int32_t to[3];
+  fvv_delta_predict(s, i, rounding, to);
+  fvv_delta_context context = fvv_delta_look_around(s, i);
+  fvv_delta_residuals now = FVV_DELTA_NO_RESIDUALS;
   for (int a = 0; a < 3; a++) {
-    const uint32_t class = fvv_delta_around_class(around, a);
-    if (fvv_range_decode(
-            d,
-            &model->some[a][class][fvv_delta_class(before >> (8 * a) & 255)][fvv_delta_class(axes_before)])) {
-      const uint32_t magnitude = decode_magnitude(d, model, class);
+    const uint32_t around = fvv_delta_around_class(&context, a);
+    if (fvv_range_decode(d, fvv_delta_some(model, &context, a, around))) {
+      const uint32_t magnitude = decode_magnitude(d, model, around);
       if (!magnitude) return FVV_ERROR_DAMAGED;
-      const int64_t residual = fvv_range_decode_even(d) ? -(int64_t)magnitude : magnitude;
-      const int64_t moved = motion[a] + residual * step, to = place[a] + moved;
-      if (to > FVV_LATTICE_MAX || to < -FVV_LATTICE_MAX) return FVV_ERROR_INVALID;
-      motion[a] = (int32_t)moved;
-      now |= fvv_delta_remember(magnitude, a);
-      axes_before += magnitude < FVV_DELTA_CLASSES ? magnitude : FVV_DELTA_CLASSES;
+      const int negative = fvv_range_decode(d, fvv_delta_negative(model, &context, a));
+      const int64_t change = (int64_t)magnitude * step, x = negative ? to[a] - change : to[a] + change;
+      if (x > FVV_DELTA_STATE_MAX || x < -FVV_DELTA_STATE_MAX) return FVV_ERROR_INVALID;
+      to[a] = (int32_t)x;
+      fvv_delta_note(&context, a, magnitude, negative, &now);
     }
-    place[a] += motion[a];
+    fvv_delta_move(s, i, a, to[a]);
   }
   s->now[i] = now;
   return FVV_OK;
@@ -52,15 +48,16 @@ static inline fvv_status decode_vertex(fvv_mesh_sequence *s, fvv_range_decoder *
 static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const fvv_delta_level *coded,
                                const uint8_t *payload, fvv_diagnostic *diagnostic) {
   if (!coded->size) {
-    fvv_delta_follow(s, level);
+    fvv_delta_follow(s, level, coded->step);
     return FVV_OK;
   }
   fvv_range_decoder d;
   fvv_range_decoder_init(&d, payload + coded->offset, coded->size);
   const uint32_t end = s->hierarchy.level_end[level];
+  const int rounding = fvv_delta_rounding(coded->step);
   fvv_status status = FVV_OK;
   for (uint32_t i = fvv_delta_level_begin(s, level); i < end && status == FVV_OK; i++) {
-    status = decode_vertex(s, &d, &s->models[level], i, coded->step);
+    status = decode_vertex(s, &d, &s->models[level], i, coded->step, rounding);
     if (fvv_range_decoder_failed(&d)) break;
   }
   if (fvv_range_decoder_failed(&d) || status == FVV_ERROR_DAMAGED ||
@@ -106,7 +103,7 @@ static fvv_status read_header(const fvv_mesh_sequence *s, const uint8_t *payload
     const uint64_t step = fvv_cursor_uleb(&cursor), bytes = fvv_cursor_uleb(&cursor);
     if (!cursor.failed && (step < 1 || step > FVV_DELTA_STEP_MAX))
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, cursor.position,
-                      "level %lu has a step of %llu, steps are 1 to 65535", (unsigned long)k,
+                      "level %lu has a step of %llu, steps are 1 to 262143", (unsigned long)k,
                       (unsigned long long)step);
     frame->level[k].step = (uint32_t)step;
     frame->level[k].size = bytes <= size ? (size_t)bytes : size + 1;
@@ -131,7 +128,7 @@ static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t si
     if (k < levels)
       status = decode_level(s, k, &frame.level[k], payload, diagnostic);
     else
-      fvv_delta_follow(s, k);
+      fvv_delta_follow(s, k, frame.level[k].step);
   }
   return status;
 }

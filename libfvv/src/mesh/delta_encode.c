@@ -28,44 +28,47 @@ static void encode_magnitude(fvv_range_encoder *e, fvv_delta_model *model, uint3
   }
 }
 
-/* The residual that leaves at most half a step, 0 where there is a choice. One that would lead outside the
- * lattice is one step shorter: there the error may be a whole step. */
-static int64_t quantise(int64_t difference, int64_t step, int64_t predicted) {
+/* How wide the range of states is that round to positions within the error: those from half of it below
+ * the one that is asked for to less than half above. */
+static int64_t width_of(uint32_t max_error) {
+  return (2 * (int64_t)max_error + 1) * (1 << FVV_DELTA_FRACTION_BITS);
+}
+
+/* The residual: 0 within the width, else that which leaves least, the smaller where there is a choice. One
+ * that would lead outside the lattice is one step shorter: there the error may be a whole step. */
+static int64_t quantise(int64_t difference, int64_t step, int64_t width, int64_t predicted) {
+  if (difference > -width / 2 && difference <= width / 2) return 0;
   const int64_t magnitude = ((difference < 0 ? -difference : difference) + (step - 1) / 2) / step;
   int64_t residual = difference < 0 ? -magnitude : magnitude;
   const int64_t to = predicted + residual * step;
-  if (to > FVV_LATTICE_MAX) residual--;
-  if (to < -FVV_LATTICE_MAX) residual++;
+  if (to > FVV_DELTA_STATE_MAX) residual--;
+  if (to < -FVV_DELTA_STATE_MAX) residual++;
   return residual;
 }
 
 /* 1 when the vertex has a residual that is not 0. */
 static int encode_vertex(fvv_mesh_sequence *s, fvv_range_encoder *e, fvv_delta_model *model, uint32_t i,
-                         int64_t step, const int32_t *wanted) {
-  int32_t *motion = s->motion + 3 * (size_t)i, *place = s->place + 3 * (size_t)i;
-  fvv_delta_predict(s, i, motion);
-  const fvv_delta_magnitudes around = fvv_delta_around(s, i), before = s->before[i];
-  fvv_delta_magnitudes now = 0;
-  uint32_t axes_before = 0;
+                         const fvv_delta_level *coded, const int32_t *wanted) {
+  int32_t to[3];
+  fvv_delta_predict(s, i, fvv_delta_rounding(coded->step), to);
+  fvv_delta_context context = fvv_delta_look_around(s, i);
+  fvv_delta_residuals now = FVV_DELTA_NO_RESIDUALS;
   for (int a = 0; a < 3; a++) {
-    const uint32_t class = fvv_delta_around_class(around, a);
-    const int64_t predicted = (int64_t)place[a] + motion[a];
-    const int64_t residual = quantise(wanted[a] - predicted, step, predicted);
-    const uint32_t magnitude = (uint32_t)(residual < 0 ? -residual : residual);
-    fvv_range_encode(
-        e, &model->some[a][class][fvv_delta_class(before >> (8 * a) & 255)][fvv_delta_class(axes_before)],
-        residual != 0);
+    const uint32_t around = fvv_delta_around_class(&context, a);
+    const int64_t asked = (int64_t)wanted[a] * (1 << FVV_DELTA_FRACTION_BITS);
+    const int64_t residual = quantise(asked - to[a], coded->step, coded->width, to[a]);
+    fvv_range_encode(e, fvv_delta_some(model, &context, a, around), residual != 0);
     if (residual) {
-      encode_magnitude(e, model, class, magnitude);
-      fvv_range_encode_even(e, residual < 0);
-      motion[a] = (int32_t)(motion[a] + residual * step);
-      now |= fvv_delta_remember(magnitude, a);
-      axes_before += magnitude < FVV_DELTA_CLASSES ? magnitude : FVV_DELTA_CLASSES;
+      const uint32_t magnitude = (uint32_t)(residual < 0 ? -residual : residual);
+      encode_magnitude(e, model, around, magnitude);
+      fvv_range_encode(e, fvv_delta_negative(model, &context, a), residual < 0);
+      to[a] = (int32_t)(to[a] + residual * coded->step);
+      fvv_delta_note(&context, a, magnitude, residual < 0, &now);
     }
-    place[a] += motion[a];
+    fvv_delta_move(s, i, a, to[a]);
   }
   s->now[i] = now;
-  return now != 0;
+  return now != FVV_DELTA_NO_RESIDUALS;
 }
 
 /* Appends the bytes of a level, or none when no vertex of it has a residual: then its model learns nothing,
@@ -79,8 +82,7 @@ static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, fvv_delta_l
   int some = 0;
   const uint32_t end = s->hierarchy.level_end[level];
   for (uint32_t i = fvv_delta_level_begin(s, level); i < end; i++)
-    some |= encode_vertex(s, &e, &s->models[level], i, coded->step,
-                          positions + 3 * (size_t)s->hierarchy.order[i]);
+    some |= encode_vertex(s, &e, &s->models[level], i, coded, positions + 3 * (size_t)s->hierarchy.order[i]);
   const fvv_status status = fvv_range_encoder_finish(&e);
   if (status != FVV_OK) return status;
   if (!some) {
@@ -91,14 +93,14 @@ static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, fvv_delta_l
   return FVV_OK;
 }
 
-/* Coarse levels, from which others are predicted, gain by half the step: what they lack, all behind them has
- * to mend. The last two hold nine tenths of the vertices. */
+/* Steps of three quarters of the width: a vertex that left it comes back near to its middle, and stays there
+ * for longer. */
 static void choose_steps(const fvv_mesh_sequence *s, const fvv_mesh_delta_options *options,
                          fvv_delta_frame *frame) {
-  const uint32_t levels = s->hierarchy.level_count, coarse = 2 + (uint32_t)s->hierarchy.has_twins;
-  for (uint32_t k = 0; k < levels; k++) {
-    const uint32_t error = options->max_error;
-    frame->level[k].step = !error ? 1 : k + coarse < levels ? error : 2 * error;
+  const int64_t width = width_of(options->max_error);
+  for (uint32_t k = 0; k < s->hierarchy.level_count; k++) {
+    frame->level[k].width = width;
+    frame->level[k].step = (uint32_t)(options->max_error ? width / 4 * 3 : width);
   }
 }
 
@@ -130,9 +132,9 @@ static fvv_status check(const fvv_mesh_sequence *s, const int32_t *positions,
   if (s->broken || s->exact_levels < s->hierarchy.level_count)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, 0, 0,
                     "a frame of this sequence was wrong or not decoded as a whole: nothing can follow it");
-  if (options->max_error > FVV_DELTA_STEP_MAX / 2)
+  if (options->max_error > FVV_DELTA_ERROR_MAX)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "an error of %lu steps is allowed, at most %d",
-                    (unsigned long)options->max_error, FVV_DELTA_STEP_MAX / 2);
+                    (unsigned long)options->max_error, FVV_DELTA_ERROR_MAX);
   for (size_t i = 0; i < 3 * (size_t)s->mesh.vertex_count; i++)
     if (positions[i] > FVV_LATTICE_MAX || positions[i] < -FVV_LATTICE_MAX)
       return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_LATTICE, 0, 0,

@@ -6,256 +6,285 @@
 #include "base/shift.h"
 #include "mesh/hash.h"
 
-#define EMPTY UINT32_MAX
+#define NONE UINT32_MAX
 
-enum {
-  OFFSET_BITS = 9,    /* of offsets handed to fvv_delta_weights */
-  FIRST_HALVINGS = 3, /* of the cube around the mesh, before the first level */
-  CELLS_AROUND = 27,  /* with the one in the middle */
-  KEPT_CELLS = 256    /* neighbourhoods kept, as vertices close to each other in order mostly share theirs */
-};
+enum { OFFSET_BITS = 9 /* of offsets handed to fvv_delta_weights */ };
 
-/* Cubic cells of side 2^shift from the mesh's least corner on. Each cell that holds a vertex has one entry:
- * the vertex that is its node, or may become it. */
-typedef struct grid {
-  uint32_t *table; /* slots: vertices, EMPTY where there is none */
-  uint32_t *slot;  /* of each vertex */
-  int shift;
-  uint32_t count; /* entries */
-} grid;
-
-/* The nodes in and around one cell, which is known by its own. */
-typedef struct surroundings {
-  uint32_t node, count;
-  uint32_t around[CELLS_AROUND];
-} surroundings;
+/* Edges of the vertices that are left: neighbours of v are neighbour[begin[v]] to neighbour[end[v] - 1]. */
+typedef struct graph {
+  uint32_t *neighbour, *begin, *end;
+} graph;
 
 typedef struct build {
+  const fvv_mesh *key;
   fvv_delta_hierarchy *out;
-  const int32_t *positions;
-  int32_t least[3];
-  uint64_t slots;
-  uint64_t seed;   /* from all positions: nobody can lay them out to share slots by a fixed rule */
-  uint32_t *place; /* of each vertex in coding order, EMPTY: not yet in */
-  uint32_t placed;
-  grid coarse, fine; /* of the last level, and of the one that is tried */
-  surroundings *kept;
+  graph now, next;
+  uint32_t *left;                /* vertices that no pass has taken out, rising */
+  uint32_t *into;                /* where a vertex was contracted into, NONE: it is left */
+  uint32_t *stamp;               /* the vertex whose neighbours hold this one, while they are collected */
+  uint32_t *lowest;              /* vertex on the same lattice point */
+  uint32_t left_count, free_end; /* places from free_end on are taken */
+  uint32_t pass_count, pass_begin[FVV_DELTA_PASSES_MAX];
 } build;
 
-static void cell_of(const build *b, int shift, uint32_t vertex, int32_t cell[3]) {
-  for (int a = 0; a < 3; a++) cell[a] = (b->positions[3 * (size_t)vertex + (size_t)a] - b->least[a]) >> shift;
-}
-
-/* The slot of a cell's entry, or the empty one where it would stand. */
-static uint64_t find_cell(const build *b, const grid *g, const int32_t cell[3]) {
-  uint64_t slot = fvv_hash3((uint32_t)cell[0] ^ (uint32_t)b->seed,
-                            (uint32_t)cell[1] ^ (uint32_t)(b->seed >> 32), (uint32_t)cell[2]) &
-                  (b->slots - 1);
-  for (; g->table[slot] != EMPTY; slot = (slot + 1) & (b->slots - 1)) {
-    int32_t other[3];
-    cell_of(b, g->shift, g->table[slot], other);
-    if (other[0] == cell[0] && other[1] == cell[1] && other[2] == cell[2]) break;
-  }
-  return slot;
-}
-
-/* Squared distance from the centre of the cell, in half steps. */
-static uint64_t from_centre(const build *b, int shift, uint32_t vertex) {
-  const int64_t side = INT64_C(1) << shift;
+static uint64_t squared_distance(const build *b, uint32_t v, uint32_t w) {
   uint64_t sum = 0;
-  for (int a = 0; a < 3; a++) {
-    const int64_t x = (int64_t)b->positions[3 * (size_t)vertex + (size_t)a] - b->least[a];
-    const int64_t d = shift ? 2 * (x & (side - 1)) - side : 0;
-    sum += (uint64_t)(d * d);
+  for (size_t a = 0; a < 3; a++) {
+    const int64_t u = (int64_t)b->key->positions[3 * (size_t)v + a] - b->key->positions[3 * (size_t)w + a];
+    sum += (uint64_t)(u * u);
   }
   return sum;
 }
 
-/* Enters every vertex in b->fine: nodes of earlier levels first; in other cells the vertex nearest to the
- * centre, of several the lowest. */
-static void fill(build *b, int shift) {
-  grid *g = &b->fine;
-  memset(g->table, 0xff, (size_t)b->slots * sizeof *g->table);
-  g->shift = shift;
-  g->count = b->placed;
-  int32_t cell[3];
-  for (uint32_t i = 0; i < b->placed; i++) {
-    const uint32_t v = b->out->order[i];
-    cell_of(b, shift, v, cell);
-    const uint64_t slot = find_cell(b, g, cell);
-    g->table[slot] = v;
-    g->slot[v] = (uint32_t)slot;
-  }
-  for (uint32_t v = 0; v < b->out->vertex_count; v++) {
-    if (b->place[v] != EMPTY) continue;
-    cell_of(b, shift, v, cell);
-    const uint64_t slot = find_cell(b, g, cell);
-    const uint32_t other = g->table[slot];
-    g->slot[v] = (uint32_t)slot;
-    if (other == EMPTY) {
-      g->table[slot] = v;
-      g->count++;
-    } else if (b->place[other] == EMPTY && from_centre(b, shift, v) < from_centre(b, shift, other)) {
-      g->table[slot] = v;
-    }
+/* Finds the lowest vertex of each lattice point. table: slots entries. */
+static void find_points(build *b, uint32_t *table, uint64_t slots) {
+  const uint32_t n = b->key->vertex_count;
+  const int32_t *p = b->key->positions;
+  /* From all positions: nobody can lay them out to share slots by a fixed rule. */
+  uint64_t seed = 0;
+  for (size_t i = 0; i < 3 * (size_t)n; i++) seed = fvv_mix(seed ^ (uint32_t)p[i]);
+  memset(table, 0xff, (size_t)slots * sizeof *table);
+  for (uint32_t v = 0; v < n; v++, p += 3) {
+    uint64_t slot =
+        fvv_hash3((uint32_t)p[0] ^ (uint32_t)seed, (uint32_t)p[1] ^ (uint32_t)(seed >> 32), (uint32_t)p[2]) &
+        (slots - 1);
+    while (table[slot] != NONE && memcmp(b->key->positions + 3 * (size_t)table[slot], p, 3 * sizeof *p))
+      slot = (slot + 1) & (slots - 1);
+    if (table[slot] == NONE) table[slot] = v;
+    b->lowest[v] = table[slot];
+    if (b->lowest[v] == v) b->left[b->left_count++] = v;
   }
 }
 
-static const surroundings *look_around(build *b, uint32_t node) {
-  surroundings *s = &b->kept[node % KEPT_CELLS];
-  if (s->node == node) return s;
-  s->node = node;
-  s->count = 0;
-  int32_t centre[3];
-  cell_of(b, b->coarse.shift, node, centre);
-  for (int i = 0; i < CELLS_AROUND; i++) {
-    const int32_t cell[3] = {centre[0] + i / 9 - 1, centre[1] + i / 3 % 3 - 1, centre[2] + i % 3 - 1};
-    const uint32_t found = b->coarse.table[find_cell(b, &b->coarse, cell)];
-    if (found != EMPTY) s->around[s->count++] = found;
+/* Edges of all faces, in both directions; those that two faces share come twice. */
+static void connect(build *b) {
+  graph *g = &b->next;
+  const uint32_t n = b->key->vertex_count;
+  const size_t corners = 3 * (size_t)b->key->face_count;
+  memset(g->end, 0, n * sizeof *g->end);
+  for (size_t i = 0; i < corners; i++) g->end[b->lowest[b->key->faces[i]]] += 2;
+  uint32_t at = 0;
+  for (uint32_t v = 0; v < n; v++) {
+    g->begin[v] = at;
+    at += g->end[v];
+    g->end[v] = g->begin[v];
   }
-  return s;
+  for (size_t i = 0; i < corners; i++) {
+    const uint32_t v = b->lowest[b->key->faces[i]], w = b->lowest[b->key->faces[i % 3 == 2 ? i - 2 : i + 1]];
+    g->neighbour[g->end[v]++] = w;
+    g->neighbour[g->end[w]++] = v;
+  }
 }
 
-/* The nearest nodes around the vertex's cell in the coarse grid, of equally near ones the lower vertex. */
-static void set_stencil(build *b, uint32_t vertex, fvv_delta_stencil *stencil) {
-  const surroundings *s = look_around(b, b->coarse.table[b->coarse.slot[vertex]]);
-  const int32_t *x = b->positions + 3 * (size_t)vertex;
-  uint64_t distance[FVV_DELTA_NEIGHBOURS];
-  uint32_t nearest[FVV_DELTA_NEIGHBOURS], count = 0;
-  for (uint32_t i = 0; i < s->count; i++) {
-    const uint32_t node = s->around[i];
-    uint64_t d = 0;
-    for (size_t a = 0; a < 3; a++) {
-      const int64_t u = (int64_t)b->positions[3 * (size_t)node + a] - x[a];
-      d += (uint64_t)(u * u);
+/* One more neighbour at at, unless it is stamped. Without a branch, which nobody could foretell: the entry
+ * behind the last one may be written too. */
+static inline uint32_t add_neighbour(const build *b, uint32_t v, uint32_t neighbour, uint32_t at) {
+  b->now.neighbour[at] = neighbour;
+  at += b->stamp[neighbour] != v;
+  b->stamp[neighbour] = v;
+  return at;
+}
+
+/* The graph of what is left, from that in which vertices were contracted: b->next becomes b->now. No two of
+ * those were neighbours, so each leads to one that is left. */
+static void contract(build *b) {
+  for (uint32_t i = 0; i < b->left_count; i++) b->stamp[b->left[i]] = NONE;
+  uint32_t at = 0;
+  for (uint32_t i = 0; i < b->left_count; i++) {
+    const uint32_t v = b->left[i];
+    b->now.begin[v] = at;
+    b->stamp[v] = v;
+    for (uint32_t j = b->next.begin[v]; j < b->next.end[v]; j++) {
+      const uint32_t w = b->next.neighbour[j], to = b->into[w];
+      if (to == v)
+        for (uint32_t k = b->next.begin[w]; k < b->next.end[w]; k++)
+          at = add_neighbour(b, v, b->next.neighbour[k], at);
+      else
+        at = add_neighbour(b, v, to == NONE ? w : to, at);
     }
-    uint32_t at = count < FVV_DELTA_NEIGHBOURS ? count++ : FVV_DELTA_NEIGHBOURS;
+    b->now.end[v] = at;
+  }
+}
+
+/* The nearest of the neighbours, nearest first, of equally near ones the lower vertex. Returns how many. */
+static uint32_t find_nearest(const build *b, uint32_t v, uint32_t nearest[FVV_DELTA_DEGREE_MAX]) {
+  uint64_t distance[FVV_DELTA_DEGREE_MAX];
+  uint32_t count = 0;
+  for (uint32_t i = b->now.begin[v]; i < b->now.end[v]; i++) {
+    const uint32_t node = b->now.neighbour[i];
+    const uint64_t d = squared_distance(b, v, node);
+    uint32_t at = count++;
     for (; at && (d < distance[at - 1] || (d == distance[at - 1] && node < nearest[at - 1])); at--) {
-      if (at == FVV_DELTA_NEIGHBOURS) continue;
       distance[at] = distance[at - 1];
       nearest[at] = nearest[at - 1];
     }
-    if (at == FVV_DELTA_NEIGHBOURS) continue;
     distance[at] = d;
     nearest[at] = node;
   }
-  /* Neighbouring cells: an offset is below twice the side. */
-  const int reduced = b->coarse.shift + 1 > OFFSET_BITS ? b->coarse.shift + 1 - OFFSET_BITS : 0;
-  int32_t offsets[FVV_DELTA_NEIGHBOURS][3];
-  for (uint32_t i = 0; i < count; i++) {
-    stencil->node[i] = b->place[nearest[i]];
-    for (size_t a = 0; a < 3; a++)
-      offsets[i][a] =
-          (int32_t)fvv_shift_right((int64_t)b->positions[3 * (size_t)nearest[i] + a] - x[a], reduced);
-  }
-  fvv_delta_weights(offsets, count, stencil->weight);
+  return count < FVV_DELTA_NEIGHBOURS ? count : FVV_DELTA_NEIGHBOURS;
 }
 
-static void end_level(build *b) {
-  b->out->level_end[b->out->level_count++] = b->placed;
-}
-
-/* The entries of the fine grid that are no nodes yet become the next level, in order of vertices. */
-static void take_level(build *b) {
-  const int first = b->out->level_count == 0;
-  memset(b->kept, 0xff, KEPT_CELLS * sizeof *b->kept);
-  for (uint32_t v = 0; v < b->out->vertex_count; v++) {
-    if (b->place[v] != EMPTY || b->fine.table[b->fine.slot[v]] != v) continue;
-    if (!first) set_stencil(b, v, &b->out->stencils[b->placed]);
-    b->out->order[b->placed] = v;
-    b->place[v] = b->placed++;
-  }
-  end_level(b);
-  const grid former = b->coarse;
-  b->coarse = b->fine;
-  b->fine = former;
-}
-
-/* What is left lies on points of vertices that are in, and moves with them. */
-static void take_twins(build *b) {
-  if (b->placed == b->out->vertex_count) return;
-  b->out->has_twins = 1;
-  for (uint32_t v = 0; v < b->out->vertex_count; v++) {
-    if (b->place[v] != EMPTY) continue;
-    fvv_delta_stencil *stencil = &b->out->stencils[b->placed];
-    stencil->node[0] = b->place[b->coarse.table[b->coarse.slot[v]]];
-    stencil->weight[0] = 1 << FVV_DELTA_WEIGHT_BITS;
-    b->out->order[b->placed++] = v;
-  }
-  end_level(b);
-}
-
-/* A level has at least twice the vertices of those before it, so that there are few, and the one before the
- * last at most a third of all. */
-static void take_levels(build *b) {
-  const uint32_t all = b->out->vertex_count;
-  uint32_t extent = 0;
-  for (size_t a = 0; a < 3; a++) {
-    int32_t low = INT32_MAX, high = INT32_MIN;
-    for (size_t v = 0; v < all; v++) {
-      const int32_t x = b->positions[3 * v + a];
-      b->seed = fvv_mix(b->seed ^ (uint32_t)x);
-      if (x < low) low = x;
-      if (x > high) high = x;
+/* Nodes are vertices as yet: their places are found when all passes are done. */
+static void set_stencil(const build *b, uint32_t v, const uint32_t *nodes, uint32_t count,
+                        fvv_delta_stencil *stencil) {
+  int64_t offsets[FVV_DELTA_NEIGHBOURS][3], most = 0;
+  for (uint32_t i = 0; i < count; i++)
+    for (size_t a = 0; a < 3; a++) {
+      const int64_t u =
+          (int64_t)b->key->positions[3 * (size_t)nodes[i] + a] - b->key->positions[3 * (size_t)v + a];
+      offsets[i][a] = u;
+      most |= u < 0 ? -u : u;
     }
-    b->least[a] = low;
-    extent |= (uint32_t)(high - low);
+  int reduced = 0;
+  while (most >> reduced >= 1 << OFFSET_BITS) reduced++;
+  int32_t short_offsets[FVV_DELTA_NEIGHBOURS][3];
+  for (uint32_t i = 0; i < count; i++) {
+    stencil->node[i] = nodes[i];
+    for (size_t a = 0; a < 3; a++) short_offsets[i][a] = (int32_t)fvv_shift_right(offsets[i][a], reduced);
   }
-  int shift = 0;
-  while (extent >> shift) shift++;
-  /* With fewer than eight cells along the longest side there is no point in counting them. */
-  shift = shift > FIRST_HALVINGS ? shift - FIRST_HALVINGS : 0;
-  for (; shift > 0 && 3 * (uint64_t)FVV_DELTA_COARSEST <= all; shift--) {
-    fill(b, shift);
-    if (3 * (uint64_t)b->fine.count > all) break;
-    const uint64_t wanted = b->placed ? 2 * (uint64_t)b->placed : FVV_DELTA_COARSEST;
-    if (b->fine.count >= wanted) take_level(b);
-  }
-  fill(b, 0);
-  take_level(b);
-  take_twins(b);
+  fvv_delta_weights(short_offsets, count, stencil->weight);
 }
 
-static fvv_status allocate_grid(build *b, grid *g) {
-  g->table = fvv_allocate_array(&b->out->allocator, (size_t)b->slots, sizeof *g->table);
-  g->slot = fvv_allocate_array(&b->out->allocator, b->out->vertex_count, sizeof *g->slot);
-  return g->table && g->slot ? FVV_OK : FVV_ERROR_MEMORY;
-}
-static void release_grid(const build *b, const grid *g) {
-  fvv_release(&b->out->allocator, g->table, (size_t)b->slots * sizeof *g->table);
-  fvv_release(&b->out->allocator, g->slot, b->out->vertex_count * sizeof *g->slot);
+/* Marks, in rising order, each vertex with few neighbours of which none is marked. Returns how many; with:
+ * how many have neighbours at all. */
+static uint32_t mark(build *b, uint32_t *with) {
+  uint32_t marked = 0;
+  *with = 0;
+  for (uint32_t i = 0; i < b->left_count; i++) {
+    const uint32_t v = b->left[i], begin = b->now.begin[v], end = b->now.end[v];
+    *with += end > begin;
+    if (end == begin || end - begin > FVV_DELTA_DEGREE_MAX) continue;
+    uint32_t j = begin;
+    while (j < end && b->into[b->now.neighbour[j]] == NONE) j++;
+    if (j < end) continue;
+    b->into[v] = v;
+    marked++;
+  }
+  return marked;
 }
 
-fvv_status fvv_delta_hierarchy_build(const int32_t *positions, uint32_t vertex_count,
-                                     const fvv_allocator *allocator, fvv_delta_hierarchy *hierarchy) {
+/* Takes vertices out: they become the level behind all that are left. 0 when enough is done. */
+static int pass(build *b) {
+  if (b->pass_count == FVV_DELTA_PASSES_MAX) return 0;
+  uint32_t with, kept = 0;
+  const uint32_t marked = mark(b, &with);
+  if (with <= FVV_DELTA_SURVIVORS || marked < with / FVV_DELTA_SHARE) {
+    for (uint32_t i = 0; i < b->left_count; i++) b->into[b->left[i]] = NONE;
+    return 0;
+  }
+  uint32_t place = b->free_end -= marked;
+  b->pass_begin[b->pass_count++] = place;
+  for (uint32_t i = 0; i < b->left_count; i++) {
+    const uint32_t v = b->left[i];
+    if (b->into[v] == NONE) {
+      b->left[kept++] = v;
+      continue;
+    }
+    uint32_t nearest[FVV_DELTA_DEGREE_MAX];
+    const uint32_t count = find_nearest(b, v, nearest);
+    b->into[v] = nearest[0];
+    set_stencil(b, v, nearest, count, &b->out->stencils[place]);
+    b->out->order[place++] = v;
+  }
+  b->left_count = kept;
+  const graph former = b->now;
+  b->now = b->next;
+  b->next = former;
+  contract(b);
+  return 1;
+}
+
+static void set_single(fvv_delta_stencil *stencil, uint32_t node) {
+  stencil->node[0] = node;
+  stencil->weight[0] = 1 << FVV_DELTA_WEIGHT_BITS;
+}
+
+/* Vertices on the points of others move with them and come last. What no pass took out comes first, each
+ * predicted from the one before it: many small pieces that move together have nothing else in common. */
+static void take_rest(build *b) {
+  const uint32_t n = b->key->vertex_count;
+  uint32_t place = 0;
+  for (; place < b->left_count; place++) {
+    if (place) set_single(&b->out->stencils[place], b->left[place - 1]);
+    b->out->order[place] = b->left[place];
+  }
+  place = n;
+  for (uint32_t v = n; v-- > 0;)
+    if (b->lowest[v] != v) {
+      set_single(&b->out->stencils[--place], b->lowest[v]);
+      b->out->order[place] = v;
+    }
+}
+
+static void end_levels(build *b, uint32_t points) {
+  fvv_delta_hierarchy *h = b->out;
+  for (uint32_t p = b->pass_count / FVV_DELTA_PASSES_A_LEVEL; p-- > 0;)
+    h->level_end[h->level_count++] =
+        b->pass_begin[FVV_DELTA_PASSES_A_LEVEL * p + FVV_DELTA_PASSES_A_LEVEL - 1];
+  h->level_end[h->level_count++] = points;
+  if (points < h->vertex_count) h->level_end[h->level_count++] = h->vertex_count;
+}
+
+/* Nodes: vertices -> places. */
+static void find_places(build *b) {
+  const uint32_t n = b->key->vertex_count;
+  uint32_t *const place = b->stamp;
+  for (uint32_t i = 0; i < n; i++) place[b->out->order[i]] = i;
+  for (uint32_t i = 1; i < n; i++) {
+    fvv_delta_stencil *s = &b->out->stencils[i];
+    for (int k = 0; k < FVV_DELTA_NEIGHBOURS; k++) s->node[k] = s->weight[k] ? place[s->node[k]] : 0;
+  }
+}
+
+static void take_levels(build *b) {
+  memset(b->into, 0xff, b->key->vertex_count * sizeof *b->into);
+  connect(b);
+  contract(b);
+  const uint32_t points = b->left_count;
+  b->free_end = points;
+  while (pass(b)) {}
+  take_rest(b);
+  end_levels(b, points);
+  find_places(b);
+}
+
+fvv_status fvv_delta_hierarchy_build(const fvv_mesh *key, const fvv_allocator *allocator,
+                                     fvv_delta_hierarchy *hierarchy) {
+  const uint32_t n = key->vertex_count;
   memset(hierarchy, 0, sizeof *hierarchy);
-  hierarchy->vertex_count = vertex_count;
+  hierarchy->vertex_count = n;
   hierarchy->allocator = *allocator;
   build b;
   memset(&b, 0, sizeof b);
+  b.key = key;
   b.out = hierarchy;
-  b.positions = positions;
-  b.slots = fvv_hash_slots(vertex_count);
-  if (b.slots > SIZE_MAX / sizeof(uint32_t)) return FVV_ERROR_MEMORY;
-  const size_t size = vertex_count * sizeof(uint32_t);
-  hierarchy->order = fvv_allocate(allocator, size);
-  hierarchy->stencils = fvv_allocate_array(allocator, vertex_count, sizeof *hierarchy->stencils);
-  b.place = fvv_allocate(allocator, size);
-  b.kept = fvv_allocate_array(allocator, KEPT_CELLS, sizeof *b.kept);
-  fvv_status status = FVV_ERROR_MEMORY;
-  if (hierarchy->order && hierarchy->stencils && b.place && b.kept) status = FVV_OK;
-  if (status == FVV_OK) status = allocate_grid(&b, &b.coarse);
-  if (status == FVV_OK) status = allocate_grid(&b, &b.fine);
-  if (status == FVV_OK) {
-    memset(hierarchy->stencils, 0, vertex_count * sizeof *hierarchy->stencils);
-    memset(b.place, 0xff, size);
+  /* Slots of points; the table's memory serves the graphs afterwards. */
+  const uint64_t slots = fvv_hash_slots(n), edges = 6 * (uint64_t)key->face_count;
+  if (slots > SIZE_MAX / sizeof(uint32_t) || edges >= UINT32_MAX) return FVV_ERROR_MEMORY;
+  const size_t half = (size_t)(edges >= slots ? edges + 1 : slots);
+  const size_t per_vertex = n * sizeof(uint32_t);
+  uint32_t **const blocks[] = {&b.left,      &b.into,    &b.stamp,      &b.lowest,
+                               &b.now.begin, &b.now.end, &b.next.begin, &b.next.end};
+  hierarchy->order = fvv_allocate(allocator, per_vertex);
+  hierarchy->stencils = fvv_allocate_array(allocator, n, sizeof *hierarchy->stencils);
+  uint32_t *const first = fvv_allocate_array(allocator, half, sizeof(uint32_t));
+  uint32_t *const second = fvv_allocate_array(allocator, half, sizeof(uint32_t));
+  int enough = hierarchy->order && hierarchy->stencils && first && second;
+  for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) {
+    *blocks[i] = fvv_allocate(allocator, per_vertex);
+    enough = enough && *blocks[i];
+  }
+  if (enough) {
+    memset(hierarchy->stencils, 0, n * sizeof *hierarchy->stencils);
+    b.now.neighbour = first;
+    b.next.neighbour = second;
+    find_points(&b, first, slots);
     take_levels(&b);
   }
-  fvv_release(allocator, b.place, size);
-  fvv_release(allocator, b.kept, KEPT_CELLS * sizeof *b.kept);
-  release_grid(&b, &b.coarse);
-  release_grid(&b, &b.fine);
-  return status;
+  for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) fvv_release(allocator, *blocks[i], per_vertex);
+  fvv_release(allocator, first, half * sizeof(uint32_t));
+  fvv_release(allocator, second, half * sizeof(uint32_t));
+  return enough ? FVV_OK : FVV_ERROR_MEMORY;
 }
 
 void fvv_delta_hierarchy_free(fvv_delta_hierarchy *hierarchy) {

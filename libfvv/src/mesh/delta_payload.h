@@ -5,7 +5,8 @@
 #include "mesh/sequence.h"
 
 typedef struct fvv_delta_level {
-  uint32_t step; /* of residuals, in steps of the lattice */
+  uint32_t step; /* of residuals, in quarters of the lattice's step */
+  int64_t width; /* of states for which no residual is sent; the encoder's */
   size_t size;   /* bytes; 0: no vertex of it has a residual */
   size_t offset; /* of the first byte in the payload */
 } fvv_delta_level;

@@ -5,7 +5,7 @@ enum {
   SHARE_BITS = 12,   /* of the uncorrected weights */
   MATRIX_BITS = 17,  /* of the trace: products of three entries and a mean stay below 2^63 */
   INVERSE_BITS = 16, /* fraction of the solution */
-  RIDGE = 8,
+  RIDGE = 32,
   CORRECTION_MAX = 1 << 18 /* 4 */
 };
 

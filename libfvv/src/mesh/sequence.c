@@ -18,22 +18,26 @@ static fvv_status out_of_memory(const fvv_mesh *mesh, fvv_diagnostic *diagnostic
 
 static fvv_status allocate(fvv_mesh_sequence *s, const fvv_mesh *key) {
   fvv_status status = fvv_mesh_copy(key, &s->allocator, &s->mesh);
-  if (status == FVV_OK)
-    status = fvv_delta_hierarchy_build(key->positions, key->vertex_count, &s->allocator, &s->hierarchy);
+  if (status == FVV_OK) status = fvv_delta_hierarchy_build(&s->mesh, &s->allocator, &s->hierarchy);
   if (status != FVV_OK) return status;
   const size_t vertices = key->vertex_count;
   s->place = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->place);
   s->motion = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->motion);
-  s->now = fvv_allocate_zeroed(&s->allocator, vertices * sizeof *s->now);
-  s->before = fvv_allocate_zeroed(&s->allocator, vertices * sizeof *s->before);
+  s->now = fvv_allocate_array(&s->allocator, vertices, sizeof *s->now);
+  s->before = fvv_allocate_array(&s->allocator, vertices, sizeof *s->before);
+  s->last = fvv_allocate_zeroed(&s->allocator, vertices * 3);
   s->models = fvv_allocate_array(&s->allocator, s->hierarchy.level_count, sizeof *s->models);
-  return s->place && s->motion && s->now && s->before && s->models ? FVV_OK : FVV_ERROR_MEMORY;
+  return s->place && s->motion && s->now && s->before && s->last && s->models ? FVV_OK : FVV_ERROR_MEMORY;
 }
 
 static void start(fvv_mesh_sequence *s) {
-  for (uint32_t i = 0; i < s->mesh.vertex_count; i++)
-    memcpy(s->place + 3 * (size_t)i, s->mesh.positions + 3 * (size_t)s->hierarchy.order[i],
-           3 * sizeof *s->place);
+  for (uint32_t i = 0; i < s->mesh.vertex_count; i++) {
+    const int32_t *from = s->mesh.positions + 3 * (size_t)s->hierarchy.order[i];
+    for (size_t a = 0; a < 3; a++) s->place[3 * (size_t)i + a] = from[a] * (1 << FVV_DELTA_FRACTION_BITS);
+    s->before[i] = FVV_DELTA_NO_RESIDUALS;
+  }
+  /* The first stencil has weights of 0 on the first vertex. */
+  memset(s->motion, 0, 3 * sizeof *s->motion);
   s->exact_levels = s->hierarchy.level_count;
   const size_t probabilities = sizeof *s->models / sizeof(fvv_probability);
   fvv_probability *p = (fvv_probability *)s->models;
@@ -73,6 +77,7 @@ void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence) {
   fvv_release(&allocator, s->motion, vertices * 3 * sizeof *s->motion);
   fvv_release(&allocator, s->now, vertices * sizeof *s->now);
   fvv_release(&allocator, s->before, vertices * sizeof *s->before);
+  fvv_release(&allocator, s->last, vertices * 3);
   fvv_release(&allocator, s->models, s->hierarchy.level_count * sizeof *s->models);
   fvv_delta_hierarchy_free(&s->hierarchy);
   fvv_mesh_free(&s->mesh);
@@ -97,22 +102,26 @@ uint32_t fvv_mesh_sequence_frame(const fvv_mesh_sequence *sequence) {
   return sequence->frame;
 }
 
-void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level) {
+void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level, uint32_t step) {
   const uint32_t end = sequence->hierarchy.level_end[level];
+  const int rounding = fvv_delta_rounding(step);
   for (uint32_t i = fvv_delta_level_begin(sequence, level); i < end; i++) {
-    int32_t *motion = sequence->motion + 3 * (size_t)i, *place = sequence->place + 3 * (size_t)i;
-    fvv_delta_predict(sequence, i, motion);
-    for (int a = 0; a < 3; a++) place[a] += motion[a];
-    sequence->now[i] = 0;
+    int32_t to[3];
+    fvv_delta_predict(sequence, i, rounding, to);
+    for (int a = 0; a < 3; a++) fvv_delta_move(sequence, i, a, to[a]);
+    sequence->now[i] = FVV_DELTA_NO_RESIDUALS;
   }
 }
 
 void fvv_delta_end_frame(fvv_mesh_sequence *sequence) {
   fvv_mesh_sequence *s = sequence;
-  for (uint32_t i = 0; i < s->mesh.vertex_count; i++)
-    memcpy(s->mesh.positions + 3 * (size_t)s->hierarchy.order[i], s->place + 3 * (size_t)i,
-           3 * sizeof *s->place);
-  fvv_delta_magnitudes *const former = s->before;
+  const int32_t half = 1 << (FVV_DELTA_FRACTION_BITS - 1);
+  const int32_t *from = s->place;
+  for (uint32_t i = 0; i < s->mesh.vertex_count; i++, from += 3) {
+    int32_t *to = s->mesh.positions + 3 * (size_t)s->hierarchy.order[i];
+    for (int a = 0; a < 3; a++) to[a] = (int32_t)fvv_shift_right(from[a] + half, FVV_DELTA_FRACTION_BITS);
+  }
+  fvv_delta_residuals *const former = s->before;
   s->before = s->now;
   s->now = former;
   s->frame++;
