@@ -135,6 +135,23 @@ TEST_CASE("a decoder of the first levels alone follows, coarser, and stays exact
   CHECK(former == 0);
 }
 
+TEST_CASE("what is not decoded is not rounded to the lattice in each frame") {
+  const auto key = key_of(torus(120, 80), 0.002);
+  Sequence encoder(*key);
+  const uint32_t levels = fvv_mesh_sequence_level_count(encoder.handle);
+  Sequence decoder(*key);
+  double mean = 0;
+  for (int t = 1; t <= 60; t++) {
+    const auto wanted = moved(*key, t % 2 ? t : t / 2);
+    REQUIRE(decoder.decode(encoder.encode(wanted, 0), levels - 1) == FVV_OK);
+    const auto got = decoder.positions();
+    mean = 0;
+    for (size_t i = 0; i < got.size(); i++) mean += std::abs(got[i] - wanted[i]) / double(got.size());
+  }
+  INFO(mean);
+  CHECK(mean < 1);
+}
+
 TEST_CASE("a frame of fewer levels is no reference for more") {
   const auto key = key_of(torus(60, 40));
   Sequence encoder(*key), decoder(*key);

@@ -128,7 +128,7 @@ static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t si
     if (k < levels)
       status = decode_level(s, k, &frame.level[k], payload, diagnostic);
     else
-      fvv_delta_follow(s, k, frame.level[k].step);
+      fvv_delta_follow(s, k, 1); /* not rounded: nothing would mend it */
   }
   return status;
 }
