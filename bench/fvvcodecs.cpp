@@ -59,14 +59,13 @@ const struct Key {
             {"draco", "level 0", FVV_MESH_DRACO, 0},
             {"draco", "level 5", FVV_MESH_DRACO, 5},
             {"draco", "level 7", FVV_MESH_DRACO, 7},
-            {"draco", "level 10", FVV_MESH_DRACO, 10}};
+            {"draco", "level 10", FVV_MESH_DRACO, 10},
+            {"fast", "", FVV_MESH_FAST, 0}};
 constexpr int plain_levels[] = {7, 10};
 
-// Lattice in parts of the quantiser's step, and the error in steps of it that makes that quantiser.
-const struct Delta {
-  int parts;
-  uint32_t max_error;
-} deltas[] = {{1, 0}, {2, 1}, {4, 2}};
+// Errors in steps of the lattice. With an error of e the quantiser of motion has 2 e + 1 steps of it: all are
+// off by half a step of the quantiser at most, on each axis and from the lattice point asked for.
+constexpr uint32_t delta_errors[] = {0, 1, 2, 4};
 constexpr size_t measure_each = 7; // frames of a tracked sequence
 
 void require(fvv_status status, const fvv_diagnostic &d) {
@@ -87,16 +86,20 @@ struct Bytes {
   ~Bytes() { fvv_bytes_free(&bytes); }
 };
 
-void canonicalise(const Mesh &source, double step, fvv_mesh &mesh, std::vector<uint32_t> *map = nullptr) {
+// later: of the other frames of a tracked sequence.
+void canonicalise(const Mesh &source, double step, fvv_mesh &mesh, std::vector<uint32_t> *map = nullptr,
+                  const std::vector<std::vector<int32_t>> &later = {}) {
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
   options.lattice_step = step;
   const fvv_mesh_source borrowed = {source.positions.data(), source.faces.data(), source.vertex_count(),
                                     source.face_count(), nullptr};
+  std::vector<const int32_t *> frames;
+  for (const std::vector<int32_t> &frame : later) frames.push_back(frame.data());
   if (map) map->resize(source.vertex_count());
   fvv_diagnostic d{};
-  require(fvv_mesh_canonicalise_mapped(&borrowed, &options, nullptr, &mesh, map ? map->data() : nullptr,
-                                       nullptr, &d),
+  require(fvv_mesh_canonicalise_run(&borrowed, frames.data(), frames.size(), &options, nullptr, &mesh,
+                                    map ? map->data() : nullptr, nullptr, &d),
           d);
 }
 
@@ -176,19 +179,36 @@ std::vector<Row> key_rows(const std::vector<Mesh> &frames, double step) {
   return rows;
 }
 
+// All frames but the first.
+std::vector<std::vector<int32_t>> on_lattice(const std::vector<Mesh> &frames, double step) {
+  std::vector<std::vector<int32_t>> out;
+  for (size_t f = 1; f < frames.size(); f++) {
+    if (frames[f].faces != frames[0].faces || frames[f].vertex_count() != frames[0].vertex_count())
+      throw std::runtime_error("mesh " + std::to_string(f) + " has other faces than the first");
+    out.emplace_back(frames[f].positions.size());
+    fvv_diagnostic d{};
+    require(fvv_lattice_from_metres(origin, step, frames[f].positions.data(), frames[f].vertex_count(),
+                                    out.back().data(), &d),
+            d);
+  }
+  return out;
+}
+
 // For each vertex of the decoded key mesh the first vertex of the source that it stands for.
-std::vector<uint32_t> source_vertices(const Mesh &source, double step, Holder &key) {
+std::vector<uint32_t> source_vertices(const Mesh &source, const std::vector<std::vector<int32_t>> &later,
+                                      double step, Holder &key) {
   Holder mesh;
   std::vector<uint32_t> map;
-  canonicalise(source, step, mesh.mesh, &map);
+  canonicalise(source, step, mesh.mesh, &map, later);
   Bytes payload;
   fvv_diagnostic d{};
-  require(fvv_mesh_encode(&mesh.mesh, FVV_MESH_DRACO, 7, nullptr, &payload.bytes, &d), d);
-  require(fvv_mesh_decode(payload.bytes.data, payload.bytes.size, nullptr, nullptr, &key.mesh, &d), d);
-  std::vector<uint32_t> first(mesh.mesh.vertex_count), out(key.mesh.vertex_count);
+  std::vector<uint32_t> first(mesh.mesh.vertex_count), out(3 * size_t(mesh.mesh.face_count));
+  require(fvv_mesh_encode_mapped(&mesh.mesh, FVV_MESH_DRACO, 7, nullptr, &payload.bytes, &key.mesh,
+                                 out.data(), &d),
+          d);
   for (size_t v = map.size(); v-- > 0;)
     if (map[v] != UINT32_MAX) first[map[v]] = uint32_t(v);
-  require(fvv_mesh_match(&key.mesh, &mesh.mesh, nullptr, out.data(), &d), d);
+  out.resize(key.mesh.vertex_count);
   for (uint32_t &v : out) v = first[v];
   return out;
 }
@@ -201,27 +221,24 @@ Sequence open(const fvv_mesh &key) {
   return {sequence, fvv_mesh_sequence_close};
 }
 
-Row delta_row(const std::vector<Mesh> &frames, double quantiser, const Delta &delta) {
-  const double step = quantiser / delta.parts;
+Row delta_row(const std::vector<Mesh> &frames, double quantiser, uint32_t error) {
+  const double step = quantiser / (2 * error + 1);
   char setting[64];
-  std::snprintf(setting, sizeof setting, "%g mm +- %u", step * 1e3, delta.max_error);
+  std::snprintf(setting, sizeof setting, "%.4g mm +- %u", step * 1e3, error);
   Row row("delta", setting, quantiser);
   Holder key;
-  const std::vector<uint32_t> vertices = source_vertices(frames[0], step, key);
+  const std::vector<std::vector<int32_t>> later = on_lattice(frames, step);
+  const std::vector<uint32_t> vertices = source_vertices(frames[0], later, step, key);
   const Sequence encoder = open(key.mesh), decoder = open(key.mesh);
   fvv_mesh_delta_options options;
   fvv_mesh_delta_options_default(&options);
-  options.max_error = delta.max_error;
+  options.max_error = error;
   Bytes payload;
-  std::vector<double> metres(3 * vertices.size());
-  std::vector<int32_t> positions(metres.size());
+  std::vector<int32_t> positions(3 * vertices.size());
   for (size_t f = 1; f < frames.size(); f++) {
-    if (frames[f].faces != frames[0].faces || frames[f].vertex_count() != frames[0].vertex_count())
-      throw std::runtime_error("mesh " + std::to_string(f) + " has other faces than the first");
     for (size_t v = 0; v < vertices.size(); v++)
-      std::copy_n(&frames[f].positions[3 * size_t(vertices[v])], 3, &metres[3 * v]);
+      std::copy_n(&later[f - 1][3 * size_t(vertices[v])], 3, &positions[3 * v]);
     fvv_diagnostic d{};
-    require(fvv_lattice_from_metres(origin, step, metres.data(), vertices.size(), positions.data(), &d), d);
     const double encode = seconds([&] {
       require(fvv_mesh_sequence_encode(encoder.get(), positions.data(), &options, &payload.bytes, &d), d);
     });
@@ -285,7 +302,8 @@ int main(int argc, char **argv) {
       if (mode == "key")
         for (const Row &row : key_rows(frames, millimetres * 1e-3)) rows.push_back(row.json());
       else
-        for (const Delta &delta : deltas) rows.push_back(delta_row(frames, millimetres * 1e-3, delta).json());
+        for (const uint32_t error : delta_errors)
+          rows.push_back(delta_row(frames, millimetres * 1e-3, error).json());
     std::printf("%s\n", rows.dump().c_str());
     return 0;
   } catch (const std::exception &error) {
