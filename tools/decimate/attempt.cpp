@@ -1,0 +1,138 @@
+#include "decimate/attempt.h"
+
+#include "decimate/pieces.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace fvv::decimate {
+
+namespace {
+
+// Rings of faces around an outlier that stay with it: the surface there is as fine as it was, and what joins
+// it to the coarse one lies beyond.
+constexpr int rings = 2;
+
+capture::Mesh rounded(const capture::Mesh &mesh, const capture::Lattice &lattice) {
+  capture::Mesh out = mesh;
+  for (size_t i = 0; i < out.positions.size(); i++) {
+    const double origin = lattice.origin[i % 3];
+    out.positions[i] = origin + lattice.step * std::nearbyint((mesh.positions[i] - origin) / lattice.step);
+  }
+  return out;
+}
+
+// Faces with an area, each set of three places once: what a canonical mesh keeps.
+std::vector<uint32_t> lasting_faces(const capture::Mesh &mesh, const std::vector<uint32_t> &place) {
+  std::vector<std::array<uint32_t, 4>> sets; // sorted places, face
+  for (uint32_t f = 0; f < mesh.face_count(); f++) {
+    if (!(face_area(mesh, f) > 0)) continue;
+    const uint32_t *c = &mesh.faces[3 * size_t(f)];
+    std::array<uint32_t, 4> set = {place[c[0]], place[c[1]], place[c[2]], f};
+    std::sort(set.begin(), set.begin() + 3);
+    sets.push_back(set);
+  }
+  std::sort(sets.begin(), sets.end());
+  const auto last = std::unique(sets.begin(), sets.end(), [](const auto &a, const auto &b) {
+    return std::equal(a.begin(), a.begin() + 3, b.begin());
+  });
+  std::vector<uint32_t> faces;
+  for (auto set = sets.begin(); set != last; ++set) faces.push_back((*set)[3]);
+  return faces;
+}
+
+} // namespace
+
+bool sound(const capture::Mesh &mesh) {
+  if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), [](double x) { return std::isfinite(x); }))
+    return false;
+  double area = 0;
+  for (size_t f = 0; f < mesh.face_count(); f++) area += face_area(mesh, f);
+  return area > 0 && std::isfinite(area);
+}
+
+std::vector<uint32_t> without_specks(const capture::Mesh &source, const Budget &budget, Report &report) {
+  if (!budget.min_piece) return source.faces;
+  const Pieces pieces = find_pieces(source, first_alike(source, false));
+  const auto small = [&](uint32_t faces) { return faces < budget.min_piece; };
+  std::vector<uint32_t> faces;
+  for (const uint32_t v : source.faces)
+    if (!small(pieces.faces[pieces.of_vertex[v]])) faces.push_back(v);
+  if (faces.empty()) return source.faces;
+  report.dropped_pieces = size_t(std::count_if(pieces.faces.begin(), pieces.faces.end(), small));
+  report.dropped_faces = source.face_count() - faces.size() / 3;
+  return faces;
+}
+
+Decimated as_it_is(const capture::Mesh &source) {
+  Decimated out;
+  out.mesh = source;
+  out.vertices.resize(source.vertex_count());
+  std::iota(out.vertices.begin(), out.vertices.end(), 0);
+  out.report.faces_before = out.report.faces_after = source.face_count();
+  out.report.volume_before = out.report.volume_after = enclosed_volume(source);
+  out.report.kept = true;
+  return out;
+}
+
+Report look_at(const Reference &reference, const capture::Mesh &mesh, const Budget &budget,
+               Outliers &outliers) {
+  const capture::Mesh on_lattice = rounded(mesh, budget.lattice);
+  Report report;
+  report.faces_before = reference.mesh().face_count();
+  report.faces_after = mesh.face_count();
+  report.volume_before = enclosed_volume(reference.mesh());
+  report.volume_after = enclosed_volume(on_lattice);
+  const compare::Surface surface(on_lattice);
+  if (!(surface.area() > 0)) {
+    report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
+    return report;
+  }
+  report.error = reference.measure(surface, max_over_rms * budget.pixels, outliers);
+  report.thin_area = outliers.area;
+  return report;
+}
+
+Lost vanished(const capture::Mesh &source, const capture::Mesh &mesh, const std::vector<uint32_t> &vertices,
+              const Budget &budget) {
+  const Pieces pieces = find_pieces(source, first_alike(source, false));
+  std::vector<bool> there(pieces.faces.size());
+  const capture::Mesh on_lattice = rounded(mesh, budget.lattice);
+  for (const uint32_t face : lasting_faces(on_lattice, first_alike(on_lattice, false)))
+    there[pieces.of_vertex[vertices[mesh.faces[3 * size_t(face)]]]] = true;
+  Lost lost;
+  for (size_t i = 0; i < there.size(); i++) {
+    if (there[i] || !(pieces.area[i] > 0)) continue;
+    lost.pieces++;
+    lost.area += pieces.area[i];
+  }
+  return lost;
+}
+
+bool hold(const capture::Mesh &source, const std::vector<uint32_t> &alike, const capture::Mesh &decimated,
+          const std::vector<uint32_t> &vertices, const Outliers &outliers, std::vector<bool> &held) {
+  std::vector<bool> marked(source.vertex_count());
+  for (const uint32_t v : outliers.vertices) marked[alike[v]] = true;
+  for (const uint32_t f : outliers.faces)
+    for (size_t k = 0; k < 3; k++) marked[alike[vertices[decimated.faces[3 * size_t(f) + k]]]] = true;
+  std::vector<bool> before = held;
+  held.resize(source.face_count());
+  for (int ring = 0; ring < rings; ring++) {
+    std::vector<bool> wider = marked;
+    for (size_t f = 0; f < source.face_count(); f++) {
+      const uint32_t *c = &source.faces[3 * f];
+      if (!marked[alike[c[0]]] && !marked[alike[c[1]]] && !marked[alike[c[2]]]) continue;
+      held[f] = true;
+      for (size_t k = 0; k < 3; k++) wider[alike[c[k]]] = true;
+    }
+    marked.swap(wider);
+  }
+  return held != before;
+}
+
+double shorter(double reach, double pixels, const Budget &budget) {
+  // The error grows with the reach, about as fast.
+  return reach * std::clamp(0.98 * budget.pixels / pixels, 0.3, 0.95);
+}
+
+} // namespace fvv::decimate

@@ -1,0 +1,95 @@
+#include "decimate/error.h"
+
+#include "decimate/pieces.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+namespace fvv::decimate {
+
+namespace {
+
+using render::Vec3;
+
+constexpr size_t samples = 6000;    // of the decimated surface
+constexpr double cells_across = 32; // of the diagonal
+
+std::vector<render::TriangleTree::Triangle> triangles_of(const capture::Mesh &mesh) {
+  std::vector<render::TriangleTree::Triangle> out(mesh.face_count());
+  for (size_t i = 0; i < mesh.faces.size(); i++) {
+    const double *p = &mesh.positions[3 * size_t(mesh.faces[i])];
+    out[i / 3][i % 3] = {p[0], p[1], p[2]};
+  }
+  return out;
+}
+
+double diagonal_of(const capture::Mesh &mesh) {
+  Vec3 low = {INFINITY, INFINITY, INFINITY}, high = -low;
+  for (const Vec3 &p : compare::positions_of(mesh)) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  return length(high - low);
+}
+
+// Mean squares of one direction.
+struct Sum {
+  double weight = 0, squares = 0, pixel_squares = 0, max = 0, max_pixels = 0;
+
+  // Answers the distance in pixels.
+  double add(double squared, double weight_here, double pixel) {
+    const double distance = std::sqrt(squared), in_pixels = distance / pixel;
+    weight += weight_here;
+    squares += weight_here * squared;
+    pixel_squares += weight_here * in_pixels * in_pixels;
+    max = std::max(max, distance);
+    max_pixels = std::max(max_pixels, in_pixels);
+    return in_pixels;
+  }
+};
+
+} // namespace
+
+Reference::Reference(const capture::Mesh &mesh, const Footprint &footprint)
+    : source(mesh), areas(mesh.vertex_count()), pixels(mesh.vertex_count(), INFINITY),
+      finder(triangles_of(mesh)) {
+  for (size_t f = 0; f < mesh.face_count(); f++)
+    for (size_t k = 0; k < 3; k++) areas[mesh.faces[3 * f + k]] += face_area(mesh, f) / 3;
+  const double side = diagonal_of(mesh) / cells_across;
+  std::map<std::array<int64_t, 3>, double> cells;
+  for (size_t v = 0; v < mesh.vertex_count() && !footprint.empty(); v++) {
+    const double *p = &mesh.positions[3 * v];
+    std::array<int64_t, 3> cell;
+    for (size_t k = 0; k < 3; k++) cell[k] = int64_t(std::floor((p[k] - mesh.positions[k]) / side));
+    const auto [place, fresh] = cells.try_emplace(cell);
+    if (fresh) place->second = footprint.look(p).metres_per_pixel;
+    pixels[v] = place->second;
+    smallest = std::min(smallest, pixels[v]);
+  }
+}
+
+Error Reference::measure(const compare::Surface &decimated, double limit_pixels, Outliers &outliers) const {
+  Sum forth, back;
+  for (uint32_t v = 0; v < source.vertex_count(); v++) {
+    if (!(areas[v] > 0)) continue;
+    const double *p = &source.positions[3 * size_t(v)];
+    const double off = forth.add(decimated.nearest({p[0], p[1], p[2]}).squared, areas[v], pixels[v]);
+    if (off > caution * limit_pixels) outliers.vertices.push_back(v);
+    if (off > limit_pixels) outliers.area += areas[v];
+  }
+  for (const compare::Sample &sample : decimated.sample(samples)) {
+    const render::ClosestPoint hit = finder.nearest(sample.point);
+    const uint32_t *corners = &source.faces[3 * size_t(hit.face)];
+    if (!(back.add(hit.squared, 1, pixels[corners[0]]) > caution * limit_pixels)) continue;
+    outliers.vertices.insert(outliers.vertices.end(), corners, corners + 3);
+    outliers.faces.push_back(sample.face);
+  }
+  const auto worse = [&](double Sum::*squares) {
+    return std::sqrt(std::max(forth.*squares / forth.weight, back.*squares / back.weight));
+  };
+  return {worse(&Sum::squares), std::max(forth.max, back.max), worse(&Sum::pixel_squares),
+          std::max(forth.max_pixels, back.max_pixels)};
+}
+
+} // namespace fvv::decimate

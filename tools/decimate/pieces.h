@@ -1,0 +1,34 @@
+// decimate/pieces.h: what a mesh consists of: which vertices are one place, which faces hang together, how
+// much room a surface encloses. Knows triangles; knows no cameras and no simplifier.
+#pragma once
+
+#include "capture/mesh_file.h"
+
+namespace fvv::decimate {
+
+// For each vertex the first one in the same place, bit for bit. with_texture: and with the same texture
+// coordinates, if the mesh has some.
+std::vector<uint32_t> first_alike(const capture::Mesh &mesh, bool with_texture);
+
+// For each vertex the number of its piece, and the number of pieces; UINT32_MAX for one that no face uses.
+// Faces hang together where they share a vertex of alike, which is as first_alike answers.
+struct Pieces {
+  std::vector<uint32_t> of_vertex;
+  std::vector<uint32_t> faces; // of each piece
+  std::vector<double> area;    // of each piece, square metres
+};
+Pieces find_pieces(const capture::Mesh &mesh, const std::vector<uint32_t> &alike);
+
+// Signed: positive for closed surfaces whose faces wind anticlockwise seen from outside. Of an open one a
+// number that moves with the origin.
+double enclosed_volume(const capture::Mesh &mesh);
+
+// Square metres.
+double face_area(const capture::Mesh &mesh, size_t face);
+
+// The mesh of other faces over the vertices of mesh: without those that no face uses, the order kept. used:
+// for each of its vertices the one of mesh.
+capture::Mesh compact(const capture::Mesh &mesh, const std::vector<uint32_t> &faces,
+                      std::vector<uint32_t> &used);
+
+} // namespace fvv::decimate
