@@ -45,9 +45,10 @@ public:
     for (int round = 0; round < rounds; round++) {
       Outliers outliers;
       out = attempt({reach, 0}, held, outliers);
-      error = out.report.error.rms_pixels;
-      if (!(error <= budget.pixels)) return false;
-      if (out.report.error.max_pixels <= max_over_rms * budget.pixels) return true;
+      const Error &found = out.report.error;
+      error = found.rms_pixels;
+      if (error <= budget.pixels && found.max_pixels <= max_over_rms * budget.pixels) return true;
+      // A limb that is lost may be all that breaks the rms too.
       if (!hold(source, alike, out.mesh, out.vertices, outliers, held)) return false;
     }
     return false;

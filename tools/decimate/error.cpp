@@ -75,13 +75,14 @@ Error Reference::measure(const compare::Surface &decimated, double limit_pixels,
     if (!(areas[v] > 0)) continue;
     const double *p = &source.positions[3 * size_t(v)];
     const double off = forth.add(decimated.nearest({p[0], p[1], p[2]}).squared, areas[v], pixels[v]);
-    if (off > caution * limit_pixels) outliers.vertices.push_back(v);
-    if (off > limit_pixels) outliers.area += areas[v];
+    if (!(off > limit_pixels)) continue;
+    outliers.vertices.push_back(v);
+    outliers.area += areas[v];
   }
   for (const compare::Sample &sample : decimated.sample(samples)) {
     const render::ClosestPoint hit = finder.nearest(sample.point);
     const uint32_t *corners = &source.faces[3 * size_t(hit.face)];
-    if (!(back.add(hit.squared, 1, pixels[corners[0]]) > caution * limit_pixels)) continue;
+    if (!(back.add(hit.squared, 1, pixels[corners[0]]) > limit_pixels)) continue;
     outliers.vertices.insert(outliers.vertices.end(), corners, corners + 3);
     outliers.faces.push_back(sample.face);
   }

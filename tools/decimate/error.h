@@ -14,14 +14,11 @@ struct Error {
   double rms_pixels = 0, max_pixels = 0; // each distance divided by what a pixel covers there
 };
 
-// Places are looked after before they are quite at the limit, as what is cut next to them pushes them on.
-constexpr double caution = 0.75;
-
-// Places that a measurement found further off than caution times a limit.
+// Places that a measurement found further off than a limit.
 struct Outliers {
   std::vector<uint32_t> vertices; // of the source, those nearest to such a sample included
   std::vector<uint32_t> faces;    // of the decimated surface, with such a sample
-  double area = 0;                // square metres of the source that are beyond the limit itself
+  double area = 0;                // square metres of the source that are beyond the limit
 };
 
 // A source that decimated meshes are held against. const members may run on any thread.

@@ -77,7 +77,7 @@ Run::Run(const Frames &frames, const Budget &budget, double reach) : reports(fra
       }
       std::vector<uint32_t> vertices;
       const capture::Mesh mesh = compact(first, faces, vertices);
-      if (!(worst <= budget.pixels) || !hold(first, alike, mesh, vertices, outliers, held)) break;
+      if (!hold(first, alike, mesh, vertices, outliers, held)) break;
     }
     if (budget.triangles) break; // it failed for another reason than the budget
     reach = shorter(reach, worst, budget);

@@ -51,6 +51,14 @@ std::optional<std::vector<uint32_t>> same_connectivity(const capture::Mesh &a, c
   return there;
 }
 
+capture::Mesh reordered(const capture::Mesh &mesh, const std::vector<uint32_t> &order,
+                        const capture::Mesh &like) {
+  capture::Mesh out = like;
+  for (size_t k = 0; k < out.positions.size(); k++)
+    out.positions[k] = mesh.positions[3 * size_t(order[k / 3]) + k % 3];
+  return out;
+}
+
 bool has_runs(const capture::Capture &capture) {
   const int64_t count = capture.frames.count;
   for (const int64_t first : {int64_t(0), count / 2 - 1, count - 2}) {

@@ -13,6 +13,11 @@ namespace fvv::mux {
 // nothing.
 std::optional<std::vector<uint32_t>> same_connectivity(const capture::Mesh &a, const capture::Mesh &b);
 
+// The mesh with its vertices in another order: vertex v is order[v] of mesh. Faces are those of like, which
+// has the same connectivity.
+capture::Mesh reordered(const capture::Mesh &mesh, const std::vector<uint32_t> &order,
+                        const capture::Mesh &like);
+
 // Looks at three pairs of neighbouring frames, first, middle and last: does any share its connectivity?
 bool has_runs(const capture::Capture &capture);
 

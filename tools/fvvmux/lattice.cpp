@@ -5,35 +5,23 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 namespace fvv::mux {
 
 namespace {
 
-struct Box {
+// Coordinates that are not finite are for the canonicaliser to refuse, with the vertex named.
+double diagonal_of(const capture::Mesh &mesh) {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-
-  // Coordinates that are not finite are for the canonicaliser to refuse, with the vertex named.
-  explicit Box(const capture::Mesh &mesh) {
-    for (size_t i = 0; i < mesh.positions.size(); i++) {
-      const double x = mesh.positions[i];
-      if (!std::isfinite(x)) continue;
-      low[i % 3] = std::min(low[i % 3], x);
-      high[i % 3] = std::max(high[i % 3], x);
-    }
+  for (size_t i = 0; i < mesh.positions.size(); i++) {
+    const double x = mesh.positions[i];
+    if (!std::isfinite(x)) continue;
+    low[i % 3] = std::min(low[i % 3], x);
+    high[i % 3] = std::max(high[i % 3], x);
   }
-  double diagonal() const { return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]); }
-  // To the nearest point of the box, from inside to its centre.
-  double distance(const double point[3]) const {
-    double outside[3], inward[3];
-    for (int k = 0; k < 3; k++) {
-      outside[k] = std::max({low[k] - point[k], point[k] - high[k], 0.0});
-      inward[k] = (low[k] + high[k]) / 2 - point[k];
-    }
-    const double d = std::hypot(outside[0], outside[1], outside[2]);
-    return d > 0 ? d : std::hypot(inward[0], inward[1], inward[2]);
-  }
-};
+  return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+}
 
 std::string text(const char *format, double a, double b = 0, double c = 0) {
   char buffer[160];
@@ -46,32 +34,16 @@ uint32_t steps_within(double error, double step) {
   return uint32_t(std::clamp(error / step - 0.5 + 1e-9, 0.0, 32767.0)); // libfvv takes no more
 }
 
-// The camera in which a step covers most pixels: metres per pixel at its distance.
-struct Nearest {
-  double metres_per_pixel = INFINITY, distance = 0;
-  uint16_t camera = 0;
-};
-
-void look(Nearest &nearest, const Box &box, const fvv_camera &camera, double scale_x, double scale_y) {
-  double centre[3];
-  fvv_camera_centre(&camera, centre);
-  const double distance = box.distance(centre);
-  const double pixel = distance / std::max(camera.fx * scale_x, camera.fy * scale_y);
-  if (pixel < nearest.metres_per_pixel) nearest = {pixel, distance, camera.id};
-}
-
-// Cameras whose pictures are transmitted, at the size in which they are; without any, all cameras.
-Nearest nearest_camera(const capture::Capture &capture, const Tiling &tiling, const Box &box) {
-  Nearest nearest;
-  for (size_t i = 0; i < tiling.tiles.size(); i++) {
-    const fvv_tile &tile = tiling.tiles[i];
-    look(nearest, box, capture.cameras[tiling.cameras[i]].calibration,
-         double(tile.destination.width) / tile.source.width,
-         double(tile.destination.height) / tile.source.height);
+// The sharpest look at any of some vertices, enough of them to find it.
+decimate::Sight sharpest(const capture::Mesh &mesh, const decimate::Footprint &cameras) {
+  constexpr size_t enough = 20000;
+  const size_t stride = 1 + mesh.vertex_count() / enough;
+  decimate::Sight best;
+  for (size_t v = 0; v < mesh.vertex_count(); v += stride) {
+    const decimate::Sight sight = cameras.look(&mesh.positions[3 * v]);
+    if (sight.metres_per_pixel < best.metres_per_pixel) best = sight;
   }
-  if (tiling.tiles.empty())
-    for (const capture::Camera &camera : capture.cameras) look(nearest, box, camera.calibration, 1, 1);
-  return nearest;
+  return best;
 }
 
 } // namespace
@@ -89,20 +61,34 @@ double round_down_125(double value) {
   return best;
 }
 
+decimate::Footprint footprint(const capture::Capture &capture, const Tiling &tiling, int64_t frame) {
+  decimate::Footprint cameras;
+  for (size_t i = 0; i < tiling.tiles.size(); i++) {
+    const fvv_tile &tile = tiling.tiles[i];
+    cameras.add(capture.cameras[tiling.cameras[i]].calibration_at(frame),
+                double(tile.destination.width) / tile.source.width,
+                double(tile.destination.height) / tile.source.height);
+  }
+  if (tiling.tiles.empty())
+    for (const capture::Camera &camera : capture.cameras) cameras.add(camera.calibration_at(frame), 1, 1);
+  return cameras;
+}
+
 LatticeChoice choose_lattice(const Options &options, const capture::Capture &capture, const Tiling &tiling,
-                             bool tracked) {
+                             size_t delta_frames) {
+  constexpr size_t many = 6; // they pay for two steps of error, fewer for one
+  const bool tracked = delta_frames > 0;
   LatticeChoice choice;
   if (capture.lattice) choice.lattice = *capture.lattice;
   const char *unit = capture.scale_unknown ? "units" : "m";
-  const bool chosen = options.lattice_step || capture.lattice;
-  if (options.lattice_step) {
-    if (options.lattice_step->metric && capture.scale_unknown)
-      throw cli::Failure(
-          "--lattice-step: expected a plain number of the capture's units, because its scale is "
-          "unknown",
-          cli::usage);
-    choice.lattice.step = options.lattice_step->value;
-    choice.reason = "as --lattice-step says";
+  const bool chosen = options.step || capture.lattice;
+  if (options.step) {
+    if (options.step->metric && capture.scale_unknown)
+      throw cli::Failure("--step: expected a plain number of the capture's units, because its scale is "
+                         "unknown",
+                         cli::usage);
+    choice.lattice.step = options.step->value;
+    choice.reason = "as --step says";
   } else if (capture.lattice) {
     choice.reason = "as the capture says";
   }
@@ -111,25 +97,63 @@ LatticeChoice choose_lattice(const Options &options, const capture::Capture &cap
     return choice;
   }
   const std::string first = capture.mesh_path(capture.frames.first);
-  const Box box(capture::load_mesh(capture, capture.frames.first));
-  const Nearest nearest = nearest_camera(capture, tiling, box);
-  const bool seen = std::isfinite(nearest.metres_per_pixel) && nearest.metres_per_pixel > 0;
+  const capture::Mesh mesh = capture::load_mesh(capture, capture.frames.first);
+  const decimate::Sight nearest = sharpest(mesh, footprint(capture, tiling, capture.frames.first));
+  const bool seen = std::isfinite(nearest.metres_per_pixel);
+  const double pixels = options.max_error.value_or(default_max_error);
   if (!chosen) {
-    const double wanted = seen ? 2 * pixel_budget * nearest.metres_per_pixel : box.diagonal() / 8192;
+    const double wanted = seen ? 2 * pixels * nearest.metres_per_pixel : diagonal_of(mesh) / 8192;
     if (!std::isfinite(wanted) || !(wanted > 1e-20) || wanted > 1e20)
       throw cli::Failure(first + ": expected a mesh with some extent to choose the lattice by; give "
-                                 "--lattice-step");
-    // A third: room for rounding and one step of error in delta frames.
-    choice.lattice.step = round_down_125(tracked ? wanted / 3 : wanted);
+                                 "--step");
+    choice.lattice.step = round_down_125(wanted / (delta_frames >= many ? 5 : tracked ? 3 : 1));
     if (tracked) choice.delta_error = steps_within(wanted / 2, choice.lattice.step);
-    choice.reason =
-        seen ? text("for %g px at camera %g, %.3g ", pixel_budget, nearest.camera, nearest.distance) + unit +
-                   " from the first mesh"
-             : text("1/8192 of the first mesh's diagonal of %.4g ", box.diagonal()) + unit;
+    choice.reason = seen ? text("for %g px at camera %g, %.3g ", pixels, nearest.camera, nearest.distance) +
+                               unit + " from the first mesh"
+                         : text("1/8192 of the first mesh's diagonal of %.4g ", diagonal_of(mesh)) + unit;
   }
   if (chosen && tracked && seen)
-    choice.delta_error = steps_within(pixel_budget * nearest.metres_per_pixel, choice.lattice.step);
+    choice.delta_error = steps_within(pixels * nearest.metres_per_pixel, choice.lattice.step);
   if (seen) choice.pixels = choice.error() / nearest.metres_per_pixel;
+  return choice;
+}
+
+DecimationChoice choose_decimation(const Options &options, const capture::Capture &capture,
+                                   const Tiling &tiling, const LatticeChoice &lattice) {
+  DecimationChoice choice;
+  choice.budget.pixels = options.max_error.value_or(default_max_error);
+  choice.budget.triangles = options.triangles;
+  choice.budget.min_piece = options.min_component;
+  // Delta frames leave errors like those of a coarser lattice.
+  choice.budget.lattice = lattice.lattice;
+  choice.budget.lattice.step = 2 * lattice.error();
+  const capture::Frames &frames = capture.frames;
+  std::vector<capture::Mesh> samples;
+  std::vector<decimate::Footprint> cameras;
+  for (const int64_t i : std::set<int64_t>{0, frames.count / 2, frames.count - 1}) {
+    const int64_t number = frames.number(i);
+    samples.push_back(capture::load_mesh(capture, number));
+    cameras.push_back(footprint(capture, tiling, number));
+    choice.pixel = std::min(choice.pixel, sharpest(samples.back(), cameras.back()).metres_per_pixel);
+  }
+  if (options.keep_geometry) {
+    choice.reason = "as --keep-geometry says";
+  } else if (options.triangles) {
+    choice.on = true;
+    choice.reason = "as --triangles says";
+  } else if (!std::isfinite(choice.pixel)) {
+    choice.reason = "no camera tells how large a pixel is";
+  } else if (capture.lattice && !options.max_error) {
+    choice.reason = "the capture brings its lattice, as meshes do that have been in a stream";
+  } else if (capture.atlas && !options.max_error) {
+    choice.reason = "there is an atlas, and how far texture slides is not measured";
+  } else {
+    choice.reach = INFINITY;
+    for (size_t i = 0; i < samples.size(); i++)
+      choice.reach = std::min(choice.reach, decimate::find_reach(samples[i], cameras[i], choice.budget));
+    choice.on = choice.reach > 0;
+    choice.reason = choice.on ? "for the budget" : "no decimation keeps the budget, the lattice included";
+  }
   return choice;
 }
 

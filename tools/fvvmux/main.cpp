@@ -16,8 +16,12 @@ constexpr const char *footer =
     "Exit code: 0 done, 1 failed, 2 usage, 3 done with warnings. A run that fails writes nothing; only what\n"
     "--verify finds wrong is found in a file that stays.\n"
     "--json prints {fvvmux: 1, output, bytes, container_bytes, frames, frame_duration: [seconds, as a\n"
-    "fraction], group, groups, lattice: {origin, step, reason, error_pixels}, mesh: {bytes, smallest,\n"
-    "largest, profile, level, key: {frames, bytes}, delta: {frames, bytes, max_error_steps}, max_axis_error, "
+    "fraction], group, groups, lattice: {origin, step, reason, error_pixels}, budget: {max_error,\n"
+    "pixel, reason, decimated_frames, kept_frames, triangles_before, triangles, rms, max, rms_pixels,\n"
+    "max_pixels, volume_change, held_triangles, vanished_pieces, vanished_area, thin_area}, of which those\n"
+    "behind kept_frames are there when frames were decimated, triangles are means of those frames and\n"
+    "errors are measured between surfaces, mesh: {bytes, smallest, largest, profile, level, key: {frames,\n"
+    "bytes}, delta: {frames, bytes, max_error_steps}, max_axis_error, "
     "changed_frames, and for each kind of change {count, frames}},\n"
     "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, sample_frames,\n"
     "sample_psnr, sample_foreground, and with --bitrate bit_rate: {asked, reached, finest, coarsest,\n"
@@ -41,7 +45,7 @@ constexpr const char *footer =
 // What is still text after the command line was split.
 struct Texts {
   std::string codec = "h264", bit_depth = "8", quality = "42dB", bit_rate, tile, scale, atlas_scale,
-              background = "keep", lattice_step, mesh_profile = "draco", frames;
+              background = "keep", step, max_error, mesh_profile = "draco", frames;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -79,9 +83,18 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->check(CLI::Range(1, FVV_TEXTURE_BITS_MAX));
   app.add_option("--background", texts.background, "keep, or flat: grey beyond 8 px from the silhouette")
       ->capture_default_str();
-  app.add_option("--lattice-step", texts.lattice_step,
-                 "step of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the capture's units. "
-                 "Default: the capture's, else for 0.15 px in the nearest camera");
+  app.add_option(
+      "--max-error", texts.max_error,
+      "error of the geometry in pixels of the transmitted pictures, at the camera that sees a place "
+      "sharpest: decides the lattice step and how far meshes are decimated (docs/fvvmux-budget.md). Default "
+      "0.15");
+  app.add_option("--step", texts.step,
+                 "step of the lattice of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the "
+                 "capture's units. Default: the capture's, else by --max-error");
+  auto *triangles =
+      app.add_option("--triangles", options.triangles, "decimate every frame to so many, whatever that costs")
+          ->check(CLI::Range(1, 1000000000));
+  app.add_flag("--keep-geometry", options.keep_geometry, "decimate nothing")->excludes(triangles);
   app.add_option("--group", options.group, "frames in a group; default: one second")
       ->check(CLI::Range(1, 100000));
   app.add_option("--mesh-level", options.mesh_level, "Draco: 0 is fastest, 10 is smallest")
@@ -117,7 +130,8 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);
   if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);
   options.flat_background = mux::parse_background(texts.background);
-  if (!texts.lattice_step.empty()) options.lattice_step = mux::parse_length(texts.lattice_step);
+  if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
+  if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);
   if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
 }

@@ -2,6 +2,7 @@
 
 #include "cli/cli.h"
 #include "fvvmux/connectivity.h"
+#include "fvvmux/geometry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,20 +28,27 @@ fvv_mesh_source borrow(const capture::Mesh &mesh) {
           mesh.texture.empty() ? nullptr : mesh.texture.data()};
 }
 
-fvv_mesh_options options_of(const Plan &plan) {
+fvv_mesh_options options_of(const Plan &plan, const Source &source) {
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
   std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);
   options.lattice_step = plan.lattice.lattice.step;
-  options.min_component_faces = plan.options.min_component;
+  // Decimation has dropped specks already, by the faces that they had before.
+  options.min_component_faces = source.decimation ? 0 : plan.options.min_component;
   options.texture_bits = plan.texture_bits;
   return options;
 }
 
-MeshFrame encode_alone(const Plan &plan, size_t i, const capture::Mesh &source,
-                       const capture::MeshReport &report) {
+void report_specks(const Source &source, fvv_mesh_report &report) {
+  if (!source.decimation) return;
+  report.dropped_components = uint32_t(source.decimation->dropped_pieces);
+  report.dropped_component_faces = uint32_t(source.decimation->dropped_faces);
+}
+
+MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
   MeshFrame frame;
-  frame.source = report;
+  frame.source = source.report;
+  frame.decimation = source.decimation;
   MeshHolder holder;
   canonicalise(plan, i, source, holder.mesh, frame.report);
   BytesHolder payload;
@@ -52,47 +60,33 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const capture::Mesh &source,
   return frame;
 }
 
-struct Loaded {
-  capture::Mesh mesh;
-  capture::MeshReport report;
-};
-
-Loaded load(const Plan &plan, size_t i) {
-  Loaded loaded;
-  loaded.mesh = load_source(plan, i, loaded.report);
-  return loaded;
-}
-
 // Frames from one source on whose connectivity is the same.
 class Run {
 public:
   // Of one frame.
-  Run(const Plan &chosen, size_t i, Loaded &&begin)
-      : plan(chosen), first(i), loaded(1), source(std::move(begin.mesh)) {
-    loaded[0].source = begin.report;
-  }
+  Run(const Plan &chosen, size_t i, Source &&begin)
+      : plan(chosen), first(i), loaded(1), source(std::move(begin)) {}
 
   size_t size() const { return loaded.size(); }
 
   // Takes frame first + size() when it belongs to the run.
-  bool extend(const Loaded &candidate) {
+  bool extend(const Source &candidate) {
     Later next;
     next.source = candidate.report;
+    next.decimation = candidate.decimation;
     const size_t i = first + size();
     const capture::Mesh &mesh = candidate.mesh;
-    const std::optional<std::vector<uint32_t>> there = same_connectivity(source, mesh);
+    const std::optional<std::vector<uint32_t>> there = same_connectivity(source.mesh, mesh);
     if (!there) return false;
-    std::vector<double> positions(source.positions.size());
-    for (size_t k = 0; k < positions.size(); k++)
-      positions[k] = mesh.positions[3 * size_t((*there)[k / 3]) + k % 3];
+    const std::vector<double> positions = reordered(mesh, *there, source.mesh).positions;
     next.order = *there;
     next.lattice.resize(positions.size());
     const capture::Lattice &lattice = plan.lattice.lattice;
     fvv_diagnostic diagnostic = {};
-    cli::check(fvv_lattice_from_metres(lattice.origin, lattice.step, positions.data(), source.vertex_count(),
-                                       next.lattice.data(), &diagnostic),
+    cli::check(fvv_lattice_from_metres(lattice.origin, lattice.step, positions.data(),
+                                       source.mesh.vertex_count(), next.lattice.data(), &diagnostic),
                name_of(plan, i), diagnostic);
-    for (size_t v = 0; v < source.vertex_count(); v++) {
+    for (size_t v = 0; v < source.mesh.vertex_count(); v++) {
       double metres[3];
       fvv_lattice_to_metres(lattice.origin, lattice.step, &next.lattice[3 * v], metres);
       for (size_t k = 0; k < 3; k++)
@@ -104,20 +98,22 @@ public:
 
   // Key and as many delta frames as pay; at least one frame.
   std::vector<MeshFrame> encode() {
-    if (size() == 1) return {encode_alone(plan, first, source, loaded[0].source)};
+    if (size() == 1) return {encode_alone(plan, first, source)};
     std::vector<const int32_t *> later;
     for (size_t i = 1; i < size(); i++) later.push_back(loaded[i].lattice.data());
-    const fvv_mesh_source borrowed = borrow(source);
-    const fvv_mesh_options options = options_of(plan);
+    const fvv_mesh_source borrowed = borrow(source.mesh);
+    const fvv_mesh_options options = options_of(plan, source);
     std::vector<MeshFrame> frames(1);
-    frames[0].source = loaded[0].source;
+    frames[0].source = source.report;
+    frames[0].decimation = source.decimation;
     frames[0].report.struct_size = sizeof frames[0].report;
     fvv_diagnostic diagnostic = {};
     MeshHolder mesh, decoded;
-    std::vector<uint32_t> mesh_of(source.vertex_count());
+    std::vector<uint32_t> mesh_of(source.mesh.vertex_count());
     cli::check(fvv_mesh_canonicalise_run(&borrowed, later.data(), later.size(), &options, nullptr, &mesh.mesh,
                                          mesh_of.data(), &frames[0].report, &diagnostic),
                name_of(plan, first), diagnostic);
+    report_specks(source, frames[0].report);
     std::vector<uint32_t> coded(3 * size_t(mesh.mesh.face_count));
     BytesHolder payload;
     cli::check(fvv_mesh_encode_mapped(&mesh.mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
@@ -132,6 +128,7 @@ public:
 private:
   struct Later {
     capture::MeshReport source;
+    std::optional<decimate::Report> decimation;
     std::vector<int32_t> lattice; // in the order of the first frame's vertices
     std::vector<uint32_t> order;  // vertex of the first frame -> vertex of this one
     double rounding = 0;          // metres, by which the lattice differs from the file
@@ -175,6 +172,7 @@ private:
       MeshFrame frame;
       frame.key = false;
       frame.source = loaded[i].source;
+      frame.decimation = loaded[i].decimation;
       frame.report = frames[0].report;
       frame.report.max_error = loaded[i].rounding + off * plan.lattice.lattice.step;
       frame.payload = payload.copy();
@@ -187,34 +185,36 @@ private:
 
   const Plan &plan;
   size_t first;
-  std::vector<Later> loaded; // of the first frame no more than what its file gave
-  capture::Mesh source;
+  std::vector<Later> loaded; // of the first frame nothing
+  Source source;
 };
 
 } // namespace
 
-capture::Mesh load_source(const Plan &plan, size_t i, capture::MeshReport &report) {
-  return capture::load_mesh(plan.capture, plan.capture.frames.number(int64_t(i)), nullptr, &report);
+Source load_source(const Plan &plan, size_t i) {
+  Source source;
+  source.mesh = plan.geometry->load(i, &source.report, source.decimation);
+  return source;
 }
 
-void canonicalise(const Plan &plan, size_t i, const capture::Mesh &source, fvv_mesh &mesh,
-                  fvv_mesh_report &report) {
-  const fvv_mesh_source borrowed = borrow(source);
-  const fvv_mesh_options options = options_of(plan);
+void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &mesh, fvv_mesh_report &report) {
+  const fvv_mesh_source borrowed = borrow(source.mesh);
+  const fvv_mesh_options options = options_of(plan, source);
   report.struct_size = sizeof report;
   fvv_diagnostic diagnostic = {};
   cli::check(fvv_mesh_canonicalise(&borrowed, &options, nullptr, &mesh, &report, &diagnostic),
              name_of(plan, i), diagnostic);
+  report_specks(source, report);
 }
 
 std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count) {
   std::vector<MeshFrame> frames;
-  std::optional<Loaded> next; // of the frame behind those in frames, when it was looked at already
+  std::optional<Source> next; // of the frame behind those in frames, when it was looked at already
   while (frames.size() < count) {
     const size_t begin = first + frames.size();
-    Run run(plan, begin, next ? std::move(*next) : load(plan, begin));
+    Run run(plan, begin, next ? std::move(*next) : load_source(plan, begin));
     for (next.reset(); begin + run.size() < first + count; next.reset()) {
-      next = load(plan, begin + run.size());
+      next = load_source(plan, begin + run.size());
       if (!run.extend(*next)) break;
     }
     std::vector<MeshFrame> coded = run.encode();

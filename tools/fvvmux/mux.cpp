@@ -161,6 +161,11 @@ private:
         summary.changes.add(mesh.source, mesh.report);
         if (plan.options.verify)
           summary.origins.push_back({std::move(mesh.origins), mesh.report.flipped_faces});
+        if (mesh.decimation) {
+          summary.decimation.add(*mesh.decimation);
+          const int64_t number = plan.capture.frames.number(int64_t(first + i));
+          if (warn_of_losses(plan, number, *mesh.decimation)) plan.warned = true;
+        }
       }
       for (size_t track = 0; track < plan.tracks.size(); track++) {
         const media::Sample &sample = group.videos[track].samples[i];

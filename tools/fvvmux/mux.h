@@ -4,6 +4,7 @@
 
 #include "cli/cli.h"
 #include "fvv/mesh.h"
+#include "fvvmux/decimation_report.h"
 #include "fvvmux/plan.h"
 #include "fvvmux/verify.h"
 
@@ -52,6 +53,7 @@ struct Summary {
   std::vector<TrackBytes> videos;   // as Plan::tracks
   std::vector<RateResult> rates;    // likewise; filled with Options::bit_rate
   MeshChanges changes;
+  DecimationSums decimation;
   std::optional<Verdict> verdict; // with Options::verify
   double seconds = 0;             // from the first look at the capture to the last byte
 

@@ -87,7 +87,14 @@ Length parse_length(const std::string &text) {
     if (!capture::parse_double(text.substr(0, text.size() - name.size()), value) || !(value > 0)) break;
     return {value / unit.per_metre, !name.empty()};
   }
-  refuse("--lattice-step", "a length above 0 such as 1.5mm, 0.2cm, 0.002m or 0.002", text);
+  refuse("--step", "a length above 0 such as 1.5mm, 0.2cm, 0.002m or 0.002", text);
+}
+
+double parse_max_error(const std::string &text) {
+  double value;
+  if (!capture::parse_double(text, value) || !(value > 0) || value > 1000)
+    refuse("--max-error", "pixels, above 0 and at most 1000", text);
+  return value;
 }
 
 TileSize parse_tile(const std::string &text) {

@@ -27,6 +27,9 @@ struct TileSize {
   uint16_t width, height;
 };
 
+// Of geometry, in pixels of the transmitted pictures.
+constexpr double default_max_error = 0.15;
+
 // Frame numbers as in file names, both ends included.
 struct FrameRange {
   int64_t first, last;
@@ -44,8 +47,11 @@ struct Options {
   double atlas_scale = 1;       // of those of the atlas, likewise
   uint32_t texture_bits = 0;    // of texture indices; 0: as the capture says, else libfvv's default
   bool flat_background = false;
-  std::optional<Length> lattice_step;
-  uint32_t group = 0; // frames; 0: one second
+  std::optional<Length> step;
+  std::optional<double> max_error; // pixels; else default_max_error
+  uint32_t triangles = 0;          // of a frame, whatever that costs; 0: max_error decides
+  bool keep_geometry = false;      // no decimation
+  uint32_t group = 0;              // frames; 0: one second
   int mesh_level = 7;
   uint8_t mesh_profile = FVV_MESH_DRACO;
   bool delta = true; // frames that share their faces with the one before as motion
@@ -65,6 +71,7 @@ int parse_bit_depth(const std::string &text, uint32_t codec);    // "8"; "10" wh
 Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23"
 uint64_t parse_bit_rate(const std::string &text);                // "4M", "800k", "64000"
 Length parse_length(const std::string &text);                    // "1.5mm", "0.2cm", "0.002m", "0.002"
+double parse_max_error(const std::string &text);                 // "0.15"
 TileSize parse_tile(const std::string &text);                    // "480x270"
 double parse_scale(const char *option, const std::string &text); // "0.5"
 FrameRange parse_frames(const std::string &text);                // "10-19", "10..19"

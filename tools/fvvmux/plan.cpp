@@ -4,6 +4,7 @@
 #include "fvv/mesh.h"
 #include "fvvmux/connectivity.h"
 #include "fvvmux/frames.h"
+#include "fvvmux/geometry.h"
 #include "fvvmux/select.h"
 
 #include <algorithm>
@@ -191,7 +192,11 @@ Plan make_plan(const Options &options) {
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
   const Tiling cameras = arrange(plan.capture, options);
   plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
-  plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked);
+  plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
+  if (plan.has_meshes()) {
+    plan.decimation = choose_decimation(options, plan.capture, cameras, plan.lattice);
+    plan.geometry = std::make_shared<Geometry>(plan.capture, cameras, plan.decimation, plan.group_size);
+  }
   if (!cameras.tiles.empty()) plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}});
   if (plan.capture.atlas) {
     plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}});

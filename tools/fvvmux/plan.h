@@ -4,6 +4,7 @@
 #pragma once
 
 #include "capture/capture.h"
+#include "decimate/decimate.h"
 #include "fvv_media/video.h"
 #include "fvvmux/options.h"
 #include "fvvmux/videos.h"
@@ -12,9 +13,6 @@
 #include <vector>
 
 namespace fvv::mux {
-
-// Error that quantising may cause, in pixels of the transmitted pictures.
-constexpr double pixel_budget = 0.15;
 
 struct LatticeChoice {
   capture::Lattice lattice = {{0, 0, 0}, 0.001};
@@ -26,6 +24,15 @@ struct LatticeChoice {
 
   // Metres, on each axis, between a vertex of the source and what a decoder gets, at most.
   double error() const { return (0.5 + delta_error) * lattice.step; }
+};
+
+// How far meshes may be decimated.
+struct DecimationChoice {
+  bool on = false;
+  decimate::Budget budget;
+  double pixel = INFINITY; // metres that the sharpest pixel covers on the first, middle and last mesh
+  double reach = 0;        // of the simplifier, where every frame begins
+  std::string reason;
 };
 
 // cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
@@ -54,15 +61,19 @@ struct VideoTrack {
   bool is_atlas() const { return shows == FVV_SHOWS_ATLAS; }
 };
 
+class Geometry; // geometry.h
+
 struct Plan {
   Options options;
   capture::Capture capture; // frames restricted, cameras by rising identifier, unwanted patterns removed
   uint32_t group_size = 1;  // frames
   bool tracked = false;     // some frames have the faces of the one before: groups may have delta frames
   LatticeChoice lattice;
-  uint32_t texture_bits = 0;      // 0: meshes without texture coordinates
-  std::vector<VideoTrack> tracks; // cameras, atlas; those that there are
-  std::shared_ptr<Videos> videos; // whatever reads pictures
+  DecimationChoice decimation;
+  std::shared_ptr<const Geometry> geometry; // what meshes come through, if there are some
+  uint32_t texture_bits = 0;                // 0: meshes without texture coordinates
+  std::vector<VideoTrack> tracks;           // cameras, atlas; those that there are
+  std::shared_ptr<Videos> videos;           // whatever reads pictures
   std::vector<capture::VideoReport> sources;
   bool warned = false;
 
@@ -82,10 +93,18 @@ Plan make_plan(const Options &options);
 // Encodes a sample of a video track as often as it takes to find the quality, which may be long.
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
 
-// By the option, the capture, or the pixel budget. capture as in the plan, tiling of the cameras, tracked as
-// Plan::tracked: delta frames take fewest bytes on a lattice finer than the error allowed.
+// Cameras whose pictures are transmitted, at the size in which they are; without any, all cameras. frame: its
+// number in file names. tiling: of the cameras.
+decimate::Footprint footprint(const capture::Capture &capture, const Tiling &tiling, int64_t frame);
+
+// By the option, the capture, or the budget in pixels. capture as in the plan, tiling of the cameras.
+// delta_frames: how many may follow a key frame; they take fewest bytes on a lattice finer than the error
+// allowed, for which the key frame pays.
 LatticeChoice choose_lattice(const Options &options, const capture::Capture &capture, const Tiling &tiling,
-                             bool tracked);
+                             size_t delta_frames);
+// By the options, for a lattice that is chosen. Decimates three frames on trial.
+DecimationChoice choose_decimation(const Options &options, const capture::Capture &capture,
+                                   const Tiling &tiling, const LatticeChoice &lattice);
 
 // Largest of ... 0.001, 0.002, 0.005, 0.01 ... that is not above value; 0 < value, finite.
 double round_down_125(double value);

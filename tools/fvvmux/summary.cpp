@@ -151,6 +151,7 @@ void mesh_lines(std::string &out, const Summary &s) {
     std::snprintf(pixels, sizeof pixels, "; vertices are at most %.3g px off there", choice.pixels);
   line(out, "  lattice   step %.6g %s from (%g, %g, %g): %s%s", choice.lattice.step * (metric ? 1000 : 1),
        metric ? "mm" : "units", origin[0], origin[1], origin[2], choice.reason.c_str(), pixels);
+  out += decimation_text(s.plan, s.decimation);
   if (s.delta.chunks)
     line(out, "  frames    %llu key, %.2f kB each; %llu delta, %.2f kB each, off by %u steps at most",
          (unsigned long long)(s.mesh.chunks - s.delta.chunks),
@@ -288,6 +289,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
         {"reason", plan.lattice.reason},
         {"error_pixels", plan.lattice.pixels > 0 ? Json(plan.lattice.pixels) : Json(nullptr)}}}};
   if (plan.has_meshes()) {
+    out["budget"] = decimation_json(plan, s.decimation);
     Json mesh = track_json(s.mesh);
     mesh["profile"] = profile_text(s);
     mesh["level"] = plan.options.mesh_level;

@@ -70,14 +70,14 @@ std::vector<Triangle> sorted_triangles(const fvv_mesh &mesh) {
   return triangles;
 }
 
-MeshVerdict verify_alone(const Plan &plan, size_t frame, const capture::Mesh &source,
-                         const fvv_mesh &decoded) {
+MeshVerdict verify_alone(const Plan &plan, size_t frame, const Source &from, const fvv_mesh &decoded) {
   MeshHolder expected;
   fvv_mesh_report unused;
-  canonicalise(plan, frame, source, expected.mesh, unused);
+  canonicalise(plan, frame, from, expected.mesh, unused);
   if (sorted_triangles(decoded) != sorted_triangles(expected.mesh))
     throw MeshMismatch("the decoded mesh has other faces than " +
                        plan.capture.mesh_path(plan.capture.frames.number(int64_t(frame))));
+  const capture::Mesh &source = from.mesh;
   std::vector<Point> found;
   for (uint32_t v = 0; v < decoded.vertex_count; v++) found.push_back(point_of(decoded, v));
   std::sort(found.begin(), found.end());
@@ -180,9 +180,8 @@ MeshVerdict verify_mesh(const Plan &plan, size_t frame, const fvv_mesh &decoded,
   if (decoded.texture_bits != plan.texture_bits)
     throw MeshMismatch("the decoded mesh has texture coordinates of " + std::to_string(decoded.texture_bits) +
                        " bits, expected " + std::to_string(plan.texture_bits));
-  capture::MeshReport unused;
-  const capture::Mesh source = load_source(plan, frame, unused);
-  return origins.vertices ? verify_run(plan, source, decoded, origins)
+  const Source source = load_source(plan, frame);
+  return origins.vertices ? verify_run(plan, source.mesh, decoded, origins)
                           : verify_alone(plan, frame, source, decoded);
 }
 
