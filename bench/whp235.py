@@ -55,8 +55,9 @@ def plain(capture, folder):
     last = first + (description["frames"]["count"] - 1) * description["frames"].get("step", 1)
     # A range of all frames: what lies beside them in videos is of no interest.
     best = ["--codec", "jpeg", "--quality", "100", "--mesh-profile", "raw", "--frames", f"{first}-{last}"]
+    best += ["--keep-geometry"]
     if description["units"] != "unknown":
-        best += ["--lattice-step", "0.1mm"]
+        best += ["--step", "0.1mm"]
     for command in (["fvvmux", capture, "-o", stream, *best], ["fvvdemux", stream, "-o", folder / "plain"]):
         done = subprocess.run([TOOLS / command[0] / command[0], *command[1:]], stdout=subprocess.DEVNULL)
         if done.returncode not in (0, 3):

@@ -26,7 +26,7 @@ def main():
         "meshes": {"pattern": "mesh_%04d.obj"},
     }
     capture = real.write_capture(folder, description)
-    _, info, out = real.round_trip(capture, "--lattice-step", "1mm")
+    _, info, out = real.round_trip(capture, "--step", "1mm")
     step = info["scene"]["lattice_step"]
     for number in range(0, count, 7):
         source = real.read_obj(folder / f"mesh_{number:04d}.obj")

@@ -75,7 +75,7 @@ def main():
     }
     capture = real.write_capture(folder, description)
     frames = ["--frames", f"{FIRST}-{FIRST + COUNT - 1}"]
-    wishes = ["--lattice-step", f"{STEP}", "--texture-bits", TEXTURE_BITS, "--quality", f"{TARGET}dB"]
+    wishes = ["--step", f"{STEP}", "--texture-bits", TEXTURE_BITS, "--quality", f"{TARGET}dB"]
     _, _, out = real.round_trip(capture, *frames, *wishes)
     described = json.loads((out / "capture.json").read_text())["atlas"]
     assert described == {"pictures": "atlas/%04d.png", "texture_bits": TEXTURE_BITS}, described

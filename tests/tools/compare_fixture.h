@@ -95,7 +95,8 @@ inline std::string make_stream(const Folder &folder, const std::string &capture,
   fvv::mux::Options options;
   options.capture = capture;
   options.output = folder.path(leaf);
-  options.lattice_step = fvv::mux::parse_length(step);
+  options.keep_geometry = true;
+  options.step = fvv::mux::parse_length(step);
   options.threads = 1;
   fvv::mux::mux(options);
   return options.output;

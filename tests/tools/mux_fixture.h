@@ -179,6 +179,7 @@ inline mux::Options options_for(const Folder &folder) {
   options.force = true;
   options.group = 2;
   options.threads = 2;
+  options.keep_geometry = true; // tests count triangles
   return options;
 }
 

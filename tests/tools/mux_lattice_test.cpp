@@ -47,7 +47,7 @@ TEST_CASE("the step follows the budget in pixels at the nearest camera") {
   options.scale = 1;
   options.pictures = false; // the cameras still tell
   CHECK(make_plan(options).lattice.lattice.step == 0.01);
-  options.lattice_step = parse_length("1.5mm");
+  options.step = parse_length("1.5mm");
   const LatticeChoice asked = make_plan(options).lattice;
   CHECK(asked.lattice.step == 0.0015);
   CHECK(asked.pixels == Approx(0.00075 * 70.5 / 2.5).epsilon(1e-3));
@@ -100,7 +100,7 @@ TEST_CASE("the capture's lattice is kept, and packing twice gives the same latti
   }
   mux::mux(options);
   CHECK(read_bytes(options.output) == once);
-  options.lattice_step = parse_length("0.004");
+  options.step = parse_length("0.004");
   const Plan plan = make_plan(options);
   CHECK((plan.lattice.lattice.step == 0.004 && plan.lattice.lattice.origin[0] == 0.1));
 }
@@ -112,10 +112,10 @@ TEST_CASE("units of an unknown scale are no millimetres") {
   capture::write_capture(capture, capture.path);
   Options options = options_for(folder);
   options.pictures = false;
-  options.lattice_step = parse_length("2mm");
+  options.step = parse_length("2mm");
   CHECK(usage_error([&] { make_plan(options); }) ==
-        "--lattice-step: expected a plain number of the capture's units, because its scale is unknown");
-  options.lattice_step = parse_length("0.25");
+        "--step: expected a plain number of the capture's units, because its scale is unknown");
+  options.step = parse_length("0.25");
   mux::mux(options);
   Stream stream(options.output);
   CHECK(stream.configuration().scene.flags == FVV_SCENE_SCALE_UNKNOWN);
@@ -153,7 +153,7 @@ TEST_CASE("options in all their spellings") {
   CHECK(!parse_length("0.002").metric);
   for (const char *wrong : {"", "mm", "0", "-1mm", "1 mm", "1km", "nan", "infm", "1e999"})
     CHECK(usage_error([&] { parse_length(wrong); }) ==
-          std::string("--lattice-step: expected a length above 0 such as 1.5mm, 0.2cm, 0.002m or 0.002, "
+          std::string("--step: expected a length above 0 such as 1.5mm, 0.2cm, 0.002m or 0.002, "
                       "found \"") +
               wrong + "\"");
   CHECK(parse_quality("36.5dB", FVV_CODEC_JPEG).value == 36.5);

@@ -128,7 +128,7 @@ def stream(planes, tmp_path_factory):
     """The second capture as a stream of three groups with a frame each."""
     path = tmp_path_factory.mktemp("stream") / "planes.fvv"
     fvvmux = Tool(tool_path("fvvmux"))
-    done = fvvmux(planes[1], "-o", path, "--lattice-step", "1mm", "--group", 1)
+    done = fvvmux(planes[1], "-o", path, "--step", "1mm", "--keep-geometry", "--group", 1)
     assert done.returncode == 0, done.stderr
     return path
 

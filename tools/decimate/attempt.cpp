@@ -12,6 +12,8 @@ namespace {
 // Rings of faces around an outlier that stay with it: the surface there is as fine as it was, and what joins
 // it to the coarse one lies beyond.
 constexpr int rings = 2;
+// Where more than one face in so many has to stay, the simplifier went too far.
+constexpr size_t most_held = 16;
 
 capture::Mesh rounded(const capture::Mesh &mesh, const capture::Lattice &lattice) {
   capture::Mesh out = mesh;
@@ -115,7 +117,8 @@ bool hold(const capture::Mesh &source, const std::vector<uint32_t> &alike, const
   for (const uint32_t v : outliers.vertices) marked[alike[v]] = true;
   for (const uint32_t f : outliers.faces)
     for (size_t k = 0; k < 3; k++) marked[alike[vertices[decimated.faces[3 * size_t(f) + k]]]] = true;
-  std::vector<bool> before = held;
+  const auto count = [&] { return std::count(held.begin(), held.end(), true); };
+  const auto before = count();
   held.resize(source.face_count());
   for (int ring = 0; ring < rings; ring++) {
     std::vector<bool> wider = marked;
@@ -127,7 +130,7 @@ bool hold(const capture::Mesh &source, const std::vector<uint32_t> &alike, const
     }
     marked.swap(wider);
   }
-  return held != before;
+  return count() > before && size_t(count()) <= source.face_count() / most_held;
 }
 
 double shorter(double reach, double pixels, const Budget &budget) {

@@ -31,7 +31,8 @@ Report look_at(const Reference &reference, const capture::Mesh &mesh, const Budg
 Lost vanished(const capture::Mesh &source, const capture::Mesh &mesh, const std::vector<uint32_t> &vertices,
               const Budget &budget);
 
-// Adds to held the faces of the source around outliers. Answers whether that changed anything.
+// Adds to held the faces of the source around outliers. Answers whether another round is worth while: there
+// are new ones, and not too many in all.
 bool hold(const capture::Mesh &source, const std::vector<uint32_t> &alike, const capture::Mesh &decimated,
           const std::vector<uint32_t> &vertices, const Outliers &outliers, std::vector<bool> &held);
 

@@ -38,8 +38,7 @@ public:
     return out;
   }
 
-  // Nothing when the budget breaks at this reach; error: the rms in pixels that it came to, at least the
-  // budget.
+  // False when the budget breaks at this reach. error: the rms in pixels that it came to.
   bool within(double reach, Decimated &out, double &error) const {
     std::vector<bool> held;
     for (int round = 0; round < rounds; round++) {

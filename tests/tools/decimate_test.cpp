@@ -1,0 +1,192 @@
+// Decimation of single frames: against spheres and planes, of which distances are known without measuring.
+#include "decimate_fixture.h"
+
+#include "decimate/fit.h"
+
+using namespace shapes;
+using decimate::Decimated;
+using decimate::find_reach;
+
+TEST_CASE("a pixel covers what the camera's focal length says, seen obliquely less") {
+  decimate::Footprint cameras;
+  CHECK(!std::isfinite(cameras.look(std::array<double, 3>{0, 0, 5}.data()).metres_per_pixel));
+  cameras.add(camera(1000), 0.5, 0.5);
+  const double ahead[3] = {0, 0, 5}, aside[3] = {3, 0, 4}, behind[3] = {0, 0, -5};
+  CHECK(cameras.look(ahead).metres_per_pixel == Approx(5.0 / 500).epsilon(1e-6));
+  CHECK(cameras.look(ahead).camera == 7);
+  // Across the ray and in the plane of the axis: a displacement d turns the ray by d / 5, and the picture
+  // moves by f / cos^2 of that; the cosine is 4 / 5.
+  CHECK(cameras.look(aside).metres_per_pixel == Approx(5.0 * 0.64 / 500).epsilon(1e-4));
+  CHECK(!std::isfinite(cameras.look(behind).metres_per_pixel));
+  // A sharper camera that does not show the place counts only where no other does.
+  cameras.add(camera(8000), 1, 1); // shows up to 1 / 8 beside its axis
+  CHECK(cameras.look(ahead).metres_per_pixel == Approx(5.0 / 8000).epsilon(1e-6));
+  CHECK(cameras.look(aside).metres_per_pixel == Approx(5.0 * 0.64 / 500).epsilon(1e-4));
+  const double outside[3] = {0, 9, 4};
+  CHECK(cameras.look(outside).metres_per_pixel < 1.5 * std::hypot(9, 4) / 8000);
+}
+
+TEST_CASE("a plane is as few triangles as its border allows") {
+  const Mesh plane = sheet(20, false, [](double, double) { return 0.3; });
+  const Decimated out = decimate::decimate(plane, millimetre_pixels(), budget(0.1), 0.01);
+  // The border stays, 80 vertices: a triangulation without others has 78 triangles.
+  CHECK(out.report.faces_before == 800);
+  CHECK(out.report.faces_after == 78);
+  double area = 0;
+  for (size_t f = 0; f < out.mesh.face_count(); f++) area += decimate::face_area(out.mesh, f);
+  CHECK(area == Approx(1));
+  CHECK(out.report.error.max < 1e-5); // the lattice
+  for (size_t v = 0; v < out.vertices.size(); v++)
+    CHECK(out.mesh.positions[3 * v] == plane.positions[3 * size_t(out.vertices[v])]);
+}
+
+TEST_CASE("a sphere keeps its budget, its radius and its volume") {
+  const Mesh ball = sphere(0.5, 6); // 32,768 triangles, within 0.1 mm of the sphere
+  const auto cameras = millimetre_pixels();
+  for (const double pixels : {0.5, 2.0}) {
+    const decimate::Budget wanted = budget(pixels);
+    const double reach = find_reach(ball, cameras, wanted);
+    const Decimated out = decimate::decimate(ball, cameras, wanted, reach);
+    CHECK_FALSE(out.report.kept);
+    CHECK(out.report.faces_after < (pixels > 1 ? 1200 : 5000));
+    CHECK(out.report.error.rms_pixels <= pixels);
+    CHECK(out.report.error.rms_pixels > 0.8 * pixels); // no more triangles than it takes
+    CHECK(out.report.error.max_pixels <= 6 * pixels);
+    CHECK(out.report.error.rms == Approx(out.report.error.rms_pixels / 1000).epsilon(0.01));
+    // By the radius alone, at corners and in the middle of faces.
+    double squares = 0, weight = 0, worst = 0;
+    for (size_t f = 0; f < out.mesh.face_count(); f++) {
+      double middle[3] = {0, 0, 0};
+      for (size_t c = 0; c < 3; c++)
+        for (size_t k = 0; k < 3; k++)
+          middle[k] += out.mesh.positions[3 * size_t(out.mesh.faces[3 * f + c]) + k] / 3;
+      const double off = std::abs(std::hypot(middle[0], middle[1], middle[2]) - 0.5);
+      squares += off * off * decimate::face_area(out.mesh, f);
+      weight += decimate::face_area(out.mesh, f);
+      worst = std::max(worst, off);
+    }
+    CHECK(std::sqrt(squares / weight) < 1.5e-3 * pixels);
+    CHECK(worst < 6e-3 * pixels);
+    CHECK(std::abs(out.report.volume_after / out.report.volume_before - 1) < 0.004);
+    CHECK(out.report.volume_before == Approx(M_PI / 6).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("fitting takes a good part of the error away") {
+  const Mesh ball = sphere(0.5, 5);
+  Mesh coarse = sphere(0.5, 2);
+  const auto radii = [&] {
+    double least = 1, most = 0;
+    for (size_t v = 0; v < coarse.vertex_count(); v++) {
+      const double *p = &coarse.positions[3 * v];
+      least = std::min(least, std::hypot(p[0], p[1], p[2]));
+      most = std::max(most, std::hypot(p[0], p[1], p[2]));
+    }
+    return std::array<double, 2>{least, most};
+  };
+  const double before = decimate::enclosed_volume(coarse);
+  std::vector<bool> fixed(coarse.vertex_count());
+  fixed[0] = true;
+  decimate::fit(coarse, ball, fixed, 0.01);
+  CHECK(radii()[0] == Approx(0.5)); // the fixed one
+  CHECK(radii()[1] > 0.505);
+  CHECK(radii()[1] <= 0.51 + 1e-9); // no further than allowed
+  const double missing = 1 - before / decimate::enclosed_volume(ball);
+  CHECK(std::abs(1 - decimate::enclosed_volume(coarse) / decimate::enclosed_volume(ball)) < missing / 2);
+}
+
+TEST_CASE("a thin part is held, and told when it is not") {
+  // A sheet with a needle 60 mm high, a cell wide.
+  const Mesh needle = sheet(40, false, [](double x, double y) {
+    return std::abs(x - 0.5) < 1e-9 && std::abs(y - 0.5) < 1e-9 ? 0.06 : 0.002 * std::sin(9 * x) * y;
+  });
+  const auto top = [](const Mesh &mesh) {
+    double z = 0;
+    for (size_t v = 0; v < mesh.vertex_count(); v++) z = std::max(z, mesh.positions[3 * v + 2]);
+    return z;
+  };
+  const Decimated held = decimate::decimate(needle, millimetre_pixels(), budget(3), 0.2);
+  CHECK(top(held.mesh) > 0.06 - 6 * 3e-3);
+  CHECK(held.report.error.max_pixels <= 18);
+  CHECK(held.report.thin_area == 0);
+  CHECK(held.report.held_faces > 0);
+  CHECK(held.report.faces_after < needle.face_count() / 4);
+  decimate::Budget wanted = budget(3);
+  wanted.triangles = 170;
+  const Decimated lost = decimate::decimate(needle, millimetre_pixels(), wanted, 0);
+  CHECK(lost.report.faces_after <= 170);
+  if (top(lost.mesh) < 0.03) CHECK(lost.report.thin_area > 0);
+}
+
+TEST_CASE("pieces that vanish are counted, and specks go before") {
+  const Mesh ball = sphere(0.5, 4), speck = sphere(0.0004, 1, 0.51), both = together(ball, speck);
+  const decimate::Budget wanted = budget(1, 0.001);
+  const Decimated out = decimate::decimate(both, millimetre_pixels(), wanted, 0.004);
+  CHECK(out.report.vanished.pieces == 1);
+  CHECK(out.report.vanished.area > 0.5 * 4 * M_PI * 0.0004 * 0.0004);
+  CHECK(out.report.vanished.area < 4 * M_PI * 0.0004 * 0.0004);
+  const Decimated whole =
+      decimate::decimate(together(ball, sphere(0.1, 3, 1)), millimetre_pixels(), wanted, 0.004);
+  CHECK(whole.report.vanished.pieces == 0);
+  decimate::Budget without = wanted;
+  without.min_piece = 33; // the speck has 32 faces
+  const Decimated dropped = decimate::decimate(both, millimetre_pixels(), without, 0.004);
+  CHECK(dropped.report.dropped_pieces == 1);
+  CHECK(dropped.report.dropped_faces == 32);
+  CHECK(dropped.report.vanished.pieces == 0);
+  CHECK(dropped.report.faces_before == ball.face_count());
+}
+
+TEST_CASE("seams of an atlas stay seams") {
+  // Two halves of a sheet that meet at x = 0.5, with texture coordinates of their own.
+  Mesh mesh = sheet(20, true, [](double x, double y) { return 0.01 * std::sin(5 * x + 3 * y); });
+  const size_t count = mesh.vertex_count();
+  std::vector<uint32_t> twin(count, UINT32_MAX);
+  for (size_t f = 0; f < mesh.face_count(); f++) {
+    double x = 0;
+    for (size_t k = 0; k < 3; k++) x += mesh.positions[3 * size_t(mesh.faces[3 * f + k])] / 3;
+    if (x < 0.5) continue;
+    for (size_t k = 0; k < 3; k++) {
+      uint32_t &v = mesh.faces[3 * f + k];
+      if (twin[v] == UINT32_MAX) {
+        twin[v] = uint32_t(mesh.vertex_count());
+        for (size_t c = 0; c < 3; c++) mesh.positions.push_back(mesh.positions[3 * size_t(v) + c]);
+        mesh.texture.insert(mesh.texture.end(),
+                            {1 - mesh.texture[2 * size_t(v)], mesh.texture[2 * size_t(v) + 1]});
+      }
+      v = twin[v];
+    }
+  }
+  const Decimated out = decimate::decimate(mesh, millimetre_pixels(), budget(1), 0.004);
+  CHECK(out.report.faces_after < 400);
+  CHECK(out.report.faces_after >= 78);
+  for (size_t f = 0; f < out.mesh.face_count(); f++) {
+    double least = 1, most = 0, u_least = 1, u_most = 0;
+    for (size_t k = 0; k < 3; k++) {
+      const uint32_t v = out.mesh.faces[3 * f + k];
+      const double x = mesh.positions[3 * size_t(out.vertices[v])], u = out.mesh.texture[2 * size_t(v)];
+      least = std::min(least, x), most = std::max(most, x);
+      u_least = std::min(u_least, u), u_most = std::max(u_most, u);
+    }
+    CHECK((most <= 0.5 + 1e-9 || least >= 0.5 - 1e-9)); // no face reaches over the seam
+    CHECK(u_most - u_least == Approx(most - least).margin(1e-9));
+  }
+}
+
+TEST_CASE("what cannot be decimated comes back as it was") {
+  Mesh ball = sphere(0.5, 3);
+  const decimate::Footprint nobody;
+  CHECK(decimate::decimate(ball, nobody, budget(1), 0.01).report.kept);
+  CHECK(find_reach(ball, nobody, budget(1)) == 0);
+  // A lattice of 20 mm alone is off by 5.8 mm and more.
+  CHECK(find_reach(ball, millimetre_pixels(), budget(1, 0.02)) == 0);
+  const Decimated kept = decimate::decimate(ball, millimetre_pixels(), budget(1, 0.02), 0.01);
+  CHECK(kept.report.kept);
+  CHECK(kept.mesh.faces == ball.faces);
+  CHECK(kept.mesh.positions == ball.positions);
+  decimate::Budget wanted = budget(1);
+  wanted.triangles = 100;
+  CHECK(decimate::decimate(ball, nobody, wanted, 0).report.faces_after <= 100);
+  ball.positions[5] = NAN;
+  CHECK(decimate::decimate(ball, millimetre_pixels(), budget(1), 0.01).mesh.faces == ball.faces);
+}
