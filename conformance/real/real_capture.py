@@ -42,7 +42,9 @@ def tool(name, *arguments):
 def round_trip(capture, *options):
     """Pack a capture and verify it, check the stream, take it apart: the summary of fvvmux, what fvvinfo says, the folder."""
     stream, out = capture.with_name("capture.fvv"), capture.with_name("out")
-    summary = json.loads(tool("fvvmux", capture, "-o", stream, "--verify", "--keep-geometry", "--force", "--json", *options))
+    summary = json.loads(
+        tool("fvvmux", capture, "-o", stream, "--verify", "--keep-geometry", "--force", "--json", *options)
+    )
     print(tool("fvvinfo", "--check", stream))
     tool("fvvdemux", stream, "-o", out, "--force")
     return summary, json.loads(tool("fvvinfo", "--json", stream))["files"][0], out

@@ -73,7 +73,19 @@ def write_capture(folder):
 def muxed(mux, folder):
     capture, out = folder / "capture", folder / "muxed.fvv"
     write_capture(capture)
-    command = [mux, capture, "-o", out, "--codec", "jpeg", "--quality", "10", "--step", "1mm", "--keep-geometry"]
+    command = [
+        mux,
+        capture,
+        "-o",
+        out,
+        "--codec",
+        "jpeg",
+        "--quality",
+        "10",
+        "--step",
+        "1mm",
+        "--keep-geometry",
+    ]
     subprocess.run(command, check=True, capture_output=True)
     return out.read_bytes()
 
