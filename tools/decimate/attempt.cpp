@@ -15,20 +15,22 @@ constexpr int rings = 2;
 // Where more than one face in so many has to stay, the simplifier went too far.
 constexpr size_t most_held = 16;
 
-capture::Mesh rounded(const capture::Mesh &mesh, const capture::Lattice &lattice) {
-  capture::Mesh out = mesh;
-  for (size_t i = 0; i < out.positions.size(); i++) {
-    const double origin = lattice.origin[i % 3];
-    out.positions[i] = origin + lattice.step * std::nearbyint((mesh.positions[i] - origin) / lattice.step);
-  }
-  return out;
+// Lattice points as whole numbers, of which areas are exact.
+capture::Mesh on_points(const capture::Mesh &mesh, const capture::Lattice &lattice) {
+  capture::Mesh points = mesh;
+  for (size_t i = 0; i < points.positions.size(); i++)
+    points.positions[i] = std::nearbyint((mesh.positions[i] - lattice.origin[i % 3]) / lattice.step) + 0.0;
+  return points;
 }
 
-// Faces with an area, each set of three places once: what a canonical mesh keeps.
-std::vector<uint32_t> lasting_faces(const capture::Mesh &mesh, const std::vector<uint32_t> &place) {
+// The faces of a mesh that a canonical one on the lattice keeps: those with an area, each set of three points
+// once. What it drops must not count as a surface that is there.
+std::vector<uint32_t> lasting_faces(const capture::Mesh &mesh, const capture::Lattice &lattice) {
+  const capture::Mesh points = on_points(mesh, lattice);
+  const std::vector<uint32_t> place = first_alike(points, false);
   std::vector<std::array<uint32_t, 4>> sets; // sorted places, face
-  for (uint32_t f = 0; f < mesh.face_count(); f++) {
-    if (!(face_area(mesh, f) > 0)) continue;
+  for (uint32_t f = 0; f < points.face_count(); f++) {
+    if (!(face_area(points, f) > 0)) continue;
     const uint32_t *c = &mesh.faces[3 * size_t(f)];
     std::array<uint32_t, 4> set = {place[c[0]], place[c[1]], place[c[2]], f};
     std::sort(set.begin(), set.begin() + 3);
@@ -40,7 +42,22 @@ std::vector<uint32_t> lasting_faces(const capture::Mesh &mesh, const std::vector
   });
   std::vector<uint32_t> faces;
   for (auto set = sets.begin(); set != last; ++set) faces.push_back((*set)[3]);
+  std::sort(faces.begin(), faces.end());
   return faces;
+}
+
+// What a decoder will have of a mesh.
+capture::Mesh rounded(const capture::Mesh &mesh, const capture::Lattice &lattice,
+                      const std::vector<uint32_t> &lasting) {
+  capture::Mesh out = mesh;
+  for (size_t i = 0; i < out.positions.size(); i++) {
+    const double origin = lattice.origin[i % 3];
+    out.positions[i] = origin + lattice.step * std::nearbyint((mesh.positions[i] - origin) / lattice.step);
+  }
+  out.faces.clear();
+  for (const uint32_t face : lasting)
+    out.faces.insert(out.faces.end(), &mesh.faces[3 * size_t(face)], &mesh.faces[3 * size_t(face)] + 3);
+  return out;
 }
 
 } // namespace
@@ -54,15 +71,26 @@ bool sound(const capture::Mesh &mesh) {
 }
 
 std::vector<uint32_t> without_specks(const capture::Mesh &source, const Budget &budget, Report &report) {
-  if (!budget.min_piece) return source.faces;
   const Pieces pieces = find_pieces(source, first_alike(source, false));
-  const auto small = [&](uint32_t faces) { return faces < budget.min_piece; };
+  const capture::Mesh points = on_points(source, budget.lattice);
+  std::vector<bool> there(pieces.faces.size());
+  const auto piece_of = [&](size_t face) { return pieces.of_vertex[source.faces[3 * face]]; };
+  const auto small = [&](size_t piece) { return pieces.faces[piece] < budget.min_piece; };
+  for (size_t f = 0; f < source.face_count(); f++)
+    if (!there[piece_of(f)] && !small(piece_of(f))) there[piece_of(f)] = face_area(points, f) > 0;
   std::vector<uint32_t> faces;
-  for (const uint32_t v : source.faces)
-    if (!small(pieces.faces[pieces.of_vertex[v]])) faces.push_back(v);
+  for (size_t f = 0; f < source.face_count(); f++)
+    if (there[piece_of(f)]) faces.insert(faces.end(), &source.faces[3 * f], &source.faces[3 * f] + 3);
   if (faces.empty()) return source.faces;
-  report.dropped_pieces = size_t(std::count_if(pieces.faces.begin(), pieces.faces.end(), small));
-  report.dropped_faces = source.face_count() - faces.size() / 3;
+  for (size_t i = 0; i < there.size(); i++) {
+    if (small(i)) {
+      report.dropped_pieces++;
+      report.dropped_faces += pieces.faces[i];
+    } else if (!there[i] && pieces.area[i] > 0) {
+      report.vanished.pieces++;
+      report.vanished.area += pieces.area[i];
+    }
+  }
   return faces;
 }
 
@@ -79,7 +107,8 @@ Decimated as_it_is(const capture::Mesh &source) {
 
 Report look_at(const Reference &reference, const capture::Mesh &mesh, const Budget &budget,
                Outliers &outliers) {
-  const capture::Mesh on_lattice = rounded(mesh, budget.lattice);
+  const std::vector<uint32_t> lasting = lasting_faces(mesh, budget.lattice);
+  const capture::Mesh on_lattice = rounded(mesh, budget.lattice, lasting);
   Report report;
   report.faces_before = reference.mesh().face_count();
   report.faces_after = mesh.face_count();
@@ -91,6 +120,7 @@ Report look_at(const Reference &reference, const capture::Mesh &mesh, const Budg
     return report;
   }
   report.error = reference.measure(surface, max_over_rms * budget.pixels, outliers);
+  for (uint32_t &face : outliers.faces) face = lasting[face];
   report.thin_area = outliers.area;
   return report;
 }
@@ -99,8 +129,7 @@ Lost vanished(const capture::Mesh &source, const capture::Mesh &mesh, const std:
               const Budget &budget) {
   const Pieces pieces = find_pieces(source, first_alike(source, false));
   std::vector<bool> there(pieces.faces.size());
-  const capture::Mesh on_lattice = rounded(mesh, budget.lattice);
-  for (const uint32_t face : lasting_faces(on_lattice, first_alike(on_lattice, false)))
+  for (const uint32_t face : lasting_faces(mesh, budget.lattice))
     there[pieces.of_vertex[vertices[mesh.faces[3 * size_t(face)]]]] = true;
   Lost lost;
   for (size_t i = 0; i < there.size(); i++) {

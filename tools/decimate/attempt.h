@@ -14,15 +14,17 @@ constexpr int attempts = 8;
 // Whether there is anything to decimate: finite coordinates, and an area.
 bool sound(const capture::Mesh &mesh);
 
-// The faces of pieces that are not below the budget's min_piece; what is left out is counted in report. All
-// faces when every piece is: the canonicaliser has a message for that.
+// The faces of pieces that are not below the budget's min_piece, and of which the lattice leaves something as
+// they are: what it does not can't be kept by any decimation. What is left out is counted in report, as
+// dropped and as vanished. All faces when every piece is: the canonicaliser has a message for that. source:
+// as sound() wants it.
 std::vector<uint32_t> without_specks(const capture::Mesh &source, const Budget &budget, Report &report);
 
 // The source as it is, with the report of that.
 Decimated as_it_is(const capture::Mesh &source);
 
 // Measures a mesh, rounded to the lattice, and fills the report but for what its caller knows better (reach,
-// held_faces, dropped) and what takes time (vanished).
+// held_faces, dropped) and what takes time (vanished). outliers: a fresh one.
 Report look_at(const Reference &reference, const capture::Mesh &mesh, const Budget &budget,
                Outliers &outliers);
 

@@ -98,6 +98,8 @@ Decimated decimate(const capture::Mesh &given, const Footprint &footprint, const
     }
   }
   if (!out.report.kept) out.report.vanished = vanished(source, out.mesh, out.vertices, budget);
+  out.report.vanished.pieces += before.vanished.pieces;
+  out.report.vanished.area += before.vanished.area;
   for (uint32_t &v : out.vertices) v = vertices[v];
   out.report.dropped_pieces = before.dropped_pieces;
   out.report.dropped_faces = before.dropped_faces;

@@ -78,7 +78,7 @@ public:
 private:
   bool try_faces(const Frames &frames, const Budget &budget, Outliers &outliers, double &worst);
 
-  std::vector<uint32_t> large_pieces; // faces of the source without those that min_piece drops
+  std::vector<uint32_t> large_pieces; // faces of the source without what goes in front
   Report dropped;                     // what these were
   std::vector<uint32_t> faces;        // what is left; over the vertices of the source; empty: it is kept
   std::vector<Report> reports;

@@ -71,6 +71,8 @@ Run::Run(const Frames &frames, const Budget &budget, double reach) : reports(fra
           report.reach = reach;
           report.dropped_pieces = dropped.dropped_pieces;
           report.dropped_faces = dropped.dropped_faces;
+          report.vanished.pieces += dropped.vanished.pieces;
+          report.vanished.area += dropped.vanished.area;
           report.held_faces = size_t(std::count(held.begin(), held.end(), true));
         }
         return;
