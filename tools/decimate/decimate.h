@@ -12,7 +12,8 @@
 namespace fvv::decimate {
 
 // No place of either surface may be further off than this many times the budget: 0.9 px at 0.15 px, so that
-// no silhouette moves by a pixel. Where error is spread like noise, one place in a million is.
+// no silhouette moves by a pixel. Errors that are spread like noise keep it; what breaks it is a part that
+// was cut off.
 constexpr double max_over_rms = 6;
 
 struct Budget {
