@@ -201,8 +201,8 @@ TEST_CASE("a tracked capture gets a finer lattice, and the error that the budget
   CHECK(tracked.delta_error == 2);      // 2.5 steps are 5 mm of 5.3
   CHECK(tracked.error() <= budget);
   CHECK(tracked.pixels == Approx(0.005 * 70.5 / 2.5).epsilon(1e-3));
-  options.lattice_step = mux::Length{0.001, true};
+  options.step = mux::Length{0.001, true};
   CHECK(mux::make_plan(options).lattice.delta_error == 4);
-  options.lattice_step = mux::Length{0.01, true};
+  options.step = mux::Length{0.01, true};
   CHECK(mux::make_plan(options).lattice.delta_error == 0);
 }
