@@ -98,6 +98,23 @@ TEST_CASE("frames that differ in the order of their vertices are a run") {
   CHECK(keys_of(options.output) == "kddddd");
 }
 
+TEST_CASE("a run that is decimated stays one, whatever the order of its vertices") {
+  const Folder folder;
+  Frames frames = balls(12);
+  for (uint32_t i = 1; i < 12; i += 2) frames[i] = shuffled(frames[i], i);
+  mux::Options options = frames_on_disk(folder, frames);
+  options.keep_geometry = false;
+  options.triangles = 150;
+  const mux::Summary summary = mux::mux(options); // verifies
+  CHECK(keys_of(options.output) == "kdddddkddddd");
+  Stream stream(options.output);
+  fvv_mesh mesh;
+  stream.mesh(7, mesh);
+  CHECK(mesh.face_count < 170);
+  CHECK(summary.verdict->mesh.max_vertex_error <= summary.plan.lattice.error() * (1 + 1e-9));
+  fvv_mesh_free(&mesh);
+}
+
 TEST_CASE("a run ends where the faces change, and another begins") {
   const Folder folder;
   Frames frames = balls(6);
