@@ -44,7 +44,7 @@ def test_the_budget_holds_by_another_measure(captures, tmp_path, meshes):
         assert budget["decimated_frames"] == 3 and budget["kept_frames"] == 0
         assert before < budget["triangles"] < budget["triangles_before"] / 2
         before = budget["triangles"]
-        assert summary["lattice"]["half_step_pixels"] <= pixels
+        assert summary["lattice"]["error_pixels"] <= pixels
         assert budget["rms_pixels"] <= pixels and budget["max_pixels"] <= 6 * pixels
         # The players stand within a few metres, so no pixel covers twice what the sharpest does.
         for frame in range(3):
@@ -54,7 +54,8 @@ def test_the_budget_holds_by_another_measure(captures, tmp_path, meshes):
             assert found["rms"] <= 2 * pixels * budget["pixel"]
             if budget["vanished_pieces"] == 0:  # of specks that the lattice swallows nothing is near
                 assert found["max"] <= 2 * 6 * pixels * budget["pixel"]
-            assert found["rms"] == pytest.approx(budget["rms"], rel=0.15)
+            # Delta frames are reckoned to do what a coarser lattice would, and do less.
+            assert (0.85 if meshes == "hull" else 0.6) < found["rms"] / budget["rms"] < 1.15
         # Fitted to the source, or chords of it.
         assert abs(budget["volume_change"]) < (0.01 if meshes == "hull" else 0.05)
 

@@ -38,8 +38,19 @@ def luma(path):
 def test_there_and_back(capture, tmp_path, codec, options):
     stream, out = tmp_path / "players.fvv", tmp_path / "out"
     summary = json.loads(
-        run("fvvmux", capture, "-o", stream, "--codec", codec, "--quality", "40dB", "--keep-geometry", "--json",
-            *options)  # fmt: skip
+        run(
+            "fvvmux",
+            capture,
+            "-o",
+            stream,
+            "--codec",
+            codec,
+            "--quality",
+            "40dB",
+            "--keep-geometry",
+            "--json",
+            *options,
+        )  # fmt: skip
     )
     assert summary["frames"] == 3
 
