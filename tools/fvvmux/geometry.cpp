@@ -7,8 +7,8 @@
 namespace fvv::mux {
 
 Geometry::Geometry(const capture::Capture &of, const Tiling &tiles, const DecimationChoice &chosen,
-                   uint32_t frames_in_group)
-    : capture(of), tiling(tiles), choice(chosen), group_size(frames_in_group),
+                   uint32_t frames_in_group, bool has_runs)
+    : capture(of), tiling(tiles), choice(chosen), group_size(frames_in_group), tracked(has_runs),
       groups((size_t(of.frames.count) + frames_in_group - 1) / frames_in_group) {}
 
 capture::Mesh Geometry::source(size_t i, capture::MeshReport *report) const {
@@ -34,6 +34,7 @@ void Geometry::add_run(Group &group, size_t group_first, size_t first,
 
 void Geometry::find_runs(Group &group, size_t first, size_t count) const {
   group.run_of.assign(count, SIZE_MAX);
+  if (!tracked) return;
   size_t begin = first;
   capture::Mesh begun = source(first);
   std::vector<std::vector<uint32_t>> orders(1);

@@ -16,9 +16,9 @@ namespace fvv::mux {
 // group alone, whatever is asked first.
 class Geometry {
 public:
-  // tiling: of the cameras.
+  // tiling: of the cameras. tracked: as in the plan; otherwise nobody looks for runs.
   Geometry(const capture::Capture &capture, const Tiling &tiling, const DecimationChoice &choice,
-           uint32_t group_size);
+           uint32_t group_size, bool tracked);
 
   // Loads frame i (counted from 0). report may be NULL; decimation is filled when the choice is to decimate.
   // Several threads may call it. Throws capture::FileError.
@@ -46,6 +46,7 @@ private:
   const Tiling tiling;
   const DecimationChoice choice;
   const uint32_t group_size;
+  const bool tracked;
   mutable std::deque<Group> groups;
 };
 

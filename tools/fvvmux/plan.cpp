@@ -195,7 +195,8 @@ Plan make_plan(const Options &options) {
   plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
   if (plan.has_meshes()) {
     plan.decimation = choose_decimation(options, plan.capture, cameras, plan.lattice);
-    plan.geometry = std::make_shared<Geometry>(plan.capture, cameras, plan.decimation, plan.group_size);
+    plan.geometry =
+        std::make_shared<Geometry>(plan.capture, cameras, plan.decimation, plan.group_size, plan.tracked);
   }
   if (!cameras.tiles.empty()) plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}});
   if (plan.capture.atlas) {
