@@ -252,16 +252,20 @@ class Stream:
         return self.data()
 
 
-def raw_mesh(positions, faces, texture=(), texture_bits=0):
-    """Clause 8.3, profile 0. texture: the texture indices (u, v) of each vertex, clause 8.6, or nothing."""
+def raw_mesh(positions, faces, texture=(), texture_bits=0, normals=(), normal_bits=0):
+    """Clause 8.3, profile 0. texture, normals: the indices of each vertex, two each (clauses 8.6, 8.13), or nothing."""
     values = {"profile": 0, "vertex_count": len(positions), "face_count": len(faces)}
     if texture:
         values |= {"attributes": 1, "texture_bits": texture_bits}
+    if normals:
+        values |= {"attributes": values.get("attributes", 0) | 2, "normal_bits": normal_bits}
     parts = structure("MESH payload", values, {"profile": "0: raw"})
     for i, position in enumerate(positions):
         parts.append(Part(struct.pack("<3i", *position), f"vertex {i}", str(position)))
     for i, pair in enumerate(texture):
         parts.append(Part(struct.pack("<2I", *pair), f"texture {i}", str(pair)))
+    for i, pair in enumerate(normals):
+        parts.append(Part(struct.pack("<2I", *pair), f"normal {i}", str(pair)))
     for i, face in enumerate(faces):
         parts.append(Part(struct.pack("<3I", *face), f"face {i}", str(face)))
     return parts

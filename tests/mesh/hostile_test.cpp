@@ -55,7 +55,7 @@ struct Judge {
       refused++;
       const bool known =
           status == FVV_ERROR_INVALID || status == FVV_ERROR_UNSUPPORTED || status == FVV_ERROR_LIMIT;
-      wrong += !known || !diagnostic.issue || mesh.positions || mesh.faces || mesh.texture;
+      wrong += !known || !diagnostic.issue || mesh.positions || mesh.faces || mesh.texture || mesh.normals;
     }
     fvv_mesh_free(&mesh);
     wrong += memory::state.live != before;
@@ -72,6 +72,9 @@ struct Judge {
     if (!mesh.texture != !mesh.texture_bits || mesh.texture_bits > 16) return false;
     for (uint32_t i = 0; mesh.texture && i < 2 * mesh.vertex_count; i++)
       if (mesh.texture[i] > uint32_t(1) << mesh.texture_bits) return false;
+    if (!mesh.normals != !mesh.normal_bits || mesh.normal_bits > 12) return false;
+    for (uint32_t i = 0; mesh.normals && i < 2 * mesh.vertex_count; i++)
+      if (mesh.normals[i] > (uint32_t(1) << mesh.normal_bits) - 2) return false;
     return mesh.vertex_count >= 3 && std::find(used.begin(), used.end(), false) == used.end();
   }
 
@@ -115,6 +118,8 @@ std::vector<Case> corpus() {
       {"charts, difference", encoded(*canonical(charts(4)), FVV_MESH_DRACO, 0)},
       {"charts, parallelogram", encoded(*canonical(charts(4)), FVV_MESH_DRACO, 7)},
       {"charts, creases", encoded(*canonical(charts(12)), FVV_MESH_DRACO, 10)},
+      {"normals, raw", encoded(*canonical(hard_cube(2), 0.001, nullptr, 8), FVV_MESH_RAW, 0)},
+      {"normals, Draco", encoded(*canonical(hard_cube(4), 0.001, nullptr, 12), FVV_MESH_DRACO, 7)},
       {"charts, sequential", draco_payload(*canonical(charts(4)), plain)},
   };
   for (const Case &c : all) {

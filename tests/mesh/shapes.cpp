@@ -163,10 +163,31 @@ Shape charts(uint32_t n) {
   return s;
 }
 
-std::unique_ptr<Mesh> canonical(const Shape &shape, double step, fvv_mesh_report *report) {
+Shape hard_cube(uint32_t n) {
+  Shape shape = charts(n);
+  shape.texture.clear();
+  const size_t side = (n + 1) * (n + 1);
+  shape.normals.resize(shape.positions.size());
+  for (size_t f = 0; f < shape.faces.size(); f += 3) {
+    const uint32_t *face = &shape.faces[f];
+    REQUIRE(face[0] / side == face[2] / side);
+    const double *a = &shape.positions[3 * face[0]], *b = &shape.positions[3 * face[1]],
+                 *c = &shape.positions[3 * face[2]];
+    for (size_t k = 0; k < 3; k++) {
+      const size_t i = (k + 1) % 3, j = (k + 2) % 3;
+      const double area = (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
+      for (size_t corner = 0; corner < 3; corner++) shape.normals[3 * face[corner] + k] = area;
+    }
+  }
+  return shape;
+}
+
+std::unique_ptr<Mesh> canonical(const Shape &shape, double step, fvv_mesh_report *report,
+                                uint32_t normal_bits) {
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
   options.lattice_step = step;
+  options.normal_bits = normal_bits;
   const fvv_mesh_source source = shape.source();
   auto mesh = std::make_unique<Mesh>();
   fvv_diagnostic diagnostic = {};
@@ -205,8 +226,9 @@ std::vector<Triangle> triangles(const fvv_mesh &mesh) {
       Triangle t = {};
       for (uint32_t c = 0; c < 3; c++) {
         const size_t vertex = mesh.faces[3 * f + (uint32_t(first) + c) % 3];
-        memcpy(&t[5 * c], mesh.positions + 3 * vertex, 12);
-        if (mesh.texture) memcpy(&t[5 * c + 3], mesh.texture + 2 * vertex, 8);
+        memcpy(&t[7 * c], mesh.positions + 3 * vertex, 12);
+        if (mesh.texture) memcpy(&t[7 * c + 3], mesh.texture + 2 * vertex, 8);
+        if (mesh.normals) memcpy(&t[7 * c + 5], mesh.normals + 2 * vertex, 8);
       }
       if (first == 0 || t < best) best = t;
     }

@@ -14,10 +14,15 @@ struct Shape {
   std::vector<double> positions; // metres
   std::vector<uint32_t> faces;
   std::vector<double> texture; // u v of each vertex, or empty
+  std::vector<double> normals; // x y z of each vertex, or empty
 
   fvv_mesh_source source() const {
-    return {positions.data(), faces.data(), positions.size() / 3, faces.size() / 3,
-            texture.empty() ? nullptr : texture.data()};
+    return {positions.data(),
+            faces.data(),
+            positions.size() / 3,
+            faces.size() / 3,
+            texture.empty() ? nullptr : texture.data(),
+            normals.empty() ? nullptr : normals.data()};
   }
   void point(double x, double y, double z) {
     for (const double coordinate : {x, y, z}) positions.push_back(coordinate);
@@ -51,6 +56,8 @@ Shape bow_tie();
 // The closed surface of a cube of edge 1 with an atlas of six charts side by side, n x n squares each:
 // vertices are doubled along all edges and tripled at the corners. n * n * 12 faces.
 Shape charts(uint32_t n);
+// The same cube without an atlas; every side has vertices and normals of its own.
+Shape hard_cube(uint32_t n);
 
 // Frees itself.
 struct Mesh : fvv_mesh {
@@ -66,7 +73,8 @@ struct Bytes : fvv_bytes {
 };
 
 // Canonicalises at so many metres a step from origin 0; a failure is a failed REQUIRE.
-std::unique_ptr<Mesh> canonical(const Shape &shape, double step = 0.001, fvv_mesh_report *report = nullptr);
+std::unique_ptr<Mesh> canonical(const Shape &shape, double step = 0.001, fvv_mesh_report *report = nullptr,
+                                uint32_t normal_bits = 0);
 std::vector<uint8_t> encoded(const fvv_mesh &mesh, uint8_t profile, int level);
 // What a loop over profiles and levels means: -2 is fast, -1 raw, 0 to 10 a level of Draco.
 uint8_t profile_of(int level);
@@ -74,8 +82,8 @@ uint8_t profile_of(int level);
 fvv_status decode(const std::vector<uint8_t> &payload, fvv_mesh *mesh, fvv_diagnostic *diagnostic,
                   const fvv_allocator *allocator = nullptr);
 
-// The triangles by position and texture indices (0 without), each from its least corner on, sorted.
-using Triangle = std::array<int32_t, 15>;
+// The triangles by position, texture and normal indices (0 without), each from its least corner on, sorted.
+using Triangle = std::array<int32_t, 21>;
 std::vector<Triangle> triangles(const fvv_mesh &mesh);
 
 #endif

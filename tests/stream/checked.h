@@ -54,7 +54,8 @@ public:
       out << t.track << ' ' << int(t.kind) << ' ' << t.chunks << ' ' << t.key_chunks << ' ' << t.bytes << ' '
           << t.smallest << ' ' << t.largest << ' ' << t.min_vertices << ' ' << t.max_vertices << ' '
           << t.min_faces << ' ' << t.max_faces << ' ' << t.vertices << ' ' << t.faces << ' ' << t.textured
-          << ' ' << int(t.min_texture_bits) << ' ' << int(t.max_texture_bits) << '\n';
+          << ' ' << int(t.min_texture_bits) << ' ' << int(t.max_texture_bits) << ' ' << t.with_normals << ' '
+          << int(t.min_normal_bits) << ' ' << int(t.max_normal_bits) << '\n';
     }
     for (size_t i = 0; i < fvv_checker_run_count(checker); i++) {
       const fvv_frame_run &r = *fvv_checker_run(checker, i);

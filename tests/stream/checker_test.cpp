@@ -122,6 +122,33 @@ TEST_CASE("a hostile payload in an intact chunk") {
   CHECK(fvv_checker_track(structure.checker, 0)->vertices == 16);
 }
 
+TEST_CASE("3032: the meshes of a group have the same normal bits") {
+  Stream source = good_stream(0);
+  const uint8_t bits[3] = {0, 12, 8};
+  for (int g = 0; g < 3; g++) {
+    Group group = {6 * g, 6 * g + 6, {}};
+    for (int f = 0; f < 3; f++) group.chunks.push_back(mesh_chunk(6 * g + 2 * f, f, 1, 0, bits[g]));
+    source.groups.push_back(group);
+  }
+  for (const bool decode : {true, false}) {
+    Check how;
+    how.decode = decode;
+    const Checked good(write(source), how);
+    CHECK((good.status == FVV_OK && good.summary().problems == 0));
+    const fvv_track_summary &track = *fvv_checker_track(good.checker, 0);
+    CHECK((track.with_normals == 6 && track.min_normal_bits == 8 && track.max_normal_bits == 12));
+    for (size_t g = 0; g < 3; g++) {
+      Stream spoilt = source;
+      spoilt.groups[g].chunks[2] = mesh_chunk(6 * int64_t(g) + 4, 2, 1, 0, g == 1 ? 0 : 2);
+      const Checked checked(write(spoilt), how);
+      REQUIRE(checked.summary().problems == 1);
+      const fvv_diagnostic *problem = fvv_checker_problem(checked.checker, 0);
+      CHECK((problem->issue == FVV_ISSUE_MESH_NORMAL_GROUP && problem->chunk_type == FVV_CHUNK_MESH));
+      CHECK(checked.summary().whole_frames == 8);
+    }
+  }
+}
+
 TEST_CASE("3016: the meshes of a group have the same texture bits, groups may differ") {
   // By frame: a group without texture coordinates, one with 12 bits, one with 8.
   Stream source = good_stream(0);

@@ -26,7 +26,8 @@ struct Field {
       }
   }
   fvv_mesh mesh() {
-    return {positions.data(), faces.data(), side * side, uint32_t(faces.size() / 3), nullptr, 0, {}};
+    return {
+        positions.data(), faces.data(), side * side, uint32_t(faces.size() / 3), nullptr, 0, nullptr, 0, {}};
   }
 };
 
@@ -230,6 +231,35 @@ TEST_CASE("frames of the vector are those of the decoder that was written from t
   }
   CHECK(count == 7);
   CHECK(fvv_stream_frame_count(opened.stream) == count);
+}
+
+TEST_CASE("normals of the vector are those of the decoder that was written from the specification") {
+  std::ifstream file(FVV_NORMALS_VECTORS "/cube.fvv", std::ios::binary),
+      list(FVV_NORMALS_VECTORS "/cube.crc");
+  const Bytes bytes(std::istreambuf_iterator<char>(file), {});
+  CHECK(Checked(bytes).summary().problems == 0);
+  Opened opened(bytes);
+  REQUIRE(opened.status == FVV_OK);
+  std::string wanted;
+  size_t count = 0;
+  while (list >> wanted) {
+    fvv_mesh mesh;
+    REQUIRE(fvv_stream_mesh(opened.stream, count, 1, &mesh, nullptr) == FVV_OK);
+    CHECK(mesh.normal_bits == (count < 5 ? 9 : 0));
+    std::vector<float> normals(3 * size_t(mesh.vertex_count));
+    REQUIRE(fvv_mesh_normals(&mesh, nullptr, normals.data(), nullptr) == FVV_OK);
+    fvv_mesh_free(&mesh);
+    Bytes packed;
+    for (const float x : normals) {
+      uint32_t bits;
+      std::memcpy(&bits, &x, sizeof bits);
+      for (int shift = 0; shift < 32; shift += 8) packed.push_back(uint8_t(bits >> shift));
+    }
+    INFO("frame " << count);
+    CHECK(fvv_crc32c(0, packed.data(), packed.size()) == std::stoul(wanted, nullptr, 16));
+    count++;
+  }
+  CHECK(count == 10);
 }
 
 TEST_CASE("a delta frame that is wrong takes those behind it along, up to the next key mesh") {

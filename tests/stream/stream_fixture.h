@@ -92,12 +92,23 @@ inline Chunk text_chunk(const std::string &text) {
   return {FVV_CHUNK_METADATA, 0, 0, 0, Bytes(text.begin(), text.end())};
 }
 
-// A tetrahedron, another size for each n; with texture bits it has texture coordinates.
-inline Chunk mesh_chunk(int64_t time, int n, uint16_t track = 1, uint8_t texture_bits = 0) {
+// A tetrahedron, another size for each n; with texture bits it has texture coordinates, with normal bits
+// normals.
+inline Chunk mesh_chunk(int64_t time, int n, uint16_t track = 1, uint8_t texture_bits = 0,
+                        uint8_t normal_bits = 0) {
   int32_t positions[12] = {0, 0, 0, 10 + n, 0, 0, 0, 20, 0, 0, 0, 30};
   uint32_t faces[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
   uint32_t texture[8] = {0, 1, 1, 0, 1, 2, 2, 1};
-  const fvv_mesh mesh = {positions, faces, 4, 4, texture_bits ? texture : nullptr, texture_bits, {}};
+  uint32_t normals[8] = {0, 1, 1, 0, 1, 2, 2, 1};
+  const fvv_mesh mesh = {positions,
+                         faces,
+                         4,
+                         4,
+                         texture_bits ? texture : nullptr,
+                         texture_bits,
+                         normal_bits ? normals : nullptr,
+                         normal_bits,
+                         {}};
   fvv_bytes payload = {};
   REQUIRE(fvv_mesh_encode(&mesh, FVV_MESH_RAW, 0, nullptr, &payload, nullptr) == FVV_OK);
   Chunk out = {FVV_CHUNK_MESH, track, FVV_FLAG_KEY, time, Bytes(payload.data, payload.data + payload.size)};

@@ -66,8 +66,8 @@ inline void make_sphere(int frame, fvv_mesh &mesh) {
   fvv_mesh_options_default(&options);
   for (int i = 0; i < 3; i++) options.lattice_origin[i] = origin[i];
   options.lattice_step = lattice_step;
-  const fvv_mesh_source source = {positions.data(), faces.data(), positions.size() / 3, faces.size() / 3,
-                                  nullptr};
+  const fvv_mesh_source source = {positions.data(), faces.data(), positions.size() / 3,
+                                  faces.size() / 3, nullptr,      nullptr};
   REQUIRE(fvv_mesh_canonicalise(&source, &options, nullptr, &mesh, nullptr, nullptr) == FVV_OK);
 }
 

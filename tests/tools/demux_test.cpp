@@ -29,7 +29,7 @@ void check_mesh(const capture::Mesh &read, int frame) {
   std::copy(origin, origin + 3, options.lattice_origin);
   options.lattice_step = lattice_step;
   const fvv_mesh_source source = {read.positions.data(), read.faces.data(), read.vertex_count(),
-                                  read.face_count(), nullptr};
+                                  read.face_count(),     nullptr,           nullptr};
   REQUIRE(fvv_mesh_canonicalise(&source, &options, nullptr, &found, nullptr, nullptr) == FVV_OK);
   CHECK(std::equal(expected.positions, expected.positions + 3 * expected.vertex_count, found.positions));
 }

@@ -84,6 +84,9 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
       if (s->textured)
         t["mesh"]["texture"] = {{"chunks", s->textured},
                                 {"bits", {s->min_texture_bits, s->max_texture_bits}}};
+      if (s->with_normals)
+        t["mesh"]["normals"] = {{"chunks", s->with_normals},
+                                {"bits", {s->min_normal_bits, s->max_normal_bits}}};
     }
     if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(*video);
     out.push_back(t);

@@ -120,6 +120,11 @@ std::string track_text(const Report &report, const fvv_track &track) {
     if (found->textured != found->chunks)
       out += format(" in %llu chunks", (unsigned long long)found->textured);
   }
+  if (found->with_normals) {
+    out += ", normals of " + range(found->min_normal_bits, found->max_normal_bits) + " bits";
+    if (found->with_normals != found->chunks)
+      out += format(" in %llu chunks", (unsigned long long)found->with_normals);
+  }
   out += format("; %llu chunks (%llu key), ", (unsigned long long)found->chunks,
                 (unsigned long long)found->key_chunks);
   out += bytes(double(found->bytes)) + ", " + bytes(double(found->bytes) / double(found->chunks)) + " each";

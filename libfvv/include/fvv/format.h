@@ -13,6 +13,8 @@
 #define FVV_LATTICE_MAX 268435456
 /* most bits of a texture index: 65536 steps across an atlas (clause 8.6). */
 #define FVV_TEXTURE_BITS_MAX 16
+/* most bits of a normal index: 0.06 degrees at worst (clause 8.13). */
+#define FVV_NORMAL_BITS_MAX 12
 /* more levels of motion than any mesh can have (clause 8.8). */
 #define FVV_MESH_LEVELS_MAX 32
 /* in VCFG: the frame does not show one single camera (clause 10.1). */
@@ -92,6 +94,7 @@ enum {
 /* Mesh attributes, clause 8.3. */
 enum {
   FVV_MESH_HAS_TEXTURE = 1, /* texture coordinates, clause 8.6 */
+  FVV_MESH_HAS_NORMALS = 2, /* normals, clause 8.13 */
 };
 
 /* Lens models, clause 9.1. */
@@ -178,6 +181,9 @@ enum {
   FVV_ISSUE_FAST_DENSITY = 3024,
   FVV_ISSUE_FAST_VERTICES = 3025,
   FVV_ISSUE_FAST_FACES = 3026,
+  FVV_ISSUE_MESH_NORMAL_BITS = 3030,
+  FVV_ISSUE_MESH_NORMAL_RANGE = 3031,
+  FVV_ISSUE_MESH_NORMAL_GROUP = 3032,
   FVV_ISSUE_VIDEO_PAYLOAD = 4001,
   FVV_ISSUE_VIDEO_CODEC = 4002,
   FVV_ISSUE_VIDEO_RANGE = 4003,

@@ -15,19 +15,24 @@ extern "C" {
 /* A source mesh, borrowed. positions: vertex_count x 3 doubles, metres, x y z. faces: face_count x 3 vertex
  * indices, counter-clockwise seen from outside. texture: vertex_count x 2 doubles, u v on the axes of clause
  * 8.6 ((0, 0) is the top left corner of the atlas picture, (1, 1) its bottom right one, v points down), or
- * NULL. A vertex has one pair: where charts meet, the source has one vertex for each of them. */
+ * NULL. A vertex has one pair: where charts meet, the source has one vertex for each of them. normals:
+ * vertex_count x 3 doubles of any length but 0, or NULL; where the surface has a hard edge, one vertex for
+ * each side. */
 typedef struct fvv_mesh_source {
   const double *positions;
   const uint32_t *faces;
   size_t vertex_count;
   size_t face_count;
   const double *texture;
+  const double *normals;
 } fvv_mesh_source;
 
 /* A mesh on the lattice, owned by the struct's allocator; free with fvv_mesh_free. positions: vertex_count
  * x 3 lattice indices, each within +-FVV_LATTICE_MAX. faces: face_count x 3, each < vertex_count. texture:
  * vertex_count x 2 texture indices u v, each 0 to 2^texture_bits inclusive, texture_bits 1 to
- * FVV_TEXTURE_BITS_MAX; NULL and 0 when the mesh has none. */
+ * FVV_TEXTURE_BITS_MAX; NULL and 0 when the mesh has none. normals: vertex_count x 2 normal indices
+ * (clause 8.13), each 0 to 2^normal_bits - 2, normal_bits 2 to FVV_NORMAL_BITS_MAX; NULL and 0 when they are
+ * to be computed (fvv_mesh_normals). */
 typedef struct fvv_mesh {
   int32_t *positions;
   uint32_t *faces;
@@ -35,6 +40,8 @@ typedef struct fvv_mesh {
   uint32_t face_count;
   uint32_t *texture;
   uint8_t texture_bits;
+  uint32_t *normals;
+  uint8_t normal_bits;
   fvv_allocator allocator;
 } fvv_mesh;
 
@@ -57,21 +64,26 @@ FVV_API void fvv_lattice_to_floats(const double origin[3], double step, const in
  * FVV_TEXTURE_BITS_MAX. indices, uv: count x 2. */
 FVV_API void fvv_texture_to_floats(uint8_t bits, const uint32_t *indices, size_t count, float *uv);
 
-/* The normal of each vertex, computed from the faces around it, each weighted with its area (clause 8.12).
- * Vertices on one lattice point count as one, so that seams of the atlas don't show. normals: vertex_count x
- * 3 floats, unit length; zero where the areas cancel. The same bits on every machine. 0.33 ms for 17,500
- * vertices; 44 bytes of scratch memory a vertex. allocator NULL: malloc. FVV_ERROR_INPUT: the mesh breaks a
- * rule of clause 8.3. */
+/* normal indices -> unit vectors for count vertices (clause 8.13). bits: 2 to FVV_NORMAL_BITS_MAX. indices:
+ * count x 2, normals: count x 3. */
+FVV_API void fvv_normals_to_floats(uint8_t bits, const uint32_t *indices, size_t count, float *normals);
+
+/* The normal of each vertex: the sent one when the mesh has them, otherwise computed from the faces around
+ * it, each weighted with its area (clause 8.12); then vertices on one lattice point count as one, so that
+ * seams of the atlas don't show. normals: vertex_count x 3 floats, unit length; zero where areas cancel. The
+ * same bits on every machine. 0.33 ms for 17,500 vertices; 44 bytes of scratch memory a vertex. allocator
+ * NULL: malloc. FVV_ERROR_INPUT: the mesh breaks a rule of clause 8.3. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_normals(const fvv_mesh *mesh, const fvv_allocator *allocator,
                                                  float *normals, fvv_diagnostic *diagnostic);
 
 /* What the canonicaliser changed. All zero: the mesh went through as it was. A component is a set of faces
  * that are joined over shared edges. Whatever is said of faces, edges and components is judged by lattice
- * points alone: a seam of the atlas, where vertices differ in their texture coordinates only, is no boundary.
+ * points alone: a seam of the atlas or a hard edge, where vertices differ in texture coordinates or normals
+ * only, is no boundary.
  */
 typedef struct fvv_mesh_report {
   size_t struct_size;             /* the caller sets it before the call */
-  uint32_t welded_vertices;       /* same lattice point and texture indices as an earlier vertex */
+  uint32_t welded_vertices;       /* same lattice point, texture and normal indices as an earlier vertex */
   uint32_t degenerate_faces;      /* two corners on one lattice point, or zero area on the lattice */
   uint32_t duplicate_faces;       /* same three lattice points as an earlier face, either winding */
   uint32_t unreferenced_vertices; /* used by no face that is left */
@@ -80,8 +92,9 @@ typedef struct fvv_mesh_report {
   uint32_t boundary_edges;        /* used by one face: reported, left as they are */
   uint32_t dropped_components;    /* specks below min_component_faces */
   uint32_t dropped_component_faces;
-  double max_error;          /* metres: largest distance source vertex -> its lattice point, per axis */
-  uint32_t seam_vertices;    /* on the lattice point of an earlier vertex, kept: other texture indices */
+  double max_error; /* metres: largest distance source vertex -> its lattice point, per axis */
+  uint32_t
+      seam_vertices; /* on the lattice point of an earlier vertex, kept: other texture or normal indices */
   uint32_t clamped_vertices; /* texture coordinates outside 0 to 1 by no more than the tolerance */
 } fvv_mesh_report;
 
@@ -95,6 +108,9 @@ typedef struct fvv_mesh_options {
    * source without them. Default 12: off by a quarter of a texel at most in an atlas 2,048 pixels wide, half
    * a texel at 4,096. Each bit more costs about one bit for u and one for v of each vertex. */
   uint32_t texture_bits;
+  /* Bits of a normal index, 2 to FVV_NORMAL_BITS_MAX; 0, the default, leaves normals out. Has no effect on a
+   * source without them. With 8 bits normals are off by 0.3 degrees on average, 0.95 at worst. */
+  uint32_t normal_bits;
 } fvv_mesh_options;
 
 /* How far outside 0 to 1 a texture coordinate may lie, 2^-16: what single precision and texts of six decimals
@@ -105,9 +121,9 @@ FVV_API void fvv_mesh_options_default(fvv_mesh_options *options);
 
 /* Quantises and canonicalises: source -> mesh on the lattice. Refuses NaN, infinities, coordinates outside
  * the lattice, texture coordinates more than FVV_TEXTURE_TOLERANCE outside 0 to 1 (nearer ones are clamped),
- * indices out of range (FVV_ERROR_INPUT; the message names vertex or face). An empty result is
- * an error too ("no face is left"). Same input, same output, on every machine. report may be NULL; it is
- * filled on failure too, as far as the work went. */
+ * normals that are zero or not finite, indices out of range (FVV_ERROR_INPUT; the message names vertex or
+ * face). An empty result is an error too ("no face is left"). Same input, same output, on every machine.
+ * report may be NULL; it is filled on failure too, as far as the work went. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *source,
                                                       const fvv_mesh_options *options,
                                                       const fvv_allocator *allocator, fvv_mesh *mesh,
@@ -129,11 +145,11 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise_run(const fvv_mesh_source 
                                                           fvv_diagnostic *diagnostic);
 
 /* MESH payload of profile FVV_MESH_RAW, FVV_MESH_DRACO or FVV_MESH_FAST (clause 8.3, 8.4, 8.11), with texture
- * coordinates when the mesh has them; replaces what payload holds.
+ * coordinates and normals when the mesh has them; replaces what payload holds.
  * level: 0 (fastest) to 10 (smallest) for Draco, ignored for others. Deterministic. The decoded mesh may have
  * another order of vertices and faces than the one handed in, and more vertices where the surface is no
  * manifold: decode to learn it. The encoder has decoded what it hands out and found the same triangles,
- * texture coordinates included. Draco and meshoptimizer take their memory from operator new, not from the
+ * texture coordinates and normals included. Draco and meshoptimizer take their memory from operator new, not from the
  * allocator. The first fast mesh sets the versions that meshoptimizer writes in this process: vertex codec 0,
  * index codec 1. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level,
@@ -160,6 +176,7 @@ typedef struct fvv_mesh_header {
   uint32_t face_count;
   size_t data_size;     /* bytes behind the header */
   uint8_t texture_bits; /* of a texture index; 0: no texture coordinates */
+  uint8_t normal_bits;  /* of a normal index; 0: no normals */
 } fvv_mesh_header;
 
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *limits,
@@ -186,8 +203,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, cons
                                                        fvv_diagnostic *diagnostic);
 FVV_API void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence);
 
-/* The current frame, the key mesh at first. Belongs to the sequence; positions change with each encode or
- * decode, all else stays. */
+/* The current frame, the key mesh at first. Belongs to the sequence; positions and, when the key mesh has
+ * them, normals change with each encode or decode (sent normals turn with the faces, clause 8.13), all else
+ * stays. */
 FVV_API const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence);
 /* Delta frames since the key mesh. */
 FVV_API uint32_t fvv_mesh_sequence_frame(const fvv_mesh_sequence *sequence);

@@ -111,6 +111,8 @@ typedef struct fvv_track_summary {
   uint64_t vertices, faces;                                  /* mesh tracks: sums */
   uint64_t textured;                                         /* mesh chunks with texture coordinates */
   uint8_t min_texture_bits, max_texture_bits;                /* of these; 0 when there is none */
+  uint64_t with_normals;                                     /* mesh chunks with normals */
+  uint8_t min_normal_bits, max_normal_bits;                  /* of these; 0 when there is none */
   uint64_t profile_chunks[FVV_MESH_PROFILE_COUNT];           /* mesh chunks of each profile */
   uint64_t profile_bytes[FVV_MESH_PROFILE_COUNT];            /* and bytes of payload */
 } fvv_track_summary;

@@ -1,8 +1,8 @@
 /* The canonicaliser: a mesh in metres, as somebody's reconstruction left it, becomes a mesh on the lattice
  * that every encoder can take. It says what it changed and refuses what it cannot mend; it knows nothing of
  * payloads. Each step leaves the order of what stays alone, so that the result depends on nothing but the
- * source. With texture coordinates several vertices may lie on one point; the steps look at faces as triples
- * of points, and the triples of vertices go along. */
+ * source. With texture coordinates or normals several vertices may lie on one point; the steps look at faces
+ * as triples of points, and the triples of vertices go along. */
 #include <math.h>
 #include <string.h>
 
@@ -37,6 +37,9 @@ static fvv_status check_options(fvv_canonicalising *w) {
   if (good && o->texture_bits > FVV_TEXTURE_BITS_MAX)
     return fvv_fail(w->diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "%lu bits for a texture index, at most %d",
                     (unsigned long)o->texture_bits, FVV_TEXTURE_BITS_MAX);
+  if (good && (o->normal_bits == 1 || o->normal_bits > FVV_NORMAL_BITS_MAX))
+    return fvv_fail(w->diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "%lu bits for a normal index, not 2 to %d",
+                    (unsigned long)o->normal_bits, FVV_NORMAL_BITS_MAX);
   if (good) return FVV_OK;
   return fvv_fail(w->diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
                   "lattice origin (%g, %g, %g) and step %g must be finite, the step positive",
@@ -68,11 +71,15 @@ static fvv_status allocate(fvv_canonicalising *w) {
   if (!w->points || !w->renamed || !w->faces) return fvv_canonicalise_no_memory(w);
   if (w->later_count && !(w->origins = fvv_allocate_array(&w->allocator, vertices, sizeof *w->origins)))
     return fvv_canonicalise_no_memory(w);
-  if (!w->source->texture || !w->options.texture_bits) return FVV_OK;
-  w->texture = fvv_allocate_array(&w->allocator, vertices, 2 * sizeof *w->texture);
+  const int texture = w->source->texture && w->options.texture_bits;
+  const int normals = w->source->normals && w->options.normal_bits;
+  if (!texture && !normals) return FVV_OK;
+  if (texture) w->texture = fvv_allocate_array(&w->allocator, vertices, 2 * sizeof *w->texture);
+  if (normals) w->normals = fvv_allocate_array(&w->allocator, vertices, 2 * sizeof *w->normals);
   w->placed = fvv_allocate_array(&w->allocator, vertices, sizeof *w->placed);
   w->corners = fvv_allocate_array(&w->allocator, faces, 3 * sizeof *w->corners);
-  return w->texture && w->placed && w->corners ? FVV_OK : fvv_canonicalise_no_memory(w);
+  const int enough = (w->texture || !texture) && (w->normals || !normals) && w->placed && w->corners;
+  return enough ? FVV_OK : fvv_canonicalise_no_memory(w);
 }
 
 static void release(fvv_canonicalising *w) {
@@ -81,13 +88,14 @@ static void release(fvv_canonicalising *w) {
   fvv_release(&w->allocator, w->renamed, w->source->vertex_count * sizeof *w->renamed);
   fvv_release(&w->allocator, w->faces, w->source->face_count * 3 * sizeof *w->faces);
   fvv_release(&w->allocator, w->texture, w->source->vertex_count * 2 * sizeof *w->texture);
+  fvv_release(&w->allocator, w->normals, w->source->vertex_count * 2 * sizeof *w->normals);
   fvv_release(&w->allocator, w->placed, w->source->vertex_count * sizeof *w->placed);
   fvv_release(&w->allocator, w->corners, w->source->face_count * 3 * sizeof *w->corners);
   fvv_release(&w->allocator, w->table, (size_t)w->slots * sizeof *w->table);
 }
 
 static uint32_t point_of(const fvv_canonicalising *w, uint32_t vertex) {
-  return w->texture ? w->placed[vertex] : vertex;
+  return w->placed ? w->placed[vertex] : vertex;
 }
 
 /* Twice the area is the length of the cross product. Differences are at most 2^29, products 2^58: exact. */
@@ -224,6 +232,7 @@ static fvv_status hand_over(fvv_canonicalising *w, fvv_mesh *mesh) {
   mesh->vertex_count = kept;
   mesh->face_count = w->face_count;
   mesh->texture_bits = w->texture ? (uint8_t)w->options.texture_bits : 0;
+  mesh->normal_bits = w->normals ? (uint8_t)w->options.normal_bits : 0;
   if (!fvv_mesh_allocate(mesh)) {
     fvv_mesh_free(mesh);
     return fvv_canonicalise_no_memory(w);
@@ -238,6 +247,8 @@ static fvv_status hand_over(fvv_canonicalising *w, fvv_mesh *mesh) {
            3 * sizeof *mesh->positions);
     if (w->texture)
       memcpy(mesh->texture + 2 * (size_t)kept, w->texture + 2 * (size_t)v, 2 * sizeof *mesh->texture);
+    if (w->normals)
+      memcpy(mesh->normals + 2 * (size_t)kept, w->normals + 2 * (size_t)v, 2 * sizeof *mesh->normals);
     used[v] = kept++;
   }
   for (size_t i = 0; i < 3 * (size_t)w->face_count; i++) mesh->faces[i] = used[corners[i]];

@@ -3,13 +3,14 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/memory.h"
+#include "mesh/octahedral.h"
 
 static fvv_status status_of(fvv_mesh_origin origin) {
   return origin == FVV_MESH_FROM_CALLER ? FVV_ERROR_INPUT : FVV_ERROR_INVALID;
 }
 
-/* Offsets of an element in a raw payload: positions, texture indices, faces. A bitstream of Draco or
- * meshoptimizer has no bytes that belong to one element. */
+/* Offsets of an element in a raw payload: positions, texture indices, normal indices, faces. A bitstream of
+ * Draco or meshoptimizer has no bytes that belong to one element. */
 static uint64_t offset_of(fvv_mesh_origin origin, uint64_t before) {
   return origin == FVV_MESH_FROM_RAW ? FVV_MESH_SIZE + before : FVV_MESH_SIZE;
 }
@@ -19,8 +20,12 @@ static uint64_t position_offset(fvv_mesh_origin origin, uint64_t vertex) {
 static uint64_t texture_offset(fvv_mesh_origin origin, const fvv_mesh *mesh, uint64_t vertex) {
   return offset_of(origin, 12 * (uint64_t)mesh->vertex_count + 8 * vertex);
 }
+static uint64_t normal_offset(fvv_mesh_origin origin, const fvv_mesh *mesh, uint64_t vertex) {
+  return offset_of(origin, (mesh->texture ? 20 : 12) * (uint64_t)mesh->vertex_count + 8 * vertex);
+}
 static uint64_t face_offset(fvv_mesh_origin origin, const fvv_mesh *mesh, uint64_t face) {
-  return offset_of(origin, (mesh->texture ? 20 : 12) * (uint64_t)mesh->vertex_count + 12 * face);
+  const uint64_t vertex = 12 + (mesh->texture ? 8 : 0) + (mesh->normals ? 8 : 0);
+  return offset_of(origin, vertex * mesh->vertex_count + 12 * face);
 }
 
 static fvv_status check_positions(const fvv_mesh *mesh, fvv_mesh_origin origin, fvv_diagnostic *diagnostic) {
@@ -43,6 +48,20 @@ static fvv_status check_texture(const fvv_mesh *mesh, fvv_mesh_origin origin, fv
       return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_TEXTURE_RANGE, FVV_CHUNK_MESH,
                       texture_offset(origin, mesh, i / 2), "vertex %zu: %c index %lu is above 2^%u", i / 2,
                       "uv"[i % 2], (unsigned long)mesh -> texture[i], mesh -> texture_bits);
+  return FVV_OK;
+}
+
+static fvv_status check_normals(const fvv_mesh *mesh, fvv_mesh_origin origin, fvv_diagnostic *diagnostic) {
+  const unsigned bits = mesh->normal_bits;
+  if (mesh->normals ? bits < 2 || bits > FVV_NORMAL_BITS_MAX : bits != 0)
+    return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_NORMAL_BITS, FVV_CHUNK_MESH,
+                    FVV_MESH_NORMAL_BITS, "%u normal bits for a mesh with%s normals", bits,
+                    mesh->normals ? "" : "out");
+  for (size_t i = 0; mesh->normals && i < 2 * (size_t)mesh->vertex_count; i++)
+    if (mesh->normals[i] > fvv_octahedral_most(bits))
+      return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_NORMAL_RANGE, FVV_CHUNK_MESH,
+                      normal_offset(origin, mesh, i / 2), "vertex %zu: normal index %lu is above 2^%u - 2",
+                      i / 2, (unsigned long)mesh->normals[i], bits);
   return FVV_OK;
 }
 
@@ -83,6 +102,7 @@ fvv_status fvv_mesh_check(const fvv_mesh *mesh, fvv_mesh_origin origin, const fv
                     (unsigned long)mesh->vertex_count);
   fvv_status status = check_positions(mesh, origin, diagnostic);
   if (status == FVV_OK) status = check_texture(mesh, origin, diagnostic);
+  if (status == FVV_OK) status = check_normals(mesh, origin, diagnostic);
   if (status == FVV_OK) status = check_faces(mesh, origin, used, diagnostic);
   if (status == FVV_OK) status = check_used(mesh, origin, used, diagnostic);
   fvv_release(allocator, used, mesh->vertex_count);

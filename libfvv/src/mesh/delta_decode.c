@@ -82,12 +82,13 @@ static fvv_status read_header(const fvv_mesh_sequence *s, const uint8_t *payload
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
                     "a mesh of profile %u begins a sequence, it does not go on with one", header.profile);
   if (header.vertex_count != s->mesh.vertex_count || header.face_count != s->mesh.face_count ||
-      header.texture_bits != s->mesh.texture_bits)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_KEY, FVV_CHUNK_MESH, FVV_MESH_VERTEX_COUNT,
-                    "%lu vertices, %lu faces and %u texture bits, the key mesh has %lu, %lu and %u",
-                    (unsigned long)header.vertex_count, (unsigned long)header.face_count, header.texture_bits,
-                    (unsigned long)s->mesh.vertex_count, (unsigned long)s->mesh.face_count,
-                    s->mesh.texture_bits);
+      header.texture_bits != s->mesh.texture_bits || header.normal_bits != s->mesh.normal_bits)
+    return fvv_fail(
+        diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_KEY, FVV_CHUNK_MESH, FVV_MESH_VERTEX_COUNT,
+        "%lu vertices, %lu faces, %u texture and %u normal bits, the key mesh has %lu, %lu, %u and %u",
+        (unsigned long)header.vertex_count, (unsigned long)header.face_count, header.texture_bits,
+        header.normal_bits, (unsigned long)s->mesh.vertex_count, (unsigned long)s->mesh.face_count,
+        s->mesh.texture_bits, s->mesh.normal_bits);
   fvv_cursor cursor = {payload, size, FVV_MESH_SIZE, 0};
   const uint64_t number = fvv_cursor_uleb(&cursor), levels = fvv_cursor_uleb(&cursor);
   if (!cursor.failed && number != (uint64_t)s->frame + 1)

@@ -7,6 +7,7 @@
 #include "base/layout.h"
 #include "base/memory.h"
 #include "mesh/delta_payload.h"
+#include "mesh/storage.h"
 
 void fvv_mesh_delta_options_default(fvv_mesh_delta_options *options) {
   memset(options, 0, sizeof *options);
@@ -113,8 +114,9 @@ static fvv_status put_payload(const fvv_mesh_sequence *s, const fvv_delta_frame 
                               fvv_bytes *payload) {
   uint8_t header[FVV_MESH_SIZE] = {0};
   header[FVV_MESH_PROFILE] = FVV_MESH_DELTA;
-  header[FVV_MESH_ATTRIBUTES] = s->mesh.texture_bits ? FVV_MESH_HAS_TEXTURE : 0;
+  header[FVV_MESH_ATTRIBUTES] = fvv_mesh_attributes(&s->mesh);
   header[FVV_MESH_TEXTURE_BITS] = s->mesh.texture_bits;
+  header[FVV_MESH_NORMAL_BITS] = s->mesh.normal_bits;
   fvv_put_u32(header + FVV_MESH_VERTEX_COUNT, s->mesh.vertex_count);
   fvv_put_u32(header + FVV_MESH_FACE_COUNT, s->mesh.face_count);
   fvv_status status = fvv_bytes_append(payload, header, sizeof header);

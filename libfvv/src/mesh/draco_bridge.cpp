@@ -38,23 +38,31 @@ bool is_wide(const fvv_mesh &mesh) {
   return int64_t(high) - low >= wide_extent;
 }
 
-void add_texture(const fvv_mesh &mesh, draco::Mesh *out) {
-  draco::GeometryAttribute texture;
-  texture.Init(draco::GeometryAttribute::TEX_COORD, nullptr, 2, draco::DT_INT32, false, 2 * sizeof(int32_t),
-               0);
-  const int id = out->AddAttribute(texture, true, mesh.vertex_count);
-  out->attribute(id)->buffer()->Write(0, mesh.texture, size_t(mesh.vertex_count) * 2 * sizeof(int32_t));
+// values: vertices x components.
+void add_attribute(draco::GeometryAttribute::Type type, int8_t components, const void *values,
+                   uint32_t vertices, draco::Mesh *out) {
+  draco::GeometryAttribute attribute;
+  const int64_t stride = components * int64_t(sizeof(int32_t));
+  attribute.Init(type, nullptr, components, draco::DT_INT32, false, stride, 0);
+  const int id = out->AddAttribute(attribute, true, vertices);
+  out->attribute(id)->buffer()->Write(0, values, size_t(vertices) * size_t(stride));
 }
 
-// The vertices are split at seams already, so that one connectivity serves both attributes. Left to itself
-// Draco predicts texture coordinates from positions with arithmetic that clause 8.4 does not admit; these
-// are the levels at which it takes the same methods for positions.
-draco::Status choose_texture_coding(int level, draco::ExpertEncoder *encoder) {
+// The vertices are split at seams already, so that one connectivity serves all attributes. Left to itself
+// Draco predicts texture coordinates and normals from positions with arithmetic that clause 8.4 does not
+// admit; these are the levels at which it takes the same methods for positions. For normals its encoder
+// offers no other but the difference.
+draco::Status choose_pair_coding(const fvv_mesh &mesh, int level, draco::ExpertEncoder *encoder) {
   encoder->options().SetGlobalBool("split_mesh_on_seams", true);
-  return encoder->SetAttributePredictionScheme(1, level > 8
-                                                      ? draco::MESH_PREDICTION_CONSTRAINED_MULTI_PARALLELOGRAM
-                                                  : level > 2 ? draco::MESH_PREDICTION_PARALLELOGRAM
-                                                              : draco::PREDICTION_DIFFERENCE);
+  draco::Status status;
+  if (mesh.texture)
+    status = encoder->SetAttributePredictionScheme(
+        1, level > 8   ? draco::MESH_PREDICTION_CONSTRAINED_MULTI_PARALLELOGRAM
+           : level > 2 ? draco::MESH_PREDICTION_PARALLELOGRAM
+                       : draco::PREDICTION_DIFFERENCE);
+  if (mesh.normals && status.ok())
+    status = encoder->SetAttributePredictionScheme(mesh.texture ? 2 : 1, draco::PREDICTION_DIFFERENCE);
+  return status;
 }
 
 // One attribute value a vertex, as handed in: vertices at one place stay apart, so that the faces alone say
@@ -67,12 +75,10 @@ void fill(const fvv_mesh &mesh, draco::Mesh *out) {
     out->SetFace(draco::FaceIndex(f), face);
   }
   out->set_num_points(mesh.vertex_count);
-  draco::GeometryAttribute position;
-  position.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_INT32, false, 3 * sizeof(int32_t),
-                0);
-  const int id = out->AddAttribute(position, true, mesh.vertex_count);
-  out->attribute(id)->buffer()->Write(0, mesh.positions, size_t(mesh.vertex_count) * 3 * sizeof(int32_t));
-  if (mesh.texture) add_texture(mesh, out);
+  add_attribute(draco::GeometryAttribute::POSITION, 3, mesh.positions, mesh.vertex_count, out);
+  if (mesh.texture)
+    add_attribute(draco::GeometryAttribute::TEX_COORD, 2, mesh.texture, mesh.vertex_count, out);
+  if (mesh.normals) add_attribute(draco::GeometryAttribute::NORMAL, 2, mesh.normals, mesh.vertex_count, out);
 }
 
 fvv_status encode(const fvv_mesh &mesh, int level, fvv_draco_coding coding, fvv_bytes *bytes,
@@ -87,7 +93,7 @@ fvv_status encode(const fvv_mesh &mesh, int level, fvv_draco_coding coding, fvv_
   if (coding == FVV_DRACO_STANDARD)
     encoder.options().SetGlobalInt("edgebreaker_method", draco::MESH_EDGEBREAKER_STANDARD_ENCODING);
   draco::Status accepted;
-  if (mesh.texture) accepted = choose_texture_coding(level, &encoder);
+  if (mesh.texture || mesh.normals) accepted = choose_pair_coding(mesh, level, &encoder);
   if (is_wide(mesh)) {
     encoder.SetUseBuiltInAttributeCompression(false);
     if (accepted.ok())
@@ -119,13 +125,17 @@ fvv_status copy_attribute(const draco::Mesh &decoded, draco::GeometryAttribute::
 }
 
 fvv_status copy_attributes(const draco::Mesh &decoded, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
-  if (decoded.num_attributes() != (mesh->texture ? 2 : 1))
+  if (decoded.num_attributes() != 1 + (mesh->texture ? 1 : 0) + (mesh->normals ? 1 : 0))
     return broken(diagnostic, FVV_ISSUE_DRACO_ATTRIBUTE, "Draco yields other attributes than were declared");
-  const fvv_status status = copy_attribute(decoded, draco::GeometryAttribute::POSITION, 3, mesh->vertex_count,
-                                           mesh->positions, diagnostic);
-  if (status != FVV_OK || !mesh->texture) return status;
-  return copy_attribute(decoded, draco::GeometryAttribute::TEX_COORD, 2, mesh->vertex_count, mesh->texture,
-                        diagnostic);
+  const uint32_t count = mesh->vertex_count;
+  fvv_status status =
+      copy_attribute(decoded, draco::GeometryAttribute::POSITION, 3, count, mesh->positions, diagnostic);
+  if (status == FVV_OK && mesh->texture)
+    status =
+        copy_attribute(decoded, draco::GeometryAttribute::TEX_COORD, 2, count, mesh->texture, diagnostic);
+  if (status == FVV_OK && mesh->normals)
+    status = copy_attribute(decoded, draco::GeometryAttribute::NORMAL, 2, count, mesh->normals, diagnostic);
+  return status;
 }
 
 fvv_status decode(const uint8_t *data, size_t size, fvv_mesh *mesh, fvv_diagnostic *diagnostic) {

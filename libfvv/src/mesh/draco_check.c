@@ -1,7 +1,7 @@
 /* Draco's decoder trusts what a bitstream declares: 34 bytes can make it ask for 10 GB. This walk over the
  * bitstream (version 2.2, https://google.github.io/draco/spec/) lets through only what is in proportion to
- * its bytes, and only the few coding tools that positions and texture coordinates need: no normals, metadata
- * or anything deprecated. It knows the layout and nothing of meshes; Draco itself decodes. */
+ * its bytes, and only the few coding tools that integers of vertices need: no transforms of Draco's
+ * own, metadata or anything deprecated. It knows the layout and nothing of meshes; Draco itself decodes. */
 #include "mesh/draco_check.h"
 
 #include <string.h>
@@ -23,12 +23,15 @@ enum {
 };
 enum { CREASE_CONTEXTS = 4 };
 
-/* Data type 5 is INT32, types 0 and 3 are POSITION and TEX_COORD; no value is normalised. */
+/* Data type 5 is INT32, types 0, 3 and 1 are POSITION, TEX_COORD and NORMAL; no value is normalised. */
 typedef struct attribute {
   const char *name;
   uint8_t descriptor[4]; /* type, data type, components, normalised */
 } attribute;
-static const attribute attributes[] = {{"positions", {0, 5, 3, 0}}, {"texture coordinates", {3, 5, 2, 0}}};
+static const attribute positions = {"positions", {0, 5, 3, 0}},
+                       texture_coordinates = {"texture coordinates", {3, 5, 2, 0}},
+                       normal_indices = {"normals", {1, 5, 2, 0}};
+enum { ATTRIBUTES_MAX = 3 };
 
 /* Corners that Draco may walk over for each face while it joins and renumbers vertices. Hulls need less than
  * one; without a bound hostile symbols take time in the square of their number. */
@@ -39,6 +42,7 @@ typedef struct walk {
   fvv_diagnostic *diagnostic;
   const fvv_allocator *allocator;
   fvv_draco_counts counts;
+  const attribute *attributes[ATTRIBUTES_MAX]; /* in the order that clause 8.4 asks for */
   unsigned attribute_count;
   uint8_t method;
   uint8_t traversal;
@@ -232,14 +236,14 @@ static fvv_status walk_attribute_headers(walk *w) {
     return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "%lu attributes, the MESH header declares %u",
                 (unsigned long)count, w->attribute_count);
   for (unsigned i = 0; i < count; i++) {
-    const fvv_status status = walk_descriptor(w, &attributes[i]);
+    const fvv_status status = walk_descriptor(w, w->attributes[i]);
     if (status != FVV_OK) return status;
   }
   for (unsigned i = 0; i < count; i++) {
     const unsigned coding = take_u8(w);
     if (w->cursor.failed) return broken(w, "attribute header");
     if (coding != 1)
-      return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "%s coded in way %u, not as integers", attributes[i].name,
+      return FAIL(w, FVV_ISSUE_DRACO_ATTRIBUTE, "%s coded in way %u, not as integers", w->attributes[i]->name,
                   coding);
   }
   return FVV_OK;
@@ -309,18 +313,21 @@ static fvv_status compare_counts(walk *w, fvv_draco_counts declared) {
 }
 
 fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts declared, int texture,
-                           const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
+                           int normals, const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
   walk w = {.cursor = {data, size, 0, 0},
             .diagnostic = diagnostic,
             .allocator = allocator,
-            .attribute_count = texture ? 2 : 1};
+            .attributes = {&positions},
+            .attribute_count = 1};
+  if (texture) w.attributes[w.attribute_count++] = &texture_coordinates;
+  if (normals) w.attributes[w.attribute_count++] = &normal_indices;
   fvv_status status = read_header(&w);
   if (status == FVV_OK) status = read_counts(&w);
   if (status == FVV_OK) status = compare_counts(&w, declared);
   if (status == FVV_OK) status = w.method == EDGEBREAKER ? walk_edgebreaker(&w) : walk_sequential(&w);
   if (status == FVV_OK) status = walk_attribute_headers(&w);
   for (unsigned i = 0; status == FVV_OK && i < w.attribute_count; i++)
-    status = walk_values(&w, &attributes[i]);
+    status = walk_values(&w, w.attributes[i]);
   if (status == FVV_OK && w.cursor.position != size)
     return FAIL(&w, FVV_ISSUE_DRACO_STREAM, "%zu bytes follow the Draco bitstream", size - w.cursor.position);
   return status;

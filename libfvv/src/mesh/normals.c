@@ -2,12 +2,13 @@
  * and no angle. On a lattice that is the most accurate choice too: short edges, whose directions rounding
  * turns most, have the least say. The sums are of integers, and every operation is rounded by itself, so that
  * all machines find the same bits. */
+#include "mesh/normals.h"
+
 #include <math.h>
 #include <string.h>
 
 #include "base/diagnostic.h"
 #include "base/memory.h"
-#include "fvv/mesh.h"
 #include "mesh/check.h"
 #include "mesh/hash.h"
 
@@ -23,24 +24,50 @@ static void add_face(const fvv_mesh *mesh, const uint32_t *face, const uint32_t 
   const double area[3] = {(double)(u[1] * v[2] - u[2] * v[1]), (double)(u[2] * v[0] - u[0] * v[2]),
                           (double)(u[0] * v[1] - u[1] * v[0])};
   for (int i = 0; i < 3; i++) {
-    double *sum = sums + 3 * (size_t)(first[face[i]]);
+    double *sum = sums + 3 * (size_t)(first ? first[face[i]] : face[i]);
     for (int k = 0; k < 3; k++) sum[k] += area[k];
   }
 }
 
-static void sum_faces(const fvv_mesh *mesh, const uint32_t *first, double *normals) {
+void fvv_normals_of_faces(const fvv_mesh *mesh, const uint32_t *first, double *normals) {
   const size_t vertices = mesh->vertex_count;
   memset(normals, 0, 3 * vertices * sizeof *normals);
   for (size_t f = 0; f < mesh->face_count; f++) add_face(mesh, mesh->faces + 3 * f, first, normals);
   for (size_t v = 0; v < vertices; v++) {
     double *n = normals + 3 * v;
-    if (first[v] != v) { /* it stands before, and is done */
+    if (first && first[v] != v) { /* it stands before, and is done */
       memcpy(n, normals + 3 * (size_t)first[v], 3 * sizeof *n);
       continue;
     }
     const double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     for (int k = 0; k < 3 && length > 0; k++) n[k] /= length;
   }
+}
+
+static double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double product[3]) {
+  product[0] = a[1] * b[2] - a[2] * b[1];
+  product[1] = a[2] * b[0] - a[0] * b[2];
+  product[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* Rodrigues' formula with the axis a x b, whose length is the sine: no angle is needed. */
+int fvv_normal_turn(const double before[3], const double after[3], double normal[3]) {
+  if (!dot(before, before) || !dot(after, after)) return 0;
+  double axis[3], moved[3];
+  const double cosine = dot(before, after);
+  cross(before, after, axis);
+  cross(axis, normal, moved);
+  if (1 + cosine < 0x1p-20) {
+    for (int k = 0; k < 3; k++) normal[k] = -normal[k];
+    return 1;
+  }
+  const double along = dot(axis, normal) / (1 + cosine);
+  for (int k = 0; k < 3; k++) normal[k] = cosine * normal[k] + moved[k] + along * axis[k];
+  return 1;
 }
 
 /* For each vertex the first one on its point. table: slots entries, all UINT32_MAX. */
@@ -66,7 +93,7 @@ static fvv_status compute(const fvv_mesh *mesh, const fvv_allocator *memory, flo
   if (status == FVV_OK) {
     memset(table, 0xff, (size_t)slots * sizeof *table);
     join(mesh, table, slots, first);
-    sum_faces(mesh, first, exact);
+    fvv_normals_of_faces(mesh, first, exact);
     for (size_t i = 0; i < 3 * vertices; i++) normals[i] = (float)exact[i];
   }
   fvv_release(memory, first, vertices * sizeof *first);
@@ -83,6 +110,10 @@ fvv_status fvv_mesh_normals(const fvv_mesh *mesh, const fvv_allocator *allocator
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_COUNTS, 0, 0, "a mesh without vertices");
   fvv_status status = fvv_mesh_check(mesh, FVV_MESH_FROM_CALLER, &memory, diagnostic);
   if (status != FVV_OK) return status;
+  if (mesh->normals) {
+    fvv_normals_to_floats(mesh->normal_bits, mesh->normals, mesh->vertex_count, normals);
+    return FVV_OK;
+  }
   status = compute(mesh, &memory, normals);
   if (status == FVV_OK) return status;
   return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for the normals of %lu vertices",

@@ -15,8 +15,8 @@ static fvv_status no_memory(const fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
                   (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
 }
 
-/* The numbered mesh as its decoder yields it. Faces and texture coordinates are borrowed from mesh, positions
- * are the caller's: 3 * vertex_count. */
+/* The numbered mesh as its decoder yields it. Faces, texture coordinates and normals are borrowed from mesh,
+ * positions are the caller's: 3 * vertex_count. */
 static fvv_status code_numbers(const fvv_mesh *mesh, uint8_t profile, int level, fvv_draco_coding coding,
                                int32_t *positions, const fvv_mesh *decoded, fvv_bytes *bytes,
                                fvv_mesh *numbered, fvv_diagnostic *diagnostic) {
@@ -36,6 +36,7 @@ static fvv_status code_numbers(const fvv_mesh *mesh, uint8_t profile, int level,
   numbered->vertex_count = decoded->vertex_count;
   numbered->face_count = decoded->face_count;
   numbered->texture_bits = decoded->texture_bits;
+  numbered->normal_bits = decoded->normal_bits;
   if (!fvv_mesh_allocate(numbered)) return no_memory(mesh, diagnostic);
   return fvv_draco_decode(bytes->data, bytes->size, numbered, diagnostic);
 }
@@ -44,7 +45,9 @@ static int same_vertex(const fvv_mesh *decoded, uint32_t i, const fvv_mesh *mesh
   return !memcmp(decoded->positions + 3 * (size_t)i, mesh->positions + 3 * (size_t)j,
                  3 * sizeof *mesh->positions) &&
          (!mesh->texture || !memcmp(decoded->texture + 2 * (size_t)i, mesh->texture + 2 * (size_t)j,
-                                    2 * sizeof *mesh->texture));
+                                    2 * sizeof *mesh->texture)) &&
+         (!mesh->normals || !memcmp(decoded->normals + 2 * (size_t)i, mesh->normals + 2 * (size_t)j,
+                                    2 * sizeof *mesh->normals));
 }
 
 static fvv_status read_numbers(const fvv_mesh *mesh, const fvv_mesh *decoded, const fvv_mesh *numbered,

@@ -25,8 +25,8 @@ const char *fvv_mesh_profile_name(uint8_t profile) {
 }
 
 /* Bytes of the raw profile. */
-static uint64_t raw_size(uint32_t vertices, uint32_t faces, int texture) {
-  return (texture ? 20 : 12) * (uint64_t)vertices + 12 * (uint64_t)faces;
+static uint64_t raw_size(uint32_t vertices, uint32_t faces, int texture, int normals) {
+  return (12 + (texture ? 8 : 0) + (normals ? 8 : 0)) * (uint64_t)vertices + 12 * (uint64_t)faces;
 }
 
 static fvv_status invalid(fvv_diagnostic *diagnostic, uint32_t issue, uint64_t offset, const char *text) {
@@ -34,7 +34,8 @@ static fvv_status invalid(fvv_diagnostic *diagnostic, uint32_t issue, uint64_t o
 }
 
 static fvv_status check_size(const fvv_mesh_header *header, const uint8_t *data, fvv_diagnostic *diagnostic) {
-  const uint64_t raw = raw_size(header->vertex_count, header->face_count, header->texture_bits);
+  const uint64_t raw =
+      raw_size(header->vertex_count, header->face_count, header->texture_bits, header->normal_bits);
   const fvv_draco_counts counts = {header->vertex_count, header->face_count};
   if (header->profile == FVV_MESH_RAW && header->data_size != raw)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_RAW_SIZE, FVV_CHUNK_MESH, FVV_MESH_SIZE,
@@ -60,16 +61,25 @@ static int known_profile(uint8_t profile) {
 
 static fvv_status check_attributes(const uint8_t *payload, fvv_diagnostic *diagnostic) {
   const unsigned attributes = payload[FVV_MESH_ATTRIBUTES], bits = payload[FVV_MESH_TEXTURE_BITS];
-  if (attributes & ~(unsigned)FVV_MESH_HAS_TEXTURE)
+  if (attributes & ~(unsigned)(FVV_MESH_HAS_TEXTURE | FVV_MESH_HAS_NORMALS))
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
-                    FVV_MESH_ATTRIBUTES, "mesh attributes 0x%x are not known, only bit 0 is", attributes);
+                    FVV_MESH_ATTRIBUTES, "mesh attributes 0x%x are not known, only bits 0 and 1 are",
+                    attributes);
   const int texture = attributes & FVV_MESH_HAS_TEXTURE;
-  if (texture ? bits >= 1 && bits <= FVV_TEXTURE_BITS_MAX : !bits) return FVV_OK;
-  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_TEXTURE_BITS, FVV_CHUNK_MESH,
-                  FVV_MESH_TEXTURE_BITS,
-                  texture ? "%u texture bits, texture coordinates have 1 to 16"
-                          : "%u texture bits in a mesh without texture coordinates",
-                  bits);
+  if (texture ? bits < 1 || bits > FVV_TEXTURE_BITS_MAX : bits != 0)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_TEXTURE_BITS, FVV_CHUNK_MESH,
+                    FVV_MESH_TEXTURE_BITS,
+                    texture ? "%u texture bits, texture coordinates have 1 to 16"
+                            : "%u texture bits in a mesh without texture coordinates",
+                    bits);
+  const unsigned normal_bits = payload[FVV_MESH_NORMAL_BITS];
+  const int normals = attributes & FVV_MESH_HAS_NORMALS;
+  if (normals ? normal_bits < 2 || normal_bits > FVV_NORMAL_BITS_MAX : normal_bits != 0)
+    return fvv_fail(
+        diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_NORMAL_BITS, FVV_CHUNK_MESH, FVV_MESH_NORMAL_BITS,
+        normals ? "%u normal bits, normals have 2 to 12" : "%u normal bits in a mesh without normals",
+        normal_bits);
+  return FVV_OK;
 }
 
 fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *limits,
@@ -79,18 +89,19 @@ fvv_status fvv_mesh_peek(const uint8_t *payload, size_t size, const fvv_limits *
   if (size < FVV_MESH_SIZE)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_PAYLOAD, FVV_CHUNK_MESH, 0,
                     "%zu bytes of MESH payload, its header has %d", size, FVV_MESH_SIZE);
-  const fvv_mesh_header read = {payload[FVV_MESH_PROFILE], fvv_get_u32(payload + FVV_MESH_VERTEX_COUNT),
-                                fvv_get_u32(payload + FVV_MESH_FACE_COUNT), size - FVV_MESH_SIZE,
-                                payload[FVV_MESH_TEXTURE_BITS]};
+  const fvv_mesh_header read = {payload[FVV_MESH_PROFILE],
+                                fvv_get_u32(payload + FVV_MESH_VERTEX_COUNT),
+                                fvv_get_u32(payload + FVV_MESH_FACE_COUNT),
+                                size - FVV_MESH_SIZE,
+                                payload[FVV_MESH_TEXTURE_BITS],
+                                payload[FVV_MESH_NORMAL_BITS]};
   if (!known_profile(read.profile))
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_MESH_PROFILE, FVV_CHUNK_MESH,
                     FVV_MESH_PROFILE, "mesh profile %u is not known, 0 to 2 and 4 are", read.profile);
   fvv_status status = check_attributes(payload, diagnostic);
   if (status != FVV_OK) return status;
-  if (payload[FVV_MESH_RESERVED])
+  if (fvv_get_u32(payload + FVV_MESH_RESERVED))
     return invalid(diagnostic, FVV_ISSUE_MESH_PAYLOAD, FVV_MESH_RESERVED, "reserved bytes are not 0");
-  if (fvv_get_u32(payload + FVV_MESH_RESERVED2))
-    return invalid(diagnostic, FVV_ISSUE_MESH_PAYLOAD, FVV_MESH_RESERVED2, "reserved bytes are not 0");
   if (read.vertex_count < 3 || read.face_count < 1)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_COUNTS, FVV_CHUNK_MESH,
                     FVV_MESH_VERTEX_COUNT, "%lu vertices and %lu faces, a mesh has at least 3 and 1",
@@ -119,6 +130,7 @@ static void read_raw(const uint8_t *data, fvv_mesh *mesh) {
     memcpy(&mesh->positions[i], &bits, sizeof bits);
   }
   for (size_t i = 0; mesh->texture && i < 2 * vertices; i++, data += 4) mesh->texture[i] = fvv_get_u32(data);
+  for (size_t i = 0; mesh->normals && i < 2 * vertices; i++, data += 4) mesh->normals[i] = fvv_get_u32(data);
   for (size_t i = 0; i < corners; i++, data += 4) mesh->faces[i] = fvv_get_u32(data);
 }
 
@@ -139,7 +151,7 @@ static fvv_status decode(const fvv_mesh_header *header, const uint8_t *data, fvv
   }
   const fvv_draco_counts counts = {header->vertex_count, header->face_count};
   fvv_status status = fvv_draco_check(data, header->data_size, counts, header->texture_bits != 0,
-                                      &mesh->allocator, diagnostic);
+                                      header->normal_bits != 0, &mesh->allocator, diagnostic);
   if (status == FVV_OK) status = allocate(mesh, diagnostic);
   if (status == FVV_OK) status = fvv_draco_decode(data, header->data_size, mesh, diagnostic);
   if (status == FVV_OK) status = fvv_mesh_check(mesh, FVV_MESH_FROM_BITSTREAM, &mesh->allocator, diagnostic);
@@ -159,6 +171,7 @@ fvv_status fvv_mesh_decode(const uint8_t *payload, size_t size, const fvv_limits
   mesh->vertex_count = header.vertex_count;
   mesh->face_count = header.face_count;
   mesh->texture_bits = header.texture_bits;
+  mesh->normal_bits = header.normal_bits;
   status = decode(&header, payload + FVV_MESH_SIZE, mesh, diagnostic);
   if (status != FVV_OK) fvv_mesh_free(mesh);
   return status;
@@ -167,8 +180,9 @@ fvv_status fvv_mesh_decode(const uint8_t *payload, size_t size, const fvv_limits
 static fvv_status put_header(const fvv_mesh *mesh, fvv_bytes *payload, uint8_t profile) {
   uint8_t header[FVV_MESH_SIZE] = {0};
   header[FVV_MESH_PROFILE] = profile;
-  header[FVV_MESH_ATTRIBUTES] = mesh->texture ? FVV_MESH_HAS_TEXTURE : 0;
+  header[FVV_MESH_ATTRIBUTES] = fvv_mesh_attributes(mesh);
   header[FVV_MESH_TEXTURE_BITS] = mesh->texture_bits;
+  header[FVV_MESH_NORMAL_BITS] = mesh->normal_bits;
   payload->size = 0;
   return fvv_bytes_append(payload, header, sizeof header);
 }
@@ -179,7 +193,8 @@ static void put_counts(fvv_bytes *payload, uint32_t vertices, uint32_t faces) {
 }
 
 static fvv_status encode_raw(const fvv_mesh *mesh, fvv_bytes *payload) {
-  const uint64_t size = raw_size(mesh->vertex_count, mesh->face_count, mesh->texture != NULL);
+  const uint64_t size =
+      raw_size(mesh->vertex_count, mesh->face_count, mesh->texture != NULL, mesh->normals != NULL);
   if (size > SIZE_MAX) return FVV_ERROR_MEMORY;
   fvv_status status = put_header(mesh, payload, FVV_MESH_RAW);
   if (status == FVV_OK) status = fvv_bytes_reserve(payload, (size_t)size);
@@ -190,6 +205,8 @@ static fvv_status encode_raw(const fvv_mesh *mesh, fvv_bytes *payload) {
     fvv_put_u32(p, (uint32_t)mesh->positions[i]);
   for (size_t i = 0; mesh->texture && i < 2 * (size_t)mesh->vertex_count; i++, p += 4)
     fvv_put_u32(p, mesh->texture[i]);
+  for (size_t i = 0; mesh->normals && i < 2 * (size_t)mesh->vertex_count; i++, p += 4)
+    fvv_put_u32(p, mesh->normals[i]);
   for (size_t i = 0; i < 3 * (size_t)mesh->face_count; i++, p += 4) fvv_put_u32(p, mesh->faces[i]);
   payload->size += (size_t)size;
   return FVV_OK;
@@ -197,10 +214,14 @@ static fvv_status encode_raw(const fvv_mesh *mesh, fvv_bytes *payload) {
 
 static uint64_t vertex_hash(const fvv_mesh *mesh, uint32_t vertex) {
   const int32_t *p = mesh->positions + 3 * (size_t)vertex;
-  const uint64_t hash = fvv_hash3((uint32_t)p[0], (uint32_t)p[1], (uint32_t)p[2]);
-  if (!mesh->texture) return hash;
-  const uint32_t *t = mesh->texture + 2 * (size_t)vertex;
-  return fvv_mix(hash ^ fvv_mix((uint64_t)t[0] << 32 | t[1]));
+  uint64_t hash = fvv_hash3((uint32_t)p[0], (uint32_t)p[1], (uint32_t)p[2]);
+  const uint32_t *const pairs[2] = {mesh->texture, mesh->normals};
+  for (int i = 0; i < 2; i++) {
+    if (!pairs[i]) continue;
+    const uint32_t *pair = pairs[i] + 2 * (size_t)vertex;
+    hash = fvv_mix(hash ^ fvv_mix((uint64_t)pair[0] << 32 | pair[1]));
+  }
+  return hash;
 }
 
 /* The sum of hashes of all triangles, each begun at each of its corners: equal for the same triangles in any
@@ -264,7 +285,7 @@ static fvv_status encode_draco(const fvv_mesh *mesh, int level, fvv_draco_coding
 
 /* 1 when a reader will refuse the payload as too much for its bytes or too slow, although it is right. */
 static int too_costly(const fvv_bytes *payload, const fvv_allocator *allocator) {
-  const int texture = payload->data[FVV_MESH_ATTRIBUTES] & FVV_MESH_HAS_TEXTURE;
+  const unsigned attributes = payload->data[FVV_MESH_ATTRIBUTES];
   const fvv_draco_counts counts = {fvv_get_u32(payload->data + FVV_MESH_VERTEX_COUNT),
                                    fvv_get_u32(payload->data + FVV_MESH_FACE_COUNT)};
   const uint8_t *data = payload->data + FVV_MESH_SIZE;
@@ -272,7 +293,8 @@ static int too_costly(const fvv_bytes *payload, const fvv_allocator *allocator) 
   if (!fvv_draco_dense_enough(size, counts)) return 1;
   fvv_diagnostic why;
   fvv_diagnostic_clear(&why);
-  return fvv_draco_check(data, size, counts, texture, allocator, &why) != FVV_OK &&
+  return fvv_draco_check(data, size, counts, attributes & FVV_MESH_HAS_TEXTURE,
+                         attributes & FVV_MESH_HAS_NORMALS, allocator, &why) != FVV_OK &&
          why.issue == FVV_ISSUE_DRACO_STEPS;
 }
 

@@ -6,6 +6,8 @@
 #include "base/diagnostic.h"
 #include "base/memory.h"
 #include "mesh/check.h"
+#include "mesh/normals.h"
+#include "mesh/octahedral.h"
 #include "mesh/storage.h"
 
 /* The hierarchy's tables have twice as many slots, counted in 32 bits. */
@@ -27,7 +29,12 @@ static fvv_status allocate(fvv_mesh_sequence *s, const fvv_mesh *key) {
   s->before = fvv_allocate_array(&s->allocator, vertices, sizeof *s->before);
   s->last = fvv_allocate_zeroed(&s->allocator, vertices * 3);
   s->models = fvv_allocate_array(&s->allocator, s->hierarchy.level_count, sizeof *s->models);
-  return s->place && s->motion && s->now && s->before && s->last && s->models ? FVV_OK : FVV_ERROR_MEMORY;
+  if (!s->place || !s->motion || !s->now || !s->before || !s->last || !s->models) return FVV_ERROR_MEMORY;
+  if (!key->normals) return FVV_OK;
+  s->sent_normals = fvv_allocate_array(&s->allocator, vertices, 2 * sizeof *s->sent_normals);
+  s->key_normals = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->key_normals);
+  s->face_normals = fvv_allocate_array(&s->allocator, vertices, 3 * sizeof *s->face_normals);
+  return s->sent_normals && s->key_normals && s->face_normals ? FVV_OK : FVV_ERROR_MEMORY;
 }
 
 static void start(fvv_mesh_sequence *s) {
@@ -42,6 +49,9 @@ static void start(fvv_mesh_sequence *s) {
   const size_t probabilities = sizeof *s->models / sizeof(fvv_probability);
   fvv_probability *p = (fvv_probability *)s->models;
   for (size_t i = 0; i < s->hierarchy.level_count * probabilities; i++) fvv_probability_reset(&p[i]);
+  if (!s->sent_normals) return;
+  memcpy(s->sent_normals, s->mesh.normals, (size_t)s->mesh.vertex_count * 2 * sizeof *s->sent_normals);
+  fvv_normals_of_faces(&s->mesh, NULL, s->key_normals);
 }
 
 fvv_status fvv_mesh_sequence_open(const fvv_mesh *key, const fvv_allocator *allocator,
@@ -78,6 +88,9 @@ void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence) {
   fvv_release(&allocator, s->now, vertices * sizeof *s->now);
   fvv_release(&allocator, s->before, vertices * sizeof *s->before);
   fvv_release(&allocator, s->last, vertices * 3);
+  fvv_release(&allocator, s->sent_normals, vertices * 2 * sizeof *s->sent_normals);
+  fvv_release(&allocator, s->key_normals, vertices * 3 * sizeof *s->key_normals);
+  fvv_release(&allocator, s->face_normals, vertices * 3 * sizeof *s->face_normals);
   fvv_release(&allocator, s->models, s->hierarchy.level_count * sizeof *s->models);
   fvv_delta_hierarchy_free(&s->hierarchy);
   fvv_mesh_free(&s->mesh);
@@ -113,6 +126,19 @@ void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level, uint32_t step
   }
 }
 
+static void turn_normals(fvv_mesh_sequence *s) {
+  const unsigned bits = s->mesh.normal_bits;
+  fvv_normals_of_faces(&s->mesh, NULL, s->face_normals);
+  for (size_t v = 0; v < s->mesh.vertex_count; v++) {
+    double normal[3];
+    uint32_t *index = s->mesh.normals + 2 * v;
+    memcpy(index, s->sent_normals + 2 * v, 2 * sizeof *index);
+    fvv_octahedral_vector(bits, index, normal);
+    if (fvv_normal_turn(s->key_normals + 3 * v, s->face_normals + 3 * v, normal))
+      fvv_octahedral_index(bits, normal, index);
+  }
+}
+
 void fvv_delta_end_frame(fvv_mesh_sequence *sequence) {
   fvv_mesh_sequence *s = sequence;
   const int32_t half = 1 << (FVV_DELTA_FRACTION_BITS - 1);
@@ -121,6 +147,7 @@ void fvv_delta_end_frame(fvv_mesh_sequence *sequence) {
     int32_t *to = s->mesh.positions + 3 * (size_t)s->hierarchy.order[i];
     for (int a = 0; a < 3; a++) to[a] = (int32_t)fvv_shift_right(from[a] + half, FVV_DELTA_FRACTION_BITS);
   }
+  if (s->sent_normals) turn_normals(s);
   fvv_delta_residuals *const former = s->before;
   s->before = s->now;
   s->now = former;

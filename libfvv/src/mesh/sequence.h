@@ -45,9 +45,13 @@ struct fvv_mesh_sequence {
   fvv_delta_residuals *now, *before; /* of this frame and the one before, in coding order */
   uint8_t *last;                     /* signs of the last residuals that were not 0, x 3: 1 is negative, 2 */
   fvv_delta_model *models;           /* one a level */
-  uint32_t frame;                    /* 0: the key */
-  uint32_t exact_levels;             /* that agree with the encoder's */
-  int broken;                        /* a frame failed: nothing that follows can be told */
+  /* NULL unless the key mesh has normals: those, by index and as its vertices' own faces have them, x 2 and
+   * x 3, and room for those of the current frame's faces. */
+  uint32_t *sent_normals;
+  double *key_normals, *face_normals;
+  uint32_t frame;        /* 0: the key */
+  uint32_t exact_levels; /* that agree with the encoder's */
+  int broken;            /* a frame failed: nothing that follows can be told */
 };
 
 /* What states of a level are rounded to, as a power of two: what divides its step, quarters at least. */
@@ -141,7 +145,8 @@ static inline uint32_t fvv_delta_level_begin(const struct fvv_mesh_sequence *s, 
 /* A level without residuals: all vertices of it take their prediction. */
 void fvv_delta_follow(struct fvv_mesh_sequence *sequence, uint32_t level, uint32_t step);
 
-/* The frame is done: positions in canonical order, residuals become those of the frame before. */
+/* The frame is done: positions in canonical order, normals turned with them (clause 8.13), residuals become
+ * those of the frame before. */
 void fvv_delta_end_frame(struct fvv_mesh_sequence *sequence);
 
 #endif

@@ -1,5 +1,5 @@
-/* The canonicaliser's first step: source vertices -> lattice points and texture indices, alike ones welded.
- */
+/* The canonicaliser's first step: source vertices -> lattice points, texture and normal indices; alike ones
+ * are welded. */
 #include <math.h>
 #include <string.h>
 
@@ -8,6 +8,7 @@
 #include "mesh/canonicalise.h"
 #include "mesh/hash.h"
 #include "mesh/lattice.h"
+#include "mesh/octahedral.h"
 
 fvv_status fvv_canonicalise_table(fvv_canonicalising *w, uint64_t entries) {
   fvv_release(&w->allocator, w->table, (size_t)w->slots * sizeof *w->table);
@@ -63,7 +64,7 @@ static fvv_status weld_positions(fvv_canonicalising *w) {
     if (w->table[slot] == FVV_EMPTY_SLOT) {
       if (w->origins) w->origins[w->point_count] = (uint32_t)v;
       w->table[slot] = w->point_count++;
-    } else if (!w->texture) {
+    } else if (!w->placed) {
       w->report.welded_vertices++;
     }
     w->renamed[v] = w->table[slot];
@@ -92,19 +93,64 @@ static fvv_status quantise_texture(fvv_canonicalising *w, size_t vertex, uint32_
   return FVV_OK;
 }
 
-/* The first vertex of a lattice point with the same texture indices stands for all of them. */
-static fvv_status weld_texture(fvv_canonicalising *w) {
+/* Scaled by a power of two before anything is multiplied, so that no length is too large or too small. */
+static fvv_status quantise_normal(fvv_canonicalising *w, size_t vertex, uint32_t index[2]) {
+  double normal[3], most = 0;
+  for (int k = 0; k < 3; k++) {
+    normal[k] = w->source->normals[3 * vertex + (size_t)k];
+    if (!isfinite(normal[k]))
+      return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
+                      "vertex %zu: %c of its normal is %s, not a finite number", vertex, "xyz"[k],
+                      not_finite(normal[k]));
+    if (fabs(normal[k]) > most) most = fabs(normal[k]);
+  }
+  if (!(most > 0))
+    return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0, "vertex %zu: its normal is (0, 0, 0)", vertex);
+  int exponent;
+  (void)frexp(most, &exponent);
+  for (int k = 0; k < 3; k++) normal[k] = ldexp(normal[k], -exponent);
+  fvv_octahedral_index(w->options.normal_bits, normal, index);
+  return FVV_OK;
+}
+
+/* The attributes of a source vertex become those of the next vertex. */
+static fvv_status quantise_attributes(fvv_canonicalising *w, size_t vertex) {
+  const size_t next = 2 * (size_t)w->vertex_count;
+  fvv_status status = FVV_OK;
+  if (w->texture) status = quantise_texture(w, vertex, w->texture + next);
+  if (status == FVV_OK && w->normals) status = quantise_normal(w, vertex, w->normals + next);
+  return status;
+}
+
+static uint64_t hash_attributes(const fvv_canonicalising *w, uint32_t point, uint32_t vertex) {
+  uint64_t hash = point;
+  const uint32_t *const pairs[2] = {w->texture, w->normals};
+  for (int i = 0; i < 2; i++)
+    if (pairs[i])
+      hash =
+          fvv_mix(hash) ^ ((uint64_t)pairs[i][2 * (size_t)vertex] << 32 | pairs[i][2 * (size_t)vertex + 1]);
+  return fvv_mix(hash);
+}
+
+static int same_attributes(const fvv_canonicalising *w, uint32_t a, uint32_t b) {
+  const uint32_t *const pairs[2] = {w->texture, w->normals};
+  for (int i = 0; i < 2; i++)
+    if (pairs[i] && memcmp(pairs[i] + 2 * (size_t)a, pairs[i] + 2 * (size_t)b, 2 * sizeof *pairs[i]) != 0)
+      return 0;
+  return 1;
+}
+
+/* The first vertex of a lattice point with the same texture and normal indices stands for all of them. */
+static fvv_status weld_attributes(fvv_canonicalising *w) {
   fvv_status status = fvv_canonicalise_table(w, w->source->vertex_count);
   for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
-    uint32_t *texture = w->texture + 2 * (size_t)w->vertex_count;
     const uint32_t point = w->renamed[v];
-    status = quantise_texture(w, v, texture);
+    status = quantise_attributes(w, v);
     if (status != FVV_OK) break;
-    uint64_t slot = fvv_hash3(point, texture[0], texture[1]) & (w->slots - 1);
+    uint64_t slot = hash_attributes(w, point, w->vertex_count) & (w->slots - 1);
     for (; w->table[slot] != FVV_EMPTY_SLOT; slot = (slot + 1) & (w->slots - 1)) {
       const uint32_t other = w->table[slot];
-      if (w->placed[other] == point && !memcmp(w->texture + 2 * (size_t)other, texture, 2 * sizeof *texture))
-        break;
+      if (w->placed[other] == point && same_attributes(w, other, w->vertex_count)) break;
     }
     if (w->table[slot] == FVV_EMPTY_SLOT) {
       w->placed[w->vertex_count] = point;
@@ -119,8 +165,8 @@ static fvv_status weld_texture(fvv_canonicalising *w) {
 
 fvv_status fvv_canonicalise_weld(fvv_canonicalising *w) {
   fvv_status status = weld_positions(w);
-  if (status == FVV_OK && w->texture) status = weld_texture(w);
-  if (!w->texture) w->vertex_count = w->point_count;
+  if (status == FVV_OK && w->placed) status = weld_attributes(w);
+  if (!w->placed) w->vertex_count = w->point_count;
   if (status == FVV_OK) w->report.seam_vertices = w->vertex_count - w->point_count;
   return status;
 }

@@ -153,6 +153,11 @@ static fvv_status find_track(fvv_checker *c, uint16_t id, checked_track **track)
   return FVV_OK;
 }
 
+static void widen(uint8_t bits, int first, uint8_t *least, uint8_t *most) {
+  if (first || bits < *least) *least = bits;
+  if (bits > *most) *most = bits;
+}
+
 static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
   t->vertices += header->vertex_count;
   t->faces += header->face_count;
@@ -162,10 +167,10 @@ static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
   if (header->vertex_count > t->max_vertices) t->max_vertices = header->vertex_count;
   if (header->face_count < t->min_faces) t->min_faces = header->face_count;
   if (header->face_count > t->max_faces) t->max_faces = header->face_count;
-  if (!header->texture_bits) return;
-  if (!t->textured++ || header->texture_bits < t->min_texture_bits)
-    t->min_texture_bits = header->texture_bits;
-  if (header->texture_bits > t->max_texture_bits) t->max_texture_bits = header->texture_bits;
+  if (header->texture_bits)
+    widen(header->texture_bits, !t->textured++, &t->min_texture_bits, &t->max_texture_bits);
+  if (header->normal_bits)
+    widen(header->normal_bits, !t->with_normals++, &t->min_normal_bits, &t->max_normal_bits);
 }
 
 /* What the chunk's own layer says of its payload. */
