@@ -12,7 +12,7 @@ using namespace fvv::capture;
 
 namespace {
 
-using Parser = Mesh (*)(std::string_view, const std::string &, const fvv_limits *, MeshReport *, bool);
+using Parser = Mesh (*)(std::string_view, const std::string &, const fvv_limits *, MeshReport *, bool, bool);
 
 // What a reader says of bytes; empty when it is content. The bytes stand in a heap block of exactly their
 // size, so that a sanitizer sees a read behind them.
@@ -20,7 +20,7 @@ std::string complaint(Parser parse, const std::string &bytes, const char *name,
                       const fvv_limits *limits = nullptr) {
   const std::vector<char> exact(bytes.begin(), bytes.end());
   try {
-    const Mesh mesh = parse(std::string_view(exact.data(), exact.size()), name, limits, nullptr, false);
+    const Mesh mesh = parse(std::string_view(exact.data(), exact.size()), name, limits, nullptr, false, true);
     for (const uint32_t index : mesh.faces) REQUIRE(index < mesh.vertex_count());
     for (const double coordinate : mesh.positions) REQUIRE(std::isfinite(coordinate));
     REQUIRE(mesh.face_count() > 0);

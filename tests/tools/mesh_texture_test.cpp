@@ -171,7 +171,7 @@ TEST_CASE("texture coordinates: vertices on a seam are split, others stay where 
   limits.max_vertices = 4;
   CHECK(message([&] {
           parse_obj(square + pairs + "f 1/1 2/2 3/3\nf 1/5 3/3 4/4\n", "m.obj", &limits, nullptr, true);
-        }) == "m.obj: more than the allowed 4 vertices, split where texture coordinates differ");
+        }) == "m.obj: more than the allowed 4 vertices, split where texture coordinates or normals differ");
 }
 
 TEST_CASE("texture coordinates: files that lack some are refused where they lack them") {

@@ -60,12 +60,13 @@ double Capture::animation_time(int64_t frame) const {
          double(index * int64_t(frame_duration.numerator)) / double(frame_duration.denominator);
 }
 
-Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, MeshReport *report) {
+Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, MeshReport *report,
+               bool normals) {
   const std::string path = capture.mesh_path(frame);
   const bool texture = capture.atlas.has_value();
-  Mesh mesh = capture.animation
-                  ? capture.animation->mesh(path, capture.animation_time(frame), limits, report, texture)
-                  : read_mesh(path, limits, report, texture);
+  Mesh mesh = capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), limits, report,
+                                                          texture, normals)
+                                : read_mesh(path, limits, report, texture, normals);
   for (double &coordinate : mesh.positions) coordinate *= capture.metres_per_unit;
   return mesh;
 }

@@ -95,10 +95,10 @@ Capture parse_capture(std::string_view bytes, const std::string &path);
 std::string format_capture(const Capture &capture);
 void write_capture(const Capture &capture, const std::string &path);
 
-// The mesh of a frame number, in metres, with texture coordinates when the capture has an atlas. Several
-// threads may call it for one capture.
+// The mesh of a frame number, in metres, with texture coordinates when the capture has an atlas, and with
+// normals, if the file has them, when they are asked for. Several threads may call it for one capture.
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
-               MeshReport *report = nullptr);
+               MeshReport *report = nullptr, bool normals = false);
 
 // The bytes of the base colour image that the glTF file of a frame number brings along.
 std::string load_embedded_atlas(const Capture &capture, int64_t frame);

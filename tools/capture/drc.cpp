@@ -60,7 +60,14 @@ const draco::PointAttribute *texture_of(const draco::Mesh &decoded, const std::s
   return pairs;
 }
 
-Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std::string &name, bool texture) {
+const draco::PointAttribute *normals_of(const draco::Mesh &decoded) {
+  const draco::PointAttribute *normals = decoded.GetNamedAttribute(draco::GeometryAttribute::NORMAL);
+  const bool usable = normals && normals->num_components() == 3 && normals->data_type() == draco::DT_FLOAT32;
+  return usable ? normals : nullptr;
+}
+
+Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std::string &name, bool texture,
+                bool normals) {
   const draco::PointAttribute *attribute = decoded.GetNamedAttribute(draco::GeometryAttribute::POSITION);
   if (!attribute) throw FileError(name + ": expected an attribute of positions, found none");
   if (attribute->num_components() != 3)
@@ -81,7 +88,8 @@ Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std:
     throw FileError(name + ": expected positions as float32 or int32, found Draco data type " +
                     std::to_string(attribute->data_type()));
   const draco::PointAttribute *pairs = texture ? texture_of(decoded, name) : nullptr;
-  std::vector<double> of_corners;
+  const draco::PointAttribute *directions = normals ? normals_of(decoded) : nullptr;
+  std::vector<double> of_corners, normals_of_corners;
   // Points of Draco are split at seams of texture and normals; the values of the positions are not.
   mesh.faces.reserve(size_t(decoded.num_faces()) * 3);
   for (uint32_t i = 0; i < decoded.num_faces(); i++)
@@ -94,6 +102,11 @@ Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std:
         return value;
       };
       mesh.faces.push_back(value_of(*attribute, "vertices"));
+      if (directions) {
+        float normal[3];
+        directions->GetValue(draco::AttributeValueIndex(value_of(*directions, "normals")), normal);
+        normals_of_corners.insert(normals_of_corners.end(), normal, normal + 3);
+      }
       if (!pairs) continue;
       float pair[2];
       pairs->GetValue(draco::AttributeValueIndex(value_of(*pairs, "texture coordinates")), pair);
@@ -103,7 +116,7 @@ Mesh from_draco(const draco::Mesh &decoded, const fvv_limits &limits, const std:
       // Draco files count v from the bottom of the picture, as the OBJ files that they mostly come from.
       of_corners.insert(of_corners.end(), {double(pair[0]), 1 - double(pair[1])});
     }
-  if (texture) split_seams(mesh, of_corners, limits, name);
+  if (texture || directions) split_seams(mesh, of_corners, normals_of_corners, limits, name);
   return mesh;
 }
 
@@ -143,6 +156,16 @@ std::string encode(const Mesh &mesh, const Lattice &lattice, const std::string &
       const double *uv = &mesh.texture[i * size_t(2)];
       const float pair[2] = {static_cast<float>(uv[0]), static_cast<float>(1 - uv[1])};
       source.attribute(pairs)->SetAttributeValue(draco::AttributeValueIndex(i), pair);
+    }
+  }
+  if (!mesh.normals.empty()) {
+    description.Init(draco::GeometryAttribute::NORMAL, nullptr, 3, draco::DT_FLOAT32, false,
+                     3 * sizeof(float), 0);
+    const int normals = source.AddAttribute(description, true, static_cast<uint32_t>(mesh.vertex_count()));
+    for (uint32_t i = 0; i < mesh.vertex_count(); i++) {
+      const double *xyz = &mesh.normals[i * size_t(3)];
+      const float normal[3] = {float(xyz[0]), float(xyz[1]), float(xyz[2])};
+      source.attribute(normals)->SetAttributeValue(draco::AttributeValueIndex(i), normal);
     }
   }
   source.SetNumFaces(mesh.face_count());
@@ -241,9 +264,10 @@ DrcPoints points_of(const draco::Mesh &decoded, const std::string &name, const f
 } // namespace
 
 Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *,
-               bool texture) {
+               bool texture, bool normals) {
   const fvv_limits bounds = fvv_limits_or_default(limits);
-  return guarded(name, [&] { return from_draco(*decode(bytes, name, bounds), bounds, name, texture); });
+  return guarded(name,
+                 [&] { return from_draco(*decode(bytes, name, bounds), bounds, name, texture, normals); });
 }
 
 DrcPoints parse_drc_points(std::string_view bytes, const std::string &name, const fvv_limits &limits,

@@ -14,23 +14,23 @@ MeshAnimation::MeshAnimation(std::optional<Name> animation, fvv_rational from, i
     : name(std::move(animation)), start(from), first(first_frame) {}
 MeshAnimation::~MeshAnimation() = default;
 
-const gltf::Scene &MeshAnimation::read(const std::string &path, bool texture) const {
+const gltf::Scene &MeshAnimation::read(const std::string &path, bool texture, bool normals) const {
   const std::lock_guard<std::mutex> lock(mutex);
-  std::unique_ptr<const gltf::Scene> &scene = scenes[texture];
+  std::unique_ptr<const gltf::Scene> &scene = scenes[texture][normals];
   if (!scene) {
     gltf::AnimationChoice choice = gltf::OnlyAnimation{};
     if (name) std::visit([&](const auto &value) { choice = value; }, *name);
     // The defaults hold for the file, those of a caller for the mesh: callers share what was read.
     scene = std::make_unique<const gltf::Scene>(
         gltf::read_scene(read_file(path, max_mesh_file), path, choice, fvv_limits_or_default(nullptr),
-                         texture ? gltf::Texture::coordinates : gltf::Texture::skipped));
+                         texture ? gltf::Texture::coordinates : gltf::Texture::skipped, normals));
   }
   return *scene;
 }
 
 Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report,
-                         bool texture) const {
-  const gltf::Scene &source = read(path, texture);
+                         bool texture, bool normals) const {
+  const gltf::Scene &source = read(path, texture, normals);
   Mesh out = gltf::pose(source, time);
   const fvv_limits bounds = fvv_limits_or_default(limits);
   if (out.vertex_count() > bounds.max_vertices || out.face_count() > bounds.max_faces)
@@ -44,7 +44,7 @@ Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits 
 
 double MeshAnimation::end(const std::string &path, bool texture) const {
   double last = 0;
-  for (const gltf::Channel &channel : read(path, texture).channels)
+  for (const gltf::Channel &channel : read(path, texture, false).channels)
     last = std::max(last, channel.times.back());
   return last;
 }

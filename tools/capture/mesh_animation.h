@@ -24,10 +24,11 @@ public:
 
   // The scene at a time in seconds, in the file's units. path: the file, the same in every call. Vertices and
   // faces are the same at every time; before the first keyframe and behind the last one the nearest counts.
-  // texture: as parse_gltf has it. FileError. Several threads may call these two.
-  Mesh mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report,
-            bool texture) const;
-  // Time of the last keyframe in seconds; reads the file for what mesh() is going to be asked.
+  // texture, normals: as parse_gltf has it. FileError. Several threads may call these two.
+  Mesh mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report, bool texture,
+            bool normals) const;
+  // Time of the last keyframe in seconds; reads the file for what mesh() without normals is going to be
+  // asked.
   double end(const std::string &path, bool texture) const;
 
   const std::optional<Name> name; // nothing: the only one
@@ -35,10 +36,10 @@ public:
   const int64_t first;
 
 private:
-  const gltf::Scene &read(const std::string &path, bool texture) const;
+  const gltf::Scene &read(const std::string &path, bool texture, bool normals) const;
 
   mutable std::mutex mutex;
-  mutable std::unique_ptr<const gltf::Scene> scenes[2]; // without and with texture coordinates
+  mutable std::unique_ptr<const gltf::Scene> scenes[2][2]; // without and with texture coordinates, normals
 };
 
 } // namespace fvv::capture

@@ -36,7 +36,8 @@ bool is_gltf(const std::string &path) {
   return extension == ".glb" || extension == ".gltf";
 }
 
-Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture) {
+Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
+               bool normals) {
   const std::string extension = extension_of(path);
   const auto parse = extension == ".obj"   ? parse_obj
                      : extension == ".ply" ? parse_ply
@@ -44,13 +45,14 @@ Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *re
                      : is_gltf(path)       ? parse_gltf
                                            : nullptr;
   if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .glb or .gltf");
-  return parse(read_file(path, max_mesh_file), path, limits, report, texture);
+  return parse(read_file(path, max_mesh_file), path, limits, report, texture, normals);
 }
 
 Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
-                bool texture) {
-  const gltf::Scene scene = gltf::read_scene(bytes, name, gltf::NoAnimation{}, fvv_limits_or_default(limits),
-                                             texture ? gltf::Texture::coordinates : gltf::Texture::skipped);
+                bool texture, bool normals) {
+  const gltf::Scene scene =
+      gltf::read_scene(bytes, name, gltf::NoAnimation{}, fvv_limits_or_default(limits),
+                       texture ? gltf::Texture::coordinates : gltf::Texture::skipped, normals);
   if (report) report->lines_and_points += scene.report.lines_and_points;
   return gltf::pose(scene, std::nullopt);
 }
@@ -95,6 +97,14 @@ void check_writable(const Mesh &mesh, const std::string &name) {
   for (size_t i = 0; i < mesh.texture.size(); i++)
     if (!std::isfinite(mesh.texture[i]))
       throw FileError(name + ": a texture coordinate of vertex " + std::to_string(i / 2) +
+                      " of the mesh to write is not finite");
+  if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
+    throw FileError(name + ": the mesh to write has " + std::to_string(mesh.normals.size()) +
+                    " coordinates of normals, expected three for each of " +
+                    std::to_string(mesh.vertex_count()) + " vertices");
+  for (size_t i = 0; i < mesh.normals.size(); i++)
+    if (!std::isfinite(mesh.normals[i]))
+      throw FileError(name + ": the normal of vertex " + std::to_string(i / 3) +
                       " of the mesh to write is not finite");
   for (size_t i = 0; i < mesh.faces.size(); i++)
     if (mesh.faces[i] >= mesh.vertex_count())

@@ -23,11 +23,13 @@ namespace fvv::capture {
 // positions: 3 doubles per vertex, in the units of the file. faces: 3 vertex indices per triangle, each below
 // the number of vertices, in the winding of the file. texture: empty, or u v per vertex on the axes of fvv.md
 // clause 8.6, whatever those of the file are: (0, 0) is the top left corner of the atlas picture, v points
-// down. A mesh that was read has at least one face.
+// down. normals: empty, or x y z per vertex, of any length, where hard edges have a vertex for each side. A
+// mesh that was read has at least one face.
 struct Mesh {
   std::vector<double> positions;
   std::vector<uint32_t> faces;
   std::vector<double> texture = {};
+  std::vector<double> normals = {};
 
   size_t vertex_count() const { return positions.size() / 3; }
   size_t face_count() const { return faces.size() / 3; }
@@ -52,30 +54,32 @@ constexpr uint64_t max_mesh_file = uint64_t(1) << 30;
 // max_vertices and max_faces (after triangulation and splitting) are honoured. report may be NULL.
 //
 // texture: Mesh::texture is asked for, and a file that lacks coordinates for any corner of a face is an
-// error; otherwise they are skipped like normals and colours. Where a vertex has several pairs, at the seams
-// of an atlas, it is split: it keeps its place with the pair that the first face gives it, copies with the
-// others follow behind all vertices of the file.
+// error; otherwise they are skipped like colours. normals: Mesh::normals is asked for, and stays empty where
+// the file lacks one for any corner. Where a vertex has several pairs or normals, at the seams of an atlas or
+// at hard edges, it is split: it keeps its place with what the first face gives it, copies with the others
+// follow behind all vertices of the file.
 //
 // OBJ: v (3 or 4 numbers, 6 or 7 with colours; weight and colour are dropped), f (v, v/vt, v//vn, v/vt/vn,
-// negative indices, vertices defined later), vt (v points up), comments, line continuation. Normals, groups,
+// negative indices, vertices defined later), vt (v points up), vn, comments, line continuation. Groups,
 // materials and display attributes are skipped; free-form curves and surfaces, included files and unknown
 // keywords are errors.
 Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
-               MeshReport *report = nullptr, bool texture = false);
+               MeshReport *report = nullptr, bool texture = false, bool normals = false);
 // PLY 1.0, ascii, binary_little_endian and binary_big_endian: element vertex with x, y, z; element face with
 // list vertex_indices or vertex_index. Texture coordinates, v up: the first of a list texcoord of the faces
 // (u v for each corner), texture_u and texture_v, s and t, u and v of the vertices; faces of unlike texnumber
-// are an error. Other elements and properties are skipped, in any order. Counts are compared with the size of
-// the file before anything is allocated. ASCII: one element per line.
+// are an error. Normals: nx, ny, nz of the vertices. Other elements and properties are skipped, in any order.
+// Counts are compared with the size of the file before anything is allocated. ASCII: one element per line.
 Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
-               MeshReport *report = nullptr, bool texture = false);
+               MeshReport *report = nullptr, bool texture = false, bool normals = false);
 // Draco bitstream 2.2, triangular mesh, positions as float32 (quantised or not) or int32, texture coordinates
-// as float32 of the first attribute TEX_COORD (v points up). Hostile input: the
-// counts of the header are compared with limits and with the size of the file before decoding, and again with
-// the result; but libdraco allocates for other attributes (normals, colours) as their description asks, up
-// to some gigabytes for a forged file. Run it on files from strangers only under a memory limit.
+// as float32 of the first attribute TEX_COORD (v points up), normals as float32 of the first attribute
+// NORMAL. Hostile input: the counts of the header are compared with limits and with the size of the file
+// before decoding, and again with the result; but libdraco allocates for other attributes (normals, colours)
+// as their description asks, up to some gigabytes for a forged file. Run it on files from strangers only
+// under a memory limit.
 Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
-               MeshReport *report = nullptr, bool texture = false);
+               MeshReport *report = nullptr, bool texture = false, bool normals = false);
 
 // glTF 2.0, GLB or JSON: all triangles of the default scene with the transforms of its nodes, skins and morph
 // targets as they stand without animation. name: also the path in whose folder external buffers lie. Errors
@@ -83,29 +87,29 @@ Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits
 // Texture coordinates (v points down): the set that the base colour of the material names, else the first,
 // with KHR_texture_transform unless that rotates; base colours from unlike images are an error.
 Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
-                MeshReport *report = nullptr, bool texture = false);
+                MeshReport *report = nullptr, bool texture = false, bool normals = false);
 // The bytes of the base colour image (PNG or JPEG, which nobody has looked at) of all that the default scene
 // of a glTF file draws: out of the file, or of a file in its folder or below.
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
 
 // Reads .obj, .ply, .drc, .glb or .gltf by the extension (any case) of path; other extensions are an error.
 Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, MeshReport *report = nullptr,
-               bool texture = false);
+               bool texture = false, bool normals = false);
 bool is_gltf(const std::string &path); // by its extension
 
 // Writers: the bytes of a file, the same for the same mesh everywhere. name: what messages call the file.
 // Refused: coordinates that are not finite, indices out of range, a mesh without faces. Texture coordinates
-// are written on the axes of the format, if the mesh has some.
+// are written on the axes of the format, and normals, if the mesh has some.
 //
-// OBJ: the shortest decimals that read back as the same doubles; a vt for each v.
+// OBJ: the shortest decimals that read back as the same doubles; a vt and a vn for each v.
 std::string format_obj(const Mesh &mesh, const std::string &name);
-// PLY: binary_little_endian, properties double (x y z, s t): float would move vertices, and a stream that is
-// unpacked and packed again must give the same lattice points.
+// PLY: binary_little_endian, properties double (x y z, nx ny nz, s t): float would move vertices, and a
+// stream that is unpacked and packed again must give the same lattice points.
 std::string format_ply(const Mesh &mesh, const std::string &name);
 // DRC: float32 positions as Draco readers expect them, not quantised, order of vertices and faces kept
 // (sequential coding). A float32 errs by far less than half a step while |coordinate| / step < 2^22: every
 // coordinate is verified to fall onto the same lattice point again, the first that does not is an error.
-// Texture coordinates are float32 too, which holds texture indices of all sizes exactly.
+// Texture coordinates are float32 too, which holds texture indices of all sizes exactly, and normals.
 std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::string &name);
 
 // Writes .obj, .ply or .drc by the extension of path. lattice matters to .drc only.

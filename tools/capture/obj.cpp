@@ -16,9 +16,9 @@ namespace fvv::capture {
 namespace {
 
 // Keywords that add nothing to the surface: attributes of vertices, grouping, display.
-constexpr std::string_view skipped[] = {"vn",       "g",      "o",          "s",         "usemtl",
-                                        "mtllib",   "usemap", "maplib",     "mg",        "bevel",
-                                        "c_interp", "lod",    "shadow_obj", "trace_obj", "d_interp"};
+constexpr std::string_view skipped[] = {"g",      "o",          "s",         "usemtl",  "mtllib",
+                                        "usemap", "maplib",     "mg",        "bevel",   "c_interp",
+                                        "lod",    "shadow_obj", "trace_obj", "d_interp"};
 // Keywords that shape the surface or bring in other files: to skip them would lose geometry silently.
 constexpr std::string_view refused[] = {"vp",   "cstype", "deg",   "bmat", "step", "curv", "curv2", "surf",
                                         "parm", "trim",   "hole",  "scrv", "sp",   "end",  "con",   "call",
@@ -31,9 +31,10 @@ template <size_t N> bool contains(const std::string_view (&list)[N], std::string
 class ObjReader {
 public:
   ObjReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, MeshReport &notes,
-            bool with_texture)
+            bool with_texture, bool with_normals)
       : cursor(bytes.data()), end(bytes.data() + bytes.size()), name(file), limits(bounds), report(notes),
-        wants_texture(with_texture), vertices{"vertex", bounds.max_vertices, 0, {}} {}
+        wants_texture(with_texture),
+        has_normals(with_normals), vertices{"vertex", bounds.max_vertices, 0, {}} {}
 
   Mesh read() {
     std::string_view keyword;
@@ -43,18 +44,24 @@ public:
     }
     check_forwards(vertices);
     check_forwards(pairs);
+    if (has_normals) check_forwards(normals);
     if (mesh.faces.empty()) throw FileError(name + ": expected at least one face (f), found none");
-    if (wants_texture) {
-      std::vector<double> of_corners;
-      of_corners.reserve(chart.faces.size() * 2);
-      for (const uint32_t pair : chart.faces)
-        of_corners.insert(of_corners.end(), {texture[pair * size_t(2)], texture[pair * size_t(2) + 1]});
-      split_seams(mesh, of_corners, limits, name);
-    }
+    if (wants_texture || has_normals)
+      split_seams(mesh, of_corners(chart.faces, texture, 2),
+                  has_normals ? of_corners(shading.faces, directions, 3) : std::vector<double>(), limits,
+                  name);
     return std::move(mesh);
   }
 
 private:
+  static std::vector<double> of_corners(const std::vector<uint32_t> &corners,
+                                        const std::vector<double> &values, size_t width) {
+    std::vector<double> out;
+    out.reserve(corners.size() * width);
+    for (const uint32_t i : corners) out.insert(out.end(), &values[i * width], &values[i * width] + width);
+    return out;
+  }
+
   [[noreturn]] void fail(const std::string &what) const {
     throw FileError(name + ":" + std::to_string(line) + ": " + what);
   }
@@ -103,6 +110,8 @@ private:
       vertex();
     else if (keyword == "vt")
       texture_pair();
+    else if (keyword == "vn")
+      normal();
     else if (keyword == "f")
       face();
     else if (keyword == "l" || keyword == "p")
@@ -145,6 +154,15 @@ private:
     if (count < 2 || count > 3) fail("expected 2 or 3 numbers after vt, found " + std::to_string(count));
     texture.insert(texture.end(), {numbers[0], 1 - numbers[1]});
     pairs.count++;
+  }
+
+  void normal() {
+    if (!has_normals) return;
+    double numbers[3];
+    const size_t count = numbers_of_line("vn", numbers);
+    if (count != 3) fail("expected 3 numbers after vn, found " + std::to_string(count));
+    directions.insert(directions.end(), numbers, numbers + 3);
+    normals.count++;
   }
 
   // What corners refer to by a number, and where they did so before it was defined. Only record indices
@@ -201,6 +219,8 @@ private:
       at++;
     }
     corners.push_back(resolve(indices[0], vertices));
+    has_normals = has_normals && indices[2];
+    if (has_normals) corner_normals.push_back(resolve(indices[2], normals));
     if (!wants_texture) return;
     if (!indices[1])
       fail("expected v/vt or v/vt/vn, for every corner needs texture coordinates, found " + quote(text));
@@ -210,6 +230,7 @@ private:
   void face() {
     corners.clear();
     corner_pairs.clear();
+    corner_normals.clear();
     for (std::string_view text; word(text);) corner(text);
     if (corners.size() < 3)
       fail("expected at least 3 corners after f, found " + std::to_string(corners.size()));
@@ -218,6 +239,7 @@ private:
     append_fan(mesh, corners, report);
     MeshReport counted_already;
     if (wants_texture) append_fan(chart, corner_pairs, counted_already);
+    if (has_normals) append_fan(shading, corner_normals, counted_already);
   }
 
   const char *cursor, *end;
@@ -225,20 +247,22 @@ private:
   const fvv_limits &limits;
   MeshReport &report;
   const bool wants_texture;
+  bool has_normals; // they are asked for, and every corner so far has one
   uint64_t line = 1;
-  Mesh mesh, chart; // chart: the same faces with indices of pairs
-  std::vector<double> texture;
-  std::vector<uint32_t> corners, corner_pairs; // of one face
-  Records vertices, pairs = {"texture coordinate", UINT32_MAX, 0, {}};
+  Mesh mesh, chart, shading; // the same faces with indices of vertices, pairs, normals
+  std::vector<double> texture, directions;
+  std::vector<uint32_t> corners, corner_pairs, corner_normals; // of one face
+  Records vertices, normals = {"normal", UINT32_MAX, 0, {}},
+                    pairs = {"texture coordinate", UINT32_MAX, 0, {}};
 };
 
 } // namespace
 
 Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
-               bool texture) {
+               bool texture, bool normals) {
   MeshReport ignored;
   const fvv_limits bounds = fvv_limits_or_default(limits);
-  return ObjReader(bytes, name, bounds, report ? *report : ignored, texture).read();
+  return ObjReader(bytes, name, bounds, report ? *report : ignored, texture, normals).read();
 }
 
 std::string format_obj(const Mesh &mesh, const std::string &name) {
@@ -259,12 +283,21 @@ std::string format_obj(const Mesh &mesh, const std::string &name) {
     append_double(out, 1 - mesh.texture[i + 1]);
     out += '\n';
   }
+  for (size_t i = 0; i < mesh.normals.size(); i += 3) {
+    out += "vn";
+    for (size_t axis = 0; axis < 3; axis++) {
+      out += ' ';
+      append_double(out, mesh.normals[i + axis]);
+    }
+    out += '\n';
+  }
   for (size_t i = 0; i < mesh.faces.size(); i += 3) {
     out += 'f';
     for (size_t corner = 0; corner < 3; corner++) {
       const std::string index = std::to_string(uint64_t(mesh.faces[i + corner]) + 1);
       out.append(" ").append(index);
       if (!mesh.texture.empty()) out.append("/").append(index);
+      if (!mesh.normals.empty()) out.append(mesh.texture.empty() ? "//" : "/").append(index);
     }
     out += '\n';
   }

@@ -171,14 +171,17 @@ public:
     for (const PlyElement &element : header.elements)
       for (uint64_t i = 0; i < element.count; i++) read_element(element, i);
     body.finish_file();
-    if (!of_corners.empty()) split_seams(mesh, of_corners, limits, name);
+    if (of_corners.empty())
+      mesh.normals = std::move(of_vertices);
+    else
+      split_seams(mesh, of_corners, normals_of_corners(), limits, name);
     return std::move(mesh);
   }
 
 private:
   void read_element(const PlyElement &element, uint64_t index) {
-    double numbers[5]; // x y z u v
-    bool has_texture = false;
+    double numbers[8]; // x y z u v nx ny nz
+    bool has_texture = false, has_normal = false;
     pairs.clear();
     body.begin(element, index);
     for (const PlyProperty &property : element.properties) {
@@ -199,10 +202,12 @@ private:
       default:
         numbers[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] = body.real(property);
         has_texture = has_texture || property.role == PlyRole::u;
+        has_normal = has_normal || property.role == PlyRole::nx;
       }
     }
     if (element.name == "vertex") {
       mesh.positions.insert(mesh.positions.end(), numbers, numbers + 3);
+      if (has_normal) of_vertices.insert(of_vertices.end(), numbers + 5, numbers + 8);
       if (has_texture) mesh.texture.insert(mesh.texture.end(), {numbers[3], 1 - numbers[4]});
     } else if (has_texture) {
       append_pairs(index);
@@ -218,6 +223,15 @@ private:
     for (size_t i = 1; i + 1 < corners.size(); i++)
       for (const size_t corner : {size_t(0), i, i + 1})
         of_corners.insert(of_corners.end(), {pairs[corner * 2], 1 - pairs[corner * 2 + 1]});
+  }
+
+  std::vector<double> normals_of_corners() const {
+    std::vector<double> out;
+    for (size_t i = 0; !of_vertices.empty() && i < mesh.faces.size(); i++) {
+      const double *normal = &of_vertices[mesh.faces[i] * size_t(3)];
+      out.insert(out.end(), normal, normal + 3);
+    }
+    return out;
   }
 
   void check_picture(int64_t picture, uint64_t index) {
@@ -258,9 +272,10 @@ private:
   const fvv_limits &limits;
   MeshReport &report;
   Mesh mesh;
-  std::vector<uint32_t> corners;  // of the last face
-  std::vector<double> pairs;      // of that
-  std::vector<double> of_corners; // u v for each corner of mesh.faces, or empty
+  std::vector<uint32_t> corners;   // of the last face
+  std::vector<double> pairs;       // of that
+  std::vector<double> of_corners;  // u v for each corner of mesh.faces, or empty
+  std::vector<double> of_vertices; // normals, or empty
   int64_t first_picture = 0;
 };
 
@@ -274,24 +289,26 @@ Mesh read_body(std::string_view bytes, const PlyHeader &header, const std::strin
 } // namespace
 
 Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
-               bool texture) {
+               bool texture, bool normals) {
   MeshReport ignored;
   const fvv_limits bounds = fvv_limits_or_default(limits);
-  const PlyHeader header = parse_ply_header(bytes, name, bounds, texture);
+  const PlyHeader header = parse_ply_header(bytes, name, bounds, texture, normals);
   const auto read = header.format == PlyFormat::ascii ? read_body<AsciiBody> : read_body<BinaryBody>;
   return read(bytes, header, name, bounds, report ? *report : ignored);
 }
 
 std::string format_ply(const Mesh &mesh, const std::string &name) {
   check_writable(mesh, name);
-  const bool has_texture = !mesh.texture.empty();
+  const bool has_texture = !mesh.texture.empty(), has_normals = !mesh.normals.empty();
   const std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertex_count()) +
       "\nproperty double x\nproperty double y\nproperty double z\n" +
+      (has_normals ? "property double nx\nproperty double ny\nproperty double nz\n" : "") +
       (has_texture ? "property double s\nproperty double t\n" : "") + "element face " +
       std::to_string(mesh.face_count()) + "\nproperty list uchar int vertex_indices\nend_header\n";
   std::string out = header;
-  out.resize(header.size() + (mesh.positions.size() + mesh.texture.size()) * 8 + mesh.face_count() * 13);
+  out.resize(header.size() + (mesh.positions.size() + mesh.normals.size() + mesh.texture.size()) * 8 +
+             mesh.face_count() * 13);
   auto *at = reinterpret_cast<uint8_t *>(&out[header.size()]);
   const auto put = [&](double number) {
     fvv_put_f64(at, number);
@@ -299,6 +316,7 @@ std::string format_ply(const Mesh &mesh, const std::string &name) {
   };
   for (size_t vertex = 0; vertex < mesh.vertex_count(); vertex++) {
     for (size_t axis = 0; axis < 3; axis++) put(mesh.positions[vertex * 3 + axis]);
+    for (size_t axis = 0; has_normals && axis < 3; axis++) put(mesh.normals[vertex * 3 + axis]);
     if (!has_texture) continue;
     put(mesh.texture[vertex * 2]);
     put(1 - mesh.texture[vertex * 2 + 1]);

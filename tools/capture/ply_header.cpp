@@ -25,8 +25,10 @@ constexpr NamedType types[] = {
 
 class HeaderReader {
 public:
-  HeaderReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, bool with_texture)
-      : whole(bytes), rest(bytes), name(file), limits(bounds), wants_texture(with_texture) {}
+  HeaderReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, bool with_texture,
+               bool with_normals)
+      : whole(bytes), rest(bytes), name(file), limits(bounds), wants_texture(with_texture),
+        wants_normals(with_normals) {}
 
   PlyHeader read() {
     next();
@@ -50,6 +52,7 @@ public:
     header.lines = line;
     check_mesh();
     if (wants_texture) find_texture();
+    if (wants_normals) find_normals();
     check_counts();
     return std::move(header);
   }
@@ -222,6 +225,16 @@ private:
          "vertices, or a list texcoord of the faces; found none");
   }
 
+  void find_normals() {
+    PlyElement &vertex = find("vertex");
+    PlyProperty *x = property_of(vertex, "nx"), *y = property_of(vertex, "ny"),
+                *z = property_of(vertex, "nz");
+    if (!x || !y || !z || x->is_list() || y->is_list() || z->is_list()) return;
+    x->role = PlyRole::nx;
+    y->role = PlyRole::ny;
+    z->role = PlyRole::nz;
+  }
+
   // The fewest bytes that one element can take. In ASCII every value takes a digit and a separator.
   uint64_t smallest(const PlyElement &element) const {
     uint64_t bytes = 0;
@@ -252,7 +265,7 @@ private:
   std::string_view whole, rest, text;
   const std::string &name;
   const fvv_limits &limits;
-  const bool wants_texture;
+  const bool wants_texture, wants_normals;
   uint64_t line = 0;
   PlyHeader header = {};
 };
@@ -260,8 +273,8 @@ private:
 } // namespace
 
 PlyHeader parse_ply_header(std::string_view bytes, const std::string &name, const fvv_limits &limits,
-                           bool texture) {
-  return HeaderReader(bytes, name, limits, texture).read();
+                           bool texture, bool normals) {
+  return HeaderReader(bytes, name, limits, texture, normals).read();
 }
 
 } // namespace fvv::capture

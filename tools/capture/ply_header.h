@@ -18,7 +18,7 @@ struct PlyType {
 };
 
 // What a property is to a mesh. unused ones are skipped.
-enum class PlyRole { unused, x, y, z, u, v, corners, corner_texture, texture_number };
+enum class PlyRole { unused, x, y, z, u, v, nx, ny, nz, corners, corner_texture, texture_number };
 
 struct PlyProperty {
   std::string name;
@@ -44,8 +44,9 @@ struct PlyHeader {
   uint64_t lines;                    // lines up to the body
 };
 
-// texture: texture coordinates have to be there; else their properties are unused.
+// texture: texture coordinates have to be there; else their properties are unused. normals: they may be
+// there.
 PlyHeader parse_ply_header(std::string_view bytes, const std::string &name, const fvv_limits &limits,
-                           bool texture);
+                           bool texture, bool normals);
 
 } // namespace fvv::capture

@@ -22,18 +22,21 @@ uint32_t root_of(std::vector<uint32_t> &parent, uint32_t v) {
 
 } // namespace
 
-std::vector<uint32_t> first_alike(const capture::Mesh &mesh, bool with_texture) {
+std::vector<uint32_t> first_alike(const capture::Mesh &mesh, bool with_attributes) {
   const size_t count = mesh.vertex_count();
   std::vector<uint32_t> each(count), first(count);
   for (size_t v = 0; v < count; v++) each[v] = uint32_t(v);
-  const meshopt_Stream streams[] = {{mesh.positions.data(), 3 * sizeof(double), 3 * sizeof(double)},
-                                    {mesh.texture.data(), 2 * sizeof(double), 2 * sizeof(double)}};
-  const size_t used = with_texture && !mesh.texture.empty() ? 2 : 1;
+  std::vector<meshopt_Stream> streams = {{mesh.positions.data(), 3 * sizeof(double), 3 * sizeof(double)}};
+  if (with_attributes && !mesh.texture.empty())
+    streams.push_back({mesh.texture.data(), 2 * sizeof(double), 2 * sizeof(double)});
+  if (with_attributes && !mesh.normals.empty())
+    streams.push_back({mesh.normals.data(), 3 * sizeof(double), 3 * sizeof(double)});
   // The shadow index of an index buffer that names every vertex once is the first of its kind; the function
   // wants whole triangles, so the last one may be filled up.
   while (each.size() % 3) each.push_back(uint32_t(count - 1));
   first.resize(each.size());
-  meshopt_generateShadowIndexBufferMulti(first.data(), each.data(), each.size(), count, streams, used);
+  meshopt_generateShadowIndexBufferMulti(first.data(), each.data(), each.size(), count, streams.data(),
+                                         streams.size());
   first.resize(count);
   return first;
 }
@@ -87,6 +90,8 @@ capture::Mesh compact(const capture::Mesh &mesh, const std::vector<uint32_t> &fa
     out.positions.insert(out.positions.end(), &mesh.positions[3 * v], &mesh.positions[3 * v] + 3);
     if (!mesh.texture.empty())
       out.texture.insert(out.texture.end(), &mesh.texture[2 * v], &mesh.texture[2 * v] + 2);
+    if (!mesh.normals.empty())
+      out.normals.insert(out.normals.end(), &mesh.normals[3 * v], &mesh.normals[3 * v] + 3);
   }
   out.faces.reserve(faces.size());
   for (const uint32_t v : faces) out.faces.push_back(number[v]);

@@ -6,9 +6,9 @@
 
 namespace fvv::decimate {
 
-// For each vertex the first one in the same place, bit for bit. with_texture: and with the same texture
-// coordinates, if the mesh has some.
-std::vector<uint32_t> first_alike(const capture::Mesh &mesh, bool with_texture);
+// For each vertex the first one in the same place, bit for bit. with_attributes: and with the same texture
+// coordinates and normal, if the mesh has some.
+std::vector<uint32_t> first_alike(const capture::Mesh &mesh, bool with_attributes);
 
 // For each vertex the number of its piece, and the number of pieces; UINT32_MAX for one that no face uses.
 // Faces hang together where they share a vertex of alike, which is as first_alike answers.

@@ -32,6 +32,11 @@ capture::Mesh in_metres(const fvv_mesh &mesh, const fvv_scene &scene) {
   const double step = mesh.texture ? std::ldexp(1.0, -int(mesh.texture_bits)) : 0;
   for (size_t i = 0; mesh.texture && i < size_t(mesh.vertex_count) * 2; i++)
     out.texture.push_back(mesh.texture[i] * step);
+  if (mesh.normals) {
+    std::vector<float> normals(out.positions.size());
+    fvv_normals_to_floats(mesh.normal_bits, mesh.normals, mesh.vertex_count, normals.data());
+    out.normals.assign(normals.begin(), normals.end());
+  }
   out.faces.assign(mesh.faces, mesh.faces + size_t(mesh.face_count) * 3);
   return out;
 }

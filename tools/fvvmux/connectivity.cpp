@@ -56,6 +56,9 @@ capture::Mesh reordered(const capture::Mesh &mesh, const std::vector<uint32_t> &
   capture::Mesh out = like;
   for (size_t k = 0; k < out.positions.size(); k++)
     out.positions[k] = mesh.positions[3 * size_t(order[k / 3]) + k % 3];
+  out.normals.resize(mesh.normals.size());
+  for (size_t k = 0; k < out.normals.size(); k++)
+    out.normals[k] = mesh.normals[3 * size_t(order[k / 3]) + k % 3];
   return out;
 }
 

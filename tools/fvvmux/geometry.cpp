@@ -6,13 +6,12 @@
 
 namespace fvv::mux {
 
-Geometry::Geometry(const capture::Capture &of, const Tiling &tiles, const DecimationChoice &chosen,
-                   uint32_t frames_in_group, bool has_runs)
-    : capture(of), tiling(tiles), choice(chosen), group_size(frames_in_group), tracked(has_runs),
-      groups((size_t(of.frames.count) + frames_in_group - 1) / frames_in_group) {}
+Geometry::Geometry(const Plan &plan, const Tiling &tiles)
+    : capture(plan.capture), tiling(tiles), choice(plan.decimation), group_size(plan.group_size),
+      tracked(plan.tracked), normals(plan.normals.bits != 0), groups(plan.group_count()) {}
 
 capture::Mesh Geometry::source(size_t i, capture::MeshReport *report) const {
-  return capture::load_mesh(capture, capture.frames.number(int64_t(i)), nullptr, report);
+  return capture::load_mesh(capture, capture.frames.number(int64_t(i)), nullptr, report, normals);
 }
 
 decimate::Footprint Geometry::cameras(size_t i) const {

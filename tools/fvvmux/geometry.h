@@ -16,9 +16,8 @@ namespace fvv::mux {
 // group alone, whatever is asked first.
 class Geometry {
 public:
-  // tiling: of the cameras. tracked: as in the plan; otherwise nobody looks for runs.
-  Geometry(const capture::Capture &capture, const Tiling &tiling, const DecimationChoice &choice,
-           uint32_t group_size, bool tracked);
+  // plan: all but its tracks and this are chosen. tiling: of the cameras.
+  Geometry(const Plan &plan, const Tiling &tiling);
 
   // Loads frame i (counted from 0). report may be NULL; decimation is filled when the choice is to decimate.
   // Several threads may call it. Throws capture::FileError.
@@ -46,7 +45,7 @@ private:
   const Tiling tiling;
   const DecimationChoice choice;
   const uint32_t group_size;
-  const bool tracked;
+  const bool tracked, normals; // otherwise nobody looks for runs; reads normals
   mutable std::deque<Group> groups;
 };
 

@@ -119,7 +119,8 @@ LatticeChoice choose_lattice(const Options &options, const capture::Capture &cap
 }
 
 DecimationChoice choose_decimation(const Options &options, const capture::Capture &capture,
-                                   const Tiling &tiling, const LatticeChoice &lattice) {
+                                   const Tiling &tiling, const LatticeChoice &lattice,
+                                   const NormalChoice &normals) {
   DecimationChoice choice;
   choice.budget.pixels = options.max_error.value_or(default_max_error);
   choice.budget.triangles = options.triangles;
@@ -147,6 +148,8 @@ DecimationChoice choose_decimation(const Options &options, const capture::Captur
     choice.reason = "the capture brings its lattice, as meshes do that have been in a stream";
   } else if (capture.atlas && !options.max_error) {
     choice.reason = "there is an atlas, and how far texture slides is not measured";
+  } else if (normals.bits && !options.max_error) {
+    choice.reason = "normals are sent, and how far they turn is not measured";
   } else {
     choice.reach = INFINITY;
     for (size_t i = 0; i < samples.size(); i++)

@@ -21,8 +21,8 @@ constexpr const char *footer =
     "max_pixels, volume_change, held_triangles, vanished_pieces, vanished_area, thin_area}, of which those\n"
     "behind kept_frames are there when frames were decimated, triangles are means of those frames and\n"
     "errors are measured between surfaces, mesh: {bytes, smallest, largest, profile, level, key: {frames,\n"
-    "bytes}, delta: {frames, bytes, max_error_steps}, max_axis_error, "
-    "changed_frames, and for each kind of change {count, frames}},\n"
+    "bytes}, delta: {frames, bytes, max_error_steps}, max_axis_error, normals: {bits,\n"
+    "reason}, changed_frames, and for each kind of change {count, frames}},\n"
     "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, sample_frames,\n"
     "sample_psnr, sample_foreground, and with --bitrate bit_rate: {asked, reached, finest, coarsest,\n"
     "groups_over} of qualities and groups}, atlas: the same with texture_bits for cameras, sources: "
@@ -31,7 +31,8 @@ constexpr const char *footer =
     "largest_offset,\n"
     "mean_offset, repeated, unused: {before, between, behind}, better_start}] for videos, offsets in\n"
     "seconds, seconds, frames_per_second, verified: {meshes, pictures, cameras, max_vertex_error,\n"
-    "max_vertex_error_steps, psnr, min_psnr, max_reprojection, max_texture_error, atlas: {pictures, psnr,\n"
+    "max_vertex_error_steps, psnr, min_psnr, max_reprojection, max_texture_error, max_normal_error\n"
+    "(degrees), atlas: {pictures, psnr,\n"
     "min_psnr}}}. Lengths are in metres, or in units of a capture of unknown scale, errors of texture\n"
     "coordinates in sides of the atlas; sizes in bytes of payload a frame; a PSNR (peak 255, whatever the\n"
     "bit depth) of identical pictures is null. mesh, video, atlas and verified are there when the stream\n"
@@ -45,7 +46,7 @@ constexpr const char *footer =
 // What is still text after the command line was split.
 struct Texts {
   std::string codec = "h264", bit_depth = "8", quality = "42dB", bit_rate, tile, scale, atlas_scale,
-              background = "keep", step, max_error, mesh_profile = "draco", frames;
+              background = "keep", step, max_error, mesh_profile = "draco", normals = "auto", frames;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -102,6 +103,11 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->capture_default_str();
   app.add_option("--mesh-profile", texts.mesh_profile, "draco, raw or fast (more bytes, quick to decode)")
       ->capture_default_str();
+  app.add_option(
+         "--normals", texts.normals,
+         "send the source's: auto (where more than 1 % of the first mesh's are more than 20 degrees off "
+         "those that players compute: hard edges), always or never")
+      ->capture_default_str();
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")
@@ -133,6 +139,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
   if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);
+  options.normals = mux::parse_normals(texts.normals);
   if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
 }
 

@@ -24,8 +24,12 @@ std::string name_of(const Plan &plan, size_t i) {
 }
 
 fvv_mesh_source borrow(const capture::Mesh &mesh) {
-  return {mesh.positions.data(), mesh.faces.data(), mesh.vertex_count(), mesh.face_count(),
-          mesh.texture.empty() ? nullptr : mesh.texture.data()};
+  return {mesh.positions.data(),
+          mesh.faces.data(),
+          mesh.vertex_count(),
+          mesh.face_count(),
+          mesh.texture.empty() ? nullptr : mesh.texture.data(),
+          mesh.normals.empty() ? nullptr : mesh.normals.data()};
 }
 
 fvv_mesh_options options_of(const Plan &plan, const Source &source) {
@@ -36,6 +40,7 @@ fvv_mesh_options options_of(const Plan &plan, const Source &source) {
   // Decimation has dropped specks already, by the faces that they had before.
   options.min_component_faces = source.decimation ? 0 : plan.options.min_component;
   options.texture_bits = plan.texture_bits;
+  options.normal_bits = plan.normals.bits;
   return options;
 }
 
@@ -194,6 +199,10 @@ private:
 Source load_source(const Plan &plan, size_t i) {
   Source source;
   source.mesh = plan.geometry->load(i, &source.report, source.decimation);
+  if (plan.normals.bits && source.mesh.normals.empty())
+    throw cli::Failure(name_of(plan, i) +
+                       ": expected a normal for every corner as in the first frame, found " +
+                       "none (--normals never sends none)");
   return source;
 }
 

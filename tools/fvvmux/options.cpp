@@ -129,6 +129,13 @@ uint8_t parse_profile(const std::string &text) {
   refuse("--mesh-profile", "draco, raw or fast", text);
 }
 
+Normals parse_normals(const std::string &text) {
+  if (text == "auto") return Normals::automatic;
+  if (text == "always") return Normals::always;
+  if (text == "never") return Normals::never;
+  refuse("--normals", "auto, always or never", text);
+}
+
 bool parse_background(const std::string &text) {
   if (text == "keep") return false;
   if (text == "flat") return true;

@@ -35,6 +35,9 @@ struct FrameRange {
   int64_t first, last;
 };
 
+// automatic: where the source's differ from computed ones.
+enum class Normals { automatic, always, never };
+
 struct Options {
   std::string capture; // capture.json or its folder
   std::string output;  // "-": standard output
@@ -55,6 +58,7 @@ struct Options {
   int mesh_level = 7;
   uint8_t mesh_profile = FVV_MESH_DRACO;
   bool delta = true; // frames that share their faces with the one before as motion
+  Normals normals = Normals::automatic;
   uint32_t min_component = 0;
   uint32_t threads = 1;
   std::optional<FrameRange> frames;
@@ -76,6 +80,7 @@ TileSize parse_tile(const std::string &text);                    // "480x270"
 double parse_scale(const char *option, const std::string &text); // "0.5"
 FrameRange parse_frames(const std::string &text);                // "10-19", "10..19"
 uint8_t parse_profile(const std::string &text);                  // "draco", "raw", "fast"
+Normals parse_normals(const std::string &text);                  // "auto", "always", "never"
 bool parse_background(const std::string &text);                  // "keep": false, "flat": true
 
 } // namespace fvv::mux

@@ -5,6 +5,7 @@
 #include "fvvmux/connectivity.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/geometry.h"
+#include "fvvmux/normals.h"
 #include "fvvmux/select.h"
 
 #include <algorithm>
@@ -193,10 +194,10 @@ Plan make_plan(const Options &options) {
   const Tiling cameras = arrange(plan.capture, options);
   plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
   plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
+  plan.normals = choose_normals(options, plan.capture);
   if (plan.has_meshes()) {
-    plan.decimation = choose_decimation(options, plan.capture, cameras, plan.lattice);
-    plan.geometry =
-        std::make_shared<Geometry>(plan.capture, cameras, plan.decimation, plan.group_size, plan.tracked);
+    plan.decimation = choose_decimation(options, plan.capture, cameras, plan.lattice, plan.normals);
+    plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
   if (!cameras.tiles.empty()) plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}});
   if (plan.capture.atlas) {

@@ -35,6 +35,11 @@ struct DecimationChoice {
   std::string reason;
 };
 
+struct NormalChoice {
+  uint32_t bits = 0; // of a normal index; 0: none is sent
+  std::string reason;
+};
+
 // cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
 // picture.
 struct Tiling {
@@ -71,9 +76,10 @@ struct Plan {
   LatticeChoice lattice;
   DecimationChoice decimation;
   std::shared_ptr<const Geometry> geometry; // what meshes come through, if there are some
-  uint32_t texture_bits = 0;                // 0: meshes without texture coordinates
-  std::vector<VideoTrack> tracks;           // cameras, atlas; those that there are
-  std::shared_ptr<Videos> videos;           // whatever reads pictures
+  NormalChoice normals;
+  uint32_t texture_bits = 0;      // 0: meshes without texture coordinates
+  std::vector<VideoTrack> tracks; // cameras, atlas; those that there are
+  std::shared_ptr<Videos> videos; // whatever reads pictures
   std::vector<capture::VideoReport> sources;
   bool warned = false;
 
@@ -104,7 +110,8 @@ LatticeChoice choose_lattice(const Options &options, const capture::Capture &cap
                              size_t delta_frames);
 // By the options, for a lattice that is chosen. Decimates three frames on trial.
 DecimationChoice choose_decimation(const Options &options, const capture::Capture &capture,
-                                   const Tiling &tiling, const LatticeChoice &lattice);
+                                   const Tiling &tiling, const LatticeChoice &lattice,
+                                   const NormalChoice &normals);
 
 // Largest of ... 0.001, 0.002, 0.005, 0.01 ... that is not above value; 0 < value, finite.
 double round_down_125(double value);

@@ -152,6 +152,10 @@ void mesh_lines(std::string &out, const Summary &s) {
   line(out, "  lattice   step %.6g %s from (%g, %g, %g): %s%s", choice.lattice.step * (metric ? 1000 : 1),
        metric ? "mm" : "units", origin[0], origin[1], origin[2], choice.reason.c_str(), pixels);
   out += decimation_text(s.plan, s.decimation);
+  const NormalChoice &normals = s.plan.normals;
+  line(out, "  normals   %s: %s",
+       normals.bits ? ("sent with " + std::to_string(normals.bits) + " bits").c_str() : "not sent",
+       normals.reason.c_str());
   if (s.delta.chunks)
     line(out, "  frames    %llu key, %.2f kB each; %llu delta, %.2f kB each, off by %u steps at most",
          (unsigned long long)(s.mesh.chunks - s.delta.chunks),
@@ -178,6 +182,7 @@ void verdict_lines(std::string &out, const Summary &s) {
     line(out, "            coordinates at most %.4g %s off, %.3f lattice steps",
          v.mesh.max_vertex_error * (metric ? 1000 : 1), metric ? "mm" : "units",
          v.mesh.max_vertex_error / s.plan.lattice.lattice.step);
+  if (s.plan.normals.bits) line(out, "            normals at most %.3g degrees off", v.mesh.max_normal_error);
   if (s.plan.texture_bits)
     line(out, "            texture coordinates at most %.3g of the atlas off", v.mesh.max_texture_error);
   for (size_t i = 0; i < v.videos.size(); i++)
@@ -212,6 +217,7 @@ nlohmann::ordered_json verdict_json(const Summary &s) {
       {"psnr", cameras["psnr"]},
       {"min_psnr", cameras["min_psnr"]},
       {"max_reprojection", v.max_reprojection}};
+  if (s.plan.normals.bits) out["max_normal_error"] = v.mesh.max_normal_error;
   if (s.plan.texture_bits) out["max_texture_error"] = v.mesh.max_texture_error;
   if (!atlas.is_null()) out["atlas"] = atlas;
   return out;
@@ -297,6 +303,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
     mesh["delta"] = {{"frames", s.delta.chunks},
                      {"bytes", s.delta.payload},
                      {"max_error_steps", plan.lattice.delta_error}};
+    mesh["normals"] = {{"bits", plan.normals.bits}, {"reason", plan.normals.reason}};
     mesh["max_axis_error"] = s.changes.max_error;
     mesh["changed_frames"] = s.changes.changed_frames;
     for (const NamedChange &named : named_changes)

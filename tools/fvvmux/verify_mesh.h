@@ -19,6 +19,7 @@ struct MeshVerdict {
   // metres: largest difference of a coordinate between a source vertex and its decoded one
   double max_vertex_error = 0;
   double max_texture_error = 0; // likewise, in sides of the atlas
+  double max_normal_error = 0;  // degrees, between a source vertex's normal and the sent or turned one
 
   void add(const MeshVerdict &other);
 };
@@ -31,7 +32,7 @@ struct MeshMismatch : std::runtime_error {
 // Throws MeshMismatch when a mesh that stands alone has other vertices or faces than the canonical source on
 // the lattice; when in a run of frames with the same connectivity a vertex is further from the source vertex
 // that it is said to be than the plan allows, or the faces between these are not the source's; or when
-// texture indices differ.
+// texture indices or those of normals differ.
 MeshVerdict verify_mesh(const Plan &plan, size_t frame, const fvv_mesh &decoded, const MeshOrigins &origins);
 
 } // namespace fvv::mux

@@ -101,7 +101,7 @@ static fvv_status quantise_normal(fvv_canonicalising *w, size_t vertex, uint32_t
     if (!isfinite(normal[k]))
       return fvv_fail(w->diagnostic, FVV_ERROR_INPUT, 0, 0, 0,
                       "vertex %zu: %c of its normal is %s, not a finite number", vertex, "xyz"[k],
-                      not_finite(normal[k]));
+                      fvv_lattice_not_finite(normal[k]));
     if (fabs(normal[k]) > most) most = fabs(normal[k]);
   }
   if (!(most > 0))

@@ -38,6 +38,7 @@ const Rule &rule_of(Purpose purpose) {
        "positions as VEC3 of float32, int8, uint8, int16 or uint16"},
       {"VEC2", floats | normalised_integers | integers,
        "texture coordinates as VEC2 of float32, int8, uint8, int16 or uint16"},
+      {"VEC3", floats | normalised_integers, "normals as VEC3 of float32 or normalised integers"},
       {"VEC3", floats | normalised_integers | integers,
        "displacements as VEC3 of float32, int8, uint8, int16 or uint16"},
       {"VEC4", small_unsigned, "joints as VEC4 of uint8 or uint16"},

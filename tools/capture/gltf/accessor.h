@@ -13,6 +13,7 @@ enum class Purpose {
   indices,
   positions,     // also by KHR_mesh_quantization
   texture,       // coordinates, also by KHR_mesh_quantization
+  normals,       // also by KHR_mesh_quantization
   displacements, // of morph targets, also by KHR_mesh_quantization
   joints,
   weights,

@@ -31,6 +31,7 @@ public:
       const MeshData &data = scene.meshes[nodes[index].mesh];
       for (const Primitive &primitive : data.primitives) append(nodes[index], global[index], data, primitive);
     }
+    if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
     for (size_t i = 0; i < mesh.positions.size(); i++)
       if (!std::isfinite(mesh.positions[i]))
         throw FileError(scene.file + ": vertex " + std::to_string(i / 3) +
@@ -60,12 +61,9 @@ private:
 
   void append(const Node &node, const Transform &place, const MeshData &data, const Primitive &primitive) {
     const uint32_t base = static_cast<uint32_t>(mesh.vertex_count());
-    std::vector<double> positions = primitive.positions;
     const std::vector<double> &weights = node.weights.empty() ? data.weights : node.weights;
-    for (size_t t = 0; t < weights.size(); t++)
-      if (weights[t] != 0)
-        for (size_t i = 0; i < primitive.targets[t].size(); i++)
-          positions[i] += weights[t] * primitive.targets[t][i];
+    const std::vector<double> positions = morphed(primitive.positions, primitive.targets, weights),
+                              normals = morphed(primitive.normals, primitive.normal_targets, weights);
     for (size_t vertex = 0; vertex < primitive.vertex_count(); vertex++) {
       const double *at = &positions[vertex * 3];
       const double point[3] = {at[0], at[1], at[2]};
@@ -75,6 +73,10 @@ private:
       else
         blend(joints[node.skin], primitive, vertex, point, moved);
       mesh.positions.insert(mesh.positions.end(), moved, moved + 3);
+      if (normals.empty()) continue;
+      const double normal[3] = {normals[vertex * 3], normals[vertex * 3 + 1], normals[vertex * 3 + 2]};
+      (node.skin == none ? place : blended(joints[node.skin], primitive, vertex)).apply_normal(normal, moved);
+      mesh.normals.insert(mesh.normals.end(), moved, moved + 3);
     }
     mesh.texture.insert(mesh.texture.end(), primitive.texture.begin(), primitive.texture.end());
     // Clause 3.7.4: the sign of the determinant decides which way a face turns. A skinned mesh does not
@@ -85,6 +87,25 @@ private:
       mesh.faces.insert(mesh.faces.end(),
                         {base + corner[0], base + corner[mirrored ? 2 : 1], base + corner[mirrored ? 1 : 2]});
     }
+  }
+
+  static std::vector<double> morphed(std::vector<double> values,
+                                     const std::vector<std::vector<double>> &targets,
+                                     const std::vector<double> &weights) {
+    for (size_t t = 0; t < weights.size(); t++)
+      if (weights[t] != 0)
+        for (size_t i = 0; i < targets[t].size(); i++) values[i] += weights[t] * targets[t][i];
+    return values;
+  }
+
+  static Transform blended(const std::vector<Transform> &matrices, const Primitive &primitive,
+                           size_t vertex) {
+    Transform sum;
+    sum.m.fill(0);
+    for (size_t i = primitive.first[vertex]; i < primitive.first[vertex + 1]; i++)
+      for (size_t k = 0; k < sum.m.size(); k++)
+        sum.m[k] += primitive.influences[i].weight * matrices[primitive.influences[i].joint].m[k];
+    return sum;
   }
 
   static void blend(const std::vector<Transform> &matrices, const Primitive &primitive, size_t vertex,

@@ -6,9 +6,9 @@
 
 namespace fvv::capture::gltf {
 
-// In the file's units and axes (+y up). time in seconds; nothing: as the nodes stand. Where a node mirrors,
-// its faces are turned round, so that they are counter-clockwise seen from outside. FileError for coordinates
-// that overflow.
+// In the file's units and axes (+y up), with normals when they were read and every primitive has them. time
+// in seconds; nothing: as the nodes stand. Where a node mirrors, its faces are turned round, so that they are
+// counter-clockwise seen from outside. FileError for coordinates that overflow.
 Mesh pose(const Scene &scene, std::optional<double> time);
 
 } // namespace fvv::capture::gltf

@@ -22,13 +22,15 @@ public:
   PrimitiveReader(Container &source, const JsonValue &value)
       : container(source), json(value), attributes(value.at("attributes")) {}
 
-  Primitive read(int64_t mode, bool texture) {
+  Primitive read(int64_t mode, bool texture, bool normals) {
     if (const auto extensions = json.find("extensions"))
       if (const auto compressed = extensions->find("KHR_draco_mesh_compression"))
-        read_draco(*compressed, mode);
+        read_draco(*compressed, mode, normals);
     out.positions = numbers("POSITION", attributes.at("POSITION"), Purpose::positions);
     read_triangles(mode);
     if (texture) read_texture();
+    if (const auto reference = attributes.find("NORMAL"); normals && reference)
+      out.normals = per_vertex("NORMAL", *reference, Purpose::normals, 3);
     read_joints();
     if (const auto targets = json.find("targets"))
       for (size_t i = 0; i < targets->size(); i++) read_target(targets->item(i));
@@ -37,7 +39,7 @@ public:
 
 private:
   // Draco holds indices and some of the attributes; accessors still say what they have to be.
-  void read_draco(const JsonValue &compressed, int64_t mode) {
+  void read_draco(const JsonValue &compressed, int64_t mode, bool normals) {
     if (mode != mode_triangles) json.fail("expected triangles (mode 4) in a mesh compressed by Draco");
     identifiers = compressed.at("attributes");
     std::vector<uint32_t> wanted;
@@ -48,6 +50,7 @@ private:
       }
     };
     want("POSITION");
+    if (normals) want("NORMAL");
     for (const char *kind : {"TEXCOORD_", "JOINTS_", "WEIGHTS_"})
       for (int set = 0; set < draco_sets; set++) want(kind + std::to_string(set));
     draco = parse_drc_points(container.view(compressed.at("bufferView")).bytes, compressed.place(),
@@ -164,6 +167,10 @@ private:
     const auto reference = target.find("POSITION");
     out.targets.push_back(reference ? per_vertex("", *reference, Purpose::displacements, 3)
                                     : std::vector<double>());
+    const auto normals = target.find("NORMAL");
+    out.normal_targets.push_back(normals && !out.normals.empty()
+                                     ? per_vertex("", *normals, Purpose::displacements, 3)
+                                     : std::vector<double>());
   }
 
   Container &container;
@@ -177,7 +184,8 @@ private:
 
 } // namespace
 
-MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, bool texture) {
+MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, bool texture,
+                        bool normals) {
   MeshData out;
   out.used = true;
   const JsonValue primitives = mesh.at("primitives");
@@ -190,7 +198,7 @@ MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport 
       report.lines_and_points++;
       continue;
     }
-    out.primitives.push_back(PrimitiveReader(container, primitive).read(mode, texture));
+    out.primitives.push_back(PrimitiveReader(container, primitive).read(mode, texture, normals));
     const size_t found = out.primitives.back().targets.size();
     if (out.primitives.size() > 1 && found != targets)
       primitive.fail("expected " + std::to_string(targets) + " targets as in the first primitive, found " +

@@ -14,8 +14,10 @@ constexpr uint64_t max_targets = uint64_t(1) << 20;
 
 class SceneReader {
 public:
-  SceneReader(std::string_view bytes, const std::string &path, const fvv_limits &bounds, Texture wanted)
-      : container(bytes, path), root(container.root()), limits(bounds), texture(wanted) {
+  SceneReader(std::string_view bytes, const std::string &path, const fvv_limits &bounds, Texture wanted,
+              bool with_normals)
+      : container(bytes, path), root(container.root()), limits(bounds), texture(wanted),
+        normals(with_normals) {
     scene.file = path;
   }
 
@@ -131,7 +133,7 @@ private:
     MeshData &mesh = scene.meshes[node.mesh];
     if (!mesh.used)
       mesh = read_mesh_data(container, container.item("meshes", json.at("mesh")), scene.report,
-                            texture != Texture::skipped);
+                            texture != Texture::skipped, normals);
     if (const auto weights = json.find("weights")) {
       for (size_t i = 0; i < mesh.weights.size(); i++)
         node.weights.push_back(weights->items(mesh.weights.size(), i).number());
@@ -258,6 +260,7 @@ private:
   const JsonValue root;
   const fvv_limits &limits;
   const Texture texture;
+  const bool normals;
   Scene scene;
   uint64_t vertices = 0, faces = 0, targets = 0; // as drawn
 };
@@ -265,8 +268,8 @@ private:
 } // namespace
 
 Scene read_scene(std::string_view bytes, const std::string &path, const AnimationChoice &choice,
-                 const fvv_limits &limits, Texture texture) {
-  return SceneReader(bytes, path, limits, texture).read(choice);
+                 const fvv_limits &limits, Texture texture, bool normals) {
+  return SceneReader(bytes, path, limits, texture, normals).read(choice);
 }
 
 } // namespace fvv::capture::gltf

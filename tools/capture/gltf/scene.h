@@ -27,10 +27,12 @@ struct Influence {
 };
 
 struct Primitive {
-  std::vector<double> positions;            // 3 per vertex
-  std::vector<double> texture;              // 2 per vertex, or empty: nobody asked
-  std::vector<uint32_t> triangles;          // 3 vertices each
-  std::vector<std::vector<double>> targets; // displacements like positions; empty: all zero
+  std::vector<double> positions;                   // 3 per vertex
+  std::vector<double> texture;                     // 2 per vertex, or empty: nobody asked
+  std::vector<double> normals;                     // 3 per vertex, or empty: nobody asked, or there are none
+  std::vector<uint32_t> triangles;                 // 3 vertices each
+  std::vector<std::vector<double>> targets;        // displacements like positions; empty: all zero
+  std::vector<std::vector<double>> normal_targets; // of normals, likewise
   std::vector<size_t> first; // influences of vertex v: first[v] to first[v + 1]; empty: no joints
   std::vector<Influence> influences;
   uint32_t joint_count = 0;     // 1 + the highest joint
@@ -74,10 +76,11 @@ enum class Texture { skipped, coordinates, picture };
 // bytes: the whole file. path: what messages call it, and where its buffers lie. FileError "path: POINTER:
 // what". limits: max_vertices and max_faces hold for the scene as drawn.
 Scene read_scene(std::string_view bytes, const std::string &path, const AnimationChoice &choice,
-                 const fvv_limits &limits, Texture texture = Texture::skipped);
+                 const fvv_limits &limits, Texture texture = Texture::skipped, bool normals = false);
 
 // One item of meshes (primitive.cpp).
-MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, bool texture);
+MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, bool texture,
+                        bool normals);
 
 // What the material of a primitive says of its base colour (material.cpp).
 struct BaseColour {

@@ -17,6 +17,17 @@ struct Transform {
       out[row] =
           m[row * 4] * point[0] + m[row * 4 + 1] * point[1] + m[row * 4 + 2] * point[2] + m[row * 4 + 3];
   }
+  // The inverse transpose, which keeps normals upright (glTF 2.0 clause 3.7.2.1), times the determinant's
+  // magnitude: cofactors, which a flat transform has as well.
+  void apply_normal(const double (&normal)[3], double (&out)[3]) const {
+    const double side = determinant() < 0 ? -1 : 1;
+    for (size_t row = 0; row < 3; row++) {
+      const size_t a = (row + 1) % 3 * 4, b = (row + 2) % 3 * 4;
+      out[row] = side * ((m[a + 1] * m[b + 2] - m[a + 2] * m[b + 1]) * normal[0] +
+                         (m[a + 2] * m[b] - m[a] * m[b + 2]) * normal[1] +
+                         (m[a] * m[b + 1] - m[a + 1] * m[b]) * normal[2]);
+    }
+  }
   double determinant() const {
     return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
            m[2] * (m[4] * m[9] - m[5] * m[8]);
