@@ -10,12 +10,6 @@ namespace {
 // Of points on a face that is 1 m away from the origin at most.
 constexpr double rounding = 1e-15;
 
-std::vector<Mesh> balls(size_t count) {
-  std::vector<Mesh> out;
-  for (size_t i = 0; i < count; i++) out.push_back(::ball(int64_t(i)));
-  return out;
-}
-
 std::string failure_of(const std::string &a, const std::string &b, Options options = {}) {
   try {
     compared(a, b, options);

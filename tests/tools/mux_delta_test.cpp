@@ -21,21 +21,6 @@ capture::Mesh shuffled(const capture::Mesh &mesh, uint32_t seed) {
   return out;
 }
 
-// The shapes of the frames, written over those of make_capture.
-using Frames = std::vector<capture::Mesh>;
-mux::Options frames_on_disk(const Folder &folder, const Frames &frames) {
-  Shape shape;
-  shape.count = int64_t(frames.size());
-  shape.pictures = false;
-  const capture::Capture capture = make_capture(folder, shape);
-  for (size_t i = 0; i < frames.size(); i++)
-    capture::write_mesh(frames[i], {{0, 0, 0}, 1e-6}, capture.mesh_path(int64_t(i)));
-  mux::Options options = options_for(folder);
-  options.group = 6;
-  options.verify = true;
-  return options;
-}
-
 // 'k' or 'd' for each mesh, in order; the stream has nothing wrong.
 std::string keys_of(const std::string &path) {
   std::string out;
@@ -55,12 +40,6 @@ std::string keys_of(const std::string &path) {
   CHECK(fvv_checker_summary(checker)->problems == 0);
   fvv_checker_destroy(checker);
   return out;
-}
-
-Frames balls(size_t count) {
-  Frames frames;
-  for (size_t i = 0; i < count; i++) frames.push_back(ball(int64_t(i)));
-  return frames;
 }
 
 } // namespace

@@ -183,6 +183,28 @@ inline mux::Options options_for(const Folder &folder) {
   return options;
 }
 
+// The shapes of the frames, written over those of make_capture.
+// Groups of 6 frames that verify.
+using Frames = std::vector<capture::Mesh>;
+inline mux::Options frames_on_disk(const Folder &folder, const Frames &frames) {
+  Shape shape;
+  shape.count = int64_t(frames.size());
+  shape.pictures = false;
+  const capture::Capture capture = make_capture(folder, shape);
+  for (size_t i = 0; i < frames.size(); i++)
+    capture::write_mesh(frames[i], {{0, 0, 0}, 1e-6}, capture.mesh_path(int64_t(i)));
+  mux::Options options = options_for(folder);
+  options.group = 6;
+  options.verify = true;
+  return options;
+}
+
+inline Frames balls(size_t count) {
+  Frames frames;
+  for (size_t i = 0; i < count; i++) frames.push_back(ball(int64_t(i)));
+  return frames;
+}
+
 // A stream opened through its file; every call must succeed.
 class Stream {
 public:
