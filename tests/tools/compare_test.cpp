@@ -41,6 +41,21 @@ TEST_CASE("a capture is at no distance of itself") {
   CHECK(result.peak == Approx(std::sqrt(width * width + 1 + 1)));
 }
 
+TEST_CASE("normals that a stream sends are held against those of the capture") {
+  const Folder folder;
+  Mesh flat = plane(8, 0);
+  const std::string plain = make_capture(folder, "plain", {flat});
+  for (size_t v = 0; v < flat.vertex_count(); v++)
+    flat.normals.insert(flat.normals.end(), {0.5, 0, std::sqrt(0.75)}); // 30 degrees from the plane's own
+  const std::string path = make_capture(folder, "in", {flat});
+  const std::string stream = make_stream(folder, path, "out.fvv", "1mm");
+  CHECK(compared(path, stream).errors.angle[symmetric].max < 1);
+  CHECK(compared(stream, path).errors.angle[symmetric].max < 1);
+  CHECK(compared(stream, stream).errors.angle[symmetric].max < 1e-6);
+  CHECK(compared(plain, stream).errors.angle[symmetric].mean == Approx(30).margin(1));
+  CHECK(compared(plain, path).errors.angle[symmetric].max < 1e-6); // between captures both are computed
+}
+
 TEST_CASE("a stream is within half a step of its capture") {
   const Folder folder;
   const std::string path = make_capture(folder, "in", balls(6));

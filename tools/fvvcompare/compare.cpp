@@ -106,7 +106,19 @@ private:
     capture::Mesh a, b;
   };
 
-  Meshes load(size_t i) const { return {a.mesh(matching.pairs[i].a), b.mesh(matching.pairs[i].b)}; }
+  // Normals that a stream sends are held against the other's own, all others are computed alike.
+  Meshes load(size_t i) const {
+    const auto [in_a, in_b] = matching.pairs[i];
+    Meshes meshes;
+    if (a.is_stream()) {
+      meshes.a = a.mesh(in_a);
+      meshes.b = b.mesh(in_b, !meshes.a.normals.empty());
+    } else {
+      meshes.b = b.mesh(in_b);
+      meshes.a = a.mesh(in_a, !meshes.b.normals.empty());
+    }
+    return meshes;
+  }
 
   static Surface surface_of(const capture::Mesh &mesh, const Sequence &sequence, int64_t number) {
     Surface surface(mesh);

@@ -92,8 +92,9 @@ void Sequence::number_frames(uint64_t ticks, size_t count) {
   for (size_t i = 0; i < count; i++) list[i] = {int64_t(i), int64_t(i)};
 }
 
-capture::Mesh Sequence::mesh(size_t i) const {
-  capture::Mesh mesh = stream ? stream_mesh(i) : capture::load_mesh(capture, list[i].number);
+capture::Mesh Sequence::mesh(size_t i, bool normals) const {
+  capture::Mesh mesh =
+      stream ? stream_mesh(i) : capture::load_mesh(capture, list[i].number, nullptr, nullptr, normals);
   if (mesh.faces.empty())
     throw cli::Failure(name + ": frame " + std::to_string(list[i].number) + ": the mesh has no faces");
   return mesh;
@@ -125,6 +126,12 @@ capture::Mesh Sequence::stream_mesh(size_t i) const {
   for (size_t v = 0; v < holder.mesh.vertex_count; v++)
     fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, holder.mesh.positions + 3 * v,
                           &out.positions[3 * v]);
+  if (holder.mesh.normals) {
+    std::vector<float> normals(out.positions.size());
+    fvv_normals_to_floats(holder.mesh.normal_bits, holder.mesh.normals, holder.mesh.vertex_count,
+                          normals.data());
+    out.normals.assign(normals.begin(), normals.end());
+  }
   out.faces.assign(holder.mesh.faces, holder.mesh.faces + 3 * size_t(holder.mesh.face_count));
   return out;
 }

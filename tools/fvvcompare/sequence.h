@@ -35,9 +35,10 @@ public:
   const std::vector<Frame> &frames() const { return list; } // both numbers rise
 
   // Positions in metres, or units of the source when the scale is unknown. i: index in frames(). Throws
-  // cli::Failure or capture::FileError, also when the frame has no mesh or an empty one. Several threads may
-  // call it.
-  capture::Mesh mesh(size_t i) const;
+  // cli::Failure or capture::FileError, also when the frame has no mesh or an empty one. With the
+  // normals that a stream sends; with those of a capture's file, if it has some, when they are asked for.
+  // Several threads may call it.
+  capture::Mesh mesh(size_t i, bool normals = false) const;
 
 private:
   void open_stream();

@@ -86,6 +86,11 @@ Surface::Surface(const capture::Mesh &mesh)
     for (const uint32_t v : corners[f]) used_normals[v] += normal;
   }
   for (Vec3 &normal : used_normals) normal = normalised(normal);
+  for (size_t i = 0; !mesh.normals.empty() && i < mesh.faces.size(); i++) {
+    if (i % 3 == 0) own_normals.emplace_back();
+    const double *n = &mesh.normals[3 * size_t(mesh.faces[i])];
+    own_normals.back()[i % 3] = normalised(Vec3{n[0], n[1], n[2]});
+  }
 }
 
 Vec3 Surface::face_normal(uint32_t face) const {
@@ -93,6 +98,10 @@ Vec3 Surface::face_normal(uint32_t face) const {
 }
 
 Vec3 Surface::smooth_normal(uint32_t face, const std::array<double, 3> &barycentric) const {
+  if (!own_normals.empty()) {
+    const auto &[a, b, c] = own_normals[face];
+    return normalised(a * barycentric[0] + b * barycentric[1] + c * barycentric[2]);
+  }
   const auto &[a, b, c] = corners[face];
   return normalised(used_normals[a] * barycentric[0] + used_normals[b] * barycentric[1] +
                     used_normals[c] * barycentric[2]);

@@ -29,7 +29,7 @@ public:
   const std::vector<Vec3> &points() const { return used; }
   const std::vector<Vec3> &normals() const { return used_normals; }
   Vec3 face_normal(uint32_t face) const; // unit length; zero without area
-  // The vertices' normals, interpolated over a face.
+  // The vertices' normals, interpolated over a face: the mesh's own when it has some, else normals().
   Vec3 smooth_normal(uint32_t face, const std::array<double, 3> &barycentric) const;
 
   // count points, one in each of count strips of equal area that the faces are cut into in their order;
@@ -50,7 +50,8 @@ private:
   std::vector<render::TriangleTree::Triangle> triangles;
   std::vector<std::array<uint32_t, 3>> corners; // indices in points()
   std::vector<Vec3> used, used_normals;
-  std::vector<double> cumulative; // area of all faces up to and with each
+  std::vector<std::array<Vec3, 3>> own_normals; // of the corners of faces; empty: normals() hold
+  std::vector<double> cumulative;               // area of all faces up to and with each
   render::ClosestFinder faces_tree, points_tree;
 };
 
