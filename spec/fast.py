@@ -153,7 +153,7 @@ def streams(payload):
     """Decoders of both streams of a whole MESH payload of profile 4."""
     profile, attributes, _, _, vertices, faces, _, size = struct.unpack_from("<4B4I", payload)
     assert profile == 4
-    stride, rest = (20 if attributes else 12), payload[20:]
+    stride, rest = 12 + 8 * attributes.bit_count(), payload[20:]
     assert 33 + stride * -(-vertices // 64) <= size <= len(rest) and 17 + faces <= len(rest) - size
     return Vertices(rest[:size], vertices, stride), Faces(rest[size:], faces)
 
@@ -161,7 +161,7 @@ def streams(payload):
 def decode(payload):
     vertices, faces = streams(payload)
     elements = vertices.elements
-    texture = [struct.unpack_from("<2I", e, 12) for e in elements] if payload[1] else []
+    texture = [struct.unpack_from("<2I", e, 12) for e in elements] if payload[1] & 1 else []
     return Mesh([struct.unpack_from("<3i", e) for e in elements], texture, faces.faces)
 
 

@@ -11,7 +11,7 @@ void put_u32(std::vector<uint8_t> &out, uint32_t value) {
 } // namespace
 
 FastPlain::FastPlain(const fvv_mesh &mesh) {
-  header = {4, uint8_t(mesh.texture != nullptr), mesh.texture_bits, 0};
+  header = {4, uint8_t((mesh.texture ? 1 : 0) + (mesh.normals ? 2 : 0)), mesh.texture_bits, mesh.normal_bits};
   put_u32(header, mesh.vertex_count);
   put_u32(header, mesh.face_count);
   put_u32(header, 0);
@@ -20,11 +20,12 @@ FastPlain::FastPlain(const fvv_mesh &mesh) {
 }
 
 void FastPlain::put_vertices(const fvv_mesh &mesh) {
-  const size_t stride = mesh.texture ? 20 : 12;
+  const size_t stride = size_t(12) + (mesh.texture ? 8 : 0) + (mesh.normals ? 8 : 0);
   std::vector<uint8_t> elements;
   for (size_t v = 0; v < mesh.vertex_count; v++) {
     for (size_t a = 0; a < 3; a++) put_u32(elements, uint32_t(mesh.positions[3 * v + a]));
     for (size_t a = 0; mesh.texture && a < 2; a++) put_u32(elements, mesh.texture[2 * v + a]);
+    for (size_t a = 0; mesh.normals && a < 2; a++) put_u32(elements, mesh.normals[2 * v + a]);
   }
   const std::vector<uint8_t> base(elements.begin(), elements.begin() + ptrdiff_t(stride));
   for (size_t block = 0; block < mesh.vertex_count; block += 256) {

@@ -164,15 +164,16 @@ TEST_CASE("normals that are none are refused with their vertex") {
   refusal(cube, 13, FVV_ERROR_ARGUMENT);
 }
 
-TEST_CASE("normals come through raw and Draco, with texture coordinates too") {
+TEST_CASE("normals come through all profiles, with texture coordinates too") {
   for (const bool texture : {false, true})
     for (const uint32_t bits : {2u, 8u, 12u}) {
       Shape shape = hard_cube(5);
       if (texture) shape.texture = charts(5).texture;
       const auto mesh = with_normals(shape, bits);
-      for (int level = -1; level <= 10; level++) {
+      for (int level = -2; level <= 10; level++) {
         INFO("level " << level << ", " << bits << " bits");
-        const auto payload = encoded(*mesh, level < 0 ? FVV_MESH_RAW : FVV_MESH_DRACO, std::max(level, 0));
+        const uint8_t profile = level == -2 ? FVV_MESH_FAST : level < 0 ? FVV_MESH_RAW : FVV_MESH_DRACO;
+        const auto payload = encoded(*mesh, profile, std::max(level, 0));
         CHECK(payload[1] == (texture ? 3 : 2));
         CHECK(payload[3] == bits);
         Mesh decoded;
@@ -267,7 +268,7 @@ TEST_CASE("sent normals turn with the faces of a moving mesh") {
   // Normals that lean a little, so that a turn about the face's normal would show.
   for (size_t i = 0; i < shape.normals.size(); i += 3) shape.normals[i] += 0.02;
   const auto key = with_normals(shape, 12);
-  for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO}) {
+  for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO, FVV_MESH_FAST}) {
     Mesh decoded;
     fvv_diagnostic diagnostic = {};
     REQUIRE(decode(encoded(*key, profile, 5), &decoded, &diagnostic) == FVV_OK);

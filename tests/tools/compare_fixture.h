@@ -91,12 +91,14 @@ inline std::string make_capture(const Folder &folder, const std::string &leaf,
 }
 
 inline std::string make_stream(const Folder &folder, const std::string &capture, const std::string &leaf,
-                               const std::string &step) {
+                               const std::string &step,
+                               fvv::mux::Normals normals = fvv::mux::Normals::automatic) {
   fvv::mux::Options options;
   options.capture = capture;
   options.output = folder.path(leaf);
   options.keep_geometry = true;
   options.step = fvv::mux::parse_length(step);
+  options.normals = normals;
   options.threads = 1;
   fvv::mux::mux(options);
   return options.output;

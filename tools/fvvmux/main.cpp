@@ -105,8 +105,8 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->capture_default_str();
   app.add_option(
          "--normals", texts.normals,
-         "send the source's: auto (where more than 1 % of the first mesh's are more than 20 degrees off "
-         "those that players compute: hard edges), always or never")
+         "send the source's: auto (where more than 1 % of the first mesh's vertices lie on hard edges: "
+         "computed from all faces around, their normals are off by more than 20 degrees), always or never")
       ->capture_default_str();
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");

@@ -33,7 +33,9 @@ std::vector<uint8_t> interleaved(const fvv_mesh &mesh, size_t stride, const std:
   for (size_t v = 0; v < mesh.vertex_count; v++) {
     uint8_t *vertex = out.data() + remap[v] * stride;
     for (size_t a = 0; a < 3; a++) fvv_put_u32(vertex + 4 * a, uint32_t(mesh.positions[3 * v + a]));
-    for (size_t a = 0; mesh.texture && a < 2; a++) fvv_put_u32(vertex + 12 + 4 * a, mesh.texture[2 * v + a]);
+    uint8_t *pair = vertex + FVV_FAST_POSITION;
+    for (size_t a = 0; mesh.texture && a < 2; a++, pair += 4) fvv_put_u32(pair, mesh.texture[2 * v + a]);
+    for (size_t a = 0; mesh.normals && a < 2; a++, pair += 4) fvv_put_u32(pair, mesh.normals[2 * v + a]);
   }
   return out;
 }
@@ -45,7 +47,7 @@ fvv_status append(const std::vector<uint8_t> &stream, fvv_bytes *bytes) {
 fvv_status encode(const fvv_mesh &mesh, fvv_bytes *bytes, fvv_diagnostic *diagnostic) {
   choose_versions();
   const size_t vertices = mesh.vertex_count, corners = 3 * size_t(mesh.face_count);
-  const size_t stride = mesh.texture ? FVV_FAST_TEXTURE_STRIDE : FVV_FAST_STRIDE;
+  const size_t stride = fvv_fast_stride(mesh.texture != nullptr, mesh.normals != nullptr);
   std::vector<unsigned> faces(corners), remap(vertices);
   // The order for strips: 2 to 7 % smaller on captured meshes than that for vertex caches.
   meshopt_optimizeVertexCacheStrip(faces.data(), mesh.faces, corners, vertices);

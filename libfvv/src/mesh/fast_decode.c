@@ -24,7 +24,7 @@ static int32_t read_i32(const uint8_t *p) {
 
 static fvv_status decode_positions(const fvv_fast_streams *streams, fvv_mesh *mesh,
                                    fvv_diagnostic *diagnostic) {
-  if (!fvv_fast_decode_vertices(streams->vertices, streams->vertices_size, FVV_FAST_STRIDE,
+  if (!fvv_fast_decode_vertices(streams->vertices, streams->vertices_size, FVV_FAST_POSITION,
                                 mesh->vertex_count, mesh->positions))
     return broken_vertices(diagnostic);
   for (size_t i = 0; i < 3 * (size_t)mesh->vertex_count; i++)
@@ -32,28 +32,33 @@ static fvv_status decode_positions(const fvv_fast_streams *streams, fvv_mesh *me
   return FVV_OK;
 }
 
-static fvv_status decode_textured(const fvv_fast_streams *streams, uint8_t *vertices, fvv_mesh *mesh,
-                                  fvv_diagnostic *diagnostic) {
-  if (!fvv_fast_decode_vertices(streams->vertices, streams->vertices_size, FVV_FAST_TEXTURE_STRIDE,
-                                mesh->vertex_count, vertices))
+static fvv_status decode_attributes(const fvv_fast_streams *streams, uint8_t *vertices, size_t stride,
+                                    fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  if (!fvv_fast_decode_vertices(streams->vertices, streams->vertices_size, stride, mesh->vertex_count,
+                                vertices))
     return broken_vertices(diagnostic);
-  for (size_t v = 0; v < mesh->vertex_count; v++) {
-    const uint8_t *p = vertices + FVV_FAST_TEXTURE_STRIDE * v;
+  const size_t normals = FVV_FAST_POSITION + (mesh->texture ? FVV_FAST_PAIR : 0);
+  const uint8_t *p = vertices;
+  for (size_t v = 0; v < mesh->vertex_count; v++, p += stride) {
     for (size_t a = 0; a < 3; a++) mesh->positions[3 * v + a] = read_i32(p + 4 * a);
-    for (size_t a = 0; a < 2; a++) mesh->texture[2 * v + a] = fvv_get_u32(p + 12 + 4 * a);
+    for (size_t a = 0; mesh->texture && a < 2; a++)
+      mesh->texture[2 * v + a] = fvv_get_u32(p + FVV_FAST_POSITION + 4 * a);
+    for (size_t a = 0; mesh->normals && a < 2; a++)
+      mesh->normals[2 * v + a] = fvv_get_u32(p + normals + 4 * a);
   }
   return FVV_OK;
 }
 
 static fvv_status decode_vertices(const fvv_fast_streams *streams, fvv_mesh *mesh,
                                   fvv_diagnostic *diagnostic) {
-  if (!mesh->texture) return decode_positions(streams, mesh, diagnostic);
-  uint8_t *vertices = fvv_allocate_array(&mesh->allocator, mesh->vertex_count, FVV_FAST_TEXTURE_STRIDE);
+  const size_t stride = fvv_fast_stride(mesh->texture != NULL, mesh->normals != NULL);
+  if (stride == FVV_FAST_POSITION) return decode_positions(streams, mesh, diagnostic);
+  uint8_t *vertices = fvv_allocate_array(&mesh->allocator, mesh->vertex_count, stride);
   if (!vertices)
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory to decode %lu vertices",
                     (unsigned long)mesh->vertex_count);
-  const fvv_status status = decode_textured(streams, vertices, mesh, diagnostic);
-  fvv_release(&mesh->allocator, vertices, (size_t)mesh->vertex_count * FVV_FAST_TEXTURE_STRIDE);
+  const fvv_status status = decode_attributes(streams, vertices, stride, mesh, diagnostic);
+  fvv_release(&mesh->allocator, vertices, (size_t)mesh->vertex_count * stride);
   return status;
 }
 

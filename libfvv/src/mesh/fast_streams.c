@@ -14,9 +14,9 @@
 
 /* Two bits for each 16 bytes of deltas, filled up to a byte for each byte of a vertex and each block of 256
  * vertices, when all deltas are 0. */
-static uint64_t least_vertices_size(uint32_t vertices, int texture) {
-  const uint64_t stride = texture ? FVV_FAST_TEXTURE_STRIDE : FVV_FAST_STRIDE;
-  return 1 + stride * (((uint64_t)vertices + 63) / 64) + VERTEX_TAIL;
+static uint64_t least_vertices_size(const fvv_mesh_header *header) {
+  const uint64_t stride = fvv_fast_stride(header->texture_bits, header->normal_bits);
+  return 1 + stride * (((uint64_t)header->vertex_count + 63) / 64) + VERTEX_TAIL;
 }
 
 /* A byte a face. */
@@ -46,7 +46,7 @@ fvv_status fvv_fast_split(const uint8_t *data, const fvv_mesh_header *header, fv
   streams->vertices_size = size;
   streams->faces = streams->vertices + size;
   streams->faces_size = rest - size;
-  uint64_t least = least_vertices_size(header->vertex_count, header->texture_bits);
+  uint64_t least = least_vertices_size(header);
   if (size < least)
     return too_dense(diagnostic, FVV_MESH_VERTEX_COUNT, size, header->vertex_count, "vertices", least);
   least = least_faces_size(header->face_count);
@@ -56,14 +56,14 @@ fvv_status fvv_fast_split(const uint8_t *data, const fvv_mesh_header *header, fv
   return FVV_OK;
 }
 
-static fvv_status check_vertices(const fvv_fast_streams *streams, int texture, fvv_diagnostic *diagnostic) {
+static fvv_status check_vertices(const fvv_fast_streams *streams, size_t stride, fvv_diagnostic *diagnostic) {
   const uint64_t offset = FVV_MESH_SIZE + FVV_FAST_HEADER_SIZE;
   if (streams->vertices[0] != FVV_FAST_VERTEX_CODEC)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_FAST_VERTICES, FVV_CHUNK_MESH, offset,
                     "the vertex stream begins with 0x%02x, not with 0x%02x", streams->vertices[0],
                     FVV_FAST_VERTEX_CODEC);
   const size_t tail = streams->vertices_size - VERTEX_TAIL;
-  const size_t fill = VERTEX_TAIL - (texture ? FVV_FAST_TEXTURE_STRIDE : FVV_FAST_STRIDE);
+  const size_t fill = VERTEX_TAIL - stride;
   if (fvv_all_zero(streams->vertices + tail, fill)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_FAST_VERTICES, FVV_CHUNK_MESH, offset + tail,
                   "the %zu bytes before the last vertex of the stream are not 0", fill);
@@ -120,6 +120,7 @@ static fvv_status check_faces(const fvv_fast_streams *streams, uint32_t count, f
 
 fvv_status fvv_fast_check(const fvv_fast_streams *streams, const fvv_mesh_header *header,
                           fvv_diagnostic *diagnostic) {
-  const fvv_status status = check_vertices(streams, header->texture_bits, diagnostic);
+  const fvv_status status =
+      check_vertices(streams, fvv_fast_stride(header->texture_bits, header->normal_bits), diagnostic);
   return status == FVV_OK ? check_faces(streams, header->face_count, diagnostic) : status;
 }

@@ -10,9 +10,12 @@
 /* First bytes: vertex codec version 0, index codec version 1. */
 #define FVV_FAST_VERTEX_CODEC 0xa0
 #define FVV_FAST_INDEX_CODEC 0xe1
-/* Bytes of a vertex: x y z, then u v. */
-#define FVV_FAST_STRIDE 12
-#define FVV_FAST_TEXTURE_STRIDE 20
+/* Bytes of a vertex: x y z, then u v with texture coordinates, then the normal index with normals. */
+#define FVV_FAST_POSITION 12
+#define FVV_FAST_PAIR 8
+static inline size_t fvv_fast_stride(int texture, int normals) {
+  return FVV_FAST_POSITION + (texture ? FVV_FAST_PAIR : 0) + (normals ? FVV_FAST_PAIR : 0);
+}
 
 /* Both borrow from the payload. */
 typedef struct fvv_fast_streams {
