@@ -92,8 +92,12 @@ void canonicalise(const Mesh &source, double step, fvv_mesh &mesh, std::vector<u
   fvv_mesh_options options;
   fvv_mesh_options_default(&options);
   options.lattice_step = step;
-  const fvv_mesh_source borrowed = {source.positions.data(), source.faces.data(), source.vertex_count(),
-                                    source.face_count(), nullptr};
+  const fvv_mesh_source borrowed = {source.positions.data(),
+                                    source.faces.data(),
+                                    source.vertex_count(),
+                                    source.face_count(),
+                                    nullptr,
+                                    nullptr};
   std::vector<const int32_t *> frames;
   for (const std::vector<int32_t> &frame : later) frames.push_back(frame.data());
   if (map) map->resize(source.vertex_count());

@@ -176,6 +176,8 @@ Bytes vector_stream() {
                          uint32_t(source.faces.size() / 3),
                          nullptr,
                          0,
+                         nullptr,
+                         0,
                          {}};
   Stream out;
   out.configuration = {scene_chunk(), track_chunk(1, FVV_TRACK_MESH)};
