@@ -114,7 +114,7 @@ Report look_at(const Reference &reference, const capture::Mesh &mesh, const Budg
   report.faces_after = mesh.face_count();
   report.volume_before = enclosed_volume(reference.mesh());
   report.volume_after = enclosed_volume(on_lattice);
-  const compare::Surface surface(on_lattice);
+  const compare::Faces surface(on_lattice);
   if (!(surface.area() > 0)) {
     report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
     return report;

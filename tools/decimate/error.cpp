@@ -69,18 +69,21 @@ Reference::Reference(const capture::Mesh &mesh, const Footprint &footprint)
   }
 }
 
-Error Reference::measure(const compare::Surface &decimated, double limit_pixels, Outliers &outliers) const {
+Error Reference::measure(const compare::Faces &decimated, double limit_pixels, Outliers &outliers) const {
   Sum forth, back;
+  render::ClosestPoint hit; // that of the point before is where the search begins
   for (uint32_t v = 0; v < source.vertex_count(); v++) {
     if (!(areas[v] > 0)) continue;
     const double *p = &source.positions[3 * size_t(v)];
-    const double off = forth.add(decimated.nearest({p[0], p[1], p[2]}).squared, areas[v], pixels[v]);
+    hit = decimated.nearest({p[0], p[1], p[2]}, hit.face);
+    const double off = forth.add(hit.squared, areas[v], pixels[v]);
     if (!(off > limit_pixels)) continue;
     outliers.vertices.push_back(v);
     outliers.area += areas[v];
   }
+  hit = {};
   for (const compare::Sample &sample : decimated.sample(samples)) {
-    const render::ClosestPoint hit = finder.nearest(sample.point);
+    hit = finder.nearest(sample.point, hit.face);
     const uint32_t *corners = &source.faces[3 * size_t(hit.face)];
     if (!(back.add(hit.squared, 1, pixels[corners[0]]) > limit_pixels)) continue;
     outliers.vertices.insert(outliers.vertices.end(), corners, corners + 3);

@@ -28,7 +28,7 @@ public:
   Reference(const capture::Mesh &source, const Footprint &footprint);
 
   // outliers: what there is is added.
-  Error measure(const compare::Surface &decimated, double limit_pixels, Outliers &outliers) const;
+  Error measure(const compare::Faces &decimated, double limit_pixels, Outliers &outliers) const;
 
   const capture::Mesh &mesh() const { return source; }
   // What a pixel covers at a vertex, metres; of cells of 1/32 of the mesh's diagonal, over which it changes

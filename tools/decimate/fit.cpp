@@ -32,12 +32,13 @@ std::vector<bool> on_border(const capture::Mesh &mesh, const std::vector<uint32_
 
 void fit(capture::Mesh &mesh, const capture::Mesh &source, const std::vector<bool> &fixed, double furthest) {
   const std::vector<uint32_t> place = first_alike(mesh, false);
-  const compare::Surface surface(mesh);
+  const compare::Faces surface(mesh);
   std::vector<Vec3> sums(mesh.vertex_count());
   std::vector<double> weights(mesh.vertex_count());
+  render::ClosestPoint hit; // that of the vertex before is where the search begins
   for (size_t v = 0; v < source.vertex_count(); v += stride) {
     const double *p = &source.positions[3 * v];
-    const render::ClosestPoint hit = surface.nearest({p[0], p[1], p[2]});
+    hit = surface.nearest({p[0], p[1], p[2]}, hit.face);
     for (size_t k = 0; k < 3; k++) {
       const uint32_t corner = place[mesh.faces[3 * size_t(hit.face) + k]];
       sums[corner] += (Vec3{p[0], p[1], p[2]} - hit.point) * hit.barycentric[k];

@@ -75,16 +75,16 @@ std::vector<Triangle> as_triangles(const std::vector<Vec3> &points) {
   return out;
 }
 
-Surface::Surface(const capture::Mesh &mesh)
-    : triangles(triangles_of(mesh)), used(used_places(mesh, corners)), faces_tree(triangles),
-      points_tree(as_triangles(used)) {
-  used_normals.resize(used.size());
+Faces::Faces(const capture::Mesh &mesh) : triangles(triangles_of(mesh)), faces_tree(triangles) {
   double sum = 0;
-  for (size_t f = 0; f < triangles.size(); f++) {
-    const Vec3 normal = area_vector(triangles[f]);
-    cumulative.push_back(sum += length(normal) / 2);
-    for (const uint32_t v : corners[f]) used_normals[v] += normal;
-  }
+  for (const Triangle &t : triangles) cumulative.push_back(sum += length(area_vector(t)) / 2);
+}
+
+Surface::Surface(const capture::Mesh &mesh)
+    : Faces(mesh), used(used_places(mesh, corners)), points_tree(as_triangles(used)) {
+  used_normals.resize(used.size());
+  for (size_t f = 0; f < triangles.size(); f++)
+    for (const uint32_t v : corners[f]) used_normals[v] += area_vector(triangles[f]);
   for (Vec3 &normal : used_normals) normal = normalised(normal);
   for (size_t i = 0; !mesh.normals.empty() && i < mesh.faces.size(); i++) {
     if (i % 3 == 0) own_normals.emplace_back();
@@ -93,7 +93,7 @@ Surface::Surface(const capture::Mesh &mesh)
   }
 }
 
-Vec3 Surface::face_normal(uint32_t face) const {
+Vec3 Faces::face_normal(uint32_t face) const {
   return normalised(area_vector(triangles[face]));
 }
 
@@ -107,7 +107,7 @@ Vec3 Surface::smooth_normal(uint32_t face, const std::array<double, 3> &barycent
                     used_normals[c] * barycentric[2]);
 }
 
-std::vector<Sample> Surface::sample(size_t count) const {
+std::vector<Sample> Faces::sample(size_t count) const {
   std::vector<Sample> out(count);
   size_t face = 0;
   for (size_t k = 0; k < count; k++) {

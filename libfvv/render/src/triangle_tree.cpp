@@ -30,32 +30,28 @@ constexpr Vec3 lowest{-infinity, -infinity, -infinity}, highest{infinity, infini
 
 } // namespace
 
+// Without corners, or to put entries in order would be to move these about.
 struct TriangleTree::Entry {
-  uint32_t face;
-  Triangle corner;
   Box box;
-  Vec3 centre; // of the box, twice
+  uint32_t face;
+  Vec3 centre() const { return box.low + box.high; } // twice
 };
 
 TriangleTree::TriangleTree(const std::vector<Triangle> &source) {
   std::vector<Entry> entries;
   entries.reserve(source.size());
   for (size_t i = 0; i < source.size(); i++) {
-    Entry entry;
-    entry.face = uint32_t(i);
-    entry.corner = source[i];
-    const auto &[a, b, c] = entry.corner;
+    const auto &[a, b, c] = source[i];
     if (!finite(a) || !finite(b) || !finite(c)) continue;
-    entry.box = {lower(a, lower(b, c)), higher(a, higher(b, c))};
-    entry.centre = entry.box.low + entry.box.high;
-    entries.push_back(entry);
+    entries.push_back({{lower(a, lower(b, c)), higher(a, higher(b, c))}, uint32_t(i)});
   }
+  nodes.reserve(entries.size());
   if (!entries.empty()) build(entries, 0, entries.size(), 0);
   order.reserve(entries.size());
   triangles.reserve(entries.size());
   for (const Entry &entry : entries) {
     order.push_back(entry.face);
-    triangles.push_back(entry.corner);
+    triangles.push_back(source[entry.face]);
   }
 }
 
@@ -82,8 +78,8 @@ uint32_t TriangleTree::build(std::vector<Entry> &entries, size_t first, size_t e
 size_t TriangleTree::split(std::vector<Entry> &entries, size_t first, size_t end, int depth) {
   Vec3 low = highest, high = lowest;
   for (size_t i = first; i < end; i++) {
-    low = lower(low, entries[i].centre);
-    high = higher(high, entries[i].centre);
+    low = lower(low, entries[i].centre());
+    high = higher(high, entries[i].centre());
   }
   const Vec3 extent = high - low;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
@@ -91,7 +87,7 @@ size_t TriangleTree::split(std::vector<Entry> &entries, size_t first, size_t end
   const auto begin = entries.begin() + std::ptrdiff_t(first), stop = entries.begin() + std::ptrdiff_t(end);
   if (depth < heuristic_depth && std::isfinite(scale)) {
     const auto bin = [&](const Entry &entry) {
-      return std::min(bin_count - 1, size_t((axis_of(entry.centre, axis) - start) * scale));
+      return std::min(bin_count - 1, size_t((axis_of(entry.centre(), axis) - start) * scale));
     };
     struct Bin {
       Box box{highest, lowest};
@@ -129,7 +125,7 @@ size_t TriangleTree::split(std::vector<Entry> &entries, size_t first, size_t end
   }
   const auto half = begin + (stop - begin) / 2;
   std::nth_element(begin, half, stop, [&](const Entry &a, const Entry &b) {
-    const double u = axis_of(a.centre, axis), v = axis_of(b.centre, axis);
+    const double u = axis_of(a.centre(), axis), v = axis_of(b.centre(), axis);
     return u < v || (u == v && a.face < b.face);
   });
   return size_t(half - entries.begin());

@@ -25,15 +25,29 @@ ClosestPoint closest_on_triangle(Vec3 from, const TriangleTree::Triangle &triang
 
 class ClosestFinder {
 public:
-  // Triangles with a coordinate that is not finite are left out; those without area count.
-  explicit ClosestFinder(const std::vector<TriangleTree::Triangle> &triangles) : tree(triangles) {}
+  // Triangles with a coordinate that is not finite are left out; those without area count. Fewer than 2^32.
+  explicit ClosestFinder(const std::vector<TriangleTree::Triangle> &triangles);
 
   // The best closest_on_triangle() of all, exactly; of several at the same squared distance the triangle with
-  // the lowest index.
-  ClosestPoint nearest(Vec3 from) const;
+  // the lowest index. guess: a triangle that may be near, such as the one that was found for a neighbour of
+  // the point; the better it is the sooner the answer comes, which is the same for any value.
+  ClosestPoint nearest(Vec3 from, uint32_t guess = UINT32_MAX) const;
 
 private:
-  TriangleTree tree;
+  // The boxes of up to four children side by side, so that a compiler can compute with several at once.
+  struct Node {
+    double low[3][4], high[3][4];
+    uint32_t child[4]; // indices in nodes, or of triangles in the order of the leaves
+    uint32_t count;
+    bool leaf; // children are triangles
+  };
+  void fill(Node &node, const TriangleTree::Box &box, uint32_t child);
+  uint32_t gather(const TriangleTree &tree, uint32_t top);
+
+  std::vector<Node> nodes; // the root in front; none without triangles
+  std::vector<uint32_t> order;
+  std::vector<TriangleTree::Triangle> triangles; // in that order
+  std::vector<uint32_t> slots;                   // of each index in the source; UINT32_MAX: left out
 };
 
 } // namespace fvv::render
