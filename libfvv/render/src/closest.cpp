@@ -9,52 +9,6 @@ namespace {
 // Height over longest edge, squared twice over, below which a triangle's normal says nothing.
 constexpr double flat = 1e-20;
 
-double clamped(double value, double a, double b, double c) {
-  return std::clamp(value, std::min({a, b, c}), std::max({a, b, c}));
-}
-
-// A triangle as seen from the point.
-struct Candidate {
-  Vec3 a, b, c;
-  double squared = std::numeric_limits<double>::infinity();
-  Vec3 offset = {};
-  std::array<double, 3> weights = {};
-
-  void offer(std::array<double, 3> w) {
-    Vec3 q = a * w[0] + b * w[1] + c * w[2];
-    q = {clamped(q.x, a.x, b.x, c.x), clamped(q.y, a.y, b.y, c.y), clamped(q.z, a.z, b.z, c.z)};
-    const double d = dot(q, q);
-    if (!(d < squared)) return;
-    squared = d;
-    offset = q;
-    weights = w;
-  }
-
-  // How far along an edge its nearest point lies, 0 to 1.
-  static double along(Vec3 start, Vec3 end) {
-    const Vec3 edge = end - start;
-    const double size = dot(edge, edge), t = -dot(start, edge);
-    return t <= 0 || !(size > 0) ? 0 : t >= size ? 1 : t / size;
-  }
-
-  void search() {
-    const Vec3 ab = b - a, ac = c - a, bc = c - b, normal = cross(ab, ac);
-    const double longest = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
-    if (dot(normal, normal) > flat * longest * longest) {
-      const double u = dot(normal, cross(b, c)), v = dot(normal, cross(c, a)), w = dot(normal, cross(a, b)),
-                   sum = u + v + w;
-      if (u > 0 && v > 0 && w > 0) return offer({u / sum, v / sum, w / sum});
-    }
-    const double on_ab = along(a, b), on_bc = along(b, c), on_ca = along(c, a);
-    offer({1 - on_ab, on_ab, 0});
-    offer({0, 1 - on_bc, on_bc});
-    offer({on_ca, 0, 1 - on_ca});
-  }
-};
-
-// Nodes of which the boxes have not been looked into yet: three at each level and one more.
-constexpr size_t stack_size = 3 * TriangleTree::stack_size + 1;
-
 TriangleTree::Box box_of(const TriangleTree::Triangle &t) {
   const auto bound = [&](auto pick) {
     return Vec3{pick(t[0].x, t[1].x, t[2].x), pick(t[0].y, t[1].y, t[2].y), pick(t[0].z, t[1].z, t[2].z)};
@@ -66,6 +20,77 @@ TriangleTree::Box box_of(const TriangleTree::Triangle &t) {
             return std::max({a, b, c});
           })};
 }
+
+// A triangle as seen from the point.
+struct Candidate {
+  Vec3 a, b, c;
+  double squared = std::numeric_limits<double>::infinity();
+  Vec3 offset = {};
+  std::array<double, 3> weights = {};
+  TriangleTree::Box box = box_of({a, b, c});
+
+  void offer(Vec3 q, std::array<double, 3> w) {
+    q = {std::clamp(q.x, box.low.x, box.high.x), std::clamp(q.y, box.low.y, box.high.y),
+         std::clamp(q.z, box.low.z, box.high.z)};
+    const double d = dot(q, q);
+    if (!(d < squared)) return;
+    squared = d;
+    offset = q;
+    weights = w;
+  }
+
+  // How far along an edge its nearest point lies, 0 to 1.
+  static double along(Vec3 start, Vec3 edge) {
+    const double size = dot(edge, edge), t = -dot(start, edge);
+    return t <= 0 || !(size > 0) ? 0 : t >= size ? 1 : t / size;
+  }
+
+  void search() {
+    const Vec3 ab = b - a, ca = a - c, bc = c - b, normal = cross(ca, ab);
+    const double longest = std::max({dot(ab, ab), dot(ca, ca), dot(bc, bc)});
+    // On which side of each edge the point lies: below 0 the triangle is on the other.
+    double u = -1, v = -1, w = -1;
+    if (dot(normal, normal) > flat * longest * longest) {
+      u = dot(normal, cross(b, c)), v = dot(normal, cross(c, a)), w = dot(normal, cross(a, b));
+      if (u > 0 && v > 0 && w > 0) {
+        const double sum = u + v + w;
+        u /= sum, v /= sum, w /= sum;
+        return offer(a * u + b * v + c * w, {u, v, w});
+      }
+    }
+    // What is nearest to a point beside a convex shape lies on an edge that has the point on its outer side.
+    if (!(w > 0)) {
+      const double t = along(a, ab);
+      offer(a * (1 - t) + b * t, {1 - t, t, 0});
+    }
+    if (!(u > 0)) {
+      const double t = along(b, bc);
+      offer(b * (1 - t) + c * t, {0, 1 - t, t});
+    }
+    if (!(v > 0)) {
+      const double t = along(c, ca);
+      offer(c * (1 - t) + a * t, {t, 0, 1 - t});
+    }
+  }
+};
+
+// From a point, each coordinate four times, to four boxes, squared. No coordinate of closest_on_triangle()'s
+// point comes nearer, because differences are rounded monotonically and it is clamped to the corners: no
+// margin is needed. One operation a loop and a function of its own: so GCC computes several at once.
+[[gnu::noinline]] void squared_distances(const double from[12], const double low[12], const double high[12],
+                                         double squared[4]) {
+  double d[12];
+  for (int i = 0; i < 12; i++) d[i] = low[i] - from[i];
+  for (int i = 0; i < 12; i++) {
+    const double above = from[i] - high[i];
+    d[i] = d[i] > above ? d[i] : above;
+  }
+  for (int i = 0; i < 12; i++) d[i] = d[i] > 0 ? d[i] : 0;
+  for (int i = 0; i < 4; i++) squared[i] = d[i] * d[i] + d[4 + i] * d[4 + i] + d[8 + i] * d[8 + i];
+}
+
+// Nodes of which the boxes have not been looked into yet: three at each level and one more.
+constexpr size_t stack_size = 3 * TriangleTree::stack_size + 1;
 
 // In proportion to the surface.
 double size_of(const TriangleTree::Box &box) {
@@ -92,8 +117,8 @@ ClosestFinder::ClosestFinder(const std::vector<TriangleTree::Triangle> &source)
 
 void ClosestFinder::fill(Node &node, const TriangleTree::Box &box, uint32_t child) {
   for (int axis = 0; axis < 3; axis++) {
-    node.low[axis][node.count] = axis_of(box.low, axis);
-    node.high[axis][node.count] = axis_of(box.high, axis);
+    node.low[4 * axis + int(node.count)] = axis_of(box.low, axis);
+    node.high[4 * axis + int(node.count)] = axis_of(box.high, axis);
   }
   node.child[node.count++] = child;
 }
@@ -145,6 +170,8 @@ ClosestPoint ClosestFinder::nearest(Vec3 from, uint32_t guess) const {
     uint32_t node;
     double squared;
   };
+  const Vec3 f = from;
+  const double at[12] = {f.x, f.x, f.x, f.x, f.y, f.y, f.y, f.y, f.z, f.z, f.z, f.z};
   std::array<Waiting, stack_size> stack;
   size_t waiting = 0;
   stack[waiting++] = {0, 0};
@@ -152,15 +179,8 @@ ClosestPoint ClosestFinder::nearest(Vec3 from, uint32_t guess) const {
     const auto [index, squared] = stack[--waiting];
     if (squared > best.squared) continue;
     const Node &node = nodes[index];
-    // From the point to the boxes. No coordinate of closest_on_triangle()'s point comes nearer, because
-    // differences are rounded monotonically and it is clamped to the corners: no margin is needed.
     double distance[4];
-    for (size_t i = 0; i < 4; i++) {
-      const double x = std::max(std::max(node.low[0][i] - from.x, from.x - node.high[0][i]), 0.0),
-                   y = std::max(std::max(node.low[1][i] - from.y, from.y - node.high[1][i]), 0.0),
-                   z = std::max(std::max(node.low[2][i] - from.z, from.z - node.high[2][i]), 0.0);
-      distance[i] = x * x + y * y + z * z;
-    }
+    squared_distances(at, node.low, node.high, distance);
     if (node.leaf) {
       for (size_t i = 0; i < node.count; i++)
         if (!(distance[i] > best.squared)) look_at(node.child[i]);
@@ -170,9 +190,10 @@ ClosestPoint ClosestFinder::nearest(Vec3 from, uint32_t guess) const {
     for (size_t i = 0; i < node.count; i++) {
       if (distance[i] > best.squared) continue;
       // The nearest is looked into first.
-      size_t at = waiting++;
-      for (; at > first && stack[at - 1].squared < distance[i]; at--) stack[at] = stack[at - 1];
-      stack[at] = {node.child[i], distance[i]};
+      size_t place = waiting++;
+      for (; place > first && stack[place - 1].squared < distance[i]; place--)
+        stack[place] = stack[place - 1];
+      stack[place] = {node.child[i], distance[i]};
     }
   }
   best.point = from + best.point; // relative up to here

@@ -34,9 +34,10 @@ public:
   ClosestPoint nearest(Vec3 from, uint32_t guess = UINT32_MAX) const;
 
 private:
-  // The boxes of up to four children side by side, so that a compiler can compute with several at once.
+  // The boxes of up to four children side by side, so that a compiler can compute with several at once: x of
+  // the four, y, z.
   struct Node {
-    double low[3][4], high[3][4];
+    double low[12], high[12];
     uint32_t child[4]; // indices in nodes, or of triangles in the order of the leaves
     uint32_t count;
     bool leaf; // children are triangles
