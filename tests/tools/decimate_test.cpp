@@ -87,7 +87,7 @@ TEST_CASE("fitting takes a good part of the error away") {
   const double before = decimate::enclosed_volume(coarse);
   std::vector<bool> fixed(coarse.vertex_count());
   fixed[0] = true;
-  decimate::fit(coarse, ball, fixed, 0.01);
+  decimate::fit(coarse, compare::Faces(coarse), ball, fixed, 0.01);
   CHECK(radii()[0] == Approx(0.5)); // the fixed one
   CHECK(radii()[1] > 0.505);
   CHECK(radii()[1] <= 0.51 + 1e-9); // no further than allowed

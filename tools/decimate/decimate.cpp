@@ -1,6 +1,7 @@
 #include "decimate/attempt.h"
 #include "decimate/fit.h"
 #include "decimate/pieces.h"
+#include "decimate/trial.h"
 
 #include <algorithm>
 
@@ -18,35 +19,39 @@ public:
   bool seen() const { return std::isfinite(reference.sharpest()); }
   double sharpest() const { return reference.sharpest(); }
 
-  // The report's error is infinite when nothing is left.
-  Decimated attempt(const Reach &reach, const std::vector<bool> &held, Outliers &outliers) const {
-    const std::vector<uint32_t> faces = simplifier.simplify(reach, held);
-    Decimated out;
-    if (faces.empty()) {
-      out.report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
-      return out;
-    }
-    out.mesh = compact(source, faces, out.vertices);
-    if (!sound(out.mesh)) {
-      out.report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
-      return out;
-    }
-    fit(out.mesh, source, fixed_by(held, out.vertices), reach.error > 0 ? reach.error : INFINITY);
-    out.report = look_at(reference, out.mesh, budget, outliers);
-    out.report.reach = reach.error;
-    out.report.held_faces = size_t(std::count(held.begin(), held.end(), true));
+  // One simplification, measured. The report's error is infinite when nothing is left.
+  Decimated attempt(const Reach &reach) const {
+    const std::vector<bool> none;
+    Outliers unwanted;
+    Decimated out = simplified(reach, none);
+    if (!out.mesh.faces.empty()) finish(out, compare::Faces(out.mesh), reach, none, unwanted);
     return out;
   }
 
   // False when the budget breaks at this reach. error: the rms in pixels that it came to.
   bool within(double reach, Decimated &out, double &error) const {
+    const double limit = max_over_rms * budget.pixels;
+    Trial trial(reference, limit);
     std::vector<bool> held;
     for (int round = 0; round < rounds; round++) {
-      Outliers outliers;
-      out = attempt({reach, 0}, held, outliers);
+      out = simplified({reach, 0}, held);
+      error = out.report.error.rms_pixels;
+      if (out.mesh.faces.empty()) return false;
+      const compare::Faces surface(out.mesh);
+      // Most of what is cut off is far off, whether vertices are fitted or not, and is given back at once.
+      Outliers outliers = trial.look(out.mesh, out.vertices, surface);
+      if (!outliers.vertices.empty() && round + 1 < rounds) {
+        std::vector<bool> more = held;
+        if (hold(source, alike, out.mesh, out.vertices, outliers, more)) {
+          held.swap(more);
+          continue;
+        }
+      }
+      outliers = {};
+      finish(out, surface, {reach, 0}, held, outliers);
       const Error &found = out.report.error;
       error = found.rms_pixels;
-      if (error <= budget.pixels && found.max_pixels <= max_over_rms * budget.pixels) return true;
+      if (error <= budget.pixels && found.max_pixels <= limit) return true;
       // A limb that is lost may be all that breaks the rms too.
       if (!hold(source, alike, out.mesh, out.vertices, outliers, held)) return false;
     }
@@ -54,6 +59,27 @@ public:
   }
 
 private:
+  // Without faces, and with an infinite error, when no surface is left.
+  Decimated simplified(const Reach &reach, const std::vector<bool> &held) const {
+    Decimated out;
+    const std::vector<uint32_t> faces = simplifier.simplify(reach, held);
+    if (!faces.empty()) out.mesh = compact(source, faces, out.vertices);
+    if (faces.empty() || !sound(out.mesh)) {
+      out.mesh = {};
+      out.report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
+    }
+    return out;
+  }
+
+  // Fits and measures. surface: of the mesh before.
+  void finish(Decimated &out, const compare::Faces &surface, const Reach &reach,
+              const std::vector<bool> &held, Outliers &outliers) const {
+    fit(out.mesh, surface, source, fixed_by(held, out.vertices), reach.error > 0 ? reach.error : INFINITY);
+    out.report = look_at(reference, out.mesh, budget, outliers);
+    out.report.reach = reach.error;
+    out.report.held_faces = size_t(std::count(held.begin(), held.end(), true));
+  }
+
   // What is held is as good as it can be.
   std::vector<bool> fixed_by(const std::vector<bool> &held, const std::vector<uint32_t> &vertices) const {
     std::vector<bool> of_source(source.vertex_count()), fixed;
@@ -82,8 +108,7 @@ Decimated decimate(const capture::Mesh &given, const Footprint &footprint, const
   if (sound(source)) {
     const Frame frame(source, footprint, budget);
     if (budget.triangles) {
-      Outliers outliers;
-      Decimated attempt = frame.attempt({0, budget.triangles}, {}, outliers);
+      Decimated attempt = frame.attempt({0, budget.triangles});
       if (std::isfinite(attempt.report.error.rms)) out = std::move(attempt);
     } else if (frame.seen()) {
       for (int i = 0; i < attempts && reach > 0; i++) {
@@ -106,9 +131,12 @@ Decimated decimate(const capture::Mesh &given, const Footprint &footprint, const
   return out;
 }
 
-double find_reach(const capture::Mesh &given, const Footprint &footprint, const Budget &budget) {
+double find_reach(const capture::Mesh &given, const Footprint &footprint, const Budget &budget,
+                  double at_most) {
   constexpr int steps = 6;
   constexpr double near_enough = 0.97;
+  // Of the rms that it came to with hulls; any other guess costs an attempt.
+  constexpr double reach_over_rms = 4;
   if (!sound(given)) return 0;
   Report unused;
   std::vector<uint32_t> vertices;
@@ -116,12 +144,13 @@ double find_reach(const capture::Mesh &given, const Footprint &footprint, const 
   if (!sound(source)) return 0;
   const Frame frame(source, footprint, budget);
   if (!frame.seen()) return 0;
-  double good = 0, bad = INFINITY, reach = 3 * budget.pixels * frame.sharpest();
+  double good = 0, bad = INFINITY;
+  double reach = std::isfinite(at_most) ? at_most : reach_over_rms * budget.pixels * frame.sharpest();
   for (int i = 0; i < steps && good < near_enough * bad; i++) {
-    Outliers unwanted;
-    const double error = frame.attempt({reach, 0}, {}, unwanted).report.error.rms_pixels;
+    const double error = frame.attempt({reach, 0}).report.error.rms_pixels;
     (error <= budget.pixels ? good : bad) = reach;
-    const double next = reach * std::clamp(budget.pixels / error, 0.25, 4.0);
+    if (good >= at_most || (good == reach && error >= near_enough * budget.pixels)) break;
+    const double next = std::min(at_most, reach * std::clamp(budget.pixels / error, 0.25, 4.0));
     // Between what is good and what is bad, and not at either end, or the search would stand still.
     reach = std::isfinite(bad) && good > 0 ? std::clamp(next, good * 1.01, std::max(good * 1.01, bad * 0.99))
                                            : next;

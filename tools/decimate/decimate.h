@@ -53,9 +53,11 @@ struct Decimated {
 Decimated decimate(const capture::Mesh &source, const Footprint &footprint, const Budget &budget,
                    double reach);
 
-// The furthest reach of the simplifier whose error in this frame is within the budget, within some percent;
-// 0: none is.
-double find_reach(const capture::Mesh &source, const Footprint &footprint, const Budget &budget);
+// The furthest reach of the simplifier, up to at_most, whose error in this frame is within the budget, within
+// some percent; 0: none is. For the least of several frames hand what one answers to the next: mostly that
+// frame has room for it, and a single attempt tells.
+double find_reach(const capture::Mesh &source, const Footprint &footprint, const Budget &budget,
+                  double at_most = INFINITY);
 
 // ---- frames that share their faces -----------------------------------------------------------------------
 

@@ -56,6 +56,13 @@ Reference::Reference(const capture::Mesh &mesh, const Footprint &footprint)
       finder(triangles_of(mesh)) {
   for (size_t f = 0; f < mesh.face_count(); f++)
     for (size_t k = 0; k < 3; k++) areas[mesh.faces[3 * f + k]] += face_area(mesh, f) / 3;
+  std::vector<bool> known(mesh.vertex_count());
+  for (const uint32_t f : finder.along_surface())
+    for (size_t k = 0; k < 3; k++) {
+      const uint32_t v = mesh.faces[3 * size_t(f) + k];
+      if (!known[v] && areas[v] > 0) order.push_back(v);
+      known[v] = true;
+    }
   const double side = diagonal_of(mesh) / cells_across;
   std::map<std::array<int64_t, 3>, double> cells;
   for (size_t v = 0; v < mesh.vertex_count() && !footprint.empty(); v++) {
@@ -72,8 +79,7 @@ Reference::Reference(const capture::Mesh &mesh, const Footprint &footprint)
 Error Reference::measure(const compare::Faces &decimated, double limit_pixels, Outliers &outliers) const {
   Sum forth, back;
   render::ClosestPoint hit; // that of the point before is where the search begins
-  for (uint32_t v = 0; v < source.vertex_count(); v++) {
-    if (!(areas[v] > 0)) continue;
+  for (const uint32_t v : order) {
     const double *p = &source.positions[3 * size_t(v)];
     hit = decimated.nearest({p[0], p[1], p[2]}, hit.face);
     const double off = forth.add(hit.squared, areas[v], pixels[v]);

@@ -36,12 +36,19 @@ public:
   double pixel(uint32_t vertex) const { return pixels[vertex]; }
   // The smallest of them; infinite without cameras.
   double sharpest() const { return smallest; }
+  // Vertices with an area, neighbours mostly after each other.
+  const std::vector<uint32_t> &along_surface() const { return order; }
+  // guess, enough: as ClosestFinder has them.
+  render::ClosestPoint nearest(render::Vec3 from, uint32_t guess, double enough = -1) const {
+    return finder.nearest(from, guess, enough);
+  }
   // A third of the area of the faces around each vertex.
   double area(uint32_t vertex) const { return areas[vertex]; }
 
 private:
   const capture::Mesh &source;
   std::vector<double> areas, pixels;
+  std::vector<uint32_t> order;
   double smallest = INFINITY;
   render::ClosestFinder finder;
 };

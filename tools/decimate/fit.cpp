@@ -30,9 +30,9 @@ std::vector<bool> on_border(const capture::Mesh &mesh, const std::vector<uint32_
 
 } // namespace
 
-void fit(capture::Mesh &mesh, const capture::Mesh &source, const std::vector<bool> &fixed, double furthest) {
+void fit(capture::Mesh &mesh, const compare::Faces &surface, const capture::Mesh &source,
+         const std::vector<bool> &fixed, double furthest) {
   const std::vector<uint32_t> place = first_alike(mesh, false);
-  const compare::Faces surface(mesh);
   std::vector<Vec3> sums(mesh.vertex_count());
   std::vector<double> weights(mesh.vertex_count());
   render::ClosestPoint hit; // that of the vertex before is where the search begins

@@ -13,9 +13,10 @@
 
 namespace fvv::decimate {
 
-// Moves the vertices of mesh. Those of one place move together, those on an open border stay, and so do those
-// that are fixed (one entry for each, or empty). furthest: no vertex moves by more, metres. Faces of both use
-// all vertices; both have an area.
-void fit(capture::Mesh &mesh, const capture::Mesh &source, const std::vector<bool> &fixed, double furthest);
+// Moves the vertices of mesh; surface: of what it is before. Those of one place move together, those on an
+// open border stay, and so do those that are fixed (one entry for each, or empty). furthest: no vertex moves
+// by more, metres. Faces of both use all vertices; both have an area.
+void fit(capture::Mesh &mesh, const compare::Faces &surface, const capture::Mesh &source,
+         const std::vector<bool> &fixed, double furthest);
 
 } // namespace fvv::decimate

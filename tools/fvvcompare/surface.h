@@ -32,10 +32,12 @@ public:
   // sequences", 2018, in three dimensions). The same points for the same mesh. There must be an area.
   std::vector<Sample> sample(size_t count) const;
 
-  // guess: as ClosestFinder has it.
-  render::ClosestPoint nearest(Vec3 from, uint32_t guess = UINT32_MAX) const {
-    return faces_tree.nearest(from, guess);
+  // guess, enough: as ClosestFinder has them.
+  render::ClosestPoint nearest(Vec3 from, uint32_t guess = UINT32_MAX, double enough = -1) const {
+    return faces_tree.nearest(from, guess, enough);
   }
+  // As ClosestFinder has it.
+  const std::vector<uint32_t> &along_surface() const { return faces_tree.along_surface(); }
 
 protected:
   std::vector<render::TriangleTree::Triangle> triangles;

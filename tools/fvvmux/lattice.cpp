@@ -152,8 +152,8 @@ DecimationChoice choose_decimation(const Options &options, const capture::Captur
     choice.reason = "normals are sent, and how far they turn is not measured";
   } else {
     choice.reach = INFINITY;
-    for (size_t i = 0; i < samples.size(); i++)
-      choice.reach = std::min(choice.reach, decimate::find_reach(samples[i], cameras[i], choice.budget));
+    for (size_t i = 0; i < samples.size() && choice.reach > 0; i++)
+      choice.reach = decimate::find_reach(samples[i], cameras[i], choice.budget, choice.reach);
     choice.on = choice.reach > 0;
     choice.reason = choice.on ? "for the budget" : "no decimation keeps the budget, the lattice included";
   }

@@ -10,15 +10,10 @@ namespace {
 constexpr double flat = 1e-20;
 
 TriangleTree::Box box_of(const TriangleTree::Triangle &t) {
-  const auto bound = [&](auto pick) {
-    return Vec3{pick(t[0].x, t[1].x, t[2].x), pick(t[0].y, t[1].y, t[2].y), pick(t[0].z, t[1].z, t[2].z)};
-  };
-  return {bound([](double a, double b, double c) {
-            return std::min({a, b, c});
-          }),
-          bound([](double a, double b, double c) {
-            return std::max({a, b, c});
-          })};
+  const auto least = [](double a, double b, double c) { return std::min(std::min(a, b), c); };
+  const auto most = [](double a, double b, double c) { return std::max(std::max(a, b), c); };
+  return {{least(t[0].x, t[1].x, t[2].x), least(t[0].y, t[1].y, t[2].y), least(t[0].z, t[1].z, t[2].z)},
+          {most(t[0].x, t[1].x, t[2].x), most(t[0].y, t[1].y, t[2].y), most(t[0].z, t[1].z, t[2].z)}};
 }
 
 // A triangle as seen from the point.
@@ -154,7 +149,7 @@ uint32_t ClosestFinder::gather(const TriangleTree &tree, uint32_t top) {
   return index;
 }
 
-ClosestPoint ClosestFinder::nearest(Vec3 from, uint32_t guess) const {
+ClosestPoint ClosestFinder::nearest(Vec3 from, uint32_t guess, double enough) const {
   ClosestPoint best;
   if (nodes.empty() || !std::isfinite(dot(from, from))) return best;
   const auto look_at = [&](uint32_t slot) {
@@ -175,7 +170,7 @@ ClosestPoint ClosestFinder::nearest(Vec3 from, uint32_t guess) const {
   std::array<Waiting, stack_size> stack;
   size_t waiting = 0;
   stack[waiting++] = {0, 0};
-  while (waiting) {
+  while (waiting && !(best.squared <= enough)) {
     const auto [index, squared] = stack[--waiting];
     if (squared > best.squared) continue;
     const Node &node = nodes[index];

@@ -30,8 +30,14 @@ public:
 
   // The best closest_on_triangle() of all, exactly; of several at the same squared distance the triangle with
   // the lowest index. guess: a triangle that may be near, such as the one that was found for a neighbour of
-  // the point; the better it is the sooner the answer comes, which is the same for any value.
-  ClosestPoint nearest(Vec3 from, uint32_t guess = UINT32_MAX) const;
+  // the point; the better it is the sooner the answer comes, which is the same for any value. enough: a
+  // squared distance at which the search may end with what it has, for those who only want to know whether
+  // anything is so near; below 0 for the best of all.
+  ClosestPoint nearest(Vec3 from, uint32_t guess = UINT32_MAX, double enough = -1) const;
+
+  // The triangles that are not left out, by their indices, such that those after each other are mostly
+  // neighbours: whoever asks for many points by that order has good guesses.
+  const std::vector<uint32_t> &along_surface() const { return order; }
 
 private:
   // The boxes of up to four children side by side, so that a compiler can compute with several at once: x of
