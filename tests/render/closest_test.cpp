@@ -91,6 +91,41 @@ TEST_CASE("the nearest point is the one that looking at every triangle finds, to
   }
 }
 
+TEST_CASE("a guess changes no answer, and a search that may end early answers whether anything is so near") {
+  std::vector<Triangle> triangles = soup(6, 700);
+  triangles[99][1].y = std::numeric_limits<double>::quiet_NaN();
+  const ClosestFinder finder(triangles);
+  Random random(7);
+  size_t early = 0;
+  for (int k = 0; k < 2000; k++) {
+    const Vec3 from = anywhere(random, k % 3 ? 1.2 : 20);
+    double least = std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < triangles.size(); i++)
+      if (i != 99) least = std::min(least, closest_on_triangle(from, triangles[i]).squared);
+    const ClosestPoint plain = finder.nearest(from);
+    for (const uint32_t guess : {uint32_t(k) % 700, plain.face, 99u, 700u, UINT32_MAX}) {
+      const ClosestPoint guessed = finder.nearest(from, guess);
+      REQUIRE(guessed.squared == least);
+      REQUIRE(guessed.face == plain.face);
+      REQUIRE(guessed.barycentric == plain.barycentric);
+      for (const double enough : {0.0, least * 0.9, least, least * 2}) {
+        const ClosestPoint found = finder.nearest(from, guess, enough);
+        REQUIRE((found.squared <= enough) == (least <= enough));
+        REQUIRE(found.squared == closest_on_triangle(from, triangles[found.face]).squared);
+        if (least > enough) REQUIRE(found.face == plain.face);
+        early += found.face != plain.face;
+      }
+    }
+  }
+  CHECK(early > 0); // or nothing was saved
+  std::vector<uint32_t> order = finder.along_surface();
+  std::sort(order.begin(), order.end());
+  std::vector<uint32_t> all;
+  for (uint32_t i = 0; i < triangles.size(); i++)
+    if (i != 99) all.push_back(i);
+  CHECK(order == all);
+}
+
 TEST_CASE("distances agree with the Voronoi regions of triangles in long doubles") {
   const std::vector<Triangle> triangles = soup(3, 200);
   Random random(4);

@@ -150,7 +150,9 @@ double find_reach(const capture::Mesh &given, const Footprint &footprint, const 
     const double error = frame.attempt({reach, 0}).report.error.rms_pixels;
     (error <= budget.pixels ? good : bad) = reach;
     if (good >= at_most || (good == reach && error >= near_enough * budget.pixels)) break;
-    const double next = std::min(at_most, reach * std::clamp(budget.pixels / error, 0.25, 4.0));
+    // While nothing is good somewhat lower than in proportion, or steps down would become ever smaller.
+    const double next =
+        std::min(at_most, reach * std::clamp(budget.pixels / error, 0.25, 4.0) * (good > 0 ? 1 : 0.95));
     // Between what is good and what is bad, and not at either end, or the search would stand still.
     reach = std::isfinite(bad) && good > 0 ? std::clamp(next, good * 1.01, std::max(good * 1.01, bad * 0.99))
                                            : next;
