@@ -285,11 +285,12 @@ def mesh_payloads(stream):
 
 
 def raw_mesh(payload):
-    """Positions and faces."""
+    """Positions and faces; texture and normal indices stand between them."""
     vertices, faces = struct.unpack_from("<2I", payload, 4)
+    between = 16 + (12 + 8 * payload[1].bit_count()) * vertices
     return (
         [list(struct.unpack_from("<3i", payload, 16 + 12 * v)) for v in range(vertices)],
-        [list(struct.unpack_from("<3I", payload, 16 + 12 * (vertices + f))) for f in range(faces)],
+        [list(struct.unpack_from("<3I", payload, between + 12 * f)) for f in range(faces)],
     )
 
 

@@ -99,14 +99,13 @@ class Mesh(NamedTuple):
 
 def raw_mesh(payload):
     """Clause 8.3, profile 0, texture indices left out."""
-    _, attributes, _, bits, vertices, count = struct.unpack_from("<4B2I", payload)
+    _, attributes, _, bits, vertices = struct.unpack_from("<4BI", payload)
     at = 16 + 12 * vertices + (8 * vertices if attributes & 1 else 0)
     pairs = (
         [struct.unpack_from("<2I", payload, at + 8 * v) for v in range(vertices)] if attributes & 2 else []
     )
-    at += 8 * len(pairs)
-    faces = [struct.unpack_from("<3I", payload, at + 12 * f) for f in range(count)]
-    return Mesh(delta.raw_positions(payload), faces, pairs, bits)
+    positions, faces = delta.raw_mesh(payload)
+    return Mesh(positions, faces, pairs, bits)
 
 
 def frames(stream):

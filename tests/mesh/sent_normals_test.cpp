@@ -268,6 +268,9 @@ TEST_CASE("sent normals turn with the faces of a moving mesh") {
   // Normals that lean a little, so that a turn about the face's normal would show.
   for (size_t i = 0; i < shape.normals.size(); i += 3) shape.normals[i] += 0.02;
   const auto key = with_normals(shape, 12);
+  fvv_mesh_delta_options exact;
+  fvv_mesh_delta_options_default(&exact);
+  exact.max_error = 0;
   for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_DRACO, FVV_MESH_FAST}) {
     Mesh decoded;
     fvv_diagnostic diagnostic = {};
@@ -286,7 +289,7 @@ TEST_CASE("sent normals turn with the faces of a moving mesh") {
         for (size_t k = 0; k < 3; k++) moved[3 * v + k] = int32_t(std::lround(to[k]));
       }
       Bytes payload;
-      REQUIRE(fvv_mesh_sequence_encode(encoder, moved.data(), nullptr, &payload, &diagnostic) == FVV_OK);
+      REQUIRE(fvv_mesh_sequence_encode(encoder, moved.data(), &exact, &payload, &diagnostic) == FVV_OK);
       CHECK(payload.data[1] == FVV_MESH_HAS_NORMALS);
       CHECK(payload.data[3] == 12);
       const std::vector<uint8_t> bytes = payload.copy();

@@ -149,9 +149,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise_run(const fvv_mesh_source 
  * level: 0 (fastest) to 10 (smallest) for Draco, ignored for others. Deterministic. The decoded mesh may have
  * another order of vertices and faces than the one handed in, and more vertices where the surface is no
  * manifold: decode to learn it. The encoder has decoded what it hands out and found the same triangles,
- * texture coordinates and normals included. Draco and meshoptimizer take their memory from operator new, not from the
- * allocator. The first fast mesh sets the versions that meshoptimizer writes in this process: vertex codec 0,
- * index codec 1. */
+ * texture coordinates and normals included. Draco and meshoptimizer take their memory from operator new, not
+ * from the allocator. The first fast mesh sets the versions that meshoptimizer writes in this process: vertex
+ * codec 0, index codec 1. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level,
                                                 const fvv_allocator *allocator, fvv_bytes *payload,
                                                 fvv_diagnostic *diagnostic);
