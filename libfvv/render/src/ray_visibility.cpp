@@ -1,5 +1,7 @@
 #include "fvv_render/ray_visibility.h"
 
+#include "fvv_render/normals.h"
+
 namespace fvv::render {
 
 namespace {
@@ -45,15 +47,10 @@ std::vector<uint8_t> visible_faces(const fvv_camera &camera, const Mesh &mesh, c
 
 std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays) {
   const Vec3 centre = centre_of(camera);
-  std::vector<Vec3> normals(mesh.vertex_count);
-  for (size_t i = 0; i < mesh.face_count; i++) {
-    const uint32_t *face = mesh.faces + 3 * i;
-    const Vec3 weighted = normal(mesh, face);
-    for (size_t c = 0; c < 3; c++) normals[face[c]] += weighted;
-  }
+  const std::vector<Vec3> normals = vertex_normals(mesh);
   std::vector<uint8_t> seen(mesh.vertex_count);
   for (size_t i = 0; i < mesh.vertex_count; i++) {
-    const Vec3 lifted = position(mesh, uint32_t(i)) + normalised(normals[i]) * vertex_lift;
+    const Vec3 lifted = position(mesh, uint32_t(i)) + normals[i] * vertex_lift;
     seen[i] =
         dot(normals[i], centre - lifted) > 0 && in_picture(camera, lifted) && !rays.blocked(centre, lifted);
   }

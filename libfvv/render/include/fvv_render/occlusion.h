@@ -1,0 +1,54 @@
+// fvv_render/occlusion.h: whether anything of the mesh stands between a point of its surface and a camera.
+// Two ways that answer the same question: a depth map for each camera, as players have it, and rays, which
+// are the truth. Knows cameras and triangles; knows no pictures.
+#pragma once
+
+#include "fvv_render/ray.h"
+
+#include <optional>
+
+namespace fvv::render {
+
+// How a depth map is drawn and compared. All lengths count in pixels of the camera that is handed in.
+struct DepthTest {
+  uint32_t samples = 3; // of the map, along a pixel's side: 1, 3, 5 or 7
+  // A point is hidden when it lies behind the map's sample nearest to it by more than bias pixels' breadth at
+  // that distance, and slope times what the surface itself recedes from one pixel to the next.
+  double bias = 0.2, slope = 1;
+};
+
+// The depth map of one camera. It is drawn without the lens, in a pinhole camera of the same pose that covers
+// what the lens shows, so that edges are straight and faces are clipped as for any pinhole.
+class DepthMap {
+public:
+  // camera is valid. Nothing is kept of it or of mesh.
+  DepthMap(const fvv_camera &camera, const Mesh &mesh, const DepthTest &test);
+
+  // Whether the lens shows so much that no plane can hold it (more than 76 degrees off the axis, a side of
+  // more than 16384 pixels, 2^28 samples): then there is no map, and rays have to answer.
+  bool too_wide() const { return !projection; }
+
+  // A point of the surface, and the normal (of any length) of the face that it lies on. A point outside the
+  // map, or nearer than near_plane to the camera's plane, is hidden.
+  bool hidden(Vec3 point, Vec3 face_normal) const;
+
+private:
+  void crop(const SampleBuffer &buffer);
+
+  std::optional<Projection> projection;
+  DepthTest test;
+  double breadth_x = 0, breadth_y = 0; // of a pixel at a distance of 1 in the centre of the lens
+  size_t columns = 0, rows = 0;        // samples of the whole map
+  size_t left = 0, top = 0, width = 0; // what was drawn, and is kept
+  std::vector<float> depth;
+};
+
+// Of a ray from the surface, the share next to the surface in which nothing counts: positions are rounded to
+// float, and neighbours of the face meet it there.
+constexpr double ray_start = 1e-5;
+
+// The truth: whether the ray from the camera's centre to the point, which lies on that face, meets another
+// face before it. rays is of the mesh.
+bool hidden_by_rays(Vec3 centre, Vec3 point, uint32_t face, const RayCaster &rays);
+
+} // namespace fvv::render

@@ -1,0 +1,103 @@
+// fvv_render/view.h: the picture of a mesh from anywhere, textured from the cameras that see each point best:
+// the reference that players are compared with. Knows meshes, cameras and pixels; knows no files or streams.
+//
+// The method is that of Budd, Grau, Schuebel, "Web delivery of free-viewpoint video of sport events" (BBC R&D
+// White Paper 235, 2012), section 4, point by point of the surface:
+//   - A camera can show the point when it lies in front of it, within the lens' r_max and within the
+//     camera's pixels, and nothing of the mesh stands between (occlusion.h).
+//   - Its weight is the cosine of the angle between the surface's normal and the ray to the camera. Normals
+//   of
+//     vertices are interpolated over the face. They are not turned to the viewer: cameras that see the back
+//     of a face show nothing of its front.
+//   - Weights below the threshold drop out; of the others the largest few are kept, at equal weight the
+//   camera
+//     that was named first, and divided by their sum.
+//   - The colour is the sum of the cameras' colours with these weights.
+// Colours are interpolated and added as display values (sRGB), not as light: so did the paper, so do players
+// that sample textures of 8 bits, and video is scaled and coded in display values too.
+#pragma once
+
+#include "fvv_render/occlusion.h"
+
+#include <functional>
+#include <memory>
+
+namespace fvv::render {
+
+// A camera as source of texture. camera: valid, of the pixels as they are: for a tile that is the camera with
+// its picture cut and scaled as the tile says. pixels: width x height of the camera, three values a pixel,
+// rows from the top, 65535 for white; borrowed.
+struct SourceView {
+  fvv_camera camera;
+  const uint16_t *pixels;
+  // Visibility::given: one entry for each face, not 0 where the camera sees it. Borrowed.
+  const uint8_t *visible_faces = nullptr;
+};
+
+enum class Visibility {
+  depth_map, // as players do: DepthTest
+  rays,      // the truth
+  given      // SourceView::visible_faces
+};
+
+// Calls work(0) ... work(count - 1), each once, in any order or at once.
+using Executor = std::function<void(size_t count, const std::function<void(size_t)> &work)>;
+
+struct ViewOptions {
+  double threshold = 0.25; // least weight, 0 to 1; one that equals it is kept
+  uint32_t best = 3;       // cameras for one point, 1 to max_best
+  double margin = 0.5;     // of the sources' pixels: a border that is not used; from 0.5 on nothing is
+                           // read twice
+  Visibility visibility = Visibility::depth_map;
+  DepthTest depth_test;         // pixels are those of the source
+  uint32_t samples = 1;         // of a pixel of the target, along its side: 1, 3, 5 or 7
+  Vec3 background;              // display values 0..1, where there is no surface
+  Vec3 unseen{0.5, 0.5, 0.5};   // the same, where no camera shows the surface
+  bool keep_visibility = false; // fill ViewPicture::visible
+  Executor executor = [](size_t count, const std::function<void(size_t)> &work) {
+    for (size_t i = 0; i < count; i++) work(i);
+  };
+};
+constexpr uint32_t max_best = 8;
+
+constexpr uint32_t no_source = UINT32_MAX;
+struct Contribution {
+  uint32_t source = no_source; // index
+  float weight = 0;            // normalised: those of a point add up to 1
+};
+
+// rgb and coverage are means over the samples of a pixel; all else is of the pixel's centre.
+struct ViewPicture {
+  uint32_t width = 0, height = 0, best = 0;
+  std::vector<float> rgb;                  // display values 0..1, three a pixel
+  std::vector<float> coverage;             // share of samples with surface
+  std::vector<float> depth;                // z_c in metres, linear; +inf: no surface
+  std::vector<uint32_t> face;              // no_face: no surface
+  std::vector<Contribution> contributions; // best a pixel, by falling weight, no_source behind the last
+  std::vector<uint8_t> visible;            // a byte for each pixel and source: 1 when the camera can show the
+                                           // point, whatever its weight; empty unless asked for
+};
+
+// A frame, ready to be drawn from several places.
+class ViewRenderer {
+public:
+  // mesh and the sources' pixels are borrowed. normals: of vertices, unit length or zero (nothing is textured
+  // there); none: vertex_normals(mesh). Throws std::invalid_argument for options out of range, normals of
+  // another number than vertices, given visibility that is not given.
+  ViewRenderer(const Mesh &mesh, std::vector<Vec3> normals, std::vector<SourceView> sources,
+               const ViewOptions &options);
+  ~ViewRenderer();
+  ViewRenderer(ViewRenderer &&) noexcept;
+
+  // What the target camera sees: its whole picture, of 1 to 16384 pixels a side. Without a lens it is
+  // rasterised (rasteriser.h: fill rule, clipping at near_plane). With one, a ray is cast through every
+  // sample, so that edges bend as the lens bends them: to a hundredth of a pixel. excluded: index of a source
+  // that is left out. The same result for every executor.
+  ViewPicture render(const fvv_camera &target, uint32_t excluded = no_source) const;
+
+private:
+  class Frame;
+  std::unique_ptr<const Frame> frame;
+};
+
+} // namespace fvv::render

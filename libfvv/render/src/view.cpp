@@ -1,0 +1,196 @@
+#include "fvv_render/view.h"
+
+#include "fvv_render/normals.h"
+#include "texture_source.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace fvv::render {
+
+namespace {
+
+Vec3 interpolated(const std::vector<Vec3> &values, const uint32_t *index,
+                  const std::array<double, 3> &weight) {
+  return values[index[0]] * weight[0] + values[index[1]] * weight[1] + values[index[2]] * weight[2];
+}
+
+struct Hit {
+  uint32_t face = no_face;
+  std::array<double, 3> barycentric = {};
+  double depth = std::numeric_limits<double>::infinity();
+};
+
+// What stands at each sample of the target's picture.
+class Surface {
+public:
+  Surface(const fvv_camera &target, const Mesh &drawn, const RayCaster *caster, uint32_t samples)
+      : projection(target), mesh(drawn), rays(caster), n(samples) {
+    if (rays) return;
+    buffer.emplace(target.width, target.height, samples);
+    rasterise(projection, mesh, *buffer);
+  }
+  Hit at(uint32_t x, uint32_t y, uint32_t sample) const {
+    const double u = x + (sample % n + 0.5) / n, v = y + (sample / n + 0.5) / n;
+    if (rays) {
+      // Of a ray with z = 1 the distance is the depth.
+      const Vec3 ray = projection.to_world_direction(projection.ray(u, v));
+      const RayHit hit =
+          rays->nearest(projection.centre(), ray, near_plane, std::numeric_limits<double>::infinity());
+      if (hit.face == no_face) return {};
+      return {hit.face, hit.barycentric, hit.distance};
+    }
+    const size_t i = (size_t(y) * n + sample / n) * buffer->columns + size_t(x) * n + sample % n;
+    if (buffer->face[i] == no_face) return {};
+    return {buffer->face[i], barycentric(projection, mesh, buffer->face[i], u, v), double(buffer->depth[i])};
+  }
+
+private:
+  const Projection projection;
+  const Mesh &mesh;
+  const RayCaster *rays;
+  uint32_t n;
+  std::optional<SampleBuffer> buffer;
+};
+
+void check(const ViewOptions &options) {
+  if (!(options.threshold >= 0 && options.threshold <= 1))
+    throw std::invalid_argument("the threshold of weights is 0 to 1");
+  if (options.best < 1 || options.best > max_best)
+    throw std::invalid_argument("a point is textured from 1 to " + std::to_string(max_best) + " cameras");
+  if (!(options.margin >= 0)) throw std::invalid_argument("the margin of tiles is 0 or more");
+}
+
+} // namespace
+
+class ViewRenderer::Frame {
+public:
+  Frame(const Mesh &drawn, std::vector<Vec3> &&given, std::vector<SourceView> &&views,
+        const ViewOptions &chosen)
+      : mesh(drawn), options(chosen), normals(given.empty() ? vertex_normals(drawn) : std::move(given)),
+        rays(drawn) {
+    check(options);
+    if (normals.size() != mesh.vertex_count)
+      throw std::invalid_argument("there are " + std::to_string(normals.size()) + " normals for " +
+                                  std::to_string(mesh.vertex_count) + " vertices");
+    positions.reserve(mesh.vertex_count);
+    for (size_t i = 0; i < mesh.vertex_count; i++) {
+      const float *p = mesh.positions + 3 * i;
+      positions.push_back({p[0], p[1], p[2]});
+    }
+    sources.resize(views.size());
+    options.executor(views.size(), [&](size_t i) {
+      sources[i] = std::make_unique<TextureSource>(views[i], mesh, rays, options);
+    });
+  }
+
+  ViewPicture render(const fvv_camera &target, uint32_t excluded) const {
+    const Surface surface(target, mesh, target.lens == FVV_LENS_NONE ? nullptr : &rays, options.samples);
+    ViewPicture picture;
+    picture.width = target.width;
+    picture.height = target.height;
+    picture.best = options.best;
+    const size_t pixels = size_t(target.width) * target.height;
+    picture.rgb.resize(3 * pixels);
+    picture.coverage.resize(pixels);
+    picture.depth.resize(pixels, std::numeric_limits<float>::infinity());
+    picture.face.resize(pixels, no_face);
+    picture.contributions.resize(pixels * options.best);
+    if (options.keep_visibility) picture.visible.resize(pixels * sources.size());
+    options.executor(target.height, [&](size_t y) {
+      for (uint32_t x = 0; x < target.width; x++) draw(surface, x, uint32_t(y), excluded, picture);
+    });
+    return picture;
+  }
+
+private:
+  void draw(const Surface &surface, uint32_t x, uint32_t y, uint32_t excluded, ViewPicture &picture) const {
+    const uint32_t count = options.samples * options.samples, centre = count / 2;
+    const size_t pixel = size_t(y) * picture.width + x;
+    Vec3 sum;
+    uint32_t covered = 0;
+    for (uint32_t sample = 0; sample < count; sample++) {
+      const Hit hit = surface.at(x, y, sample);
+      if (hit.face == no_face) continue;
+      covered++;
+      Contribution contributions[max_best];
+      const bool keep = sample == centre && options.keep_visibility;
+      sum += colour(hit, excluded, contributions, keep ? &picture.visible[pixel * sources.size()] : nullptr);
+      if (sample != centre) continue;
+      picture.depth[pixel] = float(hit.depth);
+      picture.face[pixel] = hit.face;
+      std::copy_n(contributions, options.best, &picture.contributions[pixel * options.best]);
+    }
+    sum += options.background * double(count - covered);
+    picture.rgb[3 * pixel] = float(sum.x / count);
+    picture.rgb[3 * pixel + 1] = float(sum.y / count);
+    picture.rgb[3 * pixel + 2] = float(sum.z / count);
+    picture.coverage[pixel] = float(covered) / float(count);
+  }
+
+  // Fills the first contributions; visible may be null.
+  Vec3 colour(const Hit &hit, uint32_t excluded, Contribution *contributions, uint8_t *visible) const {
+    const uint32_t *index = mesh.faces + size_t(3) * hit.face;
+    const Vec3 a = positions[index[0]];
+    SurfacePoint point;
+    point.face = hit.face;
+    point.position = interpolated(positions, index, hit.barycentric);
+    point.face_normal = cross(positions[index[1]] - a, positions[index[2]] - a);
+    const Vec3 normal = normalised(interpolated(normals, index, hit.barycentric));
+
+    // Best first: most cameras need not be asked whether they see the point.
+    std::vector<std::pair<double, uint32_t>> order;
+    order.reserve(sources.size());
+    for (uint32_t i = 0; i < sources.size(); i++) {
+      const double cosine = dot(normal, normalised(sources[i]->centre() - point.position));
+      if (i != excluded && (cosine >= options.threshold || visible)) order.emplace_back(cosine, i);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto &p, const auto &q) { return p.first > q.first; });
+    Vec3 colours[max_best];
+    double cosines[max_best], sum = 0;
+    uint32_t used = 0;
+    for (const auto &[cosine, i] : order) {
+      if (used == options.best && !visible) break;
+      double at[2];
+      if (!sources[i]->shows(point, at)) continue;
+      if (visible) visible[i] = 1;
+      // A weight of 0 would leave nothing to divide by.
+      if (used == options.best || cosine < options.threshold || cosine <= 0) continue;
+      colours[used] = sources[i]->colour(at);
+      cosines[used] = cosine;
+      contributions[used].source = i;
+      sum += cosine;
+      used++;
+    }
+    if (!used) return options.unseen;
+    Vec3 mean;
+    for (uint32_t i = 0; i < used; i++) {
+      contributions[i].weight = float(cosines[i] / sum);
+      mean += colours[i] * (cosines[i] / sum);
+    }
+    return mean;
+  }
+
+  const Mesh mesh;
+  const ViewOptions options;
+  const std::vector<Vec3> normals;
+  const RayCaster rays;
+  std::vector<Vec3> positions;
+  std::vector<std::unique_ptr<const TextureSource>> sources;
+};
+
+ViewRenderer::ViewRenderer(const Mesh &mesh, std::vector<Vec3> normals, std::vector<SourceView> sources,
+                           const ViewOptions &options)
+    : frame(std::make_unique<const Frame>(mesh, std::move(normals), std::move(sources), options)) {}
+ViewRenderer::~ViewRenderer() = default;
+ViewRenderer::ViewRenderer(ViewRenderer &&) noexcept = default;
+
+ViewPicture ViewRenderer::render(const fvv_camera &target, uint32_t excluded) const {
+  return frame->render(target, excluded);
+}
+
+} // namespace fvv::render
