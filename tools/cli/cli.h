@@ -36,6 +36,9 @@ void warn(const std::string &text);
 // Installs the handlers that remove temporary files when the run is interrupted (SIGINT, SIGTERM, SIGHUP).
 int run(const char *tool, const std::function<Exit()> &body);
 
+// "480x270", the argument of that option. Failure (usage) for other text; ranges are the caller's to check.
+void parse_size(const std::string &option, const std::string &text, uint32_t &width, uint32_t &height);
+
 // A bar on stderr while it is a terminal, nothing in a pipe. Steps may come from one thread only.
 class Progress {
 public:

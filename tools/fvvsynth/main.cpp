@@ -19,15 +19,6 @@ const std::map<std::string, fvv::synth::Meshes> mesh_kinds = {{"tracked", fvv::s
 const std::map<std::string, fvv::synth::RigKind> rigs = {{"small", fvv::synth::RigKind::small},
                                                          {"studio", fvv::synth::RigKind::studio}};
 
-// "480x270". Failure (usage) otherwise; ranges are the scene's to check.
-void parse_size(const std::string &text, uint32_t &width, uint32_t &height) {
-  int used = 0;
-  if (text.size() > 11 || text.find_first_not_of("0123456789x") != std::string::npos ||
-      std::sscanf(text.c_str(), "%5ux%5u%n", &width, &height, &used) != 2 || size_t(used) != text.size())
-    throw fvv::cli::Failure("--size: expected WIDTHxHEIGHT like 480x270, found \"" + text + "\"",
-                            fvv::cli::usage);
-}
-
 } // namespace
 
 int main(int argc, char **argv) {
@@ -123,7 +114,7 @@ int main(int argc, char **argv) {
       throw fvv::cli::Failure("--cameras: expected with --rig small only, the studio has 13",
                               fvv::cli::usage);
     if (size.empty()) size = settings.rig == fvv::synth::RigKind::studio ? "960x540" : "480x270";
-    parse_size(size, settings.width, settings.height);
+    fvv::cli::parse_size("--size", size, settings.width, settings.height);
     fvv::cli::OutputFolder folder(output, force);
     try {
       const fvv::synth::Scene scene(settings);

@@ -1,0 +1,153 @@
+#include "fvvrender/frame.h"
+
+#include "fvv_media/frame.h"
+#include "fvv_media/video.h"
+#include "fvvdemux/plan.h"
+#include "fvvdemux/views.h"
+
+#include <algorithm>
+
+namespace fvv::rendering {
+
+namespace {
+
+// Where a frame stands: those of its group before it may be needed to decode it.
+struct Place {
+  size_t group, first, frame;
+};
+
+Place find(fvv_stream *stream, const cli::InputFile &file, int64_t number) {
+  demux::LazySurvey survey(file);
+  const std::string text = std::to_string(number);
+  const demux::Plan plan = demux::make_plan(stream, file, demux::Selection::parse("--frame", text), survey);
+  for (const demux::GroupPlan &group : plan.groups)
+    if (number >= group.number && number < group.number + group.count)
+      return {group.group, group.frame, group.frame + size_t(number - group.number)};
+  for (const demux::Loss &loss : plan.losses)
+    if (number >= loss.first && number <= loss.last)
+      throw cli::Failure(file.path() + ": frame " + text + " is lost: " + loss.why);
+  throw cli::Failure("--frame: frame " + text + " is not in the stream, which has " +
+                         std::to_string(plan.count),
+                     cli::usage);
+}
+
+struct FreeMesh : fvv_mesh {
+  FreeMesh() : fvv_mesh() {}
+  FreeMesh(const FreeMesh &) = delete;
+  ~FreeMesh() { fvv_mesh_free(this); }
+};
+
+class Loader {
+public:
+  Loader(const std::string &path, int64_t number)
+      : file(path), stream(demux::open_stream(file)), place(find(stream.get(), file, number)),
+        where(path + ": frame " + std::to_string(number)) {
+    fvv_diagnostic diagnostic = {};
+    cli::check(fvv_stream_configuration(stream.get(), place.group, &configuration, &diagnostic), where,
+               diagnostic);
+  }
+
+  Frame load() {
+    Frame out;
+    out.up = configuration->scene.up_axis;
+    for (size_t i = 0; i < configuration->camera_count; i++)
+      out.cameras.push_back(nameless(configuration->cameras[i]));
+    load_mesh(out);
+    for (const demux::VideoViews &track : demux::views_of(*configuration, {}, nullptr))
+      load_track(track, out);
+    return out;
+  }
+
+private:
+  // The name is the configuration's, which does not outlive the stream.
+  static fvv_camera nameless(fvv_camera camera) {
+    camera.name = nullptr;
+    camera.name_size = 0;
+    return camera;
+  }
+
+  void load_mesh(Frame &out) {
+    const fvv_track *track = demux::mesh_track_of(*configuration, nullptr);
+    FreeMesh mesh;
+    fvv_diagnostic diagnostic = {};
+    const fvv_status status =
+        track ? fvv_stream_mesh(stream.get(), place.frame, track->id, &mesh, &diagnostic) : FVV_END;
+    cli::check(status, where, diagnostic);
+    if (status == FVV_END) throw cli::Failure(where + ": there is no mesh");
+    out.positions.resize(3 * size_t(mesh.vertex_count));
+    fvv_lattice_to_floats(configuration->scene.lattice_origin, configuration->scene.lattice_step,
+                          mesh.positions, mesh.vertex_count, out.positions.data());
+    out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
+  }
+
+  void load_track(const demux::VideoViews &track, Frame &out) {
+    std::string why;
+    media::DeepImage picture;
+    try {
+      picture = decode(*track.video, why);
+    } catch (const media::Error &error) {
+      why = "track " + std::to_string(track.video->track) + ": " + error.what();
+    }
+    for (const demux::View &view : track.views) {
+      const fvv_camera *camera = out.camera(view.tile.camera_id);
+      if (!camera) continue; // an atlas
+      if (why.empty())
+        out.pictures.push_back(
+            {demux::camera_of_tile(*camera, view.tile), media::extract(picture, view.tile)});
+      else
+        out.losses.push_back(where + ": no picture of camera " + std::to_string(camera->id) + ": " + why);
+    }
+  }
+
+  // The sample of a frame; nothing, and why, when there is none.
+  bool sample(size_t frame, uint16_t track, const uint8_t *&bytes, size_t &size, int &key, std::string &why) {
+    fvv_diagnostic diagnostic = {};
+    const fvv_status status = fvv_stream_sample(stream.get(), frame, track, &bytes, &size, &key, &diagnostic);
+    if (status < 0 && status > FVV_ERROR_DAMAGED) cli::check(status, where, diagnostic);
+    why = status == FVV_END ? "track " + std::to_string(track) + " has none"
+          : status < 0      ? demux::text_of(diagnostic)
+                            : "";
+    return status == FVV_OK;
+  }
+
+  media::DeepImage decode(const fvv_video_layout &video, std::string &why) {
+    const uint8_t *bytes = nullptr;
+    size_t size = 0, first = place.frame + 1;
+    int key = 0;
+    // Back to the last key, then forth.
+    while (first > place.first && !key)
+      if (!sample(--first, video.track, bytes, size, key, why)) return {};
+    media::Decoder decoder(video.config);
+    media::DeepImage picture;
+    for (size_t frame = first; frame <= place.frame; frame++) {
+      if (!sample(frame, video.track, bytes, size, key, why)) return {};
+      picture = decoder.decode<uint16_t>(bytes, size);
+    }
+    return picture;
+  }
+
+  const cli::InputFile file;
+  const demux::Stream stream;
+  const Place place;
+  const std::string where;
+  const fvv_configuration *configuration = nullptr;
+};
+
+} // namespace
+
+const fvv_camera *Frame::camera(uint16_t id) const {
+  const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const auto &c) { return c.id == id; });
+  return found == cameras.end() ? nullptr : &*found;
+}
+
+std::string Frame::camera_ids() const {
+  std::string out;
+  for (const fvv_camera &camera : cameras) out += (out.empty() ? "" : ", ") + std::to_string(camera.id);
+  return out.empty() ? "none" : out;
+}
+
+Frame load_frame(const std::string &path, int64_t number) {
+  return Loader(path, number).load();
+}
+
+} // namespace fvv::rendering

@@ -1,0 +1,38 @@
+// One frame of a stream, decoded: its mesh in metres, and the picture of every camera that it shows. Knows
+// streams and tiles; knows nothing of drawing.
+#pragma once
+
+#include "fvv/stream.h"
+#include "fvv_media/image.h"
+#include "fvv_render/rasteriser.h"
+
+#include <string>
+#include <vector>
+
+namespace fvv::rendering {
+
+struct Picture {
+  fvv_camera camera; // of these pixels (demux::camera_of_tile)
+  media::DeepImage image;
+};
+
+struct Frame {
+  std::vector<float> positions;
+  std::vector<uint32_t> faces;
+  std::vector<fvv_camera> cameras; // all of the stream, whole pictures; without names
+  std::vector<Picture> pictures;   // in the order of the stream's tracks and tiles
+  uint8_t up = 0;                  // FVV_UP_...
+  std::vector<std::string> losses; // whole lines: cameras whose picture of this frame is lost or not there
+
+  render::Mesh mesh() const {
+    return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
+  }
+  const fvv_camera *camera(uint16_t id) const; // NULL: there is none
+  std::string camera_ids() const;              // "0, 1, 3"
+};
+
+// Frame number of the stream, counted as fvvdemux does. cli::Failure when it is not there (usage), has no
+// mesh, or its mesh is damaged.
+Frame load_frame(const std::string &path, int64_t number);
+
+} // namespace fvv::rendering

@@ -1,0 +1,101 @@
+// fvvrender: the picture of a frame from anywhere, textured from the cameras that see best: the reference
+// that players are compared with.
+#include "cli/cli.h"
+#include "fvvrender/render.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+#include <thread>
+
+using namespace fvv;
+
+namespace {
+
+render::Vec3 colour_of(const std::string &option, const std::vector<int> &codes) {
+  for (const int code : codes)
+    if (code < 0 || code > 255)
+      throw cli::Failure(option + ": expected three numbers from 0 to 255, found " + std::to_string(code),
+                         cli::usage);
+  return {codes[0] / 255.0, codes[1] / 255.0, codes[2] / 255.0};
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  CLI::App app{"Draw a frame of a fvv file as any camera would see it, textured from its cameras."};
+  rendering::Options options;
+  render::ViewOptions &view = options.view;
+  options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  std::optional<std::string> sources, excluded;
+  std::vector<int> background = {0, 0, 0}, unseen = {128, 128, 128};
+  bool as_json = false;
+  const std::map<std::string, render::Visibility> tests = {{"depth", render::Visibility::depth_map},
+                                                           {"rays", render::Visibility::rays}};
+  app.add_option("IN", options.input, "fvv file")->required();
+  app.add_option("-o,--output", options.output, "picture to write: .png, or .exr for linear light")
+      ->required();
+  app.add_option("--frame", options.frame, "number in the stream, from 0")
+      ->check(CLI::Range(0, INT32_MAX))
+      ->capture_default_str();
+  app.add_option("--camera", options.target.camera, "draw what the camera with this identifier sees");
+  app.add_option("--pose", options.target.pose,
+                 "draw from here: EX,EY,EZ,TX,TY,TZ[,UX,UY,UZ], eye, a point to look at, up (default: the "
+                 "stream's); metres")
+      ->delimiter(',')
+      ->expected(1)
+      ->type_name("NUMBERS");
+  app.add_option("--focal", options.target.focal, "focal length of --pose in pixels; default: the width")
+      ->check(CLI::Range(1e-3, 1e9));
+  app.add_option("--size", options.target.size, "of the picture; default: the camera's, with --pose 960x540")
+      ->type_name("WxH");
+  app.add_option("--sources", sources, "cameras to take texture from, 0-9,25; default: all");
+  app.add_option("--exclude", excluded, "cameras to leave out, in the same way");
+  app.add_flag("--leave-one-out", options.leave_one_out, "take no texture from the camera of --camera");
+  app.add_option("--threshold", view.threshold, "least cosine between normal and ray to a camera")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app.add_option("--best", view.best, "cameras that are blended at most")
+      ->check(CLI::Range(1u, render::max_best))
+      ->capture_default_str();
+  app.add_option("--visible-by", view.visibility, "depth (default): depth maps, as players; rays: the truth")
+      ->transform(CLI::CheckedTransformer(tests).description(""));
+  app.add_option("--samples", view.samples, "of a pixel along its side: 1, 3, 5 or 7")
+      ->check(CLI::IsMember({1, 3, 5, 7}))
+      ->capture_default_str();
+  app.add_option("--background", background, "colour behind the mesh, R,G,B, 0 to 255; default black")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("R,G,B");
+  app.add_option("--unseen", unseen, "colour of what no camera shows; default grey, 128,128,128")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("R,G,B");
+  app.add_option("--depth", options.depth, "also write the depth, z in metres: .exr");
+  app.add_option("--weights", options.weights, "also write each camera's weight: .exr");
+  app.add_option("--visibility", options.visibility, "also write which cameras show each point: .exr");
+  app.add_option("--mask", options.mask, "also write where the mesh is: .png");
+  app.add_flag("--json", as_json, "print what was drawn as JSON");
+  app.add_flag("--force", options.force, "replace existing files");
+  app.add_option("--threads", options.threads, "default: one for each processor; the picture is the same")
+      ->check(CLI::Range(1, 256));
+  app.set_version_flag("--version", std::string("fvvrender ") + fvv_version());
+  app.footer(
+      "Exit code: 0 done, 1 nothing written, 2 usage, 3 written without cameras that the file has lost.");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError &error) {
+    return app.exit(error) ? cli::usage : cli::done;
+  }
+  return cli::run("fvvrender", [&] {
+    if (sources) options.sources = demux::Selection::parse("--sources", *sources);
+    if (excluded) options.excluded = demux::Selection::parse("--exclude", *excluded);
+    view.background = colour_of("--background", background);
+    view.unseen = colour_of("--unseen", unseen);
+    const rendering::Result result = rendering::run(options);
+    for (const std::string &line : result.losses) std::fprintf(stderr, "%s\n", line.c_str());
+    if (as_json) std::printf("%s\n", rendering::json(options, result).c_str());
+    return result.losses.empty() ? cli::done : cli::loss;
+  });
+}
