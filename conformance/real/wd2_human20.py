@@ -8,6 +8,7 @@ import real_capture as real
 from PIL import Image
 
 QUALITY = 42.0  # dB over the silhouettes
+MESH = "reference/our_visual_hull_160.ply"
 
 
 def cameras(path):
@@ -35,11 +36,9 @@ def luma(path):
     return np.asarray(Image.open(path).convert("RGB"), np.float64) @ np.array([0.2126, 0.7152, 0.0722])
 
 
-def main():
-    root = real.data("wd2_human20")
+def describe(root):
+    """The capture as fvvmux wants it, and its cameras as the source has them."""
     source = cameras(root / "calibParamsI.txt")
-    mesh_path = root / "reference/our_visual_hull_160.ply"
-    folder = real.WORK / "wd2_human20"
     description = {
         "fvv_capture": 1,
         "name": "wd2_human20",
@@ -48,7 +47,7 @@ def main():
         "units": "unknown",
         "up": "-y",
         "conventions": {"pixel_centre": 0},
-        "meshes": {"pattern": str(mesh_path)},
+        "meshes": {"pattern": str(root / MESH)},
         "cameras": [
             {
                 "id": c["id"],
@@ -71,11 +70,18 @@ def main():
             for c in source
         ],
     }
+    return description, source
+
+
+def main():
+    root = real.data("wd2_human20")
+    folder = real.WORK / "wd2_human20"
+    description, source = describe(root)
     capture = real.write_capture(folder, description)
     _, info, out = real.round_trip(capture, "--quality", f"{QUALITY:g}dB")
     real.contact_sheet(capture, iou=0.95)
 
-    positions, faces = real.read_ply(mesh_path)
+    positions, faces = real.read_ply(root / MESH)
     decoded = real.read_ply(out / "meshes/0020.ply")
     real.figure("vertices decoded", len(decoded[0]), 17264, at_most=False)
     real.compare_meshes("mesh", (positions, faces), decoded, info["scene"]["lattice_step"])

@@ -44,7 +44,7 @@ int main(int argc, char **argv) {
                  "draw from here: EX,EY,EZ,TX,TY,TZ[,UX,UY,UZ], eye, a point to look at, up (default: the "
                  "stream's); metres")
       ->delimiter(',')
-      ->expected(1)
+      ->expected(6, 9)
       ->type_name("NUMBERS");
   app.add_option("--focal", options.target.focal, "focal length of --pose in pixels; default: the width")
       ->check(CLI::Range(1e-3, 1e9));
