@@ -2,7 +2,7 @@
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, container, sweep, import, clip,
-codecs.
+codecs, wd2.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -15,6 +15,7 @@ import sys
 import time
 
 import codecs_table
+import leave_one_out
 import whp235
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -186,6 +187,7 @@ PARTS = {
     "import": calibration_import,
     "clip": clip,
     "codecs": codecs,
+    "wd2": leave_one_out.measure,
 }
 
 

@@ -74,7 +74,8 @@ int main(int argc, char **argv) {
       ->type_name("R,G,B");
   app.add_option("--depth", options.depth, "also write the depth, z in metres: .exr");
   app.add_option("--weights", options.weights, "also write each camera's weight: .exr");
-  app.add_option("--visibility", options.visibility, "also write which cameras show each point: .exr");
+  app.add_option("--visibility", options.visibility,
+                 "also write which cameras see each point well enough: .exr");
   app.add_option("--mask", options.mask, "also write where the mesh is: .png");
   app.add_flag("--json", as_json, "print what was drawn as JSON");
   app.add_flag("--force", options.force, "replace existing files");
@@ -94,6 +95,7 @@ int main(int argc, char **argv) {
     view.background = colour_of("--background", background);
     view.unseen = colour_of("--unseen", unseen);
     const rendering::Result result = rendering::run(options);
+    for (const std::string &text : result.warnings) cli::warn(text);
     for (const std::string &line : result.losses) std::fprintf(stderr, "%s\n", line.c_str());
     if (as_json) std::printf("%s\n", rendering::json(options, result).c_str());
     return result.losses.empty() ? cli::done : cli::loss;

@@ -109,7 +109,8 @@ std::string json(const Options &options, const Result &result) {
       {"surface", {{"pixels", result.surface}, {"share", double(result.surface) / all}}},
       {"share_by_cameras", shares},
       {"seconds", {{"load", result.load}, {"prepare", result.prepare}, {"draw", result.draw}}},
-      {"losses", result.losses}};
+      {"losses", result.losses},
+      {"warnings", result.warnings}};
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

@@ -4,6 +4,7 @@
 #include "cli/parallel.h"
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 
 namespace fvv::rendering {
@@ -46,6 +47,27 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
   }
   if (out.empty()) throw cli::Failure(options.input + ": no camera is left to take texture from");
   return out;
+}
+
+// Whether the faces enclose a negative volume. Of open surfaces, which enclose none, the volume towards the
+// middle of their vertices counts, and only if it is no rounding error.
+bool inside_out(const Frame &frame) {
+  const auto at = [&](size_t vertex) {
+    const float *p = &frame.positions[3 * vertex];
+    return render::Vec3{p[0], p[1], p[2]};
+  };
+  const size_t count = frame.positions.size() / 3;
+  render::Vec3 middle;
+  for (size_t i = 0; i < count; i++) middle += at(i) * (1.0 / double(count));
+  double volume = 0, size = 0;
+  for (size_t i = 0; i < frame.faces.size(); i += 3) {
+    const render::Vec3 a = at(frame.faces[i]) - middle, b = at(frame.faces[i + 1]) - middle,
+                       c = at(frame.faces[i + 2]) - middle;
+    const double part = render::dot(a, render::cross(b, c));
+    volume += part;
+    size += std::abs(part);
+  }
+  return volume < -1e-3 * size;
 }
 
 // The files of one run: all of them, or none.
@@ -100,6 +122,10 @@ Result run(const Options &options) {
   Result result;
   const Frame frame = load_frame(options.input, options.frame);
   result.losses = frame.losses;
+  if (inside_out(frame))
+    result.warnings.push_back(options.input + ": frame " + std::to_string(options.frame) +
+                              ": the faces are wound inside out: nothing is textured but what cameras see of "
+                              "their insides");
   const fvv_camera target = target_camera(options.target, frame);
   const std::vector<render::SourceView> sources = sources_of(options, frame);
   for (const render::SourceView &source : sources) result.sources.push_back(source.camera.id);

@@ -28,6 +28,7 @@ struct Result {
   uint64_t surface = 0;                   // pixels that show the mesh
   std::vector<uint64_t> by_cameras;       // of these, with 0, 1, ... best cameras
   double load = 0, prepare = 0, draw = 0; // seconds: decoding, depth maps, the picture
+  std::vector<std::string> warnings;      // and what is odd
   std::vector<std::string> losses;        // whole lines
 };
 

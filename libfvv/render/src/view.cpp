@@ -141,12 +141,13 @@ private:
     point.face_normal = cross(positions[index[1]] - a, positions[index[2]] - a);
     const Vec3 normal = normalised(interpolated(normals, index, hit.barycentric));
 
-    // Best first: most cameras need not be asked whether they see the point.
+    // A weight of 0 would leave nothing to divide by. Best first: most cameras need not be asked whether they
+    // see the point.
     std::vector<std::pair<double, uint32_t>> order;
     order.reserve(sources.size());
     for (uint32_t i = 0; i < sources.size(); i++) {
       const double cosine = dot(normal, normalised(sources[i]->centre() - point.position));
-      if (i != excluded && (cosine >= options.threshold || visible)) order.emplace_back(cosine, i);
+      if (i != excluded && cosine >= options.threshold && cosine > 0) order.emplace_back(cosine, i);
     }
     std::stable_sort(order.begin(), order.end(),
                      [](const auto &p, const auto &q) { return p.first > q.first; });
@@ -158,8 +159,7 @@ private:
       double at[2];
       if (!sources[i]->shows(point, at)) continue;
       if (visible) visible[i] = 1;
-      // A weight of 0 would leave nothing to divide by.
-      if (used == options.best || cosine < options.threshold || cosine <= 0) continue;
+      if (used == options.best) continue;
       colours[used] = sources[i]->colour(at);
       cosines[used] = cosine;
       contributions[used].source = i;

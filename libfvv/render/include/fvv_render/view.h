@@ -74,8 +74,9 @@ struct ViewPicture {
   std::vector<float> depth;                // z_c in metres, linear; +inf: no surface
   std::vector<uint32_t> face;              // no_face: no surface
   std::vector<Contribution> contributions; // best a pixel, by falling weight, no_source behind the last
-  std::vector<uint8_t> visible;            // a byte for each pixel and source: 1 when the camera can show the
-                                           // point, whatever its weight; empty unless asked for
+  // A byte for each pixel and source: 1 when the camera can show the point and its weight reaches the
+  // threshold, be it among the best or not. Empty unless asked for.
+  std::vector<uint8_t> visible;
 };
 
 // A frame, ready to be drawn from several places.

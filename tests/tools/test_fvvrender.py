@@ -1,0 +1,261 @@
+"""fvvrender: pictures of a generated scene against those of its cameras, and the command line."""
+
+import hashlib
+import json
+import os
+import pathlib
+import struct
+import subprocess
+import zlib
+
+import numpy as np
+import pytest
+from PIL import Image
+
+TOOLS = pathlib.Path(os.environ["FVV_TOOLS_DIR"])
+CAMERAS = 10
+
+
+def tool(name, *arguments, expected=0):
+    done = subprocess.run([TOOLS / name / name, *map(str, arguments)], capture_output=True, text=True)
+    assert done.returncode == expected, done.stderr
+    return done
+
+
+def drawn(stream, out, *arguments):
+    """The figures, and nothing on standard error."""
+    done = tool("fvvrender", stream, "-o", out, "--json", *arguments)
+    assert done.stderr == ""
+    return json.loads(done.stdout)
+
+
+def read_exr(path):
+    """Channels of a file with scan lines of float32 in blocks of 16 lines, ZIP, by the layout that OpenEXR documents."""
+    data = path.read_bytes()
+    assert data[:8] == struct.pack("<2I", 20000630, 2)
+    at, attributes = 8, {}
+    while data[at]:
+        name, kind, rest = data[at:].split(b"\0", 2)
+        at += len(name) + len(kind) + 2
+        (size,) = struct.unpack_from("<I", data, at)
+        attributes[name.decode()] = data[at + 4 : at + 4 + size]
+        at += 4 + size
+    assert attributes["compression"] == b"\3"
+    left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
+    width, height = right - left + 1, bottom - top + 1
+    names, rest = [], attributes["channels"]
+    while rest[0]:
+        name, rest = rest.split(b"\0", 1)
+        assert struct.unpack_from("<I", rest) == (2,)  # float
+        names.append(name.decode())
+        rest = rest[16:]
+    rows = np.zeros((height, len(names), width), np.float32)
+    blocks = (height + 15) // 16
+    for offset in struct.unpack_from(f"<{blocks}Q", data, at + 1):
+        y, size = struct.unpack_from("<2i", data, offset)
+        lines = min(16, height - y)
+        packed = data[offset + 8 : offset + 8 + size]
+        if size < lines * len(names) * width * 4:
+            bytes_ = np.frombuffer(zlib.decompress(packed), np.uint8).astype(np.int64)
+            bytes_[1:] -= 128
+            bytes_ = (np.cumsum(bytes_) & 255).astype(np.uint8)
+            half = (len(bytes_) + 1) // 2
+            packed = np.zeros_like(bytes_)
+            packed[0::2], packed[1::2] = bytes_[:half], bytes_[half:]
+            packed = packed.tobytes()
+        rows[y : y + lines] = np.frombuffer(packed, "<f4").reshape(lines, len(names), width)
+    return {name: rows[:, i] for i, name in enumerate(names)}
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """Two frames of the small rig, meshes as they are, pictures nearly so: folder of the capture, stream."""
+    root = tmp_path_factory.mktemp("render")
+    size = ["--cameras", CAMERAS, "--size", "320x180"]
+    tool("fvvsynth", "-o", root / "capture", "--rig", "small", "--frames", 2, "--depth", *size)
+    stream = root / "scene.fvv"
+    tool("fvvmux", root / "capture", "-o", stream, "--codec", "h264", "--quality", 10, "--keep-geometry")
+    return root / "capture", stream
+
+
+def luma(path):
+    return np.asarray(Image.open(path).convert("RGB"), float) @ np.array([0.2126, 0.7152, 0.0722])
+
+
+def psnr(a, b, mask):
+    return 10 * np.log10(255**2 / ((a - b)[mask] ** 2).mean())
+
+
+def truth(capture, camera, frame):
+    """Luma, and the silhouette without its outline, whose pixels show background too."""
+    folder = capture / f"cam{camera}"
+    mask = np.asarray(Image.open(folder / f"mask_{frame:04d}.png").convert("L")) > 127
+    core = mask.copy()
+    for axis in 0, 1:
+        for shift in -1, 1:
+            core &= np.roll(mask, shift, axis)
+    return luma(folder / f"{frame:04d}.png"), core
+
+
+def test_a_camera_sees_what_it_took(scene, tmp_path):
+    capture, stream = scene
+    for frame in 0, 1:
+        out = tmp_path / f"{frame}.png"
+        figures = drawn(stream, out, "--frame", frame, "--camera", 4, "--sources", 4)
+        picture, core = truth(capture, 4, frame)
+        assert (figures["width"], figures["height"]) == (320, 180)
+        assert figures["sources"] == [4]
+        seen = core & (np.asarray(Image.open(out).convert("RGB")) != 128).any(2)  # grey: grazing faces
+        assert seen.sum() > 0.75 * core.sum()
+        # The same pixels, but for the codec and the lattice.
+        assert psnr(luma(out), picture, seen) > 34
+
+
+def test_pictures_from_the_other_cameras_are_like_that_of_the_one_left_out(scene, tmp_path):
+    capture, stream = scene
+    found = []
+    for camera in range(CAMERAS):
+        out = tmp_path / f"{camera}.png"
+        figures = drawn(stream, out, "--camera", camera, "--leave-one-out", "--samples", 3)
+        assert figures["sources"] == [c for c in range(CAMERAS) if c != camera]
+        picture, core = truth(capture, camera, 0)
+        seen = core & (np.asarray(Image.open(out).convert("RGB")) != 128).any(2)
+        assert seen.sum() > 0.9 * core.sum()
+        found.append(psnr(luma(out), picture, seen))
+        assert found[-1] > 20
+    assert np.mean(found) > 24
+
+
+def test_floats_are_depth_weights_and_visibility(scene, tmp_path):
+    capture, stream = scene
+    names = [tmp_path / f"{name}.exr" for name in ("depth", "weights", "visibility", "colour")]
+    figures = drawn(stream, tmp_path / "a.png", "--camera", 2, "--depth", names[0], "--weights", names[1],
+                    "--visibility", names[2], "--mask", tmp_path / "mask.png")  # fmt: skip
+    drawn(stream, names[3], "--camera", 2)
+    depth, weights, visibility, colour = (read_exr(name) for name in names)
+    depth, surface = depth["Z"], np.isfinite(depth["Z"])
+    assert surface.sum() == figures["surface"]["pixels"]
+    assert ((np.asarray(Image.open(tmp_path / "mask.png")) > 0) == surface).all()
+    # fvvsynth knows the depth; the lattice moves the surface, and its outline by less than a pixel.
+    exact = read_exr(next((capture / "cam2").glob("depth*0000.exr")))["Z"]
+    both = surface & np.isfinite(exact)
+    assert both.sum() > 0.97 * surface.sum()
+    assert np.median(np.abs(depth[both] - exact[both])) < 0.002
+
+    assert set(weights) == set(visibility) == {f"camera.{i}" for i in range(CAMERAS)}
+    weights = np.array([weights[f"camera.{i}"] for i in range(CAMERAS)])
+    visibility = np.array([visibility[f"camera.{i}"] for i in range(CAMERAS)])
+    used = (weights > 0).sum(0)
+    assert used.max() == 3
+    assert np.allclose(weights.sum(0)[used > 0], 1, atol=1e-6)
+    assert (visibility[weights > 0] == 1).all()
+    assert set(np.unique(visibility)) == {0, 1}
+    shares = [(used[surface] == n).mean() for n in range(4)]
+    assert np.allclose(shares, figures["share_by_cameras"], atol=1e-9)
+    # A camera shows all that itself looks at but what is turned away too far, and sees that alone.
+    assert 0.75 < visibility[2][surface].mean() < 1
+
+    codes = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"), float) / 255
+    light = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    assert np.abs(light - np.stack([colour[c] for c in "RGB"], 2)).max() < 0.005
+
+
+def test_depth_maps_and_rays_nearly_agree(scene, tmp_path):
+    _, stream = scene
+    pictures = []
+    for how in "depth", "rays":
+        path = tmp_path / f"{how}.exr"
+        drawn(stream, tmp_path / f"{how}.png", "--camera", 1, "--visible-by", how, "--visibility", path)
+        pictures.append(np.stack(list(read_exr(path).values())))
+    differ = (pictures[0] != pictures[1]).sum() / (pictures[1] > 0).sum()
+    assert 0 < differ < 0.03
+
+
+def test_any_number_of_threads_gives_the_same_files(scene, tmp_path):
+    _, stream = scene
+    digests = set()
+    for threads in 1, 2, 5:
+        out, weights = tmp_path / f"{threads}.png", tmp_path / f"{threads}.exr"
+        drawn(stream, out, "--camera", 0, "--threads", threads, "--weights", weights)
+        digests.add(tuple(hashlib.sha256(p.read_bytes()).hexdigest() for p in (out, weights)))
+    assert len(digests) == 1
+
+
+def test_a_pose_is_where_the_user_says(scene, tmp_path):
+    capture, stream = scene
+    camera = json.loads((capture / "capture.json").read_text())["cameras"][3]
+    rotation, translation = np.array(camera["rotation"]), np.array(camera["translation"])
+    eye, up = -rotation.T @ translation, -rotation[1]
+    intrinsics = camera["intrinsics"]
+    pose = ",".join(f"{v:.9f}" for v in (*eye, *(eye + rotation[2]), *up))
+    depths = [tmp_path / "camera.exr", tmp_path / "pose.exr"]
+    drawn(stream, tmp_path / "a.png", "--camera", 3, "--depth", depths[0])
+    drawn(stream, tmp_path / "b.png", "--pose", pose, "--focal", intrinsics["fx"], "--size", "320x180",
+          "--depth", depths[1])  # fmt: skip
+    by_camera, by_pose = (np.isfinite(read_exr(path)["Z"]) for path in depths)
+    # The principal point alone differs, by a few pixels.
+    dx, dy = round(intrinsics["cx"] - 160), round(intrinsics["cy"] - 90)
+    moved = np.roll(by_pose, (dy, dx), (0, 1))
+    assert (moved & by_camera).sum() > 0.93 * (moved | by_camera).sum() > 0
+
+
+@pytest.mark.parametrize(
+    "arguments, expected, text",
+    [
+        (["--camera", 99], 2, "--camera: camera 99 is not in the stream, which has 0, 1, 2"),
+        (["--camera", 1, "--frame", 2], 2, "--frame: frame 2 is not in the stream, which has 2"),
+        ([], 2, "expected one of --camera and --pose, found neither"),
+        (["--camera", 1, "--pose", "0,0,0,1,1,1"], 2, "found both"),
+        (["--pose", "0,0,0,1,1,1,0"], 2, "expected 6 numbers, eye and target, or 9 with up, found 7"),
+        (["--pose", "1,1,1,1,1,1"], 2, "eye and target are the same point"),
+        (["--pose", "0,0,0,0,1,0"], 2, "up points along the line of sight"),
+        (["--pose", "0,0,0,1,1,1", "--leave-one-out"], 2, "--leave-one-out: expected with --camera only"),
+        (["--camera", 1, "--focal", 100], 2, "--focal: expected with --pose only"),
+        (["--camera", 1, "--size", "0x10"], 2, "--size: expected sides of 1 to 16384, found 0x10"),
+        (["--camera", 1, "--depth", "d.png"], 2, "--depth: expected a name that ends in .exr, found d.png"),
+        (["--camera", 1, "--sources", "1", "--exclude", "1"], 1, "no camera is left to take texture from"),
+        (["--camera", 1, "--exclude", "77"], 2, "--exclude: camera 77 is not in the stream"),
+        (["--camera", 1, "--background", "0,0,256"], 2, "--background: expected three numbers from 0 to 255"),
+        (["--camera", 1, "--samples", 2], 2, "--samples"),
+    ],
+)
+def test_mistakes_are_named_and_nothing_is_written(scene, tmp_path, arguments, expected, text):
+    _, stream = scene
+    done = tool("fvvrender", stream, "-o", tmp_path / "out.png", *arguments, expected=expected)
+    assert text in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_existing_picture_is_kept_unless_forced(scene, tmp_path):
+    _, stream = scene
+    out = tmp_path / "out.png"
+    out.write_text("mine")
+    assert "exists" in tool("fvvrender", stream, "-o", out, "--camera", 1, expected=1).stderr
+    assert out.read_text() == "mine"
+    drawn(stream, out, "--camera", 1, "--force")
+    assert out.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_faces_that_are_inside_out_are_told(tmp_path):
+    """A tetrahedron, wound both ways: warned of once, textured once."""
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    Image.new("RGB", (64, 64), (200, 0, 0)).save(tmp_path / "0000.png")
+    camera = {"id": 0, "width": 64, "height": 64, "pictures": "%04d.png",
+              "intrinsics": {"fx": 60, "fy": 60, "cx": 32, "cy": 32}, "lens": {"model": "none", "coefficients": []},
+              "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "translation": [-0.3, -0.3, 4]}  # fmt: skip
+    document = {"fvv_capture": 1, "frame_rate": 25, "frames": {"first": 0, "count": 1}, "units": "metres",
+                "meshes": {"pattern": "%04d.obj"}, "cameras": [camera]}  # fmt: skip
+    (tmp_path / "capture.json").write_text(json.dumps(document))
+    for order in 1, -1:
+        lines = ["v {} {} {}".format(*c) for c in corners]
+        lines += ["f {} {} {}".format(*(i + 1 for i in f[::order])) for f in faces]
+        (tmp_path / "0000.obj").write_text("\n".join(lines) + "\n")
+        tool("fvvmux", tmp_path, "-o", tmp_path / "t.fvv", "--keep-geometry", "--force", "--codec", "jpeg")
+        done = tool(
+            "fvvrender", tmp_path / "t.fvv", "-o", tmp_path / "t.png", "--camera", 0, "--json", "--force"
+        )
+        assert ("inside out" in done.stderr) == (order < 0)
+        figures = json.loads(done.stdout)
+        assert figures["surface"]["pixels"] > 50
+        assert (figures["share_by_cameras"][0] > 0.9) == (order < 0)
