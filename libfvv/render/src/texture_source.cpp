@@ -25,14 +25,9 @@ bool TextureSource::shows(const SurfacePoint &point, double at[2]) const {
   if (!(at[0] >= margin && at[1] >= margin && at[0] <= view.camera.width - margin &&
         at[1] <= view.camera.height - margin))
     return false;
-  switch (visibility) {
-  case Visibility::given:
-    return view.visible_faces[point.face] != 0;
-  case Visibility::rays:
-    return !hidden_by_rays(place, point.position, point.face, rays);
-  case Visibility::depth_map:
-    break;
-  }
+  if (visibility == Visibility::given) return view.visible_faces[point.face] != 0;
+  if (!(dot(point.face_normal, place - point.position) > 0)) return false;
+  if (visibility == Visibility::rays) return !hidden_by_rays(place, point.position, point.face, rays);
   return !map->hidden(point.position, point.face_normal);
 }
 

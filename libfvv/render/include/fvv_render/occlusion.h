@@ -14,7 +14,10 @@ struct DepthTest {
   uint32_t samples = 3; // of the map, along a pixel's side: 1, 3, 5 or 7
   // A point is hidden when it lies behind the map's sample nearest to it by more than bias pixels' breadth at
   // that distance, and slope times what the surface itself recedes from one pixel to the next.
-  double bias = 0.2, slope = 1;
+  // The sample is at most 0.24 pixels away when there are 3: half a pixel's slope leaves room for curvature.
+  // Against rays, over points whose face and normal are turned to the camera, 0.11 to 0.14 % are hidden
+  // wrongly and 0.17 to 0.37 % shown wrongly (480x270 and 1024x768).
+  double bias = 0.2, slope = 0.5;
 };
 
 // The depth map of one camera. It is drawn without the lens, in a pinhole camera of the same pose that covers

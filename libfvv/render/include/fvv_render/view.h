@@ -3,15 +3,14 @@
 //
 // The method is that of Budd, Grau, Schuebel, "Web delivery of free-viewpoint video of sport events" (BBC R&D
 // White Paper 235, 2012), section 4, point by point of the surface:
-//   - A camera can show the point when it lies in front of it, within the lens' r_max and within the
-//     camera's pixels, and nothing of the mesh stands between (occlusion.h).
+//   - A camera can show the point when it lies in front of it, within the lens' r_max and within the camera's
+//     pixels, the face turns its front to the camera, and nothing of the mesh stands between (occlusion.h).
+//     The paper asks for the depth alone; a face seen from behind, next to an outline, is as far away as its
+//     neighbour that hides it, and no tolerance tells the two apart.
 //   - Its weight is the cosine of the angle between the surface's normal and the ray to the camera. Normals
-//   of
-//     vertices are interpolated over the face. They are not turned to the viewer: cameras that see the back
-//     of a face show nothing of its front.
-//   - Weights below the threshold drop out; of the others the largest few are kept, at equal weight the
-//   camera
-//     that was named first, and divided by their sum.
+//     of vertices are interpolated over the face; they are not turned to the viewer.
+//   - Weights below the threshold drop out. Of the others the largest few are kept, at equal weight the
+//     camera that was named first, and divided by their sum.
 //   - The colour is the sum of the cameras' colours with these weights.
 // Colours are interpolated and added as display values (sRGB), not as light: so did the paper, so do players
 // that sample textures of 8 bits, and video is scaled and coded in display values too.
