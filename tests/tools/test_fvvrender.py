@@ -236,6 +236,27 @@ def test_an_existing_picture_is_kept_unless_forced(scene, tmp_path):
     assert out.read_bytes()[:4] == b"\x89PNG"
 
 
+def test_what_is_damaged_is_named(scene, tmp_path):
+    """A flipped byte in the video, then one in the mesh; frame 1 of JPEG is whole without the pictures of frame 0."""
+    capture, _ = scene
+    stream, out = tmp_path / "s.fvv", tmp_path / "out.png"
+    tool("fvvmux", capture, "-o", stream, "--codec", "jpeg", "--keep-geometry")
+    whole = stream.read_bytes()
+    damaged = bytearray(whole)
+    damaged[whole.index(b"\xff\xd8\xff") + 2000] ^= 1
+    stream.write_bytes(damaged)
+    done = tool("fvvrender", stream, "-o", out, "--camera", 1, expected=1)
+    assert "frame 0: no picture of camera 3: " in done.stderr
+    assert "no camera is left to take texture from" in done.stderr
+    drawn(stream, out, "--camera", 1, "--frame", 1)
+    out.unlink()
+    damaged = bytearray(whole)
+    damaged[whole.index(b"MESH") + 1000] ^= 1
+    stream.write_bytes(damaged)
+    assert "frame 0: " in tool("fvvrender", stream, "-o", out, "--camera", 1, expected=1).stderr
+    assert not out.exists()
+
+
 def test_faces_that_are_inside_out_are_told(tmp_path):
     """A tetrahedron, wound both ways: warned of once, textured once."""
     corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]

@@ -21,6 +21,11 @@ render::Vec3 colour_of(const std::string &option, const std::vector<int> &codes)
   return {codes[0] / 255.0, codes[1] / 255.0, codes[2] / 255.0};
 }
 
+void tell(const rendering::Result &result) {
+  for (const std::string &text : result.warnings) cli::warn(text);
+  for (const std::string &line : result.losses) std::fprintf(stderr, "%s\n", line.c_str());
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
@@ -94,9 +99,14 @@ int main(int argc, char **argv) {
     if (excluded) options.excluded = demux::Selection::parse("--exclude", *excluded);
     view.background = colour_of("--background", background);
     view.unseen = colour_of("--unseen", unseen);
-    const rendering::Result result = rendering::run(options);
-    for (const std::string &text : result.warnings) cli::warn(text);
-    for (const std::string &line : result.losses) std::fprintf(stderr, "%s\n", line.c_str());
+    rendering::Result result;
+    try {
+      rendering::run(options, result);
+    } catch (...) {
+      tell(result);
+      throw;
+    }
+    tell(result);
     if (as_json) std::printf("%s\n", rendering::json(options, result).c_str());
     return result.losses.empty() ? cli::done : cli::loss;
   });

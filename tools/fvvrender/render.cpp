@@ -114,12 +114,11 @@ private:
 
 } // namespace
 
-Result run(const Options &options) {
+void run(const Options &options, Result &result) {
   if (options.leave_one_out && !options.target.camera)
     throw cli::Failure("--leave-one-out: expected with --camera only", cli::usage);
   Files files(options);
   Clock clock;
-  Result result;
   const Frame frame = load_frame(options.input, options.frame);
   result.losses = frame.losses;
   if (inside_out(frame))
@@ -154,7 +153,6 @@ Result run(const Options &options) {
     result.by_cameras[cameras]++;
   }
   files.write(picture, result.sources);
-  return result;
 }
 
 } // namespace fvv::rendering

@@ -32,8 +32,8 @@ struct Result {
   std::vector<std::string> losses;        // whole lines
 };
 
-// Throws cli::Failure, media::Error, capture::FileError.
-Result run(const Options &options);
+// Throws cli::Failure, media::Error; warnings and losses so far are in result then.
+void run(const Options &options, Result &result);
 
 // output.cpp. Whether the name asks for OpenEXR; cli::Failure (usage) for an extension that is neither png
 // nor exr, or, without png, not exr. The option is named in the message.
