@@ -136,6 +136,22 @@ TEST_CASE("normals of vertices are interpolated over the face") {
   REQUIRE(used(renderer.render(spot({0.01, 0, 0}))).empty());
 }
 
+TEST_CASE("a face that turns its back is not shown, whatever its vertices' normals say") {
+  Shape shape;
+  shape.square(1, 0);
+  Sources sources;
+  sources.plain(looking({0, 0, 3}, {}, 64, 64, 60), {1, 0, 0});
+  sources.plain(looking({0, 0, -3}, {}, 64, 64, 60), {1, 0, 0});
+  ViewOptions options;
+  options.visibility = GENERATE(Visibility::depth_map, Visibility::rays);
+  options.threshold = 0;
+  for (const double side : {1.0, -1.0}) {
+    const ViewRenderer renderer(shape.mesh(), std::vector<Vec3>(4, {0, 0, side}), sources.views, options);
+    const auto expected = side > 0 ? std::vector<uint32_t>{} : std::vector<uint32_t>{1};
+    REQUIRE(used(renderer.render(spot({}))) == expected);
+  }
+}
+
 TEST_CASE("what stands before a camera hides what is behind it") {
   Shape shape;
   shape.square(3, 0);
