@@ -113,7 +113,7 @@ TEST_CASE("every rule of CAMR has its number, decoding and encoding") {
   const fault faults[] = {
       {"identifier", FVV_ISSUE_CAMERA_ID, FVV_CAMR_ID, 2, 65535},
       {"lens", FVV_ISSUE_CAMERA_LENS, FVV_CAMR_LENS, 1, 3},
-      {"flags", FVV_ISSUE_CAMERA_PAYLOAD, FVV_CAMR_FLAGS, 1, 1},
+      {"flags", FVV_ISSUE_CAMERA_PAYLOAD, FVV_CAMR_FLAGS, 1, 2},
       {"width 0", FVV_ISSUE_CAMERA_INTRINSICS, FVV_CAMR_WIDTH, 4, 0},
       {"height 0", FVV_ISSUE_CAMERA_INTRINSICS, FVV_CAMR_HEIGHT, 4, 0},
       {"fx 0", FVV_ISSUE_CAMERA_INTRINSICS, FVV_CAMR_FX, 8, 0},

@@ -70,6 +70,53 @@ FVV_API FVV_MUST_USE fvv_status fvv_camera_encode(const fvv_camera *camera, uint
 FVV_API FVV_MUST_USE fvv_status fvv_camera_decode(fvv_camera *camera, const uint8_t *payload, size_t size,
                                                   const fvv_limits *limits, fvv_diagnostic *diagnostic);
 
+/* ---- cameras that move ------------------------------------------------------------------------------ */
+
+/* Steps of the values of a camera (clause 9.4): 2^-rotation (8 to 25) of each component of a unit quaternion,
+ * 2^-position metres of the centre, 2^-pixel pixels of the intrinsics, 2^-lens of coefficients and r_max (0
+ * to 40 each). */
+typedef struct fvv_calibration_bits {
+  uint8_t rotation, position, pixel, lens;
+} fvv_calibration_bits;
+
+/* The coarsest steps with which rotation, intrinsics and lens together move no point of the pictures of these
+ * cameras by more than max_pixels, and each coordinate of a centre is off by position_step / 2 metres at
+ * most. Finer ones than the format has are not answered: that is where focal lengths of 10^5 pixels and more
+ * end. A rational lens whose denominator comes below 1/2 within the picture may be off by more. For valid
+ * cameras: all of a stream, in all of its frames, or some whose steps are then used for others too. */
+FVV_API void fvv_calibration_choose(const fvv_camera *cameras, size_t count, double position_step,
+                                    double max_pixels, fvv_calibration_bits *bits);
+
+/* Where the cameras of a configuration that move are, chunk by chunk of their track. */
+typedef struct fvv_calibration fvv_calibration;
+
+/* Of cameras, which are copied (their names are borrowed), those with FVV_CAMERA_MOVES; others are passed
+ * over. The only errors are of memory. */
+FVV_API FVV_MUST_USE fvv_status fvv_calibration_create(const fvv_camera *cameras, size_t count,
+                                                       const fvv_allocator *allocator,
+                                                       fvv_calibration **calibration);
+FVV_API void fvv_calibration_destroy(fvv_calibration *calibration);
+/* As behind create: a new group begins, or something was lost. */
+FVV_API void fvv_calibration_reset(fvv_calibration *calibration);
+/* One CALB payload, of any origin; key: the flag of its chunk. A chunk that is no key follows the one that
+ * was decoded last. After an error no camera is calibrated until the next key. Offsets of diagnostics are
+ * those in the payload. */
+FVV_API FVV_MUST_USE fvv_status fvv_calibration_decode(fvv_calibration *calibration, const uint8_t *payload,
+                                                       size_t size, int key, fvv_diagnostic *diagnostic);
+/* The camera as the chunk decoded or encoded last has it. FVV_END: it is not calibrated there;
+ * FVV_ERROR_ARGUMENT: it is none that moves. */
+FVV_API FVV_MUST_USE fvv_status fvv_calibration_camera(const fvv_calibration *calibration, uint16_t id,
+                                                       fvv_camera *camera);
+/* The next payload. cameras: those that are calibrated, by rising identifier, each with the lens model and
+ * the picture size that it was created with. Rotations become the nearest
+ * exact ones. payload is zero-initialised or from a call before; the caller frees it. FVV_ERROR_INPUT: a
+ * camera is not valid or does not fit into the steps. Without key: behind a key, with its bits, 65535 times
+ * at most. The state changes only when the answer is FVV_OK. */
+FVV_API FVV_MUST_USE fvv_status fvv_calibration_encode(fvv_calibration *calibration,
+                                                       const fvv_calibration_bits *bits,
+                                                       const fvv_camera *cameras, size_t count, int key,
+                                                       fvv_bytes *payload, fvv_diagnostic *diagnostic);
+
 #ifdef __cplusplus
 }
 #endif

@@ -27,11 +27,12 @@ enum {
   FVV_CHUNK_SCENE = 0x4e454353, /* SCEN: scene */
   FVV_CHUNK_TRACK = 0x4b415254, /* TRAK: track declaration */
   FVV_CHUNK_METADATA = 0x4154454d, /* META: metadata, JSON text */
-  FVV_CHUNK_CAMERA = 0x524d4143, /* CAMR: static camera */
+  FVV_CHUNK_CAMERA = 0x524d4143, /* CAMR: camera */
   FVV_CHUNK_VIDEO_CONFIG = 0x47464356, /* VCFG: video configuration */
   FVV_CHUNK_TILES = 0x454c4954, /* TILE: tile layout */
   FVV_CHUNK_GROUP = 0x50555247, /* GRUP: group begins */
   FVV_CHUNK_MESH = 0x4853454d, /* MESH: mesh of one frame */
+  FVV_CHUNK_CALIBRATION = 0x424c4143, /* CALB: cameras that move, at one time */
   FVV_CHUNK_VIDEO_PACKET = 0x544b5056, /* VPKT: video sample */
   FVV_CHUNK_GROUP_END = 0x444e4547, /* GEND: group ends */
   FVV_CHUNK_INDEX = 0x58444e49, /* INDX: index of groups */
@@ -75,7 +76,7 @@ enum {
 enum {
   FVV_TRACK_MESH = 1, /* MESH chunks */
   FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG, with tiles one TILE */
-  FVV_TRACK_CALIBRATION = 3, /* reserved for moving cameras */
+  FVV_TRACK_CALIBRATION = 3, /* CALB chunks, of all cameras that move */
   FVV_TRACK_VISIBILITY = 4, /* reserved */
   FVV_TRACK_BACKGROUND = 5, /* reserved */
   FVV_TRACK_METADATA = 6, /* reserved for timed metadata */
@@ -95,6 +96,11 @@ enum {
 enum {
   FVV_MESH_HAS_TEXTURE = 1, /* texture coordinates, clause 8.6 */
   FVV_MESH_HAS_NORMALS = 2, /* normals, clause 8.13 */
+};
+
+/* Camera flags, clause 9.4. */
+enum {
+  FVV_CAMERA_MOVES = 1, /* CALB chunks say where the camera is and how it sees */
 };
 
 /* Lens models, clause 9.1. */
@@ -155,6 +161,7 @@ enum {
   FVV_ISSUE_CONFIGURATION_TRACK = 2201,
   FVV_ISSUE_CONFIGURATION_VIDEO = 2202,
   FVV_ISSUE_CONFIGURATION_CAMERA = 2203,
+  FVV_ISSUE_CONFIGURATION_CALIBRATION = 2204,
   FVV_ISSUE_MESH_PAYLOAD = 3001,
   FVV_ISSUE_MESH_PROFILE = 3002,
   FVV_ISSUE_MESH_COUNTS = 3003,
@@ -202,6 +209,11 @@ enum {
   FVV_ISSUE_CAMERA_ROTATION = 5004,
   FVV_ISSUE_CAMERA_R_MAX = 5005,
   FVV_ISSUE_CAMERA_ID = 5006,
+  FVV_ISSUE_CALIBRATION_PAYLOAD = 5101,
+  FVV_ISSUE_CALIBRATION_CAMERA = 5102,
+  FVV_ISSUE_CALIBRATION_NUMBER = 5103,
+  FVV_ISSUE_CALIBRATION_RANGE = 5104,
+  FVV_ISSUE_CALIBRATION_RESULT = 5105,
   FVV_ISSUE_LIMIT = 7001,
 };
 

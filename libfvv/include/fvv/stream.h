@@ -80,6 +80,12 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_configuration(fvv_stream *stream, siz
  * key. When a frame on the way is damaged, its error is the answer. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track,
                                                 fvv_mesh *mesh, fvv_diagnostic *diagnostic);
+/* A camera as it is in a frame, one that moves by the calibration of the frame. FVV_END: it moves and is not
+ * calibrated in this frame; no colours may be taken from its picture (clause 9.6). FVV_ERROR_ARGUMENT: the
+ * configuration does not describe it. Like delta frames of meshes, calibrations are followed from their key
+ * on. The name belongs to the configuration. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_camera(fvv_stream *stream, size_t frame, uint16_t id,
+                                                  fvv_camera *camera, fvv_diagnostic *diagnostic);
 /* The video sample of a frame on one track, checked by fvv_video_sample_check. FVV_END: none. Valid until the
  * next call on this stream. key: non-zero when it decodes alone; decoding starts at the first sample of its
  * group. */

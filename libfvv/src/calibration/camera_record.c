@@ -26,9 +26,9 @@ static fvv_status check_header(const fvv_camera *camera, fvv_status status, fvv_
   if (camera->lens > FVV_LENS_FISHEYE)
     return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_LENS, FVV_CHUNK_CAMERA, FVV_CAMR_LENS,
                     "lens model is %d, expected 0 to 2", camera->lens);
-  if (camera->flags)
+  if (camera->flags & ~FVV_CAMERA_MOVES)
     return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_PAYLOAD, FVV_CHUNK_CAMERA, FVV_CAMR_FLAGS,
-                    "camera flags are 0x%02x, expected 0", camera->flags);
+                    "camera flags are 0x%02x, expected 0 or 1", camera->flags);
   size_t bad = 0;
   if (camera->name_size && !fvv_text_valid((const uint8_t *)camera->name, camera->name_size, &bad))
     return fvv_fail(diagnostic, status, FVV_ISSUE_TEXT, FVV_CHUNK_CAMERA, FVV_CAMR_SIZE + (uint64_t)bad,

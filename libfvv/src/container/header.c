@@ -33,7 +33,16 @@ uint8_t fvv_chunk_flags(uint32_t type) {
 }
 
 uint8_t fvv_chunk_track_kind(uint32_t type) {
-  return type == FVV_CHUNK_MESH ? FVV_TRACK_MESH : type == FVV_CHUNK_VIDEO_PACKET ? FVV_TRACK_VIDEO : 0;
+  switch (type) {
+  case FVV_CHUNK_MESH:
+    return FVV_TRACK_MESH;
+  case FVV_CHUNK_CALIBRATION:
+    return FVV_TRACK_CALIBRATION;
+  case FVV_CHUNK_VIDEO_PACKET:
+    return FVV_TRACK_VIDEO;
+  default:
+    return 0;
+  }
 }
 
 void fvv_header_write(fvv_chunk_header *header, uint8_t out[FVV_CHUNK_HEADER_SIZE]) {

@@ -4,6 +4,7 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "container/header.h"
+#include "stream/check_calibration.h"
 #include "stream/check_mesh.h"
 #include "stream/configuration.h"
 
@@ -18,6 +19,7 @@ typedef struct open_frame {
 typedef struct checked_track {
   fvv_track_summary summary;
   fvv_checked_mesh mesh;
+  fvv_checked_calibration calibration;
 } checked_track;
 
 struct fvv_checker {
@@ -68,7 +70,10 @@ void fvv_checker_destroy(fvv_checker *checker) {
   const fvv_allocator allocator = checker->allocator;
   fvv_reader_destroy(checker->reader);
   checked_track *tracks = (checked_track *)checker->tracks.data;
-  for (size_t i = 0; i < fvv_checker_track_count(checker); i++) fvv_mesh_frames_reset(&tracks[i].mesh.frames);
+  for (size_t i = 0; i < fvv_checker_track_count(checker); i++) {
+    fvv_mesh_frames_reset(&tracks[i].mesh.frames);
+    fvv_checked_calibration_reset(&tracks[i].calibration);
+  }
   fvv_configuration_free(&checker->building);
   fvv_configuration_free(&checker->complete);
   fvv_bytes_free(&checker->problems);
@@ -184,8 +189,11 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
     if (header.vertex_count) count_mesh(&track->summary, &header);
     return status;
   }
-  if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && c->options.decode && c->has_configuration &&
-      !c->block_bad) {
+  if (!c->options.decode || !c->has_configuration || c->block_bad) return FVV_OK;
+  if (event->chunk.type == FVV_CHUNK_CALIBRATION)
+    return fvv_check_calibration(&track->calibration, event, c->summary.configurations, c->summary.groups,
+                                 &c->complete.view, &c->allocator, &c->frame.whole, diagnostic);
+  if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET) {
     const fvv_video_layout *video = fvv_configuration_video(&c->complete.view, event->chunk.track);
     if (video)
       return fvv_video_sample_check(&video->config, event->chunk.flags & FVV_FLAG_KEY, event->payload, size,

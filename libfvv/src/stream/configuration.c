@@ -218,6 +218,12 @@ fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64
   for (size_t i = 0; i < view->track_count; i++)
     if (view->tracks[i].kind == FVV_TRACK_VIDEO && !fvv_configuration_video(view, view->tracks[i].id))
       WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_TRACK, "video track %u has no VCFG", view->tracks[i].id);
+  size_t tracks = 0, moving = 0;
+  for (size_t i = 0; i < view->track_count; i++) tracks += view->tracks[i].kind == FVV_TRACK_CALIBRATION;
+  for (size_t i = 0; i < view->camera_count; i++) moving += (view->cameras[i].flags & FVV_CAMERA_MOVES) != 0;
+  if (tracks != (moving > 0))
+    WRONG(CONFIGURATION_CALIBRATION, FVV_CHUNK_CAMERA, "%zu calibration tracks for %zu cameras that move",
+          tracks, moving);
   for (size_t i = 0; i < view->video_count; i++) {
     const fvv_status status =
         complete_video(builder, (fvv_video_layout *)builder->videos.data + i, offset, diagnostic);

@@ -26,7 +26,7 @@ void fvv_configuration_free(fvv_configuration_builder *builder);
 FVV_MUST_USE fvv_status fvv_configuration_add(fvv_configuration_builder *builder,
                                               const fvv_chunk_header *header, const uint8_t *payload,
                                               uint64_t offset, fvv_diagnostic *diagnostic);
-/* Checks what concerns several chunks (issues 2201 to 2203, 4102, 4103) and fills view. */
+/* Checks what concerns several chunks (issues 2201 to 2204, 4102, 4103) and fills view. */
 FVV_MUST_USE fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
                                                    fvv_diagnostic *diagnostic);
 

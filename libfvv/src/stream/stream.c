@@ -38,6 +38,7 @@ void fvv_stream_close(fvv_stream *stream) {
   const fvv_allocator allocator = stream->allocator;
   fvv_configuration_free(&stream->configuration);
   fvv_bytes_free(&stream->firsts);
+  fvv_stream_release_cameras(stream);
   fvv_stream_release_meshes(stream);
   fvv_file_close(stream->file);
   fvv_release(&allocator, stream, sizeof *stream);
@@ -109,6 +110,7 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
   const uint64_t offset = info->configuration_offset;
   if (offset != stream->configuration_offset) {
     stream->configuration_offset = 0;
+    fvv_stream_release_cameras(stream); /* names are borrowed */
     const fvv_chunk_info *chunks;
     size_t count;
     fvv_status status = fvv_file_configuration(stream->file, group, &chunks, &count, diagnostic);

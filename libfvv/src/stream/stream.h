@@ -1,4 +1,4 @@
-/* stream/stream.h: the state of fvv_stream, which stream.c and stream_mesh.c share. */
+/* stream/stream.h: the state of fvv_stream, which stream.c, stream_mesh.c and stream_camera.c share. */
 #ifndef FVV_STREAM_STREAM_H
 #define FVV_STREAM_STREAM_H
 
@@ -11,8 +11,11 @@ struct fvv_stream {
   fvv_configuration_builder configuration;
   uint64_t configuration_offset; /* of the block that is loaded; 0: none */
   size_t frame_count;
-  fvv_bytes firsts; /* uint64_t for each group: number of its first frame */
-  fvv_bytes meshes; /* followed_track: where delta frames were decoded last */
+  fvv_bytes firsts;             /* uint64_t for each group: number of its first frame */
+  fvv_bytes meshes;             /* followed_track: where delta frames were decoded last */
+  fvv_calibration *calibration; /* of the block calibration_block; NULL: none yet */
+  uint64_t calibration_block;
+  uint64_t calibration_chunk; /* offset of the chunk that was decoded last; 0: none */
 };
 
 /* The chunks of a frame: a run within its group's list, which begins with first. */
@@ -27,5 +30,6 @@ FVV_MUST_USE fvv_status fvv_stream_find(fvv_stream *stream, size_t frame, fvv_fr
                                         fvv_diagnostic *diagnostic);
 
 void fvv_stream_release_meshes(fvv_stream *stream);
+void fvv_stream_release_cameras(fvv_stream *stream);
 
 #endif

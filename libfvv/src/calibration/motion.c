@@ -1,0 +1,314 @@
+/* calibration/motion.c: cameras that move, from and to the payloads of CALB chunks (clause 9.4).
+ *
+ * Knows the cameras of a configuration block and where each stands in the run of chunks; must not know groups
+ * or files. Work and memory are bounded by the cameras, whatever the bytes say. */
+#include "fvv/calibration.h"
+
+#include "base/bytes.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/memory.h"
+#include "calibration/values.h"
+
+#include <inttypes.h>
+
+typedef struct moving_camera {
+  fvv_camera now;                         /* and what of it does not change */
+  int64_t values[FVV_CALIBRATION_VALUES]; /* of its last entry since the key chunk; 0 without one */
+  int calibrated;                         /* in the current chunk */
+} moving_camera;
+
+struct fvv_calibration {
+  fvv_allocator allocator;
+  moving_camera *cameras; /* by rising identifier */
+  size_t count;
+  fvv_calibration_bits bits;
+  int has_key;
+  uint16_t number; /* of the current chunk */
+};
+
+/* What a chunk would make of a camera; taken over when all of the chunk is good. */
+typedef struct entry {
+  moving_camera *camera;
+  int64_t values[FVV_CALIBRATION_VALUES];
+} entry;
+
+fvv_status fvv_calibration_create(const fvv_camera *cameras, size_t count, const fvv_allocator *allocator,
+                                  fvv_calibration **calibration) {
+  const fvv_allocator chosen = fvv_allocator_or_default(allocator);
+  *calibration = NULL;
+  fvv_calibration *c = fvv_allocate_zeroed(&chosen, sizeof *c);
+  if (!c) return FVV_ERROR_MEMORY;
+  c->allocator = chosen;
+  size_t moving = 0;
+  for (size_t i = 0; i < count; i++) moving += (cameras[i].flags & FVV_CAMERA_MOVES) != 0;
+  c->cameras = moving ? fvv_allocate_array(&chosen, moving, sizeof *c->cameras) : NULL;
+  if (moving && !c->cameras) {
+    fvv_release(&chosen, c, sizeof *c);
+    return FVV_ERROR_MEMORY;
+  }
+  if (moving) memset(c->cameras, 0, moving * sizeof *c->cameras);
+  for (size_t i = 0; i < count; i++) {
+    if (!(cameras[i].flags & FVV_CAMERA_MOVES)) continue;
+    size_t at = c->count++;
+    for (; at && c->cameras[at - 1].now.id > cameras[i].id; at--) c->cameras[at] = c->cameras[at - 1];
+    c->cameras[at].now = cameras[i];
+  }
+  *calibration = c;
+  return FVV_OK;
+}
+
+void fvv_calibration_destroy(fvv_calibration *calibration) {
+  if (!calibration) return;
+  const fvv_allocator allocator = calibration->allocator;
+  if (calibration->cameras)
+    fvv_release(&allocator, calibration->cameras, calibration->count * sizeof *calibration->cameras);
+  fvv_release(&allocator, calibration, sizeof *calibration);
+}
+
+void fvv_calibration_reset(fvv_calibration *calibration) {
+  calibration->has_key = 0;
+  for (size_t i = 0; i < calibration->count; i++) calibration->cameras[i].calibrated = 0;
+}
+
+static moving_camera *find(fvv_calibration *c, uint64_t id) {
+  size_t first = 0, end = c->count;
+  while (first < end) {
+    const size_t middle = first + (end - first) / 2;
+    if (c->cameras[middle].now.id < id)
+      first = middle + 1;
+    else
+      end = middle;
+  }
+  return first < c->count && c->cameras[first].now.id == id ? &c->cameras[first] : NULL;
+}
+
+fvv_status fvv_calibration_camera(const fvv_calibration *calibration, uint16_t id, fvv_camera *camera) {
+  const moving_camera *found = find((fvv_calibration *)calibration, id);
+  if (!found) return FVV_ERROR_ARGUMENT;
+  if (!found->calibrated) return FVV_END;
+  *camera = found->now;
+  return FVV_OK;
+}
+
+/* A new chunk begins. */
+static void advance(fvv_calibration *c, const fvv_calibration_bits *bits, uint16_t number) {
+  fvv_calibration_reset(c);
+  c->bits = *bits;
+  c->number = number;
+  c->has_key = 1;
+  for (size_t i = 0; i < c->count && !number; i++)
+    memset(c->cameras[i].values, 0, sizeof c->cameras[i].values);
+}
+
+static void take(fvv_calibration *c, const entry *entries, size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    moving_camera *camera = entries[i].camera;
+    memcpy(camera->values, entries[i].values, sizeof camera->values);
+    fvv_calibration_from_values(camera->values, &c->bits, &camera->now);
+    camera->calibrated = 1;
+  }
+}
+
+/* ---- payload -> cameras ----------------------------------------------------------------------------- */
+
+#define WRONG(rule, at, ...)                                                                                 \
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##rule, FVV_CHUNK_CALIBRATION, at, __VA_ARGS__)
+
+static fvv_status read_head(const fvv_calibration *c, const uint8_t *payload, size_t size, int key,
+                            fvv_calibration_bits *bits, fvv_diagnostic *diagnostic) {
+  if (size < FVV_CALB_SIZE)
+    WRONG(CALIBRATION_PAYLOAD, 0, "payload has %zu bytes, expected at least %d", size, FVV_CALB_SIZE);
+  const uint16_t number = fvv_get_u16(payload + FVV_CALB_NUMBER);
+  bits->rotation = payload[FVV_CALB_ROTATION_BITS];
+  bits->position = payload[FVV_CALB_POSITION_BITS];
+  bits->pixel = payload[FVV_CALB_PIXEL_BITS];
+  bits->lens = payload[FVV_CALB_LENS_BITS];
+  if (!fvv_calibration_bits_valid(bits))
+    WRONG(CALIBRATION_PAYLOAD, FVV_CALB_ROTATION_BITS,
+          "bits are %u %u %u %u, expected 8 to 25 for the rotation and up to 40 for the others",
+          bits->rotation, bits->position, bits->pixel, bits->lens);
+  if (!number != !!key)
+    WRONG(CALIBRATION_NUMBER, FVV_CALB_NUMBER, "number %u in a chunk %s the key flag", number,
+          key ? "with" : "without");
+  if (key) return FVV_OK;
+  if (!c->has_key)
+    WRONG(CALIBRATION_NUMBER, FVV_CALB_NUMBER, "number %u, but there is no chunk before", number);
+  if (number != c->number + 1)
+    WRONG(CALIBRATION_NUMBER, FVV_CALB_NUMBER, "number %u, expected %u", number, c->number + 1u);
+  if (memcmp(bits, &c->bits, sizeof *bits) != 0)
+    WRONG(CALIBRATION_NUMBER, FVV_CALB_ROTATION_BITS, "bits are not those of the key chunk");
+  return FVV_OK;
+}
+
+static fvv_status read_values(entry *e, const int64_t *before, const fvv_calibration_bits *bits,
+                              fvv_cursor *cursor, fvv_diagnostic *diagnostic) {
+  const uint16_t id = e->camera->now.id;
+  const uint64_t start = cursor->position;
+  for (size_t i = 0; i < fvv_calibration_value_count(e->camera->now.lens); i++) {
+    const uint64_t at = cursor->position;
+    const int64_t difference = fvv_unzigzag(fvv_cursor_uleb(cursor));
+    if (cursor->failed)
+      WRONG(CALIBRATION_PAYLOAD, at, "value %zu of camera %u is cut short or not in its shortest form", i,
+            id);
+    /* Twice the range reaches from any value to any other, and its sums fit. */
+    if (difference < -2 * FVV_CALIBRATION_VALUE_MAX || difference > 2 * FVV_CALIBRATION_VALUE_MAX)
+      WRONG(CALIBRATION_RANGE, at, "value %zu of camera %u changes by %" PRId64 ", beyond 2^54", i, id,
+            difference);
+    e->values[i] = before[i] + difference;
+    if (e->values[i] < -FVV_CALIBRATION_VALUE_MAX || e->values[i] > FVV_CALIBRATION_VALUE_MAX)
+      WRONG(CALIBRATION_RANGE, at, "value %zu of camera %u is %" PRId64 ", beyond 2^53", i, id, e->values[i]);
+  }
+  if (!fvv_calibration_quaternion_valid(e->values, bits))
+    WRONG(CALIBRATION_RANGE, start, "the quaternion of camera %u is not of length 1/2 to 2", id);
+  fvv_camera camera = e->camera->now;
+  fvv_diagnostic why = {0};
+  camera.name_size = 0; /* was checked with its CAMR */
+  fvv_calibration_from_values(e->values, bits, &camera);
+  if (fvv_camera_validate(&camera, &why) != FVV_OK)
+    WRONG(CALIBRATION_RESULT, start, "camera %u: %s", id, why.message);
+  return FVV_OK;
+}
+
+static fvv_status read_entries(fvv_calibration *c, const fvv_calibration_bits *bits, int key,
+                               fvv_cursor *cursor, entry *entries, size_t count, fvv_diagnostic *diagnostic) {
+  static const int64_t zeros[FVV_CALIBRATION_VALUES];
+  for (size_t i = 0; i < count; i++) {
+    const uint64_t at = cursor->position, id = fvv_cursor_uleb(cursor);
+    if (cursor->failed) WRONG(CALIBRATION_PAYLOAD, at, "entry %zu of %zu is cut short", i, count);
+    entries[i].camera = find(c, id);
+    if (!entries[i].camera)
+      WRONG(CALIBRATION_CAMERA, at, "entry %zu is of camera %" PRIu64 ", which is none that moves", i, id);
+    if (i && entries[i].camera <= entries[i - 1].camera)
+      WRONG(CALIBRATION_CAMERA, at, "entry %zu is of camera %" PRIu64 ", expected an identifier above %u", i,
+            id, entries[i - 1].camera->now.id);
+    const fvv_status status =
+        read_values(&entries[i], key ? zeros : entries[i].camera->values, bits, cursor, diagnostic);
+    if (status != FVV_OK) return status;
+  }
+  if (cursor->position != cursor->size)
+    WRONG(CALIBRATION_PAYLOAD, cursor->position, "%zu bytes behind the last entry",
+          cursor->size - cursor->position);
+  return FVV_OK;
+}
+
+static entry *make_entries(const fvv_calibration *c, size_t count) {
+  entry *entries = fvv_allocate_array(&c->allocator, count + 1, sizeof *entries);
+  if (entries) memset(entries, 0, (count + 1) * sizeof *entries);
+  return entries;
+}
+
+static void free_entries(const fvv_calibration *c, entry *entries, size_t count) {
+  fvv_release(&c->allocator, entries, (count + 1) * sizeof *entries);
+}
+
+fvv_status fvv_calibration_decode(fvv_calibration *c, const uint8_t *payload, size_t size, int key,
+                                  fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  fvv_calibration_bits bits;
+  fvv_status status = read_head(c, payload, size, key, &bits, diagnostic);
+  const size_t count = status == FVV_OK ? fvv_get_u16(payload + FVV_CALB_COUNT) : 0;
+  if (count > c->count)
+    status = fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CALIBRATION_CAMERA, FVV_CHUNK_CALIBRATION,
+                      FVV_CALB_COUNT, "%zu entries, but %zu cameras move", count, c->count);
+  entry *entries = status == FVV_OK ? make_entries(c, count) : NULL;
+  if (status == FVV_OK && !entries) status = fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
+  if (status == FVV_OK) {
+    fvv_cursor cursor = {payload, size, FVV_CALB_SIZE, 0};
+    status = read_entries(c, &bits, key, &cursor, entries, count, diagnostic);
+  }
+  if (status == FVV_OK) {
+    advance(c, &bits, fvv_get_u16(payload + FVV_CALB_NUMBER));
+    take(c, entries, count);
+  } else {
+    fvv_calibration_reset(c);
+  }
+  if (entries) free_entries(c, entries, count);
+  return status;
+}
+
+/* ---- cameras -> payload ----------------------------------------------------------------------------- */
+
+static fvv_status append_uleb(fvv_bytes *bytes, uint64_t value) {
+  uint8_t coded[10];
+  return fvv_bytes_append(bytes, coded, fvv_put_uleb(coded, value));
+}
+
+static fvv_status append_entry(const entry *e, const int64_t *before, fvv_bytes *payload) {
+  fvv_status status = append_uleb(payload, e->camera->now.id);
+  for (size_t i = 0; i < fvv_calibration_value_count(e->camera->now.lens) && status == FVV_OK; i++)
+    status = append_uleb(payload, fvv_zigzag(e->values[i] - before[i]));
+  return status;
+}
+
+static int same_constants(const fvv_camera *a, const fvv_camera *b) {
+  return a->lens == b->lens && a->width == b->width && a->height == b->height;
+}
+
+/* Finds the camera and computes the values of an entry. */
+static fvv_status make_entry(fvv_calibration *c, const fvv_camera *camera, const fvv_calibration_bits *bits,
+                             int key, entry *e, fvv_diagnostic *diagnostic) {
+  static const int64_t zeros[FVV_CALIBRATION_VALUES];
+  const fvv_status valid = fvv_camera_validate(camera, diagnostic);
+  if (valid != FVV_OK) {
+    if (diagnostic) diagnostic->status = FVV_ERROR_INPUT;
+    return FVV_ERROR_INPUT;
+  }
+  e->camera = find(c, camera->id);
+  if (!e->camera || !same_constants(&e->camera->now, camera))
+    return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_CALIBRATION_CAMERA, FVV_CHUNK_CALIBRATION, 0,
+                    "camera %u is none that moves, or has another lens model or picture size", camera->id);
+  fvv_camera result = e->camera->now;
+  if (fvv_calibration_to_values(camera, bits, key ? zeros : e->camera->values, e->values) &&
+      fvv_calibration_quaternion_valid(e->values, bits)) {
+    fvv_calibration_from_values(e->values, bits, &result);
+    if (fvv_camera_validate(&result, NULL) == FVV_OK) return FVV_OK;
+  }
+  return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_CALIBRATION_RANGE, FVV_CHUNK_CALIBRATION, 0,
+                  "camera %u does not fit into steps of %u, %u, %u and %u bits", camera->id, bits->rotation,
+                  bits->position, bits->pixel, bits->lens);
+}
+
+static int by_id(const fvv_camera *cameras, size_t count) {
+  for (size_t i = 1; i < count; i++)
+    if (cameras[i].id <= cameras[i - 1].id) return 0;
+  return 1;
+}
+
+fvv_status fvv_calibration_encode(fvv_calibration *c, const fvv_calibration_bits *bits,
+                                  const fvv_camera *cameras, size_t count, int key, fvv_bytes *payload,
+                                  fvv_diagnostic *diagnostic) {
+  static const int64_t zeros[FVV_CALIBRATION_VALUES];
+  fvv_diagnostic_clear(diagnostic);
+  payload->size = 0;
+  if (!payload->data) payload->allocator = c->allocator;
+  if (!fvv_calibration_bits_valid(bits) || !by_id(cameras, count) || count > c->count ||
+      (!key && (!c->has_key || c->number == UINT16_MAX || memcmp(bits, &c->bits, sizeof *bits) != 0)))
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, FVV_CHUNK_CALIBRATION, 0,
+                    "bits out of range, cameras not by rising identifier, or a chunk without its key");
+  entry *entries = make_entries(c, count);
+  if (!entries) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
+  fvv_status status = FVV_OK;
+  for (size_t i = 0; i < count && status == FVV_OK; i++)
+    status = make_entry(c, &cameras[i], bits, key, &entries[i], diagnostic);
+  if (status == FVV_OK) {
+    const uint16_t number = key ? 0 : (uint16_t)(c->number + 1);
+    uint8_t head[FVV_CALB_SIZE];
+    fvv_put_u16(head + FVV_CALB_NUMBER, number);
+    head[FVV_CALB_ROTATION_BITS] = bits->rotation;
+    head[FVV_CALB_POSITION_BITS] = bits->position;
+    head[FVV_CALB_PIXEL_BITS] = bits->pixel;
+    head[FVV_CALB_LENS_BITS] = bits->lens;
+    fvv_put_u16(head + FVV_CALB_COUNT, (uint16_t)count);
+    status = fvv_bytes_append(payload, head, sizeof head);
+    for (size_t i = 0; i < count && status == FVV_OK; i++)
+      status = append_entry(&entries[i], key ? zeros : entries[i].camera->values, payload);
+    if (status != FVV_OK) fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");
+    if (status == FVV_OK) {
+      advance(c, bits, number);
+      take(c, entries, count);
+    }
+  }
+  free_entries(c, entries, count);
+  return status;
+}
