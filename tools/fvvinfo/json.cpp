@@ -116,6 +116,7 @@ Json cameras_json(const fvv_configuration &c) {
                 {"centre", std::vector<double>(centre, centre + 3)}};
     // JSON has no infinity: a lens that is valid everywhere has no r_max.
     if (camera.r_max < 1e300) one["r_max"] = camera.r_max;
+    if (camera.flags & FVV_CAMERA_MOVES) one["moves"] = true;
     out.push_back(one);
   }
   return out;

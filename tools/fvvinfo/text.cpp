@@ -139,10 +139,11 @@ std::string camera_table(const fvv_configuration &c) {
     double centre[3];
     fvv_camera_centre(&camera, centre);
     const std::string label = i ? "" : format("Cameras %zu", c.camera_count);
-    out += row(label.c_str(),
-               format("%3u %-10s %ux%u, f %.1f px, lens %s, at (%.3f, %.3f, %.3f)", camera.id,
-                      printable(camera.name, camera.name_size).c_str(), camera.width, camera.height,
-                      camera.fx, lens_name(camera.lens), centre[0], centre[1], centre[2]));
+    out +=
+        row(label.c_str(), format("%3u %-10s %ux%u, f %.1f px, lens %s, at (%.3f, %.3f, %.3f)%s", camera.id,
+                                  printable(camera.name, camera.name_size).c_str(), camera.width,
+                                  camera.height, camera.fx, lens_name(camera.lens), centre[0], centre[1],
+                                  centre[2], camera.flags & FVV_CAMERA_MOVES ? " at first: it moves" : ""));
   }
   if (c.camera_count > shown)
     out += row("", format("and %zu more (--json lists all)", c.camera_count - shown));

@@ -167,6 +167,8 @@ private:
           if (warn_of_losses(plan, number, *mesh.decimation)) plan.warned = true;
         }
       }
+      const uint64_t calibration = writer->calibration(first + i, i == 0);
+      if (calibration) summary.calibration.add(calibration);
       for (size_t track = 0; track < plan.tracks.size(); track++) {
         const media::Sample &sample = group.videos[track].samples[i];
         writer->sample(plan.tracks[track], first + i, sample);

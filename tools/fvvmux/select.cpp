@@ -40,16 +40,20 @@ std::vector<size_t> named_cameras(const capture::Capture &capture, const std::st
   return found;
 }
 
-// Cameras that move have no place in the format yet (fvv.md clause 1.1).
-bool leave_out_moving(capture::Capture &capture) {
+// A camera of a stream has one lens model (fvv.md clause 9.4).
+bool changes_lens(const capture::Camera &camera) {
+  return std::any_of(camera.per_frame.begin(), camera.per_frame.end(),
+                     [&](const auto &entry) { return entry.second.lens != camera.calibration.lens; });
+}
+
+bool leave_out_changing(capture::Capture &capture) {
   std::string names;
   for (const capture::Camera &camera : capture.cameras)
-    if (camera.moves()) names += (names.empty() ? "" : ", ") + describe(camera);
+    if (changes_lens(camera)) names += (names.empty() ? "" : ", ") + describe(camera);
   if (names.empty()) return false;
-  cli::warn(capture.path + ": left out, because streams carry no moving cameras yet: " + names);
+  cli::warn(capture.path + ": left out, because their lens models change from frame to frame: " + names);
   std::vector<capture::Camera> &cameras = capture.cameras;
-  cameras.erase(std::remove_if(cameras.begin(), cameras.end(), [](const auto &c) { return c.moves(); }),
-                cameras.end());
+  cameras.erase(std::remove_if(cameras.begin(), cameras.end(), changes_lens), cameras.end());
   return true;
 }
 
@@ -90,7 +94,7 @@ void restrict_cameras(capture::Capture &capture, const std::vector<std::string> 
 bool select(capture::Capture &capture, const Options &options) {
   if (options.frames) restrict_frames(capture, *options.frames);
   restrict_cameras(capture, options.cameras);
-  const bool left_out = leave_out_moving(capture);
+  const bool left_out = leave_out_changing(capture);
   if (!options.meshes) capture.meshes.reset();
   if (!options.meshes || !options.pictures) capture.atlas.reset();
   bool pictures = false;

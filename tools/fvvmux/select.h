@@ -7,8 +7,8 @@
 
 namespace fvv::mux {
 
-// Leaves out the frames, cameras, pictures and meshes that options don't want, and what a stream cannot carry
-// yet, the latter with a warning; puts the cameras in the order that the stream has. Answers whether it
+// Leaves out the frames, cameras, pictures and meshes that options don't want, and what a stream cannot
+// carry, the latter with a warning; puts the cameras in the order that the stream has. Answers whether it
 // warned. Throws cli::Failure (usage) for wishes that do not fit the capture, and when nothing is left.
 bool select(capture::Capture &capture, const Options &options);
 

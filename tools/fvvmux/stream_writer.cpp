@@ -32,6 +32,7 @@ StreamWriter::StreamWriter(const Plan &chosen, cli::OutputFile &file)
   const fvv_status status = fvv_writer_create(&out, nullptr, &created, &diagnostic);
   writer.reset(created);
   check(status);
+  if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
   write_configuration();
 }
 
@@ -69,11 +70,14 @@ void StreamWriter::write_configuration() {
   if (plan.has_meshes()) write_track(mesh_track, FVV_TRACK_MESH, "mesh");
   for (const VideoTrack &track : plan.tracks)
     write_track(track_id(track), FVV_TRACK_VIDEO, track.is_atlas() ? "atlas" : "cameras");
-  for (const capture::Camera &camera : capture.cameras)
+  if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
+  for (const capture::Camera &source : capture.cameras) {
+    const fvv_camera camera = described(capture, source);
     configure(FVV_CHUNK_CAMERA, 0,
               record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
-                return fvv_camera_encode(&camera.calibration, out, size, written, d);
+                return fvv_camera_encode(&camera, out, size, written, d);
               }));
+  }
   for (const VideoTrack &track : plan.tracks) write_video(track);
   const nlohmann::ordered_json metadata = {
       {"generator", std::string("fvvmux ") + fvv_version()},
@@ -112,6 +116,14 @@ void StreamWriter::begin_group(size_t first, size_t count) {
 void StreamWriter::mesh(size_t frame, const std::vector<uint8_t> &payload, bool key) {
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, mesh_track, key ? FVV_FLAG_KEY : 0, int64_t(frame),
                          payload.data(), payload.size(), &diagnostic));
+}
+
+uint64_t StreamWriter::calibration(size_t frame, bool key) {
+  if (!moving) return 0;
+  const fvv_bytes &payload = moving->payload(frame, key);
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_CALIBRATION, calibration_track, key ? FVV_FLAG_KEY : 0,
+                         int64_t(frame), payload.data, payload.size, &diagnostic));
+  return payload.size;
 }
 
 void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {

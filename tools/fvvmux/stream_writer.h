@@ -4,13 +4,14 @@
 
 #include "cli/cli.h"
 #include "fvv/container.h"
+#include "fvvmux/moving.h"
 #include "fvvmux/plan.h"
 
 #include <memory>
 
 namespace fvv::mux {
 
-constexpr uint16_t mesh_track = 1;
+constexpr uint16_t mesh_track = 1, calibration_track = 4;
 // Of a track of Plan::tracks.
 inline uint16_t track_id(const VideoTrack &track) {
   return track.is_atlas() ? 3 : 2;
@@ -26,6 +27,8 @@ public:
   // Frames first ... first + count - 1, one tick each.
   void begin_group(size_t first, size_t count);
   void mesh(size_t frame, const std::vector<uint8_t> &payload, bool key);
+  // The calibration of a frame, if any camera moves; key: its group begins. Answers the bytes of payload.
+  uint64_t calibration(size_t frame, bool key);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   void end_group();
   // Index and footer, unless the stream is live. Answers the number of bytes written.
@@ -41,6 +44,7 @@ private:
   const Plan &plan;
   cli::OutputFile &output;
   fvv_diagnostic diagnostic = {};
+  std::optional<MovingCameras> moving;
   std::unique_ptr<fvv_writer, void (*)(fvv_writer *)> writer;
 };
 

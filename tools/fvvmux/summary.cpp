@@ -1,5 +1,7 @@
 #include "fvvmux/summary.h"
 
+#include "fvvmux/moving.h"
+
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -35,7 +37,7 @@ double per_second(const Summary &s) {
 }
 
 uint64_t overhead(const Summary &s) {
-  uint64_t bytes = s.bytes - s.mesh.payload;
+  uint64_t bytes = s.bytes - s.mesh.payload - s.calibration.payload;
   for (const TrackBytes &video : s.videos) bytes -= video.payload;
   return bytes;
 }
@@ -190,6 +192,7 @@ void verdict_lines(std::string &out, const Summary &s) {
       line(out, "            %s %.2f dB luma, the worst frame %.2f dB",
            s.plan.tracks[i].is_atlas() ? "atlas" : "pictures", v.videos[i].luma.psnr(), v.videos[i].min_psnr);
   if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
+  if (s.calibration.chunks) line(out, "            and %.3g px in those that move", v.moving_reprojection);
 }
 
 // JSON has no infinity: a PSNR of identical pictures is null.
@@ -217,6 +220,7 @@ nlohmann::ordered_json verdict_json(const Summary &s) {
       {"psnr", cameras["psnr"]},
       {"min_psnr", cameras["min_psnr"]},
       {"max_reprojection", v.max_reprojection}};
+  if (s.calibration.chunks) out["moving_max_reprojection"] = v.moving_reprojection;
   if (s.plan.normals.bits) out["max_normal_error"] = v.mesh.max_normal_error;
   if (s.plan.texture_bits) out["max_texture_error"] = v.mesh.max_texture_error;
   if (!atlas.is_null()) out["atlas"] = atlas;
@@ -265,6 +269,11 @@ std::string summary_text(const Summary &s) {
                profile_text(s) + (plan.options.mesh_profile == FVV_MESH_DRACO
                                       ? " level " + std::to_string(plan.options.mesh_level)
                                       : std::string()));
+  if (s.calibration.chunks) {
+    char error[60];
+    std::snprintf(error, sizeof error, "of cameras that move, to %g px", calibration_error);
+    track_line(out, s, "calibration", s.calibration.payload, error);
+  }
   for (size_t i = 0; i < plan.tracks.size(); i++)
     track_line(out, s, label_of(plan.tracks[i]), s.videos[i].payload, codec_choice(s, i));
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
@@ -311,6 +320,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
                          {"frames", (s.changes.*named.change).frames}};
     out["mesh"] = mesh;
   }
+  if (s.calibration.chunks) out["calibration"] = track_json(s.calibration);
   for (size_t i = 0; i < plan.tracks.size(); i++) out[label_of(plan.tracks[i])] = video_json(s, i);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   out["seconds"] = s.seconds;

@@ -18,13 +18,50 @@ namespace {
 // A swapped or broken picture is tens of dB off; content that is harder than the sample's is a few.
 constexpr double psnr_slack = 10;
 constexpr double exact_enough = 60;         // dB: a sample better than this promises nothing for other frames
-constexpr double reprojection_slack = 1e-6; // pixels; cameras are carried bit for bit
+constexpr double reprojection_slack = 1e-6; // pixels; cameras that stand still are carried bit for bit
+constexpr double moving_slack = 0.05;       // pixels, for cameras that move
+constexpr double r_max_slack = 1e-3;        // of r_max, of a camera that moves: it is rounded down
+constexpr double distance_in_steps = 1000;  // of the lattice, from a camera to the points that are compared
 
 struct GroupVerdict {
   size_t meshes = 0;
   MeshVerdict mesh;
   std::vector<VideoVerdict> videos;
+  double moving_reprojection = 0; // pixels, of cameras that move
 };
+
+// How far a rotation is from an orthonormal one, to which a camera that moves is rounded, in pixels.
+double skewed(const fvv_camera &camera) {
+  const double *r = camera.rotation;
+  double worst = 0;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      const double dot = r[3 * i] * r[3 * j] + r[3 * i + 1] * r[3 * j + 1] + r[3 * i + 2] * r[3 * j + 2];
+      worst = std::max(worst, std::fabs(dot - (i == j)));
+    }
+  return worst * (std::max(camera.fx, camera.fy) + camera.width + camera.height);
+}
+
+// Pixels all over the picture go out through the capture's camera and come back through the stream's.
+// distance: of the points, along the axis.
+double reprojection(const fvv_camera &ours, const fvv_camera &theirs, double distance) {
+  constexpr int steps = 8;
+  double centre[3], worst = 0;
+  fvv_camera_centre(&ours, centre);
+  for (int i = 0; i < steps * steps; i++) {
+    const double pixel[2] = {ours.width * double(i % steps) / (steps - 1),
+                             ours.height * double(i / steps) / (steps - 1)};
+    double ray[3], world[3], before[2], after[2];
+    if (!fvv_camera_unproject(&ours, pixel, ray)) continue;
+    for (int k = 0; k < 3; k++)
+      world[k] = centre[k] + distance * (ours.rotation[k] * ray[0] + ours.rotation[3 + k] * ray[1] +
+                                         ours.rotation[6 + k] * ray[2]);
+    if (!fvv_camera_project(&ours, world, before, nullptr)) continue;
+    if (!fvv_camera_project(&theirs, world, after, nullptr)) return INFINITY;
+    worst = std::max(worst, std::hypot(before[0] - after[0], before[1] - after[1]));
+  }
+  return worst;
+}
 
 // Reads with a handle of its own, so that several may run at once.
 class Reader {
@@ -54,6 +91,7 @@ public:
     for (const VideoTrack &track : plan.tracks) verdict.videos.push_back(pictures(index, track));
     for (size_t i = 0; plan.has_meshes() && i < plan.frames_of(index); i++)
       mesh(plan.first_of(index) + i, verdict);
+    for (size_t i = 0; i < plan.frames_of(index); i++) moving(plan.first_of(index) + i, verdict);
     return verdict;
   }
 
@@ -90,6 +128,22 @@ private:
       fail(frame, mismatch.what());
     }
     verdict.meshes++;
+  }
+
+  void moving(size_t frame, GroupVerdict &verdict) {
+    for (const capture::Camera &camera : plan.capture.cameras) {
+      if (!camera.moves()) continue;
+      fvv_camera ours = camera.calibration_at(plan.capture.frames.number(int64_t(frame))), theirs;
+      check(fvv_stream_camera(stream.get(), frame, ours.id, &theirs, &diagnostic), frame, "calibration");
+      const bool reaches =
+          std::isinf(ours.r_max) ? std::isinf(theirs.r_max) : theirs.r_max >= ours.r_max * (1 - r_max_slack);
+      ours.r_max = theirs.r_max;
+      const double pixels =
+          reaches ? reprojection(ours, theirs, distance_in_steps * plan.lattice.lattice.step) : INFINITY;
+      if (!(pixels <= moving_slack + skewed(ours)))
+        fail(frame, "camera " + std::to_string(ours.id) + " is not the camera of the capture");
+      verdict.moving_reprojection = std::max(verdict.moving_reprojection, pixels);
+    }
   }
 
   VideoVerdict pictures(size_t index, const VideoTrack &track) {
@@ -149,26 +203,6 @@ private:
   std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream;
 };
 
-// Pixels all over the picture go out through the capture's camera and come back through the stream's.
-double reprojection(const fvv_camera &ours, const fvv_camera &theirs) {
-  constexpr int steps = 8;
-  double centre[3], worst = 0;
-  fvv_camera_centre(&ours, centre);
-  for (int i = 0; i < steps * steps; i++) {
-    const double pixel[2] = {ours.width * double(i % steps) / (steps - 1),
-                             ours.height * double(i / steps) / (steps - 1)};
-    double ray[3], world[3], before[2], after[2];
-    if (!fvv_camera_unproject(&ours, pixel, ray)) continue;
-    for (int k = 0; k < 3; k++)
-      world[k] = centre[k] + ours.rotation[k] * ray[0] + ours.rotation[3 + k] * ray[1] +
-                 ours.rotation[6 + k] * ray[2];
-    if (!fvv_camera_project(&ours, world, before, nullptr)) continue;
-    if (!fvv_camera_project(&theirs, world, after, nullptr)) return INFINITY;
-    worst = std::max(worst, std::hypot(before[0] - after[0], before[1] - after[1]));
-  }
-  return worst;
-}
-
 } // namespace
 
 void VideoVerdict::add(const VideoVerdict &other) {
@@ -185,14 +219,15 @@ Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins) {
   Reader reader(plan, origins, file);
   const fvv_configuration &configuration = reader.whole();
   for (const capture::Camera &camera : plan.capture.cameras) {
+    verdict.cameras++;
+    if (camera.moves()) continue; // with its frames
     const fvv_camera &ours = camera.calibration;
     const fvv_camera *theirs = fvv_configuration_camera(&configuration, ours.id);
-    const double pixels = theirs ? reprojection(ours, *theirs) : INFINITY;
+    const double pixels = theirs ? reprojection(ours, *theirs, 1) : INFINITY;
     if (!(pixels <= reprojection_slack))
       throw cli::Failure(file.path() + ": camera " + std::to_string(ours.id) +
                          " is not the camera of the capture");
     verdict.max_reprojection = std::max(verdict.max_reprojection, pixels);
-    verdict.cameras++;
   }
   std::vector<size_t> group_of;
   for (size_t group = 0; group < plan.group_count(); group++) group_of.push_back(group);
@@ -203,6 +238,7 @@ Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins) {
       [&](size_t i) {
         verdict.meshes += groups[i].meshes;
         verdict.mesh.add(groups[i].mesh);
+        verdict.moving_reprojection = std::max(verdict.moving_reprojection, groups[i].moving_reprojection);
         for (size_t k = 0; k < plan.tracks.size(); k++) verdict.videos[k].add(groups[i].videos[k]);
         progress.step(plan.frames_of(i));
       });

@@ -21,7 +21,9 @@ struct Verdict {
   size_t meshes = 0, cameras = 0;
   std::vector<VideoVerdict> videos; // as Plan::tracks
   MeshVerdict mesh;
-  double max_reprojection = 0; // pixels between a point's pixels in the capture's and the stream's camera
+  // Pixels between a point's pixels in the capture's and the stream's camera; of cameras that stand still,
+  // and of those that move.
+  double max_reprojection = 0, moving_reprojection = 0;
 };
 
 // plan.options.output was written by plan; origins: of each frame, unless there are no meshes. Throws

@@ -1,0 +1,50 @@
+#include "fvvmux/moving.h"
+
+#include "cli/cli.h"
+
+#include <algorithm>
+
+namespace fvv::mux {
+
+fvv_camera described(const capture::Capture &capture, const capture::Camera &camera) {
+  fvv_camera out = camera.calibration_at(capture.frames.first);
+  out.flags = camera.moves() ? FVV_CAMERA_MOVES : 0;
+  return out;
+}
+
+bool any_moves(const capture::Capture &capture) {
+  return std::any_of(capture.cameras.begin(), capture.cameras.end(), [](const auto &c) { return c.moves(); });
+}
+
+std::vector<fvv_camera> MovingCameras::cameras_at(int64_t number) const {
+  std::vector<fvv_camera> out;
+  for (const capture::Camera &camera : capture.cameras)
+    if (camera.moves()) out.push_back(camera.calibration_at(number));
+  return out;
+}
+
+MovingCameras::MovingCameras(const capture::Capture &source, double lattice_step)
+    : capture(source), encoder(nullptr, fvv_calibration_destroy) {
+  std::vector<fvv_camera> constant, all;
+  for (const capture::Camera &camera : capture.cameras) constant.push_back(described(capture, camera));
+  for (const int64_t number : capture.frames.numbers())
+    for (const fvv_camera &camera : cameras_at(number)) all.push_back(camera);
+  fvv_calibration_choose(all.data(), all.size(), lattice_step / 128, calibration_error, &bits);
+  fvv_calibration *created = nullptr;
+  const fvv_status status = fvv_calibration_create(constant.data(), constant.size(), nullptr, &created);
+  encoder.reset(created);
+  cli::check(status, capture.path, {});
+}
+
+const fvv_bytes &MovingCameras::payload(size_t frame, bool key) {
+  const int64_t number = capture.frames.number(int64_t(frame));
+  const std::vector<fvv_camera> cameras = cameras_at(number);
+  fvv_diagnostic diagnostic = {};
+  const fvv_status status =
+      fvv_calibration_encode(encoder.get(), &bits, cameras.data(), cameras.size(), key, &bytes, &diagnostic);
+  if (status < 0)
+    throw cli::Failure(capture.path + ": frame " + std::to_string(number) + ": " + diagnostic.message);
+  return bytes;
+}
+
+} // namespace fvv::mux
