@@ -182,10 +182,21 @@ private:
     }
     const auto span = span_of(frames, numbers, scene, reason);
     if (!span) return {};
+    describe_moving(*out);
     if (out->atlas) describe_texture(*out);
     out->frames = span->frames;
     out->frame_duration = span->duration;
     return out;
+  }
+
+  void describe_moving(capture::Capture &capture) {
+    const fvv_configuration *configuration;
+    fvv_diagnostic diagnostic = {};
+    cli::check(fvv_stream_configuration(stream.get(), used[0], &configuration, &diagnostic), file.path(),
+               diagnostic);
+    for (const uint16_t id : describe_motion(*configuration, options, frames, numbers, capture))
+      result.warnings.push_back("camera " + std::to_string(id) +
+                                " is not in capture.json: it is not calibrated in every frame");
   }
 
   // A capture's atlas is one for the texture coordinates of all its meshes.

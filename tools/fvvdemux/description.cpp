@@ -2,6 +2,7 @@
 
 #include "fvvdemux/views.h"
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -89,10 +90,44 @@ capture::Capture describe_scene(const fvv_configuration &configuration, const Op
           camera.calibration = camera_of_tile(source, view.tile);
           camera.pictures = pattern(view.folder + numbered);
         }
+    camera.calibration.flags = 0; // per_frame says it
     camera.set_name(std::string(source.name ? source.name : "", source.name_size));
     out.cameras.push_back(camera);
   }
   return out;
+}
+
+std::vector<uint16_t> describe_motion(const fvv_configuration &configuration, const Options &options,
+                                      const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
+                                      capture::Capture &capture) {
+  std::map<uint16_t, fvv_tile> tiles;
+  if (options.pictures != Pictures::none)
+    for (const VideoViews &track : views_of(configuration, options.cameras, nullptr))
+      for (const View &view : track.views) tiles.emplace(view.tile.camera_id, view.tile);
+  std::vector<uint16_t> taken_out;
+  std::vector<capture::Camera> kept;
+  for (capture::Camera &camera : capture.cameras) {
+    const uint16_t id = camera.calibration.id;
+    const fvv_camera *source = fvv_configuration_camera(&configuration, id);
+    bool everywhere = true;
+    if (source && source->flags & FVV_CAMERA_MOVES)
+      for (const WrittenFrame &frame : frames) {
+        const auto found = frame.moving.find(id);
+        everywhere = everywhere && found != frame.moving.end();
+        if (!everywhere) break;
+        fvv_camera now = found->second;
+        now.flags = 0;
+        const auto tile = tiles.find(id);
+        if (tile != tiles.end()) now = camera_of_tile(now, tile->second);
+        camera.per_frame[numbers.of(frame.number)] = now;
+      }
+    if (everywhere)
+      kept.push_back(camera);
+    else
+      taken_out.push_back(id);
+  }
+  capture.cameras = kept;
+  return taken_out;
 }
 
 std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,

@@ -95,6 +95,10 @@ public:
   GroupDecoder(fvv_stream *opened, const fvv_configuration &configuration, const Options &chosen,
                const FilePath &file_path)
       : stream(opened), scene(configuration.scene), options(chosen), path(file_path) {
+    for (size_t i = 0; i < configuration.camera_count; i++) {
+      const fvv_camera &camera = configuration.cameras[i];
+      if (camera.flags & FVV_CAMERA_MOVES && options.cameras.has(camera.id)) moving.push_back(camera.id);
+    }
     if (options.meshes != Meshes::none)
       if (const fvv_track *track = mesh_track_of(configuration, nullptr)) mesh_track = track->id;
     if (options.pictures != Pictures::none)
@@ -126,7 +130,15 @@ public:
       has_mesh = decoded == FVV_OK;
     }
     if (!why.empty()) return why;
-    out = {number, info.time, has_mesh, mesh.texture_bits, has_mesh == mesh_track.has_value()};
+    out = {number, info.time, has_mesh, mesh.texture_bits, has_mesh == mesh_track.has_value(), {}};
+    for (const uint16_t id : moving) {
+      fvv_camera camera;
+      const fvv_status found = fvv_stream_camera(stream, frame, id, &camera, &diagnostic);
+      if (found < 0) return why_lost(found, diagnostic);
+      camera.name = nullptr;
+      camera.name_size = 0;
+      if (found == FVV_OK) out.moving[id] = camera;
+    }
     if (has_mesh) write(mesh, number);
     for (size_t i = 0; i < tracks.size(); i++)
       if (pictures[i])
@@ -166,6 +178,7 @@ private:
   const FilePath &path;
   std::optional<uint16_t> mesh_track;
   std::vector<TrackDecoder> tracks;
+  std::vector<uint16_t> moving;         // cameras
   std::map<uint16_t, uint64_t> written; // pictures, by camera
 };
 

@@ -6,6 +6,7 @@
 #include "fvvdemux/plan.h"
 
 #include <functional>
+#include <map>
 
 namespace fvv::demux {
 
@@ -15,6 +16,8 @@ struct WrittenFrame {
   bool mesh;
   uint8_t texture_bits; // of the mesh; 0: without texture coordinates
   bool complete;        // has what capture.json promises for every frame
+  // By identifier, those that move and are calibrated in this frame, as in the stream, without names.
+  std::map<uint16_t, fvv_camera> moving;
 };
 
 struct GroupResult {
