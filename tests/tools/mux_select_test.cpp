@@ -35,16 +35,20 @@ TEST_CASE("cameras are taken by identifier, range and name") {
                                            Catch::Contains("found \"camera 9\""));
 }
 
-TEST_CASE("a camera that moves is left out with a warning, one without texture gives no pictures") {
+TEST_CASE(
+    "a camera whose lens model changes is left out with a warning, one without texture gives no pictures") {
   const Folder folder;
   capture::Capture capture = make_capture(folder);
   for (const int64_t number : capture.frames.numbers())
     capture.cameras[0].per_frame[number] = capture.cameras[0].calibration;
+  fvv_camera &last = capture.cameras[0].per_frame.rbegin()->second;
+  last.lens = FVV_LENS_RADTAN;
+  last.r_max = 1;
   capture.cameras[1].texture = false;
   capture::write_capture(capture, capture.path);
   const Run run = run_tool({folder.path("in"), "-o", folder.path("out.fvv")});
   CHECK(run.exit == 3);
-  CHECK(run.err.find("left out, because streams carry no moving cameras yet: camera " +
+  CHECK(run.err.find("left out, because their lens models change from frame to frame: camera " +
                      std::to_string(capture.cameras[0].calibration.id) + " (camera 0)") != std::string::npos);
   Stream stream(folder.path("out.fvv"));
   const fvv_configuration &configuration = stream.configuration();

@@ -1,0 +1,112 @@
+// fvvmux, and fvvdemux behind it: cameras that move.
+#include "mux_fixture.h"
+
+#include "fvvdemux/demux.h"
+
+namespace {
+
+// Camera 1 pans, walks and zooms, with a lens that breathes; camera 2 is a pinhole that zooms.
+capture::Capture moving_capture(const Folder &folder) {
+  capture::Capture capture = make_capture(folder);
+  for (const int64_t number : capture.frames.numbers()) {
+    const double t = double(number);
+    fvv_camera one = capture.cameras[1].calibration, two = capture.cameras[2].calibration;
+    one.name = two.name = nullptr;
+    one.name_size = two.name_size = 0;
+    one.fx *= 1 + 0.3 * t;
+    one.fy *= 1 + 0.3 * t;
+    one.lens = FVV_LENS_RADTAN;
+    one.distortion[0] = -0.1 + 0.01 * t;
+    one.r_max = 0.75;
+    const double a = M_PI / 2 + 0.02 * t;
+    const double rotation[9] = {std::cos(a), 0, -std::sin(a), 0, -1, 0, -std::sin(a), 0, -std::cos(a)};
+    std::memcpy(one.rotation, rotation, sizeof rotation);
+    one.translation[1] = 0.1 * t;
+    two.fx *= 1 + 0.1 * t;
+    capture.cameras[1].per_frame[number] = one;
+    capture.cameras[2].per_frame[number] = two;
+  }
+  const fvv_camera &first = capture.cameras[1].per_frame.begin()->second;
+  fvv_camera &base = capture.cameras[1].calibration;
+  base.lens = first.lens;
+  std::copy(first.distortion, first.distortion + 8, base.distortion);
+  base.r_max = first.r_max;
+  capture::write_capture(capture, capture.path);
+  return capture;
+}
+
+// Pixels between where two cameras see a point of the ball, at most.
+double difference(const fvv_camera &a, const fvv_camera &b, int64_t frame) {
+  const capture::Mesh mesh = ball(frame);
+  double worst = 0;
+  for (size_t v = 0; v < mesh.vertex_count(); v++) {
+    double p[2], q[2];
+    if (!fvv_camera_project(&a, &mesh.positions[3 * v], p, nullptr)) continue;
+    REQUIRE(fvv_camera_project(&b, &mesh.positions[3 * v], q, nullptr));
+    worst = std::max(worst, std::hypot(p[0] - q[0], p[1] - q[1]));
+  }
+  return worst;
+}
+
+} // namespace
+
+TEST_CASE("cameras that move go into a stream and come out of it within a twentieth of a pixel") {
+  const Folder folder;
+  const capture::Capture source = moving_capture(folder);
+  mux::Options options = options_for(folder);
+  options.verify = true;
+  const mux::Summary summary = mux::mux(options);
+  CHECK(summary.exit() == cli::done);
+  CHECK(summary.calibration.chunks == 5);
+  REQUIRE(summary.verdict);
+  CHECK(summary.verdict->cameras == 3);
+  CHECK((summary.verdict->moving_reprojection > 0 && summary.verdict->moving_reprojection < 0.05));
+  CHECK(summary.verdict->max_reprojection == 0);
+  demux::Options all;
+  demux::Result result;
+  demux::demux(options.output, folder.path("back"), all, result);
+  CHECK(result.warnings.empty());
+  const capture::Capture back = capture::load_capture(folder.path("back/capture.json"));
+  REQUIRE(back.cameras.size() == 3);
+  CHECK_FALSE(back.cameras[0].moves());
+  for (const size_t k : {1, 2}) {
+    REQUIRE(back.cameras[k].moves());
+    CHECK(back.cameras[k].per_frame.size() == 5);
+    for (const int64_t number : source.frames.numbers()) {
+      const fvv_camera found = back.cameras[k].calibration_at(number);
+      CHECK(difference(source.cameras[k].calibration_at(number), found, number) < 0.05);
+      CHECK(found.fx > 0.9 * source.cameras[k].calibration_at(number).fx);
+    }
+    CHECK(back.cameras[k].calibration_at(4).fx > 1.3 * back.cameras[k].calibration_at(0).fx);
+  }
+  CHECK(std::isinf(back.cameras[2].calibration_at(3).r_max));
+  // What came out goes in again.
+  options.capture = folder.path("back");
+  options.output = folder.path("again.fvv");
+  CHECK(mux::mux(options).verdict->moving_reprojection < 0.05);
+}
+
+TEST_CASE("streams with cameras that move are the same bytes for any number of threads") {
+  const Folder folder;
+  moving_capture(folder);
+  mux::Options options = options_for(folder);
+  options.threads = 1;
+  mux::mux(options);
+  const std::string one = read_bytes(options.output);
+  options.threads = 4;
+  mux::mux(options);
+  CHECK(read_bytes(options.output) == one);
+}
+
+TEST_CASE("verification notices a camera that moves elsewhere") {
+  const Folder folder;
+  moving_capture(folder);
+  mux::Options options = options_for(folder);
+  options.verify = true; // told.origins
+  const mux::Summary told = mux::mux(options);
+  CHECK_NOTHROW(mux::verify(told.plan, told.origins));
+  mux::Plan wrong = told.plan;
+  wrong.capture.cameras[1].per_frame.at(3).cx += 0.1;
+  CHECK_THROWS_WITH(mux::verify(wrong, told.origins),
+                    Catch::Contains("frame 3: camera 13 is not the camera of the capture"));
+}
