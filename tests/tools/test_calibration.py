@@ -29,7 +29,7 @@ def test_vector_uses_what_the_track_has():
     frames = list(calibration.decode((VECTORS / "moving.fvv").read_bytes()))
     assert {tuple(cameras) for _, cameras in frames} == {(2, 9, 300), (2, 300)}
     pans = [cameras[2]["rotation"] for _, cameras in frames]
-    assert min(rotation[0] for rotation in pans) < -0.99  # about 180 degrees
+    assert min(rotation[0] for rotation in pans) < -0.97  # about 180 degrees
     zooms = [cameras[300]["intrinsics"][0] for _, cameras in frames]
     assert max(zooms) > 7 * min(zooms)
     assert {cameras[2]["r_max"] for _, cameras in frames} == {1.5, float("inf")}
@@ -56,7 +56,7 @@ def pixels(camera, points):
 
 def moving_camera(folder):
     cameras = json.loads((folder / "capture.json").read_text())["cameras"]
-    (found,) = [camera for camera in cameras if "per_frame" in camera]
+    (found,) = (camera for camera in cameras if "per_frame" in camera)
     return found
 
 
@@ -80,6 +80,6 @@ def test_studio_camera_comes_back(tmp_path):
             worst, np.abs(pixels({**before, **ours}, points) - pixels({**after, **theirs}, points)).max()
         )
     assert 0 < worst < BOUND
-    # It moves by far more than that from frame to frame.
-    first, second = ({**after, **after["per_frame"][i]} for i in (0, 1))
-    assert np.abs(pixels(first, points) - pixels(second, points)).max() > 10 * BOUND
+    # It moves by far more than that.
+    first, second = ({**after, **after["per_frame"][i]} for i in (0, 7))
+    assert np.abs(pixels(first, points) - pixels(second, points)).max() > 20 * BOUND
