@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, container, sweep, import, clip,
-codecs, wd2.
+NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, container, sweep, import,
+calibration, clip, codecs, wd2.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -133,6 +133,26 @@ def calibration_import():
     return {"import.max_error_px": json.loads(done.stdout)["max_error_px"]}
 
 
+def studio():
+    """The default capture with hulls for meshes: 13 cameras, of which oval2 pans, tilts and zooms, 50 frames."""
+    folder = WORK / "studio"
+    if not (folder / "capture.json").exists():
+        tool("fvvsynth", "-o", folder, "--rig", "studio", "--meshes", "hull", "--force")
+    return folder
+
+
+def calibration_moving():
+    """How far points are elsewhere in the camera that moves, as a stream has it, in the worst frame."""
+    done = json.loads(
+        tool("fvvmux", studio(), "-o", WORK / "moving.fvv", "--force", "--json", "--verify", "--cameras",
+             "oval2", "--no-pictures", "--keep-geometry", "--mesh-profile", "fast")
+    )  # fmt: skip
+    return {
+        "calibration.moving_max_error_px": done["verified"]["moving_max_reprojection"],
+        "calibration.moving_bytes_per_frame": done["calibration"]["bytes"] / done["frames"],
+    }
+
+
 # Of the studio: unlike in focal length and distortion, all with texture, none moves.
 CLIP_CAMERAS = ("oval0", "oval1", "oval3", "oval4", "oval6", "oval7", "oval8")
 CLIP_TILE = (480, 270)  # a sixteenth of HD, as in the paper
@@ -143,9 +163,7 @@ def clip():
 
     Pictures reach 42 dB over the silhouettes, what lies around them is flat. Meshes are the same in every stream.
     """
-    folder = WORK / "studio"
-    if not (folder / "capture.json").exists():
-        tool("fvvsynth", "-o", folder, "--rig", "studio", "--meshes", "hull", "--force")
+    folder = studio()
     baseline = whp235.sizes(folder / "capture.json", lambda picture: CLIP_TILE, CLIP_CAMERAS)
     rows = [("WHP 235", baseline["mesh"], baseline["picture"], baseline["calibration"], baseline["all"])]
     figures = {"clip.whp235_bytes": baseline["all"], "clip.whp235_mesh_bytes": baseline["mesh"]}
@@ -185,6 +203,7 @@ PARTS = {
     "container": container,
     "sweep": sweep,
     "import": calibration_import,
+    "calibration": calibration_moving,
     "clip": clip,
     "codecs": codecs,
     "wd2": leave_one_out.measure,

@@ -48,6 +48,57 @@ double difference(const fvv_camera &a, const fvv_camera &b, int64_t frame) {
   return worst;
 }
 
+fvv_status append(void *user, const void *data, size_t size) {
+  static_cast<std::string *>(user)->append(static_cast<const char *>(data), size);
+  return FVV_OK;
+}
+
+// The stream without the first entry of the calibration at a time, where nothing else may change.
+std::string without_first_camera(const std::string &stream, int64_t time) {
+  std::string out;
+  const fvv_output output = {append, &out};
+  fvv_writer *writer = nullptr;
+  fvv_reader *reader = nullptr;
+  REQUIRE(fvv_writer_create(&output, nullptr, &writer, nullptr) == FVV_OK);
+  REQUIRE(fvv_reader_create(nullptr, nullptr, 0, &reader) == FVV_OK);
+  REQUIRE(fvv_reader_push(reader, stream.data(), stream.size()) == FVV_OK);
+  fvv_reader_finish(reader);
+  fvv_event event;
+  while (fvv_reader_next(reader, &event, nullptr) == FVV_OK) {
+    if (event.kind != FVV_EVENT_CHUNK) continue;
+    const fvv_chunk_header &h = event.chunk;
+    std::vector<uint8_t> payload(event.payload, event.payload + h.size);
+    if (h.type == FVV_CHUNK_CALIBRATION && h.time == time) {
+      REQUIRE(payload[6] == 2);
+      // One entry, of camera 23 with lens model none: 13 values, all as before.
+      payload[6] = 1;
+      payload.resize(8);
+      payload.push_back(23);
+      payload.insert(payload.end(), 13, 0);
+    }
+    fvv_status status = FVV_OK;
+    int64_t range[2];
+    if (h.type == FVV_CHUNK_GROUP) {
+      std::memcpy(range, payload.data() + 8, sizeof range);
+      status = fvv_writer_begin_group(writer, range[0], range[1], nullptr);
+    } else if (h.type == FVV_CHUNK_GROUP_END) {
+      status = fvv_writer_end_group(writer, nullptr);
+    } else if (h.type == FVV_CHUNK_INDEX) {
+      status = fvv_writer_finish(writer, nullptr);
+    } else if (h.type == FVV_CHUNK_MESH || h.type == FVV_CHUNK_VIDEO_PACKET ||
+               h.type == FVV_CHUNK_CALIBRATION) {
+      status = fvv_writer_chunk(writer, h.type, h.track, h.flags & FVV_FLAG_KEY, h.time, payload.data(),
+                                payload.size(), nullptr);
+    } else if (h.type != FVV_CHUNK_FOOTER) {
+      status = fvv_writer_configuration(writer, h.type, h.track, 0, payload.data(), payload.size(), nullptr);
+    }
+    REQUIRE(status == FVV_OK);
+  }
+  fvv_reader_destroy(reader);
+  fvv_writer_destroy(writer);
+  return out;
+}
+
 } // namespace
 
 TEST_CASE("cameras that move go into a stream and come out of it within a twentieth of a pixel") {
@@ -109,4 +160,23 @@ TEST_CASE("verification notices a camera that moves elsewhere") {
   wrong.capture.cameras[1].per_frame.at(3).cx += 0.1;
   CHECK_THROWS_WITH(mux::verify(wrong, told.origins),
                     Catch::Contains("frame 3: camera 13 is not the camera of the capture"));
+}
+
+TEST_CASE("a camera that moves and is lost in a frame is not in capture.json, and a warning says so") {
+  const Folder folder;
+  moving_capture(folder);
+  mux::Options options = options_for(folder);
+  mux::mux(options);
+  const std::string cut = without_first_camera(read_bytes(options.output), 3);
+  write_bytes(options.output, cut.data(), cut.size());
+  demux::Options all;
+  demux::Result result;
+  demux::demux(options.output, folder.path("back"), all, result);
+  CHECK(result.losses.empty());
+  REQUIRE(result.warnings.size() == 1);
+  CHECK(result.warnings[0] == "camera 13 is not in capture.json: it is not calibrated in every frame");
+  const capture::Capture back = capture::load_capture(folder.path("back/capture.json"));
+  REQUIRE(back.cameras.size() == 2);
+  CHECK(back.cameras[0].calibration.id == 3);
+  CHECK(back.cameras[1].per_frame.size() == 5);
 }
