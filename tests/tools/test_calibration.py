@@ -4,8 +4,9 @@ import json
 import subprocess
 
 import calibration
+import jsonschema
 import numpy as np
-from conftest import ROOT, tool_path
+from conftest import ROOT, SPEC, tool_path
 
 VECTORS = ROOT / "conformance" / "calibration"
 BOUND = 0.05  # pixels
@@ -36,8 +37,14 @@ def test_vector_uses_what_the_track_has():
 
 
 def test_fvvinfo_finds_every_frame_whole(fvvinfo):
-    done = fvvinfo(VECTORS / "moving.fvv")
+    done = fvvinfo("--json", VECTORS / "moving.fvv")
     assert (done.returncode, done.stderr) == (0, b"")
+    told = json.loads(done.stdout)
+    jsonschema.validate(told, json.loads((SPEC / "fvvinfo.schema.json").read_text()))
+    (stream,) = told["files"]
+    assert [camera["moves"] for camera in stream["cameras"]] == [True] * 3
+    (track,) = stream["tracks"]
+    assert (track["kind"], track["chunks"], track["key_chunks"]) == ("calibration", 14, 2)
 
 
 def pixels(camera, points):
