@@ -34,6 +34,7 @@ enum {
   FVV_CHUNK_MESH = 0x4853454d, /* MESH: mesh of one frame */
   FVV_CHUNK_CALIBRATION = 0x424c4143, /* CALB: cameras that move, at one time */
   FVV_CHUNK_VIDEO_PACKET = 0x544b5056, /* VPKT: video sample */
+  FVV_CHUNK_VISIBILITY = 0x49534956, /* VISI: visibility of one frame */
   FVV_CHUNK_GROUP_END = 0x444e4547, /* GEND: group ends */
   FVV_CHUNK_INDEX = 0x58444e49, /* INDX: index of groups */
   FVV_CHUNK_FOOTER = 0x544f4f46, /* FOOT: footer */
@@ -77,7 +78,7 @@ enum {
   FVV_TRACK_MESH = 1, /* MESH chunks */
   FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG, with tiles one TILE */
   FVV_TRACK_CALIBRATION = 3, /* CALB chunks, of all cameras that move */
-  FVV_TRACK_VISIBILITY = 4, /* reserved */
+  FVV_TRACK_VISIBILITY = 4, /* VISI chunks */
   FVV_TRACK_BACKGROUND = 5, /* reserved */
   FVV_TRACK_METADATA = 6, /* reserved for timed metadata */
   FVV_TRACK_AUDIO = 7, /* reserved */
@@ -101,6 +102,12 @@ enum {
 /* Camera flags, clause 9.4. */
 enum {
   FVV_CAMERA_MOVES = 1, /* CALB chunks say where the camera is and how it sees */
+};
+
+/* Visibility domains, clause 17.1. */
+enum {
+  FVV_VISIBILITY_FACES = 0, /* one bit for each face */
+  FVV_VISIBILITY_VERTICES = 1, /* one bit for each vertex */
 };
 
 /* Lens models, clause 9.1. */
@@ -214,6 +221,13 @@ enum {
   FVV_ISSUE_CALIBRATION_NUMBER = 5103,
   FVV_ISSUE_CALIBRATION_RANGE = 5104,
   FVV_ISSUE_CALIBRATION_RESULT = 5105,
+  FVV_ISSUE_VISIBILITY_PAYLOAD = 6001,
+  FVV_ISSUE_VISIBILITY_DOMAIN = 6002,
+  FVV_ISSUE_VISIBILITY_CAMERA = 6003,
+  FVV_ISSUE_VISIBILITY_SIZE = 6004,
+  FVV_ISSUE_VISIBILITY_MESH = 6005,
+  FVV_ISSUE_VISIBILITY_NUMBER = 6006,
+  FVV_ISSUE_VISIBILITY_STREAM = 6007,
   FVV_ISSUE_LIMIT = 7001,
 };
 

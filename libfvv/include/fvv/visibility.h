@@ -1,0 +1,111 @@
+/* fvv/visibility.h: which faces or vertices of a decoded mesh each camera sees, one bit each, coded. Spec:
+ * spec/fvv.md clause 17.
+ *
+ * Bits are sent only of elements that turn to the camera by more than a threshold, which coder and decoder
+ * find out from the mesh in integers (the facing test); all others count as not seen. Every camera has a
+ * range coder's stream of its own, so that any of them can be fetched and decoded without the others. */
+#ifndef FVV_VISIBILITY_H
+#define FVV_VISIBILITY_H
+
+#include "fvv/calibration.h"
+#include "fvv/container.h"
+#include "fvv/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What is known of an element (a face, or a vertex): one byte, in decoded order of the mesh. */
+enum {
+  FVV_ELEMENT_AVERSE = 0, /* fails the facing test: counts as not seen */
+  FVV_ELEMENT_HIDDEN = 1,
+  FVV_ELEMENT_SEEN = 2
+};
+
+/* Below this cosine between normal and ray view-dependent texturing drops a camera: 0.25 in 2^-8. */
+#define FVV_VISIBILITY_THRESHOLD 64
+
+/* ---- the facing test, clause 17.2 ------------------------------------------------------------------- */
+
+/* The camera's centre as the lattice point nearest to it, ties to even. FVV_ERROR_INPUT when it lies outside
+ * the lattice. camera is valid. */
+FVV_API FVV_MUST_USE fvv_status fvv_visibility_centre(const fvv_camera *camera, const fvv_scene *scene,
+                                                      int32_t centre[3], fvv_diagnostic *diagnostic);
+
+/* facing: for each element 1 when the cosine between its normal and the way to centre is above threshold in
+ * 2^-8, else 0; a vertex faces when one of its faces does. mesh: positions and centre within the lattice,
+ * faces index its vertices. domain: FVV_VISIBILITY_... facing: face_count or vertex_count entries. The same
+ * on every machine. */
+FVV_API void fvv_visibility_facing(const fvv_mesh *mesh, uint8_t domain, const int32_t centre[3],
+                                   uint8_t threshold, uint8_t *facing);
+
+/* ---- payloads, clause 17.1 -------------------------------------------------------------------------- */
+
+typedef struct fvv_visibility_header {
+  uint8_t domain;         /* FVV_VISIBILITY_FACES or FVV_VISIBILITY_VERTICES */
+  uint8_t threshold;      /* cosine in 2^-8 */
+  uint16_t mesh_track;    /* whose mesh of the same time is meant */
+  uint32_t element_count; /* its faces or vertices */
+  uint32_t number;        /* 0: stands alone; else the n-th behind such a one, and needs the one before */
+  uint32_t camera_count;
+} fvv_visibility_header;
+
+/* The bytes of one camera within a payload. */
+typedef struct fvv_visibility_stream {
+  uint16_t camera;
+  size_t offset, size; /* size 0: sees nothing */
+} fvv_visibility_stream;
+
+/* Reads and checks header and table. streams: camera_count entries in rising order of camera, capacity is
+ * how many there is room for; NULL and 0: only the header is wanted. FVV_ERROR_BUFFER_TOO_SMALL: *header
+ * tells how many. limits NULL: defaults; camera and element counts are held against them. */
+FVV_API FVV_MUST_USE fvv_status fvv_visibility_peek(const uint8_t *payload, size_t size,
+                                                    const fvv_limits *limits, fvv_visibility_header *header,
+                                                    fvv_visibility_stream *streams, size_t capacity,
+                                                    fvv_diagnostic *diagnostic);
+
+/* ---- coding, clause 17.3 ---------------------------------------------------------------------------- */
+
+/* The order in which the elements of a mesh are coded, and room to work. It depends on the faces alone: one
+ * serves all frames of a tracked mesh and all cameras. Not thread-safe; separate ones are independent. */
+typedef struct fvv_visibility_order fvv_visibility_order;
+
+/* mesh is not kept. Some 110 bytes a face while it works, 12 a vertex and 4 a face afterwards (vertices: some
+ * 30 a face). allocator NULL: malloc. On error *order is NULL. */
+FVV_API FVV_MUST_USE fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain,
+                                                          const fvv_allocator *allocator,
+                                                          fvv_visibility_order **order,
+                                                          fvv_diagnostic *diagnostic);
+FVV_API void fvv_visibility_order_close(fvv_visibility_order *order);
+
+/* What one camera sees. */
+typedef struct fvv_visibility_view {
+  uint16_t camera;
+  int32_t centre[3];     /* fvv_visibility_centre */
+  const uint8_t *seen;   /* for each element, not 0: seen. What fails the facing test is not read */
+  const uint8_t *former; /* FVV_ELEMENT_... of the frame before, or NULL; not read when number is 0 */
+  uint8_t *states;       /* receives FVV_ELEMENT_... of each element as decoders get it, or NULL; may be
+                            former */
+} fvv_visibility_view;
+
+/* VISI payload; replaces what payload holds. header: domain, threshold, mesh_track and number are read.
+ * views: in rising order of camera, at least one. mesh: the decoded mesh, with the faces that order was made
+ * of. Deterministic. */
+FVV_API FVV_MUST_USE fvv_status fvv_visibility_encode(fvv_visibility_order *order, const fvv_mesh *mesh,
+                                                      const fvv_visibility_header *header,
+                                                      const fvv_visibility_view *views, size_t view_count,
+                                                      fvv_bytes *payload, fvv_diagnostic *diagnostic);
+
+/* Decodes what one camera sees, from its stream alone: data and size are the bytes of its
+ * fvv_visibility_stream. header is the payload's, former and states as in fvv_visibility_view, states not
+ * NULL. Safe for hostile bytes: work and memory are those of the mesh. */
+FVV_API FVV_MUST_USE fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *mesh,
+                                                      const fvv_visibility_header *header,
+                                                      const uint8_t *data, size_t size,
+                                                      const int32_t centre[3], const uint8_t *former,
+                                                      uint8_t *states, fvv_diagnostic *diagnostic);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

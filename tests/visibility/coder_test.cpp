@@ -1,0 +1,130 @@
+// What is encoded is decoded: any camera alone, both domains, behind other frames.
+#include "visibility/scenes.h"
+
+#include <algorithm>
+
+namespace {
+
+std::vector<Shape> shapes() {
+  return {torus(40, 24, 0.2), sphere(30, 20),    grid(20),          fin(),
+          bow_tie(),          ragged(30, 20, 7), sponge(6, 0.4, 3), tetrahedron()};
+}
+
+States decoded(const Order &order, const fvv_mesh &mesh, const std::vector<uint8_t> &payload, size_t camera,
+               const uint8_t *former = nullptr) {
+  const Parsed parsed(payload);
+  REQUIRE(parsed.status == FVV_OK);
+  const fvv_visibility_stream &stream = parsed.streams[camera];
+  // The camera's bytes alone, on a block of their own.
+  const std::vector<uint8_t> bytes(payload.begin() + std::ptrdiff_t(stream.offset),
+                                   payload.begin() + std::ptrdiff_t(stream.offset + stream.size));
+  States out(elements(mesh, parsed.header.domain), 9);
+  fvv_diagnostic d = {};
+  REQUIRE(fvv_visibility_decode(order.order, &mesh, &parsed.header, bytes.data(), bytes.size(),
+                                centres[camera].data(), former, out.data(), &d) == FVV_OK);
+  return out;
+}
+
+} // namespace
+
+TEST_CASE("what cameras see comes back, for surfaces of all kinds") {
+  for (const Shape &shape : shapes())
+    for (const uint8_t domain : domains) {
+      const auto mesh = canonical(shape);
+      const Order order(*mesh, domain);
+      REQUIRE(order.status == FVV_OK);
+      std::vector<States> states;
+      const auto payload = payload_of(order, *mesh, domain, 100, 0, &states);
+      const Parsed parsed(payload);
+      REQUIRE(parsed.streams.size() == centres.size());
+      CHECK(parsed.header.element_count == elements(*mesh, domain));
+      CHECK(parsed.header.mesh_track == 1);
+      // Backwards: no camera needs another.
+      for (size_t c = centres.size(); c-- > 0;) {
+        CHECK(parsed.streams[c].camera == 3 + 7 * c);
+        const States wanted =
+            states_of(facing(*mesh, domain, centres[c]), seen_beside(*mesh, domain, 100 + 300 * int32_t(c)));
+        CHECK(states[c] == wanted);
+        CHECK(decoded(order, *mesh, payload, c) == wanted);
+      }
+      CHECK(payload_of(order, *mesh, domain, 100) == payload);
+    }
+}
+
+TEST_CASE("a frame behind another uses what was seen in it") {
+  for (const uint8_t domain : domains) {
+    const auto mesh = canonical(torus(80, 60, 0.2));
+    const Order order(*mesh, domain);
+    std::vector<States> states, former;
+    const auto key = payload_of(order, *mesh, domain, 100, 0, &states);
+    for (uint32_t number = 1; number < 4; number++) {
+      former = states;
+      const int32_t t = 100 + 10 * int32_t(number);
+      const auto alone = payload_of(order, *mesh, domain, t);
+      const auto payload = payload_of(order, *mesh, domain, t, number, &states);
+      CHECK(payload.size() * 10 < alone.size() * 9);
+      for (size_t c = 0; c < centres.size(); c++) {
+        CHECK(decoded(order, *mesh, payload, c, former[c].data()) == states[c]);
+        CHECK(decoded(order, *mesh, alone, c) == states[c]);
+        // In place.
+        States same = former[c];
+        const Parsed parsed(payload);
+        CHECK(fvv_visibility_decode(order.order, &*mesh, &parsed.header,
+                                    payload.data() + parsed.streams[c].offset, parsed.streams[c].size,
+                                    centres[c].data(), same.data(), same.data(), nullptr) == FVV_OK);
+        CHECK(same == states[c]);
+      }
+    }
+  }
+}
+
+TEST_CASE("a camera that sees nothing takes no bytes, an outline few") {
+  const auto mesh = canonical(torus(80, 60));
+  const Order order(*mesh, FVV_VISIBILITY_FACES);
+  const Parsed nothing(payload_of(order, *mesh, FVV_VISIBILITY_FACES, -100000));
+  for (size_t c = 0; c < centres.size(); c++) CHECK(nothing.streams[c].size == 0);
+  CHECK(payload_of(order, *mesh, FVV_VISIBILITY_FACES, -100000).size() == 16 + 2 * centres.size());
+  States all = decoded(order, *mesh, payload_of(order, *mesh, FVV_VISIBILITY_FACES, -100000), 0);
+  CHECK(std::count(all.begin(), all.end(), FVV_ELEMENT_SEEN) == 0);
+  CHECK(std::count(all.begin(), all.end(), FVV_ELEMENT_HIDDEN) > 1000);
+  const auto outline = payload_of(order, *mesh, FVV_VISIBILITY_FACES, 100);
+  // One bit for each face and camera would be 3,600 bytes.
+  CHECK(outline.size() < 400);
+}
+
+TEST_CASE("every element is coded once, next to one that is known where there is one") {
+  const auto mesh = canonical(sponge(6, 0.4, 3));
+  for (const uint8_t domain : domains) {
+    // Seen by chance: were an element left out or coded twice, the bits would not fit.
+    States seen(elements(*mesh, domain));
+    uint32_t state = 7;
+    for (uint8_t &s : seen) s = (state = state * 1664525 + 1013904223) >> 31;
+    const Order order(*mesh, domain);
+    fvv_visibility_view view = {5, {9000, 500, 300}, seen.data(), nullptr, nullptr};
+    const fvv_visibility_header header = header_of(domain);
+    Bytes payload;
+    REQUIRE(fvv_visibility_encode(order.order, &*mesh, &header, &view, 1, &payload, nullptr) == FVV_OK);
+    const Parsed parsed(payload.copy());
+    States got(seen.size());
+    REQUIRE(fvv_visibility_decode(order.order, &*mesh, &parsed.header,
+                                  payload.data + parsed.streams[0].offset, parsed.streams[0].size,
+                                  centres[0].data(), nullptr, got.data(), nullptr) == FVV_OK);
+    CHECK(got == states_of(facing(*mesh, domain, centres[0]), seen));
+  }
+}
+
+TEST_CASE("cameras that do not rise are refused, as is a mesh of other counts") {
+  const auto mesh = canonical(torus(10, 8)), other = canonical(torus(10, 9));
+  const Order order(*mesh, FVV_VISIBILITY_FACES);
+  const States seen(mesh->face_count, 1);
+  fvv_visibility_view views[2] = {{5, {9000, 0, 0}, seen.data(), nullptr, nullptr},
+                                  {5, {9000, 0, 0}, seen.data(), nullptr, nullptr}};
+  const fvv_visibility_header header = header_of(FVV_VISIBILITY_FACES);
+  Bytes payload;
+  fvv_diagnostic d = {};
+  CHECK(fvv_visibility_encode(order.order, &*mesh, &header, views, 2, &payload, &d) == FVV_ERROR_ARGUMENT);
+  CHECK(d.issue == FVV_ISSUE_VISIBILITY_CAMERA);
+  CHECK(fvv_visibility_encode(order.order, &*mesh, &header, views, 0, &payload, &d) == FVV_ERROR_ARGUMENT);
+  CHECK(fvv_visibility_encode(order.order, &*other, &header, views, 1, &payload, &d) == FVV_ERROR_ARGUMENT);
+  CHECK(Order(*mesh, 2).status == FVV_ERROR_ARGUMENT);
+}
