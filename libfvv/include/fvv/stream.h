@@ -10,6 +10,7 @@
 #include "fvv/container.h"
 #include "fvv/mesh.h"
 #include "fvv/video.h"
+#include "fvv/visibility.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -86,6 +87,21 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame
  * on. The name belongs to the configuration. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_camera(fvv_stream *stream, size_t frame, uint16_t id,
                                                   fvv_camera *camera, fvv_diagnostic *diagnostic);
+
+/* What the cameras of one visibility chunk see. */
+typedef struct fvv_visibility {
+  fvv_visibility_header header;
+  uint16_t *cameras; /* header.camera_count identifiers, rising */
+  uint8_t *states;   /* FVV_ELEMENT_...: a row of header.element_count for each camera */
+} fvv_visibility;
+
+/* The visibility of a frame on one track, decoded with the mesh that it belongs to. FVV_END: none. Belongs to
+ * the stream, valid until the next call on it. Frames in order cost one step each; others those since the key
+ * chunk. fvv_visibility_peek and fvv_visibility_decode decode single cameras. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t track,
+                                                      const fvv_visibility **visibility,
+                                                      fvv_diagnostic *diagnostic);
+
 /* The video sample of a frame on one track, checked by fvv_video_sample_check. FVV_END: none. Valid until the
  * next call on this stream. key: non-zero when it decodes alone; decoding starts at the first sample of its
  * group. */
@@ -99,7 +115,7 @@ typedef struct fvv_checker fvv_checker;
 
 typedef struct fvv_check_options {
   size_t struct_size;
-  int decode; /* non-zero: decode every mesh and check every video sample, not only CRCs and structure */
+  int decode; /* non-zero: decode every mesh and visibility, check every video sample, not only structure */
   /* Called for every event of the reader, in order, before it is judged; may be NULL. */
   void (*event)(void *user, const fvv_event *event);
   void *user;

@@ -36,6 +36,7 @@ static fvv_status judge_content(fvv_checked_mesh *mesh, const fvv_event *event, 
   const fvv_status status = fvv_mesh_frames_add(&mesh->frames, event->payload, (size_t)event->chunk.size, key,
                                                 limits, allocator, &why);
   mesh->lost = status != FVV_OK;
+  mesh->time = event->chunk.time;
   if (status == FVV_OK) return FVV_OK;
   if (why.issue == FVV_ISSUE_DELTA_NUMBER && !event->group_intact) {
     *whole = 0;

@@ -9,7 +9,8 @@ typedef struct fvv_checked_mesh {
   uint64_t group; /* that is being read, counted from 1 */
   int has_first;  /* the first mesh of the group was seen: texture_bits and normal_bits are its own */
   uint8_t texture_bits, normal_bits;
-  int lost; /* a frame of the group was wrong: delta frames behind it cannot be judged */
+  int64_t time; /* of the mesh that frames holds */
+  int lost;     /* a frame of the group was wrong: delta frames behind it cannot be judged */
   fvv_mesh_frames frames;
 } fvv_checked_mesh;
 

@@ -6,6 +6,7 @@
 #include "container/header.h"
 #include "stream/check_calibration.h"
 #include "stream/check_mesh.h"
+#include "stream/check_visibility.h"
 #include "stream/configuration.h"
 
 enum { KEPT_PROBLEMS = 1000 };
@@ -20,6 +21,7 @@ typedef struct checked_track {
   fvv_track_summary summary;
   fvv_checked_mesh mesh;
   fvv_checked_calibration calibration;
+  fvv_checked_visibility visibility;
 } checked_track;
 
 struct fvv_checker {
@@ -73,6 +75,7 @@ void fvv_checker_destroy(fvv_checker *checker) {
   for (size_t i = 0; i < fvv_checker_track_count(checker); i++) {
     fvv_mesh_frames_reset(&tracks[i].mesh.frames);
     fvv_checked_calibration_reset(&tracks[i].calibration);
+    fvv_visibility_frames_reset(&tracks[i].visibility.frames);
   }
   fvv_configuration_free(&checker->building);
   fvv_configuration_free(&checker->complete);
@@ -178,6 +181,25 @@ static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
     widen(header->normal_bits, !t->with_normals++, &t->min_normal_bits, &t->max_normal_bits);
 }
 
+/* Where the mesh that is meant was seen in this group, it is judged with it. */
+static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, checked_track *track,
+                                   fvv_diagnostic *diagnostic) {
+  fvv_visibility_header header;
+  const checked_track *tracks = (const checked_track *)c->tracks.data;
+  const fvv_checked_mesh *mesh = NULL;
+  const fvv_status status = fvv_visibility_peek(event->payload, (size_t)event->chunk.size, &c->limits,
+                                                &header, NULL, 0, diagnostic);
+  if (status != FVV_OK) {
+    track->visibility.lost = 1;
+    return status;
+  }
+  for (size_t i = 0; i < fvv_checker_track_count(c); i++)
+    if (tracks[i].summary.track == header.mesh_track && tracks[i].mesh.group == c->summary.groups)
+      mesh = &tracks[i].mesh;
+  return fvv_check_visibility(&track->visibility, event, c->summary.groups, c->options.decode, mesh,
+                              &c->complete.view, &c->limits, &c->allocator, &c->frame.whole, diagnostic);
+}
+
 /* What the chunk's own layer says of its payload. */
 static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *track,
                         fvv_diagnostic *diagnostic) {
@@ -189,6 +211,8 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
     if (header.vertex_count) count_mesh(&track->summary, &header);
     return status;
   }
+  if (event->chunk.type == FVV_CHUNK_VISIBILITY && c->has_configuration && !c->block_bad)
+    return judge_visibility(c, event, track, diagnostic);
   if (!c->options.decode || !c->has_configuration || c->block_bad) return FVV_OK;
   if (event->chunk.type == FVV_CHUNK_CALIBRATION)
     return fvv_check_calibration(&track->calibration, event, c->summary.configurations, c->summary.groups,

@@ -1,4 +1,5 @@
-/* stream/stream.h: the state of fvv_stream, which stream.c, stream_mesh.c and stream_camera.c share. */
+/* stream/stream.h: the state of fvv_stream, which stream.c, stream_camera.c, stream_mesh.c and
+ * stream_visibility.c share. */
 #ifndef FVV_STREAM_STREAM_H
 #define FVV_STREAM_STREAM_H
 
@@ -13,6 +14,7 @@ struct fvv_stream {
   size_t frame_count;
   fvv_bytes firsts;             /* uint64_t for each group: number of its first frame */
   fvv_bytes meshes;             /* followed_track: where delta frames were decoded last */
+  fvv_bytes visibility;         /* followed_visibility: where each track was decoded last */
   fvv_calibration *calibration; /* of the block calibration_block; NULL: none yet */
   uint64_t calibration_block;
   uint64_t calibration_chunk; /* offset of the chunk that was decoded last; 0: none */
@@ -31,5 +33,6 @@ FVV_MUST_USE fvv_status fvv_stream_find(fvv_stream *stream, size_t frame, fvv_fr
 
 void fvv_stream_release_meshes(fvv_stream *stream);
 void fvv_stream_release_cameras(fvv_stream *stream);
+void fvv_stream_release_visibility(fvv_stream *stream);
 
 #endif

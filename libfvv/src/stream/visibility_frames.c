@@ -1,0 +1,175 @@
+#include "stream/visibility_frames.h"
+
+#include <string.h>
+
+#include "base/checked.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/memory.h"
+
+static void free_current(const fvv_allocator *allocator, fvv_visibility *v) {
+  const size_t cameras = v->header.camera_count;
+  fvv_release(allocator, v->cameras, cameras * sizeof *v->cameras);
+  fvv_release(allocator, v->states, cameras * v->header.element_count);
+  memset(v, 0, sizeof *v);
+}
+
+static void free_order(fvv_visibility_frames *frames) {
+  fvv_visibility_order_close(frames->order);
+  fvv_release(&frames->allocator, frames->faces, 3 * (size_t)frames->face_count * sizeof *frames->faces);
+  frames->order = NULL;
+  frames->faces = NULL;
+}
+
+void fvv_visibility_frames_reset(fvv_visibility_frames *frames) {
+  if (frames->allocator.resize) {
+    free_current(&frames->allocator, &frames->current);
+    free_order(frames);
+  }
+  memset(frames, 0, sizeof *frames);
+}
+
+static fvv_status check_number(const fvv_visibility_frames *frames, const fvv_visibility_header *header,
+                               int key, fvv_diagnostic *diagnostic) {
+  const fvv_visibility_header *former = &frames->current.header;
+  if (!header->number == !key)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_NUMBER, "number %lu in a chunk %s the key flag", (unsigned long)header->number,
+                    key ? "with" : "without");
+  if (key) return FVV_OK;
+  if (!former->camera_count || header->number - 1 != former->number)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_NUMBER, "number %lu does not follow the chunk before: chunks are missing",
+                    (unsigned long)header->number);
+  if (header->domain != former->domain || header->mesh_track != former->mesh_track ||
+      header->element_count != former->element_count)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_NUMBER, "domain, mesh track or element count differ from the chunk before");
+  return FVV_OK;
+}
+
+static fvv_status centre_of(const fvv_configuration *configuration, uint16_t id, int32_t centre[3],
+                            fvv_diagnostic *diagnostic) {
+  const fvv_camera *camera = fvv_configuration_camera(configuration, id);
+  fvv_diagnostic why = {0};
+  if (!camera)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_SIZE, "camera %u is not described", id);
+  if (fvv_visibility_centre(camera, &configuration->scene, centre, &why) == FVV_OK) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
+                  FVV_VISI_SIZE, "%s", why.message);
+}
+
+/* Streams of the cameras, camera_count of them, to be released. */
+static fvv_status read_streams(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                               const fvv_allocator *allocator, const fvv_visibility_header *header,
+                               fvv_visibility_stream **streams, fvv_diagnostic *diagnostic) {
+  *streams = fvv_allocate_array(allocator, header->camera_count, sizeof **streams);
+  if (!*streams) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  fvv_visibility_header again;
+  return fvv_visibility_peek(payload, size, limits, &again, *streams, header->camera_count, diagnostic);
+}
+
+fvv_status fvv_visibility_frames_check(const fvv_visibility_frames *frames, const uint8_t *payload,
+                                       size_t size, int key, const fvv_configuration *configuration,
+                                       const fvv_limits *limits, fvv_visibility_header *header,
+                                       fvv_diagnostic *diagnostic) {
+  fvv_status status = fvv_visibility_peek(payload, size, limits, header, NULL, 0, diagnostic);
+  if (status == FVV_OK) status = check_number(frames, header, key, diagnostic);
+  if (status != FVV_OK) return status;
+  const fvv_track *track = fvv_configuration_track(configuration, header->mesh_track);
+  if (track && track->kind == FVV_TRACK_MESH) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
+                  FVV_VISI_MESH_TRACK, "track %u, whose mesh is meant, is no mesh track", header->mesh_track);
+}
+
+/* An order for the faces of mesh: the last one, where they are the same. */
+static fvv_status keep_order(fvv_visibility_frames *frames, const fvv_mesh *mesh, uint8_t domain,
+                             fvv_diagnostic *diagnostic) {
+  const size_t bytes = 3 * (size_t)mesh->face_count * sizeof *mesh->faces;
+  if (frames->order && frames->current.header.domain == domain && frames->face_count == mesh->face_count &&
+      frames->vertex_count == mesh->vertex_count && !memcmp(frames->faces, mesh->faces, bytes))
+    return FVV_OK;
+  free_order(frames);
+  frames->vertex_count = mesh->vertex_count;
+  frames->face_count = mesh->face_count;
+  frames->faces = fvv_allocate(&frames->allocator, bytes);
+  if (!frames->faces) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  memcpy(frames->faces, mesh->faces, bytes);
+  return fvv_visibility_order_open(mesh, domain, &frames->allocator, &frames->order, diagnostic);
+}
+
+static const uint8_t *states_of(const fvv_visibility *v, uint16_t camera) {
+  for (uint32_t i = 0; i < v->header.camera_count; i++)
+    if (v->cameras[i] == camera) return v->states + (size_t)i * v->header.element_count;
+  return NULL;
+}
+
+/* next: header is filled; arrays are allocated here. */
+static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *payload,
+                                 const fvv_visibility_stream *streams, const fvv_mesh *mesh,
+                                 const fvv_configuration *configuration, fvv_visibility *next,
+                                 fvv_diagnostic *diagnostic) {
+  const fvv_visibility_header *header = &next->header;
+  uint64_t bytes;
+  const int fits = fvv_multiply_u64(header->camera_count, header->element_count, &bytes) && bytes <= SIZE_MAX;
+  next->cameras = fvv_allocate_array(&frames->allocator, header->camera_count, sizeof *next->cameras);
+  next->states = fits ? fvv_allocate(&frames->allocator, (size_t)bytes) : NULL;
+  if (!next->cameras || !next->states)
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  for (uint32_t i = 0; i < header->camera_count; i++) {
+    int32_t centre[3];
+    next->cameras[i] = streams[i].camera;
+    fvv_status status = centre_of(configuration, streams[i].camera, centre, diagnostic);
+    if (status == FVV_OK)
+      status = fvv_visibility_decode(frames->order, mesh, header, payload + streams[i].offset,
+                                     streams[i].size, centre, states_of(&frames->current, streams[i].camera),
+                                     next->states + (size_t)i * header->element_count, diagnostic);
+    if (status == FVV_OK) continue;
+    if (diagnostic && diagnostic->issue == FVV_ISSUE_VISIBILITY_STREAM)
+      diagnostic->offset = streams[i].offset;
+    return status;
+  }
+  return FVV_OK;
+}
+
+static fvv_status add(fvv_visibility_frames *frames, const uint8_t *payload, size_t size, int key,
+                      const fvv_mesh *mesh, const fvv_configuration *configuration, const fvv_limits *limits,
+                      fvv_diagnostic *diagnostic) {
+  fvv_visibility next = {0};
+  fvv_status status = fvv_visibility_frames_check(frames, payload, size, key, configuration, limits,
+                                                  &next.header, diagnostic);
+  if (status != FVV_OK) return status;
+  const uint32_t elements = !mesh                                           ? 0
+                            : next.header.domain == FVV_VISIBILITY_VERTICES ? mesh->vertex_count
+                                                                            : mesh->face_count;
+  if (!mesh || elements != next.header.element_count)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_ELEMENT_COUNT,
+                    mesh ? "visibility of %lu elements, the mesh of its time has %lu"
+                         : "visibility of %lu elements, but its time has no mesh on that track",
+                    (unsigned long)next.header.element_count, (unsigned long)elements);
+  fvv_visibility_stream *streams = NULL;
+  status = read_streams(payload, size, limits, &frames->allocator, &next.header, &streams, diagnostic);
+  if (status == FVV_OK) status = keep_order(frames, mesh, next.header.domain, diagnostic);
+  if (status == FVV_OK)
+    status = decode_cameras(frames, payload, streams, mesh, configuration, &next, diagnostic);
+  fvv_release(&frames->allocator, streams, next.header.camera_count * sizeof *streams);
+  if (status != FVV_OK) {
+    free_current(&frames->allocator, &next);
+    return status;
+  }
+  free_current(&frames->allocator, &frames->current);
+  frames->current = next;
+  return FVV_OK;
+}
+
+fvv_status fvv_visibility_frames_add(fvv_visibility_frames *frames, const uint8_t *payload, size_t size,
+                                     int key, const fvv_mesh *mesh, const fvv_configuration *configuration,
+                                     const fvv_limits *limits, const fvv_allocator *allocator,
+                                     fvv_diagnostic *diagnostic) {
+  if (!frames->allocator.resize) frames->allocator = fvv_allocator_or_default(allocator);
+  const fvv_status status = add(frames, payload, size, key, mesh, configuration, limits, diagnostic);
+  if (status != FVV_OK) fvv_visibility_frames_reset(frames);
+  return status;
+}

@@ -1,0 +1,175 @@
+"""A slow, plain decoder of visibility, written from clauses 2.4, 9.2 and 17 of spec/fvv.md alone.
+
+Knows meshes in the raw profile and delta frames behind them (delta.py). Uses nothing of libfvv, so that prose and
+library are held against each other.
+
+    python3 spec/visibility.py STREAM.fvv     # for each VISI chunk the CRC-32C of what it says, a byte for each
+                                              # camera and element: 0 does not face, 1 not seen, 2 seen
+"""
+
+import pathlib
+import struct
+import sys
+from collections import defaultdict
+
+import delta
+
+AXES = range(3)
+LEAST = (0, 1, 2, 3, 4, 7, 10)
+
+
+def chunks(stream):
+    """Type, track, time and payload of all chunks, in order; the container is taken to be in order."""
+    at = 24
+    while at < len(stream):
+        track, time, size = struct.unpack_from("<HqQ", stream, at + 6)
+        yield stream[at : at + 4], track, time, stream[at + 32 : at + 32 + size]
+        at += 32 + (size + 7) // 8 * 8
+
+
+def centre(camera, origin, step):
+    """Of a CAMR payload, in steps of the lattice."""
+    rotation = struct.unpack_from("<9d", camera, 128)
+    t = struct.unpack_from("<3d", camera, 200)
+    metres = [-((rotation[a] * t[0] + rotation[3 + a] * t[1]) + rotation[6 + a] * t[2]) for a in AXES]
+    # Python rounds ties to even.
+    return [round((c - o) / step) for c, o in zip(metres, origin)]
+
+
+def dot(u, v):
+    return sum(a * b for a, b in zip(u, v))
+
+
+def shortened(v):
+    s = 0
+    while max(map(abs, v)) >= 1 << 11 + s:
+        s += 1
+    return [delta.divide(x, 1 << s) for x in v]
+
+
+def face_faces(corners, camera, threshold):
+    p, q, r = corners
+    u, v = ([x[a] - p[a] for a in AXES] for x in (q, r))
+    n = shortened([u[a - 2] * v[a - 1] - u[a - 1] * v[a - 2] for a in AXES])
+    w = shortened([3 * camera[a] - p[a] - q[a] - r[a] for a in AXES])
+    return dot(n, w) > 0 and 2**16 * dot(n, w) ** 2 > threshold**2 * dot(n, n) * dot(w, w)
+
+
+class Surface:
+    """Neighbours, coding order and places of the elements of a mesh."""
+
+    def __init__(self, vertex_count, faces, vertices):
+        self.faces, self.vertices = faces, vertices
+        self.around = [[] for _ in range(vertex_count)]
+        edges = defaultdict(list)
+        for number, corners in enumerate(faces):
+            for i, corner in enumerate(corners):
+                self.around[corner].append(number)
+                edges[frozenset((corner, corners[(i + 1) % 3]))].append(number)
+        self.edges = edges
+        self.count = vertex_count if vertices else len(faces)
+        self.order, met = [], set()
+        for seed in range(self.count):
+            row = [seed] if seed not in met else []
+            met.add(seed)
+            for element in row:
+                for other in self._neighbours(element):
+                    if other not in met:
+                        met.add(other)
+                        row.append(other)
+            self.order += row
+
+    def _neighbours(self, element):
+        if self.vertices:
+            return [corner for face in self.around[element] for corner in self.faces[face]]
+        a, b, c = self.faces[element]
+        sharing = [self.edges[frozenset(edge)] for edge in ((a, b), (b, c), (c, a))]
+        return [face for faces in sharing if len(faces) == 2 for face in faces if face != element]
+
+    def places(self, element):
+        return self.around[element] if self.vertices else self.faces[element]
+
+    def facing(self, positions, camera, threshold):
+        passed = [face_faces([positions[v] for v in f], camera, threshold) for f in self.faces]
+        return [any(passed[f] for f in faces) for faces in self.around] if self.vertices else passed
+
+
+def class_of(total):
+    return max(i for i, least in enumerate(LEAST) if total >= least)
+
+
+class Contexts(dict):
+    def __missing__(self, key):
+        former, seen, hidden = key
+        a = 8 * LEAST[seen] + 1 + (32 if former == 2 else 0)
+        b = 8 * LEAST[hidden] + 1 + (32 if former == 1 else 0)
+        self[key] = [2**16 * a // (a + b)] * 2
+        return self[key]
+
+
+def decode_stream(data, surface, facing, former):
+    """What one camera sees: 0, 1 or 2 for each element."""
+    if not data:
+        return [int(f) for f in facing]
+    states = [0] * surface.count
+    decoder, contexts = delta.RangeDecoder(data), Contexts()
+    counts = [defaultdict(int), defaultdict(int)]
+    for element in surface.order:
+        if not facing[element]:
+            continue
+        places = surface.places(element)
+        hidden, seen = (class_of(sum(count[place] for place in places)) for count in counts)
+        bit = decoder.decision(contexts[former[element], seen, hidden])
+        for place in places:
+            counts[bit][place] += 1
+        states[element] = 1 + bit
+    assert decoder.ends()
+    return states
+
+
+def decode_chunk(payload, positions, faces, cameras, before):
+    """States of each camera of a VISI payload. cameras: centres by identifier; before: states by identifier."""
+    domain, threshold, _, count, number, camera_count = struct.unpack_from("<BBHIII", payload)
+    numbers = delta.Numbers(payload, 16)
+    table, camera = [], 0
+    for _ in range(camera_count):
+        camera += numbers.next()
+        table.append((camera, numbers.next()))
+    surface = Surface(len(positions), faces, domain == 1)
+    assert surface.count == count
+    at, states = numbers.at, {}
+    for camera, size in table:
+        facing = surface.facing(positions, cameras[camera], threshold)
+        former = before.get(camera, [0] * count) if number else [0] * count
+        states[camera] = decode_stream(payload[at : at + size], surface, facing, former)
+        at += size
+    assert at == len(payload)
+    return states
+
+
+def decode(stream):
+    """Track, and states by camera, of each VISI chunk of a stream with one configuration block and one group."""
+    cameras, before, sequence = {}, {}, None
+    for kind, track, _, payload in chunks(stream):
+        if kind == b"SCEN":
+            lattice = struct.unpack_from("<4d", payload, 16)
+        elif kind == b"CAMR":
+            cameras[struct.unpack_from("<H", payload)[0]] = centre(payload, lattice[:3], lattice[3])
+        elif kind == b"MESH" and payload[0] == 2:
+            sequence.add(payload)
+        elif kind == b"MESH":
+            positions, faces = delta.raw_mesh(payload)
+            sequence = delta.Sequence(positions, faces)
+        elif kind == b"VISI":
+            former = before.get(track, {})
+            before[track] = decode_chunk(payload, sequence.positions(), faces, cameras, former)
+            yield track, before[track]
+
+
+def state_crcs(stream):
+    for _, states in decode(stream):
+        yield f"{delta.crc32c(bytes(x for camera in sorted(states) for x in states[camera])):08x}"
+
+
+if __name__ == "__main__":
+    print("\n".join(state_crcs(pathlib.Path(sys.argv[1]).read_bytes())))
