@@ -5,59 +5,12 @@
 //   fvvbench draco FILE.fvv    Draco coding of the file's meshes at level 7
 //   fvvbench fast FILE.fvv     the same meshes as meshoptimizer codes them, beside Draco and raw
 //   fvvbench delta FILE.fvv    the file's meshes, which share their triangles, as delta frames behind the
-//   first;
-//                              off by one step of the lattice at most
-#include "fvv/stream.h"
-
-#include <algorithm>
-#include <chrono>
-#include <cstdio>
-#include <cstring>
-#include <functional>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
-#include <string>
-#include <vector>
+//                              first, off by one step of the lattice at most
+//   fvvbench visibility FILE.fvv
+//                              which faces and vertices of its meshes its cameras see (visibility.cpp)
+#include "fvvbench.h"
 
 namespace {
-
-using Bytes = std::vector<uint8_t>;
-constexpr int runs = 5;
-
-void require(fvv_status status, const fvv_diagnostic &d) {
-  if (status < 0) throw std::runtime_error(d.message[0] ? d.message : fvv_status_text(status));
-}
-
-double seconds(const std::function<void()> &body) {
-  const auto begin = std::chrono::steady_clock::now();
-  body();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-double median(const std::function<void()> &body) {
-  std::vector<double> all;
-  for (int i = 0; i < runs; i++) all.push_back(seconds(body));
-  std::sort(all.begin(), all.end());
-  return all[all.size() / 2];
-}
-
-Bytes read_file(const char *path) {
-  FILE *file = std::fopen(path, "rb");
-  if (!file) throw std::runtime_error(std::string(path) + ": cannot open");
-  Bytes out;
-  uint8_t block[1 << 16];
-  while (const size_t n = std::fread(block, 1, sizeof block, file)) out.insert(out.end(), block, block + n);
-  std::fclose(file);
-  return out;
-}
-
-fvv_input input_of(Bytes &bytes) {
-  const auto read_at = [](void *user, uint64_t offset, void *out, size_t size) -> fvv_status {
-    std::memcpy(out, static_cast<Bytes *>(user)->data() + offset, size);
-    return FVV_OK;
-  };
-  return {read_at, &bytes, bytes.size()};
-}
 
 // The groups of the file again and again, as one long stream.
 Bytes long_stream(Bytes &source, size_t wanted) {
@@ -265,13 +218,14 @@ nlohmann::ordered_json delta(const char *path) {
 int main(int argc, char **argv) {
   try {
     const std::string what = argc == 3 ? argv[1] : "";
-    const auto part = what == "demux"   ? demux
-                      : what == "draco" ? draco
-                      : what == "fast"  ? fast
-                      : what == "delta" ? delta
-                                        : nullptr;
+    const auto part = what == "demux"        ? demux
+                      : what == "draco"      ? draco
+                      : what == "fast"       ? fast
+                      : what == "delta"      ? delta
+                      : what == "visibility" ? visibility
+                                             : nullptr;
     if (!part) {
-      std::fputs("usage: fvvbench demux|draco|fast|delta FILE.fvv\n", stderr);
+      std::fputs("usage: fvvbench demux|draco|fast|delta|visibility FILE.fvv\n", stderr);
       return 2;
     }
     std::printf("%s\n", part(argv[2]).dump().c_str());
