@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, container, sweep, import,
-calibration, clip, codecs, wd2.
+NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
+import, calibration, clip, codecs, wd2.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -104,6 +104,16 @@ def delta():
     return fvvbench("delta", tracked)
 
 
+def visibility():
+    """What 12 cameras of the studio see of hulls of 35,000 triangles, on a lattice of 1 mm."""
+    hulls = WORK / "hulls.fvv"
+    if not hulls.exists():
+        folder = WORK / "hulls"
+        tool("fvvsynth", "-o", folder, "--rig", "studio", "--meshes", "hull", "--frames", 10, "--force")
+        tool("fvvmux", folder, "-o", hulls, "--no-pictures", "--step", "1mm", "--keep-geometry", "--force")
+    return fvvbench("visibility", hulls)
+
+
 def container():
     info = json.loads(tool("fvvinfo", "--json", stream()))["files"][0]
     return {"container.overhead_percent": 100 * info["container_bytes"] / info["bytes"]}
@@ -200,6 +210,7 @@ PARTS = {
     "draco": draco,
     "fast": fast,
     "delta": delta,
+    "visibility": visibility,
     "container": container,
     "sweep": sweep,
     "import": calibration_import,

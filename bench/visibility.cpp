@@ -161,17 +161,19 @@ nlohmann::ordered_json visibility(const char *path) {
   require(fvv_stream_configuration(stream, 0, &configuration, &d), d);
   if (!configuration->camera_count) throw std::runtime_error("the file has no cameras");
   const size_t frames = std::min<size_t>(fvv_stream_frame_count(stream), 10);
-  Sums faces, all, vertices;
-  Former faces_before, all_before, vertices_before;
+  Sums faces, nearly_all, all, vertices;
+  Former faces_before, nearly_all_before, all_before, vertices_before;
   for (size_t f = 0; f < frames; f++) {
     Frame frame = look(stream, f, *configuration);
     code(frame, *configuration, FVV_VISIBILITY_FACES, FVV_VISIBILITY_THRESHOLD, faces_before, faces);
+    code(frame, *configuration, FVV_VISIBILITY_FACES, 4, nearly_all_before, nearly_all);
     code(frame, *configuration, FVV_VISIBILITY_FACES, 0, all_before, all);
     code(frame, *configuration, FVV_VISIBILITY_VERTICES, FVV_VISIBILITY_THRESHOLD, vertices_before, vertices);
     fvv_mesh_free(&frame.mesh);
   }
   nlohmann::ordered_json out = {{"visibility.cameras", configuration->camera_count}};
   report(out, "visibility.faces", faces);
+  report(out, "visibility.faces_at_4", nearly_all);
   report(out, "visibility.faces_at_0", all);
   report(out, "visibility.vertices", vertices);
   fvv_stream_close(stream);
