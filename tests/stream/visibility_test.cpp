@@ -305,6 +305,31 @@ TEST_CASE("damage in front of visibility never yields a wrong one") {
   }
 }
 
+TEST_CASE("cameras that do not exist take no memory for what they see") {
+  Stream stream = visible_stream(1);
+  Bytes &payload = stream.groups[0].chunks[1].payload;
+  payload.resize(16);
+  payload[12] = 0xE8; // 1,000
+  payload[13] = 3;
+  for (int i = 0; i < 1000; i++) payload.insert(payload.end(), {1, 0});
+  const Bytes bytes = write(stream);
+  const Checked checked(bytes);
+  CHECK(fvv_checker_problem(checked.checker, 0)->issue == FVV_ISSUE_VISIBILITY_CAMERA);
+  size_t largest = 0;
+  const auto resize = [](void *user, void *pointer, size_t, size_t size) -> void * {
+    *static_cast<size_t *>(user) = std::max(*static_cast<size_t *>(user), size);
+    if (size) return std::realloc(pointer, size);
+    std::free(pointer);
+    return nullptr;
+  };
+  const fvv_allocator allocator = {resize, &largest};
+  Opened opened(bytes, &allocator);
+  CHECK(opened.frame(0, face_track) == FVV_ERROR_INVALID);
+  CHECK(opened.diagnostic.issue == FVV_ISSUE_VISIBILITY_CAMERA);
+  // 348 faces and 1,000 cameras would be 348,000 bytes.
+  CHECK(largest < 100000);
+}
+
 TEST_CASE("every allocation on the way to visibility may fail") {
   const Bytes bytes = write(visible_stream(1));
   bool done = false;

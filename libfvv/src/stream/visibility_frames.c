@@ -111,14 +111,19 @@ static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *p
                                  const fvv_configuration *configuration, fvv_visibility *next,
                                  fvv_diagnostic *diagnostic) {
   const fvv_visibility_header *header = &next->header;
+  int32_t centre[3];
   uint64_t bytes;
+  /* Two bytes of a table name a camera: before there is memory for what it sees, it has to exist. */
+  for (uint32_t i = 0; i < header->camera_count; i++) {
+    const fvv_status status = centre_of(configuration, streams[i].camera, centre, diagnostic);
+    if (status != FVV_OK) return status;
+  }
   const int fits = fvv_multiply_u64(header->camera_count, header->element_count, &bytes) && bytes <= SIZE_MAX;
   next->cameras = fvv_allocate_array(&frames->allocator, header->camera_count, sizeof *next->cameras);
   next->states = fits ? fvv_allocate(&frames->allocator, (size_t)bytes) : NULL;
   if (!next->cameras || !next->states)
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
   for (uint32_t i = 0; i < header->camera_count; i++) {
-    int32_t centre[3];
     next->cameras[i] = streams[i].camera;
     fvv_status status = centre_of(configuration, streams[i].camera, centre, diagnostic);
     if (status == FVV_OK)
