@@ -59,6 +59,8 @@ struct Sheet {
             uint32_t(faces.size() / 3),
             nullptr,
             0,
+            nullptr,
+            0,
             {}};
   }
 };

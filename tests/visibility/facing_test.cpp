@@ -30,6 +30,8 @@ fvv_mesh triangle(std::vector<int32_t> &positions, std::vector<uint32_t> &faces)
           uint32_t(faces.size() / 3),
           nullptr,
           0,
+          nullptr,
+          0,
           {}};
 }
 
