@@ -7,7 +7,7 @@ As the paper tells it: per frame a mesh as JavaScript arrays in text, with surfa
 below RGB, Base64 (section 5); calibration about 600 bytes a camera. Where the paper is silent: positions in metres to
 the millimetre, normals to three digits, and the JPEG quality is the one that comes nearest to the factor over the first
 frame. A capture that is rendered at transmitted size already is not scaled again (--scale 1). Cameras whose pictures are
-no texture, and cameras that move, are left out as fvvmux leaves them out. A capture that is not of PNG, JPEG, PLY and OBJ
+no texture, and cameras that move, are left out. A capture that is not of PNG, JPEG, PLY and OBJ
 files is first brought into such by fvvmux and fvvdemux, with JPEG at quality 100.
 
     python bench/whp235.py CAPTURE [--scale 4 | --tile 480x270] [--cameras NAME,...] [-o FILE]
