@@ -50,8 +50,7 @@ public:
   Frame load() {
     Frame out;
     out.up = configuration->scene.up_axis;
-    for (size_t i = 0; i < configuration->camera_count; i++)
-      out.cameras.push_back(nameless(configuration->cameras[i]));
+    load_cameras(out);
     load_mesh(out);
     for (const demux::VideoViews &track : demux::views_of(*configuration, {}, nullptr))
       load_track(track, out);
@@ -64,6 +63,18 @@ private:
     camera.name = nullptr;
     camera.name_size = 0;
     return camera;
+  }
+
+  // One that moves and is not calibrated in this frame is not there (fvv.md, clause 9.6).
+  void load_cameras(Frame &out) {
+    for (size_t i = 0; i < configuration->camera_count; i++) {
+      fvv_camera camera;
+      fvv_diagnostic diagnostic = {};
+      const fvv_status status =
+          fvv_stream_camera(stream.get(), place.frame, configuration->cameras[i].id, &camera, &diagnostic);
+      cli::check(status, where, diagnostic);
+      if (status != FVV_END) out.cameras.push_back(nameless(camera));
+    }
   }
 
   void load_mesh(Frame &out) {
@@ -90,7 +101,7 @@ private:
     }
     for (const demux::View &view : track.views) {
       const fvv_camera *camera = out.camera(view.tile.camera_id);
-      if (!camera) continue; // an atlas
+      if (!camera) continue; // an atlas, or not calibrated
       if (why.empty())
         out.pictures.push_back(
             {demux::camera_of_tile(*camera, view.tile), media::extract(picture, view.tile)});
