@@ -131,28 +131,33 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
   return FVV_OK;
 }
 
-/* Reads the frame's chunk of a type on a track; FVV_END when it has none. */
-static fvv_status read_frame_chunk(fvv_stream *s, size_t frame, uint32_t type, uint16_t track,
-                                   const fvv_chunk_info **info, const uint8_t **payload, size_t *group,
-                                   fvv_diagnostic *diagnostic) {
-  fvv_frame_chunks found;
-  const fvv_status status = fvv_stream_find(s, frame, &found, diagnostic);
-  if (status < 0) return status;
-  *group = found.group;
-  for (size_t i = 0; i < found.count; i++)
-    if (found.chunks[i].type == type && found.chunks[i].track == track) {
-      *info = &found.chunks[i];
-      return fvv_file_read_chunk(s->file, *info, payload, diagnostic);
-    }
-  return FVV_END;
+const fvv_chunk_info *fvv_stream_chunk_of(const fvv_frame_chunks *found, uint32_t type, uint16_t track) {
+  for (size_t i = 0; i < found->count; i++)
+    if (found->chunks[i].type == type && found->chunks[i].track == track) return &found->chunks[i];
+  return NULL;
+}
+
+fvv_status fvv_stream_kept_of(const fvv_stream *stream, fvv_bytes *list, size_t size, uint16_t track,
+                              void **element) {
+  for (size_t at = 0; at < list->size; at += size) {
+    uint16_t id;
+    memcpy(&id, list->data + at, sizeof id);
+    *element = list->data + at;
+    if (id == track) return FVV_OK;
+  }
+  if (list->size / size >= stream->limits.max_tracks) return FVV_ERROR_LIMIT;
+  const fvv_status status = fvv_bytes_reserve(list, size);
+  if (status != FVV_OK) return status;
+  *element = list->data + list->size;
+  memset(*element, 0, size);
+  memcpy(*element, &track, sizeof track);
+  list->size += size;
+  return FVV_OK;
 }
 
 fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, const uint8_t **sample,
                              size_t *size, int *key, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  const fvv_chunk_info *info;
-  const uint8_t *payload;
-  size_t group;
   *sample = NULL;
   *size = 0;
   fvv_frame_chunks found;
@@ -164,8 +169,10 @@ fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, c
   if (status < 0) return status;
   const fvv_video_layout *video = fvv_configuration_video(configuration, track);
   if (!video) return FVV_END;
-  status =
-      read_frame_chunk(stream, frame, FVV_CHUNK_VIDEO_PACKET, track, &info, &payload, &group, diagnostic);
+  const fvv_chunk_info *info = fvv_stream_chunk_of(&found, FVV_CHUNK_VIDEO_PACKET, track);
+  if (!info) return FVV_END;
+  const uint8_t *payload;
+  status = fvv_file_read_chunk(stream->file, info, &payload, diagnostic);
   if (status != FVV_OK) return status;
   *key = (info->flags & FVV_FLAG_KEY) != 0;
   status = fvv_video_sample_check(&video->config, *key, payload, (size_t)info->size, diagnostic);

@@ -15,9 +15,8 @@ struct fvv_stream {
   fvv_bytes firsts;             /* uint64_t for each group: number of its first frame */
   fvv_bytes meshes;             /* followed_track: where delta frames were decoded last */
   fvv_bytes visibility;         /* followed_visibility: where each track was decoded last */
-  fvv_calibration *calibration; /* of the block calibration_block; NULL: none yet */
-  uint64_t calibration_block;
-  uint64_t calibration_chunk; /* offset of the chunk that was decoded last; 0: none */
+  fvv_calibration *calibration; /* of the block that is loaded; NULL: none yet */
+  uint64_t calibration_chunk;   /* offset of the chunk that was decoded last; 0: none */
 };
 
 /* The chunks of a frame: a run within its group's list, which begins with first. */
@@ -30,6 +29,15 @@ typedef struct fvv_frame_chunks {
 
 FVV_MUST_USE fvv_status fvv_stream_find(fvv_stream *stream, size_t frame, fvv_frame_chunks *found,
                                         fvv_diagnostic *diagnostic);
+
+/* The frame's chunk of a type on a track; NULL: it has none. */
+const fvv_chunk_info *fvv_stream_chunk_of(const fvv_frame_chunks *found, uint32_t type, uint16_t track);
+
+/* What is kept of a track between calls: the element of list, of elements of size bytes that begin with the
+ * track's uint16_t, which is that track's. One that is not there is added, all else of it zero. Valid until
+ * the next is added. FVV_ERROR_LIMIT: there are as many as a stream may have tracks. */
+FVV_MUST_USE fvv_status fvv_stream_kept_of(const fvv_stream *stream, fvv_bytes *list, size_t size,
+                                           uint16_t track, void **element);
 
 void fvv_stream_release_meshes(fvv_stream *stream);
 void fvv_stream_release_cameras(fvv_stream *stream);

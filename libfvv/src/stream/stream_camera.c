@@ -7,6 +7,7 @@
 void fvv_stream_release_cameras(fvv_stream *stream) {
   fvv_calibration_destroy(stream->calibration);
   stream->calibration = NULL;
+  stream->calibration_chunk = 0;
 }
 
 static int is_calibration(const fvv_chunk_info *chunk) {
@@ -39,12 +40,9 @@ static fvv_status follow(fvv_stream *s, const fvv_chunk_info *first, const fvv_c
   return FVV_OK;
 }
 
-/* The calibration of a configuration begins anew with every one that is loaded. */
+/* The calibration of a configuration begins anew with every one that is loaded, which releases it. */
 static fvv_status prepare(fvv_stream *s, const fvv_configuration *configuration, fvv_diagnostic *diagnostic) {
-  if (s->calibration && s->calibration_block == s->configuration_offset) return FVV_OK;
-  fvv_stream_release_cameras(s);
-  s->calibration_chunk = 0;
-  s->calibration_block = s->configuration_offset;
+  if (s->calibration) return FVV_OK;
   const fvv_status status = fvv_calibration_create(configuration->cameras, configuration->camera_count,
                                                    &s->allocator, &s->calibration);
   return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");

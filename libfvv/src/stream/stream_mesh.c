@@ -20,23 +20,6 @@ void fvv_stream_release_meshes(fvv_stream *stream) {
   fvv_bytes_free(&stream->meshes);
 }
 
-static fvv_status find_track(fvv_stream *s, uint16_t id, followed_track **track) {
-  followed_track *tracks = (followed_track *)s->meshes.data;
-  const size_t count = s->meshes.size / sizeof *tracks;
-  for (size_t i = 0; i < count; i++)
-    if (tracks[i].track == id) {
-      *track = &tracks[i];
-      return FVV_OK;
-    }
-  if (count >= s->limits.max_tracks) return FVV_ERROR_LIMIT;
-  followed_track fresh;
-  memset(&fresh, 0, sizeof fresh);
-  fresh.track = id;
-  const fvv_status status = fvv_bytes_append(&s->meshes, &fresh, sizeof fresh);
-  if (status == FVV_OK) *track = (followed_track *)(s->meshes.data + s->meshes.size) - 1;
-  return status;
-}
-
 /* Decodes the track's next chunk. */
 static fvv_status step(fvv_stream *s, followed_track *track, const fvv_chunk_info *chunk,
                        fvv_diagnostic *diagnostic) {
@@ -80,11 +63,12 @@ static fvv_status follow(fvv_stream *s, followed_track *track, const fvv_chunk_i
 
 static fvv_status decode_delta(fvv_stream *s, const fvv_frame_chunks *found, const fvv_chunk_info *wanted,
                                fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
-  followed_track *track;
-  fvv_status status = find_track(s, wanted->track, &track);
+  void *kept;
+  fvv_status status = fvv_stream_kept_of(s, &s->meshes, sizeof(followed_track), wanted->track, &kept);
   if (status != FVV_OK)
     return fvv_fail(diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, FVV_CHUNK_MESH,
                     wanted->offset, "no room for the delta frames of track %u", wanted->track);
+  followed_track *track = kept;
   status = follow(s, track, found->first, wanted, diagnostic);
   if (status != FVV_OK) return status;
   status = fvv_mesh_copy(fvv_mesh_frames_current(&track->frames), &s->allocator, mesh);
@@ -113,11 +97,8 @@ fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track, fvv
   fvv_frame_chunks found;
   const fvv_status status = fvv_stream_find(stream, frame, &found, diagnostic);
   if (status < 0) return status;
-  for (size_t i = 0; i < found.count; i++) {
-    const fvv_chunk_info *chunk = &found.chunks[i];
-    if (!is_mesh(chunk, track)) continue;
-    return chunk->flags & FVV_FLAG_KEY ? decode_key(stream, chunk, mesh, diagnostic)
-                                       : decode_delta(stream, &found, chunk, mesh, diagnostic);
-  }
-  return FVV_END;
+  const fvv_chunk_info *chunk = fvv_stream_chunk_of(&found, FVV_CHUNK_MESH, track);
+  if (!chunk) return FVV_END;
+  return chunk->flags & FVV_FLAG_KEY ? decode_key(stream, chunk, mesh, diagnostic)
+                                     : decode_delta(stream, &found, chunk, mesh, diagnostic);
 }

@@ -1,7 +1,5 @@
 /* Visibility of frames by number. A chunk that is no key is decoded from the key chunk of its group on, each
  * with its mesh; where each track stands is kept. */
-#include <string.h>
-
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "stream/stream.h"
@@ -20,35 +18,14 @@ void fvv_stream_release_visibility(fvv_stream *stream) {
   fvv_bytes_free(&stream->visibility);
 }
 
-static fvv_status find_track(fvv_stream *s, uint16_t id, followed_visibility **track) {
-  followed_visibility *tracks = (followed_visibility *)s->visibility.data;
-  const size_t count = s->visibility.size / sizeof *tracks;
-  for (size_t i = 0; i < count; i++)
-    if (tracks[i].track == id) {
-      *track = &tracks[i];
-      return FVV_OK;
-    }
-  if (count >= s->limits.max_tracks) return FVV_ERROR_LIMIT;
-  followed_visibility fresh;
-  memset(&fresh, 0, sizeof fresh);
-  fresh.track = id;
-  const fvv_status status = fvv_bytes_append(&s->visibility, &fresh, sizeof fresh);
-  if (status == FVV_OK) *track = (followed_visibility *)(s->visibility.data + s->visibility.size) - 1;
-  return status;
-}
-
-static fvv_status find_chunk(fvv_stream *s, size_t frame, uint16_t track, fvv_chunk_info *chunk,
+static fvv_status find_chunk(fvv_stream *s, size_t frame, uint16_t track, const fvv_chunk_info **chunk,
                              size_t *group, fvv_diagnostic *diagnostic) {
   fvv_frame_chunks found;
   const fvv_status status = fvv_stream_find(s, frame, &found, diagnostic);
   if (status < 0) return status;
   *group = found.group;
-  for (size_t i = 0; i < found.count; i++)
-    if (found.chunks[i].type == FVV_CHUNK_VISIBILITY && found.chunks[i].track == track) {
-      *chunk = found.chunks[i];
-      return FVV_OK;
-    }
-  return FVV_END;
+  *chunk = fvv_stream_chunk_of(&found, FVV_CHUNK_VISIBILITY, track);
+  return *chunk ? FVV_OK : FVV_END;
 }
 
 /* Decodes the chunk of a frame, which is the track's next one or a key. */
@@ -90,20 +67,20 @@ static fvv_status step(fvv_stream *s, followed_visibility *track, size_t frame, 
 /* From the last chunk that is decoded, or a key, to that of the frame. */
 static fvv_status follow(fvv_stream *s, followed_visibility *track, size_t frame,
                          fvv_diagnostic *diagnostic) {
-  fvv_chunk_info chunk;
+  const fvv_chunk_info *chunk;
   size_t group, from = frame;
   for (;; from--) {
     const fvv_status status = find_chunk(s, from, track->track, &chunk, &group, diagnostic);
     if (status < 0) return status;
-    if (status == FVV_OK && chunk.offset == track->last) {
+    if (status == FVV_OK && chunk->offset == track->last) {
       if (from++ == frame) return FVV_OK;
       break;
     }
-    if (!from || (status == FVV_OK && chunk.flags & FVV_FLAG_KEY)) break;
+    if (!from || (status == FVV_OK && chunk->flags & FVV_FLAG_KEY)) break;
   }
   for (; from <= frame; from++) {
     fvv_status status = find_chunk(s, from, track->track, &chunk, &group, diagnostic);
-    if (status == FVV_OK) status = step(s, track, from, &chunk, group, diagnostic);
+    if (status == FVV_OK) status = step(s, track, from, chunk, group, diagnostic);
     if (status < 0) return status;
   }
   return FVV_OK;
@@ -113,15 +90,16 @@ fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t trac
                                  const fvv_visibility **visibility, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *visibility = NULL;
-  fvv_chunk_info chunk;
+  const fvv_chunk_info *chunk;
   size_t group;
   fvv_status status = find_chunk(stream, frame, track, &chunk, &group, diagnostic);
   if (status != FVV_OK) return status;
-  followed_visibility *followed;
-  status = find_track(stream, track, &followed);
+  void *kept;
+  status = fvv_stream_kept_of(stream, &stream->visibility, sizeof(followed_visibility), track, &kept);
   if (status != FVV_OK)
     return fvv_fail(diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, FVV_CHUNK_VISIBILITY,
-                    chunk.offset, "no room for the visibility of track %u", track);
+                    chunk->offset, "no room for the visibility of track %u", track);
+  followed_visibility *followed = kept;
   status = follow(stream, followed, frame, diagnostic);
   if (status == FVV_OK) *visibility = &followed->frames.current;
   return status;
