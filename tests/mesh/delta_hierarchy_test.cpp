@@ -1,5 +1,6 @@
 // Levels and weights of delta frames, held against arithmetic in floating point.
 #include "fvv_catch.h"
+#include "mesh_of.h"
 
 #include <algorithm>
 #include <array>
@@ -253,9 +254,8 @@ TEST_CASE("a stencil keeps to its piece of the surface, however near another one
         for (const uint32_t i : {a, a + 1, a + 30, a + 1, a + 31, a + 30}) faces.push_back(i);
       }
   const auto scratch = key_of(tetrahedron());
-  const fvv_mesh mesh = {
-      positions.data(),  faces.data(), 1800, uint32_t(faces.size() / 3), nullptr, 0, nullptr, 0,
-      scratch->allocator};
+  fvv_mesh mesh = mesh_of(positions, faces);
+  mesh.allocator = scratch->allocator;
   const Hierarchy h(mesh);
   size_t looked = 0;
   const uint32_t survivors = h.level_end[0];
@@ -290,8 +290,8 @@ TEST_CASE("degenerate meshes still form levels") {
       for (const uint32_t i : {a, b, c}) faces.push_back(i);
     }
     const auto scratch = key_of(tetrahedron());
-    const fvv_mesh mesh = {p.data(), faces.data(), count, uint32_t(faces.size() / 3), nullptr,
-                           0,        nullptr,      0,     scratch->allocator};
+    fvv_mesh mesh = mesh_of(p, faces);
+    mesh.allocator = scratch->allocator;
     same_as_plain(mesh);
     const Hierarchy h(mesh);
     const std::set<uint32_t> seen(h.order, h.order + count);

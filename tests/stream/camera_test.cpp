@@ -71,22 +71,6 @@ Stream moving_stream(int groups) {
   return out;
 }
 
-fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
-  std::memcpy(out, static_cast<const Bytes *>(user)->data() + offset, size);
-  return FVV_OK;
-}
-
-struct Opened {
-  Bytes bytes;
-  fvv_stream *stream = nullptr;
-  explicit Opened(Bytes given, const fvv_allocator *allocator = nullptr) : bytes(std::move(given)) {
-    const fvv_input input = {read_at, &bytes, bytes.size()};
-    (void)!fvv_stream_open(&input, nullptr, allocator, &stream, nullptr);
-  }
-  Opened(const Opened &) = delete;
-  ~Opened() { fvv_stream_close(stream); }
-};
-
 // The chunk of a group's list that is the n-th calibration.
 Chunk &calibration_of(Group &group, size_t n) {
   for (Chunk &chunk : group.chunks)
@@ -196,19 +180,15 @@ TEST_CASE("a block has a calibration track exactly when a camera moves") {
 TEST_CASE("calibrations survive the failure of any allocation, and any changed byte is noticed") {
   const Bytes bytes = write(moving_stream(2));
   for (int64_t left = 0; left < 200; left++) {
-    Memory memory;
-    memory.left = left;
-    const fvv_allocator allocator = memory.allocator();
-    {
-      Opened opened(bytes, &allocator);
+    with_failing_memory(left, [&](const fvv_allocator *allocator) {
+      Opened opened(bytes, allocator);
       fvv_camera camera;
       for (const size_t frame : {4, 8})
         if (opened.stream) (void)!fvv_stream_camera(opened.stream, frame, 1, &camera, nullptr);
       Check how;
-      how.allocator = &allocator;
+      how.allocator = allocator;
       const Checked checked(bytes, how);
-    }
-    CHECK(memory.live == 0);
+    });
   }
   for (size_t at = 24; at < bytes.size(); at += 3) {
     Bytes bad = bytes;

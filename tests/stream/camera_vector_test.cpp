@@ -96,11 +96,6 @@ Bytes vector_stream() {
   return write(stream);
 }
 
-fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
-  std::memcpy(out, static_cast<const Bytes *>(user)->data() + offset, size);
-  return FVV_OK;
-}
-
 uint32_t crc_of(const fvv_camera &c) {
   std::vector<double> numbers = {c.fx, c.fy, c.cx, c.cy, c.skew};
   numbers.insert(numbers.end(), c.distortion, c.distortion + 8);
@@ -115,21 +110,17 @@ uint32_t crc_of(const fvv_camera &c) {
 
 // Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
 TEST_CASE("write the vector of cameras that move", "[.][make]") {
-  const Bytes bytes = vector_stream();
-  std::ofstream file(FVV_CALIBRATION_VECTORS "/moving.fvv", std::ios::binary);
-  file.write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
-  REQUIRE(file.good());
+  write_vector(FVV_CALIBRATION_VECTORS "/moving.fvv", vector_stream());
 }
 
 TEST_CASE(
     "the vector of cameras that move is written as it was, and its cameras are those of the plain decoder") {
   std::ifstream file(FVV_CALIBRATION_VECTORS "/moving.fvv", std::ios::binary),
       list(FVV_CALIBRATION_VECTORS "/moving.crc");
-  Bytes bytes(std::istreambuf_iterator<char>(file), {});
-  CHECK(bytes == vector_stream());
-  const fvv_input input = {read_at, &bytes, bytes.size()};
-  fvv_stream *stream = nullptr;
-  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
+  const Opened opened(Bytes(std::istreambuf_iterator<char>(file), {}));
+  CHECK(opened.bytes == vector_stream());
+  REQUIRE(opened.status == FVV_OK);
+  fvv_stream *stream = opened.stream;
   int64_t time;
   uint16_t id;
   std::string crc;
@@ -152,5 +143,4 @@ TEST_CASE(
     }
   CHECK(listed == 38);
   CHECK(found == listed);
-  fvv_stream_close(stream);
 }

@@ -252,17 +252,12 @@ TEST_CASE("every allocation of a checker may fail") {
   bytes[chunks_of(bytes)[9].offset + 40] ^= 1; // so that a problem is kept as well
   int failed = 0;
   for (int64_t n = 0;; n++) {
-    Memory memory;
-    memory.left = n;
-    const fvv_allocator allocator = memory.allocator();
-    Check how;
-    how.allocator = &allocator;
-    fvv_status status;
-    {
-      const Checked checked(bytes, how);
-      status = checked.status;
-    }
-    CHECK(memory.live == 0);
+    fvv_status status = FVV_OK;
+    with_failing_memory(n, [&](const fvv_allocator *allocator) {
+      Check how;
+      how.allocator = allocator;
+      status = Checked(bytes, how).status;
+    });
     if (status == FVV_OK) break;
     INFO("allocation " << n);
     CHECK(status == FVV_ERROR_MEMORY);

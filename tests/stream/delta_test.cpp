@@ -1,5 +1,6 @@
 // Delta frames in a stream: any frame at random, and none that is wrong where one before it is missing.
 #include "checked.h"
+#include "mesh_of.h"
 
 #include <algorithm>
 #include <fstream>
@@ -25,10 +26,6 @@ struct Field {
         for (const uint32_t i : {a, a + 1, a + side, a + 1, a + side + 1, a + side}) faces.push_back(i);
       }
   }
-  fvv_mesh mesh() {
-    return {
-        positions.data(), faces.data(), side * side, uint32_t(faces.size() / 3), nullptr, 0, nullptr, 0, {}};
-  }
 };
 
 // Groups of a raw key mesh and delta frames on track 1, 2 ticks apart.
@@ -38,7 +35,7 @@ Stream tracked_stream(int groups) {
   for (int g = 0; g < groups; g++) {
     Group group = {2 * frames * g, 2 * frames * (g + 1), {}};
     Field key(g, 0);
-    const fvv_mesh mesh = key.mesh();
+    const fvv_mesh mesh = mesh_of(key.positions, key.faces);
     fvv_bytes payload = {};
     fvv_mesh_sequence *sequence = nullptr;
     REQUIRE(fvv_mesh_encode(&mesh, FVV_MESH_RAW, 0, nullptr, &payload, nullptr) == FVV_OK);
@@ -60,21 +57,8 @@ Stream tracked_stream(int groups) {
   return out;
 }
 
-struct Opened {
-  Bytes bytes;
-  fvv_stream *stream = nullptr;
-  fvv_diagnostic diagnostic = {};
-  static fvv_status read(void *user, uint64_t offset, void *out, size_t size) {
-    std::memcpy(out, static_cast<Bytes *>(user)->data() + offset, size);
-    return FVV_OK;
-  }
-  explicit Opened(const Bytes &given, const fvv_allocator *allocator = nullptr) : bytes(given) {
-    const fvv_input input = {read, &bytes, bytes.size()};
-    status = fvv_stream_open(&input, nullptr, allocator, &stream, &diagnostic);
-  }
-  Opened(const Opened &) = delete;
-  ~Opened() { fvv_stream_close(stream); }
-  fvv_status status;
+struct Frames : Opened {
+  using Opened::Opened;
 
   // FVV_OK: the frame is exactly what was encoded.
   fvv_status frame(size_t f) {
@@ -95,7 +79,7 @@ struct Opened {
 } // namespace
 
 TEST_CASE("delta frames are found in any order") {
-  Opened opened(write(tracked_stream(3)));
+  Frames opened(write(tracked_stream(3)));
   REQUIRE(opened.status == FVV_OK);
   for (size_t f = 0; f < 3 * frames; f++) CHECK(opened.frame(f) == FVV_OK);
   for (size_t f = 3 * frames; f-- > 0;) CHECK(opened.frame(f) == FVV_OK);
@@ -170,15 +154,7 @@ struct VectorMesh {
 
 Bytes vector_stream() {
   VectorMesh source;
-  const fvv_mesh mesh = {source.positions.data(),
-                         source.faces.data(),
-                         uint32_t(source.positions.size() / 3),
-                         uint32_t(source.faces.size() / 3),
-                         nullptr,
-                         0,
-                         nullptr,
-                         0,
-                         {}};
+  const fvv_mesh mesh = mesh_of(source.positions, source.faces);
   Stream out;
   out.configuration = {scene_chunk(), track_chunk(1, FVV_TRACK_MESH)};
   Group group = {0, 7, {}};
@@ -209,15 +185,12 @@ Bytes vector_stream() {
 
 // Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
 TEST_CASE("write the vector of delta frames", "[.][make]") {
-  const Bytes bytes = vector_stream();
-  std::ofstream file(FVV_DELTA_VECTORS "/field.fvv", std::ios::binary);
-  file.write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
-  REQUIRE(file.good());
+  write_vector(FVV_DELTA_VECTORS "/field.fvv", vector_stream());
 }
 
 TEST_CASE("frames of the vector are those of the decoder that was written from the specification") {
   std::ifstream file(FVV_DELTA_VECTORS "/field.fvv", std::ios::binary), list(FVV_DELTA_VECTORS "/field.crc");
-  Opened opened(Bytes(std::istreambuf_iterator<char>(file), {}));
+  Frames opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   std::string wanted;
   size_t count = 0;
@@ -240,7 +213,7 @@ TEST_CASE("normals of the vector are those of the decoder that was written from 
       list(FVV_NORMALS_VECTORS "/cube.crc");
   const Bytes bytes(std::istreambuf_iterator<char>(file), {});
   CHECK(Checked(bytes).summary().problems == 0);
-  Opened opened(bytes);
+  Frames opened(bytes);
   REQUIRE(opened.status == FVV_OK);
   std::string wanted;
   size_t count = 0;
@@ -278,7 +251,7 @@ TEST_CASE("a delta frame that is wrong takes those behind it along, up to the ne
       const bool lost = f >= bad && f < frames;
       CHECK((std::find(whole.begin(), whole.end(), 2 * f) == whole.end()) == lost);
     }
-    Opened opened(bytes);
+    Frames opened(bytes);
     for (int f = 2 * frames; f-- > 0;) {
       const bool lost = f >= bad && f < frames;
       CHECK(opened.frame(size_t(f)) == (lost ? FVV_ERROR_INVALID : FVV_OK));
@@ -295,7 +268,7 @@ TEST_CASE("a delta frame that was left out is noticed behind it") {
   CHECK(checked.summary().problems == 1);
   CHECK(has_problem(checked, FVV_ISSUE_DELTA_NUMBER, chunks_of(bytes)[6].offset + 32 + 16));
   CHECK(whole_times(checked) == std::vector<int64_t>{0, 2, 4});
-  Opened opened(bytes);
+  Frames opened(bytes);
   CHECK(opened.frame(2) == FVV_OK);
   CHECK(opened.frame(3) == FVV_ERROR_INVALID);
   CHECK(opened.diagnostic.issue == FVV_ISSUE_DELTA_NUMBER);
@@ -316,7 +289,7 @@ TEST_CASE("3017: key flag and profile agree") {
       CHECK(has_problem(checked, FVV_ISSUE_MESH_KEY, chunks_of(bytes)[5].offset + 32));
       CHECK(checked.summary().problems == 1);
       if (decode) CHECK(whole_times(checked) == std::vector<int64_t>{0, 2});
-      Opened opened(bytes);
+      Frames opened(bytes);
       CHECK(opened.frame(2) == FVV_ERROR_INVALID);
       CHECK(opened.diagnostic.issue == FVV_ISSUE_MESH_KEY);
     }
@@ -333,7 +306,7 @@ TEST_CASE("damage in front of a delta frame never yields a wrong one") {
     const auto whole = whole_times(checked);
     CHECK(whole.size() <= c - 3 + frames);
     CHECK(whole.size() >= frames);
-    Opened opened(bad);
+    Frames opened(bad);
     // frame() compares what comes with what was encoded.
     for (size_t f = 0; f < 2 * frames; f++) CHECK((opened.frame(f) == FVV_OK) == (f < c - 3 || f >= frames));
   }
@@ -343,24 +316,18 @@ TEST_CASE("every allocation on the way to a delta frame may fail") {
   const Bytes bytes = write(tracked_stream(1));
   bool done = false;
   for (int64_t n = 0; !done; n++) {
-    Memory memory;
-    memory.left = n;
-    const fvv_allocator allocator = memory.allocator();
-    {
-      Opened opened(bytes, &allocator);
+    with_failing_memory(n, [&](const fvv_allocator *allocator) {
+      Frames opened(bytes, allocator);
       done = opened.status == FVV_OK && opened.frame(3) == FVV_OK;
       if (!done) CHECK(opened.diagnostic.status == FVV_ERROR_MEMORY);
-    }
-    CHECK(memory.live == 0);
+    });
     REQUIRE(n < 1000);
   }
   for (int64_t n = 0; n < 120; n += 3) {
-    Memory memory;
-    memory.left = n;
-    const fvv_allocator allocator = memory.allocator();
-    Check how;
-    how.allocator = &allocator;
-    { const Checked checked(bytes, how); }
-    CHECK(memory.live == 0);
+    with_failing_memory(n, [&](const fvv_allocator *allocator) {
+      Check how;
+      how.allocator = allocator;
+      const Checked checked(bytes, how);
+    });
   }
 }

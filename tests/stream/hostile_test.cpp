@@ -42,16 +42,11 @@ int64_t check(const Bytes &stream, const fvv_allocator &allocator) {
   return status < 0 ? -1 : problems;
 }
 
-fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
-  std::memcpy(out, static_cast<const Bytes *>(user)->data() + offset, size);
-  return FVV_OK;
-}
-
 // Everything that random access can reach is asked for.
-void read_all(Bytes &stream, const fvv_allocator &allocator) {
-  const fvv_input input = {read_at, &stream, stream.size()};
-  fvv_stream *opened = nullptr;
-  if (fvv_stream_open(&input, nullptr, &allocator, &opened, nullptr) < 0) return;
+void read_all(const Bytes &stream, const fvv_allocator &allocator) {
+  const Opened file(stream, &allocator);
+  if (file.status < 0) return;
+  fvv_stream *opened = file.stream;
   const size_t frames = std::min<size_t>(fvv_stream_frame_count(opened), 100);
   for (size_t f = 0; f < frames; f++) {
     fvv_frame frame;
@@ -65,7 +60,6 @@ void read_all(Bytes &stream, const fvv_allocator &allocator) {
     int key = 0;
     (void)!fvv_stream_sample(opened, f, 2, &sample, &size, &key, nullptr);
   }
-  fvv_stream_close(opened);
 }
 
 void sign(Bytes &stream, const Place &place) {

@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -204,4 +205,42 @@ struct Memory {
     return nullptr;
   }
   fvv_allocator allocator() { return {resize, this}; }
+};
+
+// Where the format has changed: tests that are tagged "[.][make]" write their vector anew.
+inline void write_vector(const char *path, const Bytes &bytes) {
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
+  REQUIRE(file.good());
+}
+
+// What attempt does with an allocator that fails from the n-th allocation on leaves nothing allocated.
+template <class Attempt> void with_failing_memory(int64_t n, const Attempt &attempt) {
+  Memory memory;
+  memory.left = n;
+  const fvv_allocator allocator = memory.allocator();
+  attempt(&allocator);
+  CHECK(memory.live == 0);
+}
+
+// A stream of these bytes, or why there is none.
+struct Opened {
+  Bytes bytes;
+  fvv_stream *stream = nullptr;
+  fvv_diagnostic diagnostic = {};
+  fvv_status status;
+
+  static fvv_status read(void *user, uint64_t offset, void *out, size_t size) {
+    const Bytes &from = *static_cast<Bytes *>(user);
+    REQUIRE(offset + size <= from.size());
+    std::memcpy(out, from.data() + offset, size);
+    return FVV_OK;
+  }
+  explicit Opened(Bytes given, const fvv_allocator *allocator = nullptr, const fvv_limits *limits = nullptr)
+      : bytes(std::move(given)) {
+    const fvv_input input = {read, &bytes, bytes.size()};
+    status = fvv_stream_open(&input, limits, allocator, &stream, &diagnostic);
+  }
+  Opened(const Opened &) = delete;
+  ~Opened() { fvv_stream_close(stream); }
 };

@@ -1,5 +1,6 @@
 // Visibility in a stream: with the mesh of its time, in any order of frames, and nothing wrong behind damage.
 #include "checked.h"
+#include "mesh_of.h"
 
 #include <algorithm>
 #include <fstream>
@@ -52,17 +53,7 @@ struct Sheet {
     for (uint32_t i = 0; i < 8; i++) faces.insert(faces.end(), {hub, hub + i + 1, hub + i + 2});
     faces.insert(faces.end(), {0, side, hub, side, 0, hub + 1});
   }
-  fvv_mesh mesh() {
-    return {positions.data(),
-            faces.data(),
-            uint32_t(positions.size() / 3),
-            uint32_t(faces.size() / 3),
-            nullptr,
-            0,
-            nullptr,
-            0,
-            {}};
-  }
+  fvv_mesh mesh() { return mesh_of(positions, faces); }
 };
 
 // Beside a line, which moves with t; one element in eight is otherwise.
@@ -174,21 +165,8 @@ Stream visible_stream(int groups) {
   return out;
 }
 
-struct Opened {
-  Bytes bytes;
-  fvv_stream *stream = nullptr;
-  fvv_diagnostic diagnostic = {};
-  fvv_status status;
-  static fvv_status read(void *user, uint64_t offset, void *out, size_t size) {
-    std::memcpy(out, static_cast<Bytes *>(user)->data() + offset, size);
-    return FVV_OK;
-  }
-  explicit Opened(const Bytes &given, const fvv_allocator *allocator = nullptr) : bytes(given) {
-    const fvv_input input = {read, &bytes, bytes.size()};
-    status = fvv_stream_open(&input, nullptr, allocator, &stream, &diagnostic);
-  }
-  Opened(const Opened &) = delete;
-  ~Opened() { fvv_stream_close(stream); }
+struct Frames : Opened {
+  using Opened::Opened;
 
   // FVV_OK: the states are those of the definition.
   fvv_status frame(size_t f, uint16_t track) {
@@ -210,7 +188,7 @@ constexpr size_t per_frame = 3, configuration = 7; // chunks
 } // namespace
 
 TEST_CASE("visibility is found in any order of frames") {
-  Opened opened(write(visible_stream(3)));
+  Frames opened(write(visible_stream(3)));
   REQUIRE(opened.status == FVV_OK);
   for (size_t f = 0; f < 3 * frames; f++)
     for (const uint16_t track : {face_track, vertex_track}) CHECK(opened.frame(f, track) == FVV_OK);
@@ -275,7 +253,7 @@ TEST_CASE("6003, 6005, 6006, 6007: visibility that does not fit its stream") {
         found |= fvv_checker_problem(checked.checker, i)->issue == fault.issue;
       CHECK(found == (decode || fault.without_decoding));
     }
-    Opened opened(bytes);
+    Frames opened(bytes);
     REQUIRE(opened.status == FVV_OK);
     // frame() compares what comes with the definition.
     size_t wrong = 0;
@@ -298,7 +276,7 @@ TEST_CASE("damage in front of visibility never yields a wrong one") {
     const Checked checked(bad);
     CHECK(checked.summary().problems == 1);
     const size_t frame = (c - configuration - 1) / per_frame;
-    Opened opened(bad);
+    Frames opened(bad);
     for (size_t f = 0; f < 2 * frames; f++)
       for (const uint16_t track : {face_track, vertex_track}) {
         const fvv_status status = opened.frame(f, track);
@@ -325,7 +303,7 @@ TEST_CASE("cameras that do not exist take no memory for what they see") {
     return nullptr;
   };
   const fvv_allocator allocator = {resize, &largest};
-  Opened opened(bytes, &allocator);
+  Frames opened(bytes, &allocator);
   CHECK(opened.frame(0, face_track) == FVV_ERROR_INVALID);
   CHECK(opened.diagnostic.issue == FVV_ISSUE_VISIBILITY_CAMERA);
   // 348 faces and 1,000 cameras would be 348,000 bytes.
@@ -336,40 +314,31 @@ TEST_CASE("every allocation on the way to visibility may fail") {
   const Bytes bytes = write(visible_stream(1));
   bool done = false;
   for (int64_t n = 0; !done; n++) {
-    Memory memory;
-    memory.left = n;
-    const fvv_allocator allocator = memory.allocator();
-    {
-      Opened opened(bytes, &allocator);
+    with_failing_memory(n, [&](const fvv_allocator *allocator) {
+      Frames opened(bytes, allocator);
       done = opened.status == FVV_OK && opened.frame(2, face_track) == FVV_OK;
       if (!done) CHECK(opened.diagnostic.status == FVV_ERROR_MEMORY);
-    }
-    CHECK(memory.live == 0);
+    });
     REQUIRE(n < 2000);
   }
   for (int64_t n = 0; n < 150; n += 3) {
-    Memory memory;
-    memory.left = n;
-    const fvv_allocator allocator = memory.allocator();
-    Check how;
-    how.allocator = &allocator;
-    { const Checked checked(bytes, how); }
-    CHECK(memory.live == 0);
+    with_failing_memory(n, [&](const fvv_allocator *allocator) {
+      Check how;
+      how.allocator = allocator;
+      const Checked checked(bytes, how);
+    });
   }
 }
 
 // Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
 TEST_CASE("write the vector of visibility", "[.][make]") {
-  const Bytes bytes = write(visible_stream(1));
-  std::ofstream file(FVV_VISIBILITY_VECTORS "/sheet.fvv", std::ios::binary);
-  file.write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
-  REQUIRE(file.good());
+  write_vector(FVV_VISIBILITY_VECTORS "/sheet.fvv", write(visible_stream(1)));
 }
 
 TEST_CASE("visibility of the vector is that of the decoder that was written from the specification") {
   std::ifstream file(FVV_VISIBILITY_VECTORS "/sheet.fvv", std::ios::binary);
   std::ifstream list(FVV_VISIBILITY_VECTORS "/sheet.crc");
-  Opened opened(Bytes(std::istreambuf_iterator<char>(file), {}));
+  Frames opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   size_t count = 0;
   std::string wanted;

@@ -1,4 +1,5 @@
 // The facing test against doubles, and at the ends of the lattice.
+#include "mesh_of.h"
 #include "visibility/scenes.h"
 
 #include <cmath>
@@ -21,18 +22,6 @@ long double cosine(const fvv_mesh &mesh, size_t face, const Centre &centre) {
   const auto dot = [](const auto &a, const auto &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
   const long double lengths = std::sqrt(dot(n, n)) * std::sqrt(dot(way, way));
   return lengths > 0 ? dot(n, way) / lengths : 0;
-}
-
-fvv_mesh triangle(std::vector<int32_t> &positions, std::vector<uint32_t> &faces) {
-  return {positions.data(),
-          faces.data(),
-          uint32_t(positions.size() / 3),
-          uint32_t(faces.size() / 3),
-          nullptr,
-          0,
-          nullptr,
-          0,
-          {}};
 }
 
 } // namespace
@@ -71,7 +60,7 @@ TEST_CASE("facing holds from end to end of the lattice") {
   const int32_t m = FVV_LATTICE_MAX;
   std::vector<int32_t> positions = {-m, -m, -m, m, -m, -m, -m, m, -m};
   std::vector<uint32_t> faces = {0, 1, 2, 0, 2, 1};
-  const fvv_mesh mesh = triangle(positions, faces);
+  const fvv_mesh mesh = mesh_of(positions, faces);
   CHECK(facing(mesh, FVV_VISIBILITY_FACES, {-m / 3, -m / 3, m}, 255) == States{1, 0});
   CHECK(facing(mesh, FVV_VISIBILITY_FACES, {m, m, m}, 64) == States{1, 0});
   CHECK(facing(mesh, FVV_VISIBILITY_FACES, {m, m, -m}, 0) == States{0, 0});
@@ -81,14 +70,14 @@ TEST_CASE("a cosine that equals the threshold does not pass") {
   // The centroid is (1, 1, 0), the normal (0, 0, 9).
   std::vector<int32_t> positions = {0, 0, 0, 3, 0, 0, 0, 3, 0};
   std::vector<uint32_t> faces = {0, 1, 2};
-  const fvv_mesh mesh = triangle(positions, faces);
+  const fvv_mesh mesh = mesh_of(positions, faces);
   CHECK(facing(mesh, FVV_VISIBILITY_FACES, {1, 1, 7}, 255) == States{1});
   CHECK(facing(mesh, FVV_VISIBILITY_FACES, {40, 1, 0}, 0) == States{0});
   CHECK(facing(mesh, FVV_VISIBILITY_FACES, {40, 1, 1}, 0) == States{1});
   CHECK(facing(mesh, FVV_VISIBILITY_FACES, {40, 1, -1}, 0) == States{0});
   // A normal of (9, 0, 9) and ways of (0, 1, 1) and (0, 20, 21): cosines of 1 / 2 and a little more.
   std::vector<int32_t> tilted = {0, 0, 0, 0, 3, 0, -3, 0, 3};
-  const fvv_mesh slope = triangle(tilted, faces);
+  const fvv_mesh slope = mesh_of(tilted, faces);
   CHECK(facing(slope, FVV_VISIBILITY_FACES, {-1, 101, 101}, 128) == States{0});
   CHECK(facing(slope, FVV_VISIBILITY_FACES, {-1, 101, 101}, 127) == States{1});
   CHECK(facing(slope, FVV_VISIBILITY_FACES, {-1, 101, 106}, 128) == States{1});
@@ -97,7 +86,7 @@ TEST_CASE("a cosine that equals the threshold does not pass") {
 TEST_CASE("a face without area faces nobody") {
   std::vector<int32_t> positions = {0, 0, 0, 1, 1, 1, 2, 2, 2, 5, 0, 0};
   std::vector<uint32_t> faces = {0, 1, 2, 0, 1, 3};
-  const fvv_mesh mesh = triangle(positions, faces);
+  const fvv_mesh mesh = mesh_of(positions, faces);
   for (const Centre &centre : centres) CHECK(facing(mesh, FVV_VISIBILITY_FACES, centre, 0)[0] == 0);
 }
 
