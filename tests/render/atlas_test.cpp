@@ -243,7 +243,7 @@ TEST_CASE("the atlas has the solid texture's colours at the centres of faces") {
   CHECK(quantile(0.98) < 60);
 }
 
-TEST_CASE("a picture drawn with the atlas is the one drawn with the solid texture") {
+TEST_CASE("a picture drawn with the atlas is the one drawn with the solid texture", "[long]") {
   const Moment moment = scene().at(0.5);
   const std::vector<float> positions = atlas().opened(moment.positions, 3);
   const std::vector<float> normals = atlas().opened(moment.normals, 3);
@@ -278,7 +278,7 @@ TEST_CASE("a picture drawn with the atlas is the one drawn with the solid textur
   }
 }
 
-TEST_CASE("an atlas does not depend on the number of threads, and has bounds") {
+TEST_CASE("an atlas does not depend on the number of threads, and has bounds", "[long]") {
   const Atlas one = make_atlas(scene(), 512, 1), three = make_atlas(scene(), 512, 3);
   CHECK(one.picture.pixels == three.picture.pixels);
   CHECK(one.layout.texels == three.layout.texels);

@@ -244,7 +244,7 @@ TEST_CASE("capture.json describes the folder, and meshes project onto masks") {
   }
 }
 
-TEST_CASE("in the studio meshes project onto masks through the lenses, and not without them") {
+TEST_CASE("in the studio meshes project onto masks through the lenses, and not without them", "[long]") {
   const Scratch scratch;
   Settings settings;
   settings.rig = RigKind::studio;
@@ -277,7 +277,7 @@ TEST_CASE("in the studio meshes project onto masks through the lenses, and not w
   CHECK(lenses == 7);
 }
 
-TEST_CASE("the camera that moves is described frame by frame, and its pictures are those of the frame") {
+TEST_CASE("the camera that moves is described frame by frame, and its pictures are those of the frame", "[long]") {
   const Scratch scratch;
   Settings settings;
   settings.width = 480;
@@ -325,7 +325,7 @@ TEST_CASE("the camera that moves is described frame by frame, and its pictures a
   CHECK(moving == 1);
 }
 
-TEST_CASE("pictures with all that makes them real have the same bytes for any number of threads") {
+TEST_CASE("pictures with all that makes them real have the same bytes for any number of threads", "[long]") {
   const Scratch scratch;
   Settings settings;
   settings.width = 96;

@@ -125,7 +125,7 @@ TEST_CASE("the nearest face along a ray is the one that trying all faces finds")
   }
 }
 
-TEST_CASE("rays slip through no edge and no vertex of a closed mesh") {
+TEST_CASE("rays slip through no edge and no vertex of a closed mesh", "[long]") {
   const Scene scene(seven_cameras());
   const Moment moment = scene.at(0.3);
   // The ball: the last of three closed surfaces, which begins at the vertex where its faces do.
@@ -177,7 +177,7 @@ TEST_CASE("odd meshes and rays meet nothing, and coincident faces the first") {
   CHECK(RayCaster(same.mesh()).nearest({0.25, 0.25, 0}, {0, 0, 1}, 0, 9).face == 0);
 }
 
-TEST_CASE("visibility of faces and vertices is what trying all faces finds") {
+TEST_CASE("visibility of faces and vertices is what trying all faces finds", "[long]") {
   Settings settings = seven_cameras();
   settings.cameras = 2;
   const Scene scene(settings);
@@ -243,7 +243,7 @@ TEST_CASE("visibility of faces and vertices is what trying all faces finds") {
   }
 }
 
-TEST_CASE("visibility by rays agrees with the rasteriser at the centroids") {
+TEST_CASE("visibility by rays agrees with the rasteriser at the centroids", "[long]") {
   for (const auto rig : {fvv::synth::RigKind::small, fvv::synth::RigKind::studio}) {
     Settings settings = seven_cameras();
     settings.rig = rig;

@@ -34,7 +34,7 @@ double face_area(const Scene &scene, const Moment &moment, size_t face) {
 
 } // namespace
 
-TEST_CASE("the same seed gives the same scene, another seed another one") {
+TEST_CASE("the same seed gives the same scene, another seed another one", "[long]") {
   const Scene one(small(5)), same(small(5)), other(small(6));
   CHECK(one.faces() == same.faces());
   CHECK(one.at(0.4).positions == same.at(0.4).positions);
@@ -62,7 +62,7 @@ TEST_CASE("the mesh is three closed surfaces of the intended size") {
   CHECK(scene.vertex_count() - found.edges + faces.size() / 3 == 6);
 }
 
-TEST_CASE("no face degenerates or is stretched beyond belief, volumes stay") {
+TEST_CASE("no face degenerates or is stretched beyond belief, volumes stay", "[long]") {
   for (const uint64_t seed : {1u, 2u}) {
     const Scene scene(small(seed));
     const auto &faces = scene.faces();
@@ -92,7 +92,7 @@ TEST_CASE("no face degenerates or is stretched beyond belief, volumes stay") {
   }
 }
 
-TEST_CASE("feet stand on the floor, and one of each player's always does") {
+TEST_CASE("feet stand on the floor, and one of each player's always does", "[long]") {
   for (const uint64_t seed : {1u, 2u, 3u}) {
     const Scene scene(small(seed));
     for (int frame = 0; frame < 100; frame++) {

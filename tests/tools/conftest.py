@@ -13,6 +13,10 @@ TINY = ROOT / "conformance" / "tiny"
 sys.path.insert(0, str(SPEC))
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "long: compares at length; left out under sanitizers")
+
+
 def tool_path(name):
     """The tool of the build that FVV_TOOLS_DIR names, or None when it was not built."""
     folder = os.environ.get("FVV_TOOLS_DIR")

@@ -66,6 +66,7 @@ def test_texture_coordinates_lie_in_the_atlas_and_are_those_of_all_frames(captur
         assert np.array_equal(read_ply(path)[1], faces)
 
 
+@pytest.mark.long
 def test_the_same_bytes_for_any_number_of_threads(capture, tmp_path):
     run("fvvsynth", "-o", tmp_path / "again", *SMALL, "--atlas", "--visibility", "--threads", 3)
     again = files(tmp_path / "again")
@@ -116,7 +117,7 @@ def farthest(folders, name, bits):
     return max(np.abs(np.array(there[tuple(index)]) - p).max(1).min() for index, p in decoded)
 
 
-@pytest.mark.parametrize("options", [[], ["--no-delta"]])
+@pytest.mark.parametrize("options", [[], pytest.param(["--no-delta"], marks=pytest.mark.long)])
 def test_into_a_stream_and_out_of_it(capture, tmp_path, options):
     stream, out = tmp_path / "players.fvv", tmp_path / "out"
     summary = json.loads(run("fvvmux", capture, "-o", stream, "--verify", "--json", *options))

@@ -34,7 +34,7 @@ def mux(capture, path, *options, expected=(0, 3)):  # 3: a speck vanished
     return figures("fvvmux", capture, "-o", path, *settings, expected=expected)
 
 
-@pytest.mark.parametrize("meshes", ["hull", "tracked"])
+@pytest.mark.parametrize("meshes", [pytest.param("hull", marks=pytest.mark.long), "tracked"])
 def test_the_budget_holds_by_another_measure(captures, tmp_path, meshes):
     capture, path = captures / meshes, tmp_path / "out.fvv"
     before = 0
@@ -102,6 +102,7 @@ def test_a_capture_that_was_in_a_stream_is_left_alone(captures, tmp_path):
     )
 
 
+@pytest.mark.long
 def test_the_same_bytes_for_any_number_of_threads(captures, tmp_path):
     for meshes in "hull", "tracked":
         streams = set()

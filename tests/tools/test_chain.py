@@ -102,6 +102,7 @@ def test_there_and_back(capture, tmp_path, codec, options):
         assert np.array_equal(np.unique(first[0], axis=0), np.unique(second[0], axis=0))
 
 
+@pytest.mark.long
 def test_the_same_bytes_again(capture, tmp_path):
     streams = []
     for threads in 1, 2, 3:
