@@ -35,6 +35,8 @@ public:
   Checked(const Checked &) = delete;
   ~Checked() { fvv_checker_destroy(checker); }
   const fvv_check_summary &summary() const { return *fvv_checker_summary(checker); }
+  size_t problem_count() const { return fvv_checker_problem_count(checker); }
+  const fvv_diagnostic &problem(size_t i) const { return *fvv_checker_problem(checker, i); }
 
   // Everything that it tells.
   std::string report() const {
@@ -55,7 +57,8 @@ public:
           << t.smallest << ' ' << t.largest << ' ' << t.min_vertices << ' ' << t.max_vertices << ' '
           << t.min_faces << ' ' << t.max_faces << ' ' << t.vertices << ' ' << t.faces << ' ' << t.textured
           << ' ' << int(t.min_texture_bits) << ' ' << int(t.max_texture_bits) << ' ' << t.with_normals << ' '
-          << int(t.min_normal_bits) << ' ' << int(t.max_normal_bits) << '\n';
+          << int(t.min_normal_bits) << ' ' << int(t.max_normal_bits) << ' ' << t.layouts << ' '
+          << t.least_tile_pixels << ' ' << t.most_tile_pixels << '\n';
     }
     for (size_t i = 0; i < fvv_checker_run_count(checker); i++) {
       const fvv_frame_run &r = *fvv_checker_run(checker, i);

@@ -34,6 +34,7 @@ enum {
   FVV_CHUNK_MESH = 0x4853454d, /* MESH: mesh of one frame */
   FVV_CHUNK_CALIBRATION = 0x424c4143, /* CALB: cameras that move, at one time */
   FVV_CHUNK_VIDEO_PACKET = 0x544b5056, /* VPKT: video sample */
+  FVV_CHUNK_GROUP_TILES = 0x4c495447, /* GTIL: tile layout of a group */
   FVV_CHUNK_VISIBILITY = 0x49534956, /* VISI: visibility of one frame */
   FVV_CHUNK_GROUP_END = 0x444e4547, /* GEND: group ends */
   FVV_CHUNK_INDEX = 0x58444e49, /* INDX: index of groups */
@@ -76,7 +77,7 @@ enum {
 /* Track kinds, clause 5.2. */
 enum {
   FVV_TRACK_MESH = 1, /* MESH chunks */
-  FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG, with tiles one TILE */
+  FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG, with tiles one TILE, and GTIL */
   FVV_TRACK_CALIBRATION = 3, /* CALB chunks, of all cameras that move */
   FVV_TRACK_VISIBILITY = 4, /* VISI chunks */
   FVV_TRACK_BACKGROUND = 5, /* reserved */
@@ -119,7 +120,7 @@ enum {
 
 /* What a video frame shows, clause 10.1. */
 enum {
-  FVV_SHOWS_TILES = 0, /* all cameras by the TILE chunk of the track */
+  FVV_SHOWS_TILES = 0, /* cameras by the TILE of the track, or the GTIL of the group */
   FVV_SHOWS_CAMERA = 1, /* one camera's whole picture */
   FVV_SHOWS_ATLAS = 2, /* a texture atlas addressed by UV coordinates */
 };
@@ -205,6 +206,8 @@ enum {
   FVV_ISSUE_TILE_PAYLOAD = 4101,
   FVV_ISSUE_TILE_RECT = 4102,
   FVV_ISSUE_TILE_OVERLAP = 4103,
+  FVV_ISSUE_TILE_GROUP = 4104,
+  FVV_ISSUE_TILE_SHOWN = 4105,
   FVV_ISSUE_SAMPLE_JPEG = 4201,
   FVV_ISSUE_SAMPLE_AVC = 4202,
   FVV_ISSUE_SAMPLE_HEVC = 4203,

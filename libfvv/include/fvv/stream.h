@@ -18,7 +18,8 @@ extern "C" {
 
 /* ---- configuration -------------------------------------------------------------------------------- */
 
-/* A video track with what its frames show. tiles: tile_count > 0 exactly with FVV_SHOWS_TILES. */
+/* A video track with what its frames show. tiles: tile_count > 0 exactly with FVV_SHOWS_TILES; they hold for
+ * groups that have no layout of their own: ask fvv_stream_tiles. */
 typedef struct fvv_video_layout {
   uint16_t track;
   fvv_video_config config;
@@ -75,6 +76,13 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_frame(fvv_stream *stream, size_t fram
 FVV_API FVV_MUST_USE fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group,
                                                          const fvv_configuration **configuration,
                                                          fvv_diagnostic *diagnostic);
+/* The tiles of a video track in a group: those of the group's GTIL, else the configuration's. FVV_END: the
+ * track shows no tiles, or is none of video. Errors are answered in place of a guess, also where a damaged
+ * group may have lost its layout. Belongs to the stream; valid until the next call with another group, or
+ * close. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_tiles(fvv_stream *stream, size_t group, uint16_t track,
+                                                 const fvv_tile **tiles, size_t *count,
+                                                 fvv_diagnostic *diagnostic);
 /* Decodes the mesh of a frame on one track. FVV_END: the frame has none there (*mesh is empty). The caller
  * frees it with fvv_mesh_free. A delta frame is decoded from the key mesh before it on; the stream keeps
  * where each track stands, so that frames in order cost one step each, and going back costs those since the
@@ -124,7 +132,7 @@ typedef struct fvv_check_options {
 FVV_API void fvv_check_options_default(fvv_check_options *options);
 
 /* What one track of the stream holds. Sizes in bytes of payload; vertices and faces from the declared counts.
- */
+ * GTIL chunks of a video track count in layouts and bytes, and in nothing else. */
 typedef struct fvv_track_summary {
   uint16_t track;
   uint8_t kind;
@@ -137,6 +145,8 @@ typedef struct fvv_track_summary {
   uint8_t min_normal_bits, max_normal_bits;                  /* of these; 0 when there is none */
   uint64_t profile_chunks[FVV_MESH_PROFILE_COUNT];           /* mesh chunks of each profile */
   uint64_t profile_bytes[FVV_MESH_PROFILE_COUNT];            /* and bytes of payload */
+  uint64_t layouts;                                          /* video tracks: valid GTIL chunks */
+  uint64_t least_tile_pixels, most_tile_pixels;              /* of these: pixels of the frame in tiles */
 } fvv_track_summary;
 
 /* A run of frames that are whole: every chunk arrived, none damaged, and (with decode) every mesh decodes. */

@@ -40,6 +40,7 @@ uint8_t fvv_chunk_track_kind(uint32_t type) {
     return FVV_TRACK_CALIBRATION;
   case FVV_CHUNK_VISIBILITY:
     return FVV_TRACK_VISIBILITY;
+  case FVV_CHUNK_GROUP_TILES:
   case FVV_CHUNK_VIDEO_PACKET:
     return FVV_TRACK_VIDEO;
   default:

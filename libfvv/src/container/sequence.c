@@ -120,6 +120,19 @@ static fvv_status check_group(const fvv_sequence *s, const fvv_chunk_header *hea
   return FVV_OK;
 }
 
+/* A layout belongs to the samples behind it; it is none of those that rules about a track's chunks count. */
+static fvv_status check_layout(const fvv_sequence_track *track, const fvv_chunk_header *header,
+                               uint64_t offset, fvv_diagnostic *diagnostic) {
+  if (!(header->flags & FVV_FLAG_KEY))
+    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_FLAGS, "layout of track %u is no key chunk", header->track);
+  if (track->laid_out)
+    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TRACK, "track %u has a second layout in its group", header->track);
+  if (track->seen)
+    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TRACK, "layout of track %u stands behind a sample of its group",
+           header->track);
+  return FVV_OK;
+}
+
 static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset,
                               fvv_diagnostic *diagnostic) {
   if (s->table.chunk_count >= s->limits.max_group_chunks)
@@ -138,6 +151,11 @@ static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *hea
   if (track->kind != kind)
     BROKEN(TRACK_KIND_MISMATCH, FVV_CHUNK_HEADER_TRACK, "track %u is of kind %u, expected %u", header->track,
            track->kind, kind);
+  if (header->type == FVV_CHUNK_GROUP_TILES) return check_layout(track, header, offset, diagnostic);
+  if (!track->seen && track->laid_out && header->time != track->last_time)
+    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TIME,
+           "the first sample of track %u is at time %lld, its layout at %lld", header->track,
+           (long long)header->time, (long long)track->last_time);
   if (!track->seen && !(header->flags & FVV_FLAG_KEY))
     BROKEN(TRACK_NOT_KEY, FVV_CHUNK_HEADER_FLAGS, "first chunk of track %u in its group is no key chunk",
            header->track);

@@ -35,7 +35,7 @@ static void begin_group(fvv_sequence *s, const fvv_chunk_header *header, const u
   s->next_sequence = number + 1;
   fvv_group_table_begin(&s->table, header, number);
   fvv_sequence_track *tracks = (fvv_sequence_track *)s->tracks.data;
-  for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++) tracks[i].seen = 0;
+  for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++) tracks[i].seen = tracks[i].laid_out = 0;
 }
 
 static fvv_status end_group(fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset) {
@@ -62,7 +62,10 @@ static fvv_status add_frame_chunk(fvv_sequence *s, const fvv_chunk_header *heade
   fvv_sequence_track *tracks = (fvv_sequence_track *)s->tracks.data;
   for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++)
     if (tracks[i].id == header->track && fvv_chunk_track_kind(header->type)) {
-      tracks[i].seen = 1;
+      if (header->type == FVV_CHUNK_GROUP_TILES)
+        tracks[i].laid_out = 1;
+      else
+        tracks[i].seen = 1;
       tracks[i].last_time = header->time;
     }
   return fvv_group_table_add(&s->table, header);
@@ -92,7 +95,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
     return FVV_OK;
   case FVV_CHUNK_TRACK:
     if (s->in_block && header->size >= FVV_TRAK_SIZE) {
-      const fvv_sequence_track track = {header->track, payload[FVV_TRAK_KIND], 0, 0};
+      const fvv_sequence_track track = {header->track, payload[FVV_TRAK_KIND], 0, 0, 0};
       status = fvv_bytes_append(&s->tracks, &track, sizeof track);
     }
     break;

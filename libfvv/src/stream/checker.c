@@ -8,6 +8,7 @@
 #include "stream/check_mesh.h"
 #include "stream/check_visibility.h"
 #include "stream/configuration.h"
+#include "stream/group_tiles.h"
 
 enum { KEPT_PROBLEMS = 1000 };
 
@@ -22,6 +23,7 @@ typedef struct checked_track {
   fvv_checked_mesh mesh;
   fvv_checked_calibration calibration;
   fvv_checked_visibility visibility;
+  fvv_checked_tiles tiles;
 } checked_track;
 
 struct fvv_checker {
@@ -213,6 +215,11 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
   }
   if (event->chunk.type == FVV_CHUNK_VISIBILITY && c->has_configuration && !c->block_bad)
     return judge_visibility(c, event, track, diagnostic);
+  if (event->chunk.type == FVV_CHUNK_GROUP_TILES && c->has_configuration && !c->block_bad)
+    return fvv_check_group_tiles(&track->tiles, event, c->summary.groups, &c->complete.view, &c->limits,
+                                 &c->allocator, &track->summary, diagnostic);
+  if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && track->tiles.lost_in == c->summary.groups)
+    c->frame.whole = 0;
   if (!c->options.decode || !c->has_configuration || c->block_bad) return FVV_OK;
   if (event->chunk.type == FVV_CHUNK_CALIBRATION)
     return fvv_check_calibration(&track->calibration, event, c->summary.configurations, c->summary.groups,
@@ -224,6 +231,13 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
                                     diagnostic);
   }
   return FVV_OK;
+}
+
+static void count_chunk(fvv_track_summary *summary, const fvv_chunk_header *header) {
+  summary->chunks++;
+  summary->key_chunks += (header->flags & FVV_FLAG_KEY) != 0;
+  if (header->size < summary->smallest) summary->smallest = header->size;
+  if (header->size > summary->largest) summary->largest = header->size;
 }
 
 static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
@@ -244,11 +258,8 @@ static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
   if (found < 0) return found;
   fvv_track_summary *summary = &track->summary;
   summary->kind = fvv_chunk_track_kind(header->type);
-  summary->chunks++;
-  summary->key_chunks += (header->flags & FVV_FLAG_KEY) != 0;
   summary->bytes += header->size;
-  if (header->size < summary->smallest) summary->smallest = header->size;
-  if (header->size > summary->largest) summary->largest = header->size;
+  if (header->type != FVV_CHUNK_GROUP_TILES) count_chunk(summary, header);
   fvv_diagnostic diagnostic = {0};
   const fvv_status status = judge(c, event, track, &diagnostic);
   if (status >= 0) return FVV_OK;

@@ -12,7 +12,8 @@ fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, con
   *stream = fvv_allocate_zeroed(&chosen, sizeof **stream);
   if (!*stream) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
   fvv_stream *s = *stream;
-  s->allocator = s->firsts.allocator = s->meshes.allocator = s->visibility.allocator = chosen;
+  s->allocator = s->firsts.allocator = s->meshes.allocator = s->visibility.allocator = s->layouts.allocator =
+      chosen;
   fvv_configuration_init(&s->configuration, limits, &chosen);
   s->limits = s->configuration.limits;
   const fvv_status status = fvv_file_open(input, limits, &chosen, &s->file, diagnostic);
@@ -40,6 +41,7 @@ void fvv_stream_close(fvv_stream *stream) {
   fvv_bytes_free(&stream->firsts);
   fvv_stream_release_cameras(stream);
   fvv_stream_release_meshes(stream);
+  fvv_stream_release_tiles(stream);
   fvv_stream_release_visibility(stream);
   fvv_file_close(stream->file);
   fvv_release(&allocator, stream, sizeof *stream);

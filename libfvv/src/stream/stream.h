@@ -1,5 +1,5 @@
-/* stream/stream.h: the state of fvv_stream, which stream.c, stream_camera.c, stream_mesh.c and
- * stream_visibility.c share. */
+/* stream/stream.h: the state of fvv_stream, which stream.c, stream_camera.c, stream_mesh.c,
+ * stream_tiles.c and stream_visibility.c share. */
 #ifndef FVV_STREAM_STREAM_H
 #define FVV_STREAM_STREAM_H
 
@@ -17,6 +17,7 @@ struct fvv_stream {
   fvv_bytes visibility;         /* followed_visibility: where each track was decoded last */
   fvv_calibration *calibration; /* of the block that is loaded; NULL: none yet */
   uint64_t calibration_chunk;   /* offset of the chunk that was decoded last; 0: none */
+  fvv_bytes layouts; /* followed_tiles: the layout of a group that was decoded last, of each track */
 };
 
 /* The chunks of a frame: a run within its group's list, which begins with first. */
@@ -41,6 +42,7 @@ FVV_MUST_USE fvv_status fvv_stream_kept_of(const fvv_stream *stream, fvv_bytes *
 
 void fvv_stream_release_meshes(fvv_stream *stream);
 void fvv_stream_release_cameras(fvv_stream *stream);
+void fvv_stream_release_tiles(fvv_stream *stream);
 void fvv_stream_release_visibility(fvv_stream *stream);
 
 #endif
