@@ -87,7 +87,7 @@ TEST_CASE("a PSNR of 10 bits is asked for, found and verified as one of 8 is") {
     options.codec = FVV_CODEC_VP09;
     options.quality = {true, 40};
     options.bit_depth = bits;
-    options.flat_background = true;
+    options.background = mux::Background::flat;
     options.verify = true;
     const mux::Summary summary = mux::mux(options);
     CHECK(summary.plan.tracks[0].choice.masks);

@@ -174,7 +174,7 @@ TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 
   const capture::Capture capture = make_capture(folder, shape);
   mux::Options options = options_for(folder);
   options.codec = FVV_CODEC_JPEG;
-  options.flat_background = true;
+  options.background = mux::Background::flat;
   const mux::Summary summary = mux::mux(options);
   CHECK(summary.plan.tracks[0].choice.masks);
   Stream stream(options.output);

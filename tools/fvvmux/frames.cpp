@@ -5,13 +5,11 @@
 
 namespace fvv::mux {
 
-namespace {
-
-// flatten: how far from the silhouette the picture stays as it is. Matting leaves soft edges, and masks are
-// rarely better than a few pixels.
-constexpr uint32_t flat_margin = 8;
-
-} // namespace
+Background background_of(const Options &options) {
+  if (options.background != Background::automatic) return options.background;
+  const bool blocks = options.codec == FVV_CODEC_JPEG || options.codec == FVV_CODEC_AVC1;
+  return blocks ? Background::flat : Background::smooth;
+}
 
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame) {
   const capture::Capture &capture = plan.capture;
@@ -25,10 +23,11 @@ template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask) {
   const capture::Capture &capture = plan.capture;
   const Tiling &tiling = track.tiling;
-  const bool flat_background = plan.options.flat_background;
+  const Background background = background_of(plan.options);
   const int64_t number = capture.frames.number(int64_t(i));
+  std::vector<fvv_tile> tiles = track.tiles_of(i / plan.group_size);
   std::vector<media::BasicImage<Sample>> images;
-  std::vector<media::Image> masks;
+  std::vector<media::Image> masks, kept; // of tiles; empty ones count whole
   bool masked = false;
   if (track.is_atlas()) {
     images.push_back(load_atlas<Sample>(plan, number));
@@ -40,19 +39,27 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
                          std::to_string(whole.height) + " as in the first frame, found " +
                          std::to_string(images[0].width) + " x " + std::to_string(images[0].height));
   }
-  for (const size_t index : tiling.cameras) {
-    const capture::Camera &camera = capture.cameras[index];
-    images.push_back(plan.videos->read<Sample>(capture, *camera.pictures, number, 3));
-    masks.emplace_back(); // the whole tile
-    if (!camera.masks || !(with_mask || flat_background)) continue;
-    masked = true;
-    masks.back() = plan.videos->read(capture, *camera.masks, number, 1);
-    if (flat_background) media::flatten(images.back(), masks.back(), flat_margin);
-  }
   try {
-    Picture<Sample> picture = {media::compose(tiling.tiles, images, tiling.width, tiling.height), {}};
-    if (masked && with_mask)
-      picture.mask = media::compose_masks(tiling.tiles, masks, tiling.width, tiling.height);
+    for (size_t k = 0; k < tiling.cameras.size(); k++) {
+      const capture::Camera &camera = capture.cameras[tiling.cameras[k]];
+      const fvv_rect from = tiles[k].source;
+      const auto part = [&](const auto &image) {
+        return media::crop(image, from.x, from.y, from.width, from.height);
+      };
+      images.push_back(part(plan.videos->read<Sample>(capture, *camera.pictures, number, 3)));
+      masks.emplace_back();
+      kept.emplace_back();
+      tiles[k].source.x = tiles[k].source.y = 0;
+      if (!camera.masks || !(with_mask || background != Background::keep)) continue;
+      masked = true;
+      masks.back() = part(plan.videos->read(capture, *camera.masks, number, 1));
+      if (background == Background::flat) media::flatten(images.back(), masks.back(), background_margin);
+      if (background == Background::smooth) kept.back() = media::widened(masks.back(), background_margin);
+    }
+    Picture<Sample> picture = {media::compose(tiles, images, tiling.width, tiling.height), {}};
+    if (masked && background == Background::smooth)
+      media::fill_smoothly(picture.image, media::compose_masks(tiles, kept, tiling.width, tiling.height));
+    if (masked && with_mask) picture.mask = media::compose_masks(tiles, masks, tiling.width, tiling.height);
     return picture;
   } catch (const media::Error &error) {
     throw cli::Failure(capture.path + ": frame " + std::to_string(number) + ": " + error.what());

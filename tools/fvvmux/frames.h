@@ -6,6 +6,12 @@
 
 namespace fvv::mux {
 
+// How far from the silhouette, in pixels of the capture's pictures, a picture stays as it is. Matting leaves
+// soft edges, and masks are rarely better than a few pixels.
+constexpr uint32_t background_margin = 8;
+// What becomes of the rest: never automatic.
+Background background_of(const Options &options);
+
 // The video frame of frame i, for uint8_t or uint16_t samples; mask only when asked for and when a camera has
 // masks.
 template <class Sample> struct Picture {

@@ -23,7 +23,11 @@ constexpr const char *footer =
     "errors are measured between surfaces, mesh: {bytes, smallest, largest, profile, level, key: {frames,\n"
     "bytes}, delta: {frames, bytes, max_error_steps}, max_axis_error, normals: {bits,\n"
     "reason}, changed_frames, and for each kind of change {count, frames}},\n"
-    "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, sample_frames,\n"
+    "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, crop: {cropped, "
+    "reason,\n"
+    "by_masks, by_mesh, pixel_share, layouts, background} (cameras by what, pixels of the frame over those "
+    "of whole\n"
+    "pictures, groups with a layout of their own), sample_frames,\n"
     "sample_psnr, sample_foreground, and with --bitrate bit_rate: {asked, reached, finest, coarsest,\n"
     "groups_over} of qualities and groups}, calibration (of cameras that move): {bytes, smallest, largest},\n"
     "atlas: the same with texture_bits for cameras, sources: "
@@ -48,7 +52,8 @@ constexpr const char *footer =
 // What is still text after the command line was split.
 struct Texts {
   std::string codec = "h264", bit_depth = "8", quality = "42dB", bit_rate, tile, scale, atlas_scale,
-              background = "keep", step, max_error, mesh_profile = "draco", normals = "auto", frames;
+              background = "auto", crop = "auto", step, max_error, mesh_profile = "draco", normals = "auto",
+              frames;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -84,7 +89,15 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("--texture-bits", options.texture_bits,
                  "of each texture coordinate, 1 to 16. Default: the capture's, else 12")
       ->check(CLI::Range(1, FVV_TEXTURE_BITS_MAX));
-  app.add_option("--background", texts.background, "keep, or flat: grey beyond 8 px from the silhouette")
+  app.add_option(
+         "--background", texts.background,
+         "beyond 8 px from the silhouette, where there are masks: keep, flat (grey), smooth (runs on from "
+         "what is kept), or auto: flat for jpeg and h264, smooth for the others")
+      ->capture_default_str();
+  app.add_option(
+         "--crop", texts.crop,
+         "auto: of each camera's picture what is seen of the scene in a group of frames, by its masks, else "
+         "by the mesh; none: whole pictures (docs/fvvmux-tiles.md)")
       ->capture_default_str();
   app.add_option(
       "--max-error", texts.max_error,
@@ -137,7 +150,8 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
   if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);
   if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);
-  options.flat_background = mux::parse_background(texts.background);
+  options.background = mux::parse_background(texts.background);
+  options.crop = mux::parse_crop(texts.crop);
   if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
   if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);

@@ -170,6 +170,7 @@ private:
       const uint64_t calibration = writer->calibration(first + i, i == 0);
       if (calibration) summary.calibration.add(calibration);
       for (size_t track = 0; track < plan.tracks.size(); track++) {
+        if (i == 0) summary.layouts += writer->layout(plan.tracks[track], index);
         const media::Sample &sample = group.videos[track].samples[i];
         writer->sample(plan.tracks[track], first + i, sample);
         summary.videos[track].add(sample.bytes.size());

@@ -136,10 +136,18 @@ Normals parse_normals(const std::string &text) {
   refuse("--normals", "auto, always or never", text);
 }
 
-bool parse_background(const std::string &text) {
-  if (text == "keep") return false;
-  if (text == "flat") return true;
-  refuse("--background", "keep or flat", text);
+Background parse_background(const std::string &text) {
+  if (text == "auto") return Background::automatic;
+  if (text == "keep") return Background::keep;
+  if (text == "flat") return Background::flat;
+  if (text == "smooth") return Background::smooth;
+  refuse("--background", "auto, keep, flat or smooth", text);
+}
+
+Crop parse_crop(const std::string &text) {
+  if (text == "auto") return Crop::automatic;
+  if (text == "none") return Crop::none;
+  refuse("--crop", "auto or none", text);
 }
 
 } // namespace fvv::mux

@@ -38,6 +38,13 @@ struct FrameRange {
 // automatic: where the source's differ from computed ones.
 enum class Normals { automatic, always, never };
 
+// automatic: to what is seen of the scene, where masks or meshes tell.
+enum class Crop { automatic, none };
+
+// What is beyond background_margin around the silhouettes; of cameras with masks. automatic: what the codec
+// takes fewest bytes for.
+enum class Background { automatic, keep, flat, smooth };
+
 struct Options {
   std::string capture; // capture.json or its folder
   std::string output;  // "-": standard output
@@ -49,7 +56,7 @@ struct Options {
   double scale = 1;             // of pictures, 0 < scale <= 1
   double atlas_scale = 1;       // of those of the atlas, likewise
   uint32_t texture_bits = 0;    // of texture indices; 0: as the capture says, else libfvv's default
-  bool flat_background = false;
+  Background background = Background::automatic;
   std::optional<Length> step;
   std::optional<double> max_error; // pixels; else default_max_error
   uint32_t triangles = 0;          // of a frame, whatever that costs; 0: max_error decides
@@ -67,6 +74,7 @@ struct Options {
   std::string sheet;          // a picture to write in place of a stream; then output is empty
   uint32_t sheet_width = 480; // of its panels, pixels
   bool repeat_configuration = false, live = false, verify = false, force = false;
+  Crop crop = Crop::automatic;
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
@@ -81,6 +89,7 @@ double parse_scale(const char *option, const std::string &text); // "0.5"
 FrameRange parse_frames(const std::string &text);                // "10-19", "10..19"
 uint8_t parse_profile(const std::string &text);                  // "draco", "raw", "fast"
 Normals parse_normals(const std::string &text);                  // "auto", "always", "never"
-bool parse_background(const std::string &text);                  // "keep": false, "flat": true
+Background parse_background(const std::string &text);            // "auto", "keep", "flat", "smooth"
+Crop parse_crop(const std::string &text);                        // "auto", "none"
 
 } // namespace fvv::mux

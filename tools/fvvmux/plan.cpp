@@ -5,6 +5,7 @@
 #include "fvvmux/connectivity.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/geometry.h"
+#include "fvvmux/layout.h"
 #include "fvvmux/normals.h"
 #include "fvvmux/select.h"
 
@@ -17,7 +18,6 @@ namespace fvv::mux {
 namespace {
 
 constexpr size_t sample_size = 10; // frames
-constexpr uint32_t max_frame_side = 16384;
 
 // True when there was a warning.
 bool look_at_files(Plan &plan, bool sub_range) {
@@ -47,33 +47,6 @@ bool look_at_files(Plan &plan, bool sub_range) {
 
 uint16_t scaled(uint32_t size, double scale) {
   return uint16_t(std::max(1.0, std::round(size * scale)));
-}
-
-Tiling arrange(const capture::Capture &capture, const Options &options) {
-  Tiling tiling;
-  for (size_t i = 0; i < capture.cameras.size(); i++) {
-    const fvv_camera &camera = capture.cameras[i].calibration;
-    if (!capture.cameras[i].pictures) continue;
-    // check_files has found the files to be of this size, and no picture file that is read is larger.
-    fvv_tile tile = {camera.id, {0, 0, uint16_t(camera.width), uint16_t(camera.height)}, {}};
-    tile.destination.width = options.tile ? options.tile->width : scaled(camera.width, options.scale);
-    tile.destination.height = options.tile ? options.tile->height : scaled(camera.height, options.scale);
-    if (tile.destination.width > camera.width || tile.destination.height > camera.height)
-      throw cli::Failure("--tile: expected at most the size of every picture, found " +
-                             std::to_string(tile.destination.width) + "x" +
-                             std::to_string(tile.destination.height) + " for camera " +
-                             std::to_string(camera.id) + " with " + std::to_string(camera.width) + "x" +
-                             std::to_string(camera.height),
-                         cli::usage);
-    tiling.cameras.push_back(i);
-    tiling.tiles.push_back(tile);
-  }
-  if (tiling.tiles.empty()) return tiling;
-  fvv_diagnostic diagnostic = {};
-  cli::check(fvv_tiles_arrange(tiling.tiles.data(), tiling.tiles.size(), max_frame_side, &tiling.width,
-                               &tiling.height, &diagnostic),
-             capture.path, diagnostic);
-  return tiling;
 }
 
 uint32_t frames_per_second(const fvv_rational &duration) {
@@ -191,7 +164,7 @@ Plan make_plan(const Options &options) {
   const bool left_out = select(plan.capture, options);
   plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
-  const Tiling cameras = arrange(plan.capture, options);
+  Tiling cameras = whole_pictures(plan.capture, options);
   plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
   plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
   plan.normals = choose_normals(options, plan.capture);
@@ -199,9 +172,12 @@ Plan make_plan(const Options &options) {
     plan.decimation = choose_decimation(options, plan.capture, cameras, plan.lattice, plan.normals);
     plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
-  if (!cameras.tiles.empty()) plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}});
+  if (!cameras.tiles.empty()) {
+    std::vector<std::vector<fvv_tile>> groups = crop(plan, cameras, plan.crop);
+    plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}, std::move(groups)});
+  }
   if (plan.capture.atlas) {
-    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}});
+    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}, {}});
     fvv_mesh_options defaults;
     fvv_mesh_options_default(&defaults);
     plan.texture_bits = options.texture_bits

@@ -57,13 +57,25 @@ struct VideoChoice {
   std::string codec_string;
 };
 
+// To what the pictures of cameras are cropped.
+struct CropChoice {
+  bool on = false;
+  size_t by_masks = 0, by_mesh = 0; // cameras
+  std::string reason;
+  uint64_t whole_pixels = 0; // of all whole pictures of a frame, in the size in which they would be sent
+};
+
 // Tracks differ in what they show, and have a quality each.
 struct VideoTrack {
   uint8_t shows; // FVV_SHOWS_TILES or FVV_SHOWS_ATLAS
-  Tiling tiling;
+  Tiling tiling; // of groups that have no layout of their own
   VideoChoice choice;
+  std::vector<std::vector<fvv_tile>> groups; // the tiles of each group; empty: those of tiling
 
   bool is_atlas() const { return shows == FVV_SHOWS_ATLAS; }
+  const std::vector<fvv_tile> &tiles_of(size_t group) const {
+    return groups.empty() ? tiling.tiles : groups[group];
+  }
 };
 
 class Geometry; // geometry.h
@@ -82,6 +94,7 @@ struct Plan {
   std::shared_ptr<Videos> videos; // whatever reads pictures
   std::vector<capture::VideoReport> sources;
   bool warned = false;
+  CropChoice crop;
 
   bool has_meshes() const { return capture.meshes.has_value(); }
   size_t frame_count() const { return size_t(capture.frames.count); }

@@ -104,8 +104,12 @@ bool select(capture::Capture &capture, const Options &options) {
       camera.masks.reset();
     }
     pictures = pictures || camera.pictures;
-    if (options.flat_background && camera.pictures && !camera.masks)
-      throw cli::Failure("--background flat: " + describe(camera) + " has no masks", cli::usage);
+    const bool fills = options.background == Background::flat || options.background == Background::smooth;
+    if (fills && camera.pictures && !camera.masks)
+      throw cli::Failure(std::string("--background ") +
+                             (options.background == Background::flat ? "flat: " : "smooth: ") +
+                             describe(camera) + " has no masks",
+                         cli::usage);
   }
   if (!pictures && !capture.meshes)
     throw cli::Failure(capture.path + ": nothing is left to write" +

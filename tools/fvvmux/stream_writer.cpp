@@ -98,11 +98,13 @@ void StreamWriter::write_video(const VideoTrack &track) {
               return fvv_video_config_encode(&config, out, size, written, d);
             }));
   if (track.is_atlas()) return;
-  const std::vector<fvv_tile> &tiles = track.tiling.tiles;
-  configure(FVV_CHUNK_TILES, track_id(track),
-            record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
-              return fvv_tiles_encode(tiles.data(), tiles.size(), out, size, written, d);
-            }));
+  configure(FVV_CHUNK_TILES, track_id(track), layout_record(track.tiling.tiles));
+}
+
+std::vector<uint8_t> StreamWriter::layout_record(const std::vector<fvv_tile> &tiles) const {
+  return record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+    return fvv_tiles_encode(tiles.data(), tiles.size(), out, size, written, d);
+  });
 }
 
 void StreamWriter::repeat_configuration() {
@@ -124,6 +126,15 @@ uint64_t StreamWriter::calibration(size_t frame, bool key) {
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_CALIBRATION, calibration_track, key ? FVV_FLAG_KEY : 0,
                          int64_t(frame), payload.data, payload.size, &diagnostic));
   return payload.size;
+}
+
+bool StreamWriter::layout(const VideoTrack &track, size_t group) {
+  if (track.is_atlas()) return false;
+  const std::vector<uint8_t> payload = layout_record(track.tiles_of(group));
+  if (payload == layout_record(track.tiling.tiles)) return false;
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_GROUP_TILES, track_id(track), FVV_FLAG_KEY,
+                         int64_t(plan.first_of(group)), payload.data(), payload.size(), &diagnostic));
+  return true;
 }
 
 void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {

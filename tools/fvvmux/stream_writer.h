@@ -29,6 +29,9 @@ public:
   void mesh(size_t frame, const std::vector<uint8_t> &payload, bool key);
   // The calibration of a frame, if any camera moves; key: its group begins. Answers the bytes of payload.
   uint64_t calibration(size_t frame, bool key);
+  // The layout of a group, unless it is that of the configuration, in front of the track's first sample.
+  // Answers whether there was something to write.
+  bool layout(const VideoTrack &track, size_t group);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   void end_group();
   // Index and footer, unless the stream is live. Answers the number of bytes written.
@@ -39,6 +42,7 @@ private:
   void configure(uint32_t type, uint16_t track, const std::vector<uint8_t> &payload);
   void write_configuration();
   void write_video(const VideoTrack &track);
+  std::vector<uint8_t> layout_record(const std::vector<fvv_tile> &tiles) const;
   void write_track(uint16_t id, uint8_t kind, const std::string &name);
 
   const Plan &plan;

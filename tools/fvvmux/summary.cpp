@@ -1,7 +1,9 @@
 #include "fvvmux/summary.h"
 
+#include "fvvmux/frames.h"
 #include "fvvmux/moving.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -92,6 +94,30 @@ std::string codec_choice(const Summary &s, size_t index) {
          std::to_string(v.width) + "x" + std::to_string(v.height);
 }
 
+// Pixels of the video frame over those of all pictures whole.
+double pixel_share(const Summary &s, const VideoTrack &track) {
+  return double(track.tiling.width) * track.tiling.height / double(s.plan.crop.whole_pixels);
+}
+
+const char *background_text(const Summary &s) {
+  const auto &cameras = s.plan.capture.cameras;
+  const bool masks = std::any_of(cameras.begin(), cameras.end(), [](const auto &c) { return bool(c.masks); });
+  if (!masks) return "keep";
+  const Background background = background_of(s.plan.options);
+  return background == Background::flat ? "flat" : background == Background::smooth ? "smooth" : "keep";
+}
+
+void crop_line(std::string &out, const Summary &s, const VideoTrack &track) {
+  const CropChoice &crop = s.plan.crop;
+  if (track.is_atlas()) return;
+  line(
+      out,
+      "  tiles     %s%s: the frame has %.1f %% of the pixels of %zu whole pictures; %zu of %zu groups have a "
+      "layout of their own; background: %s",
+      crop.on ? "cropped " : "not cropped, ", crop.reason.c_str(), 100 * pixel_share(s, track),
+      track.tiling.tiles.size(), s.layouts, s.plan.group_count(), background_text(s));
+}
+
 void video_lines(std::string &out, const Summary &s, size_t index) {
   const VideoTrack &track = s.plan.tracks[index];
   const VideoChoice &video = track.choice;
@@ -106,6 +132,7 @@ void video_lines(std::string &out, const Summary &s, size_t index) {
        : video.masks    ? "foreground"
                         : "whole pictures",
        video.sample_frames);
+  crop_line(out, s, track);
 }
 
 void source_lines(std::string &out, const Summary &s) {
@@ -243,6 +270,14 @@ nlohmann::ordered_json video_json(const Summary &s, size_t index) {
     out["texture_bits"] = s.plan.texture_bits;
   else
     out["cameras"] = track.tiling.tiles.size();
+  if (!track.is_atlas())
+    out["crop"] = {{"cropped", s.plan.crop.on},
+                   {"reason", s.plan.crop.reason},
+                   {"by_masks", s.plan.crop.by_masks},
+                   {"by_mesh", s.plan.crop.by_mesh},
+                   {"pixel_share", pixel_share(s, track)},
+                   {"layouts", s.layouts},
+                   {"background", background_text(s)}};
   out["sample_frames"] = track.choice.sample_frames;
   out["sample_psnr"] = decibels(track.choice.sample_psnr);
   out["sample_foreground"] = track.choice.masks;

@@ -146,10 +146,29 @@ private:
     }
   }
 
+  // Tiles are carried as they are.
+  void layout(size_t index, const VideoTrack &track) {
+    if (track.is_atlas()) return;
+    const std::vector<fvv_tile> &ours = track.tiles_of(index);
+    const fvv_tile *theirs = nullptr;
+    size_t count = 0;
+    check(fvv_stream_tiles(stream.get(), index, track_id(track), &theirs, &count, &diagnostic),
+          plan.first_of(index), "tile layout");
+    const auto same = [](const fvv_rect &a, const fvv_rect &b) {
+      return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
+    };
+    bool equal = count == ours.size();
+    for (size_t i = 0; i < count && equal; i++)
+      equal = theirs[i].camera_id == ours[i].camera_id && same(theirs[i].source, ours[i].source) &&
+              same(theirs[i].destination, ours[i].destination);
+    if (!equal) fail(plan.first_of(index), "the tile layout is not the one that was written");
+  }
+
   VideoVerdict pictures(size_t index, const VideoTrack &track) {
     const fvv_video_layout *video = fvv_configuration_video(&configuration(index), track_id(track));
     if (!video) throw cli::Failure(name + ": a video track has no configuration");
     if (video->config.shows != track.shows) throw cli::Failure(name + ": a video track shows something else");
+    layout(index, track);
     const double floor = std::min(track.choice.sample_psnr, exact_enough) - psnr_slack;
     VideoVerdict verdict;
     media::Decoder decoder(video->config);

@@ -28,20 +28,60 @@ void check_tiles(const std::vector<fvv_tile> &tiles, size_t images, uint32_t wid
 
 template <class Sample> constexpr Sample grey = Sample(flat_grey *(sizeof(Sample) == 1 ? 1 : 257));
 
-/* Copies picture to (x, y); with guard also its right and bottom edge as far as the alignment gap goes. */
+/* Copies picture to (x, y). */
 template <class Sample>
-void place(BasicImage<Sample> &frame, const BasicImage<Sample> &picture, uint32_t x, uint32_t y, bool guard) {
-  const size_t channels = size_t(frame.channels), stride = frame.width * channels;
-  const size_t length = picture.width * channels;
-  const uint32_t right = guard ? std::min(aligned(x + picture.width), frame.width) : x + picture.width;
-  const uint32_t bottom = guard ? std::min(aligned(y + picture.height), frame.height) : y + picture.height;
-  for (uint32_t row = y; row < bottom; row++) {
-    const uint32_t from = std::min(row - y, picture.height - 1);
-    Sample *to = &frame.pixels[row * stride + x * channels];
-    memcpy(to, &picture.pixels[from * length], length * sizeof(Sample));
-    for (size_t i = length; i < (right - x) * channels; i++) to[i] = to[i - channels];
-  }
+void place(BasicImage<Sample> &frame, const BasicImage<Sample> &picture, uint32_t x, uint32_t y) {
+  const size_t channels = size_t(frame.channels), length = picture.width * channels;
+  for (uint32_t row = 0; row < picture.height; row++)
+    memcpy(&frame.pixels[((size_t(y) + row) * frame.width + x) * channels], &picture.pixels[row * length],
+           length * sizeof(Sample));
 }
+
+/* Repeats the edges of tiles where no tile is, from the tile that is nearest. */
+template <class Sample> class Guard {
+public:
+  Guard(BasicImage<Sample> &composed, const std::vector<fvv_tile> &all)
+      : frame(composed), tiles(all), taken(size_t(frame.width) * frame.height) {
+    for (const fvv_tile &tile : tiles)
+      for (uint32_t y = 0; y < tile.destination.height; y++)
+        std::fill_n(&taken[size_t(tile.destination.y + y) * frame.width + tile.destination.x],
+                    tile.destination.width, uint8_t(1));
+  }
+  void draw() {
+    for (int64_t d = 1; d <= int64_t(guard_band); d++)
+      for (const fvv_tile &tile : tiles) ring(tile.destination, d);
+    for (const fvv_tile &tile : tiles) {
+      const fvv_rect &to = tile.destination;
+      for (int64_t y = to.y; y < aligned(to.y + to.height); y++)
+        for (int64_t x = y < to.y + to.height ? to.x + to.width : to.x; x < aligned(to.x + to.width); x++)
+          repeat(to, x, y);
+    }
+  }
+
+private:
+  void ring(const fvv_rect &to, int64_t d) {
+    const int64_t left = to.x - d, right = to.x + to.width - 1 + d, top = to.y - d,
+                  bottom = to.y + to.height - 1 + d;
+    for (int64_t x = left; x <= right; x++)
+      for (const int64_t y : {top, bottom}) repeat(to, x, y);
+    for (int64_t y = top + 1; y < bottom; y++)
+      for (const int64_t x : {left, right}) repeat(to, x, y);
+  }
+  void repeat(const fvv_rect &to, int64_t x, int64_t y) {
+    if (x < 0 || y < 0 || x >= frame.width || y >= frame.height || taken[size_t(y) * frame.width + size_t(x)])
+      return;
+    taken[size_t(y) * frame.width + size_t(x)] = 1;
+    const int64_t from_x = std::clamp<int64_t>(x, to.x, to.x + to.width - 1),
+                  from_y = std::clamp<int64_t>(y, to.y, to.y + to.height - 1);
+    const size_t channels = size_t(frame.channels);
+    std::copy_n(&frame.pixels[(size_t(from_y) * frame.width + size_t(from_x)) * channels], channels,
+                &frame.pixels[(size_t(y) * frame.width + size_t(x)) * channels]);
+  }
+
+  BasicImage<Sample> &frame;
+  const std::vector<fvv_tile> &tiles;
+  std::vector<uint8_t> taken; // pixels
+};
 
 template <class Sample>
 BasicImage<Sample> picture_of_tile(const fvv_tile &tile, const BasicImage<Sample> &image) {
@@ -82,8 +122,9 @@ BasicImage<Sample> compose(const std::vector<fvv_tile> &tiles, const std::vector
       throw Error("camera " + std::to_string(tiles[i].camera_id),
                   "its picture has " + std::to_string(images[i].channels) + " channels, the first one has " +
                       std::to_string(frame.channels));
-    place(frame, picture_of_tile(tiles[i], images[i]), tiles[i].destination.x, tiles[i].destination.y, true);
+    place(frame, picture_of_tile(tiles[i], images[i]), tiles[i].destination.x, tiles[i].destination.y);
   }
+  Guard<Sample>(frame, tiles).draw();
   return frame;
 }
 
@@ -97,7 +138,7 @@ Image compose_masks(const std::vector<fvv_tile> &tiles, const std::vector<Image>
     if (!whole && masks[i].channels != 1)
       throw Error("camera " + std::to_string(tiles[i].camera_id), "its mask is not grey");
     place(frame, whole ? make_image(to.width, to.height, 1, 255) : picture_of_tile(tiles[i], masks[i]), to.x,
-          to.y, false);
+          to.y);
   }
   return frame;
 }
@@ -107,19 +148,27 @@ template <class Sample> BasicImage<Sample> extract(const BasicImage<Sample> &fra
   return crop(frame, to.x, to.y, to.width, to.height);
 }
 
+Image widened(const Image &mask, uint32_t margin) {
+  check_image(mask);
+  if (mask.channels != 1) throw Error("a mask must be grey");
+  // A square dilation is one along rows and then one along columns.
+  const size_t width = mask.width, height = mask.height;
+  Image out = mask;
+  for (uint8_t &value : out.pixels) value = value > 127 ? 255 : 0;
+  for (size_t y = 0; y < height; y++) widen(&out.pixels[y * width], width, 1, margin);
+  for (size_t x = 0; x < width; x++) widen(&out.pixels[x], height, width, margin);
+  for (uint8_t &value : out.pixels) value = value ? 255 : 0;
+  return out;
+}
+
 template <class Sample> void flatten(BasicImage<Sample> &image, const Image &mask, uint32_t margin) {
   check_image(image);
-  check_image(mask);
-  if (mask.channels != 1 || mask.width != image.width || mask.height != image.height)
+  const Image keep = widened(mask, margin);
+  if (mask.width != image.width || mask.height != image.height)
     throw Error("a mask must be grey and of the size of the picture");
-  // A square dilation is one along rows and then one along columns.
-  const size_t width = image.width, height = image.height, channels = size_t(image.channels);
-  std::vector<uint8_t> keep(width * height);
-  for (size_t i = 0; i < keep.size(); i++) keep[i] = mask.pixels[i] > 127;
-  for (size_t y = 0; y < height; y++) widen(&keep[y * width], width, 1, margin);
-  for (size_t x = 0; x < width; x++) widen(&keep[x], height, width, margin);
-  for (size_t i = 0; i < keep.size(); i++)
-    if (!keep[i]) std::fill_n(&image.pixels[i * channels], channels, grey<Sample>);
+  const size_t channels = size_t(image.channels);
+  for (size_t i = 0; i < keep.pixels.size(); i++)
+    if (!keep.pixels[i]) std::fill_n(&image.pixels[i * channels], channels, grey<Sample>);
 }
 
 template Image compose(const std::vector<fvv_tile> &, const std::vector<Image> &, uint32_t, uint32_t);

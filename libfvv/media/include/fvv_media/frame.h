@@ -16,11 +16,15 @@ namespace fvv::media {
  * nothing. */
 constexpr uint8_t flat_grey = 128;
 
+/* Pixels around every tile that repeat its edge, where no other tile is nearer or has its own: filters of a
+ * codec and the interpolation of colours reach no farther. */
+constexpr uint32_t guard_band = 4;
+
 /* The video frame: of each picture the tile's source rectangle, scaled to its destination. images[i] belongs
- * to tiles[i]; all have the same channels. From a tile's right and bottom edge to the next multiple of
- * FVV_TILE_ALIGNMENT the edge is repeated, so that blocks that straddle it cost little and bleed nothing;
- * everything else is flat_grey. Error when a source lies outside its picture or a destination outside the
- * frame; overlap is fvv_tiles_validate's business. */
+ * to tiles[i]; all have the same channels. A tile's edge is repeated over its guard band, and from its right
+ * and bottom edge to the next multiple of FVV_TILE_ALIGNMENT, so that blocks that straddle it cost little and
+ * bleed nothing; everything else is flat_grey. Error when a source lies outside its picture or a destination
+ * outside the frame; overlap is fvv_tiles_validate's business. */
 template <class SampleType = uint8_t>
 BasicImage<SampleType> compose(const std::vector<fvv_tile> &tiles,
                                const std::vector<BasicImage<SampleType>> &images, uint32_t width,
@@ -34,6 +38,17 @@ Image compose_masks(const std::vector<fvv_tile> &tiles, const std::vector<Image>
 /* One camera's part of a frame, at the tile's destination size. */
 template <class SampleType>
 BasicImage<SampleType> extract(const BasicImage<SampleType> &frame, const fvv_tile &tile);
+
+/* The mask with every pixel set (255, else 0) that is at most margin pixels, in both axes alike, away from
+ * one that is > 127. */
+Image widened(const Image &mask, uint32_t margin);
+
+/* Gives every pixel whose mask is <= 127 a value between those of the pixels around that are > 127, the
+ * smoother the farther away: averages of known pixels in pictures of half, a quarter ... of the size,
+ * interpolated on the way back (Gortler, Grzeszczuk, Szeliski, Cohen, "The Lumigraph", 1996, section 3.5.1,
+ * with weights of 0 and 1). In integers: the same on every machine. Without a pixel > 127 everything becomes
+ * flat_grey. keep is grey and of the picture's size. */
+template <class SampleType> void fill_smoothly(BasicImage<SampleType> &image, const Image &keep);
 
 /* Sets to flat_grey every pixel that is more than margin pixels (in both axes alike: Chebyshev distance) away
  * from the nearest pixel whose mask is > 127. mask is grey and of the picture's size. */
