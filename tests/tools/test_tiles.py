@@ -21,4 +21,4 @@ def test_vector_uses_what_clause_10_11_has():
 def test_fvvinfo_finds_every_frame_whole(fvvinfo):
     done = fvvinfo("--check", VECTORS / "crops.fvv")
     assert (done.returncode, done.stderr) == (0, b"")
-    assert b"3 layouts" in done.stdout
+    assert b"3 layouts of groups" in done.stdout

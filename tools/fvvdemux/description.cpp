@@ -87,7 +87,7 @@ capture::Capture describe_scene(const fvv_configuration &configuration, const Op
     for (const VideoViews &track : tracks)
       for (const View &view : track.views)
         if (view.tile.camera_id == source.id) {
-          camera.calibration = camera_of_tile(source, view.tile);
+          camera.calibration = camera_of_tile(source, view.whole);
           camera.pictures = pattern(view.folder + numbered);
         }
     camera.calibration.flags = 0; // per_frame says it
@@ -103,7 +103,7 @@ std::vector<uint16_t> describe_motion(const fvv_configuration &configuration, co
   std::map<uint16_t, fvv_tile> tiles;
   if (options.pictures != Pictures::none)
     for (const VideoViews &track : views_of(configuration, options.cameras, nullptr))
-      for (const View &view : track.views) tiles.emplace(view.tile.camera_id, view.tile);
+      for (const View &view : track.views) tiles.emplace(view.tile.camera_id, view.whole);
   std::vector<uint16_t> taken_out;
   std::vector<capture::Camera> kept;
   for (capture::Camera &camera : capture.cameras) {

@@ -4,6 +4,7 @@
 #include "fvv_media/frame.h"
 #include "fvv_media/video.h"
 #include "fvvdemux/views.h"
+#include "fvvdemux/whole_picture.h"
 
 #include <cmath>
 #include <optional>
@@ -106,6 +107,18 @@ public:
         tracks.emplace_back(track, options.pictures);
   }
 
+  // Where pictures stand in the frames of this group: before any is unpacked.
+  fvv_status find_tiles(size_t group, fvv_diagnostic &diagnostic) {
+    for (const TrackDecoder &track : tracks)
+      for (const View &view : track.track().views) {
+        std::optional<fvv_tile> tile;
+        const fvv_status status = tile_in_group(stream, group, *track.track().video, view, tile, diagnostic);
+        if (status < 0) return status;
+        if (tile) tiles[view.tile.camera_id] = *tile;
+      }
+    return FVV_OK;
+  }
+
   const std::map<uint16_t, uint64_t> &pictures() const { return written; }
 
   // Why the frame is lost, or "".
@@ -163,9 +176,15 @@ private:
   std::vector<uint8_t> file_of(const media::DeepImage &picture) const { return media::encode_png(picture); }
 
   template <class Sample>
+  media::BasicImage<Sample> picture_of(const View &view, const media::BasicImage<Sample> &frame) const {
+    const auto tile = tiles.find(view.tile.camera_id);
+    return whole_picture(frame, tile == tiles.end() ? nullptr : &tile->second, view.whole);
+  }
+
+  template <class Sample>
   void write(const VideoViews &track, const media::BasicImage<Sample> &picture, int64_t number) {
     for (const View &view : track.views) {
-      const std::vector<uint8_t> bytes = file_of(media::extract(picture, view.tile));
+      const std::vector<uint8_t> bytes = file_of(picture_of(view, picture));
       capture::write_file(path(view.folder, number, options.pictures == Pictures::png ? "png" : "jpg"),
                           {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
       written[view.tile.camera_id]++;
@@ -178,6 +197,7 @@ private:
   const FilePath &path;
   std::optional<uint16_t> mesh_track;
   std::vector<TrackDecoder> tracks;
+  std::map<uint16_t, fvv_tile> tiles;   // of cameras in this group
   std::vector<uint16_t> moving;         // cameras
   std::map<uint16_t, uint64_t> written; // pictures, by camera
 };
@@ -212,13 +232,16 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
     behind_whole = surveyed.reason.status ? text_of(surveyed.reason) : "the stream ends within its group";
   }
   const fvv_configuration *configuration = nullptr;
-  const fvv_status configured = fvv_stream_configuration(stream, plan.group, &configuration, &diagnostic);
-  if (configured < 0) {
+  const auto lose_all = [&](fvv_status status) {
     for (const auto &range : chosen)
-      lose(result.losses, range.first, range.last, why_lost(configured, diagnostic));
+      lose(result.losses, range.first, range.last, why_lost(status, diagnostic));
     return result;
-  }
+  };
+  const fvv_status configured = fvv_stream_configuration(stream, plan.group, &configuration, &diagnostic);
+  if (configured < 0) return lose_all(configured);
   GroupDecoder decoder(stream, *configuration, options, path);
+  const fvv_status found = decoder.find_tiles(plan.group, diagnostic);
+  if (found < 0) return lose_all(found);
   const int64_t last = chosen.back().last - plan.number;
   for (int64_t i = 0; i <= last && i < whole; i++) {
     const int64_t number = plan.number + i;

@@ -63,7 +63,8 @@ int main(int argc, char **argv) {
   app.add_flag("--force", options.force, "replace the folder when it exists");
   app.add_flag("--json", as_json, "print a summary as JSON");
   app.set_version_flag("--version", std::string("fvvdemux ") + fvv_version());
-  app.footer("A frame is written with all its files, or not at all when a part of it is lost.\n"
+  app.footer("Pictures are whole: what the stream has of them where it was, grey around it.\n"
+             "A frame is written with all its files, or not at all when a part of it is lost.\n"
              "Exit code: 0 done, 1 nothing written, 2 usage, 3 written but for what the file has lost.");
   try {
     app.parse(argc, argv);

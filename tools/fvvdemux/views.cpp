@@ -1,5 +1,9 @@
 #include "fvvdemux/views.h"
 
+#include "fvv_media/image.h"
+
+#include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace fvv::demux {
@@ -34,6 +38,22 @@ std::vector<fvv_tile> tiles_of(const fvv_configuration &configuration, const fvv
   return out;
 }
 
+// Nothing when no picture file takes it.
+std::optional<fvv_tile> whole_of(const fvv_configuration &configuration, const fvv_tile &tile) {
+  const fvv_camera *camera = fvv_configuration_camera(&configuration, tile.camera_id);
+  if (!camera) return tile;
+  const auto side = [](uint32_t picture, uint32_t source, uint32_t destination) {
+    return std::max(1.0, std::round(double(picture) * destination / source));
+  };
+  const double width = side(camera->width, tile.source.width, tile.destination.width),
+               height = side(camera->height, tile.source.height, tile.destination.height);
+  if (std::max({width, height, double(camera->width), double(camera->height)}) > media::max_dimension)
+    return {};
+  return fvv_tile{tile.camera_id,
+                  {0, 0, uint16_t(camera->width), uint16_t(camera->height)},
+                  {0, 0, uint16_t(width), uint16_t(height)}};
+}
+
 } // namespace
 
 fvv_camera camera_of_tile(const fvv_camera &camera, const fvv_tile &tile) {
@@ -60,9 +80,13 @@ std::vector<VideoViews> views_of(const fvv_configuration &configuration, const S
       const bool is_atlas = tile.camera_id == no_camera;
       if (!is_atlas && !cameras.has(tile.camera_id)) continue;
       const std::string id = std::to_string(tile.camera_id);
-      if (shown.insert(tile.camera_id).second)
+      const std::optional<fvv_tile> whole = whole_of(configuration, tile);
+      if (!whole)
+        tell(warnings, "camera " + id + " is left out: a side of its picture would have more than " +
+                           std::to_string(media::max_dimension) + " pixels");
+      else if (shown.insert(tile.camera_id).second)
         // Never from the camera's name: that is text from outside.
-        track.views.push_back({tile, is_atlas ? "atlas" : "cam" + id});
+        track.views.push_back({tile, is_atlas ? "atlas" : "cam" + id, *whole});
       else
         tell(warnings, (is_atlas ? "the atlas" : "camera " + id) + " is shown again by track " +
                            std::to_string(track.video->track) + ": left out");
@@ -70,6 +94,21 @@ std::vector<VideoViews> views_of(const fvv_configuration &configuration, const S
     if (!track.views.empty()) out.push_back(track);
   }
   return out;
+}
+
+fvv_status tile_in_group(fvv_stream *stream, size_t group, const fvv_video_layout &video, const View &view,
+                         std::optional<fvv_tile> &tile, fvv_diagnostic &diagnostic) {
+  tile.reset();
+  if (video.config.shows != FVV_SHOWS_TILES) {
+    tile = view.tile;
+    return FVV_OK;
+  }
+  const fvv_tile *tiles = nullptr;
+  size_t count = 0;
+  const fvv_status status = fvv_stream_tiles(stream, group, video.track, &tiles, &count, &diagnostic);
+  for (size_t i = 0; i < count; i++)
+    if (tiles[i].camera_id == view.tile.camera_id) tile = tiles[i];
+  return status;
 }
 
 const fvv_track *mesh_track_of(const fvv_configuration &configuration, std::vector<std::string> *warnings) {

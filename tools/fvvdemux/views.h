@@ -6,6 +6,7 @@
 #include "fvv/stream.h"
 #include "fvvdemux/selection.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,13 @@ constexpr uint16_t no_camera = UINT16_MAX;
 struct View {
   fvv_tile tile; // a track that shows one camera or an atlas is one tile of the size of its frame
   std::string folder;
+  fvv_tile whole; // the whole picture, at the tile's scale, in a frame of its own
 };
+
+// The tile of a view in the frames of a group (spec/fvv.md, clause 10.11), nothing when its camera has no
+// picture there. An error in place of a guess when the stream has lost it.
+fvv_status tile_in_group(fvv_stream *stream, size_t group, const fvv_video_layout &video, const View &view,
+                         std::optional<fvv_tile> &tile, fvv_diagnostic &diagnostic);
 
 struct VideoViews {
   const fvv_video_layout *video; // of the configuration

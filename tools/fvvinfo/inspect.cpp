@@ -91,6 +91,14 @@ cli::Exit Report::exit() const {
   return state == "complete" ? cli::done : state == "truncated" ? cli::loss : cli::failed;
 }
 
+double pixel_share(const Report &report, const fvv_video_layout &video) {
+  double pixels = 0;
+  for (size_t i = 0; i < video.tile_count; i++)
+    if (const fvv_camera *camera = fvv_configuration_camera(report.configuration(), video.tiles[i].camera_id))
+      pixels += double(camera->width) * camera->height;
+  return pixels > 0 ? double(video.config.width) * video.config.height / pixels : 0;
+}
+
 std::string type_name(uint32_t code) {
   std::string out;
   for (int i = 0; i < 4; i++) {

@@ -24,7 +24,7 @@ Json rect_json(const fvv_rect &r) {
   return {r.x, r.y, r.width, r.height};
 }
 
-Json video_json(const fvv_video_layout &video) {
+Json video_json(const Report &report, const fvv_video_layout &video) {
   const auto &c = video.config;
   Json out = {
       {"codec", type_name(c.codec)},
@@ -38,6 +38,7 @@ Json video_json(const fvv_video_layout &video) {
       {"colour", {c.colour_primaries, c.transfer_characteristics, c.matrix_coefficients, c.full_range}}};
   if (c.shows == FVV_SHOWS_CAMERA) out["camera"] = c.camera_id;
   if (c.shows != FVV_SHOWS_TILES) return out;
+  out["pixel_share"] = pixel_share(report, video);
   out["tiles"] = Json::array();
   for (size_t i = 0; i < video.tile_count; i++) {
     const auto &tile = video.tiles[i];
@@ -73,6 +74,9 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
       t["chunks"] = s->chunks;
       t["key_chunks"] = s->key_chunks;
       t["bytes"] = s->bytes;
+      if (s->layouts)
+        t["layouts"] = {{"groups", s->layouts}, {"tile_pixels", {s->least_tile_pixels, s->most_tile_pixels}}};
+      if (!s->chunks) continue;
       t["smallest"] = s->smallest;
       t["largest"] = s->largest;
       if (track.kind == FVV_TRACK_MESH && s->max_vertices)
@@ -88,7 +92,7 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
         t["mesh"]["normals"] = {{"chunks", s->with_normals},
                                 {"bits", {s->min_normal_bits, s->max_normal_bits}}};
     }
-    if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(*video);
+    if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(report, *video);
     out.push_back(t);
   }
   return out;

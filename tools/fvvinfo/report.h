@@ -52,6 +52,10 @@ const char *kind_name(uint8_t track_kind);
 const char *lens_name(uint8_t lens);
 const char *up_name(uint8_t up_axis);
 
+// Pixels of a video frame with tiles over those of all pictures of its cameras; more than 1 where pictures
+// are enlarged.
+double pixel_share(const Report &report, const fvv_video_layout &video);
+
 // One screen for people.
 std::string text(const Report &report);
 // One element of "files" in spec/fvvinfo.schema.json.

@@ -75,13 +75,15 @@ std::string world(const fvv_scene &scene) {
          format(" from (%.4g, %.4g, %.4g)", o[0], o[1], o[2]);
 }
 
-std::string video_text(const fvv_video_layout &video) {
+std::string video_text(const Report &report, const fvv_video_layout &video) {
   const auto &c = video.config;
   std::string out = codec_name(c.codec);
   if (c.codec_string_size) out += " (" + printable(c.codec_string, c.codec_string_size) + ")";
   out += format(" %ux%u", c.width, c.height);
   if (c.bit_depth != 8) out += format(", %u bits", c.bit_depth);
-  if (c.shows == FVV_SHOWS_TILES) out += format(", %zu tiles", video.tile_count);
+  if (c.shows == FVV_SHOWS_TILES)
+    out += format(", %zu tiles, %.1f %% of their cameras' pixels", video.tile_count,
+                  100 * pixel_share(report, video));
   if (c.shows == FVV_SHOWS_CAMERA) out += format(", camera %u", c.camera_id);
   if (c.shows == FVV_SHOWS_ATLAS) out += ", texture atlas";
   return out;
@@ -108,10 +110,10 @@ std::string track_text(const Report &report, const fvv_track &track) {
     const auto *t = fvv_checker_track(report.checker.get(), i);
     if (t->track == track.id) found = t;
   }
-  if (!found) return out + ": no chunks";
+  if (!found || !found->chunks) return out + ": no chunks";
   if (track.kind == FVV_TRACK_VIDEO)
     if (const auto *video = fvv_configuration_video(report.configuration(), track.id))
-      out += ": " + video_text(*video);
+      out += ": " + video_text(report, *video);
   if (track.kind == FVV_TRACK_MESH && found->max_vertices)
     out += ": " + range(found->min_vertices, found->max_vertices) + " vertices, " +
            range(found->min_faces, found->max_faces) + " triangles";
@@ -125,6 +127,7 @@ std::string track_text(const Report &report, const fvv_track &track) {
     if (found->with_normals != found->chunks)
       out += format(" in %llu chunks", (unsigned long long)found->with_normals);
   }
+  if (found->layouts) out += format(", %llu layouts of groups", (unsigned long long)found->layouts);
   out += format("; %llu chunks (%llu key), ", (unsigned long long)found->chunks,
                 (unsigned long long)found->key_chunks);
   out += bytes(double(found->bytes)) + ", " + bytes(double(found->bytes) / double(found->chunks)) + " each";

@@ -91,6 +91,15 @@ private:
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
   }
 
+  // Where the camera stands in the frames of the group; answers why that is lost, or "".
+  std::string find_tile(const fvv_video_layout &video, const demux::View &view,
+                        std::optional<fvv_tile> &tile) {
+    fvv_diagnostic diagnostic = {};
+    const fvv_status status = demux::tile_in_group(stream.get(), place.group, video, view, tile, diagnostic);
+    if (status < 0 && status > FVV_ERROR_DAMAGED) cli::check(status, where, diagnostic);
+    return status < 0 ? demux::text_of(diagnostic) : "";
+  }
+
   void load_track(const demux::VideoViews &track, Frame &out) {
     std::string why;
     media::DeepImage picture;
@@ -102,9 +111,11 @@ private:
     for (const demux::View &view : track.views) {
       const fvv_camera *camera = out.camera(view.tile.camera_id);
       if (!camera) continue; // an atlas, or not calibrated
+      std::optional<fvv_tile> tile;
+      if (why.empty()) why = find_tile(*track.video, view, tile);
+      if (why.empty() && !tile) continue; // no picture in this group
       if (why.empty())
-        out.pictures.push_back(
-            {demux::camera_of_tile(*camera, view.tile), media::extract(picture, view.tile)});
+        out.pictures.push_back({demux::camera_of_tile(*camera, *tile), media::extract(picture, *tile)});
       else
         out.losses.push_back(where + ": no picture of camera " + std::to_string(camera->id) + ": " + why);
     }

@@ -172,15 +172,14 @@ fvv_status fvv_configuration_add(fvv_configuration_builder *builder, const fvv_c
 
 fvv_status fvv_configuration_check_tiles(const fvv_configuration *configuration,
                                          const fvv_video_layout *video, const fvv_tile *tiles, size_t count,
-                                         uint32_t missing_issue, fvv_diagnostic *diagnostic) {
+                                         fvv_diagnostic *diagnostic) {
   for (size_t i = 0; i < count; i++) {
     const uint64_t offset = FVV_TILE_SIZE + i * FVV_TILE_ENTRY_SIZE;
     const fvv_tile *tile = &tiles[i];
     const fvv_camera *camera = fvv_configuration_camera(configuration, tile->camera_id);
     if (!camera)
-      return fvv_fail(diagnostic, FVV_ERROR_INVALID, missing_issue, FVV_CHUNK_TILES, offset,
-                      "tile %zu of track %u shows camera %u, which is not described", i, video->track,
-                      tile->camera_id);
+      WRONG(CONFIGURATION_CAMERA, FVV_CHUNK_TILES,
+            "tile %zu of track %u shows camera %u, which is not described", i, video->track, tile->camera_id);
     if ((uint32_t)tile->source.x + tile->source.width > camera->width ||
         (uint32_t)tile->source.y + tile->source.height > camera->height)
       WRONG(TILE_RECT, FVV_CHUNK_TILES, "tile %zu of track %u leads outside camera %u's %ux%u picture", i,
@@ -205,8 +204,8 @@ static fvv_status complete_video(const fvv_configuration_builder *b, fvv_video_l
     WRONG(CONFIGURATION_CAMERA, FVV_CHUNK_VIDEO_CONFIG, "track %u shows camera %u, which is not described",
           video->track, video->config.camera_id);
   if (!video->tile_count) return FVV_OK;
-  const fvv_status status = fvv_configuration_check_tiles(view, video, video->tiles, video->tile_count,
-                                                          FVV_ISSUE_CONFIGURATION_CAMERA, diagnostic);
+  const fvv_status status =
+      fvv_configuration_check_tiles(view, video, video->tiles, video->tile_count, diagnostic);
   if (status < 0 && diagnostic) diagnostic->offset = offset;
   return status;
 }

@@ -29,13 +29,11 @@ FVV_MUST_USE fvv_status fvv_configuration_add(fvv_configuration_builder *builder
 /* Checks what concerns several chunks (issues 2201 to 2204, 4102, 4103) and fills view. */
 FVV_MUST_USE fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
                                                    fvv_diagnostic *diagnostic);
-/* What a layout of a track has to keep to by its configuration: cameras, their pictures, the frame.
- * missing_issue: of a camera that is not there. Offsets of diagnostics are relative to the payload of TILE or
- * GTIL. */
+/* What a layout of a track has to keep to by its configuration: cameras, their pictures, the frame. Offsets
+ * of diagnostics are relative to the payload of TILE or GTIL. */
 FVV_MUST_USE fvv_status fvv_configuration_check_tiles(const fvv_configuration *configuration,
                                                       const fvv_video_layout *video, const fvv_tile *tiles,
-                                                      size_t count, uint32_t missing_issue,
-                                                      fvv_diagnostic *diagnostic);
+                                                      size_t count, fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

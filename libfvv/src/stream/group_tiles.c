@@ -4,6 +4,12 @@
 #include "base/layout.h"
 #include "stream/configuration.h"
 
+static int shows(const fvv_video_layout *video, uint16_t camera) {
+  for (size_t i = 0; i < video->tile_count; i++)
+    if (video->tiles[i].camera_id == camera) return 1;
+  return 0;
+}
+
 static fvv_status decode(const fvv_configuration *configuration, uint16_t track, const uint8_t *payload,
                          size_t size, const fvv_limits *limits, fvv_bytes *tiles,
                          fvv_diagnostic *diagnostic) {
@@ -18,9 +24,15 @@ static fvv_status decode(const fvv_configuration *configuration, uint16_t track,
   if (status < 0) return status;
   size_t count = 0;
   status = fvv_tiles_decode((fvv_tile *)tiles->data, most, &count, payload, size, limits, diagnostic);
+  const fvv_tile *decoded = (const fvv_tile *)tiles->data;
+  for (size_t i = 0; i < count && status == FVV_OK; i++)
+    if (!shows(video, decoded[i].camera_id))
+      status = fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_SHOWN, FVV_CHUNK_GROUP_TILES,
+                        FVV_TILE_SIZE + i * FVV_TILE_ENTRY_SIZE,
+                        "tile %zu shows camera %u, which is not in the TILE of track %u", i,
+                        decoded[i].camera_id, track);
   if (status == FVV_OK)
-    status = fvv_configuration_check_tiles(configuration, video, (const fvv_tile *)tiles->data, count,
-                                           FVV_ISSUE_TILE_SHOWN, diagnostic);
+    status = fvv_configuration_check_tiles(configuration, video, decoded, count, diagnostic);
   if (status == FVV_OK) tiles->size = count * sizeof(fvv_tile);
   return status;
 }
