@@ -10,11 +10,11 @@
 extern "C" {
 #endif
 
-/* VCFG. codec: FVV_CODEC_...; samples are whole JPEG files for jpeg, else in MP4 sample format. record: the
- * MP4 configuration record (the payload of avcC, hvcC, vpcC or av1C), empty for jpeg. codec_string: RFC 6381,
- * as WebCodecs wants it ("avc1.640028", "hvc1.1.6.L93.B0", "vp09.00.31.08", "av01.0.04M.08"); empty for jpeg.
- * Colour by ITU-T H.273 code points. Pointers are
- * borrowed. */
+/* VCFG. codec: FVV_CODEC_...; samples are whole files for jpeg and oexr, else in MP4 sample format. record:
+ * the MP4 configuration record (the payload of avcC, hvcC, vpcC or av1C), empty for jpeg and oexr.
+ * codec_string: RFC 6381, as WebCodecs wants it ("avc1.640028", "hvc1.1.6.L93.B0", "vp09.00.31.08",
+ * "av01.0.04M.08"); empty for jpeg and oexr. oexr has 16 bits, transfer 8, matrix 0 and full range. Colour by
+ * ITU-T H.273 code points. Pointers are borrowed. */
 typedef struct fvv_video_config {
   uint32_t codec;
   uint32_t width, height; /* of the decoded frame, > 0 */
@@ -64,7 +64,8 @@ FVV_API void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], dou
 
 /* Checks a configuration record and writes the codec string that belongs to it, ended by NUL. Does not parse
  * parameter sets or further than the first bits of a sequence header. FVV_ERROR_INVALID with
- * FVV_ISSUE_VIDEO_RECORD; FVV_ERROR_UNSUPPORTED for jpeg, which has no record, and for other codecs.
+ * FVV_ISSUE_VIDEO_RECORD; FVV_ERROR_UNSUPPORTED for jpeg and oexr, which have no record, and for other
+ * codecs.
  * avc1: AVCDecoderConfigurationRecord (ISO/IEC 14496-15 clause 5.3.3.1): version 1, 4-byte lengths, reserved
  * bits set, at least one SPS and one PPS, units of the right types that fill it exactly; profiles other than
  * 66, 77 and 88 may add chroma format, bit depths (luma's and chroma's the same) and SPS extensions.
@@ -88,7 +89,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_video_codec_string(uint32_t codec, const uin
  * (FVV_ISSUE_SAMPLE_HEVC). VP9: one frame, or a superframe whose index fills the sample, the last frame alone
  * shown, a key frame first exactly in key samples (FVV_ISSUE_SAMPLE_VP9). AV1: OBUs with size fields that
  * fill the sample, no temporal delimiter, one shown frame, a sequence header and then a shown key frame
- * exactly in key samples (FVV_ISSUE_SAMPLE_AV1). FVV_ERROR_INVALID, for other codecs FVV_ERROR_UNSUPPORTED.
+ * exactly in key samples (FVV_ISSUE_SAMPLE_AV1). OpenEXR: key, version word 2, a header that asks for half B,
+ * G and R in windows of the configured size, a known compression, and blocks that fill the sample exactly
+ * (FVV_ISSUE_SAMPLE_OEXR). FVV_ERROR_INVALID, for other codecs FVV_ERROR_UNSUPPORTED.
  * For a valid configuration. */
 FVV_API FVV_MUST_USE fvv_status fvv_video_sample_check(const fvv_video_config *config, int key,
                                                        const uint8_t *sample, size_t size,

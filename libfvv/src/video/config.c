@@ -1,13 +1,14 @@
 /* video/config.c: the VCFG payload (clause 10.1), and which codec's rules a sample has to follow.
  *
- * Knows the bytes of the record and asks jpeg.c and the rules of record.h about what the codec put in; must
- * not know tiles, cameras beyond their number, or pixels. */
+ * Knows the bytes of the record and asks jpeg.c, oexr.c and the rules of record.h about what the codec put
+ * in; must not know tiles, cameras beyond their number, or pixels. */
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/limits.h"
 #include "base/text.h"
 #include "video/jpeg.h"
+#include "video/oexr.h"
 #include "video/record.h"
 
 #include <inttypes.h>
@@ -18,10 +19,29 @@ static fvv_status unknown_codec(uint32_t codec, fvv_status status, uint32_t type
   char text[5];
   fvv_type_text(codec, text);
   return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_CODEC, type, 0,
-                  "codec '%s' is not supported, expected 'jpeg', 'avc1', 'hvc1', 'vp09' or 'av01'", text);
+                  "codec '%s' is not supported, expected 'jpeg', 'avc1', 'hvc1', 'vp09', 'av01' or 'oexr'",
+                  text);
 }
 
-/* NULL for JPEG, which has no record, and for codecs that are not known. */
+/* Codecs whose samples are files of their own: without a record, every one a key. */
+typedef struct still_rules {
+  uint32_t codec, sample_issue;
+  const char *name;
+  int bit_depth;
+  fvv_status (*inspect)(uint32_t width, uint32_t height, const uint8_t *sample, size_t size,
+                        fvv_diagnostic *diagnostic);
+} still_rules;
+
+/* NULL for all others. */
+static const still_rules *still_rules_of(uint32_t codec) {
+  static const still_rules all[] = {{FVV_CODEC_JPEG, FVV_ISSUE_SAMPLE_JPEG, "JPEG", 8, fvv_jpeg_inspect},
+                                    {FVV_CODEC_OEXR, FVV_ISSUE_SAMPLE_OEXR, "OpenEXR", 16, fvv_oexr_inspect}};
+  for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+    if (all[i].codec == codec) return &all[i];
+  return NULL;
+}
+
+/* NULL for JPEG and OpenEXR, which have no record, and for codecs that are not known. */
 static const fvv_codec_rules *rules_of(uint32_t codec) {
   static const fvv_codec_rules *const all[] = {&fvv_avc_rules, &fvv_hevc_rules, &fvv_vp9_rules,
                                                &fvv_av1_rules};
@@ -53,14 +73,22 @@ static fvv_status check_ranges(const fvv_video_config *config, fvv_status status
   return FVV_OK;
 }
 
-static fvv_status check_jpeg(const fvv_video_config *config, fvv_status status, fvv_diagnostic *diagnostic) {
-  if (config->bit_depth != 8)
+static fvv_status check_still(const still_rules *rules, const fvv_video_config *config, fvv_status status,
+                              fvv_diagnostic *diagnostic) {
+  if (config->bit_depth != rules->bit_depth)
     return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RANGE, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_BIT_DEPTH,
-                    "bit depth is %d, JPEG has 8", config->bit_depth);
+                    "bit depth is %d, %s has %d", config->bit_depth, rules->name, rules->bit_depth);
   if (config->record_size || config->codec_string_size)
     return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_RECORD_SIZE,
-                    "record and codec string have %zu and %zu bytes, expected none for JPEG",
-                    config->record_size, config->codec_string_size);
+                    "record and codec string have %zu and %zu bytes, expected none for %s",
+                    config->record_size, config->codec_string_size, rules->name);
+  /* H.273: linear light, RGB, full range. */
+  if (config->codec == FVV_CODEC_OEXR &&
+      (config->transfer_characteristics != 8 || config->matrix_coefficients != 0 || config->full_range != 1))
+    return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RANGE, FVV_CHUNK_VIDEO_CONFIG,
+                    FVV_VCFG_TRANSFER_CHARACTERISTICS,
+                    "transfer, matrix and full range are %d, %d and %d, OpenEXR has 8, 0 and 1",
+                    config->transfer_characteristics, config->matrix_coefficients, config->full_range);
   return FVV_OK;
 }
 
@@ -107,12 +135,13 @@ static fvv_status check_config(const fvv_video_config *config, fvv_status status
     return fvv_fail(diagnostic, status, FVV_ISSUE_TEXT, FVV_CHUNK_VIDEO_CONFIG,
                     FVV_VCFG_SIZE + (uint64_t)config->record_size + bad,
                     "codec string is not UTF-8 without NUL at its byte %zu", bad);
-  return config->codec == FVV_CODEC_JPEG ? check_jpeg(config, status, diagnostic)
-                                         : check_record(rules_of(config->codec), config, status, diagnostic);
+  const still_rules *still = still_rules_of(config->codec);
+  return still ? check_still(still, config, status, diagnostic)
+               : check_record(rules_of(config->codec), config, status, diagnostic);
 }
 
 static int is_known(uint32_t codec) {
-  return codec == FVV_CODEC_JPEG || rules_of(codec);
+  return still_rules_of(codec) || rules_of(codec);
 }
 
 fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out, size_t capacity,
@@ -210,8 +239,8 @@ fvv_status fvv_video_sample_inspect(const fvv_video_config *config, const uint8_
                                     int *key, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *key = 1;
-  if (config->codec == FVV_CODEC_JPEG)
-    return fvv_jpeg_inspect(config->width, config->height, sample, size, diagnostic);
+  const still_rules *still = still_rules_of(config->codec);
+  if (still) return still->inspect(config->width, config->height, sample, size, diagnostic);
   const fvv_codec_rules *rules = rules_of(config->codec);
   return rules ? rules->sample_inspect(sample, size, key, diagnostic)
                : unknown_codec(config->codec, FVV_ERROR_UNSUPPORTED, FVV_CHUNK_VIDEO_PACKET, diagnostic);
@@ -222,10 +251,11 @@ fvv_status fvv_video_sample_check(const fvv_video_config *config, int key, const
   int found;
   const fvv_status status = fvv_video_sample_inspect(config, sample, size, &found, diagnostic);
   if (status != FVV_OK || found == !!key) return status;
+  const still_rules *still = still_rules_of(config->codec);
+  if (still)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, still->sample_issue, FVV_CHUNK_VIDEO_PACKET, 0,
+                    "%s sample is not marked as a key sample, expected every one to be", still->name);
   const fvv_codec_rules *rules = rules_of(config->codec);
-  if (!rules)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_SAMPLE_JPEG, FVV_CHUNK_VIDEO_PACKET, 0,
-                    "JPEG sample is not marked as a key sample, expected every one to be");
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, rules->sample_issue, FVV_CHUNK_VIDEO_PACKET, 0,
                   "%s %s sample: %s %s, expected %s", key ? "key" : "non-key", rules->name,
                   found ? "found a" : "found no", rules->key_picture, key ? "one" : "none");
