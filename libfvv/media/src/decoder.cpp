@@ -2,7 +2,9 @@
 #include "fvv_media/video.h"
 
 #include "codecs.h"
+#include "exr_file.h"
 #include "ffmpeg.h"
+#include "linear.h"
 
 #include <algorithm>
 #include <climits>
@@ -17,6 +19,11 @@ public:
   virtual ~SampleDecoder() = default;
   virtual void decode(const uint8_t *bytes, size_t size, Image &out) = 0;
   virtual void decode(const uint8_t *bytes, size_t size, DeepImage &out) = 0;
+  virtual void decode(const uint8_t *bytes, size_t size, LinearImage &out) {
+    DeepImage display;
+    decode(bytes, size, display);
+    out = linear_of(display);
+  }
 };
 
 namespace {
@@ -47,6 +54,7 @@ struct Picture {
 
 class JpegDecoder : public SampleDecoder {
 public:
+  using SampleDecoder::decode;
   explicit JpegDecoder(const fvv_video_config &config) : picture_(config) {
     if (config.record_size != 0) throw Error("JPEG video has a configuration record, expected none");
     if (config.matrix_coefficients == 1 || !config.full_range)
@@ -72,6 +80,44 @@ private:
   Picture picture_;
 };
 
+class ExrDecoder : public SampleDecoder {
+public:
+  explicit ExrDecoder(const fvv_video_config &config) : config_(config) {
+    check_dimensions(config.width, config.height, "a video frame");
+    if (config.record_size != 0) throw Error("OpenEXR video has a configuration record, expected none");
+    const Colour &expected = colour_of_exr;
+    if (config.colour_primaries != expected.primaries ||
+        config.transfer_characteristics != expected.transfer ||
+        config.matrix_coefficients != expected.matrix || !config.full_range)
+      throw Error("OpenEXR video must be linear light of BT.709's primaries at full range (H.273: 1, 8, 0)");
+    config_.record = nullptr;
+    config_.codec_string = nullptr;
+  }
+
+  void decode(const uint8_t *bytes, size_t size, Image &out) override { display(bytes, size, out); }
+  void decode(const uint8_t *bytes, size_t size, DeepImage &out) override { display(bytes, size, out); }
+  void decode(const uint8_t *bytes, size_t size, LinearImage &out) override {
+    fvv_diagnostic diagnostic;
+    if (fvv_video_sample_check(&config_, 1, bytes, size, &diagnostic) != FVV_OK)
+      throw Error(diagnostic.message);
+    FloatImage file = decode_exr(bytes, size, "an OpenEXR sample", Dwa::allowed);
+    out.width = file.width;
+    out.height = file.height;
+    out.channels = 3;
+    out.pixels = std::move(file.samples);
+    check_finite(out, "an OpenEXR sample");
+  }
+
+private:
+  template <class Wanted> void display(const uint8_t *bytes, size_t size, BasicImage<Wanted> &out) {
+    LinearImage linear;
+    decode(bytes, size, linear);
+    out = display_of<Wanted>(linear);
+  }
+
+  fvv_video_config config_;
+};
+
 /* A decoder of libavcodec, and whether the record is its extradata: VP9's says nothing that it needs. */
 struct Library {
   uint32_t codec;
@@ -85,6 +131,7 @@ constexpr Library libraries[] = {{FVV_CODEC_AVC1, "h264", true},
 
 class VideoDecoder : public SampleDecoder {
 public:
+  using SampleDecoder::decode;
   explicit VideoDecoder(const fvv_video_config &config)
       : picture_(config), codec_(find_video_codec(config.codec)->name), config_(config) {
     check_record();
@@ -225,6 +272,8 @@ Decoder::Decoder(const fvv_video_config &config) {
   check_bit_depth(*codec, config.bit_depth);
   if (config.codec == FVV_CODEC_JPEG)
     decoder_ = std::make_unique<JpegDecoder>(config);
+  else if (config.codec == FVV_CODEC_OEXR)
+    decoder_ = std::make_unique<ExrDecoder>(config);
   else
     decoder_ = std::make_unique<VideoDecoder>(config);
 }
@@ -241,5 +290,6 @@ template <class SampleType> BasicImage<SampleType> Decoder::decode(const uint8_t
 
 template Image Decoder::decode(const uint8_t *, size_t);
 template DeepImage Decoder::decode(const uint8_t *, size_t);
+template LinearImage Decoder::decode(const uint8_t *, size_t);
 
 } // namespace fvv::media

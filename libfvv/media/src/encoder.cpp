@@ -3,9 +3,11 @@
 
 #include "codecs.h"
 #include "encoder_options.h"
+#include "fvv_media/exr.h"
 #include "rate.h"
 
 #include <cstring>
+#include <type_traits>
 
 namespace fvv::media {
 namespace {
@@ -15,7 +17,11 @@ void check_settings(const VideoSettings &settings, const std::vector<BasicImage<
   const VideoCodec *codec = find_video_codec(settings.codec);
   if (!codec) refuse_codec(settings.codec);
   check_bit_depth(*codec, settings.bit_depth);
-  if (settings.bit_depth != BasicFrame<Sample>::bit_depth)
+  constexpr bool linear = std::is_same_v<Sample, float>;
+  if (linear != (settings.codec == FVV_CODEC_OEXR))
+    throw Error(std::string("pictures of ") + (linear ? "linear light" : "display values") +
+                " came for video in " + codec->name);
+  if (!linear && settings.bit_depth != BasicFrame<Sample>::bit_depth)
     throw Error("pictures of " + std::to_string(8 * sizeof(Sample)) + " bits came for video of " +
                 std::to_string(settings.bit_depth) + " bits a sample");
   check_dimensions(settings.width, settings.height, "a video frame");
@@ -30,10 +36,18 @@ void check_settings(const VideoSettings &settings, const std::vector<BasicImage<
   }
 }
 
-EncodedGroup encode_jpeg_group(int quality, const std::vector<Image> &frames) {
+std::vector<uint8_t> encode_still(const Image &frame, int quality) {
+  return encode_jpeg(frame, quality, Subsampling::yuv420);
+}
+std::vector<uint8_t> encode_still(const LinearImage &frame, int quality) {
+  return encode_half_exr(frame, quality);
+}
+
+template <class SampleType>
+EncodedGroup encode_stills(int quality, const std::vector<BasicImage<SampleType>> &frames) {
   EncodedGroup group;
-  for (const Image &frame : frames)
-    group.samples.push_back({encode_jpeg(frame, quality, Subsampling::yuv420), true});
+  for (const BasicImage<SampleType> &frame : frames)
+    group.samples.push_back({encode_still(frame, quality), true});
   return group;
 }
 
@@ -156,14 +170,14 @@ EncodedGroup encode_group(const VideoSettings &settings, const std::vector<Basic
   std::string statistics; // of a first pass, which does not depend on the quality
   const auto encode_at = [&](double quality) {
     EncodedGroup group;
-    const VideoEncoder *encoder = find_encoder(settings.codec);
-    if (encoder) {
+    if constexpr (!std::is_same_v<SampleType, uint16_t>)
+      if (find_video_codec(settings.codec)->is_stills()) group = encode_stills(int(quality), frames);
+    if constexpr (!std::is_same_v<SampleType, float>) {
+      const VideoEncoder *encoder = find_encoder(settings.codec);
       if (encoder->two_passes && statistics.empty())
         statistics = GroupEncoder(*encoder, settings, quality, AV_CODEC_FLAG_PASS1).look(frames);
       const int pass = encoder->two_passes ? AV_CODEC_FLAG_PASS2 : 0;
       group = GroupEncoder(*encoder, settings, quality, pass, statistics).encode(frames);
-    } else if constexpr (sizeof(SampleType) == 1) {
-      group = encode_jpeg_group(int(quality), frames);
     }
     group.quality = quality;
     return group;
@@ -173,6 +187,7 @@ EncodedGroup encode_group(const VideoSettings &settings, const std::vector<Basic
 
 template EncodedGroup encode_group(const VideoSettings &, const std::vector<Image> &);
 template EncodedGroup encode_group(const VideoSettings &, const std::vector<DeepImage> &);
+template EncodedGroup encode_group(const VideoSettings &, const std::vector<LinearImage> &);
 
 fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &group) {
   const Colour colour = colour_of_codec(settings.codec);

@@ -2,79 +2,26 @@
 
 #include "codecs.h"
 #include "exr_file.h"
+#include "exr_memory.h"
 
 #include <ImfChannelList.h>
-#include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 
 #include <algorithm>
-#include <cstring>
 #include <new>
 
 namespace fvv::media {
 namespace {
 
-namespace exr = OPENEXR_IMF_NAMESPACE;
-
 /* Deflate makes at most 1032 bytes of one, and PXR24 widens 3 of those to 4. PIZ, B44 and RLE stay below. */
 constexpr uint64_t most_per_byte = 1376;
+/* DWA keeps a mean for 64 samples, half a byte a sample less, and deflates those; a block's tables bring that
+ * down to some 10,000 for even pictures of the largest width. */
+constexpr uint64_t most_per_byte_of_dwa = 16384;
 /* Place of a block in the table, its coordinate and its length. */
 constexpr uint64_t least_block = 16;
-
-/* Bytes in memory as OpenEXR reads them. */
-class Source : public exr::IStream {
-public:
-  Source(const uint8_t *bytes, size_t size) : IStream("memory"), bytes_(bytes), size_(size) {}
-  bool read(char out[], int wanted) override {
-    if (wanted < 0 || position_ > size_ || uint64_t(wanted) > size_ - position_)
-      throw std::runtime_error("the file ends early");
-    memcpy(out, bytes_ + position_, size_t(wanted));
-    position_ += uint64_t(wanted);
-    return position_ < size_;
-  }
-  uint64_t tellg() override { return position_; }
-  void seekg(uint64_t position) override { position_ = position; }
-
-private:
-  const uint8_t *bytes_;
-  uint64_t size_, position_ = 0;
-};
-
-/* And as OpenEXR writes them: blocks one after the other, then the table in front of them. */
-class Sink : public exr::OStream {
-public:
-  Sink() : OStream("memory") {}
-  void write(const char in[], int size) override {
-    const size_t end = position_ + size_t(size);
-    if (end > bytes.size()) bytes.resize(end);
-    memcpy(bytes.data() + position_, in, size_t(size));
-    position_ = end;
-  }
-  uint64_t tellp() override { return position_; }
-  void seekp(uint64_t position) override { position_ = size_t(position); }
-
-  std::vector<uint8_t> bytes;
-
-private:
-  size_t position_ = 0;
-};
-
-/* The channels of samples that are interleaved, the first of which is that of pixel (left, top). */
-exr::FrameBuffer slices(const std::vector<std::string> &channels, float *samples, uint32_t width,
-                        int32_t left, int32_t top) {
-  const size_t pixel = channels.size() * sizeof(float), line = pixel * width;
-  // OpenEXR counts from pixel (0, 0), which need not be in the image: an address, not a pointer.
-  uintptr_t origin = reinterpret_cast<uintptr_t>(samples);
-  origin -= uintptr_t(intptr_t(left) * intptr_t(pixel) + intptr_t(top) * intptr_t(line));
-  exr::FrameBuffer buffer;
-  for (size_t i = 0; i < channels.size(); i++)
-    buffer.insert(channels[i],
-                  exr::Slice(exr::FLOAT, reinterpret_cast<char *>(origin + i * sizeof(float)), pixel, line));
-  return buffer;
-}
 
 void check_channels(const FloatImage &image) {
   check_dimensions(image.width, image.height, "a picture");
@@ -95,10 +42,11 @@ void check_channels(const FloatImage &image) {
 
 } // namespace
 
-FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name) {
+FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa) {
   if (!is_exr(bytes, size)) throw Error(name, size == 0 ? "is empty" : "is no OpenEXR file");
-  const ExrHeader header = read_exr_header(bytes, size, name);
-  check_justified(std::max(header.image_size, header.block_size), most_per_byte, size, name);
+  const ExrHeader header = read_exr_header(bytes, size, name, dwa);
+  check_justified(std::max(header.image_size, header.block_size),
+                  header.is_dwa ? most_per_byte_of_dwa : most_per_byte, size, name);
   if (header.blocks > size / least_block)
     throw Error(name, "is cut or damaged: " + std::to_string(size) + " bytes cannot hold the " +
                           std::to_string(header.blocks) + " blocks that its header announces");
@@ -110,7 +58,8 @@ FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name
   try {
     Source source(bytes, size);
     exr::InputFile file(source, 0);
-    file.setFrameBuffer(slices(image.channels, image.samples.data(), image.width, header.left, header.top));
+    file.setFrameBuffer(
+        slices<float>(image.channels, image.samples.data(), image.width, header.left, header.top));
     file.readPixels(header.top, header.top + int32_t(header.height - 1));
   } catch (const std::bad_alloc &) {
     throw;
@@ -118,6 +67,10 @@ FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name
     throw Error(name, std::string("the OpenEXR file is cut or damaged: ") + error.what());
   }
   return image;
+}
+
+FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name) {
+  return decode_exr(bytes, size, name, Dwa::refused);
 }
 
 FloatImage read_exr(const std::string &path) {
@@ -136,7 +89,7 @@ std::vector<uint8_t> encode_exr(const FloatImage &image) {
       exr::OutputFile file(sink, header, 0);
       // OpenEXR's buffers serve both ways and know no const; writing leaves them as they are.
       file.setFrameBuffer(
-          slices(image.channels, const_cast<float *>(image.samples.data()), image.width, 0, 0));
+          slices<float>(image.channels, const_cast<float *>(image.samples.data()), image.width, 0, 0));
       file.writePixels(int(image.height));
     } // writes the table of blocks
     return std::move(sink.bytes);

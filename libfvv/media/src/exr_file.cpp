@@ -198,7 +198,7 @@ bool is_exr(const uint8_t *bytes, size_t size) {
   return size >= 4 && bytes[0] == 0x76 && bytes[1] == 0x2f && bytes[2] == 0x31 && bytes[3] == 0x01;
 }
 
-ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name) {
+ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa) {
   const Context file(bytes, size, name);
   int parts = 0;
   file.check(exr_get_count(file.get(), &parts));
@@ -209,12 +209,14 @@ ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &
     throw Error(name, "the OpenEXR file has deep data, expected scan lines or tiles");
   exr_compression_t compression;
   file.check(exr_get_compression(file.get(), 0, &compression));
-  if (compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB)
+  const bool is_dwa = compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB;
+  if (is_dwa && dwa == Dwa::refused)
     throw Error(name, std::string("the OpenEXR file is compressed with DWA") +
                           (compression == EXR_COMPRESSION_DWAA ? "A" : "B") +
                           ", which does not decode to the same samples on every machine; expected another "
                           "compression");
   ExrHeader header;
+  header.is_dwa = is_dwa;
   read_windows(file, name, header);
   read_channels(file, name, header);
   read_blocks(file, storage, header);

@@ -3,7 +3,7 @@
 #ifndef FVV_MEDIA_EXR_FILE_H
 #define FVV_MEDIA_EXR_FILE_H
 
-#include "fvv_media/error.h"
+#include "fvv_media/exr.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -20,10 +20,16 @@ struct ExrHeader {
   uint64_t blocks = 0;             /* lines or tiles that are compressed together */
   uint64_t block_size = 0;         /* bytes of the largest, all channels, uncompressed */
   uint64_t image_size = 0;         /* bytes of the finest level, likewise */
+  bool is_dwa = false;
 };
 
+/* Whether DWAA and DWAB may come: where decoders need not agree to the last bit. */
+enum class Dwa { refused, allowed };
+
 /* bytes may end anywhere behind the header. Error as decode_exr says, as far as the header tells. */
-ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name);
+ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa = Dwa::refused);
+/* decode_exr, with a word on DWA. */
+FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa);
 
 } // namespace fvv::media
 

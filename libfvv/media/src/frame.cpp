@@ -27,6 +27,7 @@ void check_tiles(const std::vector<fvv_tile> &tiles, size_t images, uint32_t wid
 }
 
 template <class Sample> constexpr Sample grey = Sample(flat_grey *(sizeof(Sample) == 1 ? 1 : 257));
+template <> constexpr float grey<float> = 0.21586050f; // of code 128
 
 /* Copies picture to (x, y). */
 template <class Sample>
@@ -173,9 +174,13 @@ template <class Sample> void flatten(BasicImage<Sample> &image, const Image &mas
 
 template Image compose(const std::vector<fvv_tile> &, const std::vector<Image> &, uint32_t, uint32_t);
 template DeepImage compose(const std::vector<fvv_tile> &, const std::vector<DeepImage> &, uint32_t, uint32_t);
+template LinearImage compose(const std::vector<fvv_tile> &, const std::vector<LinearImage> &, uint32_t,
+                             uint32_t);
 template Image extract(const Image &, const fvv_tile &);
 template DeepImage extract(const DeepImage &, const fvv_tile &);
+template LinearImage extract(const LinearImage &, const fvv_tile &);
 template void flatten(Image &, const Image &, uint32_t);
 template void flatten(DeepImage &, const Image &, uint32_t);
+template void flatten(LinearImage &, const Image &, uint32_t);
 
 } // namespace fvv::media

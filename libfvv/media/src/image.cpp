@@ -2,6 +2,7 @@
 #include "fvv_media/image.h"
 
 #include "codecs.h"
+#include "linear.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -10,6 +11,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <type_traits>
 
 namespace fvv::media {
 namespace {
@@ -62,6 +64,13 @@ template <class Sample> uint32_t luma16(const Sample *rgb) {
   return luma_r * rgb[0] + luma_g * rgb[1] + luma_b * rgb[2];
 }
 
+template <class Sample> Sample grey_of(const Sample *rgb) {
+  return Sample((luma16(rgb) + 32768) >> 16);
+}
+template <> float grey_of(const float *rgb) {
+  return float((luma_r * double(rgb[0]) + luma_g * double(rgb[1]) + luma_b * double(rgb[2])) / 65536);
+}
+
 /* White of this sample type over white of 8 bits. */
 template <class Sample> constexpr uint32_t step = std::numeric_limits<Sample>::max() / 255;
 
@@ -83,7 +92,7 @@ template <class Sample> BasicImage<Sample> with_channels(BasicImage<Sample> imag
   BasicImage<Sample> out = make_image<Sample>(image.width, image.height, channels, 0);
   const size_t count = size_t(image.width) * image.height;
   if (channels == 1) {
-    for (size_t i = 0; i < count; i++) out.pixels[i] = Sample((luma16(&image.pixels[3 * i]) + 32768) >> 16);
+    for (size_t i = 0; i < count; i++) out.pixels[i] = grey_of(&image.pixels[3 * i]);
   } else {
     for (size_t i = 0; i < count; i++) std::fill_n(&out.pixels[3 * i], 3, image.pixels[i]);
   }
@@ -94,6 +103,7 @@ template Image with_samples(Image image);
 template DeepImage with_samples(Image image);
 template Image with_channels(Image image, int channels);
 template DeepImage with_channels(DeepImage image, int channels);
+template LinearImage with_channels(LinearImage image, int channels);
 
 namespace {
 
@@ -101,6 +111,12 @@ namespace {
 template <int channels, class Sample> int32_t luma_of(const Sample *pixel) {
   constexpr uint32_t unit = (channels == 1 ? 1 : 256) * step<Sample>;
   return int32_t(((channels == 1 ? 256u * *pixel : luma16(pixel)) + unit / 2) / unit);
+}
+template <int channels> int32_t luma_of(const float *pixel) {
+  float display[channels];
+  for (int c = 0; c < channels; c++) display[c] = srgb_of_half(pixel[c]);
+  const double luma = channels == 1 ? double(display[0]) : double(grey_of(display));
+  return int32_t(std::lround(std::clamp(luma, -16.0, 16.0) * 255 * 256));
 }
 
 template <int channels, class Sample>
@@ -188,16 +204,30 @@ template <class Sample> BasicImage<Sample> read_image(const std::string &path, i
   return decode_image<Sample>(bytes.data(), bytes.size(), channels, path);
 }
 
+namespace {
+
+template <class Sample>
+BasicImage<Sample> decode_format(ImageFormat format, const uint8_t *bytes, size_t size,
+                                 const std::string &name) {
+  if constexpr (!std::is_same_v<Sample, float>) {
+    if (format == ImageFormat::png) return decode_png<Sample>(bytes, size, name);
+    if (format == ImageFormat::jpeg) return with_samples<Sample>(decode_jpeg(bytes, size, name));
+  }
+  return decode_exr_picture<Sample>(bytes, size, name);
+}
+
+} // namespace
+
 template <class Sample>
 BasicImage<Sample> decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name) {
   if (channels != 1 && channels != 3)
     throw Error(name, std::to_string(channels) + " channels were asked for, expected 1 or 3");
   const ImageInfo info = probe_bytes(bytes, size, name);
-  BasicImage<Sample> image = info.format == ImageFormat::png ? decode_png<Sample>(bytes, size, name)
-                             : info.format == ImageFormat::jpeg
-                                 ? with_samples<Sample>(decode_jpeg(bytes, size, name))
-                                 : decode_exr_picture<Sample>(bytes, size, name);
-  return with_channels(std::move(image), channels);
+  // Of codes the grey is taken before they become light, as for all other samples.
+  if constexpr (std::is_same_v<Sample, float>)
+    if (info.format != ImageFormat::exr)
+      return linear_of(decode_image<uint16_t>(bytes, size, channels, name));
+  return with_channels(decode_format<Sample>(info.format, bytes, size, name), channels);
 }
 
 template <class Sample>
@@ -222,13 +252,18 @@ double LumaError::psnr() const {
 
 template void check_image(const Image &);
 template void check_image(const DeepImage &);
+template void check_image(const LinearImage &);
 template Image make_image<uint8_t>(uint32_t, uint32_t, int, uint8_t);
 template DeepImage make_image<uint16_t>(uint32_t, uint32_t, int, uint16_t);
+template LinearImage make_image<float>(uint32_t, uint32_t, int, float);
 template Image read_image<uint8_t>(const std::string &, int);
 template DeepImage read_image<uint16_t>(const std::string &, int);
+template LinearImage read_image<float>(const std::string &, int);
 template Image decode_image<uint8_t>(const uint8_t *, size_t, int, const std::string &);
 template DeepImage decode_image<uint16_t>(const uint8_t *, size_t, int, const std::string &);
+template LinearImage decode_image<float>(const uint8_t *, size_t, int, const std::string &);
 template LumaError luma_error(const Image &, const Image &, const Image *);
 template LumaError luma_error(const DeepImage &, const DeepImage &, const Image *);
+template LumaError luma_error(const LinearImage &, const LinearImage &, const Image *);
 
 } // namespace fvv::media

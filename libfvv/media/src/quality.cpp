@@ -58,8 +58,9 @@ int choose_quality(const VideoSettings &settings, const std::vector<BasicImage<S
   while (bad.step - good.step > 1) {
     const double db = psnr_at(step);
     (db >= target_db ? good : bad) = {step, db};
+    // Lossless is no point of a line.
     const bool both = good.step >= 0 && bad.step < steps && good.db > bad.db;
-    const double slope = both ? (good.db - bad.db) / (bad.step - good.step) : fall;
+    const double slope = both && std::isfinite(good.db) ? (good.db - bad.db) / (bad.step - good.step) : fall;
     const double ahead = std::min(std::max((db - target_db) / slope, -1000.0), 1000.0);
     step = std::max(good.step + 1, std::min(bad.step - 1, step + int(std::floor(ahead))));
   }
@@ -75,6 +76,8 @@ int choose_quality(const VideoSettings &settings, const std::vector<BasicImage<S
 template int choose_quality(const VideoSettings &, const std::vector<Image> &, double,
                             const std::vector<Image> &);
 template int choose_quality(const VideoSettings &, const std::vector<DeepImage> &, double,
+                            const std::vector<Image> &);
+template int choose_quality(const VideoSettings &, const std::vector<LinearImage> &, double,
                             const std::vector<Image> &);
 
 } // namespace fvv::media

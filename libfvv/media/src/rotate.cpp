@@ -29,5 +29,6 @@ template <class Sample> BasicImage<Sample> rotate(BasicImage<Sample> image, int 
 
 template Image rotate(Image image, int degrees);
 template DeepImage rotate(DeepImage image, int degrees);
+template LinearImage rotate(LinearImage image, int degrees);
 
 } // namespace fvv::media

@@ -1,11 +1,13 @@
 /* Exact area averaging and cropping. On the grid that has source width x destination width cells a row, every
- * source and every destination pixel is a whole number of cells, so weights are integers. */
+ * source and every destination pixel is a whole number of cells, so weights are integers. Sums of linear
+ * light are doubles, added in one order everywhere. */
 #include "fvv_media/image.h"
 
 #include "codecs.h"
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 namespace fvv::media {
 namespace {
@@ -32,9 +34,21 @@ struct Axis {
   }
 };
 
-template <int channels, class Sample> void scale_row(const Sample *in, const Axis &axis, uint32_t *out) {
+/* Of weighted samples: at most 65535 * 16384 after the first axis, 65535 * 16384 * 16384 after the second. */
+template <class Sample> using RowSum = std::conditional_t<std::is_floating_point_v<Sample>, double, uint32_t>;
+template <class Sample> using Sum = std::conditional_t<std::is_floating_point_v<Sample>, double, uint64_t>;
+
+template <class Sample> Sample mean(Sum<Sample> sum, uint64_t weights) {
+  if constexpr (std::is_floating_point_v<Sample>)
+    return Sample(sum / double(weights));
+  else
+    return Sample((sum + weights / 2) / weights);
+}
+
+template <int channels, class Sample>
+void scale_row(const Sample *in, const Axis &axis, RowSum<Sample> *out) {
   for (const Span &span : axis.spans) {
-    uint32_t sum[channels] = {};
+    RowSum<Sample> sum[channels] = {};
     for (uint32_t j = 0; j < span.count; j++)
       for (int c = 0; c < channels; c++)
         sum[c] += axis.weights[span.offset + j] * in[size_t(span.first + j) * channels + size_t(c)];
@@ -52,9 +66,8 @@ BasicImage<Sample> scale(const BasicImage<Sample> &image, uint32_t width, uint32
   const Axis columns(image.width, width), rows(image.height, height);
   const size_t in_stride = size_t(image.width) * size_t(image.channels);
   const size_t out_stride = size_t(width) * size_t(image.channels);
-  // At most 65535 * 16384 after the first axis, 65535 * 16384 * 16384 after the second.
-  std::vector<uint32_t> row(out_stride);
-  std::vector<uint64_t> sums(out_stride);
+  std::vector<RowSum<Sample>> row(out_stride);
+  std::vector<Sum<Sample>> sums(out_stride);
   const uint64_t total = uint64_t(image.width) * image.height;
   // When rows shrink, neighbours share at most their border row; when they grow, many share the same one.
   uint32_t held = UINT32_MAX;
@@ -70,11 +83,11 @@ BasicImage<Sample> scale(const BasicImage<Sample> &image, uint32_t width, uint32
         else
           scale_row<3>(in, columns, row.data());
       }
-      const uint64_t weight = rows.weights[span.offset + j];
+      const Sum<Sample> weight = rows.weights[span.offset + j];
       for (size_t x = 0; x < out_stride; x++) sums[x] += weight * row[x];
     }
     Sample *to = out.pixels.data() + y * out_stride;
-    for (size_t x = 0; x < out_stride; x++) to[x] = Sample((sums[x] + total / 2) / total);
+    for (size_t x = 0; x < out_stride; x++) to[x] = mean<Sample>(sums[x], total);
   }
   return out;
 }
@@ -98,7 +111,9 @@ BasicImage<Sample> crop(const BasicImage<Sample> &image, uint32_t x, uint32_t y,
 
 template Image scale(const Image &, uint32_t, uint32_t);
 template DeepImage scale(const DeepImage &, uint32_t, uint32_t);
+template LinearImage scale(const LinearImage &, uint32_t, uint32_t);
 template Image crop(const Image &, uint32_t, uint32_t, uint32_t, uint32_t);
 template DeepImage crop(const DeepImage &, uint32_t, uint32_t, uint32_t, uint32_t);
+template LinearImage crop(const LinearImage &, uint32_t, uint32_t, uint32_t, uint32_t);
 
 } // namespace fvv::media

@@ -1,5 +1,6 @@
 #include "fvv_media/srgb.h"
 
+#include <cmath>
 #include <cstring>
 
 namespace fvv::media {
@@ -39,6 +40,41 @@ std::vector<float> srgb_thresholds(uint32_t largest) {
     below = reached - 1; // the next threshold may be the same float, were codes that fine
   }
   return thresholds;
+}
+
+std::vector<float> linear_of_codes(uint32_t largest) {
+  std::vector<float> values;
+  values.reserve(size_t(largest) + 1);
+  for (uint32_t code = 0; code <= largest; code++) {
+    const double v = double(code) / largest;
+    if (v <= 0.04045) {
+      values.push_back(float(v / 12.92));
+      continue;
+    }
+    // x^5 = root^12 by Newton's method, from above.
+    const double root = (v + 0.055) / 1.055, square = root * root, fourth = square * square;
+    const double twelfth = fourth * fourth * fourth;
+    double x = 1;
+    for (;;) {
+      const double x4 = x * x * x * x, next = x - (x4 * x - twelfth) / (5 * x4);
+      if (!(next < x)) break;
+      x = next;
+    }
+    values.push_back(float(x));
+  }
+  return values;
+}
+
+double srgb_of_linear(double linear) {
+  const double x = std::fabs(linear);
+  const double v = x <= 0.0031308 ? x * 12.92 : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+  return std::copysign(v, linear);
+}
+
+double linear_of_srgb(double display) {
+  const double v = std::fabs(display);
+  const double x = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  return std::copysign(x, display);
 }
 
 } // namespace fvv::media

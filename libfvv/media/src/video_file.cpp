@@ -4,6 +4,7 @@
 
 #include "codecs.h"
 #include "demuxer.h"
+#include "linear.h"
 #include "video_rgb.h"
 
 #include <algorithm>
@@ -35,7 +36,10 @@ public:
     if (!(held_ && position_ == picture + 1)) find(picture);
     try {
       if (const char *reason = refused_transfer(frame_->color_trc)) throw Error(reason);
-      return with_channels(rgb_.convert<Sample>(*frame_), channels);
+      if constexpr (std::is_same_v<Sample, float>)
+        return linear_of(with_channels(rgb_.convert<uint16_t>(*frame_), channels));
+      else
+        return with_channels(rgb_.convert<Sample>(*frame_), channels);
     } catch (const Error &error) {
       throw Error(path_, error.what());
     }
@@ -232,6 +236,7 @@ template <class Sample> BasicImage<Sample> VideoFile::picture(size_t index, int 
 }
 template Image VideoFile::picture(size_t index, int channels);
 template DeepImage VideoFile::picture(size_t index, int channels);
+template LinearImage VideoFile::picture(size_t index, int channels);
 size_t VideoFile::position() const {
   return reader_->position();
 }

@@ -20,9 +20,12 @@ struct Colour {
 /* JFIF (ITU-T T.871) has BT.601's coefficients at full range. H.273 lists them twice, as 5 and 6; 5 is the
  * one that its table 4 gives to IEC 61966-2-1 sYCC, which is what sRGB pictures in JFIF are. */
 constexpr Colour colour_of_jpeg = {1, 13, 5, true};
-/* What encode_group writes into the bitstream of all codecs but JPEG, as far as the codec has a place for it:
- * VP9 has one for matrix and range alone. */
+/* What encode_group writes into the bitstream of all codecs but JPEG and OpenEXR, as far as the codec has a
+ * place for it: VP9 has one for matrix and range alone. */
 constexpr Colour colour_of_video = {1, 13, 1, false};
+
+/* Linear light, RGB. */
+constexpr Colour colour_of_exr = {1, 8, 0, true};
 
 /* Error unless the samples, once out of the matrix, may be shown as sRGB: primaries 1, transfer 1, 6 or 13
  * (BT.709 and BT.601 video is shown as sRGB everywhere on the web), matrix 1, 5 or 6. */

@@ -1,9 +1,10 @@
 /* fvv_media/exr.h: OpenEXR files as float samples. It knows files of one part with scan lines or tiles; it
- * converts no colours (image.h does, for pictures) and takes any float, NaN and infinities among them. */
+ * converts no colours (image.h does, for pictures). A FloatImage takes any float, NaN and infinities among
+ * them. */
 #ifndef FVV_MEDIA_EXR_H
 #define FVV_MEDIA_EXR_H
 
-#include "fvv_media/error.h"
+#include "fvv_media/image.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -34,6 +35,14 @@ FloatImage read_exr(const std::string &path);
 /* A whole file: float channels, scan lines, ZIP, the same bytes for the same image and zlib. Error unless
  * channels have different names of 1 to 31 bytes and samples the size that follows. */
 std::vector<uint8_t> encode_exr(const FloatImage &image);
+
+/* Of OpenEXR's quality of DWA, whose own default is 45. */
+constexpr int max_dwa_level = 500;
+
+/* An RGB picture as a sample of video (clause 10.11 of the format): half floats, scan lines, rounded to the
+ * nearest. dwa_level 0: lossless, PIZ; else DWAA, the lossier the higher. Error when a value is not finite or
+ * beyond 65504. */
+std::vector<uint8_t> encode_half_exr(const LinearImage &image, int dwa_level = 0);
 
 } // namespace fvv::media
 

@@ -12,8 +12,8 @@
 
 namespace fvv::media {
 
-/* What flattened and unused pixels hold, in codes of 8 bits (times 257 of 16): mid-grey costs a codec next to
- * nothing. */
+/* What flattened and unused pixels hold, in codes of 8 bits (times 257 of 16, the light of that code when
+ * linear): mid-grey costs a codec next to nothing. */
 constexpr uint8_t flat_grey = 128;
 
 /* Pixels around every tile that repeat its edge, where no other tile is nearer or has its own: filters of a

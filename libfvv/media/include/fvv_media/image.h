@@ -1,9 +1,9 @@
 /* fvv_media/image.h: still pictures: reading, writing, scaling, comparing.
  *
- * It knows PNG, JPEG and OpenEXR files and samples of 8 or 16 bits in memory. It knows nothing of cameras,
- * tiles or video, and converts no colours but the linear light of OpenEXR: samples of the others are taken as
- * sRGB whatever a gAMA chunk or an ICC profile says, and Exif orientation is ignored, because calibration
- * refers to the rows and columns as they are stored. */
+ * It knows PNG, JPEG and OpenEXR files and samples of 8 or 16 bits, or of linear light, in memory. It knows
+ * nothing of cameras, tiles or video, and converts no colours but linear light and the sRGB curve: samples of
+ * the others are taken as sRGB whatever a gAMA chunk or an ICC profile says, and Exif orientation is ignored,
+ * because calibration refers to the rows and columns as they are stored. */
 #ifndef FVV_MEDIA_IMAGE_H
 #define FVV_MEDIA_IMAGE_H
 
@@ -21,7 +21,7 @@ constexpr uint32_t max_dimension = 16384;
 
 /* Rows from top to bottom, channels interleaved, no padding: pixels.size() is width * height * channels.
  * White is the largest number of SampleType, so that 8 bits become 16 by times 257. Templates over SampleType
- * exist for uint8_t and uint16_t; where an argument does not tell, they take uint8_t. */
+ * exist for uint8_t, uint16_t and, but for PNG, float; where an argument does not tell, they take uint8_t. */
 template <class SampleType> struct BasicImage {
   using Value = SampleType;
   uint32_t width = 0, height = 0;
@@ -31,6 +31,8 @@ template <class SampleType> struct BasicImage {
 using Image = BasicImage<uint8_t>;
 /* For pictures of more than 8 bits. */
 using DeepImage = BasicImage<uint16_t>;
+/* For light beyond white: linear, 1.0 for white, any finite value. Scaled, cropped and compared as such. */
+using LinearImage = BasicImage<float>;
 
 /* A picture of one value. Error when a side is 0 or above max_dimension or channels is not 1 or 3. */
 template <class SampleType = uint8_t>
@@ -55,7 +57,8 @@ ImageInfo probe_image(const std::string &path);
  * whatever libjpeg would only warn about (a cut file, above all) is an error.
  * OpenEXR: R G B or Y as decode_exr reads them (exr.h), linear light with the primaries of Rec.709 and 1.0
  * for white, clipped to 0 ... 1 and brought to the sRGB curve (srgb.h); A is dropped. Other chromaticities,
- * NaN and infinities are errors. */
+ * NaN and infinities are errors. A LinearImage has the values of an OpenEXR file as they are, and all others
+ * by the inverse of the curve, from their 16 bits. */
 template <class SampleType = uint8_t>
 BasicImage<SampleType> read_image(const std::string &path, int channels);
 
@@ -93,7 +96,9 @@ BasicImage<SampleType> crop(const BasicImage<SampleType> &image, uint32_t x, uin
 /* Sum of squared differences of BT.709 luma (of the samples as they are, to 1/256 of a code of 8 bits) over
  * the pixels whose mask is > 127, and their number. Sums of several pictures may be added before asking for
  * the PSNR. A code is 1/255 of white for every sample type: a DeepImage's luma is divided by 257, so that
- * figures of 8 and of more bits can be compared, and an Image widened to 16 bits has the same error. */
+ * figures of 8 and of more bits can be compared, and an Image widened to 16 bits has the same error. Linear
+ * light is rounded to half floats and brought to srgb_of_linear (srgb.h), which goes on beyond white; luma
+ * beyond 16 times white counts as that. */
 struct LumaError {
   uint64_t squares = 0; /* unit: 1/65536 of a code squared */
   uint64_t pixels = 0;

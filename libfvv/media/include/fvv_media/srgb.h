@@ -1,4 +1,4 @@
-/* fvv_media/srgb.h: linear light to sRGB codes. It knows the curve of IEC 61966-2-1 and nothing of files. */
+/* fvv_media/srgb.h: linear light and sRGB. It knows the curve of IEC 61966-2-1 and nothing of files. */
 #ifndef FVV_MEDIA_SRGB_H
 #define FVV_MEDIA_SRGB_H
 
@@ -14,6 +14,15 @@ namespace fvv::media {
  * The curve is inverted: its power 2.4 = 12 / 5 turns "curve(x) reaches v" into a comparison of x^5 with the
  * 12th power of a rational number, so products of doubles decide and no machine's pow() does. */
 std::vector<float> srgb_thresholds(uint32_t largest);
+
+/* The linear light of codes 0 ... largest, rounded once: sums and products alone, the same on every machine.
+ */
+std::vector<float> linear_of_codes(uint32_t largest);
+
+/* The curve and its inverse, 1 for white, continued above 1 by the formula and below 0 by odd symmetry: for
+ * pictures with light beyond white that are mixed with or measured like display values. */
+double srgb_of_linear(double linear);
+double linear_of_srgb(double display);
 
 } // namespace fvv::media
 

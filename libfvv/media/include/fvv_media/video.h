@@ -1,7 +1,8 @@
 /* fvv_media/video.h: video groups: encoding a whole group, decoding sample by sample, choosing the quality.
  *
- * It knows five codecs, JPEG per frame, H.264, HEVC, VP9 and AV1, and their samples and records as fvv
- * carries them. It knows nothing of tracks, chunks or time beyond the frame rate that encoders want to hear.
+ * It knows six codecs, JPEG and OpenEXR per frame, H.264, HEVC, VP9 and AV1, and their samples and records
+ * as fvv carries them. It knows nothing of tracks, chunks or time beyond the frame rate that encoders want to
+ * hear.
  */
 #ifndef FVV_MEDIA_VIDEO_H
 #define FVV_MEDIA_VIDEO_H
@@ -17,27 +18,30 @@
 namespace fvv::media {
 
 struct VideoCodec {
-  uint32_t code;        /* FVV_CODEC_... */
-  const char *option;   /* "h264", for command lines */
-  const char *name;     /* "H.264", for people */
-  const char *scale;    /* what its quality numbers are: "quality" by libjpeg, or "CRF" */
-  int finest, coarsest; /* their ends: best picture, fewest bytes */
-  int deepest;          /* most bits a sample, 8 or 10 */
+  uint32_t code;           /* FVV_CODEC_... */
+  const char *option;      /* "h264", for command lines */
+  const char *name;        /* "H.264", for people */
+  const char *scale;       /* what its quality numbers are: "quality" by libjpeg, "CRF" or "DWA level" */
+  int finest, coarsest;    /* their ends: best picture, fewest bytes; OpenEXR's 0 is lossless */
+  int shallowest, deepest; /* bits a sample: 8 and 8 or 10; 16, half floats, of OpenEXR */
+
+  /* Every sample a file of its own: any frames may be encoded apart. */
+  bool is_stills() const { return code == FVV_CODEC_JPEG || code == FVV_CODEC_OEXR; }
 };
 
 /* All codecs; JPEG first. */
 const std::vector<VideoCodec> &video_codecs();
 /* NULL when there is none with this code. */
 const VideoCodec *find_video_codec(uint32_t code);
-/* Error, with the reason, unless bit_depth is 8, or 10 for HEVC, VP9 or AV1. */
+/* Error, with the reason, unless bit_depth is the codec's shallowest or deepest. */
 void check_bit_depth(const VideoCodec &codec, int bit_depth);
 
 struct VideoSettings {
   uint32_t codec;          /* one of video_codecs() */
-  uint32_t width, height;  /* of every frame; even but for JPEG, at least 16 for HEVC */
+  uint32_t width, height;  /* of every frame; even but for stills, at least 16 for HEVC */
   int quality;             /* between finest and coarsest of the codec */
   fvv_rational frame_rate; /* as a time base: seconds per frame, 1/25 for 25 Hz */
-  int bit_depth = 8;       /* 8, or up to the codec's deepest: 10 */
+  int bit_depth = 8;       /* the codec's shallowest or deepest */
   /* Not 0: the bits a second that a group may take. Its quality is then searched, from quality on. */
   uint64_t bit_rate = 0;
 };
@@ -49,8 +53,8 @@ struct Sample {
 
 struct EncodedGroup {
   std::vector<Sample> samples; /* one per frame, in order; the first is a key */
-  std::vector<uint8_t> record; /* as fvv_video_config has it; empty for JPEG */
-  std::string codec_string;    /* RFC 6381, "avc1.640028"; empty for JPEG */
+  std::vector<uint8_t> record; /* as fvv_video_config has it; empty for stills */
+  std::string codec_string;    /* RFC 6381, "avc1.640028"; empty for stills */
   double quality = 0;     /* that it has; under a bit_rate parts of the scale's units where it has them */
   bool over_rate = false; /* the coarsest quality, which this is, takes more than bit_rate */
 };
@@ -64,13 +68,14 @@ Colour colour_of_codec(uint32_t codec);
 /* One closed group of RGB frames. A pure function: the same settings and frames give the same bytes, on one
  * thread, without looking at other groups; the same settings give the same record and codec_string.
  * JPEG: every sample a JFIF file, 4:2:0, every one a key.
+ * OpenEXR: every sample a file of encode_half_exr, every one a key.
  * All others: 4:2:0, one sample a frame in the order of display, the first the only key; no frame is hidden
  * in a sample. All keep the rules of fvv_video_sample_check.
  * H.264 (libx264, High profile) and HEVC (libx265, Main, or Main 10): slices behind 4-byte big-endian
  * lengths; parameter sets stand in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile
  * 0, or 2 for 10 bits): one frame a sample. AV1 (libaom, Main): no temporal delimiters; the sequence header
- * stands in the record and the key. Images are coded with 8 bits, DeepImages with 10: Error when
- * settings.bit_depth says otherwise.
+ * stands in the record and the key. Images are coded with 8 bits, DeepImages with 10,
+ * LinearImages as OpenEXR: Error when settings say otherwise.
  * With a bit_rate the group takes at most rate_budget: the finest quality that keeps it, or a few per cent
  * less; JPEG mixes two neighbouring qualities. Two to six encodings, the fewer the better settings.quality
  * was. */
@@ -95,7 +100,9 @@ public:
    * (most flipped bits that still parse, a VP9 frame that ends early, a sample left out) is the container's
    * to find: CRC and continuity.
    * SampleType uint8_t or uint16_t, whatever the depth of the video: 10 bits are rounded to 8 once, at the
-   * end, and 8 bits are computed with 16 (JPEG, whose decoder gives 8: times 257).
+   * end, and 8 bits are computed with 16 (JPEG, whose decoder gives 8: times 257). float: linear light, of
+   * OpenEXR as it is, of others from 16 bits. OpenEXR as uint8_t or uint16_t is clipped to 0 ... 1 and
+   * brought to the sRGB curve; a sample with a value that is not finite is damaged.
    */
   template <class SampleType = uint8_t> BasicImage<SampleType> decode(const uint8_t *bytes, size_t size);
 

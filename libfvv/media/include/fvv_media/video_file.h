@@ -52,7 +52,7 @@ public:
    * RGB by the matrix and range that the stream states. Unspecified: BT.709 from 720 lines on, else
    * BT.601, limited range unless the pixel format says otherwise; chroma of 4:2:0 as MPEG-2 has it (left).
    * Primaries and transfer are not converted. Samples deeper than SampleType are rounded, not
-   * dithered; uint8_t and uint16_t are there.
+   * dithered; uint8_t, uint16_t and float (linear light, from 16 bits) are there.
    *
    * In rising order each picture is decoded once; otherwise decoding begins at the key before. Error for a
    * picture that is damaged, or that follows a damaged one up to the next key: libavcodec would conceal that.
