@@ -12,13 +12,14 @@
 namespace fvv::demux {
 
 enum class Meshes { none, ply, obj, drc };
-enum class Pictures { none, png, jpg };
+// automatic: exr for video in OpenEXR, else png.
+enum class Pictures { none, png, jpg, exr, automatic };
 
 struct Options {
   Selection frames;  // numbers in the stream, from 0
   Selection cameras; // identifiers
   Meshes meshes = Meshes::ply;
-  Pictures pictures = Pictures::png;
+  Pictures pictures = Pictures::automatic;
   int quality = 95;     // of jpg
   uint32_t threads = 1; // groups at a time; the files are the same for any number
   bool force = false;

@@ -61,6 +61,14 @@ FileNumbers file_numbers(const fvv_configuration &configuration, int64_t count,
   return {};
 }
 
+namespace {
+
+std::string numbered(const View &view, const VideoViews &track, const Options &options) {
+  return view.folder + "/%04d." + extension_of(files_of(options.pictures, track.video->config));
+}
+
+} // namespace
+
 capture::Capture describe_scene(const fvv_configuration &configuration, const Options &options) {
   capture::Capture out;
   out.path = "capture.json";
@@ -75,10 +83,10 @@ capture::Capture describe_scene(const fvv_configuration &configuration, const Op
                                                          : "meshes/%04d.drc");
   std::vector<VideoViews> tracks;
   if (options.pictures != Pictures::none) tracks = views_of(configuration, options.cameras, nullptr);
-  const std::string numbered = options.pictures == Pictures::png ? "/%04d.png" : "/%04d.jpg";
   for (const VideoViews &track : tracks)
     for (const View &view : track.views)
-      if (view.tile.camera_id == no_camera && out.meshes) out.atlas = {pattern(view.folder + numbered), {}};
+      if (view.tile.camera_id == no_camera && out.meshes)
+        out.atlas = {pattern(numbered(view, track, options)), {}};
   for (size_t i = 0; i < configuration.camera_count; i++) {
     const fvv_camera &source = configuration.cameras[i];
     if (!options.cameras.has(source.id)) continue;
@@ -88,7 +96,7 @@ capture::Capture describe_scene(const fvv_configuration &configuration, const Op
       for (const View &view : track.views)
         if (view.tile.camera_id == source.id) {
           camera.calibration = camera_of_tile(source, view.whole);
-          camera.pictures = pattern(view.folder + numbered);
+          camera.pictures = pattern(numbered(view, track, options));
         }
     camera.calibration.flags = 0; // per_frame says it
     camera.set_name(std::string(source.name ? source.name : "", source.name_size));

@@ -1,6 +1,7 @@
 #include "fvvdemux/group.h"
 
 #include "capture/mesh_file.h"
+#include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/video.h"
 #include "fvvdemux/views.h"
@@ -11,6 +12,15 @@
 #include <variant>
 
 namespace fvv::demux {
+
+Pictures files_of(Pictures wanted, const fvv_video_config &config) {
+  if (wanted != Pictures::automatic) return wanted;
+  return config.codec == FVV_CODEC_OEXR ? Pictures::exr : Pictures::png;
+}
+
+const char *extension_of(Pictures pictures) {
+  return pictures == Pictures::png ? "png" : pictures == Pictures::exr ? "exr" : "jpg";
+}
 
 namespace {
 
@@ -48,14 +58,15 @@ std::string why_lost(fvv_status status, const fvv_diagnostic &diagnostic) {
   return diagnostic.status ? text_of(diagnostic) : fvv_status_text(status);
 }
 
-// Of 16 bits when the video has more than 8 and pictures are written as PNG.
-using Picture = std::variant<media::Image, media::DeepImage>;
+// Of 16 bits when the video has more than 8 and pictures are written as PNG; linear light for OpenEXR.
+using Picture = std::variant<media::Image, media::DeepImage, media::LinearImage>;
 
 // Decodes the samples of one track in order. After a lost sample there are no pictures until the next key.
 class TrackDecoder {
 public:
   TrackDecoder(const VideoViews &track, Pictures pictures)
-      : shown(track), deep(pictures == Pictures::png && track.video->config.bit_depth > 8) {}
+      : shown(track), files(files_of(pictures, track.video->config)),
+        deep(files == Pictures::png && track.video->config.bit_depth > 8) {}
 
   // The frame's picture into picture, nothing when the frame has none; answers why it is lost, or "". wanted
   // false: decodes only what later frames may need.
@@ -70,10 +81,13 @@ public:
     if (status < 0) return broken = why_lost(status, diagnostic);
     if (key) broken.clear();
     if (!broken.empty()) return broken;
-    if (!wanted && shown.video->config.codec == FVV_CODEC_JPEG) return "";
+    const media::VideoCodec *codec = media::find_video_codec(shown.video->config.codec);
+    if (!wanted && codec && codec->is_stills()) return "";
     try {
       if (!decoder) decoder.emplace(shown.video->config);
-      if (deep)
+      if (files == Pictures::exr)
+        picture = decoder->decode<float>(sample, size);
+      else if (deep)
         picture = decoder->decode<uint16_t>(sample, size);
       else
         picture = decoder->decode(sample, size);
@@ -86,6 +100,7 @@ public:
 
 private:
   VideoViews shown;
+  Pictures files; // not automatic
   bool deep;
   std::optional<media::Decoder> decoder;
   std::string broken; // why no picture can be decoded until the next key
@@ -169,11 +184,14 @@ private:
                         path("meshes", number, extension_of(options.meshes)));
   }
   std::vector<uint8_t> file_of(const media::Image &picture) const {
-    return options.pictures == Pictures::png
+    return options.pictures != Pictures::jpg
                ? media::encode_png(picture)
                : media::encode_jpeg(picture, options.quality, media::Subsampling::yuv420);
   }
   std::vector<uint8_t> file_of(const media::DeepImage &picture) const { return media::encode_png(picture); }
+  std::vector<uint8_t> file_of(const media::LinearImage &picture) const {
+    return media::encode_half_exr(picture);
+  }
 
   template <class Sample>
   media::BasicImage<Sample> picture_of(const View &view, const media::BasicImage<Sample> &frame) const {
@@ -185,8 +203,9 @@ private:
   void write(const VideoViews &track, const media::BasicImage<Sample> &picture, int64_t number) {
     for (const View &view : track.views) {
       const std::vector<uint8_t> bytes = file_of(picture_of(view, picture));
-      capture::write_file(path(view.folder, number, options.pictures == Pictures::png ? "png" : "jpg"),
-                          {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
+      capture::write_file(
+          path(view.folder, number, extension_of(files_of(options.pictures, track.video->config))),
+          {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
       written[view.tile.camera_id]++;
     }
   }

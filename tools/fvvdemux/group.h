@@ -29,6 +29,10 @@ struct GroupResult {
 // The path to write a file of a frame to: folder "meshes", frame's number in the stream, extension.
 using FilePath = std::function<std::string(const std::string &folder, int64_t number, const char *extension)>;
 
+// What the pictures of a video track become: not automatic. And the end of their names.
+Pictures files_of(Pictures wanted, const fvv_video_config &config);
+const char *extension_of(Pictures pictures);
+
 // plan: one whose stream is opened from the same file. cli::Failure or FileError when a file can't be
 // written.
 GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,

@@ -46,8 +46,10 @@ int main(int argc, char **argv) {
                                                        {"obj", demux::Meshes::obj},
                                                        {"drc", demux::Meshes::drc},
                                                        {"none", demux::Meshes::none}};
-  const std::map<std::string, demux::Pictures> pictures = {
-      {"png", demux::Pictures::png}, {"jpg", demux::Pictures::jpg}, {"none", demux::Pictures::none}};
+  const std::map<std::string, demux::Pictures> pictures = {{"png", demux::Pictures::png},
+                                                           {"jpg", demux::Pictures::jpg},
+                                                           {"exr", demux::Pictures::exr},
+                                                           {"none", demux::Pictures::none}};
   app.add_option("IN", input, "fvv file")->required();
   app.add_option("-o,--output", output, "folder to write")->required();
   app.add_option("--frames", frames, "numbers in the stream, from 0: 25 or 0-9,25; default: all");
@@ -55,7 +57,8 @@ int main(int argc, char **argv) {
   app.add_option("--meshes", options.meshes, "ply (default), obj, drc or none")
       ->transform(CLI::CheckedTransformer(meshes).description(""));
   app.add_option("--pictures", options.pictures,
-                 "png (default; of 16 bits where the video has more than 8), jpg or none")
+                 "png (of 16 bits where the video has more than 8), jpg, exr (half floats, linear light) or "
+                 "none. Default: exr for video in OpenEXR, else png")
       ->transform(CLI::CheckedTransformer(pictures).description(""));
   app.add_option("--quality", options.quality, "of jpg, 1 to 100; default 95")->check(CLI::Range(1, 100));
   app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")

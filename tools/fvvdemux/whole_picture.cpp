@@ -38,8 +38,8 @@ template <class Sample>
 media::BasicImage<Sample> whole_picture(const media::BasicImage<Sample> &frame, const fvv_tile *tile,
                                         const fvv_tile &whole) {
   const fvv_rect &to = whole.destination;
-  constexpr Sample grey = Sample(media::flat_grey * (sizeof(Sample) == 1 ? 1 : 257));
-  media::BasicImage<Sample> out = media::make_image<Sample>(to.width, to.height, frame.channels, grey);
+  media::BasicImage<Sample> out =
+      media::make_image<Sample>(to.width, to.height, frame.channels, media::flat_grey_of<Sample>);
   if (!tile) return out;
   const media::BasicImage<Sample> part = media::extract(frame, *tile);
   const std::vector<Tap> columns = taps_of(whole.source.width, to.width, tile->source.x, tile->source.width,
@@ -47,6 +47,7 @@ media::BasicImage<Sample> whole_picture(const media::BasicImage<Sample> &frame, 
                          rows = taps_of(whole.source.height, to.height, tile->source.y, tile->source.height,
                                         tile->destination.height);
   const size_t channels = size_t(frame.channels);
+  constexpr double rounding = std::is_floating_point_v<Sample> ? 0 : 0.5;
   for (size_t y = 0; y < to.height; y++)
     for (size_t x = 0; x < to.width; x++) {
       const Tap &row = rows[y], &column = columns[x];
@@ -60,7 +61,7 @@ media::BasicImage<Sample> whole_picture(const media::BasicImage<Sample> &frame, 
                      below = at(row.second, column.first) * (1 - column.share) +
                              at(row.second, column.second) * column.share;
         out.pixels[(y * to.width + x) * channels + c] =
-            Sample(above * (1 - row.share) + below * row.share + 0.5);
+            Sample(above * (1 - row.share) + below * row.share + rounding);
       }
     }
   return out;
@@ -68,5 +69,6 @@ media::BasicImage<Sample> whole_picture(const media::BasicImage<Sample> &frame, 
 
 template media::Image whole_picture(const media::Image &, const fvv_tile *, const fvv_tile &);
 template media::DeepImage whole_picture(const media::DeepImage &, const fvv_tile *, const fvv_tile &);
+template media::LinearImage whole_picture(const media::LinearImage &, const fvv_tile *, const fvv_tile &);
 
 } // namespace fvv::demux

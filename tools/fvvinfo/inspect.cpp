@@ -120,6 +120,8 @@ std::string codec_name(uint32_t codec) {
     return "VP9";
   case FVV_CODEC_AV01:
     return "AV1";
+  case FVV_CODEC_OEXR:
+    return "OpenEXR";
   default:
     return type_name(codec);
   }

@@ -7,8 +7,9 @@ namespace fvv::mux {
 
 Background background_of(const Options &options) {
   if (options.background != Background::automatic) return options.background;
-  const bool blocks = options.codec == FVV_CODEC_JPEG || options.codec == FVV_CODEC_AVC1;
-  return blocks ? Background::flat : Background::smooth;
+  const bool filtered =
+      options.codec == FVV_CODEC_HVC1 || options.codec == FVV_CODEC_VP09 || options.codec == FVV_CODEC_AV01;
+  return filtered ? Background::smooth : Background::flat;
 }
 
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame) {
@@ -68,6 +69,7 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
 
 template Picture<uint8_t> load_picture(const Plan &, const VideoTrack &, size_t, bool);
 template Picture<uint16_t> load_picture(const Plan &, const VideoTrack &, size_t, bool);
+template Picture<float> load_picture(const Plan &, const VideoTrack &, size_t, bool);
 
 namespace {
 
@@ -89,8 +91,9 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t 
 } // namespace
 
 media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
-  return plan.options.bit_depth > 8 ? encode_as<uint16_t>(plan, track, first, count)
-                                    : encode_as<uint8_t>(plan, track, first, count);
+  return media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
+    return encode_as<decltype(sample)>(plan, track, first, count);
+  });
 }
 
 } // namespace fvv::mux

@@ -12,8 +12,8 @@ constexpr uint32_t background_margin = 8;
 // What becomes of the rest: never automatic.
 Background background_of(const Options &options);
 
-// The video frame of frame i, for uint8_t or uint16_t samples; mask only when asked for and when a camera has
-// masks.
+// The video frame of frame i, for samples of media::with_sample_type; mask only when asked for and when a
+// camera has masks.
 template <class Sample> struct Picture {
   media::BasicImage<Sample> image;
   media::Image mask;
@@ -21,7 +21,7 @@ template <class Sample> struct Picture {
 template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask);
 
-// The picture of the capture's atlas, for uint8_t or uint16_t samples. frame: its number in file names.
+// The picture of the capture's atlas, for the same samples. frame: its number in file names.
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
 
 // Encodes frames first ... first + count - 1 of a track as one group.

@@ -51,9 +51,8 @@ constexpr const char *footer =
 
 // What is still text after the command line was split.
 struct Texts {
-  std::string codec = "h264", bit_depth = "8", quality = "42dB", bit_rate, tile, scale, atlas_scale,
-              background = "auto", crop = "auto", step, max_error, mesh_profile = "draco", normals = "auto",
-              frames;
+  std::string codec = "h264", bit_depth, quality, bit_rate, tile, scale, atlas_scale, background = "auto",
+              crop = "auto", step, max_error, mesh_profile = "draco", normals = "auto", frames;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -67,16 +66,18 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->check(CLI::Range(120, 2048))
       ->capture_default_str()
       ->needs(sheet);
-  app.add_option("--codec", texts.codec, "jpeg, h264, hevc, vp9 or av1")->capture_default_str();
-  app.add_option("--bit-depth", texts.bit_depth,
-                 "8, or 10 (hevc, vp9, av1): smooth shades without bands, from pictures of 16 bits above all")
+  app.add_option(
+         "--codec", texts.codec,
+         "jpeg, h264, hevc, vp9, av1, or exr: light beyond white stays as it is, from pictures in OpenEXR")
       ->capture_default_str();
-  auto *quality =
-      app.add_option(
-             "--quality", texts.quality,
-             "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
-             "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1)")
-          ->capture_default_str();
+  app.add_option("--bit-depth", texts.bit_depth,
+                 "8, or 10 (hevc, vp9, av1): smooth shades without bands, from pictures of 16 bits above "
+                 "all; exr has 16. Default: the least that the codec has");
+  auto *quality = app.add_option(
+      "--quality", texts.quality,
+      "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
+      "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1), OpenEXR lossless or a DWA "
+      "level 1 to 500. Default: 42dB, of exr lossless");
   app.add_option("--bitrate", texts.bit_rate,
                  "bits a second for all pictures (4M, 800k) in place of a quality: every group has its share "
                  "and gets the finest quality that keeps it; tracks share by their pixels")

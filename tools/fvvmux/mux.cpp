@@ -78,8 +78,8 @@ private:
   void list_video(size_t group) {
     if (group >= plan.group_count()) return;
     const size_t first = plan.first_of(group), count = plan.frames_of(group);
-    // Samples of JPEG do not know each other, but they share a bit rate.
-    const bool apart = plan.options.codec == FVV_CODEC_JPEG && !plan.options.bit_rate;
+    // Stills do not know each other, but they share a bit rate.
+    const bool apart = media::find_video_codec(plan.options.codec)->is_stills() && !plan.options.bit_rate;
     const size_t together = apart ? 1 : count;
     for (size_t track = 0; track < plan.tracks.size(); track++)
       for (size_t i = 0; i < count; i += together) add(Kind::video, group, track, first + i, together);

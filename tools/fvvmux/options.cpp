@@ -31,24 +31,29 @@ bool whole_number(const std::string &text, int64_t least, int64_t most, int64_t 
 uint32_t parse_codec(const std::string &text) {
   for (const media::VideoCodec &codec : media::video_codecs())
     if (text == codec.option) return codec.code;
-  refuse("--codec", "jpeg, h264, hevc, vp9 or av1", text);
+  refuse("--codec", "jpeg, h264, hevc, vp9, av1 or exr", text);
 }
 
 int parse_bit_depth(const std::string &text, uint32_t codec) {
-  if (text != "8" && text != "10") refuse("--bit-depth", "8 or 10", text);
-  const int bits = text == "8" ? 8 : 10;
+  const media::VideoCodec &known = *media::find_video_codec(codec);
+  if (text.empty()) return known.shallowest;
+  int64_t bits = 0;
+  if (!whole_number(text, 8, 16, bits)) refuse("--bit-depth", "8, 10 or 16", text);
   try {
-    media::check_bit_depth(*media::find_video_codec(codec), bits);
+    media::check_bit_depth(known, int(bits));
   } catch (const media::Error &error) {
     throw cli::Failure(std::string("--bit-depth: ") + error.what(), cli::usage);
   }
-  return bits;
+  return int(bits);
 }
 
 Quality parse_quality(const std::string &text, uint32_t codec) {
   const media::VideoCodec &known = *media::find_video_codec(codec);
   const auto [least, most] = std::minmax(known.finest, known.coarsest);
+  const bool exr = codec == FVV_CODEC_OEXR;
   Quality quality;
+  if (exr && (text.empty() || text == "lossless")) return {false, 0};
+  if (text.empty()) return quality;
   if (ends_with(text, "dB") || ends_with(text, "db")) {
     if (capture::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
         quality.value <= 100)
@@ -56,10 +61,11 @@ Quality parse_quality(const std::string &text, uint32_t codec) {
   } else if (int64_t number; whole_number(text, least, most, number)) {
     return {false, double(number)};
   }
-  const bool jpeg = codec == FVV_CODEC_JPEG;
   const std::string expected = std::string("a PSNR such as 42dB, or ") +
-                               (jpeg ? "libjpeg's quality" : "a CRF") + " from " + std::to_string(least) +
-                               " to " + std::to_string(most);
+                               (exr                       ? "lossless, or a DWA level"
+                                : codec == FVV_CODEC_JPEG ? "libjpeg's quality"
+                                                          : "a CRF") +
+                               " from " + std::to_string(least) + " to " + std::to_string(most);
   refuse("--quality", expected.c_str(), text);
 }
 

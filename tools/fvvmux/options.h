@@ -11,7 +11,7 @@
 
 namespace fvv::mux {
 
-// A luma PSNR to reach, or the codec's own number, as in media::VideoCodec.
+// A luma PSNR to reach, or the codec's own number, as in media::VideoCodec; 0 of OpenEXR is lossless.
 struct Quality {
   bool is_psnr = true;
   double value = 42; // dB; a whole number when !is_psnr
@@ -49,7 +49,7 @@ struct Options {
   std::string capture; // capture.json or its folder
   std::string output;  // "-": standard output
   uint32_t codec = FVV_CODEC_AVC1;
-  int bit_depth = 8; // or 10
+  int bit_depth = 8; // 10 or, of OpenEXR, 16
   Quality quality;
   uint64_t bit_rate = 0;        // of all video tracks, in place of quality; 0: none
   std::optional<TileSize> tile; // else scale holds
@@ -78,9 +78,10 @@ struct Options {
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
-uint32_t parse_codec(const std::string &text);                   // "jpeg", "h264", "hevc", "vp9", "av1"
-int parse_bit_depth(const std::string &text, uint32_t codec);    // "8"; "10" where the codec has it
-Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23"
+uint32_t parse_codec(const std::string &text); // "jpeg", "h264", "hevc", "vp9", "av1", "exr"
+int parse_bit_depth(const std::string &text,
+                    uint32_t codec); // "8"; "10", "16" where the codec has it; "": its least
+Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23", "lossless"; "": the default
 uint64_t parse_bit_rate(const std::string &text);                // "4M", "800k", "64000"
 Length parse_length(const std::string &text);                    // "1.5mm", "0.2cm", "0.002m", "0.002"
 double parse_max_error(const std::string &text);                 // "0.15"

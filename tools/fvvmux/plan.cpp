@@ -66,7 +66,7 @@ Tiling arrange_atlas(const Plan &plan) {
   const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.first);
   const auto side = [&](uint32_t size) {
     const uint16_t wanted = scaled(size, options.atlas_scale);
-    return options.codec == FVV_CODEC_JPEG ? wanted : uint16_t(std::max(2, wanted & ~1));
+    return media::find_video_codec(options.codec)->is_stills() ? wanted : uint16_t(std::max(2, wanted & ~1));
   };
   Tiling tiling;
   tiling.width = side(picture.width);
@@ -153,7 +153,8 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
 } // namespace
 
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
-  return plan.options.bit_depth > 8 ? choose_as<uint16_t>(plan, track) : choose_as<uint8_t>(plan, track);
+  return media::with_sample_type(plan.options.codec, plan.options.bit_depth,
+                                 [&](auto sample) { return choose_as<decltype(sample)>(plan, track); });
 }
 
 Plan make_plan(const Options &options) {

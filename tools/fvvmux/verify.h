@@ -29,7 +29,7 @@ struct Verdict {
 // plan.options.output was written by plan; origins: of each frame, unless there are no meshes. Throws
 // cli::Failure, naming file and frame, when a frame is missing or does not decode, when a mesh is not that of
 // the source (verify_mesh.h), when a picture is more than 10 dB worse than the sample by which the quality
-// was judged, when a camera projects elsewhere.
+// was judged, or not exact where it is lossless, when a camera projects elsewhere.
 Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins);
 
 } // namespace fvv::mux

@@ -86,6 +86,7 @@ template <class Sample> struct Constants {
 struct Videos::Shared {
   Constants<uint8_t> constants;
   Constants<uint16_t> deep_constants;
+  Constants<float> linear_constants;
   unsigned threads;
   std::mutex mutex; // of videos
   std::map<std::pair<std::string, std::optional<uint32_t>>, std::unique_ptr<Video>> videos;
@@ -104,8 +105,10 @@ struct Videos::Shared {
   template <class Sample> media::BasicImage<Sample> constant(const std::string &path, int channels) {
     if constexpr (std::is_same_v<Sample, uint8_t>)
       return constants.read(path, channels);
-    else
+    else if constexpr (std::is_same_v<Sample, uint16_t>)
       return deep_constants.read(path, channels);
+    else
+      return linear_constants.read(path, channels);
   }
   size_t most_of_each() {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -142,5 +145,7 @@ media::BasicImage<Sample> Videos::read(const capture::Capture &capture, const ca
 template media::Image Videos::read(const capture::Capture &, const capture::PictureSource &, int64_t, int);
 template media::DeepImage Videos::read(const capture::Capture &, const capture::PictureSource &, int64_t,
                                        int);
+template media::LinearImage Videos::read(const capture::Capture &, const capture::PictureSource &, int64_t,
+                                         int);
 
 } // namespace fvv::mux

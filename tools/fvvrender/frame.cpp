@@ -1,6 +1,7 @@
 #include "fvvrender/frame.h"
 
 #include "fvv_media/frame.h"
+#include "fvv_media/srgb.h"
 #include "fvv_media/video.h"
 #include "fvvdemux/plan.h"
 #include "fvvdemux/views.h"
@@ -36,6 +37,11 @@ struct FreeMesh : fvv_mesh {
   FreeMesh(const FreeMesh &) = delete;
   ~FreeMesh() { fvv_mesh_free(this); }
 };
+
+media::BasicImage<float> display_values(media::LinearImage image) {
+  for (float &value : image.pixels) value = float(media::srgb_of_linear(double(value)));
+  return image;
+}
 
 class Loader {
 public:
@@ -102,9 +108,14 @@ private:
 
   void load_track(const demux::VideoViews &track, Frame &out) {
     std::string why;
+    const bool wide = track.video->config.codec == FVV_CODEC_OEXR;
     media::DeepImage picture;
+    media::BasicImage<float> wide_picture;
     try {
-      picture = decode(*track.video, why);
+      if (wide)
+        wide_picture = display_values(decode<float>(*track.video, why));
+      else
+        picture = decode<uint16_t>(*track.video, why);
     } catch (const media::Error &error) {
       why = "track " + std::to_string(track.video->track) + ": " + error.what();
     }
@@ -114,10 +125,17 @@ private:
       std::optional<fvv_tile> tile;
       if (why.empty()) why = find_tile(*track.video, view, tile);
       if (why.empty() && !tile) continue; // no picture in this group
-      if (why.empty())
-        out.pictures.push_back({demux::camera_of_tile(*camera, *tile), media::extract(picture, *tile)});
-      else
+      if (why.empty()) {
+        Picture one = {};
+        one.camera = demux::camera_of_tile(*camera, *tile);
+        if (wide)
+          one.wide = media::extract(wide_picture, *tile);
+        else
+          one.image = media::extract(picture, *tile);
+        out.pictures.push_back(std::move(one));
+      } else {
         out.losses.push_back(where + ": no picture of camera " + std::to_string(camera->id) + ": " + why);
+      }
     }
   }
 
@@ -132,7 +150,7 @@ private:
     return status == FVV_OK;
   }
 
-  media::DeepImage decode(const fvv_video_layout &video, std::string &why) {
+  template <class Sample> media::BasicImage<Sample> decode(const fvv_video_layout &video, std::string &why) {
     const uint8_t *bytes = nullptr;
     size_t size = 0, first = place.frame + 1;
     int key = 0;
@@ -140,10 +158,10 @@ private:
     while (first > place.first && !key)
       if (!sample(--first, video.track, bytes, size, key, why)) return {};
     media::Decoder decoder(video.config);
-    media::DeepImage picture;
+    media::BasicImage<Sample> picture;
     for (size_t frame = first; frame <= place.frame; frame++) {
       if (!sample(frame, video.track, bytes, size, key, why)) return {};
-      picture = decoder.decode<uint16_t>(bytes, size);
+      picture = decoder.decode<Sample>(bytes, size);
     }
     return picture;
   }

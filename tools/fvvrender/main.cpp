@@ -39,7 +39,8 @@ int main(int argc, char **argv) {
   const std::map<std::string, render::Visibility> tests = {{"depth", render::Visibility::depth_map},
                                                            {"rays", render::Visibility::rays}};
   app.add_option("IN", options.input, "fvv file")->required();
-  app.add_option("-o,--output", options.output, "picture to write: .png, or .exr for linear light")
+  app.add_option("-o,--output", options.output,
+                 "picture to write: .png, or .exr for linear light, beyond white where the stream has it")
       ->required();
   app.add_option("--frame", options.frame, "number in the stream, from 0")
       ->check(CLI::Range(0, INT32_MAX))

@@ -3,7 +3,9 @@
 
 #include "cli/cli.h"
 #include "fvv_media/exr.h"
+#include "fvv_media/srgb.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -11,12 +13,6 @@
 namespace fvv::rendering {
 
 namespace {
-
-// IEC 61966-2-1.
-float linear(float display) {
-  const double v = double(display);
-  return float(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-}
 
 media::FloatImage float_image(const render::ViewPicture &picture, std::vector<std::string> channels) {
   media::FloatImage out;
@@ -47,12 +43,13 @@ bool is_exr(const std::string &option, const std::string &path, bool png) {
 std::vector<uint8_t> colour_file(const render::ViewPicture &picture, bool exr) {
   if (exr) {
     media::FloatImage image = float_image(picture, {"R", "G", "B"});
-    for (size_t i = 0; i < picture.rgb.size(); i++) image.samples[i] = linear(picture.rgb[i]);
+    for (size_t i = 0; i < picture.rgb.size(); i++)
+      image.samples[i] = float(media::linear_of_srgb(double(picture.rgb[i])));
     return media::encode_exr(image);
   }
   media::Image image = media::make_image(picture.width, picture.height, 3, 0);
   for (size_t i = 0; i < picture.rgb.size(); i++)
-    image.pixels[i] = uint8_t(std::floor(double(picture.rgb[i]) * 255 + 0.5));
+    image.pixels[i] = uint8_t(std::floor(std::clamp(double(picture.rgb[i]), 0.0, 1.0) * 255 + 0.5));
   return media::encode_png(image);
 }
 

@@ -43,7 +43,8 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
     if (!options.sources.has(id) || (options.excluded && options.excluded->has(id)) ||
         (options.leave_one_out && options.target.camera == id))
       continue;
-    out.push_back({picture.camera, picture.image.pixels.data(), nullptr});
+    const float *wide = picture.wide.pixels.empty() ? nullptr : picture.wide.pixels.data();
+    out.push_back({picture.camera, picture.image.pixels.data(), nullptr, wide});
   }
   if (out.empty()) throw cli::Failure(options.input + ": no camera is left to take texture from");
   return out;

@@ -8,23 +8,34 @@
 namespace fvv::media {
 namespace {
 
-/* Values carry a few bits behind the point, so that levels do not add up their rounding. */
-constexpr int32_t fraction = 64;
+/* Integers carry a few bits behind the point, so that levels do not add up their rounding. */
+template <class Sample> struct Arithmetic {
+  using Value = int32_t;
+  static Value of(Sample sample) { return Value(sample) * 64; }
+  static Value divided(Value value, int32_t by) { return (value + by / 2) / by; }
+  static Sample sample(Value value) { return Sample(divided(value, 64)); }
+};
+template <> struct Arithmetic<float> {
+  using Value = float;
+  static Value of(float sample) { return sample; }
+  static Value divided(Value value, int32_t by) { return value / float(by); }
+  static float sample(Value value) { return value; }
+};
 
-struct Level {
+template <class Sample> struct Level {
   size_t width, height;
-  std::vector<int32_t> values; /* channels interleaved */
+  std::vector<typename Arithmetic<Sample>::Value> values; /* channels interleaved */
   std::vector<uint8_t> known;
 };
 
-Level halved(const Level &fine, size_t channels) {
-  Level out = {(fine.width + 1) / 2, (fine.height + 1) / 2, {}, {}};
+template <class Sample> Level<Sample> halved(const Level<Sample> &fine, size_t channels) {
+  Level<Sample> out = {(fine.width + 1) / 2, (fine.height + 1) / 2, {}, {}};
   out.values.resize(out.width * out.height * channels);
   out.known.resize(out.width * out.height);
   for (size_t y = 0; y < out.height; y++)
     for (size_t x = 0; x < out.width; x++) {
       int32_t count = 0;
-      int32_t *to = &out.values[(y * out.width + x) * channels];
+      auto *to = &out.values[(y * out.width + x) * channels];
       for (size_t row = 2 * y; row < std::min(2 * y + 2, fine.height); row++)
         for (size_t column = 2 * x; column < std::min(2 * x + 2, fine.width); column++) {
           const size_t i = row * fine.width + column;
@@ -34,14 +45,14 @@ Level halved(const Level &fine, size_t channels) {
         }
       if (!count) continue;
       out.known[y * out.width + x] = 1;
-      for (size_t c = 0; c < channels; c++) to[c] = (to[c] + count / 2) / count;
+      for (size_t c = 0; c < channels; c++) to[c] = Arithmetic<Sample>::divided(to[c], count);
     }
   return out;
 }
 
 /* Pixel centres of the fine level lie a quarter from those of the coarse one: weights 3 and 1 on each axis.
  */
-void interpolate(Level &fine, const Level &coarse, size_t channels) {
+template <class Sample> void interpolate(Level<Sample> &fine, const Level<Sample> &coarse, size_t channels) {
   for (size_t y = 0; y < fine.height; y++) {
     const size_t near_y = y / 2,
                  far_y = y % 2 ? std::min(near_y + 1, coarse.height - 1) : near_y - (near_y > 0);
@@ -54,9 +65,9 @@ void interpolate(Level &fine, const Level &coarse, size_t channels) {
       };
       for (size_t c = 0; c < channels; c++)
         fine.values[(y * fine.width + x) * channels + c] =
-            (9 * at(near_y, near_x, c) + 3 * at(near_y, far_x, c) + 3 * at(far_y, near_x, c) +
-             at(far_y, far_x, c) + 8) /
-            16;
+            Arithmetic<Sample>::divided(9 * at(near_y, near_x, c) + 3 * at(near_y, far_x, c) +
+                                            3 * at(far_y, near_x, c) + at(far_y, far_x, c),
+                                        16);
     }
   }
 }
@@ -69,7 +80,7 @@ template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Imag
   if (keep.channels != 1 || keep.width != image.width || keep.height != image.height)
     throw Error("a mask must be grey and of the size of the picture");
   const size_t channels = size_t(image.channels);
-  std::vector<Level> levels = {{image.width, image.height, {}, {}}};
+  std::vector<Level<Sample>> levels = {{image.width, image.height, {}, {}}};
   levels[0].values.resize(image.pixels.size());
   levels[0].known.resize(keep.pixels.size());
   bool any = false;
@@ -78,11 +89,10 @@ template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Imag
     levels[0].known[i] = 1;
     any = true;
     for (size_t c = 0; c < channels; c++)
-      levels[0].values[i * channels + c] = int32_t(image.pixels[i * channels + c]) * fraction;
+      levels[0].values[i * channels + c] = Arithmetic<Sample>::of(image.pixels[i * channels + c]);
   }
   if (!any) {
-    constexpr Sample grey = Sample(flat_grey * (sizeof(Sample) == 1 ? 1 : 257));
-    std::fill(image.pixels.begin(), image.pixels.end(), grey);
+    std::fill(image.pixels.begin(), image.pixels.end(), flat_grey_of<Sample>);
     return;
   }
   while (levels.back().width > 1 || levels.back().height > 1)
@@ -91,11 +101,11 @@ template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Imag
   for (size_t i = 0; i < keep.pixels.size(); i++)
     if (!levels[0].known[i])
       for (size_t c = 0; c < channels; c++)
-        image.pixels[i * channels + c] =
-            Sample((levels[0].values[i * channels + c] + fraction / 2) / fraction);
+        image.pixels[i * channels + c] = Arithmetic<Sample>::sample(levels[0].values[i * channels + c]);
 }
 
 template void fill_smoothly(Image &, const Image &);
 template void fill_smoothly(DeepImage &, const Image &);
+template void fill_smoothly(LinearImage &, const Image &);
 
 } // namespace fvv::media

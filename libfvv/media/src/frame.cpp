@@ -26,9 +26,6 @@ void check_tiles(const std::vector<fvv_tile> &tiles, size_t images, uint32_t wid
   }
 }
 
-template <class Sample> constexpr Sample grey = Sample(flat_grey *(sizeof(Sample) == 1 ? 1 : 257));
-template <> constexpr float grey<float> = 0.21586050f; // of code 128
-
 /* Copies picture to (x, y). */
 template <class Sample>
 void place(BasicImage<Sample> &frame, const BasicImage<Sample> &picture, uint32_t x, uint32_t y) {
@@ -117,7 +114,7 @@ BasicImage<Sample> compose(const std::vector<fvv_tile> &tiles, const std::vector
                            uint32_t width, uint32_t height) {
   check_tiles(tiles, images.size(), width, height);
   if (images.empty()) throw Error("a video frame needs at least one tile");
-  BasicImage<Sample> frame = make_image<Sample>(width, height, images[0].channels, grey<Sample>);
+  BasicImage<Sample> frame = make_image<Sample>(width, height, images[0].channels, flat_grey_of<Sample>);
   for (size_t i = 0; i < tiles.size(); i++) {
     if (images[i].channels != frame.channels)
       throw Error("camera " + std::to_string(tiles[i].camera_id),
@@ -169,7 +166,7 @@ template <class Sample> void flatten(BasicImage<Sample> &image, const Image &mas
     throw Error("a mask must be grey and of the size of the picture");
   const size_t channels = size_t(image.channels);
   for (size_t i = 0; i < keep.pixels.size(); i++)
-    if (!keep.pixels[i]) std::fill_n(&image.pixels[i * channels], channels, grey<Sample>);
+    if (!keep.pixels[i]) std::fill_n(&image.pixels[i * channels], channels, flat_grey_of<Sample>);
 }
 
 template Image compose(const std::vector<fvv_tile> &, const std::vector<Image> &, uint32_t, uint32_t);

@@ -37,12 +37,13 @@ Vec3 TextureSource::colour(const double at[2]) const {
   const auto left = uint32_t(x), top = uint32_t(y);
   const uint32_t right = std::min(left + 1, width - 1), bottom = std::min(top + 1, height - 1);
   const auto texel = [&](uint32_t column, uint32_t row) {
-    const uint16_t *p = view.pixels + 3 * (size_t(row) * width + column);
-    return Vec3{double(p[0]), double(p[1]), double(p[2])};
+    const size_t at_pixel = 3 * (size_t(row) * width + column);
+    const auto vector = [](const auto *p) { return Vec3{double(p[0]), double(p[1]), double(p[2])}; };
+    return view.wide_pixels ? vector(view.wide_pixels + at_pixel) : vector(view.pixels + at_pixel);
   };
   const Vec3 upper = mix(texel(left, top), texel(right, top), x - left),
              lower = mix(texel(left, bottom), texel(right, bottom), x - left);
-  return mix(upper, lower, y - top) * (1.0 / 65535);
+  return mix(upper, lower, y - top) * (view.wide_pixels ? 1 : 1.0 / 65535);
 }
 
 } // namespace fvv::render

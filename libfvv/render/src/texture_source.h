@@ -19,7 +19,7 @@ public:
   Vec3 centre() const { return place; }
   // at: the position in the source's pixels.
   bool shows(const SurfacePoint &point, double at[2]) const;
-  // Bilinear, display values 0..1; beyond the centres of the outermost pixels theirs.
+  // Bilinear, display values, 1 for white; beyond the centres of the outermost pixels theirs.
   Vec3 colour(const double at[2]) const;
 
 private:

@@ -15,6 +15,9 @@ namespace fvv::media {
 /* What flattened and unused pixels hold, in codes of 8 bits (times 257 of 16, the light of that code when
  * linear): mid-grey costs a codec next to nothing. */
 constexpr uint8_t flat_grey = 128;
+template <class SampleType>
+constexpr SampleType flat_grey_of = SampleType(flat_grey *(sizeof(SampleType) == 1 ? 1 : 257));
+template <> constexpr float flat_grey_of<float> = 0.21586050f;
 
 /* Pixels around every tile that repeat its edge, where no other tile is nearer or has its own: filters of a
  * codec and the interpolation of colours reach no farther. */
@@ -46,7 +49,7 @@ Image widened(const Image &mask, uint32_t margin);
 /* Gives every pixel whose mask is <= 127 a value between those of the pixels around that are > 127, the
  * smoother the farther away: averages of known pixels in pictures of half, a quarter ... of the size,
  * interpolated on the way back (Gortler, Grzeszczuk, Szeliski, Cohen, "The Lumigraph", 1996, section 3.5.1,
- * with weights of 0 and 1). In integers: the same on every machine. Without a pixel > 127 everything becomes
+ * with weights of 0 and 1). The same on every machine. Without a pixel > 127 everything becomes
  * flat_grey. keep is grey and of the picture's size. */
 template <class SampleType> void fill_smoothly(BasicImage<SampleType> &image, const Image &keep);
 

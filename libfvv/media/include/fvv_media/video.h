@@ -36,6 +36,13 @@ const VideoCodec *find_video_codec(uint32_t code);
 /* Error, with the reason, unless bit_depth is the codec's shallowest or deepest. */
 void check_bit_depth(const VideoCodec &codec, int bit_depth);
 
+/* What work answers for a sample of the type that video is coded from: uint8_t, uint16_t (more than 8 bits)
+ * or float (OpenEXR). */
+template <class Work> auto with_sample_type(uint32_t codec, int bit_depth, const Work &work) {
+  if (codec == FVV_CODEC_OEXR) return work(float());
+  return bit_depth > 8 ? work(uint16_t()) : work(uint8_t());
+}
+
 struct VideoSettings {
   uint32_t codec;          /* one of video_codecs() */
   uint32_t width, height;  /* of every frame; even but for stills, at least 16 for HEVC */

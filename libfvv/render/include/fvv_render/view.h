@@ -13,7 +13,8 @@
 //     camera that was named first, and divided by their sum.
 //   - The colour is the sum of the cameras' colours with these weights.
 // Colours are interpolated and added as display values (sRGB), not as light: so did the paper, so do players
-// that sample textures of 8 bits, and video is scaled and coded in display values too.
+// that sample textures of 8 bits, and video is scaled and coded in display values too. Light beyond white has
+// display values too, beyond 1, by the curve continued (the format's clause 10.11).
 #pragma once
 
 #include "fvv_render/occlusion.h"
@@ -25,12 +26,14 @@ namespace fvv::render {
 
 // A camera as source of texture. camera: valid, of the pixels as they are: for a tile that is the camera with
 // its picture cut and scaled as the tile says. pixels: width x height of the camera, three values a pixel,
-// rows from the top, 65535 for white; borrowed.
+// rows from the top, 65535 for white; borrowed. wide_pixels, if not NULL: in their place the same with 1 for
+// white and any finite value.
 struct SourceView {
   fvv_camera camera;
   const uint16_t *pixels;
   // Visibility::given: one entry for each face, not 0 where the camera sees it. Borrowed.
   const uint8_t *visible_faces = nullptr;
+  const float *wide_pixels = nullptr;
 };
 
 enum class Visibility {
@@ -68,7 +71,7 @@ struct Contribution {
 // rgb and coverage are means over the samples of a pixel; all else is of the pixel's centre.
 struct ViewPicture {
   uint32_t width = 0, height = 0, best = 0;
-  std::vector<float> rgb;                  // display values 0..1, three a pixel
+  std::vector<float> rgb;                  // display values, three a pixel; 0..1, or wide as the sources are
   std::vector<float> coverage;             // share of samples with surface
   std::vector<float> depth;                // z_c in metres, linear; +inf: no surface
   std::vector<uint32_t> face;              // no_face: no surface
