@@ -2,7 +2,7 @@
 #include "fvvsynth/capture_writer.h"
 
 #include "cli/parallel.h"
-#include "fvv_media/image.h"
+#include "fvv_media/exr.h"
 #include "fvvsynth/atlas.h"
 #include "fvvsynth/remesh.h"
 #include "fvvsynth/truth.h"
@@ -140,7 +140,7 @@ Json description(const Scene &scene, const Recording &recording) {
         entry["per_frame"].push_back(state);
       }
     if (name == overhead) entry["texture"] = false;
-    entry["pictures"] = name + "/%04d.png";
+    entry["pictures"] = name + (recording.linear ? "/%04d.exr" : "/%04d.png");
     entry["masks"] = name + "/mask_%04d.png";
     cameras.push_back(entry);
     number++;
@@ -166,6 +166,15 @@ void write_png(const std::string &path, const render::Picture &picture, int chan
   image.channels = channels;
   image.pixels = pixels;
   write_bytes(path, media::encode_png(image, media::PngEffort::fast));
+}
+
+void write_exr(const std::string &path, const render::LitPicture &lit) {
+  media::LinearImage image;
+  image.width = lit.width;
+  image.height = lit.height;
+  image.channels = 3;
+  image.pixels = lit.light;
+  write_bytes(path, media::encode_half_exr(image));
 }
 
 } // namespace
@@ -215,9 +224,16 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
     for (size_t i = 0; i < scene.cameras().size(); i++) {
       const fvv_camera camera = scene.camera(i, moment.seconds);
       cameras.push_back(camera);
-      const render::Picture picture = filming.shoot(i, buffer);
       const std::string name = std::string(camera.name, camera.name_size) + "/";
-      write_png(folder.file(numbered(name.c_str(), number, ".png")), picture, 3, picture.rgb);
+      render::Picture picture;
+      if (recording.linear) {
+        render::LitPicture lit = filming.shoot_linear(i, buffer);
+        write_exr(folder.file(numbered(name.c_str(), number, ".exr")), lit);
+        picture = {lit.width, lit.height, {}, std::move(lit.mask), std::move(lit.depth)};
+      } else {
+        picture = filming.shoot(i, buffer);
+        write_png(folder.file(numbered(name.c_str(), number, ".png")), picture, 3, picture.rgb);
+      }
       write_png(folder.file(numbered((name + "mask_").c_str(), number, ".png")), picture, 1, picture.mask);
       if (recording.depth)
         write_bytes(folder.file(numbered((name + "depth_").c_str(), number, ".exr")), depth_exr(picture));

@@ -27,6 +27,7 @@ struct Recording {
   uint32_t atlas = 0;
   bool depth = false;      // of every picture, beside it
   bool visibility = false; // of every written mesh: what each camera sees of it
+  bool linear = false;     // pictures in OpenEXR: linear light, not clipped; without labels
   uint32_t threads = 1;    // the bytes written do not depend on it
 };
 

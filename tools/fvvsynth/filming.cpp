@@ -19,7 +19,7 @@ Filming::Filming(const Scene &filmed, const Realism &realism, FrameRate rate, si
     moments.push_back(scene.at(frame_time(rate, frame) + open * (i - count / 2) / count));
 }
 
-render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) const {
+render::LitPicture Filming::gather(size_t camera, render::SampleBuffer &buffer) const {
   render::LitPicture lit;
   if (moments.size() == 1) {
     lit = scene.light(camera, moment(), buffer);
@@ -34,18 +34,35 @@ render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) cons
     }
     lit.light = std::move(sum);
   }
-  const uint64_t seed = scene.settings().seed;
-  const uint16_t id = scene.cameras()[camera].id;
+  return lit;
+}
+
+uint64_t Filming::noise_key(size_t camera) const {
+  // A generator of its own for each picture, far from those of its neighbours.
+  const uint64_t id = scene.cameras()[camera].id;
+  return Random(scene.settings().seed ^ id << 40 ^ uint64_t(number) << 8 ^ 0x5e).next();
+}
+
+render::Rgb Filming::gains(size_t camera) const {
+  return exposure_gains(scene.settings().seed, scene.cameras()[camera].id, wanted.exposure);
+}
+
+render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) const {
+  render::LitPicture lit = gather(camera, buffer);
   render::Picture picture;
   picture.width = lit.width;
   picture.height = lit.height;
-  // A generator of its own for each picture, far from those of its neighbours.
-  Random key(seed ^ uint64_t(id) << 40 ^ uint64_t(number) << 8 ^ 0x5e);
-  picture.rgb = develop(lit.light, exposure_gains(seed, id, wanted.exposure), wanted.noise, key.next());
+  picture.rgb = develop(lit.light, gains(camera), wanted.noise, noise_key(camera));
   picture.mask = std::move(lit.mask);
   picture.depth = std::move(lit.depth);
-  if (wanted.labels) draw_label(picture, id, number);
+  if (wanted.labels) draw_label(picture, scene.cameras()[camera].id, number);
   return picture;
+}
+
+render::LitPicture Filming::shoot_linear(size_t camera, render::SampleBuffer &buffer) const {
+  render::LitPicture lit = gather(camera, buffer);
+  lit.light = develop_linear(lit.light, gains(camera), wanted.noise, noise_key(camera));
+  return lit;
 }
 
 } // namespace fvv::synth

@@ -31,8 +31,14 @@ public:
   const Moment &moment() const { return moments[moments.size() / 2]; }
   // buffer: working memory for samples.
   render::Picture shoot(size_t camera, render::SampleBuffer &buffer) const;
+  // The same as linear light, without a label.
+  render::LitPicture shoot_linear(size_t camera, render::SampleBuffer &buffer) const;
 
 private:
+  render::LitPicture gather(size_t camera, render::SampleBuffer &buffer) const;
+  uint64_t noise_key(size_t camera) const;
+  render::Rgb gains(size_t camera) const;
+
   const Scene &scene;
   Realism wanted;
   size_t number;

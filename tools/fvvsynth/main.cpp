@@ -23,7 +23,7 @@ const std::map<std::string, fvv::synth::RigKind> rigs = {{"small", fvv::synth::R
 
 int main(int argc, char **argv) {
   CLI::App app("Writes a made-up capture of two basketball players: meshes, calibrated pictures and masks.");
-  std::string output, size, rig = "studio", rate = "25", meshes = "tracked";
+  std::string output, size, rig = "studio", rate = "25", meshes = "tracked", pictures = "png";
   fvv::synth::Settings settings;
   fvv::synth::Recording recording;
   bool force = false, realistic = false, atlas = false;
@@ -52,6 +52,11 @@ int main(int argc, char **argv) {
       ->check(CLI::IsMember(mesh_kinds))
       ->capture_default_str()
       ->type_name("tracked|remeshed|hull");
+  app.add_option("--pictures", pictures,
+                 "8 bits, or linear light as half floats in OpenEXR, with highlights beyond white")
+      ->check(CLI::IsMember({"png", "exr"}))
+      ->capture_default_str()
+      ->type_name("png|exr");
   app.add_flag("--atlas", atlas,
                "Give tracked meshes texture coordinates, and write atlas.png, their colours without light");
   const auto *atlas_side = app.add_option("--atlas-size", atlas_size, "Width and height of atlas.png")
@@ -110,6 +115,9 @@ int main(int argc, char **argv) {
     if (!atlas && atlas_side->count() > 0)
       throw fvv::cli::Failure("--atlas-size: expected with --atlas only", fvv::cli::usage);
     if (atlas) recording.atlas = atlas_size;
+    recording.linear = pictures == "exr";
+    if (recording.linear && film.labels)
+      throw fvv::cli::Failure("--frame-numbers: expected with --pictures png only", fvv::cli::usage);
     if (settings.rig == fvv::synth::RigKind::studio && cameras->count() > 0)
       throw fvv::cli::Failure("--cameras: expected with --rig small only, the studio has 13",
                               fvv::cli::usage);

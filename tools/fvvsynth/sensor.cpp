@@ -19,13 +19,16 @@ double noise_variance(double level, double strength) {
   return strength * strength * (std::max(0.0, level) / white_electrons + read * read);
 }
 
-std::vector<uint8_t> develop(const render::LightField &light, render::Rgb gains, double strength,
-                             uint64_t key) {
+namespace {
+
+// put(i, level): of each value of light, in order.
+template <class Put>
+void expose(const render::LightField &light, render::Rgb gains, double strength, uint64_t key,
+            const Put &put) {
   const double gain[3] = {gains.x, gains.y, gains.z};
-  std::vector<uint8_t> out(light.size());
   if (strength == 0) {
-    for (size_t i = 0; i < light.size(); i++) out[i] = render::to_display(double(light[i]) * gain[i % 3]);
-    return out;
+    for (size_t i = 0; i < light.size(); i++) put(i, double(light[i]) * gain[i % 3]);
+    return;
   }
   Random random(key);
   // Four numbers of 16 bits have the mean 2 * 65535 and the variance (65536^2 - 1) / 3.
@@ -35,8 +38,23 @@ std::vector<uint8_t> develop(const render::LightField &light, render::Rgb gains,
     const uint64_t bits = random.next();
     const uint64_t sum = (bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) + (bits >> 48);
     const double normal = (double(sum) - mean) * (1 / deviation);
-    out[i] = render::to_display(level + std::sqrt(noise_variance(level, strength)) * normal);
+    put(i, level + std::sqrt(noise_variance(level, strength)) * normal);
   }
+}
+
+} // namespace
+
+std::vector<uint8_t> develop(const render::LightField &light, render::Rgb gains, double strength,
+                             uint64_t key) {
+  std::vector<uint8_t> out(light.size());
+  expose(light, gains, strength, key, [&](size_t i, double level) { out[i] = render::to_display(level); });
+  return out;
+}
+
+render::LightField develop_linear(const render::LightField &light, render::Rgb gains, double strength,
+                                  uint64_t key) {
+  render::LightField out(light.size());
+  expose(light, gains, strength, key, [&](size_t i, double level) { out[i] = float(level); });
   return out;
 }
 

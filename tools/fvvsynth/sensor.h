@@ -23,4 +23,8 @@ double noise_variance(double level, double strength);
 std::vector<uint8_t> develop(const render::LightField &light, render::Rgb gains, double strength,
                              uint64_t key);
 
+// The same as linear light, neither clipped nor rounded to 8 bits.
+render::LightField develop_linear(const render::LightField &light, render::Rgb gains, double strength,
+                                  uint64_t key);
+
 } // namespace fvv::synth
