@@ -170,15 +170,16 @@ EncodedGroup encode_group(const VideoSettings &settings, const std::vector<Basic
   std::string statistics; // of a first pass, which does not depend on the quality
   const auto encode_at = [&](double quality) {
     EncodedGroup group;
+    const VideoEncoder *encoder = find_encoder(settings.codec);
+    if constexpr (!std::is_same_v<SampleType, float>)
+      if (encoder) {
+        if (encoder->two_passes && statistics.empty())
+          statistics = GroupEncoder(*encoder, settings, quality, AV_CODEC_FLAG_PASS1).look(frames);
+        const int pass = encoder->two_passes ? AV_CODEC_FLAG_PASS2 : 0;
+        group = GroupEncoder(*encoder, settings, quality, pass, statistics).encode(frames);
+      }
     if constexpr (!std::is_same_v<SampleType, uint16_t>)
-      if (find_video_codec(settings.codec)->is_stills()) group = encode_stills(int(quality), frames);
-    if constexpr (!std::is_same_v<SampleType, float>) {
-      const VideoEncoder *encoder = find_encoder(settings.codec);
-      if (encoder->two_passes && statistics.empty())
-        statistics = GroupEncoder(*encoder, settings, quality, AV_CODEC_FLAG_PASS1).look(frames);
-      const int pass = encoder->two_passes ? AV_CODEC_FLAG_PASS2 : 0;
-      group = GroupEncoder(*encoder, settings, quality, pass, statistics).encode(frames);
-    }
+      if (!encoder) group = encode_stills(int(quality), frames);
     group.quality = quality;
     return group;
   };

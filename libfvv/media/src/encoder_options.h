@@ -20,7 +20,7 @@ struct VideoEncoder {
   bool two_passes;
 };
 
-/* NULL for JPEG, which libavcodec does not encode here, and for codecs that are not known; no other. */
+/* NULL for stills and for codecs that are not known; no other. */
 const VideoEncoder *find_encoder(uint32_t codec);
 
 /* An encoder for one group, opened: of crf, in place of settings.quality. pass: 0, or AV_CODEC_FLAG_PASS1 or
