@@ -1,6 +1,6 @@
-"""A slow, plain decoder of visibility, written from clauses 2.4, 9.2 and 17 of spec/fvv.md alone.
+"""A slow, plain decoder of visibility, written from clauses 2.4, 9.2, 9.4, 9.5 and 17 of spec/fvv.md alone.
 
-Knows meshes in the raw profile and delta frames behind them (delta.py). Uses nothing of libfvv, so that prose and
+Knows meshes in the raw profile, delta frames behind them (delta.py) and cameras that move (calibration.py). Uses nothing of libfvv, so that prose and
 library are held against each other.
 
     python3 spec/visibility.py STREAM.fvv     # for each VISI chunk the CRC-32C of what it says, a byte for each
@@ -12,6 +12,7 @@ import struct
 import sys
 from collections import defaultdict
 
+import calibration
 import delta
 
 AXES = range(3)
@@ -27,10 +28,9 @@ def chunks(stream):
         at += 32 + (size + 7) // 8 * 8
 
 
-def centre(camera, origin, step):
-    """Of a CAMR payload, in steps of the lattice."""
-    rotation = struct.unpack_from("<9d", camera, 128)
-    t = struct.unpack_from("<3d", camera, 200)
+def centre(rotation, t, lattice):
+    """Where a camera is, in steps of the lattice."""
+    origin, step = lattice[:3], lattice[3]
     metres = [-((rotation[a] * t[0] + rotation[3 + a] * t[1]) + rotation[6 + a] * t[2]) for a in AXES]
     # Python rounds ties to even.
     return [round((c - o) / step) for c, o in zip(metres, origin)]
@@ -149,12 +149,24 @@ def decode_chunk(payload, positions, faces, cameras, before):
 
 def decode(stream):
     """Track, and states by camera, of each VISI chunk of a stream with one configuration block and one group."""
-    cameras, before, sequence = {}, {}, None
+    cameras, moving, before, sequence = {}, {}, {}, None
     for kind, track, _, payload in chunks(stream):
         if kind == b"SCEN":
             lattice = struct.unpack_from("<4d", payload, 16)
         elif kind == b"CAMR":
-            cameras[struct.unpack_from("<H", payload)[0]] = centre(payload, lattice[:3], lattice[3])
+            identifier, lens, flags = struct.unpack_from("<HBB", payload)
+            if flags & calibration.MOVES:
+                moving[identifier] = lens
+            else:
+                rotation, t = struct.unpack_from("<9d", payload, 128), struct.unpack_from("<3d", payload, 200)
+                cameras[identifier] = centre(rotation, t, lattice)
+        elif kind == b"GRUP":
+            followed = calibration.Track(moving)
+        elif kind == b"CALB":
+            for identifier in moving:
+                cameras.pop(identifier, None)
+            for identifier, c in followed.add(payload, payload[:2] == b"\0\0").items():
+                cameras[identifier] = centre(c["rotation"], c["translation"], lattice)
         elif kind == b"MESH" and payload[0] == 2:
             sequence.add(payload)
         elif kind == b"MESH":

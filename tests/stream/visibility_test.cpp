@@ -1,6 +1,6 @@
 // Visibility in a stream: with the mesh of its time, in any order of frames, and nothing wrong behind damage.
 #include "checked.h"
-#include "mesh_of.h"
+#include "visibility_fixture.h"
 
 #include <algorithm>
 #include <fstream>
@@ -8,7 +8,6 @@
 
 namespace {
 
-constexpr int32_t side = 14;
 constexpr int frames = 5; // of a group
 constexpr uint16_t mesh_track = 1, face_track = 2, vertex_track = 3;
 const std::vector<uint16_t> camera_ids = {2, 7, 300};
@@ -30,42 +29,6 @@ fvv_camera camera_of(uint16_t id) {
   camera.translation[1] = id == 300 ? 0.7 : -0.1;
   camera.translation[2] = id == 2 ? 0.4 : -0.6003;
   return camera;
-}
-
-// A wavy sheet that is folded over itself, a fan about one vertex, and three faces on one edge.
-struct Sheet {
-  std::vector<int32_t> positions;
-  std::vector<uint32_t> faces;
-  explicit Sheet(int group, int t) {
-    for (int32_t v = 0; v < side * side; v++) {
-      const int32_t x = v % side, y = v / side;
-      positions.insert(positions.end(),
-                       {20 * x + 3 * t, 25 * y - 100, group + (x * x * 3 + 17 * y * (x + t)) % 60});
-    }
-    for (uint32_t y = 0; y + 1 < side; y++)
-      for (uint32_t x = 0; x + 1 < side; x++) {
-        const uint32_t a = y * side + x;
-        for (const uint32_t i : {a, a + 1, a + side, a + 1, a + side + 1, a + side}) faces.push_back(i);
-      }
-    const uint32_t hub = uint32_t(positions.size() / 3);
-    positions.insert(positions.end(), {-200, 0, 30});
-    for (int32_t i = 0; i < 9; i++) positions.insert(positions.end(), {-300 + 31 * i, 40 * i % 170, 4 * i});
-    for (uint32_t i = 0; i < 8; i++) faces.insert(faces.end(), {hub, hub + i + 1, hub + i + 2});
-    faces.insert(faces.end(), {0, side, hub, side, 0, hub + 1});
-  }
-  fvv_mesh mesh() { return mesh_of(positions, faces); }
-};
-
-// Beside a line, which moves with t; one element in eight is otherwise.
-bool is_seen(const fvv_mesh &mesh, uint8_t domain, size_t element, size_t camera, int t) {
-  const uint32_t vertex = domain == FVV_VISIBILITY_FACES ? mesh.faces[3 * element] : uint32_t(element);
-  const int32_t *p = mesh.positions + 3 * size_t(vertex);
-  const bool beside = p[0] + p[1] * int32_t(camera) > 90 + 5 * t;
-  return beside != ((element * 2654435761u >> 7) % 8 == camera);
-}
-
-Bytes bytes_of(const fvv_bytes &bytes) {
-  return {bytes.data, bytes.data + bytes.size};
 }
 
 // The states of all cameras for a mesh, from the definition.

@@ -2,16 +2,26 @@
 
 import math
 
+import pytest
 import visibility
 from conftest import ROOT
 
 VECTORS = ROOT / "conformance" / "visibility"
 
 
-def test_plain_decoder_gives_the_listed_states():
-    wanted = (VECTORS / "sheet.crc").read_text().split()
-    assert list(visibility.state_crcs((VECTORS / "sheet.fvv").read_bytes())) == wanted
-    assert len(set(wanted)) == 10
+@pytest.mark.parametrize("name, count", [("sheet", 10), ("moving", 5)])
+def test_plain_decoder_gives_the_listed_states(name, count):
+    wanted = (VECTORS / f"{name}.crc").read_text().split()
+    assert list(visibility.state_crcs((VECTORS / f"{name}.fvv").read_bytes())) == wanted
+    assert len(set(wanted)) == count
+
+
+def test_cameras_that_are_lost_have_no_bits():
+    decoded = [states for _, states in visibility.decode((VECTORS / "moving.fvv").read_bytes())]
+    assert [sorted(states) for states in decoded] == [[2, 7, 9], [2, 7, 9], [2, 7], [2, 7, 9], [2, 7, 9]]
+    # What faces a camera that moves changes by more than the sheet's own waves.
+    turned = [sum(bool(a) != bool(b) for a, b in zip(decoded[0][c], decoded[4][c])) for c in (2, 7, 9)]
+    assert min(turned[1:]) > 2 * turned[0]
 
 
 def test_vector_uses_what_clause_17_has():
@@ -41,7 +51,8 @@ def test_plain_facing_is_the_cosine():
         assert passes == sorted(passes, reverse=True)
 
 
-def test_fvvinfo_finds_every_frame_whole(fvvinfo):
-    done = fvvinfo("--check", VECTORS / "sheet.fvv")
+@pytest.mark.parametrize("name", ["sheet", "moving"])
+def test_fvvinfo_finds_every_frame_whole(fvvinfo, name):
+    done = fvvinfo("--check", VECTORS / f"{name}.fvv")
     assert (done.returncode, done.stderr) == (0, b"")
     assert b"visibility" in done.stdout.lower()

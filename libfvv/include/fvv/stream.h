@@ -103,7 +103,8 @@ typedef struct fvv_visibility {
   uint8_t *states;   /* FVV_ELEMENT_...: a row of header.element_count for each camera */
 } fvv_visibility;
 
-/* The visibility of a frame on one track, decoded with the mesh that it belongs to. FVV_END: none. Belongs to
+/* The visibility of a frame on one track, decoded with the mesh that it belongs to and, of cameras that move,
+ * the calibration of the frame (one without it has no bits, FVV-6003). FVV_END: none. Belongs to
  * the stream, valid until the next call on it. Frames in order cost one step each; others those since the key
  * chunk. fvv_visibility_peek and fvv_visibility_decode decode single cameras. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t track,

@@ -28,7 +28,7 @@ enum {
 /* ---- the facing test, clause 17.2 ------------------------------------------------------------------- */
 
 /* The camera's centre as the lattice point nearest to it, ties to even. FVV_ERROR_INPUT when it lies outside
- * the lattice. camera is valid. */
+ * the lattice. camera is valid; one that moves is as it is at the time of the mesh. */
 FVV_API FVV_MUST_USE fvv_status fvv_visibility_centre(const fvv_camera *camera, const fvv_scene *scene,
                                                       int32_t centre[3], fvv_diagnostic *diagnostic);
 

@@ -7,6 +7,14 @@ void fvv_checked_calibration_reset(fvv_checked_calibration *calibration) {
   calibration->cameras = NULL;
 }
 
+const fvv_calibration *fvv_checked_calibration_at(const fvv_checked_calibration *calibration, uint64_t group,
+                                                  int64_t time) {
+  return calibration->cameras && !calibration->lost && calibration->group == group &&
+                 calibration->time == time
+             ? calibration->cameras
+             : NULL;
+}
+
 fvv_status fvv_check_calibration(fvv_checked_calibration *calibration, const fvv_event *event, uint64_t block,
                                  uint64_t group, const fvv_configuration *configuration,
                                  const fvv_allocator *allocator, int *whole, fvv_diagnostic *diagnostic) {
@@ -23,6 +31,7 @@ fvv_status fvv_check_calibration(fvv_checked_calibration *calibration, const fvv
     calibration->group = group;
     calibration->lost = 0;
   }
+  calibration->time = event->chunk.time;
   const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
   /* Behind a wrong chunk its successors are wrong in vain; behind damage it is not known what is missing. */
   if (!key && calibration->lost) {

@@ -8,11 +8,17 @@
 /* Zero-initialise; reset in the end. */
 typedef struct fvv_checked_calibration {
   uint64_t block, group;    /* that are being read, both counted from 1 */
+  int64_t time;             /* of the last chunk */
   int lost;                 /* a chunk of the group was wrong: those up to the next key cannot be judged */
   fvv_calibration *cameras; /* of the block */
 } fvv_checked_calibration;
 
 void fvv_checked_calibration_reset(fvv_checked_calibration *calibration);
+
+/* Where cameras are at a time, by the chunk of the group that came last; NULL: it was of another time, or is
+ * not known. */
+const fvv_calibration *fvv_checked_calibration_at(const fvv_checked_calibration *calibration, uint64_t group,
+                                                  int64_t time);
 
 /* Judges an intact CALB chunk. *whole becomes 0 when one before it is missing, which is no problem of its
  * own. Offsets of diagnostics are relative to the payload. */

@@ -3,6 +3,7 @@
 #ifndef FVV_STREAM_CHECK_VISIBILITY_H
 #define FVV_STREAM_CHECK_VISIBILITY_H
 
+#include "stream/check_calibration.h"
 #include "stream/check_mesh.h"
 #include "stream/visibility_frames.h"
 
@@ -14,10 +15,12 @@ typedef struct fvv_checked_visibility {
 } fvv_checked_visibility;
 
 /* Judges an intact VISI chunk; with decode, its content too. mesh: what is known of the track that it means
- * in this group, NULL: nothing. *whole becomes 0 when something before this chunk is missing, which is no
- * problem of its own. Offsets of diagnostics are relative to the payload. */
+ * in this group, NULL: nothing. calibration: of the track of cameras that move, NULL: there was none. *whole
+ * becomes 0 when something before this chunk is missing, which is no problem of its own. Offsets of
+ * diagnostics are relative to the payload. */
 FVV_MUST_USE fvv_status fvv_check_visibility(fvv_checked_visibility *visibility, const fvv_event *event,
                                              uint64_t group, int decode, const fvv_checked_mesh *mesh,
+                                             const fvv_checked_calibration *calibration,
                                              const fvv_configuration *configuration, const fvv_limits *limits,
                                              const fvv_allocator *allocator, int *whole,
                                              fvv_diagnostic *diagnostic);

@@ -183,23 +183,27 @@ static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
     widen(header->normal_bits, !t->with_normals++, &t->min_normal_bits, &t->max_normal_bits);
 }
 
-/* Where the mesh that is meant was seen in this group, it is judged with it. */
+/* Where the mesh that is meant was seen in this group, it is judged with it, and with the calibration. */
 static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, checked_track *track,
                                    fvv_diagnostic *diagnostic) {
   fvv_visibility_header header;
   const checked_track *tracks = (const checked_track *)c->tracks.data;
   const fvv_checked_mesh *mesh = NULL;
+  const fvv_checked_calibration *calibration = NULL;
   const fvv_status status = fvv_visibility_peek(event->payload, (size_t)event->chunk.size, &c->limits,
                                                 &header, NULL, 0, diagnostic);
   if (status != FVV_OK) {
     track->visibility.lost = 1;
     return status;
   }
-  for (size_t i = 0; i < fvv_checker_track_count(c); i++)
+  for (size_t i = 0; i < fvv_checker_track_count(c); i++) {
     if (tracks[i].summary.track == header.mesh_track && tracks[i].mesh.group == c->summary.groups)
       mesh = &tracks[i].mesh;
+    if (tracks[i].summary.kind == FVV_TRACK_CALIBRATION) calibration = &tracks[i].calibration;
+  }
   return fvv_check_visibility(&track->visibility, event, c->summary.groups, c->options.decode, mesh,
-                              &c->complete.view, &c->limits, &c->allocator, &c->frame.whole, diagnostic);
+                              calibration, &c->complete.view, &c->limits, &c->allocator, &c->frame.whole,
+                              diagnostic);
 }
 
 /* What the chunk's own layer says of its payload. */

@@ -40,6 +40,13 @@ const fvv_chunk_info *fvv_stream_chunk_of(const fvv_frame_chunks *found, uint32_
 FVV_MUST_USE fvv_status fvv_stream_kept_of(const fvv_stream *stream, fvv_bytes *list, size_t size,
                                            uint16_t track, void **element);
 
+/* Where the cameras of a frame that move are, decoded; belongs to the stream, valid until the next call on
+ * it. FVV_END: there is no calibration at its time. */
+FVV_MUST_USE fvv_status fvv_stream_calibration(fvv_stream *stream, const fvv_frame_chunks *found,
+                                               const fvv_configuration *configuration,
+                                               const fvv_calibration **calibration,
+                                               fvv_diagnostic *diagnostic);
+
 void fvv_stream_release_meshes(fvv_stream *stream);
 void fvv_stream_release_cameras(fvv_stream *stream);
 void fvv_stream_release_tiles(fvv_stream *stream);

@@ -48,6 +48,19 @@ static fvv_status prepare(fvv_stream *s, const fvv_configuration *configuration,
   return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");
 }
 
+fvv_status fvv_stream_calibration(fvv_stream *stream, const fvv_frame_chunks *found,
+                                  const fvv_configuration *configuration, const fvv_calibration **calibration,
+                                  fvv_diagnostic *diagnostic) {
+  for (size_t i = 0; i < found->count; i++) {
+    if (!is_calibration(&found->chunks[i])) continue;
+    fvv_status status = prepare(stream, configuration, diagnostic);
+    if (status == FVV_OK) status = follow(stream, found->first, &found->chunks[i], diagnostic);
+    if (status == FVV_OK) *calibration = stream->calibration;
+    return status;
+  }
+  return FVV_END;
+}
+
 fvv_status fvv_stream_camera(fvv_stream *stream, size_t frame, uint16_t id, fvv_camera *camera,
                              fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -63,12 +76,7 @@ fvv_status fvv_stream_camera(fvv_stream *stream, size_t frame, uint16_t id, fvv_
     *camera = *constant;
     return FVV_OK;
   }
-  for (size_t i = 0; i < found.count; i++) {
-    if (!is_calibration(&found.chunks[i])) continue;
-    status = prepare(stream, configuration, diagnostic);
-    if (status == FVV_OK) status = follow(stream, found.first, &found.chunks[i], diagnostic);
-    if (status == FVV_OK) status = fvv_calibration_camera(stream->calibration, id, camera);
-    return status;
-  }
-  return FVV_END;
+  const fvv_calibration *calibration;
+  status = fvv_stream_calibration(stream, &found, configuration, &calibration, diagnostic);
+  return status == FVV_OK ? fvv_calibration_camera(calibration, id, camera) : status;
 }

@@ -19,18 +19,16 @@ void fvv_stream_release_visibility(fvv_stream *stream) {
 }
 
 static fvv_status find_chunk(fvv_stream *s, size_t frame, uint16_t track, const fvv_chunk_info **chunk,
-                             size_t *group, fvv_diagnostic *diagnostic) {
-  fvv_frame_chunks found;
-  const fvv_status status = fvv_stream_find(s, frame, &found, diagnostic);
+                             fvv_frame_chunks *found, fvv_diagnostic *diagnostic) {
+  const fvv_status status = fvv_stream_find(s, frame, found, diagnostic);
   if (status < 0) return status;
-  *group = found.group;
-  *chunk = fvv_stream_chunk_of(&found, FVV_CHUNK_VISIBILITY, track);
+  *chunk = fvv_stream_chunk_of(found, FVV_CHUNK_VISIBILITY, track);
   return *chunk ? FVV_OK : FVV_END;
 }
 
-/* Decodes the chunk of a frame, which is the track's next one or a key. */
+/* Decodes the chunk of a frame, which is the track's next one or a key. found: of the frame. */
 static fvv_status step(fvv_stream *s, followed_visibility *track, size_t frame, const fvv_chunk_info *chunk,
-                       size_t group, fvv_diagnostic *diagnostic) {
+                       const fvv_frame_chunks *found, fvv_diagnostic *diagnostic) {
   const int key = (chunk->flags & FVV_FLAG_KEY) != 0;
   const uint8_t *payload;
   const fvv_configuration *configuration;
@@ -38,15 +36,17 @@ static fvv_status step(fvv_stream *s, followed_visibility *track, size_t frame, 
   fvv_mesh mesh = {0};
   if (key) fvv_visibility_frames_reset(&track->frames);
   track->last = 0;
-  fvv_status status = fvv_stream_configuration(s, group, &configuration, diagnostic);
+  fvv_status status = fvv_stream_configuration(s, found->group, &configuration, diagnostic);
   if (status == FVV_OK) status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
   if (status != FVV_OK) return status;
   status = fvv_visibility_frames_check(&track->frames, payload, (size_t)chunk->size, key, configuration,
                                        &s->limits, &header, diagnostic);
   if (status == FVV_OK) {
+    const fvv_calibration *calibration = NULL;
     status = fvv_stream_mesh(s, frame, header.mesh_track, &mesh, diagnostic);
-    /* Reading the mesh used the buffer in which the payload stood. */
+    /* Reading mesh and calibration used the buffer in which the payload stood. */
     const int has_mesh = status == FVV_OK;
+    if (status >= 0) status = fvv_stream_calibration(s, found, configuration, &calibration, diagnostic);
     if (status >= 0) status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
     if (status != FVV_OK) {
       fvv_mesh_free(&mesh);
@@ -54,7 +54,7 @@ static fvv_status step(fvv_stream *s, followed_visibility *track, size_t frame, 
     }
     status =
         fvv_visibility_frames_add(&track->frames, payload, (size_t)chunk->size, key, has_mesh ? &mesh : NULL,
-                                  configuration, &s->limits, &s->allocator, diagnostic);
+                                  calibration, configuration, &s->limits, &s->allocator, diagnostic);
     fvv_mesh_free(&mesh);
   }
   if (status == FVV_OK)
@@ -68,9 +68,10 @@ static fvv_status step(fvv_stream *s, followed_visibility *track, size_t frame, 
 static fvv_status follow(fvv_stream *s, followed_visibility *track, size_t frame,
                          fvv_diagnostic *diagnostic) {
   const fvv_chunk_info *chunk;
-  size_t group, from = frame;
+  fvv_frame_chunks found;
+  size_t from = frame;
   for (;; from--) {
-    const fvv_status status = find_chunk(s, from, track->track, &chunk, &group, diagnostic);
+    const fvv_status status = find_chunk(s, from, track->track, &chunk, &found, diagnostic);
     if (status < 0) return status;
     if (status == FVV_OK && chunk->offset == track->last) {
       if (from++ == frame) return FVV_OK;
@@ -79,8 +80,8 @@ static fvv_status follow(fvv_stream *s, followed_visibility *track, size_t frame
     if (!from || (status == FVV_OK && chunk->flags & FVV_FLAG_KEY)) break;
   }
   for (; from <= frame; from++) {
-    fvv_status status = find_chunk(s, from, track->track, &chunk, &group, diagnostic);
-    if (status == FVV_OK) status = step(s, track, from, chunk, group, diagnostic);
+    fvv_status status = find_chunk(s, from, track->track, &chunk, &found, diagnostic);
+    if (status == FVV_OK) status = step(s, track, from, chunk, &found, diagnostic);
     if (status < 0) return status;
   }
   return FVV_OK;
@@ -91,8 +92,8 @@ fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t trac
   fvv_diagnostic_clear(diagnostic);
   *visibility = NULL;
   const fvv_chunk_info *chunk;
-  size_t group;
-  fvv_status status = find_chunk(stream, frame, track, &chunk, &group, diagnostic);
+  fvv_frame_chunks found;
+  fvv_status status = find_chunk(stream, frame, track, &chunk, &found, diagnostic);
   if (status != FVV_OK) return status;
   void *kept;
   status = fvv_stream_kept_of(stream, &stream->visibility, sizeof(followed_visibility), track, &kept);

@@ -48,13 +48,21 @@ static fvv_status check_number(const fvv_visibility_frames *frames, const fvv_vi
   return FVV_OK;
 }
 
-static fvv_status centre_of(const fvv_configuration *configuration, uint16_t id, int32_t centre[3],
-                            fvv_diagnostic *diagnostic) {
+/* A camera that moves is where its calibration says. */
+static fvv_status centre_of(const fvv_configuration *configuration, const fvv_calibration *calibration,
+                            uint16_t id, int32_t centre[3], fvv_diagnostic *diagnostic) {
   const fvv_camera *camera = fvv_configuration_camera(configuration, id);
   fvv_diagnostic why = {0};
   if (!camera)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
                     FVV_VISI_SIZE, "camera %u is not described", id);
+  fvv_camera now;
+  if (camera->flags & FVV_CAMERA_MOVES) {
+    if (!calibration || fvv_calibration_camera(calibration, id, &now) != FVV_OK)
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
+                      FVV_VISI_SIZE, "camera %u moves and is not calibrated at this time", id);
+    camera = &now;
+  }
   if (fvv_visibility_centre(camera, &configuration->scene, centre, &why) == FVV_OK) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
                   FVV_VISI_SIZE, "%s", why.message);
@@ -108,14 +116,14 @@ static const uint8_t *states_of(const fvv_visibility *v, uint16_t camera) {
 /* next: header is filled; arrays are allocated here. */
 static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *payload,
                                  const fvv_visibility_stream *streams, const fvv_mesh *mesh,
-                                 const fvv_configuration *configuration, fvv_visibility *next,
-                                 fvv_diagnostic *diagnostic) {
+                                 const fvv_calibration *calibration, const fvv_configuration *configuration,
+                                 fvv_visibility *next, fvv_diagnostic *diagnostic) {
   const fvv_visibility_header *header = &next->header;
   int32_t centre[3];
   uint64_t bytes;
   /* Two bytes of a table name a camera: before there is memory for what it sees, it has to exist. */
   for (uint32_t i = 0; i < header->camera_count; i++) {
-    const fvv_status status = centre_of(configuration, streams[i].camera, centre, diagnostic);
+    const fvv_status status = centre_of(configuration, calibration, streams[i].camera, centre, diagnostic);
     if (status != FVV_OK) return status;
   }
   const int fits = fvv_multiply_u64(header->camera_count, header->element_count, &bytes) && bytes <= SIZE_MAX;
@@ -125,7 +133,7 @@ static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *p
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
   for (uint32_t i = 0; i < header->camera_count; i++) {
     next->cameras[i] = streams[i].camera;
-    fvv_status status = centre_of(configuration, streams[i].camera, centre, diagnostic);
+    fvv_status status = centre_of(configuration, calibration, streams[i].camera, centre, diagnostic);
     if (status == FVV_OK)
       status = fvv_visibility_decode(frames->order, mesh, header, payload + streams[i].offset,
                                      streams[i].size, centre, states_of(&frames->current, streams[i].camera),
@@ -139,7 +147,8 @@ static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *p
 }
 
 static fvv_status add(fvv_visibility_frames *frames, const uint8_t *payload, size_t size, int key,
-                      const fvv_mesh *mesh, const fvv_configuration *configuration, const fvv_limits *limits,
+                      const fvv_mesh *mesh, const fvv_calibration *calibration,
+                      const fvv_configuration *configuration, const fvv_limits *limits,
                       fvv_diagnostic *diagnostic) {
   fvv_visibility next = {0};
   fvv_status status = fvv_visibility_frames_check(frames, payload, size, key, configuration, limits,
@@ -158,7 +167,7 @@ static fvv_status add(fvv_visibility_frames *frames, const uint8_t *payload, siz
   status = read_streams(payload, size, limits, &frames->allocator, &next.header, &streams, diagnostic);
   if (status == FVV_OK) status = keep_order(frames, mesh, next.header.domain, diagnostic);
   if (status == FVV_OK)
-    status = decode_cameras(frames, payload, streams, mesh, configuration, &next, diagnostic);
+    status = decode_cameras(frames, payload, streams, mesh, calibration, configuration, &next, diagnostic);
   fvv_release(&frames->allocator, streams, next.header.camera_count * sizeof *streams);
   if (status != FVV_OK) {
     free_current(&frames->allocator, &next);
@@ -170,11 +179,12 @@ static fvv_status add(fvv_visibility_frames *frames, const uint8_t *payload, siz
 }
 
 fvv_status fvv_visibility_frames_add(fvv_visibility_frames *frames, const uint8_t *payload, size_t size,
-                                     int key, const fvv_mesh *mesh, const fvv_configuration *configuration,
-                                     const fvv_limits *limits, const fvv_allocator *allocator,
-                                     fvv_diagnostic *diagnostic) {
+                                     int key, const fvv_mesh *mesh, const fvv_calibration *calibration,
+                                     const fvv_configuration *configuration, const fvv_limits *limits,
+                                     const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
   if (!frames->allocator.resize) frames->allocator = fvv_allocator_or_default(allocator);
-  const fvv_status status = add(frames, payload, size, key, mesh, configuration, limits, diagnostic);
+  const fvv_status status =
+      add(frames, payload, size, key, mesh, calibration, configuration, limits, diagnostic);
   if (status != FVV_OK) fvv_visibility_frames_reset(frames);
   return status;
 }

@@ -23,10 +23,11 @@ FVV_MUST_USE fvv_status fvv_visibility_frames_check(const fvv_visibility_frames 
                                                     fvv_diagnostic *diagnostic);
 
 /* Decodes the next chunk, key or not, for all of its cameras. mesh: that of its time; NULL: there is none.
- * Offsets of diagnostics are relative to the payload. On error the frames are reset: up to the next key chunk
- * nothing can be decoded. */
+ * calibration: of the cameras that move, at its time; NULL: there is none. Offsets of diagnostics are
+ * relative to the payload. On error the frames are reset: up to the next key chunk nothing can be decoded. */
 FVV_MUST_USE fvv_status fvv_visibility_frames_add(fvv_visibility_frames *frames, const uint8_t *payload,
                                                   size_t size, int key, const fvv_mesh *mesh,
+                                                  const fvv_calibration *calibration,
                                                   const fvv_configuration *configuration,
                                                   const fvv_limits *limits, const fvv_allocator *allocator,
                                                   fvv_diagnostic *diagnostic);
