@@ -30,6 +30,8 @@ constexpr const char *footer =
     "pictures, groups with a layout of their own), sample_frames,\n"
     "sample_psnr, sample_foreground, and with --bitrate bit_rate: {asked, reached, finest, coarsest,\n"
     "groups_over} of qualities and groups}, calibration (of cameras that move): {bytes, smallest, largest},\n"
+    "visibility: {sent, reason, and when sent domain: face|vertex, cameras, bytes, smallest, largest,\n"
+    "key_frames, bits_per_pair (of element and camera)},\n"
     "atlas: the same with texture_bits for cameras, sources: "
     "[{camera\n"
     "(null: the atlas), kind, file, pictures, rate, constant_rate, frames, met, unmet: [[first, last], ...], "
@@ -52,7 +54,8 @@ constexpr const char *footer =
 // What is still text after the command line was split.
 struct Texts {
   std::string codec = "h264", bit_depth, quality, bit_rate, tile, scale, atlas_scale, background = "auto",
-              crop = "auto", step, max_error, mesh_profile = "draco", normals = "auto", frames;
+              crop = "auto", step, max_error, mesh_profile = "draco", normals = "auto", frames,
+              visibility = "auto";
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -124,6 +127,11 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
          "send the source's: auto (where more than 1 % of the first mesh's vertices lie on hard edges: "
          "computed from all faces around, their normals are off by more than 20 degrees), always or never")
       ->capture_default_str();
+  app.add_option(
+         "--visibility", texts.visibility,
+         "send which cameras see each face or vertex: auto (faces, unless it takes more than a tenth of "
+         "the pictures' bytes, or one camera is alone), face, vertex or none (docs/fvvmux-visibility.md)")
+      ->capture_default_str();
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")
@@ -156,6 +164,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
   if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);
+  options.visibility = mux::parse_visibility(texts.visibility);
   options.normals = mux::parse_normals(texts.normals);
   if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
 }

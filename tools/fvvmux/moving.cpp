@@ -25,7 +25,7 @@ std::vector<fvv_camera> MovingCameras::cameras_at(int64_t number) const {
 
 MovingCameras::MovingCameras(const capture::Capture &source, double lattice_step)
     : capture(source), encoder(nullptr, fvv_calibration_destroy) {
-  std::vector<fvv_camera> constant, all;
+  std::vector<fvv_camera> all;
   for (const capture::Camera &camera : capture.cameras) constant.push_back(described(capture, camera));
   for (const int64_t number : capture.frames.numbers())
     for (const fvv_camera &camera : cameras_at(number)) all.push_back(camera);
@@ -34,6 +34,23 @@ MovingCameras::MovingCameras(const capture::Capture &source, double lattice_step
   const fvv_status status = fvv_calibration_create(constant.data(), constant.size(), nullptr, &created);
   encoder.reset(created);
   cli::check(status, capture.path, {});
+}
+
+// What stands in a CALB does not depend on those before, but for how it is written.
+std::vector<fvv_camera> MovingCameras::decoded(size_t frame) const {
+  std::vector<fvv_camera> cameras = cameras_at(capture.frames.number(int64_t(frame)));
+  fvv_calibration *created = nullptr;
+  fvv_diagnostic diagnostic = {};
+  Bytes scratch;
+  fvv_status status = fvv_calibration_create(constant.data(), constant.size(), nullptr, &created);
+  const decltype(encoder) key(created, fvv_calibration_destroy);
+  if (status == FVV_OK)
+    status =
+        fvv_calibration_encode(created, &bits, cameras.data(), cameras.size(), true, &scratch, &diagnostic);
+  cli::check(status, capture.path, diagnostic);
+  for (fvv_camera &camera : cameras)
+    cli::check(fvv_calibration_camera(created, camera.id, &camera), capture.path, {});
+  return cameras;
 }
 
 const fvv_bytes &MovingCameras::payload(size_t frame, bool key) {

@@ -27,10 +27,15 @@ public:
   // of each group. Throws cli::Failure, naming the frame.
   const fvv_bytes &payload(size_t frame, bool key);
 
+  // The cameras that are calibrated in frame i as decoders have them, by rising identifier. Any thread may
+  // ask.
+  std::vector<fvv_camera> decoded(size_t frame) const;
+
 private:
   std::vector<fvv_camera> cameras_at(int64_t number) const;
 
   const capture::Capture &capture;
+  std::vector<fvv_camera> constant; // as CAMR has them
   fvv_calibration_bits bits = {};
   std::unique_ptr<fvv_calibration, void (*)(fvv_calibration *)> encoder;
   struct Bytes : fvv_bytes {

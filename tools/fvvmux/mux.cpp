@@ -32,14 +32,15 @@ struct TrackGroup {
 };
 struct Group {
   std::vector<MeshFrame> meshes;
-  std::vector<TrackGroup> videos; // of each video track
+  std::vector<VisibilityFrame> visibility; // if there is to be some
+  std::vector<TrackGroup> videos;          // of each video track
 };
 
 class Job {
 public:
   // The choice of each video is made on the way, beside the first meshes.
   Job(Summary &sums, cli::OutputFile &file)
-      : plan(sums.plan), output(file), summary(sums), groups(plan.group_count()),
+      : plan(sums.plan), output(file), summary(sums), visibility(plan), groups(plan.group_count()),
         promises(plan.tracks.size()) {
     summary.videos.resize(plan.tracks.size());
     summary.rates.resize(plan.tracks.size());
@@ -62,7 +63,7 @@ public:
     run_ordered(
         plan.options.threads, group_of, [this](size_t piece) { work(pieces[piece]); },
         [&](size_t group) {
-          if (!writer) writer.emplace(plan, output);
+          if (!writer) begin(groups[group]);
           write(group);
           progress.step(plan.frames_of(group));
         });
@@ -97,7 +98,10 @@ private:
     const std::lock_guard<std::mutex> lock(mutex);
     const size_t index = frame / plan.group_size;
     Group &group = groups[index];
-    if (plan.has_meshes()) group.meshes.resize(plan.frames_of(index));
+    if (plan.has_meshes()) {
+      group.meshes.resize(plan.frames_of(index));
+      group.visibility.resize(plan.frames_of(index));
+    }
     group.videos.resize(plan.tracks.size());
     for (TrackGroup &video : group.videos) video.samples.resize(plan.frames_of(index));
     return group;
@@ -116,9 +120,11 @@ private:
 
   void encode_mesh_piece(const Piece &piece) {
     std::vector<MeshFrame> frames = encode_meshes(plan, piece.first, piece.count);
+    std::vector<VisibilityFrame> seen = visibility.encode(piece.first, frames);
     Group &group = group_for(piece.first);
-    std::move(frames.begin(), frames.end(),
-              group.meshes.begin() + std::ptrdiff_t(piece.first % plan.group_size));
+    const auto at = std::ptrdiff_t(piece.first % plan.group_size);
+    std::move(frames.begin(), frames.end(), group.meshes.begin() + at);
+    std::move(seen.begin(), seen.end(), group.visibility.begin() + at);
   }
 
   void choose(size_t track) {
@@ -146,6 +152,18 @@ private:
     video.over_rate = encoded.over_rate;
   }
 
+  // The configuration tells of all tracks: with the first group it is known which there are.
+  void begin(const Group &first) {
+    uint64_t bytes = 0, pictures = 0;
+    for (const VisibilityFrame &frame : first.visibility) bytes += frame.payload.size();
+    for (size_t track = 0; track < plan.tracks.size(); track++)
+      for (const media::Sample &sample : first.videos[track].samples)
+        if (!plan.tracks[track].is_atlas()) pictures += sample.bytes.size();
+    settle_visibility(plan.visibility, bytes, pictures);
+    if (!plan.visibility.on) visibility.stop();
+    writer.emplace(plan, output);
+  }
+
   void write(size_t index) {
     Group group = std::move(groups[index]);
     groups[index] = {};
@@ -169,6 +187,11 @@ private:
       }
       const uint64_t calibration = writer->calibration(first + i, i == 0);
       if (calibration) summary.calibration.add(calibration);
+      if (plan.has_meshes() && plan.visibility.on) {
+        const VisibilityFrame &frame = group.visibility[i];
+        if (!frame.payload.empty()) writer->visibility(first + i, frame.payload, frame.key);
+        summary.visibility.add(frame);
+      }
       for (size_t track = 0; track < plan.tracks.size(); track++) {
         if (i == 0) summary.layouts += writer->layout(plan.tracks[track], index);
         const media::Sample &sample = group.videos[track].samples[i];
@@ -185,6 +208,7 @@ private:
   Plan &plan;
   cli::OutputFile &output;
   Summary &summary;
+  VisibilityCoder visibility;
   std::optional<StreamWriter> writer; // once the choices of video are known
   std::vector<Piece> pieces;
   std::vector<size_t> group_of;

@@ -7,6 +7,7 @@
 #include "fvvmux/decimation_report.h"
 #include "fvvmux/plan.h"
 #include "fvvmux/verify.h"
+#include "fvvmux/visibility.h"
 
 namespace fvv::mux {
 
@@ -56,8 +57,9 @@ struct Summary {
   MeshChanges changes;
   DecimationSums decimation;
   std::optional<Verdict> verdict; // with Options::verify
-  double seconds = 0;             // from the first look at the capture to the last byte
-  size_t layouts = 0;             // groups with a layout of their own
+  VisibilitySums visibility;
+  double seconds = 0; // from the first look at the capture to the last byte
+  size_t layouts = 0; // groups with a layout of their own
 
   // Bits a second of the payload of a video track.
   double bit_rate(size_t track) const;

@@ -156,4 +156,12 @@ Crop parse_crop(const std::string &text) {
   refuse("--crop", "auto or none", text);
 }
 
+Visibility parse_visibility(const std::string &text) {
+  if (text == "auto") return Visibility::automatic;
+  if (text == "face") return Visibility::faces;
+  if (text == "vertex") return Visibility::vertices;
+  if (text == "none") return Visibility::none;
+  refuse("--visibility", "auto, face, vertex or none", text);
+}
+
 } // namespace fvv::mux

@@ -45,6 +45,9 @@ enum class Crop { automatic, none };
 // takes fewest bytes for.
 enum class Background { automatic, keep, flat, smooth };
 
+// automatic: faces, where that takes few bytes beside the pictures.
+enum class Visibility { automatic, faces, vertices, none };
+
 struct Options {
   std::string capture; // capture.json or its folder
   std::string output;  // "-": standard output
@@ -75,6 +78,7 @@ struct Options {
   uint32_t sheet_width = 480; // of its panels, pixels
   bool repeat_configuration = false, live = false, verify = false, force = false;
   Crop crop = Crop::automatic;
+  Visibility visibility = Visibility::automatic;
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
@@ -92,5 +96,6 @@ uint8_t parse_profile(const std::string &text);                  // "draco", "ra
 Normals parse_normals(const std::string &text);                  // "auto", "always", "never"
 Background parse_background(const std::string &text);            // "auto", "keep", "flat", "smooth"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
+Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "none"
 
 } // namespace fvv::mux

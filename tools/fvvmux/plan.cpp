@@ -8,6 +8,7 @@
 #include "fvvmux/layout.h"
 #include "fvvmux/normals.h"
 #include "fvvmux/select.h"
+#include "fvvmux/visibility.h"
 
 #include <algorithm>
 #include <cmath>
@@ -173,6 +174,7 @@ Plan make_plan(const Options &options) {
     plan.decimation = choose_decimation(options, plan.capture, cameras, plan.lattice, plan.normals);
     plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
+  plan.visibility = choose_visibility(options, plan.capture, cameras);
   if (!cameras.tiles.empty()) {
     std::vector<std::vector<fvv_tile>> groups = crop(plan, cameras, plan.crop);
     plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}, std::move(groups)});

@@ -5,6 +5,7 @@
 
 #include "capture/capture.h"
 #include "decimate/decimate.h"
+#include "fvv/visibility.h"
 #include "fvv_media/video.h"
 #include "fvvmux/options.h"
 #include "fvvmux/videos.h"
@@ -37,6 +38,14 @@ struct DecimationChoice {
 
 struct NormalChoice {
   uint32_t bits = 0; // of a normal index; 0: none is sent
+  std::string reason;
+};
+
+struct VisibilityChoice {
+  bool on = false;
+  bool open = false; // whether it pays is found out by the first group
+  uint8_t domain = FVV_VISIBILITY_FACES, threshold = FVV_VISIBILITY_THRESHOLD;
+  std::vector<size_t> cameras; // indices in Capture::cameras
   std::string reason;
 };
 
@@ -95,6 +104,7 @@ struct Plan {
   std::vector<capture::VideoReport> sources;
   bool warned = false;
   CropChoice crop;
+  VisibilityChoice visibility;
 
   bool has_meshes() const { return capture.meshes.has_value(); }
   size_t frame_count() const { return size_t(capture.frames.count); }

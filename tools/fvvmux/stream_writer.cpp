@@ -71,6 +71,7 @@ void StreamWriter::write_configuration() {
   for (const VideoTrack &track : plan.tracks)
     write_track(track_id(track), FVV_TRACK_VIDEO, track.is_atlas() ? "atlas" : "cameras");
   if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
+  if (plan.visibility.on) write_track(visibility_track, FVV_TRACK_VISIBILITY, "visibility");
   for (const capture::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
     configure(FVV_CHUNK_CAMERA, 0,
@@ -135,6 +136,11 @@ bool StreamWriter::layout(const VideoTrack &track, size_t group) {
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_GROUP_TILES, track_id(track), FVV_FLAG_KEY,
                          int64_t(plan.first_of(group)), payload.data(), payload.size(), &diagnostic));
   return true;
+}
+
+void StreamWriter::visibility(size_t frame, const std::vector<uint8_t> &payload, bool key) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VISIBILITY, visibility_track, key ? FVV_FLAG_KEY : 0,
+                         int64_t(frame), payload.data(), payload.size(), &diagnostic));
 }
 
 void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {

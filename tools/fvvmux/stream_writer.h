@@ -11,7 +11,7 @@
 
 namespace fvv::mux {
 
-constexpr uint16_t mesh_track = 1, calibration_track = 4;
+constexpr uint16_t mesh_track = 1, calibration_track = 4, visibility_track = 5;
 // Of a track of Plan::tracks.
 inline uint16_t track_id(const VideoTrack &track) {
   return track.is_atlas() ? 3 : 2;
@@ -32,6 +32,8 @@ public:
   // The layout of a group, unless it is that of the configuration, in front of the track's first sample.
   // Answers whether there was something to write.
   bool layout(const VideoTrack &track, size_t group);
+  // Behind mesh and calibration of the frame.
+  void visibility(size_t frame, const std::vector<uint8_t> &payload, bool key);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   void end_group();
   // Index and footer, unless the stream is live. Answers the number of bytes written.

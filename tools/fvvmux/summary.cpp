@@ -39,7 +39,7 @@ double per_second(const Summary &s) {
 }
 
 uint64_t overhead(const Summary &s) {
-  uint64_t bytes = s.bytes - s.mesh.payload - s.calibration.payload;
+  uint64_t bytes = s.bytes - s.mesh.payload - s.calibration.payload - s.visibility.bytes;
   for (const TrackBytes &video : s.videos) bytes -= video.payload;
   return bytes;
 }
@@ -260,6 +260,31 @@ nlohmann::ordered_json track_json(const TrackBytes &track) {
   return {{"bytes", track.payload}, {"smallest", track.smallest}, {"largest", track.largest}};
 }
 
+const char *domain_text(const Summary &s) {
+  return s.plan.visibility.domain == FVV_VISIBILITY_FACES ? "face" : "vertex";
+}
+
+std::string visibility_text(const Summary &s) {
+  char text[100];
+  std::snprintf(text, sizeof text, "%.3f bits a %s and camera, %zu cameras", s.visibility.bits_per_pair(),
+                domain_text(s), s.plan.visibility.cameras.size());
+  return text;
+}
+
+nlohmann::ordered_json visibility_json(const Summary &s) {
+  const VisibilitySums &v = s.visibility;
+  nlohmann::ordered_json out = {{"sent", v.frames > 0}, {"reason", s.plan.visibility.reason}};
+  if (!v.frames) return out;
+  out["domain"] = domain_text(s);
+  out["cameras"] = s.plan.visibility.cameras.size();
+  out["bytes"] = v.bytes;
+  out["smallest"] = v.smallest;
+  out["largest"] = v.largest;
+  out["key_frames"] = v.keys;
+  out["bits_per_pair"] = v.bits_per_pair();
+  return out;
+}
+
 nlohmann::ordered_json video_json(const Summary &s, size_t index) {
   const VideoTrack &track = s.plan.tracks[index];
   nlohmann::ordered_json out = track_json(s.videos[index]);
@@ -311,12 +336,14 @@ std::string summary_text(const Summary &s) {
     std::snprintf(error, sizeof error, "of cameras that move, to %g px", calibration_error);
     track_line(out, s, "calibration", s.calibration.payload, error);
   }
+  if (s.visibility.frames) track_line(out, s, "visibility", s.visibility.bytes, visibility_text(s));
   for (size_t i = 0; i < plan.tracks.size(); i++)
     track_line(out, s, label_of(plan.tracks[i]), s.videos[i].payload, codec_choice(s, i));
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
   for (size_t i = 0; i < plan.tracks.size(); i++) video_lines(out, s, i);
   source_lines(out, s);
   if (plan.has_meshes()) mesh_lines(out, s);
+  line(out, "  visible   %s: %s", plan.visibility.on ? "sent" : "not sent", plan.visibility.reason.c_str());
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
   if (s.verdict) verdict_lines(out, s);
   return out;
@@ -359,6 +386,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
   }
   if (s.calibration.chunks) out["calibration"] = track_json(s.calibration);
   for (size_t i = 0; i < plan.tracks.size(); i++) out[label_of(plan.tracks[i])] = video_json(s, i);
+  out["visibility"] = visibility_json(s);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   out["seconds"] = s.seconds;
   out["frames_per_second"] = per_second(s);

@@ -1,5 +1,5 @@
 // fvv_render/ray_visibility.h: which faces and vertices of a mesh a camera sees, by casting rays: the truth
-// that faster ways are measured by. Knows cameras and rays; knows no files.
+// that faster ways are measured by, and the bits that streams carry. Knows cameras and rays; knows no files.
 #pragma once
 
 #include "fvv_render/ray.h"
@@ -20,5 +20,20 @@ std::vector<uint8_t> visible_faces(const fvv_camera &camera, const Mesh &mesh, c
 // The same for vertices. A vertex's normal is the sum of its faces' normals weighted by area; the point asked
 // for is vertex_lift away along it, and all faces can hide it. A vertex without a normal is not seen.
 std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays);
+
+// ---- bits for players, fvv.md clause 17 ---------------------------------------------------------------
+// What a player takes for all of an element, asked for those alone whose entry in asked (one for each face or
+// vertex) is not 0. Others are 0, as are those of which no part stands in the picture. Whether a place of an
+// element does is for the player to find out, so that nothing is lost at the picture's border. Fronts are not
+// asked for either: asked comes from fvv_visibility_facing.
+
+// A face is seen when nothing stands in front of most of it: of its centroid, and where a face that shares a
+// vertex is seen otherwise, of most of nine places, the middles of nine equal parts.
+std::vector<uint8_t> seen_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
+                                const std::vector<uint8_t> &asked);
+
+// A vertex is seen when nothing stands in front of the point vertex_lift away from it along its normal.
+std::vector<uint8_t> seen_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
+                                   const std::vector<uint8_t> &asked);
 
 } // namespace fvv::render

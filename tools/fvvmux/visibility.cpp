@@ -1,0 +1,168 @@
+#include "fvvmux/visibility.h"
+
+#include "cli/cli.h"
+#include "fvv_render/ray_visibility.h"
+#include "fvvmux/stream_writer.h"
+
+#include <map>
+
+namespace fvv::mux {
+
+namespace {
+
+// Meshes of a run of frames as decoders get them.
+class DecodedMeshes {
+public:
+  explicit DecodedMeshes(const std::string &path) : name(path), sequence(nullptr, fvv_mesh_sequence_close) {}
+
+  // The next frame. followed: whether the frame behind it is a delta frame.
+  const fvv_mesh &next(const MeshFrame &frame, bool followed) {
+    if (frame.key) {
+      fvv_mesh_free(&key.mesh);
+      sequence.reset();
+      check(fvv_mesh_decode(frame.payload.data(), frame.payload.size(), nullptr, nullptr, &key.mesh,
+                            &diagnostic));
+      if (!followed) return key.mesh;
+      fvv_mesh_sequence *opened = nullptr;
+      const fvv_status status = fvv_mesh_sequence_open(&key.mesh, nullptr, &opened, &diagnostic);
+      sequence.reset(opened);
+      check(status);
+    } else {
+      check(fvv_mesh_sequence_decode(sequence.get(), frame.payload.data(), frame.payload.size(), UINT32_MAX,
+                                     &diagnostic));
+    }
+    return *fvv_mesh_sequence_mesh(sequence.get());
+  }
+
+private:
+  void check(fvv_status status) { cli::check(status, name, diagnostic); }
+
+  const std::string name;
+  fvv_diagnostic diagnostic = {};
+  MeshHolder key;
+  std::unique_ptr<fvv_mesh_sequence, void (*)(fvv_mesh_sequence *)> sequence;
+};
+
+// What is known from one frame to the next that has its faces.
+struct Former {
+  uint32_t number = 0;
+  std::map<uint16_t, std::vector<uint8_t>> states; // by camera
+};
+
+class FrameCoder {
+public:
+  FrameCoder(const Plan &chosen, const VisibilityChoice &what) : plan(chosen), choice(what) {
+    const capture::Lattice &lattice = plan.lattice.lattice;
+    std::copy_n(lattice.origin, 3, scene.lattice_origin);
+    scene.lattice_step = lattice.step;
+  }
+
+  // follows: mesh has the faces of the one before.
+  VisibilityFrame code(const fvv_mesh &mesh, bool follows, const std::vector<fvv_camera> &cameras) {
+    if (!follows) open_order(mesh);
+    const size_t elements = choice.domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
+    VisibilityFrame frame;
+    frame.key = !follows || former.states.empty();
+    frame.elements = uint32_t(elements);
+    Former now;
+    now.number = frame.key ? 0 : former.number + 1;
+    std::vector<std::vector<uint8_t>> seen;
+    std::vector<fvv_visibility_view> views;
+    look(mesh, cameras, seen, views);
+    for (size_t i = 0; i < views.size(); i++) {
+      const auto before = former.states.find(views[i].camera);
+      std::vector<uint8_t> &states = now.states[views[i].camera];
+      states.resize(elements);
+      views[i].seen = seen[i].data();
+      views[i].former = !frame.key && before != former.states.end() ? before->second.data() : nullptr;
+      views[i].states = states.data();
+    }
+    frame.cameras = uint32_t(views.size());
+    if (!views.empty()) {
+      const fvv_visibility_header header = {choice.domain, choice.threshold, mesh_track, 0, now.number, 0};
+      check(fvv_visibility_encode(order.get(), &mesh, &header, views.data(), views.size(), &payload,
+                                  &diagnostic));
+      frame.payload.assign(payload.data, payload.data + payload.size);
+    }
+    former = std::move(now);
+    return frame;
+  }
+
+private:
+  void check(fvv_status status) { cli::check(status, plan.capture.path, diagnostic); }
+
+  void open_order(const fvv_mesh &mesh) {
+    fvv_visibility_order *opened = nullptr;
+    const fvv_status status = fvv_visibility_order_open(&mesh, choice.domain, nullptr, &opened, &diagnostic);
+    order.reset(opened);
+    check(status);
+  }
+
+  void look(const fvv_mesh &mesh, const std::vector<fvv_camera> &cameras,
+            std::vector<std::vector<uint8_t>> &seen, std::vector<fvv_visibility_view> &views) {
+    std::vector<float> metres(3 * size_t(mesh.vertex_count));
+    fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, mesh.vertex_count,
+                          metres.data());
+    const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
+    const render::RayCaster rays(surface);
+    const bool faces = choice.domain == FVV_VISIBILITY_FACES;
+    for (const fvv_camera &camera : cameras) {
+      fvv_visibility_view view = {};
+      view.camera = camera.id;
+      // A camera that is too far away for the lattice has no bits.
+      if (fvv_visibility_centre(&camera, &scene, view.centre, nullptr) != FVV_OK) continue;
+      std::vector<uint8_t> facing(faces ? mesh.face_count : mesh.vertex_count);
+      fvv_visibility_facing(&mesh, choice.domain, view.centre, choice.threshold, facing.data());
+      seen.push_back((faces ? render::seen_faces : render::seen_vertices)(camera, surface, rays, facing));
+      views.push_back(view);
+    }
+  }
+
+  struct Bytes : fvv_bytes {
+    Bytes() : fvv_bytes() {}
+    Bytes(const Bytes &) = delete;
+    ~Bytes() { fvv_bytes_free(this); }
+  };
+
+  const Plan &plan;
+  const VisibilityChoice &choice;
+  fvv_scene scene = {};
+  fvv_diagnostic diagnostic = {};
+  Bytes payload;
+  Former former;
+  std::unique_ptr<fvv_visibility_order, void (*)(fvv_visibility_order *)> order{nullptr,
+                                                                                fvv_visibility_order_close};
+};
+
+} // namespace
+
+VisibilityCoder::VisibilityCoder(const Plan &chosen)
+    : plan(chosen), choice(chosen.visibility), on(choice.on) {
+  if (on && any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
+}
+
+std::vector<fvv_camera> VisibilityCoder::cameras_of(size_t frame) const {
+  const std::vector<fvv_camera> placed = moving ? moving->decoded(frame) : std::vector<fvv_camera>();
+  std::vector<fvv_camera> out;
+  for (const size_t index : choice.cameras) {
+    const fvv_camera camera = described(plan.capture, plan.capture.cameras[index]);
+    if (!(camera.flags & FVV_CAMERA_MOVES)) out.push_back(camera);
+    for (const fvv_camera &other : placed)
+      if (other.id == camera.id) out.push_back(other);
+  }
+  return out;
+}
+
+std::vector<VisibilityFrame> VisibilityCoder::encode(size_t first,
+                                                     const std::vector<MeshFrame> &meshes) const {
+  std::vector<VisibilityFrame> frames(meshes.size());
+  DecodedMeshes decoded(plan.capture.path);
+  FrameCoder coder(plan, choice);
+  for (size_t i = 0; i < meshes.size() && on; i++) {
+    const bool followed = i + 1 < meshes.size() && !meshes[i + 1].key;
+    frames[i] = coder.code(decoded.next(meshes[i], followed), !meshes[i].key, cameras_of(first + i));
+  }
+  return frames;
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,58 @@
+// fvvmux/visibility.h: what the cameras of a stream see of its meshes, as payloads of VISI. Knows decoded
+// meshes and calibrations, for bits are those of what decoders get; knows nothing of the container.
+#pragma once
+
+#include "fvvmux/meshes.h"
+#include "fvvmux/moving.h"
+
+#include <atomic>
+
+namespace fvv::mux {
+
+struct VisibilityFrame {
+  std::vector<uint8_t> payload; // empty: the frame has none
+  bool key = true;
+  uint32_t elements = 0, cameras = 0;
+};
+
+// Sums over the frames of a stream.
+struct VisibilitySums {
+  uint64_t frames = 0, keys = 0, bytes = 0, smallest = UINT64_MAX, largest = 0;
+  uint64_t pairs = 0; // of element and camera
+
+  void add(const VisibilityFrame &frame);
+  double bits_per_pair() const { return pairs ? 8 * double(bytes) / double(pairs) : 0; }
+};
+
+// Whether the stream is to have visibility, of which cameras, and why. tiling: of the cameras. Throws
+// cli::Failure (usage) when it is asked for and there is nothing to see.
+VisibilityChoice choose_visibility(const Options &options, const capture::Capture &capture,
+                                   const Tiling &tiling);
+
+// Whether an open choice pays, by the bytes of VISI and of camera pictures in the first group.
+void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictures);
+
+// For one stream. Every function may be called by several threads at once.
+class VisibilityCoder {
+public:
+  // plan is borrowed; its choice of visibility is copied.
+  explicit VisibilityCoder(const Plan &plan);
+
+  // No more frames are wanted: encode answers frames without payload from here on.
+  void stop() { on = false; }
+
+  // Of the frames that meshes are, of which first is the number (counted from 0); meshes begin with a key
+  // frame. Frames with the faces of the one before have its bits as contexts.
+  std::vector<VisibilityFrame> encode(size_t first, const std::vector<MeshFrame> &meshes) const;
+
+private:
+  // As decoders have them; those that are not calibrated in that frame are left out.
+  std::vector<fvv_camera> cameras_of(size_t frame) const;
+
+  const Plan &plan;
+  const VisibilityChoice choice;
+  std::optional<MovingCameras> moving; // if any camera moves
+  std::atomic<bool> on;
+};
+
+} // namespace fvv::mux
