@@ -225,13 +225,31 @@ TEST_CASE("visibility may be given, a bit for each face and camera") {
   for (int i = 0; i < 2; i++) sources.plain(looking({0.1 * i, 0, -4}, {}, 64, 64, 60), {1, 0, 0});
   ViewOptions options;
   options.visibility = Visibility::given;
-  REQUIRE_THROWS_AS(render(shape, sources, spot({0.1, -0.5, 0}), options), std::invalid_argument);
+  // Without any, depth maps are drawn.
+  REQUIRE(used(render(shape, sources, spot({0.1, -0.5, 0}), options)).size() == 2);
   const uint8_t bits[2][2] = {{1, 0}, {1, 1}};
   for (size_t i = 0; i < 2; i++) sources.views[i].visible_faces = bits[i];
   const ViewPicture upper = render(shape, sources, spot({0.5, -0.5 + 0.1, 0}), options),
                     lower = render(shape, sources, spot({-0.5, 0.5 + 0.1, 0}), options);
   REQUIRE(used(upper).size() + used(lower).size() == 3);
   REQUIRE(used(upper.face[0] == 0 ? lower : upper) == std::vector<uint32_t>{1});
+}
+
+TEST_CASE("visibility may be given for vertices: it is interpolated, and one half is enough") {
+  Shape shape;
+  shape.square(1, 0); // vertices at (-1, -1), (1, -1), (1, 1), (-1, 1)
+  Sources sources;
+  sources.plain(looking({0, 0, -4}, {}, 64, 64, 60), {1, 0, 0});
+  sources.plain(looking({0, 0, 4}, {}, 64, 64, 60), {1, 0, 0});
+  ViewOptions options;
+  options.visibility = Visibility::given;
+  const uint8_t left[4] = {1, 0, 0, 1};
+  for (SourceView &view : sources.views) view.visible_vertices = left;
+  // The one behind would see the same vertices, but not the front.
+  for (const double x : {-0.9, -0.3, -0.01})
+    REQUIRE(used(render(shape, sources, spot({x, 0.2, 0}), options)) == std::vector<uint32_t>{0});
+  for (const double x : {0.01, 0.3, 0.9})
+    REQUIRE(used(render(shape, sources, spot({x, 0.2, 0}), options)).empty());
 }
 
 TEST_CASE("samples of a pixel are averaged with the background") {

@@ -58,6 +58,8 @@ public:
     out.up = configuration->scene.up_axis;
     load_cameras(out);
     load_mesh(out);
+    out.bits = load_visibility(stream.get(), place.frame, *configuration,
+                               demux::mesh_track_of(*configuration, nullptr)->id, where, out.losses);
     for (const demux::VideoViews &track : demux::views_of(*configuration, {}, nullptr))
       load_track(track, out);
     return out;
@@ -95,6 +97,17 @@ private:
     fvv_lattice_to_floats(configuration->scene.lattice_origin, configuration->scene.lattice_step,
                           mesh.positions, mesh.vertex_count, out.positions.data());
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
+    if (mesh.normals || mesh.texture) load_normals(mesh, out);
+  }
+
+  // Those that are sent; else computed, but as one over the seams of an atlas (fvv.md, clause 8.12). Without
+  // either, the renderer's own are the same.
+  void load_normals(const fvv_mesh &mesh, Frame &out) const {
+    std::vector<float> normals(3 * size_t(mesh.vertex_count));
+    fvv_diagnostic diagnostic = {};
+    cli::check(fvv_mesh_normals(&mesh, nullptr, normals.data(), &diagnostic), where, diagnostic);
+    for (size_t i = 0; i < normals.size(); i += 3)
+      out.normals.push_back({normals[i], normals[i + 1], normals[i + 2]});
   }
 
   // Where the camera stands in the frames of the group; answers why that is lost, or "".
@@ -178,6 +191,12 @@ private:
 const fvv_camera *Frame::camera(uint16_t id) const {
   const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const auto &c) { return c.id == id; });
   return found == cameras.end() ? nullptr : &*found;
+}
+
+const CameraBits *Frame::bits_of(uint16_t camera) const {
+  const auto found =
+      std::find_if(bits.begin(), bits.end(), [&](const auto &b) { return b.camera == camera; });
+  return found == bits.end() ? nullptr : &*found;
 }
 
 std::string Frame::camera_ids() const {

@@ -5,6 +5,7 @@
 #include "fvv/stream.h"
 #include "fvv_media/image.h"
 #include "fvv_render/rasteriser.h"
+#include "fvvrender/frame_visibility.h"
 
 #include <string>
 #include <vector>
@@ -21,16 +22,20 @@ struct Picture {
 struct Frame {
   std::vector<float> positions;
   std::vector<uint32_t> faces;
-  std::vector<fvv_camera> cameras; // all of the stream, whole pictures; without names
-  std::vector<Picture> pictures;   // in the order of the stream's tracks and tiles
-  uint8_t up = 0;                  // FVV_UP_...
-  std::vector<std::string> losses; // whole lines: cameras whose picture of this frame is lost or not there
+  std::vector<fvv_camera> cameras;   // all of the stream, whole pictures; without names
+  std::vector<Picture> pictures;     // in the order of the stream's tracks and tiles
+  uint8_t up = 0;                    // FVV_UP_...
+  std::vector<render::Vec3> normals; // of vertices, where the stream sends some or has seams; else none
+  std::vector<CameraBits> bits;
+  std::vector<std::string>
+      losses; // whole lines: pictures and visibility of this frame that are lost or not there
 
   render::Mesh mesh() const {
     return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
   }
-  const fvv_camera *camera(uint16_t id) const; // NULL: there is none
-  std::string camera_ids() const;              // "0, 1, 3"
+  const fvv_camera *camera(uint16_t id) const;      // NULL: there is none
+  const CameraBits *bits_of(uint16_t camera) const; // likewise
+  std::string camera_ids() const;                   // "0, 1, 3"
 };
 
 // Frame number of the stream, counted as fvvdemux does. cli::Failure when it is not there (usage), has no

@@ -36,7 +36,8 @@ int main(int argc, char **argv) {
   std::optional<std::string> sources, excluded;
   std::vector<int> background = {0, 0, 0}, unseen = {128, 128, 128};
   bool as_json = false;
-  const std::map<std::string, render::Visibility> tests = {{"depth", render::Visibility::depth_map},
+  const std::map<std::string, render::Visibility> tests = {{"bits", render::Visibility::given},
+                                                           {"depth", render::Visibility::depth_map},
                                                            {"rays", render::Visibility::rays}};
   app.add_option("IN", options.input, "fvv file")->required();
   app.add_option("-o,--output", options.output,
@@ -65,8 +66,11 @@ int main(int argc, char **argv) {
   app.add_option("--best", view.best, "cameras that are blended at most")
       ->check(CLI::Range(1u, render::max_best))
       ->capture_default_str();
-  app.add_option("--visible-by", view.visibility, "depth (default): depth maps, as players; rays: the truth")
-      ->transform(CLI::CheckedTransformer(tests).description(""));
+  auto *visible_by =
+      app.add_option("--visible-by", view.visibility,
+                     "bits of the stream, of other cameras depth maps (default where the frame has bits); "
+                     "depth: depth maps of all; rays: the truth")
+          ->transform(CLI::CheckedTransformer(tests).description(""));
   app.add_option("--samples", view.samples, "of a pixel along its side: 1, 3, 5 or 7")
       ->check(CLI::IsMember({1, 3, 5, 7}))
       ->capture_default_str();
@@ -96,6 +100,7 @@ int main(int argc, char **argv) {
     return app.exit(error) ? cli::usage : cli::done;
   }
   return cli::run("fvvrender", [&] {
+    options.visible_by_default = !*visible_by;
     if (sources) options.sources = demux::Selection::parse("--sources", *sources);
     if (excluded) options.excluded = demux::Selection::parse("--exclude", *excluded);
     view.background = colour_of("--background", background);

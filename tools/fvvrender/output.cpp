@@ -103,6 +103,10 @@ std::string json(const Options &options, const Result &result) {
       {"width", result.width},
       {"height", result.height},
       {"sources", result.sources},
+      {"visible_by", result.visibility == render::Visibility::given  ? "bits"
+                     : result.visibility == render::Visibility::rays ? "rays"
+                                                                     : "depth"},
+      {"with_bits", result.with_bits},
       {"surface", {{"pixels", result.surface}, {"share", double(result.surface) / all}}},
       {"share_by_cameras", shares},
       {"seconds", {{"load", result.load}, {"prepare", result.prepare}, {"draw", result.draw}}},

@@ -43,11 +43,28 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
     if (!options.sources.has(id) || (options.excluded && options.excluded->has(id)) ||
         (options.leave_one_out && options.target.camera == id))
       continue;
-    const float *wide = picture.wide.pixels.empty() ? nullptr : picture.wide.pixels.data();
-    out.push_back({picture.camera, picture.image.pixels.data(), nullptr, wide});
+    render::SourceView source = {picture.camera, picture.image.pixels.data()};
+    if (!picture.wide.pixels.empty()) source.wide_pixels = picture.wide.pixels.data();
+    if (const CameraBits *bits = frame.bits_of(id))
+      (bits->domain == FVV_VISIBILITY_FACES ? source.visible_faces : source.visible_vertices) =
+          bits->seen.data();
+    out.push_back(source);
   }
   if (out.empty()) throw cli::Failure(options.input + ": no camera is left to take texture from");
   return out;
+}
+
+// Bits by default where there are some; other sources have depth maps.
+render::Visibility visibility_of(const Options &options, const std::vector<render::SourceView> &sources,
+                                 Result &result) {
+  for (const render::SourceView &source : sources)
+    if (source.visible_faces || source.visible_vertices) result.with_bits.push_back(source.camera.id);
+  if (options.visible_by_default)
+    return result.with_bits.empty() ? render::Visibility::depth_map : render::Visibility::given;
+  if (options.view.visibility == render::Visibility::given && result.with_bits.empty())
+    throw cli::Failure(options.input + ": frame " + std::to_string(options.frame) +
+                       ": there are no bits of these cameras (--visible-by bits)");
+  return options.view.visibility;
 }
 
 // Whether the faces enclose a negative volume. Of open surfaces, which enclose none, the volume towards the
@@ -132,11 +149,13 @@ void run(const Options &options, Result &result) {
   result.load = clock.lap();
 
   render::ViewOptions view = options.view;
+  view.visibility = result.visibility = visibility_of(options, sources, result);
+  if (view.visibility != render::Visibility::given) result.with_bits.clear();
   view.keep_visibility = !options.visibility.empty();
   view.executor = [&](size_t count, const std::function<void(size_t)> &work) {
     cli::parallel(options.threads, count, work);
   };
-  const render::ViewRenderer renderer(frame.mesh(), {}, sources, view);
+  const render::ViewRenderer renderer(frame.mesh(), frame.normals, sources, view);
   result.prepare = clock.lap();
   const render::ViewPicture picture = renderer.render(target);
   result.draw = clock.lap();

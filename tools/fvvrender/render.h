@@ -19,6 +19,7 @@ struct Options {
   std::string depth, weights, visibility, mask; // files; empty: none
   bool force = false;
   uint32_t threads = 1;
+  bool visible_by_default = true; // view.visibility is not asked for: bits where the frame has them
 };
 
 // Shares count pixels by their centres.
@@ -28,6 +29,8 @@ struct Result {
   uint64_t surface = 0;                   // pixels that show the mesh
   std::vector<uint64_t> by_cameras;       // of these, with 0, 1, ... best cameras
   double load = 0, prepare = 0, draw = 0; // seconds: decoding, depth maps, the picture
+  render::Visibility visibility;          // by what was drawn
+  std::vector<uint16_t> with_bits;        // of the sources; with Visibility::given
   std::vector<std::string> warnings;      // and what is odd
   std::vector<std::string> losses;        // whole lines
 };

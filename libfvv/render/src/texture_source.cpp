@@ -1,16 +1,14 @@
 #include "texture_source.h"
 
 #include <algorithm>
-#include <stdexcept>
-#include <string>
 
 namespace fvv::render {
 
 TextureSource::TextureSource(const SourceView &source, const Mesh &mesh, const RayCaster &caster,
                              const ViewOptions &options)
     : view(source), rays(caster), margin(options.margin), visibility(options.visibility) {
-  if (visibility == Visibility::given && !view.visible_faces)
-    throw std::invalid_argument("camera " + std::to_string(view.camera.id) + ": no visibility is given");
+  if (visibility == Visibility::given && !view.visible_faces && !view.visible_vertices)
+    visibility = Visibility::depth_map;
   double centre[3];
   fvv_camera_centre(&view.camera, centre);
   place = {centre[0], centre[1], centre[2]};
@@ -25,8 +23,14 @@ bool TextureSource::shows(const SurfacePoint &point, double at[2]) const {
   if (!(at[0] >= margin && at[1] >= margin && at[0] <= view.camera.width - margin &&
         at[1] <= view.camera.height - margin))
     return false;
-  if (visibility == Visibility::given) return view.visible_faces[point.face] != 0;
+  if (visibility == Visibility::given && view.visible_faces) return view.visible_faces[point.face] != 0;
   if (!(dot(point.face_normal, place - point.position) > 0)) return false;
+  if (visibility == Visibility::given) {
+    double seen = 0;
+    for (size_t i = 0; i < 3; i++)
+      if (view.visible_vertices[point.vertices[i]]) seen += point.barycentric[i];
+    return seen >= 0.5;
+  }
   if (visibility == Visibility::rays) return !hidden_by_rays(place, point.position, point.face, rays);
   return !map->hidden(point.position, point.face_normal);
 }

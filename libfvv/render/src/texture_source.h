@@ -9,11 +9,13 @@ namespace fvv::render {
 struct SurfacePoint {
   uint32_t face = no_face;
   Vec3 position, face_normal; // the normal of any length
+  std::array<uint32_t, 3> vertices = {};
+  std::array<double, 3> barycentric = {};
 };
 
 class TextureSource {
 public:
-  // Borrows view's pixels and rays. Throws std::invalid_argument as ViewRenderer.
+  // Borrows view's pixels and visibility, and rays.
   TextureSource(const SourceView &view, const Mesh &mesh, const RayCaster &rays, const ViewOptions &options);
 
   Vec3 centre() const { return place; }

@@ -137,6 +137,8 @@ private:
     const Vec3 a = positions[index[0]];
     SurfacePoint point;
     point.face = hit.face;
+    point.vertices = {index[0], index[1], index[2]};
+    point.barycentric = hit.barycentric;
     point.position = interpolated(positions, index, hit.barycentric);
     point.face_normal = cross(positions[index[1]] - a, positions[index[2]] - a);
     const Vec3 normal = normalised(interpolated(normals, index, hit.barycentric));

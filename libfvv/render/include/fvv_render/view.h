@@ -31,15 +31,19 @@ namespace fvv::render {
 struct SourceView {
   fvv_camera camera;
   const uint16_t *pixels;
-  // Visibility::given: one entry for each face, not 0 where the camera sees it. Borrowed.
+  // Visibility::given: one of these, or none, then the source has a depth map. Borrowed. An entry for each
+  // face, not 0 where the camera sees it:
   const uint8_t *visible_faces = nullptr;
+  // The same for each vertex, interpolated over the face: seen from one half on. Fronts are asked for as with
+  // depth maps.
+  const uint8_t *visible_vertices = nullptr;
   const float *wide_pixels = nullptr;
 };
 
 enum class Visibility {
   depth_map, // as players do: DepthTest
   rays,      // the truth
-  given      // SourceView::visible_faces
+  given      // SourceView::visible_faces, visible_vertices
 };
 
 // Calls work(0) ... work(count - 1), each once, in any order or at once.
@@ -86,7 +90,7 @@ class ViewRenderer {
 public:
   // mesh and the sources' pixels are borrowed. normals: of vertices, unit length or zero (nothing is textured
   // there); none: vertex_normals(mesh). Throws std::invalid_argument for options out of range, normals of
-  // another number than vertices, given visibility that is not given.
+  // another number than vertices.
   ViewRenderer(const Mesh &mesh, std::vector<Vec3> normals, std::vector<SourceView> sources,
                const ViewOptions &options);
   ~ViewRenderer();
