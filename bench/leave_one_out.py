@@ -5,7 +5,8 @@ The pictures are coded at JPEG's quality 100 and the mesh is the visual hull tha
 measured is geometry, calibration, exposure and the method of texturing. Sources are all 19 other cameras, or the 7 whose
 rays to the middle of the mesh are nearest to the target's. PSNR and SSIM (Wang et al. 2004, Gaussian window of 11 x 11
 pixels) are of BT.709 luma, over the pixels that belong to the silhouette and show the mesh; everything else is the same
-grey in both. What no camera shows is drawn grey, and counts.
+grey in both. What no camera shows is drawn grey, and counts. All is drawn three times: with visibility by depth maps, by the
+bits of the stream (face bits, fvvmux --visibility face), and by rays, which are the truth.
 
     python bench/leave_one_out.py
 
@@ -27,6 +28,7 @@ from real_capture import DATA, TOOLS, read_ply, write_capture  # noqa: E402
 
 WORK = pathlib.Path(__file__).resolve().parent.parent / "build/bench/wd2"
 NEAREST = 7
+WAYS = ("depth", "bits", "rays")
 GREY = 128.0
 
 
@@ -70,13 +72,13 @@ def nearest(cameras, target, middle):
     return sorted(c["id"] for c in others[:NEAREST])
 
 
-def compare(root, camera, stream, sources):
-    """One row: PSNR, SSIM, the share of the silhouette that the mesh covers, that of the mesh that no camera shows."""
-    out, mask_file = WORK / f"{camera['id']}-{len(sources) or 'all'}.png", WORK / "mask.png"
+def compare(root, camera, stream, sources, way):
+    """One cell: PSNR, SSIM, the share of the silhouette that the mesh covers, that of the mesh that no camera shows."""
+    out, mask_file = WORK / f"{camera['id']}-{len(sources) or 'all'}-{way}.png", WORK / "mask.png"
     chosen = ["--sources", ",".join(map(str, sources))] if sources else []
     drawn = json.loads(
         tool("fvvrender", stream, "-o", out, "--camera", camera["id"], "--leave-one-out", "--mask", mask_file,
-             "--json", "--force", *chosen)
+             "--json", "--force", "--visible-by", way, *chosen)
     )  # fmt: skip
     silhouette = root / f"wd_segmented/WD2_{camera['id']}_00020_segmented.png"
     silhouette = np.asarray(Image.open(silhouette).convert("L")) > 128
@@ -99,6 +101,28 @@ def turned_over(source, path):
     return positions
 
 
+def cells_of(row):
+    return "".join(f"{cell[0]:8.2f}" for cell in row) + "".join(f"{cell[1]:8.4f}" for cell in row)
+
+
+def figures(means):
+    """By bits, as fvvrender draws by default; and what the other ways would have given."""
+    out = {}
+    for name, rows in means.items():
+        by = dict(zip(WAYS, rows))
+        out |= {
+            f"wd2.{name}_{what}": by["bits"][i]
+            for i, what in ((0, "psnr_db"), (1, "ssim"), (3, "unseen_share"))
+        }
+        for way in "depth", "rays":
+            out |= {f"wd2.{name}_by_{way}_{what}": by[way][i] for i, what in ((0, "psnr_db"), (1, "ssim"))}
+        gain, similar = by["bits"][0] - by["depth"][0], by["bits"][1] - by["depth"][1]
+        # Less than that is nothing that a figure of two decimals tells.
+        verdict = "no worse" if gain > -0.005 and similar > -0.0005 else "WORSE"
+        print(f"{name}: bits are {verdict} than depth maps: {gain:+.3f} dB, SSIM {similar:+.4f}")
+    return out
+
+
 def measure():
     """Figures for bench.py, none without the data; prints the table."""
     root = DATA / "wd2_human20"
@@ -110,25 +134,24 @@ def measure():
     description["meshes"] = {"pattern": "mesh_%04d.obj"}
     middle = turned_over(root / wd2_human20.MESH, WORK / "mesh_0020.obj").mean(0)
     capture, stream = write_capture(WORK, description), WORK / "wd2.fvv"
-    tool("fvvmux", capture, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry", "--force")
-    rows = {"all": [], "nearest": []}
-    print(f"{'camera':8}{'from all others':>32}{f'from the nearest {NEAREST}':>32}{'covered %':>12}")
-    print(f"{'':8}" + f"{'PSNR dB':>12}{'SSIM':>8}{'unseen %':>12}" * 2)
+    tool("fvvmux", capture, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry",
+         "--visibility", "face", "--force")  # fmt: skip
+    rows = {name: [] for name in ("leave_one_out", f"nearest_{NEAREST}")}
+    titles = "from all others", f"from the nearest {NEAREST}"
+    print(f"{'':8}" + "".join(f"{title:>48}" for title in titles))
+    ways = "".join(f"{way:>8}" for way in WAYS)
+    print(f"{'':8}" + f"{'PSNR dB':>24}{'SSIM':>24}" * 2)
+    print(f"{'camera':8}{ways * 4}{'covered %':>12}")
     for camera in cameras:
-        pair = [compare(root, camera, stream, s) for s in ([], nearest(cameras, camera, middle))]
-        for name, row in zip(rows, pair):
+        cells = ""
+        for name, sources in zip(rows, ([], nearest(cameras, camera, middle))):
+            row = [compare(root, camera, stream, sources, way) for way in WAYS]
             rows[name].append(row)
-        cells = "".join(f"{row[0]:12.2f}{row[1]:8.4f}{100 * row[3]:12.2f}" for row in pair)
-        print(f"{camera['id']:<8}{cells}{100 * pair[0][2]:12.2f}", flush=True)
+            cells += cells_of(row)
+        print(f"{camera['id']:<8}{cells}{100 * row[0][2]:12.2f}", flush=True)
     means = {name: np.mean(row, 0) for name, row in rows.items()}
-    return {
-        "wd2.leave_one_out_psnr_db": means["all"][0],
-        "wd2.leave_one_out_ssim": means["all"][1],
-        "wd2.leave_one_out_unseen_share": means["all"][3],
-        "wd2.nearest_7_psnr_db": means["nearest"][0],
-        "wd2.nearest_7_ssim": means["nearest"][1],
-        "wd2.nearest_7_unseen_share": means["nearest"][3],
-    }
+    print(f"{'mean':8}" + "".join(cells_of(mean) for mean in means.values()))
+    return figures(means)
 
 
 if __name__ == "__main__":

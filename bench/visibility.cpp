@@ -1,7 +1,9 @@
-// Visibility of a file's meshes as its cameras have it, by casting rays at the decoded meshes: bits for each
-// element and camera, times, and how often a bit is not what a ray to some other place of the face says.
+// Visibility of a file as players use it: how often its bits, and depth maps in their place, are not what
+// rays say, and what bits cost in time.
 #include "fvvbench.h"
 
+#include "fvv_render/normals.h"
+#include "fvv_render/occlusion.h"
 #include "fvv_render/ray_visibility.h"
 
 #include <cmath>
@@ -10,147 +12,203 @@ namespace {
 
 using namespace fvv::render;
 
-// Sums over frames and cameras.
-struct Sums {
-  double pairs = 0, bytes = 0, lost = 0; // element and camera; bytes of payload; seen, no bit
-  double places = 0, wrong = 0;          // places that face a camera; bits that do not fit them
-  double frames = 0, order = 0, encode = 0, decode = 0; // seconds
+constexpr double weight_threshold = 0.25; // of view-dependent texturing
+constexpr size_t most_frames = 10;
+
+// Pairs of a camera and a place of the surface that camera might be used for.
+struct Pairs {
+  double all = 0, shown = 0, hidden = 0; // of all: shown wrongly, hidden wrongly
+  void add(bool says, bool truth) {
+    all++;
+    shown += says && !truth;
+    hidden += !says && truth;
+  }
+  void report(nlohmann::ordered_json &out, const std::string &name) const {
+    out[name + "error_percent"] = 100 * (shown + hidden) / all;
+    out[name + "shown_wrongly_percent"] = 100 * shown / all;
+    out[name + "hidden_wrongly_percent"] = 100 * hidden / all;
+  }
 };
 
-struct Frame {
+struct Surface {
   fvv_mesh mesh = {};
   std::vector<float> metres;
-  std::vector<std::vector<uint8_t>> faces, vertices; // seen by each camera
-  std::vector<std::vector<uint8_t>> places;          // of each face one place: 1 seen by each camera, 0 not
-  Mesh view() const {
-    Mesh out;
-    out.positions = metres.data();
-    out.vertex_count = mesh.vertex_count;
-    out.faces = mesh.faces;
-    out.face_count = mesh.face_count;
-    return out;
+  std::vector<Vec3> normals;
+  Surface(fvv_stream *stream, size_t frame, const fvv_scene &scene) {
+    fvv_diagnostic d{};
+    require(fvv_stream_mesh(stream, frame, 1, &mesh, &d), d);
+    metres.resize(3 * size_t(mesh.vertex_count));
+    fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, mesh.vertex_count,
+                          metres.data());
+    normals = vertex_normals(view());
+  }
+  Surface(const Surface &) = delete;
+  ~Surface() { fvv_mesh_free(&mesh); }
+  Mesh view() const { return {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count}; }
+  Vec3 corner(uint32_t face, int i) const {
+    const float *p = &metres[3 * size_t(mesh.faces[3 * size_t(face) + size_t(i)])];
+    return {p[0], p[1], p[2]};
+  }
+  Vec3 face_normal(uint32_t f) const { // twice the area long
+    return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0));
   }
 };
 
-// A place within a face that is as likely to be anywhere in it, another one for each face.
-Vec3 place_in(const Mesh &mesh, uint32_t face) {
-  double u = std::fmod(0.5 + 0.7548776662466927 * face, 1.0),
-         v = std::fmod(0.5 + 0.5698402909980532 * face, 1.0);
-  if (u + v > 1) {
-    u = 1 - u;
-    v = 1 - v;
-  }
-  const auto at = [&](size_t corner) {
-    const float *p = mesh.positions + 3 * size_t(mesh.faces[3 * size_t(face) + corner]);
-    return Vec3{p[0], p[1], p[2]};
-  };
-  return at(0) * (1 - u - v) + at(1) * u + at(2) * v;
-}
+struct Place {
+  uint32_t face;
+  double weight[3]; // barycentric
+};
 
-std::vector<uint8_t> seen_places(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays) {
-  double c[3];
-  fvv_camera_centre(&camera, c);
-  std::vector<uint8_t> out(mesh.face_count);
-  for (uint32_t f = 0; f < mesh.face_count; f++) {
-    const Vec3 place = place_in(mesh, f);
-    const double world[3] = {place.x, place.y, place.z};
-    double pixel[2];
-    out[f] = fvv_camera_project(&camera, world, pixel, nullptr) == 1 && pixel[0] >= 0 && pixel[1] >= 0 &&
-             pixel[0] < camera.width && pixel[1] < camera.height &&
-             !rays.blocked({c[0], c[1], c[2]}, place, f);
+// As many places as faces, spread evenly over the area: every part of the surface counts by its size.
+std::vector<Place> places_on(const Surface &surface) {
+  const uint32_t count = surface.mesh.face_count;
+  double area = 0, passed = 0;
+  for (uint32_t f = 0; f < count; f++) area += length(surface.face_normal(f));
+  const double step = area / count;
+  std::vector<Place> out;
+  for (uint32_t f = 0; f < count; f++) {
+    passed += length(surface.face_normal(f));
+    while ((double(out.size()) + 0.5) * step < passed) {
+      const auto n = double(out.size());
+      double u = std::fmod(0.5 + 0.7548776662466927 * n, 1.0),
+             v = std::fmod(0.5 + 0.5698402909980532 * n, 1.0);
+      if (u + v > 1) {
+        u = 1 - u;
+        v = 1 - v;
+      }
+      out.push_back({f, {1 - u - v, u, v}});
+    }
   }
   return out;
 }
 
-Frame look(fvv_stream *stream, size_t number, const fvv_configuration &configuration) {
-  Frame frame;
-  fvv_diagnostic d{};
-  require(fvv_stream_mesh(stream, number, 1, &frame.mesh, &d), d);
-  frame.metres.resize(3 * size_t(frame.mesh.vertex_count));
-  fvv_lattice_to_floats(configuration.scene.lattice_origin, configuration.scene.lattice_step,
-                        frame.mesh.positions, frame.mesh.vertex_count, frame.metres.data());
-  const Mesh mesh = frame.view();
-  const RayCaster rays(mesh);
-  for (size_t c = 0; c < configuration.camera_count; c++) {
-    frame.faces.push_back(visible_faces(configuration.cameras[c], mesh, rays));
-    frame.vertices.push_back(visible_vertices(configuration.cameras[c], mesh, rays));
-    frame.places.push_back(seen_places(configuration.cameras[c], mesh, rays));
-  }
-  return frame;
+Vec3 mixed(const Place &place, Vec3 a, Vec3 b, Vec3 c) {
+  return a * place.weight[0] + b * place.weight[1] + c * place.weight[2];
 }
 
-// States of the frame before by camera, and the faces that they belong to.
-struct Former {
-  std::vector<std::vector<uint8_t>> states;
-  std::vector<uint32_t> faces;
-  uint32_t number = 0;
+// As fvv.md, clause 17.4, tells players.
+bool says(const std::vector<uint8_t> &shares, const Surface &surface, const Place &place) {
+  double seen = 0;
+  for (size_t i = 0; i < 3; i++)
+    seen += shares[surface.mesh.faces[3 * size_t(place.face) + i]] * place.weight[i];
+  return seen >= 127.5;
+}
+
+struct Sums {
+  Pairs bits, faces, map; // faces: the bit of the face as it stands, where it has one
+  double frames = 0, look = 0, order = 0, encode = 0, decode = 0; // seconds
 };
 
-void code(const Frame &frame, const fvv_configuration &configuration, uint8_t domain, uint8_t threshold,
-          Former &former, Sums &sums) {
-  const fvv_mesh &mesh = frame.mesh;
-  const std::vector<uint32_t> faces(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
-  const bool follows = former.faces == faces;
-  const auto &seen = domain == FVV_VISIBILITY_FACES ? frame.faces : frame.vertices;
-  const size_t count = seen[0].size();
-  former.number = follows ? former.number + 1 : 0;
-  former.faces = faces;
-  if (!follows) former.states.assign(seen.size(), std::vector<uint8_t>(count));
-  std::vector<fvv_visibility_view> views;
-  auto states = former.states;
-  fvv_diagnostic d{};
-  for (size_t c = 0; c < seen.size(); c++) {
-    views.push_back(
-        {configuration.cameras[c].id, {}, seen[c].data(), former.states[c].data(), states[c].data()});
-    require(fvv_visibility_centre(&configuration.cameras[c], &configuration.scene, views[c].centre, &d), d);
+// The places for which the camera's weight, by the interpolated normal, reaches the threshold and which stand
+// in its picture. Of these the truth is the front and a ray to the place itself.
+void compare(const Surface &surface, const std::vector<Place> &places, const fvv_camera &camera,
+             const RayCaster &rays, const uint8_t *states, uint8_t domain, Sums &sums) {
+  double at[3];
+  fvv_camera_centre(&camera, at);
+  const Vec3 centre = {at[0], at[1], at[2]};
+  const DepthMap map(camera, surface.view(), {});
+  std::vector<uint32_t> counts(2 * size_t(surface.mesh.vertex_count));
+  std::vector<uint8_t> shares(surface.mesh.vertex_count);
+  fvv_visibility_shares(&surface.mesh, domain, states, counts.data(), shares.data());
+  for (const Place &place : places) {
+    const uint32_t *face = surface.mesh.faces + 3 * size_t(place.face);
+    const Vec3 where = mixed(place, surface.corner(place.face, 0), surface.corner(place.face, 1),
+                             surface.corner(place.face, 2));
+    const Vec3 normal = normalised(
+        mixed(place, surface.normals[face[0]], surface.normals[face[1]], surface.normals[face[2]]));
+    if (!(dot(normal, normalised(centre - where)) >= weight_threshold)) continue;
+    const double world[3] = {where.x, where.y, where.z};
+    double pixel[2];
+    if (!fvv_camera_project(&camera, world, pixel, nullptr) || pixel[0] < 0 || pixel[1] < 0 ||
+        pixel[0] >= camera.width || pixel[1] >= camera.height)
+      continue;
+    const Vec3 face_normal = surface.face_normal(place.face);
+    const bool front = dot(face_normal, centre - where) > 0;
+    const bool truth = front && !hidden_by_rays(centre, where, place.face, rays);
+    sums.bits.add(front && says(shares, surface, place), truth);
+    if (domain == FVV_VISIBILITY_FACES && states[place.face] != FVV_ELEMENT_AVERSE)
+      sums.faces.add(states[place.face] == FVV_ELEMENT_SEEN, truth);
+    sums.map.add(front && !map.hidden(where, face_normal), truth);
   }
-  fvv_visibility_header header = {domain, threshold, 1, 0, former.number, 0};
+}
+
+// What coder and decoder take, for one frame without the one before.
+void time_coding(const Surface &surface, const fvv_visibility_header &coded,
+                 const std::vector<fvv_camera> &cameras, const fvv_scene &scene, const RayCaster &rays,
+                 Sums &sums) {
+  const fvv_mesh &mesh = surface.mesh;
+  fvv_visibility_header header = coded;
+  header.number = 0;
+  std::vector<std::vector<uint8_t>> seen;
+  std::vector<fvv_visibility_view> views;
+  fvv_diagnostic d{};
+  sums.look += seconds([&] {
+    for (const fvv_camera &camera : cameras) {
+      fvv_visibility_view view = {};
+      view.camera = camera.id;
+      require(fvv_visibility_centre(&camera, &scene, view.centre, &d), d);
+      std::vector<uint8_t> facing(header.element_count);
+      fvv_visibility_facing(&mesh, header.domain, view.centre, header.threshold, facing.data());
+      const auto look = header.domain == FVV_VISIBILITY_FACES ? seen_faces : seen_vertices;
+      seen.push_back(look(camera, surface.view(), rays, facing));
+      views.push_back(view);
+    }
+  });
+  for (size_t i = 0; i < views.size(); i++) views[i].seen = seen[i].data();
   fvv_visibility_order *order = nullptr;
   fvv_bytes payload{};
-  sums.order += seconds([&] { require(fvv_visibility_order_open(&mesh, domain, nullptr, &order, &d), d); });
+  sums.order +=
+      seconds([&] { require(fvv_visibility_order_open(&mesh, header.domain, nullptr, &order, &d), d); });
   sums.encode += seconds([&] {
     require(fvv_visibility_encode(order, &mesh, &header, views.data(), views.size(), &payload, &d), d);
   });
   std::vector<fvv_visibility_stream> streams(views.size());
+  std::vector<uint8_t> states(header.element_count);
   sums.decode += seconds([&] {
     require(
         fvv_visibility_peek(payload.data, payload.size, nullptr, &header, streams.data(), streams.size(), &d),
         d);
     for (size_t c = 0; c < views.size(); c++)
       require(fvv_visibility_decode(order, &mesh, &header, payload.data + streams[c].offset, streams[c].size,
-                                    views[c].centre, former.states[c].data(), former.states[c].data(), &d),
+                                    views[c].centre, nullptr, states.data(), &d),
               d);
   });
-  if (states != former.states) throw std::runtime_error("what was decoded is not what was encoded");
-  for (size_t c = 0; c < seen.size(); c++)
-    for (size_t i = 0; i < count; i++) {
-      sums.lost += seen[c][i] && !states[c][i];
-      if (domain == FVV_VISIBILITY_VERTICES || !states[c][i]) continue;
-      sums.places++;
-      sums.wrong += (states[c][i] == FVV_ELEMENT_SEEN) != (frame.places[c][i] != 0);
-    }
-  sums.pairs += double(count * seen.size());
-  sums.bytes += double(payload.size);
-  sums.frames++;
   fvv_bytes_free(&payload);
   fvv_visibility_order_close(order);
 }
 
-void report(nlohmann::ordered_json &out, const std::string &name, const Sums &s) {
-  out[name + ".bits"] = s.bytes * 8 / s.pairs;
-  out[name + ".bytes_a_frame"] = s.bytes / s.frames;
-  out[name + ".lost_percent"] = 100 * s.lost / s.pairs;
-  if (s.places > 0) out[name + ".error_percent"] = 100 * s.wrong / s.places;
-  out[name + ".order_ms"] = s.order / s.frames * 1e3;
-  out[name + ".encode_ms"] = s.encode / s.frames * 1e3;
-  out[name + ".decode_ms"] = s.decode / s.frames * 1e3;
+void add_frame(fvv_stream *stream, size_t frame, uint16_t track, Sums &sums) {
+  fvv_diagnostic d{};
+  const fvv_configuration *configuration = nullptr;
+  fvv_frame where;
+  require(fvv_stream_frame(stream, frame, &where, &d), d);
+  require(fvv_stream_configuration(stream, where.group, &configuration, &d), d);
+  const fvv_scene scene = configuration->scene;
+  const Surface surface(stream, frame, scene);
+  const RayCaster rays(surface.view());
+  const std::vector<Place> places = places_on(surface);
+  const fvv_visibility *visibility = nullptr;
+  require(fvv_stream_visibility(stream, frame, track, &visibility, &d), d);
+  if (!visibility) return;
+  const fvv_visibility_header header = visibility->header;
+  const std::vector<uint8_t> states(visibility->states,
+                                    visibility->states + size_t(header.camera_count) * header.element_count);
+  const std::vector<uint16_t> ids(visibility->cameras, visibility->cameras + header.camera_count);
+  std::vector<fvv_camera> cameras(ids.size());
+  for (size_t i = 0; i < ids.size(); i++) {
+    require(fvv_stream_camera(stream, frame, ids[i], &cameras[i], &d), d);
+    compare(surface, places, cameras[i], rays, &states[i * header.element_count], header.domain, sums);
+  }
+  time_coding(surface, header, cameras, scene, rays, sums);
+  sums.frames++;
 }
 
 } // namespace
 
-// bits: for each element and camera, 1 if none were coded. lost_percent: of these, seen by the ray to the
-// centroid or vertex, and not facing by more than the threshold. error_percent: of the pairs of face and
-// camera that have a bit, those where a ray to another place of the face says otherwise.
+// error_percent: of the pairs of a camera and a place, with places spread over the surface by area, that
+// stand in the picture and whose weight reaches 0.25, those where a player would show the camera's picture
+// though something hides the place, or not show it though nothing does. The truth is the ray to that place.
+// depth_map: the same with the reference's depth map at the size of the picture.
 nlohmann::ordered_json visibility(const char *path) {
   Bytes source = read_file(path);
   fvv_diagnostic d{};
@@ -159,23 +217,21 @@ nlohmann::ordered_json visibility(const char *path) {
   require(fvv_stream_open(&input, nullptr, nullptr, &stream, &d), d);
   const fvv_configuration *configuration = nullptr;
   require(fvv_stream_configuration(stream, 0, &configuration, &d), d);
-  if (!configuration->camera_count) throw std::runtime_error("the file has no cameras");
-  const size_t frames = std::min<size_t>(fvv_stream_frame_count(stream), 10);
-  Sums faces, nearly_all, all, vertices;
-  Former faces_before, nearly_all_before, all_before, vertices_before;
-  for (size_t f = 0; f < frames; f++) {
-    Frame frame = look(stream, f, *configuration);
-    code(frame, *configuration, FVV_VISIBILITY_FACES, FVV_VISIBILITY_THRESHOLD, faces_before, faces);
-    code(frame, *configuration, FVV_VISIBILITY_FACES, 4, nearly_all_before, nearly_all);
-    code(frame, *configuration, FVV_VISIBILITY_FACES, 0, all_before, all);
-    code(frame, *configuration, FVV_VISIBILITY_VERTICES, FVV_VISIBILITY_THRESHOLD, vertices_before, vertices);
-    fvv_mesh_free(&frame.mesh);
-  }
-  nlohmann::ordered_json out = {{"visibility.cameras", configuration->camera_count}};
-  report(out, "visibility.faces", faces);
-  report(out, "visibility.faces_at_4", nearly_all);
-  report(out, "visibility.faces_at_0", all);
-  report(out, "visibility.vertices", vertices);
+  uint16_t track = 0;
+  for (size_t i = 0; i < configuration->track_count; i++)
+    if (configuration->tracks[i].kind == FVV_TRACK_VISIBILITY) track = configuration->tracks[i].id;
+  if (!track) throw std::runtime_error("the file has no visibility");
+  Sums sums;
+  for (size_t f = 0; f < std::min(fvv_stream_frame_count(stream), most_frames); f++)
+    add_frame(stream, f, track, sums);
+  nlohmann::ordered_json out;
+  sums.bits.report(out, "");
+  if (sums.faces.all > 0) sums.faces.report(out, "plain_face_bits_");
+  sums.map.report(out, "depth_map_");
+  out["look_ms"] = sums.look / sums.frames * 1e3;
+  out["order_ms"] = sums.order / sums.frames * 1e3;
+  out["encode_ms"] = sums.encode / sums.frames * 1e3;
+  out["decode_ms"] = sums.decode / sums.frames * 1e3;
   fvv_stream_close(stream);
   return out;
 }

@@ -243,7 +243,7 @@ TEST_CASE("visibility may be given for vertices: it is interpolated, and one hal
   sources.plain(looking({0, 0, 4}, {}, 64, 64, 60), {1, 0, 0});
   ViewOptions options;
   options.visibility = Visibility::given;
-  const uint8_t left[4] = {1, 0, 0, 1};
+  const uint8_t left[4] = {255, 0, 0, 255};
   for (SourceView &view : sources.views) view.visible_vertices = left;
   // The one behind would see the same vertices, but not the front.
   for (const double x : {-0.9, -0.3, -0.01})

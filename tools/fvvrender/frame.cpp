@@ -58,8 +58,6 @@ public:
     out.up = configuration->scene.up_axis;
     load_cameras(out);
     load_mesh(out);
-    out.bits = load_visibility(stream.get(), place.frame, *configuration,
-                               demux::mesh_track_of(*configuration, nullptr)->id, where, out.losses);
     for (const demux::VideoViews &track : demux::views_of(*configuration, {}, nullptr))
       load_track(track, out);
     return out;
@@ -98,6 +96,7 @@ private:
                           mesh.positions, mesh.vertex_count, out.positions.data());
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
     if (mesh.normals || mesh.texture) load_normals(mesh, out);
+    out.bits = load_visibility(stream.get(), place.frame, mesh, *configuration, track->id, where, out.losses);
   }
 
   // Those that are sent; else computed, but as one over the seams of an atlas (fvv.md, clause 8.12). Without
@@ -193,7 +192,7 @@ const fvv_camera *Frame::camera(uint16_t id) const {
   return found == cameras.end() ? nullptr : &*found;
 }
 
-const CameraBits *Frame::bits_of(uint16_t camera) const {
+const CameraShares *Frame::bits_of(uint16_t camera) const {
   const auto found =
       std::find_if(bits.begin(), bits.end(), [&](const auto &b) { return b.camera == camera; });
   return found == bits.end() ? nullptr : &*found;

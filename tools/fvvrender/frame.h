@@ -26,16 +26,16 @@ struct Frame {
   std::vector<Picture> pictures;     // in the order of the stream's tracks and tiles
   uint8_t up = 0;                    // FVV_UP_...
   std::vector<render::Vec3> normals; // of vertices, where the stream sends some or has seams; else none
-  std::vector<CameraBits> bits;
+  std::vector<CameraShares> bits;
   std::vector<std::string>
       losses; // whole lines: pictures and visibility of this frame that are lost or not there
 
   render::Mesh mesh() const {
     return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
   }
-  const fvv_camera *camera(uint16_t id) const;      // NULL: there is none
-  const CameraBits *bits_of(uint16_t camera) const; // likewise
-  std::string camera_ids() const;                   // "0, 1, 3"
+  const fvv_camera *camera(uint16_t id) const;        // NULL: there is none
+  const CameraShares *bits_of(uint16_t camera) const; // likewise
+  std::string camera_ids() const;                     // "0, 1, 3"
 };
 
 // Frame number of the stream, counted as fvvdemux does. cli::Failure when it is not there (usage), has no

@@ -9,29 +9,31 @@ namespace fvv::rendering {
 
 namespace {
 
-void add(const fvv_visibility &found, std::vector<CameraBits> &out) {
+void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraShares> &out) {
   const size_t count = found.header.element_count;
+  std::vector<uint32_t> counts(2 * size_t(mesh.vertex_count));
   for (size_t i = 0; i < found.header.camera_count; i++) {
-    CameraBits bits = {found.cameras[i], found.header.domain, std::vector<uint8_t>(count)};
-    for (size_t k = 0; k < count; k++) bits.seen[k] = found.states[i * count + k] == FVV_ELEMENT_SEEN;
+    CameraShares camera = {found.cameras[i], found.header.domain, std::vector<uint8_t>(mesh.vertex_count)};
+    fvv_visibility_shares(&mesh, camera.domain, found.states + i * count, counts.data(),
+                          camera.shares.data());
     const auto same =
-        std::find_if(out.begin(), out.end(), [&](const auto &b) { return b.camera == bits.camera; });
+        std::find_if(out.begin(), out.end(), [&](const auto &c) { return c.camera == camera.camera; });
     if (same == out.end())
-      out.push_back(std::move(bits));
-    else if (bits.domain == FVV_VISIBILITY_FACES && same->domain != FVV_VISIBILITY_FACES)
-      *same = std::move(bits);
+      out.push_back(std::move(camera));
+    else if (camera.domain == FVV_VISIBILITY_FACES && same->domain != FVV_VISIBILITY_FACES)
+      *same = std::move(camera);
   }
 }
 
 } // namespace
 
-std::vector<CameraBits> load_visibility(fvv_stream *stream, size_t frame,
-                                        const fvv_configuration &configuration, uint16_t mesh_track,
-                                        const std::string &where, std::vector<std::string> &losses) {
+std::vector<CameraShares> load_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &mesh,
+                                          const fvv_configuration &configuration, uint16_t mesh_track,
+                                          const std::string &where, std::vector<std::string> &losses) {
   std::vector<uint16_t> tracks;
   for (size_t i = 0; i < configuration.track_count; i++)
     if (configuration.tracks[i].kind == FVV_TRACK_VISIBILITY) tracks.push_back(configuration.tracks[i].id);
-  std::vector<CameraBits> out;
+  std::vector<CameraShares> out;
   for (const uint16_t track : tracks) {
     const fvv_visibility *found = nullptr;
     fvv_diagnostic diagnostic = {};
@@ -41,7 +43,7 @@ std::vector<CameraBits> load_visibility(fvv_stream *stream, size_t frame,
       losses.push_back(where + ": no visibility of track " + std::to_string(track) +
                        ", depth maps take its place: " + demux::text_of(diagnostic));
     else if (status == FVV_OK && found->header.mesh_track == mesh_track)
-      add(*found, out);
+      add(*found, mesh, out);
   }
   return out;
 }

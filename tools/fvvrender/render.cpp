@@ -45,9 +45,7 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
       continue;
     render::SourceView source = {picture.camera, picture.image.pixels.data()};
     if (!picture.wide.pixels.empty()) source.wide_pixels = picture.wide.pixels.data();
-    if (const CameraBits *bits = frame.bits_of(id))
-      (bits->domain == FVV_VISIBILITY_FACES ? source.visible_faces : source.visible_vertices) =
-          bits->seen.data();
+    if (const CameraShares *bits = frame.bits_of(id)) source.visible_vertices = bits->shares.data();
     out.push_back(source);
   }
   if (out.empty()) throw cli::Failure(options.input + ": no camera is left to take texture from");
@@ -58,7 +56,7 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
 render::Visibility visibility_of(const Options &options, const std::vector<render::SourceView> &sources,
                                  Result &result) {
   for (const render::SourceView &source : sources)
-    if (source.visible_faces || source.visible_vertices) result.with_bits.push_back(source.camera.id);
+    if (source.visible_vertices) result.with_bits.push_back(source.camera.id);
   if (options.visible_by_default)
     return result.with_bits.empty() ? render::Visibility::depth_map : render::Visibility::given;
   if (options.view.visibility == render::Visibility::given && result.with_bits.empty())

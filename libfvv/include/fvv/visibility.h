@@ -105,6 +105,15 @@ FVV_API FVV_MUST_USE fvv_status fvv_visibility_decode(fvv_visibility_order *orde
                                                       const int32_t centre[3], const uint8_t *former,
                                                       uint8_t *states, fvv_diagnostic *diagnostic);
 
+/* ---- for players, clause 17.4 ----------------------------------------------------------------------- */
+
+/* What a camera sees of the surface around each vertex, 0 to 255: of face bits the share of those around it,
+ * of vertex bits all or nothing. Interpolated over a face, a place is seen from 127.5 on. states: of one
+ * camera, an entry for each element. counts: 2 x vertex_count, to work in; not read for vertices, may be NULL
+ * then. shares: vertex_count. mesh: faces index its vertices. */
+FVV_API void fvv_visibility_shares(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states,
+                                   uint32_t *counts, uint8_t *shares);
+
 #ifdef __cplusplus
 }
 #endif

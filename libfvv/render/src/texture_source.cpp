@@ -27,9 +27,8 @@ bool TextureSource::shows(const SurfacePoint &point, double at[2]) const {
   if (!(dot(point.face_normal, place - point.position) > 0)) return false;
   if (visibility == Visibility::given) {
     double seen = 0;
-    for (size_t i = 0; i < 3; i++)
-      if (view.visible_vertices[point.vertices[i]]) seen += point.barycentric[i];
-    return seen >= 0.5;
+    for (size_t i = 0; i < 3; i++) seen += view.visible_vertices[point.vertices[i]] * point.barycentric[i];
+    return seen >= 127.5;
   }
   if (visibility == Visibility::rays) return !hidden_by_rays(place, point.position, point.face, rays);
   return !map->hidden(point.position, point.face_normal);

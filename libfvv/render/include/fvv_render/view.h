@@ -34,8 +34,8 @@ struct SourceView {
   // Visibility::given: one of these, or none, then the source has a depth map. Borrowed. An entry for each
   // face, not 0 where the camera sees it:
   const uint8_t *visible_faces = nullptr;
-  // The same for each vertex, interpolated over the face: seen from one half on. Fronts are asked for as with
-  // depth maps.
+  // An entry for each vertex, 0 to 255, interpolated over the face: seen from 127.5 on
+  // (fvv_visibility_shares). Fronts are asked for as with depth maps.
   const uint8_t *visible_vertices = nullptr;
   const float *wide_pixels = nullptr;
 };
