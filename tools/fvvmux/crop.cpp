@@ -1,6 +1,7 @@
 #include "fvvmux/crop.h"
 
 #include "cli/parallel.h"
+#include "fvvmux/frames.h"
 
 #include <algorithm>
 #include <cmath>
@@ -56,7 +57,7 @@ std::vector<Box> boxes_of_frame(const Plan &plan, const std::vector<size_t> &cam
     const capture::Camera &camera = capture.cameras[index];
     switch (crop_by(capture, camera)) {
     case CropBy::masks:
-      boxes.push_back(box_of(plan.videos->read(capture, *camera.masks, number, 1)));
+      boxes.push_back(box_of(load_view<uint8_t>(plan, index, *camera.masks, number, 1)));
       break;
     case CropBy::mesh:
       if (!mesh) mesh = capture::load_mesh(capture, number);

@@ -21,6 +21,15 @@ template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, i
 }
 
 template <class Sample>
+media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const capture::PictureSource &source,
+                                    int64_t frame, int channels) {
+  media::BasicImage<Sample> picture = plan.videos->read<Sample>(plan.capture, source, frame, channels);
+  return plan.undistortion ? plan.undistortion->apply(camera, frame, std::move(picture)) : picture;
+}
+
+template media::Image load_view(const Plan &, size_t, const capture::PictureSource &, int64_t, int);
+
+template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask) {
   const capture::Capture &capture = plan.capture;
   const Tiling &tiling = track.tiling;
@@ -42,18 +51,19 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
   }
   try {
     for (size_t k = 0; k < tiling.cameras.size(); k++) {
-      const capture::Camera &camera = capture.cameras[tiling.cameras[k]];
+      const size_t index = tiling.cameras[k];
+      const capture::Camera &camera = capture.cameras[index];
       const fvv_rect from = tiles[k].source;
       const auto part = [&](const auto &image) {
         return media::crop(image, from.x, from.y, from.width, from.height);
       };
-      images.push_back(part(plan.videos->read<Sample>(capture, *camera.pictures, number, 3)));
+      images.push_back(part(load_view<Sample>(plan, index, *camera.pictures, number, 3)));
       masks.emplace_back();
       kept.emplace_back();
       tiles[k].source.x = tiles[k].source.y = 0;
       if (!camera.masks || !(with_mask || background != Background::keep)) continue;
       masked = true;
-      masks.back() = part(plan.videos->read(capture, *camera.masks, number, 1));
+      masks.back() = part(load_view<uint8_t>(plan, index, *camera.masks, number, 1));
       if (background == Background::flat) media::flatten(images.back(), masks.back(), background_margin);
       if (background == Background::smooth) kept.back() = media::widened(masks.back(), background_margin);
     }

@@ -21,6 +21,12 @@ template <class Sample> struct Picture {
 template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask);
 
+// A picture or mask of a camera, as the plan's cameras see it: without lens, when asked for. camera: index in
+// the capture; frame: its number in file names.
+template <class Sample>
+media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const capture::PictureSource &source,
+                                    int64_t frame, int channels);
+
 // The picture of the capture's atlas, for the same samples. frame: its number in file names.
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
 

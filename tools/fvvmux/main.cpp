@@ -37,7 +37,9 @@ constexpr const char *footer =
     "(null: the atlas), kind, file, pictures, rate, constant_rate, frames, met, unmet: [[first, last], ...], "
     "largest_offset,\n"
     "mean_offset, repeated, unused: {before, between, behind}, better_start}] for videos, offsets in\n"
-    "seconds, seconds, frames_per_second, verified: {meshes, pictures, cameras, max_vertex_error,\n"
+    "seconds, undistorted (with --undistort): [{camera, source_width, source_height, width, height,\n"
+    "horizontal_degrees, vertical_degrees, kept, blank (shares of the old and the new picture's area),\n"
+    "axis_scale, limited}] for cameras with a lens, seconds, frames_per_second, verified: {meshes, pictures, cameras, max_vertex_error,\n"
     "max_vertex_error_steps, psnr, min_psnr, max_reprojection, moving_max_reprojection, max_texture_error, "
     "max_normal_error\n"
     "(degrees), atlas: {pictures, psnr,\n"
@@ -103,6 +105,15 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
          "auto: of each camera's picture what is seen of the scene in a group of frames, by its masks, else "
          "by the mesh; none: whole pictures (docs/fvvmux-tiles.md)")
       ->capture_default_str();
+  auto *undistort =
+      app.add_flag("--undistort", options.undistort,
+                   "resample the pictures of cameras with a lens to cameras without (docs/calibration.md)");
+  app.add_option("--undistort-alpha", options.undistort_alpha,
+                 "how much they show: 0, the most that leaves no pixel blank; 1, all that the lens shows")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->needs(undistort);
+  undistort->excludes(sheet);
   app.add_option(
       "--max-error", texts.max_error,
       "error of the geometry in pixels of the transmitted pictures, at the camera that sees a place "

@@ -79,6 +79,8 @@ struct Options {
   bool repeat_configuration = false, live = false, verify = false, force = false;
   Crop crop = Crop::automatic;
   Visibility visibility = Visibility::automatic;
+  bool undistort = false;     // pictures without lens
+  double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.

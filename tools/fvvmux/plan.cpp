@@ -165,6 +165,8 @@ Plan make_plan(const Options &options) {
   plan.capture = capture::load_capture(capture::description_file(options.capture));
   const bool left_out = select(plan.capture, options);
   plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
+  if (options.undistort)
+    plan.undistortion = std::make_shared<Undistortion>(plan.capture, options.undistort_alpha);
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
   Tiling cameras = whole_pictures(plan.capture, options);
   plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);

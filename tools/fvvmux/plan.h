@@ -8,6 +8,7 @@
 #include "fvv/visibility.h"
 #include "fvv_media/video.h"
 #include "fvvmux/options.h"
+#include "fvvmux/undistort.h"
 #include "fvvmux/videos.h"
 
 #include <string>
@@ -105,6 +106,7 @@ struct Plan {
   bool warned = false;
   CropChoice crop;
   VisibilityChoice visibility;
+  std::shared_ptr<const Undistortion> undistortion; // with Options::undistort: what the cameras were
 
   bool has_meshes() const { return capture.meshes.has_value(); }
   size_t frame_count() const { return size_t(capture.frames.count); }

@@ -342,6 +342,7 @@ std::string summary_text(const Summary &s) {
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
   for (size_t i = 0; i < plan.tracks.size(); i++) video_lines(out, s, i);
   source_lines(out, s);
+  if (plan.undistortion) out += plan.undistortion->text();
   if (plan.has_meshes()) mesh_lines(out, s);
   line(out, "  visible   %s: %s", plan.visibility.on ? "sent" : "not sent", plan.visibility.reason.c_str());
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
@@ -388,6 +389,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
   for (size_t i = 0; i < plan.tracks.size(); i++) out[label_of(plan.tracks[i])] = video_json(s, i);
   out["visibility"] = visibility_json(s);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
+  if (plan.undistortion) out["undistorted"] = plan.undistortion->json();
   out["seconds"] = s.seconds;
   out["frames_per_second"] = per_second(s);
   if (s.verdict) out["verified"] = verdict_json(s);
