@@ -56,12 +56,12 @@ LensView::LensView(const fvv_camera &source) : camera(source) {
 
 bool LensView::pixel(double x, double y, double at[2]) const {
   const double point[3] = {x, y, 1};
-  return fvv_camera_project(&camera, point, at, nullptr) != 0;
+  return std::hypot(x, y) <= most * (1 + 1e-12) && fvv_camera_project(&camera, point, at, nullptr);
 }
 
 bool LensView::shows(double x, double y) const {
   double at[2];
-  if (std::hypot(x, y) > most * (1 + 1e-12) || !pixel(x, y, at)) return false;
+  if (!pixel(x, y, at)) return false;
   return at[0] >= -pixel_slack && at[0] <= camera.width + pixel_slack && at[1] >= -pixel_slack &&
          at[1] <= camera.height + pixel_slack;
 }

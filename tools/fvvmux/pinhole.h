@@ -27,7 +27,7 @@ public:
   // camera: valid.
   explicit LensView(const fvv_camera &camera);
 
-  // The pixel of a point of the plane. false: beyond r_max.
+  // The pixel of a point of the plane. false: beyond the limit.
   bool pixel(double x, double y, double at[2]) const;
   // Whether the point is within the limits, and its pixel in the picture.
   bool shows(double x, double y) const;
