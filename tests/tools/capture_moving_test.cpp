@@ -114,3 +114,29 @@ TEST_CASE("what is wrong with a moving camera is named") {
   entries.erase(1);
   CHECK(complaint(document).find("found none for frame 4") != std::string::npos);
 }
+
+TEST_CASE("frames without calibration are stated, and not merely left out") {
+  json document = good();
+  document["units"] = "metres";
+  json &entries = document["cameras"][0]["per_frame"];
+  entries[0] = {{"frame", 6}, {"calibrated", false}};
+  const Capture capture = parse_capture(document.dump(), "c.json");
+  const Camera &crane = capture.cameras[0];
+  CHECK(crane.moves());
+  CHECK(crane.is_calibrated(4));
+  CHECK_FALSE(crane.is_calibrated(6));
+  CHECK(crane.per_frame.size() == 2);
+  const Capture again = parse_capture(format_capture(capture), "c.json");
+  CHECK(again.cameras[0].lost == crane.lost);
+  CHECK(format_capture(again) == format_capture(capture));
+  // Nowhere at all is a camera that moves, too.
+  entries = {{{"frame", 4}, {"calibrated", false}}, {{"frame", 6}, {"calibrated", false}}};
+  CHECK(parse_capture(document.dump(), "c.json").cameras[0].moves());
+  entries[1] = {{"frame", 4}, {"calibrated", false}};
+  CHECK(complaint(document).find("/per_frame/1/frame: expected one entry for each frame") !=
+        std::string::npos);
+  entries[1] = {{"frame", 6}, {"calibrated", true}};
+  CHECK(complaint(document).find("/per_frame/1/calibrated: expected false") != std::string::npos);
+  entries[1] = {{"frame", 6}, {"calibrated", false}, {"translation", {0, 0, 0}}};
+  CHECK(complaint(document).find("/per_frame/1/translation: unknown key") != std::string::npos);
+}

@@ -162,7 +162,8 @@ TEST_CASE("verification notices a camera that moves elsewhere") {
                     Catch::Contains("frame 3: camera 13 is not the camera of the capture"));
 }
 
-TEST_CASE("a camera that moves and is lost in a frame is not in capture.json, and a warning says so") {
+TEST_CASE(
+    "a camera that another writer left without calibration in a frame comes out as one that is lost there") {
   const Folder folder;
   moving_capture(folder);
   mux::Options options = options_for(folder);
@@ -173,10 +174,43 @@ TEST_CASE("a camera that moves and is lost in a frame is not in capture.json, an
   demux::Result result;
   demux::demux(options.output, folder.path("back"), all, result);
   CHECK(result.losses.empty());
-  REQUIRE(result.warnings.size() == 1);
-  CHECK(result.warnings[0] == "camera 13 is not in capture.json: it is not calibrated in every frame");
+  CHECK(result.warnings.empty());
   const capture::Capture back = capture::load_capture(folder.path("back/capture.json"));
-  REQUIRE(back.cameras.size() == 2);
-  CHECK(back.cameras[0].calibration.id == 3);
-  CHECK(back.cameras[1].per_frame.size() == 5);
+  REQUIRE(back.cameras.size() == 3);
+  CHECK(back.cameras[1].lost == std::set<int64_t>{3});
+  CHECK(back.cameras[1].per_frame.size() == 4);
+  CHECK(back.cameras[2].per_frame.size() == 5);
+}
+
+TEST_CASE("frames in which a camera lost its calibration are frames without it, there and back") {
+  const Folder folder;
+  capture::Capture source = moving_capture(folder);
+  for (const int64_t frame : {0, 1, 3}) { // the first of all, the first of a group, and one between
+    source.cameras[1].per_frame.erase(frame);
+    source.cameras[1].lost.insert(frame);
+  }
+  capture::write_capture(source, source.path);
+  mux::Options options = options_for(folder);
+  options.verify = true;
+  options.group = 2;
+  const mux::Summary summary = mux::mux(options);
+  CHECK(summary.exit() == cli::done);
+  CHECK(summary.verdict->moving_reprojection < 0.05);
+  demux::Options all;
+  demux::Result result;
+  demux::demux(options.output, folder.path("back"), all, result);
+  CHECK((result.losses.empty() && result.warnings.empty()));
+  const capture::Capture back = capture::load_capture(folder.path("back/capture.json"));
+  REQUIRE(back.cameras.size() == 3);
+  CHECK(back.cameras[1].lost == std::set<int64_t>{0, 1, 3});
+  CHECK(difference(source.cameras[1].calibration_at(4), back.cameras[1].calibration_at(4), 4) < 0.05);
+  // A stream that calibrates it all the same is found out.
+  mux::Plan wrong = summary.plan;
+  wrong.capture.cameras[1].lost.insert(2);
+  CHECK_THROWS_WITH(mux::verify(wrong, summary.origins),
+                    Catch::Contains("frame 2: camera 13 is calibrated, and lost in the capture"));
+  options.capture = folder.path("back");
+  options.output = folder.path("again.fvv");
+  options.undistort = true;
+  CHECK(mux::mux(options).verdict->moving_reprojection < 0.05);
 }

@@ -12,7 +12,7 @@ void Camera::set_name(const std::string &text) {
 }
 
 fvv_camera Camera::calibration_at(int64_t frame) const {
-  if (per_frame.empty()) return calibration;
+  if (!moves()) return calibration;
   fvv_camera camera = per_frame.at(frame);
   camera.name = calibration.name;
   camera.name_size = calibration.name_size;

@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,15 +25,19 @@ namespace fvv::capture {
 struct Camera {
   fvv_camera calibration = {};
   std::shared_ptr<const std::string> name;
-  // Of a camera that moves or zooms: its calibration by frame number, at least of all frames of the capture,
-  // without names. Empty: calibration holds for all frames.
+  // Of a camera that moves or zooms: its calibration by frame number, at least of all frames of the capture
+  // that are not lost, without names. Empty, and lost as well: calibration holds for all frames.
   std::map<int64_t, fvv_camera> per_frame;
   bool texture = true; // its pictures are meant to colour the mesh; otherwise they show outlines only
   std::optional<PictureSource> pictures, masks; // no masks without pictures
+  // Frame numbers at which a camera that moves has no calibration: it lost its bearings. None of per_frame.
+  std::set<int64_t> lost;
 
   void set_name(const std::string &text);
-  bool moves() const { return !per_frame.empty(); }
-  // The calibration of a frame number of the capture, its name borrowed as that of calibration.
+  bool moves() const { return !per_frame.empty() || !lost.empty(); }
+  bool is_calibrated(int64_t frame) const { return !lost.count(frame); }
+  // The calibration of a frame number of the capture at which there is one, its name borrowed as that of
+  // calibration.
   fvv_camera calibration_at(int64_t frame) const;
 };
 

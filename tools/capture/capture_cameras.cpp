@@ -74,11 +74,26 @@ void validate(const JsonValue &value, const fvv_camera &model) {
   if (fvv_camera_validate(&model, &diagnostic) != FVV_OK) value.fail(diagnostic.message);
 }
 
+[[noreturn]] void refuse_second(const JsonValue &number) {
+  number.fail("expected one entry for each frame, found a second one for " + number.found());
+}
+
+void add_lost(const JsonValue &number, Camera &camera) {
+  const int64_t frame = number.integer(0, INT32_MAX);
+  if (camera.per_frame.count(frame) || !camera.lost.insert(frame).second) refuse_second(number);
+}
+
 // The entries of a camera that moves: what they lack is as the camera itself has it.
 void read_per_frame(const JsonValue &value, const Frames &frames, const Convention &convention,
                     bool r_max_given, Camera &camera) {
   for (size_t i = 0, count = value.size(); i < count; i++) {
     const JsonValue entry = value.item(i);
+    if (const auto calibrated = entry.find("calibrated")) {
+      entry.allow_keys({"frame", "calibrated"});
+      if (calibrated->boolean()) calibrated->fail("expected false, or no such key, found true");
+      add_lost(entry.at("frame"), camera);
+      continue;
+    }
     entry.allow_keys({"frame", "intrinsics", "lens", "rotation", "translation"});
     fvv_camera model = camera.calibration;
     model.name = nullptr;
@@ -95,11 +110,11 @@ void read_per_frame(const JsonValue &value, const Frames &frames, const Conventi
     if (!given) model.r_max = fvv_camera_r_max(&model);
     validate(entry, model);
     const JsonValue number = entry.at("frame");
-    if (!camera.per_frame.emplace(number.integer(0, INT32_MAX), model).second)
-      number.fail("expected one entry for each frame, found a second one for " + number.found());
+    const int64_t frame = number.integer(0, INT32_MAX);
+    if (camera.lost.count(frame) || !camera.per_frame.emplace(frame, model).second) refuse_second(number);
   }
   for (int64_t i = 0; i < frames.count; i++)
-    if (!camera.per_frame.count(frames.number(i)))
+    if (!camera.per_frame.count(frames.number(i)) && !camera.lost.count(frames.number(i)))
       value.fail("expected an entry for each of the capture's " + std::to_string(frames.count) +
                  " frames, found none for frame " + std::to_string(frames.number(i)));
 }

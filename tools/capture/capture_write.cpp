@@ -4,6 +4,7 @@
 #include "capture/vocabulary.h"
 
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 namespace fvv::capture {
@@ -53,6 +54,18 @@ std::string calibration_text(const fvv_camera &c, const std::string &indent) {
          "\"translation\": " + list(c.translation, 3);
 }
 
+// By rising frame, lost ones in their places.
+std::string per_frame_text(const Camera &camera) {
+  std::map<int64_t, std::string> entries;
+  for (const auto &[frame, calibration] : camera.per_frame)
+    entries[frame] = calibration_text(calibration, " ");
+  for (const int64_t frame : camera.lost) entries[frame] = " \"calibrated\": false";
+  std::string out;
+  for (const auto &[frame, entry] : entries)
+    out += (out.empty() ? "" : ",\n       ") + ("{\"frame\": " + std::to_string(frame) + ",") + entry + "}";
+  return out;
+}
+
 std::string camera_text(const Camera &camera) {
   const fvv_camera &c = camera.calibration;
   std::string out = "    {\n      \"id\": " + std::to_string(c.id) +
@@ -60,11 +73,7 @@ std::string camera_text(const Camera &camera) {
                     ",\n      \"width\": " + std::to_string(c.width) +
                     ",\n      \"height\": " + std::to_string(c.height) + "," +
                     calibration_text(c, "\n      ");
-  std::string entries;
-  for (const auto &[frame, calibration] : camera.per_frame)
-    entries += (entries.empty() ? "" : ",\n       ") + ("{\"frame\": " + std::to_string(frame) + ",") +
-               calibration_text(calibration, " ") + "}";
-  if (camera.moves()) out += ",\n      \"per_frame\": [" + entries + "]";
+  if (camera.moves()) out += ",\n      \"per_frame\": [" + per_frame_text(camera) + "]";
   if (!camera.texture) out += ",\n      \"texture\": false";
   if (camera.pictures) out += ",\n      \"pictures\": " + format_picture_source(*camera.pictures, text);
   if (camera.masks) out += ",\n      \"masks\": " + format_picture_source(*camera.masks, text);

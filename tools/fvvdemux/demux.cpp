@@ -194,9 +194,7 @@ private:
     fvv_diagnostic diagnostic = {};
     cli::check(fvv_stream_configuration(stream.get(), used[0], &configuration, &diagnostic), file.path(),
                diagnostic);
-    for (const uint16_t id : describe_motion(*configuration, options, frames, numbers, capture))
-      result.warnings.push_back("camera " + std::to_string(id) +
-                                " is not in capture.json: it is not calibrated in every frame");
+    describe_motion(*configuration, options, frames, numbers, capture);
   }
 
   // A capture's atlas is one for the texture coordinates of all its meshes.

@@ -105,37 +105,31 @@ capture::Capture describe_scene(const fvv_configuration &configuration, const Op
   return out;
 }
 
-std::vector<uint16_t> describe_motion(const fvv_configuration &configuration, const Options &options,
-                                      const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
-                                      capture::Capture &capture) {
+void describe_motion(const fvv_configuration &configuration, const Options &options,
+                     const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
+                     capture::Capture &capture) {
   std::map<uint16_t, fvv_tile> tiles;
   if (options.pictures != Pictures::none)
     for (const VideoViews &track : views_of(configuration, options.cameras, nullptr))
       for (const View &view : track.views) tiles.emplace(view.tile.camera_id, view.whole);
-  std::vector<uint16_t> taken_out;
-  std::vector<capture::Camera> kept;
   for (capture::Camera &camera : capture.cameras) {
     const uint16_t id = camera.calibration.id;
     const fvv_camera *source = fvv_configuration_camera(&configuration, id);
-    bool everywhere = true;
-    if (source && source->flags & FVV_CAMERA_MOVES)
-      for (const WrittenFrame &frame : frames) {
-        const auto found = frame.moving.find(id);
-        everywhere = everywhere && found != frame.moving.end();
-        if (!everywhere) break;
-        fvv_camera now = found->second;
-        now.flags = 0;
-        const auto tile = tiles.find(id);
-        if (tile != tiles.end()) now = camera_of_tile(now, tile->second);
-        camera.per_frame[numbers.of(frame.number)] = now;
+    if (!source || !(source->flags & FVV_CAMERA_MOVES)) continue;
+    for (const WrittenFrame &frame : frames) {
+      const int64_t number = numbers.of(frame.number);
+      const auto found = frame.moving.find(id);
+      if (found == frame.moving.end()) {
+        camera.lost.insert(number);
+        continue;
       }
-    if (everywhere)
-      kept.push_back(camera);
-    else
-      taken_out.push_back(id);
+      fvv_camera now = found->second;
+      now.flags = 0;
+      const auto tile = tiles.find(id);
+      if (tile != tiles.end()) now = camera_of_tile(now, tile->second);
+      camera.per_frame[number] = now;
+    }
   }
-  capture.cameras = kept;
-  return taken_out;
 }
 
 std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,

@@ -23,11 +23,11 @@ FileNumbers file_numbers(const fvv_configuration &configuration, int64_t count,
 // Scene and cameras as capture.json tells them, with the patterns of the files; no frames yet.
 capture::Capture describe_scene(const fvv_configuration &configuration, const Options &options);
 
-// Gives the cameras of a capture that move, by its configuration, their calibrations by file number. Cameras
-// without one in every frame are taken out: capture.json cannot say that. Answers the identifiers of those.
-std::vector<uint16_t> describe_motion(const fvv_configuration &configuration, const Options &options,
-                                      const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
-                                      capture::Capture &capture);
+// Gives the cameras of a capture that move, by its configuration, their calibrations by file number, and the
+// frames in which they have none.
+void describe_motion(const fvv_configuration &configuration, const Options &options,
+                     const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
+                     capture::Capture &capture);
 
 // Frames of the capture; nothing, and why in reason, when no first, step and count and no one duration say
 // it.

@@ -91,6 +91,8 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
       if (s->with_normals)
         t["mesh"]["normals"] = {{"chunks", s->with_normals},
                                 {"bits", {s->min_normal_bits, s->max_normal_bits}}};
+      if (track.kind == FVV_TRACK_CALIBRATION)
+        t["calibration"] = {{"entries", s->calibrations}, {"lost", s->lost_calibrations}};
     }
     if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(report, *video);
     out.push_back(t);

@@ -128,6 +128,10 @@ std::string track_text(const Report &report, const fvv_track &track) {
       out += format(" in %llu chunks", (unsigned long long)found->with_normals);
   }
   if (found->layouts) out += format(", %llu layouts of groups", (unsigned long long)found->layouts);
+  if (found->lost_calibrations)
+    out += format(": %llu of %llu times a camera is not calibrated",
+                  (unsigned long long)found->lost_calibrations,
+                  (unsigned long long)(found->lost_calibrations + found->calibrations));
   out += format("; %llu chunks (%llu key), ", (unsigned long long)found->chunks,
                 (unsigned long long)found->key_chunks);
   out += bytes(double(found->bytes)) + ", " + bytes(double(found->bytes) / double(found->chunks)) + " each";

@@ -65,12 +65,14 @@ decimate::Footprint footprint(const capture::Capture &capture, const Tiling &til
   decimate::Footprint cameras;
   for (size_t i = 0; i < tiling.tiles.size(); i++) {
     const fvv_tile &tile = tiling.tiles[i];
-    cameras.add(capture.cameras[tiling.cameras[i]].calibration_at(frame),
-                double(tile.destination.width) / tile.source.width,
+    const capture::Camera &camera = capture.cameras[tiling.cameras[i]];
+    if (!camera.is_calibrated(frame)) continue; // nobody sees the mesh through it
+    cameras.add(camera.calibration_at(frame), double(tile.destination.width) / tile.source.width,
                 double(tile.destination.height) / tile.source.height);
   }
   if (tiling.tiles.empty())
-    for (const capture::Camera &camera : capture.cameras) cameras.add(camera.calibration_at(frame), 1, 1);
+    for (const capture::Camera &camera : capture.cameras)
+      if (camera.is_calibrated(frame)) cameras.add(camera.calibration_at(frame), 1, 1);
   return cameras;
 }
 

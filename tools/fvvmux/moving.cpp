@@ -7,7 +7,9 @@
 namespace fvv::mux {
 
 fvv_camera described(const capture::Capture &capture, const capture::Camera &camera) {
-  fvv_camera out = camera.calibration_at(capture.frames.first);
+  fvv_camera out = camera.calibration;
+  for (int64_t i = capture.frames.count; camera.moves() && i-- > 0;)
+    if (camera.is_calibrated(capture.frames.number(i))) out = camera.calibration_at(capture.frames.number(i));
   out.flags = camera.moves() ? FVV_CAMERA_MOVES : 0;
   return out;
 }
@@ -19,7 +21,7 @@ bool any_moves(const capture::Capture &capture) {
 std::vector<fvv_camera> MovingCameras::cameras_at(int64_t number) const {
   std::vector<fvv_camera> out;
   for (const capture::Camera &camera : capture.cameras)
-    if (camera.moves()) out.push_back(camera.calibration_at(number));
+    if (camera.moves() && camera.is_calibrated(number)) out.push_back(camera.calibration_at(number));
   return out;
 }
 

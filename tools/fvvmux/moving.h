@@ -13,7 +13,8 @@ namespace fvv::mux {
 // is off by less than a hundredth of what the lattice rounds away of a vertex.
 constexpr double calibration_error = 0.01;
 
-// The camera as its CAMR has it: one that moves, as it is in the first frame, and with the flag that says so.
+// The camera as its CAMR has it: one that moves, as it is in the first frame in which it is calibrated, and
+// with the flag that says so.
 fvv_camera described(const capture::Capture &capture, const capture::Camera &camera);
 
 bool any_moves(const capture::Capture &capture);

@@ -146,7 +146,10 @@ media::BasicImage<Sample> Undistortion::apply(size_t camera, int64_t frame,
                                               media::BasicImage<Sample> picture) const {
   const Pair &pair = pairs[camera];
   if (!pair.is_new) return picture;
-  const fvv_camera source = pair.source.calibration_at(frame), target = pair.target.calibration_at(frame);
+  // Of a frame without calibration nobody takes colours; its picture goes the camera's own way.
+  const bool known = pair.source.is_calibrated(frame);
+  const fvv_camera source = known ? pair.source.calibration_at(frame) : pair.source.calibration,
+                   target = known ? pair.target.calibration_at(frame) : pair.target.calibration;
   return media::resample(picture, target.width, target.height, map_between(target, LensView(source)));
 }
 

@@ -133,8 +133,17 @@ private:
   void moving(size_t frame, GroupVerdict &verdict) {
     for (const capture::Camera &camera : plan.capture.cameras) {
       if (!camera.moves()) continue;
-      fvv_camera ours = camera.calibration_at(plan.capture.frames.number(int64_t(frame))), theirs;
-      check(fvv_stream_camera(stream.get(), frame, ours.id, &theirs, &diagnostic), frame, "calibration");
+      const int64_t number = plan.capture.frames.number(int64_t(frame));
+      const uint16_t id = camera.calibration.id;
+      fvv_camera theirs;
+      const fvv_status found = fvv_stream_camera(stream.get(), frame, id, &theirs, &diagnostic);
+      if (!camera.is_calibrated(number)) {
+        if (found != FVV_END)
+          fail(frame, "camera " + std::to_string(id) + " is calibrated, and lost in the capture");
+        continue;
+      }
+      fvv_camera ours = camera.calibration_at(number);
+      check(found, frame, "calibration");
       const bool reaches =
           std::isinf(ours.r_max) ? std::isinf(theirs.r_max) : theirs.r_max >= ours.r_max * (1 - r_max_slack);
       ours.r_max = theirs.r_max;

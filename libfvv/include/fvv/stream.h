@@ -148,6 +148,8 @@ typedef struct fvv_track_summary {
   uint64_t profile_bytes[FVV_MESH_PROFILE_COUNT];            /* and bytes of payload */
   uint64_t layouts;                                          /* video tracks: valid GTIL chunks */
   uint64_t least_tile_pixels, most_tile_pixels;              /* of these: pixels of the frame in tiles */
+  uint64_t calibrations, lost_calibrations; /* calibration chunks: declared entries, and cameras that move and
+                                               have none in a chunk */
 } fvv_track_summary;
 
 /* A run of frames that are whole: every chunk arrived, none damaged, and (with decode) every mesh decodes. */

@@ -32,8 +32,7 @@ static int round_to(double value, int bits, int64_t *out) {
   return 1;
 }
 
-/* A unit quaternion of a rotation that is orthonormal to 1e-4. */
-static void quaternion_of(const double *r, double q[4]) {
+void fvv_quaternion_of(const double *r, double q[4]) {
   const double trace = r[0] + r[4] + r[8];
   const double diagonal[4] = {trace, r[0], r[4], r[8]};
   int largest = 0;
@@ -78,7 +77,7 @@ static int lens_to_values(const fvv_camera *camera, int bits, int64_t *values) {
 int fvv_calibration_to_values(const fvv_camera *camera, const fvv_calibration_bits *bits,
                               const int64_t *before, int64_t *values) {
   double q[4], all[FVV_CALIBRATION_LENS];
-  quaternion_of(camera->rotation, q);
+  fvv_quaternion_of(camera->rotation, q);
   const double sign = is_opposite(q, before) ? -1 : 1;
   for (int i = 0; i < 4; i++) all[i] = sign * q[i];
   fvv_camera_centre(camera, all + FVV_CALIBRATION_CENTRE);

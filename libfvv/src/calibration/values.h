@@ -24,6 +24,9 @@ size_t fvv_calibration_value_count(uint8_t lens);
 
 int fvv_calibration_bits_valid(const fvv_calibration_bits *bits);
 
+/* A unit quaternion, real part first, of a rotation that is orthonormal to 1e-4. */
+void fvv_quaternion_of(const double *rotation, double q[4]);
+
 /* camera -> values, each the nearest. before: the camera's last values, all 0 when there are none; of q and
  * -q, the same rotation, the nearer is taken. r_max is rounded down and shortened to where the rounded lens
  * can be inverted. 0: a value would be beyond its range. For a valid camera. */

@@ -1,6 +1,7 @@
 #include "stream/check_calibration.h"
 
 #include "base/diagnostic.h"
+#include "base/layout.h"
 
 void fvv_checked_calibration_reset(fvv_checked_calibration *calibration) {
   fvv_calibration_destroy(calibration->cameras);
@@ -13,6 +14,18 @@ const fvv_calibration *fvv_checked_calibration_at(const fvv_checked_calibration 
                  calibration->time == time
              ? calibration->cameras
              : NULL;
+}
+
+void fvv_count_calibrations(fvv_track_summary *summary, const fvv_event *event,
+                            const fvv_configuration *configuration) {
+  if (event->chunk.size < FVV_CALB_SIZE) return;
+  const uint8_t *count = event->payload + FVV_CALB_COUNT;
+  const uint64_t entries = count[0] | (uint64_t)count[1] << 8;
+  uint64_t moving = 0;
+  for (size_t i = 0; i < configuration->camera_count; i++)
+    moving += (configuration->cameras[i].flags & FVV_CAMERA_MOVES) != 0;
+  summary->calibrations += entries;
+  summary->lost_calibrations += entries < moving ? moving - entries : 0;
 }
 
 fvv_status fvv_check_calibration(fvv_checked_calibration *calibration, const fvv_event *event, uint64_t block,

@@ -20,6 +20,10 @@ void fvv_checked_calibration_reset(fvv_checked_calibration *calibration);
 const fvv_calibration *fvv_checked_calibration_at(const fvv_checked_calibration *calibration, uint64_t group,
                                                   int64_t time);
 
+/* Adds what an intact CALB chunk declares. */
+void fvv_count_calibrations(fvv_track_summary *summary, const fvv_event *event,
+                            const fvv_configuration *configuration);
+
 /* Judges an intact CALB chunk. *whole becomes 0 when one before it is missing, which is no problem of its
  * own. Offsets of diagnostics are relative to the payload. */
 FVV_MUST_USE fvv_status fvv_check_calibration(fvv_checked_calibration *calibration, const fvv_event *event,

@@ -219,6 +219,8 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
   }
   if (event->chunk.type == FVV_CHUNK_VISIBILITY && c->has_configuration && !c->block_bad)
     return judge_visibility(c, event, track, diagnostic);
+  if (event->chunk.type == FVV_CHUNK_CALIBRATION && c->has_configuration && !c->block_bad)
+    fvv_count_calibrations(&track->summary, event, &c->complete.view);
   if (event->chunk.type == FVV_CHUNK_GROUP_TILES && c->has_configuration && !c->block_bad)
     return fvv_check_group_tiles(&track->tiles, event, c->summary.groups, &c->complete.view, &c->limits,
                                  &c->allocator, &track->summary, diagnostic);
