@@ -1,6 +1,7 @@
 // fvvimport/summary.cpp: results as text and JSON.
 #include "fvvimport/summary.h"
 
+#include "capture/lens_check.h"
 #include "capture/vocabulary.h"
 
 #include <cmath>
@@ -54,6 +55,7 @@ std::string text_summary(const Result &result) {
   if (!result.output.empty())
     out += result.output + ": " + std::to_string(capture.cameras.size()) + " cameras from " + result.format +
            (capture.scale_unknown ? ", units unknown\n" : ", metres\n");
+  out += capture::text_of(capture::lens_gaps(capture));
   if (const auto &diagnosis = result.diagnosis) {
     out += std::to_string(diagnosis->points) + " points: rms " + pixels(diagnosis->rms) + ", max " +
            pixels(diagnosis->max) + ", " + std::to_string(diagnosis->invisible) + " not visible\n";
@@ -70,13 +72,18 @@ std::string text_summary(const Result &result) {
 
 std::string json_summary(const Result &result) {
   ordered_json cameras = ordered_json::array();
+  const std::vector<capture::LensGap> gaps = capture::lens_gaps(*result.capture);
   for (const capture::Camera &camera : result.capture->cameras) {
     const fvv_camera &c = camera.calibration;
     cameras.push_back({{"id", c.id},
                        {"name", *camera.name},
                        {"width", c.width},
                        {"height", c.height},
-                       {"lens", lens_name(c)}});
+                       {"lens", lens_name(c)},
+                       {"r_max", std::isfinite(c.r_max) ? ordered_json(c.r_max) : ordered_json()},
+                       {"beyond_r_max", 0.0}});
+    for (const capture::LensGap &gap : gaps)
+      if (gap.camera == c.id) cameras.back()["beyond_r_max"] = gap.share;
   }
   ordered_json document = {{"fvvimport", 1}, {"format", result.format}};
   document["output"] = result.output.empty() ? ordered_json() : ordered_json(result.output);

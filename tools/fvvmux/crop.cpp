@@ -61,7 +61,7 @@ std::vector<Box> boxes_of_frame(const Plan &plan, const std::vector<size_t> &cam
       break;
     case CropBy::mesh:
       if (!mesh) mesh = capture::load_mesh(capture, number);
-      boxes.push_back(box_of(*mesh, camera.calibration_at(number)));
+      boxes.push_back(camera.is_calibrated(number) ? box_of(*mesh, camera.calibration_at(number)) : Box{});
       break;
     case CropBy::nothing:
       boxes.push_back(everything(camera.calibration));

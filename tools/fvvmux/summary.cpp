@@ -1,5 +1,6 @@
 #include "fvvmux/summary.h"
 
+#include "capture/lens_check.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/moving.h"
 
@@ -343,6 +344,7 @@ std::string summary_text(const Summary &s) {
   for (size_t i = 0; i < plan.tracks.size(); i++) video_lines(out, s, i);
   source_lines(out, s);
   if (plan.undistortion) out += plan.undistortion->text();
+  out += capture::text_of(capture::lens_gaps(plan.capture));
   if (plan.has_meshes()) mesh_lines(out, s);
   line(out, "  visible   %s: %s", plan.visibility.on ? "sent" : "not sent", plan.visibility.reason.c_str());
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
@@ -390,6 +392,8 @@ nlohmann::ordered_json summary_json(const Summary &s) {
   out["visibility"] = visibility_json(s);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   if (plan.undistortion) out["undistorted"] = plan.undistortion->json();
+  for (const capture::LensGap &gap : capture::lens_gaps(plan.capture))
+    out["lens_gaps"].push_back({{"camera", gap.camera}, {"r_max", gap.r_max}, {"share", gap.share}});
   out["seconds"] = s.seconds;
   out["frames_per_second"] = per_second(s);
   if (s.verdict) out["verified"] = verdict_json(s);
