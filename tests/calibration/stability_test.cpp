@@ -34,7 +34,7 @@ fvv_camera looking(fvv_camera c, double angle, double distance, double tilt = 0)
 }
 
 struct Outcome {
-  double worst = 0; // pixels, of points half a metre in front and more
+  double worst = 0; // pixels, of points two metres in front and more
   double near = 0;  // of nearer ones, metres on the plane through the point
   size_t points = 0, bytes = 0;
 };
@@ -53,7 +53,7 @@ void compare(const fvv_camera &before, const fvv_camera &after, Outcome &outcome
     if (!fvv_camera_project(&after, point, b, nullptr)) continue; // within the last step of r_max
     // The centre is off by a share of a millimetre, which is many pixels where the scene touches the camera.
     const double off = std::hypot(a[0] - b[0], a[1] - b[1]);
-    if (depth > 0.5)
+    if (depth > 2)
       outcome.worst = std::fmax(outcome.worst, off);
     else
       outcome.near = std::fmax(outcome.near, off * depth / before.fx);

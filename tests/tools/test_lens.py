@@ -41,7 +41,7 @@ def test_fvvimport_stores_and_tells_where_the_lens_folds(tmp_path):
     written = json.loads(out.read_text())["cameras"]
     assert written[0]["lens"]["r_max"] == folding["r_max"]
     text = run("fvvimport", *arguments, "--force")
-    assert text.count("beyond r_max") == 1 and "camera 0: 79." in text
+    assert text.count("beyond r_max") == 1 and "camera 0: 80." in text
 
 
 @pytest.fixture(scope="module")
@@ -69,45 +69,60 @@ def world_of(camera, depth):
     return inside @ np.array(camera["rotation"])
 
 
-@pytest.mark.parametrize("undistort", [[], ["--undistort"]])
-def test_nothing_is_textured_beyond_the_fold(studio, tmp_path, undistort):
-    def folding(cameras):
-        camera = cameras[0]
-        camera["lens"] = {"model": "radtan", "coefficients": [-0.4, 0, 0, 0]}
-        camera["intrinsics"].update(fx=60, fy=60, cx=20)  # the picture does not fit: only its place counts
-        camera["translation"][2] = 1.5  # near the scene, which then fills more than the lens can show
+def near(cameras):
+    """The first camera near the scene, which then fills more than a lens can show."""
+    camera = cameras[0]
+    camera["lens"] = {"model": "none"}
+    camera["intrinsics"].update(fx=60, fy=60, cx=20)  # the picture does not fit: only its place counts
+    camera["translation"][2] = 2.1
 
-    stream, depth, seen = tmp_path / "a.fvv", tmp_path / "depth.exr", tmp_path / "seen.exr"
-    capture = rewrite(studio, folding)
-    arguments = ["--keep-geometry", "--quality", 20, "--json", "--threads", 2]
-    told = json.loads(run("fvvmux", capture, "-o", stream, *arguments, *undistort))
-    if undistort:
-        assert "lens_gaps" not in told
-        assert next(one for one in told["undistorted"] if one["camera"] == 0)["limited"]
-    else:
-        (gap,) = told["lens_gaps"]
-        assert gap["camera"] == 0 and gap["r_max"] == pytest.approx(FOLD, rel=1e-9) and gap["share"] > 0.2
-    out = ["-o", tmp_path / "view.png", "--depth", depth, "--visibility", seen, "--sources", "0,8"]
-    run("fvvrender", stream, "--camera", 3, *out, "--size", "640x360", "--force")
+
+def folding(cameras):
+    near(cameras)
+    cameras[0]["lens"] = {"model": "radtan", "coefficients": [-0.4, 0, 0, 0]}
+
+
+def textured_by_radius(capture, stream, folder):
+    """What the first camera textures of what another one sees: how many points within the fold, and beyond."""
+    depth, seen = folder / "depth.exr", folder / "seen.exr"
+    out = ["-o", folder / "view.png", "--depth", depth, "--visibility", seen, "--force"]
+    view = ["--camera", 8, "--size", "720x408", "--sources", "0,3", "--visible-by", "rays"]
+    run("fvvrender", stream, *view, *out)
     cameras = {camera["id"]: camera for camera in json.loads(capture.read_text())["cameras"]}
-    target = cameras[3]
-    size = json.loads((studio / "capture.json").read_text())["cameras"][3]["width"]
     for key in ("fx", "fy", "cx", "cy"):
-        target["intrinsics"][key] *= 640 / size
-    depths = next(iter(read_exr(depth).values()))
+        cameras[8]["intrinsics"][key] *= 720 / cameras[8]["width"]
+    (depths,) = read_exr(depth).values()
     there = np.isfinite(depths) & (depths > 0)
-    inside = world_of(target, depths) @ np.array(cameras[0]["rotation"]).T + cameras[0]["translation"]
-    radius = np.where(inside[..., 2] > 0, np.hypot(inside[..., 0], inside[..., 1]) / inside[..., 2], np.inf)
-    by_camera = read_exr(seen)
-    print(f"channels {sorted(by_camera)}")
-    (name,) = (name for name in by_camera if name.strip("camera_ .") in ("0", "0.V", "0.Y"))
-    visible = by_camera[name] > 0
-    beyond, within = there & (radius > FOLD * 1.001), there & (radius < FOLD * 0.99)
-    print(
-        f"{beyond.sum()} points beyond, {visible[beyond].sum()} of them seen; {visible[within].sum()} seen within"
-    )
-    assert beyond.sum() > 200 and visible[beyond].sum() == 0
-    assert visible[within].sum() > 100
+    world = world_of(cameras[8], np.where(there, depths, 1))
+    x, y, z = np.moveaxis(world @ np.array(cameras[0]["rotation"]).T + cameras[0]["translation"], -1, 0)
+    radius = np.where(z > 0, np.hypot(x, y) / np.abs(z), np.inf)
+    visible = there & (read_exr(seen)["camera.0"] > 0)
+    assert (there & (radius > FOLD) & (z > 0)).sum() > 200
+    return (visible & (radius < FOLD * 0.99)).sum(), (visible & (radius > FOLD * 1.001)).sum()
+
+
+def test_nothing_is_textured_beyond_the_fold(studio, tmp_path):
+    arguments = ["--keep-geometry", "--quality", 20, "--json", "--threads", 2, "--frames", "0-0"]
+    figures = {}
+    for change, name, options in (
+        (near, "near", []),
+        (folding, "lens", []),
+        (folding, "none", ["--undistort"]),
+    ):
+        capture, stream = rewrite(studio, change), tmp_path / f"{name}.fvv"
+        told = json.loads(run("fvvmux", capture, "-o", stream, *arguments, *options))
+        figures[name] = textured_by_radius(capture, stream, tmp_path)
+        print(f"{name}: {figures[name][0]} points textured within the fold, {figures[name][1]} beyond")
+        if name == "lens":
+            (gap,) = told["lens_gaps"]
+            assert gap["camera"] == 0 and gap["r_max"] == pytest.approx(FOLD, rel=1e-9) and gap["share"] > 0.2
+        else:
+            assert "lens_gaps" not in told
+        if name == "none":
+            assert next(one for one in told["undistorted"] if one["camera"] == 0)["limited"]
+    assert figures["near"][1] > 100  # a pinhole sees what is there
+    assert figures["lens"][1] == 0 and figures["none"][1] == 0
+    assert figures["lens"][0] > 500 and figures["none"][0] > 500
 
 
 def test_nobody_takes_colours_where_calibration_is_lost(studio, tmp_path, fvvinfo):
@@ -122,15 +137,15 @@ def test_nobody_takes_colours_where_calibration_is_lost(studio, tmp_path, fvvinf
         told = json.loads(run("fvvrender", stream, *view))
         sources = told["sources"]
         assert (2 in sources) != missing and {1, 4} <= set(sources)
-    (track,) = [
+    (track,) = (
         track
         for track in json.loads(fvvinfo("--json", "--check", stream).stdout)["files"][0]["tracks"]
         if track["kind"] == "calibration"
-    ]
+    )
     assert track["calibration"] == {"entries": 2, "lost": 1}
     assert b"1 of 3 times a camera is not calibrated" in fvvinfo(stream).stdout
     run("fvvdemux", stream, "-o", back)
-    (camera,) = [c for c in json.loads((back / "capture.json").read_text())["cameras"] if "per_frame" in c]
+    (camera,) = (c for c in json.loads((back / "capture.json").read_text())["cameras"] if "per_frame" in c)
     assert camera["id"] == 2
     assert [entry.get("calibrated", True) for entry in camera["per_frame"]] == [True, False, True]
     assert set(camera["per_frame"][1]) == {"frame", "calibrated"}
