@@ -63,16 +63,23 @@ double round_down_125(double value) {
 
 decimate::Footprint footprint(const capture::Capture &capture, const Tiling &tiling, int64_t frame) {
   decimate::Footprint cameras;
-  for (size_t i = 0; i < tiling.tiles.size(); i++) {
-    const fvv_tile &tile = tiling.tiles[i];
-    const capture::Camera &camera = capture.cameras[tiling.cameras[i]];
-    if (!camera.is_calibrated(frame)) continue; // nobody sees the mesh through it
-    cameras.add(camera.calibration_at(frame), double(tile.destination.width) / tile.source.width,
-                double(tile.destination.height) / tile.source.height);
+  // Nobody sees the mesh through a camera that is lost; where all are, what they saw at another time counts.
+  bool empty = true;
+  for (const bool lost : {false, true}) {
+    const auto add = [&](const capture::Camera &camera, double across, double down) {
+      if (camera.is_calibrated(frame) == lost) return;
+      cameras.add(lost ? camera.calibration : camera.calibration_at(frame), across, down);
+      empty = false;
+    };
+    for (size_t i = 0; i < tiling.tiles.size(); i++) {
+      const fvv_tile &tile = tiling.tiles[i];
+      add(capture.cameras[tiling.cameras[i]], double(tile.destination.width) / tile.source.width,
+          double(tile.destination.height) / tile.source.height);
+    }
+    if (tiling.tiles.empty())
+      for (const capture::Camera &camera : capture.cameras) add(camera, 1, 1);
+    if (!empty) break;
   }
-  if (tiling.tiles.empty())
-    for (const capture::Camera &camera : capture.cameras)
-      if (camera.is_calibrated(frame)) cameras.add(camera.calibration_at(frame), 1, 1);
   return cameras;
 }
 
