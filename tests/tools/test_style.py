@@ -46,7 +46,8 @@ def test_lower_layers_never_include_higher_ones():
         "calibration": ["base"],
         "visibility": ["base", "mesh"],
         "video": ["base"],
-        "stream": ["base", "container", "mesh", "calibration", "visibility", "video"],
+        "background": ["base", "mesh", "video"],
+        "stream": ["base", "container", "mesh", "calibration", "visibility", "video", "background"],
     }
     for layer, allowed in below.items():
         for path in (ROOT / "libfvv/src" / layer).iterdir():

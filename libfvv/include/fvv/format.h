@@ -19,6 +19,8 @@
 #define FVV_MESH_LEVELS_MAX 32
 /* in VCFG: the frame does not show one single camera (clause 10.1). */
 #define FVV_NO_CAMERA 65535
+/* in a part of a background: it has no picture (clause 18.2). */
+#define FVV_NO_PICTURE 4294967295
 /* pixels: macroblocks of H.264 do not straddle two tiles (clause 10.2). */
 #define FVV_TILE_ALIGNMENT 16
 
@@ -36,6 +38,7 @@ enum {
   FVV_CHUNK_VIDEO_PACKET = 0x544b5056, /* VPKT: video sample */
   FVV_CHUNK_GROUP_TILES = 0x4c495447, /* GTIL: tile layout of a group */
   FVV_CHUNK_VISIBILITY = 0x49534956, /* VISI: visibility of one frame */
+  FVV_CHUNK_BACKGROUND = 0x4b434142, /* BACK: static environment and lights */
   FVV_CHUNK_GROUP_END = 0x444e4547, /* GEND: group ends */
   FVV_CHUNK_INDEX = 0x58444e49, /* INDX: index of groups */
   FVV_CHUNK_FOOTER = 0x544f4f46, /* FOOT: footer */
@@ -80,7 +83,7 @@ enum {
   FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG, with tiles one TILE, and GTIL */
   FVV_TRACK_CALIBRATION = 3, /* CALB chunks, of all cameras that move */
   FVV_TRACK_VISIBILITY = 4, /* VISI chunks */
-  FVV_TRACK_BACKGROUND = 5, /* reserved */
+  FVV_TRACK_BACKGROUND = 5, /* BACK chunks */
   FVV_TRACK_METADATA = 6, /* reserved for timed metadata */
   FVV_TRACK_AUDIO = 7, /* reserved */
 };
@@ -109,6 +112,31 @@ enum {
 enum {
   FVV_VISIBILITY_FACES = 0, /* one bit for each face */
   FVV_VISIBILITY_VERTICES = 1, /* one bit for each vertex */
+};
+
+/* Background part flags, clause 18.2. */
+enum {
+  FVV_PART_UNLIT = 1, /* shown in the colours that it has, whatever the lights */
+  FVV_PART_DOUBLE_SIDED = 2, /* faces show from behind too */
+  FVV_PART_CLAMPED = 4, /* beyond its edge the picture goes on with its last pixel; without the flag it begins again */
+};
+
+/* Background picture codecs, clause 18.3. */
+enum {
+  FVV_PICTURE_JPEG = 0, /* a JPEG file (ITU-T T.81, JFIF) of 8 bits and 1 or 3 components */
+  FVV_PICTURE_PNG = 1, /* a PNG file (ISO/IEC 15948) */
+};
+
+/* Light types, clause 18.4. */
+enum {
+  FVV_LIGHT_DIRECTIONAL = 0, /* from infinitely far, all rays parallel */
+  FVV_LIGHT_POINT = 1, /* from a place into all directions */
+  FVV_LIGHT_SPOT = 2, /* from a place into a cone */
+};
+
+/* Light flags, clause 18.4. */
+enum {
+  FVV_LIGHT_CASTS_SHADOWS = 1, /* players that draw shadows draw those of this light */
 };
 
 /* Lens models, clause 9.1. */
@@ -233,6 +261,14 @@ enum {
   FVV_ISSUE_VISIBILITY_NUMBER = 6006,
   FVV_ISSUE_VISIBILITY_STREAM = 6007,
   FVV_ISSUE_LIMIT = 7001,
+  FVV_ISSUE_BACKGROUND_PAYLOAD = 8001,
+  FVV_ISSUE_BACKGROUND_LATTICE = 8002,
+  FVV_ISSUE_BACKGROUND_KEY = 8003,
+  FVV_ISSUE_BACKGROUND_SAME = 8004,
+  FVV_ISSUE_BACKGROUND_PART = 8005,
+  FVV_ISSUE_BACKGROUND_PICTURE = 8006,
+  FVV_ISSUE_BACKGROUND_CODEC = 8007,
+  FVV_ISSUE_BACKGROUND_LIGHT = 8008,
 };
 
 #endif

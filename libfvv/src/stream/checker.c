@@ -4,6 +4,7 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "container/header.h"
+#include "stream/check_background.h"
 #include "stream/check_calibration.h"
 #include "stream/check_mesh.h"
 #include "stream/check_visibility.h"
@@ -24,6 +25,7 @@ typedef struct checked_track {
   fvv_checked_calibration calibration;
   fvv_checked_visibility visibility;
   fvv_checked_tiles tiles;
+  fvv_checked_background background;
 } checked_track;
 
 struct fvv_checker {
@@ -38,6 +40,7 @@ struct fvv_checker {
   fvv_bytes problems, tracks, runs;
   open_frame frame;
   fvv_status failed; /* the final error */
+  uint32_t digest;   /* of the configuration, from the last GRUP */
 };
 
 void fvv_check_options_default(fvv_check_options *options) {
@@ -226,6 +229,9 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
                                  &c->allocator, &track->summary, diagnostic);
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && track->tiles.lost_in == c->summary.groups)
     c->frame.whole = 0;
+  if (event->chunk.type == FVV_CHUNK_BACKGROUND)
+    return fvv_check_background(&track->background, event, c->digest, c->options.decode, &c->limits,
+                                &c->allocator, &track->summary, diagnostic);
   if (!c->options.decode || !c->has_configuration || c->block_bad) return FVV_OK;
   if (event->chunk.type == FVV_CHUNK_CALIBRATION)
     return fvv_check_calibration(&track->calibration, event, c->summary.configurations, c->summary.groups,
@@ -284,6 +290,7 @@ static fvv_status take_chunk(fvv_checker *c, const fvv_event *event) {
   case FVV_PLACE_GROUP:
     if (event->chunk.type == FVV_CHUNK_GROUP) {
       status = close_block(c, 0);
+      c->digest = fvv_get_u32(event->payload + FVV_GRUP_CONFIGURATION_CRC);
       if (!c->summary.groups++) c->summary.start = event->chunk.time;
       return status;
     }

@@ -43,6 +43,7 @@ void fvv_stream_close(fvv_stream *stream) {
   fvv_stream_release_meshes(stream);
   fvv_stream_release_tiles(stream);
   fvv_stream_release_visibility(stream);
+  fvv_stream_release_background(stream);
   fvv_file_close(stream->file);
   fvv_release(&allocator, stream, sizeof *stream);
 }

@@ -1,5 +1,5 @@
-/* stream/stream.h: the state of fvv_stream, which stream.c, stream_camera.c, stream_mesh.c,
- * stream_tiles.c and stream_visibility.c share. */
+/* stream/stream.h: the state of fvv_stream, which stream.c, stream_background.c, stream_camera.c,
+ * stream_mesh.c, stream_tiles.c and stream_visibility.c share. */
 #ifndef FVV_STREAM_STREAM_H
 #define FVV_STREAM_STREAM_H
 
@@ -18,6 +18,9 @@ struct fvv_stream {
   fvv_calibration *calibration; /* of the block that is loaded; NULL: none yet */
   uint64_t calibration_chunk;   /* offset of the chunk that was decoded last; 0: none */
   fvv_bytes layouts; /* followed_tiles: the layout of a group that was decoded last, of each track */
+  fvv_bytes background_payload; /* of the BACK chunk that was read last, and what it says */
+  fvv_background background;
+  uint64_t background_chunk; /* its offset; 0: none */
 };
 
 /* The chunks of a frame: a run within its group's list, which begins with first. */
@@ -51,5 +54,6 @@ void fvv_stream_release_meshes(fvv_stream *stream);
 void fvv_stream_release_cameras(fvv_stream *stream);
 void fvv_stream_release_tiles(fvv_stream *stream);
 void fvv_stream_release_visibility(fvv_stream *stream);
+void fvv_stream_release_background(fvv_stream *stream);
 
 #endif
