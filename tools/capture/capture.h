@@ -4,6 +4,7 @@
 #pragma once
 
 #include "capture/file.h"
+#include "capture/gltf/transform.h"
 #include "capture/mesh_animation.h"
 #include "capture/mesh_file.h"
 #include "capture/picture_source.h"
@@ -48,6 +49,13 @@ struct Atlas {
       texture_bits; // of texture indices in the stream that this comes from, or is meant for
 };
 
+// What stands still around the action (environment.h).
+struct Background {
+  std::string file;               // .glb or .gltf
+  gltf::Transform transform;      // from its coordinates to those of the meshes, in their units
+  std::optional<Lattice> lattice; // of the stream that this comes from, or is meant for; metres
+};
+
 // Frame i has the number first + i * step in file names.
 struct Frames {
   int64_t first = 0, count = 1, step = 1;
@@ -71,6 +79,7 @@ struct Capture {
   std::shared_ptr<const MeshAnimation> animation;
   std::optional<Atlas> atlas; // only with meshes
   std::vector<Camera> cameras;
+  std::optional<Background> background;
 
   // Where the files of a frame number lie; of a video, whatever the frame, its own. The pattern must be there
   // (meshes, pictures, masks).
@@ -107,6 +116,10 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits =
 
 // The bytes of the base colour image that the glTF file of a frame number brings along.
 std::string load_embedded_atlas(const Capture &capture, int64_t frame);
+
+// The environment of the background, which must be there, in metres and in the world of the meshes.
+struct Environment;
+Environment load_environment(const Capture &capture, const fvv_limits *limits = nullptr);
 
 // Width and height of a picture, from its header. Throws any std::exception for a file that is no picture.
 struct PictureSize {

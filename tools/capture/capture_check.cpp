@@ -51,6 +51,7 @@ public:
       if (camera.pictures) source(subject, "pictures", *camera.pictures, camera);
       if (camera.masks) source(subject, "masks", *camera.masks, camera);
     }
+    if (capture.background) background_file(capture.background->file);
     shared_pictures();
     return std::move(findings);
   }
@@ -124,6 +125,12 @@ private:
     } catch (const std::exception &error) {
       unreadable.add(error.what());
     }
+  }
+
+  void background_file(const std::string &file) {
+    std::error_code error;
+    if (!fs::is_regular_file(capture.resolve(file), error))
+      findings.problems.push_back("background: " + file + " is missing");
   }
 
   // One where all frames share a file, else one for each.

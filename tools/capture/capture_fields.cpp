@@ -58,4 +58,17 @@ Pattern read_pattern(const JsonValue &value, const Frames &frames) {
   return pattern;
 }
 
+Lattice read_lattice(const JsonValue &value) {
+  value.allow_keys({"origin", "step"});
+  Lattice lattice;
+  lattice.step = positive(value.at("step"));
+  const JsonValue origin = value.at("origin");
+  for (size_t k = 0; k < 3; k++) {
+    lattice.origin[k] = finite(origin.items(3, k));
+    if (!std::isfinite(std::fabs(lattice.origin[k]) + lattice.step * FVV_LATTICE_MAX))
+      value.fail("expected |origin| + step * 2^28 to be finite");
+  }
+  return lattice;
+}
+
 } // namespace fvv::capture

@@ -13,6 +13,9 @@ double positive(const JsonValue &value);
 fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what);
 // The same of text, without least; nothing for what is none or does not fit.
 std::optional<fvv_rational> parse_rational(std::string_view text);
+// The ranges of fvv.md clause 5.1.
+Lattice read_lattice(const JsonValue &value);
+Background read_background(const JsonValue &value);
 // A pattern; without a number it names one file for all frames.
 Pattern read_pattern(const JsonValue &value);
 // The same, which needs a number when there are several frames.

@@ -2,8 +2,6 @@
 #include "capture/capture_fields.h"
 #include "capture/vocabulary.h"
 
-#include <cmath>
-
 namespace fvv::capture {
 
 namespace {
@@ -57,20 +55,6 @@ uint8_t read_up(const JsonValue &value) {
   for (const NamedAxis &axis : named_axes)
     if (text == axis.name) return axis.up;
   value.fail("expected +x, -x, +y, -y, +z, -z or unknown, found " + value.found());
-}
-
-// The ranges of fvv.md clause 5.1.
-Lattice read_lattice(const JsonValue &value) {
-  value.allow_keys({"origin", "step"});
-  Lattice lattice;
-  lattice.step = positive(value.at("step"));
-  const JsonValue origin = value.at("origin");
-  for (size_t k = 0; k < 3; k++) {
-    lattice.origin[k] = finite(origin.items(3, k));
-    if (!std::isfinite(std::fabs(lattice.origin[k]) + lattice.step * FVV_LATTICE_MAX))
-      value.fail("expected |origin| + step * 2^28 to be finite");
-  }
-  return lattice;
 }
 
 // One file for all frames. The pattern that names it has no number, whatever the file is called.
@@ -134,7 +118,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   if (version.integer(1, INT32_MAX) != 1)
     version.fail("expected version 1 of the capture description, found " + version.found());
   root.allow_keys({"fvv_capture", "name", "frame_rate", "frames", "units", "up", "lattice", "conventions",
-                   "meshes", "atlas", "cameras"});
+                   "meshes", "atlas", "cameras", "background"});
   Capture capture;
   capture.path = path;
   if (const auto name = root.find("name")) capture.name = name->text();
@@ -154,6 +138,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   }
   if (const auto meshes = root.find("meshes")) read_meshes(*meshes, capture);
   if (const auto atlas = root.find("atlas")) capture.atlas = read_atlas(*atlas, capture);
+  if (const auto background = root.find("background")) capture.background = read_background(*background);
   if (const auto cameras = root.find("cameras")) read_cameras(*cameras, capture, pixel_centre);
   bool content = capture.meshes.has_value();
   for (const Camera &camera : capture.cameras) content = content || camera.pictures;

@@ -105,6 +105,19 @@ std::string atlas_text(const Atlas &atlas) {
   return out + "}";
 }
 
+std::string lattice_text(const Lattice &lattice) {
+  return "{\"origin\": " + list(lattice.origin, 3) + ", \"step\": " + number(lattice.step) + "}";
+}
+
+std::string background_text(const Background &background) {
+  const double *m = background.transform.m.data();
+  std::string out = "{\"file\": " + text(background.file);
+  if (background.transform.m != gltf::Transform().m)
+    out += ", \"transform\": [" + list(m, 4) + ", " + list(m + 4, 4) + ", " + list(m + 8, 4) + "]";
+  if (background.lattice) out += ", \"lattice\": " + lattice_text(*background.lattice);
+  return out + "}";
+}
+
 // A video counts its time from the first frame it was described with.
 void check_start(const Capture &capture, const std::string &subject,
                  const std::optional<PictureSource> &source) {
@@ -140,10 +153,9 @@ std::string format_capture(const Capture &capture) {
       "},\n  \"units\": " + text(capture.scale_unknown ? unknown_units : "metres") + ",\n  \"up\": " +
       text(lookup(std::begin(named_axes), std::end(named_axes), &NamedAxis::up, capture.up).name) +
       ",\n  \"conventions\": {\"pixel_centre\": 0.5}";
-  if (capture.lattice)
-    out += ",\n  \"lattice\": {\"origin\": " + list(capture.lattice->origin, 3) +
-           ", \"step\": " + number(capture.lattice->step) + "}";
+  if (capture.lattice) out += ",\n  \"lattice\": " + lattice_text(*capture.lattice);
   if (capture.meshes) out += ",\n  \"meshes\": " + meshes_text(capture);
+  if (capture.background) out += ",\n  \"background\": " + background_text(*capture.background);
   if (capture.atlas) out += ",\n  \"atlas\": " + atlas_text(*capture.atlas);
   out += ",\n  \"cameras\": [";
   for (size_t i = 0; i < capture.cameras.size(); i++)

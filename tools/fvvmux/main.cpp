@@ -47,7 +47,9 @@ constexpr const char *footer =
     "(degrees), atlas: {pictures, psnr,\n"
     "min_psnr}}}. Lengths are in metres, or in units of a capture of unknown scale, errors of texture\n"
     "coordinates in sides of the atlas; sizes in bytes of payload a frame; a PSNR (peak 255, whatever the\n"
-    "bit depth) of identical pictures is null. mesh, video, atlas and verified are there when the stream\n"
+    "bit depth) of identical pictures is null. background: {chunks, bytes (of one), parts, vertices,\n"
+    "triangles, mesh_bytes, pictures, picture_bytes, lights, lattice, max_axis_error}. mesh, video, atlas,\n"
+    "background and verified are there when the stream\n"
     "has them.\n"
     "With --check-calibration: {fvvmux: 1, sheet, frame, outline: mesh|hull|nothing, width, height, panel,\n"
     "cameras: [{id, name, width, height, picture, mask, covered, iou, distance, offset}], median_iou,\n"
@@ -157,8 +159,9 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->delimiter(',');
   app.add_flag("!--no-pictures", options.pictures, "leave the pictures out, those of the atlas too");
   app.add_flag("!--no-meshes", options.meshes, "leave the meshes out");
+  app.add_flag("!--no-background", options.environment, "leave the static environment out, lights and all");
   app.add_flag("--repeat-configuration", options.repeat_configuration,
-               "in front of every group, for those who join late");
+               "in front of every group, for those who join late; the environment in every group too");
   app.add_flag("--live", options.live, "no index and no footer");
   app.add_flag("--verify", options.verify, "read the file back and compare everything with the capture");
   app.add_flag("--force", options.force, "replace an existing file");

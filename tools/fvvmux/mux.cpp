@@ -198,6 +198,10 @@ private:
         writer->sample(plan.tracks[track], first + i, sample);
         summary.videos[track].add(sample.bytes.size());
       }
+      // Behind the second frame: the first is known to be whole by then (fvv.md clause 18.5).
+      const bool first_or_repeated = !index || plan.options.repeat_configuration;
+      if (plan.background && first_or_repeated && i == std::min<size_t>(1, count - 1))
+        summary.background.add(writer->background(first + i));
     }
     writer->end_group();
     const media::VideoCodec &codec = *media::find_video_codec(plan.options.codec);

@@ -52,8 +52,9 @@ struct Summary {
   TrackBytes delta;                 // of these the delta frames
   std::vector<MeshOrigins> origins; // of each frame; filled with Options::verify
   TrackBytes calibration;           // of cameras that move
-  std::vector<TrackBytes> videos;   // as Plan::tracks
-  std::vector<RateResult> rates;    // likewise; filled with Options::bit_rate
+  TrackBytes background;
+  std::vector<TrackBytes> videos; // as Plan::tracks
+  std::vector<RateResult> rates;  // likewise; filled with Options::bit_rate
   MeshChanges changes;
   DecimationSums decimation;
   std::optional<Verdict> verdict; // with Options::verify

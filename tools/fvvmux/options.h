@@ -81,6 +81,7 @@ struct Options {
   Visibility visibility = Visibility::automatic;
   bool undistort = false;     // pictures without lens
   double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
+  bool environment = true; // the capture's background, if it has one
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.

@@ -1,5 +1,7 @@
 #include "fvvmux/plan.h"
 
+#include "fvvmux/background.h"
+
 #include "cli/cli.h"
 #include "fvv/mesh.h"
 #include "fvvmux/connectivity.h"
@@ -188,6 +190,11 @@ Plan make_plan(const Options &options) {
     plan.texture_bits = options.texture_bits
                             ? options.texture_bits
                             : plan.capture.atlas->texture_bits.value_or(defaults.texture_bits);
+  }
+  if (plan.capture.background) {
+    plan.background = pack_background(plan.capture);
+    for (const std::string &warning : plan.background->warnings) cli::warn(warning);
+    plan.warned = plan.warned || !plan.background->warnings.empty();
   }
   return plan;
 }

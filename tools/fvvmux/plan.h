@@ -88,7 +88,8 @@ struct VideoTrack {
   }
 };
 
-class Geometry; // geometry.h
+class Geometry;          // geometry.h
+struct PackedBackground; // background.h
 
 struct Plan {
   Options options;
@@ -107,6 +108,7 @@ struct Plan {
   CropChoice crop;
   VisibilityChoice visibility;
   std::shared_ptr<const Undistortion> undistortion; // with Options::undistort: what the cameras were
+  std::shared_ptr<const PackedBackground> background; // if there is one
 
   bool has_meshes() const { return capture.meshes.has_value(); }
   size_t frame_count() const { return size_t(capture.frames.count); }

@@ -97,6 +97,7 @@ bool select(capture::Capture &capture, const Options &options) {
   const bool left_out = leave_out_changing(capture);
   if (!options.meshes) capture.meshes.reset();
   if (!options.meshes || !options.pictures) capture.atlas.reset();
+  if (!options.environment) capture.background.reset();
   bool pictures = false;
   for (capture::Camera &camera : capture.cameras) {
     if (!options.pictures || !camera.texture) {

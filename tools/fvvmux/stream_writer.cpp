@@ -1,6 +1,7 @@
 #include "fvvmux/stream_writer.h"
 
 #include "fvv/mesh.h"
+#include "fvvmux/background.h"
 
 #include <nlohmann/json.hpp>
 
@@ -72,6 +73,7 @@ void StreamWriter::write_configuration() {
     write_track(track_id(track), FVV_TRACK_VIDEO, track.is_atlas() ? "atlas" : "cameras");
   if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
   if (plan.visibility.on) write_track(visibility_track, FVV_TRACK_VISIBILITY, "visibility");
+  if (plan.background) write_track(background_track, FVV_TRACK_BACKGROUND, "environment");
   for (const capture::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
     configure(FVV_CHUNK_CAMERA, 0,
@@ -146,6 +148,14 @@ void StreamWriter::visibility(size_t frame, const std::vector<uint8_t> &payload,
 void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VIDEO_PACKET, track_id(track), sample.key ? FVV_FLAG_KEY : 0,
                          int64_t(frame), sample.bytes.data(), sample.bytes.size(), &diagnostic));
+}
+
+uint64_t StreamWriter::background(size_t frame) {
+  if (!plan.background) return 0;
+  const std::vector<uint8_t> &payload = plan.background->payload;
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_BACKGROUND, background_track, FVV_FLAG_KEY, int64_t(frame),
+                         payload.data(), payload.size(), &diagnostic));
+  return payload.size();
 }
 
 void StreamWriter::end_group() {

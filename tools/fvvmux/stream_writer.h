@@ -11,7 +11,7 @@
 
 namespace fvv::mux {
 
-constexpr uint16_t mesh_track = 1, calibration_track = 4, visibility_track = 5;
+constexpr uint16_t mesh_track = 1, calibration_track = 4, visibility_track = 5, background_track = 6;
 // Of a track of Plan::tracks.
 inline uint16_t track_id(const VideoTrack &track) {
   return track.is_atlas() ? 3 : 2;
@@ -35,6 +35,8 @@ public:
   // Behind mesh and calibration of the frame.
   void visibility(size_t frame, const std::vector<uint8_t> &payload, bool key);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
+  // The environment, behind the other chunks of a frame, if the plan has one. Answers the bytes of payload.
+  uint64_t background(size_t frame);
   void end_group();
   // Index and footer, unless the stream is live. Answers the number of bytes written.
   uint64_t finish();

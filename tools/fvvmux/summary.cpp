@@ -1,6 +1,7 @@
 #include "fvvmux/summary.h"
 
 #include "capture/lens_check.h"
+#include "fvvmux/background.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/moving.h"
 
@@ -40,7 +41,8 @@ double per_second(const Summary &s) {
 }
 
 uint64_t overhead(const Summary &s) {
-  uint64_t bytes = s.bytes - s.mesh.payload - s.calibration.payload - s.visibility.bytes;
+  uint64_t bytes =
+      s.bytes - s.mesh.payload - s.calibration.payload - s.visibility.bytes - s.background.payload;
   for (const TrackBytes &video : s.videos) bytes -= video.payload;
   return bytes;
 }
@@ -340,6 +342,9 @@ std::string summary_text(const Summary &s) {
   if (s.visibility.frames) track_line(out, s, "visibility", s.visibility.bytes, visibility_text(s));
   for (size_t i = 0; i < plan.tracks.size(); i++)
     track_line(out, s, label_of(plan.tracks[i]), s.videos[i].payload, codec_choice(s, i));
+  if (plan.background)
+    track_line(out, s, "background", s.background.payload,
+               std::to_string(s.background.chunks) + " times " + background_text(*plan.background));
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
   for (size_t i = 0; i < plan.tracks.size(); i++) video_lines(out, s, i);
   source_lines(out, s);
@@ -390,6 +395,7 @@ nlohmann::ordered_json summary_json(const Summary &s) {
   if (s.calibration.chunks) out["calibration"] = track_json(s.calibration);
   for (size_t i = 0; i < plan.tracks.size(); i++) out[label_of(plan.tracks[i])] = video_json(s, i);
   out["visibility"] = visibility_json(s);
+  if (plan.background) out["background"] = background_json(*plan.background, s.background.chunks);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   if (plan.undistortion) out["undistorted"] = plan.undistortion->json();
   for (const capture::LensGap &gap : capture::lens_gaps(plan.capture))

@@ -31,15 +31,35 @@ public:
       const MeshData &data = scene.meshes[nodes[index].mesh];
       for (const Primitive &primitive : data.primitives) append(nodes[index], global[index], data, primitive);
     }
+    check();
+    return std::move(mesh);
+  }
+
+  std::vector<PosedPart> run_parts() {
+    std::vector<PosedPart> parts;
+    for (const uint32_t index : scene.drawn) {
+      const MeshData &data = scene.meshes[nodes[index].mesh];
+      for (const Primitive &primitive : data.primitives) {
+        mesh = {};
+        append(nodes[index], global[index], data, primitive);
+        check();
+        parts.push_back({std::move(mesh), primitive.material});
+      }
+    }
+    return parts;
+  }
+
+  std::vector<Transform> transforms() { return std::move(global); }
+
+private:
+  void check() {
     if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
     for (size_t i = 0; i < mesh.positions.size(); i++)
       if (!std::isfinite(mesh.positions[i]))
         throw FileError(scene.file + ": vertex " + std::to_string(i / 3) +
                         " of the posed scene is not finite");
-    return std::move(mesh);
   }
 
-private:
   void move(const Channel &channel, double time) {
     const std::vector<double> value = channel.at(time);
     Node &node = nodes[channel.node];
@@ -130,6 +150,14 @@ private:
 
 Mesh pose(const Scene &scene, std::optional<double> time) {
   return Poser(scene, time).run();
+}
+
+std::vector<PosedPart> pose_parts(const Scene &scene) {
+  return Poser(scene, std::nullopt).run_parts();
+}
+
+std::vector<Transform> global_transforms(const Scene &scene) {
+  return Poser(scene, std::nullopt).transforms();
 }
 
 } // namespace fvv::capture::gltf

@@ -11,4 +11,14 @@ namespace fvv::capture::gltf {
 // counter-clockwise seen from outside. FileError for coordinates that overflow.
 Mesh pose(const Scene &scene, std::optional<double> time);
 
+// The same piece by piece: each primitive of each node that is drawn, with the material that it names.
+struct PosedPart {
+  Mesh mesh;
+  std::optional<int64_t> material;
+};
+std::vector<PosedPart> pose_parts(const Scene &scene);
+
+// From the space of each node to that of the scene, as the nodes stand.
+std::vector<Transform> global_transforms(const Scene &scene);
+
 } // namespace fvv::capture::gltf

@@ -22,13 +22,18 @@ public:
   PrimitiveReader(Container &source, const JsonValue &value)
       : container(source), json(value), attributes(value.at("attributes")) {}
 
-  Primitive read(int64_t mode, bool texture, bool normals) {
+  Primitive read(int64_t mode, Texture texture, bool normals) {
+    if (const auto material = json.find("material")) {
+      container.item("materials", *material);
+      out.material = material->integer(0, INT32_MAX);
+    }
     if (const auto extensions = json.find("extensions"))
       if (const auto compressed = extensions->find("KHR_draco_mesh_compression"))
         read_draco(*compressed, mode, normals);
     out.positions = numbers("POSITION", attributes.at("POSITION"), Purpose::positions);
     read_triangles(mode);
-    if (texture) read_texture();
+    const bool optional = texture == Texture::materials;
+    if (texture != Texture::skipped && (!optional || read_base_colour(container, json).image)) read_texture();
     if (const auto reference = attributes.find("NORMAL"); normals && reference)
       out.normals = per_vertex("NORMAL", *reference, Purpose::normals, 3);
     read_joints();
@@ -184,7 +189,7 @@ private:
 
 } // namespace
 
-MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, bool texture,
+MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, Texture texture,
                         bool normals) {
   MeshData out;
   out.used = true;

@@ -33,7 +33,7 @@ public:
     scene.skins.resize(count_of("skins"));
     for (const uint32_t node : scene.drawn) read_drawn(node);
     if (faces == 0) root.fail("expected a scene with at least one triangle, found none");
-    if (texture != Texture::skipped) read_image();
+    if (texture == Texture::coordinates || texture == Texture::picture) read_image();
     if (!std::holds_alternative<NoAnimation>(choice)) read_animation(choose(choice));
     return std::move(scene);
   }
@@ -111,7 +111,8 @@ private:
     const auto chosen = root.find("scene");
     if (!chosen && count_of("scenes") == 0) root.fail("expected a scene, found none");
     const JsonValue json = chosen ? container.item("scenes", *chosen) : root.at("scenes").item(0);
-    std::vector<bool> visible(scene.nodes.size());
+    std::vector<bool> &visible = scene.visible;
+    visible.resize(scene.nodes.size());
     const auto roots = json.find("nodes");
     for (size_t i = 0; roots && i < roots->size(); i++) {
       const JsonValue reference = roots->item(i);
@@ -132,8 +133,8 @@ private:
     const JsonValue json = node_json(index);
     MeshData &mesh = scene.meshes[node.mesh];
     if (!mesh.used)
-      mesh = read_mesh_data(container, container.item("meshes", json.at("mesh")), scene.report,
-                            texture != Texture::skipped, normals);
+      mesh = read_mesh_data(container, container.item("meshes", json.at("mesh")), scene.report, texture,
+                            normals);
     if (const auto weights = json.find("weights")) {
       for (size_t i = 0; i < mesh.weights.size(); i++)
         node.weights.push_back(weights->items(mesh.weights.size(), i).number());

@@ -37,6 +37,7 @@ struct Primitive {
   std::vector<Influence> influences;
   uint32_t joint_count = 0;     // 1 + the highest joint
   std::optional<int64_t> image; // of the base colour, if the texture was asked for and the material has one
+  std::optional<int64_t> material;
 
   size_t vertex_count() const { return positions.size() / 3; }
 };
@@ -61,7 +62,8 @@ struct Scene {
   std::vector<Skin> skins;
   std::vector<Channel> channels; // of the chosen animation
   MeshReport report;
-  std::string picture; // bytes of the base colour image, if it was asked for
+  std::string picture;       // bytes of the base colour image, if it was asked for
+  std::vector<bool> visible; // of each node: the default scene contains it
 };
 
 // Which animation of a file: none, or the only one, or one by index or name.
@@ -70,8 +72,8 @@ struct OnlyAnimation {};
 using AnimationChoice = std::variant<NoAnimation, OnlyAnimation, int64_t, std::string>;
 
 // How a surface looks: nobody asks; texture coordinates of one atlas, which have to be there; its picture as
-// well.
-enum class Texture { skipped, coordinates, picture };
+// well; coordinates wherever a material has a picture, each its own.
+enum class Texture { skipped, coordinates, picture, materials };
 
 // bytes: the whole file. path: what messages call it, and where its buffers lie. FileError "path: POINTER:
 // what". limits: max_vertices and max_faces hold for the scene as drawn.
@@ -79,7 +81,7 @@ Scene read_scene(std::string_view bytes, const std::string &path, const Animatio
                  const fvv_limits &limits, Texture texture = Texture::skipped, bool normals = false);
 
 // One item of meshes (primitive.cpp).
-MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, bool texture,
+MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, Texture texture,
                         bool normals);
 
 // What the material of a primitive says of its base colour (material.cpp).

@@ -1,0 +1,223 @@
+// capture/gltf/environment.cpp: a glTF file as an environment: geometry through the scene's reader, materials
+// and lights from here.
+#include "capture/environment.h"
+#include "capture/gltf/pose.h"
+#include "capture/text_scan.h"
+
+extern "C" {
+#include "base/limits.h"
+}
+
+#include <algorithm>
+#include <map>
+
+namespace fvv::capture {
+
+namespace gltf {
+
+namespace {
+
+constexpr int64_t clamp_to_edge = 33071, mirrored_repeat = 33648, repeat = 10497;
+constexpr double quarter_turn = 0.78539816339744828, half_turn = 1.5707963267948966;
+
+bool has_extension(const JsonValue &value, const char *name) {
+  const auto extensions = value.find("extensions");
+  return extensions && extensions->find(name);
+}
+
+class EnvironmentReader {
+public:
+  EnvironmentReader(std::string_view bytes, const std::string &path, const fvv_limits &limits)
+      : container(bytes, path), root(container.root()),
+        scene(read_scene(bytes, path, NoAnimation{}, limits, Texture::materials, true)) {}
+
+  Environment read() {
+    for (PosedPart &posed : pose_parts(scene)) add(std::move(posed));
+    for (EnvironmentPart &part : out.parts)
+      if (part.mesh.normals.size() != part.mesh.positions.size()) part.mesh.normals.clear();
+    read_lights();
+    if (scene.report.lines_and_points) note("lines and points");
+    return std::move(out);
+  }
+
+private:
+  void note(const std::string &what) {
+    const std::string text = what + " are left out";
+    if (std::find(out.notes.begin(), out.notes.end(), text) == out.notes.end()) out.notes.push_back(text);
+  }
+
+  // All of one material is one part.
+  void add(PosedPart &&posed) {
+    const int64_t key = posed.material.value_or(-1);
+    const auto [found, fresh] = part_of.emplace(key, out.parts.size());
+    if (fresh) {
+      out.parts.emplace_back();
+      if (posed.material) read_material(root.at("materials").item(size_t(*posed.material)), out.parts.back());
+    }
+    EnvironmentPart &part = out.parts[found->second];
+    const uint32_t base = uint32_t(part.mesh.vertex_count());
+    for (const uint32_t corner : posed.mesh.faces) part.mesh.faces.push_back(base + corner);
+    const auto append = [](std::vector<double> &to, const std::vector<double> &from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    append(part.mesh.positions, posed.mesh.positions);
+    append(part.mesh.texture, posed.mesh.texture);
+    append(part.mesh.normals, posed.mesh.normals);
+  }
+
+  void read_material(const JsonValue &material, EnvironmentPart &part) {
+    if (const auto sides = material.find("doubleSided")) part.double_sided = sides->boolean();
+    part.unlit = has_extension(material, "KHR_materials_unlit");
+    if (const auto alpha = material.find("alphaMode"); alpha && alpha->text() != "OPAQUE")
+      note("transparency and cut-outs");
+    if (material.find("emissiveTexture") || material.find("normalTexture"))
+      note("emissive and normal textures");
+    const auto metallic = material.find("pbrMetallicRoughness");
+    if (!metallic) return;
+    if (const auto factor = metallic->find("baseColorFactor"))
+      for (size_t k = 0; k < 3; k++) {
+        const JsonValue value = factor->items(4, k);
+        part.colour[k] = value.number();
+        if (!(part.colour[k] >= 0 && part.colour[k] <= 1))
+          value.fail("expected 0 to 1, found " + value.found());
+      }
+    if (const auto info = metallic->find("baseColorTexture")) read_texture(*info, part);
+  }
+
+  void read_texture(const JsonValue &info, EnvironmentPart &part) {
+    const JsonValue texture = container.item("textures", info.at("index"));
+    const JsonValue source = texture.at("source");
+    container.item("images", source);
+    const int64_t image = source.integer(0, INT32_MAX);
+    const auto [found, fresh] = picture_of.emplace(image, out.pictures.size());
+    if (fresh) out.pictures.push_back(container.image(size_t(image)));
+    part.picture = found->second;
+    const auto reference = texture.find("sampler");
+    if (!reference) return;
+    const JsonValue sampler = container.item("samplers", *reference);
+    const auto wrap = [&](const char *key) {
+      const auto value = sampler.find(key);
+      return value ? value->integer(0, INT32_MAX) : repeat;
+    };
+    const int64_t s = wrap("wrapS"), t = wrap("wrapT");
+    part.clamped = s == clamp_to_edge && t == clamp_to_edge;
+    if (s == mirrored_repeat || t == mirrored_repeat || s != t)
+      note("mirrored and mixed repetition of textures, which repeat instead,");
+  }
+
+  void read_lights() {
+    const std::vector<Transform> places = global_transforms(scene);
+    for (uint32_t i = 0; i < scene.nodes.size(); i++) {
+      if (!scene.visible[i]) continue;
+      const auto extensions = root.at("nodes").item(i).find("extensions");
+      const auto lights = extensions ? extensions->find("KHR_lights_punctual") : std::nullopt;
+      if (lights) read_light(lights->at("light"), places[i]);
+    }
+  }
+
+  void read_light(const JsonValue &reference, const Transform &place) {
+    const JsonValue list = root.at("extensions").at("KHR_lights_punctual").at("lights");
+    const int64_t index = reference.integer(0, INT32_MAX);
+    if (size_t(index) >= list.size())
+      reference.fail("expected one of " + std::to_string(list.size()) + " lights, found " +
+                     reference.found());
+    const JsonValue json = list.item(size_t(index));
+    fvv_light light = {};
+    const std::string type = json.at("type").text();
+    if (type != "directional" && type != "point" && type != "spot")
+      json.at("type").fail("expected directional, point or spot, found " + json.at("type").found());
+    light.type = type == "directional" ? FVV_LIGHT_DIRECTIONAL
+                 : type == "point"     ? FVV_LIGHT_POINT
+                                       : FVV_LIGHT_SPOT;
+    const auto extras = json.find("extras");
+    const auto shadows = extras && extras->is_object() ? extras->find("casts_shadows") : std::nullopt;
+    light.flags = !shadows || shadows->boolean() ? FVV_LIGHT_CASTS_SHADOWS : 0;
+    const auto number = [](const JsonValue &from, const char *key, double absent, double most) {
+      const auto value = from.find(key);
+      if (!value) return absent;
+      if (!(value->number() >= 0 && value->number() <= most))
+        value->fail("expected a number from 0 on, at most " + std::to_string(most) + ", found " +
+                    value->found());
+      return value->number();
+    };
+    const auto colour = json.find("color");
+    for (size_t k = 0; k < 3; k++) {
+      light.colour[k] = colour ? colour->items(3, k).number() : 1;
+      if (!(light.colour[k] >= 0 && light.colour[k] <= 1))
+        colour->fail("expected numbers from 0 to 1, found " + colour->items(3, k).found());
+    }
+    light.intensity = number(json, "intensity", 1, 1e30);
+    if (light.type != FVV_LIGHT_DIRECTIONAL) {
+      light.range = number(json, "range", 0, 1e30);
+      for (size_t k = 0; k < 3; k++) light.position[k] = place.m[4 * k + 3];
+    }
+    if (light.type != FVV_LIGHT_POINT) set_direction(reference, place, light);
+    if (light.type == FVV_LIGHT_SPOT) {
+      const auto spot = json.find("spot");
+      light.inner_cone = spot ? number(*spot, "innerConeAngle", 0, half_turn) : 0;
+      light.outer_cone = spot ? number(*spot, "outerConeAngle", quarter_turn, half_turn) : quarter_turn;
+      if (!(light.inner_cone < light.outer_cone)) json.fail("expected innerConeAngle below outerConeAngle");
+    }
+    out.lights.push_back(light);
+  }
+
+  // Along -z of the node.
+  static void set_direction(const JsonValue &reference, const Transform &place, fvv_light &light) {
+    double square = 0;
+    for (size_t k = 0; k < 3; k++) square += place.m[4 * k + 2] * place.m[4 * k + 2];
+    const double length = std::sqrt(square);
+    if (!(length > 0) || !std::isfinite(length)) reference.fail("expected a node with a direction");
+    for (size_t k = 0; k < 3; k++) light.direction[k] = -place.m[4 * k + 2] / length;
+  }
+
+  Container container;
+  const JsonValue root;
+  const Scene scene;
+  std::map<int64_t, size_t> part_of, picture_of; // by material and image
+  Environment out;
+};
+
+} // namespace
+
+} // namespace gltf
+
+Environment parse_environment(std::string_view bytes, const std::string &name, const fvv_limits *limits) {
+  return gltf::EnvironmentReader(bytes, name, fvv_limits_or_default(limits)).read();
+}
+
+void Environment::transform(const gltf::Transform &by) {
+  const auto move = [&](double *at) {
+    const double point[3] = {at[0], at[1], at[2]};
+    double moved[3];
+    by.apply(point, moved);
+    std::copy_n(moved, 3, at);
+  };
+  // What stands in m[3], m[7] and m[11] moves places, not directions.
+  gltf::Transform turn = by;
+  turn.m[3] = turn.m[7] = turn.m[11] = 0;
+  const bool mirrors = by.determinant() < 0;
+  for (EnvironmentPart &part : parts) {
+    for (size_t i = 0; i < part.mesh.positions.size(); i += 3) move(&part.mesh.positions[i]);
+    for (size_t i = 0; i < part.mesh.normals.size(); i += 3) {
+      const double normal[3] = {part.mesh.normals[i], part.mesh.normals[i + 1], part.mesh.normals[i + 2]};
+      double moved[3];
+      by.apply_normal(normal, moved);
+      std::copy_n(moved, 3, &part.mesh.normals[i]);
+    }
+    for (size_t i = 0; mirrors && i < part.mesh.faces.size(); i += 3)
+      std::swap(part.mesh.faces[i + 1], part.mesh.faces[i + 2]);
+  }
+  const double scale = std::cbrt(std::fabs(by.determinant()));
+  for (fvv_light &light : lights) {
+    if (light.type != FVV_LIGHT_DIRECTIONAL) move(light.position);
+    light.range *= scale;
+    if (light.type == FVV_LIGHT_POINT) continue;
+    const double direction[3] = {light.direction[0], light.direction[1], light.direction[2]};
+    double moved[3];
+    turn.apply(direction, moved);
+    const double length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2]);
+    for (size_t k = 0; k < 3; k++) light.direction[k] = moved[k] / length;
+  }
+}
+
+} // namespace fvv::capture

@@ -1,0 +1,212 @@
+#include "fvvmux/background.h"
+
+#include "cli/cli.h"
+#include "fvvmux/meshes.h"
+#include "fvvmux/picture_file.h"
+#include "fvvmux/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace fvv::mux {
+
+namespace {
+
+constexpr uint32_t texture_bits = FVV_TEXTURE_BITS_MAX; // a picture may repeat a hundred times
+constexpr uint32_t normal_bits = 8;
+constexpr int mesh_level = 7;
+// Of the diagonal: 1 mm for a room, 1 cm for a stadium.
+constexpr double steps_across = 16384;
+// A payload that every reader takes (fvv.md clause 13).
+constexpr size_t safe_payload = size_t(16) << 20;
+
+struct Payload {
+  fvv_bytes bytes = {};
+  ~Payload() { fvv_bytes_free(&bytes); }
+};
+
+class Packer {
+public:
+  Packer(const capture::Capture &source, PackedBackground &packed)
+      : capture(source), name(source.resolve(source.background->file)),
+        environment(capture::load_environment(source)), out(packed) {}
+
+  void pack() {
+    for (const std::string &note : environment.notes) out.warnings.push_back(name + ": " + note);
+    choose_lattice();
+    for (size_t i = 0; i < environment.pictures.size(); i++) add_picture(i);
+    meshes.resize(environment.parts.size());
+    for (size_t i = 0; i < environment.parts.size(); i++) add_part(i);
+    encode();
+    out.parts = parts.size();
+    out.pictures = pictures.size();
+    out.lights = environment.lights.size();
+    if (out.payload.size() > safe_payload)
+      out.warnings.push_back(name + ": the environment takes " + std::to_string(out.payload.size()) +
+                             " bytes, more than the 16 MiB that every reader supports");
+  }
+
+private:
+  void choose_lattice() {
+    if (capture.background->lattice) {
+      out.lattice = *capture.background->lattice;
+      out.reason = "as the capture says";
+      return;
+    }
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (const capture::EnvironmentPart &part : environment.parts)
+      for (size_t i = 0; i < part.mesh.positions.size(); i++) {
+        low[i % 3] = std::min(low[i % 3], part.mesh.positions[i]);
+        high[i % 3] = std::max(high[i % 3], part.mesh.positions[i]);
+      }
+    const double diagonal = std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+    if (!(diagonal > 1e-12 && diagonal < 1e12))
+      throw cli::Failure(name + ": expected an environment of some extent");
+    out.lattice.step = round_down_125(diagonal / steps_across);
+    // A multiple of the step next to the middle: indices stay small, and planes at 0 stay there.
+    for (int k = 0; k < 3; k++)
+      out.lattice.origin[k] = std::round((low[k] + high[k]) / 2 / out.lattice.step) * out.lattice.step;
+    out.reason = "1/16384 of its diagonal, or a little less";
+  }
+
+  void add_picture(size_t i) {
+    files.push_back(fit_picture(environment.pictures[i], name + ": picture " + std::to_string(i)));
+    const FittedPicture &fitted = files.back();
+    if (fitted.scaled)
+      out.warnings.push_back(name + ": picture " + std::to_string(i) + " is sent with " +
+                             std::to_string(fitted.width) + "x" + std::to_string(fitted.height) + " pixels");
+    out.picture_bytes += fitted.file.size();
+  }
+
+  // Texture coordinates from 0 to 1, and where these lie in the picture: whole repetitions.
+  static void normalise(std::vector<double> &texture, fvv_background_part &part) {
+    for (size_t k = 0; k < 2; k++) {
+      double low = 0, high = 1;
+      for (size_t i = k; i < texture.size(); i += 2) {
+        low = std::min(low, std::floor(texture[i] + FVV_TEXTURE_TOLERANCE));
+        high = std::max(high, std::ceil(texture[i] - FVV_TEXTURE_TOLERANCE));
+      }
+      part.texture_origin[k] = low;
+      part.texture_size[k] = high - low;
+      for (size_t i = k; i < texture.size(); i += 2) texture[i] = (texture[i] - low) / (high - low);
+    }
+  }
+
+  void add_part(size_t i) {
+    capture::EnvironmentPart &source = environment.parts[i];
+    fvv_background_part part = {};
+    part.picture = source.picture ? uint32_t(*source.picture) : FVV_NO_PICTURE;
+    for (int k = 0; k < 3; k++) part.colour[k] = uint16_t(std::lround(source.colour[k] * 65535));
+    part.flags =
+        uint8_t((source.unlit ? FVV_PART_UNLIT : 0) | (source.double_sided ? FVV_PART_DOUBLE_SIDED : 0) |
+                (source.clamped ? FVV_PART_CLAMPED : 0));
+    normalise(source.mesh.texture, part);
+    encode_mesh(i, source);
+    part.mesh = meshes[i].bytes.data;
+    part.mesh_size = meshes[i].bytes.size;
+    out.mesh_bytes += part.mesh_size;
+    parts.push_back(part);
+  }
+
+  void encode_mesh(size_t i, const capture::EnvironmentPart &part) {
+    const capture::Mesh &mesh = part.mesh;
+    const bool lit_by_normals = !part.unlit && !mesh.normals.empty();
+    const fvv_mesh_source source = {mesh.positions.data(),
+                                    mesh.faces.data(),
+                                    mesh.vertex_count(),
+                                    mesh.face_count(),
+                                    mesh.texture.empty() ? nullptr : mesh.texture.data(),
+                                    lit_by_normals ? mesh.normals.data() : nullptr};
+    fvv_mesh_options options;
+    fvv_mesh_options_default(&options);
+    std::copy_n(out.lattice.origin, 3, options.lattice_origin);
+    options.lattice_step = out.lattice.step;
+    options.texture_bits = texture_bits;
+    options.normal_bits = lit_by_normals ? normal_bits : 0;
+    options.keep_winding = !part.double_sided; // the inside of a room is a side that was meant
+    const std::string place = name + ": part " + std::to_string(i);
+    fvv_mesh_report report = {};
+    report.struct_size = sizeof report;
+    fvv_diagnostic diagnostic = {};
+    MeshHolder holder;
+    cli::check(fvv_mesh_canonicalise(&source, &options, nullptr, &holder.mesh, &report, &diagnostic), place,
+               diagnostic);
+    cli::check(
+        fvv_mesh_encode(&holder.mesh, FVV_MESH_DRACO, mesh_level, nullptr, &meshes[i].bytes, &diagnostic),
+        place, diagnostic);
+    out.max_error = std::max(out.max_error, report.max_error);
+    fvv_mesh_header header;
+    cli::check(fvv_mesh_peek(meshes[i].bytes.data, meshes[i].bytes.size, nullptr, &header, &diagnostic),
+               place, diagnostic);
+    out.vertices += header.vertex_count;
+    out.faces += header.face_count;
+  }
+
+  void encode() {
+    for (const FittedPicture &file : files) {
+      fvv_background_picture picture = {};
+      picture.data = reinterpret_cast<const uint8_t *>(file.file.data());
+      picture.size = file.file.size();
+      fvv_diagnostic diagnostic = {};
+      cli::check(fvv_background_picture_inspect(&picture, &diagnostic), name, diagnostic);
+      pictures.push_back(picture);
+    }
+    fvv_background background = {};
+    std::copy_n(out.lattice.origin, 3, background.lattice_origin);
+    background.lattice_step = out.lattice.step;
+    background.parts = parts.data();
+    background.part_count = parts.size();
+    background.pictures = pictures.data();
+    background.picture_count = pictures.size();
+    background.lights = environment.lights.data();
+    background.light_count = environment.lights.size();
+    Payload payload;
+    fvv_diagnostic diagnostic = {};
+    cli::check(fvv_background_encode(&background, nullptr, &payload.bytes, &diagnostic), name, diagnostic);
+    out.payload.assign(payload.bytes.data, payload.bytes.data + payload.bytes.size);
+  }
+
+  const capture::Capture &capture;
+  const std::string name;
+  capture::Environment environment;
+  PackedBackground &out;
+  std::vector<Payload> meshes;
+  std::vector<FittedPicture> files;
+  std::vector<fvv_background_part> parts;
+  std::vector<fvv_background_picture> pictures;
+};
+
+} // namespace
+
+std::string background_text(const PackedBackground &b) {
+  char text[200];
+  std::snprintf(text, sizeof text, "%zu parts, %llu triangles, %.2f kB; %zu pictures, %.2f kB; %zu lights",
+                b.parts, (unsigned long long)b.faces, double(b.mesh_bytes) / 1000, b.pictures,
+                double(b.picture_bytes) / 1000, b.lights);
+  return text;
+}
+
+nlohmann::ordered_json background_json(const PackedBackground &b, uint64_t chunks) {
+  const double *origin = b.lattice.origin;
+  return {{"chunks", chunks},
+          {"bytes", b.payload.size()},
+          {"parts", b.parts},
+          {"vertices", b.vertices},
+          {"triangles", b.faces},
+          {"mesh_bytes", b.mesh_bytes},
+          {"pictures", b.pictures},
+          {"picture_bytes", b.picture_bytes},
+          {"lights", b.lights},
+          {"lattice",
+           {{"origin", {origin[0], origin[1], origin[2]}}, {"step", b.lattice.step}, {"reason", b.reason}}},
+          {"max_axis_error", b.max_error}};
+}
+
+std::shared_ptr<const PackedBackground> pack_background(const capture::Capture &capture) {
+  auto packed = std::make_shared<PackedBackground>();
+  Packer(capture, *packed).pack();
+  return packed;
+}
+
+} // namespace fvv::mux
