@@ -1,6 +1,7 @@
 #include "fvvdemux/demux.h"
 
 #include "cli/parallel.h"
+#include "fvvdemux/background.h"
 #include "fvvdemux/description.h"
 #include "fvvdemux/views.h"
 
@@ -143,7 +144,9 @@ public:
 
   void describe(const cli::OutputFolder &folder) {
     std::string reason;
-    const auto capture = capture_of(reason);
+    auto capture = capture_of(reason);
+    if (const auto background = write_background(folder); background && capture)
+      capture->background = background;
     result.capture = capture.has_value();
     if (capture)
       capture::write_capture(*capture, folder.file("capture.json"));
@@ -187,6 +190,25 @@ private:
     out->frames = span->frames;
     out->frame_duration = span->duration;
     return out;
+  }
+
+  // That of the first frames written: within a configuration there is one.
+  std::optional<capture::Background> write_background(const cli::OutputFolder &folder) {
+    const fvv_configuration *configuration;
+    if (!options.background || used.empty() ||
+        fvv_stream_configuration(stream.get(), used[0], &configuration, nullptr) != FVV_OK)
+      return {};
+    const fvv_track *track = background_track_of(*configuration, &result.warnings);
+    if (!track) return {};
+    std::string why;
+    const auto background = unpack_background(stream.get(), used[0], track->id, why);
+    if (!why.empty()) result.losses.push_back(file.path() + ": the background is lost: " + why);
+    if (!background || background->environment.parts.empty()) return {}; // lights alone are no glTF to read
+    capture::write_file(
+        folder.file("background.glb"),
+        capture::format_environment(background->environment, background->lattice, "background.glb"));
+    result.background = true;
+    return capture::Background{"background.glb", {}, background->lattice};
   }
 
   void describe_moving(capture::Capture &capture) {

@@ -23,6 +23,7 @@ struct Options {
   int quality = 95;     // of jpg
   uint32_t threads = 1; // groups at a time; the files are the same for any number
   bool force = false;
+  bool background = true; // the environment as background.glb
 };
 
 struct Result {
@@ -32,6 +33,7 @@ struct Result {
   std::map<uint16_t, uint64_t> pictures; // by camera
   uint64_t atlases = 0;                  // pictures of the atlas
   bool capture = false;                  // capture.json was written
+  bool background = false;               // background.glb was written
   // "IN: frame 4 is lost: 0x1a2b: MESH: ... [FVV-1103]", in order of frames; not empty: exit code 3.
   std::vector<std::string> losses;
   std::vector<std::string> warnings;

@@ -23,6 +23,7 @@ std::string summary(const std::string &file, const demux::Result &result) {
       {"pictures", pictures},
       {"atlas", result.atlases},
       {"capture", result.capture},
+      {"background", result.background},
       {"losses", result.losses},
       {"warnings", result.warnings}};
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -61,6 +62,7 @@ int main(int argc, char **argv) {
                  "none. Default: exr for video in OpenEXR, else png")
       ->transform(CLI::CheckedTransformer(pictures).description(""));
   app.add_option("--quality", options.quality, "of jpg, 1 to 100; default 95")->check(CLI::Range(1, 100));
+  app.add_flag("!--no-background", options.background, "do not write the static environment, background.glb");
   app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
   app.add_flag("--force", options.force, "replace the folder when it exists");

@@ -117,6 +117,9 @@ std::string track_text(const Report &report, const fvv_track &track) {
   if (track.kind == FVV_TRACK_MESH && found->max_vertices)
     out += ": " + range(found->min_vertices, found->max_vertices) + " vertices, " +
            range(found->min_faces, found->max_faces) + " triangles";
+  if (found->parts || found->lights)
+    out += format(": %u parts of %llu triangles, %u pictures, %u lights", found->parts,
+                  (unsigned long long)found->faces, found->pictures, found->lights);
   if (found->textured) {
     out += ", texture coordinates of " + range(found->min_texture_bits, found->max_texture_bits) + " bits";
     if (found->textured != found->chunks)

@@ -3,6 +3,7 @@
 #include "fvv_media/frame.h"
 #include "fvv_media/srgb.h"
 #include "fvv_media/video.h"
+#include "fvvdemux/background.h"
 #include "fvvdemux/plan.h"
 #include "fvvdemux/views.h"
 
@@ -43,6 +44,28 @@ media::BasicImage<float> display_values(media::LinearImage image) {
   return image;
 }
 
+std::shared_ptr<const render::EnvironmentImage> environment_image(const std::string &file) {
+  media::Image image = media::decode_image(reinterpret_cast<const uint8_t *>(file.data()), file.size(), 3,
+                                           "picture of the environment");
+  auto out = std::make_shared<render::EnvironmentImage>();
+  *out = {image.width, image.height, std::move(image.pixels)};
+  return out;
+}
+
+render::EnvironmentPart
+environment_part(const capture::EnvironmentPart &source,
+                 const std::vector<std::shared_ptr<const render::EnvironmentImage>> &pictures) {
+  render::EnvironmentPart out;
+  out.positions.assign(source.mesh.positions.begin(), source.mesh.positions.end());
+  out.faces = source.mesh.faces;
+  out.texture = source.mesh.texture;
+  if (source.picture) out.picture = pictures[*source.picture];
+  out.colour = {source.colour[0], source.colour[1], source.colour[2]};
+  out.double_sided = source.double_sided;
+  out.clamped = source.clamped;
+  return out;
+}
+
 class Loader {
 public:
   Loader(const std::string &path, int64_t number)
@@ -60,6 +83,7 @@ public:
     load_mesh(out);
     for (const demux::VideoViews &track : demux::views_of(*configuration, {}, nullptr))
       load_track(track, out);
+    load_environment(out);
     return out;
   }
 
@@ -148,6 +172,25 @@ private:
       } else {
         out.losses.push_back(where + ": no picture of camera " + std::to_string(camera->id) + ": " + why);
       }
+    }
+  }
+
+  void load_environment(Frame &out) {
+    const fvv_track *track = demux::background_track_of(*configuration, nullptr);
+    if (!track) return;
+    std::string why;
+    const auto background = demux::unpack_background(stream.get(), place.group, track->id, why);
+    if (!why.empty()) out.losses.push_back(where + ": no environment: " + why);
+    if (!background) return;
+    const capture::Environment &source = background->environment;
+    try {
+      std::vector<std::shared_ptr<const render::EnvironmentImage>> pictures;
+      for (const std::string &one : source.pictures) pictures.push_back(environment_image(one));
+      for (const capture::EnvironmentPart &part : source.parts)
+        out.environment.push_back(environment_part(part, pictures));
+    } catch (const media::Error &error) {
+      out.environment.clear();
+      out.losses.push_back(where + ": no environment: " + error.what());
     }
   }
 

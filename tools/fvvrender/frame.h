@@ -4,6 +4,7 @@
 
 #include "fvv/stream.h"
 #include "fvv_media/image.h"
+#include "fvv_render/environment.h"
 #include "fvv_render/rasteriser.h"
 #include "fvvrender/frame_visibility.h"
 
@@ -27,6 +28,7 @@ struct Frame {
   uint8_t up = 0;                    // FVV_UP_...
   std::vector<render::Vec3> normals; // of vertices, where the stream sends some or has seams; else none
   std::vector<CameraShares> bits;
+  std::vector<render::EnvironmentPart> environment; // empty: there is none
   std::vector<std::string>
       losses; // whole lines: pictures and visibility of this frame that are lost or not there
 

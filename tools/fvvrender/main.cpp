@@ -74,7 +74,9 @@ int main(int argc, char **argv) {
   app.add_option("--samples", view.samples, "of a pixel along its side: 1, 3, 5 or 7")
       ->check(CLI::IsMember({1, 3, 5, 7}))
       ->capture_default_str();
-  app.add_option("--background", background, "colour behind the mesh, R,G,B, 0 to 255; default black")
+  app.add_flag("!--no-environment", options.environment,
+               "draw the action alone, without the stream's background (unlit, without shadows)");
+  app.add_option("--background", background, "colour behind all, R,G,B, 0 to 255; default black")
       ->delimiter(',')
       ->expected(3)
       ->type_name("R,G,B");

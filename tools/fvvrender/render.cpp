@@ -135,7 +135,7 @@ void run(const Options &options, Result &result) {
     throw cli::Failure("--leave-one-out: expected with --camera only", cli::usage);
   Files files(options);
   Clock clock;
-  const Frame frame = load_frame(options.input, options.frame);
+  Frame frame = load_frame(options.input, options.frame);
   result.losses = frame.losses;
   if (inside_out(frame))
     result.warnings.push_back(options.input + ": frame " + std::to_string(options.frame) +
@@ -153,6 +153,9 @@ void run(const Options &options, Result &result) {
   view.executor = [&](size_t count, const std::function<void(size_t)> &work) {
     cli::parallel(options.threads, count, work);
   };
+  const render::Environment environment(options.environment ? std::move(frame.environment)
+                                                            : std::vector<render::EnvironmentPart>());
+  view.environment = &environment;
   const render::ViewRenderer renderer(frame.mesh(), frame.normals, sources, view);
   result.prepare = clock.lap();
   const render::ViewPicture picture = renderer.render(target);

@@ -4,6 +4,7 @@
 #include "cli/parallel.h"
 #include "fvv_media/exr.h"
 #include "fvvsynth/atlas.h"
+#include "fvvsynth/environment.h"
 #include "fvvsynth/remesh.h"
 #include "fvvsynth/truth.h"
 #include "hull/hull.h"
@@ -22,7 +23,8 @@ namespace {
 
 constexpr uint32_t samples = 3;
 constexpr const char *atlas_file = "atlas.png"; // one for all frames
-constexpr double remesh_cell = 0.0203;          // metres: about as many triangles as the tracked mesh
+constexpr const char *environment_file = "background.glb";
+constexpr double remesh_cell = 0.0203; // metres: about as many triangles as the tracked mesh
 using Json = nlohmann::ordered_json;
 
 std::string numbered(const char *before, size_t number, const char *after) {
@@ -154,6 +156,7 @@ Json description(const Scene &scene, const Recording &recording) {
               {"conventions", {{"pixel_centre", 0.5}}},
               {"meshes", {{"pattern", "meshes/%04d.ply"}}}};
   if (recording.atlas) out["atlas"] = {{"pictures", atlas_file}};
+  if (recording.environment) out["background"] = {{"file", environment_file}};
   out["cameras"] = cameras;
   return out;
 }
@@ -213,6 +216,10 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
   if (recording.atlas) {
     atlas = make_atlas(scene, recording.atlas, recording.threads);
     write_bytes(folder.file(atlas_file), media::encode_png(atlas->picture));
+  }
+  if (recording.environment) {
+    const std::string glb = environment_glb(scene, recording.threads);
+    write_file(folder.file(environment_file), glb.data(), glb.size());
   }
   cli::Progress progress("frames", recording.frames);
   const auto frame = [&](size_t number) {

@@ -25,10 +25,11 @@ struct Recording {
   uint32_t hull_cells = 220; // along the longest side of the space that hulls are carved from
   // Texels of each side of the texture map that tracked meshes have texture coordinates for; 0: none.
   uint32_t atlas = 0;
-  bool depth = false;      // of every picture, beside it
-  bool visibility = false; // of every written mesh: what each camera sees of it
-  bool linear = false;     // pictures in OpenEXR: linear light, not clipped; without labels
-  uint32_t threads = 1;    // the bytes written do not depend on it
+  bool depth = false;       // of every picture, beside it
+  bool visibility = false;  // of every written mesh: what each camera sees of it
+  bool linear = false;      // pictures in OpenEXR: linear light, not clipped; without labels
+  bool environment = false; // floor and walls as background.glb
+  uint32_t threads = 1;     // the bytes written do not depend on it
 };
 
 // The grid that hulls are carved from: over the space of the action, with so many cells along its longest

@@ -69,6 +69,8 @@ int main(int argc, char **argv) {
   app.add_flag("--depth", recording.depth, "Also write the depth of every picture, in OpenEXR");
   app.add_flag("--visibility", recording.visibility,
                "Also write which faces and vertices of the meshes each camera sees, by ray casting");
+  app.add_flag("--environment", recording.environment,
+               "Also write floor, walls and lamps as background.glb, for players to draw around the action");
   app.add_option("--threads", settings.threads, "Threads; the result is the same for any number")
       ->check(CLI::Range(1, 64));
   auto &film = recording.realism;

@@ -19,7 +19,8 @@ constexpr double longest_zoom = 1.8;   // of the camera that moves, times its sh
 const render::Light light_of_day = {
     normalised(Vec3{0.35, 0.85, 0.40}), {0.95, 0.91, 0.84}, {0.62, 0.65, 0.70}, {0.30, 0.24, 0.19}};
 // What the floor shows of them: the lamp of the players, and one from the other side that fills.
-const Lamp lamps[] = {{light_of_day.towards, 0.50, 0.04}, {normalised(Vec3{-0.45, 0.80, -0.30}), 0.22, 0.07}};
+const std::array<Lamp, 2> lamps = {
+    {{light_of_day.towards, 0.50, 0.04}, {normalised(Vec3{-0.45, 0.80, -0.30}), 0.22, 0.07}}};
 
 Settings checked(const Settings &s) {
   const auto side = [](uint32_t n, uint32_t most) { return n >= 16 && n <= most; };
@@ -154,6 +155,10 @@ render::LitPicture Scene::light(size_t number, const Moment &moment, render::Sam
   if (!moves(number)) return seen(projections[number], backgrounds[number]);
   const render::Projection projection(camera(number, moment.seconds));
   return seen(projection, studio->seen(projection, number, buffer, part));
+}
+
+const std::array<Lamp, 2> &studio_lamps() {
+  return lamps;
 }
 
 } // namespace fvv::synth

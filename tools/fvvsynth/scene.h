@@ -60,6 +60,9 @@ public:
     return render::displayed(light(camera, moment, buffer));
   }
 
+  // With which floor and walls are painted (paint.h).
+  uint32_t paint_key() const { return studio_key; }
+
 private:
   Settings wanted;
   Random random;
@@ -79,5 +82,8 @@ private:
   std::unique_ptr<const Studio> studio;
   std::vector<render::LightField> backgrounds; // of the cameras that stand still
 };
+
+// What throws the shadows on the floor.
+const std::array<Lamp, 2> &studio_lamps();
 
 } // namespace fvv::synth

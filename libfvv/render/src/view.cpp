@@ -1,6 +1,7 @@
 #include "fvv_render/view.h"
 
 #include "fvv_render/normals.h"
+#include "surface.h"
 #include "texture_source.h"
 
 #include <algorithm>
@@ -17,44 +18,6 @@ Vec3 interpolated(const std::vector<Vec3> &values, const uint32_t *index,
                   const std::array<double, 3> &weight) {
   return values[index[0]] * weight[0] + values[index[1]] * weight[1] + values[index[2]] * weight[2];
 }
-
-struct Hit {
-  uint32_t face = no_face;
-  std::array<double, 3> barycentric = {};
-  double depth = std::numeric_limits<double>::infinity();
-};
-
-// What stands at each sample of the target's picture.
-class Surface {
-public:
-  Surface(const fvv_camera &target, const Mesh &drawn, const RayCaster *caster, uint32_t samples)
-      : projection(target), mesh(drawn), rays(caster), n(samples) {
-    if (rays) return;
-    buffer.emplace(target.width, target.height, samples);
-    rasterise(projection, mesh, *buffer);
-  }
-  Hit at(uint32_t x, uint32_t y, uint32_t sample) const {
-    const double u = x + (sample % n + 0.5) / n, v = y + (sample / n + 0.5) / n;
-    if (rays) {
-      // Of a ray with z = 1 the distance is the depth.
-      const Vec3 ray = projection.to_world_direction(projection.ray(u, v));
-      const RayHit hit =
-          rays->nearest(projection.centre(), ray, near_plane, std::numeric_limits<double>::infinity());
-      if (hit.face == no_face) return {};
-      return {hit.face, hit.barycentric, hit.distance};
-    }
-    const size_t i = (size_t(y) * n + sample / n) * buffer->columns + size_t(x) * n + sample % n;
-    if (buffer->face[i] == no_face) return {};
-    return {buffer->face[i], barycentric(projection, mesh, buffer->face[i], u, v), double(buffer->depth[i])};
-  }
-
-private:
-  const Projection projection;
-  const Mesh &mesh;
-  const RayCaster *rays;
-  uint32_t n;
-  std::optional<SampleBuffer> buffer;
-};
 
 void check(const ViewOptions &options) {
   if (!(options.threshold >= 0 && options.threshold <= 1))
@@ -88,6 +51,7 @@ public:
   }
 
   ViewPicture render(const fvv_camera &target, uint32_t excluded) const {
+    const auto around = options.environment ? options.environment->view(target, options.samples) : nullptr;
     const Surface surface(target, mesh, target.lens == FVV_LENS_NONE ? nullptr : &rays, options.samples);
     ViewPicture picture;
     picture.width = target.width;
@@ -101,20 +65,31 @@ public:
     picture.contributions.resize(pixels * options.best);
     if (options.keep_visibility) picture.visible.resize(pixels * sources.size());
     options.executor(target.height, [&](size_t y) {
-      for (uint32_t x = 0; x < target.width; x++) draw(surface, x, uint32_t(y), excluded, picture);
+      for (uint32_t x = 0; x < target.width; x++)
+        draw(surface, around.get(), x, uint32_t(y), excluded, picture);
     });
     return picture;
   }
 
 private:
-  void draw(const Surface &surface, uint32_t x, uint32_t y, uint32_t excluded, ViewPicture &picture) const {
+  // around may be null.
+  void draw(const Surface &surface, const Environment::View *around, uint32_t x, uint32_t y,
+            uint32_t excluded, ViewPicture &picture) const {
     const uint32_t count = options.samples * options.samples, centre = count / 2;
     const size_t pixel = size_t(y) * picture.width + x;
     Vec3 sum;
-    uint32_t covered = 0;
+    uint32_t covered = 0, empty = 0;
     for (uint32_t sample = 0; sample < count; sample++) {
       const Hit hit = surface.at(x, y, sample);
-      if (hit.face == no_face) continue;
+      const auto behind = around ? around->at(x, y, sample) : std::nullopt;
+      if (behind && behind->depth < hit.depth) {
+        sum += behind->colour;
+        continue;
+      }
+      if (hit.face == no_face) {
+        empty++;
+        continue;
+      }
       covered++;
       Contribution contributions[max_best];
       const bool keep = sample == centre && options.keep_visibility;
@@ -124,7 +99,7 @@ private:
       picture.face[pixel] = hit.face;
       std::copy_n(contributions, options.best, &picture.contributions[pixel * options.best]);
     }
-    sum += options.background * double(count - covered);
+    sum += options.background * double(empty);
     picture.rgb[3 * pixel] = float(sum.x / count);
     picture.rgb[3 * pixel + 1] = float(sum.y / count);
     picture.rgb[3 * pixel + 2] = float(sum.z / count);

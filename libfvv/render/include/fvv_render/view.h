@@ -17,6 +17,7 @@
 // display values too, beyond 1, by the curve continued (the format's clause 10.11).
 #pragma once
 
+#include "fvv_render/environment.h"
 #include "fvv_render/occlusion.h"
 
 #include <functional>
@@ -63,6 +64,10 @@ struct ViewOptions {
   Executor executor = [](size_t count, const std::function<void(size_t)> &work) {
     for (size_t i = 0; i < count; i++) work(i);
   };
+  // Drawn where it is nearer than the mesh, or the mesh is not; borrowed; NULL: none. It hides the mesh,
+  // which is then no surface, and never a source's view of it: the cameras' pictures have shown what they
+  // saw.
+  const Environment *environment = nullptr;
 };
 constexpr uint32_t max_best = 8;
 
