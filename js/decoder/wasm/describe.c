@@ -1,0 +1,143 @@
+/* The configuration as flat structs, and projection with a camera of them. */
+#include <string.h>
+
+#include "decoder.h"
+
+void fvvjs_flatten_camera(const fvv_camera *camera, int calibrated, flat_camera *flat) {
+  memset(flat, 0, sizeof *flat);
+  flat->fx = camera->fx;
+  flat->fy = camera->fy;
+  flat->cx = camera->cx;
+  flat->cy = camera->cy;
+  flat->skew = camera->skew;
+  memcpy(flat->distortion, camera->distortion, sizeof flat->distortion);
+  flat->r_max = camera->r_max;
+  memcpy(flat->rotation, camera->rotation, sizeof flat->rotation);
+  memcpy(flat->translation, camera->translation, sizeof flat->translation);
+  flat->id = camera->id;
+  flat->lens = camera->lens;
+  flat->flags = camera->flags;
+  flat->width = camera->width;
+  flat->height = camera->height;
+  flat->calibrated = (uint32_t)calibrated;
+  flat->name = camera->name;
+  flat->name_size = (uint32_t)camera->name_size;
+}
+
+static void from_flat(const flat_camera *flat, fvv_camera *camera) {
+  memset(camera, 0, sizeof *camera);
+  camera->fx = flat->fx;
+  camera->fy = flat->fy;
+  camera->cx = flat->cx;
+  camera->cy = flat->cy;
+  camera->skew = flat->skew;
+  memcpy(camera->distortion, flat->distortion, sizeof flat->distortion);
+  camera->r_max = flat->r_max;
+  memcpy(camera->rotation, flat->rotation, sizeof flat->rotation);
+  memcpy(camera->translation, flat->translation, sizeof flat->translation);
+  camera->lens = (uint8_t)flat->lens;
+  camera->width = flat->width;
+  camera->height = flat->height;
+}
+
+/* points: count x 3 metres. out: count x 3, pixel and depth; NaN where the camera does not see. */
+FVVJS_EXPORT void fvvjs_project(const flat_camera *flat, const double *points, uint32_t count, double *out) {
+  fvv_camera camera;
+  from_flat(flat, &camera);
+  for (size_t i = 0; i < count; i++)
+    (void)fvv_camera_project(&camera, points + 3 * i, out + 3 * i, out + 3 * i + 2);
+}
+
+/* pixels: count x 2. out: count x 3, rays in the camera's frame with z = 1; NaN beyond the lens. */
+FVVJS_EXPORT void fvvjs_unproject(const flat_camera *flat, const double *pixels, uint32_t count, double *out) {
+  fvv_camera camera;
+  from_flat(flat, &camera);
+  for (size_t i = 0; i < count; i++) (void)fvv_camera_unproject(&camera, pixels + 2 * i, out + 3 * i);
+}
+
+static int put(fvv_bytes *list, const void *element, size_t size) {
+  return fvv_bytes_append(list, element, size) == FVV_OK;
+}
+
+static void rect(const fvv_rect *from, uint32_t to[4]) {
+  to[0] = from->x;
+  to[1] = from->y;
+  to[2] = from->width;
+  to[3] = from->height;
+}
+
+static int put_video(fvvjs_decoder *d, const fvv_video_layout *video) {
+  const fvv_video_config *config = &video->config;
+  /* tiles: how many stand before, until the list does not move any more. */
+  const size_t before = d->flat_tiles.size;
+  for (size_t i = 0; i < video->tile_count; i++) {
+    flat_tile tile = {video->tiles[i].camera_id, {0}, {0}};
+    rect(&video->tiles[i].source, tile.source);
+    rect(&video->tiles[i].destination, tile.destination);
+    if (!put(&d->flat_tiles, &tile, sizeof tile)) return 0;
+  }
+  const flat_video flat = {video->track, config->codec, config->width, config->height, config->shows,
+                           config->bit_depth, config->camera_id, config->colour_primaries,
+                           config->transfer_characteristics, config->matrix_coefficients, config->full_range,
+                           config->record, (uint32_t)config->record_size, config->codec_string,
+                           (uint32_t)config->codec_string_size, (const flat_tile *)before,
+                           (uint32_t)video->tile_count};
+  return put(&d->flat_videos, &flat, sizeof flat);
+}
+
+static int put_lists(fvvjs_decoder *d, const fvv_configuration *c) {
+  for (size_t i = 0; i < c->track_count; i++) {
+    const flat_track flat = {c->tracks[i].id, c->tracks[i].kind, c->tracks[i].name,
+                             (uint32_t)c->tracks[i].name_size};
+    if (!put(&d->flat_tracks, &flat, sizeof flat)) return 0;
+  }
+  for (size_t i = 0; i < c->camera_count; i++) {
+    flat_camera flat;
+    fvvjs_flatten_camera(&c->cameras[i], !(c->cameras[i].flags & FVV_CAMERA_MOVES), &flat);
+    if (!put(&d->flat_cameras, &flat, sizeof flat)) return 0;
+  }
+  for (size_t i = 0; i < c->video_count; i++)
+    if (!put_video(d, &c->videos[i])) return 0;
+  for (size_t i = 0; i < c->metadata_count; i++) {
+    const flat_text flat = {c->metadata[i].text, (uint32_t)c->metadata[i].size};
+    if (!put(&d->flat_metadata, &flat, sizeof flat)) return 0;
+  }
+  return 1;
+}
+
+/* NULL: there is none yet, or no memory. Valid until the next call of fvvjs_next or fvvjs_play. */
+FVVJS_EXPORT const flat_configuration *fvvjs_configuration(fvvjs_decoder *d) {
+  const fvv_configuration *c = d->configuration;
+  fvv_bytes *const lists[] = {&d->flat_tracks, &d->flat_cameras, &d->flat_videos, &d->flat_tiles,
+                              &d->flat_metadata};
+  for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->size = 0;
+  if (!c || !put_lists(d, c)) return NULL;
+  flat_video *videos = (flat_video *)d->flat_videos.data;
+  for (size_t i = 0; i < c->video_count; i++)
+    videos[i].tiles = (const flat_tile *)(d->flat_tiles.data + (size_t)videos[i].tiles);
+  flat_configuration *flat = &d->flat;
+  memset(flat, 0, sizeof *flat);
+  memcpy(flat->origin, c->scene.lattice_origin, sizeof flat->origin);
+  flat->step = c->scene.lattice_step;
+  flat->frame_duration = c->scene.frame_duration;
+  flat->numerator = c->scene.time_base.numerator;
+  flat->denominator = c->scene.time_base.denominator;
+  flat->up_axis = c->scene.up_axis;
+  flat->flags = c->scene.flags;
+  flat->tracks = (const flat_track *)d->flat_tracks.data;
+  flat->track_count = (uint32_t)c->track_count;
+  flat->cameras = (const flat_camera *)d->flat_cameras.data;
+  flat->camera_count = (uint32_t)c->camera_count;
+  flat->videos = videos;
+  flat->video_count = (uint32_t)c->video_count;
+  flat->metadata = (const flat_text *)d->flat_metadata.data;
+  flat->metadata_count = (uint32_t)c->metadata_count;
+  return flat;
+}
+
+void fvvjs_free_flat(fvvjs_decoder *d) {
+  fvv_bytes *const lists[] = {&d->flat_tracks, &d->flat_cameras, &d->flat_videos, &d->flat_tiles,
+                              &d->flat_metadata, &d->flat_meshes, &d->flat_visibility, &d->flat_moving,
+                              &d->flat_samples};
+  for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) fvv_bytes_free(lists[i]);
+}

@@ -1,0 +1,228 @@
+/* One whole frame, decoded track by track into the flat structs. */
+#include <string.h>
+
+#include "base/checked.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "decoder.h"
+
+static size_t track_count(const fvvjs_decoder *d) {
+  return d->tracks.size / sizeof(fvvjs_track);
+}
+static fvvjs_track *track_at(const fvvjs_decoder *d, size_t i) {
+  return (fvvjs_track *)d->tracks.data + i;
+}
+
+void fvvjs_begin_group(fvvjs_decoder *d) {
+  for (size_t i = 0; i < track_count(d); i++) {
+    fvv_mesh_frames_reset(&track_at(d, i)->meshes);
+    fvv_visibility_frames_reset(&track_at(d, i)->visibility);
+  }
+  if (d->calibration) fvv_calibration_reset(d->calibration);
+}
+
+void fvvjs_release_tracks(fvvjs_decoder *d) {
+  for (size_t i = 0; i < track_count(d); i++) {
+    fvvjs_track *track = track_at(d, i);
+    fvv_mesh_frames_reset(&track->meshes);
+    fvv_visibility_frames_reset(&track->visibility);
+    fvv_bytes_free(&track->positions);
+    fvv_bytes_free(&track->normals);
+    fvv_bytes_free(&track->texture);
+  }
+  fvv_bytes_free(&d->tracks);
+  fvv_calibration_destroy(d->calibration);
+  d->calibration = NULL;
+}
+
+static fvv_status find_track(fvvjs_decoder *d, uint16_t id, fvvjs_track **track) {
+  for (size_t i = 0; i < track_count(d); i++)
+    if (track_at(d, i)->id == id) {
+      *track = track_at(d, i);
+      return FVV_OK;
+    }
+  if (track_count(d) >= d->limits.max_tracks) return FVV_ERROR_LIMIT;
+  fvvjs_track fresh;
+  memset(&fresh, 0, sizeof fresh);
+  fresh.id = id;
+  fresh.positions.allocator = fresh.normals.allocator = fresh.texture.allocator = d->allocator;
+  const fvv_status status = fvv_bytes_append(&d->tracks, &fresh, sizeof fresh);
+  if (status == FVV_OK) *track = track_at(d, track_count(d) - 1);
+  return status;
+}
+
+/* Room for count floats, which replace what was there. */
+static float *floats(fvv_bytes *bytes, uint32_t count, uint32_t components) {
+  uint64_t size;
+  if (!fvv_multiply_u64(count, components * sizeof(float), &size) || size > SIZE_MAX) return NULL;
+  bytes->size = 0;
+  if (fvv_bytes_reserve(bytes, (size_t)size) != FVV_OK) return NULL;
+  return (float *)bytes->data;
+}
+
+static fvv_status no_memory(fvvjs_decoder *d) {
+  return fvv_fail(&d->diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for a frame");
+}
+
+static fvv_status fill_floats(fvvjs_decoder *d, fvvjs_track *track, const fvv_mesh *mesh, uint32_t want,
+                              flat_mesh *flat) {
+  const fvv_scene *scene = &d->configuration->scene;
+  if (want & FVVJS_WANT_FLOATS) {
+    float *positions = floats(&track->positions, mesh->vertex_count, 3);
+    if (!positions) return no_memory(d);
+    fvv_lattice_to_floats(scene->lattice_origin, scene->lattice_step, mesh->positions, mesh->vertex_count,
+                          positions);
+    flat->positions = positions;
+    if (mesh->texture) {
+      float *texture = floats(&track->texture, mesh->vertex_count, 2);
+      if (!texture) return no_memory(d);
+      fvv_texture_to_floats(mesh->texture_bits, mesh->texture, mesh->vertex_count, texture);
+      flat->texture = texture;
+    }
+  }
+  if (want & FVVJS_WANT_NORMALS) {
+    float *normals = floats(&track->normals, mesh->vertex_count, 3);
+    if (!normals) return no_memory(d);
+    flat->normals = normals;
+    return fvv_mesh_normals(mesh, &d->allocator, normals, &d->diagnostic);
+  }
+  return FVV_OK;
+}
+
+static fvv_status decode_mesh(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+                              uint32_t want) {
+  fvvjs_track *track;
+  fvv_mesh_header header;
+  const int key = (chunk->header.flags & FVV_FLAG_KEY) != 0;
+  const size_t size = (size_t)chunk->header.size;
+  fvv_status status = find_track(d, chunk->header.track, &track);
+  if (status == FVV_OK) status = fvv_mesh_peek(payload, size, &d->limits, &header, &d->diagnostic);
+  if (status == FVV_OK)
+    status =
+        fvv_mesh_frames_add(&track->meshes, payload, size, key, &d->limits, &d->allocator, &d->diagnostic);
+  if (status != FVV_OK) return status;
+  track->mesh_time = chunk->header.time;
+  const fvv_mesh *mesh = fvv_mesh_frames_current(&track->meshes);
+  flat_mesh flat = {track->id, header.profile, (uint32_t)key, mesh->vertex_count, mesh->face_count,
+                    mesh->positions, mesh->faces, NULL, NULL, NULL, mesh->texture_bits, mesh->normal_bits};
+  status = fill_floats(d, track, mesh, want, &flat);
+  if (status != FVV_OK) return status;
+  return fvv_bytes_append(&d->flat_meshes, &flat, sizeof flat);
+}
+
+static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+                                    uint32_t want) {
+  fvvjs_track *track;
+  fvv_visibility_header header;
+  const size_t size = (size_t)chunk->header.size;
+  if (!(want & FVVJS_WANT_VISIBILITY)) return FVV_OK;
+  fvv_status status = find_track(d, chunk->header.track, &track);
+  if (status == FVV_OK)
+    status = fvv_visibility_peek(payload, size, &d->limits, &header, NULL, 0, &d->diagnostic);
+  if (status != FVV_OK) return status;
+  const fvv_mesh *mesh = NULL;
+  for (size_t i = 0; i < track_count(d); i++)
+    if (track_at(d, i)->id == header.mesh_track && track_at(d, i)->mesh_time == chunk->header.time)
+      mesh = fvv_mesh_frames_current(&track_at(d, i)->meshes);
+  status = fvv_visibility_frames_add(&track->visibility, payload, size, chunk->header.flags & FVV_FLAG_KEY,
+                                     mesh, d->configuration, &d->limits, &d->allocator, &d->diagnostic);
+  if (status != FVV_OK) return status;
+  const fvv_visibility *seen = &track->visibility.current;
+  const flat_visibility flat = {track->id, seen->header.mesh_track, seen->header.domain,
+                                seen->header.threshold, seen->header.camera_count,
+                                seen->header.element_count, seen->cameras, seen->states};
+  return fvv_bytes_append(&d->flat_visibility, &flat, sizeof flat);
+}
+
+static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+  const fvv_configuration *c = d->configuration;
+  if (!d->calibration) {
+    const fvv_status created =
+        fvv_calibration_create(c->cameras, c->camera_count, &d->allocator, &d->calibration);
+    if (created != FVV_OK) return no_memory(d);
+  }
+  const fvv_status status =
+      fvv_calibration_decode(d->calibration, payload, (size_t)chunk->header.size,
+                             chunk->header.flags & FVV_FLAG_KEY, &d->diagnostic);
+  if (status != FVV_OK) return status;
+  for (size_t i = 0; i < c->camera_count; i++) {
+    fvv_camera camera;
+    flat_camera flat;
+    if (!(c->cameras[i].flags & FVV_CAMERA_MOVES)) continue;
+    if (fvv_calibration_camera(d->calibration, c->cameras[i].id, &camera) != FVV_OK) continue;
+    fvvjs_flatten_camera(&camera, 1, &flat);
+    if (fvv_bytes_append(&d->flat_moving, &flat, sizeof flat) != FVV_OK) return no_memory(d);
+  }
+  return FVV_OK;
+}
+
+static fvv_status take_sample(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+  const fvv_video_layout *video = fvv_configuration_video(d->configuration, chunk->header.track);
+  if (!video) return FVV_OK;
+  const int key = (chunk->header.flags & FVV_FLAG_KEY) != 0;
+  const fvv_status status =
+      fvv_video_sample_check(&video->config, key, payload, (size_t)chunk->header.size, &d->diagnostic);
+  if (status != FVV_OK) return status;
+  const flat_sample flat = {chunk->header.track, (uint32_t)key, payload, (uint32_t)chunk->header.size};
+  return fvv_bytes_append(&d->flat_samples, &flat, sizeof flat);
+}
+
+static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+                               uint32_t want) {
+  switch (chunk->header.type) {
+  case FVV_CHUNK_MESH:
+    return decode_mesh(d, chunk, payload, want);
+  case FVV_CHUNK_VISIBILITY:
+    return decode_visibility(d, chunk, payload, want);
+  case FVV_CHUNK_CALIBRATION:
+    return decode_calibration(d, chunk, payload);
+  case FVV_CHUNK_VIDEO_PACKET:
+    return take_sample(d, chunk, payload);
+  default:
+    return FVV_OK;
+  }
+}
+
+/* Bit n: the ready frame has a mesh of profile n, so that the decoder of Draco can be fetched before. */
+FVVJS_EXPORT uint32_t fvvjs_profiles(const fvvjs_decoder *d) {
+  const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
+  uint32_t profiles = 0;
+  for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) {
+    if (chunks[i].header.type != FVV_CHUNK_MESH || !chunks[i].header.size) continue;
+    const uint8_t profile = d->ready.payloads.data[chunks[i].payload + FVV_MESH_PROFILE];
+    if (profile < 32) profiles |= UINT32_C(1) << profile;
+  }
+  return profiles;
+}
+
+/* Decodes the ready frame. want: 0 when only frames behind it are wanted. On error the diagnostic tells, and the rest
+ * of the group is dropped. */
+FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
+  const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
+  fvv_bytes *const lists[] = {&d->flat_meshes, &d->flat_visibility, &d->flat_moving, &d->flat_samples};
+  for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->size = 0;
+  memset(&d->diagnostic, 0, sizeof d->diagnostic);
+  memset(&d->frame, 0, sizeof d->frame);
+  for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) {
+    const fvv_status status = decode_chunk(d, &chunks[i], d->ready.payloads.data + chunks[i].payload, want);
+    if (status == FVV_OK) continue;
+    fvv_fail(&d->diagnostic, status, 0, 0, 0, "%s", fvv_status_text(status));
+    fvv_diagnostic_rebase(&d->diagnostic, chunks[i].offset + FVV_CHUNK_HEADER_SIZE, chunks[i].header.type);
+    d->lost = 1;
+    return status;
+  }
+  d->frame.time = d->ready.time;
+  d->frame.meshes = (const flat_mesh *)d->flat_meshes.data;
+  d->frame.mesh_count = (uint32_t)(d->flat_meshes.size / sizeof(flat_mesh));
+  d->frame.visibility = (const flat_visibility *)d->flat_visibility.data;
+  d->frame.visibility_count = (uint32_t)(d->flat_visibility.size / sizeof(flat_visibility));
+  d->frame.cameras = (const flat_camera *)d->flat_moving.data;
+  d->frame.camera_count = (uint32_t)(d->flat_moving.size / sizeof(flat_camera));
+  d->frame.samples = (const flat_sample *)d->flat_samples.data;
+  d->frame.sample_count = (uint32_t)(d->flat_samples.size / sizeof(flat_sample));
+  return FVV_OK;
+}
+
+FVVJS_EXPORT const flat_frame *fvvjs_frame_data(const fvvjs_decoder *d) {
+  return &d->frame;
+}
