@@ -13,3 +13,8 @@ version=$(sed -n 's/^project(fvv VERSION \([0-9.]*\).*/\1/p' "$here/../../../CMa
 emcmake cmake -S "$here" -B "$build/modules" -G Ninja -DCMAKE_BUILD_TYPE=None \
   -DFVV_WASM_SOURCES="$build/sources" -DFVV_VERSION="$version" >/dev/null
 cmake --build "$build/modules"
+mkdir -p "$here/../dist"
+for module in core draco; do
+  node "$here/pack.mjs" "$build/modules/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
+done
+cp "$here"/../src/*.js "$here"/../src/*.d.ts "$here/../dist/" 2>/dev/null || cp "$here"/../src/*.js "$here/../dist/"

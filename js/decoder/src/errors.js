@@ -1,0 +1,48 @@
+// What goes wrong, by number. Codes are those of fvv_status in types.h and some of this package.
+
+const codes = new Map([
+  [-1, "argument"],
+  [-2, "memory"],
+  [-4, "io"],
+  [-5, "state"],
+  [-6, "input"],
+  [-100, "damaged"],
+  [-101, "truncated"],
+  [-102, "invalid"],
+  [-103, "unsupported"],
+  [-104, "limit"],
+  [-200, "bug"],
+]);
+
+export const IO = -4;
+
+export class FvvError extends Error {
+  /** code: "damaged", "limit", ...; issue: n of FVV-n in spec/issues.md, 0 when no rule is concerned. */
+  constructor({ code, message, issue = 0, chunk = "", offset = null, fatal = true, severity = "error", cause }) {
+    super(issue ? `${message} [FVV-${String(issue).padStart(4, "0")}]` : message, cause ? { cause } : undefined);
+    this.name = "FvvError";
+    Object.assign(this, { code, issue, chunk, offset, fatal, severity });
+  }
+
+  static fromDiagnostic(diagnostic, { fatal = true } = {}) {
+    const code = codes.get(diagnostic.status) ?? "unknown";
+    return new FvvError({ ...diagnostic, code, message: diagnostic.message || code, fatal });
+  }
+
+  /** Errors lose their class and fields on the way out of a worker. */
+  toPlain() {
+    const { code, issue, chunk, offset, fatal, severity } = this;
+    return { code, issue, chunk, offset, fatal, severity, message: this.message };
+  }
+
+  static fromPlain(plain) {
+    const error = new FvvError({ ...plain, issue: 0 });
+    error.issue = plain.issue;
+    return error;
+  }
+
+  static from(error, code = "io") {
+    if (error instanceof FvvError) return error;
+    return new FvvError({ code, message: String(error?.message ?? error), cause: error });
+  }
+}

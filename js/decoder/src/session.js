@@ -1,0 +1,140 @@
+// One stream in one instance of the core: bytes in, events and frames out. Synchronous, apart from fetching Draco.
+
+import { FvvError, IO } from "./errors.js";
+import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroup } from "./flat.js";
+import { compileCore, compileDraco, createCore, createDraco } from "./wasm.js";
+
+const events = ["need data", "configuration", "group", "frame", "damage", "end", "done"];
+const WANT = { floats: 1, normals: 2, visibility: 4 };
+const PROFILE_DRACO = 1 << 1;
+/** Bytes that are handed over at once. */
+const PUSH_SIZE = 1 << 18;
+
+export const defaultLimits = {
+  memory: 512 * 2 ** 20,
+  maxPayload: 0,
+  maxVertices: 0,
+  maxFaces: 0,
+  maxCameras: 0,
+  maxTracks: 0,
+  maxDimension: 0,
+};
+
+export class Session {
+  static async create({ module, limits = {}, read } = {}) {
+    const session = new Session();
+    session.limits = { ...defaultLimits, ...limits };
+    session.core = await createCore(module ?? (await compileCore()), {
+      memoryBytes: session.limits.memory,
+      read,
+    });
+    const { exports } = session.core;
+    session.exports = exports;
+    session.decoder = exports.fvvjs_create();
+    session.buffer = exports.fvvjs_alloc(PUSH_SIZE);
+    if (!session.decoder || !session.buffer) throw new FvvError({ code: "memory", message: "no memory to begin with" });
+    const l = session.limits;
+    exports.fvvjs_limits(session.decoder, l.maxPayload, l.maxVertices, l.maxFaces, l.maxCameras, l.maxTracks, l.maxDimension);
+    return session;
+  }
+
+  get memory() {
+    return this.core.memory;
+  }
+  get memoryBytes() {
+    return this.memory.buffer.byteLength + (this.core.draco?.memory.buffer.byteLength ?? 0);
+  }
+
+  #diagnostic() {
+    return readDiagnostic(this.memory, this.exports.fvvjs_diagnostic(this.decoder));
+  }
+  #check(status) {
+    if (status >= 0) return status;
+    const diagnostic = this.#diagnostic();
+    if (diagnostic.status === 0) diagnostic.status = status;
+    throw FvvError.fromDiagnostic(diagnostic);
+  }
+
+  /** Reads the index through read; false: fetch what read lacked and try again. */
+  open(size) {
+    const status = this.exports.fvvjs_open(this.decoder, size);
+    return status === IO ? false : (this.#check(status), true);
+  }
+  /** 0: none, 1: of the file, 2: rebuilt from all of its bytes. */
+  get indexState() {
+    return this.exports.fvvjs_index_state(this.decoder);
+  }
+  groups() {
+    return Array.from({ length: this.exports.fvvjs_group_count(this.decoder) }, (_, i) =>
+      readGroup(this.memory, this.exports.fvvjs_group(this.decoder, i)),
+    );
+  }
+  /** From the first byte of a stream on. */
+  start(offset = 0) {
+    this.#check(this.exports.fvvjs_start(this.decoder, offset, 0));
+  }
+  /** From a group of the index on; false as in open. */
+  play(group) {
+    const status = this.exports.fvvjs_play(this.decoder, group);
+    return status === IO ? false : (this.#check(status), true);
+  }
+
+  /** Hands bytes over piece by piece; after each one, all events have to be taken. */
+  *push(bytes) {
+    for (let at = 0; at < bytes.length; at += PUSH_SIZE) {
+      const piece = bytes.subarray(at, at + PUSH_SIZE);
+      new Uint8Array(this.memory.buffer, this.buffer, piece.length).set(piece);
+      this.#check(this.exports.fvvjs_push(this.decoder, this.buffer, piece.length));
+      yield piece.length;
+    }
+  }
+  finish() {
+    this.exports.fvvjs_finish(this.decoder);
+  }
+
+  /** "need data", "frame", ...; throws what ends the stream. */
+  next() {
+    return events[this.#check(this.exports.fvvjs_next(this.decoder))];
+  }
+  about() {
+    return readEvent(this.memory, this.exports.fvvjs_event(this.decoder));
+  }
+  /** What "damage" speaks of. */
+  damage() {
+    return FvvError.fromDiagnostic(this.#diagnostic(), { fatal: false });
+  }
+  configuration() {
+    const address = this.exports.fvvjs_configuration(this.decoder);
+    return address ? readConfiguration(this.memory, address) : null;
+  }
+
+  /** Whether decode has to wait for Draco. */
+  get needsDraco() {
+    return !this.core.draco && (this.exports.fvvjs_profiles(this.decoder) & PROFILE_DRACO) !== 0;
+  }
+  async loadDraco() {
+    this.core.draco ??= await createDraco(await compileDraco(), this.limits.memory);
+  }
+
+  /**
+   * Decodes the frame that next told of. null want: only for the sake of those behind it; then only samples come
+   * back. Throws an FvvError that is not fatal when the frame is against the rules.
+   */
+  decode(want) {
+    const flags = want
+      ? WANT.floats | (want.normals ? WANT.normals : 0) | (want.visibility ? WANT.visibility : 0)
+      : WANT.visibility;
+    const status = this.exports.fvvjs_decode(this.decoder, flags);
+    if (status < 0) {
+      const diagnostic = this.#diagnostic();
+      throw FvvError.fromDiagnostic(diagnostic, { fatal: status === -2 });
+    }
+    const address = this.exports.fvvjs_frame_data(this.decoder);
+    return readFrame(this.memory, address);
+  }
+
+  close() {
+    this.exports.fvvjs_destroy(this.decoder);
+    this.core = this.exports = null;
+  }
+}
