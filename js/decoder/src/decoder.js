@@ -1,0 +1,205 @@
+// The public face: events, frames, seeking. The work is the engine's, in a worker or beside the caller.
+
+import { Camera, Projector } from "./camera.js";
+import { Engine } from "./engine.js";
+import { FvvError } from "./errors.js";
+import { Frame } from "./frame.js";
+import { connect } from "./port.js";
+import { compileCore, createCore } from "./wasm.js";
+
+const PROJECTOR_MEMORY = 2 ** 26;
+/** How long a worker may take to say that it is there. */
+const WORKER_PATIENCE_MS = 10000;
+
+export class FvvEvent extends Event {
+  constructor(type, detail) {
+    super(type);
+    this.detail = detail;
+  }
+}
+
+function startWorker(given) {
+  const made = typeof given === "function" ? given() : given;
+  // Written out in one piece: bundlers look for just these words.
+  const worker =
+    made instanceof Worker
+      ? made
+      : made instanceof URL || typeof made === "string"
+        ? new Worker(made, { type: "module" })
+        : new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
+  return new Promise((resolve, reject) => {
+    const fail = (why) => {
+      worker.terminate();
+      reject(new Error(why));
+    };
+    const timer = setTimeout(() => fail("it does not answer"), WORKER_PATIENCE_MS);
+    worker.addEventListener("error", (event) => {
+      clearTimeout(timer);
+      event.preventDefault?.();
+      fail(event.message || "its script can't be loaded");
+    });
+    worker.addEventListener("message", function ready({ data }) {
+      if (data.result !== "ready") return;
+      clearTimeout(timer);
+      worker.removeEventListener("message", ready);
+      resolve(worker);
+    });
+  });
+}
+
+export class Decoder extends EventTarget {
+  #call;
+  #worker = null;
+  #projector;
+  #cameras = [];
+  #finish = [];
+  #taking = Promise.resolve();
+  #ended = false;
+  #closed = false;
+
+  /** Use createDecoder. */
+  static async create(options) {
+    const decoder = new Decoder();
+    const { source, feed, signal } = options;
+    signal?.throwIfAborted();
+    const module = await compileCore();
+    decoder.#projector = new Projector(await createCore(module, { memoryBytes: PROJECTOR_MEMORY }));
+    decoder.configuration = null;
+    decoder.writable = feed?.writable ?? null;
+    const pull = () => feed?.pull() ?? null;
+    if (feed) decoder.#finish.push(() => feed.cancel());
+    const early = await decoder.#connect(options.worker, pull);
+    if (signal) {
+      const stop = () => decoder.close();
+      signal.addEventListener("abort", stop, { once: true });
+      decoder.#finish.push(() => signal.removeEventListener("abort", stop));
+    }
+    const { limits, normals, visibility, video, queue } = options;
+    const opened = await decoder.#call("open", { source, module, limits, normals, visibility, video, queue });
+    Object.assign(decoder, opened);
+    // Whoever listens has had no time to begin.
+    if (early) queueMicrotask(() => decoder.dispatchEvent(new FvvEvent("warning", early)));
+    return decoder;
+  }
+
+  async #connect(wanted, pull) {
+    let early = null;
+    if (wanted !== false && typeof Worker === "function")
+      try {
+        this.#worker = await startWorker(wanted);
+        this.#call = connect(this.#worker, { pull });
+        this.#finish.push(() => this.#worker.terminate());
+        return null;
+      } catch (error) {
+        const message = `there is no worker (${error.message}): this thread decodes`;
+        early = new FvvError({ code: "worker", severity: "warning", fatal: false, message });
+      }
+    const engine = new Engine({ pull });
+    this.#call = async (name, argument) => engine[name](argument);
+    this.#finish.push(() => engine.close());
+    return early;
+  }
+
+  get inWorker() {
+    return this.#worker !== null;
+  }
+
+  #configure(configuration) {
+    configuration.cameras = configuration.cameras.map((fields) => new Camera(fields, this.#projector));
+    this.configuration = configuration;
+    this.#cameras = configuration.cameras;
+    this.dispatchEvent(new FvvEvent("configuration", configuration));
+  }
+
+  #makeFrame(raw) {
+    const moving = new Map(raw.moving.map((fields) => [fields.id, fields]));
+    const cameras = this.#cameras.map((camera) =>
+      moving.has(camera.id) ? new Camera({ ...moving.get(camera.id), name: camera.name }, this.#projector) : camera,
+    );
+    return new Frame(raw, this.configuration, cameras);
+  }
+
+  /** The next frame, or null at the end. Throws an FvvError that is fatal. */
+  next() {
+    const taken = this.#taking.then(() => this.#take());
+    this.#taking = taken.catch(() => {});
+    return taken;
+  }
+
+  async #take() {
+    while (!this.#closed && !this.#ended) {
+      const item = await this.#call("next");
+      const { type } = item;
+      if (type === "frame") {
+        if (this.#closed) break;
+        return this.#makeFrame(item.frame);
+      }
+      const detail = this.#revive(item.detail);
+      if (type === "configuration") this.#configure(detail);
+      else if (type === "end") this.#ended = true;
+      else this.dispatchEvent(new FvvEvent(type, detail));
+      if (type === "error") {
+        this.#ended = true;
+        throw detail;
+      }
+    }
+    if (this.#ended && !this.#closed) this.dispatchEvent(new FvvEvent("end", null));
+    return null;
+  }
+
+  #revive(detail) {
+    if (!this.#worker || !detail) return detail;
+    if (detail.error) return { ...detail, error: FvvError.fromPlain(detail.error) };
+    return detail.severity ? FvvError.fromPlain(detail) : detail;
+  }
+
+  async *[Symbol.asyncIterator]() {
+    for (;;) {
+      const frame = await this.next();
+      if (!frame) return;
+      yield frame;
+    }
+  }
+  frames() {
+    return this[Symbol.asyncIterator]();
+  }
+
+  /** The frames that follow begin with this one. {frame: number}, {time: ticks as bigint} or {seconds}. */
+  async seek({ frame, time, seconds }) {
+    if (!this.seekable) throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
+    let place;
+    if (frame !== undefined) {
+      if (!(Number.isInteger(frame) && frame >= 0 && frame < this.frameCount))
+        throw new FvvError({ code: "argument", fatal: false, message: `there is no frame ${frame} of ${this.frameCount}` });
+      place = { frame };
+    } else if (time !== undefined) {
+      place = { time: BigInt(time) };
+    } else {
+      const { numerator, denominator } = (await this.#known()).timeBase;
+      place = { time: BigInt(Math.floor((seconds * denominator) / numerator + 1e-6)) };
+    }
+    await this.#call("seek", place);
+    this.#ended = false;
+  }
+
+  /** The configuration comes in front of the first frame: times in seconds need it. */
+  async #known() {
+    if (!this.configuration) (await this.next())?.close();
+    if (!this.configuration) throw new FvvError({ code: "state", fatal: false, message: "the stream has no configuration" });
+    return this.configuration;
+  }
+
+  /** Figures since the beginning: frames, decodeMs, memoryBytes, bytesRead, requests, ... */
+  async stats() {
+    const stats = await this.#call("status");
+    this.dispatchEvent(new FvvEvent("stats", stats));
+    return stats;
+  }
+
+  /** Ends everything; an iteration that goes on ends without an error. Frames that were handed out stay good. */
+  close() {
+    if (this.#closed) return;
+    this.#closed = true;
+    for (const finish of this.#finish) finish();
+  }
+}

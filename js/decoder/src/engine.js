@@ -1,0 +1,152 @@
+// What runs in the worker, or without one beside the caller: playback, pictures, and a bounded queue of frames between
+// them and who takes them.
+
+import { FvvError } from "./errors.js";
+import { createPictures } from "./pictures.js";
+import { Playback } from "./playback.js";
+import { openSource } from "./sources.js";
+
+export class Engine {
+  /** pull(): the next bytes of a source that is a stream, or null. */
+  constructor({ pull }) {
+    Object.assign(this, { pull, generation: 0, queue: [], waiting: null, room: null, error: null });
+    this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
+  }
+
+  async open({ source, module, limits, normals, visibility, video, queue }) {
+    this.limit = Math.max(1, queue);
+    this.source = await openSource(source, { pull: this.pull, warn: (error) => this.#tell("warning", error) });
+    this.pictures = createPictures(video, (error) => this.#tell("warning", error));
+    this.playback = await Playback.open(this.source, {
+      module,
+      limits,
+      want: { normals, visibility },
+      emit: (type, detail) => this.#tell(type, detail),
+    });
+    this.#run(undefined);
+    const { groups, frameCount } = this.playback;
+    return { seekable: groups !== null, frameCount: frameCount ?? null, groups };
+  }
+
+  /** Events stand in the queue between frames, so that they are told in their place. */
+  #tell(type, detail) {
+    if (type === "configuration") this.pictures.configure(detail);
+    this.queue.push({ type, detail });
+    this.#wake();
+  }
+  #wake() {
+    const { waiting } = this;
+    this.waiting = null;
+    waiting?.();
+  }
+  get #full() {
+    return this.queue.reduce((n, item) => n + (item.type === "frame" ? 1 : 0), 0) >= this.limit;
+  }
+
+  async #run(place) {
+    const generation = ++this.generation;
+    this.queue.forEach((item) => item.type === "frame" && discard(item));
+    this.queue = this.queue.filter((item) => item.type === "warning");
+    this.room?.();
+    this.abort?.abort();
+    this.abort = new AbortController();
+    // Two generators in one session would take each other's bytes.
+    const former = this.running;
+    let done;
+    this.running = new Promise((resolve) => (done = resolve));
+    this.frames?.return().catch(() => {});
+    await former;
+    try {
+      if (generation === this.generation) await this.#produce(generation, place);
+    } catch (error) {
+      if (generation === this.generation) this.queue.push({ type: "error", detail: FvvError.from(error) });
+    } finally {
+      done();
+      this.#wake();
+    }
+  }
+
+  async #produce(generation, place) {
+    this.pictures.restart();
+    const current = () => generation === this.generation;
+    this.frames = this.playback.frames(place, this.abort.signal);
+    for await (const frame of this.frames) {
+      if (!current()) return;
+      const pictures = this.pictures.submit(frame);
+      pictures.catch(() => {});
+      if (frame.skipped) {
+        this.stats.passed++;
+        pictures.then(closeAll, () => {});
+        continue;
+      }
+      this.stats.frames++;
+      this.stats.decodeMs += frame.decodeMs;
+      this.queue.push({ type: "frame", frame, pictures });
+      this.#wake();
+      while (current() && this.#full) await new Promise((resolve) => (this.room = resolve));
+      if (!current()) return;
+    }
+    await this.pictures.flush();
+    if (current()) this.queue.push({ type: "end" });
+  }
+
+  /** The next frame or event: {type: "frame", frame}, {type: "gap", detail}, {type: "end"}, ... */
+  async next() {
+    for (;;) {
+      const { generation } = this;
+      if (!this.queue.length) {
+        await new Promise((resolve) => (this.waiting = resolve));
+        continue;
+      }
+      const item = this.queue[0];
+      const pictures = item.type === "frame" ? await item.pictures : [];
+      if (generation !== this.generation) {
+        closeAll(pictures);
+        continue;
+      }
+      this.queue.shift();
+      const { room } = this;
+      this.room = null;
+      room?.();
+      if (item.type !== "frame") return item;
+      this.stats.pictures += pictures.length;
+      return { type: "frame", frame: { ...item.frame, pictures } };
+    }
+  }
+
+  seek({ frame, time }) {
+    const { playback } = this;
+    if (!playback.groups) throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
+    if (!playback.groups.length) return;
+    this.#run(frame !== undefined ? playback.locate(frame) : playback.locateTime(time));
+  }
+
+  status() {
+    const { source, playback, stats } = this;
+    return {
+      ...stats,
+      queued: this.queue.length,
+      memoryBytes: playback.session.memoryBytes,
+      bytesRead: source.bytesRead ?? null,
+      requests: source.requests ?? null,
+    };
+  }
+
+  async close() {
+    this.generation++;
+    this.room?.();
+    this.queue.forEach((item) => item.type === "frame" && discard(item));
+    this.queue = [{ type: "end" }];
+    this.#wake();
+    this.abort?.abort();
+    this.frames?.return().catch(() => {});
+    this.pictures?.close();
+  }
+}
+
+function closeAll(pictures) {
+  for (const { image } of pictures) image.close();
+}
+function discard(item) {
+  item.pictures?.then(closeAll, () => {});
+}

@@ -1,0 +1,52 @@
+// What a frame of the stream is to its user.
+
+/** What one visibility chunk says. */
+class Visibility {
+  constructor(fields) {
+    Object.assign(this, fields);
+  }
+  /** Of each element 0: averse, 1: hidden, 2: seen; null for a camera that is not told of. */
+  of(camera) {
+    const row = this.cameras.indexOf(camera);
+    return row < 0 ? null : this.states.subarray(row * this.elementCount, (row + 1) * this.elementCount);
+  }
+}
+
+export class Frame {
+  #closed = false;
+  constructor(raw, configuration, cameras) {
+    const { numerator, denominator } = configuration.timeBase;
+    this.number = raw.number;
+    this.time = raw.time;
+    this.seconds = (Number(raw.time) * numerator) / denominator;
+    this.duration = (Number(configuration.frameDuration) * numerator) / denominator;
+    this.group = raw.group;
+    this.configuration = configuration;
+    this.meshes = raw.meshes;
+    this.visibility = raw.visibility.map((fields) => new Visibility(fields));
+    this.cameras = cameras;
+    this.samples = raw.samples;
+    this.pictures = raw.pictures;
+    this.decodeMs = raw.decodeMs;
+  }
+  /** The mesh of the first mesh track; null when the frame has none. */
+  get mesh() {
+    return this.meshes[0] ?? null;
+  }
+  /** The camera with an identifier as it is in this frame. */
+  camera(id) {
+    return this.cameras.find((camera) => camera.id === id) ?? null;
+  }
+  /** The picture of a video track: VideoFrame or ImageBitmap; without track that of the first. */
+  picture(track) {
+    const found = this.pictures.find((picture) => track === undefined || picture.track === track);
+    return found?.image ?? null;
+  }
+  /** Lets its pictures go. Decoders of video have few of them and stall when they are kept. */
+  close() {
+    if (this.#closed) return;
+    this.#closed = true;
+    for (const { image } of this.pictures) image.close();
+    this.pictures = [];
+  }
+}

@@ -1,0 +1,53 @@
+// @fvv/decoder: free-viewpoint video out of fvv streams. index.d.ts is its documentation in types.
+
+import { Decoder, FvvEvent } from "./decoder.js";
+import { FvvError } from "./errors.js";
+
+export { FvvError, FvvEvent };
+
+/** A WritableStream and what takes from it, a piece at a time: who writes waits. */
+function createFeed() {
+  const { readable, writable } = new TransformStream(undefined, undefined, { highWaterMark: 0 });
+  return { ...feedOf(readable), writable };
+}
+
+function feedOf(stream) {
+  const iterator = stream.getReader ? null : stream[Symbol.asyncIterator]();
+  const reader = stream.getReader?.();
+  return {
+    async pull() {
+      const { done, value } = reader ? await reader.read() : await iterator.next();
+      return done ? null : toBytes(value);
+    },
+    cancel() {
+      const cancelled = reader ? reader.cancel() : iterator.return?.();
+      cancelled?.catch?.(() => {});
+    },
+  };
+}
+
+function toBytes(value) {
+  if (value instanceof ArrayBuffer) return new Uint8Array(value);
+  if (ArrayBuffer.isView(value)) return new Uint8Array(value.buffer, value.byteOffset, value.byteLength);
+  throw new FvvError({ code: "argument", message: "a stream has to yield bytes" });
+}
+
+function describe(source) {
+  const base = globalThis.document?.baseURI ?? globalThis.location?.href;
+  if (source === undefined || source === null) return { source: { pull: true }, feed: createFeed() };
+  if (typeof source === "string" || source instanceof URL) return { source: { url: new URL(source, base).href } };
+  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return { source: { bytes: toBytes(source) } };
+  if (typeof Blob === "function" && source instanceof Blob) return { source: { blob: source } };
+  if (source.getReader || source[Symbol.asyncIterator]) return { source: { pull: true }, feed: feedOf(source) };
+  if (source.url) {
+    const { headers, credentials, seekable } = source;
+    return { source: { url: new URL(source.url, base).href, seekable, init: { headers, credentials } } };
+  }
+  throw new FvvError({ code: "argument", message: "a source is a URL, a Blob, bytes, or a stream of them" });
+}
+
+export async function createDecoder(options = {}) {
+  const { worker, limits = {}, normals = true, visibility = true, queue = 4, signal } = options;
+  const video = options.video ?? (typeof VideoDecoder === "function" ? "pictures" : "samples");
+  return Decoder.create({ ...describe(options.source), worker, limits, normals, visibility, video, queue, signal });
+}

@@ -1,0 +1,155 @@
+// Pictures out of video samples by WebCodecs, and of JPEG files by createImageBitmap. A picture belongs to the frame
+// whose sample it was made of, which its timestamp tells, not the order in which decoders answer.
+
+import { FvvError } from "./errors.js";
+
+class VideoTrack {
+  constructor(layout, fail) {
+    this.layout = layout;
+    this.fail = fail;
+    this.waiting = new Map(); // timestamp -> {resolve, reject}
+    this.broken = false;
+    this.open();
+  }
+  open() {
+    const { layout } = this;
+    this.needsKey = true;
+    this.decoder = new VideoDecoder({
+      output: (picture) => this.#take(picture),
+      error: (error) => this.#break(error),
+    });
+    this.decoder.configure({
+      codec: layout.codecString,
+      codedWidth: layout.width,
+      codedHeight: layout.height,
+      description: layout.codec === "avc1" || layout.codec === "hvc1" ? layout.record : undefined,
+      optimizeForLatency: true,
+    });
+  }
+  #take(picture) {
+    const entry = this.waiting.get(picture.timestamp);
+    if (!entry) return picture.close();
+    this.waiting.delete(picture.timestamp);
+    entry(picture);
+  }
+  #break(error) {
+    this.broken = true;
+    this.fail(error, this.layout);
+    this.drop();
+  }
+  drop() {
+    for (const resolve of this.waiting.values()) resolve(null);
+    this.waiting.clear();
+  }
+  submit(sample, timestamp) {
+    if (this.broken) {
+      if (!sample.key) return Promise.resolve(null);
+      this.broken = false;
+      this.open();
+    }
+    if (this.needsKey && !sample.key) return Promise.resolve(null);
+    this.needsKey = false;
+    const picture = new Promise((resolve) => this.waiting.set(timestamp, resolve));
+    const type = sample.key ? "key" : "delta";
+    this.decoder.decode(new EncodedVideoChunk({ type, timestamp, data: sample.data }));
+    return picture;
+  }
+  async flush() {
+    if (this.decoder.state !== "configured" || !this.waiting.size) return;
+    await this.decoder.flush().catch(() => {});
+    this.needsKey = true;
+    this.drop();
+  }
+  close() {
+    this.drop();
+    if (this.decoder.state !== "closed") this.decoder.close();
+  }
+}
+
+class JpegTrack {
+  async submit(sample) {
+    return createImageBitmap(new Blob([sample.data], { type: "image/jpeg" }), { colorSpaceConversion: "none" });
+  }
+  async flush() {}
+  close() {}
+}
+
+class Pictures {
+  constructor(fail) {
+    this.warn = fail;
+    this.tracks = new Map();
+    this.shape = "";
+    this.last = -1;
+  }
+  #fail(code, error, layout) {
+    const message = `video track ${layout.track} (${layout.codecString || layout.codec}): ${error.message}`;
+    this.warn(new FvvError({ code, severity: "warning", fatal: false, message, cause: error }));
+  }
+  configure({ videos, timeBase }) {
+    this.timeBase = timeBase;
+    const shape = JSON.stringify(videos, (_, value) => (value instanceof Uint8Array ? Array.from(value) : value));
+    if (shape === this.shape) return;
+    this.shape = shape;
+    this.close();
+    for (const layout of videos) {
+      const track = this.#make(layout);
+      if (track) this.tracks.set(layout.track, track);
+    }
+  }
+  #make(layout) {
+    if (layout.codec === "jpeg" && typeof createImageBitmap === "function") return new JpegTrack();
+    if (layout.codecString && typeof VideoDecoder === "function")
+      try {
+        return new VideoTrack(layout, (error) => this.#fail("video", error, layout));
+      } catch (error) {
+        this.#fail("unsupported", error, layout);
+        return null;
+      }
+    this.#fail("unsupported", new Error("there is no decoder here; frames have the samples"), layout);
+    return null;
+  }
+  /** Decoding goes on somewhere else. */
+  restart() {
+    this.shape = "";
+    this.close();
+  }
+  /** The pictures of a frame: [{track, image}], without those that could not be had. */
+  async submit(frame) {
+    const { numerator, denominator } = this.timeBase;
+    // Microseconds, and never the same twice: they are what a picture is known by.
+    const rounded = Math.round((Number(frame.time) * 1e6 * numerator) / denominator);
+    const timestamp = (this.last = Math.max(this.last + 1, rounded));
+    const all = frame.samples.map(async (sample) => {
+      const track = this.tracks.get(sample.track);
+      if (!track) return null;
+      try {
+        const image = await track.submit(sample, timestamp);
+        return image && { track: sample.track, image };
+      } catch (error) {
+        this.#fail("video", error, { track: sample.track, codec: "" });
+        return null;
+      }
+    });
+    return (await Promise.all(all)).filter((picture) => picture !== null);
+  }
+  async flush() {
+    await Promise.all(Array.from(this.tracks.values(), (track) => track.flush()));
+  }
+  close() {
+    for (const track of this.tracks.values()) track.close();
+    this.tracks.clear();
+  }
+}
+
+const none = {
+  configure() {},
+  restart() {},
+  submit: async () => [],
+  flush: async () => {},
+  close() {},
+};
+
+/** video: "pictures" or "samples". */
+export function createPictures(video, warn) {
+  return video === "pictures" ? new Pictures(warn) : none;
+}

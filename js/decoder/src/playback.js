@@ -1,0 +1,188 @@
+// From a source to frames in order: seeks through the index, drops what is damaged, says so.
+
+import { FvvError } from "./errors.js";
+import { Session } from "./session.js";
+
+/** So many reads and bytes to find the index; a file that needs more is read from front to back. */
+const INDEX_READS = 64;
+const INDEX_BYTES = 2 ** 26;
+const READ_LEAST = 1 << 12;
+
+export class Playback {
+  /** emit(type, detail): events of the stream. want: {normals, visibility} */
+  static async open(source, { module, limits, emit, want }) {
+    const playback = new Playback();
+    const held = [];
+    Object.assign(playback, { source, emit, want, held, groups: null, missing: null });
+    playback.session = await Session.create({ module, limits, read: (offset, out) => playback.#answer(offset, out) });
+    if (source.size !== undefined) await playback.#openIndex();
+    return playback;
+  }
+
+  /** What the core reads of the index, out of what is held; else what is missing is noted. */
+  #answer(offset, out) {
+    for (const { at, bytes } of this.held)
+      if (offset >= at && offset + out.length <= at + bytes.length) {
+        out.set(bytes.subarray(offset - at, offset - at + out.length));
+        return true;
+      }
+    this.missing = { offset, size: out.length };
+    return false;
+  }
+
+  /** Calls step until it has what it reads; false: that would be too much. */
+  async #satisfied(step) {
+    let total = 0;
+    for (let reads = 0; !step(); reads++) {
+      const { offset, size } = this.missing;
+      total += size;
+      if (reads >= INDEX_READS || total > INDEX_BYTES) return false;
+      const wanted = Math.min(Math.max(size, READ_LEAST), this.source.size - offset);
+      const bytes = await this.source.read(offset, wanted);
+      if (bytes.length < size) throw new FvvError({ code: "io", message: `${size} bytes at ${offset} can't be read` });
+      this.held.push({ at: offset, bytes });
+    }
+    return true;
+  }
+
+  async #openIndex() {
+    const { source } = this;
+    if (source.bytes) this.held.push({ at: 0, bytes: source.bytes });
+    const found = await this.#satisfied(() => this.session.open(source.size));
+    if (!found) {
+      this.#warn("no-index", "there is no index: the file is read from front to back");
+      return;
+    }
+    if (this.session.indexState === 2) this.#warn("no-index", "there is no good index: it was rebuilt from all bytes");
+    this.groups = this.session.groups();
+    let first = 0;
+    for (const group of this.groups) {
+      group.firstFrame = first;
+      first += group.frameCount;
+    }
+    this.frameCount = first;
+  }
+
+  #warn(code, message) {
+    this.emit("warning", new FvvError({ code, message, severity: "warning", fatal: false }));
+  }
+
+  /** Group and the frames in it to pass over, for frame number n. */
+  locate(n) {
+    const { groups } = this;
+    let i = groups.findLastIndex((group) => group.firstFrame <= n && group.frameCount);
+    if (i < 0) i = 0;
+    return { group: i, skip: n - groups[i].firstFrame };
+  }
+  /** The same for a time: the frame that is shown then, the last one at or before it. */
+  locateTime(time) {
+    const { groups } = this;
+    let i = groups.findLastIndex((group) => group.start <= time && group.frameCount);
+    if (i < 0) i = groups.findIndex((group) => group.frameCount);
+    return { group: Math.max(i, 0), until: time };
+  }
+
+  /**
+   * Frames from a place on; one generator at a time. place: {group, skip | until}, or nothing for the beginning.
+   * Frames that are passed over come with skipped: true and their samples, which decoders of video need.
+   */
+  async *frames(place, signal) {
+    const { session, source } = this;
+    let number = 0;
+    const seeking = place && (place.group > 0 || place.skip || place.until !== undefined);
+    if (place && place.group > 0) {
+      number = this.groups[place.group].firstFrame;
+      if (!(await this.#satisfied(() => session.play(place.group))))
+        throw new FvvError({ code: "io", message: "the configuration of the group can't be read" });
+      this.emit("configuration", session.configuration());
+    } else {
+      session.start(0);
+    }
+    const state = { number, skip: place?.skip ?? 0, until: place?.until, first: place?.group ?? 0, held: null, gap: null, group: null };
+    const from = place && place.group > 0 ? this.groups[place.group].offset : 0;
+    if (seeking && place.until !== undefined) state.skip = -1;
+    for await (const bytes of source.stream(from, signal)) {
+      for (const _ of session.push(bytes)) yield* this.#drain(state);
+      if (state.ended) break;
+    }
+    session.finish();
+    yield* this.#drain(state);
+    if (state.held) yield { ...state.held, skipped: false };
+    this.#closeGap(state, null);
+    if (!state.footer && source.size !== undefined && this.groups && session.indexState === 1)
+      this.#warn("truncated", "the stream ends before its footer");
+  }
+
+  #closeGap(state, end) {
+    if (!state.gap) return;
+    this.emit("gap", { from: state.gap.from, to: end, error: state.gap.error });
+    state.gap = null;
+  }
+
+  async *#drain(state) {
+    const { session } = this;
+    for (;;) {
+      const kind = session.next();
+      if (kind === "need data") return;
+      if (kind === "done") {
+        state.ended = true;
+        return;
+      }
+      if (kind === "end") state.footer = true;
+      if (kind === "configuration") this.emit("configuration", session.configuration());
+      if (kind === "damage") this.#corrupt(state, session.damage());
+      if (kind === "group") this.#beginGroup(state, session.about());
+      if (kind === "frame") yield* this.#frame(state);
+    }
+  }
+
+  #corrupt(state, error) {
+    this.emit("corrupt", error);
+    state.gap ??= { from: state.lastTime ?? null, error };
+  }
+
+  #beginGroup(state, about) {
+    this.#closeGap(state, about.start);
+    const known = this.groups?.find((group) => group.offset === about.offset);
+    if (known) state.number = known.firstFrame;
+    state.group = { sequence: about.sequence, start: about.start, end: about.end };
+  }
+
+  async *#frame(state) {
+    const { session } = this;
+    if (session.needsDraco) await session.loadDraco();
+    const started = performance.now();
+    const passing = state.skip > 0;
+    let frame;
+    try {
+      frame = session.decode(passing ? null : this.want);
+    } catch (error) {
+      if (!(error instanceof FvvError) || error.fatal) throw error;
+      this.#corrupt(state, error);
+      state.number++;
+      if (passing) state.skip--;
+      return;
+    }
+    frame.decodeMs = performance.now() - started;
+    frame.number = state.number++;
+    frame.group = state.group;
+    state.lastTime = frame.time;
+    if (state.skip < 0) {
+      // A time is sought: the last frame that is not later is the one.
+      if (frame.time <= state.until) {
+        if (state.held) yield { ...state.held, skipped: true };
+        state.held = frame;
+        return;
+      }
+      state.skip = 0;
+      if (state.held) yield { ...state.held, skipped: false };
+      state.held = null;
+    }
+    if (passing) state.skip--;
+    yield { ...frame, skipped: passing };
+  }
+
+  close() {
+    this.session.close();
+  }
+}

@@ -1,0 +1,41 @@
+// Calls over a MessagePort or a Worker, both ways: each side serves some functions and calls those of the other.
+
+import { FvvError } from "./errors.js";
+
+/** What can be handed over without copying; pictures can only be handed over. */
+function transferables(value, found = new Set()) {
+  if (ArrayBuffer.isView(value)) found.add(value.buffer);
+  else if (typeof VideoFrame === "function" && value instanceof VideoFrame) found.add(value);
+  else if (typeof ImageBitmap === "function" && value instanceof ImageBitmap) found.add(value);
+  else if (Array.isArray(value)) value.forEach((item) => transferables(item, found));
+  else if (value && Object.getPrototypeOf(value) === Object.prototype)
+    Object.values(value).forEach((item) => transferables(item, found));
+  return found;
+}
+
+/** serve: {name: async (argument) => result}. Answers call(name, argument, {keep}): keep leaves buffers with the caller. */
+export function connect(port, serve) {
+  const calls = new Map();
+  let last = 0;
+  const answer = async ({ id, name, argument }) => {
+    try {
+      const result = await serve[name](argument);
+      port.postMessage({ id, result }, Array.from(transferables(result)));
+    } catch (error) {
+      port.postMessage({ id, error: FvvError.from(error).toPlain() });
+    }
+  };
+  port.addEventListener("message", ({ data }) => {
+    if (data.name !== undefined) return answer(data);
+    const call = calls.get(data.id);
+    calls.delete(data.id);
+    if (data.error) call?.reject(FvvError.fromPlain(data.error));
+    else call?.resolve(data.result);
+  });
+  return (name, argument) =>
+    new Promise((resolve, reject) => {
+      const id = ++last;
+      calls.set(id, { resolve, reject });
+      port.postMessage({ id, name, argument });
+    });
+}

@@ -1,0 +1,170 @@
+// Where bytes come from. A source has:
+//   stream(from, signal)       async iterator of Uint8Array from an offset to the end
+//   size, read(offset, size)   only where any place can be read
+// open(description) makes one of a plain description that can be sent to a worker.
+
+import { FvvError } from "./errors.js";
+
+/** Enough for the index of some hundred groups, and for all of a small file. */
+const SUFFIX = 1 << 14;
+const BLOCK = 1 << 20;
+
+class Bytes {
+  constructor(bytes) {
+    this.bytes = bytes;
+    this.size = bytes.length;
+  }
+  async read(offset, size) {
+    return this.bytes.subarray(offset, offset + size);
+  }
+  async *stream(from) {
+    for (let at = from; at < this.size; at += BLOCK) yield this.bytes.subarray(at, at + BLOCK);
+  }
+}
+
+class File {
+  constructor(blob) {
+    this.blob = blob;
+    this.size = blob.size;
+  }
+  async read(offset, size) {
+    return new Uint8Array(await this.blob.slice(offset, offset + size).arrayBuffer());
+  }
+  async *stream(from) {
+    for (let at = from; at < this.size; at += BLOCK) yield this.read(at, Math.min(BLOCK, this.size - at));
+  }
+}
+
+/** Bytes as they come, once. pull(): the next piece or null. */
+class Stream {
+  constructor(pull) {
+    this.pull = pull;
+  }
+  async *stream() {
+    for (;;) {
+      const piece = await this.pull();
+      if (!piece) return;
+      yield piece;
+    }
+  }
+}
+
+async function* bodyOf(response) {
+  const reader = response.body.getReader();
+  try {
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      yield value;
+    }
+  } finally {
+    reader.cancel().catch(() => {});
+  }
+}
+
+function failed(url, response) {
+  return new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
+}
+
+/** A host that keeps to Range. */
+class Ranges {
+  constructor(url, init, size, etag, suffix) {
+    Object.assign(this, { url, init, size, etag, suffix });
+    this.requests = 1;
+    this.bytesRead = suffix.length;
+  }
+  async fetch(from, end, signal) {
+    this.requests++;
+    const headers = { ...this.init.headers, Range: `bytes=${from}-${end - 1}` };
+    const response = await fetch(this.url, { ...this.init, headers, signal });
+    if (response.status !== 206) throw failed(this.url, response);
+    const etag = response.headers.get("etag");
+    if (etag !== this.etag)
+      throw new FvvError({ code: "changed", message: `${this.url} changed while it was read: ETag ${this.etag}, now ${etag}` });
+    const range = /^bytes (\d+)-\d+\//.exec(response.headers.get("content-range") ?? "");
+    if (range && Number(range[1]) !== from)
+      throw new FvvError({ code: "io", message: `${this.url}: asked for byte ${from}, got ${range[1]}` });
+    return response;
+  }
+  async read(offset, size) {
+    const kept = this.size - this.suffix.length;
+    if (offset >= kept) return this.suffix.subarray(offset - kept, offset - kept + size);
+    const response = await this.fetch(offset, offset + size);
+    const bytes = new Uint8Array(await response.arrayBuffer());
+    this.bytesRead += bytes.length;
+    return bytes;
+  }
+  async *stream(from, signal) {
+    const kept = this.size - this.suffix.length;
+    if (from < kept) {
+      const response = await this.fetch(from, kept, signal);
+      let at = from;
+      for await (const piece of bodyOf(response)) {
+        this.bytesRead += piece.length;
+        at += piece.length;
+        yield piece;
+      }
+      if (at < kept) throw new FvvError({ code: "io", message: `${this.url}: the answer ends ${kept - at} bytes too early` });
+    }
+    yield this.suffix.subarray(Math.max(0, from - kept));
+  }
+}
+
+/** One answer with everything in it. */
+class Download {
+  constructor(response, abort) {
+    Object.assign(this, { response, abort, bytesRead: 0, requests: 1 });
+  }
+  async *stream(from, signal) {
+    signal?.addEventListener("abort", () => this.abort.abort());
+    for await (const piece of bodyOf(this.response)) {
+      this.bytesRead += piece.length;
+      yield piece;
+    }
+  }
+}
+
+async function openUrl({ url, init = {}, seekable = true }, warn) {
+  const abort = new AbortController();
+  const whole = async () => {
+    const response = await fetch(url, { ...init, signal: abort.signal });
+    if (!response.ok) throw failed(url, response);
+    return new Download(response, abort);
+  };
+  if (!seekable) return whole();
+  const headers = { ...init.headers, Range: `bytes=-${SUFFIX}` };
+  const response = await fetch(url, { ...init, headers, signal: abort.signal });
+  if (response.status === 416) return whole();
+  if (!response.ok) throw failed(url, response);
+  const cannot = (why) => {
+    warn(new FvvError({ code: "no-range", severity: "warning", fatal: false, message: `${url} is read from front to back: ${why}` }));
+  };
+  if (response.status !== 206) {
+    cannot(`the server answers ${response.status} to a request for a range`);
+    return new Download(response, abort);
+  }
+  const range = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(response.headers.get("content-range") ?? "");
+  const encoding = response.headers.get("content-encoding");
+  const suffix = new Uint8Array(await response.arrayBuffer());
+  const [first, last, size] = range ? range.slice(1).map(Number) : [];
+  const why = !range
+    ? "the answer has no Content-Range that can be read (cross-origin hosts have to expose it)"
+    : encoding && encoding !== "identity"
+      ? `it comes with Content-Encoding ${encoding}`
+      : last + 1 !== size || last - first + 1 !== suffix.length
+        ? `Content-Range ${range[0]} does not fit ${suffix.length} bytes of the end`
+        : null;
+  if (why) {
+    cannot(why);
+    return whole();
+  }
+  return new Ranges(url, init, size, response.headers.get("etag"), suffix);
+}
+
+/** description: {bytes}, {blob}, {url, init, seekable}, or {pull: true} with a function pull. */
+export async function openSource(description, { pull, warn }) {
+  if (description.bytes) return new Bytes(description.bytes);
+  if (description.blob) return new File(description.blob);
+  if (description.url) return openUrl(description, warn);
+  return new Stream(pull);
+}

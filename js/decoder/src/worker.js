@@ -1,0 +1,25 @@
+// The decoder's worker: an engine at the other end of a port.
+
+import { Engine } from "./engine.js";
+import { FvvError } from "./errors.js";
+import { connect } from "./port.js";
+
+const call = connect(self, {
+  open: (options) => engine.open(options),
+  next: async () => {
+    const item = await engine.next();
+    return item.detail instanceof FvvError ? { ...item, detail: item.detail.toPlain() } : plainGap(item);
+  },
+  seek: (place) => engine.seek(place),
+  status: () => engine.status(),
+  close: () => engine.close(),
+});
+
+function plainGap(item) {
+  if (item.type !== "gap") return item;
+  return { ...item, detail: { ...item.detail, error: item.detail.error.toPlain() } };
+}
+
+const engine = new Engine({ pull: () => call("pull") });
+
+self.postMessage({ id: 0, result: "ready" });
