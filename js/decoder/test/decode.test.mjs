@@ -1,0 +1,105 @@
+// Every frame is what libfvv makes of it, bit by bit, whichever way its bytes come.
+
+import assert from "node:assert/strict";
+import { openAsBlob, readFileSync } from "node:fs";
+import { after, test } from "node:test";
+
+import { createDecoder } from "../dist/index.js";
+import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
+
+const { clips, done } = makeClips();
+after(done);
+const files = [...conformanceFiles(), ...Object.values(clips)];
+
+async function decode(source, options = {}) {
+  const decoder = await createDecoder({ source, ...options });
+  const problems = [];
+  for (const type of ["corrupt", "gap", "error"]) decoder.addEventListener(type, (event) => problems.push(event.detail));
+  const frames = [];
+  for await (const frame of decoder) {
+    frames.push(frameHashes(frame));
+    frame.close();
+  }
+  decoder.close();
+  assert.deepEqual(problems, []);
+  return frames;
+}
+
+/** A stream of pieces of odd sizes. */
+async function* pieces(bytes, size) {
+  for (let at = 0; at < bytes.length; at += size) yield bytes.slice(at, at + size);
+}
+
+for (const file of files)
+  test(`${file.split("/").slice(-2).join("/")}: the same from bytes, a Blob and a stream`, async () => {
+    const expected = nativeFrames(file);
+    const bytes = new Uint8Array(readFileSync(file));
+    assert.deepEqual(await decode(bytes), expected);
+    assert.deepEqual(await decode(new Blob([bytes])), expected);
+    assert.deepEqual(await decode(pieces(bytes, 977)), expected);
+    if (openAsBlob) assert.deepEqual(await decode(await openAsBlob(file)), expected);
+  });
+
+test("clips have what they are to test", () => {
+  const names = (file) => new Set(nativeFrames(file).flatMap((frame) => Object.keys(frame).map((key) => key.split(" ")[0])));
+  assert.ok(names(clips.delta).has("uvs"));
+  assert.ok(names(clips.raw).has("key"));
+  assert.ok(names(clips.moving).has("camera"));
+  assert.ok(nativeFrames(clips.fast).length === 5);
+  const moving = nativeFrames(clips.moving);
+  const changed = Object.keys(moving[0]).filter((key) => key.startsWith("camera") && moving[0][key] !== moving[4][key]);
+  assert.ok(changed.length > 0, "no camera moves");
+});
+
+test("a WritableStream takes bytes as fast as frames are taken", async () => {
+  const bytes = new Uint8Array(readFileSync(clips.raw));
+  const decoder = await createDecoder({ queue: 1 });
+  const writer = decoder.writable.getWriter();
+  let written = 0;
+  const writing = (async () => {
+    for await (const piece of pieces(bytes, 4096)) {
+      await writer.ready;
+      await writer.write(piece);
+      written += piece.length;
+    }
+    await writer.close();
+  })();
+  const first = await decoder.next();
+  await new Promise((resolve) => setTimeout(resolve, 50));
+  assert.ok(written < bytes.length, `${written} bytes were taken for one frame`);
+  const frames = [frameHashes(first)];
+  for await (const frame of decoder) frames.push(frameHashes(frame));
+  await writing;
+  assert.deepEqual(frames, nativeFrames(clips.raw));
+  decoder.close();
+});
+
+test("seeking leads to the same frames", async () => {
+  for (const name of ["delta", "draco", "moving"]) {
+    const expected = nativeFrames(clips[name]);
+    const decoder = await createDecoder({ source: new Uint8Array(readFileSync(clips[name])) });
+    assert.equal(decoder.frameCount, 5);
+    for (const n of [4, 1, 3, 0, 2]) {
+      await decoder.seek({ frame: n });
+      const frame = await decoder.next();
+      assert.equal(frame.number, n);
+      assert.deepEqual(frameHashes(frame), expected[n]);
+      await decoder.seek({ seconds: frame.seconds + 0.01 });
+      assert.equal((await decoder.next()).number, n);
+      await decoder.seek({ time: frame.time });
+      const rest = [];
+      for await (const later of decoder) rest.push(frameHashes(later));
+      assert.deepEqual(rest, expected.slice(n));
+    }
+    decoder.close();
+  }
+});
+
+test("aborting ends the iteration", async () => {
+  const abort = new AbortController();
+  const endless = new ReadableStream({ pull: () => new Promise(() => {}) });
+  const decoder = await createDecoder({ source: endless, signal: abort.signal });
+  setTimeout(() => abort.abort(), 20);
+  for await (const _ of decoder) assert.fail("there is no frame");
+  await assert.rejects(createDecoder({ source: new Uint8Array(0), signal: AbortSignal.abort() }), { name: "AbortError" });
+});

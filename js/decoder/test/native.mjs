@@ -1,0 +1,94 @@
+// What the tests share: the tools of the native build, clips that they make, and what libfvv decodes of a file.
+
+import { spawnSync } from "node:child_process";
+import { createHash } from "node:crypto";
+import { mkdtempSync, readdirSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+
+export const root = resolve(fileURLToPath(import.meta.url), "../../../..");
+const build = resolve(process.env.FVV_BUILD ?? join(root, "build/default"));
+
+function run(program, ...parameters) {
+  const { status, stdout, stderr, error } = spawnSync(program, parameters, { maxBuffer: 2 ** 30 });
+  if (error) throw error;
+  if (status !== 0 && status !== 3) throw new Error(`${program} ${parameters.join(" ")}: ${status}\n${stderr}`);
+  return stdout;
+}
+export const tool = (name, ...parameters) => run(join(build, "tools", name, name), ...parameters);
+
+const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
+
+/** Frames as libfvv decodes them: maps from "lattice 1" and the like to SHA-256. */
+export function nativeFrames(file) {
+  const bytes = run(join(build, "tests/js/frame_bytes"), file);
+  const frames = [];
+  for (let at = 0; at < bytes.length; ) {
+    const line = bytes.indexOf(10, at);
+    const [name, id, size] = bytes.toString("latin1", at, line).split(" ");
+    at = line + 1 + Number(size);
+    if (name === "time") frames.push({});
+    frames.at(-1)[`${name} ${id}`] = sha256(bytes.subarray(line + 1, at));
+  }
+  return frames;
+}
+
+const raw = (typed) => new Uint8Array(typed.buffer, typed.byteOffset, typed.byteLength);
+
+function cameraNumbers(camera) {
+  const { fx, fy, cx, cy, skew, distortion, rMax, rotation, translation } = camera;
+  return Float64Array.of(fx, fy, cx, cy, skew, ...distortion, rMax, ...rotation, ...translation);
+}
+
+/** The same of a frame of the decoder under test. */
+export function frameHashes(frame) {
+  const hashes = { "time 0": sha256(raw(BigInt64Array.of(frame.time))) };
+  for (const mesh of frame.meshes)
+    for (const name of ["lattice", "indices", "positions", "normals", "uvs"])
+      if (mesh[name]) hashes[`${name} ${mesh.track}`] = sha256(raw(mesh[name]));
+  for (const visibility of frame.visibility)
+    for (const camera of visibility.cameras) hashes[`visibility ${camera}`] = sha256(visibility.of(camera));
+  for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);
+  for (const camera of frame.cameras) {
+    if (!camera.calibrated) continue;
+    hashes[`camera ${camera.id}`] = sha256(raw(cameraNumbers(camera)));
+    const pixel = camera.project(0.25, 1, -0.5);
+    if (pixel) hashes[`pixel ${camera.id}`] = sha256(raw(Float64Array.from(pixel)));
+  }
+  return hashes;
+}
+
+export function conformanceFiles() {
+  const folder = join(root, "conformance");
+  return readdirSync(folder, { recursive: true })
+    .filter((name) => name.endsWith(".fvv"))
+    .map((name) => join(folder, name))
+    .sort();
+}
+
+/** Small clips of every kind; remove them with done. */
+export function makeClips() {
+  const folder = mkdtempSync(join(tmpdir(), "fvv-js-"));
+  const synth = (name, ...more) => {
+    const capture = join(folder, name);
+    tool("fvvsynth", "-o", capture, "--frames", "5", "--size", "96x64", ...more);
+    return capture;
+  };
+  const mux = (name, capture, ...more) => {
+    const file = join(folder, `${name}.fvv`);
+    tool("fvvmux", capture, "-o", file, "--quality", more.includes("jpeg") ? "70" : "36dB", "--group", "3", ...more);
+    return file;
+  };
+  const tracked = synth("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512");
+  const studio = synth("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
+  const clips = {
+    delta: mux("delta", tracked, "--triangles", "3000"),
+    raw: mux("raw", tracked, "--no-delta", "--mesh-profile", "raw", "--codec", "jpeg"),
+    fast: mux("fast", tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9"),
+    draco: mux("draco", tracked, "--no-delta", "--no-pictures"),
+    moving: mux("moving", studio, "--keep-geometry"),
+    live: mux("live", studio, "--live", "--repeat-configuration"),
+  };
+  return { clips, done: () => rmSync(folder, { recursive: true, force: true }) };
+}
