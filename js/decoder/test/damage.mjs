@@ -1,0 +1,42 @@
+// Damaged and hostile streams, made of good ones.
+
+const table = Uint32Array.from({ length: 256 }, (_, n) => {
+  for (let i = 0; i < 8; i++) n = n & 1 ? (n >>> 1) ^ 0x82f63b78 : n >>> 1;
+  return n;
+});
+function crc32c(bytes) {
+  let crc = ~0;
+  for (const byte of bytes) crc = (crc >>> 8) ^ table[(crc ^ byte) & 255];
+  return ~crc >>> 0;
+}
+
+/** About count streams: single flipped bits, cuts, and ranges that are missing, all over the file. */
+export function* damaged(bytes, count) {
+  const n = Math.floor(count / 3);
+  for (let i = 0; i < n; i++) {
+    const at = Math.floor((bytes.length * i) / n);
+    const flipped = bytes.slice();
+    flipped[at] ^= 1 << i % 8;
+    yield flipped;
+    yield bytes.slice(0, at);
+    const end = Math.min(bytes.length, at + 1 + ((i * 37) % 200));
+    yield new Uint8Array([...bytes.subarray(0, at), ...bytes.subarray(end)]);
+  }
+}
+
+/** The stream up to its first MESH chunk, that one with another payload and good CRCs, and the rest as it was. */
+export function replaceMesh(bytes, change) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  let at = 24;
+  while (view.getUint32(at, true) !== 0x4853454d) at += 32 + 8 * Math.ceil(view.getUint32(at + 16, true) / 8);
+  const size = view.getUint32(at + 16, true);
+  const payload = change(bytes.slice(at + 32, at + 32 + size));
+  const header = bytes.slice(at, at + 32);
+  const fields = new DataView(header.buffer);
+  fields.setUint32(16, payload.length, true);
+  fields.setUint32(24, crc32c(payload), true);
+  fields.setUint32(28, crc32c(header.subarray(0, 28)), true);
+  const padded = new Uint8Array(8 * Math.ceil(payload.length / 8));
+  padded.set(payload);
+  return new Uint8Array([...bytes.subarray(0, at), ...header, ...padded, ...bytes.subarray(at + 32 + 8 * Math.ceil(size / 8))]);
+}

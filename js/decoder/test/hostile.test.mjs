@@ -1,0 +1,127 @@
+// Whatever the bytes are: an error or a gap, never a wrong frame, never an aborted instance, never more memory than
+// was allowed.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, test } from "node:test";
+
+import { FvvError, createDecoder } from "../dist/index.js";
+import { Session } from "../dist/session.js";
+import { damaged, replaceMesh } from "./damage.mjs";
+import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
+
+const { clips, done } = makeClips();
+after(done);
+
+/** Frames by time, and everything that was said. */
+async function survive(source, options = {}) {
+  const frames = [];
+  const said = [];
+  try {
+    const decoder = await createDecoder({ source, ...options });
+    for (const type of ["warning", "corrupt", "gap"]) decoder.addEventListener(type, () => said.push(type));
+    for await (const frame of decoder) frames.push(frameHashes(frame));
+    decoder.close();
+  } catch (error) {
+    assert.ok(error instanceof FvvError, `${error.stack}`);
+    said.push(error.code);
+  }
+  return { frames, said };
+}
+
+for (const file of [...conformanceFiles(), clips.delta, clips.moving])
+  test(`${file.split("/").at(-1)}: flipped bits and cuts never give a wrong frame`, async () => {
+    const whole = new Uint8Array(readFileSync(file));
+    const good = new Map(nativeFrames(file).map((frame) => [frame["time 0"], frame]));
+    let told = 0;
+    const cases = [...damaged(whole, 60)];
+    for (const bytes of cases) {
+      // As bytes with an index, and as a stream without.
+      for (const source of [bytes, new Blob([bytes]).stream()]) {
+        const { frames, said } = await survive(source);
+        for (const frame of frames) assert.deepEqual(frame, good.get(frame["time 0"]));
+        if (said.length) told++;
+      }
+    }
+    assert.ok(told > cases.length / 2, `${told} of ${2 * cases.length} were told`);
+  });
+
+test("a lost group leaves a gap, and playing goes on behind it", async () => {
+  const bytes = new Uint8Array(readFileSync(clips.delta));
+  const session = await Session.create({ read: (at, out) => (out.set(bytes.subarray(at, at + out.length)), true) });
+  session.open(bytes.length);
+  const [first, second] = session.groups();
+  bytes[first.offset + 200] ^= 1;
+  const decoder = await createDecoder({ source: bytes });
+  const gaps = [];
+  decoder.addEventListener("gap", (event) => gaps.push(event.detail));
+  const numbers = [];
+  for await (const frame of decoder) numbers.push(frame.number);
+  assert.deepEqual(numbers, [3, 4]);
+  assert.equal(gaps.length, 1);
+  assert.equal(gaps[0].to, second.start);
+  assert.equal(gaps[0].error.issue, 1103);
+});
+
+test("meshes of Draco with good CRCs and bad bits", async () => {
+  const bytes = new Uint8Array(readFileSync(clips.draco));
+  for (let n = 0; n < 150; n++) {
+    const changed = replaceMesh(bytes, (payload) => {
+      payload[24 + ((n * 7919) % (payload.length - 24))] ^= 1 << n % 8;
+      return payload;
+    });
+    const { frames } = await survive(changed);
+    assert.ok(frames.length >= 2, "the second group is whole");
+  }
+});
+
+test("counts that are not there cost no memory", async () => {
+  const bytes = new Uint8Array(readFileSync(clips.draco));
+  for (const count of [2 ** 22, 2 ** 23, 2 ** 32 - 1]) {
+    const changed = replaceMesh(bytes, (payload) => {
+      new DataView(payload.buffer, payload.byteOffset).setUint32(4, count, true);
+      return payload;
+    });
+    const decoder = await createDecoder({ source: changed });
+    const corrupt = [];
+    decoder.addEventListener("corrupt", (event) => corrupt.push(event.detail));
+    for await (const frame of decoder) frame.close();
+    assert.ok(corrupt.length > 0 && corrupt[0].chunk === "MESH");
+    assert.ok((await decoder.stats()).memoryBytes <= 2 ** 24);
+  }
+});
+
+test("no instance grows beyond limits.memory", async () => {
+  const vertices = 400000;
+  const tetrahedron = conformanceFiles().find((file) => file.endsWith("tetrahedron.fvv"));
+  const large = replaceMesh(new Uint8Array(readFileSync(tetrahedron)), (payload) => {
+    // A raw mesh that is as large as it says.
+    const faces = vertices / 4;
+    const out = new Uint8Array(payload.length - 12 * 8 + 12 * (vertices + faces));
+    out.set(payload.subarray(0, payload.length - 12 * 8));
+    const view = new DataView(out.buffer);
+    view.setUint32(4, vertices, true);
+    view.setUint32(8, faces, true);
+    return out;
+  });
+  const { frames, said } = await survive(large, { limits: { memory: 2 ** 23 } });
+  assert.deepEqual(frames, []);
+  assert.ok(said.includes("memory"), said.join());
+  await assert.rejects(createDecoder({ source: large, limits: { memory: 1000 } }), { code: "argument" });
+});
+
+test("limits are kept", async () => {
+  const { said } = await survive(new Uint8Array(readFileSync(clips.draco)), { limits: { maxVertices: 100 } });
+  assert.ok(said.includes("corrupt"));
+});
+
+test("what is no fvv file is said to be none", async () => {
+  for (const bytes of [new Uint8Array(0), new TextEncoder().encode("<!doctype html><title>404</title>".repeat(9))])
+    await assert.rejects(
+      async () => {
+        const decoder = await createDecoder({ source: bytes });
+        for await (const _ of decoder);
+      },
+      (error) => error instanceof FvvError && error.fatal && error.issue > 0,
+    );
+});
