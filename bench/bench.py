@@ -2,7 +2,7 @@
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, wd2.
+import, calibration, clip, codecs, wd2, wasm.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 
+import browser_decoder
 import codecs_table
 import leave_one_out
 import whp235
@@ -95,13 +96,17 @@ def tracked_capture():
     return folder / "capture.json"
 
 
-def delta():
-    """Motion of 35,000 triangles on a lattice of 1 mm, each position within 1 mm."""
+def tracked_stream():
     tracked = WORK / "tracked.fvv"
     if not tracked.exists():
         tool("fvvmux", tracked_capture(), "-o", tracked, "--no-pictures", "--step", "1mm", "--keep-geometry",
              "--force")  # fmt: skip
-    return fvvbench("delta", tracked)
+    return tracked
+
+
+def delta():
+    """Motion of 35,000 triangles on a lattice of 1 mm, each position within 1 mm."""
+    return fvvbench("delta", tracked_stream())
 
 
 def visibility():
@@ -203,6 +208,15 @@ def codecs():
     return codecs_table.measure(WORK, {"tracked": (meshes, True)})
 
 
+def wasm():
+    """The decoder for browsers on meshes of 35,000 triangles, beside the draco3d package of npm."""
+    quick = WORK / "fast.fvv"
+    if not quick.exists():
+        tool("fvvmux", capture(), "-o", quick, "--mesh-profile", "fast", "--no-delta", "--no-pictures", "--keep-geometry",
+             "--force")  # fmt: skip
+    return browser_decoder.measure(stream(), quick, tracked_stream())
+
+
 PARTS = {
     "synth": synth,
     "mux": mux,
@@ -218,6 +232,7 @@ PARTS = {
     "clip": clip,
     "codecs": codecs,
     "wd2": leave_one_out.measure,
+    "wasm": wasm,
 }
 
 

@@ -65,50 +65,80 @@ async function instantiate(module, memoryBytes, fvv) {
  */
 export async function createCore(module, { memoryBytes, read = () => false }) {
   const core = { draco: null };
+  const draco = new DracoCalls(core);
   const fvv = {
     read: (offset, out, size) => (read(offset, new Uint8Array(core.memory.buffer, out, size)) ? 1 : 0),
-    draco: (...call) => decodeDraco(core, ...call),
+    number: (value, digits, out, size) => putNumber(core.memory, value, digits, out, size),
+    draco_check: (...call) => draco.check(...call),
+    draco_decode: (...call) => draco.decode(...call),
   };
   return Object.assign(core, await instantiate(module, memoryBytes, fvv));
 }
 
-export function createDraco(module, memoryBytes) {
-  return instantiate(module, memoryBytes, {});
+export async function createDraco(module, memoryBytes) {
+  const draco = {};
+  const number = (...call) => putNumber(draco.memory, ...call);
+  return Object.assign(draco, await instantiate(module, memoryBytes, { number }));
+}
+
+/** As %g of C does, or nearly: for messages. */
+function putNumber(memory, value, digits, out, size) {
+  const text = Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : String(value);
+  const { written } = new TextEncoder().encodeInto(text, new Uint8Array(memory.buffer, out, size));
+  return written;
 }
 
 const STATUS_MEMORY = -2;
+const STATUS_STATE = -5;
 const STATUS_INVALID = -102;
 const ISSUE_DRACO_STREAM = 3009;
 
-/** fvv_draco_decode of the core: data goes over, arrays come back. */
-function decodeDraco(core, data, size, vertices, faces, positions, indices, texture, normals, diagnostic) {
-  const { draco } = core;
-  if (!draco) return -5;
-  try {
-    const { exports } = draco;
-    const input = exports.fvvdraco_alloc(size);
-    if (!input) return STATUS_MEMORY;
-    new Uint8Array(draco.memory.buffer, input, size).set(new Uint8Array(core.memory.buffer, data, size));
-    const status = exports.fvvdraco_decode(input, size, vertices, faces, texture ? 1 : 0, normals ? 1 : 0);
-    exports.fvvdraco_free(input);
-    const copy = (from, to, bytes) =>
-      new Uint8Array(core.memory.buffer, to, bytes).set(new Uint8Array(draco.memory.buffer, from, bytes));
-    if (status === 0) {
-      copy(exports.fvvdraco_array(0), positions, 12 * vertices);
-      copy(exports.fvvdraco_array(1), indices, 12 * faces);
-      if (texture) copy(exports.fvvdraco_array(2), texture, 8 * vertices);
-      if (normals) copy(exports.fvvdraco_array(3), normals, 8 * vertices);
-    } else {
-      copy(exports.fvvdraco_diagnostic(), diagnostic, DIAGNOSTIC_SIZE);
+/** What the core imports of Draco. A trap spoils that instance: the next mesh gets another one. */
+class DracoCalls {
+  constructor(core) {
+    this.core = core;
+    this.input = 0;
+    this.size = 0;
+  }
+  #copyOut(from, to, size) {
+    const { core } = this;
+    new Uint8Array(core.memory.buffer, to, size).set(new Uint8Array(core.draco.memory.buffer, from, size));
+  }
+  #guard(diagnostic, call) {
+    const { core } = this;
+    try {
+      const status = core.draco ? call(core.draco.exports) : STATUS_STATE;
+      if (status !== 0 && core.draco) this.#copyOut(core.draco.exports.fvvdraco_diagnostic(), diagnostic, DIAGNOSTIC_SIZE);
+      return status;
+    } catch {
+      core.draco = null;
+      this.input = 0;
+      new DataView(core.memory.buffer, diagnostic).setUint32(4, ISSUE_DRACO_STREAM, true);
+      return STATUS_INVALID;
     }
-    exports.fvvdraco_release();
-    return status;
-  } catch {
-    // A trap: this instance can't be trusted any more; the next mesh gets another one.
-    core.draco = null;
-    const view = new DataView(core.memory.buffer, diagnostic, DIAGNOSTIC_SIZE);
-    view.setInt32(0, STATUS_INVALID, true);
-    view.setUint32(4, ISSUE_DRACO_STREAM, true);
-    return STATUS_INVALID;
+  }
+  check(data, size, vertices, faces, texture, normals, diagnostic) {
+    const { core } = this;
+    return this.#guard(diagnostic, (draco) => {
+      if (this.input) draco.fvvdraco_free(this.input);
+      this.input = draco.fvvdraco_alloc(size);
+      this.size = size;
+      if (!this.input) return STATUS_MEMORY;
+      new Uint8Array(core.draco.memory.buffer, this.input, size).set(new Uint8Array(core.memory.buffer, data, size));
+      return draco.fvvdraco_check(this.input, size, vertices, faces, texture, normals);
+    });
+  }
+  decode(vertices, faces, positions, indices, texture, normals, diagnostic) {
+    return this.#guard(diagnostic, (draco) => {
+      const status = draco.fvvdraco_decode(this.input, this.size, vertices, faces, texture ? 1 : 0, normals ? 1 : 0);
+      if (status === 0) {
+        this.#copyOut(draco.fvvdraco_array(0), positions, 12 * vertices);
+        this.#copyOut(draco.fvvdraco_array(1), indices, 12 * faces);
+        if (texture) this.#copyOut(draco.fvvdraco_array(2), texture, 8 * vertices);
+        if (normals) this.#copyOut(draco.fvvdraco_array(3), normals, 8 * vertices);
+      }
+      draco.fvvdraco_release();
+      return status;
+    });
   }
 }

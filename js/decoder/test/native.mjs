@@ -20,8 +20,15 @@ export const tool = (name, ...parameters) => run(join(build, "tools", name, name
 
 const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
+const known = new Map();
+
 /** Frames as libfvv decodes them: maps from "lattice 1" and the like to SHA-256. */
 export function nativeFrames(file) {
+  if (!known.has(file)) known.set(file, decodeNatively(file));
+  return known.get(file);
+}
+
+function decodeNatively(file) {
   const bytes = run(join(build, "tests/js/frame_bytes"), file);
   const frames = [];
   for (let at = 0; at < bytes.length; ) {

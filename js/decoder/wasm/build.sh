@@ -13,8 +13,23 @@ version=$(sed -n 's/^project(fvv VERSION \([0-9.]*\).*/\1/p' "$here/../../../CMa
 emcmake cmake -S "$here" -B "$build/modules" -G Ninja -DCMAKE_BUILD_TYPE=None \
   -DFVV_WASM_SOURCES="$build/sources" -DFVV_VERSION="$version" >/dev/null
 cmake --build "$build/modules"
+
+# What JavaScript calls, and nothing that only the linker's defaults export.
+strip_exports() { # module
+  node -e '
+    const { readFileSync, writeFileSync } = require("fs");
+    const [input, graph] = process.argv.slice(1);
+    const names = WebAssembly.Module.exports(new WebAssembly.Module(readFileSync(input))).map((e) => e.name);
+    const wanted = names.filter((name) => /^(fvv|_initialize)/.test(name));
+    writeFileSync(graph, JSON.stringify(wanted.map((name) => ({ name, root: true, export: name }))));
+  ' "$build/modules/$1.wasm" "$build/$1.json"
+  wasm-metadce --enable-exception-handling --enable-mutable-globals --enable-bulk-memory --enable-sign-ext \
+    --enable-nontrapping-float-to-int -f "$build/$1.json" -o "$build/$1.wasm" "$build/modules/$1.wasm" >/dev/null
+}
+
 mkdir -p "$here/../dist"
 for module in core draco; do
-  node "$here/pack.mjs" "$build/modules/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
+  strip_exports "fvv_$module"
+  node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done
-cp "$here"/../src/*.js "$here"/../src/*.d.ts "$here/../dist/" 2>/dev/null || cp "$here"/../src/*.js "$here/../dist/"
+cp "$here"/../src/*.js "$here"/../src/*.d.ts "$here/../dist/"

@@ -1,10 +1,12 @@
-/* The module of Draco: libfvv's bridge and room for one mesh. */
+/* The module of Draco: libfvv's check of bitstreams, its bridge to the decoder, and room for one mesh. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/checked.h"
 #include "base/diagnostic.h"
+#include "base/memory.h"
 #include "mesh/draco_bridge.h"
+#include "mesh/draco_check.h"
 
 #define FVVJS_EXPORT __attribute__((visibility("default"), used))
 
@@ -29,6 +31,15 @@ FVVJS_EXPORT void fvvdraco_release(void) {
   free(mesh.texture);
   free(mesh.normals);
   memset(&mesh, 0, sizeof mesh);
+}
+
+/* fvv_status, as fvv_draco_check. */
+FVVJS_EXPORT int32_t fvvdraco_check(const uint8_t *data, uint32_t size, uint32_t vertices, uint32_t faces,
+                                    int has_texture, int has_normals) {
+  const fvv_draco_counts counts = {vertices, faces};
+  const fvv_allocator allocator = fvv_allocator_or_default(NULL);
+  memset(&diagnostic, 0, sizeof diagnostic);
+  return fvv_draco_check(data, size, counts, has_texture, has_normals, &allocator, &diagnostic);
 }
 
 /* fvv_status. What came out lies where fvvdraco_array says, until fvvdraco_release. */

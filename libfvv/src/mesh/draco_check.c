@@ -285,11 +285,6 @@ static fvv_status walk_values(walk *w, const attribute *of) {
   return w->cursor.failed ? broken(w, of->name) : FVV_OK;
 }
 
-int fvv_draco_dense_enough(size_t size, fvv_draco_counts counts) {
-  return counts.vertices <= FVV_DRACO_DENSITY * (uint64_t)size &&
-         counts.faces <= FVV_DRACO_DENSITY * (uint64_t)size;
-}
-
 fvv_status fvv_draco_read_counts(const uint8_t *data, size_t size, fvv_draco_counts *counts,
                                  fvv_diagnostic *diagnostic) {
   walk w = {.cursor = {data, size, 0, 0}, .diagnostic = diagnostic};

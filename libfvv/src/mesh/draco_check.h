@@ -18,7 +18,10 @@ typedef struct fvv_draco_counts {
   uint32_t faces;
 } fvv_draco_counts;
 
-int fvv_draco_dense_enough(size_t size, fvv_draco_counts counts);
+static inline int fvv_draco_dense_enough(size_t size, fvv_draco_counts counts) {
+  return counts.vertices <= FVV_DRACO_DENSITY * (uint64_t)size &&
+         counts.faces <= FVV_DRACO_DENSITY * (uint64_t)size;
+}
 
 /* Offsets in diagnostics count from the MESH payload's beginning, which lies FVV_MESH_SIZE before data. */
 

@@ -1,0 +1,62 @@
+"""Time the browser's decoder in Node, and its size as it travels (./run bench wasm)."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+DECODER = ROOT / "js/decoder"
+NPM = ROOT / "build/npm"
+DRACO3D = "draco3d@1.5.9"
+
+
+def run(*command, **options):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
+    if done.returncode != 0:
+        sys.exit(f"bench: {command[0]} failed ({done.returncode}): {done.stderr.strip()}")
+    return done.stdout
+
+
+def node(what, path):
+    return json.loads(
+        run("node", ROOT / "bench/decoder.mjs", what, path, env={**os.environ, "FVV_NPM": str(NPM)})
+    )
+
+
+def has_draco3d():
+    if (NPM / "node_modules/draco3d").exists():
+        return True
+    if not shutil.which("npm"):
+        print("wasm.draco3d_ms is left out: no npm here to get draco3d with")
+        return False
+    NPM.mkdir(parents=True, exist_ok=True)
+    (NPM / "package.json").write_text("{}\n")
+    run("npm", "install", "--no-audit", "--no-fund", DRACO3D, cwd=NPM)
+    return True
+
+
+def measure(draco, fast, delta):
+    """Milliseconds a frame, without normals. first_call: of the first mesh in a fresh process, the worst of three
+    profiles; loading the modules is told apart."""
+    if not shutil.which("emcmake") or not shutil.which("node"):
+        print("wasm.* are left out: no emcmake or no node here")
+        return {}
+    sizes = run(DECODER / "wasm/build.sh", ROOT / "build/wasm").splitlines()
+    core = next(line for line in sizes if "core.wasm.js" in line)
+    first = {path: node("first", path) for path in (draco, fast, delta)}
+    figures = {
+        "wasm.core_brotli_bytes": int(core.split("brotli ")[1].split(";")[0]),
+        "wasm.first_call_ms": max(f["first_ms"] for f in first.values()),
+        "wasm.load_and_first_ms": max(f["load_and_first_ms"] for f in first.values()),
+        "wasm.key_ms": node("warm", draco)["key_ms"],
+        "wasm.fast_key_ms": node("warm", fast)["key_ms"],
+        "wasm.delta_ms": node("warm", delta)["delta_ms"],
+    }
+    if has_draco3d():
+        other = node("draco3d", draco)
+        figures["wasm.draco3d_ms"] = other["key_ms"]
+        figures["wasm.draco3d_first_call_ms"] = other["first_ms"]
+    return figures

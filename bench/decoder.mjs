@@ -1,0 +1,97 @@
+// Times the browser's decoder in Node: node decoder.mjs first|warm|draco3d FILE. Prints milliseconds a frame as JSON.
+// first: of the first mesh in a fresh process, compiling the modules left out and included; warm: the median of all
+// frames, decoded five times; draco3d: the same for the npm package of that name, of key frames.
+
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+
+import { Session } from "../js/decoder/dist/session.js";
+
+const [what, file] = process.argv.slice(2);
+const bytes = new Uint8Array(readFileSync(file));
+const want = { normals: false, visibility: false };
+const median = (times) => times.sort((a, b) => a - b)[Math.floor(times.length / 2)];
+
+async function* frames(session) {
+  session.start(0);
+  for (const _ of session.push(bytes))
+    for (let kind; (kind = session.next()) !== "need data"; ) {
+      if (kind === "done") return;
+      if (kind === "frame") yield;
+    }
+}
+
+async function first() {
+  const begin = performance.now();
+  const session = await Session.create();
+  for await (const _ of frames(session)) {
+    if (session.needsDraco) await session.loadDraco();
+    const ready = performance.now();
+    const { meshes } = session.decode(want);
+    const end = performance.now();
+    return { first_ms: end - ready, load_and_first_ms: end - begin, triangles: meshes[0].faceCount };
+  }
+}
+
+async function warm() {
+  const session = await Session.create();
+  const key = [];
+  const delta = [];
+  let triangles;
+  for (let round = 0; round < 5; round++) {
+    let former = false;
+    for await (const _ of frames(session)) {
+      if (session.needsDraco) await session.loadDraco();
+      const begin = performance.now();
+      const { meshes } = session.decode(want);
+      const time = performance.now() - begin;
+      triangles = meshes[0].faceCount;
+      // The first delta frame behind a key prepares those that follow.
+      if (meshes[0].key) key.push(time);
+      else if (former) delta.push(time);
+      former = !meshes[0].key;
+    }
+  }
+  return { key_ms: median(key) ?? null, delta_ms: median(delta) ?? null, triangles };
+}
+
+/** Bitstreams of Draco in the file's MESH chunks. */
+function* bitstreams() {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  for (let at = 24; at + 32 <= bytes.length; at += 32 + 8 * Math.ceil(view.getUint32(at + 16, true) / 8)) {
+    const payload = bytes.subarray(at + 32, at + 32 + view.getUint32(at + 16, true));
+    if (view.getUint32(at, true) === 0x4853454d && payload[0] === 1) yield payload.subarray(16);
+  }
+}
+
+async function draco3d() {
+  const require = createRequire(`${process.env.FVV_NPM ?? process.cwd()}/package.json`);
+  const begin = performance.now();
+  const draco = await require("draco3d").createDecoderModule({});
+  const times = [];
+  let loaded = null;
+  for (let round = 0; round < 5; round++)
+    for (const data of bitstreams()) {
+      const before = performance.now();
+      const decoder = new draco.Decoder();
+      const mesh = new draco.Mesh();
+      decoder.DecodeArrayToMesh(data, data.length, mesh);
+      const corners = 3 * mesh.num_faces();
+      const attribute = decoder.GetAttributeByUniqueId(mesh, 0);
+      const positions = 3 * mesh.num_points();
+      const pointer = draco._malloc(4 * Math.max(corners, positions));
+      decoder.GetTrianglesUInt32Array(mesh, 4 * corners, pointer);
+      const indices = new Uint32Array(draco.HEAPF32.buffer, pointer, corners).slice();
+      decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, draco.DT_INT32, 4 * positions, pointer);
+      const lattice = new Int32Array(draco.HEAPF32.buffer, pointer, positions).slice();
+      if (!indices.length || !lattice.length) throw new Error("draco3d decodes nothing");
+      draco._free(pointer);
+      draco.destroy(mesh);
+      draco.destroy(decoder);
+      times.push(performance.now() - before);
+      loaded ??= performance.now() - begin;
+    }
+  return { first_ms: times[0], load_and_first_ms: loaded, key_ms: median(times) };
+}
+
+console.log(JSON.stringify(await { first, warm, draco3d }[what]()));

@@ -1,0 +1,261 @@
+/** Where bytes come from. A URL is read by Range where the server can, else from front to back. */
+export type Source =
+  | string
+  | URL
+  | { url: string | URL; headers?: Record<string, string>; credentials?: RequestCredentials; seekable?: boolean }
+  | Blob
+  | ArrayBuffer
+  | ArrayBufferView
+  | ReadableStream<Uint8Array>
+  | AsyncIterable<Uint8Array | ArrayBuffer>;
+
+/** Every value can be left out. memory is that of one wasm instance in bytes; there are one or, with Draco, two. */
+export interface Limits {
+  /** Bytes. Default 512 MiB. */
+  memory?: number;
+  maxPayload?: number;
+  maxVertices?: number;
+  maxFaces?: number;
+  maxCameras?: number;
+  maxTracks?: number;
+  maxDimension?: number;
+}
+
+export interface Options {
+  /** Without it, write the stream to decoder.writable. */
+  source?: Source;
+  limits?: Limits;
+  signal?: AbortSignal;
+  /** A worker of this package by default where there are workers; false: none; or where its script lies. */
+  worker?: boolean | Worker | URL | string | (() => Worker);
+  /** Normals of the vertices, sent or computed. Default true. */
+  normals?: boolean;
+  visibility?: boolean;
+  /** "pictures": VideoFrame or ImageBitmap; "samples": encoded only. Default pictures where there is WebCodecs. */
+  video?: "pictures" | "samples";
+  /** Frames that are decoded ahead. Default 4. */
+  queue?: number;
+}
+
+export type Code =
+  | "argument"
+  | "memory"
+  | "io"
+  | "state"
+  | "damaged"
+  | "truncated"
+  | "invalid"
+  | "unsupported"
+  | "limit"
+  | "bug"
+  | "changed"
+  | "no-range"
+  | "no-index"
+  | "video"
+  | "worker";
+
+export class FvvError extends Error {
+  readonly code: Code;
+  /** n of FVV-n in spec/issues.md; 0: no rule of the format is concerned. */
+  readonly issue: number;
+  /** Type of the chunk, "" for none. */
+  readonly chunk: string;
+  /** In the stream, bytes. */
+  readonly offset: number | null;
+  readonly severity: "error" | "warning";
+  /** Nothing follows. */
+  readonly fatal: boolean;
+}
+
+export class FvvEvent<T> extends Event {
+  readonly detail: T;
+}
+
+export interface Rect {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
+/** Where a camera's picture, or a part of it, stands in the video. */
+export interface Tile {
+  camera: number;
+  source: Rect;
+  destination: Rect;
+}
+
+export interface Video {
+  track: number;
+  /** "avc1", "hvc1", "vp09", "av01", "jpeg", "oexr" */
+  codec: string;
+  /** As WebCodecs takes it; "" for pictures of their own. */
+  codecString: string;
+  /** Configuration record of MP4. */
+  record: Uint8Array;
+  width: number;
+  height: number;
+  bitDepth: number;
+  shows: "tiles" | "camera" | "atlas";
+  camera: number | null;
+  /** ITU-T H.273. */
+  colour: { primaries: number; transfer: number; matrix: number; fullRange: boolean };
+  tiles: Tile[];
+}
+
+/** World -> camera: R x + t, x right, y down, z forward; pixel centres at +0.5. */
+export interface Camera {
+  readonly id: number;
+  readonly name: string;
+  readonly width: number;
+  readonly height: number;
+  readonly fx: number;
+  readonly fy: number;
+  readonly cx: number;
+  readonly cy: number;
+  readonly skew: number;
+  readonly lens: "none" | "radtan" | "fisheye";
+  readonly distortion: readonly number[];
+  readonly rMax: number;
+  /** Row-major, 9. */
+  readonly rotation: readonly number[];
+  readonly translation: readonly number[];
+  readonly moves: boolean;
+  /** false: it moves, and where it is in this frame is not known: take no colours from it. */
+  readonly calibrated: boolean;
+  readonly centre: [number, number, number];
+  /** World metres -> u, v, depth; null: behind the camera or beyond its lens. */
+  project(x: number, y: number, z: number): [number, number, number] | null;
+  /** The same for x y z of many points; NaN for null. */
+  projectPoints(points: ArrayLike<number>): Float64Array;
+  /** Pixel -> ray in the camera's frame with z = 1. */
+  unproject(u: number, v: number): [number, number, number] | null;
+}
+
+export interface Configuration {
+  /** Seconds a tick. */
+  timeBase: { numerator: number; denominator: number };
+  frameDuration: bigint;
+  /** metres = origin + step * index */
+  lattice: { origin: [number, number, number]; step: number };
+  upAxis: "unknown" | "x" | "y" | "z" | "-x" | "-y" | "-z";
+  /** false: lengths are not in metres. */
+  scaleKnown: boolean;
+  tracks: { id: number; kind: string; name: string }[];
+  cameras: Camera[];
+  videos: Video[];
+  /** JSON texts. */
+  metadata: string[];
+}
+
+export interface Mesh {
+  track: number;
+  profile: "raw" | "draco" | "delta" | "field" | "fast";
+  key: boolean;
+  vertexCount: number;
+  faceCount: number;
+  /** x y z on the lattice. */
+  lattice: Int32Array;
+  /** x y z in metres. */
+  positions: Float32Array;
+  /** Three a face, counter-clockwise from outside. */
+  indices: Uint32Array;
+  normals: Float32Array | null;
+  /** u v, (0, 0) is the top left corner of the atlas. */
+  uvs: Float32Array | null;
+}
+
+export interface Visibility {
+  track: number;
+  meshTrack: number;
+  domain: "faces" | "vertices";
+  /** Cosine below which nothing is seen. */
+  threshold: number;
+  cameras: number[];
+  elementCount: number;
+  /** A row of elementCount for each camera: 0 averse, 1 hidden, 2 seen. */
+  states: Uint8Array;
+  of(camera: number): Uint8Array | null;
+}
+
+export interface Sample {
+  track: number;
+  key: boolean;
+  data: Uint8Array;
+}
+
+export interface Frame {
+  /** Exact where there is an index; else counted from the first frame that came. */
+  readonly number: number;
+  /** Ticks. */
+  readonly time: bigint;
+  readonly seconds: number;
+  readonly duration: number;
+  readonly group: { sequence: number; start: bigint; end: bigint };
+  readonly configuration: Configuration;
+  readonly meshes: Mesh[];
+  readonly mesh: Mesh | null;
+  readonly visibility: Visibility[];
+  /** As they are in this frame. */
+  readonly cameras: Camera[];
+  readonly samples: Sample[];
+  readonly pictures: { track: number; image: VideoFrame | ImageBitmap }[];
+  /** What meshes, visibility and calibration took. */
+  readonly decodeMs: number;
+  camera(id: number): Camera | null;
+  picture(track?: number): VideoFrame | ImageBitmap | null;
+  /** Closes the pictures; everything else stays. */
+  close(): void;
+}
+
+export interface Gap {
+  /** Time of the last good frame and beginning of the next group; null: there is none. */
+  from: bigint | null;
+  to: bigint | null;
+  error: FvvError;
+}
+
+export interface Stats {
+  frames: number;
+  /** Decoded on the way to where was sought. */
+  passed: number;
+  decodeMs: number;
+  pictures: number;
+  queued: number;
+  memoryBytes: number;
+  bytesRead: number | null;
+  requests: number | null;
+}
+
+export interface DecoderEvents {
+  configuration: Configuration;
+  gap: Gap;
+  corrupt: FvvError;
+  warning: FvvError;
+  error: FvvError;
+  end: null;
+  stats: Stats;
+}
+
+export interface Decoder extends EventTarget, AsyncIterable<Frame> {
+  /** null until the first frame. */
+  readonly configuration: Configuration | null;
+  readonly seekable: boolean;
+  readonly frameCount: number | null;
+  readonly inWorker: boolean;
+  /** Takes the stream when there is no source. */
+  readonly writable: WritableStream<Uint8Array> | null;
+  frames(): AsyncIterableIterator<Frame>;
+  /** null at the end; rejects with a fatal FvvError. */
+  next(): Promise<Frame | null>;
+  seek(place: { frame: number } | { time: bigint } | { seconds: number }): Promise<void>;
+  stats(): Promise<Stats>;
+  close(): void;
+  addEventListener<T extends keyof DecoderEvents>(
+    type: T,
+    listener: (event: FvvEvent<DecoderEvents[T]>) => void,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+}
+
+export function createDecoder(options?: Options): Promise<Decoder>;

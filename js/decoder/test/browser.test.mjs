@@ -1,0 +1,85 @@
+// The same hashes in a browser, in window and worker, under a strict content policy. The page posts what it finds, so
+// that no driver is needed. FVV_CHROMIUM, FVV_FIREFOX: other programs than those of PATH.
+
+import assert from "node:assert/strict";
+import { spawn, spawnSync } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { basename, join } from "node:path";
+import { after, test } from "node:test";
+
+import { conformanceFiles, makeClips, nativeFrames } from "./native.mjs";
+import { serve } from "./server.mjs";
+
+const { clips, done } = makeClips();
+after(done);
+const files = { ...clips, ...Object.fromEntries(conformanceFiles().map((file) => [basename(file, ".fvv"), file])) };
+
+const browsers = {
+  chromium: {
+    program: process.env.FVV_CHROMIUM ?? "chromium",
+    parameters: (profile, url) => [
+      "--headless=new",
+      "--no-sandbox",
+      "--disable-gpu",
+      "--disable-background-networking",
+      "--disable-component-update",
+      "--disable-sync",
+      "--no-first-run",
+      `--user-data-dir=${profile}`,
+      url,
+    ],
+  },
+  firefox: {
+    program: process.env.FVV_FIREFOX ?? "firefox-esr",
+    parameters: (profile, url) => ["--headless", "--no-remote", "--profile", profile, url],
+  },
+};
+
+async function runPage({ program, parameters }) {
+  const profile = mkdtempSync(join(tmpdir(), "fvv-browser-"));
+  let told;
+  const result = new Promise((resolve, reject) => {
+    told = resolve;
+    setTimeout(() => reject(new Error("the page does not answer")), 120000).unref();
+  });
+  const server = await serve(files, (posted) => told(posted));
+  const url = `${server.url}/test/page.html?clips=${Object.keys(files).join()}`;
+  const browser = spawn(program, parameters(profile, url), { stdio: "ignore", detached: true });
+  try {
+    return await result;
+  } finally {
+    process.kill(-browser.pid);
+    await new Promise((gone) => browser.once("exit", gone));
+    server.close();
+    rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
+  }
+}
+
+/** What a page can be expected to find: samples and times are compared by the other tests. */
+const expected = (name) =>
+  nativeFrames(files[name]).map((frame) =>
+    Object.fromEntries(Object.entries(frame).filter(([key]) => !/^(time|key|sample) /.test(key))),
+  );
+
+for (const [name, browser] of Object.entries(browsers)) {
+  const missing = spawnSync(browser.program, ["--version"]).error;
+  test(`${name}: the same frames in window and worker`, { skip: missing && `no ${browser.program} here` }, async () => {
+    const { results, violations, error } = await runPage(browser);
+    assert.equal(error, undefined);
+    assert.deepEqual(violations, []);
+    assert.equal(results.length, 2 * 5 * Object.keys(files).length);
+    for (const result of results) {
+      const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
+      assert.equal(result.inWorker, result.worker, what);
+      assert.deepEqual(result.frames, expected(result.name), what);
+      assert.deepEqual(result.warnings.filter((text) => !/front to back|rebuilt/.test(text)), [], what);
+      const pictures = nativeFrames(files[result.name]).reduce(
+        (n, frame) => n + Object.keys(frame).filter((key) => /^(key|sample) /.test(key)).length,
+        0,
+      );
+      assert.equal(result.pictures.length, pictures, what);
+      for (const { late } of result.pictures) assert.ok(Math.abs(late) < 2, `${what}: a picture of another time`);
+    }
+  });
+}

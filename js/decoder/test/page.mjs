@@ -1,0 +1,64 @@
+// Runs in a browser: decodes every clip from every kind of source, in window and worker, and posts hashes.
+
+import { createDecoder } from "../dist/index.js";
+
+const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
+const sha256 = async (typed) => hex(await crypto.subtle.digest("SHA-256", typed));
+
+async function hashes(frame) {
+  const out = {};
+  for (const mesh of frame.meshes)
+    for (const name of ["lattice", "indices", "positions", "normals", "uvs"])
+      if (mesh[name]) out[`${name} ${mesh.track}`] = await sha256(mesh[name]);
+  for (const visibility of frame.visibility)
+    for (const camera of visibility.cameras) out[`visibility ${camera}`] = await sha256(visibility.of(camera));
+  for (const camera of frame.cameras) {
+    if (!camera.calibrated) continue;
+    const { fx, fy, cx, cy, skew, distortion, rMax, rotation, translation } = camera;
+    const numbers = [fx, fy, cx, cy, skew, ...distortion, rMax, ...rotation, ...translation];
+    out[`camera ${camera.id}`] = await sha256(Float64Array.from(numbers));
+    const pixel = camera.project(0.25, 1, -0.5);
+    if (pixel) out[`pixel ${camera.id}`] = await sha256(Float64Array.from(pixel));
+  }
+  return out;
+}
+
+const sources = {
+  range: (name) => `/range/${name}`,
+  whole: (name) => `/whole/${name}`,
+  blob: async (name) => (await fetch(`/range/${name}`)).blob(),
+  stream: async (name) => (await fetch(`/range/${name}`)).body,
+  bytes: async (name) => new Uint8Array(await (await fetch(`/range/${name}`)).arrayBuffer()),
+};
+
+async function decode(name, kind, worker) {
+  const decoder = await createDecoder({ source: await sources[kind](name), worker: worker ? undefined : false });
+  const warnings = [];
+  decoder.addEventListener("warning", (event) => warnings.push(event.detail.message));
+  const frames = [];
+  const pictures = [];
+  for await (const frame of decoder) {
+    frames.push(await hashes(frame));
+    for (const { track, image } of frame.pictures) {
+      const late = image.timestamp === undefined ? 0 : image.timestamp - frame.seconds * 1e6;
+      pictures.push({ track, late, width: image.displayWidth ?? image.width });
+    }
+    frame.close();
+  }
+  const { inWorker } = decoder;
+  decoder.close();
+  return { name, kind, worker, inWorker, frames, pictures, warnings };
+}
+
+const violations = [];
+addEventListener("securitypolicyviolation", (event) => violations.push(`${event.violatedDirective} ${event.blockedURI}`));
+const results = [];
+try {
+  const names = new URLSearchParams(location.search).get("clips").split(",");
+  for (const worker of [true, false])
+    for (const name of names)
+      for (const kind of Object.keys(sources)) results.push(await decode(name, kind, worker));
+  await fetch("/result", { method: "POST", body: JSON.stringify({ results, violations }) });
+} catch (error) {
+  await fetch("/result", { method: "POST", body: JSON.stringify({ error: `${error.message}\n${error.stack}`, violations }) });
+}

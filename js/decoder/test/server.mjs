@@ -1,0 +1,77 @@
+// A web server with the habits of good and bad hosts, chosen by the first part of the path:
+//   /dist /test        this package, under a strict content policy
+//   /range/NAME        keeps to Range
+//   /whole/NAME        answers 200 to everything
+//   /wrong/NAME        a Content-Range whose total is wrong
+//   /gzip/NAME         compresses on the way
+//   /changing/NAME     another ETag from the third request on
+
+import { readFileSync } from "node:fs";
+import { createServer } from "node:http";
+import { join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
+
+const home = resolve(fileURLToPath(import.meta.url), "../..");
+const types = { html: "text/html", js: "text/javascript", mjs: "text/javascript" };
+const policy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'";
+
+function rangeOf(request, size) {
+  const match = /^bytes=(\d*)-(\d*)$/.exec(request.headers.range ?? "");
+  if (!match) return null;
+  const [, from, to] = match;
+  if (from === "") return { from: Math.max(0, size - Number(to)), to: size };
+  return { from: Number(from), to: to === "" ? size : Math.min(size, Number(to) + 1) };
+}
+
+/** files: name to path. results: takes what a page posts to /result. Answers {url, requests, close}. */
+export async function serve(files, results = () => {}) {
+  const requests = [];
+  const counts = new Map();
+  const clip = (habit, name, request, response) => {
+    const bytes = readFileSync(files[name]);
+    const count = (counts.get(request.url) ?? 0) + 1;
+    counts.set(request.url, count);
+    const etag = habit === "changing" && count > 2 ? '"b"' : '"a"';
+    const range = habit === "whole" ? null : rangeOf(request, bytes.length);
+    if (habit === "gzip") {
+      response.writeHead(200, { "Content-Encoding": "gzip", ETag: etag });
+      return response.end(gzipSync(bytes));
+    }
+    if (!range) {
+      response.writeHead(200, { "Content-Length": bytes.length, ETag: etag });
+      return response.end(bytes);
+    }
+    const total = habit === "wrong" ? bytes.length + 5 : bytes.length;
+    response.writeHead(206, { "Content-Range": `bytes ${range.from}-${range.to - 1}/${total}`, ETag: etag });
+    response.end(bytes.subarray(range.from, range.to));
+  };
+  const server = createServer((request, response) => {
+    requests.push(`${request.method} ${request.url} ${request.headers.range ?? ""}`.trim());
+    const [, first, ...rest] = new URL(request.url, "http://x").pathname.split("/");
+    if (first === "result") {
+      const parts = [];
+      request.on("data", (part) => parts.push(part));
+      request.on("end", () => {
+        response.end();
+        results(JSON.parse(Buffer.concat(parts)));
+      });
+      return;
+    }
+    try {
+      if (first !== "dist" && first !== "test") return clip(first, rest.join("/"), request, response);
+      const path = join(home, first, ...rest);
+      const type = types[path.split(".").at(-1)] ?? "application/octet-stream";
+      response.writeHead(200, { "Content-Type": type, "Content-Security-Policy": policy });
+      response.end(readFileSync(path));
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
+  const close = () => {
+    server.closeAllConnections();
+    server.close();
+  };
+  return { url: `http://127.0.0.1:${server.address().port}`, requests, close };
+}

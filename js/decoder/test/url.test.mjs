@@ -1,0 +1,65 @@
+// URLs: few requests where the host keeps to Range, and the same frames where it does not.
+
+import assert from "node:assert/strict";
+import { statSync } from "node:fs";
+import { after, test } from "node:test";
+
+import { createDecoder } from "../dist/index.js";
+import { frameHashes, makeClips, nativeFrames } from "./native.mjs";
+import { serve } from "./server.mjs";
+
+const { clips, done } = makeClips();
+const server = await serve(clips);
+after(() => {
+  server.close();
+  done();
+});
+
+async function open(path) {
+  const decoder = await createDecoder({ source: `${server.url}/${path}` });
+  const warnings = [];
+  decoder.addEventListener("warning", (event) => warnings.push(event.detail.code));
+  return { decoder, warnings };
+}
+
+async function frames(decoder) {
+  const all = [];
+  for await (const frame of decoder) all.push(frameHashes(frame));
+  return all;
+}
+
+test("a host that keeps to Range: two requests, and seeking", async () => {
+  const { decoder, warnings } = await open("range/moving");
+  const before = server.requests.length;
+  assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
+  assert.deepEqual(warnings, []);
+  assert.ok(server.requests.length - before <= 1);
+  await decoder.seek({ frame: 4 });
+  assert.deepEqual(await frames(decoder), nativeFrames(clips.moving).slice(4));
+  const { bytesRead, requests } = await decoder.stats();
+  assert.ok(requests <= 4, `${requests} requests`);
+  assert.ok(bytesRead < 2 * statSync(clips.moving).size);
+  decoder.close();
+});
+
+for (const habit of ["whole", "wrong", "gzip"])
+  test(`a host that does not (${habit}): a warning, and the same frames`, async () => {
+    const { decoder, warnings } = await open(`${habit}/moving`);
+    assert.equal(decoder.seekable, false);
+    assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
+    assert.deepEqual(warnings, ["no-range"]);
+    await assert.rejects(decoder.seek({ frame: 0 }), { code: "state", fatal: false });
+    decoder.close();
+  });
+
+test("a file that changes while it is read is not mixed", async () => {
+  const { decoder } = await open("changing/moving");
+  await frames(decoder);
+  await decoder.seek({ frame: 0 });
+  await assert.rejects(frames(decoder), { code: "changed", fatal: true });
+  decoder.close();
+});
+
+test("what is not there is an error that says so", async () => {
+  await assert.rejects(open("range/nothing"), { code: "io", message: /404/ });
+});
