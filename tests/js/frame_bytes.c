@@ -1,5 +1,6 @@
-/* Prints what libfvv decodes, for the test of the browser's decoder: for every frame and everything in it a line with a
- * name and a number of bytes, and then those bytes. The reader of this makes the hashes. usage: frame_bytes FILE */
+/* Prints what libfvv decodes, for the test of the browser's decoder: for every frame and everything in it a
+ * line with a name and a number of bytes, and then those bytes. The reader of this makes the hashes. usage:
+ * frame_bytes FILE */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

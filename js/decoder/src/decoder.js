@@ -170,7 +170,11 @@ export class Decoder extends EventTarget {
     let place;
     if (frame !== undefined) {
       if (!(Number.isInteger(frame) && frame >= 0 && frame < this.frameCount))
-        throw new FvvError({ code: "argument", fatal: false, message: `there is no frame ${frame} of ${this.frameCount}` });
+        throw new FvvError({
+          code: "argument",
+          fatal: false,
+          message: `there is no frame ${frame} of ${this.frameCount}`,
+        });
       place = { frame };
     } else if (time !== undefined) {
       place = { time: BigInt(time) };
@@ -185,7 +189,8 @@ export class Decoder extends EventTarget {
   /** The configuration comes in front of the first frame: times in seconds need it. */
   async #known() {
     if (!this.configuration) (await this.next())?.close();
-    if (!this.configuration) throw new FvvError({ code: "state", fatal: false, message: "the stream has no configuration" });
+    if (!this.configuration)
+      throw new FvvError({ code: "state", fatal: false, message: "the stream has no configuration" });
     return this.configuration;
   }
 

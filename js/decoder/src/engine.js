@@ -116,7 +116,8 @@ export class Engine {
 
   seek({ frame, time }) {
     const { playback } = this;
-    if (!playback.groups) throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
+    if (!playback.groups)
+      throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
     if (!playback.groups.length) return;
     this.#run(frame !== undefined ? playback.locate(frame) : playback.locateTime(time));
   }

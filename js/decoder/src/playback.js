@@ -98,7 +98,15 @@ export class Playback {
     } else {
       session.start(0);
     }
-    const state = { number, skip: place?.skip ?? 0, until: place?.until, first: place?.group ?? 0, held: null, gap: null, group: null };
+    const state = {
+      number,
+      skip: place?.skip ?? 0,
+      until: place?.until,
+      first: place?.group ?? 0,
+      held: null,
+      gap: null,
+      group: null,
+    };
     const from = place && place.group > 0 ? this.groups[place.group].offset : 0;
     if (seeking && place.until !== undefined) state.skip = -1;
     for await (const bytes of source.stream(from, signal)) {

@@ -34,7 +34,15 @@ export class Session {
     session.buffer = exports.fvvjs_alloc(PUSH_SIZE);
     if (!session.decoder || !session.buffer) throw new FvvError({ code: "memory", message: "no memory to begin with" });
     const l = session.limits;
-    exports.fvvjs_limits(session.decoder, l.maxPayload, l.maxVertices, l.maxFaces, l.maxCameras, l.maxTracks, l.maxDimension);
+    exports.fvvjs_limits(
+      session.decoder,
+      l.maxPayload,
+      l.maxVertices,
+      l.maxFaces,
+      l.maxCameras,
+      l.maxTracks,
+      l.maxDimension,
+    );
     return session;
   }
 

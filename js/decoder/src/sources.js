@@ -80,7 +80,10 @@ class Ranges {
     if (response.status !== 206) throw failed(this.url, response);
     const etag = response.headers.get("etag");
     if (etag !== this.etag)
-      throw new FvvError({ code: "changed", message: `${this.url} changed while it was read: ETag ${this.etag}, now ${etag}` });
+      throw new FvvError({
+        code: "changed",
+        message: `${this.url} changed while it was read: ETag ${this.etag}, now ${etag}`,
+      });
     const range = /^bytes (\d+)-\d+\//.exec(response.headers.get("content-range") ?? "");
     if (range && Number(range[1]) !== from)
       throw new FvvError({ code: "io", message: `${this.url}: asked for byte ${from}, got ${range[1]}` });
@@ -104,7 +107,8 @@ class Ranges {
         at += piece.length;
         yield piece;
       }
-      if (at < kept) throw new FvvError({ code: "io", message: `${this.url}: the answer ends ${kept - at} bytes too early` });
+      if (at < kept)
+        throw new FvvError({ code: "io", message: `${this.url}: the answer ends ${kept - at} bytes too early` });
     }
     yield this.suffix.subarray(Math.max(0, from - kept));
   }
@@ -137,7 +141,14 @@ async function openUrl({ url, init = {}, seekable = true }, warn) {
   if (response.status === 416) return whole();
   if (!response.ok) throw failed(url, response);
   const cannot = (why) => {
-    warn(new FvvError({ code: "no-range", severity: "warning", fatal: false, message: `${url} is read from front to back: ${why}` }));
+    warn(
+      new FvvError({
+        code: "no-range",
+        severity: "warning",
+        fatal: false,
+        message: `${url} is read from front to back: ${why}`,
+      }),
+    );
   };
   if (response.status !== 206) {
     cannot(`the server answers ${response.status} to a request for a range`);

@@ -108,7 +108,8 @@ class DracoCalls {
     const { core } = this;
     try {
       const status = core.draco ? call(core.draco.exports) : STATUS_STATE;
-      if (status !== 0 && core.draco) this.#copyOut(core.draco.exports.fvvdraco_diagnostic(), diagnostic, DIAGNOSTIC_SIZE);
+      if (status !== 0 && core.draco)
+        this.#copyOut(core.draco.exports.fvvdraco_diagnostic(), diagnostic, DIAGNOSTIC_SIZE);
       return status;
     } catch {
       core.draco = null;

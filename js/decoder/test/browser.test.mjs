@@ -73,7 +73,11 @@ for (const [name, browser] of Object.entries(browsers)) {
       const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
       assert.equal(result.inWorker, result.worker, what);
       assert.deepEqual(result.frames, expected(result.name), what);
-      assert.deepEqual(result.warnings.filter((text) => !/front to back|rebuilt/.test(text)), [], what);
+      assert.deepEqual(
+        result.warnings.filter((text) => !/front to back|rebuilt/.test(text)),
+        [],
+        what,
+      );
       const pictures = nativeFrames(files[result.name]).reduce(
         (n, frame) => n + Object.keys(frame).filter((key) => /^(key|sample) /.test(key)).length,
         0,

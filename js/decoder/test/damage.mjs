@@ -38,5 +38,10 @@ export function replaceMesh(bytes, change) {
   fields.setUint32(28, crc32c(header.subarray(0, 28)), true);
   const padded = new Uint8Array(8 * Math.ceil(payload.length / 8));
   padded.set(payload);
-  return new Uint8Array([...bytes.subarray(0, at), ...header, ...padded, ...bytes.subarray(at + 32 + 8 * Math.ceil(size / 8))]);
+  return new Uint8Array([
+    ...bytes.subarray(0, at),
+    ...header,
+    ...padded,
+    ...bytes.subarray(at + 32 + 8 * Math.ceil(size / 8)),
+  ]);
 }

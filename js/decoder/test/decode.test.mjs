@@ -14,7 +14,8 @@ const files = [...conformanceFiles(), ...Object.values(clips)];
 async function decode(source, options = {}) {
   const decoder = await createDecoder({ source, ...options });
   const problems = [];
-  for (const type of ["corrupt", "gap", "error"]) decoder.addEventListener(type, (event) => problems.push(event.detail));
+  for (const type of ["corrupt", "gap", "error"])
+    decoder.addEventListener(type, (event) => problems.push(event.detail));
   const frames = [];
   for await (const frame of decoder) {
     frames.push(frameHashes(frame));
@@ -41,7 +42,8 @@ for (const file of files)
   });
 
 test("clips have what they are to test", () => {
-  const names = (file) => new Set(nativeFrames(file).flatMap((frame) => Object.keys(frame).map((key) => key.split(" ")[0])));
+  const names = (file) =>
+    new Set(nativeFrames(file).flatMap((frame) => Object.keys(frame).map((key) => key.split(" ")[0])));
   assert.ok(names(clips.delta).has("uvs"));
   assert.ok(names(clips.raw).has("key"));
   assert.ok(names(clips.moving).has("camera"));
@@ -101,5 +103,7 @@ test("aborting ends the iteration", async () => {
   const decoder = await createDecoder({ source: endless, signal: abort.signal });
   setTimeout(() => abort.abort(), 20);
   for await (const _ of decoder) assert.fail("there is no frame");
-  await assert.rejects(createDecoder({ source: new Uint8Array(0), signal: AbortSignal.abort() }), { name: "AbortError" });
+  await assert.rejects(createDecoder({ source: new Uint8Array(0), signal: AbortSignal.abort() }), {
+    name: "AbortError",
+  });
 });

@@ -51,14 +51,18 @@ async function decode(name, kind, worker) {
 }
 
 const violations = [];
-addEventListener("securitypolicyviolation", (event) => violations.push(`${event.violatedDirective} ${event.blockedURI}`));
+addEventListener("securitypolicyviolation", (event) =>
+  violations.push(`${event.violatedDirective} ${event.blockedURI}`),
+);
 const results = [];
 try {
   const names = new URLSearchParams(location.search).get("clips").split(",");
   for (const worker of [true, false])
-    for (const name of names)
-      for (const kind of Object.keys(sources)) results.push(await decode(name, kind, worker));
+    for (const name of names) for (const kind of Object.keys(sources)) results.push(await decode(name, kind, worker));
   await fetch("/result", { method: "POST", body: JSON.stringify({ results, violations }) });
 } catch (error) {
-  await fetch("/result", { method: "POST", body: JSON.stringify({ error: `${error.message}\n${error.stack}`, violations }) });
+  await fetch("/result", {
+    method: "POST",
+    body: JSON.stringify({ error: `${error.message}\n${error.stack}`, violations }),
+  });
 }

@@ -29,9 +29,9 @@ FVVJS_EXPORT fvvjs_decoder *fvvjs_create(void) {
   fvv_configuration_init(&d->building, &d->limits, &allocator);
   fvv_configuration_init(&d->complete, &d->limits, &allocator);
   fvv_bytes *const all[] = {&d->incoming.chunks, &d->incoming.payloads, &d->ready.chunks, &d->ready.payloads,
-                            &d->tracks, &d->flat_tracks, &d->flat_cameras, &d->flat_videos, &d->flat_tiles,
-                            &d->flat_metadata, &d->flat_meshes, &d->flat_visibility, &d->flat_moving,
-                            &d->flat_samples};
+                            &d->tracks,          &d->flat_tracks,       &d->flat_cameras, &d->flat_videos,
+                            &d->flat_tiles,      &d->flat_metadata,     &d->flat_meshes,  &d->flat_visibility,
+                            &d->flat_moving,     &d->flat_samples};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) adopt(all[i], &allocator);
   return d;
 }
@@ -75,8 +75,8 @@ FVVJS_EXPORT const flat_event *fvvjs_event(const fvvjs_decoder *d) {
   return &d->about;
 }
 
-/* Bytes that are pushed from now on begin at offset. What was known of tracks is forgotten; a configuration is kept
- * when keep is not 0. */
+/* Bytes that are pushed from now on begin at offset. What was known of tracks is forgotten; a configuration
+ * is kept when keep is not 0. */
 FVVJS_EXPORT int32_t fvvjs_start(fvvjs_decoder *d, double offset, int keep) {
   fvv_reader_destroy(d->reader);
   d->reader = NULL;

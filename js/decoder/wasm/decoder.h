@@ -1,8 +1,8 @@
-/* decoder.h: a stream as frames, pushed in. Knows libfvv and the flat structs; must not know files, networks or
- * JavaScript, of which decoder.c and index.c name the few functions that they import.
+/* decoder.h: a stream as frames, pushed in. Knows libfvv and the flat structs; must not know files, networks
+ * or JavaScript, of which decoder.c and index.c name the few functions that they import.
  *
- * A frame comes out only when it is whole. Behind damage or a chunk that does not decode the rest of its group is
- * dropped, and the next group goes on. */
+ * A frame comes out only when it is whole. Behind damage or a chunk that does not decode the rest of its
+ * group is dropped, and the next group goes on. */
 #ifndef FVV_JS_DECODER_H
 #define FVV_JS_DECODER_H
 

@@ -49,7 +49,8 @@ FVVJS_EXPORT void fvvjs_project(const flat_camera *flat, const double *points, u
 }
 
 /* pixels: count x 2. out: count x 3, rays in the camera's frame with z = 1; NaN beyond the lens. */
-FVVJS_EXPORT void fvvjs_unproject(const flat_camera *flat, const double *pixels, uint32_t count, double *out) {
+FVVJS_EXPORT void fvvjs_unproject(const flat_camera *flat, const double *pixels, uint32_t count,
+                                  double *out) {
   fvv_camera camera;
   from_flat(flat, &camera);
   for (size_t i = 0; i < count; i++) (void)fvv_camera_unproject(&camera, pixels + 2 * i, out + 3 * i);
@@ -76,11 +77,22 @@ static int put_video(fvvjs_decoder *d, const fvv_video_layout *video) {
     rect(&video->tiles[i].destination, tile.destination);
     if (!put(&d->flat_tiles, &tile, sizeof tile)) return 0;
   }
-  const flat_video flat = {video->track, config->codec, config->width, config->height, config->shows,
-                           config->bit_depth, config->camera_id, config->colour_primaries,
-                           config->transfer_characteristics, config->matrix_coefficients, config->full_range,
-                           config->record, (uint32_t)config->record_size, config->codec_string,
-                           (uint32_t)config->codec_string_size, (const flat_tile *)before,
+  const flat_video flat = {video->track,
+                           config->codec,
+                           config->width,
+                           config->height,
+                           config->shows,
+                           config->bit_depth,
+                           config->camera_id,
+                           config->colour_primaries,
+                           config->transfer_characteristics,
+                           config->matrix_coefficients,
+                           config->full_range,
+                           config->record,
+                           (uint32_t)config->record_size,
+                           config->codec_string,
+                           (uint32_t)config->codec_string_size,
+                           (const flat_tile *)before,
                            (uint32_t)video->tile_count};
   return put(&d->flat_videos, &flat, sizeof flat);
 }
@@ -136,8 +148,8 @@ FVVJS_EXPORT const flat_configuration *fvvjs_configuration(fvvjs_decoder *d) {
 }
 
 void fvvjs_free_flat(fvvjs_decoder *d) {
-  fvv_bytes *const lists[] = {&d->flat_tracks, &d->flat_cameras, &d->flat_videos, &d->flat_tiles,
-                              &d->flat_metadata, &d->flat_meshes, &d->flat_visibility, &d->flat_moving,
-                              &d->flat_samples};
+  fvv_bytes *const lists[] = {&d->flat_tracks,     &d->flat_cameras,  &d->flat_videos,
+                              &d->flat_tiles,      &d->flat_metadata, &d->flat_meshes,
+                              &d->flat_visibility, &d->flat_moving,   &d->flat_samples};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) fvv_bytes_free(lists[i]);
 }

@@ -1,6 +1,6 @@
-/* flat.h: what the decoder hands to JavaScript, as structs of 32-bit words and doubles at fixed offsets. wasm.js reads
- * them; the assertions below and the numbers there say the same. New members go to the end, and the size into both.
- * Pointers are addresses in the module's memory. */
+/* flat.h: what the decoder hands to JavaScript, as structs of 32-bit words and doubles at fixed offsets.
+ * wasm.js reads them; the assertions below and the numbers there say the same. New members go to the end, and
+ * the size into both. Pointers are addresses in the module's memory. */
 #ifndef FVV_JS_FLAT_H
 #define FVV_JS_FLAT_H
 
@@ -57,11 +57,11 @@ typedef struct flat_configuration {
 
 typedef struct flat_mesh {
   uint32_t track, profile, key, vertex_count, face_count;
-  const int32_t *lattice;   /* vertex_count x 3 */
-  const uint32_t *faces;    /* face_count x 3 */
-  const float *positions;   /* vertex_count x 3 metres */
-  const float *normals;     /* vertex_count x 3, or 0 */
-  const float *texture;     /* vertex_count x 2, or 0 */
+  const int32_t *lattice; /* vertex_count x 3 */
+  const uint32_t *faces;  /* face_count x 3 */
+  const float *positions; /* vertex_count x 3 metres */
+  const float *normals;   /* vertex_count x 3, or 0 */
+  const float *texture;   /* vertex_count x 2, or 0 */
   uint32_t texture_bits, normal_bits;
 } flat_mesh;
 

@@ -103,8 +103,18 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvvjs_chunk *chunk, const 
   if (status != FVV_OK) return status;
   track->mesh_time = chunk->header.time;
   const fvv_mesh *mesh = fvv_mesh_frames_current(&track->meshes);
-  flat_mesh flat = {track->id, header.profile, (uint32_t)key, mesh->vertex_count, mesh->face_count,
-                    mesh->positions, mesh->faces, NULL, NULL, NULL, mesh->texture_bits, mesh->normal_bits};
+  flat_mesh flat = {track->id,
+                    header.profile,
+                    (uint32_t)key,
+                    mesh->vertex_count,
+                    mesh->face_count,
+                    mesh->positions,
+                    mesh->faces,
+                    NULL,
+                    NULL,
+                    NULL,
+                    mesh->texture_bits,
+                    mesh->normal_bits};
   status = fill_floats(d, track, mesh, want, &flat);
   if (status != FVV_OK) return status;
   return fvv_bytes_append(&d->flat_meshes, &flat, sizeof flat);
@@ -128,9 +138,14 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, 
                                      mesh, d->configuration, &d->limits, &d->allocator, &d->diagnostic);
   if (status != FVV_OK) return status;
   const fvv_visibility *seen = &track->visibility.current;
-  const flat_visibility flat = {track->id, seen->header.mesh_track, seen->header.domain,
-                                seen->header.threshold, seen->header.camera_count,
-                                seen->header.element_count, seen->cameras, seen->states};
+  const flat_visibility flat = {track->id,
+                                seen->header.mesh_track,
+                                seen->header.domain,
+                                seen->header.threshold,
+                                seen->header.camera_count,
+                                seen->header.element_count,
+                                seen->cameras,
+                                seen->states};
   return fvv_bytes_append(&d->flat_visibility, &flat, sizeof flat);
 }
 
@@ -141,9 +156,8 @@ static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk,
         fvv_calibration_create(c->cameras, c->camera_count, &d->allocator, &d->calibration);
     if (created != FVV_OK) return no_memory(d);
   }
-  const fvv_status status =
-      fvv_calibration_decode(d->calibration, payload, (size_t)chunk->header.size,
-                             chunk->header.flags & FVV_FLAG_KEY, &d->diagnostic);
+  const fvv_status status = fvv_calibration_decode(d->calibration, payload, (size_t)chunk->header.size,
+                                                   chunk->header.flags & FVV_FLAG_KEY, &d->diagnostic);
   if (status != FVV_OK) return status;
   for (size_t i = 0; i < c->camera_count; i++) {
     fvv_camera camera;
@@ -195,8 +209,8 @@ FVVJS_EXPORT uint32_t fvvjs_profiles(const fvvjs_decoder *d) {
   return profiles;
 }
 
-/* Decodes the ready frame. want: 0 when only frames behind it are wanted. On error the diagnostic tells, and the rest
- * of the group is dropped. */
+/* Decodes the ready frame. want: 0 when only frames behind it are wanted. On error the diagnostic tells, and
+ * the rest of the group is dropped. */
 FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
   fvv_bytes *const lists[] = {&d->flat_meshes, &d->flat_visibility, &d->flat_moving, &d->flat_samples};

@@ -1,15 +1,14 @@
-/* Random access through the index. Bytes come from a function of JavaScript that answers at once or not at all: it
- * notes what it lacks, fetches that, and calls again. The layers below take a failed read as an error of input and
- * keep no trace of it. */
+/* Random access through the index. Bytes come from a function of JavaScript that answers at once or not at
+ * all: it notes what it lacks, fetches that, and calls again. The layers below take a failed read as an error
+ * of input and keep no trace of it. */
 #include <string.h>
 
 #include "base/diagnostic.h"
 #include "decoder.h"
 
 /* Copies size bytes at offset to out, or answers 0. */
-__attribute__((import_module("fvv"), import_name("read"))) extern int fvvjs_import_read(double offset,
-                                                                                        void *out,
-                                                                                        uint32_t size);
+__attribute__((import_module("fvv"), import_name("read"))) extern int
+fvvjs_import_read(double offset, void *out, uint32_t size);
 
 static fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
   (void)user;
@@ -41,8 +40,9 @@ FVVJS_EXPORT uint32_t fvvjs_index_state(const fvvjs_decoder *d) {
 FVVJS_EXPORT const flat_group *fvvjs_group(fvvjs_decoder *d, uint32_t i) {
   const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), i) : NULL;
   if (!info) return NULL;
-  const flat_group flat = {info->offset, info->size, info->start, info->end,
-                           info->sequence, info->frame_count, (uint32_t)info->intact, 0};
+  const flat_group flat = {
+      info->offset,           info->size, info->start, info->end, info->sequence, info->frame_count,
+      (uint32_t)info->intact, 0};
   d->group = flat;
   return &d->group;
 }

@@ -9,4 +9,6 @@ const packed = gzipSync(wasm, { level: 9 });
 packed[9] = 255;
 const text = `export const base64 =\n  "${packed.toString("base64")}";\n`;
 writeFileSync(output, text);
-console.log(`${output}: ${wasm.length} bytes, brotli ${brotliCompressSync(wasm).length}; module brotli ${brotliCompressSync(text).length}`);
+console.log(
+  `${output}: ${wasm.length} bytes, brotli ${brotliCompressSync(wasm).length}; module brotli ${brotliCompressSync(text).length}`,
+);

@@ -1,6 +1,6 @@
-/* snprintf and vsnprintf with what messages and codec strings of libfvv use, in place of the C library's, which are
- * five times as large: flag 0, width, precision, l, ll, z and d u x X c s g. Floating point is formatted by
- * JavaScript. */
+/* snprintf and vsnprintf with what messages and codec strings of libfvv use, in place of the C library's,
+ * which are five times as large: flag 0, width, precision, l, ll, z and d u x X c s g. Floating point is
+ * formatted by JavaScript. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -19,7 +19,8 @@ static void put(text *t, char c) {
   t->length++;
 }
 
-static void put_integer(text *t, uint64_t value, int negative, unsigned base, char ten, int width, int zeros) {
+static void put_integer(text *t, uint64_t value, int negative, unsigned base, char ten, int width,
+                        int zeros) {
   char digits[24];
   int count = 0;
   do {
