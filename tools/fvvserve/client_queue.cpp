@@ -1,0 +1,115 @@
+#include "fvvserve/client_queue.h"
+
+#include <nlohmann/json.hpp>
+
+namespace fvv::serve {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string line(const Json &json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+} // namespace
+
+void ClientQueue::put(Message message) {
+  bytes_waiting += message.bytes->size();
+  messages.push_back(std::move(message));
+}
+
+void ClientQueue::say(const std::string &json) {
+  put({std::make_shared<const std::string>(json), Message::Kind::text, 0});
+}
+
+bool ClientQueue::fits(size_t size) const {
+  return messages.empty() || bytes_waiting + size <= limit_bytes;
+}
+
+// The client gets nothing of what it did not take in time: what it would get late is of no use to it.
+void ClientQueue::drop_waiting(int64_t time, size_t size) {
+  if (!skipping) skipped_from = time;
+  skipping = true;
+  in_run = false;
+  const size_t kept = sending ? 1 : 0;
+  while (messages.size() > kept) {
+    const Message &last = messages.back();
+    if (last.kind == Message::Kind::media) {
+      skipped_from = last.time; // from back to front: the earliest stays
+      skipped_chunks++;
+      skipped_bytes += last.bytes->size();
+    }
+    bytes_waiting -= last.bytes->size();
+    messages.pop_back();
+  }
+  skipped_chunks++;
+  skipped_bytes += size;
+}
+
+void ClientQueue::group(const Opening &opening, int64_t time, const Bytes &bytes) {
+  if (end_told) return;
+  // Half of the queue has to be free, or the next chunks would only be skipped again.
+  const size_t needed = bytes->size() + opening.header->size() + opening.configuration->size();
+  if (!fits(needed) || (skipping && bytes_waiting > limit_bytes / 2))
+    return drop_waiting(time, bytes->size());
+  if (!in_run) {
+    if (skipping)
+      say(line({{"type", "skip"},
+                {"from", std::to_string(skipped_from)},
+                {"to", std::to_string(time)},
+                {"chunks", skipped_chunks},
+                {"bytes", skipped_bytes}}));
+    else if (restarted)
+      say(line({{"type", "restart"}}));
+    put({std::make_shared<const std::string>(*opening.header + *opening.configuration),
+         Message::Kind::opening, time});
+  } else if (version != opening.version || opening.repeated) {
+    put({opening.configuration, Message::Kind::opening, time});
+  }
+  in_run = true;
+  skipping = restarted = false;
+  skipped_chunks = skipped_bytes = 0;
+  version = opening.version;
+  put({bytes, Message::Kind::media, time});
+}
+
+void ClientQueue::chunk(int64_t time, const Bytes &bytes) {
+  if (end_told || (!in_run && !skipping)) return;
+  if (skipping || !fits(bytes->size())) return drop_waiting(time, bytes->size());
+  put({bytes, Message::Kind::media, time});
+}
+
+void ClientQueue::restart() {
+  restarted = restarted || in_run;
+  in_run = false;
+}
+
+void ClientQueue::damage(const std::string &message) {
+  if (end_told) return;
+  if (in_run) say(line({{"type", "damage"}, {"message", message}}));
+  in_run = false;
+}
+
+void ClientQueue::end(const std::string &message) {
+  if (end_told) return;
+  end_told = true;
+  if (message.empty())
+    say(line({{"type", "end"}}));
+  else
+    say(line({{"type", "error"}, {"message", message}}));
+}
+
+const Message *ClientQueue::next() {
+  if (messages.empty()) return nullptr;
+  sending = true;
+  return &messages.front();
+}
+
+void ClientQueue::sent() {
+  bytes_waiting -= messages.front().bytes->size();
+  messages.pop_front();
+  sending = false;
+}
+
+} // namespace fvv::serve

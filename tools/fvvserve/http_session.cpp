@@ -1,0 +1,176 @@
+#include "fvvserve/http_session.h"
+
+#include "fvvserve/access.h"
+#include "fvvserve/live_client.h"
+
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <sstream>
+#include <sys/sendfile.h>
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+
+namespace fvv::serve {
+
+namespace {
+
+constexpr uint32_t longest_header = 8192;
+constexpr size_t largest_turn = 1 << 20; // bytes of a file before others have their turn
+constexpr std::string_view live_prefix = "/live/";
+
+// One line for each request, on stderr. What a client sent can't write to the terminal.
+void log(const std::string &peer, std::string text) {
+  for (char &c : text)
+    if (c < 32 || c > 126) c = '?';
+  std::fprintf(stderr, "%s %s\n", peer.c_str(), text.c_str());
+}
+
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+public:
+  HttpSession(asio::ip::tcp::socket &&socket, Service &shared)
+      : stream(std::move(socket)), deadline(stream.get_executor()), service(shared) {
+    beast::error_code ignored;
+    std::ostringstream text;
+    text << stream.socket().remote_endpoint(ignored);
+    peer = text.str();
+    stream.socket().set_option(asio::ip::tcp::no_delay(true), ignored);
+    service.connections++;
+  }
+
+  ~HttpSession() {
+    if (!handed_on) service.connections--;
+  }
+
+  void read() {
+    parser.emplace();
+    parser->header_limit(longest_header);
+    // One deadline for the whole request, not one for each byte.
+    stream.expires_after(service.options.request);
+    http::async_read(stream, buffer, *parser,
+                     [self = shared_from_this()](beast::error_code error, size_t) { self->answer(error); });
+  }
+
+private:
+  void answer(beast::error_code error) {
+    if (error == http::error::header_limit) return refuse_unread(431, "the header is longer than 8 KiB");
+    // Errors of the parser: what came is no request. All others: nobody is there to be told.
+    if (error && error.category() == make_error_code(http::error::bad_version).category() &&
+        error != http::error::end_of_stream && error != http::error::partial_message)
+      return refuse_unread(400, "expected a request without a body");
+    if (error) return close();
+    const Request &request = parser->get();
+    std::optional<Reply> refusal = refuse(service.options, request);
+    if (refusal) return send(std::move(*refusal));
+    const std::string_view path = path_of(request);
+    if (path.substr(0, live_prefix.size()) == live_prefix)
+      return answer_live(std::string(path.substr(live_prefix.size())));
+    send(reply_to(service.options, service.site ? &*service.site : nullptr, request));
+  }
+
+  void refuse_unread(unsigned status, const char *line) {
+    send(plain_reply(Request{http::verb::get, "-", 11}, status, line, false));
+  }
+
+  void answer_live(const std::string &name) {
+    const Request &request = parser->get();
+    const auto refusal = [&](unsigned status, const char *line) {
+      send(plain_reply(request, status, line, false));
+    };
+    const auto found = service.channels.find(name);
+    if (found == service.channels.end()) return refusal(404, "no such live stream");
+    if (!beast::websocket::is_upgrade(request)) return refusal(426, "expected a WebSocket");
+    const auto origin = request[http::field::origin], host = request[http::field::host];
+    if (!origin_allowed(service.options, {origin.data(), origin.size()}, {host.data(), host.size()}))
+      return refusal(403, "this origin is not allowed; --allow-origin allows it");
+    if (found->second->ended()) return refusal(410, "the live stream has ended");
+    note(101);
+    handed_on = true;
+    const bool verbose = service.options.verbose;
+    serve_live(std::move(stream), request, service.options, found->second,
+               [&shared = service, verbose, who = peer, name](const char *why) {
+                 shared.connections--;
+                 if (verbose) log(who, "/live/" + name + ": " + why);
+               });
+  }
+
+  void note(unsigned status) {
+    if (!service.options.verbose) return;
+    std::ostringstream text;
+    text << '"' << parser->get().method_string() << ' ' << parser->get().target() << "\" " << status << ' '
+         << reply.count;
+    log(peer, text.str());
+  }
+
+  void send(Reply answer) {
+    reply = std::move(answer);
+    note(reply.status);
+    asio::async_write(stream, asio::buffer(reply.text),
+                      [self = shared_from_this()](beast::error_code error, size_t) {
+                        if (error) return self->close();
+                        self->stream.expires_never();
+                        if (self->reply.count) self->stream.socket().native_non_blocking(true, error);
+                        self->send_file();
+                      });
+  }
+
+  void send_file() {
+    for (size_t turn = 0; reply.count && turn < largest_turn;) {
+      auto offset = static_cast<off_t>(reply.first);
+      const size_t wanted = size_t(std::min<uint64_t>(reply.count, largest_turn - turn));
+      const ssize_t n = sendfile(stream.socket().native_handle(), reply.file.get(), &offset, wanted);
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0 && errno == EAGAIN) break;
+      if (n <= 0) return close(); // 0: the file has become shorter; the length was promised already
+      reply.first += static_cast<uint64_t>(n);
+      reply.count -= static_cast<uint64_t>(n);
+      turn += static_cast<size_t>(n);
+    }
+    if (reply.count) return wait_to_write();
+    deadline.cancel();
+    if (!reply.keep_alive) return close();
+    read();
+  }
+
+  void wait_to_write() {
+    // Moved at each step: a client may be slow, but not silent.
+    deadline.expires_after(service.options.idle);
+    deadline.async_wait([self = shared_from_this()](beast::error_code error) {
+      if (!error) self->stream.socket().close(error);
+    });
+    stream.socket().async_wait(asio::ip::tcp::socket::wait_write,
+                               [self = shared_from_this()](beast::error_code error) {
+                                 if (!error) self->send_file();
+                               });
+  }
+
+  void close() {
+    deadline.cancel();
+    beast::error_code ignored;
+    stream.socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+  }
+
+  beast::tcp_stream stream;
+  asio::steady_timer deadline;
+  Service &service;
+  std::string peer;
+  beast::flat_buffer buffer{2 * longest_header};
+  std::optional<http::request_parser<http::empty_body>> parser;
+  Reply reply;
+  bool handed_on = false;
+};
+
+} // namespace
+
+void serve_connection(asio::ip::tcp::socket &&socket, Service &service) {
+  std::make_shared<HttpSession>(std::move(socket), service)->read();
+}
+
+} // namespace fvv::serve

@@ -1,0 +1,301 @@
+#include "fvvserve/live_source.h"
+
+#include "cli/cli.h"
+#include "fvv/container.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <optional>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace fvv::serve {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr size_t portion = 64 << 10;
+constexpr size_t largest_kept = (size_t(256) << 20) + 2 * portion; // the largest chunk that is read, and more
+constexpr uint64_t chunk_header = 32, file_header = 24;            // clauses 4.1 and 3.1 of spec/fvv.md
+constexpr size_t most_untaken = 64;                                // pieces on their way to the receiver
+constexpr std::chrono::milliseconds look_again{50}; // whether a file has grown, or we are to stop
+// Beyond these the time stamps are taken to begin anew: a gap in the recording, a machine that slept.
+constexpr double longest_wait = 10, longest_delay = 1;
+
+struct ReaderDeleter {
+  void operator()(fvv_reader *reader) const { fvv_reader_destroy(reader); }
+};
+
+} // namespace
+
+// A stream while it is read.
+struct Reader {
+  std::unique_ptr<fvv_reader, ReaderDeleter> handle;
+  std::string bytes;                                                 // pushed, and not yet behind us
+  uint64_t offset = 0;                                               // of their first in the stream
+  enum class Where { nowhere, block, group } where = Where::nowhere; // group: one that is handed on
+  std::string configuration;                                         // the block, as far as it has come
+  double seconds_per_tick = 0;
+  int64_t frame_duration = 1, last_time = 0, anchor_time = 0;
+  std::optional<Clock::time_point> anchor; // when anchor_time was due
+};
+
+LiveSource::LiveSource(const Options &chosen, const LiveInput &live, Sink receiver)
+    : options(chosen), name(live.name), path(live.file), sink(std::move(receiver)) {
+  const bool standard = path == "-";
+  descriptor =
+      Descriptor(standard ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  struct stat status;
+  if (descriptor.get() < 0 || fstat(descriptor.get(), &status) != 0)
+    throw cli::Failure("--live: " + path + ": cannot open: " + std::strerror(errno));
+  if (standard && isatty(descriptor.get()))
+    throw cli::Failure("--live: standard input is a terminal: expected a stream", cli::usage);
+  if (S_ISDIR(status.st_mode)) throw cli::Failure("--live: " + path + ": is a folder");
+  if (standard)
+    input = Input::pipe;
+  else if (S_ISREG(status.st_mode))
+    input = options.follow ? Input::growing_file : Input::played_file;
+  else
+    input = S_ISFIFO(status.st_mode) ? Input::fifo : Input::pipe;
+}
+
+void LiveSource::halt() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    stop = true;
+  }
+  changed.notify_all();
+  if (thread.joinable()) thread.join();
+}
+
+void LiveSource::start() {
+  thread = std::thread([this] {
+    try {
+      run();
+    } catch (const std::exception &exception) {
+      Piece piece(Piece::Kind::end);
+      piece.text = exception.what();
+      piece.last = true;
+      give(std::move(piece));
+    }
+  });
+}
+
+void LiveSource::audience(size_t now) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (now > listeners) wanted = true;
+    listeners = now;
+  }
+  changed.notify_all();
+}
+
+void LiveSource::taken() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    untaken--;
+  }
+  changed.notify_all();
+}
+
+bool LiveSource::stopped() {
+  const std::lock_guard<std::mutex> lock(mutex);
+  return stop;
+}
+
+void LiveSource::give(Piece piece) {
+  {
+    std::unique_lock<std::mutex> lock(mutex);
+    changed.wait(lock, [&] { return stop || untaken < most_untaken; });
+    if (stop) return;
+    untaken++;
+  }
+  sink(std::move(piece));
+}
+
+void LiveSource::run() {
+  while (play_once() && !stopped()) {}
+}
+
+bool LiveSource::wait_for_audience() {
+  std::unique_lock<std::mutex> lock(mutex);
+  changed.wait(lock, [&] { return stop || wanted || (options.loop && listeners); });
+  wanted = false;
+  return !stop;
+}
+
+// Poll with a limit, because nothing else would tell us that we are to stop.
+bool LiveSource::wait_for_input() {
+  while (!stopped()) {
+    pollfd entry = {descriptor.get(), POLLIN, 0};
+    const int n = poll(&entry, 1, int(look_again.count()));
+    if (n > 0) return true;
+    if (n < 0 && errno != EINTR) return false;
+  }
+  return false;
+}
+
+size_t LiveSource::read_some(char *out, size_t size) {
+  while (!stopped()) {
+    if (input != Input::played_file && input != Input::growing_file && !wait_for_input()) return 0;
+    const ssize_t n = read(descriptor.get(), out, size);
+    if (n > 0) return static_cast<size_t>(n);
+    if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
+    if (n < 0) throw cli::Failure(path + ": cannot read: " + std::strerror(errno));
+    if (input != Input::growing_file) return 0;
+    catching_up = false;
+    struct stat status;
+    const off_t here = lseek(descriptor.get(), 0, SEEK_CUR);
+    if (fstat(descriptor.get(), &status) == 0 && status.st_size < here)
+      throw cli::Failure(path + ": has become shorter while it was read");
+    std::this_thread::sleep_for(look_again);
+  }
+  return 0;
+}
+
+bool LiveSource::play_once() {
+  if (input == Input::played_file) {
+    if (!wait_for_audience()) return false;
+    if (lseek(descriptor.get(), 0, SEEK_SET) != 0) throw cli::Failure(path + ": cannot seek");
+  }
+  catching_up = input == Input::growing_file;
+  Reader reader;
+  fvv_reader *handle = nullptr;
+  if (fvv_reader_create(nullptr, nullptr, 0, &handle) < 0) throw std::bad_alloc();
+  reader.handle.reset(handle);
+  std::string bytes(portion, '\0');
+  bool more = true;
+  while (more) {
+    const size_t n = read_some(bytes.data(), bytes.size());
+    if (stopped()) return false;
+    if (n) {
+      if (fvv_reader_push(handle, bytes.data(), n) < 0) throw std::bad_alloc();
+      reader.bytes.append(bytes, 0, n);
+    } else {
+      fvv_reader_finish(handle);
+    }
+    more = drain(reader) && n;
+    // Of garbage without end only as much is kept as a chunk may have that is not whole yet.
+    if (reader.bytes.size() > largest_kept) {
+      const size_t surplus = reader.bytes.size() - largest_kept;
+      reader.bytes.erase(0, surplus);
+      reader.offset += surplus;
+    }
+  }
+  if (input == Input::fifo) {
+    // The next writer brings a stream of its own.
+    descriptor = Descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (descriptor.get() < 0) throw cli::Failure(path + ": cannot open: " + std::strerror(errno));
+  }
+  if (input == Input::played_file) wait_until_due(reader.last_time + reader.frame_duration, reader);
+  const bool again = input == Input::fifo || input == Input::played_file;
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (input == Input::played_file && options.loop && listeners) return true;
+  }
+  Piece piece(Piece::Kind::end);
+  piece.last = !again;
+  give(std::move(piece));
+  return again;
+}
+
+bool LiveSource::drain(Reader &reader) {
+  while (!stopped()) {
+    fvv_event event;
+    fvv_diagnostic diagnostic;
+    const fvv_status status = fvv_reader_next(reader.handle.get(), &event, &diagnostic);
+    if (status == FVV_NEED_DATA) return true;
+    if (status == FVV_END) return false;
+    cli::check(status, path, diagnostic);
+    if (event.kind == FVV_EVENT_END) return false;
+    take(event, reader);
+  }
+  return false;
+}
+
+void LiveSource::take(const fvv_event &event, Reader &reader) {
+  if (event.kind == FVV_EVENT_HEADER) {
+    Piece piece(Piece::Kind::header);
+    piece.bytes = std::make_shared<const std::string>(reader.bytes, 0, file_header);
+    give(std::move(piece));
+  } else if (event.kind == FVV_EVENT_CHUNK) {
+    take_chunk(event, reader);
+  } else {
+    char text[1024];
+    fvv_diagnostic_format(&event.diagnostic, path.c_str(), text, sizeof text);
+    Piece piece(Piece::Kind::damage);
+    piece.text = text;
+    give(std::move(piece));
+    // Of a block in which something is missing nothing is used; the one in front of it may still hold.
+    reader.configuration.clear();
+    reader.where = Reader::Where::nowhere;
+  }
+}
+
+void LiveSource::take_chunk(const fvv_event &event, Reader &reader) {
+  const fvv_chunk_header &chunk = event.chunk;
+  reader.bytes.erase(0, static_cast<size_t>(event.offset - reader.offset));
+  reader.offset = event.offset;
+  const auto extent = static_cast<size_t>(chunk_header + (chunk.size + 7) / 8 * 8);
+  auto bytes = std::make_shared<const std::string>(reader.bytes, 0, extent);
+  using Where = Reader::Where;
+  if (chunk.type == FVV_CHUNK_SCENE) begin_block(event, reader);
+  if (reader.where == Where::block && chunk.type != FVV_CHUNK_GROUP) reader.configuration += *bytes;
+  // INDX and FOOT: offsets of a file are of no use to those who joined late.
+  if (chunk.type == FVV_CHUNK_INDEX) reader.where = Where::nowhere;
+  if (chunk.type == FVV_CHUNK_GROUP) {
+    if (!reader.configuration.empty()) {
+      Piece piece(Piece::Kind::configuration);
+      piece.bytes = std::make_shared<const std::string>(std::move(reader.configuration));
+      give(std::move(piece));
+      reader.configuration.clear();
+    }
+    reader.where = catching_up ? Where::nowhere : Where::group;
+  }
+  if (reader.where != Where::group || !event.group_intact) return; // why, was told as damage
+  // The end of a group has nothing to wait for.
+  const bool ends = chunk.type == FVV_CHUNK_GROUP_END;
+  if (!ends) {
+    wait_until_due(chunk.time, reader);
+    reader.last_time = chunk.time;
+  }
+  Piece piece(chunk.type == FVV_CHUNK_GROUP ? Piece::Kind::group : Piece::Kind::chunk);
+  piece.time = chunk.time;
+  piece.bytes = std::move(bytes);
+  give(std::move(piece));
+  if (ends) reader.where = Where::nowhere;
+}
+
+void LiveSource::begin_block(const fvv_event &event, Reader &reader) {
+  reader.configuration.clear();
+  reader.where = Reader::Where::block;
+  fvv_scene scene;
+  fvv_diagnostic diagnostic;
+  if (fvv_scene_decode(&scene, event.payload, event.chunk.size, &diagnostic) < 0)
+    return; // told by the reader
+  reader.seconds_per_tick = double(scene.time_base.numerator) / scene.time_base.denominator;
+  reader.frame_duration = scene.frame_duration;
+}
+
+void LiveSource::wait_until_due(int64_t time, Reader &reader) {
+  if (input != Input::played_file && !options.pace) return;
+  const auto now = Clock::now();
+  if (reader.anchor) {
+    const double wait = double(time - reader.anchor_time) * reader.seconds_per_tick -
+                        std::chrono::duration<double>(now - *reader.anchor).count();
+    if (wait < longest_wait && wait > -longest_delay) {
+      const auto due = now + std::chrono::duration_cast<Clock::duration>(
+                                 std::chrono::duration<double>(wait > 0 ? wait : 0));
+      std::unique_lock<std::mutex> lock(mutex);
+      changed.wait_until(lock, due, [&] { return stop; });
+      return;
+    }
+  }
+  reader.anchor = now;
+  reader.anchor_time = time;
+}
+
+} // namespace fvv::serve

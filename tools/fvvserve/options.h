@@ -1,0 +1,39 @@
+// fvvserve/options.h: what the user asked for. Knows no socket.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace fvv::serve {
+
+// --live NAME=FILE. file "-": standard input.
+struct LiveInput {
+  std::string name, file;
+};
+
+struct Options {
+  std::string root; // folder to serve; empty: none
+  std::vector<LiveInput> live;
+  std::string bind = "127.0.0.1";
+  uint16_t port = 8035;                     // 0: the system chooses
+  std::vector<std::string> allow_origin;    // "https://host:port" or "*", besides the same origin
+  std::vector<std::string> allow_host;      // names, besides localhost and addresses
+  bool loop = false;                        // files begin anew while anyone listens
+  bool follow = false;                      // files are still being written
+  bool pace = false;                        // pipes by their time stamps too
+  size_t queue_bytes = size_t(8) << 20;     // waiting for one live client
+  size_t connections = 1024;                // at once
+  std::chrono::milliseconds request{10000}; // from the first to the last byte of a request, and between two
+  std::chrono::milliseconds idle{60000};    // without a sign of life
+  bool verbose = false;
+};
+
+// "players=-": throws cli::Failure (usage) when NAME is not 1 to 64 of A-Z a-z 0-9 - _ or FILE is empty.
+LiveInput parse_live(const std::string &text);
+// "https://example.org:8443" or "*": throws cli::Failure (usage) for anything else, a path above all.
+std::string parse_origin(const std::string &text);
+
+} // namespace fvv::serve
