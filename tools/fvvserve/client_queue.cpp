@@ -19,8 +19,8 @@ void ClientQueue::put(Message message) {
   messages.push_back(std::move(message));
 }
 
-void ClientQueue::say(const std::string &json) {
-  put({std::make_shared<const std::string>(json), Message::Kind::text, 0});
+void ClientQueue::say(const std::string &json, const Missed &told) {
+  put({std::make_shared<const std::string>(json), Message::Kind::text, 0, told});
 }
 
 bool ClientQueue::fits(size_t size) const {
@@ -29,22 +29,25 @@ bool ClientQueue::fits(size_t size) const {
 
 // The client gets nothing of what it did not take in time: what it would get late is of no use to it.
 void ClientQueue::drop_waiting(int64_t time, size_t size) {
-  if (!skipping) skipped_from = time;
+  if (!skipping) missed = {time, 0, 0};
   skipping = true;
   in_run = false;
+  const auto add = [this](int64_t from, uint64_t chunks, uint64_t bytes) {
+    missed.from = from; // from back to front: the earliest stays
+    missed.chunks += chunks;
+    missed.bytes += bytes;
+  };
+  missed.chunks++;
+  missed.bytes += size;
   const size_t kept = sending ? 1 : 0;
   while (messages.size() > kept) {
     const Message &last = messages.back();
-    if (last.kind == Message::Kind::media) {
-      skipped_from = last.time; // from back to front: the earliest stays
-      skipped_chunks++;
-      skipped_bytes += last.bytes->size();
-    }
+    if (last.kind == Message::Kind::media) add(last.time, 1, last.bytes->size());
+    // A skip that the client will not hear of is a part of this one.
+    if (last.missed.chunks) add(last.missed.from, last.missed.chunks, last.missed.bytes);
     bytes_waiting -= last.bytes->size();
     messages.pop_back();
   }
-  skipped_chunks++;
-  skipped_bytes += size;
 }
 
 void ClientQueue::group(const Opening &opening, int64_t time, const Bytes &bytes) {
@@ -56,10 +59,11 @@ void ClientQueue::group(const Opening &opening, int64_t time, const Bytes &bytes
   if (!in_run) {
     if (skipping)
       say(line({{"type", "skip"},
-                {"from", std::to_string(skipped_from)},
+                {"from", std::to_string(missed.from)},
                 {"to", std::to_string(time)},
-                {"chunks", skipped_chunks},
-                {"bytes", skipped_bytes}}));
+                {"chunks", missed.chunks},
+                {"bytes", missed.bytes}}),
+          missed);
     else if (restarted)
       say(line({{"type", "restart"}}));
     put({std::make_shared<const std::string>(*opening.header + *opening.configuration),
@@ -69,7 +73,6 @@ void ClientQueue::group(const Opening &opening, int64_t time, const Bytes &bytes
   }
   in_run = true;
   skipping = restarted = false;
-  skipped_chunks = skipped_bytes = 0;
   version = opening.version;
   put({bytes, Message::Kind::media, time});
 }

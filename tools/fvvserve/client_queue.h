@@ -20,11 +20,18 @@ struct Opening {
   bool repeated = false; // the block stands in front of this very group
 };
 
+// What a client was spared.
+struct Missed {
+  int64_t from = 0; // ticks; of the first chunk
+  uint64_t chunks = 0, bytes = 0;
+};
+
 struct Message {
   enum class Kind { opening, media, text };
   Bytes bytes;
   Kind kind;
-  int64_t time; // ticks; of media
+  int64_t time;       // ticks; of media
+  Missed missed = {}; // text: what it tells of
 };
 
 // What is put makes runs: file header, configuration, whole groups with further configurations between them.
@@ -54,7 +61,7 @@ public:
 
 private:
   void put(Message message);
-  void say(const std::string &json);
+  void say(const std::string &json, const Missed &missed = {});
   bool fits(size_t size) const;
   void drop_waiting(int64_t time, size_t size);
 
@@ -63,8 +70,7 @@ private:
   uint64_t version = 0; // of the opening that was put last
   bool in_run = false;  // else nothing is put before the next group, which opens a run
   bool restarted = false, skipping = false, sending = false, end_told = false;
-  int64_t skipped_from = 0;
-  uint64_t skipped_chunks = 0, skipped_bytes = 0;
+  Missed missed; // while skipping
 };
 
 } // namespace fvv::serve

@@ -38,9 +38,11 @@ public:
   }
 
   void accept(const Request &request) {
+    // Before the answer: what comes in behind it must not be missed.
+    if (!channel->join(*this)) queue.end("");
     socket.async_accept(request, [self = shared_from_this()](beast::error_code error) {
       if (error) return self->finish("handshake");
-      if (!self->channel->join(*self)) self->queue.end("");
+      self->writing = false;
       self->read();
       self->write();
     });
@@ -100,7 +102,7 @@ private:
   std::shared_ptr<LiveChannel> channel;
   std::function<void(const char *)> done;
   beast::flat_buffer inbound{largest_inbound};
-  bool writing = false, finished = false;
+  bool writing = true, finished = false; // writing: the answer to the handshake, at first
   const char *why = "gone";
 };
 

@@ -1,0 +1,409 @@
+"""fvvserve: files, against the text of RFC 9110 (ranges, conditions) and against those who want other files."""
+
+import contextlib
+import os
+import socket
+import subprocess
+import time
+from email.utils import formatdate
+
+import pytest
+from conftest import tool_path
+from serve_client import Server, read_reply
+
+SIZE = 1000
+CONTENT = bytes(i * 7 % 251 for i in range(SIZE))
+SECRET = b"nobody may read this"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    base = tmp_path_factory.mktemp("serve")
+    root = base / "root"
+    (root / "sub").mkdir(parents=True)
+    (base / "rootless").mkdir()
+    for path in base / "secret.txt", base / "rootless/secret.txt", root / ".hidden", root / "sub/.hidden":
+        path.write_bytes(SECRET)
+    (root / "clip.fvv").write_bytes(CONTENT)
+    (root / "empty.fvv").write_bytes(b"")
+    (root / "page.html").write_text("<p>page")
+    (root / "sub/index.html").write_text("<p>index")
+    (root / "decoder.wasm").write_bytes(b"\0asm")
+    (root / "with space.js").write_text("0")
+    (root / "inside.fvv").symlink_to("clip.fvv")
+    (root / "out").symlink_to("../secret.txt")
+    (root / "outside").symlink_to("..")
+    (root / "veiled").symlink_to(".hidden")
+    (root / "nothing").mkdir()
+    os.mkfifo(root / "fifo")
+    os.utime(root / "clip.fvv", (1_600_000_000, 1_600_000_000))
+    return root
+
+
+@pytest.fixture(scope="module")
+def server(folder):
+    with Server("--root", folder, "--allow-host", "Box.Example") as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def etag(server):
+    return server.request("/clip.fvv")["ETag"]
+
+
+def test_whole_file(server):
+    reply = server.request("/clip.fvv")
+    assert (reply.status, reply.body) == (200, CONTENT)
+    assert reply["Accept-Ranges"] == "bytes" and reply["Content-Type"] == "model/vnd.fvv"
+    assert reply["Last-Modified"] == formatdate(1_600_000_000, usegmt=True)
+    assert reply["Content-Encoding"] is None and reply["Content-Range"] is None
+    assert reply["Cache-Control"] == "no-cache" and reply["X-Content-Type-Options"] == "nosniff"
+    assert reply["ETag"].startswith('"'), "a weak tag is of no use to If-Range"
+    # RFC 9110 9.3.2: the same header fields, and no content.
+    head = server.request("/clip.fvv", "HEAD")
+    assert {**head.headers, "date": ""} == {**reply.headers, "date": ""}
+
+
+# RFC 9110 14.1.2: value, first byte, bytes; or the status where nothing is sent in part.
+RANGES = [
+    ("bytes=0-0", 0, 1),
+    ("bytes=0-499", 0, 500),
+    ("bytes=500-999", 500, 500),
+    ("bytes=999-999", 999, 1),
+    ("bytes=-500", 500, 500),  # suffix
+    ("bytes=9-", 9, 991),  # open end
+    ("bytes=-1", 999, 1),
+    ("bytes=-1000", 0, 1000),
+    ("bytes=-2000", 0, 1000),  # longer than the file: all of it
+    ("bytes=990-2000", 990, 10),  # an end behind the end is cut
+    ("bytes=990-99999999999999999999999", 990, 10),
+    ("bytes=-99999999999999999999999", 0, 1000),
+    ("BYTES=0-1", 0, 2),  # 14.1: units are case-insensitive
+    ("bytes= 0-1", 0, 2),
+    ("bytes=1000-", 416, 0),
+    ("bytes=1000-1001", 416, 0),
+    ("bytes=18446744073709551616-", 416, 0),
+    ("bytes=-0", 416, 0),
+    # 14.2: a field that is not valid, another unit, and several ranges may be passed over.
+    ("bytes=2-1", 200, 0),
+    ("bytes=-", 200, 0),
+    ("bytes=", 200, 0),
+    ("bytes", 200, 0),
+    ("bytes=a-b", 200, 0),
+    ("bytes=1", 200, 0),
+    ("bytes=--1", 200, 0),
+    ("bytes=+1-2", 200, 0),
+    ("bytes=0x1-2", 200, 0),
+    ("bytes=1-2-3", 200, 0),
+    ("bytes=0-0,2-2", 200, 0),
+    ("bytes=0-0,", 200, 0),
+    ("lines=0-1", 200, 0),
+    ("byte=0-1", 200, 0),
+    ("bytes 0-1", 200, 0),
+]
+
+
+@pytest.mark.parametrize("value, first, count", RANGES)
+def test_range(server, value, first, count):
+    reply = server.request("/clip.fvv", Range=value)
+    if not count:
+        assert reply.status == first
+        assert reply["Content-Range"] == (f"bytes */{SIZE}" if first == 416 else None)
+        assert first == 416 or reply.body == CONTENT
+        return
+    assert (reply.status, reply.body) == (206, CONTENT[first : first + count])
+    assert reply["Content-Range"] == f"bytes {first}-{first + count - 1}/{SIZE}"
+    assert reply["Content-Length"] == str(count) and reply["ETag"] and reply["Last-Modified"]
+    # 14.2: Range means nothing with HEAD.
+    assert server.request("/clip.fvv", "HEAD", Range=value)["Content-Length"] == str(SIZE)
+
+
+def test_range_of_an_empty_file(server):
+    assert server.request("/empty.fvv", Range="bytes=0-").status == 416
+    # Satisfiable by 14.1.2, but there is no Content-Range for it.
+    assert server.request("/empty.fvv", Range="bytes=-5").status == 200
+    assert server.request("/empty.fvv").body == b""
+
+
+def test_conditions(server, etag):
+    def status(**headers):
+        return server.request("/clip.fvv", **headers).status
+
+    modified = formatdate(1_600_000_000, usegmt=True)
+    before, behind = formatdate(1_500_000_000, usegmt=True), formatdate(1_700_000_000, usegmt=True)
+    part = {"Range": "bytes=0-9"}
+    # 13.1.2: weak comparison, lists, *; it wins over the date (13.1.3).
+    assert [status(If_None_Match=v) for v in (etag, "W/" + etag, "*", f'"x", {etag}')] == [304] * 4
+    assert [status(If_None_Match=v) for v in ('"x"', etag[:-1], etag.strip('"'), '"x"' + etag)] == [200] * 4
+    assert status(If_None_Match='"x"', If_Modified_Since=behind) == 200
+    assert [status(If_Modified_Since=v) for v in (modified, behind)] == [304, 304]
+    assert [status(If_Modified_Since=v) for v in (before, "yesterday", "2020-09-13")] == [200] * 3
+    # 13.1.1 and 13.1.4: strong comparison.
+    assert [status(If_Match=v) for v in (etag, "*", "W/" + etag, '"x"')] == [200, 200, 412, 412]
+    assert [status(If_Unmodified_Since=v) for v in (modified, behind, before)] == [200, 200, 412]
+    assert status(If_Match=etag, If_Unmodified_Since=before) == 200
+    # 13.2.2: before the range.
+    assert status(If_None_Match=etag, **part) == 304
+    assert status(If_Match='"x"', **part) == 412
+    # 13.1.5: strong tags and the very date; else the whole.
+    assert [status(If_Range=v, **part) for v in (etag, modified)] == [206, 206]
+    others = ("W/" + etag, '"x"', before, behind, "x", f"{etag}, {etag}")
+    assert [status(If_Range=v, **part) for v in others] == [200] * len(others)
+    assert status(If_Range=etag, Range="bytes=5000-") == 416
+    assert status(If_Range='"x"', Range="bytes=5000-") == 200
+    reply = server.request("/clip.fvv", If_None_Match=etag)
+    assert (reply.body, reply["ETag"], reply["Content-Type"]) == (b"", etag, None)
+
+
+def test_tag_of_a_file_that_changes(server, folder):
+    path = folder / "changing.fvv"
+    path.write_bytes(b"1")
+    first = server.request("/changing.fvv")["ETag"]
+    status = path.stat()
+    time.sleep(0.02)
+    # The same size and the same time: only the clock of the file system knows.
+    path.write_bytes(b"2")
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+    assert server.request("/changing.fvv", If_None_Match=first).status == 200
+
+
+@pytest.mark.parametrize(
+    "target, media_type",
+    [
+        ("/page.html", "text/html; charset=utf-8"),
+        ("/sub/", "text/html; charset=utf-8"),
+        ("/decoder.wasm", "application/wasm"),
+        ("/with%20space.js", "text/javascript; charset=utf-8"),
+        ("/inside.fvv?query=/../..", "model/vnd.fvv"),
+    ],
+)
+def test_media_types(server, target, media_type):
+    reply = server.request(target)
+    assert (reply.status, reply["Content-Type"]) == (200, media_type)
+    policy = reply["Content-Security-Policy"]
+    if "html" in media_type:
+        assert "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self';" in policy
+    else:
+        assert policy is None
+
+
+def test_folders(server):
+    moved = server.request("/sub")
+    assert (moved.status, moved["Location"]) == (301, "/sub/")
+    assert server.request("/nothing/").status == server.request("/").status == 404, "no listing"
+
+
+def spellings():
+    """Ways to the secret beside the root, and to hidden files, in all spellings that servers have fallen for."""
+    ups = [
+        "..",
+        "%2e%2e",
+        "%2E.",
+        ".%2e",
+        "%252e%252e",
+        "%c0%ae%c0%ae",
+        "..;",
+        "...",
+        "..%00",
+        "%u002e%u002e",
+    ]
+    slashes = ["/", "%2f", "%2F", "\\", "%5c", "//", "/./", "%252f", "%c0%af", "/%2e/"]
+    for up in ups:
+        for slash in slashes:
+            yield f"/{up}{slash}secret.txt"
+            yield f"/sub/{up}{slash}{up}{slash}secret.txt"
+    for slash in slashes:
+        yield f"/..{slash}rootless{slash}secret.txt"
+        yield f"/sub{slash}..{slash}.hidden"
+    yield from (
+        "/out",
+        "/outside/secret.txt",
+        "/outside/rootless/secret.txt",
+        "/veiled",
+        "/.hidden",
+        "/sub/.hidden",
+    )
+    yield from ("/%2ehidden", "/sub/%2Ehidden", "/clip.fvv/../../secret.txt", "/nothing/../../secret.txt")
+    yield from ("/clip.fvv%00.html", "/%00", "/clip.fvv/", "/sub//index.html", "/sub/./index.html", "/fifo")
+    yield from (
+        "/etc/passwd",
+        "//etc/passwd",
+        "/%2fetc/passwd",
+        "/%2",
+        "/%zz",
+        "/%",
+        "/\x7f",
+        "/proc/self/environ",
+    )
+    yield from (
+        "//127.0.0.1/clip.fvv",
+        "/clip.fvv\\..\\..\\secret.txt",
+        "/file:///etc/passwd",
+        "/~root",
+        "/a/" * 500,
+    )
+    yield from ("/clip.fvv/..", "/sub/..", "/sub/../clip.fvv", "/outside/", "/out/", "/inside.fvv/../out")
+
+
+def test_traversal(server):
+    tried = list(spellings())
+    assert len(tried) >= 250
+    for target in tried:
+        reply = server.request(target)
+        assert reply.status in (400, 404) and SECRET not in reply.body, (target, reply.status)
+    # Targets that are no path.
+    for target in ("..", "secret.txt", "../secret.txt", "*", "", "http://", "file:///etc/passwd"):
+        assert server.request(target).status in (400, 404), target
+    reply = server.request(f"http://{server.host}/clip.fvv")
+    assert (reply.status, reply.body) == (
+        200,
+        CONTENT,
+    ), "the absolute form is a valid target (RFC 9112 3.2.2)"
+
+
+def test_a_slash_at_the_end_of_a_link_is_not_a_way_to_another_host(server):
+    reply = server.request("//evil.example/..")
+    assert reply.status == 404 and reply["Location"] is None
+
+
+def test_hosts(server):
+    port = server.port
+    good = [
+        f"localhost:{port}",
+        f"127.0.0.1:{port}",
+        "[::1]:80",
+        "a.localhost",
+        "LOCALHOST",
+        "192.168.0.7",
+        "box.example:1",
+    ]
+    bad = [
+        "evil.example",
+        f"evil.example:{port}",
+        "localhost.evil.example",
+        "127.0.0.1.evil.example",
+        "[::1]evil",
+    ]
+    bad += [
+        "localhost:80:80",
+        "localhost:x",
+        "box.example.evil",
+        "[",
+        "[]",
+        "0x7f.1",
+        "evil.example#localhost",
+    ]
+    assert [server.request("/clip.fvv", Host=host).status for host in good] == [200] * len(good)
+    assert [server.request("/clip.fvv", Host=host).status for host in bad] == [421] * len(bad)
+    assert server.request("http://evil.example/clip.fvv").status == 421
+    assert server.request("/clip.fvv", Host=None).status == 400
+    twice = b"GET / HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n"
+    assert server.raw(twice).status == 400
+
+
+def test_methods_and_requests_that_are_none(server):
+    for method in "POST", "PUT", "DELETE", "TRACE", "PATCH":
+        reply = server.request("/clip.fvv", method)
+        assert (reply.status, reply["Allow"]) == (405, "GET, HEAD, OPTIONS")
+    for request in (
+        b"nonsense\r\n\r\n",
+        b"GET /clip.fvv HTTP/9.9\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost : a\r\n\r\n",
+    ):
+        assert server.raw(request).status == 400
+    assert server.raw(b"GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\nhello").status == 400
+    assert server.request("/clip.fvv", Padding="x" * 9000).status == 431
+
+
+def test_connection_is_kept(server):
+    with contextlib.closing(server.connect()) as connection, connection.makefile("rb") as stream:
+        request = f"GET /clip.fvv HTTP/1.1\r\nHost: {server.host}\r\n".encode()
+        connection.sendall((request + b"\r\n") * 3)  # in one go, answered in order
+        assert [read_reply(stream).status for _ in range(3)] == [200] * 3
+        connection.sendall(request + b"Connection: close\r\n\r\n")
+        assert read_reply(stream)["Connection"] == "close"
+        assert stream.read() == b""
+
+
+def test_cors(folder, server):
+    plain = server.request("/clip.fvv", Origin="https://player.example")
+    assert plain["Access-Control-Allow-Origin"] is None
+    assert plain["Cross-Origin-Resource-Policy"] == "same-origin"
+    with Server(
+        "--root", folder, "--allow-origin", "https://Player.example", "--allow-origin", "http://a:1"
+    ) as other:
+        reply = other.request("/clip.fvv", Origin="https://player.example", Range="bytes=0-1")
+        assert reply["Access-Control-Allow-Origin"] == "https://player.example" and reply["Vary"] == "Origin"
+        exposed = reply["Access-Control-Expose-Headers"].split(", ")
+        assert {"Content-Range", "ETag", "Accept-Ranges"} <= set(exposed)
+        for origin in (
+            "https://player.example.evil",
+            "http://player.example",
+            "https://player.example:444",
+            "null",
+        ):
+            assert other.request("/clip.fvv", Origin=origin)["Access-Control-Allow-Origin"] is None
+        reply = other.request(
+            "/clip.fvv", "OPTIONS", Origin="http://a:1", Access_Control_Request_Headers="range"
+        )
+        assert reply.status == 204 and "Range" in reply["Access-Control-Allow-Headers"].split(", ")
+        assert "If-Range" in reply["Access-Control-Allow-Headers"].split(", ")
+        assert (
+            other.request("/x", Origin="http://a:1")["Access-Control-Allow-Origin"] == "http://a:1"
+        ), "404 too"
+    with Server("--root", folder, "--allow-origin", "*") as other:
+        assert other.request("/clip.fvv", Origin="https://any.example")["Access-Control-Allow-Origin"] == "*"
+
+
+def test_slow_requests_and_many_connections(folder):
+    with Server("--root", folder, "--request-timeout", "0.5", "--max-connections", "20") as server:
+        begin = time.monotonic()
+        with contextlib.closing(server.connect()) as connection:
+            connection.sendall(b"GET / HTTP/1.1\r\n")
+            with contextlib.suppress(ConnectionError):
+                while time.monotonic() - begin < 5:  # a byte now and then does not move the deadline
+                    connection.sendall(b"X")
+                    connection.settimeout(0.1)
+                    with contextlib.suppress(socket.timeout):
+                        assert connection.recv(1) == b""
+                        break
+        assert 0.4 < time.monotonic() - begin < 4
+        waiting = [server.connect() for _ in range(20)]
+        assert server.request("/clip.fvv").status == 503
+        for connection in waiting:
+            assert connection.recv(1) == b"", "those who say nothing are sent away"
+            connection.close()
+        assert server.request("/clip.fvv").status == 200
+
+
+def test_a_large_file_arrives_whole_at_a_slow_reader(folder, server):
+    content = os.urandom(1 << 20) * 8
+    (folder / "large.fvv").write_bytes(content)
+    with contextlib.closing(server.connect(4096)) as connection:
+        connection.sendall(f"GET /large.fvv HTTP/1.1\r\nHost: {server.host}\r\n\r\n".encode())
+        time.sleep(0.3)
+        assert server.request("/clip.fvv").status == 200, "others do not wait"
+        assert read_reply(connection.makefile("rb")).body == content
+
+
+@pytest.mark.parametrize(
+    "arguments, code, text",
+    [
+        ([], 2, "--root or --live is required"),
+        (["--root", "/nowhere"], 1, "/nowhere: cannot open"),
+        (["--root", "{root}/clip.fvv"], 1, "is not a folder"),
+        (["--root", "{root}", "--bind", "localhost"], 2, "--bind: expected an address"),
+        (["--root", "{root}", "--bind", "192.0.2.1"], 1, "cannot listen"),
+        (["--root", "{root}", "--allow-origin", "example.org"], 2, "--allow-origin: expected http"),
+        (["--root", "{root}", "--allow-origin", "https://example.org/x"], 2, "--allow-origin: expected http"),
+        (["--live", "a/b=x"], 2, "--live: expected NAME=FILE"),
+        (["--live", "a="], 2, "--live: expected NAME=FILE"),
+        (["--live", "a={root}/clip.fvv", "--live", "a={root}/clip.fvv"], 2, "two streams have the name a"),
+        (["--live", "a={root}/missing"], 1, "missing: cannot open"),
+        (["--live", "a={root}"], 1, "is a folder"),
+    ],
+)
+def test_usage(folder, arguments, code, text):
+    command = [tool_path("fvvserve"), "--port", "0", *(a.format(root=folder) for a in arguments)]
+    done = subprocess.run(command, capture_output=True, timeout=20)
+    assert done.returncode == code and text in done.stderr.decode()

@@ -1,0 +1,355 @@
+"""fvvserve: live streams. What a client gets is held against the chunks that went in, byte for byte."""
+
+import contextlib
+import functools
+import json
+import os
+import subprocess
+import time
+
+import pytest
+import tiny
+from serve_client import BINARY, CLOSE, TEXT, Server
+
+FRAMES = 3  # of a group
+MESH = tiny.joined(tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quick_crc():
+    """Large payloads are alike: the CRC of each is computed once, in Python that takes a second for each MiB."""
+    plain, tiny.crc32c = tiny.crc32c, functools.lru_cache(maxsize=None)(tiny.crc32c)
+    yield
+    tiny.crc32c = plain
+
+
+def make(groups, payload=MESH, name="mesh", repeat=False, change_at=None, start=0):
+    """A stream as its pieces: [file header, block of group 0, group 0, block or nothing, group 1, ...], index left out."""
+    stream = tiny.Stream()
+    pieces, seen = [stream.data()], stream.size
+
+    def cut():
+        nonlocal seen
+        # The data from where the last piece ended, without joining everything anew.
+        sections = [s for s in stream.sections if s.offset >= seen]
+        piece, seen = b"".join(tiny.joined(s.parts) for s in sections), stream.size
+        return piece
+
+    for group in range(groups):
+        if group == 0 or repeat or group == change_at:
+            stream.scene(step=0.002 if change_at is not None and group >= change_at else 0.001)
+            stream.track(1, 1, name)
+        pieces.append(cut())
+        first = start + group * FRAMES
+        stream.begin_group(first, first + FRAMES)
+        for frame in range(FRAMES):
+            part = [tiny.Part(payload, "payload", "")]
+            stream.chunk("MESH", part, track=1, time=first + frame, key=True)
+        stream.end_group()
+        pieces.append(cut())
+    return pieces
+
+
+def groups_of(pieces):
+    return pieces[2::2]
+
+
+class Pipe:
+    """A server that gets its stream from us."""
+
+    def __init__(self, *arguments):
+        self.server = Server("--live", "now=-", *arguments, stdin=subprocess.PIPE)
+        self.port, self.live, self.memory = self.server.port, self.server.live, self.server.memory
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.close()
+        self.server.__exit__(*error)
+
+    def close(self):
+        if self.server.process.stdin:
+            with contextlib.suppress(BrokenPipeError):
+                self.server.process.stdin.close()
+        self.server.process.stdin = None  # or communicate() would flush it
+
+    def write(self, *pieces):
+        for piece in pieces:
+            self.server.process.stdin.write(piece)
+        self.server.process.stdin.flush()
+
+
+def receive_runs(client):
+    """[(bytes of a run, what ended it), ...] up to the end of the connection; whether that came in good order."""
+    runs, run = [], b""
+    while (message := client.receive()) is not None:
+        kind, payload = message
+        if kind == BINARY:
+            run += payload
+        elif kind == TEXT:
+            runs.append((run, json.loads(payload)))
+            run = b""
+        elif kind == CLOSE:
+            return runs, int.from_bytes(payload[:2], "big")
+    return runs, None
+
+
+def receive_bytes(client, size):
+    data = b""
+    while len(data) < size:
+        kind, payload = client.receive()
+        assert kind == BINARY, payload
+        data += payload
+    assert len(data) == size
+    return data
+
+
+def test_join_in_mid_stream(fvvinfo, tmp_path):
+    pieces = make(5)
+    header, block, *rest = pieces
+    groups = groups_of(pieces)
+    with Pipe() as pipe, pipe.live("now") as early:
+        pipe.write(header, block, groups[0])
+        assert receive_bytes(early, len(header + block + groups[0])) == header + block + groups[0]
+        half = len(groups[1]) // 2
+        pipe.write(groups[1][:half])
+        with pipe.live("now") as late:
+            time.sleep(0.1)
+            pipe.write(groups[1][half:], groups[2], groups[3])
+            late_run = header + block + groups[2] + groups[3]
+            assert (
+                receive_bytes(late, len(late_run)) == late_run
+            ), "from the next group on, configuration first"
+            assert receive_bytes(early, len(b"".join(groups[1:4]))) == b"".join(groups[1:4])
+            # Chunks come as they are whole, not as groups are.
+            cut = len(groups[4]) - 8
+            pipe.write(groups[4][:cut])
+            before_end = receive_bytes(late, groups[4].index(b"GEND"))
+            assert groups[4].startswith(before_end)
+            pipe.write(groups[4][cut:])
+            pipe.close()
+            runs, code = receive_runs(late)
+            assert code == 1000 and [end for _, end in runs] == [{"type": "end"}]
+            path = tmp_path / "late.fvv"
+            path.write_bytes(late_run + before_end + runs[0][0])
+            # A reader that knows that it joined late takes the first number as it comes (clause 6.1).
+            problems = fvvinfo("--check", path).stderr.decode().splitlines()
+            assert [line[-10:] for line in problems] == ["[FVV-1205]"], problems
+        assert receive_runs(early)[1] == 1000
+        assert pipe.live("now").reply.status == 410, "the stream has ended for good"
+
+
+def test_slow_client_skips_whole_groups_and_is_told():
+    pieces = make(110, bytes(100_000))
+    start = b"".join(pieces[:2])
+    groups = groups_of(pieces)
+    with Pipe("--queue", "2") as pipe, pipe.live("now") as good, pipe.live("now", 4096) as slow:
+        pipe.write(start)
+        for number, group in enumerate(groups[:100]):
+            pipe.write(group)
+            receive_bytes(good, len(group) + (len(start) if number == 0 else 0))
+            if number == 20:
+                before = pipe.memory()
+        grown = pipe.memory() - before
+        assert grown < 12 << 20, f"{grown} bytes more while 24 MB went by"
+        # It reads again: what the kernel still has, the message, and a run that is a stream.
+        slow.socket.settimeout(0.3)
+        data, told = b"", None
+        for group in groups[100:]:
+            with contextlib.suppress(TimeoutError):
+                while told is None:
+                    kind, message = slow.receive()
+                    if kind == TEXT:
+                        told = json.loads(message)
+                    else:
+                        data += message
+            if told:
+                break
+            pipe.write(group)
+            receive_bytes(good, len(group))
+        assert told and told["type"] == "skip"
+        assert b"".join(pieces).startswith(data), "nothing is torn in front of the skip"
+        to = int(told["to"])
+        assert to % FRAMES == 0 and int(told["from"]) < to and told["chunks"] > 100
+        # What it had and what it was told to have missed meet.
+        assert len(data) + told["bytes"] == len(start) + len(b"".join(groups[: to // FRAMES]))
+        slow.socket.settimeout(10)
+        run = start + groups[to // FRAMES]
+        assert receive_bytes(slow, len(run)) == run
+
+
+def test_file_is_played_in_time_and_again(tmp_path):
+    path = tmp_path / "clip.fvv"
+    pieces = make(4)  # 12 frames of 40 ms
+    path.write_bytes(b"".join(pieces))
+    with Server("--live", f"clip={path}") as server:
+        time.sleep(0.3)  # nobody listens: nothing is missed
+        for _ in range(2):
+            begin = time.monotonic()
+            with server.live("clip") as client:
+                runs, code = receive_runs(client)
+            assert code == 1000 and runs == [(b"".join(pieces), {"type": "end"})]
+            assert 0.46 < time.monotonic() - begin < 2.5
+    with Server("--live", f"clip={path}", "--loop") as server, server.live("clip") as client:
+        assert receive_bytes(client, len(b"".join(pieces))) == b"".join(pieces)
+        kind, payload = client.receive()
+        assert (kind, json.loads(payload)) == (TEXT, {"type": "restart"})
+        assert receive_bytes(client, len(b"".join(pieces))) == b"".join(pieces)
+
+
+def test_configuration_that_changes_or_is_repeated():
+    for pieces in make(4, repeat=True), make(4, change_at=2):
+        with Pipe() as pipe, pipe.live("now") as early:
+            pipe.write(*pieces[:5])
+            receive_bytes(early, len(b"".join(pieces[:5])))
+            with pipe.live("now") as late:
+                time.sleep(0.1)
+                pipe.write(*pieces[5:])
+                pipe.close()
+                block = pieces[5] or pieces[1]
+                assert receive_runs(late)[0][0][0] == pieces[0] + block + b"".join(pieces[6:])
+            assert receive_runs(early)[0][0][0] == b"".join(pieces[5:])
+
+
+def test_damage_is_told_and_the_next_group_opens_a_run():
+    pieces = make(5)
+    header, block, *_ = pieces
+    groups = groups_of(pieces)
+    spoilt = bytearray(groups[1])
+    spoilt[spoilt.index(MESH)] ^= 1
+    with Pipe() as pipe, pipe.live("now") as client:
+        pipe.write(header, block, groups[0], bytes(spoilt), groups[2], b"garbage", *groups[3:])
+        pipe.close()
+        runs, code = receive_runs(client)
+    assert code == 1000
+    assert [end["type"] for _, end in runs] == ["damage", "damage", "end"]
+    assert "CRC of the payload does not match [FVV-1103]" in runs[0][1]["message"]
+    first = header + block + groups[0]
+    assert runs[0][0].startswith(first) and (first + groups[1]).startswith(runs[0][0])
+    assert runs[1][0] == header + block + groups[2]
+    assert runs[2][0] == header + block + groups[3] + groups[4]
+    assert "fvvserve: warning: /live/now: -: 0x" in pipe.server.stderr
+
+
+def test_what_is_no_stream():
+    with Pipe() as pipe, pipe.live("now") as client:
+        pipe.write(b"this is no stream, and long enough to be sure of it")
+        runs, code = receive_runs(client)
+        assert code == 1000 and runs[0][1]["type"] == "error" and "FVV-1001" in runs[0][1]["message"]
+    with Server("--live", f"x={os.devnull}", stdin=None) as server:
+        assert server.request("/live/x").status in (410, 426)
+
+
+def test_growing_file(tmp_path):
+    path = tmp_path / "growing.fvv"
+    pieces = make(4)
+    with open(path, "wb", buffering=0) as file:
+        file.write(b"".join(pieces[:3]))
+        with Server("--live", f"now={path}", "--follow") as server, server.live("now") as client:
+            time.sleep(0.2)
+            file.write(b"".join(pieces[3:5]))
+            run = b"".join(pieces[:2]) + pieces[4]
+            assert receive_bytes(client, len(run)) == run, "what was there before is not sent"
+            file.write(b"".join(pieces[5:7]))
+            assert receive_bytes(client, len(pieces[6])) == pieces[6]
+
+
+def test_fifo_has_one_writer_after_another(tmp_path):
+    path = tmp_path / "fifo"
+    os.mkfifo(path)
+    with Server("--live", f"now={path}") as server, server.live("now") as client:
+        for number in range(2):
+            pieces = make(2, name=f"writer {number}")
+            path.write_bytes(b"".join(pieces))
+            kind, _ = client.receive()
+            assert kind == BINARY
+            while client.receive()[0] == BINARY:
+                pass
+            if number == 0:
+                assert client.receive()[0] == CLOSE
+                client = server.live("now")
+
+
+def test_origins(tmp_path):
+    path = tmp_path / "clip.fvv"
+    path.write_bytes(b"".join(make(1)))
+    with Server("--live", f"clip={path}", "--allow-origin", "https://player.example") as server:
+
+        def status(**headers):
+            client = server.live("clip", **headers)
+            client.close()
+            return client.reply.status
+
+        same = f"http://{server.host}"
+        assert [status(Origin=o) for o in (same, "https://player.example", "HTTPS://PLAYER.EXAMPLE")] == [
+            101
+        ] * 3
+        assert status() == 101, "programs that are no browsers send none"
+        bad = ["https://evil.example", "null", f"https://{server.host}", f"http://localhost:{server.port}"]
+        bad += [
+            same + ".evil.example",
+            "https://player.example.evil",
+            "http://player.example",
+            f"{same}/",
+            "x",
+        ]
+        assert [status(Origin=origin) for origin in bad] == [403] * len(bad)
+        assert status(Host="evil.example", Origin="http://evil.example") == 421, "DNS rebinding"
+        assert server.request("/live/clip").status == 426
+        assert [server.live(name).reply.status for name in ("other", "", "../clip", "clip/")] == [404] * 4
+
+
+def test_inbound_messages(tmp_path):
+    path = tmp_path / "clip.fvv"
+    path.write_bytes(b"".join(make(1)))
+    with Server("--live", f"clip={path}", "--loop") as server:
+        with server.live("clip") as client:
+            client.send(BINARY, bytes(4096))
+            client.send(TEXT, b"anything")
+            client.send(BINARY, bytes(4097))
+            codes = [int.from_bytes(m[1][:2], "big") for m in iter(client.receive, None) if m[0] == CLOSE]
+            assert codes == [1009]
+        with server.live("clip") as client:
+            client.socket.sendall(b"\x82\xff" + (1 << 60).to_bytes(8, "big") + bytes(4))
+            codes = [int.from_bytes(m[1][:2], "big") for m in iter(client.receive, None) if m[0] == CLOSE]
+            assert codes == [1009], "a length that no memory has"
+        with server.live("clip") as client:
+            client.socket.sendall(b"\x82\x05hello")  # without a mask: RFC 6455 5.1
+            assert client.receive()[0] in (BINARY, CLOSE, TEXT)
+        assert server.request("/live/clip").status == 426, "still there"
+
+
+def test_a_client_that_is_silent_is_let_go():
+    with Pipe("--idle-timeout", "0.6") as pipe, pipe.live("now") as lively, pipe.live("now") as silent:
+        begin = time.monotonic()
+        lively.socket.settimeout(0.2)
+        while time.monotonic() - begin < 1.5:
+            with contextlib.suppress(TimeoutError):
+                assert lively.receive() is not None, "answers its pings"
+        data = b"".join(iter(lambda: silent.socket.recv(4096), b""))
+        assert data[:1] == b"\x89", "a ping, and then the end"
+
+
+def test_200_clients(tmp_path):
+    path = tmp_path / "clip.fvv"
+    pieces = make(4, bytes(5000))
+    path.write_bytes(b"".join(pieces))
+    with Server("--live", f"clip={path}", "--loop") as server, contextlib.ExitStack() as stack:
+        clients = [stack.enter_context(server.live("clip")) for _ in range(200)]
+        size = len(b"".join(pieces[:2]) + pieces[2])
+        for client in clients:
+            run = receive_bytes(client, size)
+            assert run[: len(b"".join(pieces[:2]))] == b"".join(pieces[:2])
+            assert run[len(b"".join(pieces[:2])) :] in groups_of(pieces)
+        assert server.memory() < 400 << 20
+
+
+def test_signal_ends_clients_in_good_order(tmp_path):
+    path = tmp_path / "clip.fvv"
+    path.write_bytes(b"".join(make(1)))
+    with Server("--live", f"clip={path}", "--loop") as server, server.live("clip") as client:
+        client.receive()
+        server.process.terminate()
+        runs, code = receive_runs(client)
+        assert code == 1000 and runs[-1][1] == {"type": "end"}
