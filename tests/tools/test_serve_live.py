@@ -37,8 +37,8 @@ def make(groups, payload=MESH, name="mesh", repeat=False, change_at=None, start=
 
     for group in range(groups):
         if group == 0 or repeat or group == change_at:
-            stream.scene(step=0.002 if change_at is not None and group >= change_at else 0.001)
-            stream.track(1, 1, name)
+            stream.scene()
+            stream.track(1, 1, "another name" if change_at is not None and group >= change_at else name)
         pieces.append(cut())
         first = start + group * FRAMES
         stream.begin_group(first, first + FRAMES)
