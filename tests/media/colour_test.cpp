@@ -1,4 +1,5 @@
 // fvv_media/colour.h: the matrices, and that all codecs and their readers agree on them.
+#include "display_codecs.h"
 #include "fvv_catch.h"
 #include "fvv_media/video.h"
 #include "pictures.h"
@@ -113,7 +114,7 @@ TEST_CASE("libjpeg's codes are those of the JPEG code points") {
 
 TEST_CASE("saturated colours and greys survive all codecs within a few codes") {
   const Image image = chart();
-  for (const VideoCodec &codec : video_codecs()) {
+  for (const VideoCodec &codec : display_codecs()) {
     CAPTURE(codec.name);
     const bool jpeg = codec.code == FVV_CODEC_JPEG;
     const VideoSettings settings = {codec.code, image.width, image.height, jpeg ? 98 : 4, {1, 25}};

@@ -1,4 +1,5 @@
 // Video of 10 bits: what it is good for, its records and strings, and what is refused.
+#include "display_codecs.h"
 #include "fvv_catch.h"
 #include "fvv_media/video.h"
 #include "pictures.h"
@@ -166,7 +167,7 @@ TEST_CASE("a stream of another depth than its configuration is found, not believ
 
 TEST_CASE("pictures of either kind come out of video of either depth") {
   const std::vector<DeepImage> frames = ramps(1);
-  for (const VideoCodec &codec : video_codecs())
+  for (const VideoCodec &codec : display_codecs())
     for (const int bits : {8, 10}) {
       if (bits > codec.deepest) continue;
       CAPTURE(codec.name, bits);

@@ -1,4 +1,5 @@
 // fvv_media/video.h: groups that keep a bit rate.
+#include "display_codecs.h"
 #include "fvv_catch.h"
 #include "fvv_media/video.h"
 #include "pictures.h"
@@ -36,7 +37,7 @@ std::vector<std::vector<uint8_t>> samples_of(const EncodedGroup &group) {
 
 TEST_CASE("a group takes at most its bit rate, and little less, wherever the search begins") {
   const std::vector<Image> frames = clip(width, height, 25);
-  for (const VideoCodec &codec : video_codecs())
+  for (const VideoCodec &codec : display_codecs())
     for (const double part : {0.3, 0.6}) {
       const EncodedGroup fixed = encode_group(settings_of(codec.code, quality_at(codec, part)), frames);
       // Between two qualities. 25 frames take a second.
@@ -75,7 +76,7 @@ TEST_CASE("what a group may take goes by its length and the frame rate") {
 TEST_CASE(
     "a bit rate out of reach gives the coarsest quality and says so, one that is not needed the finest") {
   const std::vector<Image> frames = clip(width, height, 4);
-  for (const VideoCodec &codec : video_codecs()) {
+  for (const VideoCodec &codec : display_codecs()) {
     CAPTURE(codec.name);
     VideoSettings settings = settings_of(codec.code, quality_at(codec, 0.5));
     settings.bit_rate = 1000;

@@ -1,4 +1,5 @@
 // fvv_media/video.h: groups of all codecs, their samples and records, and the choice of quality.
+#include "display_codecs.h"
 #include "fvv_catch.h"
 #include "fvv_media/video.h"
 #include "pictures.h"
@@ -84,7 +85,7 @@ TEST_CASE("all codecs round-trip above their floors, one picture a sample, in or
 
 TEST_CASE("encoding is a pure function") {
   const std::vector<Image> frames = clip(width, height, 5), others = clip(width, height, 2);
-  for (const VideoCodec &codec : video_codecs()) {
+  for (const VideoCodec &codec : display_codecs()) {
     const VideoSettings settings = settings_of(codec.code, 30);
     const EncodedGroup first = encode_group(settings, frames);
     encode_group(settings, others);
@@ -165,7 +166,7 @@ TEST_CASE("JPEG samples are files from SOI to EOI, all keys, without record") {
 }
 
 TEST_CASE("libfvv's own rules accept what the encoders make") {
-  for (const VideoCodec &codec : video_codecs()) {
+  for (const VideoCodec &codec : display_codecs()) {
     const VideoSettings settings = settings_of(codec.code, 30);
     const EncodedGroup group = encode_group(settings, clip(width, height, 4));
     const fvv_video_config config = config_of(settings, group);
@@ -283,9 +284,9 @@ TEST_CASE("settings that cannot be are refused with a reason") {
     change(settings);
     return error_of([&] { encode_group(settings, frames); });
   };
-  CHECK_THAT(error_with([](VideoSettings &s) { s.codec = FVV_CODEC_OEXR; }),
-             Contains("codec oexr is none of JPEG H.264 HEVC VP9 AV1"));
-  for (const VideoCodec &codec : video_codecs())
+  CHECK_THAT(error_with([](VideoSettings &s) { s.codec = 0x30317076; }),
+             Contains("codec vp10 is none of JPEG H.264 HEVC VP9 AV1 OpenEXR"));
+  for (const VideoCodec &codec : display_codecs())
     for (const int wrong : {0, std::max(codec.finest, codec.coarsest) + 1})
       CHECK_THAT(error_with([&](VideoSettings &s) {
                    s.codec = codec.code;
@@ -316,7 +317,7 @@ TEST_CASE("settings that cannot be are refused with a reason") {
 
 TEST_CASE("the chosen quality is the cheapest that reaches the target") {
   const std::vector<Image> frames = clip(width, height, 4);
-  for (const VideoCodec &codec : video_codecs())
+  for (const VideoCodec &codec : display_codecs())
     for (const double target : {34.0, 43.0}) {
       CAPTURE(codec.name, target);
       VideoSettings settings = settings_of(codec.code, 0);
@@ -335,7 +336,7 @@ TEST_CASE("the chosen quality is the cheapest that reaches the target") {
 }
 
 TEST_CASE("the smallest frames that tiles make can be coded") {
-  for (const VideoCodec &codec : video_codecs())
+  for (const VideoCodec &codec : display_codecs())
     for (const uint32_t side : {16u, 32u, 48u}) {
       CAPTURE(codec.name, side);
       const VideoSettings settings = {codec.code, 16, side, 30, {1, 25}};

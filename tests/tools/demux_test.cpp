@@ -1,6 +1,7 @@
 // What fvvdemux writes of whole streams.
 #include "capture/capture.h"
 #include "demux_fixture.h"
+#include "display_codecs.h"
 #include "fvvdemux/demux.h"
 #include "fvvdemux/views.h"
 
@@ -122,7 +123,7 @@ TEST_CASE("meshes come back exactly in every format") {
 }
 
 TEST_CASE("pictures are what decoding and cutting out gives") {
-  for (const media::VideoCodec &codec : media::video_codecs()) {
+  for (const media::VideoCodec &codec : display_codecs()) {
     check_pictures<uint8_t>(codec);
     if (codec.deepest > 8) check_pictures<uint16_t>(codec);
   }

@@ -132,5 +132,5 @@ TEST_CASE("a bit depth is refused where a codec does not have it, before any wor
         "fvvmux: --bit-depth: the video has 10 bits a sample, expected 8 for JPEG: a baseline file has no "
         "more\n");
   CHECK(message({"--bit-depth", "12", "--codec", "av1"}) ==
-        "fvvmux: --bit-depth: expected 8 or 10, found \"12\"\n");
+        "fvvmux: --bit-depth: the video has 12 bits a sample, expected 8 or 10 for AV1\n");
 }

@@ -1,4 +1,5 @@
 // fvvmux --bitrate: the rate that is asked for, whatever the codec and the number of threads.
+#include "display_codecs.h"
 #include "fvvmux/summary.h"
 #include "mux_fixture.h"
 
@@ -35,7 +36,7 @@ double rate_in(const std::string &path) {
 TEST_CASE("a bit rate is kept over a clip by every codec, and reported") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
-  for (const media::VideoCodec &codec : media::video_codecs()) {
+  for (const media::VideoCodec &codec : display_codecs()) {
     mux::Options options = options_of(folder, codec);
     options.quality = {false, codec.code == FVV_CODEC_JPEG ? 70.0 : 30.0};
     mux::mux(options);
@@ -58,7 +59,7 @@ TEST_CASE("a bit rate is kept over a clip by every codec, and reported") {
 TEST_CASE("a bit rate gives the same bytes for any number of threads") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
-  for (const media::VideoCodec &codec : media::video_codecs()) {
+  for (const media::VideoCodec &codec : display_codecs()) {
     mux::Options options = options_of(folder, codec);
     options.bit_rate = codec.code == FVV_CODEC_JPEG ? 4000000 : 400000;
     std::string first;
