@@ -149,7 +149,11 @@ def make():
     stream.scene()
     stream.track(1, 2, "hdr")
     camera = {"width": width, "height": height, "fx": 20.0, "fy": 20.0, "cx": 11.0, "cy": 10.5}
-    camera |= {"rotation": (1.0, 0, 0, 0, 1.0, 0, 0, 0, 1.0), "translation": (0, 0, 2.0), "r_max": float("inf")}
+    camera |= {
+        "rotation": (1.0, 0, 0, 0, 1.0, 0, 0, 0, 1.0),
+        "translation": (0, 0, 2.0),
+        "r_max": float("inf"),
+    }
     stream.chunk("CAMR", tiny.structure("CAMR payload", {"id": 3, **camera}))
     video = {"codec": b"oexr", "width": width, "height": height, "shows": 1, "bit_depth": 16, "camera": 3}
     video |= {"colour_primaries": 1, "transfer_characteristics": 8, "matrix_coefficients": 0, "full_range": 1}

@@ -1,7 +1,10 @@
 #include "fvvmux/frames.h"
 
 #include "cli/cli.h"
+#include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
+
+#include <type_traits>
 
 namespace fvv::mux {
 
@@ -11,6 +14,15 @@ Background background_of(const Options &options) {
       options.codec == FVV_CODEC_HVC1 || options.codec == FVV_CODEC_VP09 || options.codec == FVV_CODEC_AV01;
   return filtered ? Background::smooth : Background::flat;
 }
+
+namespace {
+
+// Here the file can be named; in the video frame it no longer can.
+template <class Sample> void check_range(const media::BasicImage<Sample> &image, const std::string &path) {
+  if constexpr (std::is_same_v<Sample, float>) media::check_halves(image, path);
+}
+
+} // namespace
 
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame) {
   const capture::Capture &capture = plan.capture;
@@ -24,6 +36,7 @@ template <class Sample>
 media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const capture::PictureSource &source,
                                     int64_t frame, int channels) {
   media::BasicImage<Sample> picture = plan.videos->read<Sample>(plan.capture, source, frame, channels);
+  check_range(picture, plan.capture.resolve(source.file(frame)));
   return plan.undistortion ? plan.undistortion->apply(camera, frame, std::move(picture)) : picture;
 }
 
@@ -41,6 +54,7 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
   bool masked = false;
   if (track.is_atlas()) {
     images.push_back(load_atlas<Sample>(plan, number));
+    check_range(images.back(), capture.atlas_path(number));
     masks.emplace_back();
     const fvv_rect &whole = tiling.tiles[0].source;
     if (images[0].width != whole.width || images[0].height != whole.height)

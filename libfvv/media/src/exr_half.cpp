@@ -9,6 +9,8 @@
 #include <ImfOutputFile.h>
 #include <half.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <new>
 
 namespace fvv::media {
@@ -16,26 +18,30 @@ namespace {
 
 const std::vector<std::string> rgb = {"R", "G", "B"};
 
-std::vector<Imath::half> rounded(const LinearImage &image) {
-  check_image(image);
-  if (image.channels != 3) throw Error("a grey picture came where an RGB picture was expected");
-  check_finite(image, "a picture");
-  std::vector<Imath::half> out(image.pixels.begin(), image.pixels.end());
-  for (size_t i = 0; i < out.size(); i++)
-    if (!out[i].isFinite())
-      throw Error("channel " + rgb[i % 3] + " of pixel (" + std::to_string(i / 3 % image.width) + ", " +
-                  std::to_string(i / 3 / image.width) + ") is " + std::to_string(image.pixels[i]) +
-                  ", expected -65504 to 65504, which half floats hold");
-  return out;
-}
-
 } // namespace
+
+void check_halves(const LinearImage &image, const std::string &name) {
+  check_image(image);
+  check_finite(image, name);
+  const auto found = std::find_if(image.pixels.begin(), image.pixels.end(),
+                                  [](float value) { return !Imath::half(value).isFinite(); });
+  if (found == image.pixels.end()) return;
+  const size_t index = size_t(found - image.pixels.begin()), channels = size_t(image.channels);
+  const size_t pixel = index / channels;
+  char value[40];
+  snprintf(value, sizeof value, "%g", double(*found));
+  throw Error(name, "channel " + (channels == 1 ? "Y" : rgb[index % channels]) + " of pixel (" +
+                        std::to_string(pixel % image.width) + ", " + std::to_string(pixel / image.width) +
+                        ") is " + value + ", expected -65504 to 65504, which half floats hold");
+}
 
 std::vector<uint8_t> encode_half_exr(const LinearImage &image, int dwa_level) {
   if (dwa_level < 0 || dwa_level > max_dwa_level)
     throw Error("the DWA level is " + std::to_string(dwa_level) + ", expected 0 (lossless) to " +
                 std::to_string(max_dwa_level));
-  std::vector<Imath::half> samples = rounded(image);
+  check_halves(image, "a picture");
+  if (image.channels != 3) throw Error("a grey picture came where an RGB picture was expected");
+  std::vector<Imath::half> samples(image.pixels.begin(), image.pixels.end());
   try {
     exr::Header header(int(image.width), int(image.height));
     header.compression() = dwa_level ? exr::DWAA_COMPRESSION : exr::PIZ_COMPRESSION;

@@ -36,12 +36,14 @@ FloatImage read_exr(const std::string &path);
  * channels have different names of 1 to 31 bytes and samples the size that follows. */
 std::vector<uint8_t> encode_exr(const FloatImage &image);
 
+/* Error, naming channel and pixel, unless all values are finite as half floats: -65504 to 65504. */
+void check_halves(const LinearImage &image, const std::string &name);
+
 /* Of OpenEXR's quality of DWA, whose own default is 45. */
 constexpr int max_dwa_level = 500;
 
 /* An RGB picture as a sample of video (clause 10.11 of the format): half floats, scan lines, rounded to the
- * nearest. dwa_level 0: lossless, PIZ; else DWAA, the lossier the higher. Error when a value is not finite or
- * beyond 65504. */
+ * nearest. dwa_level 0: lossless, PIZ; else DWAA, the lossier the higher. Error as check_halves. */
 std::vector<uint8_t> encode_half_exr(const LinearImage &image, int dwa_level = 0);
 
 } // namespace fvv::media
