@@ -59,9 +59,9 @@ constexpr const char *footer =
 
 // What is still text after the command line was split.
 struct Texts {
-  std::string codec = "h264", bit_depth, quality, bit_rate, tile, scale, atlas_scale, background = "auto",
-              crop = "auto", step, max_error, mesh_profile = "draco", normals = "auto", frames,
-              visibility = "auto";
+  std::optional<std::string> bit_depth, quality;
+  std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto", step,
+              max_error, mesh_profile = "draco", normals = "auto", frames, visibility = "auto";
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -169,8 +169,10 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
 
 void take_texts(mux::Options &options, const Texts &texts) {
   options.codec = mux::parse_codec(texts.codec);
-  options.bit_depth = mux::parse_bit_depth(texts.bit_depth, options.codec);
-  options.quality = mux::parse_quality(texts.quality, options.codec);
+  options.bit_depth = texts.bit_depth ? mux::parse_bit_depth(*texts.bit_depth, options.codec)
+                                      : media::find_video_codec(options.codec)->shallowest;
+  options.quality =
+      texts.quality ? mux::parse_quality(*texts.quality, options.codec) : mux::default_quality(options.codec);
   if (!texts.bit_rate.empty()) options.bit_rate = mux::parse_bit_rate(texts.bit_rate);
   if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
   if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);

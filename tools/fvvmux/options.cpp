@@ -36,7 +36,6 @@ uint32_t parse_codec(const std::string &text) {
 
 int parse_bit_depth(const std::string &text, uint32_t codec) {
   const media::VideoCodec &known = *media::find_video_codec(codec);
-  if (text.empty()) return known.shallowest;
   int64_t bits = 0;
   if (!whole_number(text, 8, 16, bits)) refuse("--bit-depth", "8, 10 or 16", text);
   try {
@@ -47,13 +46,16 @@ int parse_bit_depth(const std::string &text, uint32_t codec) {
   return int(bits);
 }
 
+Quality default_quality(uint32_t codec) {
+  return codec == FVV_CODEC_OEXR ? Quality{false, 0} : Quality{};
+}
+
 Quality parse_quality(const std::string &text, uint32_t codec) {
   const media::VideoCodec &known = *media::find_video_codec(codec);
   const auto [least, most] = std::minmax(known.finest, known.coarsest);
   const bool exr = codec == FVV_CODEC_OEXR;
   Quality quality;
-  if (exr && (text.empty() || text == "lossless")) return {false, 0};
-  if (text.empty()) return quality;
+  if (exr && text == "lossless") return {false, 0};
   if (ends_with(text, "dB") || ends_with(text, "db")) {
     if (capture::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
         quality.value <= 100)

@@ -87,8 +87,8 @@ struct Options {
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
 uint32_t parse_codec(const std::string &text); // "jpeg", "h264", "hevc", "vp9", "av1", "exr"
 int parse_bit_depth(const std::string &text,
-                    uint32_t codec); // "8"; "10", "16" where the codec has it; "": its least
-Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23", "lossless"; "": the default
+                    uint32_t codec);                             // "8"; "10", "16" where the codec has it
+Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23", "lossless"
 uint64_t parse_bit_rate(const std::string &text);                // "4M", "800k", "64000"
 Length parse_length(const std::string &text);                    // "1.5mm", "0.2cm", "0.002m", "0.002"
 double parse_max_error(const std::string &text);                 // "0.15"
@@ -100,5 +100,8 @@ Normals parse_normals(const std::string &text);                  // "auto", "alw
 Background parse_background(const std::string &text);            // "auto", "keep", "flat", "smooth"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "none"
+
+// Without an option: 42 dB, or lossless.
+Quality default_quality(uint32_t codec);
 
 } // namespace fvv::mux
