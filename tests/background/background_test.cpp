@@ -176,6 +176,31 @@ TEST_CASE("each rule of lights has a faulty light") {
   CHECK(Decoded(with(good, sun + 40, -0.60005)).status == FVV_OK);
 }
 
+TEST_CASE("a changed byte of a background is refused or harmless") {
+  const Bytes good = Environment().payload();
+  size_t decoded_count = 0;
+  for (size_t at = 0; at < good.size(); at++)
+    for (const int change : {1, 0x80, 0xff}) {
+      Bytes bad = good;
+      bad[at] = uint8_t(bad[at] ^ change);
+      const Decoded decoded(bad);
+      if (decoded.status != FVV_OK) {
+        REQUIRE(decoded.diagnostic.issue != 0);
+        continue;
+      }
+      decoded_count++;
+      for (size_t part_number = 0; part_number < decoded.background.part_count; part_number++) {
+        fvv_mesh mesh;
+        fvv_diagnostic diagnostic;
+        const fvv_status status =
+            fvv_background_mesh(&decoded.background, part_number, nullptr, nullptr, &mesh, &diagnostic);
+        REQUIRE((status == FVV_OK || diagnostic.issue != 0));
+        fvv_mesh_free(&mesh);
+      }
+    }
+  CHECK(decoded_count > good.size() / 2); // numbers of any value, and what only decoding shows
+}
+
 TEST_CASE("limits of backgrounds hold before memory is asked for") {
   const Bytes payload = Environment().payload();
   const auto refused = [&](auto member, auto value) {
