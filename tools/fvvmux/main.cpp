@@ -1,5 +1,6 @@
 // fvvmux: packs a capture into a fvv stream. Argument parsing only.
 #include "fvvmux/contact_sheet.h"
+#include "fvvmux/segments.h"
 #include "fvvmux/summary.h"
 
 #include <CLI/CLI.hpp>
@@ -51,6 +52,8 @@ constexpr const char *footer =
     "triangles, mesh_bytes, pictures, picture_bytes, lights, lattice, max_axis_error}. mesh, video, atlas,\n"
     "background and verified are there when the stream\n"
     "has them.\n"
+    "With --segments: segments: {folder, groups, bytes} besides, and fvvmux: 1 alone when CAPTURE is a .fvv\n"
+    "file.\n"
     "With --check-calibration: {fvvmux: 1, sheet, frame, outline: mesh|hull|nothing, width, height, panel,\n"
     "cameras: [{id, name, width, height, picture, mask, covered, iou, distance, offset}], median_iou,\n"
     "median_distance, standing_out: [id], left_out: id, suspected: half_pixel|misses_all, warnings}; null "
@@ -164,6 +167,12 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
                "in front of every group, for those who join late; the environment in every group too");
   app.add_flag("--live", options.live, "no index and no footer");
   app.add_flag("--verify", options.verify, "read the file back and compare everything with the capture");
+  app.add_option(
+         "--segments", options.segments,
+         "write the stream as a folder besides: configuration, a file for each group, manifest.json, for "
+         "hosts that break ranges (docs/fvvserve.md). CAPTURE may be a .fvv file then: it is cut up as it "
+         "is, and -o is left out")
+      ->excludes(sheet);
   app.add_flag("--force", options.force, "replace an existing file");
 }
 
@@ -185,6 +194,15 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.visibility = mux::parse_visibility(texts.visibility);
   options.normals = mux::parse_normals(texts.normals);
   if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
+}
+
+// Segments of a stream that is there already.
+cli::Exit cut_up(const mux::Options &options, bool as_json) {
+  mux::Segments segments(options.segments, options.force);
+  segments.write(options.capture);
+  const nlohmann::ordered_json json = {{"fvvmux", 1}, {"segments", segments.json()}};
+  std::fputs((as_json ? json.dump(2) + "\n" : segments.text()).c_str(), stdout);
+  return cli::done;
 }
 
 cli::Exit write_sheet(const mux::Options &options, bool as_json) {
@@ -211,7 +229,9 @@ int main(int argc, char **argv) {
   app.footer(footer);
   try {
     app.parse(argc, argv);
-    if (options.sheet.empty() && options.output.empty()) throw CLI::RequiredError("--output");
+    const bool cuts = !options.segments.empty() && mux::is_stream(options.capture);
+    if (options.sheet.empty() && options.output.empty() && !cuts) throw CLI::RequiredError("--output");
+    if (!options.output.empty() && cuts) throw CLI::ExcludesError("--output", "--segments of a .fvv file");
   } catch (const CLI::ParseError &error) {
     return app.exit(error) ? cli::usage : cli::done;
   }
@@ -221,11 +241,19 @@ int main(int argc, char **argv) {
     const bool piped = options.output == "-";
     if (piped && as_json)
       throw cli::Failure("--json: standard output is taken by the stream (-o -)", cli::usage);
+    if (piped && !options.segments.empty())
+      throw cli::Failure("--segments: standard output cannot be read back", cli::usage);
+    if (options.output.empty()) return cut_up(options, as_json);
+    std::optional<mux::Segments> segments;
+    if (!options.segments.empty()) segments.emplace(options.segments, options.force);
     const mux::Summary summary = mux::mux(options);
+    if (segments) segments->write(options.output);
+    nlohmann::ordered_json json = as_json ? mux::summary_json(summary) : nlohmann::ordered_json();
+    if (segments && as_json) json["segments"] = segments->json();
     if (as_json)
-      std::printf("%s\n", mux::summary_json(summary).dump(2).c_str());
+      std::printf("%s\n", json.dump(2).c_str());
     else if (!piped)
-      std::fputs(mux::summary_text(summary).c_str(), stdout);
+      std::fputs((mux::summary_text(summary) + (segments ? segments->text() : "")).c_str(), stdout);
     else if (isatty(STDERR_FILENO))
       std::fputs(mux::summary_text(summary).c_str(), stderr);
     return summary.exit();

@@ -82,6 +82,7 @@ struct Options {
   bool undistort = false;     // pictures without lens
   double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
   bool environment = true; // the capture's background, if it has one
+  std::string segments; // a folder to write besides; then capture may be a stream, and output is empty
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.

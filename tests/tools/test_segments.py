@@ -1,0 +1,133 @@
+"""fvvmux --segments: a folder whose files are together the stream, and a manifest that says what they are."""
+
+import json
+
+import jsonschema
+import pytest
+import tiny
+from conftest import SPEC, Tool, tool_path
+
+SCHEMA = json.loads((SPEC / "segments.schema.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def fvvmux():
+    path = tool_path("fvvmux")
+    assert path, "fvvmux was not built"
+    return Tool(path)
+
+
+def make(groups=3, blocks=(0,), name=lambda group: "mesh"):
+    """A stream with a configuration block in front of the groups that blocks names; index and footer are left out."""
+    stream = tiny.Stream()
+    for group in range(groups):
+        if group in blocks:
+            stream.scene()
+            stream.track(1, 1, name(group))
+        stream.begin_group(2 * group, 2 * group + 2)
+        for time in 2 * group, 2 * group + 1:
+            mesh = tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES)
+            stream.chunk("MESH", mesh, track=1, time=time, key=True)
+        stream.end_group()
+    return stream
+
+
+def put(folder, content, name="clip.fvv"):
+    path = folder / name
+    path.write_bytes(content)
+    return path
+
+
+def read(folder):
+    """The manifest and the bytes of the stream, each file against its entry."""
+    manifest = json.loads((folder / "manifest.json").read_text())
+    jsonschema.validate(manifest, SCHEMA, cls=jsonschema.Draft202012Validator)
+    entries, content = [manifest["configuration"], *manifest["groups"]], b""
+    for entry in entries:
+        data = (folder / entry["file"]).read_bytes()
+        assert entry["bytes"] == len(data) and entry["crc32c"] == f"{tiny.crc32c(data):08x}"
+        content += data
+    assert {p.name for p in folder.iterdir()} == {"manifest.json", *(e["file"] for e in entries)}
+    return manifest, content
+
+
+def test_a_file_is_cut_up_as_it_is(fvvmux, fvvinfo, tmp_path):
+    stream = make()
+    live = stream.data()
+    path = put(tmp_path, stream.finish())
+    done = fvvmux(path, "--segments", tmp_path / "out", "--json")
+    assert (done.returncode, done.stderr) == (0, b"")
+    reported = {"folder": str(tmp_path / "out"), "groups": 3, "bytes": len(live)}
+    assert json.loads(done.stdout) == {"fvvmux": 1, "segments": reported}
+    manifest, content = read(tmp_path / "out")
+    assert content == live, "the stream without index and footer"
+    assert manifest["format"] == f"{tiny.DATA['format']['major']}.{tiny.DATA['format']['minor']}"
+    assert manifest["time_base"] == [1, 25] and manifest["frame_duration"] == "1"
+    spans = [(g["sequence"], g["start"], g["end"], g["frames"]) for g in manifest["groups"]]
+    assert spans == [(0, "0", "2", 2), (1, "2", "4", 2), (2, "4", "6", 2)]
+    for group in manifest["groups"]:
+        assert (tmp_path / "out" / group["file"]).read_bytes().startswith(b"GRUP")
+    whole = fvvinfo("--check", put(tmp_path, content, "whole.fvv"))
+    assert whole.returncode == 3 and len(whole.stderr.splitlines()) == 1, "no footer, and nothing else"
+
+
+def test_streams_without_footer_and_with_repeated_configuration(fvvmux, tmp_path):
+    plain = make().data()
+    done = fvvmux(put(tmp_path, make(blocks=(0, 1, 2)).data()), "--segments", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert read(tmp_path / "out")[1] == plain, "the block holds for all: once is enough"
+
+
+def test_refusals(fvvmux, tmp_path):
+    good = make().data()
+    damaged = bytearray(good)
+    damaged[300] ^= 1
+    out = tmp_path / "out"
+    empty = tiny.empty().data()
+    changing = make(blocks=(0, 2), name=lambda group: f"mesh {group}").data()
+    for content, problem in [
+        (bytes(damaged), "MESH: CRC of the payload does not match [FVV-1103]"),
+        (good[:-8], "the stream ends inside a chunk"),
+        (good[: good.rindex(b"GEND")], "the stream ends inside group 2 [FVV-1203]"),
+        (empty, "there are no groups to make segments of"),
+        (changing, "the configuration changes in front of group 2"),
+        (b"no stream", "[FVV-1005]"),
+    ]:
+        done = fvvmux(put(tmp_path, content), "--segments", out)
+        assert done.returncode == 1 and problem in done.stderr.decode()
+        assert len(done.stderr.splitlines()) == 1 and done.stdout == b""
+        assert [p.name for p in tmp_path.iterdir()] == ["clip.fvv"], "nothing is left behind"
+    path = put(tmp_path, good)
+    out.mkdir()
+    put(out, b"mine", "mine.txt")
+    done = fvvmux(path, "--segments", out)
+    assert done.returncode == 1 and b"already exists; --force replaces it" in done.stderr
+    assert fvvmux(path, "--segments", out, "--force").returncode == 0
+    assert read(out)[1] == good
+    assert fvvmux(path, "--segments", out, "-o", tmp_path / "again.fvv").returncode == 2
+    assert fvvmux("capture.json", "--segments", out).returncode == 2, "a capture needs -o too"
+    assert fvvmux("capture.json", "--segments", tmp_path / "o", "-o", "-").returncode == 2
+
+
+def test_of_a_capture(fvvmux, tmp_path):
+    (tmp_path / "meshes").mkdir()
+    for frame in range(3):
+        corners = "".join(f"v {x / 1000} {y / 1000} {(z + frame) / 1000}\n" for x, y, z in tiny.TETRAHEDRON)
+        faces = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in tiny.TETRAHEDRON_FACES)
+        (tmp_path / "meshes" / f"{frame:04}.obj").write_text(corners + faces)
+    capture = {
+        "fvv_capture": 1,
+        "name": "three",
+        "frame_rate": 25,
+        "frames": {"first": 0, "count": 3},
+        "units": "metres",
+        "meshes": {"pattern": "meshes/%04d.obj"},
+    }
+    (tmp_path / "capture.json").write_text(json.dumps(capture))
+    out, segments = tmp_path / "three.fvv", tmp_path / "segments"
+    options = ["--step", "1mm", "--group", "2"]
+    done = fvvmux(tmp_path / "capture.json", "-o", out, "--segments", segments, *options)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.decode().splitlines()[-1].endswith(" bytes in 2 groups and a configuration")
+    manifest, content = read(segments)
+    assert out.read_bytes().startswith(content) and len(manifest["groups"]) == 2

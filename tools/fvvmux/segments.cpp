@@ -1,0 +1,171 @@
+#include "fvvmux/segments.h"
+
+#include "fvv/container.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+namespace fvv::mux {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr size_t portion = 1 << 20;
+constexpr uint64_t largest_configuration = 64 << 20;
+
+std::string hex(uint32_t value) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%08x", value);
+  return text;
+}
+
+std::string group_name(size_t index) {
+  char text[32];
+  std::snprintf(text, sizeof text, "group-%06zu.fvv", index);
+  return text;
+}
+
+// The version that the writer followed. Every chunk of the stream passes the push reader: what is cut up is
+// good.
+struct Checked {
+  uint16_t major = 0, minor = 0;
+};
+Checked check_stream(const cli::InputFile &file) {
+  fvv_reader *created = nullptr;
+  if (fvv_reader_create(nullptr, nullptr, 0, &created) < 0) throw std::bad_alloc();
+  const std::unique_ptr<fvv_reader, void (*)(fvv_reader *)> reader(created, fvv_reader_destroy);
+  const fvv_input input = file.input();
+  std::vector<uint8_t> bytes(portion);
+  Checked checked;
+  for (uint64_t offset = 0;;) {
+    fvv_event event;
+    fvv_diagnostic diagnostic;
+    const fvv_status status = fvv_reader_next(reader.get(), &event, &diagnostic);
+    if (status == FVV_END) return checked;
+    if (status == FVV_NEED_DATA) {
+      const size_t size = static_cast<size_t>(std::min<uint64_t>(portion, file.size() - offset));
+      if (!size) {
+        fvv_reader_finish(reader.get());
+        continue;
+      }
+      if (input.read_at(input.user, offset, bytes.data(), size) < 0)
+        throw cli::Failure(file.path() + ": cannot read");
+      if (fvv_reader_push(reader.get(), bytes.data(), size) < 0) throw std::bad_alloc();
+      offset += size;
+      continue;
+    }
+    cli::check(status, file.path(), diagnostic);
+    if (event.kind == FVV_EVENT_DAMAGE) cli::fail(file.path(), event.diagnostic);
+    if (event.kind == FVV_EVENT_HEADER) checked = {event.written_major, event.written_minor};
+  }
+}
+
+std::vector<uint8_t> read(const cli::InputFile &file, uint64_t offset, uint64_t size) {
+  std::vector<uint8_t> bytes(static_cast<size_t>(size));
+  const fvv_input input = file.input();
+  if (size && input.read_at(input.user, offset, bytes.data(), bytes.size()) < 0)
+    throw cli::Failure(file.path() + ": cannot read");
+  return bytes;
+}
+
+// Copies a range of the stream into a file; answers its entry in the manifest.
+Json copy(const cli::InputFile &file, uint64_t offset, uint64_t size, const cli::OutputFolder &folder,
+          const std::string &name) {
+  cli::OutputFile out(folder.file(name), false);
+  uint32_t crc = 0;
+  for (uint64_t done = 0; done < size;) {
+    const std::vector<uint8_t> bytes = read(file, offset + done, std::min<uint64_t>(portion, size - done));
+    out.write(bytes.data(), bytes.size());
+    crc = fvv_crc32c(crc, bytes.data(), bytes.size());
+    done += bytes.size();
+  }
+  out.commit();
+  return {{"file", name}, {"bytes", size}, {"crc32c", hex(crc)}};
+}
+
+// The block that holds for a group: from its SCEN to the group.
+std::vector<uint8_t> block_of(const cli::InputFile &file, const fvv_group_info &group) {
+  const uint64_t size = group.offset - group.configuration_offset;
+  if (size > largest_configuration)
+    throw cli::Failure(file.path() + ": a configuration of " + std::to_string(size) +
+                       " bytes, expected at most " + std::to_string(largest_configuration));
+  return read(file, group.configuration_offset, size);
+}
+
+Json scene_of(const cli::InputFile &file, fvv_file *stream) {
+  const fvv_chunk_info *chunks = nullptr;
+  size_t count = 0;
+  const uint8_t *payload = nullptr;
+  fvv_diagnostic diagnostic = {};
+  fvv_scene scene;
+  cli::check(fvv_file_configuration(stream, 0, &chunks, &count, &diagnostic), file.path(), diagnostic);
+  cli::check(fvv_file_read_chunk(stream, &chunks[0], &payload, &diagnostic), file.path(), diagnostic);
+  cli::check(fvv_scene_decode(&scene, payload, static_cast<size_t>(chunks[0].size), &diagnostic), file.path(),
+             diagnostic);
+  return {{"time_base", {scene.time_base.numerator, scene.time_base.denominator}},
+          {"frame_duration", std::to_string(scene.frame_duration)}};
+}
+
+} // namespace
+
+bool is_stream(const std::string &path) {
+  constexpr std::string_view extension = ".fvv";
+  return path.size() > extension.size() &&
+         path.compare(path.size() - extension.size(), extension.size(), extension) == 0;
+}
+
+void Segments::write(const std::string &stream) {
+  const cli::InputFile file(stream);
+  const Checked checked = check_stream(file);
+  const fvv_input input = file.input();
+  fvv_file *opened = nullptr;
+  fvv_diagnostic diagnostic = {};
+  const fvv_status status = fvv_file_open(&input, nullptr, nullptr, &opened, &diagnostic);
+  const std::unique_ptr<fvv_file, void (*)(fvv_file *)> handle(opened, fvv_file_close);
+  cli::check(status, stream, diagnostic);
+  groups = fvv_file_group_count(opened);
+  if (!groups) throw cli::Failure(stream + ": there are no groups to make segments of");
+  const fvv_group_info first = *fvv_file_group(opened, 0);
+  const std::vector<uint8_t> block = block_of(file, first);
+
+  Json manifest = {{"fvv_segments", 1},
+                   {"media_type", "model/vnd.fvv"},
+                   {"format", std::to_string(checked.major) + "." + std::to_string(checked.minor)}};
+  manifest.update(scene_of(file, opened));
+  manifest["configuration"] = copy(file, 0, first.offset, output, "configuration.fvv");
+  manifest["groups"] = Json::array();
+  bytes = first.offset;
+  uint64_t known = first.configuration_offset; // of the block that was compared last
+  for (size_t i = 0; i < groups; i++) {
+    const fvv_group_info &group = *fvv_file_group(opened, i);
+    if (group.configuration_offset != known && block_of(file, group) != block)
+      throw cli::Failure(stream + ": the configuration changes in front of group " + std::to_string(i) +
+                         ": segments have one for all groups");
+    known = group.configuration_offset;
+    Json entry = copy(file, group.offset, group.size, output, group_name(i));
+    entry["sequence"] = group.sequence;
+    entry["start"] = std::to_string(group.start);
+    entry["end"] = std::to_string(group.end);
+    entry["frames"] = group.frame_count;
+    manifest["groups"].push_back(std::move(entry));
+    bytes += group.size;
+  }
+  const std::string text = manifest.dump(1) + "\n";
+  cli::OutputFile out(output.file("manifest.json"), false);
+  out.write(text.data(), text.size());
+  out.commit();
+  output.commit();
+}
+
+std::string Segments::text() const {
+  return name + ": " + std::to_string(bytes) + " bytes in " + std::to_string(groups) +
+         " groups and a configuration\n";
+}
+
+Json Segments::json() const {
+  return {{"folder", name}, {"groups", groups}, {"bytes", bytes}};
+}
+
+} // namespace fvv::mux
