@@ -2,7 +2,7 @@
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, wd2, wasm.
+import, calibration, clip, codecs, serve, wd2, wasm.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -17,6 +17,7 @@ import time
 import browser_decoder
 import codecs_table
 import leave_one_out
+import serve
 import whp235
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -219,6 +220,11 @@ def wasm():
     return browser_decoder.measure(keys["draco"], keys["fast"], tracked_stream())
 
 
+def served():
+    """fvvserve: replies of a file, and 200 viewers of a live stream, a tenth of whom don't read."""
+    return serve.measure(BUILD / "tools/fvvserve/fvvserve", WORK, stream())
+
+
 PARTS = {
     "synth": synth,
     "mux": mux,
@@ -233,6 +239,7 @@ PARTS = {
     "calibration": calibration_moving,
     "clip": clip,
     "codecs": codecs,
+    "serve": served,
     "wd2": leave_one_out.measure,
     "wasm": wasm,
 }
