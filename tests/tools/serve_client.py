@@ -14,6 +14,32 @@ import subprocess
 from conftest import tool_path
 
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
+SIZE = 1000
+CONTENT = bytes(i * 7 % 251 for i in range(SIZE))
+SECRET = b"nobody may read this"
+
+
+def make_site(base):
+    """A folder to serve with what may and what may not be had below and beside it."""
+    root = base / "root"
+    (root / "sub").mkdir(parents=True)
+    (base / "rootless").mkdir()
+    for path in base / "secret.txt", base / "rootless/secret.txt", root / ".hidden", root / "sub/.hidden":
+        path.write_bytes(SECRET)
+    (root / "clip.fvv").write_bytes(CONTENT)
+    (root / "empty.fvv").write_bytes(b"")
+    (root / "page.html").write_text("<p>page")
+    (root / "sub/index.html").write_text("<p>index")
+    (root / "decoder.wasm").write_bytes(b"\0asm")
+    (root / "with space.js").write_text("0")
+    (root / "inside.fvv").symlink_to("clip.fvv")
+    (root / "out").symlink_to("../secret.txt")
+    (root / "outside").symlink_to("..")
+    (root / "veiled").symlink_to(".hidden")
+    (root / "nothing").mkdir()
+    os.mkfifo(root / "fifo")
+    os.utime(root / "clip.fvv", (1_600_000_000, 1_600_000_000))
+    return root
 
 
 class Reply:

@@ -24,7 +24,8 @@ void ClientQueue::say(const std::string &json, const Missed &told) {
 }
 
 bool ClientQueue::fits(size_t size) const {
-  return messages.empty() || bytes_waiting + size <= limit_bytes;
+  // Or a chunk above the limit would never pass: what was put just before it may still be on its way.
+  return bytes_waiting <= limit_bytes / 8 || bytes_waiting + size <= limit_bytes;
 }
 
 // The client gets nothing of what it did not take in time: what it would get late is of no use to it.

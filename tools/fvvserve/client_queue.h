@@ -39,7 +39,7 @@ struct Message {
 
 class ClientQueue {
 public:
-  // limit: bytes that wait at most, what is being sent included. One message may be larger when it waits
+  // limit: bytes that wait at most, what is being sent included. One message may be larger when little
   // alone.
   explicit ClientQueue(size_t limit) : limit_bytes(limit) {}
 

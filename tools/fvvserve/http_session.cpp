@@ -3,6 +3,7 @@
 #include "fvvserve/access.h"
 #include "fvvserve/live_client.h"
 
+#include <algorithm>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>

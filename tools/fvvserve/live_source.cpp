@@ -190,7 +190,8 @@ bool LiveSource::play_once() {
     descriptor = Descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (descriptor.get() < 0) throw cli::Failure(path + ": cannot open: " + std::strerror(errno));
   }
-  if (input == Input::played_file) wait_until_due(reader.last_time + reader.frame_duration, reader);
+  if (input == Input::played_file && reader.last_time <= INT64_MAX - reader.frame_duration)
+    wait_until_due(reader.last_time + reader.frame_duration, reader);
   const bool again = input == Input::fifo || input == Input::played_file;
   {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -284,7 +285,7 @@ void LiveSource::wait_until_due(int64_t time, Reader &reader) {
   if (input != Input::played_file && !options.pace) return;
   const auto now = Clock::now();
   if (reader.anchor) {
-    const double wait = double(time - reader.anchor_time) * reader.seconds_per_tick -
+    const double wait = (double(time) - double(reader.anchor_time)) * reader.seconds_per_tick -
                         std::chrono::duration<double>(now - *reader.anchor).count();
     if (wait < longest_wait && wait > -longest_delay) {
       const auto due = now + std::chrono::duration_cast<Clock::duration>(

@@ -3,6 +3,7 @@
 #include "cli/cli.h"
 #include "fvvserve/http_session.h"
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -43,6 +44,9 @@ public:
                                                                   }))
                .second)
         throw cli::Failure("--live: two streams have the name " + input.name, cli::usage);
+    if (std::count_if(options.live.begin(), options.live.end(),
+                      [](const LiveInput &l) { return l.file == "-"; }) > 1)
+      throw cli::Failure("--live: two streams from standard input", cli::usage);
     raise_descriptor_limit(options.connections);
     listen();
   }
