@@ -39,6 +39,35 @@ media::Image pixels(const std::string &path) {
   return media::read_image(path, 3);
 }
 
+// Camera 65534 of the fixture: 40 x 36 pixels from (8, 4) of a picture of 64 x 48, sent as 30 x 48; whole
+// that is 48 x 64, where columns are those of the tile, 6 to the right, and rows lie between two of the tile,
+// 5 1/3 above.
+template <class Sample>
+void check_pasted(const media::BasicImage<Sample> &found, const media::BasicImage<Sample> &tile) {
+  REQUIRE((found.width == 48 && found.height == 64));
+  const Sample grey = Sample(media::flat_grey * (sizeof(Sample) == 1 ? 1 : 257));
+  size_t outside = 0, wrong = 0, between = 0;
+  for (int y = 0; y < 64; y++)
+    for (int x = 0; x < 48; x++)
+      for (int c = 0; c < 3; c++) {
+        const Sample value = found.pixels[size_t((y * 48 + x) * 3 + c)];
+        if (x < 6 || x >= 36 || y < 5 || y >= 53) {
+          wrong += value != grey;
+          outside++;
+          continue;
+        }
+        const auto at = [&](int row) {
+          return tile.pixels[size_t((std::clamp(row, 0, 47) * 30 + x - 6) * 3 + c)];
+        };
+        const auto [low, high] = std::minmax(at(y - 6), at(y - 5));
+        wrong += value < low || value > high;
+        between += low < value && value < high;
+      }
+  CHECK(outside == 3 * (48 * 64 - 30 * 48));
+  CHECK(wrong == 0);
+  CHECK(between > 200);
+}
+
 // PNG files of a stream with 8 bits, or 10 for uint16_t: of as many bits as Sample has, and exact.
 template <class Sample> void check_pictures(const media::VideoCodec &codec) {
   const Scratch scratch;
@@ -73,6 +102,10 @@ template <class Sample> void check_pictures(const media::VideoCodec &codec) {
                                  std::to_string(f) + ".png";
         CHECK(read(path)[24] == 8 * int(sizeof(Sample))); // the depth in IHDR
         const auto found = media::read_image<Sample>(path, 3);
+        if (t == 2) {
+          check_pasted(found, expected);
+          continue;
+        }
         CHECK((found.width == expected.width && found.height == expected.height));
         CHECK((found.pixels == expected.pixels));
       }
@@ -155,15 +188,18 @@ TEST_CASE("a picture's camera projects as the tile maps") {
     for (const capture::Camera &camera : capture.cameras)
       if (camera.calibration.id == tile.camera_id) written = &camera.calibration;
     REQUIRE(written);
-    CHECK((written->width == tile.destination.width && written->height == tile.destination.height));
+    const double scale[2] = {double(tile.destination.width) / tile.source.width,
+                             double(tile.destination.height) / tile.source.height};
+    CHECK((written->width == original.width * scale[0] && written->height == original.height * scale[1]));
     for (int i = 0; i < 50; i++) {
       const double world[3] = {0.02 * i - 0.5, 0.3 - 0.013 * i, 0.01 * i};
       double before[2], after[2], mapped[2];
       REQUIRE(fvv_camera_project(&original, world, before, nullptr) == 1);
       REQUIRE(fvv_camera_project(written, world, after, nullptr) == 1);
       fvv_tile_to_frame(&tile, before, mapped);
-      CHECK(std::abs(after[0] - (mapped[0] - tile.destination.x)) < 1e-9);
-      CHECK(std::abs(after[1] - (mapped[1] - tile.destination.y)) < 1e-9);
+      // The whole picture begins where the source rectangle would begin at (0, 0).
+      CHECK(std::abs(after[0] - (mapped[0] - tile.destination.x + tile.source.x * scale[0])) < 1e-9);
+      CHECK(std::abs(after[1] - (mapped[1] - tile.destination.y + tile.source.y * scale[1])) < 1e-9);
     }
   }
 }

@@ -7,7 +7,10 @@ VECTORS = ROOT / "conformance" / "tiles"
 
 
 def test_plain_reader_gives_the_listed_layouts():
-    assert list(tiles.lines((VECTORS / "crops.fvv").read_bytes())) == (VECTORS / "crops.txt").read_text().splitlines()
+    assert (
+        list(tiles.lines((VECTORS / "crops.fvv").read_bytes()))
+        == (VECTORS / "crops.txt").read_text().splitlines()
+    )
 
 
 def test_vector_uses_what_clause_10_11_has():
