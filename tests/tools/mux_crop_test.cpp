@@ -202,6 +202,45 @@ TEST_CASE("the background of cameras with masks is flat or smooth, as the codec 
   CHECK(std::abs(corner(FVV_CODEC_JPEG, mux::Background::smooth) - 140) < 8);
 }
 
+TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get more of them") {
+  const Folder folder;
+  Shape shape;
+  shape.masks = true;
+  shape.sizes = {{160, 120}, {160, 120}, {160, 120}};
+  const capture::Capture capture = make_capture(folder, shape);
+  // Camera 2 sees a small part only.
+  for (const int64_t frame : capture.frames.numbers()) {
+    media::Image mask = media::make_image(160, 120, 1, 0);
+    for (size_t y = 0; y < 120; y++)
+      for (size_t x = 0; x < 160; x++) mask.pixels[y * 160 + x] = x < 100 && y < 90 ? 255 : 0;
+    for (const size_t k : {0u, 1u}) write_png(capture.mask_path(capture.cameras[k], frame), mask);
+  }
+  mux::Options options = cropping(folder);
+  uint64_t before = UINT64_MAX;
+  for (const uint64_t bound : {1000000u, 20000u, 9000u}) {
+    options.video_pixels = bound;
+    const mux::Summary summary = mux::mux(options);
+    const mux::Tiling &tiling = summary.plan.tracks[0].tiling;
+    const uint64_t pixels = uint64_t(tiling.width) * tiling.height;
+    CHECK(pixels <= bound);
+    CHECK(pixels < before);
+    before = pixels;
+    const auto scale = [&](size_t k) {
+      return double(tiling.tiles[k].destination.width) / tiling.tiles[k].source.width;
+    };
+    if (bound == 1000000) CHECK((scale(0) == 1 && scale(2) == 1));
+    if (bound == 20000) CHECK(scale(0) < 1);
+    if (bound == 9000) CHECK(scale(0) < 0.7);
+    CHECK(std::abs(scale(0) - scale(1)) < 0.03);
+  }
+  options.video_pixels = 4096;
+  options.cameras = {"3"};
+  CHECK(mux::mux(options).plan.tracks[0].tiling.tiles.size() == 1);
+  options.crop = mux::Crop::none;
+  CHECK_THROWS_WITH(mux::mux(options),
+                    "--video-pixels: expected pictures that are cropped: as --crop none says");
+}
+
 TEST_CASE("cropped streams are the same for any number of threads") {
   const Folder folder;
   Shape shape;

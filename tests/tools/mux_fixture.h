@@ -179,7 +179,7 @@ inline mux::Options options_for(const Folder &folder) {
   options.force = true;
   options.group = 2;
   options.threads = 2;
-  options.keep_geometry = true; // tests count triangles
+  options.keep_geometry = true;   // tests count triangles
   options.crop = mux::Crop::none; // and look for pixels where they were
   options.background = mux::Background::keep;
   return options;

@@ -10,14 +10,6 @@ namespace fvv::mux {
 enum class CropBy { masks, mesh, nothing };
 CropBy crop_by(const capture::Capture &capture, const capture::Camera &camera);
 
-// Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.
-struct Box {
-  uint32_t left = 0, top = 0, right = 0, bottom = 0;
-
-  bool empty() const { return right == 0; }
-  void add(const Box &other);
-};
-
 // For each group, and in it for each of the cameras (indices in Capture::cameras): the box of what is seen of
 // the scene in any of its frames. By masks: of all pixels above 127. By the mesh: of the pixels in which its
 // vertices lie; everything, when one of them is not in front of the camera. By nothing: everything. Reads all

@@ -5,6 +5,7 @@
 #include "fvvmux/crop.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/packing.h"
+#include "fvvmux/tile_scale.h"
 
 #include <algorithm>
 #include <cmath>
@@ -60,6 +61,38 @@ uint32_t units(uint32_t pixels) {
   return (pixels + FVV_TILE_ALIGNMENT - 1) / FVV_TILE_ALIGNMENT;
 }
 
+// The crops of every group in one frame; no size: they do not fit any.
+struct Layout {
+  FrameSize size;
+  std::vector<std::vector<fvv_tile>> groups;
+};
+
+uint64_t pixels_of(const FrameSize &size) {
+  return uint64_t(size.width) * size.height * FVV_TILE_ALIGNMENT * FVV_TILE_ALIGNMENT;
+}
+
+Layout lay_out(const std::vector<std::vector<Box>> &boxes, const Tiling &tiling) {
+  Layout layout;
+  std::vector<std::vector<Cell>> cells;
+  for (const std::vector<Box> &group : boxes) {
+    layout.groups.emplace_back();
+    cells.emplace_back();
+    for (size_t k = 0; k < group.size(); k++) {
+      const fvv_tile tile = cropped(tiling.tiles[k], group[k]);
+      layout.groups.back().push_back(tile);
+      cells.back().push_back({units(tile.destination.width + media::guard_band),
+                              units(tile.destination.height + media::guard_band)});
+    }
+  }
+  layout.size = pack(cells, units(min_frame_side), units(max_frame_side));
+  for (size_t g = 0; g < cells.size(); g++)
+    for (size_t k = 0; k < cells[g].size(); k++) {
+      layout.groups[g][k].destination.x = uint16_t(cells[g][k].x * FVV_TILE_ALIGNMENT);
+      layout.groups[g][k].destination.y = uint16_t(cells[g][k].y * FVV_TILE_ALIGNMENT);
+    }
+  return layout;
+}
+
 std::string reason_of(const Plan &plan, const Tiling &tiling, const CropChoice &choice) {
   if (!choice.on)
     return plan.options.crop == Crop::none ? "as --crop none says"
@@ -107,7 +140,8 @@ void arrange(const capture::Capture &capture, Tiling &tiling) {
              capture.path, diagnostic);
 }
 
-std::vector<std::vector<fvv_tile>> crop(const Plan &plan, Tiling &tiling, CropChoice &choice) {
+CropChoice choose_crop(const Plan &plan, const Tiling &tiling) {
+  CropChoice choice;
   for (const fvv_tile &tile : tiling.tiles)
     choice.whole_pixels += uint64_t(tile.destination.width) * tile.destination.height;
   if (plan.options.crop == Crop::automatic)
@@ -118,36 +152,46 @@ std::vector<std::vector<fvv_tile>> crop(const Plan &plan, Tiling &tiling, CropCh
     }
   choice.on = choice.by_masks || choice.by_mesh;
   choice.reason = reason_of(plan, tiling, choice);
-  if (!choice.on) {
+  if (choice.on) choice.boxes = silhouettes(plan, tiling.cameras);
+  return choice;
+}
+
+void bound(const Plan &plan, Tiling &tiling) {
+  const uint64_t most = plan.options.video_pixels;
+  if (!most || tiling.tiles.empty()) return;
+  if (!plan.crop.on)
+    throw cli::Failure("--video-pixels: expected pictures that are cropped: " + plan.crop.reason, cli::usage);
+  const std::vector<fvv_tile> full = tiling.tiles;
+  const std::vector<double> useful = usefulness(plan.capture, tiling.cameras, plan.crop.boxes);
+  const auto fits = [&](double amount) {
+    tiling.tiles = scaled_by_use(full, plan.crop.boxes, useful, amount);
+    const Layout layout = lay_out(plan.crop.boxes, tiling);
+    return layout.size.width && pixels_of(layout.size) <= most;
+  };
+  if (fits(1)) return;
+  // What a share is worth is found by halves; the frame's size rises with it but for the packing's luck.
+  double low = 0, high = 1;
+  for (int i = 0; i < 24; i++) (fits((low + high) / 2) ? low : high) = (low + high) / 2;
+  if (!fits(low))
+    throw cli::Failure("--video-pixels: expected more for " + std::to_string(full.size()) +
+                           " cameras: margins and guard bands alone take more than " + std::to_string(most),
+                       cli::usage);
+}
+
+std::vector<std::vector<fvv_tile>> crop(const Plan &plan, Tiling &tiling) {
+  if (!plan.crop.on) {
     arrange(plan.capture, tiling);
     return {};
   }
-  std::vector<std::vector<fvv_tile>> groups;
-  std::vector<std::vector<Cell>> cells;
-  for (const std::vector<Box> &boxes : silhouettes(plan, tiling.cameras)) {
-    groups.emplace_back();
-    cells.emplace_back();
-    for (size_t k = 0; k < boxes.size(); k++) {
-      const fvv_tile tile = cropped(tiling.tiles[k], boxes[k]);
-      groups.back().push_back(tile);
-      cells.back().push_back({units(tile.destination.width + media::guard_band),
-                              units(tile.destination.height + media::guard_band)});
-    }
-  }
-  const FrameSize size = pack(cells, units(min_frame_side), units(max_frame_side));
-  if (!size.width)
+  Layout layout = lay_out(plan.crop.boxes, tiling);
+  if (!layout.size.width)
     throw cli::Failure(plan.capture.path + ": " + std::to_string(tiling.tiles.size()) +
                        " cropped pictures do not fit a frame of " + std::to_string(max_frame_side) + " x " +
-                       std::to_string(max_frame_side) + ": make them smaller (--scale)");
-  for (size_t g = 0; g < groups.size(); g++)
-    for (size_t k = 0; k < groups[g].size(); k++) {
-      groups[g][k].destination.x = uint16_t(cells[g][k].x * FVV_TILE_ALIGNMENT);
-      groups[g][k].destination.y = uint16_t(cells[g][k].y * FVV_TILE_ALIGNMENT);
-    }
-  tiling.width = size.width * FVV_TILE_ALIGNMENT;
-  tiling.height = size.height * FVV_TILE_ALIGNMENT;
-  tiling.tiles = groups[0];
-  return groups;
+                       std::to_string(max_frame_side) + ": make them smaller (--scale, --video-pixels)");
+  tiling.width = layout.size.width * FVV_TILE_ALIGNMENT;
+  tiling.height = layout.size.height * FVV_TILE_ALIGNMENT;
+  tiling.tiles = layout.groups[0];
+  return std::move(layout.groups);
 }
 
 } // namespace fvv::mux

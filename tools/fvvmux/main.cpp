@@ -63,8 +63,9 @@ constexpr const char *footer =
 // What is still text after the command line was split.
 struct Texts {
   std::optional<std::string> bit_depth, quality;
-  std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto", step,
-              max_error, mesh_profile = "draco", normals = "auto", frames, visibility = "auto";
+  std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
+              video_pixels, step, max_error, mesh_profile = "draco", normals = "auto", frames,
+              visibility = "auto";
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -121,6 +122,10 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->capture_default_str()
       ->needs(undistort);
   undistort->excludes(sheet);
+  app.add_option(
+      "--video-pixels", texts.video_pixels,
+      "of the frame in which cropped pictures are packed, at most (300k, 2M): cameras share them by their "
+      "usefulness, none gets more than --tile or --scale gives");
   app.add_option(
       "--max-error", texts.max_error,
       "error of the geometry in pixels of the transmitted pictures, at the camera that sees a place "
@@ -188,6 +193,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);
   options.background = mux::parse_background(texts.background);
   options.crop = mux::parse_crop(texts.crop);
+  if (!texts.video_pixels.empty()) options.video_pixels = mux::parse_pixels(texts.video_pixels);
   if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
   if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);

@@ -71,15 +71,28 @@ Quality parse_quality(const std::string &text, uint32_t codec) {
   refuse("--quality", expected.c_str(), text);
 }
 
-uint64_t parse_bit_rate(const std::string &text) {
-  constexpr double least = 1e3, most = 1e10;
+namespace {
+
+uint64_t parse_amount(const char *option, const char *expected, const std::string &text, double least,
+                      double most) {
   const char last = text.empty() ? 0 : text.back();
   const double unit = last == 'k' ? 1e3 : last == 'M' ? 1e6 : last == 'G' ? 1e9 : 1;
   double value;
   if (!capture::parse_double(text.substr(0, text.size() - (unit > 1)), value) || !(value * unit >= least) ||
       value * unit > most)
-    refuse("--bitrate", "bits a second such as 4M, 800k or 64000, from 1k to 10G", text);
+    refuse(option, expected, text);
   return uint64_t(std::llround(value * unit));
+}
+
+} // namespace
+
+uint64_t parse_bit_rate(const std::string &text) {
+  return parse_amount("--bitrate", "bits a second such as 4M, 800k or 64000, from 1k to 10G", text, 1e3,
+                      1e10);
+}
+
+uint64_t parse_pixels(const std::string &text) {
+  return parse_amount("--video-pixels", "pixels such as 300k, 2M or 100000, from 4k to 200M", text, 4e3, 2e8);
 }
 
 Length parse_length(const std::string &text) {

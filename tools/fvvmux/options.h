@@ -81,8 +81,9 @@ struct Options {
   Visibility visibility = Visibility::automatic;
   bool undistort = false;     // pictures without lens
   double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
-  bool environment = true; // the capture's background, if it has one
-  std::string segments; // a folder to write besides; then capture may be a stream, and output is empty
+  bool environment = true;    // the capture's background, if it has one
+  std::string segments;       // a folder to write besides; then capture may be a stream, and output is empty
+  uint64_t video_pixels = 0;  // of the frame with the cameras' tiles, at most; 0: any
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
@@ -99,6 +100,7 @@ FrameRange parse_frames(const std::string &text);                // "10-19", "10
 uint8_t parse_profile(const std::string &text);                  // "draco", "raw", "fast"
 Normals parse_normals(const std::string &text);                  // "auto", "always", "never"
 Background parse_background(const std::string &text);            // "auto", "keep", "flat", "smooth"
+uint64_t parse_pixels(const std::string &text);                  // "300k", "2M", "100000"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "none"
 

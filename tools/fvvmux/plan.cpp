@@ -171,6 +171,8 @@ Plan make_plan(const Options &options) {
     plan.undistortion = std::make_shared<Undistortion>(plan.capture, options.undistort_alpha);
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
   Tiling cameras = whole_pictures(plan.capture, options);
+  if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);
+  bound(plan, cameras);
   plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
   plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
   plan.normals = choose_normals(options, plan.capture);
@@ -180,7 +182,7 @@ Plan make_plan(const Options &options) {
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);
   if (!cameras.tiles.empty()) {
-    std::vector<std::vector<fvv_tile>> groups = crop(plan, cameras, plan.crop);
+    std::vector<std::vector<fvv_tile>> groups = crop(plan, cameras);
     plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}, std::move(groups)});
   }
   if (plan.capture.atlas) {
