@@ -59,7 +59,7 @@ void check_pasted(const media::BasicImage<Sample> &found, const media::BasicImag
         const auto at = [&](int row) {
           return tile.pixels[size_t((std::clamp(row, 0, 47) * 30 + x - 6) * 3 + c)];
         };
-        const auto [low, high] = std::minmax(at(y - 6), at(y - 5));
+        const auto [low, high] = std::minmax({at(y - 6), at(y - 5)});
         wrong += value < low || value > high;
         between += low < value && value < high;
       }

@@ -10,12 +10,12 @@ namespace fvv::mux {
 
 namespace {
 
-Box everything(const fvv_camera &camera) {
+Silhouette everything(const fvv_camera &camera) {
   return {0, 0, camera.width, camera.height};
 }
 
-Box box_of(const media::Image &mask) {
-  Box box;
+Silhouette box_of(const media::Image &mask) {
+  Silhouette box;
   for (uint32_t y = 0; y < mask.height; y++) {
     const auto begin = mask.pixels.begin() + std::ptrdiff_t(y) * mask.width, end = begin + mask.width;
     const auto set = [](uint8_t value) { return value > 127; };
@@ -28,7 +28,7 @@ Box box_of(const media::Image &mask) {
 }
 
 // Points beyond the lens' radius of validity are not seen (spec/fvv.md, clause 9.3).
-Box box_of(const capture::Mesh &mesh, const fvv_camera &camera) {
+Silhouette box_of(const capture::Mesh &mesh, const fvv_camera &camera) {
   double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
   for (size_t v = 0; v < mesh.vertex_count(); v++) {
     double pixel[2], depth;
@@ -49,9 +49,9 @@ Box box_of(const capture::Mesh &mesh, const fvv_camera &camera) {
           within(high[0] + 1, camera.width), within(high[1] + 1, camera.height)};
 }
 
-std::vector<Box> boxes_of_frame(const Plan &plan, const std::vector<size_t> &cameras, int64_t number) {
+std::vector<Silhouette> boxes_of_frame(const Plan &plan, const std::vector<size_t> &cameras, int64_t number) {
   const capture::Capture &capture = plan.capture;
-  std::vector<Box> boxes;
+  std::vector<Silhouette> boxes;
   std::optional<capture::Mesh> mesh;
   for (const size_t index : cameras) {
     const capture::Camera &camera = capture.cameras[index];
@@ -76,7 +76,7 @@ CropBy crop_by(const capture::Capture &capture, const capture::Camera &camera) {
   return camera.masks ? CropBy::masks : capture.meshes ? CropBy::mesh : CropBy::nothing;
 }
 
-void Box::add(const Box &other) {
+void Silhouette::add(const Silhouette &other) {
   if (other.empty()) return;
   if (empty()) {
     *this = other;
@@ -88,12 +88,12 @@ void Box::add(const Box &other) {
   bottom = std::max(bottom, other.bottom);
 }
 
-std::vector<std::vector<Box>> silhouettes(const Plan &plan, const std::vector<size_t> &cameras) {
-  std::vector<std::vector<Box>> frames(plan.frame_count());
+std::vector<std::vector<Silhouette>> silhouettes(const Plan &plan, const std::vector<size_t> &cameras) {
+  std::vector<std::vector<Silhouette>> frames(plan.frame_count());
   cli::parallel(plan.options.threads, frames.size(), [&](size_t i) {
     frames[i] = boxes_of_frame(plan, cameras, plan.capture.frames.number(int64_t(i)));
   });
-  std::vector<std::vector<Box>> groups(plan.group_count(), std::vector<Box>(cameras.size()));
+  std::vector<std::vector<Silhouette>> groups(plan.group_count(), std::vector<Silhouette>(cameras.size()));
   for (size_t i = 0; i < frames.size(); i++)
     for (size_t k = 0; k < cameras.size(); k++) groups[i / plan.group_size][k].add(frames[i][k]);
   return groups;

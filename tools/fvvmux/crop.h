@@ -14,6 +14,6 @@ CropBy crop_by(const capture::Capture &capture, const capture::Camera &camera);
 // the scene in any of its frames. By masks: of all pixels above 127. By the mesh: of the pixels in which its
 // vertices lie; everything, when one of them is not in front of the camera. By nothing: everything. Reads all
 // masks, and all meshes where a camera needs them.
-std::vector<std::vector<Box>> silhouettes(const Plan &plan, const std::vector<size_t> &cameras);
+std::vector<std::vector<Silhouette>> silhouettes(const Plan &plan, const std::vector<size_t> &cameras);
 
 } // namespace fvv::mux

@@ -46,10 +46,11 @@ Span span_of(uint32_t low, uint32_t high, uint32_t source, uint32_t whole) {
   return {uint16_t(low), uint16_t(size), uint16_t(destination)};
 }
 
-fvv_tile cropped(const fvv_tile &whole, const Box &box) {
+fvv_tile cropped(const fvv_tile &whole, const Silhouette &box) {
   const uint32_t width = whole.source.width, height = whole.source.height;
   // Nothing to be seen: a small tile, so that every group shows every camera.
-  const Box shown = box.empty() ? Box{width / 2, height / 2, width / 2 + 1, height / 2 + 1} : box;
+  const Silhouette shown =
+      box.empty() ? Silhouette{width / 2, height / 2, width / 2 + 1, height / 2 + 1} : box;
   const Span x = span_of(shown.left, shown.right, width, whole.destination.width),
              y = span_of(shown.top, shown.bottom, height, whole.destination.height);
   return {whole.camera_id,
@@ -71,10 +72,10 @@ uint64_t pixels_of(const FrameSize &size) {
   return uint64_t(size.width) * size.height * FVV_TILE_ALIGNMENT * FVV_TILE_ALIGNMENT;
 }
 
-Layout lay_out(const std::vector<std::vector<Box>> &boxes, const Tiling &tiling) {
+Layout lay_out(const std::vector<std::vector<Silhouette>> &boxes, const Tiling &tiling) {
   Layout layout;
   std::vector<std::vector<Cell>> cells;
-  for (const std::vector<Box> &group : boxes) {
+  for (const std::vector<Silhouette> &group : boxes) {
     layout.groups.emplace_back();
     cells.emplace_back();
     for (size_t k = 0; k < group.size(); k++) {

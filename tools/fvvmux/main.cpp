@@ -106,7 +106,7 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option(
          "--background", texts.background,
          "beyond 8 px from the silhouette, where there are masks: keep, flat (grey), smooth (runs on from "
-         "what is kept), or auto: flat for jpeg and h264, smooth for the others")
+         "what is kept), or auto: smooth for av1, flat for the others")
       ->capture_default_str();
   app.add_option(
          "--crop", texts.crop,

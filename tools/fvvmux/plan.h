@@ -68,11 +68,11 @@ struct VideoChoice {
 };
 
 // Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.
-struct Box {
+struct Silhouette {
   uint32_t left = 0, top = 0, right = 0, bottom = 0;
 
   bool empty() const { return right == 0; }
-  void add(const Box &other);
+  void add(const Silhouette &other);
 };
 
 // To what the pictures of cameras are cropped.
@@ -81,7 +81,8 @@ struct CropChoice {
   size_t by_masks = 0, by_mesh = 0; // cameras
   std::string reason;
   uint64_t whole_pixels = 0; // of all whole pictures of a frame, in the size in which they would be sent
-  std::vector<std::vector<Box>> boxes; // of each group and camera with pictures: what is seen of the scene
+  std::vector<std::vector<Silhouette>>
+      boxes; // of each group and camera with pictures: what is seen of the scene
 };
 
 // Tracks differ in what they show, and have a quality each.

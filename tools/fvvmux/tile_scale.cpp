@@ -10,9 +10,9 @@ namespace {
 constexpr int steps = 16; // of the scale
 
 // Pixels of the capture's picture, mean over the groups.
-double mean_area(const std::vector<std::vector<Box>> &boxes, size_t camera) {
+double mean_area(const std::vector<std::vector<Silhouette>> &boxes, size_t camera) {
   double sum = 0;
-  for (const std::vector<Box> &group : boxes)
+  for (const std::vector<Silhouette> &group : boxes)
     sum += double(group[camera].right - group[camera].left) * (group[camera].bottom - group[camera].top);
   return std::max(1.0, sum / double(boxes.size()));
 }
@@ -20,7 +20,7 @@ double mean_area(const std::vector<std::vector<Box>> &boxes, size_t camera) {
 } // namespace
 
 std::vector<double> usefulness(const capture::Capture &capture, const std::vector<size_t> &cameras,
-                               const std::vector<std::vector<Box>> &boxes) {
+                               const std::vector<std::vector<Silhouette>> &boxes) {
   std::vector<fvv_camera> seen;
   for (const size_t index : cameras)
     seen.push_back(capture.cameras[index].calibration_at(capture.frames.first));
@@ -41,7 +41,7 @@ std::vector<double> usefulness(const capture::Capture &capture, const std::vecto
 }
 
 std::vector<fvv_tile> scaled_by_use(const std::vector<fvv_tile> &full,
-                                    const std::vector<std::vector<Box>> &boxes,
+                                    const std::vector<std::vector<Silhouette>> &boxes,
                                     const std::vector<double> &usefulness, double amount) {
   std::vector<double> pixels; // in full
   double all = 0;
