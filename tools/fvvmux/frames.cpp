@@ -62,31 +62,38 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
                          std::to_string(whole.height) + " as in the first frame, found " +
                          std::to_string(images[0].width) + " x " + std::to_string(images[0].height));
   }
-  try {
-    for (size_t k = 0; k < tiling.cameras.size(); k++) {
-      const size_t index = tiling.cameras[k];
-      const capture::Camera &camera = capture.cameras[index];
-      const fvv_rect from = tiles[k].source;
-      const auto part = [&](const auto &image) {
+  const auto failure = [&](const std::string &what) {
+    return cli::Failure(capture.path + ": frame " + std::to_string(number) + ": " + what);
+  };
+  for (size_t k = 0; k < tiling.cameras.size(); k++) {
+    const size_t index = tiling.cameras[k];
+    const capture::Camera &camera = capture.cameras[index];
+    const fvv_rect from = tiles[k].source;
+    const auto part = [&](const auto &image) {
+      try {
         return media::crop(image, from.x, from.y, from.width, from.height);
-      };
-      images.push_back(part(load_view<Sample>(plan, index, *camera.pictures, number, 3)));
-      masks.emplace_back();
-      kept.emplace_back();
-      tiles[k].source.x = tiles[k].source.y = 0;
-      if (!camera.masks || !(with_mask || background != Background::keep)) continue;
-      masked = true;
-      masks.back() = part(load_view<uint8_t>(plan, index, *camera.masks, number, 1));
-      if (background == Background::flat) media::flatten(images.back(), masks.back(), background_margin);
-      if (background == Background::smooth) kept.back() = media::widened(masks.back(), background_margin);
-    }
+      } catch (const media::Error &error) {
+        throw failure("camera " + std::to_string(tiles[k].camera_id) + ": " + error.what());
+      }
+    };
+    images.push_back(part(load_view<Sample>(plan, index, *camera.pictures, number, 3)));
+    masks.emplace_back();
+    kept.emplace_back();
+    tiles[k].source.x = tiles[k].source.y = 0;
+    if (!camera.masks || !(with_mask || background != Background::keep)) continue;
+    masked = true;
+    masks.back() = part(load_view<uint8_t>(plan, index, *camera.masks, number, 1));
+    if (background == Background::flat) media::flatten(images.back(), masks.back(), background_margin);
+    if (background == Background::smooth) kept.back() = media::widened(masks.back(), background_margin);
+  }
+  try {
     Picture<Sample> picture = {media::compose(tiles, images, tiling.width, tiling.height), {}};
     if (masked && background == Background::smooth)
       media::fill_smoothly(picture.image, media::compose_masks(tiles, kept, tiling.width, tiling.height));
     if (masked && with_mask) picture.mask = media::compose_masks(tiles, masks, tiling.width, tiling.height);
     return picture;
   } catch (const media::Error &error) {
-    throw cli::Failure(capture.path + ": frame " + std::to_string(number) + ": " + error.what());
+    throw failure(error.what());
   }
 }
 
