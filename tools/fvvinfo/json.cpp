@@ -99,6 +99,12 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
                                 {"bits", {s->min_normal_bits, s->max_normal_bits}}};
       if (track.kind == FVV_TRACK_CALIBRATION)
         t["calibration"] = {{"entries", s->calibrations}, {"lost", s->lost_calibrations}};
+      if (s->max_cameras)
+        t["visibility"] = {{"face_chunks", s->chunks - s->of_vertices},
+                           {"vertex_chunks", s->of_vertices},
+                           {"cameras", {s->min_cameras, s->max_cameras}},
+                           {"pairs", s->pairs},
+                           {"bits_per_pair", s->pairs ? 8 * double(s->bytes) / double(s->pairs) : 0}};
     }
     if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(report, *video);
     out.push_back(t);

@@ -45,7 +45,7 @@ constexpr const char *footer =
     "cameras, max_vertex_error,\n"
     "max_vertex_error_steps, psnr, min_psnr, max_reprojection, moving_max_reprojection, max_texture_error, "
     "max_normal_error\n"
-    "(degrees), atlas: {pictures, psnr,\n"
+    "(degrees), visibility (meshes whose bits are what cameras see), atlas: {pictures, psnr,\n"
     "min_psnr}}}. Lengths are in metres, or in units of a capture of unknown scale, errors of texture\n"
     "coordinates in sides of the atlas; sizes in bytes of payload a frame; a PSNR (peak 255, whatever the\n"
     "bit depth) of identical pictures is null. background: {chunks, bytes (of one), parts, vertices,\n"

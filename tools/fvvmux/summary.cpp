@@ -224,6 +224,7 @@ void verdict_lines(std::string &out, const Summary &s) {
       line(out, "            %s %.2f dB luma, the worst frame %.2f dB",
            s.plan.tracks[i].is_atlas() ? "atlas" : "pictures", v.videos[i].luma.psnr(), v.videos[i].min_psnr);
   if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
+  if (v.visible) line(out, "            visibility of %zu meshes is what their cameras see", v.visible);
   if (s.calibration.chunks) line(out, "            and %.3g px in those that move", v.moving_reprojection);
 }
 
@@ -253,6 +254,7 @@ nlohmann::ordered_json verdict_json(const Summary &s) {
       {"min_psnr", cameras["min_psnr"]},
       {"max_reprojection", v.max_reprojection}};
   if (s.calibration.chunks) out["moving_max_reprojection"] = v.moving_reprojection;
+  if (s.plan.visibility.on) out["visibility"] = v.visible;
   if (s.plan.normals.bits) out["max_normal_error"] = v.mesh.max_normal_error;
   if (s.plan.texture_bits) out["max_texture_error"] = v.mesh.max_texture_error;
   if (!atlas.is_null()) out["atlas"] = atlas;

@@ -6,6 +6,7 @@
 #include "fvvmux/meshes.h"
 #include "fvvmux/ordered.h"
 #include "fvvmux/stream_writer.h"
+#include "fvvmux/verify_visibility.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,6 +29,7 @@ struct GroupVerdict {
   MeshVerdict mesh;
   std::vector<VideoVerdict> videos;
   double moving_reprojection = 0; // pixels, of cameras that move
+  size_t visible = 0;
 };
 
 // How far a rotation is from an orthonormal one, to which a camera that moves is rounded, in pixels.
@@ -128,6 +130,10 @@ private:
       fail(frame, mismatch.what());
     }
     verdict.meshes++;
+    if (!plan.visibility.on) return;
+    const std::string wrong = verify_visibility(stream.get(), frame, decoded.mesh, plan, name);
+    if (!wrong.empty()) fail(frame, wrong);
+    verdict.visible++;
   }
 
   void moving(size_t frame, GroupVerdict &verdict) {
@@ -269,6 +275,7 @@ Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins) {
       [&](size_t i) {
         verdict.meshes += groups[i].meshes;
         verdict.mesh.add(groups[i].mesh);
+        verdict.visible += groups[i].visible;
         verdict.moving_reprojection = std::max(verdict.moving_reprojection, groups[i].moving_reprojection);
         for (size_t k = 0; k < plan.tracks.size(); k++) verdict.videos[k].add(groups[i].videos[k]);
         progress.step(plan.frames_of(i));

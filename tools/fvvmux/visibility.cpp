@@ -51,11 +51,7 @@ struct Former {
 
 class FrameCoder {
 public:
-  FrameCoder(const Plan &chosen, const VisibilityChoice &what) : plan(chosen), choice(what) {
-    const capture::Lattice &lattice = plan.lattice.lattice;
-    std::copy_n(lattice.origin, 3, scene.lattice_origin);
-    scene.lattice_step = lattice.step;
-  }
+  FrameCoder(const Plan &chosen, const VisibilityChoice &what) : plan(chosen), choice(what) {}
 
   // follows: mesh has the faces of the one before.
   VisibilityFrame code(const fvv_mesh &mesh, bool follows, const std::vector<fvv_camera> &cameras) {
@@ -66,16 +62,17 @@ public:
     frame.elements = uint32_t(elements);
     Former now;
     now.number = frame.key ? 0 : former.number + 1;
-    std::vector<std::vector<uint8_t>> seen;
+    const std::vector<CameraView> looks = look(mesh, plan.lattice.lattice, choice, cameras);
     std::vector<fvv_visibility_view> views;
-    look(mesh, cameras, seen, views);
-    for (size_t i = 0; i < views.size(); i++) {
-      const auto before = former.states.find(views[i].camera);
-      std::vector<uint8_t> &states = now.states[views[i].camera];
+    for (const CameraView &one : looks) {
+      const auto before = former.states.find(one.camera);
+      std::vector<uint8_t> &states = now.states[one.camera];
       states.resize(elements);
-      views[i].seen = seen[i].data();
-      views[i].former = !frame.key && before != former.states.end() ? before->second.data() : nullptr;
-      views[i].states = states.data();
+      views.push_back({one.camera,
+                       {one.centre[0], one.centre[1], one.centre[2]},
+                       one.seen.data(),
+                       !frame.key && before != former.states.end() ? before->second.data() : nullptr,
+                       states.data()});
     }
     frame.cameras = uint32_t(views.size());
     if (!views.empty()) {
@@ -98,26 +95,6 @@ private:
     check(status);
   }
 
-  void look(const fvv_mesh &mesh, const std::vector<fvv_camera> &cameras,
-            std::vector<std::vector<uint8_t>> &seen, std::vector<fvv_visibility_view> &views) {
-    std::vector<float> metres(3 * size_t(mesh.vertex_count));
-    fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, mesh.vertex_count,
-                          metres.data());
-    const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
-    const render::RayCaster rays(surface);
-    const bool faces = choice.domain == FVV_VISIBILITY_FACES;
-    for (const fvv_camera &camera : cameras) {
-      fvv_visibility_view view = {};
-      view.camera = camera.id;
-      // A camera that is too far away for the lattice has no bits.
-      if (fvv_visibility_centre(&camera, &scene, view.centre, nullptr) != FVV_OK) continue;
-      std::vector<uint8_t> facing(faces ? mesh.face_count : mesh.vertex_count);
-      fvv_visibility_facing(&mesh, choice.domain, view.centre, choice.threshold, facing.data());
-      seen.push_back((faces ? render::seen_faces : render::seen_vertices)(camera, surface, rays, facing));
-      views.push_back(view);
-    }
-  }
-
   struct Bytes : fvv_bytes {
     Bytes() : fvv_bytes() {}
     Bytes(const Bytes &) = delete;
@@ -126,7 +103,6 @@ private:
 
   const Plan &plan;
   const VisibilityChoice &choice;
-  fvv_scene scene = {};
   fvv_diagnostic diagnostic = {};
   Bytes payload;
   Former former;
@@ -135,6 +111,27 @@ private:
 };
 
 } // namespace
+
+std::vector<CameraView> look(const fvv_mesh &mesh, const capture::Lattice &lattice,
+                             const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras) {
+  fvv_scene scene = {};
+  std::copy_n(lattice.origin, 3, scene.lattice_origin);
+  scene.lattice_step = lattice.step;
+  std::vector<float> metres(3 * size_t(mesh.vertex_count));
+  fvv_lattice_to_floats(lattice.origin, lattice.step, mesh.positions, mesh.vertex_count, metres.data());
+  const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
+  const render::RayCaster rays(surface);
+  const bool faces = choice.domain == FVV_VISIBILITY_FACES;
+  std::vector<CameraView> out;
+  for (const fvv_camera &camera : cameras) {
+    CameraView view = {camera.id, {}, std::vector<uint8_t>(faces ? mesh.face_count : mesh.vertex_count), {}};
+    if (fvv_visibility_centre(&camera, &scene, view.centre, nullptr) != FVV_OK) continue;
+    fvv_visibility_facing(&mesh, choice.domain, view.centre, choice.threshold, view.facing.data());
+    view.seen = (faces ? render::seen_faces : render::seen_vertices)(camera, surface, rays, view.facing);
+    out.push_back(std::move(view));
+  }
+  return out;
+}
 
 VisibilityCoder::VisibilityCoder(const Plan &chosen)
     : plan(chosen), choice(chosen.visibility), on(choice.on) {

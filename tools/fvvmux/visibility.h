@@ -24,6 +24,17 @@ struct VisibilitySums {
   double bits_per_pair() const { return pairs ? 8 * double(bytes) / double(pairs) : 0; }
 };
 
+// What one camera sees of a mesh: an entry for each face or vertex, not 0 where it is seen.
+struct CameraView {
+  uint16_t camera;
+  int32_t centre[3]; // on the lattice
+  std::vector<uint8_t> facing, seen;
+};
+
+// mesh is as decoders have it, and so are cameras. One that is too far away for the lattice is left out.
+std::vector<CameraView> look(const fvv_mesh &mesh, const capture::Lattice &lattice,
+                             const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras);
+
 // Whether the stream is to have visibility, of which cameras, and why. tiling: of the cameras. Throws
 // cli::Failure (usage) when it is asked for and there is nothing to see.
 VisibilityChoice choose_visibility(const Options &options, const capture::Capture &capture,

@@ -161,6 +161,9 @@ typedef struct fvv_track_summary {
   uint64_t calibrations, lost_calibrations; /* calibration chunks: declared entries, and cameras that move and
                                                have none in a chunk */
   uint32_t parts, pictures, lights;         /* background tracks: of the last chunk; vertices and faces too */
+  uint64_t pairs;                    /* visibility tracks: of an element and a camera, all chunks together */
+  uint64_t of_vertices;              /* visibility chunks with a bit for each vertex, not face */
+  uint32_t min_cameras, max_cameras; /* visibility tracks: cameras of a chunk */
 } fvv_track_summary;
 
 /* A run of frames that are whole: every chunk arrived, none damaged, and (with decode) every mesh decodes. */

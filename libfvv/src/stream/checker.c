@@ -186,6 +186,13 @@ static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
     widen(header->normal_bits, !t->with_normals++, &t->min_normal_bits, &t->max_normal_bits);
 }
 
+static void count_visibility(fvv_track_summary *t, const fvv_visibility_header *header) {
+  t->pairs += (uint64_t)header->camera_count * header->element_count;
+  t->of_vertices += header->domain == FVV_VISIBILITY_VERTICES;
+  if (!t->max_cameras || header->camera_count < t->min_cameras) t->min_cameras = header->camera_count;
+  if (header->camera_count > t->max_cameras) t->max_cameras = header->camera_count;
+}
+
 /* Where the mesh that is meant was seen in this group, it is judged with it, and with the calibration. */
 static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, checked_track *track,
                                    fvv_diagnostic *diagnostic) {
@@ -199,6 +206,7 @@ static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, check
     track->visibility.lost = 1;
     return status;
   }
+  count_visibility(&track->summary, &header);
   for (size_t i = 0; i < fvv_checker_track_count(c); i++) {
     if (tracks[i].summary.track == header.mesh_track && tracks[i].mesh.group == c->summary.groups)
       mesh = &tracks[i].mesh;
