@@ -111,13 +111,36 @@ def delta():
 
 
 def visibility():
-    """What 12 cameras of the studio see of hulls of 35,000 triangles, on a lattice of 1 mm."""
-    hulls = WORK / "hulls.fvv"
-    if not hulls.exists():
-        folder = WORK / "hulls"
-        tool("fvvsynth", "-o", folder, "--rig", "studio", "--meshes", "hull", "--frames", 10, "--force")
-        tool("fvvmux", folder, "-o", hulls, "--no-pictures", "--step", "1mm", "--keep-geometry", "--force")
-    return fvvbench("visibility", hulls)
+    """Bits of the clip's hulls and cameras, whole and decimated, and of wd2_human20, against rays (bench/visibility.cpp).
+
+    visibility.error_percent and its like are of the whole hulls; names of the others tell.
+    """
+    hulls = studio(), "--cameras", ",".join(CLIP_CAMERAS), "--frames", "0-9", "--no-pictures"
+    rows = {
+        "": (*hulls, "--keep-geometry", "--visibility", "face"),
+        "vertex.": (*hulls, "--keep-geometry", "--visibility", "vertex"),
+        "decimated.": (*hulls, "--tile", "{}x{}".format(*CLIP_TILE), "--visibility", "face"),
+    }
+    wd2 = leave_one_out.capture()
+    if wd2:
+        rows["wd2."] = wd2, "--no-pictures", "--keep-geometry", "--visibility", "face"
+    figures = {}
+    print(f"{'visibility':12}{'bits':>8}{'error %':>10}{'shown':>8}{'hidden':>8}{'map %':>8}{'plain %':>9}")
+    for name, arguments in rows.items():
+        path = WORK / "visibility.fvv"
+        done = json.loads(tool("fvvmux", *arguments, "-o", path, "--force", "--json"))["visibility"]
+        found = {
+            "bits_per_face_camera": done["bits_per_pair"],
+            "bytes_per_frame": done["bytes"] / done["frames"],
+        }
+        found |= fvvbench("visibility", path)
+        print(f"{name[:-1] or 'hulls':12}{found['bits_per_face_camera']:8.3f}{found['error_percent']:10.2f}"
+              f"{found['shown_wrongly_percent']:8.2f}{found['hidden_wrongly_percent']:8.2f}"
+              f"{found['depth_map_error_percent']:8.2f}{found.get('plain_face_bits_error_percent', 0):9.2f}")  # fmt: skip
+        if name == "vertex.":
+            found["bits_per_vertex_camera"] = found.pop("bits_per_face_camera")
+        figures |= {f"visibility.{name}{figure}": value for figure, value in found.items()}
+    return figures
 
 
 def container():

@@ -93,12 +93,11 @@ def compare(root, camera, stream, sources, way):
 
 
 def turned_over(source, path):
-    """The capture's mesh has its faces wound clockwise: all turned, as OBJ. Answers the positions."""
+    """The capture's mesh has its faces wound clockwise: all turned, as OBJ."""
     positions, faces = read_ply(source)
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in positions.tolist()]
     lines += [f"f {c + 1} {b + 1} {a + 1}" for a, b, c in faces.tolist()]
     path.write_text("\n".join(lines) + "\n")
-    return positions
 
 
 def cells_of(row):
@@ -123,18 +122,29 @@ def figures(means):
     return out
 
 
-def measure():
-    """Figures for bench.py, none without the data; prints the table."""
+def capture():
+    """The capture as fvvmux takes it, with its faces turned; nothing without the data."""
     root = DATA / "wd2_human20"
     if not root.exists():
         print(f"wd2: skipped: no wd2_human20 under FVV_DATA={os.path.relpath(DATA)}")
-        return {}
-    description, cameras = wd2_human20.describe(root)
+        return None
+    description, _ = wd2_human20.describe(root)
     WORK.mkdir(parents=True, exist_ok=True)
     description["meshes"] = {"pattern": "mesh_%04d.obj"}
-    middle = turned_over(root / wd2_human20.MESH, WORK / "mesh_0020.obj").mean(0)
-    capture, stream = write_capture(WORK, description), WORK / "wd2.fvv"
-    tool("fvvmux", capture, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry",
+    turned_over(root / wd2_human20.MESH, WORK / "mesh_0020.obj")
+    return write_capture(WORK, description)
+
+
+def measure():
+    """Figures for bench.py, none without the data; prints the table."""
+    source = capture()
+    if not source:
+        return {}
+    root = DATA / "wd2_human20"
+    _, cameras = wd2_human20.describe(root)
+    middle = read_ply(root / wd2_human20.MESH)[0].mean(0)
+    stream = WORK / "wd2.fvv"
+    tool("fvvmux", source, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry",
          "--visibility", "face", "--force")  # fmt: skip
     rows = {name: [] for name in ("leave_one_out", f"nearest_{NEAREST}")}
     titles = "from all others", f"from the nearest {NEAREST}"

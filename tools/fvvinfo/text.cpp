@@ -120,13 +120,14 @@ std::string track_text(const Report &report, const fvv_track &track) {
   if (found->parts || found->lights)
     out += format(": %u parts of %llu triangles, %u pictures, %u lights", found->parts,
                   (unsigned long long)found->faces, found->pictures, found->lights);
-  if (found->max_cameras)
-    out += format(": %s bits of ", !found->of_vertices                   ? "face"
-                                   : found->of_vertices == found->chunks ? "vertex"
-                                                                         : "face and vertex") +
-           range(found->min_cameras, found->max_cameras) +
-           format(" cameras, %.3f bits for each and camera",
-                  found->pairs ? 8 * double(found->bytes) / double(found->pairs) : 0);
+  if (found->max_cameras) {
+    const char *element = !found->of_vertices                   ? "face"
+                          : found->of_vertices == found->chunks ? "vertex"
+                                                                : "face or vertex";
+    out += ": " + range(found->min_cameras, found->max_cameras) +
+           format(" cameras, %.3f bits a %s and camera",
+                  found->pairs ? 8 * double(found->bytes) / double(found->pairs) : 0, element);
+  }
   if (found->textured) {
     out += ", texture coordinates of " + range(found->min_texture_bits, found->max_texture_bits) + " bits";
     if (found->textured != found->chunks)

@@ -31,7 +31,7 @@ constexpr const char *footer =
     "pictures, groups with a layout of their own), sample_frames,\n"
     "sample_psnr, sample_foreground, and with --bitrate bit_rate: {asked, reached, finest, coarsest,\n"
     "groups_over} of qualities and groups}, calibration (of cameras that move): {bytes, smallest, largest},\n"
-    "visibility: {sent, reason, and when sent domain: face|vertex, cameras, bytes, smallest, largest,\n"
+    "visibility: {sent, reason, and when sent domain: face|vertex, cameras, frames, bytes, smallest, largest,\n"
     "key_frames, bits_per_pair (of element and camera)},\n"
     "atlas: the same with texture_bits for cameras, sources: "
     "[{camera\n"

@@ -282,6 +282,7 @@ nlohmann::ordered_json visibility_json(const Summary &s) {
   if (!v.frames) return out;
   out["domain"] = domain_text(s);
   out["cameras"] = s.plan.visibility.cameras.size();
+  out["frames"] = v.frames;
   out["bytes"] = v.bytes;
   out["smallest"] = v.smallest;
   out["largest"] = v.largest;

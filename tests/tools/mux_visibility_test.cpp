@@ -1,0 +1,160 @@
+// fvvmux: which cameras see what, chosen, written, the same for any number of threads, and verified.
+#include "mux_fixture.h"
+
+#include "fvvmux/stream_writer.h"
+#include "fvvmux/summary.h"
+
+namespace {
+
+using mux::Visibility;
+
+// Two balls in line with camera 3: for it the nearer one hides part of the other, for camera 13 nothing does.
+capture::Mesh two_balls(int64_t frame) {
+  capture::Mesh mesh = ball(frame);
+  const auto count = uint32_t(mesh.vertex_count());
+  const std::vector<double> positions = mesh.positions;
+  const std::vector<uint32_t> faces = mesh.faces;
+  for (size_t i = 0; i < positions.size(); i++)
+    mesh.positions.push_back(positions[i] * 0.6 + (i % 3 == 2 ? -1 : 0));
+  for (const uint32_t vertex : faces) mesh.faces.push_back(vertex + count);
+  return mesh;
+}
+
+mux::Options balls_on_disk(const Folder &folder, Shape shape = {}) {
+  const capture::Capture capture = make_capture(folder, shape);
+  for (const int64_t number : capture.frames.numbers())
+    capture::write_mesh(two_balls(number), {}, capture.mesh_path(number));
+  mux::Options options = options_for(folder);
+  options.visibility = Visibility::faces;
+  options.quality = {false, 30};
+  return options;
+}
+
+// How many faces or vertices of the first frame are in each state for a camera.
+std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
+  const cli::InputFile file(path);
+  const fvv_input input = file.input();
+  fvv_stream *stream = nullptr;
+  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
+  const fvv_visibility *found = nullptr;
+  REQUIRE(fvv_stream_visibility(stream, 0, mux::visibility_track, &found, nullptr) == FVV_OK);
+  std::array<size_t, 3> out = {};
+  const size_t count = found->header.element_count;
+  for (size_t i = 0; i < found->header.camera_count; i++)
+    if (found->cameras[i] == camera)
+      for (size_t k = 0; k < count; k++) out[found->states[i * count + k]]++;
+  fvv_stream_close(stream);
+  return out;
+}
+
+} // namespace
+
+TEST_CASE("bits of faces and vertices say who is hidden, and are what was read back") {
+  const Folder folder;
+  mux::Options options = balls_on_disk(folder);
+  options.verify = true;
+  for (const Visibility domain : {Visibility::faces, Visibility::vertices}) {
+    options.visibility = domain;
+    const mux::Summary summary = mux::mux(options);
+    CHECK(summary.plan.visibility.on);
+    CHECK(summary.visibility.frames == 5);
+    // Groups of 2: the frames behind the first have its faces.
+    CHECK(summary.visibility.keys == 3);
+    CHECK(summary.verdict->visible == 5);
+    const auto front = states_of(options.output, 3), side = states_of(options.output, 13);
+    // The far ball shows camera 3 a rim of its half alone.
+    CHECK(front[FVV_ELEMENT_HIDDEN] > 60);
+    CHECK(side[FVV_ELEMENT_HIDDEN] == 0);
+    CHECK(side[FVV_ELEMENT_SEEN] > front[FVV_ELEMENT_SEEN]);
+    const nlohmann::ordered_json json = mux::summary_json(summary);
+    CHECK(json["visibility"]["domain"] == (domain == Visibility::faces ? "face" : "vertex"));
+    CHECK(json["visibility"]["bits_per_pair"] < 1.5);
+    CHECK(json["visibility"]["bytes"] == summary.visibility.bytes);
+    CHECK(json["verified"]["visibility"] == 5);
+  }
+}
+
+TEST_CASE("a bit that is not what a camera sees is found") {
+  const Folder folder;
+  mux::Options options = balls_on_disk(folder);
+  options.verify = true;
+  mux::Summary summary = mux::mux(options);
+  summary.plan.visibility.threshold = 0;
+  CHECK_THROWS_AS(mux::verify(summary.plan, summary.origins), cli::Failure);
+}
+
+TEST_CASE("visibility is the same for any number of threads") {
+  const Folder folder;
+  mux::Options options = balls_on_disk(folder);
+  std::string first;
+  for (const bool delta : {true, false})
+    for (const uint32_t threads : {1u, 2u, 5u}) {
+      options.threads = threads;
+      options.delta = delta;
+      CHECK(mux::mux(options).visibility.keys == (delta ? 3u : 5u));
+      const std::string bytes = read_bytes(options.output);
+      if (threads == 1)
+        first = bytes;
+      else
+        CHECK(bytes == first);
+    }
+}
+
+TEST_CASE("visibility that does not pay is left out, and the reason is told") {
+  const Folder folder;
+  mux::Options options = balls_on_disk(folder);
+  options.visibility = Visibility::automatic;
+  const auto reason = [&] {
+    const mux::Summary summary = mux::mux(options);
+    CHECK(summary.visibility.frames == 0);
+    CHECK(summary.visibility.bytes == 0);
+    CHECK(mux::summary_json(summary)["visibility"]["sent"] == false);
+    Stream stream(options.output);
+    for (size_t i = 0; i < stream.configuration().track_count; i++)
+      CHECK(stream.configuration().tracks[i].kind != FVV_TRACK_VISIBILITY);
+    return summary.plan.visibility.reason;
+  };
+  options.quality = {false, 51};
+  CHECK(reason().find("more than 10 %") != std::string::npos);
+  options.pictures = false;
+  CHECK(reason() == "there are no pictures of cameras");
+  options.pictures = true;
+  options.cameras = {"3"};
+  CHECK(reason() == "one camera alone costs a player one depth map");
+  options.cameras.clear();
+  options.meshes = false;
+  CHECK(reason() == "there are no meshes");
+  options.visibility = Visibility::faces;
+  CHECK_THROWS_AS(mux::mux(options), cli::Failure);
+  options.meshes = true;
+  options.visibility = Visibility::none;
+  CHECK(reason() == "--visibility none");
+}
+
+TEST_CASE("visibility pays up to a tenth of the pictures") {
+  mux::VisibilityChoice choice;
+  for (const uint64_t bytes : {100u, 101u}) {
+    choice.on = choice.open = true;
+    mux::settle_visibility(choice, bytes, 1000);
+    CHECK(choice.on == (bytes == 100));
+    CHECK(!choice.open);
+  }
+  // What is asked for stays.
+  choice.on = true;
+  mux::settle_visibility(choice, 5000, 1000);
+  CHECK(choice.on);
+}
+
+TEST_CASE("whoever asks gets the visibility of cameras without pictures too") {
+  const Folder folder;
+  mux::Options options = balls_on_disk(folder);
+  options.pictures = false;
+  CHECK(mux::mux(options).visibility.frames == 5);
+  CHECK(states_of(options.output, 23)[FVV_ELEMENT_SEEN] > 50);
+}
+
+TEST_CASE("--visibility names what it takes") {
+  CHECK(mux::parse_visibility("vertex") == Visibility::vertices);
+  CHECK_THROWS_WITH(mux::parse_visibility("faces"),
+                    "--visibility: expected auto, face, vertex or none, found \"faces\"");
+}
