@@ -119,7 +119,7 @@ def visibility():
     rows = {
         "": (*hulls, "--keep-geometry", "--visibility", "face"),
         "vertex.": (*hulls, "--keep-geometry", "--visibility", "vertex"),
-        "decimated.": (*hulls, "--tile", "{}x{}".format(*CLIP_TILE), "--visibility", "face"),
+        "decimated.": (*hulls, "--max-error", 0.3, "--visibility", "face"),
     }
     wd2 = leave_one_out.capture()
     if wd2:

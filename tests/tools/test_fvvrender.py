@@ -160,15 +160,42 @@ def test_floats_are_depth_weights_and_visibility(scene, tmp_path):
     assert np.abs(light - np.stack([colour[c] for c in "RGB"], 2)).max() < 0.005
 
 
-def test_depth_maps_and_rays_nearly_agree(scene, tmp_path):
+def test_bits_and_depth_maps_and_rays_nearly_agree(scene, tmp_path):
     _, stream = scene
-    pictures = []
-    for how in "depth", "rays":
+    pictures = {}
+    for how in "bits", "depth", "rays":
         path = tmp_path / f"{how}.exr"
-        drawn(stream, tmp_path / f"{how}.png", "--camera", 1, "--visible-by", how, "--visibility", path)
-        pictures.append(np.stack(list(read_exr(path).values())))
-    differ = (pictures[0] != pictures[1]).sum() / (pictures[1] > 0).sum()
-    assert 0 < differ < 0.03
+        figures = drawn(
+            stream, tmp_path / f"{how}.png", "--camera", 1, "--visible-by", how, "--visibility", path
+        )
+        assert figures["visible_by"] == how
+        assert figures["with_bits"] == (list(range(CAMERAS)) if how == "bits" else [])
+        pictures[how] = np.stack(list(read_exr(path).values()))
+    for how in "bits", "depth":
+        differ = (pictures[how] != pictures["rays"]).sum() / (pictures["rays"] > 0).sum()
+        assert 0 < differ < 0.03, how
+    # Bits are what is taken by default.
+    assert drawn(stream, tmp_path / "default.png", "--camera", 1)["visible_by"] == "bits"
+    assert (tmp_path / "default.png").read_bytes() == (tmp_path / "bits.png").read_bytes()
+
+
+def test_without_bits_there_are_depth_maps(scene, tmp_path):
+    capture, _ = scene
+    stream, out = tmp_path / "s.fvv", tmp_path / "out.png"
+    mux = ["fvvmux", capture, "-o", stream, "--codec", "jpeg", "--scale", "0.5", "--force", "--frames", "0-0"]
+    tool(*mux, "--visibility", "none")
+    assert drawn(stream, out, "--camera", 1)["visible_by"] == "depth"
+    done = tool("fvvrender", stream, "-o", out, "--camera", 1, "--visible-by", "bits", "--force", expected=1)
+    assert "there are no bits of these cameras" in done.stderr
+    # Of bits of vertices too, and when they are damaged depth maps take their place.
+    tool(*mux, "--visibility", "vertex")
+    assert drawn(stream, out, "--camera", 1, "--force")["visible_by"] == "bits"
+    damaged = bytearray(stream.read_bytes())
+    damaged[damaged.index(b"VISI") + 80] ^= 1
+    stream.write_bytes(damaged)
+    done = tool("fvvrender", stream, "-o", out, "--camera", 1, "--force", "--json", expected=3)
+    assert "no visibility of track 5, depth maps take its place" in done.stderr
+    assert json.loads(done.stdout)["visible_by"] == "depth"
 
 
 def test_any_number_of_threads_gives_the_same_files(scene, tmp_path):

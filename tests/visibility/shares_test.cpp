@@ -29,7 +29,8 @@ TEST_CASE("the share of a vertex is that of the faces around it that have a bit"
   CHECK(shares(FVV_VISIBILITY_FACES, {seen, seen, seen, hidden}) == Shares{191, 255, 255, 255, 128, 0, 127});
 }
 
-TEST_CASE("faces without a bit take what is seen around them; nothing around is a little less than half") {
+TEST_CASE(
+    "faces without a bit take what is seen around them, and nothing around is a little less than half") {
   CHECK(shares(FVV_VISIBILITY_FACES, {seen, averse, averse, averse}) ==
         Shares{255, 255, 255, 127, 127, 127, 127});
   CHECK(shares(FVV_VISIBILITY_FACES, {averse, averse, averse, averse}) == Shares(7, 127));
