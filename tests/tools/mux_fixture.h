@@ -182,6 +182,7 @@ inline mux::Options options_for(const Folder &folder) {
   options.keep_geometry = true;   // tests count triangles
   options.crop = mux::Crop::none; // and look for pixels where they were
   options.background = mux::Background::keep;
+  options.visibility = mux::Visibility::none; // and chunks
   return options;
 }
 
