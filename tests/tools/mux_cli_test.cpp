@@ -49,8 +49,10 @@ TEST_CASE("standard output as a stream, and --json") {
   const uint64_t bytes = summary.at("bytes");
   CHECK(bytes == fs::file_size(folder.path("out.fvv")));
   CHECK(summary.at("container_bytes").get<uint64_t>() + summary.at("mesh").at("bytes").get<uint64_t>() +
-            summary.at("video").at("bytes").get<uint64_t>() ==
+            summary.at("video").at("bytes").get<uint64_t>() +
+            summary.at("visibility").at("bytes").get<uint64_t>() ==
         bytes);
+  CHECK(summary.at("verified").at("visibility") == 5);
   CHECK(summary.at("video").at("quality") == 30);
   CHECK(summary.at("lattice").at("step") == 0.002); // tracked: a third of 0.0106, rounded down
   CHECK(summary.at("mesh").at("welded_vertices").at("count") == 0);
