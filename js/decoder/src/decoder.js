@@ -56,6 +56,8 @@ export class Decoder extends EventTarget {
   #taking = Promise.resolve();
   #ended = false;
   #closed = false;
+  #stop;
+  #stopped = new Promise((resolve) => (this.#stop = resolve));
 
   /** Use createDecoder. */
   static async create(options) {
@@ -87,7 +89,11 @@ export class Decoder extends EventTarget {
     if (wanted !== false && typeof Worker === "function")
       try {
         this.#worker = await startWorker(wanted);
-        this.#call = connect(this.#worker, { pull });
+        const { call, fail } = connect(this.#worker, { pull });
+        this.#call = call;
+        this.#worker.addEventListener("error", ({ message }) => {
+          fail(new FvvError({ code: "worker", message: `the worker failed: ${message}` }));
+        });
         this.#finish.push(() => this.#worker.terminate());
         return null;
       } catch (error) {
@@ -128,10 +134,11 @@ export class Decoder extends EventTarget {
 
   async #take() {
     while (!this.#closed && !this.#ended) {
-      const item = await this.#call("next");
+      // A worker that was ended does not answer.
+      const item = await Promise.race([this.#call("next"), this.#stopped]);
+      if (!item) break;
       const { type } = item;
       if (type === "frame") {
-        if (this.#closed) break;
         return this.#makeFrame(item.frame);
       }
       const detail = this.#revive(item.detail);
@@ -205,6 +212,7 @@ export class Decoder extends EventTarget {
   close() {
     if (this.#closed) return;
     this.#closed = true;
+    this.#stop(null);
     for (const finish of this.#finish) finish();
   }
 }

@@ -30,7 +30,8 @@ export class Engine {
 
   /** Events stand in the queue between frames, so that they are told in their place. */
   #tell(type, detail) {
-    if (type === "configuration") this.pictures.configure(detail);
+    // What is told is handed over to another thread, with the records in it.
+    if (type === "configuration") this.pictures.configure(structuredClone(detail));
     this.queue.push({ type, detail });
     this.#wake();
   }

@@ -13,7 +13,7 @@ function transferables(value, found = new Set()) {
   return found;
 }
 
-/** serve: {name: async (argument) => result}. Answers call(name, argument, {keep}): keep leaves buffers with the caller. */
+/** serve: {name: async (argument) => result}. Answers {call(name, argument), fail(error)}: fail ends all open calls. */
 export function connect(port, serve) {
   const calls = new Map();
   let last = 0;
@@ -32,10 +32,15 @@ export function connect(port, serve) {
     if (data.error) call?.reject(FvvError.fromPlain(data.error));
     else call?.resolve(data.result);
   });
-  return (name, argument) =>
+  const call = (name, argument) =>
     new Promise((resolve, reject) => {
       const id = ++last;
       calls.set(id, { resolve, reject });
       port.postMessage({ id, name, argument });
     });
+  const fail = (error) => {
+    for (const { reject } of calls.values()) reject(error);
+    calls.clear();
+  };
+  return { call, fail };
 }

@@ -4,7 +4,7 @@ import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
 import { connect } from "./port.js";
 
-const call = connect(self, {
+const { call } = connect(self, {
   open: (options) => engine.open(options),
   next: async () => {
     const item = await engine.next();
