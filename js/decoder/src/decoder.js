@@ -56,8 +56,6 @@ export class Decoder extends EventTarget {
   #taking = Promise.resolve();
   #ended = false;
   #closed = false;
-  #stop;
-  #stopped = new Promise((resolve) => (this.#stop = resolve));
 
   /** Use createDecoder. */
   static async create(options) {
@@ -94,7 +92,10 @@ export class Decoder extends EventTarget {
         this.#worker.addEventListener("error", ({ message }) => {
           fail(new FvvError({ code: "worker", message: `the worker failed: ${message}` }));
         });
-        this.#finish.push(() => this.#worker.terminate());
+        this.#finish.push(() => {
+          this.#worker.terminate();
+          fail(new FvvError({ code: "state", message: "the decoder was closed" }));
+        });
         return null;
       } catch (error) {
         const message = `there is no worker (${error.message}): this thread decodes`;
@@ -134,9 +135,13 @@ export class Decoder extends EventTarget {
 
   async #take() {
     while (!this.#closed && !this.#ended) {
-      // A worker that was ended does not answer.
-      const item = await Promise.race([this.#call("next"), this.#stopped]);
-      if (!item) break;
+      const item = await this.#call("next").catch((error) => {
+        if (!this.#closed) throw error;
+      });
+      if (this.#closed) {
+        item?.frame?.pictures.forEach(({ image }) => image.close());
+        break;
+      }
       const { type } = item;
       if (type === "frame") {
         return this.#makeFrame(item.frame);
@@ -212,7 +217,6 @@ export class Decoder extends EventTarget {
   close() {
     if (this.#closed) return;
     this.#closed = true;
-    this.#stop(null);
     for (const finish of this.#finish) finish();
   }
 }

@@ -50,6 +50,15 @@ async function decode(name, kind, worker) {
   return { name, kind, worker, inWorker, frames, pictures, warnings };
 }
 
+/** Ends while a frame is waited for: the iteration ends too. */
+async function abort(worker) {
+  const controller = new AbortController();
+  const source = new ReadableStream({ pull: () => new Promise(() => {}) });
+  const decoder = await createDecoder({ source, signal: controller.signal, worker: worker ? undefined : false });
+  setTimeout(() => controller.abort(), 20);
+  for await (const _ of decoder) throw new Error("there is no frame");
+}
+
 const violations = [];
 addEventListener("securitypolicyviolation", (event) =>
   violations.push(`${event.violatedDirective} ${event.blockedURI}`),
@@ -59,6 +68,8 @@ try {
   const names = new URLSearchParams(location.search).get("clips").split(",");
   for (const worker of [true, false])
     for (const name of names) for (const kind of Object.keys(sources)) results.push(await decode(name, kind, worker));
+  await abort(true);
+  await abort(false);
   await fetch("/result", { method: "POST", body: JSON.stringify({ results, violations }) });
 } catch (error) {
   await fetch("/result", {
