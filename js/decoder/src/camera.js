@@ -2,7 +2,7 @@
 
 import { CAMERA_SIZE, writeCamera } from "./flat.js";
 
-/** Projects for all cameras of a decoder, in an instance of the core that does nothing else. */
+/** Projects for all cameras of a decoder. */
 export class Projector {
   constructor(core) {
     this.core = core;

@@ -5,9 +5,8 @@ import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
 import { Frame } from "./frame.js";
 import { connect } from "./port.js";
-import { compileCore, createCore } from "./wasm.js";
+import { compileCore, createProjection } from "./wasm.js";
 
-const PROJECTOR_MEMORY = 2 ** 26;
 /** How long a worker may take to say that it is there. */
 const WORKER_PATIENCE_MS = 10000;
 
@@ -50,6 +49,7 @@ function startWorker(given) {
 export class Decoder extends EventTarget {
   #call;
   #worker = null;
+  #early = null;
   #projector;
   #cameras = [];
   #finish = [];
@@ -63,12 +63,12 @@ export class Decoder extends EventTarget {
     const { source, feed, signal } = options;
     signal?.throwIfAborted();
     const module = await compileCore();
-    decoder.#projector = new Projector(await createCore(module, { memoryBytes: PROJECTOR_MEMORY }));
+    decoder.#projector = new Projector(await createProjection());
     decoder.configuration = null;
     decoder.writable = feed?.writable ?? null;
     const pull = () => feed?.pull() ?? null;
     if (feed) decoder.#finish.push(() => feed.cancel());
-    const early = await decoder.#connect(options.worker, pull);
+    await decoder.#connect(options.worker, pull);
     if (signal) {
       const stop = () => decoder.close();
       signal.addEventListener("abort", stop, { once: true });
@@ -77,13 +77,10 @@ export class Decoder extends EventTarget {
     const { limits, normals, visibility, video, queue } = options;
     const opened = await decoder.#call("open", { source, module, limits, normals, visibility, video, queue });
     Object.assign(decoder, opened);
-    // Whoever listens has had no time to begin.
-    if (early) queueMicrotask(() => decoder.dispatchEvent(new FvvEvent("warning", early)));
     return decoder;
   }
 
   async #connect(wanted, pull) {
-    let early = null;
     if (wanted !== false && typeof Worker === "function")
       try {
         this.#worker = await startWorker(wanted);
@@ -96,15 +93,14 @@ export class Decoder extends EventTarget {
           this.#worker.terminate();
           fail(new FvvError({ code: "state", message: "the decoder was closed" }));
         });
-        return null;
+        return;
       } catch (error) {
         const message = `there is no worker (${error.message}): this thread decodes`;
-        early = new FvvError({ code: "worker", severity: "warning", fatal: false, message });
+        this.#early = new FvvError({ code: "worker", severity: "warning", fatal: false, message });
       }
     const engine = new Engine({ pull });
     this.#call = async (name, argument) => engine[name](argument);
     this.#finish.push(() => engine.close());
-    return early;
   }
 
   get inWorker() {
@@ -134,6 +130,9 @@ export class Decoder extends EventTarget {
   }
 
   async #take() {
+    // Before the first frame nobody has had time to listen.
+    if (this.#early) this.dispatchEvent(new FvvEvent("warning", this.#early));
+    this.#early = null;
     while (!this.#closed && !this.#ended) {
       const item = await this.#call("next").catch((error) => {
         if (!this.#closed) throw error;

@@ -6,7 +6,7 @@ import { Session } from "./session.js";
 /** So many reads and bytes to find the index; a file that needs more is read from front to back. */
 const INDEX_READS = 64;
 const INDEX_BYTES = 2 ** 26;
-const READ_LEAST = 1 << 12;
+const READ_LEAST = 1 << 14;
 
 export class Playback {
   /** emit(type, detail): events of the stream. want: {normals, visibility} */

@@ -66,10 +66,10 @@ function failed(url, response) {
   return new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
 }
 
-/** A host that keeps to Range. */
+/** A host that keeps to Range. What is asked for first begins at byte 0 and goes on into what is played. */
 class Ranges {
   constructor(url, init, size, etag, suffix) {
-    Object.assign(this, { url, init, size, etag, suffix });
+    Object.assign(this, { url, init, size, etag, suffix, head: null });
     this.requests = 1;
     this.bytesRead = suffix.length;
   }
@@ -89,28 +89,52 @@ class Ranges {
       throw new FvvError({ code: "io", message: `${this.url}: asked for byte ${from}, got ${range[1]}` });
     return response;
   }
+  async *body(from, signal) {
+    const kept = this.size - this.suffix.length;
+    let at = from;
+    if (from < kept)
+      for await (const piece of bodyOf(await this.fetch(from, kept, signal))) {
+        this.bytesRead += piece.length;
+        at += piece.length;
+        yield piece;
+      }
+    if (at < kept)
+      throw new FvvError({ code: "io", message: `${this.url}: the answer ends ${kept - at} bytes too early` });
+    yield this.suffix.subarray(Math.max(0, from - kept));
+  }
+  /** The first bytes, at least size; the answer that they come with is kept open for stream. */
+  async beginning(size) {
+    const abort = new AbortController();
+    this.head ??= { abort, body: this.body(0, abort.signal), pieces: [], length: 0 };
+    const { head } = this;
+    while (head.length < size) {
+      const { done, value } = await head.body.next();
+      if (done) break;
+      head.pieces.push(value);
+      head.length += value.length;
+    }
+    return new Uint8Array(await new Blob(head.pieces).arrayBuffer());
+  }
   async read(offset, size) {
     const kept = this.size - this.suffix.length;
     if (offset >= kept) return this.suffix.subarray(offset - kept, offset - kept + size);
+    if (offset === 0) return (await this.beginning(size)).subarray(0, size);
     const response = await this.fetch(offset, offset + size);
     const bytes = new Uint8Array(await response.arrayBuffer());
     this.bytesRead += bytes.length;
     return bytes;
   }
   async *stream(from, signal) {
-    const kept = this.size - this.suffix.length;
-    if (from < kept) {
-      const response = await this.fetch(from, kept, signal);
-      let at = from;
-      for await (const piece of bodyOf(response)) {
-        this.bytesRead += piece.length;
-        at += piece.length;
-        yield piece;
-      }
-      if (at < kept)
-        throw new FvvError({ code: "io", message: `${this.url}: the answer ends ${kept - at} bytes too early` });
+    const { head } = this;
+    this.head = null;
+    if (!head || from > 0) {
+      head?.abort.abort();
+      yield* this.body(from, signal);
+      return;
     }
-    yield this.suffix.subarray(Math.max(0, from - kept));
+    signal?.addEventListener("abort", () => head.abort.abort());
+    yield* head.pieces;
+    yield* head.body;
   }
 }
 

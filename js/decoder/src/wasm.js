@@ -1,4 +1,4 @@
-// The two wasm modules: bytes that travel inside this package, compiled once, and instances with memory of their own.
+// The three wasm modules: bytes that travel inside this package, compiled once, and instances with memory of their own.
 // Nothing here fetches anything, so that no bundler and no server has to be told where a .wasm lies.
 
 import { FvvError } from "./errors.js";
@@ -8,6 +8,7 @@ const PAGE = 65536;
 /** What the modules declare: no instance can have more. */
 const MEMORY_MAX = 2 ** 31;
 const INITIAL_PAGES = 64;
+const PROJECTION_MEMORY = 2 ** 26;
 
 async function unpack({ base64 }) {
   const packed = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
@@ -30,6 +31,7 @@ function compileOnce(name, load) {
 }
 
 export const compileCore = () => compileOnce("core", () => import("./core.wasm.js"));
+const compileProjection = () => compileOnce("projection", () => import("./projection.wasm.js"));
 export const compileDraco = () => compileOnce("draco", () => import("./draco.wasm.js"));
 
 function newMemory(bytes) {
@@ -73,6 +75,11 @@ export async function createCore(module, { memoryBytes, read = () => false }) {
     draco_decode: (...call) => draco.decode(...call),
   };
   return Object.assign(core, await instantiate(module, memoryBytes, fvv));
+}
+
+/** Projection alone, which needs no more memory than its points. */
+export async function createProjection() {
+  return instantiate(await compileProjection(), PROJECTION_MEMORY, {});
 }
 
 export async function createDraco(module, memoryBytes) {
