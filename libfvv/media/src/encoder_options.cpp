@@ -16,8 +16,8 @@ namespace {
  * frame, hence tune=psnr (the default of libvpx and libaom). At the same PSNR of the foreground this saves
  * about a tenth of the bytes.
  *
- * x264's slower takes 10 % fewer bytes than medium for tiles with a flat background, at 36 dB and at 42, and a
- * seventh more time of fvvmux.
+ * x264's slower takes 10 % fewer bytes than medium for tiles with a flat background, at 36 dB and at 42, and
+ * a seventh more time of fvvmux.
  *
  * x265's slow decides by rate and distortion and tries rectangular partitions, which at 42 dB saves a quarter
  * of medium's bytes. A first pass tells libvpx how much of every picture the next ones need, which saves a
