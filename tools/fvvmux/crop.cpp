@@ -61,7 +61,8 @@ std::vector<Silhouette> boxes_of_frame(const Plan &plan, const std::vector<size_
       break;
     case CropBy::mesh:
       if (!mesh) mesh = capture::load_mesh(capture, number);
-      boxes.push_back(camera.is_calibrated(number) ? box_of(*mesh, camera.calibration_at(number)) : Box{});
+      boxes.push_back(camera.is_calibrated(number) ? box_of(*mesh, camera.calibration_at(number))
+                                                   : Silhouette{});
       break;
     case CropBy::nothing:
       boxes.push_back(everything(camera.calibration));

@@ -83,9 +83,12 @@ Tiling arrange_atlas(const Plan &plan) {
 template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, const VideoTrack &track) {
   Sample<SampleType> sample;
   bool foreground = false;
-  // What a bit rate leaves to a group is for all of its frames.
-  const size_t most = plan.options.bit_rate ? SIZE_MAX : sample_size;
-  for (size_t i = 0; i < std::min(plan.frames_of(0), most); i++) {
+  // What a bit rate leaves to a group is for all of its frames. Else frames of the whole capture: scenes
+  // change.
+  const size_t frames = plan.frame_count();
+  const size_t count = plan.options.bit_rate ? plan.frames_of(0) : std::min(frames, sample_size);
+  for (size_t k = 0; k < count; k++) {
+    const size_t i = plan.options.bit_rate ? k : (2 * k + 1) * frames / (2 * count);
     Picture<SampleType> picture = load_picture<SampleType>(plan, track, i, true);
     sample.images.push_back(std::move(picture.image));
     if (picture.mask.pixels.empty()) continue;
@@ -147,7 +150,7 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
     choice.record = std::move(group.record);
     choice.codec_string = std::move(group.codec_string);
   } catch (const media::Error &error) {
-    throw cli::Failure(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "first " +
+    throw cli::Failure(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
                        std::to_string(sample.images.size()) + " frames: " + error.what());
   }
   return choice;

@@ -60,9 +60,10 @@ struct Tiling {
 
 struct VideoChoice {
   media::VideoSettings settings = {};
-  bool masks = false;          // the PSNR is that of the foreground
-  uint32_t sample_frames = 0;  // the first ones, by which quality was chosen or judged
-  double sample_psnr = 0;      // dB; may be infinite
+  bool masks = false; // the PSNR is that of the foreground
+  uint32_t sample_frames =
+      0;                  // by which quality was chosen: all of the first group for a bit rate, else spread
+  double sample_psnr = 0; // dB; may be infinite
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;
 };
@@ -117,7 +118,7 @@ struct Plan {
   bool warned = false;
   CropChoice crop;
   VisibilityChoice visibility;
-  std::shared_ptr<const Undistortion> undistortion; // with Options::undistort: what the cameras were
+  std::shared_ptr<const Undistortion> undistortion;   // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedBackground> background; // if there is one
 
   bool has_meshes() const { return capture.meshes.has_value(); }

@@ -132,7 +132,7 @@ void video_lines(std::string &out, const Summary &s, size_t index) {
          track.is_atlas() ? "atlas" : "video", double(video.settings.bit_rate) / 1000);
   else if (s.plan.options.quality.is_psnr)
     std::snprintf(wish, sizeof wish, " (asked for %.4g dB)", s.plan.options.quality.value);
-  line(out, "  quality   %.2f dB luma%s over the %s of the first %u frames", video.sample_psnr, wish,
+  line(out, "  quality   %.2f dB luma%s over the %s of %u sampled frames", video.sample_psnr, wish,
        track.is_atlas() ? "whole atlas"
        : video.masks    ? "foreground"
                         : "whole pictures",
