@@ -5,6 +5,7 @@
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 
+import { compileCore, compileDraco } from "../js/decoder/dist/modules.js";
 import { Session } from "../js/decoder/dist/session.js";
 
 const [what, file] = process.argv.slice(2);
@@ -24,7 +25,7 @@ async function* frames(session) {
 
 async function first() {
   const begin = performance.now();
-  const session = await Session.create();
+  const session = await Session.create({ module: await compileCore(), draco: compileDraco });
   for await (const _ of frames(session)) {
     if (session.needsDraco) await session.loadDraco();
     const ready = performance.now();
@@ -35,7 +36,7 @@ async function first() {
 }
 
 async function warm() {
-  const session = await Session.create();
+  const session = await Session.create({ module: await compileCore(), draco: compileDraco });
   const key = [];
   const delta = [];
   let triangles;

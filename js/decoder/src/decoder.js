@@ -5,7 +5,8 @@ import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
 import { Frame } from "./frame.js";
 import { connect } from "./port.js";
-import { compileCore, createProjection } from "./wasm.js";
+import { compileCore, compileDraco, compileProjection } from "./modules.js";
+import { createProjection } from "./wasm.js";
 
 /** How long a worker may take to say that it is there. */
 const WORKER_PATIENCE_MS = 10000;
@@ -63,7 +64,7 @@ export class Decoder extends EventTarget {
     const { source, feed, signal } = options;
     signal?.throwIfAborted();
     const module = await compileCore();
-    decoder.#projector = new Projector(await createProjection());
+    decoder.#projector = new Projector(await createProjection(await compileProjection()));
     decoder.configuration = null;
     decoder.writable = feed?.writable ?? null;
     const pull = () => feed?.pull() ?? null;
@@ -84,7 +85,7 @@ export class Decoder extends EventTarget {
     if (wanted !== false && typeof Worker === "function")
       try {
         this.#worker = await startWorker(wanted);
-        const { call, fail } = connect(this.#worker, { pull });
+        const { call, fail } = connect(this.#worker, { pull, draco: compileDraco });
         this.#call = call;
         this.#worker.addEventListener("error", ({ message }) => {
           fail(new FvvError({ code: "worker", message: `the worker failed: ${message}` }));
@@ -98,7 +99,7 @@ export class Decoder extends EventTarget {
         const message = `there is no worker (${error.message}): this thread decodes`;
         this.#early = new FvvError({ code: "worker", severity: "warning", fatal: false, message });
       }
-    const engine = new Engine({ pull });
+    const engine = new Engine({ pull, draco: compileDraco });
     this.#call = async (name, argument) => engine[name](argument);
     this.#finish.push(() => engine.close());
   }

@@ -7,9 +7,9 @@ import { Playback } from "./playback.js";
 import { openSource } from "./sources.js";
 
 export class Engine {
-  /** pull(): the next bytes of a source that is a stream, or null. */
-  constructor({ pull }) {
-    Object.assign(this, { pull, generation: 0, queue: [], waiting: null, room: null, error: null });
+  /** pull(): the next bytes of a source that is a stream, or null. draco(): the compiled module of Draco. */
+  constructor({ pull, draco }) {
+    Object.assign(this, { pull, draco, generation: 0, queue: [], waiting: null, room: null, error: null });
     this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
   }
 
@@ -19,6 +19,7 @@ export class Engine {
     this.pictures = createPictures(video, (error) => this.#tell("warning", error));
     this.playback = await Playback.open(this.source, {
       module,
+      draco: this.draco,
       limits,
       want: { normals, visibility },
       emit: (type, detail) => this.#tell(type, detail),

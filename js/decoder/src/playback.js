@@ -10,11 +10,16 @@ const READ_LEAST = 1 << 14;
 
 export class Playback {
   /** emit(type, detail): events of the stream. want: {normals, visibility} */
-  static async open(source, { module, limits, emit, want }) {
+  static async open(source, { module, draco, limits, emit, want }) {
     const playback = new Playback();
     const held = [];
     Object.assign(playback, { source, emit, want, held, groups: null, missing: null });
-    playback.session = await Session.create({ module, limits, read: (offset, out) => playback.#answer(offset, out) });
+    playback.session = await Session.create({
+      module,
+      draco,
+      limits,
+      read: (offset, out) => playback.#answer(offset, out),
+    });
     if (source.size !== undefined) await playback.#openIndex();
     return playback;
   }

@@ -2,7 +2,7 @@
 
 import { FvvError, IO } from "./errors.js";
 import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroup } from "./flat.js";
-import { compileCore, compileDraco, createCore, createDraco } from "./wasm.js";
+import { createCore, createDraco } from "./wasm.js";
 
 const events = ["need data", "configuration", "group", "frame", "damage", "end", "done"];
 const WANT = { floats: 1, normals: 2, visibility: 4 };
@@ -21,10 +21,12 @@ export const defaultLimits = {
 };
 
 export class Session {
-  static async create({ module, limits = {}, read } = {}) {
+  /** module: of the core. draco(): that of Draco, when it is needed. */
+  static async create({ module, draco, limits = {}, read }) {
     const session = new Session();
+    session.draco = draco;
     session.limits = { ...defaultLimits, ...limits };
-    session.core = await createCore(module ?? (await compileCore()), {
+    session.core = await createCore(module, {
       memoryBytes: session.limits.memory,
       read,
     });
@@ -121,7 +123,7 @@ export class Session {
     return !this.core.draco && (this.exports.fvvjs_profiles(this.decoder) & PROFILE_DRACO) !== 0;
   }
   async loadDraco() {
-    this.core.draco ??= await createDraco(await compileDraco(), this.limits.memory);
+    this.core.draco ??= await createDraco(await this.draco(), this.limits.memory);
   }
 
   /**

@@ -1,5 +1,4 @@
-// The three wasm modules: bytes that travel inside this package, compiled once, and instances with memory of their own.
-// Nothing here fetches anything, so that no bundler and no server has to be told where a .wasm lies.
+// Instances of the wasm modules, each with memory of its own.
 
 import { FvvError } from "./errors.js";
 import { DIAGNOSTIC_SIZE } from "./flat.js";
@@ -9,30 +8,6 @@ const PAGE = 65536;
 const MEMORY_MAX = 2 ** 31;
 const INITIAL_PAGES = 64;
 const PROJECTION_MEMORY = 2 ** 26;
-
-async function unpack({ base64 }) {
-  const packed = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).arrayBuffer();
-}
-
-const compiled = new Map();
-
-function compileOnce(name, load) {
-  if (!compiled.has(name)) {
-    const module = load()
-      .then(unpack)
-      .then((bytes) => WebAssembly.compile(bytes));
-    // A failure is told to whoever asked, and can be tried again.
-    module.catch(() => compiled.delete(name));
-    compiled.set(name, module);
-  }
-  return compiled.get(name);
-}
-
-export const compileCore = () => compileOnce("core", () => import("./core.wasm.js"));
-const compileProjection = () => compileOnce("projection", () => import("./projection.wasm.js"));
-export const compileDraco = () => compileOnce("draco", () => import("./draco.wasm.js"));
 
 function newMemory(bytes) {
   const maximum = Math.min(Math.floor(Math.min(bytes, MEMORY_MAX) / PAGE), MEMORY_MAX / PAGE);
@@ -78,8 +53,8 @@ export async function createCore(module, { memoryBytes, read = () => false }) {
 }
 
 /** Projection alone, which needs no more memory than its points. */
-export async function createProjection() {
-  return instantiate(await compileProjection(), PROJECTION_MEMORY, {});
+export function createProjection(module) {
+  return instantiate(module, PROJECTION_MEMORY, {});
 }
 
 export async function createDraco(module, memoryBytes) {

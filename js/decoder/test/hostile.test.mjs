@@ -6,6 +6,7 @@ import { readFileSync } from "node:fs";
 import { after, test } from "node:test";
 
 import { FvvError, createDecoder } from "../dist/index.js";
+import { compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
 import { damaged, replaceMesh } from "./damage.mjs";
 import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
@@ -48,7 +49,10 @@ for (const file of [...conformanceFiles(), clips.delta, clips.moving])
 
 test("a lost group leaves a gap, and playing goes on behind it", async () => {
   const bytes = new Uint8Array(readFileSync(clips.delta));
-  const session = await Session.create({ read: (at, out) => (out.set(bytes.subarray(at, at + out.length)), true) });
+  const session = await Session.create({
+    module: await compileCore(),
+    read: (at, out) => (out.set(bytes.subarray(at, at + out.length)), true),
+  });
   session.open(bytes.length);
   const [first, second] = session.groups();
   bytes[first.offset + 200] ^= 1;

@@ -103,7 +103,8 @@ function prepare(name, work, archive) {
   const { packages, build, page: script, out } = bundlers[name];
   const project = join(work, name);
   mkdirSync(project);
-  const run = (program, ...parameters) => execFileSync(program, parameters, { cwd: project, stdio: "pipe" });
+  const run = (program, ...parameters) =>
+    execFileSync(program, parameters, { cwd: project, stdio: "pipe", encoding: "utf8" });
   writeFileSync(join(project, "package.json"), JSON.stringify({ type: "module", private: true }));
   writeFileSync(join(project, "main.js"), main);
   writeFileSync(join(project, "index.html"), page("./main.js"));
@@ -117,6 +118,14 @@ function prepare(name, work, archive) {
   run(...build);
   if (script) cpSync(join(project, "index.html"), join(project, out, "index.html"));
   return join(project, out);
+}
+
+async function attempt(name, archive) {
+  try {
+    return await runPage(prepare(name, work, archive), clips.draco);
+  } catch (error) {
+    return { error: `${error.message}\n${error.stdout ?? ""}` };
+  }
 }
 
 const names = process.argv.length > 2 ? process.argv.slice(2) : Object.keys(bundlers);
