@@ -14,6 +14,12 @@ namespace {
 
 constexpr size_t largest_inbound = 4096;
 
+const char *reason(beast::error_code error) {
+  if (error == websocket::error::closed) return "closed";
+  if (error == websocket::error::message_too_big) return "message above 4 KiB";
+  return error == beast::error::timeout ? "timeout" : "gone";
+}
+
 class LiveClient : public Listener, public std::enable_shared_from_this<LiveClient> {
 public:
   LiveClient(beast::tcp_stream &&stream, const Options &chosen, std::shared_ptr<LiveChannel> live,
@@ -56,11 +62,7 @@ private:
   // What a client says is read, so that its pongs are, and has no meaning.
   void read() {
     socket.async_read(inbound, [self = shared_from_this()](beast::error_code error, size_t) {
-      if (error)
-        return self->finish(error == websocket::error::closed            ? "closed"
-                            : error == websocket::error::message_too_big ? "message above 4 KiB"
-                            : error == beast::error::timeout             ? "timeout"
-                                                                         : "gone");
+      if (error) return self->finish(self->queue.ended() ? "end of stream" : reason(error));
       self->inbound.clear();
       self->read();
     });
@@ -77,7 +79,7 @@ private:
     socket.async_write(asio::buffer(*message->bytes),
                        [self = shared_from_this()](beast::error_code error, size_t) {
                          self->writing = false;
-                         if (error) return self->finish(error == beast::error::timeout ? "timeout" : "gone");
+                         if (error) return self->finish(reason(error));
                          self->queue.sent();
                          self->write();
                        });
