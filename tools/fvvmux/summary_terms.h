@@ -1,0 +1,69 @@
+// fvvmux/summary_terms.h: what the summary says in both of its forms, as text and as JSON.
+#pragma once
+
+#include "fvvmux/frames.h"
+#include "fvvmux/summary.h"
+
+#include <algorithm>
+
+namespace fvv::mux {
+
+inline const char *codec_text(const Summary &s) {
+  return media::find_video_codec(s.plan.options.codec)->option;
+}
+
+inline const char *profile_text(const Summary &s) {
+  return fvv_mesh_profile_name(s.plan.options.mesh_profile);
+}
+
+inline double per_second(const Summary &s) {
+  return s.seconds > 0 ? double(s.plan.frame_count()) / s.seconds : 0;
+}
+
+inline uint64_t overhead(const Summary &s) {
+  uint64_t bytes =
+      s.bytes - s.mesh.payload - s.calibration.payload - s.visibility.bytes - s.background.payload;
+  for (const TrackBytes &video : s.videos) bytes -= video.payload;
+  return bytes;
+}
+
+// For people and as a key of JSON.
+inline const char *label_of(const VideoTrack &track) {
+  return track.is_atlas() ? "atlas" : "video";
+}
+
+struct NamedChange {
+  const char *text, *key;
+  const Change MeshChanges::*change;
+};
+inline constexpr NamedChange named_changes[] = {
+    {"welded vertices", "welded_vertices", &MeshChanges::welded},
+    {"degenerate faces", "degenerate_faces", &MeshChanges::degenerate},
+    {"duplicate faces", "duplicate_faces", &MeshChanges::duplicate},
+    {"unreferenced vertices", "unreferenced_vertices", &MeshChanges::unreferenced},
+    {"flipped faces", "flipped_faces", &MeshChanges::flipped},
+    {"dropped components", "dropped_components", &MeshChanges::dropped_components},
+    {"faces of those", "dropped_component_faces", &MeshChanges::dropped_faces},
+    {"split polygons", "split_polygons", &MeshChanges::split_polygons},
+    {"lines and points left out", "lines_and_points", &MeshChanges::left_out},
+    {"non-manifold edges", "nonmanifold_edges", &MeshChanges::nonmanifold_edges},
+    {"boundary edges", "boundary_edges", &MeshChanges::boundary_edges}};
+
+// Pixels of the video frame over those of all pictures whole.
+inline double pixel_share(const Summary &s, const VideoTrack &track) {
+  return double(track.tiling.width) * track.tiling.height / double(s.plan.crop.whole_pixels);
+}
+
+inline const char *fill_text(const Summary &s) {
+  const auto &cameras = s.plan.capture.cameras;
+  const bool masks = std::any_of(cameras.begin(), cameras.end(), [](const auto &c) { return bool(c.masks); });
+  if (!masks) return "keep";
+  const Background background = background_of(s.plan.options);
+  return background == Background::flat ? "flat" : background == Background::smooth ? "smooth" : "keep";
+}
+
+inline const char *domain_text(const Summary &s) {
+  return s.plan.visibility.domain == FVV_VISIBILITY_FACES ? "face" : "vertex";
+}
+
+} // namespace fvv::mux
