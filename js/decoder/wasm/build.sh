@@ -33,3 +33,6 @@ for module in core projection draco; do
   node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done
 cp "$here"/../src/*.js "$here"/../src/*.d.ts "$here/../dist/"
+cp "$here/../../../LICENSE" "$here/../dist/LICENSE"
+cp "$build/sources/draco/LICENSE" "$here/../dist/LICENSE.draco"
+cp "$build/sources/meshoptimizer/LICENSE.md" "$here/../dist/LICENSE.meshoptimizer"
