@@ -2,7 +2,7 @@
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, serve, wd2, wasm.
+import, calibration, clip, codecs, serve, wd2, js.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -242,7 +242,7 @@ def codecs():
     return codecs_table.measure(WORK, {"tracked": (meshes, True)})
 
 
-def wasm():
+def js():
     """The decoder for browsers on meshes of 35,000 triangles, beside the draco3d package of npm."""
     keys = {}
     for profile in ("draco", "fast"):
@@ -274,16 +274,16 @@ PARTS = {
     "codecs": codecs,
     "serve": served,
     "wd2": leave_one_out.measure,
-    "wasm": wasm,
+    "js": js,
 }
 
 
 def part_of(name):
-    """Which part gives a figure: the one in front of its dot, but for figures of the table and of clips."""
+    """Which part gives a figure: the one in front of its dot, but for figures of the table, of clips and of wasm."""
     if name in (*codecs_table.FIGURES, codecs_table.TIME_FIGURE):
         return "codecs"
     part = name.split(".")[0]
-    return "clip" if part in ("clip42", "clip36") else part
+    return {"clip42": "clip", "clip36": "clip", "wasm": "js"}.get(part, part)
 
 
 def rounded(value):

@@ -1,4 +1,4 @@
-"""Time the browser's decoder in Node, and its size as it travels (./run bench wasm)."""
+"""Time the browser's decoder in Node, and its size as it travels (./run bench js)."""
 
 import json
 import os
@@ -42,13 +42,13 @@ def measure(draco, fast, delta):
     """Milliseconds a frame, without normals. first_call: of the first mesh in a fresh process, the worst of three
     profiles; loading the modules is told apart."""
     if not shutil.which("emcmake") or not shutil.which("node"):
-        print("wasm.* are left out: no emcmake or no node here")
+        print("js.* and wasm.* are left out: no emcmake or no node here")
         return {}
     sizes = run(DECODER / "wasm/build.sh", ROOT / "build/wasm").splitlines()
     core = next(line for line in sizes if "core.wasm.js" in line)
     first = {path: node("first", path) for path in (draco, fast, delta)}
     figures = {
-        "wasm.core_brotli_bytes": int(core.split("brotli ")[1].split(";")[0]),
+        "js.core_brotli_bytes": int(core.split("brotli ")[1].split(";")[0]),
         "wasm.first_call_ms": max(f["first_ms"] for f in first.values()),
         "wasm.load_and_first_ms": max(f["load_and_first_ms"] for f in first.values()),
         "wasm.key_ms": node("warm", draco)["key_ms"],
