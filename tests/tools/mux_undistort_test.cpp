@@ -239,7 +239,9 @@ TEST_CASE("a stream with --undistort holds cameras without lens, and verifies") 
   }
   capture::write_capture(source, source.path);
   mux::Options options = options_for(folder);
-  options.undistort = options.verify = options.flat_background = true;
+  options.undistort = options.verify = true;
+  options.crop = mux::Crop::automatic; // by masks of cameras without lens
+  options.background = mux::Background::flat;
   const mux::Summary summary = mux::mux(options);
   REQUIRE(summary.verdict);
   CHECK(summary.plan.undistortion->report().size() == 2);
