@@ -277,7 +277,8 @@ TEST_CASE("in the studio meshes project onto masks through the lenses, and not w
   CHECK(lenses == 7);
 }
 
-TEST_CASE("the camera that moves is described frame by frame, and its pictures are those of the frame", "[long]") {
+TEST_CASE("the camera that moves is described frame by frame, and its pictures are those of the frame",
+          "[long]") {
   const Scratch scratch;
   Settings settings;
   settings.width = 480;

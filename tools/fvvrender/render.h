@@ -20,7 +20,7 @@ struct Options {
   bool force = false;
   uint32_t threads = 1;
   bool visible_by_default = true; // view.visibility is not asked for: bits where the frame has them
-  bool environment = true; // draw the stream's background, if it has one
+  bool environment = true;        // draw the stream's background, if it has one
 };
 
 // Shares count pixels by their centres.
