@@ -171,6 +171,11 @@ function readSample(memory, address) {
   return { track: s.u32(0), key: s.u32(4) !== 0, data: s.bytes(8, 12) };
 }
 
+function readLayout(memory, address) {
+  const s = new Struct(memory, address);
+  return { track: s.u32(0), tiles: s.list(memory, 4, 8, 36, readTile) };
+}
+
 export function readFrame(memory, address) {
   const s = new Struct(memory, address);
   return {
@@ -179,6 +184,7 @@ export function readFrame(memory, address) {
     visibility: s.list(memory, 16, 20, 32, readVisibility),
     moving: s.list(memory, 24, 28, CAMERA_SIZE, readCamera),
     samples: s.list(memory, 32, 36, 16, readSample),
+    layouts: s.list(memory, 40, 44, 12, readLayout),
   };
 }
 

@@ -14,6 +14,7 @@ class Visibility {
 
 export class Frame {
   #closed = false;
+  #layouts;
   constructor(raw, configuration, cameras) {
     const { numerator, denominator } = configuration.timeBase;
     this.number = raw.number;
@@ -26,6 +27,7 @@ export class Frame {
     this.visibility = raw.visibility.map((fields) => new Visibility(fields));
     this.cameras = cameras;
     this.samples = raw.samples;
+    this.#layouts = raw.layouts;
     this.pictures = raw.pictures;
     this.decodeMs = raw.decodeMs;
   }
@@ -41,6 +43,13 @@ export class Frame {
   picture(track) {
     const found = this.pictures.find((picture) => track === undefined || picture.track === track);
     return found?.image ?? null;
+  }
+  /** Where each camera's picture stands in the video of a track: the group's layout, else the configuration's. */
+  tiles(track) {
+    const { videos } = this.configuration;
+    const video = track === undefined ? videos[0] : videos.find((one) => one.track === track);
+    if (!video) return [];
+    return this.#layouts.find((layout) => layout.track === video.track)?.tiles ?? video.tiles;
   }
   /** Lets its pictures go. Decoders of video have few of them and stall when they are kept. */
   close() {

@@ -100,6 +100,7 @@ export interface Video {
   camera: number | null;
   /** ITU-T H.273. */
   colour: { primaries: number; transfer: number; matrix: number; fullRange: boolean };
+  /** Of groups that have no layout of their own: ask frame.tiles. All cameras that the track ever shows. */
   tiles: Tile[];
 }
 
@@ -204,6 +205,8 @@ export interface Frame {
   readonly decodeMs: number;
   camera(id: number): Camera | null;
   picture(track?: number): VideoFrame | ImageBitmap | null;
+  /** Where each camera's picture is in that one: the layout of the frame's group, which may be another in the next. */
+  tiles(track?: number): Tile[];
   /** Closes the pictures; everything else stays. */
   close(): void;
 }

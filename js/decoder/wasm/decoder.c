@@ -31,7 +31,7 @@ FVVJS_EXPORT fvvjs_decoder *fvvjs_create(void) {
   fvv_bytes *const all[] = {&d->incoming.chunks, &d->incoming.payloads, &d->ready.chunks, &d->ready.payloads,
                             &d->tracks,          &d->flat_tracks,       &d->flat_cameras, &d->flat_videos,
                             &d->flat_tiles,      &d->flat_metadata,     &d->flat_meshes,  &d->flat_visibility,
-                            &d->flat_moving,     &d->flat_samples};
+                            &d->flat_moving,     &d->flat_samples,      &d->flat_layouts};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) adopt(all[i], &allocator);
   return d;
 }

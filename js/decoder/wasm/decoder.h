@@ -39,6 +39,7 @@ typedef struct fvvjs_track {
   fvv_mesh_frames meshes;
   fvv_visibility_frames visibility;
   fvv_bytes positions, normals, texture; /* floats of the current frame */
+  fvv_bytes tiles;                       /* flat_tile: the layout of the group; empty: it has none */
 } fvvjs_track;
 
 /* A chunk of a frame; offset: where its payload stands in the frame's bytes. */
@@ -68,14 +69,15 @@ typedef struct fvvjs_decoder {
   int lost;                    /* up to the next group */
   fvv_bytes tracks;            /* fvvjs_track */
   fvv_calibration *calibration;
-  fvv_event event; /* that was read, and is not worked on yet */
+  int64_t calibration_time; /* of what it holds */
+  fvv_event event;          /* that was read, and is not worked on yet */
   int has_event;
   fvv_diagnostic diagnostic;
   flat_event about;
   flat_configuration flat;
   fvv_bytes flat_tracks, flat_cameras, flat_videos, flat_tiles, flat_metadata;
   flat_frame frame;
-  fvv_bytes flat_meshes, flat_visibility, flat_moving, flat_samples;
+  fvv_bytes flat_meshes, flat_visibility, flat_moving, flat_samples, flat_layouts;
   flat_group group;
 } fvvjs_decoder;
 
@@ -83,6 +85,7 @@ typedef struct fvvjs_decoder {
 int32_t fvvjs_start(fvvjs_decoder *decoder, double offset, int keep);
 /* describe.c */
 void fvvjs_flatten_camera(const fvv_camera *camera, int calibrated, flat_camera *flat);
+int fvvjs_put_tiles(fvv_bytes *list, const fvv_tile *tiles, size_t count);
 /* frame.c */
 void fvvjs_release_tracks(fvvjs_decoder *decoder);
 void fvvjs_begin_group(fvvjs_decoder *decoder);

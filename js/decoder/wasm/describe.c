@@ -35,16 +35,22 @@ static void rect(const fvv_rect *from, uint32_t to[4]) {
   to[3] = from->height;
 }
 
+/* Appends flat tiles. 0: no memory. */
+int fvvjs_put_tiles(fvv_bytes *list, const fvv_tile *tiles, size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    flat_tile tile = {tiles[i].camera_id, {0}, {0}};
+    rect(&tiles[i].source, tile.source);
+    rect(&tiles[i].destination, tile.destination);
+    if (!put(list, &tile, sizeof tile)) return 0;
+  }
+  return 1;
+}
+
 static int put_video(fvvjs_decoder *d, const fvv_video_layout *video) {
   const fvv_video_config *config = &video->config;
   /* tiles: how many stand before, until the list does not move any more. */
   const size_t before = d->flat_tiles.size;
-  for (size_t i = 0; i < video->tile_count; i++) {
-    flat_tile tile = {video->tiles[i].camera_id, {0}, {0}};
-    rect(&video->tiles[i].source, tile.source);
-    rect(&video->tiles[i].destination, tile.destination);
-    if (!put(&d->flat_tiles, &tile, sizeof tile)) return 0;
-  }
+  if (!fvvjs_put_tiles(&d->flat_tiles, video->tiles, video->tile_count)) return 0;
   const flat_video flat = {video->track,
                            config->codec,
                            config->width,
@@ -116,8 +122,8 @@ FVVJS_EXPORT const flat_configuration *fvvjs_configuration(fvvjs_decoder *d) {
 }
 
 void fvvjs_free_flat(fvvjs_decoder *d) {
-  fvv_bytes *const lists[] = {&d->flat_tracks,     &d->flat_cameras,  &d->flat_videos,
-                              &d->flat_tiles,      &d->flat_metadata, &d->flat_meshes,
-                              &d->flat_visibility, &d->flat_moving,   &d->flat_samples};
+  fvv_bytes *const lists[] = {&d->flat_tracks,   &d->flat_cameras, &d->flat_videos,     &d->flat_tiles,
+                              &d->flat_metadata, &d->flat_meshes,  &d->flat_visibility, &d->flat_moving,
+                              &d->flat_samples,  &d->flat_layouts};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) fvv_bytes_free(lists[i]);
 }

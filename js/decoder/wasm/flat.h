@@ -77,6 +77,13 @@ typedef struct flat_sample {
   uint32_t size;
 } flat_sample;
 
+/* The layout that a video track has in this group, in place of the configuration's. */
+typedef struct flat_layout {
+  uint32_t track;
+  const flat_tile *tiles;
+  uint32_t tile_count;
+} flat_layout;
+
 /* cameras: those that move. */
 typedef struct flat_frame {
   int64_t time;
@@ -88,6 +95,8 @@ typedef struct flat_frame {
   uint32_t camera_count;
   const flat_sample *samples;
   uint32_t sample_count;
+  const flat_layout *layouts;
+  uint32_t layout_count;
 } flat_frame;
 
 /* What the event that next answered speaks of. */
@@ -120,7 +129,8 @@ _Static_assert(sizeof(flat_mesh) == 48, "flat_mesh");
 _Static_assert(sizeof(flat_visibility) == 32, "flat_visibility");
 _Static_assert(sizeof(flat_sample) == 16, "flat_sample");
 FLAT_ASSERT(flat_frame, meshes, 8);
-_Static_assert(sizeof(flat_frame) == 40, "flat_frame");
+_Static_assert(sizeof(flat_layout) == 12, "flat_layout");
+_Static_assert(sizeof(flat_frame) == 48, "flat_frame");
 _Static_assert(sizeof(flat_event) == 40, "flat_event");
 _Static_assert(sizeof(flat_group) == 48, "flat_group");
 #endif

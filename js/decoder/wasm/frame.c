@@ -5,6 +5,7 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "decoder.h"
+#include "stream/group_tiles.h"
 
 static size_t track_count(const fvvjs_decoder *d) {
   return d->tracks.size / sizeof(fvvjs_track);
@@ -17,6 +18,7 @@ void fvvjs_begin_group(fvvjs_decoder *d) {
   for (size_t i = 0; i < track_count(d); i++) {
     fvv_mesh_frames_reset(&track_at(d, i)->meshes);
     fvv_visibility_frames_reset(&track_at(d, i)->visibility);
+    track_at(d, i)->tiles.size = 0;
   }
   if (d->calibration) fvv_calibration_reset(d->calibration);
 }
@@ -29,6 +31,7 @@ void fvvjs_release_tracks(fvvjs_decoder *d) {
     fvv_bytes_free(&track->positions);
     fvv_bytes_free(&track->normals);
     fvv_bytes_free(&track->texture);
+    fvv_bytes_free(&track->tiles);
   }
   fvv_bytes_free(&d->tracks);
   fvv_calibration_destroy(d->calibration);
@@ -45,7 +48,8 @@ static fvv_status find_track(fvvjs_decoder *d, uint16_t id, fvvjs_track **track)
   fvvjs_track fresh;
   memset(&fresh, 0, sizeof fresh);
   fresh.id = id;
-  fresh.positions.allocator = fresh.normals.allocator = fresh.texture.allocator = d->allocator;
+  fvv_bytes *const lists[] = {&fresh.positions, &fresh.normals, &fresh.texture, &fresh.tiles};
+  for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->allocator = d->allocator;
   const fvv_status status = fvv_bytes_append(&d->tracks, &fresh, sizeof fresh);
   if (status == FVV_OK) *track = track_at(d, track_count(d) - 1);
   return status;
@@ -134,8 +138,10 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, 
   for (size_t i = 0; i < track_count(d); i++)
     if (track_at(d, i)->id == header.mesh_track && track_at(d, i)->mesh_time == chunk->header.time)
       mesh = fvv_mesh_frames_current(&track_at(d, i)->meshes);
-  status = fvv_visibility_frames_add(&track->visibility, payload, size, chunk->header.flags & FVV_FLAG_KEY,
-                                     mesh, d->configuration, &d->limits, &d->allocator, &d->diagnostic);
+  const fvv_calibration *calibration = d->calibration_time == chunk->header.time ? d->calibration : NULL;
+  status =
+      fvv_visibility_frames_add(&track->visibility, payload, size, chunk->header.flags & FVV_FLAG_KEY, mesh,
+                                calibration, d->configuration, &d->limits, &d->allocator, &d->diagnostic);
   if (status != FVV_OK) return status;
   const fvv_visibility *seen = &track->visibility.current;
   const flat_visibility flat = {track->id,
@@ -159,6 +165,7 @@ static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk,
   const fvv_status status = fvv_calibration_decode(d->calibration, payload, (size_t)chunk->header.size,
                                                    chunk->header.flags & FVV_FLAG_KEY, &d->diagnostic);
   if (status != FVV_OK) return status;
+  d->calibration_time = chunk->header.time;
   for (size_t i = 0; i < c->camera_count; i++) {
     fvv_camera camera;
     flat_camera flat;
@@ -181,6 +188,33 @@ static fvv_status take_sample(fvvjs_decoder *d, const fvvjs_chunk *chunk, const 
   return fvv_bytes_append(&d->flat_samples, &flat, sizeof flat);
 }
 
+/* Holds for the frames of the group. */
+static fvv_status decode_layout(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+  fvvjs_track *track;
+  fvv_status status = find_track(d, chunk->header.track, &track);
+  if (status != FVV_OK) return status;
+  fvv_bytes tiles = {NULL, 0, 0, d->allocator};
+  status = fvv_group_tiles_decode(d->configuration, chunk->header.track, payload, (size_t)chunk->header.size,
+                                  &d->limits, &tiles, &d->diagnostic);
+  track->tiles.size = 0;
+  if (status == FVV_OK &&
+      !fvvjs_put_tiles(&track->tiles, (const fvv_tile *)tiles.data, tiles.size / sizeof(fvv_tile)))
+    status = no_memory(d);
+  fvv_bytes_free(&tiles);
+  return status;
+}
+
+static fvv_status put_layouts(fvvjs_decoder *d) {
+  for (size_t i = 0; i < track_count(d); i++) {
+    const fvv_bytes *tiles = &track_at(d, i)->tiles;
+    const flat_layout flat = {track_at(d, i)->id, (const flat_tile *)tiles->data,
+                              (uint32_t)(tiles->size / sizeof(flat_tile))};
+    if (!flat.tile_count) continue;
+    if (fvv_bytes_append(&d->flat_layouts, &flat, sizeof flat) != FVV_OK) return no_memory(d);
+  }
+  return FVV_OK;
+}
+
 static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
                                uint32_t want) {
   switch (chunk->header.type) {
@@ -190,6 +224,8 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const
     return decode_visibility(d, chunk, payload, want);
   case FVV_CHUNK_CALIBRATION:
     return decode_calibration(d, chunk, payload);
+  case FVV_CHUNK_GROUP_TILES:
+    return decode_layout(d, chunk, payload);
   case FVV_CHUNK_VIDEO_PACKET:
     return take_sample(d, chunk, payload);
   default:
@@ -213,7 +249,8 @@ FVVJS_EXPORT uint32_t fvvjs_profiles(const fvvjs_decoder *d) {
  * the rest of the group is dropped. */
 FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
-  fvv_bytes *const lists[] = {&d->flat_meshes, &d->flat_visibility, &d->flat_moving, &d->flat_samples};
+  fvv_bytes *const lists[] = {&d->flat_meshes, &d->flat_visibility, &d->flat_moving, &d->flat_samples,
+                              &d->flat_layouts};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->size = 0;
   memset(&d->diagnostic, 0, sizeof d->diagnostic);
   memset(&d->frame, 0, sizeof d->frame);
@@ -225,6 +262,7 @@ FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
     d->lost = 1;
     return status;
   }
+  if (put_layouts(d) != FVV_OK) return FVV_ERROR_MEMORY;
   d->frame.time = d->ready.time;
   d->frame.meshes = (const flat_mesh *)d->flat_meshes.data;
   d->frame.mesh_count = (uint32_t)(d->flat_meshes.size / sizeof(flat_mesh));
@@ -234,6 +272,8 @@ FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   d->frame.camera_count = (uint32_t)(d->flat_moving.size / sizeof(flat_camera));
   d->frame.samples = (const flat_sample *)d->flat_samples.data;
   d->frame.sample_count = (uint32_t)(d->flat_samples.size / sizeof(flat_sample));
+  d->frame.layouts = (const flat_layout *)d->flat_layouts.data;
+  d->frame.layout_count = (uint32_t)(d->flat_layouts.size / sizeof(flat_layout));
   return FVV_OK;
 }
 
