@@ -111,7 +111,9 @@ TEST_CASE("pictures of 8 bits may go into 10") {
   options.codec = FVV_CODEC_AV01;
   options.bit_depth = 10;
   options.verify = true;
-  CHECK(mux::mux(options).verdict->videos[0].luma.psnr() > 40);
+  const mux::Summary summary = mux::mux(options);
+  CAPTURE(mux::summary_text(summary));
+  CHECK(summary.verdict->videos[0].luma.psnr() > 40);
 }
 
 TEST_CASE("a bit depth is refused where a codec does not have it, before any work") {

@@ -153,7 +153,7 @@ TEST_CASE("whoever asks gets the visibility of cameras without pictures too") {
   CHECK(states_of(options.output, 23)[FVV_ELEMENT_SEEN] > 50);
 }
 
-TEST_CASE("--visibility names what it takes") {
+TEST_CASE("the option --visibility names what it takes") {
   CHECK(mux::parse_visibility("vertex") == Visibility::vertices);
   CHECK_THROWS_WITH(mux::parse_visibility("faces"),
                     "--visibility: expected auto, face, vertex or none, found \"faces\"");

@@ -83,10 +83,10 @@ Tiling arrange_atlas(const Plan &plan) {
 template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, const VideoTrack &track) {
   Sample<SampleType> sample;
   bool foreground = false;
-  // What a bit rate leaves to a group is for all of its frames. Else frames of the whole capture: scenes
-  // change.
+  // What a bit rate leaves to a group is for all of its frames. Else frames of the whole capture, because
+  // scenes change, and no more than a group has, because what stands still gets better from frame to frame.
   const size_t frames = plan.frame_count();
-  const size_t count = plan.options.bit_rate ? plan.frames_of(0) : std::min(frames, sample_size);
+  const size_t count = plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(0), sample_size);
   for (size_t k = 0; k < count; k++) {
     const size_t i = plan.options.bit_rate ? k : (2 * k + 1) * frames / (2 * count);
     Picture<SampleType> picture = load_picture<SampleType>(plan, track, i, true);
