@@ -129,7 +129,7 @@ def test_into_a_stream_and_out_of_it(capture, tmp_path, options):
     jsonschema.validate(document, json.loads((SPEC / "fvvinfo.schema.json").read_text()))
     info = document["files"][0]
     assert (info["integrity"], info["whole_frames"]) == ("complete", FRAMES)
-    assert [track["kind"] for track in info["tracks"]] == ["mesh", "video", "video"]
+    assert [track["kind"] for track in info["tracks"]] == ["mesh", "video", "video", "visibility"]
 
     run("fvvdemux", stream, "-o", out)
     assert json.loads((out / "capture.json").read_text())["atlas"]["texture_bits"] == bits

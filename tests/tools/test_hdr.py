@@ -12,6 +12,7 @@ from test_fvvrender import read_exr
 
 WIDTH, HEIGHT, FRAMES, CAMERAS = 96, 54, 2, 3
 VECTORS = ROOT / "conformance" / "openexr"
+WHOLE = ("--crop", "none", "--background", "keep")  # pictures with all of their pixels
 
 
 def run(name, *arguments, expected=0):
@@ -78,7 +79,7 @@ def test_plain_decoder_gives_the_listed_samples(fvvinfo):
 
 def test_generated_light_goes_beyond_white_and_comes_back_bit_for_bit(generated, tmp_path):
     stream, out = tmp_path / "a.fvv", tmp_path / "out"
-    done = run("fvvmux", generated, "-o", stream, "--codec", "exr", "--verify", "--json")
+    done = run("fvvmux", generated, "-o", stream, "--codec", "exr", *WHOLE, "--verify", "--json")
     summary = json.loads(done.stdout)
     assert (summary["video"]["codec"], summary["video"]["quality"], summary["video"]["bit_depth"]) == (
         "exr",
@@ -99,10 +100,10 @@ def test_generated_light_goes_beyond_white_and_comes_back_bit_for_bit(generated,
 
 def test_light_of_other_writers_survives_mux_and_demux(capture, tmp_path):
     first, again, out = tmp_path / "a.fvv", tmp_path / "b.fvv", tmp_path / "out"
-    run("fvvmux", capture, "-o", first, "--codec", "exr", "--keep-geometry", "--verify")
+    run("fvvmux", capture, "-o", first, "--codec", "exr", "--keep-geometry", *WHOLE, "--verify")
     run("fvvdemux", first, "-o", out)
     assert json.loads((out / "capture.json").read_text())["cameras"][0]["pictures"] == "cam0/%04d.exr"
-    run("fvvmux", out, "-o", again, "--codec", "exr", "--keep-geometry", "--threads", 1)
+    run("fvvmux", out, "-o", again, "--codec", "exr", "--keep-geometry", *WHOLE, "--threads", 1)
     assert payloads(first) == payloads(again) and len(payloads(first)) == FRAMES
     run("fvvdemux", first, "-o", tmp_path / "png", "--pictures", "png")
     for index in range(CAMERAS):
@@ -128,7 +129,7 @@ def test_quality_is_lossless_a_level_or_decibels(generated, tmp_path):
     assert 44 <= found["44dB"]["sample_psnr"] < 45
     text = run("fvvmux", generated, "-o", tmp_path / "t.fvv", "--codec", "exr", "--no-meshes").stdout
     assert b"OpenEXR lossless, 16 bits, 3 tiles" in text
-    rate = ["--codec", "exr", "--bitrate", "8M", "--json"]
+    rate = ["--codec", "exr", "--bitrate", "8M", "--json", *WHOLE]
     video = json.loads(run("fvvmux", generated, "-o", tmp_path / "r.fvv", *rate).stdout)["video"]
     assert 0.8 * 8e6 < video["bit_rate"]["reached"] <= 8e6
     for wrong, message in {

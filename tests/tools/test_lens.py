@@ -102,7 +102,18 @@ def textured_by_radius(capture, stream, folder):
 
 
 def test_nothing_is_textured_beyond_the_fold(studio, tmp_path):
-    arguments = ["--keep-geometry", "--quality", 20, "--json", "--threads", 2, "--frames", "0-0"]
+    arguments = [
+        "--keep-geometry",
+        "--crop",
+        "none",
+        "--quality",
+        20,
+        "--json",
+        "--threads",
+        2,
+        "--frames",
+        "0-0",
+    ]
     figures = {}
     for change, name, options in (
         (near, "near", []),

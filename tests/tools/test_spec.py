@@ -32,8 +32,12 @@ def test_schema_is_a_schema(path):
     jsonschema.Draft202012Validator.check_schema(json.loads(path.read_text()))
 
 
-def test_both_schemas_are_there():
-    assert [path.name for path in SCHEMAS] == ["capture.schema.json", "fvvinfo.schema.json"]
+def test_all_schemas_are_there():
+    assert [path.name for path in SCHEMAS] == [
+        "capture.schema.json",
+        "fvvinfo.schema.json",
+        "segments.schema.json",
+    ]
 
 
 def test_example_of_a_capture_fits_its_schema():
