@@ -1,0 +1,43 @@
+// A mesh that is another one in every frame, in one BufferGeometry whose arrays are written in place.
+
+import { Box3, BufferAttribute, BufferGeometry, Sphere } from "three";
+
+/** Room for a quarter more: meshes of other topology differ by less from frame to frame. */
+const SPARE = 1.25;
+
+export class MeshGeometry extends BufferGeometry {
+  #extent = new Box3();
+
+  /** mesh: of a frame. Arrays are copied. */
+  show(mesh) {
+    this.#fill("position", mesh.positions, 3);
+    this.#fill("normal", mesh.normals, 3);
+    this.#fill("uv", mesh.uvs, 2);
+    this.#fill("index", mesh.indices, 1);
+    this.setDrawRange(0, mesh.indices.length);
+    this.#extent.setFromArray(mesh.positions);
+    this.boundingBox = this.#extent.clone();
+    this.boundingSphere = this.#extent.getBoundingSphere(this.boundingSphere ?? new Sphere());
+  }
+
+  #fill(name, values, components) {
+    const former = name === "index" ? this.index : this.getAttribute(name);
+    if (!values) {
+      if (former) this.deleteAttribute(name);
+      return;
+    }
+    let attribute = former;
+    if (!attribute || attribute.array.length < values.length) {
+      const room = components * Math.ceil((SPARE * values.length) / components);
+      attribute = new BufferAttribute(new values.constructor(room), components);
+      // three frees the buffers of a geometry that is disposed of, and makes them anew when it is drawn.
+      if (former) this.dispose();
+      if (name === "index") this.setIndex(attribute);
+      else this.setAttribute(name, attribute);
+    }
+    attribute.array.set(values);
+    attribute.clearUpdateRanges();
+    attribute.addUpdateRange(0, values.length);
+    attribute.needsUpdate = true;
+  }
+}

@@ -1,0 +1,4 @@
+// @fvv/three: free-viewpoint video as an object of a three.js scene. index.d.ts is its documentation in types.
+
+export { FvvObject3D } from "./object.js";
+export { lookThrough } from "./look_through.js";

@@ -1,0 +1,37 @@
+// Puts three's camera where a camera of the stream stands.
+
+import { Matrix4 } from "three";
+
+const turned = new Matrix4();
+
+/**
+ * viewer: a PerspectiveCamera, in the coordinates of the stream. Its matrices become those of the camera, apart from the
+ * distortion of its lens; projectionMatrix holds until updateProjectionMatrix is called.
+ */
+export function lookThrough(viewer, camera) {
+  const { rotation: r, translation: t, width, height, fx, fy, cx, cy, skew } = camera;
+  const { near, far } = viewer;
+  // OpenGL's y points up and its z backward.
+  turned.set(r[0], r[1], r[2], t[0], -r[3], -r[4], -r[5], -t[1], -r[6], -r[7], -r[8], -t[2], 0, 0, 0, 1).invert();
+  turned.decompose(viewer.position, viewer.quaternion, viewer.scale);
+  viewer.updateMatrixWorld();
+  const depth = [-(far + near) / (far - near), (-2 * far * near) / (far - near)];
+  viewer.projectionMatrix.set(
+    (2 * fx) / width,
+    (-2 * skew) / width,
+    1 - (2 * cx) / width,
+    0,
+    0,
+    (2 * fy) / height,
+    (2 * cy) / height - 1,
+    0,
+    0,
+    0,
+    ...depth,
+    0,
+    0,
+    -1,
+    0,
+  );
+  viewer.projectionMatrixInverse.copy(viewer.projectionMatrix).invert();
+}

@@ -1,0 +1,133 @@
+// A frame of free-viewpoint video in a scene: its mesh, coloured by the cameras that see each place best.
+
+import {
+  Color,
+  DataArrayTexture,
+  DataTexture,
+  DoubleSide,
+  GLSL3,
+  Mesh,
+  Object3D,
+  ShaderMaterial,
+  Vector2,
+} from "three";
+
+import { DepthMaps } from "./depth_maps.js";
+import { MeshGeometry } from "./geometry.js";
+import { PictureTexture } from "./pictures.js";
+import { surfaceFragment, surfaceVertex } from "./shaders.js";
+import { ShareTexture } from "./shares.js";
+import { ViewTexture, viewsOf } from "./views.js";
+
+/** Of a pixel's breadth, and of what the surface recedes from one pixel to the next: docs/fvvrender.md. */
+const BIAS = 0.2;
+const SLOPE = 0.5;
+/** Varyings that are not shares: point, normal, texture coordinates, and one for three. */
+const OTHER_VARYINGS = 4;
+
+// WebGL wants something in every sampler.
+const noTexture = new DataTexture(new Uint8Array(4), 1, 1);
+const noLayers = new DataArrayTexture(new Uint8Array(4), 1, 1, 1);
+noTexture.needsUpdate = noLayers.needsUpdate = true;
+
+export class FvvObject3D extends Object3D {
+  #renderer;
+  #material;
+  #geometry = new MeshGeometry();
+  #pictures = new PictureTexture();
+  #views = new ViewTexture();
+  #shares = new ShareTexture();
+  #depths = new DepthMaps(this.#geometry, this.#views);
+  #mesh;
+
+  constructor({ renderer, threshold = 0.25, unseen = 0x808080 }) {
+    super();
+    this.#renderer = renderer;
+    this.#material = new ShaderMaterial({
+      glslVersion: GLSL3,
+      vertexShader: surfaceVertex,
+      fragmentShader: surfaceFragment,
+      side: DoubleSide,
+      // The colours are those of photographs: they have been exposed already.
+      toneMapped: false,
+      defines: { SHARES: 0 },
+      uniforms: {
+        pictures: { value: noTexture },
+        pictureSize: { value: new Vector2(1, 1) },
+        views: { value: this.#views },
+        viewCount: { value: 0 },
+        shares: { value: noTexture },
+        depths: { value: noLayers },
+        threshold: { value: threshold },
+        tolerance: { value: new Vector2(BIAS, SLOPE) },
+        handedness: { value: 1 },
+        unseen: { value: new Color().setHex(unseen, "") },
+      },
+    });
+    this.#mesh = new Mesh(this.#geometry, this.#material);
+    this.#mesh.visible = false;
+    this.#mesh.onBeforeRender = () => {
+      this.#material.uniforms.handedness.value = this.#mesh.matrixWorld.determinant() < 0 ? -1 : 1;
+      this.#material.uniformsNeedUpdate = true;
+    };
+    this.add(this.#mesh);
+    this.frame = null;
+    this.viewCount = 0;
+  }
+
+  get mesh() {
+    return this.#mesh;
+  }
+
+  show(frame) {
+    const { mesh } = frame;
+    this.frame = { number: frame.number, seconds: frame.seconds };
+    this.#mesh.visible = mesh !== null && mesh.faceCount > 0;
+    if (!this.#mesh.visible) return;
+    if (!mesh.normals) throw new TypeError("the mesh has no normals: create the decoder with normals: true");
+    this.#geometry.show(mesh);
+    const layout = this.#pictures.show(this.#renderer, frame);
+    const { uniforms } = this.#material;
+    if (layout.size) {
+      uniforms.pictures.value = this.#pictures.texture;
+      uniforms.pictureSize.value.set(this.#pictures.width, this.#pictures.height);
+    }
+    this.#showViews(frame, viewsOf(frame, layout));
+    this.#setAtlas(this.viewCount === 0 && mesh.uvs !== null && layout.size > 0);
+  }
+
+  #showViews(frame, views) {
+    const { uniforms } = this.#material;
+    const gl = this.#renderer.getContext();
+    const most = Math.min(16, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
+    const texels = this.#shares.show(frame, frame.mesh, views, most);
+    this.#define("SHARES", texels);
+    if (texels) uniforms.shares.value = this.#shares.texture;
+    this.#depths.plan(views);
+    this.#views.show(views);
+    this.#depths.render(this.#renderer, views);
+    uniforms.depths.value = this.#depths.texture ?? noLayers;
+    uniforms.viewCount.value = this.viewCount = views.length;
+  }
+
+  #setAtlas(has) {
+    this.#define("ATLAS", has ? 1 : undefined);
+  }
+
+  #define(name, value) {
+    const { defines } = this.#material;
+    if (defines[name] === value) return;
+    if (value === undefined) delete defines[name];
+    else defines[name] = value;
+    this.#material.needsUpdate = true;
+  }
+
+  dispose() {
+    this.#material.dispose();
+    this.#geometry.dispose();
+    this.#pictures.dispose();
+    this.#views.dispose();
+    this.#shares.dispose();
+    this.#depths.dispose();
+  }
+}
