@@ -3,7 +3,6 @@
 
 import {
   Camera,
-  Color,
   DoubleSide,
   GLSL3,
   Mesh,
@@ -17,6 +16,7 @@ import {
   WebGLArrayRenderTarget,
 } from "three";
 
+import { offScreen } from "./off_screen.js";
 import { depthFragment, depthVertex } from "./shaders.js";
 
 /** Samples along a pixel of the tile, where there is room for them. */
@@ -154,27 +154,15 @@ export class DepthMaps {
 
   render(renderer, views) {
     if (!views.some((view) => view.depth)) return;
-    const target = renderer.getRenderTarget();
-    const layer = renderer.getActiveCubeFace();
-    const level = renderer.getActiveMipmapLevel();
-    const colour = renderer.getClearColor(new Color());
-    const alpha = renderer.getClearAlpha();
-    const { autoClear } = renderer;
-    const { enabled } = renderer.xr;
-    renderer.xr.enabled = false;
-    renderer.autoClear = true;
-    renderer.setClearColor(0, 0);
-    views.forEach((view, i) => {
-      if (!view.depth) return;
-      this.#material.uniforms.view.value = i;
-      this.#material.uniformsNeedUpdate = true;
-      renderer.setRenderTarget(this.#target, i);
-      renderer.render(this.#scene, this.#viewer);
-    });
-    renderer.setClearColor(colour, alpha);
-    renderer.autoClear = autoClear;
-    renderer.xr.enabled = enabled;
-    renderer.setRenderTarget(target, layer, level);
+    offScreen(renderer, () =>
+      views.forEach((view, i) => {
+        if (!view.depth) return;
+        this.#material.uniforms.view.value = i;
+        this.#material.uniformsNeedUpdate = true;
+        renderer.setRenderTarget(this.#target, i);
+        renderer.render(this.#scene, this.#viewer);
+      }),
+    );
   }
 
   dispose() {

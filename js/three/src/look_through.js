@@ -5,7 +5,7 @@ import { Matrix4 } from "three";
 const turned = new Matrix4();
 
 /**
- * viewer: a PerspectiveCamera, in the coordinates of the stream. Its matrices become those of the camera, apart from the
+ * viewer: a PerspectiveCamera in the coordinates of the stream: a child of the FvvObject3D, or of what stands as it does. Its matrices become those of the camera, apart from the
  * distortion of its lens; projectionMatrix holds until updateProjectionMatrix is called.
  */
 export function lookThrough(viewer, camera) {
@@ -14,7 +14,7 @@ export function lookThrough(viewer, camera) {
   // OpenGL's y points up and its z backward.
   turned.set(r[0], r[1], r[2], t[0], -r[3], -r[4], -r[5], -t[1], -r[6], -r[7], -r[8], -t[2], 0, 0, 0, 1).invert();
   turned.decompose(viewer.position, viewer.quaternion, viewer.scale);
-  viewer.updateMatrixWorld();
+  viewer.updateWorldMatrix(true, false);
   const depth = [-(far + near) / (far - near), (-2 * far * near) / (far - near)];
   viewer.projectionMatrix.set(
     (2 * fx) / width,

@@ -14,7 +14,7 @@ import {
 
 import { DepthMaps } from "./depth_maps.js";
 import { MeshGeometry } from "./geometry.js";
-import { PictureTexture } from "./pictures.js";
+import { PictureTexture, loadPictures } from "./pictures.js";
 import { surfaceFragment, surfaceVertex } from "./shaders.js";
 import { ShareTexture } from "./shares.js";
 import { ViewTexture, viewsOf } from "./views.js";
@@ -39,6 +39,7 @@ export class FvvObject3D extends Object3D {
   #shares = new ShareTexture();
   #depths = new DepthMaps(this.#geometry, this.#views);
   #mesh;
+  #turn = 0;
 
   constructor({ renderer, threshold = 0.25, unseen = 0x808080 }) {
     super();
@@ -79,14 +80,23 @@ export class FvvObject3D extends Object3D {
     return this.#mesh;
   }
 
-  show(frame) {
-    const { mesh } = frame;
+  /** Whether it came to be shown: the last of several frames that are asked for at once is. */
+  async show(frame) {
+    if (frame.mesh && !frame.mesh.normals)
+      throw new TypeError("the mesh has no normals: create the decoder with normals: true");
+    const turn = ++this.#turn;
+    const pictures = await loadPictures(frame);
+    if (turn !== this.#turn) return false;
     this.frame = { number: frame.number, seconds: frame.seconds };
-    this.#mesh.visible = mesh !== null && mesh.faceCount > 0;
-    if (!this.#mesh.visible) return;
-    if (!mesh.normals) throw new TypeError("the mesh has no normals: create the decoder with normals: true");
+    this.#mesh.visible = frame.mesh !== null && frame.mesh.faceCount > 0;
+    if (this.#mesh.visible) this.#showMesh(frame, pictures);
+    return true;
+  }
+
+  #showMesh(frame, pictures) {
+    const { mesh } = frame;
     this.#geometry.show(mesh);
-    const layout = this.#pictures.show(this.#renderer, frame);
+    const layout = this.#pictures.show(this.#renderer, pictures);
     const { uniforms } = this.#material;
     if (layout.size) {
       uniforms.pictures.value = this.#pictures.texture;
@@ -123,6 +133,7 @@ export class FvvObject3D extends Object3D {
   }
 
   dispose() {
+    this.#turn++;
     this.#material.dispose();
     this.#geometry.dispose();
     this.#pictures.dispose();

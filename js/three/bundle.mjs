@@ -1,0 +1,40 @@
+// Bundles a page with the decoder, its worker and three into a folder that any web server can serve.
+// usage: node bundle.mjs FOLDER (the example)
+
+import { copyFileSync, mkdirSync } from "node:fs";
+import { basename, dirname, join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+import { build } from "esbuild";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const decoder = join(here, "../decoder/dist");
+
+/** script: of the page; files: what lies beside it as it is. The worker is a script of its own, and shares chunks. */
+export async function bundle(script, files, out) {
+  mkdirSync(out, { recursive: true });
+  await build({
+    entryPoints: { [basename(script, ".js")]: script, worker: join(decoder, "worker.js") },
+    bundle: true,
+    format: "esm",
+    splitting: true,
+    minify: true,
+    target: "es2022",
+    outdir: out,
+    alias: { "@fvv/decoder": join(decoder, "index.js"), "@fvv/three": join(here, "src/index.js") },
+    logLevel: "warning",
+  });
+  for (const file of files) copyFileSync(file, join(out, basename(file)));
+}
+
+export async function bundleExample(out) {
+  const example = (name) => join(here, "example", name);
+  await bundle(example("page.js"), [example("index.html"), example("page.css")], out);
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  if (process.argv.length !== 3) {
+    console.error("usage: node bundle.mjs FOLDER");
+    process.exit(2);
+  }
+  await bundleExample(resolve(process.argv[2]));
+}
