@@ -76,8 +76,8 @@ function listCameras(frame) {
   for (const { id, name } of frame.cameras) $("view").append(option(id, name || `Camera ${id}`));
 }
 
-function show(frame) {
-  object.show(frame);
+async function show(frame) {
+  await object.show(frame);
   frusta.show(frame.cameras, 0.35);
   const first = current === null;
   current = { number: frame.number, cameras: frame.cameras };

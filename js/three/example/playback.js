@@ -6,18 +6,19 @@ const PATIENCE_SECONDS = 0.25;
 export class Playback {
   #decoder;
   #show;
+  #fail;
   #next = null; // a frame that is not due yet
-  #taking = false;
+  #busy = false;
   #wanted = null; // a frame number that is sought
-  #began = 0; // clock in seconds at which time 0 of the stream would have been shown
+  #began = null; // on the clock, in seconds: when time 0 of the stream would have been shown
   #ended = false;
   playing = false;
 
-  /** show(frame): is called with a frame that is due, and may keep it until it returns. */
+  /** show(frame): is called with a frame that is due; it is closed when what show answers is resolved. */
   constructor(decoder, show, fail) {
-    Object.assign(this, { fail });
     this.#decoder = decoder;
     this.#show = show;
+    this.#fail = fail;
   }
 
   play(playing) {
@@ -31,54 +32,49 @@ export class Playback {
     this.#run();
   }
 
-  async #run() {
-    if (this.#taking) return;
-    this.#taking = true;
+  /** due: a frame to show. One of these runs at a time; frames are closed when they have been shown. */
+  async #run(due = null) {
+    if (this.#busy) return;
+    this.#busy = true;
     try {
-      while (this.#wanted !== null) {
-        const number = this.#wanted;
-        this.#drop();
-        this.#ended = false;
-        await this.#decoder.seek({ frame: number });
-        const frame = await this.#decoder.next();
-        if (this.#wanted === number) this.#wanted = null;
-        if (frame) this.#present(frame);
-        this.#began = null;
-      }
+      if (due) await this.#present(due);
+      while (this.#wanted !== null) await this.#find(this.#wanted);
       if (!this.#next && !this.#ended) {
         this.#next = await this.#decoder.next();
-        if (!this.#next) this.#ended = true;
+        this.#ended = this.#next === null;
       }
     } catch (error) {
       this.playing = false;
-      this.fail(error);
+      this.#fail(error);
     }
-    this.#taking = false;
+    this.#busy = false;
     if (this.#wanted !== null) this.#run();
   }
 
-  #drop() {
+  async #find(number) {
     this.#next?.close();
     this.#next = null;
+    this.#ended = false;
+    await this.#decoder.seek({ frame: number });
+    const frame = await this.#decoder.next();
+    if (this.#wanted === number) this.#wanted = null;
+    if (frame) await this.#present(frame);
+    this.#began = null;
   }
-  #present(frame) {
-    this.#show(frame);
+
+  async #present(frame) {
+    await this.#show(frame);
     frame.close();
   }
 
   /** Once for each picture of the screen. now: seconds. */
   tick(now) {
-    if (!this.playing || this.#taking) return;
-    if (this.#next) {
-      const frame = this.#next;
-      if (this.#began === null || now - this.#began - frame.seconds > PATIENCE_SECONDS)
-        this.#began = now - frame.seconds;
-      if (now - this.#began < frame.seconds) return;
-      this.#next = null;
-      this.#present(frame);
-    } else if (this.#ended && this.#decoder.seekable) {
-      return this.seek(0);
-    }
-    this.#run();
+    if (!this.playing || this.#busy) return;
+    const frame = this.#next;
+    if (!frame) return this.#ended && this.#decoder.seekable ? this.seek(0) : this.#run();
+    if (this.#began === null || now - this.#began - frame.seconds > PATIENCE_SECONDS) this.#began = now - frame.seconds;
+    if (now - this.#began < frame.seconds) return;
+    this.#next = null;
+    this.#run(frame);
   }
 }

@@ -50,11 +50,11 @@ function measure(drawn, wanted, mask) {
 window.compare = async ({ file, number, cases, rotate = 0 }) => {
   const { decoder, frame } = await decodeFrame(file, number);
   const object = new FvvObject3D({ renderer });
-  // A scene may turn, move and mirror what is in it: colours stay where they are.
+  // A scene may turn, move and scale what is in it: colours stay where they are.
   if (rotate) {
     object.rotation.y = rotate;
     object.position.set(1, 2, 3);
-    object.scale.set(-2, 2, 2);
+    object.scale.set(2, 2, 2);
   }
   scene.add(object.add(viewer));
   await object.show(frame);
