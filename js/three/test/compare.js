@@ -6,71 +6,78 @@ import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
 
 const renderer = new WebGLRenderer({ antialias: false, preserveDrawingBuffer: true });
 const scene = new Scene();
-const viewer = new PerspectiveCamera();
+const viewer = new PerspectiveCamera(50, 1, 0.05, 100);
 document.body.append(renderer.domElement);
 
-async function pixels(source, width, height) {
-  const canvas = new OffscreenCanvas(width, height);
-  const context = canvas.getContext("2d", { willReadFrequently: true });
+function pixels(source, { width, height }) {
+  const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
   context.drawImage(source, 0, 0);
   return context.getImageData(0, 0, width, height).data;
 }
-async function reference(name, width, height) {
-  const image = await createImageBitmap(await (await fetch(name)).blob(), { colorSpaceConversion: "none" });
-  return pixels(image, width, height);
+async function reference(name, size) {
+  const blob = await (await fetch(name)).blob();
+  return pixels(await createImageBitmap(blob, { colorSpaceConversion: "none" }), size);
 }
 
-async function decodeFrame(file, number) {
-  const decoder = await createDecoder({ source: file, worker: new URL("worker.js", import.meta.url) });
-  await decoder.seek({ frame: number });
-  const frame = await decoder.next();
-  return { decoder, frame };
-}
-
-/** Mean square error inside the mask, in display values; and how much of the mask is the colour of unseen surface. */
+/**
+ * PSNR inside the mask, in display values; of how many pixels; how many of these are grey, the colour of surface that
+ * no camera shows; and how many are drawn beyond the mask.
+ */
 function measure(drawn, wanted, mask) {
-  let sum = 0;
-  let count = 0;
-  let grey = 0;
-  let outside = 0;
+  let [sum, count, grey, outside] = [0, 0, 0, 0];
   for (let i = 0; i < drawn.length; i += 4) {
-    const lit = drawn[i] + drawn[i + 1] + drawn[i + 2] > 0;
+    const rgb = [0, 1, 2].map((k) => drawn[i + k]);
     if (mask[i] < 128) {
-      outside += lit;
+      outside += rgb.some((value) => value > 0);
       continue;
     }
     count++;
-    grey += drawn[i] === 128 && drawn[i + 1] === 128 && drawn[i + 2] === 128;
-    for (let k = 0; k < 3; k++) sum += (drawn[i + k] - wanted[i + k]) ** 2;
+    grey += rgb.every((value) => value === 128);
+    rgb.forEach((value, k) => (sum += (value - wanted[i + k]) ** 2));
   }
   return { psnr: 10 * Math.log10((255 * 255 * 3 * count) / sum), count, grey, outside };
 }
 
-/** cases: [{camera, picture, mask}], pictures of fvvrender as cameras of the stream see the frame. */
-window.compare = async ({ file, number, cases, rotate = 0 }) => {
-  const { decoder, frame } = await decodeFrame(file, number);
+/** The frame, with the cameras and pictures that are asked for. */
+function part(frame, { only, pictures }) {
+  const { configuration, cameras, mesh, visibility, number, seconds } = frame;
+  const camera = (id) => (only === undefined || only === id ? frame.camera(id) : null);
+  const picture = (track) => (pictures ? frame.picture(track) : null);
+  const tiles = (track) => frame.tiles(track);
+  return { configuration, cameras, mesh, visibility, number, seconds, camera, picture, tiles };
+}
+
+/**
+ * cases: [{camera, picture, mask}], of fvvrender. only: a camera that alone gives colour; pictures: false when they are
+ * lost; turned: the object is somewhere else in the scene, and larger.
+ */
+window.compare = async ({ file, number, cases, only, pictures = true, turned = false }) => {
+  const decoder = await createDecoder({ source: file, worker: new URL("worker.js", import.meta.url) });
+  await decoder.seek({ frame: number });
+  const frame = await decoder.next();
   const object = new FvvObject3D({ renderer });
-  // A scene may turn, move and scale what is in it: colours stay where they are.
-  if (rotate) {
-    object.rotation.y = rotate;
+  if (turned) {
+    object.rotation.set(0.3, 0.7, -2);
     object.position.set(1, 2, 3);
-    object.scale.set(2, 2, 2);
+    object.scale.setScalar(2);
   }
   scene.add(object.add(viewer));
-  await object.show(frame);
+  await object.show(part(frame, { only, pictures }));
   const results = [];
   for (const { camera: id, picture, mask } of cases) {
     const camera = frame.camera(id);
-    const { width, height } = camera;
-    renderer.setSize(width, height, false);
-    Object.assign(viewer, { near: 0.05, far: 100 });
+    renderer.setSize(camera.width, camera.height, false);
     lookThrough(viewer, camera);
     renderer.render(scene, viewer);
-    const drawn = await pixels(renderer.domElement, width, height);
-    const [wanted, inside] = await Promise.all([reference(picture, width, height), reference(mask, width, height)]);
-    results.push({ camera: id, ...measure(drawn, wanted, inside) });
+    const drawn = pixels(renderer.domElement, camera);
+    results.push({ camera: id, ...measure(drawn, await reference(picture, camera), await reference(mask, camera)) });
   }
-  const facts = { results, views: object.viewCount, tiles: frame.tiles(), visibility: frame.visibility.length };
+  const facts = {
+    results,
+    views: object.viewCount,
+    tiles: frame.tiles(),
+    visibility: frame.visibility[0]?.domain ?? null,
+  };
   frame.close();
   decoder.close();
   scene.remove(object);

@@ -1,0 +1,170 @@
+// The object as Chromium draws it, against pictures that fvvrender makes of the same frames; and the example page. Both
+// are served by fvvserve, under its content policy.
+
+import assert from "node:assert/strict";
+import { cpSync, readFileSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { after, before, describe, test } from "node:test";
+
+import { bundle, bundleExample } from "../bundle.mjs";
+import { missingBrowser, openBrowser, serveFolder, tool } from "./served.mjs";
+
+/** dB over the foreground. A percent of its pixels, at edges, is of another surface. */
+const LEAST_PSNR = 32;
+
+describe("three", { skip: missingBrowser }, () => {
+  let served, browser, page;
+  const at = (name) => join(served.folder, name);
+
+  function makeStreams() {
+    const synth = (name, ...more) => tool("fvvsynth", "-o", at(name), ...more);
+    const mux = (capture, name, ...more) =>
+      tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), "--group", "2", ...more);
+    synth("small", "--rig", "small", "--frames", "4", "--size", "320x240");
+    mux("small", "bits", "--visibility", "face");
+    mux("small", "vertices", "--visibility", "vertex", "--codec", "vp9");
+    mux("small", "maps", "--visibility", "none", "--codec", "jpeg", "--quality", "90");
+    synth("studio", "--frames", "2", "--size", "480x270", "--meshes", "hull", "--hull-cells", "50");
+    mux("studio", "studio");
+    // Colours come from wrong places, but from the same as with fvvrender.
+    cpSync(at("small"), at("bent"), { recursive: true });
+    const capture = JSON.parse(readFileSync(at("bent/capture.json"), "utf8"));
+    for (const camera of capture.cameras)
+      if (camera.id > 0) camera.lens = { model: "fisheye", coefficients: [0.05, -0.02, 0.01, -0.002] };
+    writeFileSync(at("bent/capture.json"), JSON.stringify(capture));
+    mux("bent", "bent", "--crop", "none", "--visibility", "none", "--keep-geometry");
+  }
+
+  before(async () => {
+    served = await serveFolder();
+    makeStreams();
+    const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+    await bundle(here("compare.js"), [here("compare.html")], at("test"));
+    await bundleExample(served.folder);
+    browser = await openBrowser();
+    page = await browser.newPage(`${served.url}test/compare.html`);
+    await page.waitForSelector("[data-ready]");
+  });
+  after(async () => {
+    await browser?.close();
+    served?.close();
+  });
+
+  async function compare(stream, number, cameras, { render = [], ...more } = {}) {
+    const cases = cameras.map((camera) => {
+      const [picture, mask] = ["picture", "mask"].map((kind) => `/${stream}-${number}-${camera}-${kind}.png`);
+      const output = ["-o", at(picture), "--mask", at(mask), "--force"];
+      tool("fvvrender", at(`${stream}.fvv`), "--frame", `${number}`, "--camera", `${camera}`, ...render, ...output);
+      return { camera, picture, mask };
+    });
+    const found = await page.evaluate((parameters) => window.compare(parameters), {
+      file: `/${stream}.fvv`,
+      number,
+      cases,
+      ...more,
+    });
+    assert.deepEqual(browser.troubles, []);
+    return found;
+  }
+
+  function assertAlike({ results }) {
+    for (const { camera, psnr, count, outside, grey } of results) {
+      assert.ok(count > 1000, `camera ${camera}: ${count} pixels of foreground`);
+      assert.ok(psnr > LEAST_PSNR, `camera ${camera}: ${psnr.toFixed(1)} dB`);
+      assert.ok(outside < 0.01 * count, `camera ${camera}: ${outside} pixels beyond the outline`);
+      assert.ok(grey < 0.05 * count, `camera ${camera}: ${grey} grey pixels`);
+    }
+  }
+
+  const bits = { render: ["--visible-by", "bits"] };
+  const maps = { render: ["--visible-by", "depth"] };
+
+  test("H.264, visibility by bits of faces", async () => {
+    const found = await compare("bits", 1, [0, 2, 3], bits);
+    assert.equal(found.visibility, "faces");
+    assert.equal(found.views, 7);
+    assertAlike(found);
+  });
+  test("VP9, visibility by bits of vertices", async () => {
+    const found = await compare("vertices", 1, [0, 2], bits);
+    assert.equal(found.visibility, "vertices");
+    assertAlike(found);
+  });
+  test("JPEG, visibility by depth maps", async () => {
+    const found = await compare("maps", 0, [0, 2, 3], maps);
+    assert.equal(found.visibility, null);
+    assertAlike(found);
+  });
+  test("a group whose tiles stand elsewhere", async () => {
+    const [first, second] = [await compare("maps", 1, [0], maps), await compare("maps", 3, [0, 2, 3], maps)];
+    assert.notDeepEqual(first.tiles, second.tiles);
+    assertAlike(second);
+  });
+  test("cameras that distort and move, of several sizes", async () =>
+    assertAlike(await compare("studio", 1, [0, 6, 11], bits)));
+  test("fisheye lenses", async () => assertAlike(await compare("bent", 1, [0], maps)));
+  test("an object that is turned and scaled", async () => {
+    assertAlike(await compare("maps", 0, [0, 3], { ...maps, turned: true }));
+  });
+  test("each camera gives colours of its own", async () => {
+    const greys = [];
+    for (const only of [0, 2]) {
+      const found = await compare("maps", 0, [0], { render: [...maps.render, "--sources", `${only}`], only });
+      assert.equal(found.views, 1);
+      assert.ok(found.results[0].psnr > LEAST_PSNR, `from camera ${only}: ${found.results[0].psnr.toFixed(1)} dB`);
+      greys.push(found.results[0].grey);
+    }
+    assert.ok(greys[1] > 2 * greys[0], `grey pixels: ${greys}`);
+  });
+  test("grey where the pictures are lost", async () => {
+    const { results, views } = await compare("maps", 0, [0], { pictures: false });
+    assert.equal(views, 0);
+    assert.ok(results[0].grey > 0.98 * results[0].count);
+  });
+
+  /** How many of the canvas's pixels are neither ground nor grid: coloured. */
+  const colourful = (example) =>
+    example.evaluate(
+      () =>
+        new Promise((resolve) =>
+          requestAnimationFrame(() => {
+            const canvas = document.getElementById("scene");
+            const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d");
+            copy.drawImage(canvas, 0, 0);
+            const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+            let count = 0;
+            for (let i = 0; i < data.length; i += 4)
+              count += Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 40;
+            resolve(count);
+          }),
+        ),
+    );
+
+  for (const [what, width, height] of [
+    ["desk", 960, 600],
+    ["telephone", 360, 640],
+  ])
+    test(`the example page on a ${what}`, async () => {
+      const example = await browser.newPage(`${served.url}?file=bits.fvv&frame=2`, width, height);
+      const drawn = (number) =>
+        example.waitForFunction((wanted) => document.documentElement.dataset.drawn === wanted, {}, `${number}`);
+      await drawn(2);
+      assert.ok((await colourful(example)) > 500, "the scene is empty");
+      assert.equal(await example.$eval("#message", (message) => message.textContent), "");
+      assert.equal(await example.$eval("#frame", (slider) => `${slider.value} of ${slider.max}`), "2 of 3");
+      assert.ok((await example.evaluate(() => document.documentElement.scrollWidth)) <= width);
+      const theme = () => example.$eval("html", (html) => html.dataset.theme);
+      const [former] = [await theme(), await example.click("#theme"), await example.click("#frusta")];
+      assert.notEqual(await theme(), former);
+      await example.focus("#frame");
+      await example.keyboard.press("ArrowRight");
+      await drawn(3);
+      await example.select("#view", "3");
+      await example.click("#play");
+      await drawn(0); // begins anew behind the last frame
+      await example.click("#play");
+      assert.deepEqual(browser.troubles, []);
+      await example.close();
+    });
+});
