@@ -29,12 +29,6 @@ import { copyFragment, planesFragment, wholeVertex } from "./shaders.js";
 const luma = { 4: [0.3, 0.11], 5: [0.299, 0.114], 6: [0.299, 0.114], 7: [0.212, 0.087], 9: [0.2627, 0.0593] };
 const bt709 = [0.2126, 0.0722];
 
-/**
- * Where chroma stands, browsers do not tell: between two columns of luma in what fvvmux writes of these codecs (it says
- * so in the stream), and on the first of two where nothing is said.
- */
-const centred = new Set(["avc1", "hvc1"]);
-
 /** What has to be waited for: [{video, image}] or, of planes in memory, [{video, planes}]. */
 export async function loadPictures(frame) {
   const pictures = frame.configuration.videos.map(async (video) => {
@@ -161,9 +155,8 @@ export class PictureTexture {
       );
       const [kr, kb] = luma[video.colour.matrix] ?? bt709;
       const { fullRange } = video.colour;
-      const siting = new Vector2(centred.has(video.codec) || fullRange ? 0 : 0.5, 0);
       const range = fullRange ? new Vector3(0, 1, 1) : new Vector3(16 / 255, 255 / 219, 255 / 224);
-      this.#quad.material = this.#material(planesFragment, { Y, U, V, siting, range, place, kr, kb });
+      this.#quad.material = this.#material(planesFragment, { Y, U, V, range, place, kr, kb });
     } else {
       const picture = this.#source(`${i}`, Texture, image, ...sizeOf(image));
       picture.minFilter = picture.magFilter = NearestFilter;

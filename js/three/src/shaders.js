@@ -203,17 +203,20 @@ void main() {
 }
 `;
 
-/** 4:2:0 to RGB, with bilinear chroma; place: of the picture's corner in the target. */
+/**
+ * 4:2:0 to RGB. Chroma is interpolated and stands in the middle of four pixels, as in all that fvvmux writes: browsers do
+ * not tell where. place: of the picture's corner in the target.
+ */
 export const planesFragment = /* glsl */ `
 uniform sampler2D Y, U, V;
-uniform vec2 siting, place;
+uniform vec2 place;
 uniform vec3 range; // black, and scales of luma and chroma
 uniform float kr, kb;
 layout(location = 0) out highp vec4 outColour;
 
 void main() {
   vec2 at = gl_FragCoord.xy - place;
-  vec2 chroma = (at + siting) / 2.0 / vec2(textureSize(U, 0));
+  vec2 chroma = at / 2.0 / vec2(textureSize(U, 0));
   float y = (texelFetch(Y, ivec2(at), 0).r - range.x) * range.y;
   float pb = 2.0 * (1.0 - kb) * range.z * (texture(U, chroma).r - 128.0 / 255.0);
   float pr = 2.0 * (1.0 - kr) * range.z * (texture(V, chroma).r - 128.0 / 255.0);
