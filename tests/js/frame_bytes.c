@@ -46,10 +46,26 @@ static void put_camera(const fvv_camera *camera) {
   if (fvv_camera_project(camera, point, pixel, pixel + 2)) put("pixel", camera->id, pixel, sizeof pixel);
 }
 
-static void put_track(fvv_stream *stream, size_t frame, const fvv_track *track, const fvv_scene *scene) {
+/* Camera, source and destination of each tile. */
+static void put_tiles(const fvv_tile *tiles, size_t count, unsigned track) {
+  uint32_t *numbers = malloc(36 * count + 1);
+  if (!numbers) exit(1);
+  for (size_t i = 0; i < count; i++) {
+    const fvv_rect *s = &tiles[i].source, *d = &tiles[i].destination;
+    const uint32_t tile[9] = {tiles[i].camera_id, s->x,     s->y, s->width, s->height, d->x, d->y,
+                              d->width,           d->height};
+    memcpy(numbers + 9 * i, tile, sizeof tile);
+  }
+  put("tiles", track, numbers, 36 * count);
+  free(numbers);
+}
+
+static void put_track(fvv_stream *stream, size_t frame, size_t group, const fvv_track *track,
+                      const fvv_scene *scene) {
   fvv_mesh mesh;
   const fvv_visibility *visibility;
   const uint8_t *sample;
+  const fvv_tile *tiles;
   size_t size;
   int key;
   if (track->kind == FVV_TRACK_MESH && fvv_stream_mesh(stream, frame, track->id, &mesh, NULL) == FVV_OK) {
@@ -65,6 +81,9 @@ static void put_track(fvv_stream *stream, size_t frame, const fvv_track *track, 
   if (track->kind == FVV_TRACK_VIDEO &&
       fvv_stream_sample(stream, frame, track->id, &sample, &size, &key, NULL) == FVV_OK)
     put(key ? "key" : "sample", track->id, sample, size);
+  if (track->kind == FVV_TRACK_VIDEO &&
+      fvv_stream_tiles(stream, group, track->id, &tiles, &size, NULL) == FVV_OK)
+    put_tiles(tiles, size, track->id);
 }
 
 int main(int count, char **arguments) {
@@ -86,7 +105,7 @@ int main(int count, char **arguments) {
     put("time", 0, &frame.time, sizeof frame.time);
     const fvv_scene scene = configuration->scene;
     for (size_t i = 0; i < configuration->track_count; i++)
-      put_track(stream, f, &configuration->tracks[i], &scene);
+      put_track(stream, f, frame.group, &configuration->tracks[i], &scene);
     for (size_t i = 0; i < configuration->camera_count; i++) {
       fvv_camera camera;
       if (fvv_stream_camera(stream, f, configuration->cameras[i].id, &camera, NULL) == FVV_OK)

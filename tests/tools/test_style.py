@@ -7,7 +7,9 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BIN = pathlib.Path(sys.executable).parent
-FOLDERS = ["libfvv", "tools", "tests", "bench", "js/decoder/src", "js/decoder/test", "js/decoder/wasm"]
+FOLDERS = ["libfvv", "tools", "tests", "bench", "js/decoder/src", "js/decoder/test", "js/decoder/wasm"] + [
+    f"js/three/{folder}" for folder in ("src", "example", "test")
+]
 GENERATED = {"format.h", "layout.h", "crc32c_table.h"}
 
 

@@ -59,7 +59,7 @@ async function runPage({ program, parameters }) {
 /** What a page can be expected to find: samples and times are compared by the other tests. */
 const expected = (name) =>
   nativeFrames(files[name]).map((frame) =>
-    Object.fromEntries(Object.entries(frame).filter(([key]) => !/^(time|key|sample) /.test(key))),
+    Object.fromEntries(Object.entries(frame).filter(([key]) => !/^(time|key|sample|tiles) /.test(key))),
   );
 
 for (const [name, browser] of Object.entries(browsers)) {

@@ -52,6 +52,9 @@ test("clips have what they are to test", () => {
   const moving = nativeFrames(clips.moving);
   const changed = Object.keys(moving[0]).filter((key) => key.startsWith("camera") && moving[0][key] !== moving[4][key]);
   assert.ok(changed.length > 0, "no camera moves");
+  const crops = nativeFrames(conformanceFiles().find((file) => file.endsWith("crops.fvv")));
+  const layouts = crops.flatMap((frame) => Object.entries(frame).filter(([key]) => key.startsWith("tiles")));
+  assert.ok(new Set(layouts.map(([, hash]) => hash)).size > 1, "all groups have one layout");
 });
 
 test("a WritableStream takes bytes as fast as frames are taken", async () => {

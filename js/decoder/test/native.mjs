@@ -48,6 +48,11 @@ function cameraNumbers(camera) {
   return Float64Array.of(fx, fy, cx, cy, skew, ...distortion, rMax, ...rotation, ...translation);
 }
 
+function tileNumbers(tiles) {
+  const rect = ({ x, y, width, height }) => [x, y, width, height];
+  return Uint32Array.from(tiles.flatMap((tile) => [tile.camera, ...rect(tile.source), ...rect(tile.destination)]));
+}
+
 /** The same of a frame of the decoder under test. */
 export function frameHashes(frame) {
   const hashes = { "time 0": sha256(raw(BigInt64Array.of(frame.time))) };
@@ -57,6 +62,8 @@ export function frameHashes(frame) {
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) hashes[`visibility ${camera}`] = sha256(visibility.of(camera));
   for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);
+  for (const { track, shows } of frame.configuration.videos)
+    if (shows === "tiles") hashes[`tiles ${track}`] = sha256(raw(tileNumbers(frame.tiles(track))));
   for (const camera of frame.cameras) {
     if (!camera.calibrated) continue;
     hashes[`camera ${camera.id}`] = sha256(raw(cameraNumbers(camera)));
