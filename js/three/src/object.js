@@ -10,6 +10,7 @@ import {
   Object3D,
   ShaderMaterial,
   Vector2,
+  Vector4,
 } from "three";
 
 import { DepthMaps } from "./depth_maps.js";
@@ -57,6 +58,7 @@ export class FvvObject3D extends Object3D {
         pictureSize: { value: new Vector2(1, 1) },
         views: { value: this.#views },
         viewCount: { value: 0 },
+        atlas: { value: new Vector4() },
         shares: { value: noTexture },
         depths: { value: noLayers },
         threshold: { value: threshold },
@@ -103,7 +105,8 @@ export class FvvObject3D extends Object3D {
       uniforms.pictureSize.value.set(this.#pictures.width, this.#pictures.height);
     }
     this.#showViews(frame, viewsOf(frame, layout));
-    this.#setAtlas(this.viewCount === 0 && mesh.uvs !== null && layout.size > 0);
+    const atlas = frame.configuration.videos.find((video) => video.shows === "atlas" && layout.has(video.track));
+    this.#setAtlas(this.viewCount === 0 && mesh.uvs ? atlas : undefined, layout);
   }
 
   #showViews(frame, views) {
@@ -120,8 +123,12 @@ export class FvvObject3D extends Object3D {
     uniforms.viewCount.value = this.viewCount = views.length;
   }
 
-  #setAtlas(has) {
-    this.#define("ATLAS", has ? 1 : undefined);
+  /** A texture map takes the place of cameras where there are none. */
+  #setAtlas(atlas, layout) {
+    this.#define("ATLAS", atlas && 1);
+    if (!atlas) return;
+    const { x, y } = layout.get(atlas.track);
+    this.#material.uniforms.atlas.value.set(x, y, atlas.width, atlas.height);
   }
 
   #define(name, value) {

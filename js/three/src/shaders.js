@@ -84,6 +84,7 @@ export const surfaceFragment = /* glsl */ `
 precision highp sampler2DArray;
 uniform sampler2D pictures;
 uniform vec2 pictureSize;
+uniform vec4 atlas; // x y width height, in texels of pictures
 uniform int viewCount;
 uniform float threshold, handedness;
 uniform vec3 unseen;
@@ -161,7 +162,8 @@ vec3 texturedByCameras() {
 
 void main() {
 #ifdef ATLAS
-  vec3 colour = textureLod(pictures, vUv, 0.0).rgb;
+  vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
+  vec3 colour = textureLod(pictures, at / pictureSize, 0.0).rgb;
 #else
   vec3 colour = texturedByCameras();
 #endif
