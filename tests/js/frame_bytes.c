@@ -1,6 +1,6 @@
 /* Prints what libfvv decodes, for the test of the browser's decoder: for every frame and everything in it a
  * line with a name and a number of bytes, and then those bytes. The reader of this makes the hashes. usage:
- * frame_bytes FILE */
+ * frame_bytes FILE, or frame_bytes --background FILE for the environments of the last group. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,26 +46,89 @@ static void put_camera(const fvv_camera *camera) {
   if (fvv_camera_project(camera, point, pixel, pixel + 2)) put("pixel", camera->id, pixel, sizeof pixel);
 }
 
-/* Camera, source and destination of each tile. */
-static void put_tiles(const fvv_tile *tiles, size_t count, unsigned track) {
+static void put_shares(fvv_stream *stream, size_t frame, const fvv_visibility *visibility) {
+  fvv_mesh mesh;
+  if (fvv_stream_mesh(stream, frame, visibility->header.mesh_track, &mesh, NULL) != FVV_OK) exit(1);
+  uint32_t *counts = malloc(8 * (size_t)mesh.vertex_count + 1);
+  uint8_t *shares = malloc((size_t)mesh.vertex_count + 1);
+  if (!counts || !shares) exit(1);
+  for (size_t i = 0; i < visibility->header.camera_count; i++) {
+    fvv_visibility_shares(&mesh, visibility->header.domain,
+                          visibility->states + i * visibility->header.element_count, counts, shares);
+    put("shares", visibility->cameras[i], shares, mesh.vertex_count);
+  }
+  free(counts);
+  free(shares);
+  fvv_mesh_free(&mesh);
+}
+
+static void put_tiles(fvv_stream *stream, size_t group, unsigned track) {
+  const fvv_tile *tiles;
+  size_t count;
+  if (fvv_stream_tiles(stream, group, (uint16_t)track, &tiles, &count, NULL) != FVV_OK) return;
   uint32_t *numbers = malloc(36 * count + 1);
   if (!numbers) exit(1);
   for (size_t i = 0; i < count; i++) {
     const fvv_rect *s = &tiles[i].source, *d = &tiles[i].destination;
-    const uint32_t tile[9] = {tiles[i].camera_id, s->x,     s->y, s->width, s->height, d->x, d->y,
-                              d->width,           d->height};
-    memcpy(numbers + 9 * i, tile, sizeof tile);
+    const uint32_t one[9] = {tiles[i].camera_id, s->x,     s->y, s->width, s->height, d->x, d->y,
+                             d->width,           d->height};
+    memcpy(numbers + 9 * i, one, sizeof one);
   }
   put("tiles", track, numbers, 36 * count);
   free(numbers);
 }
 
-static void put_track(fvv_stream *stream, size_t frame, size_t group, const fvv_track *track,
-                      const fvv_scene *scene) {
+static void put_part(const fvv_background *background, size_t i) {
+  fvv_mesh mesh;
+  if (fvv_background_mesh(background, i, NULL, NULL, &mesh, NULL) != FVV_OK) exit(1);
+  const size_t vertices = mesh.vertex_count;
+  float *floats = malloc(12 * vertices + 1);
+  if (!floats) exit(1);
+  fvv_lattice_to_floats(background->lattice_origin, background->lattice_step, mesh.positions, vertices,
+                        floats);
+  put("part-positions", (unsigned)i, floats, 12 * vertices);
+  put("part-indices", (unsigned)i, mesh.faces, 12 * (size_t)mesh.face_count);
+  if (mesh.texture) {
+    const fvv_background_part *part = &background->parts[i];
+    fvv_texture_to_floats(mesh.texture_bits, mesh.texture, vertices, floats);
+    for (size_t k = 0; k < 2 * vertices; k++)
+      floats[k] = (float)(part->texture_origin[k % 2] + part->texture_size[k % 2] * (double)floats[k]);
+    put("part-uvs", (unsigned)i, floats, 8 * vertices);
+  }
+  free(floats);
+  fvv_mesh_free(&mesh);
+}
+
+static void put_background(const fvv_background *background) {
+  for (size_t i = 0; i < background->part_count; i++) put_part(background, i);
+  for (size_t i = 0; i < background->picture_count; i++)
+    put("picture", (unsigned)i, background->pictures[i].data, background->pictures[i].size);
+  for (size_t i = 0; i < background->light_count; i++) {
+    const fvv_light *l = &background->lights[i];
+    const double numbers[13] = {l->position[0],  l->position[1],  l->position[2], l->direction[0],
+                                l->direction[1], l->direction[2], l->colour[0],   l->colour[1],
+                                l->colour[2],    l->intensity,    l->range,       l->inner_cone,
+                                l->outer_cone};
+    put("light", (unsigned)i, numbers, sizeof numbers);
+  }
+}
+
+static int put_backgrounds(fvv_stream *stream) {
+  const size_t groups = fvv_file_group_count(fvv_stream_file(stream));
+  const fvv_configuration *configuration;
+  if (!groups || fvv_stream_configuration(stream, groups - 1, &configuration, NULL) != FVV_OK) return 1;
+  for (size_t i = 0; i < configuration->track_count; i++) {
+    const fvv_background *background;
+    if (fvv_stream_background(stream, groups - 1, configuration->tracks[i].id, &background, NULL) == FVV_OK)
+      put_background(background);
+  }
+  return 0;
+}
+
+static void put_track(fvv_stream *stream, size_t frame, const fvv_track *track, const fvv_scene *scene) {
   fvv_mesh mesh;
   const fvv_visibility *visibility;
   const uint8_t *sample;
-  const fvv_tile *tiles;
   size_t size;
   int key;
   if (track->kind == FVV_TRACK_MESH && fvv_stream_mesh(stream, frame, track->id, &mesh, NULL) == FVV_OK) {
@@ -77,17 +140,16 @@ static void put_track(fvv_stream *stream, size_t frame, size_t group, const fvv_
     const size_t elements = visibility->header.element_count;
     for (size_t i = 0; i < visibility->header.camera_count; i++)
       put("visibility", visibility->cameras[i], visibility->states + i * elements, elements);
+    put_shares(stream, frame, visibility);
   }
   if (track->kind == FVV_TRACK_VIDEO &&
       fvv_stream_sample(stream, frame, track->id, &sample, &size, &key, NULL) == FVV_OK)
     put(key ? "key" : "sample", track->id, sample, size);
-  if (track->kind == FVV_TRACK_VIDEO &&
-      fvv_stream_tiles(stream, group, track->id, &tiles, &size, NULL) == FVV_OK)
-    put_tiles(tiles, size, track->id);
 }
 
 int main(int count, char **arguments) {
-  FILE *file = count == 2 ? fopen(arguments[1], "rb") : NULL;
+  const int background = count == 3 && !strcmp(arguments[1], "--background");
+  FILE *file = count == 2 + background ? fopen(arguments[count - 1], "rb") : NULL;
   if (!file || fseek(file, 0, SEEK_END)) return 2;
   const fvv_input input = {read_at, file, (uint64_t)ftell(file)};
   fvv_diagnostic diagnostic;
@@ -96,6 +158,7 @@ int main(int count, char **arguments) {
     fprintf(stderr, "%s\n", diagnostic.message);
     return 1;
   }
+  if (background) return put_backgrounds(stream);
   for (size_t f = 0; f < fvv_stream_frame_count(stream); f++) {
     fvv_frame frame;
     const fvv_configuration *configuration;
@@ -105,7 +168,9 @@ int main(int count, char **arguments) {
     put("time", 0, &frame.time, sizeof frame.time);
     const fvv_scene scene = configuration->scene;
     for (size_t i = 0; i < configuration->track_count; i++)
-      put_track(stream, f, frame.group, &configuration->tracks[i], &scene);
+      put_track(stream, f, &configuration->tracks[i], &scene);
+    for (size_t i = 0; i < configuration->video_count; i++)
+      put_tiles(stream, frame.group, configuration->videos[i].track);
     for (size_t i = 0; i < configuration->camera_count; i++) {
       fvv_camera camera;
       if (fvv_stream_camera(stream, f, configuration->cameras[i].id, &camera, NULL) == FVV_OK)

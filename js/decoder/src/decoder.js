@@ -5,7 +5,7 @@ import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
 import { Frame } from "./frame.js";
 import { connect } from "./port.js";
-import { compileCore, compileDraco, compileProjection } from "./modules.js";
+import { compileBackground, compileCore, compileDraco, compileProjection } from "./modules.js";
 import { createProjection } from "./wasm.js";
 
 /** How long a worker may take to say that it is there. */
@@ -66,6 +66,7 @@ export class Decoder extends EventTarget {
     const module = await compileCore();
     decoder.#projector = new Projector(await createProjection(await compileProjection()));
     decoder.configuration = null;
+    decoder.backgrounds = [];
     decoder.writable = feed?.writable ?? null;
     const pull = () => feed?.pull() ?? null;
     if (feed) decoder.#finish.push(() => feed.cancel());
@@ -75,8 +76,8 @@ export class Decoder extends EventTarget {
       signal.addEventListener("abort", stop, { once: true });
       decoder.#finish.push(() => signal.removeEventListener("abort", stop));
     }
-    const { limits, normals, visibility, video, queue } = options;
-    const opened = await decoder.#call("open", { source, module, limits, normals, visibility, video, queue });
+    const { limits, normals, visibility, shares, video, queue } = options;
+    const opened = await decoder.#call("open", { source, module, limits, normals, visibility, shares, video, queue });
     Object.assign(decoder, opened);
     return decoder;
   }
@@ -85,7 +86,7 @@ export class Decoder extends EventTarget {
     if (wanted !== false && typeof Worker === "function")
       try {
         this.#worker = await startWorker(wanted);
-        const { call, fail } = connect(this.#worker, { pull, draco: compileDraco });
+        const { call, fail } = connect(this.#worker, { pull, draco: compileDraco, background: compileBackground });
         this.#call = call;
         this.#worker.addEventListener("error", ({ message }) => {
           fail(new FvvError({ code: "worker", message: `the worker failed: ${message}` }));
@@ -99,7 +100,7 @@ export class Decoder extends EventTarget {
         const message = `there is no worker (${error.message}): this thread decodes`;
         this.#early = new FvvError({ code: "worker", severity: "warning", fatal: false, message });
       }
-    const engine = new Engine({ pull, draco: compileDraco });
+    const engine = new Engine({ pull, draco: compileDraco, background: compileBackground });
     this.#call = async (name, argument) => engine[name](argument);
     this.#finish.push(() => engine.close());
   }
@@ -113,6 +114,12 @@ export class Decoder extends EventTarget {
     this.configuration = configuration;
     this.#cameras = configuration.cameras;
     this.dispatchEvent(new FvvEvent("configuration", configuration));
+  }
+
+  /** One more environment of the configuration that holds; null: another configuration holds. */
+  #surround(background) {
+    this.backgrounds = background ? [...this.backgrounds, background] : [];
+    this.dispatchEvent(new FvvEvent("background", this.backgrounds));
   }
 
   #makeFrame(raw) {
@@ -148,6 +155,7 @@ export class Decoder extends EventTarget {
       }
       const detail = this.#revive(item.detail);
       if (type === "configuration") this.#configure(detail);
+      else if (type === "background") this.#surround(detail);
       else if (type === "end") this.#ended = true;
       else this.dispatchEvent(new FvvEvent(type, detail));
       if (type === "error") {

@@ -7,21 +7,22 @@ import { Playback } from "./playback.js";
 import { openSource } from "./sources.js";
 
 export class Engine {
-  /** pull(): the next bytes of a source that is a stream, or null. draco(): the compiled module of Draco. */
-  constructor({ pull, draco }) {
-    Object.assign(this, { pull, draco, generation: 0, queue: [], waiting: null, room: null, error: null });
+  /** pull(): the next bytes of a source that is a stream, or null. draco(), background(): compiled modules. */
+  constructor({ pull, draco, background }) {
+    Object.assign(this, { pull, draco, background, generation: 0, queue: [], waiting: null, room: null, error: null });
     this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
   }
 
-  async open({ source, module, limits, normals, visibility, video, queue }) {
+  async open({ source, module, limits, normals, visibility, shares, video, queue }) {
     this.limit = Math.max(1, queue);
     this.source = await openSource(source, { pull: this.pull, warn: (error) => this.#tell("warning", error) });
     this.pictures = createPictures(video, (error) => this.#tell("warning", error));
     this.playback = await Playback.open(this.source, {
       module,
       draco: this.draco,
+      background: this.background,
       limits,
-      want: { normals, visibility },
+      want: { normals, visibility, shares },
       emit: (type, detail) => this.#tell(type, detail),
     });
     this.#run(undefined);
@@ -48,7 +49,7 @@ export class Engine {
   async #run(place) {
     const generation = ++this.generation;
     this.queue.forEach((item) => item.type === "frame" && discard(item));
-    this.queue = this.queue.filter((item) => item.type === "warning");
+    this.queue = this.queue.filter((item) => item.type === "warning" || item.type === "background");
     this.room?.();
     this.abort?.abort();
     this.abort = new AbortController();

@@ -163,10 +163,12 @@ function readVisibility(memory, address) {
     cameras: Array.from(s.array(Uint16Array, 24, cameras)),
     elementCount: elements,
     states: s.array(Uint8Array, 28, cameras * elements),
+    vertexCount: s.u32(36),
+    shares: s.array(Uint8Array, 32, cameras * s.u32(36)),
   };
 }
 
-function readSample(memory, address) {
+export function readSample(memory, address) {
   const s = new Struct(memory, address);
   return { track: s.u32(0), key: s.u32(4) !== 0, data: s.bytes(8, 12) };
 }
@@ -181,10 +183,64 @@ export function readFrame(memory, address) {
   return {
     time: s.i64(0),
     meshes: s.list(memory, 8, 12, 48, readMesh),
-    visibility: s.list(memory, 16, 20, 32, readVisibility),
+    visibility: s.list(memory, 16, 20, 40, readVisibility),
     moving: s.list(memory, 24, 28, CAMERA_SIZE, readCamera),
     samples: s.list(memory, 32, 36, 16, readSample),
     layouts: s.list(memory, 40, 44, 12, readLayout),
+    backgrounds: s.list(memory, 48, 52, 16, readSample),
+  };
+}
+
+const NO_PICTURE = 0xffffffff;
+const pictureTypes = ["image/jpeg", "image/png"];
+const lightTypes = ["directional", "point", "spot"];
+
+export function readPart(memory, address) {
+  const s = new Struct(memory, address);
+  const vertices = s.u32(0);
+  const faces = s.u32(4);
+  const flags = s.u32(24);
+  return {
+    vertexCount: vertices,
+    faceCount: faces,
+    indices: s.array(Uint32Array, 8, 3 * faces),
+    positions: s.array(Float32Array, 12, 3 * vertices),
+    uvs: s.array(Float32Array, 16, 2 * vertices),
+    picture: s.u32(20) === NO_PICTURE ? null : s.u32(20),
+    unlit: (flags & 1) !== 0,
+    doubleSided: (flags & 2) !== 0,
+    clamped: (flags & 4) !== 0,
+    colour: [28, 32, 36].map((at) => s.u32(at) / 65535),
+  };
+}
+
+function readPicture(memory, address) {
+  const s = new Struct(memory, address);
+  return { type: pictureTypes[s.u32(0)], width: s.u32(4), height: s.u32(8), data: s.bytes(12, 16) };
+}
+
+function readLight(memory, address) {
+  const s = new Struct(memory, address);
+  return {
+    type: lightTypes[s.u32(104)],
+    position: s.f64s(0, 3),
+    direction: s.f64s(24, 3),
+    colour: s.f64s(48, 3),
+    intensity: s.f64(72),
+    range: s.f64(80),
+    innerCone: s.f64(88),
+    outerCone: s.f64(96),
+    castsShadows: (s.u32(108) & 1) !== 0,
+  };
+}
+
+export function readBackgroundList(memory, address) {
+  const s = new Struct(memory, address);
+  return {
+    needsDraco: s.u32(0) !== 0,
+    partCount: s.u32(4),
+    pictures: s.list(memory, 8, 12, 20, readPicture),
+    lights: s.list(memory, 16, 20, 112, readLight),
   };
 }
 
@@ -196,6 +252,7 @@ export function readEvent(memory, address) {
     start: s.i64(16),
     end: s.i64(24),
     sequence: s.u32(32),
+    configuration: s.u32(36),
   };
 }
 

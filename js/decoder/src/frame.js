@@ -10,6 +10,11 @@ class Visibility {
     const row = this.cameras.indexOf(camera);
     return row < 0 ? null : this.states.subarray(row * this.elementCount, (row + 1) * this.elementCount);
   }
+  /** Of each vertex 0 to 255, as clause 17.4 makes them for shaders; null for such a camera, or without the option. */
+  sharesOf(camera) {
+    const row = this.cameras.indexOf(camera);
+    return row < 0 || !this.shares ? null : this.shares.subarray(row * this.vertexCount, (row + 1) * this.vertexCount);
+  }
 }
 
 export class Frame {

@@ -31,6 +31,8 @@ export interface Options {
   /** Normals of the vertices, sent or computed. Default true. */
   normals?: boolean;
   visibility?: boolean;
+  /** Shares of vertices too (clause 17.4), which shaders take. Default false. */
+  shares?: boolean;
   /** "pictures": VideoFrame or ImageBitmap; "samples": encoded only. Default pictures where there is WebCodecs. */
   video?: "pictures" | "samples";
   /** Frames that are decoded ahead. Default 4. */
@@ -177,6 +179,10 @@ export interface Visibility {
   /** A row of elementCount for each camera: 0 averse, 1 hidden, 2 seen. */
   states: Uint8Array;
   of(camera: number): Uint8Array | null;
+  /** A row of vertexCount for each camera, 0 to 255: seen from 127.5 on. null without the option. */
+  shares: Uint8Array | null;
+  vertexCount: number;
+  sharesOf(camera: number): Uint8Array | null;
 }
 
 export interface Sample {
@@ -211,6 +217,49 @@ export interface Frame {
   close(): void;
 }
 
+/** A mesh of the environment, in one colour or with one picture. */
+export interface BackgroundPart {
+  vertexCount: number;
+  faceCount: number;
+  /** Metres. */
+  positions: Float32Array;
+  indices: Uint32Array;
+  /** u v in the picture, (0, 0) is its top left corner; beyond 0 to 1 it begins again, or is clamped. */
+  uvs: Float32Array | null;
+  /** Index in pictures. */
+  picture: number | null;
+  /** Linear light, 0 to 1; multiplies the picture's. */
+  colour: [number, number, number];
+  unlit: boolean;
+  doubleSided: boolean;
+  clamped: boolean;
+}
+
+/** As in KHR_lights_punctual of glTF. */
+export interface Light {
+  type: "directional" | "point" | "spot";
+  position: [number, number, number];
+  /** In which the light travels. */
+  direction: [number, number, number];
+  colour: [number, number, number];
+  /** Lux for directional lights, else candela. */
+  intensity: number;
+  /** Metres; 0: no end. */
+  range: number;
+  /** Radians. */
+  innerCone: number;
+  outerCone: number;
+  castsShadows: boolean;
+}
+
+export interface Background {
+  track: number;
+  parts: BackgroundPart[];
+  /** Whole files, sRGB. */
+  pictures: { type: "image/jpeg" | "image/png"; width: number; height: number; data: Uint8Array }[];
+  lights: Light[];
+}
+
 export interface Gap {
   /** Time of the last good frame and beginning of the next group; null: there is none. */
   from: bigint | null;
@@ -232,6 +281,8 @@ export interface Stats {
 
 export interface DecoderEvents {
   configuration: Configuration;
+  /** All that hold from here on; none when the configuration changes. */
+  background: Background[];
   gap: Gap;
   corrupt: FvvError;
   warning: FvvError;
@@ -243,6 +294,8 @@ export interface DecoderEvents {
 export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   /** null until the first frame. */
   readonly configuration: Configuration | null;
+  /** Environments that have come along: frames don't wait for them. */
+  readonly backgrounds: Background[];
   readonly seekable: boolean;
   readonly frameCount: number | null;
   readonly inWorker: boolean;

@@ -47,7 +47,7 @@ function describe(source) {
 }
 
 export async function createDecoder(options = {}) {
-  const { worker, limits = {}, normals = true, visibility = true, queue = 4, signal } = options;
+  const { worker, limits = {}, normals = true, visibility = true, shares = false, queue = 4, signal } = options;
   const video = options.video ?? (typeof VideoDecoder === "function" ? "pictures" : "samples");
-  return Decoder.create({ ...describe(options.source), worker, limits, normals, visibility, video, queue, signal });
+  return Decoder.create({ ...describe(options.source), worker, limits, normals, visibility, shares, video, queue, signal });
 }

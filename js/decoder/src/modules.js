@@ -1,4 +1,4 @@
-// The three wasm modules: bytes that travel inside this package, compiled once. No .wasm has to be found by bundlers or
+// The wasm modules: bytes that travel inside this package, compiled once. No .wasm has to be found by bundlers or
 // servers. Only the thread of the caller loads them and hands them on: Vite makes no workers that import what comes later.
 
 async function unpack({ base64 }) {
@@ -23,4 +23,5 @@ function compileOnce(name, load) {
 
 export const compileCore = () => compileOnce("core", () => import("./core.wasm.js"));
 export const compileProjection = () => compileOnce("projection", () => import("./projection.wasm.js"));
+export const compileBackground = () => compileOnce("background", () => import("./background.wasm.js"));
 export const compileDraco = () => compileOnce("draco", () => import("./draco.wasm.js"));

@@ -1,6 +1,7 @@
 // From a source to frames in order: seeks through the index, drops what is damaged, says so.
 
 import { FvvError } from "./errors.js";
+import { readBackground } from "./background.js";
 import { Session } from "./session.js";
 
 /** So many reads and bytes to find the index; a file that needs more is read from front to back. */
@@ -9,11 +10,12 @@ const INDEX_BYTES = 2 ** 26;
 const READ_LEAST = 1 << 14;
 
 export class Playback {
-  /** emit(type, detail): events of the stream. want: {normals, visibility} */
-  static async open(source, { module, draco, limits, emit, want }) {
+  /** emit(type, detail): events of the stream. want: {normals, visibility, shares} */
+  static async open(source, { module, draco, background, limits, emit, want }) {
     const playback = new Playback();
     const held = [];
-    Object.assign(playback, { source, emit, want, held, groups: null, missing: null });
+    Object.assign(playback, { source, emit, want, held, groups: null, missing: null, background });
+    playback.surroundings = { configuration: null, tracks: new Set() };
     playback.session = await Session.create({
       module,
       draco,
@@ -48,6 +50,41 @@ export class Playback {
       this.held.push({ at: offset, bytes });
     }
     return true;
+  }
+
+  /** Environments that came with a frame, or in front of where playing began. Frames don't wait for them. */
+  async #takeBackgrounds(state) {
+    const { session } = this;
+    const found = state.backgrounds.splice(0);
+    if (state.lateGroup !== null) {
+      const { tracks } = session.configuration();
+      for (const { id } of tracks.filter(({ kind }) => kind === "background"))
+        if (!found.some(({ track }) => track === id)) found.push(await this.#findBackground(state.lateGroup, id));
+      state.lateGroup = null;
+    }
+    for (const payload of found) {
+      if (!payload || this.surroundings.tracks.has(payload.track)) continue;
+      this.surroundings.tracks.add(payload.track);
+      try {
+        this.emit("background", await readBackground(payload, { module: this.background, session }));
+      } catch (error) {
+        if (!(error instanceof FvvError)) throw error;
+        error.fatal = false;
+        this.emit("corrupt", error);
+      }
+    }
+  }
+
+  async #findBackground(group, track) {
+    if (this.surroundings.tracks.has(track)) return null;
+    let found;
+    const step = () => {
+      this.missing = null;
+      found = this.session.findBackground(group, track);
+      // What is not there may only not have been read.
+      return found || !this.missing;
+    };
+    return (await this.#satisfied(step)) ? found : null;
   }
 
   async #openIndex() {
@@ -111,6 +148,8 @@ export class Playback {
       held: null,
       gap: null,
       group: null,
+      backgrounds: [],
+      lateGroup: place?.group > 0 ? place.group : null,
     };
     const from = place && place.group > 0 ? this.groups[place.group].offset : 0;
     if (seeking && place.until !== undefined) state.skip = -1;
@@ -145,7 +184,10 @@ export class Playback {
       if (kind === "configuration") this.emit("configuration", session.configuration());
       if (kind === "damage") this.#corrupt(state, session.damage());
       if (kind === "group") this.#beginGroup(state, session.about());
-      if (kind === "frame") yield* this.#frame(state);
+      if (kind === "frame") {
+        yield* this.#frame(state);
+        await this.#takeBackgrounds(state);
+      }
     }
   }
 
@@ -158,6 +200,10 @@ export class Playback {
     this.#closeGap(state, about.start);
     const known = this.groups?.find((group) => group.offset === about.offset);
     if (known) state.number = known.firstFrame;
+    if (about.configuration !== this.surroundings.configuration) {
+      if (this.surroundings.tracks.size) this.emit("background", null);
+      this.surroundings = { configuration: about.configuration, tracks: new Set() };
+    }
     state.group = { sequence: about.sequence, start: about.start, end: about.end };
   }
 
@@ -176,6 +222,9 @@ export class Playback {
       if (passing) state.skip--;
       return;
     }
+    const { backgrounds, ...rest } = frame;
+    state.backgrounds.push(...backgrounds);
+    frame = rest;
     frame.decodeMs = performance.now() - started;
     frame.number = state.number++;
     frame.group = state.group;

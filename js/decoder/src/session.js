@@ -1,12 +1,13 @@
 // One stream in one instance of the core: bytes in, events and frames out. Synchronous, apart from fetching Draco.
 
 import { FvvError, IO } from "./errors.js";
-import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroup } from "./flat.js";
+import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroup, readSample } from "./flat.js";
 import { createCore, createDraco } from "./wasm.js";
 
 const events = ["need data", "configuration", "group", "frame", "damage", "end", "done"];
-const WANT = { floats: 1, normals: 2, visibility: 4 };
+const WANT = { floats: 1, normals: 2, visibility: 4, shares: 8 };
 const PROFILE_DRACO = 1 << 1;
+const END = 2;
 /** Bytes that are handed over at once. */
 const PUSH_SIZE = 1 << 18;
 
@@ -118,6 +119,15 @@ export class Session {
     return address ? readConfiguration(this.memory, address) : null;
   }
 
+  /** Payload of the environment that belongs to a group of the index: {data}, or null. missing(): see open. */
+  findBackground(group, track) {
+    const status = this.exports.fvvjs_find_background(this.decoder, group, track);
+    if (status === END) return null;
+    if (status === IO) return false;
+    this.#check(status);
+    return readSample(this.memory, this.exports.fvvjs_background(this.decoder));
+  }
+
   /** Whether decode has to wait for Draco. */
   get needsDraco() {
     return !this.core.draco && (this.exports.fvvjs_profiles(this.decoder) & PROFILE_DRACO) !== 0;
@@ -132,7 +142,7 @@ export class Session {
    */
   decode(want) {
     const flags = want
-      ? WANT.floats | (want.normals ? WANT.normals : 0) | (want.visibility ? WANT.visibility : 0)
+      ? WANT.floats | (want.normals ? WANT.normals : 0) | (want.visibility ? WANT.visibility : 0) | (want.shares ? WANT.shares : 0)
       : WANT.visibility;
     const status = this.exports.fvvjs_decode(this.decoder, flags);
     if (status < 0) {

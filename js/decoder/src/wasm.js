@@ -52,6 +52,18 @@ export async function createCore(module, { memoryBytes, read = () => false }) {
   return Object.assign(core, await instantiate(module, memoryBytes, fvv));
 }
 
+/** The module of environments, with Draco as in the core. */
+export async function createBackground(module, memoryBytes) {
+  const background = { draco: null };
+  const draco = new DracoCalls(background);
+  const fvv = {
+    number: (...call) => putNumber(background.memory, ...call),
+    draco_check: (...call) => draco.check(...call),
+    draco_decode: (...call) => draco.decode(...call),
+  };
+  return Object.assign(background, await instantiate(module, memoryBytes, fvv));
+}
+
 /** Projection alone, which needs no more memory than its points. */
 export function createProjection(module) {
   return instantiate(module, PROJECTION_MEMORY, {});

@@ -5,14 +5,14 @@ import * as fs from "node:fs";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
-import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
+import { backgroundHashes, conformanceFiles, frameHashes, makeClips, nativeBackground, nativeFrames } from "./native.mjs";
 
 const { clips, done } = makeClips();
 after(done);
 const files = [...conformanceFiles(), ...Object.values(clips)];
 
 async function decode(source, options = {}) {
-  const decoder = await createDecoder({ source, ...options });
+  const decoder = await createDecoder({ source, shares: true, ...options });
   const problems = [];
   for (const type of ["corrupt", "gap", "error"])
     decoder.addEventListener(type, (event) => problems.push(event.detail));
@@ -49,6 +49,8 @@ test("clips have what they are to test", () => {
   assert.ok(names(clips.raw).has("key"));
   assert.ok(names(clips.moving).has("camera"));
   assert.ok(nativeFrames(clips.fast).length === 5);
+  const layouts = nativeFrames(clips.moving).map((frame) => Object.entries(frame).find(([key]) => key.startsWith("tiles"))[1]);
+  assert.notEqual(layouts[0], layouts[4], "both groups have the same tiles");
   const moving = nativeFrames(clips.moving);
   const changed = Object.keys(moving[0]).filter((key) => key.startsWith("camera") && moving[0][key] !== moving[4][key]);
   assert.ok(changed.length > 0, "no camera moves");
@@ -59,7 +61,7 @@ test("clips have what they are to test", () => {
 
 test("a WritableStream takes bytes as fast as frames are taken", async () => {
   const bytes = new Uint8Array(fs.readFileSync(clips.raw));
-  const decoder = await createDecoder({ queue: 1 });
+  const decoder = await createDecoder({ queue: 1, shares: true });
   const writer = decoder.writable.getWriter();
   let written = 0;
   const writing = (async () => {
@@ -83,7 +85,7 @@ test("a WritableStream takes bytes as fast as frames are taken", async () => {
 test("seeking leads to the same frames", async () => {
   for (const name of ["delta", "draco", "moving"]) {
     const expected = nativeFrames(clips[name]);
-    const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(clips[name])) });
+    const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(clips[name])), shares: true });
     assert.equal(decoder.frameCount, 5);
     for (const n of [4, 1, 3, 0, 2]) {
       await decoder.seek({ frame: n });
@@ -110,4 +112,23 @@ test("aborting ends the iteration", async () => {
   await assert.rejects(createDecoder({ source: new Uint8Array(0), signal: AbortSignal.abort() }), {
     name: "AbortError",
   });
+});
+
+test("environments come along, whichever way their group is reached", async () => {
+  const expected = nativeBackground(clips.environment);
+  assert.ok(Object.keys(expected).some((what) => what.startsWith("part-uvs")));
+  assert.ok(Object.keys(expected).some((what) => what.startsWith("light")));
+  const bytes = new Uint8Array(fs.readFileSync(clips.environment));
+  for (const [source, start] of [[bytes], [pieces(bytes, 977)], [bytes, 4]]) {
+    const decoder = await createDecoder({ source });
+    let told = 0;
+    decoder.addEventListener("background", ({ detail }) => (told += detail.length));
+    if (start) await decoder.seek({ frame: start });
+    for await (const frame of decoder) frame.close();
+    assert.equal(told, 1);
+    assert.deepEqual(backgroundHashes(decoder.backgrounds[0]), expected);
+    const [part] = decoder.backgrounds[0].parts;
+    assert.ok(part.colour.every((x) => x >= 0 && x <= 1));
+    decoder.close();
+  }
 });

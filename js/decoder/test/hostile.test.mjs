@@ -19,7 +19,7 @@ async function survive(source, options = {}) {
   const frames = [];
   const said = [];
   try {
-    const decoder = await createDecoder({ source, ...options });
+    const decoder = await createDecoder({ source, shares: true, ...options });
     for (const type of ["warning", "corrupt", "gap"]) decoder.addEventListener(type, () => said.push(type));
     for await (const frame of decoder) frames.push(frameHashes(frame));
     decoder.close();

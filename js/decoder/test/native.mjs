@@ -28,18 +28,46 @@ export function nativeFrames(file) {
   return known.get(file);
 }
 
-function decodeNatively(file) {
-  const bytes = run(join(build, "tests/js/frame_bytes"), file);
-  const frames = [];
+/** Pairs of "lattice 1" and the like and their hash. */
+function* nativeItems(...parameters) {
+  const bytes = run(join(build, "tests/js/frame_bytes"), ...parameters);
   for (let at = 0; at < bytes.length; ) {
     const line = bytes.indexOf(10, at);
     const [name, id, size] = bytes.toString("latin1", at, line).split(" ");
     at = line + 1 + Number(size);
-    if (name === "time") frames.push({});
-    frames.at(-1)[`${name} ${id}`] = sha256(bytes.subarray(line + 1, at));
+    yield [`${name} ${id}`, sha256(bytes.subarray(line + 1, at))];
+  }
+}
+
+function decodeNatively(file) {
+  const frames = [];
+  for (const [what, hash] of nativeItems(file)) {
+    if (what === "time 0") frames.push({});
+    frames.at(-1)[what] = hash;
   }
   return frames;
 }
+
+/** The environment that belongs to the last group. */
+export const nativeBackground = (file) => Object.fromEntries(nativeItems("--background", file));
+
+export function backgroundHashes({ parts, pictures, lights }) {
+  const hashes = {};
+  parts.forEach((part, i) => {
+    for (const name of ["positions", "indices", "uvs"])
+      if (part[name]) hashes[`part-${name} ${i}`] = sha256(raw(part[name]));
+  });
+  pictures.forEach(({ data }, i) => (hashes[`picture ${i}`] = sha256(data)));
+  lights.forEach((l, i) => {
+    const { position, direction, colour, intensity, range, innerCone, outerCone } = l;
+    const numbers = [...position, ...direction, ...colour, intensity, range, innerCone, outerCone];
+    hashes[`light ${i}`] = sha256(raw(Float64Array.from(numbers)));
+  });
+  return hashes;
+}
+
+const tileNumbers = ({ camera, source: s, destination: d }) =>
+  [camera, ...[s, d].flatMap(({ x, y, width, height }) => [x, y, width, height])];
 
 const raw = (typed) => new Uint8Array(typed.buffer, typed.byteOffset, typed.byteLength);
 
@@ -60,7 +88,12 @@ export function frameHashes(frame) {
     for (const name of ["lattice", "indices", "positions", "normals", "uvs"])
       if (mesh[name]) hashes[`${name} ${mesh.track}`] = sha256(raw(mesh[name]));
   for (const visibility of frame.visibility)
-    for (const camera of visibility.cameras) hashes[`visibility ${camera}`] = sha256(visibility.of(camera));
+    for (const camera of visibility.cameras) {
+      hashes[`visibility ${camera}`] = sha256(visibility.of(camera));
+      hashes[`shares ${camera}`] = sha256(visibility.sharesOf(camera));
+    }
+  for (const { track, shows } of frame.configuration.videos)
+    if (shows === "tiles") hashes[`tiles ${track}`] = sha256(raw(Uint32Array.from(frame.tiles(track).flatMap(tileNumbers))));
   for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);
   for (const { track, shows } of frame.configuration.videos)
     if (shows === "tiles") hashes[`tiles ${track}`] = sha256(raw(tileNumbers(frame.tiles(track))));
@@ -94,13 +127,14 @@ export function makeClips() {
     tool("fvvmux", capture, "-o", file, "--quality", more.includes("jpeg") ? "70" : "36dB", "--group", "3", ...more);
     return file;
   };
-  const tracked = synth("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512");
+  const tracked = synth("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512", "--environment");
   const studio = synth("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
   const clips = {
-    delta: mux("delta", tracked, "--triangles", "3000"),
-    raw: mux("raw", tracked, "--no-delta", "--mesh-profile", "raw", "--codec", "jpeg"),
-    fast: mux("fast", tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9"),
-    draco: mux("draco", tracked, "--no-delta", "--no-pictures"),
+    environment: mux("environment", tracked, "--no-pictures"),
+    delta: mux("delta", tracked, "--triangles", "3000", "--no-background"),
+    raw: mux("raw", tracked, "--no-delta", "--mesh-profile", "raw", "--codec", "jpeg", "--no-background"),
+    fast: mux("fast", tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9", "--no-background"),
+    draco: mux("draco", tracked, "--no-delta", "--no-pictures", "--no-background"),
     moving: mux("moving", studio, "--keep-geometry"),
     live: mux("live", studio, "--live", "--repeat-configuration"),
   };

@@ -5,13 +5,21 @@ import { createDecoder } from "../dist/index.js";
 const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
 const sha256 = async (typed) => hex(await crypto.subtle.digest("SHA-256", typed));
 
+const tileNumbers = ({ camera, source: s, destination: d }) =>
+  [camera, ...[s, d].flatMap(({ x, y, width, height }) => [x, y, width, height])];
+
 async function hashes(frame) {
   const out = {};
   for (const mesh of frame.meshes)
     for (const name of ["lattice", "indices", "positions", "normals", "uvs"])
       if (mesh[name]) out[`${name} ${mesh.track}`] = await sha256(mesh[name]);
   for (const visibility of frame.visibility)
-    for (const camera of visibility.cameras) out[`visibility ${camera}`] = await sha256(visibility.of(camera));
+    for (const camera of visibility.cameras) {
+      out[`visibility ${camera}`] = await sha256(visibility.of(camera));
+      out[`shares ${camera}`] = await sha256(visibility.sharesOf(camera));
+    }
+  for (const { track, shows } of frame.configuration.videos)
+    if (shows === "tiles") out[`tiles ${track}`] = await sha256(Uint32Array.from(frame.tiles(track).flatMap(tileNumbers)));
   for (const camera of frame.cameras) {
     if (!camera.calibrated) continue;
     const { fx, fy, cx, cy, skew, distortion, rMax, rotation, translation } = camera;
@@ -32,7 +40,7 @@ const sources = {
 };
 
 async function decode(name, kind, worker) {
-  const decoder = await createDecoder({ source: await sources[kind](name), worker: worker ? undefined : false });
+  const decoder = await createDecoder({ source: await sources[kind](name), shares: true, worker: worker ? undefined : false });
   const warnings = [];
   decoder.addEventListener("warning", (event) => warnings.push(event.detail.message));
   const frames = [];

@@ -16,7 +16,7 @@ after(() => {
 });
 
 async function open(path) {
-  const decoder = await createDecoder({ source: `${server.url}/${path}` });
+  const decoder = await createDecoder({ source: `${server.url}/${path}`, shares: true });
   const warnings = [];
   decoder.addEventListener("warning", (event) => warnings.push(event.detail.code));
   return { decoder, warnings };

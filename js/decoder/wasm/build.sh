@@ -28,7 +28,7 @@ strip_exports() { # module
 }
 
 mkdir -p "$here/../dist"
-for module in core projection draco; do
+for module in core projection background draco; do
   strip_exports "fvv_$module"
   node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done

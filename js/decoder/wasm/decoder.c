@@ -28,10 +28,11 @@ FVVJS_EXPORT fvvjs_decoder *fvvjs_create(void) {
   fvv_limits_default(&d->limits);
   fvv_configuration_init(&d->building, &d->limits, &allocator);
   fvv_configuration_init(&d->complete, &d->limits, &allocator);
-  fvv_bytes *const all[] = {&d->incoming.chunks, &d->incoming.payloads, &d->ready.chunks, &d->ready.payloads,
-                            &d->tracks,          &d->flat_tracks,       &d->flat_cameras, &d->flat_videos,
-                            &d->flat_tiles,      &d->flat_metadata,     &d->flat_meshes,  &d->flat_visibility,
-                            &d->flat_moving,     &d->flat_samples,      &d->flat_layouts};
+  fvv_bytes *const all[] = {
+      &d->incoming.chunks, &d->incoming.payloads, &d->ready.chunks, &d->ready.payloads,
+      &d->tracks,          &d->flat_tracks,       &d->flat_cameras, &d->flat_videos,
+      &d->flat_tiles,      &d->flat_metadata,     &d->flat_meshes,  &d->flat_visibility,
+      &d->flat_moving,     &d->flat_samples,      &d->flat_layouts, &d->flat_backgrounds};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) adopt(all[i], &allocator);
   return d;
 }
@@ -170,6 +171,7 @@ static int begin_group(fvvjs_decoder *d, const fvv_event *event) {
   if (event->chunk.size == FVV_GRUP_SIZE) {
     d->about.end = fvv_get_i64(event->payload + FVV_GRUP_END);
     d->about.sequence = fvv_get_u32(event->payload + FVV_GRUP_SEQUENCE);
+    d->about.configuration = fvv_get_u32(event->payload + FVV_GRUP_CONFIGURATION_CRC);
   }
   fvvjs_begin_group(d);
   return FVVJS_GROUP;

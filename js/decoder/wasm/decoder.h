@@ -29,7 +29,8 @@ enum {
 enum {
   FVVJS_WANT_FLOATS = 1, /* positions and texture coordinates */
   FVVJS_WANT_NORMALS = 2,
-  FVVJS_WANT_VISIBILITY = 4
+  FVVJS_WANT_VISIBILITY = 4,
+  FVVJS_WANT_SHARES = 8 /* of vertices, with visibility */
 };
 
 /* What is kept of a track between frames. */
@@ -40,6 +41,7 @@ typedef struct fvvjs_track {
   fvv_visibility_frames visibility;
   fvv_bytes positions, normals, texture; /* floats of the current frame */
   fvv_bytes tiles;                       /* flat_tile: the layout of the group; empty: it has none */
+  fvv_bytes shares, counts;              /* of visibility, and to work in */
 } fvvjs_track;
 
 /* A chunk of a frame; offset: where its payload stands in the frame's bytes. */
@@ -77,8 +79,9 @@ typedef struct fvvjs_decoder {
   flat_configuration flat;
   fvv_bytes flat_tracks, flat_cameras, flat_videos, flat_tiles, flat_metadata;
   flat_frame frame;
-  fvv_bytes flat_meshes, flat_visibility, flat_moving, flat_samples, flat_layouts;
+  fvv_bytes flat_meshes, flat_visibility, flat_moving, flat_samples, flat_layouts, flat_backgrounds;
   flat_group group;
+  flat_sample background; /* of a group of the index */
 } fvvjs_decoder;
 
 /* decoder.c */

@@ -124,6 +124,6 @@ FVVJS_EXPORT const flat_configuration *fvvjs_configuration(fvvjs_decoder *d) {
 void fvvjs_free_flat(fvvjs_decoder *d) {
   fvv_bytes *const lists[] = {&d->flat_tracks,   &d->flat_cameras, &d->flat_videos,     &d->flat_tiles,
                               &d->flat_metadata, &d->flat_meshes,  &d->flat_visibility, &d->flat_moving,
-                              &d->flat_samples,  &d->flat_layouts};
+                              &d->flat_samples,  &d->flat_layouts, &d->flat_backgrounds};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) fvv_bytes_free(lists[i]);
 }

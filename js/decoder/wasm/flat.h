@@ -69,6 +69,8 @@ typedef struct flat_visibility {
   uint32_t track, mesh_track, domain, threshold, camera_count, element_count;
   const uint16_t *cameras;
   const uint8_t *states; /* camera_count rows of element_count */
+  const uint8_t *shares; /* camera_count rows of vertex_count, or 0 */
+  uint32_t vertex_count;
 } flat_visibility;
 
 typedef struct flat_sample {
@@ -97,14 +99,44 @@ typedef struct flat_frame {
   uint32_t sample_count;
   const flat_layout *layouts;
   uint32_t layout_count;
+  const flat_sample *backgrounds; /* payloads of BACK, for the module of environments */
+  uint32_t background_count;
 } flat_frame;
 
-/* What the event that next answered speaks of. */
+/* Of an environment: a mesh in one colour or with one picture. */
+typedef struct flat_part {
+  uint32_t vertex_count, face_count;
+  const uint32_t *faces;  /* face_count x 3 */
+  const float *positions; /* vertex_count x 3 metres */
+  const float *texture;   /* vertex_count x 2, places in the picture, or 0 */
+  uint32_t picture, flags, colour[3];
+} flat_part;
+
+typedef struct flat_picture {
+  uint32_t codec, width, height;
+  const uint8_t *data;
+  uint32_t size;
+} flat_picture;
+
+typedef struct flat_light {
+  double position[3], direction[3], colour[3], intensity, range, inner_cone, outer_cone;
+  uint32_t type, flags;
+} flat_light;
+
+typedef struct flat_background {
+  uint32_t needs_draco, part_count;
+  const flat_picture *pictures;
+  uint32_t picture_count;
+  const flat_light *lights;
+  uint32_t light_count;
+} flat_background;
+
+/* What the event that next answered speaks of. configuration: CRC that the group names its configuration by.
+ */
 typedef struct flat_event {
   uint64_t offset, skipped;
   int64_t start, end; /* of a group */
-  uint32_t sequence;
-  uint32_t reserved;
+  uint32_t sequence, configuration;
 } flat_event;
 
 typedef struct flat_group {
@@ -126,11 +158,15 @@ FLAT_ASSERT(flat_configuration, frame_duration, 32);
 FLAT_ASSERT(flat_configuration, numerator, 40);
 _Static_assert(sizeof(flat_configuration) == 88, "flat_configuration");
 _Static_assert(sizeof(flat_mesh) == 48, "flat_mesh");
-_Static_assert(sizeof(flat_visibility) == 32, "flat_visibility");
+_Static_assert(sizeof(flat_visibility) == 40, "flat_visibility");
 _Static_assert(sizeof(flat_sample) == 16, "flat_sample");
 FLAT_ASSERT(flat_frame, meshes, 8);
 _Static_assert(sizeof(flat_layout) == 12, "flat_layout");
-_Static_assert(sizeof(flat_frame) == 48, "flat_frame");
+_Static_assert(sizeof(flat_frame) == 56, "flat_frame");
+_Static_assert(sizeof(flat_part) == 40, "flat_part");
+_Static_assert(sizeof(flat_picture) == 20, "flat_picture");
+_Static_assert(sizeof(flat_light) == 112, "flat_light");
+_Static_assert(sizeof(flat_background) == 24, "flat_background");
 _Static_assert(sizeof(flat_event) == 40, "flat_event");
 _Static_assert(sizeof(flat_group) == 48, "flat_group");
 #endif

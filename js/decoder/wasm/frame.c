@@ -32,6 +32,8 @@ void fvvjs_release_tracks(fvvjs_decoder *d) {
     fvv_bytes_free(&track->normals);
     fvv_bytes_free(&track->texture);
     fvv_bytes_free(&track->tiles);
+    fvv_bytes_free(&track->shares);
+    fvv_bytes_free(&track->counts);
   }
   fvv_bytes_free(&d->tracks);
   fvv_calibration_destroy(d->calibration);
@@ -48,7 +50,8 @@ static fvv_status find_track(fvvjs_decoder *d, uint16_t id, fvvjs_track **track)
   fvvjs_track fresh;
   memset(&fresh, 0, sizeof fresh);
   fresh.id = id;
-  fvv_bytes *const lists[] = {&fresh.positions, &fresh.normals, &fresh.texture, &fresh.tiles};
+  fvv_bytes *const lists[] = {&fresh.positions, &fresh.normals, &fresh.texture,
+                              &fresh.tiles,     &fresh.shares,  &fresh.counts};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->allocator = d->allocator;
   const fvv_status status = fvv_bytes_append(&d->tracks, &fresh, sizeof fresh);
   if (status == FVV_OK) *track = track_at(d, track_count(d) - 1);
@@ -124,6 +127,21 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvvjs_chunk *chunk, const 
   return fvv_bytes_append(&d->flat_meshes, &flat, sizeof flat);
 }
 
+/* What clause 17.4 makes of states, a row for each camera. */
+static const uint8_t *fill_shares(fvvjs_track *track, const fvv_visibility *seen, const fvv_mesh *mesh) {
+  const size_t vertices = mesh->vertex_count;
+  uint64_t size;
+  if (!fvv_multiply_u64(vertices, seen->header.camera_count, &size) || size > SIZE_MAX / 8 - 1) return NULL;
+  /* One byte more, so that an empty mesh has an address. */
+  if (fvv_bytes_reserve(&track->shares, (size_t)size + 1) != FVV_OK ||
+      fvv_bytes_reserve(&track->counts, 8 * vertices + 1) != FVV_OK)
+    return NULL;
+  for (size_t i = 0; i < seen->header.camera_count; i++)
+    fvv_visibility_shares(mesh, seen->header.domain, seen->states + i * seen->header.element_count,
+                          (uint32_t *)track->counts.data, track->shares.data + i * vertices);
+  return track->shares.data;
+}
+
 static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
                                     uint32_t want) {
   fvvjs_track *track;
@@ -144,6 +162,8 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, 
                                 calibration, d->configuration, &d->limits, &d->allocator, &d->diagnostic);
   if (status != FVV_OK) return status;
   const fvv_visibility *seen = &track->visibility.current;
+  const uint8_t *shares = NULL;
+  if (want & FVVJS_WANT_SHARES && !(shares = fill_shares(track, seen, mesh))) return no_memory(d);
   const flat_visibility flat = {track->id,
                                 seen->header.mesh_track,
                                 seen->header.domain,
@@ -151,7 +171,9 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, 
                                 seen->header.camera_count,
                                 seen->header.element_count,
                                 seen->cameras,
-                                seen->states};
+                                seen->states,
+                                shares,
+                                mesh->vertex_count};
   return fvv_bytes_append(&d->flat_visibility, &flat, sizeof flat);
 }
 
@@ -215,6 +237,11 @@ static fvv_status put_layouts(fvvjs_decoder *d) {
   return FVV_OK;
 }
 
+static fvv_status take_background(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+  const flat_sample flat = {chunk->header.track, 1, payload, (uint32_t)chunk->header.size};
+  return fvv_bytes_append(&d->flat_backgrounds, &flat, sizeof flat);
+}
+
 static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
                                uint32_t want) {
   switch (chunk->header.type) {
@@ -226,6 +253,8 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const
     return decode_calibration(d, chunk, payload);
   case FVV_CHUNK_GROUP_TILES:
     return decode_layout(d, chunk, payload);
+  case FVV_CHUNK_BACKGROUND:
+    return take_background(d, chunk, payload);
   case FVV_CHUNK_VIDEO_PACKET:
     return take_sample(d, chunk, payload);
   default:
@@ -249,8 +278,8 @@ FVVJS_EXPORT uint32_t fvvjs_profiles(const fvvjs_decoder *d) {
  * the rest of the group is dropped. */
 FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
-  fvv_bytes *const lists[] = {&d->flat_meshes, &d->flat_visibility, &d->flat_moving, &d->flat_samples,
-                              &d->flat_layouts};
+  fvv_bytes *const lists[] = {&d->flat_meshes,  &d->flat_visibility, &d->flat_moving,
+                              &d->flat_samples, &d->flat_layouts,    &d->flat_backgrounds};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->size = 0;
   memset(&d->diagnostic, 0, sizeof d->diagnostic);
   memset(&d->frame, 0, sizeof d->frame);
@@ -274,6 +303,8 @@ FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   d->frame.sample_count = (uint32_t)(d->flat_samples.size / sizeof(flat_sample));
   d->frame.layouts = (const flat_layout *)d->flat_layouts.data;
   d->frame.layout_count = (uint32_t)(d->flat_layouts.size / sizeof(flat_layout));
+  d->frame.backgrounds = (const flat_sample *)d->flat_backgrounds.data;
+  d->frame.background_count = (uint32_t)(d->flat_backgrounds.size / sizeof(flat_sample));
   return FVV_OK;
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/diagnostic.h"
 #include "decoder.h"
+#include "stream/stream.h"
 
 /* Copies size bytes at offset to out, or answers 0. */
 __attribute__((import_module("fvv"), import_name("read"))) extern int
@@ -57,4 +58,22 @@ FVVJS_EXPORT int32_t fvvjs_play(fvvjs_decoder *d, uint32_t group) {
   if (status < 0) return status;
   d->configuration = configuration;
   return fvvjs_start(d, (double)info->offset, 1);
+}
+
+/* Reads the environment of a track that belongs to a group (clause 18.5). FVV_ERROR_IO as above, and
+ * JavaScript has to ask itself whether FVV_END was answered for lack of bytes. */
+FVVJS_EXPORT int32_t fvvjs_find_background(fvvjs_decoder *d, uint32_t group, uint32_t track) {
+  const fvv_chunk_info *chunk;
+  const uint8_t *payload;
+  forget(d);
+  if (!d->index) return FVV_END;
+  fvv_status status = fvv_stream_find_background(d->index, group, (uint16_t)track, &chunk, &d->diagnostic);
+  if (status == FVV_OK) status = fvv_file_read_chunk(d->index->file, chunk, &payload, &d->diagnostic);
+  if (status != FVV_OK) return status;
+  const flat_sample flat = {track, 1, payload, (uint32_t)chunk->size};
+  d->background = flat;
+  return FVV_OK;
+}
+FVVJS_EXPORT const flat_sample *fvvjs_background(const fvvjs_decoder *d) {
+  return &d->background;
 }

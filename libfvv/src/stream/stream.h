@@ -55,5 +55,8 @@ void fvv_stream_release_cameras(fvv_stream *stream);
 void fvv_stream_release_tiles(fvv_stream *stream);
 void fvv_stream_release_visibility(fvv_stream *stream);
 void fvv_stream_release_background(fvv_stream *stream);
+/* The chunk that fvv_stream_background decodes. FVV_END: there is none. */
+FVV_MUST_USE fvv_status fvv_stream_find_background(fvv_stream *stream, size_t group, uint16_t track,
+                                                   const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic);
 
 #endif

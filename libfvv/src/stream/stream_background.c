@@ -68,20 +68,26 @@ static fvv_status load(fvv_stream *s, const fvv_chunk_info *chunk, fvv_diagnosti
   return status;
 }
 
-fvv_status fvv_stream_background(fvv_stream *stream, size_t group, uint16_t track,
-                                 const fvv_background **background, fvv_diagnostic *diagnostic) {
+fvv_status fvv_stream_find_background(fvv_stream *stream, size_t group, uint16_t track,
+                                      const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  *background = NULL;
   const fvv_configuration *configuration;
   fvv_status status = fvv_stream_configuration(stream, group, &configuration, diagnostic);
   if (status < 0) return status;
   const fvv_track *declared = fvv_configuration_track(configuration, track);
   if (!declared || declared->kind != FVV_TRACK_BACKGROUND) return FVV_END;
-  const fvv_chunk_info *chunk = NULL;
-  status = find_in(stream, group, track, &chunk, diagnostic);
-  if (status == FVV_END) status = find_in(stream, first_of_block(stream, group), track, &chunk, diagnostic);
+  status = find_in(stream, group, track, chunk, diagnostic);
+  if (status == FVV_END) status = find_in(stream, first_of_block(stream, group), track, chunk, diagnostic);
   if (status == FVV_END)
-    status = find_in(stream, first_of_configuration(stream, group), track, &chunk, diagnostic);
+    status = find_in(stream, first_of_configuration(stream, group), track, chunk, diagnostic);
+  return status;
+}
+
+fvv_status fvv_stream_background(fvv_stream *stream, size_t group, uint16_t track,
+                                 const fvv_background **background, fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *chunk = NULL;
+  *background = NULL;
+  fvv_status status = fvv_stream_find_background(stream, group, track, &chunk, diagnostic);
   if (status == FVV_OK && chunk->offset != stream->background_chunk) status = load(stream, chunk, diagnostic);
   if (status == FVV_OK) *background = &stream->background;
   return status;

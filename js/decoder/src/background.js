@@ -1,0 +1,36 @@
+// The static environment and the lights (clause 18), out of the payload of a BACK, by a module of their own.
+
+import { FvvError } from "./errors.js";
+import { readBackgroundList, readDiagnostic, readPart } from "./flat.js";
+import { createBackground, createDraco } from "./wasm.js";
+
+/** payload: {track, data}. module(), session.draco(): compiled modules. */
+export async function readBackground({ track, data }, { module, session }) {
+  const { limits } = session;
+  const core = await createBackground(await module(), limits.memory);
+  const { exports } = core;
+  const fail = (status) => {
+    const diagnostic = readDiagnostic(core.memory, exports.fvvback_diagnostic());
+    if (diagnostic.status === 0) diagnostic.status = status;
+    throw FvvError.fromDiagnostic(diagnostic, { fatal: false });
+  };
+  const address = exports.fvvback_alloc(data.length);
+  if (!address) throw new FvvError({ code: "memory", fatal: false, message: "no memory for an environment" });
+  new Uint8Array(core.memory.buffer, address, data.length).set(data);
+  const status = exports.fvvback_load(
+    address,
+    data.length,
+    limits.maxVertices,
+    limits.maxFaces,
+    limits.maxDimension,
+  );
+  if (status < 0) fail(status);
+  const { needsDraco, partCount, pictures, lights } = readBackgroundList(core.memory, exports.fvvback_data());
+  if (needsDraco) core.draco = await createDraco(await session.draco(), limits.memory);
+  const parts = Array.from({ length: partCount }, (_, i) => {
+    const part = exports.fvvback_part(i);
+    if (!part) fail(0);
+    return readPart(core.memory, part);
+  });
+  return { track, parts, pictures, lights };
+}

@@ -1,0 +1,128 @@
+/* The module of environments (clause 18): the payload of a BACK in, its parts, pictures and lights out.
+ * Meshes come one at a time, so that an environment of many parts costs no more than its largest. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/checked.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/limits.h"
+#include "base/memory.h"
+#include "flat.h"
+#include "fvv/background.h"
+
+#define FVVJS_EXPORT __attribute__((visibility("default"), used))
+
+static fvv_limits limits;
+static fvv_diagnostic diagnostic;
+static fvv_background background;
+static fvv_mesh mesh;
+static fvv_bytes positions, texture, pictures, lights;
+static flat_background flat;
+static flat_part part_now;
+
+FVVJS_EXPORT void *fvvback_alloc(size_t size) {
+  return malloc(size);
+}
+FVVJS_EXPORT void fvvback_free(void *pointer) {
+  free(pointer);
+}
+FVVJS_EXPORT const fvv_diagnostic *fvvback_diagnostic(void) {
+  return &diagnostic;
+}
+FVVJS_EXPORT const flat_background *fvvback_data(void) {
+  return &flat;
+}
+
+static uint32_t needs_draco(void) {
+  for (size_t i = 0; i < background.part_count; i++)
+    if (background.parts[i].mesh[FVV_MESH_PROFILE] == FVV_MESH_DRACO) return 1;
+  return 0;
+}
+
+static fvv_status list_pictures(void) {
+  for (size_t i = 0; i < background.picture_count; i++) {
+    const fvv_background_picture *p = &background.pictures[i];
+    const flat_picture one = {p->codec, p->width, p->height, p->data, (uint32_t)p->size};
+    if (fvv_bytes_append(&pictures, &one, sizeof one) != FVV_OK) return FVV_ERROR_MEMORY;
+  }
+  return FVV_OK;
+}
+
+static fvv_status list_lights(void) {
+  for (size_t i = 0; i < background.light_count; i++) {
+    const fvv_light *light = &background.lights[i];
+    flat_light one = {.intensity = light->intensity,
+                      .range = light->range,
+                      .inner_cone = light->inner_cone,
+                      .outer_cone = light->outer_cone,
+                      .type = light->type,
+                      .flags = light->flags};
+    memcpy(one.position, light->position, sizeof one.position);
+    memcpy(one.direction, light->direction, sizeof one.direction);
+    memcpy(one.colour, light->colour, sizeof one.colour);
+    if (fvv_bytes_append(&lights, &one, sizeof one) != FVV_OK) return FVV_ERROR_MEMORY;
+  }
+  return FVV_OK;
+}
+
+/* fvv_status. payload has to stay in place. Numbers as in fvv_limits; 0 keeps the default. Once an instance.
+ */
+FVVJS_EXPORT int32_t fvvback_load(const uint8_t *payload, size_t size, uint32_t max_vertices,
+                                  uint32_t max_faces, uint32_t max_dimension) {
+  const fvv_allocator allocator = fvv_allocator_or_default(NULL);
+  positions.allocator = texture.allocator = pictures.allocator = lights.allocator = allocator;
+  fvv_limits_default(&limits);
+  if (max_vertices) limits.max_vertices = max_vertices;
+  if (max_faces) limits.max_faces = max_faces;
+  if (max_dimension) limits.max_dimension = max_dimension;
+  fvv_status status = fvv_background_decode(payload, size, &limits, &allocator, &background, &diagnostic);
+  if (status == FVV_OK) status = list_pictures();
+  if (status == FVV_OK) status = list_lights();
+  if (status != FVV_OK) return status;
+  const flat_background made = {needs_draco(),
+                                (uint32_t)background.part_count,
+                                (const flat_picture *)pictures.data,
+                                (uint32_t)background.picture_count,
+                                (const flat_light *)lights.data,
+                                (uint32_t)background.light_count};
+  flat = made;
+  return FVV_OK;
+}
+
+static float *room(fvv_bytes *bytes, uint32_t count, uint32_t components) {
+  uint64_t size;
+  if (!fvv_multiply_u64(count, components * sizeof(float), &size) || size > SIZE_MAX) return NULL;
+  return fvv_bytes_reserve(bytes, (size_t)size) == FVV_OK ? (float *)bytes->data : NULL;
+}
+
+/* Decodes a part. NULL: the diagnostic tells. Valid until the next call. */
+FVVJS_EXPORT const flat_part *fvvback_part(uint32_t i) {
+  fvv_mesh_free(&mesh);
+  memset(&diagnostic, 0, sizeof diagnostic);
+  if (fvv_background_mesh(&background, i, &limits, NULL, &mesh, &diagnostic) != FVV_OK) return NULL;
+  const fvv_background_part *part = &background.parts[i];
+  float *points = room(&positions, mesh.vertex_count, 3);
+  float *places = mesh.texture ? room(&texture, mesh.vertex_count, 2) : NULL;
+  if (!points || (mesh.texture && !places)) {
+    fvv_fail(&diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_BACKGROUND, 0, "no memory for a part");
+    return NULL;
+  }
+  fvv_lattice_to_floats(background.lattice_origin, background.lattice_step, mesh.positions, mesh.vertex_count,
+                        points);
+  if (places) {
+    fvv_texture_to_floats(mesh.texture_bits, mesh.texture, mesh.vertex_count, places);
+    for (size_t k = 0; k < 2 * (size_t)mesh.vertex_count; k++)
+      places[k] = (float)(part->texture_origin[k % 2] + part->texture_size[k % 2] * (double)places[k]);
+  }
+  const flat_part made = {mesh.vertex_count,
+                          mesh.face_count,
+                          mesh.faces,
+                          points,
+                          places,
+                          part->picture,
+                          part->flags,
+                          {part->colour[0], part->colour[1], part->colour[2]}};
+  part_now = made;
+  return &part_now;
+}
