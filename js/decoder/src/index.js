@@ -35,13 +35,21 @@ function toBytes(value) {
 function describe(source) {
   const base = globalThis.document?.baseURI ?? globalThis.location?.href;
   if (source === undefined || source === null) return { source: { pull: true }, feed: createFeed() };
-  if (typeof source === "string" || source instanceof URL) return { source: { url: new URL(source, base).href } };
+  if (typeof source === "string" || source instanceof URL) return describe({ url: source });
   if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return { source: { bytes: toBytes(source) } };
   if (typeof Blob === "function" && source instanceof Blob) return { source: { blob: source } };
   if (source.getReader || source[Symbol.asyncIterator]) return { source: { pull: true }, feed: feedOf(source) };
   if (source.url) {
-    const { headers, credentials, seekable } = source;
-    return { source: { url: new URL(source.url, base).href, seekable, init: { headers, credentials } } };
+    const { headers, credentials, seekable, protocols, reconnect, WebSocket } = source;
+    const { href: url, protocol, pathname } = new URL(source.url, base);
+    const init = { headers, credentials };
+    if (protocol === "ws:" || protocol === "wss:") {
+      // Constructors can't be sent to workers.
+      const here = WebSocket && { worker: false };
+      return { source: { live: { url, protocols, reconnect, WebSocket } }, ...here };
+    }
+    if (source.segments ?? pathname.endsWith(".json")) return { source: { segments: { url, init } } };
+    return { source: { url, seekable, init } };
   }
   throw new FvvError({ code: "argument", message: "a source is a URL, a Blob, bytes, or a stream of them" });
 }
@@ -49,5 +57,5 @@ function describe(source) {
 export async function createDecoder(options = {}) {
   const { worker, limits = {}, normals = true, visibility = true, shares = false, queue = 4, signal } = options;
   const video = options.video ?? (typeof VideoDecoder === "function" ? "pictures" : "samples");
-  return Decoder.create({ ...describe(options.source), worker, limits, normals, visibility, shares, video, queue, signal });
+  return Decoder.create({ worker, ...describe(options.source), limits, normals, visibility, shares, video, queue, signal });
 }

@@ -23,6 +23,7 @@ export class Playback {
       read: (offset, out) => playback.#answer(offset, out),
     });
     if (source.size !== undefined) await playback.#openIndex();
+    if (source.groups) playback.#number(source.groups);
     return playback;
   }
 
@@ -96,9 +97,13 @@ export class Playback {
       return;
     }
     if (this.session.indexState === 2) this.#warn("no-index", "there is no good index: it was rebuilt from all bytes");
-    this.groups = this.session.groups();
+    this.#number(this.session.groups());
+  }
+
+  #number(groups) {
+    this.groups = groups;
     let first = 0;
-    for (const group of this.groups) {
+    for (const group of groups) {
       group.firstFrame = first;
       first += group.frameCount;
     }
@@ -134,10 +139,10 @@ export class Playback {
     const seeking = place && (place.group > 0 || place.skip || place.until !== undefined);
     if (place && place.group > 0) {
       number = this.groups[place.group].firstFrame;
-      if (!(await this.#satisfied(() => session.play(place.group))))
+      if (!source.inRuns && !(await this.#satisfied(() => session.play(place.group))))
         throw new FvvError({ code: "io", message: "the configuration of the group can't be read" });
-      this.emit("configuration", session.configuration());
-    } else {
+      if (!source.inRuns) this.emit("configuration", session.configuration());
+    } else if (!source.inRuns) {
       session.start(0);
     }
     const state = {
@@ -151,18 +156,46 @@ export class Playback {
       backgrounds: [],
       lateGroup: place?.group > 0 ? place.group : null,
     };
-    const from = place && place.group > 0 ? this.groups[place.group].offset : 0;
+    const group = place?.group ?? 0;
+    const from = source.inRuns || !group ? group : this.groups[group].offset;
     if (seeking && place.until !== undefined) state.skip = -1;
-    for await (const bytes of source.stream(from, signal)) {
-      for (const _ of session.push(bytes)) yield* this.#drain(state);
+    for await (const item of source.stream(from, signal)) {
+      if (!(item instanceof Uint8Array)) {
+        yield* this.#turn(state, item);
+        continue;
+      }
+      for (const _ of session.push(item)) yield* this.#drain(state);
       if (state.ended) break;
     }
-    session.finish();
-    yield* this.#drain(state);
+    if (source.inRuns) {
+      yield* this.#endRun(state);
+    } else {
+      session.finish();
+      yield* this.#drain(state);
+    }
     if (state.held) yield { ...state.held, skipped: false };
     this.#closeGap(state, null);
     if (!state.footer && source.size !== undefined && this.groups && session.indexState === 1)
       this.#warn("truncated", "the stream ends before its footer");
+  }
+
+  /** What a source in runs says between bytes (runs.js). */
+  async *#turn(state, { header, lost, restart }) {
+    yield* this.#endRun(state);
+    if (lost) state.gap ??= { from: lost.from ?? state.lastTime ?? null, error: lost.error };
+    if (restart) this.emit("restart", null);
+    if (!header) return;
+    this.session.join(header);
+    state.running = true;
+  }
+
+  /** A run may end anywhere: that its last frame is not whole is no damage. */
+  async *#endRun(state) {
+    if (!state.running) return;
+    this.session.finish();
+    state.quiet = true;
+    yield* this.#drain(state);
+    state.quiet = state.running = state.ended = false;
   }
 
   #closeGap(state, end) {
@@ -182,7 +215,7 @@ export class Playback {
       }
       if (kind === "end") state.footer = true;
       if (kind === "configuration") this.emit("configuration", session.configuration());
-      if (kind === "damage") this.#corrupt(state, session.damage());
+      if (kind === "damage" && !state.quiet) this.#corrupt(state, session.damage());
       if (kind === "group") this.#beginGroup(state, session.about());
       if (kind === "frame") {
         yield* this.#frame(state);
@@ -198,7 +231,10 @@ export class Playback {
 
   #beginGroup(state, about) {
     this.#closeGap(state, about.start);
-    const known = this.groups?.find((group) => group.offset === about.offset);
+    const { inRuns } = this.source;
+    const known = this.groups?.find((group) =>
+      inRuns ? group.sequence === about.sequence : group.offset === about.offset,
+    );
     if (known) state.number = known.firstFrame;
     if (about.configuration !== this.surroundings.configuration) {
       if (this.surroundings.tracks.size) this.emit("background", null);

@@ -84,6 +84,11 @@ export class Session {
   start(offset = 0) {
     this.#check(this.exports.fvvjs_start(this.decoder, offset, 0));
   }
+  /** From a file header on; then come a configuration block and any group. */
+  join(header) {
+    new Uint8Array(this.memory.buffer, this.buffer, header.length).set(header);
+    this.#check(this.exports.fvvjs_join(this.decoder, this.buffer));
+  }
   /** From a group of the index on; false as in open. */
   play(group) {
     const status = this.exports.fvvjs_play(this.decoder, group);

@@ -1,9 +1,12 @@
 // Where bytes come from. A source has:
 //   stream(from, signal)       async iterator of Uint8Array from an offset to the end
 //   size, read(offset, size)   only where any place can be read
+//   inRuns, groups             see runs.js
 // open(description) makes one of a plain description that can be sent to a worker.
 
 import { FvvError } from "./errors.js";
+import { Live } from "./live.js";
+import { Segments } from "./segments.js";
 
 /** Enough for the index of some hundred groups, and for all of a small file. */
 const SUFFIX = 1 << 14;
@@ -196,10 +199,12 @@ async function openUrl({ url, init = {}, seekable = true }, warn) {
   return new Ranges(url, init, size, response.headers.get("etag"), suffix);
 }
 
-/** description: {bytes}, {blob}, {url, init, seekable}, or {pull: true} with a function pull. */
+/** description: {bytes}, {blob}, {url, init, seekable}, {segments: {url, init}}, {live: {url, ...}}, or {pull: true} with a function pull. */
 export async function openSource(description, { pull, warn }) {
   if (description.bytes) return new Bytes(description.bytes);
   if (description.blob) return new File(description.blob);
+  if (description.live) return Live.open(description.live, warn);
+  if (description.segments) return Segments.open(description.segments);
   if (description.url) return openUrl(description, warn);
   return new Stream(pull);
 }

@@ -16,7 +16,8 @@ function run(program, ...parameters) {
   if (status !== 0 && status !== 3) throw new Error(`${program} ${parameters.join(" ")}: ${status}\n${stderr}`);
   return stdout;
 }
-export const tool = (name, ...parameters) => run(join(build, "tools", name, name), ...parameters);
+export const toolPath = (name) => join(build, "tools", name, name);
+export const tool = (name, ...parameters) => run(toolPath(name), ...parameters);
 
 const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
@@ -66,9 +67,6 @@ export function backgroundHashes({ parts, pictures, lights }) {
   return hashes;
 }
 
-const tileNumbers = ({ camera, source: s, destination: d }) =>
-  [camera, ...[s, d].flatMap(({ x, y, width, height }) => [x, y, width, height])];
-
 const raw = (typed) => new Uint8Array(typed.buffer, typed.byteOffset, typed.byteLength);
 
 function cameraNumbers(camera) {
@@ -92,8 +90,6 @@ export function frameHashes(frame) {
       hashes[`visibility ${camera}`] = sha256(visibility.of(camera));
       hashes[`shares ${camera}`] = sha256(visibility.sharesOf(camera));
     }
-  for (const { track, shows } of frame.configuration.videos)
-    if (shows === "tiles") hashes[`tiles ${track}`] = sha256(raw(Uint32Array.from(frame.tiles(track).flatMap(tileNumbers))));
   for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);
   for (const { track, shows } of frame.configuration.videos)
     if (shows === "tiles") hashes[`tiles ${track}`] = sha256(raw(tileNumbers(frame.tiles(track))));

@@ -87,6 +87,14 @@ FVVJS_EXPORT int32_t fvvjs_start(fvvjs_decoder *d, double offset, int keep) {
   return fvv_reader_create(&d->limits, &d->allocator, (uint64_t)offset, &d->reader);
 }
 
+/* The same for who joins a stream: header is its first FVV_FILE_HEADER_SIZE bytes, what is pushed then is a
+ * configuration block and any group (clause 6.4). */
+FVVJS_EXPORT int32_t fvvjs_join(fvvjs_decoder *d, const uint8_t *header) {
+  memset(&d->diagnostic, 0, sizeof d->diagnostic);
+  const fvv_status status = fvv_file_header_check(header, &d->diagnostic);
+  return status < 0 ? status : fvvjs_start(d, FVV_FILE_HEADER_SIZE, 0);
+}
+
 FVVJS_EXPORT int32_t fvvjs_push(fvvjs_decoder *d, const void *bytes, size_t size) {
   return d->reader ? fvv_reader_push(d->reader, bytes, size) : FVV_ERROR_STATE;
 }

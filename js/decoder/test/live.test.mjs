@@ -1,0 +1,173 @@
+// Live streams over WebSocket: as fvvserve sends them, and what a server may do besides.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import { after, test } from "node:test";
+
+import { createDecoder } from "../dist/index.js";
+import { frameHashes, makeClips, nativeFrames, toolPath } from "./native.mjs";
+
+// Debian's package node-ws; Node has none of its own before version 22, and no server at all.
+const { WebSocket, WebSocketServer } = createRequire("/usr/share/nodejs/")("ws");
+
+const { clips, done } = makeClips();
+after(done);
+
+/** Header and block, and the chunks of each group, as fvvserve cuts them. */
+function messagesOf(file) {
+  const bytes = readFileSync(file);
+  const groups = [];
+  let at = 24;
+  let head;
+  while (at < bytes.length) {
+    const type = bytes.toString("latin1", at, at + 4);
+    const end = at + 32 + 8 * Math.ceil(bytes.readUInt32LE(at + 16) / 8);
+    if (type === "INDX" || type === "FOOT") break;
+    if (type === "GRUP") {
+      head ??= bytes.subarray(0, at);
+      groups.push([]);
+    }
+    groups.at(-1)?.push(bytes.subarray(at, end));
+    at = end;
+  }
+  return { head, groups };
+}
+
+/** script(socket, n): what the nth connection is sent. */
+async function scripted(script) {
+  let connections = 0;
+  const server = new WebSocketServer({ port: 0, host: "127.0.0.1" });
+  server.on("connection", (socket) => script(socket, connections++));
+  await new Promise((listening) => server.on("listening", listening));
+  const close = () => {
+    server.clients.forEach((client) => client.terminate());
+    server.close();
+  };
+  return { url: `ws://127.0.0.1:${server.address().port}/live/x`, close };
+}
+
+async function play(url, { frames: most = Infinity, ...more } = {}) {
+  const decoder = await createDecoder({ source: { url, WebSocket, ...more }, shares: true });
+  const events = [];
+  for (const type of ["corrupt", "gap", "restart", "warning", "end"])
+    decoder.addEventListener(type, ({ detail }) => events.push({ type, detail }));
+  const frames = [];
+  try {
+    for await (const frame of decoder) {
+      frames.push(frameHashes(frame));
+      if (frames.length === most) break;
+    }
+  } finally {
+    decoder.close();
+  }
+  return { frames, events, types: events.map(({ type }) => type) };
+}
+
+const send = (socket, ...parts) => parts.flat().forEach((part) => socket.send(part));
+const say = (socket, message) => socket.send(JSON.stringify(message));
+
+test("fvvserve: a file from its first frame, again and again", async () => {
+  const server = spawn(toolPath("fvvserve"), ["--port", "0", "--loop", "--live", `clip=${clips.delta}`]);
+  try {
+    const [, port] = await new Promise((found) => {
+      let said = "";
+      server.stdout.on("data", (part) => {
+        const match = /:(\d+)\/live/.exec((said += part));
+        if (match) found(match);
+      });
+    });
+    const expected = nativeFrames(clips.delta);
+    const { frames, types } = await play(`ws://127.0.0.1:${port}/live/clip`, { frames: 8 });
+    assert.deepEqual(frames, [...expected, ...expected.slice(0, 3)]);
+    assert.deepEqual(types, ["restart"]);
+  } finally {
+    server.kill();
+  }
+});
+
+test("who joins late begins with any group", async () => {
+  const { head, groups } = messagesOf(clips.delta);
+  const server = await scripted((socket) => {
+    send(socket, head, groups[1]);
+    say(socket, { type: "unheard of" });
+    say(socket, { type: "end" });
+    socket.close(1000);
+  });
+  const { frames, types } = await play(server.url);
+  server.close();
+  assert.deepEqual(frames, nativeFrames(clips.delta).slice(3));
+  assert.deepEqual(types, ["end"]);
+});
+
+test("what a server leaves out is a gap", async () => {
+  const { head, groups } = messagesOf(clips.delta);
+  const times = nativeFrames(clips.delta);
+  for (const type of ["skip", "damage"]) {
+    const server = await scripted((socket) => {
+      // In the midst of the second frame.
+      send(socket, head, groups[0].slice(0, 4));
+      say(socket, { type, from: "1", to: "3", chunks: 7, bytes: 999, message: "-: CRC" });
+      send(socket, head, groups[1]);
+      say(socket, { type: "end" });
+      socket.close(1000);
+    });
+    const { frames, events, types } = await play(server.url);
+    server.close();
+    assert.deepEqual(types, ["gap", "end"]);
+    const [{ detail }] = events;
+    assert.equal(detail.error.code, type === "skip" ? "skipped" : "damaged");
+    assert.equal(typeof detail.to, "bigint");
+    if (type === "skip") assert.equal(detail.from, 1n);
+    for (const frame of frames) assert.ok(times.some((good) => good["time 0"] === frame["time 0"]));
+    assert.ok(frames.length >= 3);
+    assert.deepEqual(frames.slice(-2), times.slice(3));
+  }
+});
+
+test("a connection that breaks is made again, as often as was asked for", async () => {
+  const { head, groups } = messagesOf(clips.delta);
+  const server = await scripted((socket, n) => {
+    send(socket, head, groups[n]);
+    if (n === 0) return setTimeout(() => socket.terminate(), 50);
+    say(socket, { type: "end" });
+    socket.close(1000);
+  });
+  const { frames, types } = await play(server.url, { reconnect: { attempts: 2, firstMs: 10 } });
+  assert.deepEqual(frames, nativeFrames(clips.delta));
+  assert.deepEqual(types, ["warning", "gap", "end"]);
+  server.close();
+  const broken = await scripted((socket) => socket.terminate());
+  await assert.rejects(play(broken.url), { code: "io" });
+  broken.close();
+  await assert.rejects(play(broken.url, { reconnect: { attempts: 2, firstMs: 10 } }), { code: "io", fatal: true });
+});
+
+test("an error of the server ends playing", async () => {
+  const server = await scripted((socket) => say(socket, { type: "error", message: "-: no stream" }));
+  await assert.rejects(play(server.url), { code: "io", message: /no stream/ });
+  server.close();
+});
+
+test("frames that nobody takes are dropped by groups, and memory stays bounded", async () => {
+  const { head, groups } = messagesOf(clips.raw);
+  const bytes = groups.flat().reduce((n, part) => n + part.length, 0);
+  const rounds = Math.ceil(2 ** 26 / bytes);
+  const server = await scripted((socket) => {
+    for (let i = 0; i < rounds; i++) send(socket, head, groups);
+    say(socket, { type: "end" });
+  });
+  const decoder = await createDecoder({ source: { url: server.url, WebSocket }, queue: 1 });
+  const gaps = [];
+  decoder.addEventListener("gap", ({ detail }) => gaps.push(detail.error.code));
+  const first = await decoder.next();
+  first.close();
+  await new Promise((resolve) => setTimeout(resolve, 1500));
+  let n = 1;
+  for await (const frame of decoder) n += frame.close() ?? 1;
+  server.close();
+  assert.ok(gaps.includes("skipped"), gaps.join());
+  assert.ok(n < rounds * 5, `${n} frames of ${rounds * 5}`);
+});
