@@ -155,6 +155,7 @@ export class Decoder extends EventTarget {
       }
       const detail = this.#revive(item.detail);
       if (type === "configuration") this.#configure(detail);
+      else if (type === "opened") Object.assign(this, detail);
       else if (type === "background") this.#surround(detail);
       else if (type === "end") this.#ended = true;
       else this.dispatchEvent(new FvvEvent(type, detail));

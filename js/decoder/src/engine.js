@@ -6,6 +6,9 @@ import { createPictures } from "./pictures.js";
 import { Playback } from "./playback.js";
 import { openSource } from "./sources.js";
 
+/** A file that changes more often than this is not worth it. */
+const REOPEN_MOST = 3;
+
 export class Engine {
   /** pull(): the next bytes of a source that is a stream, or null. draco(), background(): compiled modules. */
   constructor({ pull, draco, background }) {
@@ -15,17 +18,27 @@ export class Engine {
 
   async open({ source, module, limits, normals, visibility, shares, video, queue }) {
     this.limit = Math.max(1, queue);
-    this.source = await openSource(source, { pull: this.pull, warn: (error) => this.#tell("warning", error) });
+    this.description = source;
+    this.settings = { module, limits, want: { normals, visibility, shares } };
     this.pictures = createPictures(video, (error) => this.#tell("warning", error));
-    this.playback = await Playback.open(this.source, {
-      module,
+    await this.#openSource();
+    this.#run(undefined);
+    return this.#about();
+  }
+
+  async #openSource() {
+    const warn = (error) => this.#tell("warning", error);
+    const source = await openSource(this.description, { pull: this.pull, warn });
+    this.playback = await Playback.open(source, {
+      ...this.settings,
       draco: this.draco,
       background: this.background,
-      limits,
-      want: { normals, visibility, shares },
       emit: (type, detail) => this.#tell(type, detail),
     });
-    this.#run(undefined);
+    this.source = source;
+  }
+
+  #about() {
     const { groups, frameCount } = this.playback;
     return { seekable: groups !== null, frameCount: frameCount ?? null, groups };
   }
@@ -60,7 +73,7 @@ export class Engine {
     this.frames?.return().catch(() => {});
     await former;
     try {
-      if (generation === this.generation) await this.#produce(generation, place);
+      if (generation === this.generation) await this.#produceAnew(generation, place);
     } catch (error) {
       if (generation === this.generation) this.queue.push({ type: "error", detail: FvvError.from(error) });
     } finally {
@@ -69,8 +82,29 @@ export class Engine {
     }
   }
 
+  /** A file that changes while it is read is opened again, and played from the same time on. */
+  async #produceAnew(generation, place) {
+    for (let times = 0; ; times++) {
+      try {
+        return await this.#produce(generation, place);
+      } catch (error) {
+        if (error.code !== "changed" || times === REOPEN_MOST || generation !== this.generation) throw error;
+        this.#tell("warning", new FvvError({ code: "changed", severity: "warning", fatal: false, message: error.message }));
+        const { last } = this;
+        await this.#openSource();
+        const { groups } = this.playback;
+        this.#tell("opened", this.#about());
+        if (!groups) place = undefined;
+        else if (last !== null) place = this.playback.locateTime(last);
+        else if (place?.until !== undefined) place = this.playback.locateTime(place.until);
+        else place = undefined;
+      }
+    }
+  }
+
   async #produce(generation, place) {
     this.pictures.restart();
+    this.last = null;
     const current = () => generation === this.generation;
     this.frames = this.playback.frames(place, this.abort.signal);
     for await (const frame of this.frames) {
@@ -82,6 +116,7 @@ export class Engine {
         pictures.then(closeAll, () => {});
         continue;
       }
+      this.last = frame.time;
       this.stats.frames++;
       this.stats.decodeMs += frame.decodeMs;
       this.queue.push({ type: "frame", frame, pictures });

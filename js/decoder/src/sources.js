@@ -69,10 +69,15 @@ function failed(url, response) {
   return new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
 }
 
+function noRange(url, why) {
+  const message = `${url} is read from front to back: ${why}`;
+  return new FvvError({ code: "no-range", severity: "warning", fatal: false, message });
+}
+
 /** A host that keeps to Range. What is asked for first begins at byte 0 and goes on into what is played. */
 class Ranges {
-  constructor(url, init, size, etag, suffix) {
-    Object.assign(this, { url, init, size, etag, suffix, head: null });
+  constructor(url, init, size, etag, suffix, warn) {
+    Object.assign(this, { url, init, size, etag, suffix, warn, head: null, told: false });
     this.requests = 1;
     this.bytesRead = suffix.length;
   }
@@ -80,24 +85,39 @@ class Ranges {
     this.requests++;
     const headers = { ...this.init.headers, Range: `bytes=${from}-${end - 1}` };
     const response = await fetch(this.url, { ...this.init, headers, signal });
-    if (response.status !== 206) throw failed(this.url, response);
+    if (response.status !== 206 && response.status !== 200) throw failed(this.url, response);
     const etag = response.headers.get("etag");
-    if (etag !== this.etag)
+    const range = /^bytes (\d+)-\d+\/(\d+|\*)$/.exec(response.headers.get("content-range") ?? "");
+    const total = response.status === 200 ? null : range && range[2] !== "*" ? Number(range[2]) : this.size;
+    if (etag !== this.etag || (total !== null && total !== this.size))
       throw new FvvError({
         code: "changed",
         message: `${this.url} changed while it was read: ETag ${this.etag}, now ${etag}`,
       });
-    const range = /^bytes (\d+)-\d+\//.exec(response.headers.get("content-range") ?? "");
-    if (range && Number(range[1]) !== from)
+    if (range && response.status === 206 && Number(range[1]) !== from)
       throw new FvvError({ code: "io", message: `${this.url}: asked for byte ${from}, got ${range[1]}` });
     return response;
+  }
+  /** What was asked for, also out of an answer with everything, as hosts give that stop to keep to Range. */
+  async *#wanted(response, from, end) {
+    let at = response.status === 206 ? from : 0;
+    if (response.status === 200 && !this.told) {
+      this.told = true;
+      this.warn(noRange(this.url, "the server does not keep to Range any more"));
+    }
+    for await (const piece of bodyOf(response)) {
+      this.bytesRead += piece.length;
+      const part = piece.subarray(Math.max(0, from - at), Math.max(0, end - at));
+      at += piece.length;
+      if (part.length) yield part;
+      if (at >= end) return;
+    }
   }
   async *body(from, signal) {
     const kept = this.size - this.suffix.length;
     let at = from;
     if (from < kept)
-      for await (const piece of bodyOf(await this.fetch(from, kept, signal))) {
-        this.bytesRead += piece.length;
+      for await (const piece of this.#wanted(await this.fetch(from, kept, signal), from, kept)) {
         at += piece.length;
         yield piece;
       }
@@ -122,10 +142,10 @@ class Ranges {
     const kept = this.size - this.suffix.length;
     if (offset >= kept) return this.suffix.subarray(offset - kept, offset - kept + size);
     if (offset === 0) return (await this.beginning(size)).subarray(0, size);
-    const response = await this.fetch(offset, offset + size);
-    const bytes = new Uint8Array(await response.arrayBuffer());
-    this.bytesRead += bytes.length;
-    return bytes;
+    const pieces = [];
+    const end = offset + size;
+    for await (const piece of this.#wanted(await this.fetch(offset, end), offset, end)) pieces.push(piece);
+    return new Uint8Array(await new Blob(pieces).arrayBuffer());
   }
   async *stream(from, signal) {
     const { head } = this;
@@ -167,16 +187,7 @@ async function openUrl({ url, init = {}, seekable = true }, warn) {
   const response = await fetch(url, { ...init, headers, signal: abort.signal });
   if (response.status === 416) return whole();
   if (!response.ok) throw failed(url, response);
-  const cannot = (why) => {
-    warn(
-      new FvvError({
-        code: "no-range",
-        severity: "warning",
-        fatal: false,
-        message: `${url} is read from front to back: ${why}`,
-      }),
-    );
-  };
+  const cannot = (why) => warn(noRange(url, why));
   if (response.status !== 206) {
     cannot(`the server answers ${response.status} to a request for a range`);
     return new Download(response, abort);
@@ -196,7 +207,7 @@ async function openUrl({ url, init = {}, seekable = true }, warn) {
     cannot(why);
     return whole();
   }
-  return new Ranges(url, init, size, response.headers.get("etag"), suffix);
+  return new Ranges(url, init, size, response.headers.get("etag"), suffix, warn);
 }
 
 /** description: {bytes}, {blob}, {url, init, seekable}, {segments: {url, init}}, {live: {url, ...}}, or {pull: true} with a function pull. */

@@ -11,7 +11,7 @@ import { Session } from "../dist/session.js";
 import { damaged, replaceMesh } from "./damage.mjs";
 import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
 
-const { clips, done } = makeClips();
+const { clips, done } = makeClips("delta", "moving", "draco");
 after(done);
 
 /** Frames by time, and everything that was said. */

@@ -110,29 +110,33 @@ export function conformanceFiles() {
     .sort();
 }
 
-/** Small clips of every kind; remove them with done. */
-export function makeClips() {
+/** Small clips of every kind, or those that are named; remove them with done. */
+export function makeClips(...wanted) {
   const folder = mkdtempSync(join(tmpdir(), "fvv-js-"));
-  const synth = (name, ...more) => {
-    const capture = join(folder, name);
-    tool("fvvsynth", "-o", capture, "--frames", "5", "--size", "96x64", ...more);
-    return capture;
+  const captures = new Map();
+  const capture = (name, ...options) => {
+    const path = join(folder, name);
+    if (!captures.has(name)) captures.set(name, tool("fvvsynth", "-o", path, "--frames", "5", "--size", "96x64", ...options));
+    return path;
   };
-  const mux = (name, capture, ...more) => {
-    const file = join(folder, `${name}.fvv`);
-    tool("fvvmux", capture, "-o", file, "--quality", more.includes("jpeg") ? "70" : "36dB", "--group", "3", ...more);
-    return file;
+  const tracked = () =>
+    capture("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512", "--environment");
+  const studio = () => capture("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
+  const kinds = {
+    environment: [tracked, "--no-pictures"],
+    delta: [tracked, "--triangles", "3000", "--no-background"],
+    raw: [tracked, "--no-delta", "--mesh-profile", "raw", "--codec", "jpeg", "--no-background"],
+    fast: [tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9", "--no-background"],
+    draco: [tracked, "--no-delta", "--no-pictures", "--no-background"],
+    moving: [studio, "--keep-geometry"],
+    live: [studio, "--live", "--repeat-configuration"],
   };
-  const tracked = synth("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512", "--environment");
-  const studio = synth("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
-  const clips = {
-    environment: mux("environment", tracked, "--no-pictures"),
-    delta: mux("delta", tracked, "--triangles", "3000", "--no-background"),
-    raw: mux("raw", tracked, "--no-delta", "--mesh-profile", "raw", "--codec", "jpeg", "--no-background"),
-    fast: mux("fast", tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9", "--no-background"),
-    draco: mux("draco", tracked, "--no-delta", "--no-pictures", "--no-background"),
-    moving: mux("moving", studio, "--keep-geometry"),
-    live: mux("live", studio, "--live", "--repeat-configuration"),
-  };
+  const clips = {};
+  for (const [name, [source, ...options]] of Object.entries(kinds)) {
+    if (wanted.length && !wanted.includes(name)) continue;
+    clips[name] = join(folder, `${name}.fvv`);
+    const quality = options.includes("jpeg") ? "70" : "36dB";
+    tool("fvvmux", source(), "-o", clips[name], "--quality", quality, "--group", "3", ...options);
+  }
   return { clips, done: () => rmSync(folder, { recursive: true, force: true }) };
 }

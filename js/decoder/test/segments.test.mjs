@@ -10,7 +10,7 @@ import { createDecoder } from "../dist/index.js";
 import { frameHashes, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 
-const { clips, done } = makeClips();
+const { clips, done } = makeClips("moving");
 const folder = mkdtempSync(join(tmpdir(), "fvv-segments-"));
 tool("fvvmux", clips.moving, "--segments", join(folder, "moving"));
 const files = Object.fromEntries(

@@ -5,6 +5,8 @@
 //   /wrong/NAME        a Content-Range whose total is wrong
 //   /gzip/NAME         compresses on the way
 //   /changing/NAME     another ETag from the third request on
+//   /tiring/NAME       200 from the third request on
+//   /growing/NAME      another total from the third request on
 
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
@@ -33,7 +35,7 @@ export async function serve(files, results = () => {}) {
     const count = (counts.get(request.url) ?? 0) + 1;
     counts.set(request.url, count);
     const etag = habit === "changing" && count > 2 ? '"b"' : '"a"';
-    const range = habit === "whole" ? null : rangeOf(request, bytes.length);
+    const range = habit === "whole" || (habit === "tiring" && count > 2) ? null : rangeOf(request, bytes.length);
     if (habit === "gzip") {
       response.writeHead(200, { "Content-Encoding": "gzip", ETag: etag });
       return response.end(gzipSync(bytes));
@@ -42,7 +44,7 @@ export async function serve(files, results = () => {}) {
       response.writeHead(200, { "Content-Length": bytes.length, ETag: etag });
       return response.end(bytes);
     }
-    const total = habit === "wrong" ? bytes.length + 5 : bytes.length;
+    const total = habit === "wrong" || (habit === "growing" && count === 3) ? bytes.length + 5 : bytes.length;
     response.writeHead(206, { "Content-Range": `bytes ${range.from}-${range.to - 1}/${total}`, ETag: etag });
     response.end(bytes.subarray(range.from, range.to));
   };
