@@ -63,7 +63,7 @@ TEST_CASE("packed cells lie apart inside one frame, the same in every run") {
       largest = std::max(largest, area);
     }
     std::vector<std::vector<mux::Cell>> again = sets;
-    const mux::FrameSize size = mux::pack(sets, 4, 1024), other = mux::pack(again, 4, 1024);
+    const mux::FrameSize size = mux::pack(sets, 4, {1024, 1024}), other = mux::pack(again, 4, {1024, 1024});
     REQUIRE(size.width > 0);
     CHECK((size.width == other.width && size.height == other.height));
     if (sets[0].size() > 6) CHECK(size.width * size.height < 1.6 * double(largest) + 200);
@@ -76,10 +76,10 @@ TEST_CASE("packed cells lie apart inside one frame, the same in every run") {
       }
   }
   std::vector<std::vector<mux::Cell>> wide = {{{70, 2}}}, tall = {{{2, 70}}}, none = {{}};
-  CHECK(mux::pack(wide, 4, 64).width == 0);
-  CHECK(mux::pack(tall, 4, 64).width == 0);
-  CHECK(mux::pack(none, 4, 64).width == 0);
-  CHECK(mux::pack(tall, 4, 70).height == 70);
+  CHECK(mux::pack(wide, 4, {64, 64}).width == 0);
+  CHECK(mux::pack(tall, 4, {64, 64}).width == 0);
+  CHECK(mux::pack(none, 4, {64, 64}).width == 0);
+  CHECK(mux::pack(tall, 4, {70, 70}).height == 70);
 }
 
 TEST_CASE("every group shows its own silhouettes with a margin, and no more") {

@@ -3,13 +3,17 @@
 #include "cli/cli.h"
 #include "fvv_media/frame.h"
 #include "fvvmux/crop.h"
+#include "fvvmux/frame_limit.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/packing.h"
+#include "fvvmux/runs.h"
+#include "fvvmux/select.h"
 #include "fvvmux/tile_scale.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace fvv::mux {
 
@@ -62,36 +66,115 @@ uint32_t units(uint32_t pixels) {
   return (pixels + FVV_TILE_ALIGNMENT - 1) / FVV_TILE_ALIGNMENT;
 }
 
-// The crops of every group in one frame; no size: they do not fit any.
+// Tiles in one frame. groups: as in VideoTrack.
 struct Layout {
-  FrameSize size;
+  Tiling tiling;
   std::vector<std::vector<fvv_tile>> groups;
 };
+using MaybeLayout = std::optional<Layout>; // nothing: they do not fit
 
-uint64_t pixels_of(const FrameSize &size) {
-  return uint64_t(size.width) * size.height * FVV_TILE_ALIGNMENT * FVV_TILE_ALIGNMENT;
-}
-
-Layout lay_out(const std::vector<std::vector<Silhouette>> &boxes, const Tiling &tiling) {
-  Layout layout;
+// The crops of every group. whole: pictures without a place.
+MaybeLayout pack_crops(const std::vector<std::vector<Silhouette>> &boxes, const Tiling &whole,
+                       const FrameLimit &limit) {
+  Layout layout = {whole, {}};
   std::vector<std::vector<Cell>> cells;
   for (const std::vector<Silhouette> &group : boxes) {
     layout.groups.emplace_back();
     cells.emplace_back();
     for (size_t k = 0; k < group.size(); k++) {
-      const fvv_tile tile = cropped(tiling.tiles[k], group[k]);
+      const fvv_tile tile = cropped(whole.tiles[k], group[k]);
       layout.groups.back().push_back(tile);
       cells.back().push_back({units(tile.destination.width + media::guard_band),
                               units(tile.destination.height + media::guard_band)});
     }
   }
-  layout.size = pack(cells, units(min_frame_side), units(max_frame_side));
+  const FrameBound most = {limit.width / FVV_TILE_ALIGNMENT, limit.height / FVV_TILE_ALIGNMENT,
+                           limit.pixels / (FVV_TILE_ALIGNMENT * FVV_TILE_ALIGNMENT)};
+  const FrameSize size = pack(cells, units(min_frame_side), most);
+  if (!size.width) return {};
+  layout.tiling.width = size.width * FVV_TILE_ALIGNMENT;
+  layout.tiling.height = size.height * FVV_TILE_ALIGNMENT;
   for (size_t g = 0; g < cells.size(); g++)
     for (size_t k = 0; k < cells[g].size(); k++) {
       layout.groups[g][k].destination.x = uint16_t(cells[g][k].x * FVV_TILE_ALIGNMENT);
       layout.groups[g][k].destination.y = uint16_t(cells[g][k].y * FVV_TILE_ALIGNMENT);
     }
+  layout.tiling.tiles = layout.groups[0];
   return layout;
+}
+
+// Whole pictures in a grid.
+MaybeLayout arrange(const Tiling &whole, const FrameLimit &limit) {
+  Layout layout = {whole, {}};
+  Tiling &tiling = layout.tiling;
+  const fvv_status status =
+      fvv_tiles_arrange(tiling.tiles.data(), tiling.tiles.size(), std::max(limit.width, limit.height),
+                        &tiling.width, &tiling.height, nullptr);
+  const bool fits = status == FVV_OK && tiling.width <= limit.width && tiling.height <= limit.height &&
+                    uint64_t(tiling.width) * tiling.height <= limit.pixels;
+  return fits ? MaybeLayout(layout) : MaybeLayout();
+}
+
+// Of the pictures first ... end - 1.
+MaybeLayout lay_out(const Plan &plan, const Tiling &whole, size_t first, size_t end,
+                    const FrameLimit &limit) {
+  const auto part = [&](const auto &all) {
+    return std::decay_t<decltype(all)>(all.begin() + std::ptrdiff_t(first),
+                                       all.begin() + std::ptrdiff_t(end));
+  };
+  const Tiling tiling = {part(whole.cameras), part(whole.tiles)};
+  if (!plan.crop.on) return arrange(tiling, limit);
+  std::vector<std::vector<Silhouette>> boxes;
+  for (const std::vector<Silhouette> &group : plan.crop.boxes) boxes.push_back(part(group));
+  return pack_crops(boxes, tiling, limit);
+}
+
+// Pixels of each picture, those of the group that shows most of it.
+std::vector<uint64_t> weights_of(const Plan &plan, const Tiling &whole) {
+  std::vector<uint64_t> weights;
+  for (size_t k = 0; k < whole.tiles.size(); k++) {
+    const auto pixels = [](const fvv_tile &tile) {
+      return uint64_t(tile.destination.width) * tile.destination.height;
+    };
+    uint64_t most = plan.crop.on ? 1 : pixels(whole.tiles[k]);
+    for (const std::vector<Silhouette> &group : plan.crop.boxes)
+      most = std::max(most, pixels(cropped(whole.tiles[k], group[k])));
+    weights.push_back(most);
+  }
+  return weights;
+}
+
+// A picture that no level of the codec takes is sent as it is, in a frame of its own.
+Layout lay_out_alone(Plan &plan, const Tiling &whole, size_t k, const FrameLimit &limit) {
+  const std::string camera = describe(plan.capture.cameras[whole.cameras[k]]);
+  const MaybeLayout layout =
+      lay_out(plan, whole, k, k + 1,
+              {max_frame_side, max_frame_side, uint64_t(max_frame_side) * max_frame_side, "the format"});
+  if (!layout)
+    throw cli::Failure(plan.capture.path + ": the picture of " + camera + " does not fit a frame of " +
+                       std::to_string(max_frame_side) + " x " + std::to_string(max_frame_side) +
+                       ": make it smaller (--scale, --video-size)");
+  cli::warn(plan.capture.path + ": the picture of " + camera + " takes a frame of " +
+            std::to_string(layout->tiling.width) + " x " + std::to_string(layout->tiling.height) +
+            " pixels; decoders are sure to take " + limit_text(limit));
+  plan.warned = true;
+  return *layout;
+}
+
+// In so many tracks; none: that is too few of them.
+std::vector<Layout> lay_out_tracks(Plan &plan, const Tiling &whole, const std::vector<size_t> &ends) {
+  std::vector<MaybeLayout> found;
+  size_t first = 0;
+  for (const size_t end : ends) {
+    found.push_back(lay_out(plan, whole, first, end, plan.frame_limit));
+    if (!found.back() && end - first > 1) return {};
+    first = end;
+  }
+  std::vector<Layout> layouts;
+  for (size_t i = 0; i < found.size(); i++)
+    layouts.push_back(found[i] ? std::move(*found[i])
+                               : lay_out_alone(plan, whole, ends[i] - 1, plan.frame_limit));
+  return layouts;
 }
 
 std::string reason_of(const Plan &plan, const Tiling &tiling, const CropChoice &choice) {
@@ -134,13 +217,6 @@ Tiling whole_pictures(const capture::Capture &capture, const Options &options) {
   return tiling;
 }
 
-void arrange(const capture::Capture &capture, Tiling &tiling) {
-  fvv_diagnostic diagnostic = {};
-  cli::check(fvv_tiles_arrange(tiling.tiles.data(), tiling.tiles.size(), max_frame_side, &tiling.width,
-                               &tiling.height, &diagnostic),
-             capture.path, diagnostic);
-}
-
 CropChoice choose_crop(const Plan &plan, const Tiling &tiling) {
   CropChoice choice;
   for (const fvv_tile &tile : tiling.tiles)
@@ -158,41 +234,49 @@ CropChoice choose_crop(const Plan &plan, const Tiling &tiling) {
 }
 
 void bound(const Plan &plan, Tiling &tiling) {
-  const uint64_t most = plan.options.video_pixels;
-  if (!most || tiling.tiles.empty()) return;
+  const Options &options = plan.options;
+  if ((!options.video_pixels && !options.video_size) || tiling.tiles.empty()) return;
+  const char *option = options.video_pixels ? "--video-pixels" : "--video-size";
   if (!plan.crop.on)
-    throw cli::Failure("--video-pixels: expected pictures that are cropped: " + plan.crop.reason, cli::usage);
+    throw cli::Failure(std::string(option) + ": expected pictures that are cropped: " + plan.crop.reason,
+                       cli::usage);
+  FrameLimit most = plan.frame_limit;
+  if (options.video_pixels) most.pixels = std::min(most.pixels, options.video_pixels);
+  if (options.video_size) {
+    most.width = std::min<uint32_t>(most.width, options.video_size->width);
+    most.height = std::min<uint32_t>(most.height, options.video_size->height);
+  }
   const std::vector<fvv_tile> full = tiling.tiles;
   const std::vector<double> useful = usefulness(plan.capture, tiling.cameras, plan.crop.boxes);
   const auto fits = [&](double amount) {
     tiling.tiles = scaled_by_use(full, plan.crop.boxes, useful, amount);
-    const Layout layout = lay_out(plan.crop.boxes, tiling);
-    return layout.size.width && pixels_of(layout.size) <= most;
+    return lay_out(plan, tiling, 0, full.size(), most).has_value();
   };
   if (fits(1)) return;
   // What a share is worth is found by halves; the frame's size rises with it but for the packing's luck.
   double low = 0, high = 1;
   for (int i = 0; i < 24; i++) (fits((low + high) / 2) ? low : high) = (low + high) / 2;
   if (!fits(low))
-    throw cli::Failure("--video-pixels: expected more for " + std::to_string(full.size()) +
-                           " cameras: margins and guard bands alone take more than " + std::to_string(most),
+    throw cli::Failure(std::string(option) + ": expected more for " + std::to_string(full.size()) +
+                           " cameras: margins and guard bands alone take more than " +
+                           (options.video_pixels ? std::to_string(options.video_pixels)
+                                                 : std::to_string(options.video_size->width) + "x" +
+                                                       std::to_string(options.video_size->height)),
                        cli::usage);
 }
 
-std::vector<std::vector<fvv_tile>> crop(const Plan &plan, Tiling &tiling) {
-  if (!plan.crop.on) {
-    arrange(plan.capture, tiling);
-    return {};
+std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole) {
+  std::vector<VideoTrack> tracks;
+  if (whole.tiles.empty()) return tracks;
+  const std::vector<uint64_t> weights = weights_of(plan, whole);
+  std::vector<Layout> layouts;
+  for (size_t count = 1; layouts.empty(); count++) // one for each camera is an answer, or throws
+    layouts = lay_out_tracks(plan, whole, balanced_runs(weights, count));
+  for (Layout &layout : layouts) {
+    tracks.push_back({FVV_SHOWS_TILES, std::move(layout.tiling), {}, std::move(layout.groups)});
+    tracks.back().part = tracks.size() - 1;
   }
-  Layout layout = lay_out(plan.crop.boxes, tiling);
-  if (!layout.size.width)
-    throw cli::Failure(plan.capture.path + ": " + std::to_string(tiling.tiles.size()) +
-                       " cropped pictures do not fit a frame of " + std::to_string(max_frame_side) + " x " +
-                       std::to_string(max_frame_side) + ": make them smaller (--scale, --video-pixels)");
-  tiling.width = layout.size.width * FVV_TILE_ALIGNMENT;
-  tiling.height = layout.size.height * FVV_TILE_ALIGNMENT;
-  tiling.tiles = layout.groups[0];
-  return std::move(layout.groups);
+  return tracks;
 }
 
 } // namespace fvv::mux

@@ -10,19 +10,21 @@ namespace fvv::mux {
 // a place. cli::Failure (usage) when a picture would have to grow.
 Tiling whole_pictures(const capture::Capture &capture, const Options &options);
 
-// Gives the whole pictures places in a grid (fvv_tiles_arrange).
-void arrange(const capture::Capture &capture, Tiling &tiling);
-
 // How whole pictures are to be cropped, and why. What is seen of the scene is looked for here.
 CropChoice choose_crop(const Plan &plan, const Tiling &tiling);
 
-// With --video-pixels: makes whole pictures smaller until their crops fit a frame of so many pixels, each by
-// its usefulness (tile_scale.h). cli::Failure when the smallest do not fit.
+// With --video-pixels or --video-size: makes whole pictures smaller until their crops fit one frame of that
+// size, and one that decoders take, each by its usefulness (tile_scale.h). cli::Failure when the smallest do
+// not fit.
 void bound(const Plan &plan, Tiling &tiling);
 
 // Crops whole pictures to what is seen of the scene in each group, with a margin, and packs every group's
-// crops into one frame. Answers the tiles of each group; tiling becomes that of the first. What is sent keeps
-// the scale of the whole picture. Nothing to crop by: whole pictures in a grid, and no groups.
-std::vector<std::vector<fvv_tile>> crop(const Plan &plan, Tiling &tiling);
+// crops into one frame. What is sent keeps the scale of the whole picture. Nothing to crop by: whole pictures
+// in a grid, and no groups.
+//
+// As many tracks as it takes for no frame to exceed plan.frame_limit; the cameras stay in order, and tracks
+// have about the same number of pixels. A camera that exceeds it alone has a track of its own, with a
+// warning. cli::Failure when it exceeds the format. No tiles: no tracks.
+std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole);
 
 } // namespace fvv::mux

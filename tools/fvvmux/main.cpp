@@ -30,7 +30,10 @@ constexpr const char *footer =
     "of whole\n"
     "pictures, groups with a layout of their own), sample_frames,\n"
     "sample_psnr, sample_foreground, and with --bitrate bit_rate: {asked, reached, finest, coarsest,\n"
-    "groups_over} of qualities and groups}, calibration (of cameras that move): {bytes, smallest, largest},\n"
+    "groups_over} of qualities and groups}, or a list of these, each with track and camera_ids, when "
+    "cameras\n"
+    "are spread over several video tracks (pixel_share then is a track's, pictures of all cameras), "
+    "calibration (of cameras that move): {bytes, smallest, largest},\n"
     "visibility: {sent, reason, and when sent domain: face|vertex, cameras, frames, bytes, smallest, "
     "largest,\n"
     "key_frames, bits_per_pair (of element and camera)},\n"
@@ -65,7 +68,7 @@ constexpr const char *footer =
 struct Texts {
   std::optional<std::string> bit_depth, quality;
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
-              video_pixels, step, max_error, mesh_profile = "draco", normals = "auto", frames,
+              video_pixels, video_size, step, max_error, mesh_profile = "draco", normals = "auto", frames,
               visibility = "auto";
 };
 
@@ -123,10 +126,13 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->capture_default_str()
       ->needs(undistort);
   undistort->excludes(sheet);
-  app.add_option(
+  auto *pixels = app.add_option(
       "--video-pixels", texts.video_pixels,
-      "of the frame in which cropped pictures are packed, at most (300k, 2M): cameras share them by their "
-      "usefulness, none gets more than --tile or --scale gives");
+      "of the one frame in which all cropped pictures are packed, at most (300k, 2M): cameras share them by "
+      "their usefulness, none gets more than --tile or --scale gives. Without it, cameras are spread over "
+      "several video tracks when a frame would exceed what decoders take");
+  app.add_option("--video-size", texts.video_size, "the same by the sides of the frame: 1920x1088")
+      ->excludes(pixels);
   app.add_option(
       "--max-error", texts.max_error,
       "error of the geometry in pixels of the transmitted pictures, at the camera that sees a place "
@@ -195,6 +201,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.background = mux::parse_background(texts.background);
   options.crop = mux::parse_crop(texts.crop);
   if (!texts.video_pixels.empty()) options.video_pixels = mux::parse_pixels(texts.video_pixels);
+  if (!texts.video_size.empty()) options.video_size = mux::parse_video_size(texts.video_size);
   if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
   if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);

@@ -4,6 +4,7 @@
 #include "fvvmux/meshes.h"
 #include "fvvmux/ordered.h"
 #include "fvvmux/stream_writer.h"
+#include "fvvmux/summary_terms.h"
 
 #include <algorithm>
 #include <chrono>
@@ -192,12 +193,14 @@ private:
         if (!frame.payload.empty()) writer->visibility(first + i, frame.payload, frame.key);
         summary.visibility.add(frame);
       }
+      bool own_layout = false; // of any track
       for (size_t track = 0; track < plan.tracks.size(); track++) {
-        if (i == 0) summary.layouts += writer->layout(plan.tracks[track], index);
+        if (i == 0) own_layout = writer->layout(plan.tracks[track], index) || own_layout;
         const media::Sample &sample = group.videos[track].samples[i];
         writer->sample(plan.tracks[track], first + i, sample);
         summary.videos[track].add(sample.bytes.size());
       }
+      summary.layouts += own_layout;
       // Behind the second frame: the first is known to be whole by then (fvv.md clause 18.5).
       const bool first_or_repeated = !index || plan.options.repeat_configuration;
       if (plan.background && first_or_repeated && i == std::min<size_t>(1, count - 1))
@@ -278,7 +281,7 @@ bool warn_of_rates(const Summary &summary) {
         text, sizeof text,
         "--bitrate: %zu of %zu groups of the %s take more than %.4g kbit/s even at %s %d; in all it "
         "is %.4g kbit/s",
-        rate.over, rate.groups, video.is_atlas() ? "atlas" : "video",
+        rate.over, rate.groups, name_of(summary, video).c_str(),
         double(video.choice.settings.bit_rate) / 1000, codec.scale, codec.coarsest,
         summary.bit_rate(track) / 1000);
     cli::warn(summary.plan.capture.path + ": " + text);

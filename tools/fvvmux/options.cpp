@@ -118,13 +118,26 @@ double parse_max_error(const std::string &text) {
   return value;
 }
 
-TileSize parse_tile(const std::string &text) {
+namespace {
+
+TileSize parse_sides(const char *option, const char *expected, const std::string &text, int64_t least,
+                     int64_t most) {
   const size_t by = text.find('x');
   int64_t width, height;
-  if (by == text.npos || !whole_number(text.substr(0, by), 1, 16384, width) ||
-      !whole_number(text.substr(by + 1), 1, 16384, height))
-    refuse("--tile", "WIDTHxHEIGHT such as 480x270, each from 1 to 16384", text);
+  if (by == text.npos || !whole_number(text.substr(0, by), least, most, width) ||
+      !whole_number(text.substr(by + 1), least, most, height))
+    refuse(option, expected, text);
   return {uint16_t(width), uint16_t(height)};
+}
+
+} // namespace
+
+TileSize parse_tile(const std::string &text) {
+  return parse_sides("--tile", "WIDTHxHEIGHT such as 480x270, each from 1 to 16384", text, 1, 16384);
+}
+
+TileSize parse_video_size(const std::string &text) {
+  return parse_sides("--video-size", "WIDTHxHEIGHT such as 1920x1088, each from 64 to 8192", text, 64, 8192);
 }
 
 double parse_scale(const char *option, const std::string &text) {

@@ -30,6 +30,13 @@ struct TileSize {
 // Of geometry, in pixels of the transmitted pictures.
 constexpr double default_max_error = 0.15;
 
+// Of a video frame, in pixels. name: whose limit it is.
+struct FrameLimit {
+  uint32_t width, height;
+  uint64_t pixels;
+  std::string name;
+};
+
 // Frame numbers as in file names, both ends included.
 struct FrameRange {
   int64_t first, last;
@@ -84,6 +91,8 @@ struct Options {
   bool environment = true;    // the capture's background, if it has one
   std::string segments;       // a folder to write besides; then capture may be a stream, and output is empty
   uint64_t video_pixels = 0;  // of the frame with the cameras' tiles, at most; 0: any
+  std::optional<TileSize> video_size;    // likewise, of its sides
+  std::optional<FrameLimit> frame_limit; // in place of what decoders take; for tests
 };
 
 // Each throws cli::Failure (usage) that names the option, what was expected and what was found.
@@ -101,6 +110,7 @@ uint8_t parse_profile(const std::string &text);                  // "draco", "ra
 Normals parse_normals(const std::string &text);                  // "auto", "always", "never"
 Background parse_background(const std::string &text);            // "auto", "keep", "flat", "smooth"
 uint64_t parse_pixels(const std::string &text);                  // "300k", "2M", "100000"
+TileSize parse_video_size(const std::string &text);              // "1920x1088"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "none"
 

@@ -59,7 +59,7 @@ bool better(const FrameSize &a, const FrameSize &b) {
 
 } // namespace
 
-FrameSize pack(std::vector<std::vector<Cell>> &sets, uint32_t least, uint32_t most) {
+FrameSize pack(std::vector<std::vector<Cell>> &sets, uint32_t least, const FrameBound &most) {
   uint64_t area = 0;
   uint32_t widest = least, tallest = least;
   // The largest set first: most widths end there.
@@ -72,16 +72,17 @@ FrameSize pack(std::vector<std::vector<Cell>> &sets, uint32_t least, uint32_t mo
       tallest = std::max(tallest, cell.height);
     }
   }
-  if (!area) return {0, 0};
+  if (!area || area > most.area) return {0, 0};
   std::stable_sort(order.begin(), order.end(),
                    [&](size_t a, size_t b) { return area_of(sets[a]) > area_of(sets[b]); });
   FrameSize best = {0, 0};
   std::vector<std::vector<Cell>> placed, trial(sets.size());
   // No frame that is smaller than twice the cells needs more: the skyline wastes less than a half.
-  const uint32_t last =
-      std::max(widest, uint32_t(std::min<double>(most, std::ceil(std::sqrt(2.0 * longest * double(area))))));
-  for (uint32_t width = widest; width <= std::min(last, most); width++) {
-    uint64_t limit = std::min<uint64_t>(most, std::max(longest * width, tallest));
+  const uint32_t last = std::max(
+      widest, uint32_t(std::min<double>(most.width, std::ceil(std::sqrt(2.0 * longest * double(area))))));
+  for (uint32_t width = widest; width <= std::min(last, most.width); width++) {
+    uint64_t limit = std::min<uint64_t>(most.height, std::max(longest * width, tallest));
+    limit = std::min(limit, most.area / width);
     if (best.height) limit = std::min<uint64_t>(limit, uint64_t(best.width) * best.height / width);
     uint32_t height = least;
     for (const size_t i : order) {

@@ -16,12 +16,16 @@ struct Cell {
 struct FrameSize {
   uint32_t width, height;
 };
+struct FrameBound {
+  uint32_t width, height;
+  uint64_t area = UINT64_MAX;
+};
 
 // Places the cells of every set so that all sets fit one frame, the smallest by area that was found: of all
 // widths that make it at most four times as long as it is short, each set by a skyline (stb_rect_pack.h) that
 // prefers the lowest place, and by one that prefers the tightest; the nearest to a square of equal ones.
-// least: of the sides. Without a fit, or without cells: {0, 0}, and cells are as they were. The same on every
-// machine.
-FrameSize pack(std::vector<std::vector<Cell>> &sets, uint32_t least, uint32_t most);
+// least: of the sides; most: of the frame. Without a fit, or without cells: {0, 0}, and cells are as they
+// were. The same on every machine.
+FrameSize pack(std::vector<std::vector<Cell>> &sets, uint32_t least, const FrameBound &most);
 
 } // namespace fvv::mux

@@ -5,6 +5,7 @@
 #include "cli/cli.h"
 #include "fvv/mesh.h"
 #include "fvvmux/connectivity.h"
+#include "fvvmux/frame_limit.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/geometry.h"
 #include "fvvmux/layout.h"
@@ -175,6 +176,7 @@ Plan make_plan(const Options &options) {
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
   Tiling cameras = whole_pictures(plan.capture, options);
   if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);
+  plan.frame_limit = frame_limit(options, plan.capture.frame_duration);
   bound(plan, cameras);
   plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
   plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
@@ -184,10 +186,7 @@ Plan make_plan(const Options &options) {
     plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);
-  if (!cameras.tiles.empty()) {
-    std::vector<std::vector<fvv_tile>> groups = crop(plan, cameras);
-    plan.tracks.push_back({FVV_SHOWS_TILES, cameras, {}, std::move(groups)});
-  }
+  plan.tracks = tile_tracks(plan, cameras);
   if (plan.capture.atlas) {
     plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}, {}});
     fvv_mesh_options defaults;

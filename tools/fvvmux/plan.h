@@ -11,6 +11,7 @@
 #include "fvvmux/undistort.h"
 #include "fvvmux/videos.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,7 @@ struct VideoTrack {
   Tiling tiling; // of groups that have no layout of their own
   VideoChoice choice;
   std::vector<std::vector<fvv_tile>> groups; // the tiles of each group; empty: those of tiling
+  size_t part = 0;                           // of the tracks that show tiles, counted from 0
 
   bool is_atlas() const { return shows == FVV_SHOWS_ATLAS; }
   const std::vector<fvv_tile> &tiles_of(size_t group) const {
@@ -112,7 +114,7 @@ struct Plan {
   std::shared_ptr<const Geometry> geometry; // what meshes come through, if there are some
   NormalChoice normals;
   uint32_t texture_bits = 0;      // 0: meshes without texture coordinates
-  std::vector<VideoTrack> tracks; // cameras, atlas; those that there are
+  std::vector<VideoTrack> tracks; // cameras, one or several, atlas; those that there are
   std::shared_ptr<Videos> videos; // whatever reads pictures
   std::vector<capture::VideoReport> sources;
   bool warned = false;
@@ -120,7 +122,11 @@ struct Plan {
   VisibilityChoice visibility;
   std::shared_ptr<const Undistortion> undistortion;   // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedBackground> background; // if there is one
+  FrameLimit frame_limit = {};                        // of a video frame with tiles of cameras
 
+  size_t tile_track_count() const {
+    return size_t(std::count_if(tracks.begin(), tracks.end(), [](const auto &t) { return !t.is_atlas(); }));
+  }
   bool has_meshes() const { return capture.meshes.has_value(); }
   size_t frame_count() const { return size_t(capture.frames.count); }
   size_t group_count() const { return (frame_count() + group_size - 1) / group_size; }

@@ -3,6 +3,7 @@
 #include "fvv/mesh.h"
 #include "fvvmux/background.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace fvv::mux {
@@ -69,11 +70,13 @@ void StreamWriter::write_configuration() {
               return fvv_scene_encode(&scene, out, size, written, d);
             }));
   if (plan.has_meshes()) write_track(mesh_track, FVV_TRACK_MESH, "mesh");
-  for (const VideoTrack &track : plan.tracks)
-    write_track(track_id(track), FVV_TRACK_VIDEO, track.is_atlas() ? "atlas" : "cameras");
+  for (const VideoTrack *track : video_tracks())
+    if (track_id(*track) < calibration_track) write_video_track(*track);
   if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
   if (plan.visibility.on) write_track(visibility_track, FVV_TRACK_VISIBILITY, "visibility");
   if (plan.background) write_track(background_track, FVV_TRACK_BACKGROUND, "environment");
+  for (const VideoTrack *track : video_tracks())
+    if (track_id(*track) > calibration_track) write_video_track(*track);
   for (const capture::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
     configure(FVV_CHUNK_CAMERA, 0,
@@ -81,13 +84,27 @@ void StreamWriter::write_configuration() {
                 return fvv_camera_encode(&camera, out, size, written, d);
               }));
   }
-  for (const VideoTrack &track : plan.tracks) write_video(track);
+  for (const VideoTrack *track : video_tracks()) write_video(*track);
   const nlohmann::ordered_json metadata = {
       {"generator", std::string("fvvmux ") + fvv_version()},
       {"name", capture.name},
       {"frame_numbers", {{"first", capture.frames.first}, {"step", capture.frames.step}}}};
   const std::string text = metadata.dump();
   configure(FVV_CHUNK_METADATA, 0, {text.begin(), text.end()});
+}
+
+std::vector<const VideoTrack *> StreamWriter::video_tracks() const {
+  std::vector<const VideoTrack *> out;
+  for (const VideoTrack &track : plan.tracks) out.push_back(&track);
+  std::sort(out.begin(), out.end(), [](const auto *a, const auto *b) { return track_id(*a) < track_id(*b); });
+  return out;
+}
+
+void StreamWriter::write_video_track(const VideoTrack &track) {
+  write_track(track_id(track), FVV_TRACK_VIDEO,
+              track.is_atlas() ? "atlas"
+              : track.part     ? "cameras " + std::to_string(track.part + 1)
+                               : "cameras");
 }
 
 void StreamWriter::write_video(const VideoTrack &track) {

@@ -11,10 +11,11 @@
 
 namespace fvv::mux {
 
-constexpr uint16_t mesh_track = 1, calibration_track = 4, visibility_track = 5, background_track = 6;
-// Of a track of Plan::tracks.
+constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibration_track = 4,
+                   visibility_track = 5, background_track = 6;
+// Of a track of Plan::tracks. Further tracks with cameras stand behind all others.
 inline uint16_t track_id(const VideoTrack &track) {
-  return track.is_atlas() ? 3 : 2;
+  return track.is_atlas() ? atlas_track : track.part ? uint16_t(background_track + track.part) : camera_track;
 }
 
 // Every function throws cli::Failure when the output does not take the bytes.
@@ -46,6 +47,9 @@ private:
   void configure(uint32_t type, uint16_t track, const std::vector<uint8_t> &payload);
   void write_configuration();
   void write_video(const VideoTrack &track);
+  // Of the plan, by rising identifier.
+  std::vector<const VideoTrack *> video_tracks() const;
+  void write_video_track(const VideoTrack &track);
   std::vector<uint8_t> layout_record(const std::vector<fvv_tile> &tiles) const;
   void write_track(uint16_t id, uint8_t kind, const std::string &name);
 

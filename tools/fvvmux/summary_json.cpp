@@ -1,5 +1,6 @@
 #include "capture/lens_check.h"
 #include "fvvmux/background.h"
+#include "fvvmux/stream_writer.h"
 #include "fvvmux/summary_terms.h"
 
 #include <cmath>
@@ -46,9 +47,14 @@ nlohmann::ordered_json video_verdict_json(const VideoVerdict &v) {
 
 nlohmann::ordered_json verdict_json(const Summary &s) {
   const Verdict &v = *s.verdict;
-  nlohmann::ordered_json cameras = video_verdict_json({}), atlas;
+  VideoVerdict shown; // by all tracks that show cameras
+  nlohmann::ordered_json atlas;
   for (size_t i = 0; i < v.videos.size(); i++)
-    (s.plan.tracks[i].is_atlas() ? atlas : cameras) = video_verdict_json(v.videos[i]);
+    if (s.plan.tracks[i].is_atlas())
+      atlas = video_verdict_json(v.videos[i]);
+    else
+      shown.add(v.videos[i]);
+  const nlohmann::ordered_json cameras = video_verdict_json(shown);
   nlohmann::ordered_json out = {
       {"meshes", v.meshes},
       {"pictures", cameras["pictures"]},
@@ -155,7 +161,17 @@ nlohmann::ordered_json summary_json(const Summary &s) {
     out["mesh"] = mesh;
   }
   if (s.calibration.chunks) out["calibration"] = track_json(s.calibration);
-  for (size_t i = 0; i < plan.tracks.size(); i++) out[label_of(plan.tracks[i])] = video_json(s, i);
+  for (size_t i = 0; i < plan.tracks.size(); i++) {
+    const VideoTrack &track = plan.tracks[i];
+    Json video = video_json(s, i);
+    if (track.is_atlas() || plan.tile_track_count() == 1) {
+      out[label_of(track)] = std::move(video);
+      continue;
+    }
+    video["track"] = track_id(track);
+    for (const fvv_tile &tile : track.tiling.tiles) video["camera_ids"].push_back(tile.camera_id);
+    out[label_of(track)].push_back(std::move(video));
+  }
   out["visibility"] = visibility_json(s);
   if (plan.background) out["background"] = background_json(*plan.background, s.background.chunks);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);

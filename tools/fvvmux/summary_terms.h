@@ -27,9 +27,15 @@ inline uint64_t overhead(const Summary &s) {
   return bytes;
 }
 
-// For people and as a key of JSON.
+// As a key of JSON.
 inline const char *label_of(const VideoTrack &track) {
   return track.is_atlas() ? "atlas" : "video";
+}
+
+// For people: "video 2" where several tracks show cameras.
+inline std::string name_of(const Summary &s, const VideoTrack &track) {
+  const bool counted = !track.is_atlas() && s.plan.tile_track_count() > 1;
+  return label_of(track) + (counted ? " " + std::to_string(track.part + 1) : std::string());
 }
 
 struct NamedChange {

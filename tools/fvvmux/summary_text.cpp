@@ -2,6 +2,7 @@
 
 #include "capture/lens_check.h"
 #include "fvvmux/background.h"
+#include "fvvmux/frame_limit.h"
 #include "fvvmux/moving.h"
 
 #include <cstdarg>
@@ -55,15 +56,26 @@ std::string codec_choice(const Summary &s, size_t index) {
          std::to_string(v.width) + "x" + std::to_string(v.height);
 }
 
-void crop_line(std::string &out, const Summary &s, const VideoTrack &track) {
+// Of all tracks that show cameras.
+void crop_lines(std::string &out, const Summary &s) {
   const CropChoice &crop = s.plan.crop;
-  if (track.is_atlas()) return;
-  line(
-      out,
-      "  tiles     %s%s: the frame has %.1f %% of the pixels of %zu whole pictures; %zu of %zu groups have a "
-      "layout of their own; background: %s",
-      crop.on ? "cropped " : "not cropped, ", crop.reason.c_str(), 100 * pixel_share(s, track),
-      track.tiling.tiles.size(), s.layouts, s.plan.group_count(), fill_text(s));
+  size_t tiles = 0;
+  double share = 0;
+  for (const VideoTrack &track : s.plan.tracks) {
+    if (track.is_atlas()) continue;
+    tiles += track.tiling.tiles.size();
+    share += pixel_share(s, track);
+  }
+  if (!tiles) return;
+  const size_t tracks = s.plan.tile_track_count();
+  line(out,
+       "  tiles     %s%s: the frame%s %.1f %% of the pixels of %zu whole pictures; %zu of %zu groups have a "
+       "layout of their own; background: %s",
+       crop.on ? "cropped " : "not cropped, ", crop.reason.c_str(), tracks > 1 ? "s together have" : " has",
+       100 * share, tiles, s.layouts, s.plan.group_count(), fill_text(s));
+  if (tracks > 1)
+    line(out, "            in %zu video tracks: at %.6g frames/s a frame may have %s", tracks, frame_rate(s),
+         limit_text(s.plan.frame_limit).c_str());
 }
 
 void video_lines(std::string &out, const Summary &s, size_t index) {
@@ -72,15 +84,14 @@ void video_lines(std::string &out, const Summary &s, size_t index) {
   char wish[40] = "";
   if (s.plan.options.bit_rate)
     line(out, "  rate      %.1f kbit/s of the %s (asked for %.1f)", s.bit_rate(index) / 1000,
-         track.is_atlas() ? "atlas" : "video", double(video.settings.bit_rate) / 1000);
+         name_of(s, track).c_str(), double(video.settings.bit_rate) / 1000);
   else if (s.plan.options.quality.is_psnr)
     std::snprintf(wish, sizeof wish, " (asked for %.4g dB)", s.plan.options.quality.value);
-  line(out, "  quality   %.2f dB luma%s over the %s of %u sampled frames", video.sample_psnr, wish,
+  line(out, "  quality   %.2f dB luma%s over the %s%s of %u sampled frames", video.sample_psnr, wish,
        track.is_atlas() ? "whole atlas"
        : video.masks    ? "foreground"
                         : "whole pictures",
-       video.sample_frames);
-  crop_line(out, s, track);
+       name_of(s, track) == label_of(track) ? "" : (" of " + name_of(s, track)).c_str(), video.sample_frames);
 }
 
 void source_lines(std::string &out, const Summary &s) {
@@ -124,6 +135,11 @@ void mesh_lines(std::string &out, const Summary &s) {
   }
 }
 
+std::string picture_text(const Summary &s, const VideoTrack &track) {
+  const std::string name = name_of(s, track);
+  return track.is_atlas() ? name : name == label_of(track) ? "pictures" : "pictures of " + name;
+}
+
 void verdict_lines(std::string &out, const Summary &s) {
   const Verdict &v = *s.verdict;
   const bool metric = !s.plan.capture.scale_unknown;
@@ -140,7 +156,7 @@ void verdict_lines(std::string &out, const Summary &s) {
   for (size_t i = 0; i < v.videos.size(); i++)
     if (v.videos[i].luma.pixels)
       line(out, "            %s %.2f dB luma, the worst frame %.2f dB",
-           s.plan.tracks[i].is_atlas() ? "atlas" : "pictures", v.videos[i].luma.psnr(), v.videos[i].min_psnr);
+           picture_text(s, s.plan.tracks[i]).c_str(), v.videos[i].luma.psnr(), v.videos[i].min_psnr);
   if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
   if (v.visible) line(out, "            visibility of %zu meshes is what their cameras see", v.visible);
   if (s.calibration.chunks) line(out, "            and %.3g px in those that move", v.moving_reprojection);
@@ -174,12 +190,13 @@ std::string summary_text(const Summary &s) {
   }
   if (s.visibility.frames) track_line(out, s, "visibility", s.visibility.bytes, visibility_text(s));
   for (size_t i = 0; i < plan.tracks.size(); i++)
-    track_line(out, s, label_of(plan.tracks[i]), s.videos[i].payload, codec_choice(s, i));
+    track_line(out, s, name_of(s, plan.tracks[i]).c_str(), s.videos[i].payload, codec_choice(s, i));
   if (plan.background)
     track_line(out, s, "background", s.background.payload,
                std::to_string(s.background.chunks) + " times " + background_text(*plan.background));
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
   for (size_t i = 0; i < plan.tracks.size(); i++) video_lines(out, s, i);
+  crop_lines(out, s);
   source_lines(out, s);
   if (plan.undistortion) out += plan.undistortion->text();
   out += capture::text_of(capture::lens_gaps(plan.capture));

@@ -1,0 +1,190 @@
+// fvvmux: cameras spread over several video tracks when one frame would be more than decoders take.
+#include "mux_fixture.h"
+
+#include "fvvdemux/demux.h"
+#include "fvvmux/frame_limit.h"
+#include "fvvmux/runs.h"
+#include "fvvmux/stream_writer.h"
+#include "fvvmux/summary.h"
+
+namespace {
+
+// Five cameras with pictures of 64x48, whole: three of them fill a frame of 192x48.
+mux::Options spread(const Folder &folder, Shape shape = {}) {
+  shape.sizes.assign(5, {64, 48});
+  make_capture(folder, shape);
+  mux::Options options = options_for(folder);
+  options.quality = {false, 10};
+  options.frame_limit = mux::FrameLimit{8192, 8192, 3 * 64 * 48, "a test"};
+  return options;
+}
+
+std::vector<std::vector<size_t>> cameras_of(const mux::Plan &plan) {
+  std::vector<std::vector<size_t>> out;
+  for (const mux::VideoTrack &track : plan.tracks) out.push_back(track.tiling.cameras);
+  return out;
+}
+
+// Luma PSNR of what a camera's picture became in its own track, worst of all frames.
+double worst_psnr(const std::string &path, size_t camera) {
+  const cli::InputFile file(path);
+  const fvv_input input = file.input();
+  fvv_stream *stream = nullptr;
+  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
+  const fvv_configuration *configuration = nullptr;
+  REQUIRE(fvv_stream_configuration(stream, 0, &configuration, nullptr) == FVV_OK);
+  double worst = INFINITY;
+  size_t shown = 0;
+  for (size_t v = 0; v < configuration->video_count; v++) {
+    const fvv_video_layout &video = configuration->videos[v];
+    for (size_t t = 0; t < video.tile_count; t++) {
+      if (video.tiles[t].camera_id != 10 * camera + 3) continue;
+      shown++;
+      media::Decoder decoder(video.config);
+      for (size_t i = 0; i < fvv_stream_frame_count(stream); i++) {
+        const uint8_t *bytes = nullptr;
+        size_t size = 0;
+        int key = 0;
+        REQUIRE(fvv_stream_sample(stream, i, video.track, &bytes, &size, &key, nullptr) == FVV_OK);
+        const media::Image tile = media::extract(decoder.decode(bytes, size), video.tiles[t]);
+        worst = std::min(worst, media::psnr_luma(tile, picture_of(camera, 64, 48, int64_t(i))));
+      }
+    }
+  }
+  fvv_stream_close(stream);
+  CHECK(shown == 1);
+  return worst;
+}
+
+} // namespace
+
+TEST_CASE("runs are balanced, in order, and none is empty") {
+  using Ends = std::vector<size_t>;
+  CHECK(mux::balanced_runs({1, 1, 1, 1, 1}, 1) == Ends{5});
+  CHECK(mux::balanced_runs({1, 1, 1, 1, 1}, 2) == Ends{3, 5});
+  CHECK(mux::balanced_runs({1, 1, 1, 1, 1, 1, 1}, 3) == Ends{3, 6, 7});
+  CHECK(mux::balanced_runs({9, 1, 1, 1, 1}, 2) == Ends{1, 5});
+  CHECK(mux::balanced_runs({1, 1, 9, 1, 1}, 3) == Ends{2, 3, 5});
+  CHECK(mux::balanced_runs({1, 1, 1, 9}, 4) == Ends{1, 2, 3, 4});
+  CHECK(mux::balanced_runs({7}, 1) == Ends{1});
+}
+
+TEST_CASE("the limit of a frame is that of the codec's level, of its rate, and of textures") {
+  mux::Options options;
+  const auto limit = [&](uint32_t codec, int32_t rate) {
+    options.codec = codec;
+    return mux::frame_limit(options, {1, uint32_t(rate)});
+  };
+  CHECK(limit(FVV_CODEC_AVC1, 25).pixels == 36864 * 256);
+  CHECK(limit(FVV_CODEC_AVC1, 60).pixels == 34560 * 256);
+  CHECK(limit(FVV_CODEC_HVC1, 60).pixels == 8912896);
+  CHECK(limit(FVV_CODEC_HVC1, 240).pixels == 4456448);
+  CHECK(limit(FVV_CODEC_VP09, 25).pixels == 8912896);
+  CHECK(limit(FVV_CODEC_AV01, 25).height == 4352);
+  CHECK(limit(FVV_CODEC_JPEG, 1000).pixels == 8192 * 8192);
+  CHECK(limit(FVV_CODEC_OEXR, 25).width == 8192);
+}
+
+TEST_CASE("cameras that one frame cannot hold are spread over tracks, and come back") {
+  const Folder folder;
+  mux::Options options = spread(folder);
+  options.verify = true;
+  const mux::Summary summary = mux::mux(options);
+  CHECK(cameras_of(summary.plan) == std::vector<std::vector<size_t>>{{0, 1, 2}, {3, 4}});
+  for (const mux::VideoTrack &track : summary.plan.tracks)
+    CHECK(track.tiling.width * track.tiling.height <= options.frame_limit->pixels);
+  CHECK(summary.exit() == cli::done);
+  Stream stream(options.output);
+  REQUIRE(stream.configuration().video_count == 2);
+  CHECK(stream.configuration().videos[0].track == 2);
+  CHECK(stream.configuration().videos[1].track == 7);
+  for (size_t camera = 0; camera < 5; camera++) CHECK(worst_psnr(options.output, camera) > 35);
+  CHECK(summary.verdict->videos[0].pictures == 5);
+  CHECK(summary.verdict->videos[1].pictures == 5);
+
+  const nlohmann::ordered_json json = mux::summary_json(summary);
+  REQUIRE(json["video"].is_array());
+  CHECK(json["video"][0]["camera_ids"] == std::vector<int>{3, 13, 23});
+  CHECK(json["video"][1]["camera_ids"] == std::vector<int>{33, 43});
+  CHECK(json["video"][1]["track"] == 7);
+  CHECK(json["verified"]["pictures"] == 10);
+  CHECK(json["verified"]["psnr"] > 35);
+  const std::string text = mux::summary_text(summary);
+  CHECK(text.find("  video 2  ") != std::string::npos);
+  CHECK(text.find("in 2 video tracks: at 25 frames/s a frame may have 8192x8192 and 9216 pixels (a test)") !=
+        std::string::npos);
+
+  options.frame_limit->pixels = 1000000;
+  const nlohmann::ordered_json one = mux::summary_json(mux::mux(options));
+  CHECK(one["video"]["cameras"] == 5);
+  CHECK(!one["video"].contains("track"));
+}
+
+TEST_CASE("the sides of a frame are a limit too") {
+  const Folder folder;
+  mux::Options options = spread(folder);
+  options.frame_limit = mux::FrameLimit{128, 64, 1000000, "a test"};
+  CHECK(cameras_of(mux::make_plan(options)) == std::vector<std::vector<size_t>>{{0, 1}, {2, 3}, {4}});
+}
+
+TEST_CASE("crops are spread the same way, each group with a layout of every track") {
+  const Folder folder;
+  Shape shape;
+  shape.masks = true;
+  mux::Options options = spread(folder, shape);
+  options.crop = mux::Crop::automatic;
+  options.background = mux::Background::flat;
+  options.frame_limit->pixels = 3 * 48 * 48;
+  options.verify = true;
+  const mux::Summary summary = mux::mux(options);
+  CHECK(summary.plan.tracks.size() == 2);
+  CHECK(summary.layouts == 2); // groups, not layouts of tracks
+  CHECK(summary.verdict->videos[1].luma.psnr() > 35);
+  // The same bytes for any number of threads.
+  const std::string two = read_bytes(options.output);
+  for (const uint32_t threads : {1u, 5u}) {
+    options.threads = threads;
+    mux::mux(options);
+    CHECK(read_bytes(options.output) == two);
+  }
+}
+
+TEST_CASE("a camera that exceeds the limit alone has a track of its own, and a warning") {
+  const Folder folder;
+  mux::Options options = spread(folder);
+  options.frame_limit->pixels = 64 * 48 - 1;
+  const mux::Summary summary = mux::mux(options);
+  CHECK(summary.plan.tracks.size() == 5);
+  CHECK(summary.exit() == cli::loss);
+}
+
+TEST_CASE("tracks share a bit rate by their pixels") {
+  const Folder folder;
+  mux::Options options = spread(folder);
+  options.bit_rate = 1000000;
+  const mux::Summary summary = mux::mux(options);
+  REQUIRE(summary.plan.tracks.size() == 2);
+  const auto rate = [&](size_t k) { return double(summary.plan.tracks[k].choice.settings.bit_rate); };
+  CHECK(rate(0) + rate(1) == Approx(1e6).margin(2));
+  const auto pixels = [&](size_t k) {
+    return double(summary.plan.tracks[k].tiling.width) * summary.plan.tracks[k].tiling.height;
+  };
+  CHECK(rate(0) / rate(1) == Approx(pixels(0) / pixels(1)).epsilon(0.001));
+}
+
+TEST_CASE("fvvdemux writes the cameras of all tracks") {
+  const Folder folder;
+  const mux::Options options = spread(folder);
+  mux::mux(options);
+  demux::Options unpack;
+  unpack.input = options.output;
+  unpack.output = folder.path("back");
+  demux::demux(unpack);
+  for (size_t camera = 0; camera < 5; camera++)
+    for (const int64_t frame : {0, 4}) {
+      char leaf[64];
+      std::snprintf(leaf, sizeof leaf, "back/cam%zu/%04d.png", 10 * camera + 3, int(frame));
+      const media::Image picture = media::read_image<uint8_t>(folder.path(leaf), 3);
+      CHECK(media::psnr_luma(picture, picture_of(camera, 64, 48, frame)) > 35);
+    }
+}
