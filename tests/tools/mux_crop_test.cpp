@@ -242,6 +242,38 @@ TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get mor
                     "--video-pixels: expected pictures that are cropped: as --crop none says");
 }
 
+TEST_CASE("a bound of the frame's sides is kept") {
+  const Folder folder;
+  Shape shape;
+  shape.masks = true;
+  shape.sizes = {{160, 120}, {160, 120}, {160, 120}};
+  make_capture(folder, shape);
+  mux::Options options = cropping(folder);
+  const mux::Tiling full = mux::make_plan(options).tracks[0].tiling;
+  for (const mux::TileSize bound : {mux::TileSize{1920, 1080}, {128, 72}, {64, 192}}) {
+    options.video_size = bound;
+    const mux::Plan plan = mux::make_plan(options);
+    REQUIRE(plan.tracks.size() == 1);
+    const mux::Tiling &tiling = plan.tracks[0].tiling;
+    CHECK((tiling.width <= bound.width && tiling.height <= bound.height));
+    const bool same = tiling.width == full.width && tiling.height == full.height;
+    CHECK(same == (bound.width == 1920));
+  }
+  // What decoders take bounds it too: no second track.
+  options.video_size = mux::TileSize{1920, 1080};
+  options.frame_limit = mux::FrameLimit{64, 192, 100000, "a test"};
+  CHECK(mux::make_plan(options).tracks.size() == 1);
+  options.video_size = mux::TileSize{64, 64};
+  options.frame_limit->width = 32; // less than any frame has
+  CHECK_THROWS_WITH(mux::make_plan(options), "--video-size: expected more for 3 cameras: margins and guard "
+                                             "bands alone take more than 64x64");
+  CHECK(mux::parse_video_size("1920x1080").height == 1080);
+  for (const char *wrong : {"1920", "1920x", "63x64", "64x8193", "-1x64", "64x64x64"})
+    CHECK_THROWS_AS(mux::parse_video_size(wrong), cli::Failure);
+  CHECK(run_tool({options.capture, "-o", options.output, "--video-size", "64x64", "--video-pixels", "9k"})
+            .exit == cli::usage);
+}
+
 TEST_CASE("cropped streams are the same for any number of threads") {
   const Folder folder;
   Shape shape;

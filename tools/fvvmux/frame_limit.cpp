@@ -26,9 +26,7 @@ constexpr Level levels[] = {
     // AV1 bitstream specification, A.3: MaxPicSize, MaxHSize, MaxVSize, MaxDisplayRate.
     {FVV_CODEC_AV01, "AV1 level 5.2", texture_side, 4352, 8912896, 1069547520}};
 
-} // namespace
-
-FrameLimit frame_limit(const Options &options, const fvv_rational &frame_duration) {
+FrameLimit decoders_take(const Options &options, const fvv_rational &frame_duration) {
   if (options.frame_limit) return *options.frame_limit;
   for (const Level &level : levels) {
     if (level.codec != options.codec) continue;
@@ -36,6 +34,18 @@ FrameLimit frame_limit(const Options &options, const fvv_rational &frame_duratio
     return {level.width, level.height, uint64_t(std::min(double(level.pixels), rate)), level.name};
   }
   return {texture_side, texture_side, uint64_t(texture_side) * texture_side, "textures of browsers"};
+}
+
+} // namespace
+
+FrameLimit frame_limit(const Options &options, const fvv_rational &frame_duration) {
+  FrameLimit limit = decoders_take(options, frame_duration);
+  if (options.video_pixels) limit.pixels = std::min(limit.pixels, options.video_pixels);
+  if (options.video_size) {
+    limit.width = std::min<uint32_t>(limit.width, options.video_size->width);
+    limit.height = std::min<uint32_t>(limit.height, options.video_size->height);
+  }
+  return limit;
 }
 
 std::string limit_text(const FrameLimit &limit) {

@@ -240,17 +240,11 @@ void bound(const Plan &plan, Tiling &tiling) {
   if (!plan.crop.on)
     throw cli::Failure(std::string(option) + ": expected pictures that are cropped: " + plan.crop.reason,
                        cli::usage);
-  FrameLimit most = plan.frame_limit;
-  if (options.video_pixels) most.pixels = std::min(most.pixels, options.video_pixels);
-  if (options.video_size) {
-    most.width = std::min<uint32_t>(most.width, options.video_size->width);
-    most.height = std::min<uint32_t>(most.height, options.video_size->height);
-  }
   const std::vector<fvv_tile> full = tiling.tiles;
   const std::vector<double> useful = usefulness(plan.capture, tiling.cameras, plan.crop.boxes);
   const auto fits = [&](double amount) {
     tiling.tiles = scaled_by_use(full, plan.crop.boxes, useful, amount);
-    return lay_out(plan, tiling, 0, full.size(), most).has_value();
+    return lay_out(plan, tiling, 0, full.size(), plan.frame_limit).has_value();
   };
   if (fits(1)) return;
   // What a share is worth is found by halves; the frame's size rises with it but for the packing's luck.
