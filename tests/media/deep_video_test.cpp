@@ -222,7 +222,7 @@ TEST_CASE("the chosen quality of 10 bits is the cheapest that reaches the target
       }
       return sum.psnr();
     };
-    settings.quality = choose_quality(settings, frames, 41);
+    settings.quality = int(choose_quality(settings, frames, 41).group.quality);
     CHECK(reached() >= 41);
     settings.quality++;
     CHECK(reached() < 41);

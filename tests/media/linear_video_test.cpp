@@ -103,13 +103,14 @@ TEST_CASE("DWA is smaller the higher its level, and keeps light beyond white") {
   }
   for (const double wanted : {42.0, 50.0}) {
     VideoSettings settings = settings_of(0);
-    settings.quality = choose_quality<float>(settings, {picture}, wanted);
+    settings.quality = int(choose_quality<float>(settings, {picture}, wanted).group.quality);
     CHECK(settings.quality > 0);
     CHECK(psnr_luma(picture, decoded(settings, encode_group<float>(settings, {picture}))) >= wanted);
     settings.quality++;
     CHECK(psnr_luma(picture, decoded(settings, encode_group<float>(settings, {picture}))) < wanted);
   }
-  CHECK(choose_quality<float>(settings_of(0), {picture}, 100) == 0); // nothing but lossless reaches that
+  CHECK(choose_quality<float>(settings_of(0), {picture}, 100).group.quality ==
+        0); // nothing but lossless reaches that
   CHECK_THAT(error_of([&] { encode_group<float>(settings_of(501), {picture}); }),
              Contains("the DWA level is 501, expected 0 (lossless) to 500"));
 }

@@ -321,7 +321,7 @@ TEST_CASE("the chosen quality is the cheapest that reaches the target") {
     for (const double target : {34.0, 43.0}) {
       CAPTURE(codec.name, target);
       VideoSettings settings = settings_of(codec.code, 0);
-      const int quality = choose_quality(settings, frames, target);
+      const int quality = int(choose_quality(settings, frames, target).group.quality);
       settings.quality = quality;
       const double psnr = mean_psnr(decode_all(settings, encode_group(settings, frames)), frames);
       CHECK(psnr >= target);
@@ -357,8 +357,8 @@ TEST_CASE("only what the masks count decides the quality") {
       mask.pixels[size_t(y) * width + x] = x < width / 2 ? 0 : 255;
     }
   const VideoSettings settings = settings_of(FVV_CODEC_JPEG, 0);
-  const int all = choose_quality(settings, {frame}, 36),
-            right = choose_quality(settings, {frame}, 36, {mask});
+  const double all = choose_quality(settings, {frame}, 36).group.quality,
+               right = choose_quality(settings, {frame}, 36, {mask}).group.quality;
   CHECK(right < all);
   CHECK_THAT(error_of([&] {
                choose_quality(settings, {frame}, 36, {mask, mask});

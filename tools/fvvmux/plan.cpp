@@ -130,26 +130,15 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
   choice.masks = !sample.masks.empty();
   choice.sample_frames = uint32_t(sample.images.size());
   try {
-    if (options.bit_rate)
-      choice.settings.quality = middle_quality(options.codec);
-    else if (options.quality.is_psnr)
-      choice.settings.quality =
-          media::choose_quality(choice.settings, sample.images, options.quality.value, sample.masks);
-    media::EncodedGroup group = media::encode_group(choice.settings, sample.images);
-    choice.settings.quality = int(std::lround(group.quality));
-    media::Decoder decoder(media::config_of(choice.settings, group));
-    media::LumaError sum;
-    for (size_t i = 0; i < sample.images.size(); i++) {
-      const std::vector<uint8_t> &bytes = group.samples[i].bytes;
-      const media::LumaError one =
-          media::luma_error(sample.images[i], decoder.decode<SampleType>(bytes.data(), bytes.size()),
-                            choice.masks ? &sample.masks[i] : nullptr);
-      sum.squares += one.squares;
-      sum.pixels += one.pixels;
-    }
-    choice.sample_psnr = sum.psnr();
-    choice.record = std::move(group.record);
-    choice.codec_string = std::move(group.codec_string);
+    if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
+    const bool search = options.quality.is_psnr && !options.bit_rate;
+    media::MeasuredGroup measured =
+        search ? media::choose_quality(choice.settings, sample.images, options.quality.value, sample.masks)
+               : media::encode_measured(choice.settings, sample.images, sample.masks);
+    choice.settings.quality = int(std::lround(measured.group.quality));
+    choice.sample_psnr = measured.psnr;
+    choice.record = std::move(measured.group.record);
+    choice.codec_string = std::move(measured.group.codec_string);
   } catch (const media::Error &error) {
     throw cli::Failure(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
                        std::to_string(sample.images.size()) + " frames: " + error.what());

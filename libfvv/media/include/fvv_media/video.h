@@ -120,13 +120,25 @@ private:
 /* fvv_video_config that decodes group: pointers are into group. shows is FVV_SHOWS_TILES. */
 fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &group);
 
-/* The cheapest quality at which the frames, encoded as one group and decoded, reach target_db of luma PSNR,
- * squared errors pooled over all frames (settings.quality is not looked at). masks: empty, or one grey
- * picture per frame: > 127 counts (see compose_masks). Found by interpolation, three to six encodings.
- * Error, saying what was reached, when the best quality does not reach target_db. */
+/* A group and how near it comes to its frames. */
+struct MeasuredGroup {
+  EncodedGroup group;
+  double psnr = 0; /* dB of luma, squared errors pooled over all frames */
+};
+
+/* The frames encoded as one group, decoded and compared. masks: empty, or one grey picture per frame: > 127
+ * counts (see compose_masks). */
 template <class SampleType = uint8_t>
-int choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
-                   double target_db, const std::vector<Image> &masks = {});
+MeasuredGroup encode_measured(const VideoSettings &settings,
+                              const std::vector<BasicImage<SampleType>> &frames,
+                              const std::vector<Image> &masks = {});
+
+/* The same at the cheapest quality that reaches target_db (settings.quality is not looked at). Found by
+ * interpolation, two to six encodings. Error, saying what was reached, when the best quality does not reach
+ * target_db. */
+template <class SampleType = uint8_t>
+MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
+                             double target_db, const std::vector<Image> &masks = {});
 
 } // namespace fvv::media
 
