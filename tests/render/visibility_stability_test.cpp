@@ -1,4 +1,5 @@
 // Where visibility is hard to tell: what bits and depth maps say there, against rays. Each case is named.
+#include "fvv/mesh.h"
 #include "fvv/visibility.h"
 #include "fvv_render/occlusion.h"
 #include "fvv_render/ray_visibility.h"
@@ -7,6 +8,7 @@
 #include "fvv_catch.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <numeric>
 
 namespace {
@@ -242,4 +244,77 @@ TEST_CASE("stability: faces behind the camera, through its plane, and at the nea
   floor.faces = {0, 1, 2, 1, 3, 2};
   const RayCaster rays(floor.mesh());
   CHECK(count(seen_faces(camera, floor.mesh(), rays, all(floor))) == 2);
+}
+
+TEST_CASE("stability: 1, 7, 32 and 64 cameras: each takes as many bits as alone, and is as right") {
+  // On a lattice of 1 mm, as decoders have it.
+  const Shape shape = two_balls();
+  std::vector<int32_t> positions;
+  std::vector<float> metres;
+  for (const float value : shape.positions) {
+    positions.push_back(int32_t(std::lround(value * 1000)));
+    metres.push_back(float(positions.back()) / 1000);
+  }
+  std::vector<uint32_t> faces = shape.faces;
+  fvv_mesh decoded = {};
+  decoded.positions = positions.data();
+  decoded.faces = faces.data();
+  decoded.vertex_count = uint32_t(positions.size() / 3);
+  decoded.face_count = uint32_t(faces.size() / 3);
+  const Shape moved = {metres, faces};
+  const Mesh mesh = moved.mesh();
+  const RayCaster rays(mesh);
+  fvv_scene scene = {};
+  scene.lattice_step = 0.001;
+  fvv_visibility_order *order = nullptr;
+  REQUIRE(fvv_visibility_order_open(&decoded, FVV_VISIBILITY_FACES, nullptr, &order, nullptr) == FVV_OK);
+  std::printf("cameras  bytes  bits a face and camera  wrong %%  worst camera %%\n");
+  double seven = 0;
+  for (const uint16_t count : {1, 7, 32, 64}) {
+    std::vector<std::vector<uint8_t>> seen;
+    std::vector<fvv_visibility_view> views;
+    double wrong = 0, worst = 0;
+    for (uint16_t k = 0; k < count; k++) {
+      // Spread over a sphere of 5 m by the golden angle.
+      const double y = 1 - (2 * k + 1) / double(count), around = 2.39996322972865 * k;
+      const Vec3 eye =
+          Vec3{std::sqrt(1 - y * y) * std::cos(around), y, std::sqrt(1 - y * y) * std::sin(around)} * 5;
+      const fvv_camera camera = looking(eye, {0, 0, 0}, 240, 240, 500);
+      fvv_visibility_view view = {k, {0, 0, 0}, nullptr, nullptr, nullptr};
+      REQUIRE(fvv_visibility_centre(&camera, &scene, view.centre, nullptr) == FVV_OK);
+      std::vector<uint8_t> facing(decoded.face_count);
+      fvv_visibility_facing(&decoded, FVV_VISIBILITY_FACES, view.centre, FVV_VISIBILITY_THRESHOLD,
+                            facing.data());
+      seen.push_back(seen_faces(camera, mesh, rays, facing));
+      // Off the centroid, as places of a surface are.
+      double missed = 0;
+      for (uint32_t f = 0; f < decoded.face_count; f++) {
+        if (!facing[f]) continue;
+        const uint32_t *corner = &moved.faces[3 * size_t(f)];
+        Vec3 place = {0, 0, 0};
+        for (size_t i = 0; i < 3; i++) {
+          const float *p = &moved.positions[3 * size_t(corner[i])];
+          place = place + Vec3{p[0], p[1], p[2]} * ((i + f) % 3 == 0 ? 0.6 : 0.2);
+        }
+        missed += hidden_by_rays(eye, place, f, rays) == bool(seen.back()[f]);
+      }
+      wrong += missed;
+      worst = std::max(worst, 100 * missed / decoded.face_count);
+      views.push_back(view);
+    }
+    for (uint16_t k = 0; k < count; k++) views[k].seen = seen[k].data();
+    fvv_bytes payload = {};
+    const fvv_visibility_header header = {FVV_VISIBILITY_FACES, FVV_VISIBILITY_THRESHOLD, 1, 0, 0, 0};
+    REQUIRE(fvv_visibility_encode(order, &decoded, &header, views.data(), views.size(), &payload, nullptr) ==
+            FVV_OK);
+    const double pairs = double(decoded.face_count) * count, bits = 8 * double(payload.size) / pairs;
+    std::printf("%7d %6zu %23.4f %8.3f %15.3f\n", count, payload.size, bits, 100 * wrong / pairs, worst);
+    fvv_bytes_free(&payload);
+    if (count == 7) seven = bits;
+    CHECK(bits < 0.15);
+    CHECK(100 * wrong / pairs < 1);
+    CHECK(worst < 2);
+    if (count > 7) CHECK(bits == Approx(seven).epsilon(0.5));
+  }
+  fvv_visibility_order_close(order);
 }

@@ -153,6 +153,24 @@ TEST_CASE("whoever asks gets the visibility of cameras without pictures too") {
   CHECK(states_of(options.output, 23)[FVV_ELEMENT_SEEN] > 50);
 }
 
+TEST_CASE("a camera that is too far away for the lattice has no bits, and is not counted") {
+  const Folder folder;
+  Shape shape;
+  mux::Options options = balls_on_disk(folder, shape);
+  capture::Capture capture = capture::load_capture(folder.path("in/capture.json"));
+  capture.cameras[2].calibration.translation[2] = 5e5; // metres; the lattice has 2^28 steps of 1 mm
+  capture::write_capture(capture, capture.path);
+  options.step = mux::Length{0.001, true};
+  options.verify = true;
+  const mux::Summary summary = mux::mux(options);
+  CHECK(summary.plan.visibility.cameras.size() == 3);
+  CHECK(mux::summary_json(summary)["visibility"]["cameras"] == 2);
+  CHECK(mux::summary_text(summary).find("bits a face and camera, 2 cameras") != std::string::npos);
+  CHECK(summary.verdict->visible == 5);
+  CHECK(states_of(options.output, 23) == std::array<size_t, 3>{});
+  CHECK(states_of(options.output, 3)[FVV_ELEMENT_SEEN] > 50);
+}
+
 TEST_CASE("the option --visibility names what it takes") {
   CHECK(mux::parse_visibility("vertex") == Visibility::vertices);
   CHECK_THROWS_WITH(mux::parse_visibility("faces"),

@@ -41,7 +41,7 @@ def stage(tmp_path_factory):
         "96x54",
         "--environment",
     )
-    options = ["--codec", "jpeg", "--quality", "70", "--group", 2, "--triangles", 3000, "--json"]
+    options = ["--codec", "jpeg", "--quality", "70", "--group", 2, "--triangles", 3000, "--verify", "--json"]
     return folder, stream, json.loads(run("fvvmux", folder, "-o", stream, *options).stdout)
 
 

@@ -66,6 +66,7 @@ nlohmann::ordered_json verdict_json(const Summary &s) {
       {"max_reprojection", v.max_reprojection}};
   if (s.calibration.chunks) out["moving_max_reprojection"] = v.moving_reprojection;
   if (s.plan.visibility.on) out["visibility"] = v.visible;
+  if (s.plan.background) out["background"] = v.backgrounds;
   if (s.plan.normals.bits) out["max_normal_error"] = v.mesh.max_normal_error;
   if (s.plan.texture_bits) out["max_texture_error"] = v.mesh.max_texture_error;
   if (!atlas.is_null()) out["atlas"] = atlas;
@@ -81,7 +82,7 @@ nlohmann::ordered_json visibility_json(const Summary &s) {
   nlohmann::ordered_json out = {{"sent", v.frames > 0}, {"reason", s.plan.visibility.reason}};
   if (!v.frames) return out;
   out["domain"] = domain_text(s);
-  out["cameras"] = s.plan.visibility.cameras.size();
+  out["cameras"] = v.cameras.size();
   out["frames"] = v.frames;
   out["bytes"] = v.bytes;
   out["smallest"] = v.smallest;

@@ -159,13 +159,14 @@ void verdict_lines(std::string &out, const Summary &s) {
            picture_text(s, s.plan.tracks[i]).c_str(), v.videos[i].luma.psnr(), v.videos[i].min_psnr);
   if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
   if (v.visible) line(out, "            visibility of %zu meshes is what their cameras see", v.visible);
+  if (v.backgrounds) line(out, "            the environment of %zu groups is the capture's", v.backgrounds);
   if (s.calibration.chunks) line(out, "            and %.3g px in those that move", v.moving_reprojection);
 }
 
 std::string visibility_text(const Summary &s) {
   char text[100];
   std::snprintf(text, sizeof text, "%.3f bits a %s and camera, %zu cameras", s.visibility.bits_per_pair(),
-                domain_text(s), s.plan.visibility.cameras.size());
+                domain_text(s), s.visibility.cameras.size());
   return text;
 }
 

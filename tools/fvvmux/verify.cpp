@@ -6,6 +6,7 @@
 #include "fvvmux/meshes.h"
 #include "fvvmux/ordered.h"
 #include "fvvmux/stream_writer.h"
+#include "fvvmux/verify_background.h"
 #include "fvvmux/verify_visibility.h"
 
 #include <algorithm>
@@ -29,7 +30,7 @@ struct GroupVerdict {
   MeshVerdict mesh;
   std::vector<VideoVerdict> videos;
   double moving_reprojection = 0; // pixels, of cameras that move
-  size_t visible = 0;
+  size_t visible = 0, backgrounds = 0;
 };
 
 // How far a rotation is from an orthonormal one, to which a camera that moves is rounded, in pixels.
@@ -94,6 +95,9 @@ public:
     for (size_t i = 0; plan.has_meshes() && i < plan.frames_of(index); i++)
       mesh(plan.first_of(index) + i, verdict);
     for (size_t i = 0; i < plan.frames_of(index); i++) moving(plan.first_of(index) + i, verdict);
+    const std::string wrong = verify_background(stream.get(), index, plan, name);
+    if (!wrong.empty()) throw cli::Failure(name + ": " + wrong);
+    verdict.backgrounds += plan.background != nullptr;
     return verdict;
   }
 
@@ -276,6 +280,7 @@ Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins) {
         verdict.meshes += groups[i].meshes;
         verdict.mesh.add(groups[i].mesh);
         verdict.visible += groups[i].visible;
+        verdict.backgrounds += groups[i].backgrounds;
         verdict.moving_reprojection = std::max(verdict.moving_reprojection, groups[i].moving_reprojection);
         for (size_t k = 0; k < plan.tracks.size(); k++) verdict.videos[k].add(groups[i].videos[k]);
         progress.step(plan.frames_of(i));

@@ -24,14 +24,15 @@ struct Verdict {
   // Pixels between a point's pixels in the capture's and the stream's camera; of cameras that stand still,
   // and of those that move.
   double max_reprojection = 0, moving_reprojection = 0;
-  size_t visible = 0; // frames whose visibility is what their cameras see
+  size_t visible = 0;     // frames whose visibility is what their cameras see
+  size_t backgrounds = 0; // groups for which a reader finds the capture's environment
 };
 
 // plan.options.output was written by plan; origins: of each frame, unless there are no meshes. Throws
 // cli::Failure, naming file and frame, when a frame is missing or does not decode, when a mesh is not that of
 // the source (verify_mesh.h), when a picture is more than 10 dB worse than the sample by which the quality
 // was judged, or not exact where it is lossless, when a camera projects elsewhere, when a bit is not what the
-// camera sees of the mesh that was read.
+// camera sees of the mesh that was read, when the environment is not the capture's (verify_background.h).
 Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins);
 
 } // namespace fvv::mux

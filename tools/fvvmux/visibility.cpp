@@ -74,7 +74,7 @@ public:
                        !frame.key && before != former.states.end() ? before->second.data() : nullptr,
                        states.data()});
     }
-    frame.cameras = uint32_t(views.size());
+    for (const fvv_visibility_view &view : views) frame.cameras.push_back(view.camera);
     if (!views.empty()) {
       const fvv_visibility_header header = {choice.domain, choice.threshold, mesh_track, 0, now.number, 0};
       check(fvv_visibility_encode(order.get(), &mesh, &header, views.data(), views.size(), &payload,

@@ -65,7 +65,8 @@ void VisibilitySums::add(const VisibilityFrame &frame) {
   bytes += size;
   smallest = std::min(smallest, size);
   largest = std::max(largest, size);
-  pairs += uint64_t(frame.elements) * frame.cameras;
+  pairs += uint64_t(frame.elements) * frame.cameras.size();
+  cameras.insert(frame.cameras.begin(), frame.cameras.end());
 }
 
 } // namespace fvv::mux
