@@ -279,7 +279,7 @@ TEST_CASE("stability: 1, 7, 32 and 64 cameras: each takes as many bits as alone,
       const double y = 1 - (2 * k + 1) / double(count), around = 2.39996322972865 * k;
       const Vec3 eye =
           Vec3{std::sqrt(1 - y * y) * std::cos(around), y, std::sqrt(1 - y * y) * std::sin(around)} * 5;
-      const fvv_camera camera = looking(eye, {0, 0, 0}, 240, 240, 500);
+      const fvv_camera camera = looking(eye, {0, 0, 0}, 240, 240, 300);
       fvv_visibility_view view = {k, {0, 0, 0}, nullptr, nullptr, nullptr};
       REQUIRE(fvv_visibility_centre(&camera, &scene, view.centre, nullptr) == FVV_OK);
       std::vector<uint8_t> facing(decoded.face_count);
