@@ -106,8 +106,10 @@ namespace {
 template <class Sample>
 media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
   std::vector<media::BasicImage<Sample>> images;
-  for (size_t i = first; i < first + count; i++)
-    images.push_back(load_picture<Sample>(plan, track, i, false).image);
+  for (size_t i = first; i < first + count; i++) {
+    std::optional<media::BasicImage<Sample>> kept = track.choice.frames->take<Sample>(i);
+    images.push_back(kept ? std::move(*kept) : load_picture<Sample>(plan, track, i, false).image);
+  }
   try {
     return media::encode_group(track.choice.settings, images);
   } catch (const media::Error &error) {

@@ -59,6 +59,7 @@ uint32_t frames_per_second(const fvv_rational &duration) {
 }
 
 template <class SampleType> struct Sample {
+  std::vector<size_t> frames;
   std::vector<media::BasicImage<SampleType>> images;
   std::vector<media::Image> masks; // empty: whole pictures count
 };
@@ -91,6 +92,7 @@ template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, con
   for (size_t k = 0; k < count; k++) {
     const size_t i = plan.options.bit_rate ? k : (2 * k + 1) * frames / (2 * count);
     Picture<SampleType> picture = load_picture<SampleType>(plan, track, i, true);
+    sample.frames.push_back(i);
     sample.images.push_back(std::move(picture.image));
     if (picture.mask.pixels.empty()) continue;
     const std::vector<uint8_t> &mask = picture.mask.pixels;
@@ -126,7 +128,7 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
                      plan.capture.frame_duration,
                      options.bit_depth,
                      share_of_rate(plan, track)};
-  const Sample<SampleType> sample = load_sample<SampleType>(plan, track);
+  Sample<SampleType> sample = load_sample<SampleType>(plan, track);
   choice.masks = !sample.masks.empty();
   choice.sample_frames = uint32_t(sample.images.size());
   try {
@@ -143,6 +145,9 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
     throw cli::Failure(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
                        std::to_string(sample.images.size()) + " frames: " + error.what());
   }
+  choice.frames = std::make_shared<SampleFrames>();
+  for (size_t k = 0; k < sample.frames.size(); k++)
+    choice.frames->keep(sample.frames[k], std::move(sample.images[k]));
   return choice;
 }
 

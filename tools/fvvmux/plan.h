@@ -8,6 +8,7 @@
 #include "fvv/visibility.h"
 #include "fvv_media/video.h"
 #include "fvvmux/options.h"
+#include "fvvmux/sample_frames.h"
 #include "fvvmux/undistort.h"
 #include "fvvmux/videos.h"
 
@@ -67,6 +68,7 @@ struct VideoChoice {
   double sample_psnr = 0; // dB; may be infinite
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;
+  std::shared_ptr<SampleFrames> frames; // of the sample; each is there once
 };
 
 // Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.
