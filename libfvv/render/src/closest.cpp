@@ -104,6 +104,7 @@ ClosestPoint closest_on_triangle(Vec3 from, const TriangleTree::Triangle &triang
 ClosestFinder::ClosestFinder(const std::vector<TriangleTree::Triangle> &source)
     : slots(source.size(), UINT32_MAX) {
   TriangleTree tree(source);
+  nodes.reserve(tree.nodes.size() * 2 / 3 + 1); // leaves, which are half of them, and a third as many above
   if (!tree.nodes.empty()) gather(tree, 0);
   order = std::move(tree.order);
   triangles = std::move(tree.triangles);

@@ -35,8 +35,10 @@ struct TriangleTree {
 
 private:
   struct Entry;
-  uint32_t build(std::vector<Entry> &entries, size_t first, size_t end, int depth);
-  static size_t split(std::vector<Entry> &entries, size_t first, size_t end, int depth);
+  struct Extent;
+  uint32_t build(std::vector<Entry> &entries, size_t first, size_t end, int depth, const Extent &extent);
+  static size_t split(std::vector<Entry> &entries, size_t first, size_t end, int depth, const Box &centres,
+                      std::array<Extent, 2> &parts);
 };
 
 } // namespace fvv::render
