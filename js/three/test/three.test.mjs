@@ -27,6 +27,8 @@ describe("three", { skip: missingBrowser }, () => {
     mux("small", "maps", "--visibility", "none", "--codec", "jpeg", "--quality", "90");
     synth("studio", "--frames", "2", "--size", "480x270", "--meshes", "hull", "--hull-cells", "50");
     mux("studio", "studio");
+    synth("many", "--rig", "small", "--cameras", "64", "--frames", "1", "--size", "320x200");
+    mux("many", "many", "--visibility", "face", "--codec", "jpeg", "--quality", "90");
     // Colours come from wrong places, but from the same as with fvvrender.
     cpSync(at("small"), at("bent"), { recursive: true });
     const capture = JSON.parse(readFileSync(at("bent/capture.json"), "utf8"));
@@ -103,6 +105,11 @@ describe("three", { skip: missingBrowser }, () => {
   });
   test("cameras that distort and move, of several sizes", async () =>
     assertAlike(await compare("studio", 1, [0, 6, 11], bits)));
+  test("64 cameras", async () => {
+    const found = await compare("many", 0, [0, 40], bits);
+    assert.equal(found.views, 64);
+    assertAlike(found);
+  });
   test("fisheye lenses", async () => assertAlike(await compare("bent", 1, [0], maps)));
   test("an object that is turned and scaled", async () => {
     assertAlike(await compare("maps", 0, [0, 3], { ...maps, turned: true }));
