@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { basename, join } from "node:path";
+import { basename, dirname, join } from "node:path";
 import { after, test } from "node:test";
 
 import { conformanceFiles, makeClips, nativeFrames } from "./native.mjs";
@@ -13,7 +13,9 @@ import { serve } from "./server.mjs";
 
 const { clips, done } = makeClips();
 after(done);
-const files = { ...clips, ...Object.fromEntries(conformanceFiles().map((file) => [basename(file, ".fvv"), file])) };
+// Two folders may have files of one name.
+const named = (file) => [`${basename(dirname(file))}-${basename(file, ".fvv")}`, file];
+const files = { ...clips, ...Object.fromEntries(conformanceFiles().map(named)) };
 
 const browsers = {
   chromium: {
@@ -73,6 +75,8 @@ for (const [name, browser] of Object.entries(browsers)) {
       const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
       assert.equal(result.inWorker, result.worker, what);
       assert.deepEqual(result.frames, expected(result.name), what);
+      // Pictures of the conformance files are no pictures.
+      if (!(result.name in clips)) continue;
       assert.deepEqual(
         result.warnings.filter((text) => !/front to back|rebuilt|\(oexr\): there is no decoder/.test(text)),
         [],
