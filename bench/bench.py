@@ -200,6 +200,19 @@ CLIP_TILE = (480, 270)  # a sixteenth of HD, as in the paper
 CLIP_CODECS = ("jpeg", "h264", "hevc", "vp9", "av1")
 
 
+def clip_file(quality, codec):
+    return WORK / f"clip{quality}-{codec}.fvv"
+
+
+def mux_clip(quality, codec, *more):
+    """Summary of the clip's stream, which is clip_file."""
+    return json.loads(
+        tool("fvvmux", studio(), "-o", clip_file(quality, codec), "--force", "--json", "--codec", codec,
+             "--cameras", ",".join(CLIP_CAMERAS), "--tile", "{}x{}".format(*CLIP_TILE),
+             "--quality", f"{quality}dB", *more)
+    )  # fmt: skip
+
+
 def clip():
     """The clip of the paper's shape (hulls, 7 cameras at 480x270, 50 frames) by codec, and as WHP 235 encoded it.
 
@@ -212,11 +225,7 @@ def clip():
     figures = {"clip.whp235_bytes": baseline["all"], "clip.whp235_mesh_bytes": baseline["mesh"]}
     for quality in 42, 36:
         for codec in CLIP_CODECS:
-            done = json.loads(
-                tool("fvvmux", folder, "-o", WORK / f"clip{quality}-{codec}.fvv", "--force", "--json", "--codec", codec,
-                     "--cameras", ",".join(CLIP_CAMERAS), "--tile", "{}x{}".format(*CLIP_TILE),
-                     "--quality", f"{quality}dB", *(["--verify"] if codec == "h264" else []))
-            )  # fmt: skip
+            done = mux_clip(quality, codec, *(["--verify"] if codec == "h264" else []))
             rows.append((f"{quality} dB {codec}", *(done[track]["bytes"] for track in ("mesh", "video")),
                          done["container_bytes"], done["bytes"]))  # fmt: skip
             if quality == 42:
@@ -250,7 +259,15 @@ def js():
         if not keys[profile].exists():
             tool("fvvmux", capture(), "-o", keys[profile], "--mesh-profile", profile, "--no-delta", "--no-pictures",
                  "--keep-geometry", "--frames", "0-11", "--force")  # fmt: skip
-    return browser_decoder.measure(keys["draco"], keys["fast"], tracked_stream())
+    figures = browser_decoder.measure(keys["draco"], keys["fast"], tracked_stream())
+    for codec in "h264", "jpeg":
+        if figures and not clip_file(42, codec).exists():
+            mux_clip(42, codec)
+    return (
+        figures | browser_decoder.first_frames(clip_file(42, "h264"), clip_file(42, "jpeg"))
+        if figures
+        else {}
+    )
 
 
 def served():
@@ -279,11 +296,11 @@ PARTS = {
 
 
 def part_of(name):
-    """Which part gives a figure: the one in front of its dot, but for figures of the table, of clips and of wasm."""
+    """Which part gives a figure: the one in front of its dot, but for figures of the table, of clips, of wasm and of the net."""
     if name in (*codecs_table.FIGURES, codecs_table.TIME_FIGURE):
         return "codecs"
     part = name.split(".")[0]
-    return {"clip42": "clip", "clip36": "clip", "wasm": "js"}.get(part, part)
+    return {"clip42": "clip", "clip36": "clip", "wasm": "js", "net": "js"}.get(part, part)
 
 
 def rounded(value):

@@ -60,3 +60,17 @@ def measure(draco, fast, delta):
         figures["wasm.draco3d_ms"] = other["key_ms"]
         figures["wasm.draco3d_first_call_ms"] = other["first_ms"]
     return figures
+
+
+def first_frames(h264, jpeg):
+    """The first frame of the clip over 8 Mbit/s and 40 ms (first_frame.mjs): milliseconds to mesh and encoded picture in
+    Node, and to the decoded picture in Chromium."""
+    figures = {}
+    for name, path in (("first_frame", h264), ("first_frame_jpeg", jpeg)):
+        found = json.loads(run("node", ROOT / "bench/first_frame.mjs", path))
+        figures[f"net.{name}_requests"] = found["requests"]
+        figures[f"net.{name}_bytes"] = round(1000 * found["kilobytes"])
+        figures[f"net.{name}_encoded_ms"] = found["ms"]
+        if "picture_ms" in found:
+            figures[f"net.{name}_ms"] = found["picture_ms"]
+    return figures

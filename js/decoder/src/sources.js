@@ -8,8 +8,8 @@ import { FvvError } from "./errors.js";
 import { Live } from "./live.js";
 import { Segments } from "./segments.js";
 
-/** Enough for the index of some hundred groups, and for all of a small file. */
-const SUFFIX = 1 << 14;
+/** Enough for the index of a hundred groups. The first picture waits for these bytes. */
+const SUFFIX = 1 << 13;
 const BLOCK = 1 << 20;
 
 class Bytes {

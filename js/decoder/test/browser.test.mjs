@@ -1,13 +1,12 @@
 // The same hashes in a browser, in window and worker, under a strict content policy. The page posts what it finds, so
-// that no driver is needed. FVV_CHROMIUM, FVV_FIREFOX: other programs than those of PATH.
+// that no driver is needed.
 
 import assert from "node:assert/strict";
-import { spawn, spawnSync } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { basename, dirname, join } from "node:path";
+import { spawnSync } from "node:child_process";
+import { basename, dirname } from "node:path";
 import { after, test } from "node:test";
 
+import { browsers, visit } from "./browsers.mjs";
 import { conformanceFiles, makeClips, nativeFrames } from "./native.mjs";
 import { serve } from "./server.mjs";
 
@@ -17,44 +16,19 @@ after(done);
 const named = (file) => [`${basename(dirname(file))}-${basename(file, ".fvv")}`, file];
 const files = { ...clips, ...Object.fromEntries(conformanceFiles().map(named)) };
 
-const browsers = {
-  chromium: {
-    program: process.env.FVV_CHROMIUM ?? "chromium",
-    parameters: (profile, url) => [
-      "--headless=new",
-      "--no-sandbox",
-      "--disable-gpu",
-      "--disable-background-networking",
-      "--disable-component-update",
-      "--disable-sync",
-      "--no-first-run",
-      `--user-data-dir=${profile}`,
-      url,
-    ],
-  },
-  firefox: {
-    program: process.env.FVV_FIREFOX ?? "firefox-esr",
-    parameters: (profile, url) => ["--headless", "--no-remote", "--profile", profile, url],
-  },
-};
-
-async function runPage({ program, parameters }) {
-  const profile = mkdtempSync(join(tmpdir(), "fvv-browser-"));
+async function runPage(browser) {
   let told;
   const result = new Promise((resolve, reject) => {
     told = resolve;
     setTimeout(() => reject(new Error("the page does not answer")), 120000).unref();
   });
   const server = await serve(files, (posted) => told(posted));
-  const url = `${server.url}/test/page.html?clips=${Object.keys(files).join()}`;
-  const browser = spawn(program, parameters(profile, url), { stdio: "ignore", detached: true });
+  const leave = visit(browser, `${server.url}/test/page.html?clips=${Object.keys(files).join()}`);
   try {
     return await result;
   } finally {
-    process.kill(-browser.pid);
-    await new Promise((gone) => browser.once("exit", gone));
+    await leave();
     server.close();
-    rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
   }
 }
 

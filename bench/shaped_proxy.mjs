@@ -1,0 +1,76 @@
+// A link of some rate and delay in front of a port of this machine: bytes to the client leave at the rate and arrive
+// half a round trip later; those to the server are only late. TCP is ended here on both sides, so that slow start and
+// loss are left out: what is measured is the waiting for answers and for bytes.
+
+import { connect, createServer } from "node:net";
+
+/** Pieces this large share the link; a browser's connections take turns. */
+const PIECE = 1460;
+/** Of a connection on the way, before its sender has to wait. */
+const MOST_PIECES = 64;
+
+class Link {
+  constructor({ bitsPerSecond, delayMs }) {
+    this.msPerByte = bitsPerSecond ? 8000 / bitsPerSecond : 0;
+    this.delayMs = delayMs;
+    this.free = 0;
+  }
+  /** When bytes that are handed over now have arrived. */
+  arrival(size) {
+    this.free = Math.max(this.free, performance.now()) + size * this.msPerByte;
+    return this.free + this.delayMs;
+  }
+}
+
+/** Copies from one socket to another over a link, in order; arrived(bytes) is told of each piece. */
+function carry(from, to, link, arrived) {
+  const waiting = []; // {at, piece}; without a piece: the end
+  let timer = null;
+  const pass = () => {
+    timer = null;
+    while (waiting.length && waiting[0].at <= performance.now()) {
+      const { piece } = waiting.shift();
+      if (!piece) to.end();
+      else if (!to.destroyed) {
+        arrived(piece.length);
+        to.write(piece);
+      }
+    }
+    if (waiting.length < MOST_PIECES) from.resume();
+    if (waiting.length) timer = setTimeout(pass, Math.max(1, waiting[0].at - performance.now()));
+  };
+  const put = (piece) => {
+    waiting.push({ at: link.arrival(piece?.length ?? 0), piece });
+    timer ??= setTimeout(pass, Math.max(1, waiting[0].at - performance.now()));
+  };
+  from.on("data", (data) => {
+    for (let at = 0; at < data.length; at += PIECE) put(data.subarray(at, at + PIECE));
+    if (waiting.length >= MOST_PIECES) from.pause();
+  });
+  from.on("end", () => put(null));
+  from.on("error", () => to.destroy());
+}
+
+/** Answers {port, bytes(), close}; bytes: that have arrived at the client so far. */
+export async function shapedProxy(target, { bitsPerSecond, roundTripMs }) {
+  let bytes = 0;
+  const down = new Link({ bitsPerSecond, delayMs: roundTripMs / 2 });
+  const up = new Link({ bitsPerSecond: 0, delayMs: roundTripMs / 2 });
+  const sockets = new Set();
+  const server = createServer((client) => {
+    const host = connect(target, "127.0.0.1");
+    for (const socket of [client, host]) {
+      socket.setNoDelay();
+      sockets.add(socket);
+      socket.on("close", () => sockets.delete(socket));
+    }
+    carry(client, host, up, () => {});
+    carry(host, client, down, (n) => (bytes += n));
+  });
+  await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
+  const close = () => {
+    server.close();
+    for (const socket of sockets) socket.destroy();
+  };
+  return { port: server.address().port, bytes: () => bytes, close };
+}

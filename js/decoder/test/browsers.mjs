@@ -1,0 +1,39 @@
+// Browsers without windows. FVV_CHROMIUM, FVV_FIREFOX: other programs than those of PATH.
+
+import { spawn } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+export const browsers = {
+  chromium: {
+    program: process.env.FVV_CHROMIUM ?? "chromium",
+    parameters: (profile, url) => [
+      "--headless=new",
+      "--no-sandbox",
+      "--disable-gpu",
+      "--disable-background-networking",
+      "--disable-component-update",
+      "--disable-sync",
+      "--no-first-run",
+      `--user-data-dir=${profile}`,
+      url,
+    ],
+  },
+  firefox: {
+    program: process.env.FVV_FIREFOX ?? "firefox-esr",
+    parameters: (profile, url) => ["--headless", "--no-remote", "--profile", profile, url],
+  },
+};
+
+/** Opens a page with a profile of its own. Answers a function that ends the browser. */
+export function visit({ program, parameters }, url) {
+  const profile = mkdtempSync(join(tmpdir(), "fvv-browser-"));
+  const browser = spawn(program, parameters(profile, url), { stdio: "ignore", detached: true });
+  const gone = new Promise((resolve) => browser.once("exit", resolve));
+  return async () => {
+    process.kill(-browser.pid);
+    await gone;
+    rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
+  };
+}
