@@ -3,11 +3,16 @@
 
 import { FvvError } from "./errors.js";
 
+/** A picture that so many later ones have overtaken does not come any more. Less than the queue of frames. */
+const OVERTAKEN_MOST = 3;
+/** How long a decoder may say nothing while pictures are waited for. */
+const PATIENCE_MS = 2000;
+
 class VideoTrack {
   constructor(layout, fail) {
     this.layout = layout;
     this.fail = fail;
-    this.waiting = new Map(); // timestamp -> {resolve, reject}
+    this.waiting = new Map(); // timestamp -> {resolve, overtaken}
     this.broken = false;
     this.open();
   }
@@ -30,7 +35,25 @@ class VideoTrack {
     const entry = this.waiting.get(picture.timestamp);
     if (!entry) return picture.close();
     this.waiting.delete(picture.timestamp);
-    entry(picture);
+    entry.resolve(picture);
+    for (const [timestamp, other] of this.waiting)
+      if (timestamp < picture.timestamp && ++other.overtaken >= OVERTAKEN_MOST) this.#lose(timestamp);
+    this.#watch();
+  }
+  /** Decoders drop pictures without a word, and frames would wait for them for ever. */
+  #lose(timestamp) {
+    const { resolve } = this.waiting.get(timestamp);
+    this.waiting.delete(timestamp);
+    this.fail(new Error(`the picture of ${timestamp} us was dropped`), this.layout);
+    resolve(null);
+  }
+  #watch() {
+    clearTimeout(this.timer);
+    if (!this.waiting.size) return;
+    this.timer = setTimeout(() => {
+      this.#lose(Math.min(...this.waiting.keys()));
+      this.#watch();
+    }, PATIENCE_MS);
   }
   #break(error) {
     this.broken = true;
@@ -38,8 +61,9 @@ class VideoTrack {
     this.drop();
   }
   drop() {
-    for (const resolve of this.waiting.values()) resolve(null);
+    for (const { resolve } of this.waiting.values()) resolve(null);
     this.waiting.clear();
+    clearTimeout(this.timer);
   }
   submit(sample, timestamp) {
     if (this.broken) {
@@ -49,7 +73,8 @@ class VideoTrack {
     }
     if (this.needsKey && !sample.key) return Promise.resolve(null);
     this.needsKey = false;
-    const picture = new Promise((resolve) => this.waiting.set(timestamp, resolve));
+    const picture = new Promise((resolve) => this.waiting.set(timestamp, { resolve, overtaken: 0 }));
+    this.#watch();
     const type = sample.key ? "key" : "delta";
     this.decoder.decode(new EncodedVideoChunk({ type, timestamp, data: sample.data }));
     return picture;
@@ -58,6 +83,7 @@ class VideoTrack {
     if (this.decoder.state !== "configured" || !this.waiting.size) return;
     await this.decoder.flush().catch(() => {});
     this.needsKey = true;
+    if (this.decoder.state === "configured") for (const timestamp of [...this.waiting.keys()]) this.#lose(timestamp);
     this.drop();
   }
   close() {

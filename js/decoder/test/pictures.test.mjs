@@ -1,0 +1,122 @@
+// Pictures belong to frames by their timestamps, however a decoder of video answers: late, in another order, or not at
+// all. Node has no VideoDecoder: a stand-in takes its place.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, test } from "node:test";
+
+import { createDecoder } from "../dist/index.js";
+import { makeClips } from "./native.mjs";
+
+const { clips, done } = makeClips("moving");
+after(done);
+const bytes = new Uint8Array(readFileSync(clips.moving));
+
+let open = 0;
+class Picture {
+  constructor(timestamp) {
+    this.timestamp = timestamp;
+    open++;
+  }
+  close() {
+    open--;
+  }
+}
+
+/** answer(chunks, put): what the stand-in makes of the chunks that it has, whenever one more comes. */
+function installDecoder(answer) {
+  globalThis.EncodedVideoChunk = class {
+    constructor(fields) {
+      Object.assign(this, fields);
+    }
+  };
+  globalThis.VideoDecoder = class {
+    constructor({ output, error }) {
+      Object.assign(this, { output, error, state: "unconfigured", chunks: [] });
+    }
+    configure() {
+      this.state = "configured";
+    }
+    put = (chunk) => queueMicrotask(() => this.output(new Picture(chunk.timestamp)));
+    decode(chunk) {
+      this.chunks.push(chunk);
+      answer(this.chunks, this.put, this);
+    }
+    async flush() {
+      answer(this.chunks, this.put, this, true);
+      await new Promise((resolve) => setTimeout(resolve, 5));
+    }
+    close() {
+      this.state = "closed";
+    }
+  };
+}
+
+async function play() {
+  const decoder = await createDecoder({ source: bytes, video: "pictures" });
+  const warnings = [];
+  decoder.addEventListener("warning", ({ detail }) => warnings.push(detail));
+  const frames = [];
+  for await (const frame of decoder) {
+    const picture = frame.picture();
+    frames.push({ micros: Math.round(frame.seconds * 1e6), of: picture ? picture.timestamp : null });
+    frame.close();
+  }
+  decoder.close();
+  return { frames, warnings };
+}
+
+test("late and in another order", async () => {
+  // Three at a time, the last one first.
+  installDecoder((chunks, put, _, flushing) => {
+    if (chunks.length >= 3 || flushing) chunks.splice(0).reverse().forEach(put);
+  });
+  const { frames, warnings } = await play();
+  assert.equal(frames.length, 5);
+  for (const { micros, of } of frames) assert.equal(of, micros);
+  assert.deepEqual(warnings, []);
+  assert.equal(open, 0);
+});
+
+test("what a decoder drops is told, and no other picture takes its place", async () => {
+  let n = 0;
+  installDecoder((chunks, put) => {
+    // The second never comes; the fourth comes twice, and one of no frame.
+    for (const chunk of chunks.splice(0)) {
+      n++;
+      if (n === 2) continue;
+      put(chunk);
+      if (n === 4) put(chunk);
+      if (n === 4) put({ timestamp: chunk.timestamp + 7 });
+    }
+  });
+  const { frames, warnings } = await play();
+  assert.equal(frames.length, 5);
+  frames.forEach(({ micros, of }, i) => assert.equal(of, i === 1 ? null : micros, `frame ${i}`));
+  assert.deepEqual(
+    warnings.map(({ code }) => code),
+    ["video"],
+  );
+  assert.match(warnings[0].message, /40000|dropped/);
+  assert.equal(open, 0);
+});
+
+test("a decoder that fails goes on with the next key picture", async () => {
+  let failed = false;
+  installDecoder((chunks, put, decoder) => {
+    const [chunk] = chunks.splice(0);
+    if (failed || chunk.type === "key") return put(chunk);
+    failed = true;
+    queueMicrotask(() => {
+      decoder.state = "closed";
+      decoder.error(new Error("it broke"));
+    });
+  });
+  const { frames, warnings } = await play();
+  assert.deepEqual(
+    frames.map(({ of, micros }) => (of === null ? null : of === micros)),
+    [true, null, null, true, true],
+  );
+  assert.equal(warnings.length, 1);
+  assert.equal(open, 0);
+});
