@@ -29,6 +29,9 @@ describe("three", { skip: missingBrowser }, () => {
     mux("studio", "studio");
     synth("many", "--rig", "small", "--cameras", "64", "--frames", "1", "--size", "320x200");
     mux("many", "many", "--visibility", "face", "--codec", "jpeg", "--quality", "90");
+    const mapped = ["--cameras", "3", "--atlas", "--atlas-size", "512"];
+    synth("mapped", "--rig", "small", "--frames", "1", "--size", "320x240", ...mapped);
+    mux("mapped", "mapped");
     // Colours come from wrong places, but from the same as with fvvrender.
     cpSync(at("small"), at("bent"), { recursive: true });
     const capture = JSON.parse(readFileSync(at("bent/capture.json"), "utf8"));
@@ -110,6 +113,7 @@ describe("three", { skip: missingBrowser }, () => {
     assert.equal(found.views, 64);
     assertAlike(found);
   });
+  test("several video tracks", async () => assertAlike(await compare("mapped", 0, [0, 1], bits)));
   test("fisheye lenses", async () => assertAlike(await compare("bent", 1, [0], maps)));
   test("an object that is turned and scaled", async () => {
     assertAlike(await compare("maps", 0, [0, 3], { ...maps, turned: true }));
