@@ -1,8 +1,25 @@
-/** Where bytes come from. A URL is read by Range where the server can, else from front to back. */
+/** Where bytes come from. A URL is read by Range where the server can, else from front to back; segments and live streams
+ * by their URL. */
 export type Source =
   | string
   | URL
-  | { url: string | URL; headers?: Record<string, string>; credentials?: RequestCredentials; seekable?: boolean }
+  | {
+      url: string | URL;
+      headers?: Record<string, string>;
+      credentials?: RequestCredentials;
+      seekable?: boolean;
+      /** The URL is that of a manifest of segments. Default: its path ends with .json. */
+      segments?: boolean;
+    }
+  | {
+      /** ws: or wss:, a live stream as fvvserve sends it. */
+      url: string | URL;
+      protocols?: string | string[];
+      /** Waits double from firstMs (250) to longestMs (8000). Default: no attempt. */
+      reconnect?: { attempts?: number; firstMs?: number; longestMs?: number };
+      /** Where there is none, as in Node before 22; then the thread of the caller decodes. */
+      WebSocket?: new (url: string, protocols?: string | string[]) => unknown;
+    }
   | Blob
   | ArrayBuffer
   | ArrayBufferView
@@ -51,6 +68,8 @@ export type Code =
   | "limit"
   | "bug"
   | "changed"
+  | "reconnect"
+  | "skipped"
   | "no-range"
   | "no-index"
   | "video"
@@ -288,6 +307,8 @@ export interface DecoderEvents {
   warning: FvvError;
   error: FvvError;
   end: null;
+  /** A live stream begins anew: times go back. */
+  restart: null;
   stats: Stats;
 }
 
