@@ -3,18 +3,28 @@
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { basename, dirname } from "node:path";
+import { readdirSync } from "node:fs";
+import { basename, dirname, join } from "node:path";
 import { after, test } from "node:test";
 
 import { browsers, visit } from "./browsers.mjs";
-import { conformanceFiles, makeClips, nativeFrames } from "./native.mjs";
+import { conformanceFiles, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 
 const { clips, done } = makeClips();
 after(done);
-// Two folders may have files of one name.
-const named = (file) => [`${basename(dirname(file))}-${basename(file, ".fvv")}`, file];
-const files = { ...clips, ...Object.fromEntries(conformanceFiles().map(named)) };
+/** Folder and name: some names are in several folders. */
+const named = (file) => `${basename(dirname(file))}-${basename(file, ".fvv")}`;
+const files = { ...clips, ...Object.fromEntries(conformanceFiles().map((file) => [named(file), file])) };
+
+/** These come from WebSockets and as segments, too. */
+const MORE = ["delta", "moving"];
+const segments = {};
+for (const name of MORE) {
+  const folder = `${clips[name]}-segments`;
+  tool("fvvmux", clips[name], "--segments", folder);
+  for (const file of readdirSync(folder)) segments[`${name}/${file}`] = join(folder, file);
+}
 
 async function runPage(browser) {
   let told;
@@ -22,8 +32,8 @@ async function runPage(browser) {
     told = resolve;
     setTimeout(() => reject(new Error("the page does not answer")), 120000).unref();
   });
-  const server = await serve(files, (posted) => told(posted));
-  const leave = visit(browser, `${server.url}/test/page.html?clips=${Object.keys(files).join()}`);
+  const server = await serve({ ...files, ...segments }, (posted) => told(posted));
+  const leave = visit(browser, `${server.url}/test/page.html?clips=${Object.keys(files).join()}&more=${MORE.join()}`);
   try {
     return await result;
   } finally {
@@ -44,12 +54,12 @@ for (const [name, browser] of Object.entries(browsers)) {
     const { results, violations, error } = await runPage(browser);
     assert.equal(error, undefined);
     assert.deepEqual(violations, []);
-    assert.equal(results.length, 2 * 5 * Object.keys(files).length);
+    assert.equal(results.length, 2 * (5 * Object.keys(files).length + 2 * MORE.length));
     for (const result of results) {
       const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
       assert.equal(result.inWorker, result.worker, what);
       assert.deepEqual(result.frames, expected(result.name), what);
-      // Pictures of the conformance files are no pictures.
+      // Pictures of conformance files are headers without pixels, or OpenEXR, which nothing here decodes.
       if (!(result.name in clips)) continue;
       assert.deepEqual(
         result.warnings.filter((text) => !/front to back|rebuilt|\(oexr\): there is no decoder/.test(text)),

@@ -2,39 +2,14 @@
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
-import { join } from "node:path";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
+import { WebSocket, WebSocketServer, messagesOf } from "./messages.mjs";
 import { frameHashes, makeClips, nativeFrames, toolPath } from "./native.mjs";
-
-// Debian's package node-ws; Node has none of its own before version 22, and no server at all.
-const { WebSocket, WebSocketServer } = createRequire(import.meta.url)("/usr/share/nodejs/ws");
 
 const { clips, done } = makeClips("delta", "raw");
 after(done);
-
-/** Header and block, and the chunks of each group, as fvvserve cuts them. */
-function messagesOf(file) {
-  const bytes = readFileSync(file);
-  const groups = [];
-  let at = 24;
-  let head;
-  while (at < bytes.length) {
-    const type = bytes.toString("latin1", at, at + 4);
-    const end = at + 32 + 8 * Math.ceil(bytes.readUInt32LE(at + 16) / 8);
-    if (type === "INDX" || type === "FOOT") break;
-    if (type === "GRUP") {
-      head ??= bytes.subarray(0, at);
-      groups.push([]);
-    }
-    groups.at(-1)?.push(bytes.subarray(at, end));
-    at = end;
-  }
-  return { head, groups };
-}
 
 /** script(socket, n): what the nth connection is sent. */
 async function scripted(script) {

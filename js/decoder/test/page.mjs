@@ -31,7 +31,13 @@ async function hashes(frame) {
   return out;
 }
 
+/** Of some clips only: names that the page is told. */
+const more = {
+  live: (name) => new URL(`/live/${name}`, location.href.replace("http", "ws")),
+  segments: (name) => `/whole/${name}/manifest.json`,
+};
 const sources = {
+  ...more,
   range: (name) => `/range/${name}`,
   whole: (name) => `/whole/${name}`,
   blob: async (name) => (await fetch(`/range/${name}`)).blob(),
@@ -73,9 +79,13 @@ addEventListener("securitypolicyviolation", (event) =>
 );
 const results = [];
 try {
-  const names = new URLSearchParams(location.search).get("clips").split(",");
+  const parameters = new URLSearchParams(location.search);
+  const names = parameters.get("clips").split(",");
+  const whole = new Set(parameters.get("more").split(","));
   for (const worker of [true, false])
-    for (const name of names) for (const kind of Object.keys(sources)) results.push(await decode(name, kind, worker));
+    for (const name of names)
+      for (const kind of Object.keys(sources))
+        if (!more[kind] || whole.has(name)) results.push(await decode(name, kind, worker));
   await abort(true);
   await abort(false);
   await fetch("/result", { method: "POST", body: JSON.stringify({ results, violations }) });

@@ -6,6 +6,7 @@
 //   /gzip/NAME         compresses on the way
 //   /changing/NAME     another ETag from the third request on
 //   /tiring/NAME       200 from the third request on
+//   /live/NAME         a WebSocket: the whole stream at once
 //   /growing/NAME      another total from the third request on
 
 import { readFileSync } from "node:fs";
@@ -13,6 +14,8 @@ import { createServer } from "node:http";
 import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
+
+import { WebSocketServer, messagesOf } from "./messages.mjs";
 
 const home = resolve(fileURLToPath(import.meta.url), "../..");
 const types = { html: "text/html", js: "text/javascript", mjs: "text/javascript" };
@@ -69,6 +72,12 @@ export async function serve(files, results = () => {}) {
     } catch {
       response.writeHead(404).end();
     }
+  });
+  new WebSocketServer({ server }).on("connection", (socket, request) => {
+    const { head, groups } = messagesOf(files[request.url.split("/").at(-1)]);
+    for (const part of [head, ...groups.flat()]) socket.send(part);
+    socket.send('{"type":"end"}');
+    socket.close(1000);
   });
   await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
   const close = () => {
