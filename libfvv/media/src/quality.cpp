@@ -8,6 +8,12 @@
 #include <cstdio>
 
 namespace fvv::media {
+namespace {
+
+constexpr double decibels = 45;     // of a picture over a codec's scale
+constexpr double at_a_third = 39.5; // dB, what a third of the scale reaches
+
+} // namespace
 
 template <class SampleType>
 MeasuredGroup encode_measured(const VideoSettings &settings,
@@ -46,22 +52,25 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<Ba
   struct Tried {
     int step;
     double db;
-  } good = {-1, 0}, bad = {steps, 0};
-  MeasuredGroup chosen; // at good
-  // Until two points are known: a picture's 30 dB over the scale, from a third of it on.
-  const double fall = 30.0 / steps; // dB a step
-  int step = steps / 3;
+  } good = {-1, 0}, bad = {steps, 0}, last = {-1, 0};
+  MeasuredGroup chosen;            // at good
+  double slope = decibels / steps; // dB a step, until two points are known
+  int step = std::clamp(int(std::lround(steps / 3.0 + (at_a_third - target_db) / slope)), 0, steps - 1);
   while (bad.step - good.step > 1) {
     tried.quality = quality_of(step);
     MeasuredGroup group = encode_measured(tried, frames, masks);
-    const double db = group.psnr;
-    if (db >= target_db) chosen = std::move(group);
-    (db >= target_db ? good : bad) = {step, db};
+    const Tried now = {step, group.psnr};
+    // Between what is good and what is bad, once both are known, else as from the last try to this one.
     // Lossless is no point of a line.
-    const bool both = good.step >= 0 && bad.step < steps && good.db > bad.db;
-    const double slope = both && std::isfinite(good.db) ? (good.db - bad.db) / (bad.step - good.step) : fall;
-    const double ahead = std::min(std::max((db - target_db) / slope, -1000.0), 1000.0);
-    step = std::max(good.step + 1, std::min(bad.step - 1, step + int(std::floor(ahead))));
+    (now.db >= target_db ? good : bad) = now;
+    const bool both = good.step >= 0 && bad.step < steps;
+    const Tried from = both ? good : last, to = both ? bad : now;
+    const double fall = (from.db - to.db) / (to.step - from.step);
+    if (from.step >= 0 && std::isfinite(fall) && fall > 0) slope = fall;
+    const double ahead = std::clamp((now.db - target_db) / slope, -1000.0, 1000.0);
+    step = std::clamp(step + int(std::floor(ahead)), good.step + 1, std::max(good.step + 1, bad.step - 1));
+    if (now.db >= target_db) chosen = std::move(group);
+    last = now;
   }
   if (good.step < 0) {
     char text[160];

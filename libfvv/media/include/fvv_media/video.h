@@ -134,7 +134,7 @@ MeasuredGroup encode_measured(const VideoSettings &settings,
                               const std::vector<Image> &masks = {});
 
 /* The same at the cheapest quality that reaches target_db (settings.quality is not looked at). Found by
- * interpolation, three to six encodings. Error, saying what was reached, when the best quality does not reach
+ * interpolation, two to six encodings. Error, saying what was reached, when the best quality does not reach
  * target_db. */
 template <class SampleType = uint8_t>
 MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
