@@ -49,11 +49,11 @@ test("clips have what they are to test", () => {
   assert.ok(names(clips.raw).has("key"));
   assert.ok(names(clips.moving).has("camera"));
   assert.ok(nativeFrames(clips.fast).length === 5);
-  const layouts = nativeFrames(clips.moving).map((frame) => Object.entries(frame).find(([key]) => key.startsWith("tiles"))[1]);
-  assert.notEqual(layouts[0], layouts[4], "both groups have the same tiles");
   const moving = nativeFrames(clips.moving);
   const changed = Object.keys(moving[0]).filter((key) => key.startsWith("camera") && moving[0][key] !== moving[4][key]);
   assert.ok(changed.length > 0, "no camera moves");
+  const tiles = moving.map((frame) => Object.entries(frame).find(([key]) => key.startsWith("tiles"))[1]);
+  assert.notEqual(tiles[0], tiles[4], "both groups have the same tiles");
   const crops = nativeFrames(conformanceFiles().find((file) => file.endsWith("crops.fvv")));
   const layouts = crops.flatMap((frame) => Object.entries(frame).filter(([key]) => key.startsWith("tiles")));
   assert.ok(new Set(layouts.map(([, hash]) => hash)).size > 1, "all groups have one layout");
