@@ -221,13 +221,13 @@ def clip():
     """
     folder = studio()
     baseline = whp235.sizes(folder / "capture.json", lambda picture: CLIP_TILE, CLIP_CAMERAS)
-    rows = [("WHP 235", baseline["mesh"], baseline["picture"], baseline["calibration"], baseline["all"])]
+    rows = [("WHP 235", baseline["mesh"], baseline["picture"], 0, baseline["calibration"], baseline["all"])]
     figures = {"clip.whp235_bytes": baseline["all"], "clip.whp235_mesh_bytes": baseline["mesh"]}
     for quality in 42, 36:
         for codec in CLIP_CODECS:
             done = mux_clip(quality, codec, *(["--verify"] if codec == "h264" else []))
-            rows.append((f"{quality} dB {codec}", *(done[track]["bytes"] for track in ("mesh", "video")),
-                         done["container_bytes"], done["bytes"]))  # fmt: skip
+            tracks = (done[track].get("bytes", 0) for track in ("mesh", "video", "visibility"))
+            rows.append((f"{quality} dB {codec}", *tracks, done["container_bytes"], done["bytes"]))
             if quality == 42:
                 figures[f"clip.fvv_{codec}_bytes"] = done["bytes"]
             if codec == "h264":
@@ -239,9 +239,9 @@ def clip():
     # Measured by another tool than the one that chose, against the capture, both ways.
     measured = json.loads(tool("fvvcompare", folder, WORK / "clip42-jpeg.fvv", "--json"))
     figures["clip.mesh_rms_mm"] = 1000 * measured["distance"]["symmetric"]["rms"]
-    print(f"{'clip, bytes':12}{'mesh':>12}{'pictures':>12}{'rest':>10}{'all':>12}")
+    print(f"{'clip, bytes':12}{'mesh':>12}{'pictures':>12}{'visibility':>12}{'rest':>10}{'all':>12}")
     for row in rows:
-        print("{:12}{:12}{:12}{:10}{:12}".format(*row))
+        print("{:12}{:12}{:12}{:12}{:10}{:12}".format(*row))
     return figures
 
 
