@@ -21,7 +21,7 @@ namespace fvv::mux {
 
 namespace {
 
-constexpr size_t sample_size = 10; // frames
+constexpr size_t sample_size = 25; // frames
 
 // True when there was a warning.
 bool look_at_files(Plan &plan, bool sub_range) {
@@ -85,12 +85,12 @@ Tiling arrange_atlas(const Plan &plan) {
 template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, const VideoTrack &track) {
   Sample<SampleType> sample;
   bool foreground = false;
-  // What a bit rate leaves to a group is for all of its frames. Else frames of the whole capture, because
-  // scenes change, and no more than a group has, because what stands still gets better from frame to frame.
-  const size_t frames = plan.frame_count();
-  const size_t count = plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(0), sample_size);
-  for (size_t k = 0; k < count; k++) {
-    const size_t i = plan.options.bit_rate ? k : (2 * k + 1) * frames / (2 * count);
+  // What a bit rate leaves to a group is for all of its frames. A quality is judged by a whole group, too,
+  // because pictures get better in its course, and by one from the middle, when the action is on.
+  const size_t group = plan.options.bit_rate ? 0 : plan.group_count() / 2;
+  const size_t count =
+      plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(group), sample_size);
+  for (size_t i = plan.first_of(group); i < plan.first_of(group) + count; i++) {
     Picture<SampleType> picture = load_picture<SampleType>(plan, track, i, true);
     sample.frames.push_back(i);
     sample.images.push_back(std::move(picture.image));

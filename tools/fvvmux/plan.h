@@ -62,10 +62,9 @@ struct Tiling {
 
 struct VideoChoice {
   media::VideoSettings settings = {};
-  bool masks = false; // the PSNR is that of the foreground
-  uint32_t sample_frames =
-      0;                  // by which quality was chosen: all of the first group for a bit rate, else spread
-  double sample_psnr = 0; // dB; may be infinite
+  bool masks = false;          // the PSNR is that of the foreground
+  uint32_t sample_frames = 0;  // by which quality was chosen or judged, of one group
+  double sample_psnr = 0;      // dB; may be infinite
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;
   std::shared_ptr<SampleFrames> frames; // of the sample; each is there once
