@@ -139,7 +139,7 @@ TEST_CASE("a surface that winds over itself is cut where it would lie on itself"
   CHECK(faces == 2 * steps);
 }
 
-TEST_CASE("charts keep their margins from each other and from the edge of the atlas") {
+TEST_CASE("charts keep their margins from each other and from the edge of the atlas", "[long]") {
   const Layout &layout = atlas().layout;
   const std::vector<Chart> &charts = atlas().charts;
   REQUIRE(charts.size() == layout.places.size());
@@ -167,7 +167,7 @@ TEST_CASE("charts keep their margins from each other and from the edge of the at
   CHECK(std::count(of_face.begin(), of_face.end(), 1) == ptrdiff_t(of_face.size()));
 }
 
-TEST_CASE("the opened mesh has the scene's triangles, in its order") {
+TEST_CASE("the opened mesh has the scene's triangles, in its order", "[long]") {
   const Layout &layout = atlas().layout;
   REQUIRE(layout.faces.size() == scene().faces().size());
   REQUIRE(layout.texels.size() == layout.source.size());
@@ -181,7 +181,7 @@ TEST_CASE("the opened mesh has the scene's triangles, in its order") {
   CHECK(atlas().opened(scene().solid(), 3).size() == 3 * layout.source.size());
 }
 
-TEST_CASE("no triangle shrinks to less than a third of its size on the body, nor grows") {
+TEST_CASE("no triangle shrinks to less than a third of its size on the body, nor grows", "[long]") {
   const Layout &layout = atlas().layout;
   // Of the rest figures, whose solid texture is where they are; the ball's is on a larger sphere.
   const size_t faces = (scene().players()[0].rest.faces.size() + scene().players()[1].rest.faces.size()) / 3;
@@ -199,7 +199,7 @@ TEST_CASE("no triangle shrinks to less than a third of its size on the body, nor
   CHECK(most < 1.001);
 }
 
-TEST_CASE("a colour that changes evenly over the body is found again at the centre of every face") {
+TEST_CASE("a colour that changes evenly over the body is found again at the centre of every face", "[long]") {
   const Layout &layout = atlas().layout;
   // Within the display range over the height and breadth of the figures; the ball is 2 m wide here.
   const auto colour = [&](Vec3 at) {
@@ -225,7 +225,7 @@ TEST_CASE("a colour that changes evenly over the body is found again at the cent
   CHECK(worst_of_ball < 1.5);
 }
 
-TEST_CASE("the atlas has the solid texture's colours at the centres of faces") {
+TEST_CASE("the atlas has the solid texture's colours at the centres of faces", "[long]") {
   const Layout &layout = atlas().layout;
   std::vector<double> errors;
   for (uint32_t face = 0; face < layout.faces.size() / 3; face++) {

@@ -189,7 +189,7 @@ TEST_CASE("remeshing joins surfaces that cut each other") {
         2); // one sphere
 }
 
-TEST_CASE("remeshed frames are the same surface with other triangles") {
+TEST_CASE("remeshed frames are the same surface with other triangles", "[long]") {
   Settings settings;
   settings.rig = RigKind::small;
   settings.cameras = 1;

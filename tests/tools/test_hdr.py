@@ -116,6 +116,7 @@ def test_light_of_other_writers_survives_mux_and_demux(capture, tmp_path):
     run("fvvmux", capture, "-o", tmp_path / "jpeg.fvv", "--codec", "jpeg", "--verify")
 
 
+@pytest.mark.long
 def test_quality_is_lossless_a_level_or_decibels(generated, tmp_path):
     found = {}
     for quality in ("lossless", "45", "200", "44dB"):

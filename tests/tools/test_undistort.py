@@ -75,6 +75,7 @@ def shift(a, b):
     return found, int(known.sum())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("source", LENSES)
 def test_pictures_lie_where_they_did(studio, streams, tmp_path, source):
     plain, straight, shifted = streams
