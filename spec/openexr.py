@@ -1,4 +1,4 @@
-"""OpenEXR samples, written and read slowly from clause 10.11 of spec/fvv.md and OpenEXR's file layout alone.
+"""OpenEXR samples, written and read slowly from clause 10.12 of spec/fvv.md and OpenEXR's file layout alone.
 
 Knows the compressions none, ZIPS and ZIP (zlib over bytes that were split into two halves and made differences); PIZ
 and DWA are left to OpenEXR. Uses nothing of libfvv, so that prose and library are held against each other.

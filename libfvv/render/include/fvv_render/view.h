@@ -14,7 +14,7 @@
 //   - The colour is the sum of the cameras' colours with these weights.
 // Colours are interpolated and added as display values (sRGB), not as light: so did the paper, so do players
 // that sample textures of 8 bits, and video is scaled and coded in display values too. Light beyond white has
-// display values too, beyond 1, by the curve continued (the format's clause 10.11).
+// display values too, beyond 1, by the curve continued (the format's clause 10.12).
 #pragma once
 
 #include "fvv_render/environment.h"
