@@ -7,7 +7,6 @@
 #include <ImfChannelList.h>
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
-#include <ImfOutputFile.h>
 
 #include <algorithm>
 #include <new>
@@ -80,24 +79,7 @@ FloatImage read_exr(const std::string &path) {
 
 std::vector<uint8_t> encode_exr(const FloatImage &image) {
   check_channels(image);
-  try {
-    exr::Header header(int(image.width), int(image.height));
-    header.compression() = exr::ZIP_COMPRESSION;
-    for (const std::string &name : image.channels) header.channels().insert(name, exr::Channel(exr::FLOAT));
-    Sink sink;
-    {
-      exr::OutputFile file(sink, header, 0);
-      // OpenEXR's buffers serve both ways and know no const; writing leaves them as they are.
-      file.setFrameBuffer(
-          slices<float>(image.channels, const_cast<float *>(image.samples.data()), image.width, 0, 0));
-      file.writePixels(int(image.height));
-    } // writes the table of blocks
-    return std::move(sink.bytes);
-  } catch (const std::bad_alloc &) {
-    throw;
-  } catch (const std::exception &error) {
-    throw Error(std::string("a picture cannot be written as OpenEXR: ") + error.what());
-  }
+  return write_exr(image.channels, image.samples.data(), image.width, image.height, exr::ZIP_COMPRESSION);
 }
 
 } // namespace fvv::media

@@ -1,17 +1,13 @@
-/* Half floats in an OpenEXR file, as clause 10.11 of the format has samples. See fvv_media/exr.h. */
+/* Half floats in an OpenEXR file, as clause 10.12 of the format has samples. See fvv_media/exr.h. */
 #include "codecs.h"
 #include "exr_memory.h"
 #include "fvv_media/exr.h"
 #include "linear.h"
 
-#include <ImfChannelList.h>
-#include <ImfHeader.h>
-#include <ImfOutputFile.h>
 #include <half.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <new>
 
 namespace fvv::media {
 namespace {
@@ -42,23 +38,8 @@ std::vector<uint8_t> encode_half_exr(const LinearImage &image, int dwa_level) {
   check_halves(image, "a picture");
   if (image.channels != 3) throw Error("a grey picture came where an RGB picture was expected");
   std::vector<Imath::half> samples(image.pixels.begin(), image.pixels.end());
-  try {
-    exr::Header header(int(image.width), int(image.height));
-    header.compression() = dwa_level ? exr::DWAA_COMPRESSION : exr::PIZ_COMPRESSION;
-    if (dwa_level) header.dwaCompressionLevel() = float(dwa_level);
-    for (const std::string &name : rgb) header.channels().insert(name, exr::Channel(exr::HALF));
-    Sink sink;
-    {
-      exr::OutputFile file(sink, header, 0);
-      file.setFrameBuffer(slices<Imath::half>(rgb, samples.data(), image.width, 0, 0));
-      file.writePixels(int(image.height));
-    } // writes the table of blocks
-    return std::move(sink.bytes);
-  } catch (const std::bad_alloc &) {
-    throw;
-  } catch (const std::exception &error) {
-    throw Error(std::string("a picture cannot be written as OpenEXR: ") + error.what());
-  }
+  return write_exr(rgb, samples.data(), image.width, image.height,
+                   dwa_level ? exr::DWAA_COMPRESSION : exr::PIZ_COMPRESSION, dwa_level);
 }
 
 } // namespace fvv::media

@@ -4,11 +4,17 @@
 #ifndef FVV_MEDIA_EXR_MEMORY_H
 #define FVV_MEDIA_EXR_MEMORY_H
 
+#include "fvv_media/error.h"
+
+#include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
 #include <ImfIO.h>
+#include <ImfOutputFile.h>
 
 #include <cstdint>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -70,6 +76,32 @@ exr::FrameBuffer slices(const std::vector<std::string> &channels, Sample *sample
     buffer.insert(channels[i],
                   exr::Slice(type, reinterpret_cast<char *>(origin + i * sizeof(Sample)), pixel, line));
   return buffer;
+}
+
+/* A whole file of interleaved samples, half or float. dwa_level: of DWA; 0: the compression has none. */
+template <class Sample>
+std::vector<uint8_t> write_exr(const std::vector<std::string> &channels, const Sample *samples,
+                               uint32_t width, uint32_t height, exr::Compression compression,
+                               int dwa_level = 0) {
+  try {
+    exr::Header header{int(width), int(height)};
+    header.compression() = compression;
+    if (dwa_level) header.dwaCompressionLevel() = float(dwa_level);
+    const exr::Channel channel(sizeof(Sample) == 2 ? exr::HALF : exr::FLOAT);
+    for (const std::string &name : channels) header.channels().insert(name, channel);
+    Sink sink;
+    {
+      exr::OutputFile file(sink, header, 0);
+      // OpenEXR's buffers serve both ways and know no const; writing leaves them as they are.
+      file.setFrameBuffer(slices<Sample>(channels, const_cast<Sample *>(samples), width, 0, 0));
+      file.writePixels(int(height));
+    } // writes the table of blocks
+    return std::move(sink.bytes);
+  } catch (const std::bad_alloc &) {
+    throw;
+  } catch (const std::exception &error) {
+    throw Error(std::string("a picture cannot be written as OpenEXR: ") + error.what());
+  }
 }
 
 } // namespace fvv::media
