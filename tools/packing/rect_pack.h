@@ -1,0 +1,16 @@
+// packing/rect_pack.h: stb_rect_pack, the same on every machine. Each source file that includes this has its
+// own.
+#pragma once
+
+#include <algorithm>
+
+// Rectangles of equal size keep their order, whichever qsort the C library has.
+namespace {
+template <class Item, class Compare> void sort_stably(Item *items, size_t count, Compare compare) {
+  std::stable_sort(items, items + count, [&](const Item &a, const Item &b) { return compare(&a, &b) < 0; });
+}
+} // namespace
+#define STBRP_SORT(items, count, size, compare) sort_stably(items, size_t(count), compare)
+#define STBRP_STATIC
+#define STB_RECT_PACK_IMPLEMENTATION
+#include <stb/stb_rect_pack.h>
