@@ -16,16 +16,8 @@ const fvv_calibration_bits bits = {16, 9, 3, 18};
 
 // Camera 2 stands still, 7 travels and turns, 9 travels and is lost in frame 2.
 fvv_camera camera_at(uint16_t id, int t) {
-  fvv_camera camera = {};
-  camera.id = id;
+  fvv_camera camera = upright_camera(id);
   camera.flags = id == 2 ? 0 : FVV_CAMERA_MOVES;
-  camera.width = 32;
-  camera.height = 16;
-  camera.fx = camera.fy = 20;
-  camera.cx = 16;
-  camera.cy = 8;
-  camera.r_max = 2;
-  for (const int i : {0, 4, 8}) camera.rotation[i] = 1;
   if (id == 7) {
     // The quaternion (2, 0, 0, t) turns about z; from integers, as every machine has them.
     const double n = 4 + t * t;

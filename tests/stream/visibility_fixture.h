@@ -29,6 +29,20 @@ struct Sheet {
   fvv_mesh mesh() { return mesh_of(positions, faces); }
 };
 
+// A pinhole that looks along z from the origin.
+inline fvv_camera upright_camera(uint16_t id) {
+  fvv_camera camera = {};
+  camera.id = id;
+  camera.width = 32;
+  camera.height = 16;
+  camera.fx = camera.fy = 20;
+  camera.cx = 16;
+  camera.cy = 8;
+  camera.r_max = 2;
+  for (const int i : {0, 4, 8}) camera.rotation[i] = 1;
+  return camera;
+}
+
 // Beside a line, which moves with t; one element in eight is otherwise.
 inline bool is_seen(const fvv_mesh &mesh, uint8_t domain, size_t element, size_t camera, int t) {
   const uint32_t vertex = domain == FVV_VISIBILITY_FACES ? mesh.faces[3 * element] : uint32_t(element);

@@ -13,15 +13,7 @@ constexpr uint16_t mesh_track = 1, face_track = 2, vertex_track = 3;
 const std::vector<uint16_t> camera_ids = {2, 7, 300};
 
 fvv_camera camera_of(uint16_t id) {
-  fvv_camera camera = {};
-  camera.id = id;
-  camera.width = 32;
-  camera.height = 16;
-  camera.fx = camera.fy = 20;
-  camera.cx = 16;
-  camera.cy = 8;
-  camera.r_max = 2;
-  for (const int i : {0, 4, 8}) camera.rotation[i] = 1;
+  fvv_camera camera = upright_camera(id);
   // A turn about z, so that the centre is more than a sign away from t.
   camera.rotation[0] = camera.rotation[4] = 0.6;
   camera.rotation[1] = -(camera.rotation[3] = 0.8);
