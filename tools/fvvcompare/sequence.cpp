@@ -1,5 +1,7 @@
 #include "fvvcompare/sequence.h"
 
+#include "cli/owned.h"
+
 #include <filesystem>
 #include <numeric>
 
@@ -103,10 +105,7 @@ capture::Mesh Sequence::mesh(size_t i, bool normals) const {
 capture::Mesh Sequence::stream_mesh(size_t i) const {
   const std::string where = name + ": frame " + std::to_string(list[i].number);
   fvv_diagnostic diagnostic = {};
-  struct Holder {
-    fvv_mesh mesh = {};
-    ~Holder() { fvv_mesh_free(&mesh); }
-  } holder;
+  cli::OwnedMesh holder;
   fvv_scene scene;
   fvv_status status;
   {
@@ -117,22 +116,21 @@ capture::Mesh Sequence::stream_mesh(size_t i) const {
     cli::check(fvv_stream_configuration(stream.get(), frame.group, &configuration, &diagnostic), where,
                diagnostic);
     scene = configuration->scene;
-    status = fvv_stream_mesh(stream.get(), i, track, &holder.mesh, &diagnostic);
+    status = fvv_stream_mesh(stream.get(), i, track, &holder, &diagnostic);
   }
   cli::check(status, where, diagnostic);
   if (status == FVV_END) throw cli::Failure(where + ": has no mesh");
   capture::Mesh out;
-  out.positions.resize(3 * size_t(holder.mesh.vertex_count));
-  for (size_t v = 0; v < holder.mesh.vertex_count; v++)
-    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, holder.mesh.positions + 3 * v,
+  out.positions.resize(3 * size_t(holder.vertex_count));
+  for (size_t v = 0; v < holder.vertex_count; v++)
+    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, holder.positions + 3 * v,
                           &out.positions[3 * v]);
-  if (holder.mesh.normals) {
+  if (holder.normals) {
     std::vector<float> normals(out.positions.size());
-    fvv_normals_to_floats(holder.mesh.normal_bits, holder.mesh.normals, holder.mesh.vertex_count,
-                          normals.data());
+    fvv_normals_to_floats(holder.normal_bits, holder.normals, holder.vertex_count, normals.data());
     out.normals.assign(normals.begin(), normals.end());
   }
-  out.faces.assign(holder.mesh.faces, holder.mesh.faces + 3 * size_t(holder.mesh.face_count));
+  out.faces.assign(holder.faces, holder.faces + 3 * size_t(holder.face_count));
   return out;
 }
 

@@ -1,5 +1,6 @@
 #include "fvvdemux/background.h"
 
+#include "cli/owned.h"
 #include "fvvdemux/plan.h"
 
 #include <algorithm>
@@ -7,11 +8,6 @@
 namespace fvv::demux {
 
 namespace {
-
-struct MeshHolder {
-  fvv_mesh mesh = {};
-  ~MeshHolder() { fvv_mesh_free(&mesh); }
-};
 
 capture::EnvironmentPart part_of(const fvv_background &background, const fvv_background_part &source,
                                  const fvv_mesh &mesh) {
@@ -71,10 +67,9 @@ std::optional<UnpackedBackground> unpack_background(fvv_stream *stream, size_t g
     out.environment.lights.assign(background->lights, background->lights + background->light_count);
   }
   for (size_t i = 0; status == FVV_OK && i < background->part_count; i++) {
-    MeshHolder holder;
-    status = fvv_background_mesh(background, i, nullptr, nullptr, &holder.mesh, &diagnostic);
-    if (status == FVV_OK)
-      out.environment.parts.push_back(part_of(*background, background->parts[i], holder.mesh));
+    cli::OwnedMesh holder;
+    status = fvv_background_mesh(background, i, nullptr, nullptr, &holder, &diagnostic);
+    if (status == FVV_OK) out.environment.parts.push_back(part_of(*background, background->parts[i], holder));
   }
   if (status < 0) why = text_of(diagnostic);
   return status == FVV_OK ? std::optional(std::move(out)) : std::nullopt;

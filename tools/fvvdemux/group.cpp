@@ -1,6 +1,7 @@
 #include "fvvdemux/group.h"
 
 #include "capture/mesh_file.h"
+#include "cli/owned.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/video.h"
@@ -27,12 +28,6 @@ namespace {
 const char *extension_of(Meshes meshes) {
   return meshes == Meshes::ply ? "ply" : meshes == Meshes::obj ? "obj" : "drc";
 }
-
-struct FreeMesh : fvv_mesh {
-  FreeMesh() : fvv_mesh() {}
-  FreeMesh(const FreeMesh &) = delete;
-  ~FreeMesh() { fvv_mesh_free(this); }
-};
 
 capture::Mesh in_metres(const fvv_mesh &mesh, const fvv_scene &scene) {
   capture::Mesh out;
@@ -150,7 +145,7 @@ public:
       if (why.empty()) why = lost;
     }
     if (!wanted) return "";
-    FreeMesh mesh;
+    cli::OwnedMesh mesh;
     bool has_mesh = false;
     if (mesh_track) {
       const fvv_status decoded = fvv_stream_mesh(stream, frame, *mesh_track, &mesh, &diagnostic);

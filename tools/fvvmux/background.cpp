@@ -1,6 +1,7 @@
 #include "fvvmux/background.h"
 
 #include "cli/cli.h"
+#include "cli/owned.h"
 #include "fvvmux/meshes.h"
 #include "fvvmux/picture_file.h"
 #include "fvvmux/plan.h"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 
 namespace fvv::mux {
 
@@ -20,11 +22,6 @@ constexpr int mesh_level = 7;
 constexpr double steps_across = 16384;
 // A payload that every reader takes (fvv.md clause 13).
 constexpr size_t safe_payload = size_t(16) << 20;
-
-struct Payload {
-  fvv_bytes bytes = {};
-  ~Payload() { fvv_bytes_free(&bytes); }
-};
 
 class Packer {
 public:
@@ -103,8 +100,8 @@ private:
                 (source.clamped ? FVV_PART_CLAMPED : 0));
     normalise(source.mesh.texture, part);
     encode_mesh(i, source);
-    part.mesh = meshes[i].bytes.data;
-    part.mesh_size = meshes[i].bytes.size;
+    part.mesh = meshes[i].data;
+    part.mesh_size = meshes[i].size;
     out.mesh_bytes += part.mesh_size;
     parts.push_back(part);
   }
@@ -129,16 +126,15 @@ private:
     fvv_mesh_report report = {};
     report.struct_size = sizeof report;
     fvv_diagnostic diagnostic = {};
-    MeshHolder holder;
-    cli::check(fvv_mesh_canonicalise(&source, &options, nullptr, &holder.mesh, &report, &diagnostic), place,
+    cli::OwnedMesh holder;
+    cli::check(fvv_mesh_canonicalise(&source, &options, nullptr, &holder, &report, &diagnostic), place,
                diagnostic);
-    cli::check(
-        fvv_mesh_encode(&holder.mesh, FVV_MESH_DRACO, mesh_level, nullptr, &meshes[i].bytes, &diagnostic),
-        place, diagnostic);
+    cli::check(fvv_mesh_encode(&holder, FVV_MESH_DRACO, mesh_level, nullptr, &meshes[i], &diagnostic), place,
+               diagnostic);
     out.max_error = std::max(out.max_error, report.max_error);
     fvv_mesh_header header;
-    cli::check(fvv_mesh_peek(meshes[i].bytes.data, meshes[i].bytes.size, nullptr, &header, &diagnostic),
-               place, diagnostic);
+    cli::check(fvv_mesh_peek(meshes[i].data, meshes[i].size, nullptr, &header, &diagnostic), place,
+               diagnostic);
     out.vertices += header.vertex_count;
     out.faces += header.face_count;
   }
@@ -161,17 +157,17 @@ private:
     background.picture_count = pictures.size();
     background.lights = environment.lights.data();
     background.light_count = environment.lights.size();
-    Payload payload;
+    cli::OwnedBytes payload;
     fvv_diagnostic diagnostic = {};
-    cli::check(fvv_background_encode(&background, nullptr, &payload.bytes, &diagnostic), name, diagnostic);
-    out.payload.assign(payload.bytes.data, payload.bytes.data + payload.bytes.size);
+    cli::check(fvv_background_encode(&background, nullptr, &payload, &diagnostic), name, diagnostic);
+    out.payload.assign(payload.data, payload.data + payload.size);
   }
 
   const capture::Capture &capture;
   const std::string name;
   capture::Environment environment;
   PackedBackground &out;
-  std::vector<Payload> meshes;
+  std::deque<cli::OwnedBytes> meshes; // they do not move
   std::vector<FittedPicture> files;
   std::vector<fvv_background_part> parts;
   std::vector<fvv_background_picture> pictures;

@@ -1,6 +1,7 @@
 #include "fvvmux/meshes.h"
 
 #include "cli/cli.h"
+#include "cli/owned.h"
 #include "fvvmux/connectivity.h"
 #include "fvvmux/geometry.h"
 
@@ -11,12 +12,6 @@
 namespace fvv::mux {
 
 namespace {
-
-struct BytesHolder {
-  fvv_bytes bytes = {};
-  ~BytesHolder() { fvv_bytes_free(&bytes); }
-  std::vector<uint8_t> copy() const { return {bytes.data, bytes.data + bytes.size}; }
-};
 
 std::string name_of(const Plan &plan, size_t i) {
   const int64_t number = plan.capture.frames.number(int64_t(i));
@@ -54,12 +49,12 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
   MeshFrame frame;
   frame.source = source.report;
   frame.decimation = source.decimation;
-  MeshHolder holder;
-  canonicalise(plan, i, source, holder.mesh, frame.report);
-  BytesHolder payload;
+  cli::OwnedMesh holder;
+  canonicalise(plan, i, source, holder, frame.report);
+  cli::OwnedBytes payload;
   fvv_diagnostic diagnostic = {};
-  cli::check(fvv_mesh_encode(&holder.mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
-                             &payload.bytes, &diagnostic),
+  cli::check(fvv_mesh_encode(&holder, plan.options.mesh_profile, plan.options.mesh_level, nullptr, &payload,
+                             &diagnostic),
              name_of(plan, i), diagnostic);
   frame.payload = payload.copy();
   return frame;
@@ -113,20 +108,20 @@ public:
     frames[0].decimation = source.decimation;
     frames[0].report.struct_size = sizeof frames[0].report;
     fvv_diagnostic diagnostic = {};
-    MeshHolder mesh, decoded;
+    cli::OwnedMesh mesh, decoded;
     std::vector<uint32_t> mesh_of(source.mesh.vertex_count());
-    cli::check(fvv_mesh_canonicalise_run(&borrowed, later.data(), later.size(), &options, nullptr, &mesh.mesh,
+    cli::check(fvv_mesh_canonicalise_run(&borrowed, later.data(), later.size(), &options, nullptr, &mesh,
                                          mesh_of.data(), &frames[0].report, &diagnostic),
                name_of(plan, first), diagnostic);
     report_specks(source, frames[0].report);
-    std::vector<uint32_t> coded(3 * size_t(mesh.mesh.face_count));
-    BytesHolder payload;
-    cli::check(fvv_mesh_encode_mapped(&mesh.mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
-                                      &payload.bytes, &decoded.mesh, coded.data(), &diagnostic),
+    std::vector<uint32_t> coded(3 * size_t(mesh.face_count));
+    cli::OwnedBytes payload;
+    cli::check(fvv_mesh_encode_mapped(&mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
+                                      &payload, &decoded, coded.data(), &diagnostic),
                name_of(plan, first), diagnostic);
     frames[0].payload = payload.copy();
-    frames[0].origins = origins_of(mesh_of, coded, decoded.mesh.vertex_count, mesh.mesh.vertex_count);
-    follow(decoded.mesh, frames);
+    frames[0].origins = origins_of(mesh_of, coded, decoded.vertex_count, mesh.vertex_count);
+    follow(decoded, frames);
     return frames;
   }
 
@@ -162,18 +157,17 @@ private:
     fvv_mesh_delta_options options;
     fvv_mesh_delta_options_default(&options);
     options.max_error = plan.lattice.delta_error;
-    BytesHolder payload;
+    cli::OwnedBytes payload;
     for (size_t i = 1; i < size(); i++) {
       std::vector<int32_t> wanted(3 * origins.size());
       for (size_t k = 0; k < wanted.size(); k++)
         wanted[k] = loaded[i].lattice[3 * size_t(origins[k / 3]) + k % 3];
-      cli::check(
-          fvv_mesh_sequence_encode(sequence.get(), wanted.data(), &options, &payload.bytes, &diagnostic),
-          name_of(plan, first + i), diagnostic);
+      cli::check(fvv_mesh_sequence_encode(sequence.get(), wanted.data(), &options, &payload, &diagnostic),
+                 name_of(plan, first + i), diagnostic);
       uint32_t off = 0;
       const int32_t *got = fvv_mesh_sequence_mesh(sequence.get())->positions;
       for (size_t k = 0; k < wanted.size(); k++) off = std::max(off, uint32_t(std::abs(got[k] - wanted[k])));
-      if (off > options.max_error || payload.bytes.size >= frames[0].payload.size()) return;
+      if (off > options.max_error || payload.size >= frames[0].payload.size()) return;
       MeshFrame frame;
       frame.key = false;
       frame.source = loaded[i].source;

@@ -20,15 +20,6 @@ struct MeshFrame {
   std::shared_ptr<const std::vector<uint32_t>> origins;
 };
 
-// fvv_mesh that frees itself.
-struct MeshHolder {
-  fvv_mesh mesh = {};
-  MeshHolder() = default;
-  MeshHolder(const MeshHolder &) = delete;
-  MeshHolder &operator=(const MeshHolder &) = delete;
-  ~MeshHolder() { fvv_mesh_free(&mesh); }
-};
-
 // The mesh of frame i (counted from 0), decimated when that is the plan: what the stream is to have. Failures
 // name file, frame and element, as those of all that follow.
 struct Source {

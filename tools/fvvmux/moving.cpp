@@ -43,7 +43,7 @@ std::vector<fvv_camera> MovingCameras::decoded(size_t frame) const {
   std::vector<fvv_camera> cameras = cameras_at(capture.frames.number(int64_t(frame)));
   fvv_calibration *created = nullptr;
   fvv_diagnostic diagnostic = {};
-  Bytes scratch;
+  cli::OwnedBytes scratch;
   fvv_status status = fvv_calibration_create(constant.data(), constant.size(), nullptr, &created);
   const decltype(encoder) key(created, fvv_calibration_destroy);
   if (status == FVV_OK)

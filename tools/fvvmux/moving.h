@@ -3,6 +3,7 @@
 #pragma once
 
 #include "capture/capture.h"
+#include "cli/owned.h"
 
 #include <memory>
 #include <optional>
@@ -39,11 +40,7 @@ private:
   std::vector<fvv_camera> constant; // as CAMR has them
   fvv_calibration_bits bits = {};
   std::unique_ptr<fvv_calibration, void (*)(fvv_calibration *)> encoder;
-  struct Bytes : fvv_bytes {
-    Bytes() : fvv_bytes() {}
-    Bytes(const Bytes &) = delete;
-    ~Bytes() { fvv_bytes_free(this); }
-  } bytes;
+  cli::OwnedBytes bytes;
 };
 
 } // namespace fvv::mux

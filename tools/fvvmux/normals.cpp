@@ -1,6 +1,7 @@
 #include "fvvmux/normals.h"
 
 #include "cli/cli.h"
+#include "cli/owned.h"
 #include "fvv/mesh.h"
 #include "fvvmux/meshes.h"
 
@@ -97,9 +98,9 @@ Shares shares_of(const fvv_mesh &mesh, const std::string &name) {
 
 NormalChoice judge(const capture::Mesh &source, const std::string &name) {
   if (source.normals.empty()) return {0, "the source has none"};
-  MeshHolder holder;
-  place(source, name, holder.mesh);
-  const Shares shares = shares_of(holder.mesh, name);
+  cli::OwnedMesh holder;
+  place(source, name, holder);
+  const Shares shares = shares_of(holder, name);
   char reason[160];
   if (shares.odd > odd_share)
     std::snprintf(reason, sizeof reason,

@@ -1,6 +1,7 @@
 #include "fvvmux/verify.h"
 
 #include "cli/cli.h"
+#include "cli/owned.h"
 #include "fvv/stream.h"
 #include "fvvmux/frames.h"
 #include "fvvmux/meshes.h"
@@ -126,16 +127,16 @@ private:
   }
 
   void mesh(size_t frame, GroupVerdict &verdict) {
-    MeshHolder decoded;
-    check(fvv_stream_mesh(stream.get(), frame, mesh_track, &decoded.mesh, &diagnostic), frame, "mesh");
+    cli::OwnedMesh decoded;
+    check(fvv_stream_mesh(stream.get(), frame, mesh_track, &decoded, &diagnostic), frame, "mesh");
     try {
-      verdict.mesh.add(verify_mesh(plan, frame, decoded.mesh, origins[frame]));
+      verdict.mesh.add(verify_mesh(plan, frame, decoded, origins[frame]));
     } catch (const MeshMismatch &mismatch) {
       fail(frame, mismatch.what());
     }
     verdict.meshes++;
     if (!plan.visibility.on) return;
-    const std::string wrong = verify_visibility(stream.get(), frame, decoded.mesh, plan, name);
+    const std::string wrong = verify_visibility(stream.get(), frame, decoded, plan, name);
     if (!wrong.empty()) fail(frame, wrong);
     verdict.visible++;
   }

@@ -1,6 +1,7 @@
 #include "fvvmux/verify_background.h"
 
 #include "cli/cli.h"
+#include "cli/owned.h"
 #include "fvvmux/background.h"
 #include "fvvmux/meshes.h"
 #include "fvvmux/picture_file.h"
@@ -14,11 +15,7 @@ namespace fvv::mux {
 namespace {
 
 bool is_packed(const fvv_background &found, const std::vector<uint8_t> &payload, const std::string &name) {
-  struct Bytes : fvv_bytes {
-    Bytes() : fvv_bytes() {}
-    Bytes(const Bytes &) = delete;
-    ~Bytes() { fvv_bytes_free(this); }
-  } again;
+  cli::OwnedBytes again;
   fvv_diagnostic diagnostic = {};
   cli::check(fvv_background_encode(&found, nullptr, &again, &diagnostic), name, diagnostic);
   return std::equal(payload.begin(), payload.end(), again.data, again.data + again.size);
@@ -50,12 +47,12 @@ std::string against_capture(const fvv_background &found, const capture::Capture 
            " lights, found " + std::to_string(found.part_count) + ", " + std::to_string(found.picture_count) +
            " and " + std::to_string(found.light_count);
   for (size_t i = 0; i < found.part_count; i++) {
-    MeshHolder holder;
+    cli::OwnedMesh holder;
     fvv_diagnostic diagnostic = {};
-    cli::check(fvv_background_mesh(&found, i, nullptr, nullptr, &holder.mesh, &diagnostic), name, diagnostic);
+    cli::check(fvv_background_mesh(&found, i, nullptr, nullptr, &holder, &diagnostic), name, diagnostic);
     const capture::EnvironmentPart &part = source.parts[i];
     const uint32_t picture = part.picture ? uint32_t(*part.picture) : FVV_NO_PICTURE;
-    if (found.parts[i].picture != picture || !is_part(holder.mesh, part.mesh, found))
+    if (found.parts[i].picture != picture || !is_part(holder, part.mesh, found))
       return "part " + std::to_string(i) + " is not that of the capture";
   }
   for (size_t i = 0; i < found.picture_count; i++) {

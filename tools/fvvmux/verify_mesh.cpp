@@ -1,5 +1,6 @@
 #include "fvvmux/verify_mesh.h"
 
+#include "cli/owned.h"
 #include "fvvmux/meshes.h"
 
 #include <algorithm>
@@ -99,10 +100,10 @@ std::vector<std::array<Corner, 3>> sorted_triangles(const fvv_mesh &mesh) {
 }
 
 MeshVerdict verify_alone(const Plan &plan, size_t frame, const Source &from, const fvv_mesh &decoded) {
-  MeshHolder expected;
+  cli::OwnedMesh expected;
   fvv_mesh_report unused;
-  canonicalise(plan, frame, from, expected.mesh, unused);
-  if (sorted_triangles(decoded) != sorted_triangles(expected.mesh))
+  canonicalise(plan, frame, from, expected, unused);
+  if (sorted_triangles(decoded) != sorted_triangles(expected))
     throw MeshMismatch("the decoded mesh has other faces than " +
                        plan.capture.mesh_path(plan.capture.frames.number(int64_t(frame))));
   const capture::Mesh &source = from.mesh;

@@ -1,6 +1,7 @@
 #include "fvvmux/visibility.h"
 
 #include "cli/cli.h"
+#include "cli/owned.h"
 #include "fvv_render/ray_visibility.h"
 #include "fvvmux/stream_writer.h"
 
@@ -18,13 +19,12 @@ public:
   // The next frame. followed: whether the frame behind it is a delta frame.
   const fvv_mesh &next(const MeshFrame &frame, bool followed) {
     if (frame.key) {
-      fvv_mesh_free(&key.mesh);
+      fvv_mesh_free(&key);
       sequence.reset();
-      check(fvv_mesh_decode(frame.payload.data(), frame.payload.size(), nullptr, nullptr, &key.mesh,
-                            &diagnostic));
-      if (!followed) return key.mesh;
+      check(fvv_mesh_decode(frame.payload.data(), frame.payload.size(), nullptr, nullptr, &key, &diagnostic));
+      if (!followed) return key;
       fvv_mesh_sequence *opened = nullptr;
-      const fvv_status status = fvv_mesh_sequence_open(&key.mesh, nullptr, &opened, &diagnostic);
+      const fvv_status status = fvv_mesh_sequence_open(&key, nullptr, &opened, &diagnostic);
       sequence.reset(opened);
       check(status);
     } else {
@@ -39,7 +39,7 @@ private:
 
   const std::string name;
   fvv_diagnostic diagnostic = {};
-  MeshHolder key;
+  cli::OwnedMesh key;
   std::unique_ptr<fvv_mesh_sequence, void (*)(fvv_mesh_sequence *)> sequence;
 };
 
@@ -95,16 +95,10 @@ private:
     check(status);
   }
 
-  struct Bytes : fvv_bytes {
-    Bytes() : fvv_bytes() {}
-    Bytes(const Bytes &) = delete;
-    ~Bytes() { fvv_bytes_free(this); }
-  };
-
   const Plan &plan;
   const VisibilityChoice &choice;
   fvv_diagnostic diagnostic = {};
-  Bytes payload;
+  cli::OwnedBytes payload;
   Former former;
   std::unique_ptr<fvv_visibility_order, void (*)(fvv_visibility_order *)> order{nullptr,
                                                                                 fvv_visibility_order_close};

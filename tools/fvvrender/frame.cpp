@@ -1,5 +1,6 @@
 #include "fvvrender/frame.h"
 
+#include "cli/owned.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/srgb.h"
 #include "fvv_media/video.h"
@@ -32,12 +33,6 @@ Place find(fvv_stream *stream, const cli::InputFile &file, int64_t number) {
                          std::to_string(plan.count),
                      cli::usage);
 }
-
-struct FreeMesh : fvv_mesh {
-  FreeMesh() : fvv_mesh() {}
-  FreeMesh(const FreeMesh &) = delete;
-  ~FreeMesh() { fvv_mesh_free(this); }
-};
 
 media::BasicImage<float> display_values(media::LinearImage image) {
   for (float &value : image.pixels) value = float(media::srgb_of_linear(double(value)));
@@ -109,7 +104,7 @@ private:
 
   void load_mesh(Frame &out) {
     const fvv_track *track = demux::mesh_track_of(*configuration, nullptr);
-    FreeMesh mesh;
+    cli::OwnedMesh mesh;
     fvv_diagnostic diagnostic = {};
     const fvv_status status =
         track ? fvv_stream_mesh(stream.get(), place.frame, track->id, &mesh, &diagnostic) : FVV_END;
