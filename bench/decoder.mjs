@@ -21,7 +21,7 @@ const least = (times) => (times.length ? Math.min(...times) : null);
 async function* frames(session) {
   session.start(0);
   for (const _ of session.push(bytes))
-    for (let kind; (kind = session.next()) !== "need data"; ) {
+    for (let kind; (kind = session.next()) !== "need data";) {
       if (kind === "done") return;
       if (kind === "frame") yield;
     }

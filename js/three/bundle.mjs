@@ -20,7 +20,6 @@ export async function bundle(script, files, out) {
     minify: true,
     target: "es2022",
     outdir: out,
-    alias: { "@fvv/decoder": join(decoder, "index.js"), "@fvv/three": join(here, "src/index.js") },
     logLevel: "warning",
   });
   for (const file of files) copyFileSync(file, join(out, basename(file)));

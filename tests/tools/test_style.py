@@ -5,11 +5,16 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BIN = pathlib.Path(sys.executable).parent
-FOLDERS = ["libfvv", "tools", "tests", "bench", "js/decoder/src", "js/decoder/test", "js/decoder/wasm"] + [
-    f"js/three/{folder}" for folder in ("src", "example", "test")
-]
+# js/*/dist and node_modules are not ours or not written by hand.
+FOLDERS = ["libfvv", "tools", "tests", "bench"] + sorted(
+    str(p.relative_to(ROOT))
+    for p in (ROOT / "js").glob("[!n]*/*")
+    if p.is_dir() and p.name not in {"dist", "node_modules"}
+)
 GENERATED = {"format.h", "layout.h", "crc32c_table.h"}
 
 
@@ -31,6 +36,13 @@ def test_clang_format():
 def test_ruff():
     run(BIN / "ruff", "check", "spec", "bench", "conformance", "tests")
     run(BIN / "ruff", "format", "--check", "spec", "bench", "conformance", "tests")
+
+
+def test_prettier():
+    prettier = ROOT / "js/node_modules/.bin/prettier"
+    if not prettier.exists():
+        pytest.skip("no js/node_modules: run npm install --no-package-lock in js")
+    run(prettier, "--config", "js/package.json", "--check", *sources(".js", ".mjs", ".ts", ".css", ".html"))
 
 
 def test_files_fit_in_a_head():

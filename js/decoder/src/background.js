@@ -17,13 +17,7 @@ export async function readBackground({ track, data }, { module, session }) {
   const address = exports.fvvback_alloc(data.length);
   if (!address) throw new FvvError({ code: "memory", fatal: false, message: "no memory for an environment" });
   new Uint8Array(core.memory.buffer, address, data.length).set(data);
-  const status = exports.fvvback_load(
-    address,
-    data.length,
-    limits.maxVertices,
-    limits.maxFaces,
-    limits.maxDimension,
-  );
+  const status = exports.fvvback_load(address, data.length, limits.maxVertices, limits.maxFaces, limits.maxDimension);
   if (status < 0) fail(status);
   const { needsDraco, partCount, pictures, lights } = readBackgroundList(core.memory, exports.fvvback_data());
   if (needsDraco) core.draco = await createDraco(await session.draco(), limits.memory);

@@ -89,7 +89,10 @@ export class Engine {
         return await this.#produce(generation, place);
       } catch (error) {
         if (error.code !== "changed" || times === REOPEN_MOST || generation !== this.generation) throw error;
-        this.#tell("warning", new FvvError({ code: "changed", severity: "warning", fatal: false, message: error.message }));
+        this.#tell(
+          "warning",
+          new FvvError({ code: "changed", severity: "warning", fatal: false, message: error.message }),
+        );
         const { last } = this;
         await this.#openSource();
         const { groups } = this.playback;

@@ -57,5 +57,15 @@ function describe(source) {
 export async function createDecoder(options = {}) {
   const { worker, limits = {}, normals = true, visibility = true, shares = false, queue = 4, signal } = options;
   const video = options.video ?? (typeof VideoDecoder === "function" ? "pictures" : "samples");
-  return Decoder.create({ worker, ...describe(options.source), limits, normals, visibility, shares, video, queue, signal });
+  return Decoder.create({
+    worker,
+    ...describe(options.source),
+    limits,
+    normals,
+    visibility,
+    shares,
+    video,
+    queue,
+    signal,
+  });
 }

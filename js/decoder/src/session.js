@@ -147,7 +147,10 @@ export class Session {
    */
   decode(want) {
     const flags = want
-      ? WANT.floats | (want.normals ? WANT.normals : 0) | (want.visibility ? WANT.visibility : 0) | (want.shares ? WANT.shares : 0)
+      ? WANT.floats |
+        (want.normals ? WANT.normals : 0) |
+        (want.visibility ? WANT.visibility : 0) |
+        (want.shares ? WANT.shares : 0)
       : WANT.visibility;
     const status = this.exports.fvvjs_decode(this.decoder, flags);
     if (status < 0) {

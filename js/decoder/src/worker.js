@@ -20,6 +20,10 @@ function plainGap(item) {
   return { ...item, detail: { ...item.detail, error: item.detail.error.toPlain() } };
 }
 
-const engine = new Engine({ pull: () => call("pull"), draco: () => call("draco"), background: () => call("background") });
+const engine = new Engine({
+  pull: () => call("pull"),
+  draco: () => call("draco"),
+  background: () => call("background"),
+});
 
 self.postMessage({ id: 0, result: "ready" });

@@ -16,7 +16,7 @@ export function* damaged(bytes, count) {
   for (let i = 0; i < n; i++) {
     const at = Math.floor((bytes.length * i) / n);
     const flipped = bytes.slice();
-    flipped[at] ^= 1 << i % 8;
+    flipped[at] ^= 1 << (i % 8);
     yield flipped;
     yield bytes.slice(0, at);
     const end = Math.min(bytes.length, at + 1 + ((i * 37) % 200));

@@ -5,7 +5,14 @@ import * as fs from "node:fs";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
-import { backgroundHashes, conformanceFiles, frameHashes, makeClips, nativeBackground, nativeFrames } from "./native.mjs";
+import {
+  backgroundHashes,
+  conformanceFiles,
+  frameHashes,
+  makeClips,
+  nativeBackground,
+  nativeFrames,
+} from "./native.mjs";
 
 const { clips, done } = makeClips();
 after(done);

@@ -71,7 +71,7 @@ test("meshes of Draco with good CRCs and bad bits", async () => {
   const bytes = new Uint8Array(readFileSync(clips.draco));
   for (let n = 0; n < 150; n++) {
     const changed = replaceMesh(bytes, (payload) => {
-      payload[24 + ((n * 7919) % (payload.length - 24))] ^= 1 << n % 8;
+      payload[24 + ((n * 7919) % (payload.length - 24))] ^= 1 << (n % 8);
       return payload;
     });
     const { frames } = await survive(changed);

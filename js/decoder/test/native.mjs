@@ -32,7 +32,7 @@ export function nativeFrames(file) {
 /** Pairs of "lattice 1" and the like and their hash. */
 function* nativeItems(...parameters) {
   const bytes = run(join(build, "tests/js/frame_bytes"), ...parameters);
-  for (let at = 0; at < bytes.length; ) {
+  for (let at = 0; at < bytes.length;) {
     const line = bytes.indexOf(10, at);
     const [name, id, size] = bytes.toString("latin1", at, line).split(" ");
     at = line + 1 + Number(size);
@@ -116,7 +116,8 @@ export function makeClips(...wanted) {
   const captures = new Map();
   const capture = (name, ...options) => {
     const path = join(folder, name);
-    if (!captures.has(name)) captures.set(name, tool("fvvsynth", "-o", path, "--frames", "5", "--size", "96x64", ...options));
+    if (!captures.has(name))
+      captures.set(name, tool("fvvsynth", "-o", path, "--frames", "5", "--size", "96x64", ...options));
     return path;
   };
   const tracked = () =>

@@ -5,8 +5,10 @@ import { createDecoder } from "../dist/index.js";
 const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
 const sha256 = async (typed) => hex(await crypto.subtle.digest("SHA-256", typed));
 
-const tileNumbers = ({ camera, source: s, destination: d }) =>
-  [camera, ...[s, d].flatMap(({ x, y, width, height }) => [x, y, width, height])];
+const tileNumbers = ({ camera, source: s, destination: d }) => [
+  camera,
+  ...[s, d].flatMap(({ x, y, width, height }) => [x, y, width, height]),
+];
 
 async function hashes(frame) {
   const out = {};
@@ -19,7 +21,8 @@ async function hashes(frame) {
       out[`shares ${camera}`] = await sha256(visibility.sharesOf(camera));
     }
   for (const { track, shows } of frame.configuration.videos)
-    if (shows === "tiles") out[`tiles ${track}`] = await sha256(Uint32Array.from(frame.tiles(track).flatMap(tileNumbers)));
+    if (shows === "tiles")
+      out[`tiles ${track}`] = await sha256(Uint32Array.from(frame.tiles(track).flatMap(tileNumbers)));
   for (const camera of frame.cameras) {
     if (!camera.calibrated) continue;
     const { fx, fy, cx, cy, skew, distortion, rMax, rotation, translation } = camera;
@@ -46,7 +49,11 @@ const sources = {
 };
 
 async function decode(name, kind, worker) {
-  const decoder = await createDecoder({ source: await sources[kind](name), shares: true, worker: worker ? undefined : false });
+  const decoder = await createDecoder({
+    source: await sources[kind](name),
+    shares: true,
+    worker: worker ? undefined : false,
+  });
   const warnings = [];
   decoder.addEventListener("warning", (event) => warnings.push(event.detail.message));
   const frames = [];

@@ -67,7 +67,11 @@ export async function serve(files, results = () => {}) {
       if (first !== "dist" && first !== "test") return clip(first, rest.join("/"), request, response);
       const path = join(home, first, ...rest);
       const type = types[path.split(".").at(-1)] ?? "application/octet-stream";
-      response.writeHead(200, { "Content-Type": type, "Content-Security-Policy": policy, "Cache-Control": "max-age=60" });
+      response.writeHead(200, {
+        "Content-Type": type,
+        "Content-Security-Policy": policy,
+        "Cache-Control": "max-age=60",
+      });
       response.end(readFileSync(path));
     } catch {
       response.writeHead(404).end();
