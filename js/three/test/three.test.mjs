@@ -8,12 +8,13 @@ import { fileURLToPath } from "node:url";
 import { after, before, describe, test } from "node:test";
 
 import { bundle, bundleExample } from "../bundle.mjs";
-import { missingBrowser, openBrowser, serveFolder, tool } from "./served.mjs";
+import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
+import { serveFolder, tool } from "../../testing/served.mjs";
 
 /** dB over the foreground. A percent of its pixels, at edges, is of another surface. */
 const LEAST_PSNR = 32;
 
-describe("three", { skip: missingBrowser }, () => {
+describe("three", { skip: missingBrowser("chromium") }, () => {
   let served, browser, page;
   const at = (name) => join(served.folder, name);
 

@@ -1,0 +1,37 @@
+// What tests of pages share: tools of the native build, and a folder that fvvserve serves, under its content policy.
+
+import { spawn, spawnSync } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const root = resolve(fileURLToPath(import.meta.url), "../../..");
+const build = resolve(process.env.FVV_BUILD ?? join(root, "build/default"));
+const program = (name) => join(build, "tools", name, name);
+
+/** Answers what the tool prints. */
+export function tool(name, ...parameters) {
+  const { status, stdout, stderr, error } = spawnSync(program(name), parameters, { encoding: "utf8" });
+  if (error) throw error;
+  if (status !== 0) throw new Error(`${name} ${parameters.join(" ")}: ${status}\n${stderr}`);
+  return stdout;
+}
+
+/** {folder, url, close} */
+export async function serveFolder() {
+  const folder = mkdtempSync(join(tmpdir(), "fvv-page-"));
+  const server = spawn(program("fvvserve"), ["--root", folder, "--port", "0"], {
+    stdio: ["ignore", "pipe", "inherit"],
+  });
+  const url = await new Promise((listening, failed) => {
+    server.stdout.once("data", (line) => listening(String(line).trim()));
+    server.once("error", failed);
+    server.once("exit", (code) => failed(new Error(`fvvserve ended with ${code}`)));
+  });
+  const close = () => {
+    server.kill();
+    rmSync(folder, { recursive: true, force: true });
+  };
+  return { folder, url, close };
+}
