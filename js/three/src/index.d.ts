@@ -18,7 +18,7 @@ export class FvvObject3D extends Object3D {
   constructor(options: Options);
   /**
    * Takes the first mesh of a frame, the pictures, cameras, tiles and visibility that belong to it. frame has to stay open until the
-   * promise is resolved and may be closed then; nothing of it is kept. Decode with normals. When several are under
+   * promise is resolved and may be closed then; nothing of it is kept. Decode with normals and shares. When several are under
    * way the last one is shown, and the others answer false.
    */
   show(frame: Frame): Promise<boolean>;

@@ -1,5 +1,6 @@
 // A frame of free-viewpoint video in a scene: its mesh, coloured by the cameras that see each place best.
 
+import { BEST, BIAS, MOST_SHARE_TEXELS, SLOPE, THRESHOLD, loadPictures, viewsOf } from "@fvv/shading";
 import {
   Color,
   DataArrayTexture,
@@ -15,14 +16,11 @@ import {
 
 import { DepthMaps } from "./depth_maps.js";
 import { MeshGeometry } from "./geometry.js";
-import { PictureTexture, loadPictures } from "./pictures.js";
+import { PictureTexture } from "./pictures.js";
 import { surfaceFragment, surfaceVertex } from "./shaders.js";
 import { ShareTexture } from "./shares.js";
-import { ViewTexture, viewsOf } from "./views.js";
+import { ViewTexture } from "./views.js";
 
-/** Of a pixel's breadth, and of what the surface recedes from one pixel to the next: docs/fvvrender.md. */
-const BIAS = 0.2;
-const SLOPE = 0.5;
 /** Varyings that are not shares: point, normal, texture coordinates, and one for three. */
 const OTHER_VARYINGS = 4;
 
@@ -42,7 +40,7 @@ export class FvvObject3D extends Object3D {
   #mesh;
   #turn = 0;
 
-  constructor({ renderer, threshold = 0.25, unseen = 0x808080 }) {
+  constructor({ renderer, threshold = THRESHOLD, unseen = 0x808080 }) {
     super();
     this.#renderer = renderer;
     this.#material = new ShaderMaterial({
@@ -52,7 +50,7 @@ export class FvvObject3D extends Object3D {
       side: DoubleSide,
       // The colours are those of photographs: they have been exposed already.
       toneMapped: false,
-      defines: { SHARES: 0 },
+      defines: { SHARES: 0, BEST },
       uniforms: {
         pictures: { value: noTexture },
         pictureSize: { value: new Vector2(1, 1) },
@@ -112,7 +110,7 @@ export class FvvObject3D extends Object3D {
   #showViews(frame, views) {
     const { uniforms } = this.#material;
     const gl = this.#renderer.getContext();
-    const most = Math.min(16, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
+    const most = Math.min(MOST_SHARE_TEXELS, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
     const texels = this.#shares.show(frame, frame.mesh, views, most);
     this.#define("SHARES", texels);
     if (texels) uniforms.shares.value = this.#shares.texture;

@@ -1,7 +1,7 @@
-// The pictures of a frame as one texture of display values. Most streams have one video with all cameras. A picture that
-// lies on the GPU, or is RGB, goes to the texture as it is. One of planes in memory is converted here: browsers take the
-// nearest sample of colour for each pixel, and matrix and range from wherever they like.
+// The pictures of a frame as one texture of display values. Most streams have one video with all cameras: an image of one
+// is the texture itself.
 
+import { conversionOf, copyFragment, layoutOf, planesFragment } from "@fvv/shading";
 import {
   Camera,
   DataTexture,
@@ -23,36 +23,7 @@ import {
 } from "three";
 
 import { offScreen } from "./off_screen.js";
-import { copyFragment, planesFragment, wholeVertex } from "./shaders.js";
-
-/** Kr and Kb of ITU-T H.273's matrix coefficients; others, and 2, are taken for BT.709. */
-const luma = { 4: [0.3, 0.11], 5: [0.299, 0.114], 6: [0.299, 0.114], 7: [0.212, 0.087], 9: [0.2627, 0.0593] };
-const bt709 = [0.2126, 0.0722];
-
-/** What has to be waited for: [{video, image}] or, of planes in memory, [{video, planes}]. */
-export async function loadPictures(frame) {
-  const pictures = frame.configuration.videos.map(async (video) => {
-    const image = frame.picture(video.track);
-    if (image?.format !== "I420") return { video, image };
-    const { width, height } = image.visibleRect;
-    const [columns, rows] = [Math.ceil(width / 2), Math.ceil(height / 2)];
-    const chroma = columns * rows;
-    const bytes = new Uint8Array(width * height + 2 * chroma);
-    const layout = [
-      { offset: 0, stride: width },
-      { offset: width * height, stride: columns },
-      { offset: width * height + chroma, stride: columns },
-    ];
-    await image.copyTo(bytes, { layout });
-    const plane = ({ offset, stride }, height) => ({
-      data: bytes.subarray(offset, offset + stride * height),
-      width: stride,
-      height,
-    });
-    return { video, planes: [plane(layout[0], height), plane(layout[1], rows), plane(layout[2], rows)] };
-  });
-  return (await Promise.all(pictures)).filter(({ image, planes }) => image || planes);
-}
+import { wholeVertex } from "./shaders.js";
 
 function upload(Type, ...parameters) {
   const texture = new Type(...parameters);
@@ -88,15 +59,8 @@ export class PictureTexture {
 
   /** Uploads what loadPictures had. Answers where the picture of each track stands: Map from track to {x, y}. */
   show(renderer, pictures) {
-    const layout = new Map();
-    let width = 0;
-    let height = 0;
-    for (const { video } of pictures) {
-      layout.set(video.track, { x: 0, y: height });
-      width = Math.max(width, video.width);
-      height += video.height;
-    }
-    if (!pictures.length) return layout;
+    const { places, width, height } = layoutOf(pictures);
+    if (!pictures.length) return places;
     Object.assign(this, { width, height });
     if (pictures.length === 1 && pictures[0].image) {
       this.texture = this.#source("image", Texture, pictures[0].image, ...sizeOf(pictures[0].image));
@@ -106,10 +70,10 @@ export class PictureTexture {
       this.#resize(width, height);
       this.texture = this.#target.texture;
       offScreen(renderer, () => {
-        pictures.forEach((picture, i) => this.#draw(renderer, picture, layout.get(picture.video.track), i));
+        pictures.forEach((picture, i) => this.#draw(renderer, picture, places.get(picture.video.track), i));
       });
     }
-    return layout;
+    return places;
   }
 
   /** A texture of a size is kept, and gets the next picture. */
@@ -153,9 +117,8 @@ export class PictureTexture {
       const [Y, U, V] = planes.map((plane, k) =>
         this.#source(`${i} ${k}`, DataTexture, plane, plane.width, plane.height),
       );
-      const [kr, kb] = luma[video.colour.matrix] ?? bt709;
-      const { fullRange } = video.colour;
-      const range = fullRange ? new Vector3(0, 1, 1) : new Vector3(16 / 255, 255 / 219, 255 / 224);
+      const { kr, kb, range: scales } = conversionOf(video.colour);
+      const range = new Vector3(...scales);
       this.#quad.material = this.#material(planesFragment, { Y, U, V, range, place, kr, kb });
     } else {
       const picture = this.#source(`${i}`, Texture, image, ...sizeOf(image));

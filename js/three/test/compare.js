@@ -52,7 +52,7 @@ function part(frame, { only, pictures }) {
  * lost; turned: the object is somewhere else in the scene, and larger.
  */
 window.compare = async ({ file, number, cases, only, pictures = true, turned = false }) => {
-  const decoder = await createDecoder({ source: file, worker: new URL("worker.js", import.meta.url) });
+  const decoder = await createDecoder({ source: file, shares: true, worker: new URL("worker.js", import.meta.url) });
   await decoder.seek({ frame: number });
   const frame = await decoder.next();
   const object = new FvvObject3D({ renderer });

@@ -1,0 +1,137 @@
+// Which cameras show a place of the surface, and with what weights: what docs/fvvrender.md says a player draws, for each
+// fragment. Stands behind projection.js.
+
+/** Behind the vertex shader's positions: shares of the vertex, four cameras in each varying. SHARES: how many. */
+export const sharesVertex = /* glsl */ `
+#if SHARES > 0
+uniform highp sampler2D shares;
+out vec4 vShares[SHARES];
+#endif
+
+void passShares() {
+#if SHARES > 0
+  for (int i = 0; i < SHARES; i++) {
+    int at = gl_VertexID * SHARES + i;
+    vShares[i] = texelFetch(shares, ivec2(at & 2047, at >> 11), 0);
+  }
+#endif
+}
+`;
+
+/**
+ * SHARES: varyings of shares. BEST: most cameras for a place. SOFT: a camera's weight falls to nothing where another takes
+ * its place, or where it drops out (Buehler et al., "Unstructured Lumigraph Rendering", 2001).
+ */
+export const blending = /* glsl */ `
+uniform highp sampler2D pictures;
+uniform highp sampler2DArray depths;
+uniform vec2 pictureSize;
+uniform vec2 tolerance; // in pixels' breadths, and in what the surface recedes from pixel to pixel
+uniform int viewCount;
+uniform float threshold;
+#if SHARES > 0
+in vec4 vShares[SHARES];
+#endif
+#ifdef SOFT
+uniform float soft; // 0 to 1
+#define KEPT (BEST + 1)
+#else
+#define KEPT BEST
+#endif
+
+// A point of a face whose normal is given in the camera's frame; whether the mesh stands in front of it.
+bool hidden(int view, vec3 at, vec3 normal) {
+  vec4 plan = texel(view, 10), sizes = texel(view, 11);
+  if (!(at.z >= 0.01)) return true;
+  vec2 place = floor(at.xy / at.z * plan.xy + plan.zw);
+  if (any(lessThan(place, vec2(0.0))) || any(greaterThanEqual(place, sizes.xy))) return true;
+  uvec4 bytes = uvec4(texelFetch(depths, ivec3(ivec2(place), view), 0) * 255.0 + 0.5);
+  float nearest = uintBitsToFloat(bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24);
+  if (nearest == 0.0) return false;
+  float facing = abs(dot(normal, at)) / at.z;
+  float recede = facing > 0.0 ? at.z * length(normal.xy * sizes.zw) / facing : 0.0;
+  return at.z > nearest + tolerance.x * at.z * max(sizes.z, sizes.w) + tolerance.y * recede;
+}
+
+uvec2 seenByShares() {
+  uvec2 seen = uvec2(0u);
+#if SHARES > 0
+  for (int i = 0; i < SHARES; i++) {
+    // 127.5 of 255
+    uvec4 bits = uvec4(greaterThanEqual(vShares[i], vec4(0.5)));
+    uint four = bits.x | bits.y << 1 | bits.z << 2 | bits.w << 3;
+    if (i < 8) seen.x |= four << uint(4 * i);
+    else seen.y |= four << uint(4 * (i - 8));
+  }
+#endif
+  return seen;
+}
+
+// Whether a view can show the point; at: where, in texels of pictures.
+bool shows(int view, vec3 point, vec3 faceNormal, uvec2 seen, out vec2 at) {
+  vec3 inCamera = toCamera(view, point);
+  vec4 source = texel(view, 8), place = texel(view, 9), centre = texel(view, 3);
+  vec2 pixel;
+  if (!toPicture(view, inCamera, pixel)) return false;
+  vec2 inTile = (pixel - source.xy) * place.zw / source.zw;
+  if (any(lessThan(inTile, vec2(0.5))) || any(greaterThan(inTile, place.zw - 0.5))) return false;
+  if (!(dot(faceNormal, centre.xyz - point) > 0.0)) return false;
+  at = place.xy + inTile;
+  int flags = int(centre.w);
+  if ((flags & BY_SHARES) != 0 && ((view < 32 ? seen.x >> uint(view) : seen.y >> uint(view - 32)) & 1u) == 0u)
+    return false;
+  if ((flags & BY_DEPTH) == 0) return true;
+  vec3 normalInCamera = vec3(dot(texel(view, 0).xyz, faceNormal), dot(texel(view, 1).xyz, faceNormal),
+                             dot(texel(view, 2).xyz, faceNormal));
+  return !hidden(view, inCamera, normalInCamera);
+}
+
+// The weight of a view at the point, or 0 where it is below the threshold.
+float weightOf(int view, vec3 point, vec3 normal) {
+  vec4 centre = texel(view, 3);
+  if ((int(centre.w) & OFF) != 0) return 0.0;
+  float weight = dot(normal, normalize(centre.xyz - point));
+  return weight >= threshold ? weight : 0.0;
+}
+
+// The best views, by falling weight: which, their weights, and where they show the point. chosen is -1 behind the last.
+void chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT], out float weights[KEPT],
+                 out vec2 places[KEPT]) {
+  uvec2 seen = seenByShares();
+  for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
+  for (int view = 0; view < viewCount; view++) {
+    float weight = weightOf(view, point, normal);
+    // Of equal weights the first is better.
+    if (!(weight > weights[KEPT - 1])) continue;
+    vec2 at;
+    if (!shows(view, point, faceNormal, seen, at)) continue;
+    int i = KEPT - 1;
+    for (; i > 0 && weight > weights[i - 1]; i--)
+      chosen[i] = chosen[i - 1], weights[i] = weights[i - 1], places[i] = places[i - 1];
+    chosen[i] = view, weights[i] = weight, places[i] = at;
+  }
+#ifdef SOFT
+  float least = soft * max(threshold, weights[BEST]);
+  for (int i = 0; i < BEST; i++) weights[i] = max(weights[i] - least, 1e-4 * weights[i]);
+  weights[BEST] = 0.0;
+#endif
+}
+
+/** The mean of what the best views show, in display values; false where none does. */
+bool blended(vec3 point, vec3 faceNormal, vec3 normal, out vec3 colour) {
+  int chosen[KEPT];
+  float weights[KEPT];
+  vec2 places[KEPT];
+  chooseViews(point, faceNormal, normal, chosen, weights, places);
+  float sum = 0.0;
+  colour = vec3(0.0);
+  for (int i = 0; i < BEST; i++) {
+    if (weights[i] == 0.0) break;
+    sum += weights[i];
+    colour += weights[i] * textureLod(pictures, places[i] / pictureSize, 0.0).rgb;
+  }
+  if (!(sum > 0.0)) return false;
+  colour /= sum;
+  return true;
+}
+`;
