@@ -47,7 +47,7 @@ export function writeViews(views, array) {
     const row = [r[0], r[1], r[2], t[0], r[3], r[4], r[5], t[1], r[6], r[7], r[8], t[2]];
     row.push(...camera.centre, flags);
     row.push(camera.fx, camera.fy, camera.cx, camera.cy);
-    row.push(camera.skew, Math.min(camera.rMax, FAR), lenses.indexOf(camera.lens), 0);
+    row.push(camera.skew, Math.min(camera.rMax, FAR), lenses.indexOf(camera.lens), camera.id);
     row.push(...distortion);
     row.push(source.x, source.y, source.width, source.height);
     row.push(place.x, place.y, place.width, place.height);

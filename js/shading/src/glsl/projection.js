@@ -3,7 +3,7 @@
 
 /**
  * Within the ranges of clause 9.1, as libfvv projects. A view's row: 0 to 2 rotation and translation, 3 centre and flags, 4 fx
- * fy cx cy, 5 skew, rMax, lens, 6 and 7 distortion, 8 source, 9 place in the texture of pictures, 10 scale and offset of
+ * fy cx cy, 5 skew, rMax, lens and number, 6 and 7 distortion, 8 source, 9 place in the texture of pictures, 10 scale and offset of
  * the depth map, 11 its size and the breadth of a pixel at a distance of 1.
  */
 export const projection = /* glsl */ `

@@ -1,0 +1,169 @@
+// Compares what the player's renderer draws with what fvvrender does.
+// usage: node compare.mjs FILE.fvv ... [--frame N] [--poses N] [--size WxH] [--rays] [--browser NAME] [--pictures DIR] [--json]
+
+import { mkdirSync } from "node:fs";
+import { basename, join } from "node:path";
+import { parseArgs } from "node:util";
+
+import { agreement, areasOf, distance } from "./measure.mjs";
+import { posesOf } from "./poses.mjs";
+import { Session, writePng } from "./session.mjs";
+
+const usage = `usage: node compare.mjs FILE.fvv ... [options]
+--frame N       of each file (0)
+--poses N       around the mesh, and up to two fifths of them where cameras stand (20)
+--size WxH      of the pictures (640x360)
+--rays          also how far visibility agrees with ray casting
+--browser NAME  chromium or firefox
+--pictures DIR  write what was drawn, the reference and their difference
+--json          figures as JSON`;
+
+const drawn = { shadows: false, environment: false };
+const worst = (values) => Math.min(...values);
+const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+
+/** Of one pose and one way to know who sees what. */
+async function comparePose(session, pose, size, visibleBy) {
+  const reference = session.reference(pose, size, visibleBy);
+  const picture = await session.draw(pose, size, { ...drawn, visibleBy });
+  const areas = areasOf(reference.depth, ...size, pose.focal);
+  const inner = distance(picture.data, reference.picture.data, areas.inner);
+  const all = distance(picture.data, reference.picture.data, areas.surface);
+  return { pose: pose.name, inner, all, picture, reference: reference.picture };
+}
+
+/** Which cameras show which pixels, against rays. */
+export async function compareVisibility(session, facts, pose, size, visibleBy) {
+  const { depth, visibility } = session.reference(pose, size, "rays", { visibility: true });
+  const { inner } = areasOf(depth, ...size, pose.focal);
+  let [alike, pixels] = [0, 0];
+  for (const [camera, wanted] of visibility) {
+    const options = { ...drawn, visibleBy, mode: "visibility", cameras: [camera] };
+    const found = agreement((await session.draw(pose, size, options)).data, wanted, inner);
+    alike += found.alike;
+    pixels += found.pixels;
+  }
+  return { alike, pixels };
+}
+
+function keepPictures(folder, name, { picture, reference }) {
+  mkdirSync(folder, { recursive: true });
+  const data = picture.data.map((value, i) =>
+    i % 4 === 3 ? 255 : Math.min(255, 8 * Math.abs(value - reference.data[i])),
+  );
+  writePng(join(folder, `${name}-player.png`), picture);
+  writePng(join(folder, `${name}-fvvrender.png`), reference);
+  writePng(join(folder, `${name}-difference8.png`), { ...picture, data });
+}
+
+/** Figures of a file: one line for each way of visibility that it has. */
+export async function compareFile(
+  session,
+  file,
+  { frame = 0, poses: count = 20, size = [640, 360], rays = false, pictures } = {},
+) {
+  const facts = await session.show(file, frame);
+  const poses = posesOf(count, facts, size);
+  const lines = [];
+  for (const visibleBy of facts.withBits.length ? ["bits", "depth"] : ["depth"]) {
+    const results = [];
+    let [alike, pixels] = [0, 0];
+    for (const pose of poses) {
+      const result = await comparePose(session, pose, size, visibleBy);
+      if (pictures)
+        keepPictures(pictures, `${basename(file, ".fvv")}-${visibleBy}-${pose.name.replace(" ", "")}`, result);
+      if (result.inner.pixels) results.push(result);
+      if (!rays) continue;
+      const found = await compareVisibility(session, facts, pose, size, visibleBy);
+      alike += found.alike;
+      pixels += found.pixels;
+    }
+    if (!results.length) throw new Error(`${file}: no pose shows the mesh of frame ${frame}`);
+    lines.push({
+      file: basename(file),
+      frame,
+      visibleBy,
+      views: facts.views,
+      poses: results.length,
+      minPsnr: worst(results.map(({ inner }) => inner.psnr)),
+      meanPsnr: mean(results.map(({ inner }) => inner.psnr)),
+      minForegroundPsnr: worst(results.map(({ all }) => all.psnr)),
+      largePercent: 100 * mean(results.map(({ inner }) => inner.large)),
+      foregroundLargePercent: 100 * mean(results.map(({ all }) => all.large)),
+      agreementPercent: pixels ? (100 * alike) / pixels : null,
+      each: results.map(({ pose, inner, all }) => ({ pose, inner, all })),
+    });
+  }
+  return lines;
+}
+
+function table(lines) {
+  const columns = [
+    ["file", (line) => line.file],
+    ["by", (line) => line.visibleBy],
+    ["poses", (line) => line.poses],
+    ["dB least", (line) => line.minPsnr.toFixed(1)],
+    ["mean", (line) => line.meanPsnr.toFixed(1)],
+    ["> 8", (line) => `${line.largePercent.toFixed(2)} %`],
+    ["all dB", (line) => line.minForegroundPsnr.toFixed(1)],
+    ["all > 8", (line) => `${line.foregroundLargePercent.toFixed(2)} %`],
+    ["as rays", (line) => (line.agreementPercent === null ? "-" : `${line.agreementPercent.toFixed(2)} %`)],
+  ];
+  const rows = [columns.map(([title]) => title), ...lines.map((line) => columns.map(([, of]) => String(of(line))))];
+  const widths = columns.map((_, k) => Math.max(...rows.map((row) => row[k].length)));
+  return rows
+    .map((row) =>
+      row
+        .map((cell, k) => cell.padEnd(widths[k]))
+        .join("  ")
+        .trimEnd(),
+    )
+    .join("\n");
+}
+
+async function main() {
+  const { values, positionals } = parseArgs({
+    allowPositionals: true,
+    options: {
+      frame: { type: "string", default: "0" },
+      poses: { type: "string", default: "20" },
+      size: { type: "string", default: "640x360" },
+      rays: { type: "boolean", default: false },
+      browser: { type: "string", default: "chromium" },
+      pictures: { type: "string" },
+      json: { type: "boolean", default: false },
+      help: { type: "boolean", short: "h", default: false },
+    },
+  });
+  if (values.help) return console.log(usage);
+  const size = values.size.split("x").map(Number);
+  if (!positionals.length || size.length !== 2 || !size.every((side) => side > 0)) {
+    console.error(usage);
+    process.exit(2);
+  }
+  const session = await Session.open(values.browser);
+  try {
+    const lines = [];
+    for (const file of positionals)
+      lines.push(
+        ...(await compareFile(session, file, {
+          frame: Number(values.frame),
+          poses: Number(values.poses),
+          size,
+          rays: values.rays,
+          pictures: values.pictures,
+        })),
+      );
+    console.log(values.json ? JSON.stringify(lines, null, 1) : table(lines));
+    for (const trouble of session.browser.troubles) console.error(`the page: ${trouble}`);
+    process.exitCode = session.browser.troubles.length ? 1 : 0;
+  } finally {
+    await session.close();
+  }
+}
+
+if (process.argv[1] === here()) await main();
+
+function here() {
+  return new URL(import.meta.url).pathname;
+}

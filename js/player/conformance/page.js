@@ -1,0 +1,69 @@
+// Renders frames of a stream from poses that the runner hands in, for it to compare them.
+
+import { createDecoder } from "@fvv/decoder";
+
+import { Renderer } from "../src/renderer/index.js";
+import { viewFromPose } from "../src/view.js";
+
+const canvas = document.body.appendChild(document.createElement("canvas"));
+const contextAttributes = { antialias: false, alpha: false };
+let renderer = new Renderer(canvas, { contextAttributes });
+let decoder = null;
+
+function base64(bytes) {
+  let text = "";
+  for (let i = 0; i < bytes.length; i += 0x8000) text += String.fromCharCode(...bytes.subarray(i, i + 0x8000));
+  return btoa(text);
+}
+
+function pixels() {
+  const { width, height, data } = renderer.readPixels();
+  return { width, height, data: base64(data) };
+}
+
+/** Shows a frame of a file and tells what poses are made of. */
+window.openStream = async (file, number) => {
+  decoder?.close();
+  decoder = await createDecoder({ source: file, shares: true, worker: new URL("worker.js", import.meta.url) });
+  await decoder.seek({ frame: number });
+  const frame = await decoder.next();
+  if (!frame?.mesh) throw new Error(`${file}: no mesh in frame ${number}`);
+  await renderer.show(frame);
+  await renderer.setBackgrounds(decoder.backgrounds);
+  const facts = {
+    bounds: renderer.bounds,
+    upAxis: frame.configuration.upAxis,
+    frameCount: decoder.frameCount,
+    views: renderer.frame.viewCount,
+    withBits: [...new Set(frame.visibility.flatMap(({ cameras }) => [...cameras]))],
+    cameras: frame.cameras.map(({ id, calibrated, centre, rotation, fx, width }) => ({
+      id,
+      calibrated,
+      centre,
+      rotation: [...rotation],
+      fx,
+      width,
+    })),
+    pictures: frame.pictures.map(({ image }) => image.format ?? image.constructor.name),
+  };
+  frame.close();
+  return facts;
+};
+
+window.draw = (pose, options) => {
+  renderer.draw(viewFromPose(pose), options);
+  return pixels();
+};
+window.drawAgain = (pose, options) => ({ drew: renderer.draw(viewFromPose(pose), options), ...renderer.counters });
+window.counters = () => renderer.counters;
+
+/** What is drawn after the context was lost and has come back. */
+window.loseContext = () =>
+  new Promise((resolve) => {
+    const extension = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
+    renderer.addEventListener("lost", () => setTimeout(() => extension.restoreContext(), 50), { once: true });
+    renderer.addEventListener("restored", () => resolve(), { once: true });
+    extension.loseContext();
+  });
+
+document.documentElement.dataset.ready = "";

@@ -1,0 +1,131 @@
+// The static environment around the action: meshes in one colour or with one picture, and what shadow falls on them.
+
+import { boundsOf, joined } from "./matrices.js";
+import { MeshBuffers } from "./mesh.js";
+import { lighting } from "./shadows.js";
+import { newTexture } from "./textures.js";
+
+const shaders = {
+  vertex: /* glsl */ `
+layout(location = 0) in vec3 position;
+layout(location = 2) in vec2 uv;
+uniform mat4 worldToClip;
+out vec3 vPoint;
+out vec2 vUv;
+void main() {
+  vPoint = position;
+  vUv = uv;
+  gl_Position = worldToClip * vec4(position, 1.0);
+}
+`,
+  fragment: /* glsl */ `
+uniform sampler2D picture;
+uniform vec3 colour; // linear light
+in vec3 vPoint;
+in vec2 vUv;
+layout(location = 0) out highp vec4 outColour;
+${lighting}
+
+vec3 toLinear(vec3 v) { return mix(pow((v + 0.055) / 1.055, vec3(2.4)), v / 12.92, lessThanEqual(v, vec3(0.04045))); }
+vec3 toDisplay(vec3 v) {
+  return mix(1.055 * pow(v, vec3(1.0 / 2.4)) - 0.055, 12.92 * v, lessThanEqual(v, vec3(0.0031308)));
+}
+
+void main() {
+  vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint)));
+  vec3 light = colour * toLinear(texture(picture, vUv).rgb) * arriving(vPoint, faceNormal);
+  outColour = vec4(toDisplay(light), 1.0);
+}
+`,
+};
+
+/** Pictures of all environments, decoded: [{parts, lights, images}] of backgrounds of the decoder. */
+export function decodeBackgrounds(backgrounds) {
+  return Promise.all(
+    backgrounds.map(async ({ parts, lights, pictures }) => {
+      const images = pictures.map(({ data, type }) =>
+        createImageBitmap(new Blob([data], { type }), { colorSpaceConversion: "none", premultiplyAlpha: "none" }),
+      );
+      return { parts, lights, images: await Promise.all(images) };
+    }),
+  );
+}
+
+export class Environment {
+  #gl;
+  #programs;
+  #counters;
+  #parts = []; // {part, mesh, texture}
+  #textures = [];
+  #white;
+  bounds = null;
+
+  constructor(gl, programs, counters) {
+    this.#gl = gl;
+    this.#programs = programs;
+    this.#counters = counters;
+    this.#white = newTexture(gl, gl.TEXTURE_2D, gl.NEAREST);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array([255, 255, 255, 255]));
+  }
+
+  get empty() {
+    return this.#parts.length === 0;
+  }
+
+  /** environments: of decodeBackgrounds. */
+  show(environments) {
+    this.#clear();
+    for (const { parts, images } of environments)
+      for (const part of parts) {
+        if (!part.faceCount) continue;
+        const mesh = new MeshBuffers(this.#gl, this.#counters.uploads);
+        mesh.show(part);
+        const texture = part.picture === null ? this.#white : this.#upload(images[part.picture], part.clamped);
+        this.#parts.push({ part, mesh, texture });
+        this.bounds = joined(this.bounds, boundsOf(part.positions));
+      }
+  }
+
+  #upload(image, clamped) {
+    const gl = this.#gl;
+    const wrap = clamped ? gl.CLAMP_TO_EDGE : gl.REPEAT;
+    const texture = newTexture(gl, gl.TEXTURE_2D, gl.LINEAR_MIPMAP_LINEAR, wrap);
+    gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
+    gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    const anisotropy = gl.getExtension("EXT_texture_filter_anisotropic");
+    if (anisotropy) gl.texParameterf(gl.TEXTURE_2D, anisotropy.TEXTURE_MAX_ANISOTROPY_EXT, 8);
+    this.#counters.uploads.add(4 * image.width * image.height);
+    this.#textures.push(texture);
+    return texture;
+  }
+
+  draw({ worldToClip }, shadows) {
+    const gl = this.#gl;
+    gl.enable(gl.DEPTH_TEST);
+    // At equal depth the action stays.
+    gl.depthFunc(gl.LESS);
+    for (const { part, mesh, texture } of this.#parts) {
+      if (!part.doubleSided) gl.enable(gl.CULL_FACE);
+      const uniforms = { worldToClip, colour: part.colour, lightCount: 0, ...shadows.uniforms };
+      this.#programs.get(shaders).use(uniforms, { picture: texture, shadowMaps: shadows.texture });
+      mesh.draw();
+      gl.disable(gl.CULL_FACE);
+      this.#counters.drawCalls++;
+    }
+  }
+
+  #clear() {
+    for (const { mesh } of this.#parts) mesh.close();
+    for (const texture of this.#textures) this.#gl.deleteTexture(texture);
+    this.#parts = [];
+    this.#textures = [];
+    this.bounds = null;
+  }
+
+  close() {
+    this.#clear();
+    this.#gl.deleteTexture(this.#white);
+  }
+}

@@ -1,0 +1,194 @@
+// Draws frames of free-viewpoint video from anywhere, in WebGL 2. docs/fvvrender.md says what a picture shows; a frame's maps
+// of depth and shadow are drawn once, and a picture that would be the same as the last one is not drawn again.
+
+import { MOST_VIEWS } from "@fvv/shading";
+
+import { Content } from "./content.js";
+import { decodeBackgrounds } from "./environment.js";
+import { MOST_BEST, complete, keyOf } from "./options.js";
+import { Pipeline } from "./pipeline.js";
+import { MOST_LIGHTS, MOST_SHADOWS } from "./shadows.js";
+import { Uploads } from "./textures.js";
+
+export { cameraColour } from "./camera_colour.js";
+
+const noCounters = {
+  drawCalls: 0,
+  samplers: 0,
+  bytesUploadedPerContentFrame: 0,
+  bytesUploadedPerDrawnFrame: 0,
+  depthPasses: 0,
+  shadowPasses: 0,
+  contentFrames: 0,
+  drawnFrames: 0,
+};
+
+export class Renderer extends EventTarget {
+  static limits = Object.freeze({ views: MOST_VIEWS, best: MOST_BEST, lights: MOST_LIGHTS, shadows: MOST_SHADOWS });
+
+  #canvas;
+  #gl;
+  #counters = { ...noCounters, uploads: new Uploads() };
+  #pipeline;
+  #content = null;
+  #environments = [];
+  #turn = 0;
+  #backgroundTurn = 0;
+  #changed = true;
+  #last = null; // {view, options, key, outlined} of the last picture
+  #listeners = { webglcontextlost: (event) => this.#lose(event), webglcontextrestored: () => this.#restore() };
+
+  constructor(canvas, { contextAttributes = {} } = {}) {
+    super();
+    this.#canvas = canvas;
+    this.#gl = canvas.getContext("webgl2", {
+      alpha: false,
+      antialias: true,
+      powerPreference: "high-performance",
+      ...contextAttributes,
+    });
+    if (!this.#gl) throw new Error("there is no WebGL 2 here");
+    for (const [type, listener] of Object.entries(this.#listeners)) canvas.addEventListener(type, listener);
+    this.#pipeline = this.#gl.isContextLost() ? null : new Pipeline(this.#gl, this.#counters);
+  }
+
+  get lost() {
+    return this.#pipeline === null;
+  }
+
+  /** A copy of what was counted; uploads and draw calls are those of the last frame. */
+  get counters() {
+    const { uploads, ...counters } = this.#counters;
+    return counters;
+  }
+
+  /** What of a frame is shown, {number, seconds, viewCount}; null: nothing yet. */
+  get frame() {
+    const { frame, views } = this.#content ?? {};
+    return frame ? { number: frame.number, seconds: frame.seconds, viewCount: views.length } : null;
+  }
+
+  /** Bounds of the mesh that is shown, {least, most}; null without one. */
+  get bounds() {
+    return this.#content?.bounds ?? null;
+  }
+
+  async show(frame) {
+    if (frame.mesh && !frame.mesh.normals)
+      throw new TypeError("the mesh has no normals: create the decoder with normals: true");
+    const turn = ++this.#turn;
+    const content = await Content.of(frame);
+    if (turn !== this.#turn) return false;
+    this.#content?.close();
+    this.#content = content;
+    this.#upload(content.pictures);
+    content.keep();
+    this.#counters.contentFrames++;
+    return true;
+  }
+
+  #upload(pictures) {
+    const { uploads } = this.#counters;
+    const former = uploads.bytes;
+    this.#pipeline?.show(this.#content, pictures);
+    this.#counters.bytesUploadedPerContentFrame = uploads.bytes - former;
+    this.#changed = true;
+  }
+
+  /** Of the decoder; the last of several calls wins. */
+  async setBackgrounds(backgrounds) {
+    const turn = ++this.#backgroundTurn;
+    const environments = await decodeBackgrounds(backgrounds);
+    const late = turn !== this.#backgroundTurn;
+    closeImages(late ? environments : this.#environments);
+    if (late) return false;
+    this.#environments = environments;
+    this.#pipeline?.setEnvironments(environments);
+    this.#changed = true;
+    return true;
+  }
+
+  /** Whether draw() would draw. */
+  needsDraw(view, options) {
+    return this.#asked(view, complete(options)) !== null;
+  }
+
+  #asked(view, options) {
+    if (this.lost) return null;
+    const key = keyOf(view, options);
+    const outlined = options.frusta?.cameras ?? null;
+    const same = !this.#changed && this.#last?.key === key && this.#last.outlined === outlined;
+    return same ? null : { view, options, key, outlined };
+  }
+
+  /** Answers whether there was something to draw. */
+  draw(view, options) {
+    const asked = this.#asked(view, complete(options));
+    if (!asked) return false;
+    this.#last = asked;
+    this.#draw();
+    return true;
+  }
+
+  #draw() {
+    const { view, options } = this.#last;
+    const counters = this.#counters;
+    const former = counters.uploads.bytes;
+    counters.drawCalls = 0;
+    if (this.#canvas.width !== view.width) this.#canvas.width = view.width;
+    if (this.#canvas.height !== view.height) this.#canvas.height = view.height;
+    this.#pipeline.draw(view, options);
+    counters.bytesUploadedPerDrawnFrame = counters.uploads.bytes - former;
+    counters.drawnFrames++;
+    this.#changed = false;
+  }
+
+  /** The last picture, RGBA, its top row first. It is drawn again: browsers need not keep it. */
+  readPixels() {
+    if (!this.#last || this.lost) throw new Error("nothing has been drawn");
+    this.#draw();
+    const gl = this.#gl;
+    const { width, height } = this.#canvas;
+    const rows = new Uint8Array(4 * width * height);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, rows);
+    const data = new Uint8ClampedArray(rows.length);
+    for (let y = 0; y < height; y++)
+      data.set(rows.subarray(4 * width * y, 4 * width * (y + 1)), 4 * width * (height - 1 - y));
+    return { width, height, data };
+  }
+
+  #lose(event) {
+    // Without this the context never comes back.
+    event.preventDefault();
+    this.#pipeline = null;
+    this.dispatchEvent(new Event("lost"));
+  }
+
+  async #restore() {
+    const pipeline = new Pipeline(this.#gl, this.#counters);
+    pipeline.setEnvironments(this.#environments);
+    this.#pipeline = pipeline;
+    this.#changed = true;
+    const content = this.#content;
+    const pictures = content ? await content.again() : [];
+    // A later frame, or another loss, may have come in between.
+    if (content && content === this.#content && pipeline === this.#pipeline) this.#upload(pictures);
+    this.dispatchEvent(new Event("restored"));
+  }
+
+  close() {
+    this.#turn++;
+    this.#backgroundTurn++;
+    for (const [type, listener] of Object.entries(this.#listeners)) this.#canvas.removeEventListener(type, listener);
+    this.#pipeline?.close();
+    this.#pipeline = null;
+    this.#content?.close();
+    this.#content = null;
+    closeImages(this.#environments);
+    this.#environments = [];
+  }
+}
+
+function closeImages(environments) {
+  for (const { images } of environments) for (const image of images) image.close();
+}

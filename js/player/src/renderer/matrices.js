@@ -1,0 +1,104 @@
+// Matrices of WebGL, by columns, out of what a viewer or a lamp is.
+
+/** Bounds of points x y z, [least, most] of each axis; null without points. */
+export function boundsOf(positions) {
+  if (!positions.length) return null;
+  const least = [Infinity, Infinity, Infinity];
+  const most = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < positions.length; i += 3)
+    for (let k = 0; k < 3; k++) {
+      const value = positions[i + k];
+      if (value < least[k]) least[k] = value;
+      if (value > most[k]) most[k] = value;
+    }
+  return { least, most };
+}
+
+export function joined(a, b) {
+  if (!a || !b) return a ?? b;
+  return {
+    least: a.least.map((value, k) => Math.min(value, b.least[k])),
+    most: a.most.map((value, k) => Math.max(value, b.most[k])),
+  };
+}
+
+/** {centre, radius} of the sphere around a box. */
+export function sphereOf({ least, most }) {
+  const centre = least.map((value, k) => (value + most[k]) / 2);
+  return { centre, radius: Math.hypot(...most.map((value, k) => value - least[k])) / 2 };
+}
+
+/** Least and largest depth of a box, before a viewer. */
+export function depthsOf({ least, most }, { rotation: r, translation: t }) {
+  let near = t[2];
+  let far = t[2];
+  for (let k = 0; k < 3; k++) {
+    const [a, b] = [r[6 + k] * least[k], r[6 + k] * most[k]];
+    near += Math.min(a, b);
+    far += Math.max(a, b);
+  }
+  return { near, far };
+}
+
+/** Nothing nearer than this is drawn: fvvrender's near plane. */
+const NEAREST = 0.01;
+
+/** Planes that hold what is drawn and no more: depth buffers have few bits. */
+export function clippingOf(bounds, view) {
+  if (!bounds) return { near: NEAREST, far: 1 };
+  const { near, far } = depthsOf(bounds, view);
+  const least = Math.max(NEAREST, 1e-3 * sphereOf(bounds).radius, 0.98 * near);
+  return { near: least, far: Math.max(2 * least, 1.02 * far) };
+}
+
+/** World -> clip space of a pinhole viewer. */
+export function projectionOf({ rotation: r, translation: t, fx, fy, cx, cy, width, height }, { near, far }) {
+  // Rows of clip space over x y z of the view.
+  const rows = [
+    [(2 * fx) / width, 0, (2 * cx) / width - 1, 0],
+    [0, (-2 * fy) / height, 1 - (2 * cy) / height, 0],
+    [0, 0, (far + near) / (far - near), (-2 * far * near) / (far - near)],
+    [0, 0, 1, 0],
+  ];
+  const matrix = new Float32Array(16);
+  rows.forEach(([x, y, z, one], i) => {
+    for (let k = 0; k < 3; k++) matrix[4 * k + i] = x * r[k] + y * r[3 + k] + z * r[6 + k];
+    matrix[12 + i] = x * t[0] + y * t[1] + z * t[2] + one;
+  });
+  return matrix;
+}
+
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const normalised = (a) => a.map((x) => x / Math.hypot(...a));
+
+/** A rotation whose z is a direction. */
+function lookingAlong(direction) {
+  const z = normalised(direction);
+  const x = normalised(cross(Math.abs(z[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], z));
+  return [x, cross(z, x), z];
+}
+
+/** World -> clip space of a lamp that shines on a sphere; null: it stands within. */
+export function lampProjection(light, { centre, radius }) {
+  const distant = light.type === "directional";
+  const towards = centre.map((value, k) => value - light.position[k]);
+  const distance = Math.hypot(...towards);
+  if (!distant && distance < 1.05 * radius) return null;
+  const rows = lookingAlong(distant ? light.direction : towards);
+  const dot = (row, at) => row[0] * at[0] + row[1] * at[1] + row[2] * at[2];
+  const origin = distant ? centre.map((value, k) => value - 2 * radius * rows[2][k]) : light.position;
+  const view = { rotation: rows.flat(), translation: rows.map((row) => -dot(row, origin)), width: 2, height: 2 };
+  if (distant) {
+    const matrix = new Float32Array(16);
+    rows.forEach((row, i) => {
+      const offset = view.translation[i] - (i === 2 ? 2 * radius : 0);
+      for (let k = 0; k < 3; k++) matrix[4 * k + i] = row[k] / radius;
+      matrix[12 + i] = offset / radius;
+    });
+    matrix[15] = 1;
+    return matrix;
+  }
+  const focal = Math.sqrt(distance * distance - radius * radius) / radius;
+  const pinhole = { ...view, fx: focal, fy: focal, cx: 1, cy: 1 };
+  return projectionOf(pinhole, { near: distance - radius, far: distance + radius });
+}
