@@ -7,8 +7,9 @@ import { viewFromPose } from "../src/view.js";
 
 const canvas = document.body.appendChild(document.createElement("canvas"));
 const contextAttributes = { antialias: false, alpha: false };
-let renderer = new Renderer(canvas, { contextAttributes });
+const renderer = new Renderer(canvas, { contextAttributes });
 let decoder = null;
+let cameras = [];
 
 function base64(bytes) {
   let text = "";
@@ -21,6 +22,16 @@ function pixels() {
   return { width, height, data: base64(data) };
 }
 
+/** Environments come behind the second frame. */
+async function backgroundsOf({ tracks }) {
+  while (tracks.some(({ kind }) => kind === "background") && !decoder.backgrounds.length) {
+    const frame = await decoder.next();
+    if (!frame) break;
+    frame.close();
+  }
+  return decoder.backgrounds;
+}
+
 /** Shows a frame of a file and tells what poses are made of. */
 window.openStream = async (file, number) => {
   decoder?.close();
@@ -29,7 +40,8 @@ window.openStream = async (file, number) => {
   const frame = await decoder.next();
   if (!frame?.mesh) throw new Error(`${file}: no mesh in frame ${number}`);
   await renderer.show(frame);
-  await renderer.setBackgrounds(decoder.backgrounds);
+  await renderer.setBackgrounds(await backgroundsOf(frame.configuration));
+  cameras = frame.cameras;
   const facts = {
     bounds: renderer.bounds,
     upAxis: frame.configuration.upAxis,
@@ -50,11 +62,17 @@ window.openStream = async (file, number) => {
   return facts;
 };
 
+/** Frusta are those of the frame's cameras. */
+function drawn(pose, { frusta, ...options }) {
+  return renderer.draw(viewFromPose(pose), { ...options, frusta: frusta && { ...frusta, cameras } });
+}
+
 window.draw = (pose, options) => {
-  renderer.draw(viewFromPose(pose), options);
+  drawn(pose, options);
   return pixels();
 };
-window.drawAgain = (pose, options) => ({ drew: renderer.draw(viewFromPose(pose), options), ...renderer.counters });
+/** Without reading what was drawn. */
+window.drawOnly = (pose, options) => ({ drew: drawn(pose, options), ...renderer.counters });
 window.counters = () => renderer.counters;
 
 /** What is drawn after the context was lost and has come back. */
