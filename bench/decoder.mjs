@@ -6,7 +6,7 @@
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 
-import { compileCore, compileDraco } from "../js/decoder/dist/modules.js";
+import { compileCodec, compileCore } from "../js/decoder/dist/modules.js";
 import { Session } from "../js/decoder/dist/session.js";
 
 const [what, file] = process.argv.slice(2);
@@ -29,9 +29,9 @@ async function* frames(session) {
 
 async function first() {
   const begin = performance.now();
-  const session = await Session.create({ module: await compileCore(), draco: compileDraco });
+  const session = await Session.create({ module: await compileCore(), codec: compileCodec });
   for await (const _ of frames(session)) {
-    if (session.needsDraco) await session.loadDraco();
+    if (session.lacksCodecs) await session.loadCodecs();
     const ready = performance.now();
     const { meshes } = session.decode(want);
     const end = performance.now();
@@ -40,14 +40,14 @@ async function first() {
 }
 
 async function warm() {
-  const session = await Session.create({ module: await compileCore(), draco: compileDraco });
+  const session = await Session.create({ module: await compileCore(), codec: compileCodec });
   const key = [];
   const delta = [];
   let triangles;
   for (let round = 0; round < ROUNDS; round++) {
     let former = false;
     for await (const _ of frames(session)) {
-      if (session.needsDraco) await session.loadDraco();
+      if (session.lacksCodecs) await session.loadCodecs();
       const begin = performance.now();
       const { meshes } = session.decode(want);
       const time = performance.now() - begin;

@@ -5,7 +5,7 @@
 import { spawnSync } from "node:child_process";
 
 import { createDecoder } from "../js/decoder/dist/index.js";
-import { compileCore, compileDraco, compileProjection } from "../js/decoder/dist/modules.js";
+import { compileCodec, compileCore, compileProjection } from "../js/decoder/dist/modules.js";
 import { browsers, visit } from "../js/decoder/test/browsers.mjs";
 import { serve } from "../js/decoder/test/server.mjs";
 import { shapedProxy } from "./shaped_proxy.mjs";
@@ -48,7 +48,7 @@ async function inChromium() {
   return { ms };
 }
 
-await Promise.all([compileCore(), compileDraco(), compileProjection()]);
+await Promise.all([compileCore(), compileCodec("draco"), compileProjection()]);
 const rows = [];
 for (let round = 0; round < ROUNDS; round++) rows.push(await inNode());
 const figures = {

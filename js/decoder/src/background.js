@@ -2,9 +2,9 @@
 
 import { FvvError } from "./errors.js";
 import { readBackgroundList, readDiagnostic, readPart } from "./flat.js";
-import { createBackground, createDraco } from "./wasm.js";
+import { createBackground } from "./wasm.js";
 
-/** payload: {track, data}. module(), session.draco(): compiled modules. */
+/** payload: {track, data}. module(): the compiled one. */
 export async function readBackground({ track, data }, { module, session }) {
   const { limits } = session;
   const core = await createBackground(await module(), limits.memory);
@@ -19,8 +19,8 @@ export async function readBackground({ track, data }, { module, session }) {
   new Uint8Array(core.memory.buffer, address, data.length).set(data);
   const status = exports.fvvback_load(address, data.length, limits.maxVertices, limits.maxFaces, limits.maxDimension);
   if (status < 0) fail(status);
-  const { needsDraco, partCount, pictures, lights } = readBackgroundList(core.memory, exports.fvvback_data());
-  if (needsDraco) core.draco = await createDraco(await session.draco(), limits.memory);
+  const { codecs, partCount, pictures, lights } = readBackgroundList(core.memory, exports.fvvback_data());
+  await session.lendCodecs(core, codecs);
   const parts = Array.from({ length: partCount }, (_, i) => {
     const part = exports.fvvback_part(i);
     if (!part) fail(0);

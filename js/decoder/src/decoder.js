@@ -5,7 +5,7 @@ import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
 import { Frame } from "./frame.js";
 import { connect } from "./port.js";
-import { compileBackground, compileCore, compileDraco, compileProjection } from "./modules.js";
+import { compileBackground, compileCodec, compileCore, compileProjection } from "./modules.js";
 import { createProjection } from "./wasm.js";
 
 /** How long a worker may take to say that it is there. */
@@ -86,7 +86,7 @@ export class Decoder extends EventTarget {
     if (wanted !== false && typeof Worker === "function")
       try {
         this.#worker = await startWorker(wanted);
-        const { call, fail } = connect(this.#worker, { pull, draco: compileDraco, background: compileBackground });
+        const { call, fail } = connect(this.#worker, { pull, codec: compileCodec, background: compileBackground });
         this.#call = call;
         this.#worker.addEventListener("error", ({ message }) => {
           fail(new FvvError({ code: "worker", message: `the worker failed: ${message}` }));
@@ -100,7 +100,7 @@ export class Decoder extends EventTarget {
         const message = `there is no worker (${error.message}): this thread decodes`;
         this.#early = new FvvError({ code: "worker", severity: "warning", fatal: false, message });
       }
-    const engine = new Engine({ pull, draco: compileDraco, background: compileBackground });
+    const engine = new Engine({ pull, codec: compileCodec, background: compileBackground });
     this.#call = async (name, argument) => engine[name](argument);
     this.#finish.push(() => engine.close());
   }

@@ -10,9 +10,9 @@ import { openSource } from "./sources.js";
 const REOPEN_MOST = 3;
 
 export class Engine {
-  /** pull(): the next bytes of a source that is a stream, or null. draco(), background(): compiled modules. */
-  constructor({ pull, draco, background }) {
-    Object.assign(this, { pull, draco, background, generation: 0, queue: [], waiting: null, room: null, error: null });
+  /** pull(): the next bytes of a source that is a stream, or null. codec(name), background(): compiled modules. */
+  constructor({ pull, codec, background }) {
+    Object.assign(this, { pull, codec, background, generation: 0, queue: [], waiting: null, room: null, error: null });
     this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
   }
 
@@ -31,7 +31,7 @@ export class Engine {
     const source = await openSource(this.description, { pull: this.pull, warn });
     this.playback = await Playback.open(source, {
       ...this.settings,
-      draco: this.draco,
+      codec: this.codec,
       background: this.background,
       emit: (type, detail) => this.#tell(type, detail),
     });

@@ -237,7 +237,7 @@ function readLight(memory, address) {
 export function readBackgroundList(memory, address) {
   const s = new Struct(memory, address);
   return {
-    needsDraco: s.u32(0) !== 0,
+    codecs: s.u32(0),
     partCount: s.u32(4),
     pictures: s.list(memory, 8, 12, 20, readPicture),
     lights: s.list(memory, 16, 20, 112, readLight),
@@ -269,7 +269,7 @@ export function readGroup(memory, address) {
   };
 }
 
-/** fvv_diagnostic of types.h, which is the same in both modules. */
+/** fvv_diagnostic of types.h, which is the same in all modules. */
 export const DIAGNOSTIC_SIZE = 232;
 
 export function readDiagnostic(memory, address) {

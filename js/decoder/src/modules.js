@@ -24,4 +24,11 @@ function compileOnce(name, load) {
 export const compileCore = () => compileOnce("core", () => import("./core.wasm.js"));
 export const compileProjection = () => compileOnce("projection", () => import("./projection.wasm.js"));
 export const compileBackground = () => compileOnce("background", () => import("./background.wasm.js"));
-export const compileDraco = () => compileOnce("draco", () => import("./draco.wasm.js"));
+
+// Bundlers have to see each name.
+const codecs = {
+  draco: () => import("./draco.wasm.js"),
+  fast: () => import("./fast.wasm.js"),
+  openexr: () => import("./openexr.wasm.js"),
+};
+export const compileCodec = (name) => compileOnce(name, codecs[name]);

@@ -11,14 +11,14 @@ const READ_LEAST = 1 << 14;
 
 export class Playback {
   /** emit(type, detail): events of the stream. want: {normals, visibility, shares} */
-  static async open(source, { module, draco, background, limits, emit, want }) {
+  static async open(source, { module, codec, background, limits, emit, want }) {
     const playback = new Playback();
     const held = [];
     Object.assign(playback, { source, emit, want, held, groups: null, missing: null, background });
     playback.surroundings = { configuration: null, tracks: new Set() };
     playback.session = await Session.create({
       module,
-      draco,
+      codec,
       limits,
       read: (offset, out) => playback.#answer(offset, out),
     });
@@ -245,7 +245,7 @@ export class Playback {
 
   async *#frame(state) {
     const { session } = this;
-    if (session.needsDraco) await session.loadDraco();
+    if (session.lacksCodecs) await session.loadCodecs();
     const started = performance.now();
     const passing = state.skip > 0;
     let frame;

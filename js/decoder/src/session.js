@@ -1,12 +1,11 @@
-// One stream in one instance of the core: bytes in, events and frames out. Synchronous, apart from fetching Draco.
+// One stream in one instance of the core: bytes in, events and frames out. Synchronous, apart from fetching codecs.
 
 import { FvvError, IO } from "./errors.js";
 import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroup, readSample } from "./flat.js";
-import { createCore, createDraco } from "./wasm.js";
+import { createCodec, createCore } from "./wasm.js";
 
 const events = ["need data", "configuration", "group", "frame", "damage", "end", "done"];
 const WANT = { floats: 1, normals: 2, visibility: 4, shares: 8 };
-const PROFILE_DRACO = 1 << 1;
 const END = 2;
 /** Bytes that are handed over at once. */
 const PUSH_SIZE = 1 << 18;
@@ -22,10 +21,10 @@ export const defaultLimits = {
 };
 
 export class Session {
-  /** module: of the core. draco(): that of Draco, when it is needed. */
-  static async create({ module, draco, limits = {}, read }) {
+  /** module: of the core. codec(name): that of a codec, when it is needed. */
+  static async create({ module, codec, limits = {}, read }) {
     const session = new Session();
-    session.draco = draco;
+    session.codec = codec;
     session.limits = { ...defaultLimits, ...limits };
     session.core = await createCore(module, {
       memoryBytes: session.limits.memory,
@@ -53,7 +52,7 @@ export class Session {
     return this.core.memory;
   }
   get memoryBytes() {
-    return this.memory.buffer.byteLength + (this.core.draco?.memory.buffer.byteLength ?? 0);
+    return this.memory.buffer.byteLength + this.core.codecs.memoryBytes;
   }
 
   #diagnostic() {
@@ -133,12 +132,16 @@ export class Session {
     return readSample(this.memory, this.exports.fvvjs_background(this.decoder));
   }
 
-  /** Whether decode has to wait for Draco. */
-  get needsDraco() {
-    return !this.core.draco && (this.exports.fvvjs_profiles(this.decoder) & PROFILE_DRACO) !== 0;
+  /** Whether decode has to wait for codecs. */
+  get lacksCodecs() {
+    return this.core.codecs.lacks(this.exports.fvvjs_codecs(this.decoder));
   }
-  async loadDraco() {
-    this.core.draco ??= await createDraco(await this.draco(), this.limits.memory);
+  loadCodecs() {
+    return this.lendCodecs(this.core, this.exports.fvvjs_codecs(this.decoder));
+  }
+  /** Gives the instance of a module those that it asks for. */
+  lendCodecs({ codecs }, wanted) {
+    return codecs.load(wanted, async (name) => createCodec(await this.codec(name), this.limits.memory));
   }
 
   /**

@@ -22,7 +22,7 @@ function plainGap(item) {
 
 const engine = new Engine({
   pull: () => call("pull"),
-  draco: () => call("draco"),
+  codec: (name) => call("codec", name),
   background: () => call("background"),
 });
 

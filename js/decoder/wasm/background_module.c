@@ -8,6 +8,7 @@
 #include "base/layout.h"
 #include "base/limits.h"
 #include "base/memory.h"
+#include "codecs.h"
 #include "flat.h"
 #include "fvv/background.h"
 
@@ -34,10 +35,11 @@ FVVJS_EXPORT const flat_background *fvvback_data(void) {
   return &flat;
 }
 
-static uint32_t needs_draco(void) {
+static uint32_t codecs(void) {
+  uint32_t all = 0;
   for (size_t i = 0; i < background.part_count; i++)
-    if (background.parts[i].mesh[FVV_MESH_PROFILE] == FVV_MESH_DRACO) return 1;
-  return 0;
+    all |= fvvjs_mesh_codec(background.parts[i].mesh[FVV_MESH_PROFILE]);
+  return all;
 }
 
 static fvv_status list_pictures(void) {
@@ -80,7 +82,7 @@ FVVJS_EXPORT int32_t fvvback_load(const uint8_t *payload, size_t size, uint32_t 
   if (status == FVV_OK) status = list_pictures();
   if (status == FVV_OK) status = list_lights();
   if (status != FVV_OK) return status;
-  const flat_background made = {needs_draco(),
+  const flat_background made = {codecs(),
                                 (uint32_t)background.part_count,
                                 (const flat_picture *)pictures.data,
                                 (uint32_t)background.picture_count,

@@ -14,8 +14,9 @@ emcmake cmake -S "$here" -B "$build/modules" -G Ninja -DCMAKE_BUILD_TYPE=None \
   -DFVV_WASM_SOURCES="$build/sources" -DFVV_VERSION="$version" >/dev/null
 cmake --build "$build/modules"
 
-# What JavaScript calls, and nothing that only the linker's defaults export.
-strip_exports() { # module
+# What JavaScript calls, and nothing that only the linker's defaults export. What is left is optimised again: once for
+# all that can be told of the values, then for size.
+finish() { # module
   node -e '
     const { readFileSync, writeFileSync } = require("fs");
     const [input, graph] = process.argv.slice(1);
@@ -23,13 +24,15 @@ strip_exports() { # module
     const wanted = names.filter((name) => /^(fvv|_initialize)/.test(name));
     writeFileSync(graph, JSON.stringify(wanted.map((name) => ({ name, root: true, export: name }))));
   ' "$build/modules/$1.wasm" "$build/$1.json"
-  wasm-metadce --enable-exception-handling --enable-mutable-globals --enable-bulk-memory --enable-sign-ext \
-    --enable-nontrapping-float-to-int -f "$build/$1.json" -o "$build/$1.wasm" "$build/modules/$1.wasm" >/dev/null
+  wasm-metadce "${features[@]}" -f "$build/$1.json" -o "$build/$1.wasm" "$build/modules/$1.wasm" >/dev/null
+  [[ "$1" == fvv_draco ]] || wasm-opt "${features[@]}" -O4 -Oz "$build/$1.wasm" -o "$build/$1.wasm"
 }
 
+features=(--enable-exception-handling --enable-mutable-globals --enable-bulk-memory --enable-sign-ext
+  --enable-nontrapping-float-to-int)
 mkdir -p "$here/../dist"
-for module in core projection background draco; do
-  strip_exports "fvv_$module"
+for module in core projection background draco fast openexr; do
+  finish "fvv_$module"
   node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done
 cp "$here"/../src/*.js "$here"/../src/*.d.ts "$here/../dist/"

@@ -124,7 +124,7 @@ typedef struct flat_light {
 } flat_light;
 
 typedef struct flat_background {
-  uint32_t needs_draco, part_count;
+  uint32_t codecs, part_count; /* FVVJS_CODEC_... */
   const flat_picture *pictures;
   uint32_t picture_count;
   const flat_light *lights;

@@ -4,6 +4,7 @@
 #include "base/checked.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
+#include "codecs.h"
 #include "decoder.h"
 #include "stream/group_tiles.h"
 
@@ -262,16 +263,22 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const
   }
 }
 
-/* Bit n: the ready frame has a mesh of profile n, so that the decoder of Draco can be fetched before. */
-FVVJS_EXPORT uint32_t fvvjs_profiles(const fvvjs_decoder *d) {
-  const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
-  uint32_t profiles = 0;
-  for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) {
-    if (chunks[i].header.type != FVV_CHUNK_MESH || !chunks[i].header.size) continue;
-    const uint8_t profile = d->ready.payloads.data[chunks[i].payload + FVV_MESH_PROFILE];
-    if (profile < 32) profiles |= UINT32_C(1) << profile;
+static uint32_t codec_of(const fvvjs_decoder *d, const fvvjs_chunk *chunk) {
+  if (chunk->header.type == FVV_CHUNK_MESH && chunk->header.size)
+    return fvvjs_mesh_codec(d->ready.payloads.data[chunk->payload + FVV_MESH_PROFILE]);
+  if (chunk->header.type == FVV_CHUNK_VIDEO_PACKET && d->configuration) {
+    const fvv_video_layout *video = fvv_configuration_video(d->configuration, chunk->header.track);
+    if (video && video->config.codec == FVV_CODEC_OEXR) return FVVJS_CODEC_OPENEXR;
   }
-  return profiles;
+  return 0;
+}
+
+/* Which codecs the ready frame needs, FVVJS_CODEC_..., so that they can be fetched before. */
+FVVJS_EXPORT uint32_t fvvjs_codecs(const fvvjs_decoder *d) {
+  const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
+  uint32_t codecs = 0;
+  for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) codecs |= codec_of(d, &chunks[i]);
+  return codecs;
 }
 
 /* Decodes the ready frame. want: 0 when only frames behind it are wanted. On error the diagnostic tells, and
