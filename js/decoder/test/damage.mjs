@@ -24,11 +24,12 @@ export function* damaged(bytes, count) {
   }
 }
 
-/** The stream up to its first MESH chunk, that one with another payload and good CRCs, and the rest as it was. */
-export function replaceMesh(bytes, change) {
+/** The stream up to its first chunk of a type, that one with another payload and good CRCs, and the rest as it was. */
+export function replaceFirst(type, bytes, change) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  const code = new DataView(new TextEncoder().encode(type).buffer).getUint32(0, true);
   let at = 24;
-  while (view.getUint32(at, true) !== 0x4853454d) at += 32 + 8 * Math.ceil(view.getUint32(at + 16, true) / 8);
+  while (view.getUint32(at, true) !== code) at += 32 + 8 * Math.ceil(view.getUint32(at + 16, true) / 8);
   const size = view.getUint32(at + 16, true);
   const payload = change(bytes.slice(at + 32, at + 32 + size));
   const header = bytes.slice(at, at + 32);
@@ -45,3 +46,5 @@ export function replaceMesh(bytes, change) {
     ...bytes.subarray(at + 32 + 8 * Math.ceil(size / 8)),
   ]);
 }
+
+export const replaceMesh = (bytes, change) => replaceFirst("MESH", bytes, change);

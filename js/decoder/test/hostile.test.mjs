@@ -8,10 +8,10 @@ import { after, test } from "node:test";
 import { FvvError, createDecoder } from "../dist/index.js";
 import { compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
-import { damaged, replaceMesh } from "./damage.mjs";
+import { damaged, replaceFirst, replaceMesh } from "./damage.mjs";
 import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
 
-const { clips, done } = makeClips("delta", "moving", "draco");
+const { clips, done } = makeClips("delta", "moving", "draco", "fast");
 after(done);
 
 /** Frames by time, and everything that was said. */
@@ -77,6 +77,28 @@ test("meshes of Draco with good CRCs and bad bits", async () => {
     const { frames } = await survive(changed);
     assert.ok(frames.length >= 2, "the second group is whole");
   }
+});
+
+/** Issues of what is corrupt when a bit of the first such chunk is another one. at: negative from the end. */
+async function issuesOf(file, type, at) {
+  const changed = replaceFirst(type, new Uint8Array(readFileSync(file)), (payload) => {
+    payload[at < 0 ? payload.length + at : at] ^= 0x40;
+    return payload;
+  });
+  const decoder = await createDecoder({ source: changed });
+  const issues = [];
+  decoder.addEventListener("corrupt", (event) => issues.push(event.detail.issue));
+  for await (const frame of decoder) frame.close();
+  return issues;
+}
+
+test("codecs of few streams check what they get, as libfvv does", async () => {
+  const picture = conformanceFiles().find((file) => file.endsWith("bars.fvv"));
+  // Behind a header of 16 bytes and a size of 4 stands the first byte of the vertex stream; the index stream ends in
+  // its table; a picture begins with a magic number.
+  assert.equal((await issuesOf(clips.fast, "MESH", 20))[0], 3025);
+  assert.equal((await issuesOf(clips.fast, "MESH", -1))[0], 3026);
+  assert.equal((await issuesOf(picture, "VPKT", 0))[0], 4206);
 });
 
 test("counts that are not there cost no memory", async () => {
