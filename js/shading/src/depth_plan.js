@@ -6,6 +6,7 @@ const SAMPLES = 3;
 /** x / z and y / z: a lens that shows more than 76 degrees off its axis has no such map. */
 const WIDEST = 4;
 const BORDER_STEPS = 32;
+/** Of all maps together, four bytes each, unless somebody says otherwise. */
 const MOST_TEXELS = 2 ** 24;
 const LARGEST_SIDE = 4096;
 
@@ -43,7 +44,12 @@ export function depthSizes(wanted, had) {
 }
 
 export class DepthPlan {
+  #mostTexels;
   #fields = new WeakMap(); // camera -> {key, field}; cameras that stand still are the same object in every frame
+
+  constructor(mostTexels = MOST_TEXELS) {
+    this.#mostTexels = mostTexels;
+  }
 
   #field(camera, source) {
     const key = `${source.x} ${source.y} ${source.width} ${source.height}`;
@@ -76,7 +82,7 @@ export class DepthPlan {
     const rows = Math.max(...wanted.map((one) => one.rows)) + 2;
     const samples = Math.min(
       SAMPLES,
-      Math.sqrt(MOST_TEXELS / (views.length * columns * rows)),
+      Math.sqrt(this.#mostTexels / (views.length * columns * rows)),
       LARGEST_SIDE / Math.max(columns, rows),
     );
     // A sample may be farther away than the tolerance allows for when there is less than one to a pixel.

@@ -58,6 +58,8 @@ export function writeViews(views: View[], array: Float32Array): void;
 export function shareTexels(frame: Frame, mesh: Mesh, views: View[], most: number): number;
 export function packShares(views: View[], vertexCount: number, texels: number, bytes: Uint8Array): void;
 export class DepthPlan {
+  /** Of all maps together, four bytes each. Default 2^24. */
+  constructor(mostTexels?: number);
   place(views: View[], needs: (view: View) => boolean): LayerSizes | null;
 }
 export function depthSizes(wanted: LayerSizes, had: LayerSizes | null): LayerSizes;

@@ -53,7 +53,11 @@ export interface Counters {
 /** Events: "lost" and "restored", when the context is. What was shown is shown again by the renderer itself. */
 export class Renderer extends EventTarget {
   static readonly limits: Readonly<{ views: number; best: number; lights: number; shadows: number }>;
-  constructor(canvas: HTMLCanvasElement | OffscreenCanvas, options?: { contextAttributes?: WebGLContextAttributes });
+  /** depthTexels: of all depth maps together, four bytes each; with less room they are coarser. Default 2^26. */
+  constructor(
+    canvas: HTMLCanvasElement | OffscreenCanvas,
+    options?: { contextAttributes?: WebGLContextAttributes; depthTexels?: number },
+  );
   readonly lost: boolean;
   readonly counters: Counters;
   readonly frame: { number: number; seconds: number; viewCount: number } | null;

@@ -23,10 +23,14 @@ const noCounters = {
   drawnFrames: 0,
 };
 
+/** Of all depth maps: room for three samples along a pixel of 20 cameras of 1024x768. */
+const DEPTH_TEXELS = 2 ** 26;
+
 export class Renderer extends EventTarget {
   static limits = Object.freeze({ views: MOST_VIEWS, best: MOST_BEST, lights: MOST_LIGHTS, shadows: MOST_SHADOWS });
 
   #canvas;
+  #limits;
   #gl;
   #counters = { ...noCounters, uploads: new Uploads() };
   #pipeline;
@@ -38,9 +42,10 @@ export class Renderer extends EventTarget {
   #last = null; // {view, options, key, outlined} of the last picture
   #listeners = { webglcontextlost: (event) => this.#lose(event), webglcontextrestored: () => this.#restore() };
 
-  constructor(canvas, { contextAttributes = {} } = {}) {
+  constructor(canvas, { contextAttributes = {}, depthTexels = DEPTH_TEXELS } = {}) {
     super();
     this.#canvas = canvas;
+    this.#limits = { depthTexels };
     this.#gl = canvas.getContext("webgl2", {
       alpha: false,
       antialias: true,
@@ -49,7 +54,7 @@ export class Renderer extends EventTarget {
     });
     if (!this.#gl) throw new Error("there is no WebGL 2 here");
     for (const [type, listener] of Object.entries(this.#listeners)) canvas.addEventListener(type, listener);
-    this.#pipeline = this.#gl.isContextLost() ? null : new Pipeline(this.#gl, this.#counters);
+    this.#pipeline = this.#gl.isContextLost() ? null : new Pipeline(this.#gl, this.#counters, this.#limits);
   }
 
   get lost() {
@@ -165,7 +170,7 @@ export class Renderer extends EventTarget {
   }
 
   async #restore() {
-    const pipeline = new Pipeline(this.#gl, this.#counters);
+    const pipeline = new Pipeline(this.#gl, this.#counters, this.#limits);
     pipeline.setEnvironments(this.#environments);
     this.#pipeline = pipeline;
     this.#changed = true;

@@ -68,6 +68,17 @@ export function projectionOf({ rotation: r, translation: t, fx, fy, cx, cy, widt
   return matrix;
 }
 
+/** gl_FragCoord and 1 -> a ray in the world. */
+export function raysOf({ rotation: r, fx, fy, cx, cy, height }) {
+  const matrix = new Float32Array(9);
+  for (let k = 0; k < 3; k++) {
+    matrix[k] = r[k] / fx;
+    matrix[3 + k] = -r[3 + k] / fy;
+    matrix[6 + k] = (-cx / fx) * r[k] + ((height - cy) / fy) * r[3 + k] + r[6 + k];
+  }
+  return matrix;
+}
+
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const normalised = (a) => a.map((x) => x / Math.hypot(...a));
 

@@ -1,7 +1,7 @@
 // All that lives in one WebGL context. When the context is lost it is gone, and another one is made.
 
 import { Environment } from "./environment.js";
-import { clippingOf, joined, projectionOf } from "./matrices.js";
+import { clippingOf, joined, projectionOf, raysOf } from "./matrices.js";
 import { Overlay } from "./overlay.js";
 import { PictureTexture } from "./pictures.js";
 import { Programs } from "./programs.js";
@@ -20,12 +20,12 @@ export class Pipeline {
   #overlay;
   #content = null;
 
-  constructor(gl, counters) {
+  constructor(gl, counters, { depthTexels }) {
     this.#gl = gl;
     this.#counters = counters;
     this.#programs = new Programs(gl);
     this.#pictures = new PictureTexture(gl, this.#programs, counters.uploads);
-    this.#surface = new Surface(gl, this.#programs, counters);
+    this.#surface = new Surface(gl, this.#programs, counters, depthTexels);
     this.#shadows = new Shadows(gl, this.#programs, counters);
     this.#environment = new Environment(gl, this.#programs, counters);
     this.#overlay = new Overlay(gl, this.#programs, counters);
@@ -66,7 +66,12 @@ export class Pipeline {
   #viewer(view, bounds, { frusta, grid }) {
     const clipping = clippingOf(joined(bounds, overlayBounds(frusta, grid)), view);
     const own = clippingOf(this.#content?.bounds ?? null, view);
-    return { worldToClip: projectionOf(view, clipping), depthRange: [own.near, own.far], eye: eyeOf(view) };
+    return {
+      worldToClip: projectionOf(view, clipping),
+      pixelToRay: raysOf(view),
+      depthRange: [own.near, own.far],
+      eye: eyeOf(view),
+    };
   }
 
   close() {

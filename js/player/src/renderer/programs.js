@@ -17,6 +17,7 @@ function settersOf(gl) {
     [gl.FLOAT_VEC2, (at, value) => gl.uniform2fv(at, value)],
     [gl.FLOAT_VEC3, (at, value) => gl.uniform3fv(at, value)],
     [gl.FLOAT_VEC4, (at, value) => gl.uniform4fv(at, value)],
+    [gl.FLOAT_MAT3, (at, value) => gl.uniformMatrix3fv(at, false, value)],
     [gl.FLOAT_MAT4, (at, value) => gl.uniformMatrix4fv(at, false, value)],
   ]);
 }

@@ -50,17 +50,18 @@ export class Surface {
   #views;
   #shares;
   #depths;
-  #plan = new DepthPlan();
+  #plan;
   #content = null;
   #texels = 0; // of shares, for each vertex
   #visibleBy = null;
   #off = null;
   #table = new Float32Array(4 * VIEW_TEXELS * MOST_VIEWS);
 
-  constructor(gl, programs, counters) {
+  constructor(gl, programs, counters, depthTexels) {
     this.#gl = gl;
     this.#programs = programs;
     this.#counters = counters;
+    this.#plan = new DepthPlan(depthTexels);
     const { uploads } = counters;
     this.#mesh = new MeshBuffers(gl, uploads);
     const floats = { internal: gl.RGBA32F, format: gl.RGBA, type: gl.FLOAT, texelBytes: 16, filter: gl.NEAREST };
@@ -131,11 +132,12 @@ export class Surface {
   }
 
   /** pictures: the texture of all of them. */
-  draw(pictures, { worldToClip, depthRange, eye }, options) {
+  draw(pictures, { worldToClip, pixelToRay, depthRange, eye }, options) {
     const gl = this.#gl;
     const { views, atlas } = this.#content;
     const uniforms = {
       worldToClip,
+      pixelToRay,
       depthRange,
       eye,
       pictureSize: pictures.size,
