@@ -1,8 +1,8 @@
-// Whether bundlers take the package as it is: packs it, installs it into a project for each of them, builds that without
+// Whether bundlers take the package as it is: packs it, unpacks it into a project for each of them, builds that without
 // any configuration of the package, serves the result under a strict content policy, and decodes in Chromium.
-// usage: node matrix.mjs [vite|webpack|esbuild|rollup|plain ...]. Needs npm and chromium.
+// usage: node matrix.mjs [vite|webpack|esbuild|rollup|plain ...]. Needs npm, chromium, and the packages of js.
 
-import { execFileSync, spawn } from "node:child_process";
+import { execFileSync, spawn, spawnSync } from "node:child_process";
 import { cpSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { tmpdir } from "node:os";
@@ -27,31 +27,29 @@ try {
 `;
 
 const bundlers = {
-  vite: { packages: ["vite@7"], build: ["npx", "vite", "build"], out: "dist", worker: true },
+  vite: { build: ["vite", "build"], out: "dist", worker: true },
   webpack: {
-    packages: ["webpack@5", "webpack-cli@6"],
-    build: ["npx", "webpack", "--entry", "./main.js", "--mode", "production", "-o", "dist"],
+    build: ["webpack", "--entry", "./main.js", "--mode", "production", "-o", "dist"],
     page: "main.js",
     out: "dist",
     worker: true,
   },
   esbuild: {
-    packages: ["esbuild@0.25"],
-    build: ["npx", "esbuild", "main.js", "--bundle", "--format=esm", "--splitting", "--outdir=dist"],
+    build: ["esbuild", "main.js", "--bundle", "--format=esm", "--splitting", "--outdir=dist"],
     page: "main.js",
     out: "dist",
     worker: false,
   },
   rollup: {
-    packages: ["rollup@4", "@rollup/plugin-node-resolve@16"],
-    build: ["npx", "rollup", "main.js", "-p", "node-resolve", "-d", "dist"],
+    build: ["rollup", "main.js", "-p", "node-resolve", "-d", "dist"],
     page: "main.js",
     out: "dist",
     worker: false,
   },
-  plain: { packages: [], out: ".", worker: true },
+  plain: { out: ".", worker: true },
 };
 
+const chromium = process.env.FVV_CHROMIUM ?? "chromium";
 const policy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'";
 const types = { html: "text/html", js: "text/javascript" };
 
@@ -83,7 +81,7 @@ async function runPage(folder, clip) {
   const profile = mkdtempSync(join(tmpdir(), "fvv-matrix-"));
   const url = `http://127.0.0.1:${server.address().port}/`;
   const browser = spawn(
-    process.env.FVV_CHROMIUM ?? "chromium",
+    chromium,
     ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-sync",
      "--disable-component-update", "--no-first-run", `--user-data-dir=${profile}`, url],
     { stdio: "ignore", detached: true },
@@ -100,36 +98,42 @@ async function runPage(folder, clip) {
 }
 
 function prepare(name, work, archive) {
-  const { packages, build, page: script, out } = bundlers[name];
+  const { build, page: script, out } = bundlers[name];
   const project = join(work, name);
-  mkdirSync(project);
+  const installed = join(project, "node_modules/@fvv/decoder");
+  mkdirSync(installed, { recursive: true });
   const run = (program, ...parameters) =>
     execFileSync(program, parameters, { cwd: project, stdio: "pipe", encoding: "utf8" });
+  run("tar", "-xzf", archive, "--strip-components=1", "-C", installed);
   writeFileSync(join(project, "package.json"), JSON.stringify({ type: "module", private: true }));
   writeFileSync(join(project, "main.js"), main);
   writeFileSync(join(project, "index.html"), page("./main.js"));
-  run("npm", "install", "--no-audit", "--no-fund", archive, ...packages);
   if (!build) {
     // No bundler, and so no bare names: what an import map would say.
     const entry = "./node_modules/@fvv/decoder/dist/index.js";
     writeFileSync(join(project, "main.js"), main.replace('"@fvv/decoder"', `"${entry}"`));
     return project;
   }
-  run(...build);
+  const [bundler, ...parameters] = build;
+  run(join(root, "js/node_modules/.bin", bundler), ...parameters);
   if (script) cpSync(join(project, "index.html"), join(project, out, "index.html"));
   return join(project, out);
 }
 
-async function attempt(name, archive) {
+async function attempt(name, work, archive, clip) {
   try {
-    return await runPage(prepare(name, work, archive), clips.draco);
+    return await runPage(prepare(name, work, archive), clip);
   } catch (error) {
     return { error: `${error.message}\n${error.stdout ?? ""}` };
   }
 }
 
+if (spawnSync(chromium, ["--version"]).error) {
+  console.log(`skipped: no ${chromium} here`);
+  process.exit(0);
+}
 const names = process.argv.length > 2 ? process.argv.slice(2) : Object.keys(bundlers);
-const { clips, done } = makeClips();
+const { clips, done } = makeClips("draco");
 const work = mkdtempSync(join(tmpdir(), "fvv-matrix-"));
 let failed = 0;
 try {
@@ -140,9 +144,7 @@ try {
   );
   const expected = nativeFrames(clips.draco).length;
   for (const name of names) {
-    const result = await runPage(prepare(name, work, archive), clips.draco).catch((error) => ({
-      error: String(error),
-    }));
+    const result = await attempt(name, work, archive, clips.draco);
     const good = result.frames === expected && result.inWorker === bundlers[name].worker;
     if (!good) failed++;
     console.log(`${name}: ${good ? "good" : "FAILED"} ${JSON.stringify(result)}`);

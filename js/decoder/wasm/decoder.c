@@ -130,6 +130,25 @@ static int close_frame(fvvjs_decoder *d) {
   return whole;
 }
 
+static int has_chunk_of(const fvvjs_frame *frame, uint16_t track) {
+  const fvvjs_chunk *chunks = (const fvvjs_chunk *)frame->chunks.data;
+  for (size_t i = 0; i < frame->chunks.size / sizeof *chunks; i++)
+    if (chunks[i].header.track == track && chunks[i].header.type != FVV_CHUNK_GROUP_TILES) return 1;
+  return 0;
+}
+
+/* Whether nothing more can belong to the frame that comes in: a chunk of every track is there, and no track has
+ * two at one time (clause 6.2). So it need not wait for the first chunk of the next frame. Environments come at few
+ * times: with them it waits. */
+static int is_complete(const fvvjs_decoder *d) {
+  const fvv_configuration *c = d->configuration;
+  const size_t chunks = d->incoming.chunks.size / sizeof(fvvjs_chunk);
+  if (!c || chunks < c->track_count) return 0;
+  for (size_t i = 0; i < c->track_count; i++)
+    if (c->tracks[i].kind > FVV_TRACK_VISIBILITY || !has_chunk_of(&d->incoming, c->tracks[i].id)) return 0;
+  return 1;
+}
+
 static int damage(fvvjs_decoder *d, const fvv_diagnostic *diagnostic, uint64_t offset, uint64_t skipped) {
   d->diagnostic = *diagnostic;
   d->about.offset = offset;
@@ -212,7 +231,8 @@ static int take(fvvjs_decoder *d) {
   if (place != FVV_PLACE_FRAME || !event->chunk.track || d->lost) return FVVJS_NEED_DATA;
   const fvv_status status = append(&d->incoming, event);
   if (!event->group_intact) d->incoming.whole = 0;
-  return status < 0 ? status : FVVJS_NEED_DATA;
+  if (status < 0) return status;
+  return is_complete(d) && close_frame(d) ? FVVJS_FRAME : FVVJS_NEED_DATA;
 }
 
 /* Call until FVVJS_NEED_DATA or an error, which is final. */
