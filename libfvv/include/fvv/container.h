@@ -122,6 +122,12 @@ typedef struct fvv_event {
 FVV_API FVV_MUST_USE fvv_status fvv_reader_create(const fvv_limits *limits, const fvv_allocator *allocator,
                                                   uint64_t start_offset, fvv_reader **reader);
 FVV_API void fvv_reader_destroy(fvv_reader *reader);
+/* For who joins late, before the first push and with start_offset 0: what comes is an initialisation object
+ * (file header and configuration block) and then the groups of a stream in order, beginning with any (clause
+ * 6.4). The first sequence number is taken as it comes; everything else is checked as always, except index
+ * and footer, which speak of a whole stream. Offsets count from the first byte pushed. FVV_ERROR_STATE: bytes
+ * were pushed, or they begin elsewhere. */
+FVV_API FVV_MUST_USE fvv_status fvv_reader_join(fvv_reader *reader);
 /* Bytes are copied. Any split of the same bytes gives the same events. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_push(fvv_reader *reader, const void *bytes, size_t size);
 /* No more bytes will come: what was "need data" becomes "truncated". */

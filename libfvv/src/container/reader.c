@@ -51,6 +51,12 @@ fvv_status fvv_reader_create(const fvv_limits *limits, const fvv_allocator *allo
   return FVV_OK;
 }
 
+fvv_status fvv_reader_join(fvv_reader *reader) {
+  if (reader->start || reader->offset || reader->buffer.size) return FVV_ERROR_STATE;
+  reader->sequence.joined = reader->sequence.joining = 1;
+  return FVV_OK;
+}
+
 void fvv_reader_destroy(fvv_reader *reader) {
   if (!reader) return;
   const fvv_allocator allocator = reader->allocator;

@@ -111,7 +111,7 @@ static fvv_status check_group(const fvv_sequence *s, const fvv_chunk_header *hea
            "group covers ticks %lld to %lld with header time %lld, and the former group ended at %lld",
            (long long)start, (long long)end, (long long)header->time, (long long)s->last_end);
   /* After a gap groups may be missing, but never come twice. */
-  if (s->gaps ? number < s->next_sequence : number != s->next_sequence)
+  if (!s->joining && (s->gaps ? number < s->next_sequence : number != s->next_sequence))
     BROKEN(GROUP_SEQUENCE, IN_PAYLOAD + FVV_GRUP_SEQUENCE, "group %u, expected %u", number, s->next_sequence);
   if (s->configuration == FVV_CONFIGURATION_GOOD &&
       fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC) != s->configuration_crc)
@@ -183,6 +183,7 @@ static fvv_status check_group_end(fvv_sequence *s, const fvv_chunk_header *heade
 
 static fvv_status check_end(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
                             uint64_t offset, fvv_diagnostic *diagnostic) {
+  if (s->joined) return FVV_OK;
   if (header->type == FVV_CHUNK_FOOTER) {
     uint8_t expected[FVV_FOOT_SIZE];
     if (!s->index_seen) return FVV_OK; /* lost, and told already */

@@ -35,6 +35,8 @@ typedef struct fvv_sequence {
   int in_group;
   int suspect; /* something was lost or wrong since the last GRUP or SCEN: rules would only repeat it */
   int gaps;    /* bytes were lost anywhere, or the reader joined late: totals can't be compared */
+  int joined;  /* the stream began elsewhere: its index and footer speak of more than what comes */
+  int joining; /* joined, and no group has come yet: it may have any number */
   int index_seen, footer_seen;
   int block_has_more; /* the block holds more than SCEN and TRAK: no TRAK may follow */
   int scene_seen;

@@ -27,7 +27,7 @@ static void begin_group(fvv_sequence *s, const fvv_chunk_header *header, const u
     s->configuration = FVV_CONFIGURATION_GOOD;
   s->in_block = 0;
   s->in_group = 1;
-  s->suspect = 0;
+  s->suspect = s->joining = 0;
   s->group_offset = offset;
   s->group_start = fvv_get_i64(payload + FVV_GRUP_START);
   s->group_end = fvv_get_i64(payload + FVV_GRUP_END);
