@@ -158,6 +158,41 @@ TEST_CASE("a camera that exceeds the limit alone has a track of its own, and a w
   CHECK(summary.exit() == cli::loss);
 }
 
+TEST_CASE("neighbours share a track, on request") {
+  // At 0, 90, 180, 270 and 360 degrees around the scene.
+  const Folder folder;
+  mux::Options options = spread(folder);
+  options.frame_limit.reset();
+  using Sets = std::vector<std::vector<size_t>>;
+  const auto sets = [&](const std::string &text) {
+    options.video_tracks = mux::parse_video_tracks(text);
+    return cameras_of(mux::make_plan(options));
+  };
+  CHECK(sets("1") == Sets{{0, 1, 2, 3, 4}});
+  CHECK(sets("camera") == Sets{{0}, {1}, {2}, {3}, {4}});
+  CHECK(sets("5") == sets("camera"));
+  CHECK(sets("4") == Sets{{0, 4}, {1}, {2}, {3}});
+  CHECK(sets("2") == Sets{{0, 1, 4}, {2, 3}});
+  options.verify = true;
+  const mux::Summary summary = mux::mux(options);
+  CHECK(summary.exit() == cli::done);
+  CHECK(summary.verdict->videos[1].pictures == 5);
+  CHECK(mux::summary_text(summary).find("in 2 video tracks (--video-tracks)") != std::string::npos);
+  const nlohmann::ordered_json json = mux::summary_json(summary);
+  CHECK(json["video"][0]["camera_ids"] == std::vector<int>{3, 13, 43});
+  for (size_t camera = 0; camera < 5; camera++) CHECK(worst_psnr(options.output, camera) > 35);
+  for (const char *wrong : {"0", "-1", "cameras", "", "1001"})
+    CHECK_THROWS_AS(mux::parse_video_tracks(wrong), cli::Failure);
+}
+
+TEST_CASE("a set of neighbours that exceeds a frame is spread once more") {
+  const Folder folder;
+  mux::Options options = spread(folder);
+  options.video_tracks = 2;
+  options.frame_limit->pixels = 2 * 64 * 48;
+  CHECK(cameras_of(mux::make_plan(options)) == std::vector<std::vector<size_t>>{{0, 1}, {4}, {2, 3}});
+}
+
 TEST_CASE("tracks share a bit rate by their pixels") {
   const Folder folder;
   mux::Options options = spread(folder);

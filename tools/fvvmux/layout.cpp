@@ -5,6 +5,7 @@
 #include "fvvmux/crop.h"
 #include "fvvmux/frame_limit.h"
 #include "fvvmux/frames.h"
+#include "fvvmux/neighbours.h"
 #include "fvvmux/packing.h"
 #include "fvvmux/runs.h"
 #include "fvvmux/select.h"
@@ -115,40 +116,58 @@ MaybeLayout arrange(const Tiling &whole, const FrameLimit &limit) {
   return fits ? MaybeLayout(layout) : MaybeLayout();
 }
 
-// Of the pictures first ... end - 1.
-MaybeLayout lay_out(const Plan &plan, const Tiling &whole, size_t first, size_t end,
-                    const FrameLimit &limit) {
-  const auto part = [&](const auto &all) {
-    return std::decay_t<decltype(all)>(all.begin() + std::ptrdiff_t(first),
-                                       all.begin() + std::ptrdiff_t(end));
-  };
-  const Tiling tiling = {part(whole.cameras), part(whole.tiles)};
-  if (!plan.crop.on) return arrange(tiling, limit);
+// Pictures without a place, and what to crop them to: of each group and picture; no groups: they stay whole.
+struct Pictures {
+  Tiling tiling;
   std::vector<std::vector<Silhouette>> boxes;
-  for (const std::vector<Silhouette> &group : plan.crop.boxes) boxes.push_back(part(group));
+};
+
+Pictures pictures_of(const Plan &plan, const Tiling &whole, const std::vector<size_t> &places) {
+  Pictures out;
+  for (const size_t k : places) {
+    out.tiling.cameras.push_back(whole.cameras[k]);
+    out.tiling.tiles.push_back(whole.tiles[k]);
+  }
+  for (const std::vector<Silhouette> &group : plan.crop.boxes) {
+    out.boxes.emplace_back();
+    for (const size_t k : places) out.boxes.back().push_back(group[k]);
+  }
+  return out;
+}
+
+// Of the pictures first ... end - 1.
+MaybeLayout lay_out(const Pictures &all, size_t first, size_t end, const FrameLimit &limit) {
+  const auto part = [&](const auto &list) {
+    return std::decay_t<decltype(list)>(list.begin() + std::ptrdiff_t(first),
+                                        list.begin() + std::ptrdiff_t(end));
+  };
+  const Tiling tiling = {part(all.tiling.cameras), part(all.tiling.tiles)};
+  if (all.boxes.empty()) return arrange(tiling, limit);
+  std::vector<std::vector<Silhouette>> boxes;
+  for (const std::vector<Silhouette> &group : all.boxes) boxes.push_back(part(group));
   return pack_crops(boxes, tiling, limit);
 }
 
 // Pixels of each picture, those of the group that shows most of it.
-std::vector<uint64_t> weights_of(const Plan &plan, const Tiling &whole) {
+std::vector<uint64_t> weights_of(const Pictures &all) {
   std::vector<uint64_t> weights;
-  for (size_t k = 0; k < whole.tiles.size(); k++) {
+  for (size_t k = 0; k < all.tiling.tiles.size(); k++) {
     const auto pixels = [](const fvv_tile &tile) {
       return uint64_t(tile.destination.width) * tile.destination.height;
     };
-    uint64_t most = plan.crop.on ? 1 : pixels(whole.tiles[k]);
-    for (const std::vector<Silhouette> &group : plan.crop.boxes)
-      most = std::max(most, pixels(cropped(whole.tiles[k], group[k])));
+    uint64_t most = all.boxes.empty() ? pixels(all.tiling.tiles[k]) : 1;
+    for (const std::vector<Silhouette> &group : all.boxes)
+      most = std::max(most, pixels(cropped(all.tiling.tiles[k], group[k])));
     weights.push_back(most);
   }
   return weights;
 }
 
 // A picture that no level of the codec takes is sent as it is, in a frame of its own.
-Layout lay_out_alone(Plan &plan, const Tiling &whole, size_t k, const FrameLimit &limit) {
-  const std::string camera = describe(plan.capture.cameras[whole.cameras[k]]);
+Layout lay_out_alone(Plan &plan, const Pictures &all, size_t k, const FrameLimit &limit) {
+  const std::string camera = describe(plan.capture.cameras[all.tiling.cameras[k]]);
   const MaybeLayout layout =
-      lay_out(plan, whole, k, k + 1,
+      lay_out(all, k, k + 1,
               {max_frame_side, max_frame_side, uint64_t(max_frame_side) * max_frame_side, "the format"});
   if (!layout)
     throw cli::Failure(plan.capture.path + ": the picture of " + camera + " does not fit a frame of " +
@@ -162,18 +181,18 @@ Layout lay_out_alone(Plan &plan, const Tiling &whole, size_t k, const FrameLimit
 }
 
 // In so many tracks; none: that is too few of them.
-std::vector<Layout> lay_out_tracks(Plan &plan, const Tiling &whole, const std::vector<size_t> &ends) {
+std::vector<Layout> lay_out_tracks(Plan &plan, const Pictures &all, const std::vector<size_t> &ends) {
   std::vector<MaybeLayout> found;
   size_t first = 0;
   for (const size_t end : ends) {
-    found.push_back(lay_out(plan, whole, first, end, plan.frame_limit));
+    found.push_back(lay_out(all, first, end, plan.frame_limit));
     if (!found.back() && end - first > 1) return {};
     first = end;
   }
   std::vector<Layout> layouts;
   for (size_t i = 0; i < found.size(); i++)
     layouts.push_back(found[i] ? std::move(*found[i])
-                               : lay_out_alone(plan, whole, ends[i] - 1, plan.frame_limit));
+                               : lay_out_alone(plan, all, ends[i] - 1, plan.frame_limit));
   return layouts;
 }
 
@@ -244,7 +263,7 @@ void bound(const Plan &plan, Tiling &tiling) {
   const std::vector<double> useful = usefulness(plan.capture, tiling.cameras, plan.crop.boxes);
   const auto fits = [&](double amount) {
     tiling.tiles = scaled_by_use(full, plan.crop.boxes, useful, amount);
-    return lay_out(plan, tiling, 0, full.size(), plan.frame_limit).has_value();
+    return lay_out({tiling, plan.crop.boxes}, 0, full.size(), plan.frame_limit).has_value();
   };
   if (fits(1)) return;
   // What a share is worth is found by halves; the frame's size rises with it but for the packing's luck.
@@ -262,13 +281,16 @@ void bound(const Plan &plan, Tiling &tiling) {
 std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole) {
   std::vector<VideoTrack> tracks;
   if (whole.tiles.empty()) return tracks;
-  const std::vector<uint64_t> weights = weights_of(plan, whole);
-  std::vector<Layout> layouts;
-  for (size_t count = 1; layouts.empty(); count++) // one for each camera is an answer, or throws
-    layouts = lay_out_tracks(plan, whole, balanced_runs(weights, count));
-  for (Layout &layout : layouts) {
-    tracks.push_back({FVV_SHOWS_TILES, std::move(layout.tiling), {}, std::move(layout.groups)});
-    tracks.back().part = tracks.size() - 1;
+  for (const std::vector<size_t> &set : neighbours(plan.capture, whole.cameras, plan.options.video_tracks)) {
+    const Pictures all = pictures_of(plan, whole, set);
+    const std::vector<uint64_t> weights = weights_of(all);
+    std::vector<Layout> layouts;
+    for (size_t count = 1; layouts.empty(); count++) // one for each camera is an answer, or throws
+      layouts = lay_out_tracks(plan, all, balanced_runs(weights, count));
+    for (Layout &layout : layouts) {
+      tracks.push_back({FVV_SHOWS_TILES, std::move(layout.tiling), {}, std::move(layout.groups)});
+      tracks.back().part = tracks.size() - 1;
+    }
   }
   return tracks;
 }

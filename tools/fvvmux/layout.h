@@ -22,7 +22,8 @@ void bound(const Plan &plan, Tiling &tiling);
 // crops into one frame. What is sent keeps the scale of the whole picture. Nothing to crop by: whole pictures
 // in a grid, and no groups.
 //
-// As many tracks as it takes for no frame to exceed plan.frame_limit; the cameras stay in order, and tracks
+// One track for each set of neighbouring cameras that Options::video_tracks asks for, and of each set as many
+// as it takes for no frame to exceed plan.frame_limit; the cameras of a set stay in order, and its tracks
 // have about the same number of pixels. A camera that exceeds it alone has a track of its own, with a
 // warning. cli::Failure when it exceeds the format. No tiles: no tracks.
 std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole);

@@ -69,8 +69,8 @@ constexpr const char *footer =
 struct Texts {
   std::optional<std::string> bit_depth, quality;
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
-              video_pixels, video_size, step, max_error, mesh_profile = "draco", normals = "auto", frames,
-              visibility = "auto";
+              video_pixels, video_size, video_tracks = "1", step, max_error, mesh_profile = "draco",
+              normals = "auto", frames, visibility = "auto";
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -132,8 +132,16 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       "of the one frame in which all cropped pictures are packed, at most (300k, 2M): cameras share them by "
       "their usefulness, none gets more than --tile or --scale gives. Without it, cameras are spread over "
       "several video tracks when a frame would exceed what decoders take");
-  app.add_option("--video-size", texts.video_size, "the same by the sides of the frame: 1920x1088")
-      ->excludes(pixels);
+  auto *sides =
+      app.add_option("--video-size", texts.video_size, "the same by the sides of the frame: 1920x1088")
+          ->excludes(pixels);
+  app.add_option("--video-tracks", texts.video_tracks,
+                 "spread the cameras over so many video tracks, neighbours together, or camera: one for "
+                 "each. Players "
+                 "can then leave out what a viewpoint does not need (docs/fvvmux-tiles.md)")
+      ->capture_default_str()
+      ->excludes(pixels)
+      ->excludes(sides);
   app.add_option(
       "--max-error", texts.max_error,
       "error of the geometry in pixels of the transmitted pictures, at the camera that sees a place "
@@ -205,6 +213,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.video_size.empty()) options.video_size = mux::parse_video_size(texts.video_size);
   if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
   if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
+  options.video_tracks = mux::parse_video_tracks(texts.video_tracks);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);
   options.visibility = mux::parse_visibility(texts.visibility);
   options.normals = mux::parse_normals(texts.normals);

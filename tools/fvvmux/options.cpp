@@ -178,6 +178,14 @@ Background parse_background(const std::string &text) {
   refuse("--background", "auto, keep, flat or smooth", text);
 }
 
+uint32_t parse_video_tracks(const std::string &text) {
+  int64_t count;
+  if (text == "camera") return UINT32_MAX;
+  if (!whole_number(text, 1, 1000, count))
+    refuse("--video-tracks", "camera, or a number from 1 to 1000", text);
+  return uint32_t(count);
+}
+
 Crop parse_crop(const std::string &text) {
   if (text == "auto") return Crop::automatic;
   if (text == "none") return Crop::none;

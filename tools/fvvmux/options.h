@@ -92,6 +92,7 @@ struct Options {
   std::string segments;       // a folder to write besides; then capture may be a stream, and output is empty
   uint64_t video_pixels = 0;  // of the frame with the cameras' tiles, at most; 0: any
   std::optional<TileSize> video_size;    // likewise, of its sides
+  uint32_t video_tracks = 1;             // for sets of neighbouring cameras; each camera alone: UINT32_MAX
   std::optional<FrameLimit> frame_limit; // in place of what decoders take; for tests
 };
 
@@ -111,6 +112,7 @@ Normals parse_normals(const std::string &text);                  // "auto", "alw
 Background parse_background(const std::string &text);            // "auto", "keep", "flat", "smooth"
 uint64_t parse_pixels(const std::string &text);                  // "300k", "2M", "100000"
 TileSize parse_video_size(const std::string &text);              // "1920x1088"
+uint32_t parse_video_tracks(const std::string &text);            // "4", "camera"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "none"
 

@@ -73,9 +73,10 @@ void crop_lines(std::string &out, const Summary &s) {
        "layout of their own; background: %s",
        crop.on ? "cropped " : "not cropped, ", crop.reason.c_str(), tracks > 1 ? "s together have" : " has",
        100 * share, tiles, s.layouts, s.plan.group_count(), fill_text(s));
-  if (tracks > 1)
-    line(out, "            in %zu video tracks: at %.6g frames/s a frame may have %s", tracks, frame_rate(s),
-         limit_text(s.plan.frame_limit).c_str());
+  if (tracks <= 1) return;
+  line(out, "            in %zu video tracks%s: at %.6g frames/s a frame may have %s", tracks,
+       s.plan.options.video_tracks > 1 ? " (--video-tracks)" : "", frame_rate(s),
+       limit_text(s.plan.frame_limit).c_str());
 }
 
 void video_lines(std::string &out, const Summary &s, size_t index) {
