@@ -5,7 +5,7 @@ import { readBackgroundList, readDiagnostic, readPart } from "./flat.js";
 import { createBackground } from "./wasm.js";
 
 /** payload: {track, data}. module(): the compiled one. */
-export async function readBackground({ track, data }, { module, session }) {
+async function readBackground({ track, data }, { module, session }) {
   const { limits } = session;
   const core = await createBackground(await module(), limits.memory);
   const { exports } = core;
@@ -27,4 +27,35 @@ export async function readBackground({ track, data }, { module, session }) {
     return readPart(core.memory, part);
   });
   return { track, parts, pictures, lights };
+}
+
+/** The environments of a stream, as they come: one for each track of them, under one configuration. */
+export class Environments {
+  tracks = new Set();
+  #configuration = null;
+  /** emit("background", environment, or null: other ones hold), emit("corrupt", error). */
+  constructor({ module, session, emit }) {
+    Object.assign(this, { module, session, emit });
+  }
+  /** configuration: the digest that a group names. */
+  begin(configuration) {
+    if (configuration === this.#configuration) return;
+    if (this.tracks.size) this.emit("background", null);
+    this.#configuration = configuration;
+    this.tracks.clear();
+  }
+  /** payloads: {track, data}, or null. */
+  async take(payloads) {
+    for (const payload of payloads) {
+      if (!payload || this.tracks.has(payload.track)) continue;
+      this.tracks.add(payload.track);
+      try {
+        this.emit("background", await readBackground(payload, this));
+      } catch (error) {
+        if (!(error instanceof FvvError)) throw error;
+        error.fatal = false;
+        this.emit("corrupt", error);
+      }
+    }
+  }
 }

@@ -6,6 +6,7 @@ import { FvvError } from "./errors.js";
 import { Frame } from "./frame.js";
 import { connect } from "./port.js";
 import { compileBackground, compileCodec, compileCore, compileProjection } from "./modules.js";
+import { camerasFor, tracksOf } from "./viewpoint.js";
 import { createProjection } from "./wasm.js";
 
 /** How long a worker may take to say that it is there. */
@@ -53,6 +54,8 @@ export class Decoder extends EventTarget {
   #early = null;
   #projector;
   #cameras = [];
+  #seen = []; // cameras as they were in the frame that was taken last
+  #view = null;
   #finish = [];
   #taking = Promise.resolve();
   #ended = false;
@@ -76,9 +79,11 @@ export class Decoder extends EventTarget {
       signal.addEventListener("abort", stop, { once: true });
       decoder.#finish.push(() => signal.removeEventListener("abort", stop));
     }
-    const { limits, normals, visibility, shares, video, queue } = options;
-    const opened = await decoder.#call("open", { source, module, limits, normals, visibility, shares, video, queue });
+    const { limits, normals, visibility, shares, video, queue, tracks, look } = options;
+    const settings = { limits, normals, visibility, shares, video, queue, tracks, held: look !== null };
+    const opened = await decoder.#call("open", { source, module, ...settings });
     Object.assign(decoder, opened);
+    if (look) await decoder.#lookAtOnce(look, tracks);
     return decoder;
   }
 
@@ -112,8 +117,47 @@ export class Decoder extends EventTarget {
   #configure(configuration) {
     configuration.cameras = configuration.cameras.map((fields) => new Camera(fields, this.#projector));
     this.configuration = configuration;
-    this.#cameras = configuration.cameras;
+    this.#cameras = this.#seen = configuration.cameras;
+    // Tracks may have other numbers now. What fails is told by the next call.
+    if (this.#view) this.look(this.#view).catch(() => {});
     this.dispatchEvent(new FvvEvent("configuration", configuration));
+  }
+
+  /** Before anything is played, where the source tells its configuration; else as soon as it comes. */
+  async #lookAtOnce(view, tracks) {
+    const configuration = await this.#call("peek");
+    this.#view = view;
+    if (!configuration) return this.#call("select", { tracks });
+    const cameras = configuration.cameras.map((fields) => new Camera(fields, this.#projector));
+    await this.#aim(cameras, configuration.videos);
+  }
+
+  async #aim(cameras, videos) {
+    const needed = camerasFor(cameras, this.#view);
+    const tracks = needed.length
+      ? tracksOf(
+          videos,
+          needed.map(({ camera }) => camera),
+        )
+      : videos.map(({ track }) => track);
+    await this.#call("select", { tracks: needed.length ? tracks : null });
+    return { cameras: needed, tracks };
+  }
+
+  /** Tracks of video that frames come with, from the next group on; null: all. Ends what look wants. */
+  async select({ tracks = null }) {
+    if (tracks !== null && !(Array.isArray(tracks) && tracks.every(Number.isInteger)))
+      throw new FvvError({ code: "argument", fatal: false, message: "tracks is a list of numbers, or null" });
+    this.#view = null;
+    await this.#call("select", { tracks });
+  }
+
+  /** Selects the tracks whose cameras a picture from eye towards target needs. See camerasFor. */
+  async look(view) {
+    camerasFor([], view);
+    this.#view = view;
+    if (!this.configuration) return { cameras: [], tracks: [] };
+    return this.#aim(this.#seen, this.configuration.videos);
   }
 
   /** One more environment of the configuration that holds; null: another configuration holds. */
@@ -127,6 +171,7 @@ export class Decoder extends EventTarget {
     const cameras = this.#cameras.map((camera) =>
       moving.has(camera.id) ? new Camera({ ...moving.get(camera.id), name: camera.name }, this.#projector) : camera,
     );
+    this.#seen = cameras;
     return new Frame(raw, this.configuration, cameras);
   }
 

@@ -16,13 +16,15 @@ export class Engine {
     this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
   }
 
-  async open({ source, module, limits, normals, visibility, shares, video, queue }) {
+  /** tracks: as of select. held: nothing is played before the first call of that. */
+  async open({ source, module, limits, normals, visibility, shares, video, queue, tracks = null, held = false }) {
     this.limit = Math.max(1, queue);
     this.description = source;
+    Object.assign(this, { tracks, held });
     this.settings = { module, limits, want: { normals, visibility, shares } };
     this.pictures = createPictures(video, (error) => this.#tell("warning", error));
     await this.#openSource();
-    this.#run(undefined);
+    if (!held) this.#run(undefined);
     return this.#about();
   }
 
@@ -32,6 +34,8 @@ export class Engine {
     this.playback = await Playback.open(source, {
       ...this.settings,
       codec: this.codec,
+      selection: this.tracks,
+      frugal: this.held,
       background: this.background,
       emit: (type, detail) => this.#tell(type, detail),
     });
@@ -161,6 +165,19 @@ export class Engine {
       throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
     if (!playback.groups.length) return;
     this.#run(frame !== undefined ? playback.locate(frame) : playback.locateTime(time));
+  }
+
+  /** The configuration, as early as the source can tell. */
+  peek() {
+    return this.playback.peek();
+  }
+
+  /** Tracks of video that frames come with; null: all. */
+  select({ tracks }) {
+    this.tracks = tracks;
+    this.playback.select(tracks);
+    if (this.held) this.#run(undefined);
+    this.held = false;
   }
 
   status() {

@@ -266,6 +266,7 @@ export function readGroup(memory, address) {
     sequence: s.u32(32),
     frameCount: s.u32(36),
     intact: s.u32(40) !== 0,
+    endSize: s.u32(44),
   };
 }
 

@@ -32,6 +32,7 @@ export class Frame {
     this.visibility = raw.visibility.map((fields) => new Visibility(fields));
     this.cameras = cameras;
     this.samples = raw.samples;
+    this.tracks = raw.tracks;
     this.#layouts = raw.layouts;
     this.pictures = raw.pictures;
     this.decodeMs = raw.decodeMs;
@@ -53,7 +54,8 @@ export class Frame {
   tiles(track) {
     const { videos } = this.configuration;
     const video = track === undefined ? videos[0] : videos.find((one) => one.track === track);
-    if (!video) return [];
+    // Of a track that was left out nothing came, its layout neither.
+    if (!video || (this.tracks && !this.tracks.includes(video.track))) return [];
     return this.#layouts.find((layout) => layout.track === video.track)?.tiles ?? video.tiles;
   }
   /** Lets its pictures go. Decoders of video have few of them and stall when they are kept. */

@@ -54,7 +54,29 @@ export interface Options {
   video?: "pictures" | "samples";
   /** Frames that are decoded ahead. Default 4. */
   queue?: number;
+  /** Tracks of video, as select takes them, from the first frame on. Default all. */
+  tracks?: number[] | null;
+  /** The same for a viewpoint, as look takes it. */
+  look?: Viewpoint;
 }
+
+/** Where a viewer stands and looks, in world coordinates, and how a picture from there is textured
+ * (docs/fvvrender.md). */
+export interface Viewpoint {
+  eye: ArrayLike<number>;
+  target: ArrayLike<number>;
+  /** Cameras for a point of the surface. Default 3. */
+  best?: number;
+  /** Cosine between normal and ray to the camera below which it gives no colour. Default 0.25. */
+  threshold?: number;
+  /** Part of the picture that comes from where it would with all cameras. Default 0.9; 1: no camera is left out that
+   * gives anything. */
+  share?: number;
+}
+
+/** Of a ball at the target, seen from eye: cameras that give the part share of it, those first that give most. None
+ * when no camera shows the target. */
+export function camerasFor(cameras: Camera[], viewpoint: Viewpoint): { camera: number; share: number }[];
 
 export type Code =
   | "argument"
@@ -224,7 +246,10 @@ export interface Frame {
   readonly visibility: Visibility[];
   /** As they are in this frame. */
   readonly cameras: Camera[];
+  /** Of the tracks that were selected. */
   readonly samples: Sample[];
+  /** Tracks of video that were selected for its group; null: all. Of others there are neither samples nor tiles. */
+  readonly tracks: number[] | null;
   readonly pictures: { track: number; image: VideoFrame | ImageBitmap }[];
   /** What meshes, visibility and calibration took. */
   readonly decodeMs: number;
@@ -326,6 +351,12 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   /** null at the end; rejects with a fatal FvvError. */
   next(): Promise<Frame | null>;
   seek(place: { frame: number } | { time: bigint } | { seconds: number }): Promise<void>;
+  /** Tracks of video that frames come with; null: all. Holds from the next group on at the latest; frames say which
+   * theirs are. What is left out is not decoded, and of hosts that keep to Range not fetched. */
+  select(wanted: { tracks: number[] | null }): Promise<void>;
+  /** Selects the tracks that a picture needs (camerasFor), and again when the configuration changes. Nothing is known
+   * before the configuration is: then both lists are empty, and it is selected with that. */
+  look(viewpoint: Viewpoint): Promise<{ cameras: { camera: number; share: number }[]; tracks: number[] }>;
   stats(): Promise<Stats>;
   close(): void;
   addEventListener<T extends keyof DecoderEvents>(

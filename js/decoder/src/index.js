@@ -2,8 +2,9 @@
 
 import { Decoder, FvvEvent } from "./decoder.js";
 import { FvvError } from "./errors.js";
+import { camerasFor } from "./viewpoint.js";
 
-export { FvvError, FvvEvent };
+export { FvvError, FvvEvent, camerasFor };
 
 /** A WritableStream and what takes from it, a piece at a time: who writes waits. */
 function createFeed() {
@@ -56,6 +57,7 @@ function describe(source) {
 
 export async function createDecoder(options = {}) {
   const { worker, limits = {}, normals = true, visibility = true, shares = false, queue = 4, signal } = options;
+  const { tracks = null, look = null } = options;
   const video = options.video ?? (typeof VideoDecoder === "function" ? "pictures" : "samples");
   return Decoder.create({
     worker,
@@ -66,6 +68,8 @@ export async function createDecoder(options = {}) {
     shares,
     video,
     queue,
+    tracks,
+    look,
     signal,
   });
 }

@@ -1,6 +1,7 @@
 // Sources in runs. A run is a file header, a configuration block and then any group with what follows it (clause 6.4).
 // Between pieces of bytes such a source yields objects:
 //   {header}          a run begins; these are the 24 bytes of its file header, the rest comes as bytes
+//   {damage: error}   what is damaged, in front of what is lost by it
 //   {lost: {error, from}}   something is missing up to the next group; from: ticks, or nothing
 //   {restart: true}   another stream begins
 // inRuns says so. With groups (as readGroup makes them) it can be sought in: stream(group) begins with that one.

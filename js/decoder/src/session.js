@@ -83,15 +83,38 @@ export class Session {
   start(offset = 0) {
     this.#check(this.exports.fvvjs_start(this.decoder, offset, 0));
   }
-  /** From a file header on; then come a configuration block and any group. */
-  join(header) {
-    new Uint8Array(this.memory.buffer, this.buffer, header.length).set(header);
-    this.#check(this.exports.fvvjs_join(this.decoder, this.buffer));
+  /** From the file header and a configuration block on, and then from any group. */
+  join() {
+    this.#check(this.exports.fvvjs_join(this.decoder));
   }
   /** From a group of the index on; false as in open. */
   play(group) {
     const status = this.exports.fvvjs_play(this.decoder, group);
     return status === IO ? false : (this.#check(status), true);
+  }
+
+  /**
+   * A group of the index chunk by chunk: next tells of it as read has the bytes, and nothing is pushed. false as in
+   * open. Throws where the group is damaged or against the rules: all of its bytes, pushed, tell more.
+   */
+  pick(group) {
+    const status = this.exports.fvvjs_pick_group(this.decoder, group);
+    return status === IO ? false : (this.#check(status), true);
+  }
+  /** Passes over the chunks of these tracks. */
+  leaveOut(tracks) {
+    for (const track of tracks) this.#check(this.exports.fvvjs_leave_out(this.decoder, track));
+  }
+  /** Where the others stand: [{from, end}]. */
+  picked() {
+    const ranges = [];
+    for (let i = 0; ;) {
+      const address = this.exports.fvvjs_picked(this.decoder, i);
+      if (!address) return ranges;
+      const [from, end, next] = new Float64Array(this.memory.buffer, address, 3);
+      ranges.push({ from, end });
+      i = next;
+    }
   }
 
   /** Hands bytes over piece by piece; after each one, all events have to be taken. */

@@ -1,6 +1,8 @@
 // Where bytes come from. A source has:
 //   stream(from, signal)       async iterator of Uint8Array from an offset to the end
 //   size, read(offset, size)   only where any place can be read
+//   part(from, end, signal)    only where reading less is worth requests, as long as inParts says so: as stream, to
+//                              byte end - 1; leave() before; frugal is set by who begins with that
 //   inRuns, groups             see runs.js
 // open(description) makes one of a plain description that can be sent to a worker.
 
@@ -81,6 +83,10 @@ class Ranges {
     this.requests = 1;
     this.bytesRead = suffix.length;
   }
+  /** A host that answers with everything is asked once. */
+  get inParts() {
+    return !this.told;
+  }
   async fetch(from, end, signal) {
     this.requests++;
     const headers = { ...this.init.headers, Range: `bytes=${from}-${end - 1}` };
@@ -113,22 +119,23 @@ class Ranges {
       if (at >= end) return;
     }
   }
-  async *body(from, signal) {
+  async *part(from, end, signal) {
     const kept = this.size - this.suffix.length;
+    const asked = Math.min(end, kept);
     let at = from;
-    if (from < kept)
-      for await (const piece of this.#wanted(await this.fetch(from, kept, signal), from, kept)) {
+    if (from < asked)
+      for await (const piece of this.#wanted(await this.fetch(from, asked, signal), from, asked)) {
         at += piece.length;
         yield piece;
       }
-    if (at < kept)
-      throw new FvvError({ code: "io", message: `${this.url}: the answer ends ${kept - at} bytes too early` });
-    yield this.suffix.subarray(Math.max(0, from - kept));
+    if (at < asked)
+      throw new FvvError({ code: "io", message: `${this.url}: the answer ends ${asked - at} bytes too early` });
+    if (end > kept) yield this.suffix.subarray(Math.max(0, from - kept), end - kept);
   }
   /** The first bytes, at least size; the answer that they come with is kept open for stream. */
   async beginning(size) {
     const abort = new AbortController();
-    this.head ??= { abort, body: this.body(0, abort.signal), pieces: [], length: 0 };
+    this.head ??= { abort, body: this.part(0, this.size, abort.signal), pieces: [], length: 0 };
     const { head } = this;
     while (head.length < size) {
       const { done, value } = await head.body.next();
@@ -139,20 +146,22 @@ class Ranges {
     return new Uint8Array(await new Blob(head.pieces).arrayBuffer());
   }
   async read(offset, size) {
-    const kept = this.size - this.suffix.length;
-    if (offset >= kept) return this.suffix.subarray(offset - kept, offset - kept + size);
-    if (offset === 0) return (await this.beginning(size)).subarray(0, size);
+    if (offset === 0 && !this.frugal) return (await this.beginning(size)).subarray(0, size);
     const pieces = [];
-    const end = offset + size;
-    for await (const piece of this.#wanted(await this.fetch(offset, end), offset, end)) pieces.push(piece);
+    for await (const piece of this.part(offset, offset + size)) pieces.push(piece);
     return new Uint8Array(await new Blob(pieces).arrayBuffer());
+  }
+  /** What was asked for with the beginning is not wanted any more. */
+  leave() {
+    this.head?.abort.abort();
+    this.head = null;
   }
   async *stream(from, signal) {
     const { head } = this;
+    if (from > 0) this.leave();
     this.head = null;
     if (!head || from > 0) {
-      head?.abort.abort();
-      yield* this.body(from, signal);
+      yield* this.part(from, this.size, signal);
       return;
     }
     signal?.addEventListener("abort", () => head.abort.abort());

@@ -11,6 +11,8 @@ const { call } = connect(self, {
     return item.detail instanceof FvvError ? { ...item, detail: item.detail.toPlain() } : plainGap(item);
   },
   seek: (place) => engine.seek(place),
+  peek: () => engine.peek(),
+  select: (wanted) => engine.select(wanted),
   status: () => engine.status(),
   close: () => engine.close(),
 });

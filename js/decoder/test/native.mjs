@@ -122,6 +122,7 @@ export function makeClips(...wanted) {
   };
   const tracked = () =>
     capture("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512", "--environment");
+  const ring = () => capture("ring", "--rig", "small", "--cameras", "5", "--environment");
   const studio = () => capture("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
   const kinds = {
     environment: [tracked, "--no-pictures"],
@@ -131,13 +132,17 @@ export function makeClips(...wanted) {
     draco: [tracked, "--no-delta", "--no-pictures", "--no-background"],
     moving: [studio, "--keep-geometry"],
     live: [studio, "--live", "--repeat-configuration"],
+    // Samples large enough that leaving one out is worth a request.
+    tracks: [ring, "--video-tracks", "camera", "--codec", "jpeg", "--group", "2", "--crop", "none"],
+    neighbours: [ring, "--video-tracks", "3", "--group", "2"],
   };
   const clips = {};
   for (const [name, [source, ...options]] of Object.entries(kinds)) {
     if (wanted.length && !wanted.includes(name)) continue;
     clips[name] = join(folder, `${name}.fvv`);
-    const quality = options.includes("jpeg") ? "70" : "36dB";
-    tool("fvvmux", source(), "-o", clips[name], "--quality", quality, "--group", "3", ...options);
+    const quality = name === "tracks" ? "100" : options.includes("jpeg") ? "70" : "36dB";
+    const group = options.includes("--group") ? [] : ["--group", "3"];
+    tool("fvvmux", source(), "-o", clips[name], "--quality", quality, ...group, ...options);
   }
   return { clips, done: () => rmSync(folder, { recursive: true, force: true }) };
 }

@@ -29,10 +29,10 @@ FVVJS_EXPORT fvvjs_decoder *fvvjs_create(void) {
   fvv_configuration_init(&d->building, &d->limits, &allocator);
   fvv_configuration_init(&d->complete, &d->limits, &allocator);
   fvv_bytes *const all[] = {
-      &d->incoming.chunks, &d->incoming.payloads, &d->ready.chunks, &d->ready.payloads,
-      &d->tracks,          &d->flat_tracks,       &d->flat_cameras, &d->flat_videos,
-      &d->flat_tiles,      &d->flat_metadata,     &d->flat_meshes,  &d->flat_visibility,
-      &d->flat_moving,     &d->flat_samples,      &d->flat_layouts, &d->flat_backgrounds};
+      &d->incoming.chunks,  &d->incoming.payloads, &d->ready.chunks, &d->ready.payloads, &d->tracks,
+      &d->flat_tracks,      &d->flat_cameras,      &d->flat_videos,  &d->flat_tiles,     &d->flat_metadata,
+      &d->flat_meshes,      &d->flat_visibility,   &d->flat_moving,  &d->flat_samples,   &d->flat_layouts,
+      &d->flat_backgrounds, &d->pick.left_out,     &d->pick.payload};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) adopt(all[i], &allocator);
   return d;
 }
@@ -51,6 +51,8 @@ FVVJS_EXPORT void fvvjs_destroy(fvvjs_decoder *d) {
   fvv_configuration_free(&d->complete);
   free_frame(&d->incoming);
   free_frame(&d->ready);
+  fvv_bytes_free(&d->pick.left_out);
+  fvv_bytes_free(&d->pick.payload);
   fvvjs_free_flat(d);
   const fvv_allocator allocator = d->allocator;
   fvv_release(&allocator, d, sizeof *d);
@@ -82,17 +84,15 @@ FVVJS_EXPORT int32_t fvvjs_start(fvvjs_decoder *d, double offset, int keep) {
   fvv_reader_destroy(d->reader);
   d->reader = NULL;
   fvvjs_release_tracks(d);
-  d->incoming.is_open = d->ready.is_open = d->has_event = d->lost = d->block_open = 0;
+  d->incoming.is_open = d->ready.is_open = d->has_event = d->lost = d->block_open = d->pick.on = 0;
   if (!keep) d->configuration = NULL;
   return fvv_reader_create(&d->limits, &d->allocator, (uint64_t)offset, &d->reader);
 }
 
-/* The same for who joins a stream: header is its first FVV_FILE_HEADER_SIZE bytes, what is pushed then is a
- * configuration block and any group (clause 6.4). */
-FVVJS_EXPORT int32_t fvvjs_join(fvvjs_decoder *d, const uint8_t *header) {
-  memset(&d->diagnostic, 0, sizeof d->diagnostic);
-  const fvv_status status = fvv_file_header_check(header, &d->diagnostic);
-  return status < 0 ? status : fvvjs_start(d, FVV_FILE_HEADER_SIZE, 0);
+/* The same for who joins a stream: what is pushed is its file header, a configuration block and any group. */
+FVVJS_EXPORT int32_t fvvjs_join(fvvjs_decoder *d) {
+  const fvv_status status = fvvjs_start(d, 0, 0);
+  return status < 0 ? status : fvv_reader_join(d->reader);
 }
 
 FVVJS_EXPORT int32_t fvvjs_push(fvvjs_decoder *d, const void *bytes, size_t size) {
@@ -241,7 +241,8 @@ FVVJS_EXPORT int32_t fvvjs_next(fvvjs_decoder *d) {
   for (;;) {
     if (!d->has_event) {
       fvv_diagnostic why = {0};
-      const fvv_status status = fvv_reader_next(d->reader, &d->event, &why);
+      const fvv_status status =
+          d->pick.on ? fvvjs_next_picked(d, &d->event, &why) : fvv_reader_next(d->reader, &d->event, &why);
       if (status == FVV_NEED_DATA) return FVVJS_NEED_DATA;
       if (status == FVV_END) return FVVJS_DONE;
       if (status < 0) {

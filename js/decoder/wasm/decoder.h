@@ -58,6 +58,15 @@ typedef struct fvvjs_frame {
   int is_open, whole;
 } fvvjs_frame;
 
+/* The group that is read through the index, while on. next: 0 is its GRUP, 1 the first of its chunks. */
+typedef struct fvvjs_pick {
+  int on;
+  fvv_chunk_info group;
+  const fvv_chunk_info *chunks;
+  size_t count, next;
+  fvv_bytes left_out, payload; /* uint16_t, tracks; of the chunk that was told last */
+} fvvjs_pick;
+
 typedef struct fvvjs_decoder {
   fvv_allocator allocator;
   fvv_limits limits;
@@ -81,11 +90,15 @@ typedef struct fvvjs_decoder {
   flat_frame frame;
   fvv_bytes flat_meshes, flat_visibility, flat_moving, flat_samples, flat_layouts, flat_backgrounds;
   flat_group group;
+  fvvjs_pick pick;
+  double range[3];
   flat_sample background; /* of a group of the index */
 } fvvjs_decoder;
 
 /* decoder.c */
 int32_t fvvjs_start(fvvjs_decoder *decoder, double offset, int keep);
+/* pick.c. FVV_END: behind the group; FVV_NEED_DATA: fetch what was lacking. */
+fvv_status fvvjs_next_picked(fvvjs_decoder *decoder, fvv_event *event, fvv_diagnostic *diagnostic);
 /* describe.c */
 void fvvjs_flatten_camera(const fvv_camera *camera, int calibrated, flat_camera *flat);
 int fvvjs_put_tiles(fvv_bytes *list, const fvv_tile *tiles, size_t count);

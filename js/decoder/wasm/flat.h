@@ -142,7 +142,7 @@ typedef struct flat_event {
 typedef struct flat_group {
   uint64_t offset, size;
   int64_t start, end;
-  uint32_t sequence, frame_count, intact, reserved;
+  uint32_t sequence, frame_count, intact, end_size; /* end_size: of its GEND, bytes */
 } flat_group;
 
 #ifdef __wasm__

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/diagnostic.h"
+#include "container/file.h"
 #include "decoder.h"
 #include "stream/stream.h"
 
@@ -41,9 +42,10 @@ FVVJS_EXPORT uint32_t fvvjs_index_state(const fvvjs_decoder *d) {
 FVVJS_EXPORT const flat_group *fvvjs_group(fvvjs_decoder *d, uint32_t i) {
   const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), i) : NULL;
   if (!info) return NULL;
+  const fvv_index_entry *entries = (const fvv_index_entry *)d->index->file->entries.data;
   const flat_group flat = {
-      info->offset,           info->size, info->start, info->end, info->sequence, info->frame_count,
-      (uint32_t)info->intact, 0};
+      info->offset,           info->size,         info->start, info->end, info->sequence, info->frame_count,
+      (uint32_t)info->intact, entries[i].end_size};
   d->group = flat;
   return &d->group;
 }

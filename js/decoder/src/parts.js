@@ -1,0 +1,127 @@
+// Parts of a file that are fetched on their own: which ones, and what has come of each.
+
+/** Chunks that are no farther apart are fetched together: a request costs about as many bytes, and a round trip. */
+const NEAR = 1 << 12;
+/** Bytes from one group to the next, with a configuration between, that are fetched with what stands around them. */
+const BETWEEN = 1 << 16;
+/** GRUP with its header. */
+const GROUP_SIZE = 56;
+/** Requests under way at the same time. */
+const AHEAD = 4;
+/** Room for what has come grows from here, whatever size is announced. */
+const ROOM = 1 << 16;
+
+/** ranges: [{from, end}] in order. The fewest that hold them all and bridge no larger gap than NEAR. */
+function joinRanges(ranges) {
+  const joined = [];
+  for (const { from, end } of ranges) {
+    const last = joined.at(-1);
+    if (last && from - last.end <= NEAR) last.end = end;
+    else joined.push({ from, end });
+  }
+  return joined;
+}
+
+/** Bytes at .. end - 1 of a source, as they come. */
+class Part {
+  #room;
+  #filled = 0;
+  #over = false;
+  #error = null;
+  #waiting = null;
+
+  constructor(source, { from, end }, signal) {
+    Object.assign(this, { at: from, end });
+    this.#room = new Uint8Array(Math.min(end - from, ROOM));
+    this.#fetch(source.part(from, end, signal));
+  }
+  get bytes() {
+    return this.#room.subarray(0, this.#filled);
+  }
+
+  async #fetch(pieces) {
+    try {
+      for await (const piece of pieces) this.#put(piece);
+    } catch (error) {
+      this.#error = error;
+    }
+    this.#over = true;
+    this.#waiting?.();
+  }
+  #put(piece) {
+    const size = this.#filled + piece.length;
+    if (size > this.#room.length) {
+      const room = new Uint8Array(Math.max(size, 2 * this.#room.length));
+      room.set(this.bytes);
+      this.#room = room;
+    }
+    this.#room.set(piece, this.#filled);
+    this.#filled = size;
+    this.#waiting?.();
+  }
+
+  /** Waits for more than size bytes, or for the last ones; false: there are no more. Throws what ended fetching. */
+  async more(size) {
+    while (this.#filled <= size && !this.#over) await new Promise((resolve) => (this.#waiting = resolve));
+    if (this.#error) throw this.#error;
+    return this.#filled > size;
+  }
+  async all() {
+    while (await this.more(this.#filled));
+  }
+}
+
+/** What is fetched of one group at a time, and of the next one's table. Iterates over {at, bytes} that have come. */
+export class Parts {
+  #source;
+  #tables = new Map(); // group -> Part: its GEND, and with it the GRUP of the next group when that is near
+  #ranges = new Set();
+  constructor(source) {
+    this.#source = source;
+  }
+  *[Symbol.iterator]() {
+    yield* this.#tables.values();
+    yield* this.#ranges;
+  }
+  clear() {
+    this.#tables.clear();
+    this.#ranges.clear();
+  }
+
+  #table(groups, i, signal) {
+    const { offset, size, endSize } = groups[i];
+    const end = offset + size;
+    const next = groups[i + 1]?.offset ?? Infinity;
+    const range = { from: end - endSize, end: next - end < BETWEEN ? next + GROUP_SIZE : end };
+    if (!this.#tables.has(i)) this.#tables.set(i, new Part(this.#source, range, signal));
+    return this.#tables.get(i);
+  }
+
+  /** Fetches GRUP and GEND of group i; those of the next one are on their way then. */
+  async prepare(groups, i, signal) {
+    this.#ranges.clear();
+    for (const known of this.#tables.keys()) if (known < i - 1 || known > i) this.#tables.delete(known);
+    const needed = [this.#table(groups, i, signal)];
+    const { offset } = groups[i];
+    if (!(this.#tables.get(i - 1)?.end >= offset + GROUP_SIZE)) {
+      needed.push(new Part(this.#source, { from: offset, end: offset + GROUP_SIZE }, signal));
+      this.#ranges.add(needed.at(-1));
+    }
+    await Promise.all(needed.map((part) => part.all()));
+    if (i + 1 < groups.length) this.#table(groups, i + 1, signal);
+  }
+
+  /** Fetches ranges, and yields each time that more of them is there in their order. */
+  async *fetch(ranges, signal) {
+    const wanted = joinRanges(ranges);
+    const parts = [];
+    for (let i = 0; i < wanted.length; i++) {
+      while (parts.length < Math.min(wanted.length, i + AHEAD)) {
+        parts.push(new Part(this.#source, wanted[parts.length], signal));
+        this.#ranges.add(parts.at(-1));
+      }
+      for (let size = 0; await parts[i].more(size); size = parts[i].bytes.length) yield;
+      this.#ranges.delete(parts[i]);
+    }
+  }
+}

@@ -1,0 +1,242 @@
+// Only some tracks of video: what is fetched, from which frame on, and that frames stay what they are.
+
+import assert from "node:assert/strict";
+import { readFileSync, statSync, writeFileSync } from "node:fs";
+import { after, test } from "node:test";
+
+import { camerasFor, createDecoder } from "../dist/index.js";
+import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames } from "./native.mjs";
+import { serve } from "./server.mjs";
+
+const { clips, done } = makeClips("tracks", "neighbours");
+const server = await serve(clips);
+after(() => {
+  server.close();
+  done();
+});
+const url = (name = "tracks") => `${server.url}/range/${name}`;
+const size = statSync(clips.tracks).size;
+
+/** What is expected of a frame when these tracks of video are selected. */
+const without = (hashes, tracks) =>
+  Object.fromEntries(
+    Object.entries(hashes).filter(([what]) => {
+      const [kind, id] = what.split(" ");
+      return !["key", "sample", "tiles"].includes(kind) || tracks.includes(Number(id));
+    }),
+  );
+
+/** As frameHashes; layouts that are not there have no hash. */
+function hashesOf(frame) {
+  const hashes = frameHashes(frame);
+  for (const { track } of frame.configuration.videos) if (!frame.tiles(track).length) delete hashes[`tiles ${track}`];
+  return hashes;
+}
+
+async function play(decoder) {
+  const frames = [];
+  for await (const frame of decoder) frames.push({ tracks: frame.tracks, hashes: hashesOf(frame) });
+  return frames;
+}
+
+function listen(decoder) {
+  const said = [];
+  for (const type of ["corrupt", "gap", "warning", "configuration", "background"])
+    decoder.addEventListener(type, ({ detail }) => said.push({ type, detail }));
+  return said;
+}
+
+/** Bytes that requests since then asked for: [requests, bytes]. */
+function asked(since) {
+  const ranges = server.requests.slice(since).map((line) => /bytes=(\d*)-(\d*)/.exec(line).slice(1));
+  return [ranges.length, ranges.reduce((sum, [from, to]) => sum + (from === "" ? Number(to) : to - from + 1), 0)];
+}
+
+const expected = nativeFrames(clips.tracks);
+const all = Object.keys(expected[0]).filter((what) => what.startsWith("key ")).map((what) => Number(what.split(" ")[1])); // prettier-ignore
+
+test("the clip has a track for each camera", () => assert.equal(all.length, 5));
+
+for (const tracks of [[all[0]], [all[1], all[3]], []])
+  test(`${tracks.length} of 5 tracks from the first frame on: the others are not fetched`, async () => {
+    const before = server.requests.length;
+    const decoder = await createDecoder({ source: url(), shares: true, tracks });
+    const said = listen(decoder);
+    const frames = await play(decoder);
+    assert.deepEqual(
+      frames.map(({ hashes }) => hashes),
+      expected.map((hashes) => without(hashes, tracks)),
+    );
+    for (const frame of frames) assert.deepEqual(frame.tracks, tracks);
+    assert.deepEqual(said.map(({ type }) => type), ["configuration", "background"]); // prettier-ignore
+    assert.deepEqual(backgroundHashes(decoder.backgrounds[0]), nativeBackground(clips.tracks));
+    const [requests, bytes] = asked(before);
+    const stats = await decoder.stats();
+    assert.equal(stats.requests, requests);
+    assert.equal(stats.bytesRead, bytes);
+    // Meshes, visibility and the environment are there whatever is selected, and small gaps are bridged.
+    const samples = nativeSampleBytes(tracks);
+    console.log(`${tracks.length} of 5 tracks: ${bytes} of ${size} bytes, ${requests} requests, 5 frames, 3 groups`);
+    assert.ok(bytes < size - (samples.all - samples.selected) / 4, `${bytes} of ${size} bytes`);
+    // Beginning, index, a table for each group and at most two parts for each frame.
+    assert.ok(requests <= 4 + 3 + 2 * 5, `${requests} requests`);
+    decoder.close();
+  });
+
+/** Bytes of samples in the file, of all tracks and of some. */
+function nativeSampleBytes(tracks) {
+  const bytes = readFileSync(clips.tracks);
+  const sums = { all: 0, selected: 0 };
+  for (let at = 24; at < bytes.length;) {
+    const length = bytes.readUInt32LE(at + 16);
+    if (bytes.toString("latin1", at, at + 4) === "VPKT") {
+      sums.all += length;
+      if (tracks.includes(bytes.readUInt16LE(at + 6))) sums.selected += length;
+    }
+    at += 32 + 8 * Math.ceil(length / 8);
+  }
+  return sums;
+}
+
+test("a selection holds from the next group on, whichever way it changes", async () => {
+  const decoder = await createDecoder({ source: url(), shares: true, queue: 1 });
+  const said = listen(decoder);
+  const selections = [null, [all[2]], [all[0], all[2]], null];
+  let changed = 0;
+  for (let round = 1; round < selections.length; round++) {
+    await decoder.seek({ frame: 0 });
+    const seen = [];
+    for (let n = 0; n < 5; n++) {
+      const frame = await decoder.next();
+      if (n === 0) await decoder.select({ tracks: selections[round] });
+      assert.deepEqual(hashesOf(frame), without(expected[n], frame.tracks ?? all), `frame ${n}`);
+      seen.push(JSON.stringify(frame.tracks));
+    }
+    // Within a group nothing changes, and the group behind the one at hand has the new selection at the latest.
+    assert.equal(seen[0], seen[1]);
+    assert.equal(seen[2], seen[3]);
+    assert.equal(seen[4], JSON.stringify(selections[round]));
+    assert.equal(seen[0], JSON.stringify(selections[round - 1]));
+    changed += seen[0] !== seen[4];
+  }
+  assert.equal(changed, 3);
+  assert.deepEqual(said.filter(({ type }) => type !== "configuration" && type !== "background"), []); // prettier-ignore
+  decoder.close();
+});
+
+test("seeking with a selection", async () => {
+  const tracks = [all[4]];
+  const decoder = await createDecoder({ source: url(), shares: true, tracks });
+  for (const n of [4, 1, 3, 0, 2]) {
+    await decoder.seek({ frame: n });
+    const frame = await decoder.next();
+    assert.equal(frame.number, n);
+    assert.deepEqual(hashesOf(frame), without(expected[n], tracks));
+    await decoder.seek({ time: frame.time });
+    const rest = await play(decoder);
+    assert.deepEqual(
+      rest.map(({ hashes }) => hashes),
+      expected.slice(n).map((hashes) => without(hashes, tracks)),
+    );
+  }
+  assert.equal(decoder.backgrounds.length, 1);
+  decoder.close();
+});
+
+test("sources that come as a whole: what is not selected is left out of frames", async () => {
+  const tracks = [all[1]];
+  const bytes = new Uint8Array(readFileSync(clips.tracks));
+  const stream = async function* () {
+    yield bytes;
+  };
+  for (const source of [bytes, new Blob([bytes]), stream(), `${server.url}/whole/tracks`]) {
+    const decoder = await createDecoder({ source, shares: true, tracks });
+    const said = listen(decoder);
+    const frames = await play(decoder);
+    assert.deepEqual(
+      frames.map(({ hashes }) => hashes),
+      expected.map((hashes) => without(hashes, tracks)),
+    );
+    assert.deepEqual(said.filter(({ type }) => type === "corrupt" || type === "gap"), []); // prettier-ignore
+    decoder.close();
+  }
+});
+
+test("a viewpoint selects the tracks that it needs", async () => {
+  const target = [0, 1, 0];
+  const plain = await createDecoder({ source: url("neighbours") });
+  const first = await plain.next();
+  const [camera] = first.cameras;
+  const look = { eye: camera.centre, target };
+  // From where a camera stands that one gives most, and the farther away it looks from, the less a camera gives.
+  const needed = camerasFor(first.cameras, look);
+  assert.equal(needed[0].camera, camera.id);
+  assert.ok(needed.length < first.cameras.length);
+  const every = camerasFor(first.cameras, { ...look, share: 1 });
+  assert.ok(Math.abs(every.reduce((sum, { share }) => sum + share, 0) - 1) < 1e-9);
+  assert.deepEqual(every.slice(0, needed.length), needed);
+  // A camera that stands behind the scene sees nothing that is seen from the front.
+  const opposite = camerasFor(first.cameras, { eye: camera.centre.map((x, i) => 2 * target[i] - x), target, share: 1 });
+  assert.ok(!opposite.some((one) => one.camera === camera.id));
+  assert.deepEqual(camerasFor(first.cameras, { eye: camera.centre, target: [0, 500, 0] }), []);
+  assert.throws(() => camerasFor(first.cameras, { eye: target, target }), TypeError);
+  assert.throws(() => camerasFor(first.cameras, { eye: [1, 2], target }), TypeError);
+  const { videos } = first.configuration;
+  const tracks = videos.filter((v) => v.tiles.some((tile) => needed.some((one) => one.camera === tile.camera)));
+  const wanted = tracks.map(({ track }) => track);
+  assert.ok(wanted.length < videos.length);
+  assert.deepEqual(await plain.look(look), { cameras: needed, tracks: wanted });
+  let last;
+  for await (const frame of plain) last = frame;
+  assert.deepEqual(last.tracks, wanted);
+  plain.close();
+
+  // From the beginning, where the source has an index and where it does not.
+  for (const [source, tracksOfFirst] of [
+    [url("neighbours"), wanted],
+    [`${server.url}/whole/neighbours`, null],
+  ]) {
+    // prettier-ignore
+    const decoder = await createDecoder({ source, look, queue: 1 });
+    const frames = [];
+    for await (const frame of decoder) frames.push(frame);
+    assert.deepEqual(frames[0].tracks, tracksOfFirst);
+    assert.deepEqual(frames.at(-1).tracks, wanted);
+    decoder.close();
+  }
+  await assert.rejects(plain.select({ tracks: "2" }), { code: "argument" });
+});
+
+test("damage: of what is fetched a gap, of what is left out nothing", async () => {
+  const bytes = readFileSync(clips.tracks);
+  const tracks = [all[0]];
+  const places = {};
+  for (let at = 24; at < bytes.length; at += 32 + 8 * Math.ceil(bytes.readUInt32LE(at + 16) / 8)) {
+    const type = bytes.toString("latin1", at, at + 4);
+    // Of the second group, the first chunk of each kind.
+    const time = Number(bytes.readBigInt64LE(at + 8));
+    const name = type === "VPKT" ? `${type} ${bytes.readUInt16LE(at + 6)}` : type;
+    if (time >= 2 && time <= 4 && type !== "SCEN") places[name] ??= at;
+  }
+  const flipped = { missing: places[`VPKT ${all[1]}`], sample: places[`VPKT ${all[0]}`], mesh: places.MESH, table: places.GEND, group: places.GRUP }; // prettier-ignore
+  for (const [name, at] of Object.entries(flipped)) {
+    const damaged = Buffer.from(bytes);
+    damaged[at + 40] ^= 1;
+    const path = `${clips.tracks}.${name}`;
+    writeFileSync(path, damaged);
+    const host = await serve({ damaged: path });
+    const decoder = await createDecoder({ source: `${host.url}/range/damaged`, shares: true, tracks });
+    const said = listen(decoder);
+    const frames = await play(decoder);
+    const types = said.map(({ type }) => type).filter((type) => type === "corrupt" || type === "gap");
+    const text = (hashes) => JSON.stringify(Object.entries(hashes).sort());
+    const good = expected.map((hashes) => text(without(hashes, tracks)));
+    for (const { hashes } of frames) assert.ok(good.includes(text(hashes)), `${name}: a wrong frame`);
+    if (name === "missing") assert.deepEqual([frames.length, types], [5, []]);
+    else assert.ok(types.includes("corrupt"), `${name}: ${types}`);
+    // GEND comes behind the frames that it ends: they were whole before.
+    if (name === "sample" || name === "mesh" || name === "group") assert.deepEqual([frames.length, types.at(-1)], [3, "gap"], name); // prettier-ignore
+    decoder.close();
+    host.close();
+  }
+});
