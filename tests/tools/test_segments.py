@@ -43,10 +43,12 @@ def read(folder):
     manifest = json.loads((folder / "manifest.json").read_text())
     jsonschema.validate(manifest, SCHEMA, cls=jsonschema.Draft202012Validator)
     entries, content = [manifest["configuration"], *manifest["groups"]], b""
-    for entry in entries:
+    backgrounds = manifest.get("backgrounds", [])
+    for entry in entries + backgrounds:
         data = (folder / entry["file"]).read_bytes()
         assert entry["bytes"] == len(data) and entry["crc32c"] == f"{tiny.crc32c(data):08x}"
-        content += data
+        content += data if entry not in backgrounds else b""
+    entries += backgrounds
     assert {p.name for p in folder.iterdir()} == {"manifest.json", *(e["file"] for e in entries)}
     return manifest, content
 
@@ -76,6 +78,33 @@ def test_streams_without_footer_and_with_repeated_configuration(fvvmux, tmp_path
     done = fvvmux(put(tmp_path, make(blocks=(0, 1, 2)).data()), "--segments", tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, b"")
     assert read(tmp_path / "out")[1] == plain, "the block holds for all: once is enough"
+
+
+def test_environments_are_files_of_their_own_too(fvvmux, tmp_path):
+    stream = tiny.Stream()
+    stream.scene()
+    stream.track(1, 1, "mesh")
+    for track in 5, 7:
+        stream.track(track, 5, "floor")
+    mesh = tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES)
+    payloads = {5: b"not looked into", 7: b"8 bytes!"}
+    for group, tracks in enumerate([[], [5], [5, 7]]):
+        stream.begin_group(group, group + 1)
+        stream.chunk("MESH", mesh, track=1, time=group, key=True)
+        for track in tracks:
+            stream.chunk("BACK", [tiny.Part(payloads[track], "", "")], track=track, time=group, key=True)
+        stream.end_group()
+    done = fvvmux(put(tmp_path, stream.finish()), "--segments", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, b"")
+    manifest, content = read(tmp_path / "out")
+    assert content == stream.data()[: len(content)]
+    found = {
+        entry["track"]: (tmp_path / "out" / entry["file"]).read_bytes() for entry in manifest["backgrounds"]
+    }
+    assert sorted(found) == [5, 7]
+    for track, data in found.items():
+        assert data in content and data[:4] == b"BACK" and len(data) % 8 == 0
+        assert data[32 : 32 + len(payloads[track])] == payloads[track]
 
 
 def test_refusals(fvvmux, tmp_path):

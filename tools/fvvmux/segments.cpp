@@ -13,6 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr size_t portion = 1 << 20;
+constexpr uint64_t chunk_header = 32; // bytes
 constexpr uint64_t largest_configuration = 64 << 20;
 
 std::string hex(uint32_t value) {
@@ -94,6 +95,31 @@ std::vector<uint8_t> block_of(const cli::InputFile &file, const fvv_group_info &
   return read(file, group.configuration_offset, size);
 }
 
+// The environments, each a file of its own with the one chunk: whoever begins in the middle fetches it there.
+Json copy_backgrounds(const cli::InputFile &file, fvv_file *stream, const cli::OutputFolder &folder) {
+  Json list = Json::array();
+  std::vector<uint16_t> known;
+  for (size_t i = 0; i < fvv_file_group_count(stream); i++) {
+    const fvv_chunk_info *chunks = nullptr;
+    size_t count = 0;
+    fvv_diagnostic diagnostic = {};
+    cli::check(fvv_file_group_chunks(stream, i, &chunks, &count, &diagnostic), file.path(), diagnostic);
+    for (size_t k = 0; k < count; k++) {
+      const fvv_chunk_info &chunk = chunks[k];
+      if (chunk.type != FVV_CHUNK_BACKGROUND ||
+          std::find(known.begin(), known.end(), chunk.track) != known.end())
+        continue;
+      known.push_back(chunk.track);
+      const uint64_t size = (chunk_header + chunk.size + 7) / 8 * 8;
+      Json entry =
+          copy(file, chunk.offset, size, folder, "background-" + std::to_string(chunk.track) + ".fvv");
+      entry["track"] = chunk.track;
+      list.push_back(std::move(entry));
+    }
+  }
+  return list;
+}
+
 Json scene_of(const cli::InputFile &file, fvv_file *stream) {
   const fvv_chunk_info *chunks = nullptr;
   size_t count = 0;
@@ -152,6 +178,8 @@ void Segments::write(const std::string &stream) {
     manifest["groups"].push_back(std::move(entry));
     bytes += group.size;
   }
+  const Json backgrounds = copy_backgrounds(file, opened, output);
+  if (!backgrounds.empty()) manifest["backgrounds"] = backgrounds;
   const std::string text = manifest.dump(1) + "\n";
   cli::OutputFile out(output.file("manifest.json"), false);
   out.write(text.data(), text.size());

@@ -1,5 +1,6 @@
 // A stream as a folder (spec/segments.schema.json): a manifest, the configuration, and a file for each group.
 
+import { crc32c } from "./crc32c.js";
 import { FvvError } from "./errors.js";
 import { FILE_HEADER_SIZE, beginsRun, loss } from "./runs.js";
 
@@ -8,21 +9,37 @@ const isCount = (n) => Number.isSafeInteger(n) && n >= 0;
 const NAME = /^[0-9A-Za-z][0-9A-Za-z._-]*$/;
 const TICKS = /^-?\d{1,19}$/;
 
-function checkFile(url, { file, bytes } = {}, what) {
-  if (typeof file !== "string" || !NAME.test(file) || !isCount(bytes)) throw bad(url, `${what} names no file`);
+const CRC = /^[0-9a-f]{8}$/;
+/** Of a chunk: size of the header, and where the payload's size stands in it (clause 4.1). */
+const HEADER_SIZE = 32;
+const PAYLOAD_SIZE = 16;
+
+function checkFile(url, { file, bytes, crc32c: crc } = {}, what) {
+  if (typeof file !== "string" || !NAME.test(file) || !isCount(bytes) || !CRC.test(crc))
+    throw bad(url, `${what} names no file with its size and CRC`);
 }
 
-/** What playback wants to know of groups. */
+function backgroundsOf(url, { backgrounds = [] }) {
+  if (!Array.isArray(backgrounds)) throw bad(url, "backgrounds is no list");
+  for (const one of backgrounds) {
+    checkFile(url, one ?? {}, "a background");
+    if (!isCount(one.track)) throw bad(url, "a background has no track");
+  }
+  return backgrounds;
+}
+
+/** What playback wants to know of groups, and their files. */
 function groupsOf(url, manifest) {
   if (manifest?.fvv_segments !== 1) throw bad(url, "this is no manifest of segments, or one of another version");
   checkFile(url, manifest.configuration, "configuration");
   if (!Array.isArray(manifest.groups) || !manifest.groups.length) throw bad(url, "there are no groups");
   return manifest.groups.map((group, i) => {
-    const { file, bytes, sequence, start, end, frames } = group ?? {};
-    checkFile(url, group, `group ${i}`);
+    const { file, bytes, crc32c: crc, sequence, start, end, frames } = group ?? {};
+    checkFile(url, group ?? {}, `group ${i}`);
     if (!isCount(sequence) || !isCount(frames) || !TICKS.test(start) || !TICKS.test(end))
       throw bad(url, `group ${i} lacks its sequence number, times or frames`);
-    return { file, size: bytes, sequence, start: BigInt(start), end: BigInt(end), frameCount: frames, intact: true };
+    const times = { start: BigInt(start), end: BigInt(end) };
+    return { file, bytes, crc32c: crc, size: bytes, sequence, ...times, frameCount: frames, intact: true };
   });
 }
 
@@ -39,6 +56,7 @@ export class Segments {
     }
     segments.groups = groupsOf(url, manifest);
     segments.configuration = manifest.configuration;
+    segments.backgrounds = backgroundsOf(url, manifest);
     return segments;
   }
 
@@ -52,8 +70,23 @@ export class Segments {
       throw new FvvError({ code: "changed", message: `${url}: ${bytes.length} bytes, the manifest says ${size}` });
     return bytes;
   }
-  #file({ file, bytes, size }, signal) {
-    return this.#load(new URL(file, this.url).href, bytes ?? size, signal);
+  async #file({ file, bytes: size, crc32c: expected }, signal) {
+    const url = new URL(file, this.url).href;
+    const bytes = await this.#load(url, size, signal);
+    const found = crc32c(bytes).toString(16).padStart(8, "0");
+    if (found !== expected)
+      throw new FvvError({ code: "damaged", message: `${url}: CRC-32C is ${found}, the manifest says ${expected}` });
+    return bytes;
+  }
+
+  /** The environment of a track, {track, data}; null: there is none, or it is not the manifest's. */
+  async background(track, signal) {
+    const entry = this.backgrounds.find((one) => one.track === track);
+    if (!entry) return null;
+    const bytes = await this.#file(entry, signal);
+    const size = bytes.length < HEADER_SIZE ? NaN : Number(new DataView(bytes.buffer).getBigUint64(PAYLOAD_SIZE, true));
+    if (!(HEADER_SIZE + size <= bytes.length)) throw bad(this.url, `${entry.file} holds no chunk`);
+    return { track, data: bytes.subarray(HEADER_SIZE, HEADER_SIZE + size) };
   }
 
   async #begin(signal) {
@@ -82,7 +115,10 @@ export class Segments {
       } catch (error) {
         if (signal?.aborted) return;
         if (!running) throw error;
-        yield { lost: { error: loss(`a group is missing: ${error.message}`) } };
+        const wrong = error.code === "damaged" || error.code === "changed";
+        // What is there and not what it should be is told as damage; the gap comes either way.
+        if (wrong) yield { damage: Object.assign(error, { fatal: false }) };
+        yield { lost: { error: loss(`a group is missing: ${error.message}`, wrong ? error.code : "io") } };
         running = false;
       }
       coming = ask(i + 1);

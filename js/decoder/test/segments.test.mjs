@@ -1,21 +1,44 @@
 // Streams as folders: from the beginning, from any time, and with files that are missing.
 
 import assert from "node:assert/strict";
-import { mkdtempSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { cpSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
-import { frameHashes, makeClips, nativeFrames, tool } from "./native.mjs";
+import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 
-const { clips, done } = makeClips("moving");
+const { clips, done } = makeClips("moving", "environment");
 const folder = mkdtempSync(join(tmpdir(), "fvv-segments-"));
 tool("fvvmux", clips.moving, "--segments", join(folder, "moving"));
+tool("fvvmux", clips.environment, "--segments", join(folder, "environment"));
 const files = Object.fromEntries(
-  readdirSync(join(folder, "moving")).map((name) => [`moving/${name}`, join(folder, "moving", name)]),
+  ["moving", "environment"].flatMap((clip) =>
+    readdirSync(join(folder, clip)).map((name) => [`${clip}/${name}`, join(folder, clip, name)]),
+  ),
 );
+/** The same folder with a bit of one file turned over. */
+function damage(clip, as, name) {
+  for (const [known, path] of Object.entries(files)) if (known.startsWith(`${clip}/`)) files[known.replace(clip, as)] = path; // prettier-ignore
+  const bytes = readFileSync(files[`${as}/${name}`]);
+  bytes[bytes.length >> 1] ^= 1;
+  files[`${as}/${name}`] = join(folder, `${as}-${name}`);
+  writeFileSync(files[`${as}/${name}`], bytes);
+}
+damage("moving", "flipped", "group-000000.fvv");
+damage("moving", "lost", "configuration.fvv");
+const [background] = readdirSync(join(folder, "environment")).filter((name) => name.startsWith("background"));
+damage("environment", "bare", background);
+// Another group that is good in itself.
+files["swapped/manifest.json"] = files["moving/manifest.json"];
+files["swapped/configuration.fvv"] = files["moving/configuration.fvv"];
+files["swapped/group-000000.fvv"] = files["moving/group-000000.fvv"];
+files["swapped/group-000001.fvv"] = join(folder, "swapped");
+tool("fvvmux", clips.moving.replace("moving.fvv", "studio"), "-o", join(folder, "other.fvv"), "--quality", "30dB", "--group", "3", "--keep-geometry"); // prettier-ignore
+tool("fvvmux", join(folder, "other.fvv"), "--segments", join(folder, "other"));
+cpSync(join(folder, "other/group-000001.fvv"), files["swapped/group-000001.fvv"]);
 for (const [name, text] of [
   ["none.json", "not json"],
   ["other.json", '{"fvv_segments": 2}'],
@@ -67,6 +90,51 @@ test("a group that is missing is a gap", async () => {
   assert.deepEqual(await frames(decoder), nativeFrames(clips.moving).slice(3));
   assert.equal(gaps.length, 1);
   assert.match(gaps[0].error.message, /404/);
+  decoder.close();
+});
+
+test("a file that is not the manifest's: damage, a gap, and nothing of it is shown", async () => {
+  const expected = nativeFrames(clips.moving);
+  const kinds = [
+    ["flipped", "damaged", expected.slice(3)],
+    ["swapped", "changed", expected.slice(0, 3)],
+  ];
+  for (const [name, code, kept] of kinds) {
+    const decoder = await createDecoder({ source: `${server.url}/whole/${name}/manifest.json`, shares: true });
+    const said = [];
+    for (const type of ["corrupt", "gap"]) decoder.addEventListener(type, ({ detail }) => said.push([type, detail]));
+    assert.deepEqual(await frames(decoder), kept);
+    assert.deepEqual(said.map(([type]) => type), ["corrupt", "gap"]); // prettier-ignore
+    assert.equal(said[0][1].code, code);
+    assert.match(said[0][1].message, /group-00000\d\.fvv: .* the manifest says/);
+    assert.equal(said[1][1].error.code, code);
+    decoder.close();
+  }
+  const decoder = await createDecoder({ source: `${server.url}/whole/lost/manifest.json` });
+  await assert.rejects(decoder.next(), { code: "damaged", fatal: true });
+});
+
+test("environments come behind a seek, too", async () => {
+  const expected = nativeBackground(clips.environment);
+  assert.ok(Object.keys(expected).length > 3);
+  for (const start of [0, 4]) {
+    const decoder = await createDecoder({ source: `${server.url}/whole/environment/manifest.json` });
+    let told = 0;
+    decoder.addEventListener("background", ({ detail }) => (told += detail.length));
+    if (start) await decoder.seek({ frame: start });
+    for await (const frame of decoder) frame.close();
+    assert.equal(told, 1);
+    assert.deepEqual(backgroundHashes(decoder.backgrounds[0]), expected);
+    decoder.close();
+  }
+  const decoder = await createDecoder({ source: `${server.url}/whole/bare/manifest.json` });
+  const codes = [];
+  decoder.addEventListener("corrupt", ({ detail }) => codes.push(detail.code, detail.fatal));
+  await decoder.seek({ frame: 4 });
+  assert.equal((await decoder.next()).number, 4);
+  assert.equal(await decoder.next(), null);
+  assert.deepEqual(codes, ["damaged", false]);
+  assert.deepEqual(decoder.backgrounds, []);
   decoder.close();
 });
 
