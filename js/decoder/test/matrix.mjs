@@ -1,6 +1,8 @@
 // Whether bundlers take the package as it is: packs it, unpacks it into a project for each of them, builds that without
-// any configuration of the package, serves the result under a strict content policy, and decodes in Chromium.
-// usage: node matrix.mjs [vite|webpack|esbuild|rollup|plain ...]. Needs npm, chromium, and the packages of js.
+// any configuration of the package, serves the result under a strict content policy, and decodes in Chromium. Three more
+// do what the README asks for: a worker bundled apart for esbuild and Rollup, and Vite's development server.
+// usage: node matrix.mjs [vite|webpack|esbuild|rollup|plain|esbuild-worker|rollup-worker|vite-dev ...]. Needs npm,
+// chromium, and the packages of js.
 
 import { execFileSync, spawn, spawnSync } from "node:child_process";
 import { cpSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
@@ -12,19 +14,22 @@ import { makeClips, nativeFrames, root } from "./native.mjs";
 
 const page = (script) =>
   `<!doctype html><meta charset="utf-8"><title>x</title><script type="module" src="${script}"></script>`;
-const main = `
+/** more: options of the decoder, as text; to: where results are posted. */
+const mainModule = ({ more = "", to = "" } = {}) => `
 import { createDecoder } from "@fvv/decoder";
 const warnings = [];
+const tell = (result) => fetch("${to}/result", { method: "POST", body: JSON.stringify(result) });
 let frames = 0, vertices = 0, decoder;
 try {
-  decoder = await createDecoder({ source: "/clip.fvv" });
+  decoder = await createDecoder({ source: "/clip.fvv"${more} });
   decoder.addEventListener("warning", (event) => warnings.push(event.detail.message));
   for await (const frame of decoder) { frames++; vertices += frame.mesh.vertexCount; frame.close(); }
-  await fetch("/result", { method: "POST", body: JSON.stringify({ frames, vertices, inWorker: decoder.inWorker, warnings }) });
+  await tell({ frames, vertices, inWorker: decoder.inWorker, warnings });
 } catch (error) {
-  await fetch("/result", { method: "POST", body: JSON.stringify({ error: error.stack }) });
+  await tell({ error: error.stack });
 }
 `;
+const ownWorker = { more: ', worker: "/fvv-worker.js"', worker: true, script: 'import "@fvv/decoder/worker";' };
 
 const bundlers = {
   vite: { build: ["vite", "build"], out: "dist", worker: true },
@@ -47,13 +52,31 @@ const bundlers = {
     worker: false,
   },
   plain: { out: ".", worker: true },
+  "esbuild-worker": {
+    build: ["esbuild", "main.js", "fvv-worker.js", "--bundle", "--format=esm", "--splitting", "--outdir=dist"],
+    page: "main.js",
+    out: "dist",
+    ...ownWorker,
+  },
+  "rollup-worker": {
+    build: ["rollup", "main.js", "fvv-worker.js", "-p", "node-resolve", "-d", "dist"],
+    page: "main.js",
+    out: "dist",
+    ...ownWorker,
+  },
+  "vite-dev": {
+    serve: (port) => ["vite", "--host", "127.0.0.1", "--port", String(port), "--strictPort"],
+    configuration: 'export default { optimizeDeps: { exclude: ["@fvv/decoder"] } };',
+    worker: true,
+  },
 };
 
 const chromium = process.env.FVV_CHROMIUM ?? "chromium";
 const policy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'";
 const types = { html: "text/html", js: "text/javascript" };
 
-async function runPage(folder, clip) {
+/** What pages of a folder, and those that post from elsewhere, are served and answer. */
+async function listen(folder, clip) {
   let told;
   const result = new Promise((resolve, reject) => {
     told = resolve;
@@ -65,10 +88,10 @@ async function runPage(folder, clip) {
       const parts = [];
       request.on("data", (part) => parts.push(part));
       request.on("end", () => told(JSON.parse(Buffer.concat(parts))));
-      return response.end();
+      return response.writeHead(200, { "Access-Control-Allow-Origin": "*" }).end();
     }
     try {
-      const path = pathname === "/clip.fvv" ? clip : join(folder, pathname === "/" ? "index.html" : pathname);
+      const path = pathname === "/clip.fvv" ? clip : join(folder(), pathname === "/" ? "index.html" : pathname);
       const bytes = readFileSync(path);
       const type = types[path.split(".").at(-1)] ?? "application/octet-stream";
       response.writeHead(200, { "Content-Type": type, "Content-Security-Policy": policy });
@@ -78,8 +101,15 @@ async function runPage(folder, clip) {
     }
   });
   await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
+  const close = () => {
+    server.closeAllConnections();
+    server.close();
+  };
+  return { url: `http://127.0.0.1:${server.address().port}`, port: server.address().port, result, close };
+}
+
+async function visit(url, result) {
   const profile = mkdtempSync(join(tmpdir(), "fvv-matrix-"));
-  const url = `http://127.0.0.1:${server.address().port}/`;
   const browser = spawn(
     chromium,
     ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-sync",
@@ -91,40 +121,67 @@ async function runPage(folder, clip) {
   } finally {
     process.kill(-browser.pid);
     await new Promise((gone) => browser.once("exit", gone));
-    server.closeAllConnections();
-    server.close();
     rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
   }
 }
 
-function prepare(name, work, archive) {
-  const { build, page: script, out } = bundlers[name];
+const tool = (name) => join(root, "js/node_modules/.bin", name);
+
+/** Unpacks the package into a project and builds that; answers the folder to be served. to: as of mainModule. */
+function prepare(name, work, archive, to) {
+  const { build, page: script, out, more, script: worker, configuration } = bundlers[name];
   const project = join(work, name);
   const installed = join(project, "node_modules/@fvv/decoder");
   mkdirSync(installed, { recursive: true });
+  const write = (file, text) => writeFileSync(join(project, file), text);
   const run = (program, ...parameters) =>
     execFileSync(program, parameters, { cwd: project, stdio: "pipe", encoding: "utf8" });
   run("tar", "-xzf", archive, "--strip-components=1", "-C", installed);
-  writeFileSync(join(project, "package.json"), JSON.stringify({ type: "module", private: true }));
-  writeFileSync(join(project, "main.js"), main);
-  writeFileSync(join(project, "index.html"), page("./main.js"));
-  if (!build) {
+  write("package.json", JSON.stringify({ type: "module", private: true }));
+  write("main.js", mainModule({ more, to }));
+  write("index.html", page("./main.js"));
+  if (worker) write("fvv-worker.js", worker);
+  if (configuration) write("vite.config.js", configuration);
+  if (name === "plain") {
     // No bundler, and so no bare names: what an import map would say.
     const entry = "./node_modules/@fvv/decoder/dist/index.js";
-    writeFileSync(join(project, "main.js"), main.replace('"@fvv/decoder"', `"${entry}"`));
-    return project;
+    write("main.js", mainModule().replace('"@fvv/decoder"', `"${entry}"`));
   }
+  if (!build) return out ? join(project, out) : project;
   const [bundler, ...parameters] = build;
-  run(join(root, "js/node_modules/.bin", bundler), ...parameters);
+  run(tool(bundler), ...parameters);
   if (script) cpSync(join(project, "index.html"), join(project, out, "index.html"));
   return join(project, out);
 }
 
-async function attempt(name, work, archive, clip) {
+/** A development server of the bundler's own; the clip lies where it looks for files. */
+async function runServer(name, project, clip, { port, result }) {
+  mkdirSync(join(project, "public"));
+  cpSync(clip, join(project, "public/clip.fvv"));
+  const [program, ...parameters] = bundlers[name].serve(port + 1);
+  const server = spawn(tool(program), parameters, { cwd: project, stdio: ["ignore", "pipe", "inherit"], detached: true });
   try {
-    return await runPage(prepare(name, work, archive), clip);
+    await new Promise((ready, reject) => {
+      server.stdout.on("data", (text) => /127\.0\.0\.1/.test(text) && ready());
+      server.once("exit", (code) => reject(new Error(`${program} ended: ${code}`)));
+    });
+    return await visit(`http://127.0.0.1:${port + 1}/`, result);
+  } finally {
+    process.kill(-server.pid);
+  }
+}
+
+async function attempt(name, work, archive, clip) {
+  let folder;
+  const host = await listen(() => folder, clip);
+  try {
+    const ownServer = bundlers[name].serve !== undefined;
+    folder = prepare(name, work, archive, ownServer ? host.url : "");
+    return await (ownServer ? runServer(name, folder, clip, host) : visit(`${host.url}/`, host.result));
   } catch (error) {
     return { error: `${error.message}\n${error.stdout ?? ""}` };
+  } finally {
+    host.close();
   }
 }
 
