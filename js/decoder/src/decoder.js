@@ -48,6 +48,12 @@ function startWorker(given) {
   });
 }
 
+/** In this thread, as functions can't be sent to workers; the module that they find can. */
+async function loadFallback(find) {
+  const found = await find();
+  return found instanceof WebAssembly.Module ? found : found.compile();
+}
+
 export class Decoder extends EventTarget {
   #call;
   #worker = null;
@@ -73,25 +79,28 @@ export class Decoder extends EventTarget {
     decoder.writable = feed?.writable ?? null;
     const pull = () => feed?.pull() ?? null;
     if (feed) decoder.#finish.push(() => feed.cancel());
-    await decoder.#connect(options.worker, pull);
+    const fallback = options.videoFallback && (() => loadFallback(options.videoFallback));
+    const served = { pull, codec: compileCodec, background: compileBackground, fallback };
+    await decoder.#connect(options.worker, served);
     if (signal) {
       const stop = () => decoder.close();
       signal.addEventListener("abort", stop, { once: true });
       decoder.#finish.push(() => signal.removeEventListener("abort", stop));
     }
     const { limits, normals, visibility, shares, video, queue, tracks, look } = options;
-    const settings = { limits, normals, visibility, shares, video, queue, tracks, held: look !== null };
-    const opened = await decoder.#call("open", { source, module, ...settings });
+    const wanted = { limits, normals, visibility, shares, video, queue, tracks };
+    const ways = { hasFallback: Boolean(fallback), held: look !== null };
+    const opened = await decoder.#call("open", { source, module, ...wanted, ...ways });
     Object.assign(decoder, opened);
     if (look) await decoder.#lookAtOnce(look, tracks);
     return decoder;
   }
 
-  async #connect(wanted, pull) {
+  async #connect(wanted, served) {
     if (wanted !== false && typeof Worker === "function")
       try {
         this.#worker = await startWorker(wanted);
-        const { call, fail } = connect(this.#worker, { pull, codec: compileCodec, background: compileBackground });
+        const { call, fail } = connect(this.#worker, served);
         this.#call = call;
         this.#worker.addEventListener("error", ({ message }) => {
           fail(new FvvError({ code: "worker", message: `the worker failed: ${message}` }));
@@ -105,7 +114,7 @@ export class Decoder extends EventTarget {
         const message = `there is no worker (${error.message}): this thread decodes`;
         this.#early = new FvvError({ code: "worker", severity: "warning", fatal: false, message });
       }
-    const engine = new Engine({ pull, codec: compileCodec, background: compileBackground });
+    const engine = new Engine(served);
     this.#call = async (name, argument) => engine[name](argument);
     this.#finish.push(() => engine.close());
   }
@@ -191,7 +200,7 @@ export class Decoder extends EventTarget {
         if (!this.#closed) throw error;
       });
       if (this.#closed) {
-        item?.frame?.pictures.forEach(({ image }) => image.close());
+        item?.frame?.pictures.forEach(({ image }) => image.close?.());
         break;
       }
       const { type } = item;

@@ -4,25 +4,31 @@
 import { FvvError } from "./errors.js";
 import { createPictures } from "./pictures.js";
 import { Playback } from "./playback.js";
+import { defaultLimits } from "./session.js";
 import { openSource } from "./sources.js";
 
 /** A file that changes more often than this is not worth it. */
 const REOPEN_MOST = 3;
 
 export class Engine {
-  /** pull(): the next bytes of a source that is a stream, or null. codec(name), background(): compiled modules. */
-  constructor({ pull, codec, background }) {
-    Object.assign(this, { pull, codec, background, generation: 0, queue: [], waiting: null, room: null, error: null });
+  /** pull(): the next bytes of a source that is a stream, or null. codec(name), background(), fallback(): compiled modules. */
+  constructor({ pull, codec, background, fallback }) {
+    Object.assign(this, { pull, codec, background, fallback });
+    Object.assign(this, { generation: 0, queue: [], waiting: null, room: null, error: null });
     this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
   }
 
   /** tracks: as of select. held: nothing is played before the first call of that. */
-  async open({ source, module, limits, normals, visibility, shares, video, queue, tracks = null, held = false }) {
+  async open({ source, module, limits, video, hasFallback, queue, tracks = null, held = false, ...want }) {
     this.limit = Math.max(1, queue);
     this.description = source;
     Object.assign(this, { tracks, held });
-    this.settings = { module, limits, want: { normals, visibility, shares } };
-    this.pictures = createPictures(video, (error) => this.#tell("warning", error));
+    this.settings = { module, limits, want };
+    this.pictures = createPictures(video, {
+      tell: (type, error) => this.#tell(type, error),
+      fallback: hasFallback ? this.fallback : null,
+      memoryBytes: limits.memory ?? defaultLimits.memory,
+    });
     await this.#openSource();
     if (!held) this.#run(undefined);
     return this.#about();

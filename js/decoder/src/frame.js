@@ -1,5 +1,7 @@
 // What a frame of the stream is to its user.
 
+import { revivePicture } from "./planar_picture.js";
+
 /** What one visibility chunk says. */
 class Visibility {
   constructor(fields) {
@@ -34,7 +36,7 @@ export class Frame {
     this.samples = raw.samples;
     this.tracks = raw.tracks;
     this.#layouts = raw.layouts;
-    this.pictures = raw.pictures;
+    this.pictures = raw.pictures.map(({ track, image }) => ({ track, image: revivePicture(image) }));
     this.decodeMs = raw.decodeMs;
   }
   /** The mesh of the first mesh track; null when the frame has none. */
@@ -45,7 +47,7 @@ export class Frame {
   camera(id) {
     return this.cameras.find((camera) => camera.id === id) ?? null;
   }
-  /** The picture of a video track: VideoFrame or ImageBitmap; without track that of the first. */
+  /** The picture of a video track: VideoFrame, ImageBitmap or PlanarPicture; without track that of the first. */
   picture(track) {
     const found = this.pictures.find((picture) => track === undefined || picture.track === track);
     return found?.image ?? null;

@@ -57,8 +57,10 @@ function describe(source) {
 
 export async function createDecoder(options = {}) {
   const { worker, limits = {}, normals = true, visibility = true, shares = false, queue = 4, signal } = options;
-  const { tracks = null, look = null } = options;
-  const video = options.video ?? (typeof VideoDecoder === "function" ? "pictures" : "samples");
+  const { tracks = null, look = null, videoFallback } = options;
+  if (videoFallback !== undefined && typeof videoFallback !== "function")
+    throw new FvvError({ code: "argument", message: "videoFallback is a function that imports the package" });
+  const video = options.video ?? (typeof VideoDecoder === "function" || videoFallback ? "pictures" : "samples");
   return Decoder.create({
     worker,
     ...describe(options.source),
@@ -67,6 +69,7 @@ export async function createDecoder(options = {}) {
     visibility,
     shares,
     video,
+    videoFallback,
     queue,
     tracks,
     look,

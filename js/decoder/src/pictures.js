@@ -1,12 +1,23 @@
-// Pictures out of video samples by WebCodecs, and of JPEG files by createImageBitmap. A picture belongs to the frame
-// whose sample it was made of, which its timestamp tells, not the order in which decoders answer.
+// Pictures out of video samples by WebCodecs, else by a fallback in wasm, and of JPEG files by createImageBitmap. A
+// picture belongs to the frame whose sample it was made of, which its timestamp tells, not the order in which decoders
+// answer.
 
 import { FvvError } from "./errors.js";
+import { SoftwareVideo } from "./software_video.js";
 
 /** A picture that so many later ones have overtaken does not come any more. Less than the queue of frames. */
 const OVERTAKEN_MOST = 3;
 /** How long a decoder may say nothing while pictures are waited for. */
 const PATIENCE_MS = 2000;
+
+/** As WebCodecs wants it. */
+const configurationOf = (layout) => ({
+  codec: layout.codecString,
+  codedWidth: layout.width,
+  codedHeight: layout.height,
+  description: layout.codec === "avc1" || layout.codec === "hvc1" ? layout.record : undefined,
+  optimizeForLatency: true,
+});
 
 class VideoTrack {
   constructor(layout, fail) {
@@ -17,19 +28,12 @@ class VideoTrack {
     this.open();
   }
   open() {
-    const { layout } = this;
     this.needsKey = true;
     this.decoder = new VideoDecoder({
       output: (picture) => this.#take(picture),
       error: (error) => this.#break(error),
     });
-    this.decoder.configure({
-      codec: layout.codecString,
-      codedWidth: layout.width,
-      codedHeight: layout.height,
-      description: layout.codec === "avc1" || layout.codec === "hvc1" ? layout.record : undefined,
-      optimizeForLatency: true,
-    });
+    this.decoder.configure(configurationOf(this.layout));
   }
   #take(picture) {
     const entry = this.waiting.get(picture.timestamp);
@@ -92,6 +96,11 @@ class VideoTrack {
   }
 }
 
+async function isSupported(layout) {
+  if (typeof VideoDecoder !== "function") return false;
+  return (await VideoDecoder.isConfigSupported(configurationOf(layout))).supported;
+}
+
 class JpegTrack {
   async submit(sample) {
     return createImageBitmap(new Blob([sample.data], { type: "image/jpeg" }), { colorSpaceConversion: "none" });
@@ -100,16 +109,40 @@ class JpegTrack {
   close() {}
 }
 
+/** A track whose decoder has yet to be found. */
+class ComingTrack {
+  constructor(found) {
+    this.found = found;
+  }
+  async submit(sample, timestamp) {
+    const track = await this.found;
+    return track ? track.submit(sample, timestamp) : null;
+  }
+  async flush() {
+    await (await this.found)?.flush();
+  }
+  close() {
+    this.found.then((track) => track?.close());
+  }
+}
+
 class Pictures {
-  constructor(fail) {
-    this.warn = fail;
+  /** tell(type, error); fallback(): the compiled module of decoders, or null. */
+  constructor({ tell, fallback, memoryBytes }) {
+    this.tell = tell;
     this.tracks = new Map();
     this.shape = "";
     this.last = -1;
+    const corrupt = (error, layout) => this.#corrupt(error, layout);
+    this.software = fallback && new SoftwareVideo({ load: fallback, memoryBytes, corrupt });
   }
   #fail(code, error, layout) {
     const message = `video track ${layout.track} (${layout.codecString || layout.codec}): ${error.message}`;
-    this.warn(new FvvError({ code, severity: "warning", fatal: false, message, cause: error }));
+    this.tell("warning", new FvvError({ code, severity: "warning", fatal: false, message, cause: error }));
+  }
+  #corrupt(error, { track, codecString }) {
+    const message = `video track ${track} (${codecString}): ${error.message}`;
+    this.tell("corrupt", new FvvError({ code: "invalid", chunk: "VPKT", fatal: false, message, cause: error }));
   }
   configure({ videos, timeBase }) {
     this.timeBase = timeBase;
@@ -117,22 +150,20 @@ class Pictures {
     if (shape === this.shape) return;
     this.shape = shape;
     this.close();
-    for (const layout of videos) {
-      const track = this.#make(layout);
-      if (track) this.tracks.set(layout.track, track);
-    }
+    for (const layout of videos) this.tracks.set(layout.track, new ComingTrack(this.#find(layout)));
   }
-  #make(layout) {
-    if (layout.codec === "jpeg" && typeof createImageBitmap === "function") return new JpegTrack();
-    if (layout.codecString && typeof VideoDecoder === "function")
-      try {
+  /** Its track, or null after a warning. */
+  async #find(layout) {
+    try {
+      if (layout.codec === "jpeg" && typeof createImageBitmap === "function") return new JpegTrack();
+      if (layout.codecString && (await isSupported(layout)))
         return new VideoTrack(layout, (error) => this.#fail("video", error, layout));
-      } catch (error) {
-        this.#fail("unsupported", error, layout);
-        return null;
-      }
-    this.#fail("unsupported", new Error("there is no decoder here; frames have the samples"), layout);
-    return null;
+      if (layout.codecString && this.software) return await this.software.open(layout);
+      throw new Error("there is no decoder here; frames have the samples");
+    } catch (error) {
+      this.#fail("unsupported", error, layout);
+      return null;
+    }
   }
   /** Decoding goes on somewhere else. */
   restart() {
@@ -176,6 +207,6 @@ const none = {
 };
 
 /** video: "pictures" or "samples". */
-export function createPictures(video, warn) {
-  return video === "pictures" ? new Pictures(warn) : none;
+export function createPictures(video, options) {
+  return video === "pictures" ? new Pictures(options) : none;
 }

@@ -1,6 +1,7 @@
 // Calls over a MessagePort or a Worker, both ways: each side serves some functions and calls those of the other.
 
 import { FvvError } from "./errors.js";
+import { PlanarPicture } from "./planar_picture.js";
 
 /** What can be handed over without copying; pictures can only be handed over. */
 function transferables(value, found = new Set()) {
@@ -8,7 +9,7 @@ function transferables(value, found = new Set()) {
   else if (typeof VideoFrame === "function" && value instanceof VideoFrame) found.add(value);
   else if (typeof ImageBitmap === "function" && value instanceof ImageBitmap) found.add(value);
   else if (Array.isArray(value)) value.forEach((item) => transferables(item, found));
-  else if (value && Object.getPrototypeOf(value) === Object.prototype)
+  else if (value instanceof PlanarPicture || (value && Object.getPrototypeOf(value) === Object.prototype))
     Object.values(value).forEach((item) => transferables(item, found));
   return found;
 }

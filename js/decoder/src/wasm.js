@@ -63,6 +63,11 @@ export async function createCodec(module, memoryBytes) {
   return Object.assign(codec, await instantiate(module, memoryBytes, { number }));
 }
 
+/** One decoder of video. expired(): whether the call that goes on has had its time. */
+export function createVideo(module, memoryBytes, expired) {
+  return instantiate(module, memoryBytes, { expired });
+}
+
 /** As %g of C does, or nearly: for messages. */
 function putNumber(memory, value, digits, out, size) {
   const text = Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : String(value);

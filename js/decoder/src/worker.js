@@ -26,6 +26,7 @@ const engine = new Engine({
   pull: () => call("pull"),
   codec: (name) => call("codec", name),
   background: () => call("background"),
+  fallback: () => call("fallback"),
 });
 
 self.postMessage({ id: 0, result: "ready" });

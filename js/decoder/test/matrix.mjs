@@ -159,7 +159,11 @@ async function runServer(name, project, clip, { port, result }) {
   mkdirSync(join(project, "public"));
   cpSync(clip, join(project, "public/clip.fvv"));
   const [program, ...parameters] = bundlers[name].serve(port + 1);
-  const server = spawn(tool(program), parameters, { cwd: project, stdio: ["ignore", "pipe", "inherit"], detached: true });
+  const server = spawn(tool(program), parameters, {
+    cwd: project,
+    stdio: ["ignore", "pipe", "inherit"],
+    detached: true,
+  });
   try {
     await new Promise((ready, reject) => {
       server.stdout.on("data", (text) => /127\.0\.0\.1/.test(text) && ready());

@@ -31,6 +31,7 @@ function installDecoder(answer) {
     }
   };
   globalThis.VideoDecoder = class {
+    static isConfigSupported = async () => ({ supported: true });
     constructor({ output, error }) {
       Object.assign(this, { output, error, state: "unconfigured", chunks: [] });
     }

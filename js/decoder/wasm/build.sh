@@ -6,7 +6,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$1"
 build=$(cd "$1" && pwd)
-"$here/fetch_sources.sh" "$build/sources"
+"$here/fetch_sources.sh" "$build/sources" draco=libdraco-dev meshoptimizer=libmeshoptimizer-dev
 # Debian's emcc looks for the modules of its optimiser there.
 export NODE_PATH=${NODE_PATH:-/usr/share/nodejs}
 version=$(sed -n 's/^project(fvv VERSION \([0-9.]*\).*/\1/p' "$here/../../../CMakeLists.txt")

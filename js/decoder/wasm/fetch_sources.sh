@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Sources of Draco and meshoptimizer for the wasm build: those of the Debian packages that the native library is
-# built with, so that both decode with the same code. Needs neither root nor a deb-src entry: it asks the hosts that
-# apt is set up with, with a list of its own.
+# Sources of libraries for the wasm builds: those of the Debian packages that the native library is built with, so that
+# both decode with the same code. Needs neither root nor a deb-src entry: it asks the hosts that apt is set up with,
+# with a list of its own. usage: fetch_sources.sh DIRECTORY FOLDER=PACKAGE..., such as draco=libdraco-dev
 set -euo pipefail
-[[ $# -eq 1 ]] || { echo "usage: fetch_sources.sh DIRECTORY" >&2; exit 2; }
+[[ $# -ge 2 ]] || { echo "usage: fetch_sources.sh DIRECTORY FOLDER=PACKAGE..." >&2; exit 2; }
 mkdir -p "$1"
 cd "$1"
+shift
 
 # The source package of an installed package and its version; nothing when it is not installed.
 source_of() {
@@ -39,5 +40,6 @@ prepare_lists() {
   apt-get "${options[@]}" update -qq >&2
 }
 
-fetch draco libdraco-dev
-fetch meshoptimizer libmeshoptimizer-dev
+for wanted in "$@"; do
+  fetch "${wanted%%=*}" "${wanted#*=}"
+done

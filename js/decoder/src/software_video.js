@@ -1,0 +1,154 @@
+// Video by decoders in wasm where WebCodecs has none: the module of @fvv/video-fallback, which the caller hands over.
+// A track has an instance of its own. One that traps, or takes too long, is dropped, and the next key picture gets
+// another; damaged samples give no picture.
+
+import { FvvError } from "./errors.js";
+import { createPicture, planesOf } from "./planar_picture.js";
+import { createVideo } from "./wasm.js";
+
+/** Of the functions in video-fallback/wasm/decoder.c. */
+const ABI = 1;
+/** What one sample may take: many times what the largest picture does. Only hostile ones get there. */
+const SAMPLE_MS = 4000;
+/** Instances that a track may lose one after the other. Each costs time and memory. */
+const LOST_MOST = 4;
+
+const text = new TextDecoder();
+
+/** RangeError: the stack of JavaScript ended inside. */
+const isTrap = (error) => error instanceof WebAssembly.RuntimeError || error instanceof RangeError;
+
+class Instance {
+  static async create(module, memoryBytes) {
+    const instance = new Instance();
+    instance.deadline = Infinity;
+    const expired = () => (performance.now() > instance.deadline ? 1 : 0);
+    Object.assign(instance, await createVideo(module, memoryBytes, expired));
+    const abi = instance.exports.fvvvideo_abi?.();
+    if (abi !== ABI) throw new Error(`the fallback is of another version (${abi}, not ${ABI})`);
+    return instance;
+  }
+  #message() {
+    const bytes = new Uint8Array(this.memory.buffer, this.exports.fvvvideo_message());
+    return text.decode(bytes.slice(0, bytes.indexOf(0)));
+  }
+  #put(bytes) {
+    const address = this.exports.fvvvideo_input(bytes.length);
+    if (!address) throw new Error(`no memory for ${bytes.length} bytes`);
+    new Uint8Array(this.memory.buffer, address, bytes.length).set(bytes);
+  }
+  /** Throws an Error when it can't decode such video. */
+  open({ codec, record, width, height, bitDepth }) {
+    const code = Array.from(codec).reduce((sum, c, i) => sum + c.charCodeAt(0) * 2 ** (8 * i), 0);
+    this.#put(record);
+    if (!this.exports.fvvvideo_open(code, width, height, bitDepth)) throw new Error(this.#message());
+  }
+  /** Throws an Error of a damaged sample, or one that isTrap knows: the instance is lost. */
+  decode(data, restart) {
+    this.#put(data);
+    this.deadline = performance.now() + SAMPLE_MS;
+    if (!this.exports.fvvvideo_decode(restart ? 1 : 0)) throw new Error(this.#message());
+  }
+  /** Its planes without what lies between their rows, one behind the other. */
+  planes({ width, height, bitDepth }) {
+    const { memory, exports } = this;
+    const bytes = bitDepth > 8 ? 2 : 1;
+    const planes = planesOf(width, height);
+    const out = new Uint8Array(planes.reduce((sum, plane) => sum + plane.width * plane.height * bytes, 0));
+    let at = 0;
+    planes.forEach((plane, i) => {
+      const start = exports.fvvvideo_plane(i);
+      const stride = exports.fvvvideo_stride(i);
+      const row = plane.width * bytes;
+      for (let y = 0; y < plane.height; y++, at += row)
+        out.set(new Uint8Array(memory.buffer, start + y * stride, row), at);
+    });
+    return out;
+  }
+}
+
+class SoftwareTrack {
+  #video;
+  #layout;
+  #instance;
+  #needsKey = true;
+  #lost = 0;
+  #closed = false;
+  #before = Promise.resolve();
+  constructor(video, layout, instance) {
+    this.#video = video;
+    this.#layout = layout;
+    this.#instance = instance;
+  }
+  /** In the order of the calls, though a new instance has to be waited for. */
+  submit(sample, timestamp) {
+    const picture = this.#before.then(() => this.#decode(sample, timestamp));
+    this.#before = picture.catch(() => {});
+    return picture;
+  }
+  async #decode(sample, timestamp) {
+    if (this.#closed || (this.#needsKey && !sample.key) || this.#lost > LOST_MOST) return null;
+    try {
+      this.#instance ??= await this.#video.take(this.#layout);
+      this.#instance.decode(sample.data, this.#needsKey);
+      const data = this.#instance.planes(this.#layout);
+      this.#needsKey = false;
+      this.#lost = 0;
+      const { width, height, bitDepth, colour } = this.#layout;
+      const format = bitDepth > 8 ? "I420P10" : "I420";
+      return createPicture({ format, width, height, timestamp, colour, data });
+    } catch (error) {
+      this.#needsKey = true;
+      this.#video.corrupt(this.#explain(error, timestamp), this.#layout);
+      return null;
+    }
+  }
+  #explain(error, timestamp) {
+    const sample = `the sample of ${timestamp} us`;
+    if (!isTrap(error)) return new Error(`${sample}: ${error.message}`);
+    const late = performance.now() > this.#instance.deadline;
+    this.#instance = null;
+    const end = ++this.#lost > LOST_MOST ? ", and so did others before: no more pictures of this track" : "";
+    const why = late ? `takes more than ${SAMPLE_MS} ms` : `trips its decoder (${error.message})`;
+    return new Error(`${sample} ${why}${end}`);
+  }
+  async flush() {
+    await this.#before;
+    this.#needsKey = true;
+  }
+  close() {
+    this.#closed = true;
+    if (this.#instance) this.#video.give(this.#instance);
+    this.#instance = null;
+  }
+}
+
+export class SoftwareVideo {
+  #load;
+  #memoryBytes;
+  #idle = [];
+  /** load(): the compiled module. corrupt(error, layout): of a sample that has no picture. */
+  constructor({ load, memoryBytes, corrupt }) {
+    this.#load = load;
+    this.#memoryBytes = memoryBytes;
+    this.corrupt = corrupt;
+  }
+  /** A track, or an Error that says why there can be none. */
+  async open(layout) {
+    return new SoftwareTrack(this, layout, await this.take(layout));
+  }
+  /** Seeking opens all tracks anew: their instances are kept. */
+  async take(layout) {
+    const instance = this.#idle.pop() ?? (await Instance.create(await this.#load(), this.#memoryBytes));
+    try {
+      instance.open(layout);
+      return instance;
+    } catch (error) {
+      if (!isTrap(error)) this.give(instance);
+      throw error;
+    }
+  }
+  give(instance) {
+    this.#idle.push(instance);
+  }
+}

@@ -1,0 +1,2 @@
+/** The module for createDecoder({ videoFallback: () => import("@fvv/video-fallback") }); once for all decoders. */
+export function compile(): Promise<WebAssembly.Module>;
