@@ -19,9 +19,9 @@ const text = new TextDecoder();
 const isTrap = (error) => error instanceof WebAssembly.RuntimeError || error instanceof RangeError;
 
 class Instance {
-  static async create(module, memoryBytes) {
+  static async create(module, { memoryBytes, sampleMs }) {
     const instance = new Instance();
-    instance.deadline = Infinity;
+    Object.assign(instance, { sampleMs, deadline: Infinity });
     const expired = () => (performance.now() > instance.deadline ? 1 : 0);
     Object.assign(instance, await createVideo(module, memoryBytes, expired));
     const abi = instance.exports.fvvvideo_abi?.();
@@ -46,7 +46,7 @@ class Instance {
   /** Throws an Error of a damaged sample, or one that isTrap knows: the instance is lost. */
   decode(data, restart) {
     this.#put(data);
-    this.deadline = performance.now() + SAMPLE_MS;
+    this.deadline = performance.now() + this.sampleMs;
     if (!this.exports.fvvvideo_decode(restart ? 1 : 0)) throw new Error(this.#message());
   }
   /** Its planes without what lies between their rows, one behind the other. */
@@ -106,10 +106,11 @@ class SoftwareTrack {
   #explain(error, timestamp) {
     const sample = `the sample of ${timestamp} us`;
     if (!isTrap(error)) return new Error(`${sample}: ${error.message}`);
-    const late = performance.now() > this.#instance.deadline;
+    const { sampleMs, deadline } = this.#instance;
+    const late = performance.now() > deadline;
     this.#instance = null;
     const end = ++this.#lost > LOST_MOST ? ", and so did others before: no more pictures of this track" : "";
-    const why = late ? `takes more than ${SAMPLE_MS} ms` : `trips its decoder (${error.message})`;
+    const why = late ? `takes more than ${sampleMs} ms` : `trips its decoder (${error.message})`;
     return new Error(`${sample} ${why}${end}`);
   }
   async flush() {
@@ -125,12 +126,12 @@ class SoftwareTrack {
 
 export class SoftwareVideo {
   #load;
-  #memoryBytes;
+  #bounds;
   #idle = [];
   /** load(): the compiled module. corrupt(error, layout): of a sample that has no picture. */
-  constructor({ load, memoryBytes, corrupt }) {
+  constructor({ load, memoryBytes, sampleMs = SAMPLE_MS, corrupt }) {
     this.#load = load;
-    this.#memoryBytes = memoryBytes;
+    this.#bounds = { memoryBytes, sampleMs };
     this.corrupt = corrupt;
   }
   /** A track, or an Error that says why there can be none. */
@@ -139,7 +140,7 @@ export class SoftwareVideo {
   }
   /** Seeking opens all tracks anew: their instances are kept. */
   async take(layout) {
-    const instance = this.#idle.pop() ?? (await Instance.create(await this.#load(), this.#memoryBytes));
+    const instance = this.#idle.pop() ?? (await Instance.create(await this.#load(), this.#bounds));
     try {
       instance.open(layout);
       return instance;

@@ -30,8 +30,8 @@ export function nativeFrames(file) {
 }
 
 /** Pairs of "lattice 1" and the like and their hash. */
-function* nativeItems(...parameters) {
-  const bytes = run(join(build, "tests/js/frame_bytes"), ...parameters);
+function* nativeItems(program, ...parameters) {
+  const bytes = run(join(build, "tests/js", program), ...parameters);
   for (let at = 0; at < bytes.length;) {
     const line = bytes.indexOf(10, at);
     const [name, id, size] = bytes.toString("latin1", at, line).split(" ");
@@ -42,7 +42,7 @@ function* nativeItems(...parameters) {
 
 function decodeNatively(file) {
   const frames = [];
-  for (const [what, hash] of nativeItems(file)) {
+  for (const [what, hash] of nativeItems("frame_bytes", file)) {
     if (what === "time 0") frames.push({});
     frames.at(-1)[what] = hash;
   }
@@ -50,7 +50,11 @@ function decodeNatively(file) {
 }
 
 /** The environment that belongs to the last group. */
-export const nativeBackground = (file) => Object.fromEntries(nativeItems("--background", file));
+export const nativeBackground = (file) => Object.fromEntries(nativeItems("frame_bytes", "--background", file));
+
+/** Of every picture of a file's video the track and the hash of its planes, as the installed libavcodec decodes them. */
+export const nativePictures = (file) =>
+  Array.from(nativeItems("picture_bytes", file), ([name, hash]) => ({ track: Number(name.split(" ")[1]), hash }));
 
 export function backgroundHashes({ parts, pictures, lights }) {
   const hashes = {};

@@ -1,5 +1,5 @@
 // A web server with the habits of good and bad hosts, chosen by the first part of the path:
-//   /dist /test        this package, under a strict content policy
+//   /dist /test        this package, under a strict content policy; other folders as the caller wants
 //   /range/NAME        keeps to Range
 //   /whole/NAME        answers 200 to everything
 //   /wrong/NAME        a Content-Range whose total is wrong
@@ -29,8 +29,10 @@ function rangeOf(request, size) {
   return { from: Number(from), to: to === "" ? size : Math.min(size, Number(to) + 1) };
 }
 
-/** files: name to path. results: takes what a page posts to /result. Answers {url, requests, close}. */
-export async function serve(files, results = () => {}) {
+/** files: name to path. results: takes what a page posts to /result. folders: more, name to path. Answers {url, requests,
+ * close}. */
+export async function serve(files, results = () => {}, folders = {}) {
+  const served = { dist: join(home, "dist"), test: join(home, "test"), ...folders };
   const requests = [];
   const counts = new Map();
   const clip = (habit, name, request, response) => {
@@ -64,8 +66,8 @@ export async function serve(files, results = () => {}) {
       return;
     }
     try {
-      if (first !== "dist" && first !== "test") return clip(first, rest.join("/"), request, response);
-      const path = join(home, first, ...rest);
+      if (!(first in served)) return clip(first, rest.join("/"), request, response);
+      const path = join(served[first], ...rest);
       const type = types[path.split(".").at(-1)] ?? "application/octet-stream";
       response.writeHead(200, {
         "Content-Type": type,

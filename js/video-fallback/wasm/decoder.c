@@ -1,7 +1,7 @@
 /* One decoder of libavcodec in an instance of wasm: a sample in, the planes of its picture out. Who calls is
- * software_video.js of @fvv/decoder; every sample has one picture of its own (clauses 10.5 to 10.8 of the format).
- * What is not as it should be is an error, never a picture that was patched up. SPDX-License-Identifier:
- * LGPL-2.1-or-later */
+ * software_video.js of @fvv/decoder; every sample has one picture of its own (clauses 10.5 to 10.8 of the
+ * format). What is not as it should be is an error, never a picture that was patched up.
+ * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <limits.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -19,7 +19,8 @@
 /* Of these functions and their meaning: software_video.js asks for it. */
 enum { ABI = 1 };
 
-/* Whether this call has had its time. Hostile samples can have millions of slices that each cover a picture. */
+/* Whether this call has had its time. Hostile samples can have millions of slices that each cover a picture.
+ */
 __attribute__((import_module("fvv"), import_name("expired"))) int expired(void);
 
 static AVCodecContext *context;
@@ -54,8 +55,8 @@ static void watch_rows(AVCodecContext *c, const AVFrame *f, int offset[AV_NUM_DA
   (void)c, (void)f, (void)offset, (void)y, (void)type, (void)height;
   check_time();
 }
-static int watch_slices(AVCodecContext *c, int (*run)(AVCodecContext *, void *), void *arguments, int *results,
-                        int count, int size) {
+static int watch_slices(AVCodecContext *c, int (*run)(AVCodecContext *, void *), void *arguments,
+                        int *results, int count, int size) {
   check_time();
   return avcodec_default_execute(c, run, arguments, results, count, size);
 }
@@ -87,10 +88,14 @@ EXPORT uint8_t *fvvvideo_input(uint32_t size) {
 
 static const AVCodec *find(uint32_t codec) {
   switch (codec) {
-  case FOURCC('a', 'v', 'c', '1'): return avcodec_find_decoder(AV_CODEC_ID_H264);
-  case FOURCC('h', 'v', 'c', '1'): return avcodec_find_decoder(AV_CODEC_ID_HEVC);
-  case FOURCC('v', 'p', '0', '9'): return avcodec_find_decoder(AV_CODEC_ID_VP9);
-  default: return NULL;
+  case FOURCC('a', 'v', 'c', '1'):
+    return avcodec_find_decoder(AV_CODEC_ID_H264);
+  case FOURCC('h', 'v', 'c', '1'):
+    return avcodec_find_decoder(AV_CODEC_ID_HEVC);
+  case FOURCC('v', 'p', '0', '9'):
+    return avcodec_find_decoder(AV_CODEC_ID_VP9);
+  default:
+    return NULL;
   }
 }
 
@@ -102,8 +107,9 @@ static int take_record(void) {
   return 1;
 }
 
-/* Opens a decoder, with the record that was put into fvvvideo_input. 0: the message tells why not. Width, height and
- * bits are those of the configuration: pictures of others are refused before they are allocated. */
+/* Opens a decoder, with the record that was put into fvvvideo_input. 0: the message tells why not. Width,
+ * height and bits are those of the configuration: pictures of others are refused before they are allocated.
+ */
 EXPORT int fvvvideo_open(uint32_t codec, uint32_t width, uint32_t height, uint32_t bits) {
   AVPacket *record = packet;
   packet = NULL;
@@ -137,14 +143,15 @@ EXPORT int fvvvideo_open(uint32_t codec, uint32_t width, uint32_t height, uint32
 
 static int is_wanted(void) {
   const int format = frame->format == AV_PIX_FMT_YUVJ420P ? AV_PIX_FMT_YUV420P : frame->format;
-  if (format != (int)wanted.format) return refuse("it is not 4:2:0 with the bits that its configuration says");
+  if (format != (int)wanted.format)
+    return refuse("it is not 4:2:0 with the bits that its configuration says");
   if (frame->width != (int)wanted.width || frame->height != (int)wanted.height)
     return refuse("its picture has another size than its configuration says");
   return 1;
 }
 
-/* Decodes the sample in fvvvideo_input: 1 when its picture is there, 0: the message tells why not, and only a key can
- * follow. The picture is good until the next call. */
+/* Decodes the sample in fvvvideo_input: 1 when its picture is there, 0: the message tells why not, and only a
+ * key can follow. The picture is good until the next call. */
 EXPORT int fvvvideo_decode(int restart) {
   message[0] = 0;
   if (!context || !packet) return refuse("there is no decoder");

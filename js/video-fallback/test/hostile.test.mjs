@@ -1,0 +1,150 @@
+// Samples with good CRCs and bad bits: no picture and a word about it, or a picture of the right size; never a decoder
+// that hangs, grows without bound, or takes the next group with it.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { after, test } from "node:test";
+
+import { createDecoder } from "../../decoder/dist/index.js";
+import { SoftwareVideo } from "../../decoder/dist/software_video.js";
+import { replaceFirst } from "../../decoder/test/damage.mjs";
+import { compile } from "../dist/index.js";
+import { makeVideoClips } from "./clips.mjs";
+
+const codecs = ["h264", "hevc", "hevc10", "vp9"];
+const { clips, done } = makeVideoClips(...codecs);
+after(done);
+
+/** Layout and samples of a clip's video, and its pictures. */
+async function samplesOf(name) {
+  const source = new Uint8Array(readFileSync(clips[name]));
+  const decoder = await createDecoder({ source, video: "samples" });
+  const samples = [];
+  for await (const frame of decoder) samples.push(frame.samples[0]);
+  return { layout: decoder.configuration.videos[0], samples };
+}
+
+function createVideo(options = {}) {
+  const said = [];
+  const corrupt = (error) => said.push(error.message);
+  return { video: new SoftwareVideo({ load: compile, memoryBytes: 2 ** 26, corrupt, ...options }), said };
+}
+
+const repeated = (bytes, count) => new Uint8Array(Buffer.concat(Array(count).fill(bytes)));
+
+/** The same numbers on every machine. */
+function* numbers(seed) {
+  for (;;) yield (seed = (Math.imul(seed, 1103515245) + 12345) >>> 0) >>> 8;
+}
+
+for (const name of codecs)
+  test(`${name}: flipped bits and cuts`, async () => {
+    const { layout, samples } = await samplesOf(name);
+    const { video, said } = createVideo();
+    const random = numbers(7);
+    const upTo = (n) => random.next().value % n;
+    let told = 0;
+    for (let n = 0; n < 60; n++) {
+      const track = await video.open(layout);
+      for (const [i, sample] of samples.entries()) {
+        // The key of the second group is whole.
+        const whole = i >= 3;
+        const data = whole ? sample.data : sample.data.slice(0, upTo(8) ? undefined : upTo(sample.data.length) + 1);
+        // Headers, which come first, go wrong in more ways than what follows.
+        const place = () => upTo(upTo(2) ? Math.min(16, data.length) : data.length);
+        if (!whole) for (let k = upTo(4); k > 0; k--) data[place()] ^= 1 << upTo(8);
+        const before = said.length;
+        const picture = await track.submit({ key: sample.key, data }, i);
+        if (picture) assert.deepEqual([picture.codedWidth, picture.codedHeight], [layout.width, layout.height]);
+        assert.ok(said.length === before || !picture, "a picture that was called damaged");
+        told += said.length - before;
+        if (whole) assert.ok(picture, `picture ${i} after damage: ${said.at(-1)}`);
+        picture?.close();
+      }
+      track.close();
+    }
+    assert.ok(told >= 20, `${told} were told`);
+  });
+
+test("pictures of another size or depth than the configuration says are refused before they cost memory", async () => {
+  for (const name of codecs) {
+    const { layout, samples } = await samplesOf(name);
+    const { video, said } = createVideo();
+    for (const change of [
+      { width: 16, height: 16 },
+      { width: layout.width + 16 },
+      { bitDepth: 18 - layout.bitDepth },
+    ]) {
+      const track = await video.open({ ...layout, ...change });
+      assert.equal(await track.submit(samples[0], 0), null);
+      assert.match(said.pop(), /pixel|size|bits|damaged|PPS|VPS|SPS|dimensions/i);
+      track.close();
+    }
+    assert.deepEqual(said, []);
+  }
+});
+
+test("a sample that would take for ever ends, and the next key goes on with another instance", async () => {
+  const { layout, samples } = await samplesOf("h264");
+  const { video, said } = createVideo({ sampleMs: 60, memoryBytes: 2 ** 28 });
+  const track = await video.open(layout);
+  assert.ok(await track.submit(samples[0], 0));
+  // Each slice covers the whole picture.
+  const endless = { key: true, data: repeated(samples[0].data, 3000) };
+  const started = performance.now();
+  assert.equal(await track.submit(endless, 1), null);
+  assert.ok(performance.now() - started < 2000);
+  assert.match(said.pop(), /more than 60 ms/);
+  assert.equal(await track.submit(samples[1], 2), null, "nothing follows but a key");
+  assert.ok(await track.submit(samples[3], 3));
+  // Not again and again.
+  for (let n = 0; n < 6; n++) await track.submit(endless, n);
+  assert.equal(said.length, 5);
+  assert.match(said.pop(), /no more pictures/);
+  assert.equal(await track.submit(samples[3], 9), null);
+});
+
+test("memory is bounded", async () => {
+  const { layout, samples } = await samplesOf("h264");
+  const { video, said } = createVideo({ memoryBytes: 2 ** 23 });
+  const track = await video.open(layout);
+  assert.equal(await track.submit({ key: true, data: repeated(samples[0].data, 9000) }, 0), null);
+  assert.match(said.pop(), /no memory for/);
+  assert.ok(await track.submit(samples[0], 1), said.pop());
+});
+
+test("records that are none", async () => {
+  for (const name of ["h264", "hevc"]) {
+    const { layout, samples } = await samplesOf(name);
+    const { video, said } = createVideo();
+    for (let n = 0; n < layout.record.length; n++) {
+      const record = layout.record.slice();
+      record[n] ^= 0x55;
+      // It is refused, or it does not matter.
+      const track = await video.open({ ...layout, record }).catch(() => null);
+      if (track && !(await track.submit(samples[0], 0))) assert.ok(said.pop());
+      track?.close();
+    }
+    const track = await video.open(layout);
+    assert.ok(await track.submit(samples[0], 0), "the instance is as good as before");
+  }
+});
+
+test("in a stream a damaged sample is a corrupt event; the frame comes without its picture", async () => {
+  const bytes = new Uint8Array(readFileSync(clips.h264));
+  const changed = replaceFirst("VPKT", bytes, (payload) => payload.fill(0xff, 40));
+  const decoder = await createDecoder({ source: changed, videoFallback: () => import("../dist/index.js") });
+  const corrupt = [];
+  decoder.addEventListener("corrupt", ({ detail }) => corrupt.push(detail));
+  const pictures = [];
+  for await (const frame of decoder) {
+    pictures[frame.number] = frame.pictures.length;
+    frame.close();
+  }
+  const [first] = corrupt.filter(({ chunk }) => chunk === "VPKT");
+  assert.equal(first.code, "invalid");
+  assert.equal(first.fatal, false);
+  assert.match(first.message, /video track \d+ \(avc1\.\w+\): the sample of 0 us: /);
+  assert.deepEqual([pictures[0], pictures[1]], [0, 0], "what follows refers to what is missing");
+  assert.deepEqual([pictures[3], pictures[4]], [1, 1]);
+});

@@ -1,0 +1,136 @@
+// Node has no decoders of video of its own: with the fallback it has pictures, and they are the native library's to the
+// last bit.
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { readFileSync } from "node:fs";
+import { after, test } from "node:test";
+
+import { createDecoder } from "../../decoder/dist/index.js";
+import { nativePictures } from "../../decoder/test/native.mjs";
+import { makeVideoClips } from "./clips.mjs";
+
+const videoFallback = () => import("../dist/index.js");
+const { clips, done } = makeVideoClips("h264", "hevc", "hevc10", "vp9", "vp910", "av1");
+after(done);
+const read = (name) => new Uint8Array(readFileSync(clips[name]));
+const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
+
+async function bytesOf(image) {
+  const bytes = new Uint8Array(image.allocationSize());
+  await image.copyTo(bytes);
+  return bytes;
+}
+
+/** Everything of a stream: hashes of pictures by frame, and what was said. */
+async function play(options, each = () => {}) {
+  const decoder = await createDecoder({ videoFallback, ...options });
+  const said = [];
+  for (const type of ["warning", "corrupt", "gap"])
+    decoder.addEventListener(type, ({ detail }) => said.push({ type, detail }));
+  const frames = [];
+  for await (const frame of decoder) {
+    const pictures = [];
+    for (const { track, image } of frame.pictures) {
+      assert.equal(image.timestamp, Math.round(frame.seconds * 1e6), "a picture of another time");
+      pictures.push({ track, hash: sha256(await bytesOf(image)) });
+    }
+    frames.push({ number: frame.number, pictures });
+    await each(frame);
+    frame.close();
+  }
+  decoder.close();
+  return { frames, said };
+}
+
+for (const name of ["h264", "hevc", "hevc10", "vp9", "vp910"])
+  test(`${name}: the pictures of the native libavcodec`, async () => {
+    const { frames, said } = await play({ source: read(name) });
+    assert.deepEqual(said, []);
+    const pictures = frames.flatMap((frame) => frame.pictures);
+    assert.equal(frames.length, 5);
+    assert.deepEqual(pictures, nativePictures(clips[name]));
+    assert.equal(new Set(pictures.map(({ hash }) => hash)).size, pictures.length, "they all differ");
+  });
+
+test("seeking gives the picture of that frame, whatever was decoded before", async () => {
+  const expected = nativePictures(clips.hevc);
+  const decoder = await createDecoder({ source: read("hevc"), videoFallback });
+  for (const n of [4, 1, 3, 0, 2]) {
+    await decoder.seek({ frame: n });
+    const frame = await decoder.next();
+    assert.equal(frame.number, n);
+    assert.equal(sha256(await bytesOf(frame.picture())), expected[n].hash);
+    frame.close();
+  }
+  decoder.close();
+});
+
+test("a compiled module does as well as the package", async () => {
+  const wasm = await WebAssembly.compile(readFileSync(new URL("../dist/video.wasm", import.meta.url)));
+  const { frames } = await play({ source: read("vp9"), videoFallback: async () => wasm });
+  assert.deepEqual(
+    frames.flatMap((frame) => frame.pictures),
+    nativePictures(clips.vp9),
+  );
+});
+
+test("what can't be decoded is told once, with the codec, and frames come without pictures", async () => {
+  const unloadable = () => Promise.reject(new Error("404"));
+  const cases = [
+    [{ source: read("av1") }, /av01.*not in it/],
+    [{ source: read("hevc"), videoFallback: unloadable }, /hvc1.*404/],
+    [{ source: read("hevc"), videoFallback: undefined, video: "pictures" }, /hvc1.*no decoder here/],
+  ];
+  for (const [options, expected] of cases) {
+    const { frames, said } = await play(options);
+    assert.deepEqual(
+      frames.map(({ pictures }) => pictures),
+      [[], [], [], [], []],
+    );
+    assert.deepEqual(
+      said.map(({ type, detail }) => `${type} ${detail.code}`),
+      ["warning unsupported"],
+    );
+    assert.match(said[0].detail.message, expected);
+  }
+  await assert.rejects(createDecoder({ source: read("hevc"), videoFallback: "@fvv/video-fallback" }), {
+    code: "argument",
+  });
+});
+
+test("a picture of planes has what VideoFrame has", async () => {
+  let checked = 0;
+  await play({ source: read("hevc10") }, async (frame) => {
+    if (frame.number > 0) return;
+    const [{ width, height, colour }] = frame.configuration.videos;
+    const image = frame.picture();
+    assert.equal(image.format, "I420P10");
+    assert.deepEqual([image.displayWidth, image.displayHeight], [width, height]);
+    assert.equal(image.colorSpace.fullRange, colour.fullRange);
+    const whole = await bytesOf(image);
+    // A part of it, with gaps between rows.
+    const rect = { x: 16, y: 8, width: 10, height: 6 };
+    const layout = [
+      { offset: 4, stride: 64 },
+      { offset: 500, stride: 32 },
+      { offset: 700, stride: 32 },
+    ];
+    const part = new Uint8Array(image.allocationSize({ rect, layout }));
+    assert.deepEqual(await image.copyTo(part, { rect, layout }), layout);
+    const row = (at, count) => whole.subarray(at, at + count);
+    assert.deepEqual(part.subarray(4 + 2 * 64, 4 + 2 * 64 + 20), row(2 * ((8 + 2) * width + 16), 20));
+    const v = 2 * (width * height + (width / 2) * (height / 2) + (4 + 1) * (width / 2) + 8);
+    assert.deepEqual(part.subarray(700 + 32, 700 + 32 + 10), row(v, 10));
+    await assert.rejects(image.copyTo(new Uint8Array(10)), { code: "argument" });
+    await assert.rejects(image.copyTo(part, { rect: { ...rect, x: 15 } }), { code: "argument" });
+    await assert.rejects(image.copyTo(part, { format: "RGBA" }), { code: "unsupported" });
+    const twin = image.clone();
+    frame.close();
+    assert.equal(image.format, null);
+    await assert.rejects(image.copyTo(part), { code: "state" });
+    assert.deepEqual(await bytesOf(twin), whole);
+    checked++;
+  });
+  assert.equal(checked, 1);
+});

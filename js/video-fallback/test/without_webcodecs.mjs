@@ -1,0 +1,2 @@
+delete globalThis.VideoDecoder;
+delete globalThis.VideoFrame;
