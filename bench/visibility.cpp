@@ -4,7 +4,7 @@
 
 #include "fvv_render/normals.h"
 #include "fvv_render/occlusion.h"
-#include "fvv_render/ray_visibility.h"
+#include "fvv_render/visibility_fit.h"
 
 #include <cmath>
 
@@ -13,6 +13,7 @@ namespace {
 using namespace fvv::render;
 
 constexpr double weight_threshold = 0.25; // of view-dependent texturing
+constexpr size_t most_cameras = 3;        // that a place is textured from
 constexpr size_t most_frames = 10;
 
 // Pairs of a camera and a place of the surface that camera might be used for.
@@ -23,8 +24,9 @@ struct Pairs {
     shown += says && !truth;
     hidden += !says && truth;
   }
-  void report(nlohmann::ordered_json &out, const std::string &name) const {
+  void report(nlohmann::ordered_json &out, const std::string &name, double everything) const {
     out[name + "error_percent"] = 100 * (shown + hidden) / all;
+    out[name + "error_of_all_percent"] = 100 * (shown + hidden) / everything;
     out[name + "shown_wrongly_percent"] = 100 * shown / all;
     out[name + "hidden_wrongly_percent"] = 100 * hidden / all;
   }
@@ -94,15 +96,59 @@ bool says(const std::vector<uint8_t> &shares, const Surface &surface, const Plac
   return seen >= 127.5;
 }
 
+// A camera that a place may be textured from.
+struct Candidate {
+  double weight;
+  bool bits, map, truth;
+};
+
 struct Sums {
-  Pairs bits, faces, map; // faces: the bit of the face as it stands, where it has one
+  Pairs bits, faces, map;         // faces: the bit of the face as it stands, where it has one
+  double pairs = 0;               // of place and camera, also where the camera is no candidate
+  double coloured = 0;            // places that some camera shows
+  double by_bits = 0, by_map = 0; // of their colour, what comes from other cameras than by rays
   double frames = 0, look = 0, order = 0, encode = 0, decode = 0; // seconds
 };
+
+// What each candidate gives to the colour of its place.
+std::vector<double> given(const std::vector<Candidate> &candidates, bool Candidate::*seen) {
+  std::vector<size_t> order;
+  for (size_t i = 0; i < candidates.size(); i++)
+    if (candidates[i].*seen) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return candidates[a].weight > candidates[b].weight; });
+  order.resize(std::min(order.size(), most_cameras));
+  double sum = 0;
+  for (const size_t i : order) sum += candidates[i].weight;
+  std::vector<double> out(candidates.size());
+  for (const size_t i : order) out[i] = candidates[i].weight / sum;
+  return out;
+}
+
+// A place without any colour differs by all of it.
+double elsewhere(const std::vector<double> &ours, const std::vector<double> &theirs) {
+  double more = 0, less = 0;
+  for (size_t i = 0; i < ours.size(); i++) {
+    more += std::max(0.0, ours[i] - theirs[i]);
+    less += std::max(0.0, theirs[i] - ours[i]);
+  }
+  return std::max(more, less);
+}
+
+void compare_colours(const std::vector<std::vector<Candidate>> &places, Sums &sums) {
+  for (const std::vector<Candidate> &candidates : places) {
+    const std::vector<double> truth = given(candidates, &Candidate::truth);
+    sums.coloured += std::any_of(truth.begin(), truth.end(), [](double share) { return share > 0; });
+    sums.by_bits += elsewhere(given(candidates, &Candidate::bits), truth);
+    sums.by_map += elsewhere(given(candidates, &Candidate::map), truth);
+  }
+}
 
 // The places for which the camera's weight, by the interpolated normal, reaches the threshold and which stand
 // in its picture. Of these the truth is the front and a ray to the place itself.
 void compare(const Surface &surface, const std::vector<Place> &places, const fvv_camera &camera,
-             const RayCaster &rays, const uint8_t *states, uint8_t domain, Sums &sums) {
+             const RayCaster &rays, const uint8_t *states, uint8_t domain,
+             std::vector<std::vector<Candidate>> &candidates, Sums &sums) {
   double at[3];
   fvv_camera_centre(&camera, at);
   const Vec3 centre = {at[0], at[1], at[2]};
@@ -110,13 +156,16 @@ void compare(const Surface &surface, const std::vector<Place> &places, const fvv
   std::vector<uint32_t> counts(2 * size_t(surface.mesh.vertex_count));
   std::vector<uint8_t> shares(surface.mesh.vertex_count);
   fvv_visibility_shares(&surface.mesh, domain, states, counts.data(), shares.data());
-  for (const Place &place : places) {
+  sums.pairs += double(places.size());
+  for (size_t i = 0; i < places.size(); i++) {
+    const Place &place = places[i];
     const uint32_t *face = surface.mesh.faces + 3 * size_t(place.face);
     const Vec3 where = mixed(place, surface.corner(place.face, 0), surface.corner(place.face, 1),
                              surface.corner(place.face, 2));
     const Vec3 normal = normalised(
         mixed(place, surface.normals[face[0]], surface.normals[face[1]], surface.normals[face[2]]));
-    if (!(dot(normal, normalised(centre - where)) >= weight_threshold)) continue;
+    const double weight = dot(normal, normalised(centre - where));
+    if (!(weight >= weight_threshold)) continue;
     const double world[3] = {where.x, where.y, where.z};
     double pixel[2];
     if (!fvv_camera_project(&camera, world, pixel, nullptr) || pixel[0] < 0 || pixel[1] < 0 ||
@@ -125,10 +174,13 @@ void compare(const Surface &surface, const std::vector<Place> &places, const fvv
     const Vec3 face_normal = surface.face_normal(place.face);
     const bool front = dot(face_normal, centre - where) > 0;
     const bool truth = front && !hidden_by_rays(centre, where, place.face, rays);
-    sums.bits.add(front && says(shares, surface, place), truth);
+    const bool by_bits = front && says(shares, surface, place),
+               by_map = front && !map.hidden(where, face_normal);
+    candidates[i].push_back({weight, by_bits, by_map, truth});
+    sums.bits.add(by_bits, truth);
     if (domain == FVV_VISIBILITY_FACES && states[place.face] != FVV_ELEMENT_AVERSE)
       sums.faces.add(states[place.face] == FVV_ELEMENT_SEEN, truth);
-    sums.map.add(front && !map.hidden(where, face_normal), truth);
+    sums.map.add(by_map, truth);
   }
 }
 
@@ -143,14 +195,14 @@ void time_coding(const Surface &surface, const fvv_visibility_header &coded,
   std::vector<fvv_visibility_view> views;
   fvv_diagnostic d{};
   sums.look += seconds([&] {
+    const VisibilityFit fit(surface.view(), rays, header.domain, {});
     for (const fvv_camera &camera : cameras) {
       fvv_visibility_view view = {};
       view.camera = camera.id;
       require(fvv_visibility_centre(&camera, &scene, view.centre, &d), d);
       std::vector<uint8_t> facing(header.element_count);
       fvv_visibility_facing(&mesh, header.domain, view.centre, header.threshold, facing.data());
-      const auto look = header.domain == FVV_VISIBILITY_FACES ? seen_faces : seen_vertices;
-      seen.push_back(look(camera, surface.view(), rays, facing));
+      seen.push_back(fit.seen(camera, facing, nullptr));
       views.push_back(view);
     }
   });
@@ -195,10 +247,13 @@ void add_frame(fvv_stream *stream, size_t frame, uint16_t track, Sums &sums) {
                                     visibility->states + size_t(header.camera_count) * header.element_count);
   const std::vector<uint16_t> ids(visibility->cameras, visibility->cameras + header.camera_count);
   std::vector<fvv_camera> cameras(ids.size());
+  std::vector<std::vector<Candidate>> candidates(places.size());
   for (size_t i = 0; i < ids.size(); i++) {
     require(fvv_stream_camera(stream, frame, ids[i], &cameras[i], &d), d);
-    compare(surface, places, cameras[i], rays, &states[i * header.element_count], header.domain, sums);
+    compare(surface, places, cameras[i], rays, &states[i * header.element_count], header.domain, candidates,
+            sums);
   }
+  compare_colours(candidates, sums);
   time_coding(surface, header, cameras, scene, rays, sums);
   sums.frames++;
 }
@@ -208,7 +263,11 @@ void add_frame(fvv_stream *stream, size_t frame, uint16_t track, Sums &sums) {
 // error_percent: of the pairs of a camera and a place, with places spread over the surface by area, that
 // stand in the picture and whose weight reaches 0.25, those where a player would show the camera's picture
 // though something hides the place, or not show it though nothing does. The truth is the ray to that place.
-// depth_map: the same with the reference's depth map at the size of the picture.
+// error_of_all_percent: the same beside all pairs of a camera and a place, as bits are counted beside all
+// pairs of a camera and a face; where a camera is not asked for a place nothing can be wrong.
+// colour_elsewhere_percent: of the colour of the places that some camera shows, by the three best of those
+// that see them, the share that comes from other cameras than by rays. depth_map: the same with the
+// reference's depth map at the size of the picture.
 nlohmann::ordered_json visibility(const char *path) {
   Bytes source = read_file(path);
   fvv_diagnostic d{};
@@ -225,9 +284,11 @@ nlohmann::ordered_json visibility(const char *path) {
   for (size_t f = 0; f < std::min(fvv_stream_frame_count(stream), most_frames); f++)
     add_frame(stream, f, track, sums);
   nlohmann::ordered_json out;
-  sums.bits.report(out, "");
-  if (sums.faces.all > 0) sums.faces.report(out, "plain_face_bits_");
-  sums.map.report(out, "depth_map_");
+  sums.bits.report(out, "", sums.pairs);
+  out["colour_elsewhere_percent"] = 100 * sums.by_bits / sums.coloured;
+  if (sums.faces.all > 0) sums.faces.report(out, "plain_face_bits_", sums.pairs);
+  sums.map.report(out, "depth_map_", sums.pairs);
+  out["depth_map_colour_elsewhere_percent"] = 100 * sums.by_map / sums.coloured;
   out["look_ms"] = sums.look / sums.frames * 1e3;
   out["order_ms"] = sums.order / sums.frames * 1e3;
   out["encode_ms"] = sums.encode / sums.frames * 1e3;

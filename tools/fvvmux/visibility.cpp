@@ -2,7 +2,7 @@
 
 #include "cli/cli.h"
 #include "cli/owned.h"
-#include "fvv_render/ray_visibility.h"
+#include "fvv_render/visibility_fit.h"
 #include "fvvmux/stream_writer.h"
 
 #include <map>
@@ -115,13 +115,14 @@ std::vector<CameraView> look(const fvv_mesh &mesh, const capture::Lattice &latti
   fvv_lattice_to_floats(lattice.origin, lattice.step, mesh.positions, mesh.vertex_count, metres.data());
   const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
   const render::RayCaster rays(surface);
-  const bool faces = choice.domain == FVV_VISIBILITY_FACES;
+  const render::VisibilityFit fit(surface, rays, choice.domain, {});
+  const size_t elements = choice.domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
   std::vector<CameraView> out;
   for (const fvv_camera &camera : cameras) {
-    CameraView view = {camera.id, {}, std::vector<uint8_t>(faces ? mesh.face_count : mesh.vertex_count), {}};
+    CameraView view = {camera.id, {}, std::vector<uint8_t>(elements), {}};
     if (fvv_visibility_centre(&camera, &scene, view.centre, nullptr) != FVV_OK) continue;
     fvv_visibility_facing(&mesh, choice.domain, view.centre, choice.threshold, view.facing.data());
-    view.seen = (faces ? render::seen_faces : render::seen_vertices)(camera, surface, rays, view.facing);
+    view.seen = fit.seen(camera, view.facing, nullptr);
     out.push_back(std::move(view));
   }
   return out;

@@ -1,0 +1,53 @@
+// What a camera sees of nine places of each face, by rays. Knows cameras, triangles and rays.
+#pragma once
+
+#include "fvv_render/ray.h"
+
+#include <array>
+
+namespace fvv::render {
+
+// Barycentric coordinates, in ninths, of the middles of the nine equal parts of a triangle.
+constexpr int place_count = 9;
+constexpr int ninths[place_count][3] = {{7, 1, 1}, {1, 7, 1}, {1, 1, 7}, {4, 4, 1}, {4, 1, 4},
+                                        {1, 4, 4}, {5, 2, 2}, {2, 5, 2}, {2, 2, 5}};
+constexpr uint16_t all_places = (1 << place_count) - 1;
+
+class Viewer {
+public:
+  // All are borrowed; rays is of mesh.
+  Viewer(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays);
+
+  Vec3 position(uint32_t vertex) const;
+  Vec3 at(const uint32_t *face, int a, int b, int c) const; // of whatever sum
+  Vec3 way_from(Vec3 place) const { return centre - place; }
+  bool in_picture(Vec3 at) const;
+  bool in_picture(uint32_t vertex); // projects it once
+  // Whether a part of the face may stand in the picture: a corner or its middle does.
+  bool face_in_picture(const uint32_t *face);
+  bool free(Vec3 place) const { return !rays.blocked(centre, place); }
+  bool free(Vec3 place, uint32_t face) const;
+
+private:
+  static constexpr uint8_t unknown = 2;
+  const fvv_camera &camera;
+  const Mesh &mesh;
+  const RayCaster &rays;
+  Vec3 centre;
+  std::vector<uint8_t> shown; // each vertex
+};
+
+// Of the faces that are asked for: bit i of free is set when nothing stands in front of place i. The middle
+// answers for all of a face unless one that shares a vertex has another answer.
+struct FacePlaces {
+  std::vector<uint8_t> judged; // each face: asked for, and in the picture
+  std::vector<uint16_t> free;  // each face
+  std::vector<uint8_t> mixed;  // each vertex: the faces around it differ
+
+  FacePlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &asked);
+  bool touches_mixed(const uint32_t *face) const {
+    return mixed[face[0]] || mixed[face[1]] || mixed[face[2]];
+  }
+};
+
+} // namespace fvv::render
