@@ -1,0 +1,138 @@
+// A decoder whose frames are numbers, and a media element on it whose time goes by hand. What is decoded takes as long
+// as the test says.
+
+import { Media } from "../src/playback/media.js";
+
+const RATE = 25;
+const GROUP = 10;
+
+export class FakeDecoder extends EventTarget {
+  #next = 0;
+  #place = 0;
+  inWorker = true;
+  configuration = null;
+  closed = false;
+
+  constructor(world, { count = 50, seekable = true } = {}) {
+    super();
+    Object.assign(this, { world, count, seekable, frameCount: seekable ? count : null });
+    this.groups = seekable
+      ? Array.from({ length: Math.ceil(count / GROUP) }, (_, i) => ({
+          start: BigInt(i * GROUP),
+          end: BigInt(Math.min(count, (i + 1) * GROUP)),
+          size: 1000n,
+          firstFrame: i * GROUP,
+          frameCount: Math.min(GROUP, count - i * GROUP),
+        }))
+      : null;
+  }
+
+  async next() {
+    const { world } = this;
+    if (this.broken) throw this.broken;
+    if (this.#next >= this.count) return null;
+    const number = this.#next++;
+    const place = this.#place;
+    if (world.decodeMs > 0) await world.wait(world.decodeMs);
+    // A worker that is told to seek answers with what is there.
+    if (place !== this.#place) return this.next();
+    // Live: not before it was made.
+    if (this.madeAt) await world.waitUntil(this.madeAt(number));
+    world.open++;
+    world.mostOpen = Math.max(world.mostOpen, world.open);
+    let closed = false;
+    return {
+      number,
+      seconds: number / RATE,
+      duration: 1 / RATE,
+      decodeMs: 1,
+      configuration: { timeBase: { numerator: 1, denominator: RATE } },
+      close: () => {
+        if (!closed) world.open--;
+        closed = true;
+      },
+    };
+  }
+  async seek({ frame, seconds }) {
+    this.world.seeks++;
+    await this.world.wait(0);
+    this.#place++;
+    this.#next = frame ?? Math.min(Math.floor(seconds * RATE + 1e-6), this.count - 1);
+  }
+  async stats() {
+    return { bytesRead: 100 * this.#next, memoryBytes: 1, queued: 0 };
+  }
+  close() {
+    this.closed = true;
+  }
+}
+
+/** Time in steps of 4 ms; everything that is due happens in between. */
+export class World {
+  now = 0;
+  decodeMs = 0;
+  showMs = 0;
+  open = 0;
+  mostOpen = 0;
+  seeks = 0;
+  shown = [];
+  events = [];
+  #timers = [];
+  #ticking = false;
+
+  media(options = {}) {
+    const decoders = (this.decoders = []);
+    const media = new Media({
+      now: () => this.now,
+      wake: () => (this.#ticking = true),
+      open: async () => {
+        const decoder = new FakeDecoder(this, options);
+        options.prepare?.(decoder, decoders.length);
+        decoders.push(decoder);
+        return decoder;
+      },
+      show: async (frame) => {
+        if (this.showMs > 0) await this.wait(this.showMs);
+        this.shown.push({ number: frame.number, at: this.now });
+        return true;
+      },
+    });
+    const types =
+      "loadstart loadedmetadata loadeddata durationchange canplay canplaythrough play playing pause seeking seeked waiting " +
+      "stalled suspend ended ratechange error emptied abort progress";
+    for (const type of types.split(" ")) media.addEventListener(type, () => this.events.push(type));
+    this.current = media;
+    return media;
+  }
+
+  waitUntil(time) {
+    return new Promise((done) => this.#timers.push({ time, done }));
+  }
+  wait(milliseconds) {
+    return this.waitUntil(this.now + milliseconds);
+  }
+  /** Promises of this moment. */
+  async settle() {
+    for (let i = 0; i < 3; i++) await new Promise((done) => setImmediate(done));
+  }
+  async run(milliseconds) {
+    const end = this.now + milliseconds;
+    await this.settle();
+    while (this.now < end) {
+      this.now += 4;
+      for (const timer of this.#timers.filter(({ time }) => time <= this.now)) {
+        this.#timers.splice(this.#timers.indexOf(timer), 1);
+        timer.done();
+      }
+      await this.settle();
+      if (this.now % 16 === 0 && this.#ticking) this.#ticking = this.current.tick();
+    }
+    await this.settle();
+  }
+  take() {
+    return this.events.splice(0);
+  }
+  numbers() {
+    return this.shown.splice(0).map(({ number }) => number);
+  }
+}
