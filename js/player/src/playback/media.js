@@ -84,7 +84,7 @@ export class Media extends Announcer {
     try {
       decoder = await this.#open(this.#source);
     } catch (error) {
-      if (opening === this.#opening) this.#fail(error);
+      if (opening === this.#opening) this.fail(error);
       return;
     }
     if (opening !== this.#opening) return decoder.close();
@@ -104,7 +104,7 @@ export class Media extends Announcer {
         behind: (seconds) => seconds > this.leapSeconds && this.goLive(),
         drained: () => this.#drain(),
         ended: () => this.#end(),
-        failed: (error) => this.#fail(error),
+        failed: (error) => this.fail(error),
         wake: () => this.#wake(),
       },
     });
@@ -130,7 +130,8 @@ export class Media extends Announcer {
     clearTimeout(this.#stallTimer);
   }
 
-  #fail(error) {
+  /** Nothing can be shown any more. */
+  fail(error) {
     const playable = this.readyState !== READY.NOTHING;
     this.error = mediaError(error, playable);
     this.networkState = playable ? NETWORK.IDLE : NETWORK.NO_SOURCE;

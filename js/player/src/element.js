@@ -1,0 +1,270 @@
+// <fvv-player>: the element. It puts playback, picture, navigation and controls together, and has the attributes and
+// methods that other media have not: where one looks from, and how the scene is shown.
+
+import { createDecoder } from "@fvv/decoder";
+
+import { Bookmarks } from "./navigation/bookmarks.js";
+import { PointerControls } from "./navigation/pointer.js";
+import { Stage } from "./stage.js";
+import { element } from "./ui/dom.js";
+import { Interface } from "./ui/interface.js";
+import { styleSheets } from "./ui/style_sheets.js";
+import { VIEW_ATTRIBUTES, ViewpointElement } from "./viewpoint_element.js";
+
+/** The renderer keeps one picture, shows one, and one is in hand: with one that is decoded ahead four are open. */
+const QUEUE = 1;
+const RECONNECT = { attempts: 10, firstMs: 250, longestMs: 8000 };
+/** Seconds that the view takes to where an attribute moves it. */
+const JOURNEY = 0.5;
+
+export class FvvPlayer extends ViewpointElement {
+  static observedAttributes = [
+    "src",
+    "poster",
+    "autoplay",
+    "loop",
+    "controls",
+    "live",
+    "theme",
+    "navigation",
+    "view-mode",
+    "quality",
+    "aria-label",
+    ...VIEW_ATTRIBUTES,
+  ];
+
+  #media;
+  #interface = null;
+  #pointer = null;
+  #poster;
+  #surface;
+  #parts;
+  #alive = null; // AbortController of what listens while it is in a document
+  #loading = false;
+  #bookmarks = null;
+  /** Options for createDecoder besides: limits, and where the script of the worker lies. */
+  decoderOptions = {};
+  hasPlayed = false;
+
+  constructor() {
+    super();
+    const root = this.attachShadow({ mode: "open" });
+    root.adoptedStyleSheets = styleSheets();
+    this.#media = this._makeMedia({
+      open: (source) => this.#open(source),
+      show: (frame) => this._stage.show(frame),
+      wake: () => this._stage?.wake(),
+    });
+    this._navigator.addEventListener("change", () => {
+      const { source } = this._navigator;
+      this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
+    });
+    this.addEventListener("playing", () => (this.hasPlayed = true));
+    this.addEventListener("emptied", () => (this.hasPlayed = false));
+  }
+
+  connectedCallback() {
+    if (this.#alive) return;
+    this.#alive = new AbortController();
+    const { signal } = this.#alive;
+    this.#build(signal);
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    const calm = matchMedia("(prefers-reduced-motion: reduce)");
+    this._navigator.calm = calm.matches;
+    calm.addEventListener("change", () => (this._navigator.calm = calm.matches), { signal });
+    dark.addEventListener("change", () => this.#readColours(), { signal });
+    document.addEventListener("visibilitychange", () => (this.#media.suspended = document.hidden), { signal });
+    document.addEventListener("fullscreenchange", () => this.dispatchEvent(new Event("optionschange")), { signal });
+    this.#media.suspended = document.hidden;
+    this.#bookmarks = new Bookmarks(this, signal);
+    this.load();
+  }
+
+  disconnectedCallback() {
+    // What is only moved to another place plays on.
+    queueMicrotask(() => {
+      if (this.isConnected || !this.#alive) return;
+      this.#media.load(null);
+      this.#alive.abort();
+      this._stage?.close();
+      this.#alive = this._stage = this.#interface = null;
+      this.#parts.remove();
+    });
+  }
+
+  #build(signal) {
+    const canvas = element("canvas", { "aria-hidden": "true" });
+    const ground = element("div", { class: "ground" });
+    const line = element("div", { class: "line" });
+    this.#surface = element(
+      "div",
+      { class: "surface", part: "surface", role: "application", tabIndex: 0, "aria-roledescription": "free viewpoint" },
+      canvas,
+    );
+    this.#poster = element("img", { class: "poster", part: "poster", alt: "", hidden: true });
+    this.#parts = element("div", { class: "frame" }, ground, line, this.#surface, this.#poster);
+    this.shadowRoot.append(this.#parts);
+    this.#name();
+    this.#interface = new Interface(this, this.#parts, this.#surface, this._navigator, signal);
+    try {
+      this._stage = new Stage(canvas, this.#media, this._navigator);
+    } catch (error) {
+      this.#media.fail(error);
+      return;
+    }
+    this._stage.addEventListener("begin", () => this.#begin());
+    this._stage.addEventListener("drawn", () => (this.#poster.hidden = true), { once: true });
+    this.#pointer = new PointerControls(this.#surface, this._navigator, (event) => this.#click(event), signal);
+    this.#surface.addEventListener("dblclick", () => this.controls && this.toggleFullscreen(), { signal });
+    const observer = new ResizeObserver(() => this._stage?.wake());
+    observer.observe(this.#surface);
+    signal.addEventListener("abort", () => observer.disconnect());
+    for (const name of ["view-mode", "quality", "navigation"]) this.#apply(name);
+    this.#readColours();
+  }
+
+  #name() {
+    this.#surface?.setAttribute(
+      "aria-label",
+      `${this.getAttribute("aria-label") ?? "Scene"}, seen from anywhere. H: keys`,
+    );
+  }
+  #readColours() {
+    const [ground, line] = [".ground", ".line"].map((name) => this.shadowRoot.querySelector(name));
+    this._stage?.readColours(ground, line);
+  }
+  #click(event) {
+    if (this.controls && event.pointerType === "mouse" && this.readyState >= 2) this.#interface.commands.togglePlay();
+  }
+
+  attributeChangedCallback(name, before, after) {
+    if (before === after) return;
+    if (name === "src" || name === "live") this.load();
+    else this.#apply(name);
+  }
+  #apply(name) {
+    const value = this.getAttribute(name);
+    if (name === "autoplay" || name === "loop") this.#media[name] = value !== null;
+    else if (name === "theme") this.#readColours();
+    else if (name === "aria-label") this.#name();
+    else if (name === "poster") this.#showPoster();
+    else if (name === "navigation" && this.#pointer) this.#pointer.flying = value === "fly";
+    else if (name === "view-mode") this._chooseDrawing();
+    else if (name === "quality" && this._stage) {
+      this._stage.resolution.quality = this.quality;
+      this._stage.wake();
+    } else if (VIEW_ATTRIBUTES.includes(name)) {
+      if (this._stage?.empty === false) this._navigator.goTo(this._firstPose, JOURNEY);
+    }
+    this.dispatchEvent(new Event("optionschange"));
+  }
+
+  /** Loads what src or srcObject names, as soon as whoever sets attributes is done. */
+  load() {
+    if (this.#loading || !this.#alive) return;
+    this.#loading = true;
+    queueMicrotask(() => {
+      this.#loading = false;
+      if (!this._stage) return;
+      this._stage.forget();
+      this.#showPoster();
+      this.#media.playbackRate = this.defaultPlaybackRate;
+      this.#media.load(this._source, { live: this.live, at: this.#bookmarks.place });
+    });
+  }
+  #showPoster() {
+    const { poster } = this;
+    if (!this.#poster || this._stage?.empty === false) return;
+    this.#poster.hidden = !poster;
+    if (poster) this.#poster.src = poster;
+  }
+
+  async #open(source) {
+    const { worker } = this;
+    const described = this.live && typeof source === "string" ? { url: source, reconnect: RECONNECT } : source;
+    const decoder = await createDecoder({
+      ...this.decoderOptions,
+      ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
+      source: described,
+      normals: true,
+      shares: true,
+      queue: QUEUE,
+    });
+    decoder.addEventListener("background", ({ detail }) => this._stage?.setBackgrounds(detail));
+    for (const type of ["warning", "gap", "corrupt"])
+      decoder.addEventListener(type, ({ detail }) => this.dispatchEvent(new CustomEvent(type, { detail })));
+    return decoder;
+  }
+
+  #begin() {
+    if (VIEW_ATTRIBUTES.some((name) => this.hasAttribute(name))) this._navigator.goTo(this._firstPose);
+    this.#bookmarks.look();
+    this.dispatchEvent(new Event("optionschange"));
+  }
+
+  get worker() {
+    return this.getAttribute("worker");
+  }
+  set worker(url) {
+    this.setAttribute("worker", url);
+  }
+  get keys() {
+    return this.getAttribute("keyboard") !== "off";
+  }
+
+  get isFullscreen() {
+    return document.fullscreenElement === this;
+  }
+  toggleFullscreen() {
+    const done = this.isFullscreen ? document.exitFullscreen() : this.requestFullscreen?.();
+    done?.catch(() => this.#interface.notify("Full screen is not allowed here"));
+  }
+
+  get showsStats() {
+    return this.#interface?.showsStats ?? false;
+  }
+  /** Figures of playing and drawing. */
+  get stats() {
+    const { meter, heldFrames, currentTime, frameCount, currentFrame } = this.#media;
+    const now = performance.now();
+    const { buffered } = this;
+    const last = buffered.length - 1;
+    const counters = this._stage?.renderer.counters ?? {};
+    const canvas = this.#surface?.querySelector("canvas");
+    return {
+      framesShown: meter.framesShown,
+      framesDropped: meter.framesDropped,
+      framesPerSecond: meter.framesPerSecond(now),
+      openVideoFrames: heldFrames + meter.queued,
+      decodeMs: meter.decodeMs,
+      showMs: meter.showMs,
+      bufferedSeconds: last < 0 ? 0 : Math.max(0, buffered.end(last) - currentTime),
+      bitrate: meter.bitrate(now),
+      memoryBytes: meter.memoryBytes,
+      frame: currentFrame,
+      frameCount,
+      width: canvas?.width ?? 0,
+      height: canvas?.height ?? 0,
+      ...counters,
+    };
+  }
+
+  /** This moment and this view, as a part of the page's address. */
+  get bookmark() {
+    return this.#bookmarks?.text ?? "";
+  }
+  get bookmarks() {
+    return this.hasAttribute("bookmarks");
+  }
+  /** Puts the bookmark into the page's address, and that into the clipboard. */
+  async copyBookmark() {
+    const url = this.#bookmarks.put();
+    try {
+      await navigator.clipboard.writeText(url);
+      this.#interface.notify("Link copied");
+    } catch {
+      this.#interface.notify("The link is in the address bar");
+    }
+    return url;
+  }
+}

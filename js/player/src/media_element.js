@@ -1,0 +1,206 @@
+// The part of the element that is shaped like HTMLMediaElement: attributes, properties, events. What is particular to
+// free viewpoints is in element.js.
+
+import { Media } from "./playback/media.js";
+import { Ranges } from "./playback/ranges.js";
+import { NETWORK, READY } from "./playback/states.js";
+
+/** Where there is no document, as on a server that only imports the package, there are no elements. */
+const Base = globalThis.HTMLElement ?? class {};
+
+const EVENTS =
+  "abort canplay canplaythrough durationchange emptied ended error loadeddata loadedmetadata loadstart pause play playing " +
+  "progress ratechange seeked seeking stalled suspend timeupdate waiting";
+
+export class MediaElement extends Base {
+  #media;
+  #source = null; // what srcObject was set to
+  #muted = false;
+  #defaultPlaybackRate = 1;
+
+  static NETWORK_EMPTY = NETWORK.EMPTY;
+  static NETWORK_IDLE = NETWORK.IDLE;
+  static NETWORK_LOADING = NETWORK.LOADING;
+  static NETWORK_NO_SOURCE = NETWORK.NO_SOURCE;
+  static HAVE_NOTHING = READY.NOTHING;
+  static HAVE_METADATA = READY.METADATA;
+  static HAVE_CURRENT_DATA = READY.CURRENT_DATA;
+  static HAVE_FUTURE_DATA = READY.FUTURE_DATA;
+  static HAVE_ENOUGH_DATA = READY.ENOUGH_DATA;
+
+  /** open, show, wake: as Media takes them. */
+  _makeMedia(parts) {
+    const media = new Media(parts);
+    this.#media = media;
+    for (const type of EVENTS.split(" "))
+      media.addEventListener(type, () => {
+        this.dispatchEvent(new Event(type));
+        // What is shown of buffers and rates is as old as this at most.
+        if (type === "timeupdate" || type === "canplay") media.measure();
+      });
+    media.addEventListener("frame", () => this.dispatchEvent(new Event("framechange")));
+    media.loop = this.hasAttribute("loop");
+    media.autoplay = this.hasAttribute("autoplay");
+    this.#muted = this.hasAttribute("muted");
+    return media;
+  }
+
+  get src() {
+    const src = this.getAttribute("src");
+    return src ? new URL(src, this.baseURI).href : "";
+  }
+  set src(src) {
+    this.setAttribute("src", src);
+  }
+  /** Anything that a decoder takes: a Blob, bytes, a stream, {url, headers}. It goes before src. */
+  get srcObject() {
+    return this.#source;
+  }
+  set srcObject(source) {
+    this.#source = source ?? null;
+    this.load();
+  }
+  get currentSrc() {
+    const source = this.#source ?? this.src;
+    return typeof source === "string" ? source : String(source?.url ?? "");
+  }
+  /** What is played: as createDecoder takes it, or null. */
+  get _source() {
+    return this.#source ?? (this.src || null);
+  }
+
+  play() {
+    return this.#media.play();
+  }
+  pause() {
+    this.#media.pause();
+  }
+  /** Shows the frame so many further on and pauses. Answers whether that can be had. */
+  step(count = 1) {
+    return this.#media.step(count);
+  }
+  canPlayType(type) {
+    return /^model\/vnd\.fvv\s*(;|$)/i.test(type) ? "maybe" : "";
+  }
+
+  get currentTime() {
+    return this.#media.currentTime;
+  }
+  set currentTime(seconds) {
+    this.#media.currentTime = seconds;
+  }
+  fastSeek(seconds) {
+    this.currentTime = seconds;
+  }
+  get currentFrame() {
+    return this.#media.currentFrame;
+  }
+  set currentFrame(number) {
+    this.#media.currentFrame = number;
+  }
+  get frameCount() {
+    return this.#media.frameCount;
+  }
+  get duration() {
+    return this.#media.duration;
+  }
+  get paused() {
+    return this.#media.paused;
+  }
+  get ended() {
+    return this.#media.ended;
+  }
+  get seeking() {
+    return this.#media.seeking;
+  }
+  get readyState() {
+    return this.#media.readyState;
+  }
+  get networkState() {
+    return this.#media.networkState;
+  }
+  get error() {
+    return this.#media.error;
+  }
+  get seekable() {
+    return this.#media?.seekable ?? new Ranges();
+  }
+  get buffered() {
+    const source = this._source;
+    const inMemory = source instanceof Blob || source instanceof ArrayBuffer || ArrayBuffer.isView(source);
+    return this.#media.buffered(inMemory);
+  }
+  get playbackRate() {
+    return this.#media.playbackRate;
+  }
+  set playbackRate(rate) {
+    this.#media.playbackRate = rate;
+  }
+  get defaultPlaybackRate() {
+    return this.#defaultPlaybackRate;
+  }
+  set defaultPlaybackRate(rate) {
+    this.#defaultPlaybackRate = rate;
+    this.dispatchEvent(new Event("ratechange"));
+  }
+  /** {from, to} in seconds, or null. */
+  get loopRange() {
+    return this.#media.loopRange;
+  }
+  set loopRange(range) {
+    this.#media.loopRange = range;
+    this.dispatchEvent(new Event("optionschange"));
+  }
+
+  get autoplay() {
+    return this.hasAttribute("autoplay");
+  }
+  set autoplay(autoplay) {
+    this.toggleAttribute("autoplay", autoplay);
+  }
+  get loop() {
+    return this.hasAttribute("loop");
+  }
+  set loop(loop) {
+    this.toggleAttribute("loop", loop);
+  }
+  get controls() {
+    return this.hasAttribute("controls");
+  }
+  set controls(controls) {
+    this.toggleAttribute("controls", controls);
+  }
+  get poster() {
+    return this.getAttribute("poster") ?? "";
+  }
+  set poster(poster) {
+    this.setAttribute("poster", poster);
+  }
+  /** Streams have no sound yet; pages that ask for autoplay set it all the same. */
+  get muted() {
+    return this.#muted;
+  }
+  set muted(muted) {
+    if (this.#muted === Boolean(muted)) return;
+    this.#muted = Boolean(muted);
+    this.dispatchEvent(new Event("volumechange"));
+  }
+  get defaultMuted() {
+    return this.hasAttribute("muted");
+  }
+  set defaultMuted(muted) {
+    this.toggleAttribute("muted", muted);
+  }
+
+  /** ws: and wss: are live; of other addresses the attribute says so. */
+  get live() {
+    return this.hasAttribute("live") || /^wss?:/.test(this.currentSrc);
+  }
+  goLive() {
+    this.#media.goLive();
+  }
+  /** Seconds behind the live edge. */
+  get liveLatency() {
+    return this.#media.behind;
+  }
+}

@@ -1,0 +1,109 @@
+// The bar of controls: what everyone looks for, in the order of other players.
+
+import { MODES, SPEEDS } from "./commands.js";
+import { element, iconButton, select, setIcon } from "./dom.js";
+import { icons } from "./icons.js";
+import { Scrubber } from "./scrubber.js";
+import { clockTime, rateText } from "./text.js";
+
+/** Seconds behind the edge from which it is said. */
+const LATE = 1;
+
+function label(button, text) {
+  if (button.title === text) return;
+  button.title = text;
+  button.setAttribute("aria-label", text);
+}
+
+export class Bar {
+  #player;
+  #parts;
+  #scrubber;
+
+  constructor(player, commands) {
+    this.#player = player;
+    this.#scrubber = new Scrubber(player);
+    const button = (name, text, path, command, more = {}) =>
+      iconButton(text, path, command, { part: `button ${name}`, disabled: false, ...more });
+    const panel = { "aria-expanded": "false", "aria-haspopup": "dialog" };
+    this.#parts = {
+      play: button("play", "Play", icons.play, commands.togglePlay),
+      back: button("step-back", "Frame back", icons.back, () => commands.step(-1)),
+      forward: button("step-forward", "Frame forward", icons.forward, () => commands.step(1)),
+      time: element("span", { class: "time", part: "time" }),
+      live: element(
+        "button",
+        { type: "button", class: "live", part: "button live", hidden: true, onclick: commands.goLive },
+        "Live",
+      ),
+      loop: button("loop", "Loop from here", icons.loop, () => this.#markLoop(commands), { "data-wide": "2" }),
+      speed: select(
+        "Speed",
+        SPEEDS.map((speed) => [speed, rateText(speed)]),
+        1,
+        (value) => (player.playbackRate = Number(value)),
+        { class: "choice", "data-wide": "2" },
+      ),
+      mode: select("View", MODES, "textured", (value) => (player.viewMode = value), {
+        class: "choice",
+        "data-wide": "3",
+      }),
+      cameras: button("cameras", "Cameras", icons.cameras, commands.toggleCameras, panel),
+      stats: button("stats", "Statistics", icons.stats, commands.toggleStats, {
+        "aria-pressed": "false",
+        "data-wide": "3",
+      }),
+      settings: button("settings", "Settings", icons.settings, commands.toggleSettings, panel),
+      fullscreen: button("fullscreen", "Full screen", icons.fullscreen, commands.toggleFullscreen),
+    };
+    const { play, back, forward, time, live, ...others } = this.#parts;
+    const spring = element("span", { class: "spring" });
+    const row = element("div", { class: "row" }, play, back, forward, time, live, spring, ...Object.values(others));
+    this.node = element(
+      "div",
+      { class: "bar", part: "controls", role: "group", "aria-label": "Controls" },
+      this.#scrubber.node,
+      row,
+    );
+  }
+
+  get buttons() {
+    return this.#parts;
+  }
+
+  /** One button for a loop: its beginning, its end, none. */
+  #markLoop(commands) {
+    const { loopRange, seekable } = this.#player;
+    if (!loopRange) commands.markLoop("from");
+    else if (seekable.length && loopRange.to >= seekable.end(0) - 1e-6) commands.markLoop("to");
+    else commands.clearLoop();
+  }
+
+  update() {
+    const player = this.#player;
+    const { play, back, forward, time, live, loop, speed, mode, fullscreen } = this.#parts;
+    const { paused, ended, loopRange, seekable, duration } = player;
+    setIcon(play, !paused ? icons.pause : ended ? icons.replay : icons.play);
+    label(play, !paused ? "Pause" : ended ? "Play again" : "Play");
+    back.disabled = !seekable.length;
+    forward.disabled = player.readyState < 2;
+    const now = clockTime(player.currentTime);
+    time.textContent = Number.isFinite(duration) ? `${now} / ${clockTime(duration)}` : now;
+    this.#scrubber.node.hidden = player.live;
+    live.hidden = !player.live;
+    const behind = player.liveLatency;
+    const late = player.paused || behind > LATE;
+    live.dataset.late = String(late);
+    live.textContent = late && behind > LATE ? `Live \u2212${behind.toFixed(0)} s` : "Live";
+    label(live, late ? "Go live" : "Live: at the edge");
+    const to = loopRange && seekable.length && loopRange.to >= seekable.end(0) - 1e-6;
+    label(loop, !loopRange ? "Loop from here" : to ? "Loop up to here" : "No loop");
+    loop.setAttribute("aria-pressed", String(loopRange !== null));
+    loop.disabled = !seekable.length;
+    speed.value = String(player.playbackRate);
+    mode.value = player.viewMode;
+    setIcon(fullscreen, player.isFullscreen ? icons.leaveFullscreen : icons.fullscreen);
+    label(fullscreen, player.isFullscreen ? "Leave full screen" : "Full screen");
+    this.#scrubber.update();
+  }
+}

@@ -1,0 +1,16 @@
+// Style sheets of the player: constructed, as content policies allow that forbid inline styles; made once for all players.
+
+import { controls } from "./controls_style.js";
+import { layout } from "./layout_style.js";
+import { theme } from "./theme.js";
+
+let sheets = null;
+
+export function styleSheets() {
+  sheets ??= [theme, layout, controls].map((text) => {
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync(text);
+    return sheet;
+  });
+  return sheets;
+}
