@@ -1,0 +1,45 @@
+// Long playing with seeks and changes of rate: what is drawn is of one frame, pictures are closed, memory stays. The numbers are
+// read out of drawn pictures. bench.py plays 10,000 frames in this way; here there are fewer.
+
+import assert from "node:assert/strict";
+import { after, before, describe, test } from "node:test";
+
+import { missingBrowser } from "../../testing/browser.mjs";
+import { Session, endure } from "./endurance/session.mjs";
+
+const FRAMES = 500;
+const SEEKS = 20;
+const MOST_OPEN = 4;
+const MOST_GROWTH_MIB = 5e6 / 2 ** 20;
+
+describe("endurance", { skip: missingBrowser("chromium") }, () => {
+  let session;
+  before(async () => (session = await Session.open()));
+  after(() => session?.close());
+
+  test(`${FRAMES} frames with ${SEEKS} seeks and changes of rate`, async () => {
+    session.makeStream("board", { frames: 120, group: 12 });
+    await session.play("board");
+    const found = await endure(session, { frames: FRAMES, actions: SEEKS });
+    assert.deepEqual(session.browser.troubles, []);
+    assert.deepEqual(found.wrong, []);
+    assert.equal(found.wrongCount, 0);
+    assert.ok(found.frames >= FRAMES, `${found.frames} frames were drawn`);
+    assert.ok(found.arrivals >= SEEKS, `${found.arrivals} seeks came to an end`);
+    assert.ok(found.rates > SEEKS / 2, `the rate changed ${found.rates} times`);
+    // Of a counter that sees nothing it would be 0.
+    assert.ok(found.mostOpen >= 2 && found.mostOpen <= MOST_OPEN, `${found.mostOpen} pictures were open at a time`);
+    assert.equal(found.threads, 2, "the page and its worker");
+    assert.ok(found.heapGrowthMiB < MOST_GROWTH_MIB, `the heap grew by ${found.heapGrowthMiB.toFixed(2)} MiB`);
+    assert.equal(found.wasmGrowthMiB, 0);
+  });
+
+  test("pictures that are late by a frame are found", async () => {
+    session.makeStream("late", { frames: 24, group: 12, pictureNumber: (n) => Math.max(0, n - 1) });
+    await session.play("late");
+    const found = await session.endure({ frames: 40, actions: 0, seed: 1 });
+    // All but those of frame 0.
+    assert.ok(found.wrongCount > 0.9 * found.checked, `${found.wrongCount} of ${found.checked}`);
+    assert.match(found.wrong[0], /frame (\d+): the mesh says \1, the pictures say (?!\1,)\d+/);
+  });
+});

@@ -1,0 +1,8 @@
+// The decoder's worker, which tells the page of every VideoFrame that it opens and closes.
+
+import { countOpenFrames, moment } from "./open_frames.js";
+
+const channel = new BroadcastChannel("video frames");
+countOpenFrames((change) => channel.postMessage([moment(), change]));
+
+await import("../../../decoder/dist/worker.js");
