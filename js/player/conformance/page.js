@@ -62,6 +62,15 @@ window.openStream = async (file, number) => {
   return facts;
 };
 
+/** Asks for two frames at once. */
+window.showTwo = async () => {
+  await decoder.seek({ frame: 0 });
+  const frames = [await decoder.next(), await decoder.next()];
+  const shown = await Promise.all(frames.map((frame) => renderer.show(frame)));
+  for (const frame of frames) frame.close();
+  return { shown, number: renderer.frame.number, wanted: frames[1].number };
+};
+
 /** Frusta are those of the frame's cameras. */
 function drawn(pose, { frusta, ...options }) {
   return renderer.draw(viewFromPose(pose), { ...options, frusta: frusta && { ...frusta, cameras } });
@@ -73,7 +82,6 @@ window.draw = (pose, options) => {
 };
 /** Without reading what was drawn. */
 window.drawOnly = (pose, options) => ({ drew: drawn(pose, options), ...renderer.counters });
-window.counters = () => renderer.counters;
 
 /** What is drawn after the context was lost and has come back. */
 window.loseContext = () =>

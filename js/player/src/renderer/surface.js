@@ -69,6 +69,7 @@ export class Surface {
     this.#views = new DataTexture(gl, uploads, floats);
     this.#views.resize(VIEW_TEXELS, MOST_VIEWS);
     this.#shares = new DataTexture(gl, uploads, bytes);
+    this.#shares.resize(SHARE_COLUMNS, 1);
     this.#depths = new Layers(gl, {
       internal: gl.RGBA8,
       attachment: gl.COLOR_ATTACHMENT0,

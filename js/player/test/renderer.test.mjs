@@ -1,0 +1,191 @@
+// The renderer in Chromium and in Firefox, against pictures that fvvrender makes of the same frames.
+
+import assert from "node:assert/strict";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+
+import { missingBrowser } from "../../testing/browser.mjs";
+import { tool } from "../../testing/served.mjs";
+import { compareFile } from "../conformance/compare.mjs";
+import { posesOf } from "../conformance/poses.mjs";
+import { Session } from "../conformance/session.mjs";
+
+/** dB away from outlines, and percent of cameras and pixels. */
+const LEAST_PSNR = 40;
+const LEAST_AGREEMENT = 99.5;
+/** Browsers that convert colours themselves take the nearest sample of chroma. */
+const LEAST_PSNR_CONVERTED = 30;
+const size = [480, 270];
+const scales = [0.1, 1, 100];
+
+const folder = mkdtempSync(join(tmpdir(), "fvv-renderer-"));
+const at = (name) => join(folder, name);
+
+function makeStreams() {
+  const synth = (name, ...more) => tool("fvvsynth", "-o", at(name), ...more);
+  const mux = (capture, name, ...more) => tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), ...more);
+  synth("studio", "--frames", "4", "--size", "320x180", "--environment");
+  mux("studio", "studio", "--visibility", "face");
+  mux("studio", "coarse", "--visibility", "vertex", "--triangles", "300", "--codec", "vp9");
+  synth("many", "--rig", "small", "--cameras", "40", "--frames", "1", "--size", "160x120");
+  mux("many", "many", "--visibility", "face", "--codec", "jpeg", "--quality", "90");
+  // The same scene, as if its longest side were so many metres.
+  const capture = JSON.parse(readFileSync(at("studio/capture.json"), "utf8"));
+  delete capture.background;
+  for (const metres of scales) {
+    const name = `scale${metres}`;
+    writeFileSync(at(`studio/${name}.json`), JSON.stringify({ ...capture, units: metres / 4 }));
+    mux(`studio/${name}.json`, name, "--visibility", "none");
+  }
+}
+
+/** Brightness of a picture, its mean over all pixels. */
+function brightness({ data }) {
+  let sum = 0;
+  for (let i = 0; i < data.length; i += 4) sum += data[i] + data[i + 1] + data[i + 2];
+  return sum / (0.75 * data.length);
+}
+
+before(makeStreams);
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+describe("renderer", { skip: missingBrowser("chromium") }, () => {
+  let session;
+  before(async () => (session = await Session.open("chromium")));
+  after(() => session?.close());
+
+  const drawOnly = (pose, options) =>
+    session.page.evaluate((where, what) => window.drawOnly(where, what), pose, options);
+  /** As viewFromPose takes them, from all around. */
+  const around = (angle) => ({
+    eye: [5 * Math.sin(angle), 1.6, 5 * Math.cos(angle)],
+    target: [0, 0.9, 0],
+    up: [0, 1, 0],
+    fov: 0.6,
+    width: size[0],
+    height: size[1],
+  });
+
+  function assertAlike(lines, ways) {
+    assert.deepEqual(
+      lines.map(({ visibleBy }) => visibleBy),
+      ways,
+    );
+    for (const { visibleBy, minPsnr, each } of lines) {
+      for (const { pose, inner } of each) assert.ok(inner.pixels > 500, `${pose}: ${inner.pixels} pixels`);
+      assert.ok(minPsnr > LEAST_PSNR, `${visibleBy}: ${minPsnr.toFixed(1)} dB`);
+    }
+    assert.deepEqual(session.browser.troubles, []);
+  }
+
+  test("draws what fvvrender draws, by bits and by depth maps", async () =>
+    assertAlike(await compareFile(session, at("studio.fvv"), { frame: 1, poses: 5, size }), ["bits", "depth"]));
+
+  test("draws what fvvrender draws of few faces, by bits of vertices", async () =>
+    assertAlike(await compareFile(session, at("coarse.fvv"), { poses: 2, size }), ["bits", "depth"]));
+
+  for (const metres of scales)
+    test(`sees what rays see, in a scene of ${metres} m`, async () => {
+      const lines = await compareFile(session, at(`scale${metres}.fvv`), { poses: 2, size, rays: true });
+      assertAlike(lines, ["depth"]);
+      const [{ agreementPercent }] = lines;
+      assert.ok(agreementPercent > LEAST_AGREEMENT, `${agreementPercent.toFixed(2)} % as rays`);
+    });
+
+  test("draws maps of depth and shadow once for a frame, and nothing twice", async () => {
+    await session.show(at("studio.fvv"), 0);
+    const first = await drawOnly(around(0), { visibleBy: "depth" });
+    const { views } = await session.show(at("studio.fvv"), 0);
+    const again = await drawOnly(around(0), { visibleBy: "depth" });
+    assert.equal(again.depthPasses - first.depthPasses, views);
+    assert.equal(again.shadowPasses - first.shadowPasses, 2, "one for each lamp");
+    assert.ok(again.bytesUploadedPerContentFrame > 1e5);
+    for (const angle of [1, 2, 3]) {
+      const moved = await drawOnly(around(angle), { visibleBy: "depth" });
+      assert.equal(moved.drew, true);
+      assert.equal(moved.bytesUploadedPerDrawnFrame, 0);
+      assert.equal(moved.depthPasses, again.depthPasses);
+      assert.equal(moved.shadowPasses, again.shadowPasses);
+    }
+    const same = await drawOnly(around(3), { visibleBy: "depth" });
+    assert.equal(same.drew, false);
+    // A camera that gives no colours any more costs a table and no maps.
+    const without = await drawOnly(around(3), { visibleBy: "depth", cameras: [1, 2] });
+    assert.equal(without.drew, true);
+    assert.equal(without.depthPasses, again.depthPasses);
+  });
+
+  test("has as many samplers for 40 cameras as for 12", async () => {
+    await session.show(at("studio.fvv"), 0);
+    const few = await drawOnly(around(0), { visibleBy: "both" });
+    const { views } = await session.show(at("many.fvv"), 0);
+    assert.equal(views, 40);
+    const many = await drawOnly(around(0), { visibleBy: "both" });
+    assert.equal(many.samplers, few.samplers);
+    assert.equal(many.drawCalls, few.drawCalls - 2, "its environment");
+  });
+
+  test("shows the last of several frames", async () => {
+    await session.show(at("studio.fvv"), 0);
+    const { shown, number, wanted } = await session.page.evaluate(() => window.showTwo());
+    assert.deepEqual(shown, [false, true]);
+    assert.equal(number, wanted);
+  });
+
+  for (const stream of ["studio", "many"])
+    test(`draws the same when a context was lost: ${stream}`, async () => {
+      const facts = await session.show(at(`${stream}.fvv`), 0);
+      const [pose] = posesOf(1, facts, size);
+      const before = await session.draw(pose, size, {});
+      assert.ok(brightness(before) > 2, "the picture is black");
+      await session.page.evaluate(() => window.loseContext());
+      const behind = await session.draw(pose, size, {});
+      assert.ok(before.data.equals(behind.data));
+      session.browser.troubles.splice(0); // Chromium tells of the loss
+    });
+
+  test("draws each mode, shadows and softness", async () => {
+    const facts = await session.show(at("studio.fvv"), 0);
+    const [pose] = posesOf(1, facts, size);
+    const environment = false;
+    const pictures = [];
+    for (const options of [
+      ...["textured", "weights", "visibility", "wireframe", "normals", "depth"].map((mode) => ({ mode, environment })),
+      { soft: 1, environment },
+      { best: 1, environment },
+      { threshold: 0.8, environment },
+      { cameras: [0], environment },
+      { grid: { centre: [0, 0, 0] }, environment },
+      { frusta: { selected: 0, picturePlanes: true }, environment },
+    ])
+      pictures.push(await session.draw(pose, size, options));
+    pictures.forEach((picture, i) => {
+      assert.ok(brightness(picture) > 1, `picture ${i} is black`);
+      for (const other of pictures.slice(0, i))
+        assert.ok(!picture.data.equals(other.data), `picture ${i} is another's`);
+    });
+    const [lit, shadowed] = [false, true].map((shadows) => session.draw(pose, size, { shadows }));
+    const loss = brightness(await lit) - brightness(await shadowed);
+    assert.ok(loss > 0.05 && loss < 10, `shadows take ${loss}`);
+    await assert.rejects(session.draw(pose, size, { mode: "pretty" }), /mode: expected one of/);
+    await assert.rejects(session.draw(pose, size, { best: 9 }), /best: expected 1 to 8/);
+    assert.deepEqual(session.browser.troubles, []);
+  });
+});
+
+describe("renderer in Firefox", { skip: missingBrowser("firefox") }, () => {
+  test("draws the same, but for the browser's colours", async () => {
+    const session = await Session.open("firefox");
+    try {
+      const lines = await compareFile(session, at("studio.fvv"), { frame: 1, poses: 2, size });
+      assert.equal(lines.length, 2);
+      for (const { visibleBy, minPsnr } of lines)
+        assert.ok(minPsnr > LEAST_PSNR_CONVERTED, `${visibleBy}: ${minPsnr.toFixed(1)} dB`);
+      assert.deepEqual(session.browser.troubles, []);
+    } finally {
+      await session.close();
+    }
+  });
+});
