@@ -39,7 +39,7 @@ function makeStreams() {
   for (const metres of scales) {
     const name = `scale${metres}`;
     writeFileSync(at(`studio/${name}.json`), JSON.stringify({ ...capture, units: metres / 4 }));
-    mux(`studio/${name}.json`, name, "--visibility", "none", "--frames", "0");
+    mux(`studio/${name}.json`, name, "--visibility", "none", "--frames", "0-0");
   }
 }
 
