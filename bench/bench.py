@@ -2,7 +2,7 @@
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, serve, wd2, js.
+import, calibration, clip, codecs, serve, wd2, js, view.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -270,6 +270,20 @@ def js():
     )
 
 
+def view():
+    """Bytes of the demo's capture for a viewpoint, with cameras spread over 4 tracks of video, and with a track each."""
+    folder = WORK / "synth"
+    if not (folder / "capture.json").exists():
+        tool("fvvsynth", "-o", folder, "--force")
+    streams = {}
+    for tracks in "4", "camera":
+        streams[tracks] = WORK / f"view-{tracks}.fvv"
+        if not streams[tracks].exists():
+            tool("fvvmux", folder, "-o", streams[tracks], "--scale", 0.5, "--background", "flat", "--video-tracks", tracks,
+                 "--force")  # fmt: skip
+    return browser_decoder.views(streams)
+
+
 def served():
     """fvvserve: replies of a file, and 200 viewers of a live stream, a tenth of whom don't read."""
     return serve.measure(BUILD / "tools/fvvserve/fvvserve", WORK, stream())
@@ -292,6 +306,7 @@ PARTS = {
     "serve": served,
     "wd2": leave_one_out.measure,
     "js": js,
+    "view": view,
 }
 
 

@@ -11,8 +11,10 @@ import { browsers, visit } from "./browsers.mjs";
 import { conformanceFiles, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 
-const { clips, done } = makeClips();
+const { clips: made, done } = makeClips();
 after(done);
+/** neighbours has several tracks of video; that of tracks is for bytes, which the server tells without a browser. */
+const { neighbours, tracks: _, ...clips } = made;
 /** Folder and name: some names are in several folders. */
 const named = (file) => `${basename(dirname(file))}-${basename(file, ".fvv")}`;
 const files = { ...clips, ...Object.fromEntries(conformanceFiles().map((file) => [named(file), file])) };
@@ -32,8 +34,11 @@ async function runPage(browser) {
     told = resolve;
     setTimeout(() => reject(new Error("the page does not answer")), 120000).unref();
   });
-  const server = await serve({ ...files, ...segments }, (posted) => told(posted));
-  const leave = visit(browser, `${server.url}/test/page.html?clips=${Object.keys(files).join()}&more=${MORE.join()}`);
+  const server = await serve({ ...files, ...segments, neighbours }, (posted) => told(posted));
+  const leave = visit(
+    browser,
+    `${server.url}/test/page.html?clips=${Object.keys(files).join()}&more=${MORE.join()}&reselect=neighbours`,
+  );
   try {
     return await result;
   } finally {
@@ -51,10 +56,15 @@ const expected = (name) =>
 for (const [name, browser] of Object.entries(browsers)) {
   const missing = spawnSync(browser.program, ["--version"]).error;
   test(`${name}: the same frames in window and worker`, { skip: missing && `no ${browser.program} here` }, async () => {
-    const { results, violations, error } = await runPage(browser);
+    const { results, reselected, violations, error } = await runPage(browser);
     assert.equal(error, undefined);
     assert.deepEqual(violations, []);
     assert.equal(results.length, 2 * (5 * Object.keys(files).length + 2 * MORE.length));
+    for (const { worker, track, all, different, same } of reselected) {
+      assert.equal(all.length, 3);
+      assert.equal(different, 5 * all.length, "pictures that look alike tell nothing");
+      assert.deepEqual(same, [all, all, [track], [track], all], worker ? "worker" : "window");
+    }
     for (const result of results) {
       const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
       assert.equal(result.inWorker, result.worker, what);

@@ -71,6 +71,42 @@ async function decode(name, kind, worker) {
   return { name, kind, worker, inWorker, frames, pictures, warnings };
 }
 
+async function pixels(image) {
+  const bytes = new Uint8Array(image.allocationSize());
+  await image.copyTo(bytes);
+  return sha256(bytes);
+}
+
+/**
+ * Plays a clip with groups of two frames: whole, then with one track of several in the second group, and all again in the
+ * third. Answers of each frame what pictures of which tracks are those of the whole clip.
+ */
+async function reselect(name, worker) {
+  const play = async (onFrame) => {
+    const decoder = await createDecoder({ source: sources.range(name), queue: 1, worker: worker ? undefined : false });
+    const frames = [];
+    for await (const frame of decoder) {
+      await onFrame?.(decoder, frame);
+      const entries = frame.pictures.map(async ({ track, image }) => [track, await pixels(image)]);
+      frames.push({ tracks: frame.tracks, pictures: Object.fromEntries(await Promise.all(entries)) });
+      frame.close();
+    }
+    decoder.close();
+    return frames;
+  };
+  const whole = await play();
+  const [track] = Object.keys(whole[0].pictures).map(Number);
+  const some = await play(async (decoder, { number }) => {
+    if (number === 0) await decoder.select({ tracks: [track] });
+    if (number === 2) await decoder.select({ tracks: null });
+  });
+  const different = new Set(whole.flatMap(({ pictures }) => Object.values(pictures))).size;
+  const same = some.map(({ pictures }, i) =>
+    Object.entries(pictures).map(([id, hash]) => hash === whole[i].pictures[id] && Number(id)),
+  );
+  return { worker, track, all: Object.keys(whole[0].pictures).map(Number), different, same };
+}
+
 /** Ends while a frame is waited for: the iteration ends too. */
 async function abort(worker) {
   const controller = new AbortController();
@@ -93,9 +129,11 @@ try {
     for (const name of names)
       for (const kind of Object.keys(sources))
         if (!more[kind] || whole.has(name)) results.push(await decode(name, kind, worker));
+  const reselected = [];
+  for (const worker of [true, false]) reselected.push(await reselect(parameters.get("reselect"), worker));
   await abort(true);
   await abort(false);
-  await fetch("/result", { method: "POST", body: JSON.stringify({ results, violations }) });
+  await fetch("/result", { method: "POST", body: JSON.stringify({ results, reselected, violations }) });
 } catch (error) {
   await fetch("/result", {
     method: "POST",
