@@ -49,10 +49,15 @@ function part(frame, { only, pictures }) {
 
 /**
  * cases: [{camera, picture, mask}], of fvvrender. only: a camera that alone gives colour; pictures: false when they are
- * lost; turned: the object is somewhere else in the scene, and larger.
+ * lost; turned: the object is somewhere else in the scene, and larger; tracks: of video, those that are selected.
  */
-window.compare = async ({ file, number, cases, only, pictures = true, turned = false }) => {
-  const decoder = await createDecoder({ source: file, shares: true, worker: new URL("worker.js", import.meta.url) });
+window.compare = async ({ file, number, cases, only, pictures = true, turned = false, tracks = null }) => {
+  const decoder = await createDecoder({
+    source: file,
+    shares: true,
+    worker: new URL("worker.js", import.meta.url),
+    tracks,
+  });
   await decoder.seek({ frame: number });
   const frame = await decoder.next();
   const object = new FvvObject3D({ renderer });
@@ -76,6 +81,7 @@ window.compare = async ({ file, number, cases, only, pictures = true, turned = f
     results,
     views: object.viewCount,
     tiles: frame.tiles(),
+    tracks: frame.configuration.videos.map(({ track }) => ({ track, tiles: frame.tiles(track) })),
     visibility: frame.visibility[0]?.domain ?? null,
   };
   frame.close();

@@ -26,6 +26,7 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
       tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), "--group", "2", ...more);
     synth("small", "--rig", "small", "--frames", "4", "--size", "320x240");
     mux("small", "bits", "--visibility", "face");
+    mux("small", "spread", "--video-tracks", "3");
     mux("small", "vertices", "--visibility", "vertex", "--codec", "vp9");
     mux("small", "maps", "--visibility", "none", "--codec", "jpeg", "--quality", "90");
     synth("studio", "--frames", "2", "--size", "480x270", "--meshes", "hull", "--hull-cells", "50");
@@ -87,6 +88,20 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
 
   const bits = { render: ["--visible-by", "bits"] };
   const maps = { render: ["--visible-by", "depth"] };
+
+  test("cameras in several tracks, of which some are left out", async () => {
+    const { tracks } = await compare("spread", 1, []);
+    assert.equal(tracks.length, 3);
+    const ids = ({ tiles }) => tiles.map(({ camera }) => camera);
+    const [camera] = ids(tracks[0]);
+    assertAlike(await compare("spread", 1, [camera], bits));
+    const selected = tracks.slice(0, 2);
+    const render = [...bits.render, "--sources", selected.flatMap(ids).join()];
+    const found = await compare("spread", 1, [camera], { render, tracks: selected.map(({ track }) => track) });
+    assert.equal(found.views, selected.flatMap(ids).length);
+    assert.deepEqual(found.tracks[2].tiles, []);
+    assertAlike(found);
+  });
 
   test("H.264, visibility by bits of faces", async () => {
     const found = await compare("bits", 1, [0, 2, 3], bits);
