@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { after, test } from "node:test";
 
-import { camerasFor, createDecoder } from "../dist/index.js";
+import { FvvError, camerasFor, createDecoder } from "../dist/index.js";
+import { damaged } from "./damage.mjs";
 import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames } from "./native.mjs";
 import { serve } from "./server.mjs";
 
@@ -38,6 +39,8 @@ async function play(decoder) {
   for await (const frame of decoder) frames.push({ tracks: frame.tracks, hashes: hashesOf(frame) });
   return frames;
 }
+
+const text = (hashes) => JSON.stringify(Object.entries(hashes).sort());
 
 function listen(decoder) {
   const said = [];
@@ -218,18 +221,17 @@ test("damage: of what is fetched a gap, of what is left out nothing", async () =
     const name = type === "VPKT" ? `${type} ${bytes.readUInt16LE(at + 6)}` : type;
     if (time >= 2 && time <= 4 && type !== "SCEN") places[name] ??= at;
   }
-  const flipped = { missing: places[`VPKT ${all[1]}`], sample: places[`VPKT ${all[0]}`], mesh: places.MESH, table: places.GEND, group: places.GRUP }; // prettier-ignore
-  for (const [name, at] of Object.entries(flipped)) {
-    const damaged = Buffer.from(bytes);
-    damaged[at + 40] ^= 1;
+  const kinds = { missing: places[`VPKT ${all[1]}`], sample: places[`VPKT ${all[0]}`], mesh: places.MESH, table: places.GEND, group: places.GRUP }; // prettier-ignore
+  for (const [name, at] of Object.entries(kinds)) {
+    const flipped = Buffer.from(bytes);
+    flipped[at + 40] ^= 1;
     const path = `${clips.tracks}.${name}`;
-    writeFileSync(path, damaged);
+    writeFileSync(path, flipped);
     const host = await serve({ damaged: path });
     const decoder = await createDecoder({ source: `${host.url}/range/damaged`, shares: true, tracks });
     const said = listen(decoder);
     const frames = await play(decoder);
     const types = said.map(({ type }) => type).filter((type) => type === "corrupt" || type === "gap");
-    const text = (hashes) => JSON.stringify(Object.entries(hashes).sort());
     const good = expected.map((hashes) => text(without(hashes, tracks)));
     for (const { hashes } of frames) assert.ok(good.includes(text(hashes)), `${name}: a wrong frame`);
     if (name === "missing") assert.deepEqual([frames.length, types], [5, []]);
@@ -239,4 +241,30 @@ test("damage: of what is fetched a gap, of what is left out nothing", async () =
     decoder.close();
     host.close();
   }
+});
+
+test("damage anywhere: no wrong frame, and whatever is thrown says what is wrong", async () => {
+  const path = `${clips.neighbours}.damaged`;
+  const host = await serve({ damaged: path });
+  const [track] = Object.keys(nativeFrames(clips.neighbours)[0]).filter((what) => what.startsWith("key ")).map((what) => Number(what.split(" ")[1])); // prettier-ignore
+  const good = new Set(nativeFrames(clips.neighbours).map((hashes) => text(without(hashes, [track]))));
+  let frames = 0;
+  let corrupt = 0;
+  for (const bytes of damaged(new Uint8Array(readFileSync(clips.neighbours)), 45)) {
+    writeFileSync(path, bytes);
+    try {
+      const decoder = await createDecoder({ source: `${host.url}/range/damaged`, shares: true, tracks: [track] });
+      const said = listen(decoder);
+      for await (const frame of decoder) {
+        assert.ok(good.has(text(hashesOf(frame))), "a wrong frame");
+        frames++;
+      }
+      corrupt += said.some(({ type }) => type === "corrupt");
+      decoder.close();
+    } catch (error) {
+      if (!(error instanceof FvvError)) throw error;
+    }
+  }
+  host.close();
+  assert.ok(frames > 50 && corrupt > 10, `${frames} frames, ${corrupt} streams with damage that was told`);
 });
