@@ -6,8 +6,8 @@ const NEAR = 1 << 12;
 const BETWEEN = 1 << 16;
 /** GRUP with its header. */
 const GROUP_SIZE = 56;
-/** Requests under way at the same time. */
-const AHEAD = 4;
+/** Requests under way at the same time; browsers have six of them with HTTP/1.1, whatever is asked for. */
+const AHEAD = 8;
 /** Room for what has come grows from here, whatever size is announced. */
 const ROOM = 1 << 16;
 
