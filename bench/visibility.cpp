@@ -1,19 +1,16 @@
 // Visibility of a file as players use it: how often its bits, and depth maps in their place, are not what
 // rays say, and what bits cost in time.
-#include "fvvbench.h"
+#include "visibility_places.h"
 
-#include "fvv_render/normals.h"
-#include "fvv_render/occlusion.h"
 #include "fvv_render/visibility_fit.h"
 
-#include <cmath>
+#include <memory>
 
 namespace {
 
-using namespace fvv::render;
+using namespace visibility_bench;
 
-constexpr double weight_threshold = 0.25; // of view-dependent texturing
-constexpr size_t most_cameras = 3;        // that a place is textured from
+constexpr size_t most_cameras = 3; // that a place is textured from
 constexpr size_t most_frames = 10;
 
 // Pairs of a camera and a place of the surface that camera might be used for.
@@ -31,70 +28,6 @@ struct Pairs {
     out[name + "hidden_wrongly_percent"] = 100 * hidden / all;
   }
 };
-
-struct Surface {
-  fvv_mesh mesh = {};
-  std::vector<float> metres;
-  std::vector<Vec3> normals;
-  Surface(fvv_stream *stream, size_t frame, const fvv_scene &scene) {
-    fvv_diagnostic d{};
-    require(fvv_stream_mesh(stream, frame, 1, &mesh, &d), d);
-    metres.resize(3 * size_t(mesh.vertex_count));
-    fvv_lattice_to_floats(scene.lattice_origin, scene.lattice_step, mesh.positions, mesh.vertex_count,
-                          metres.data());
-    normals = vertex_normals(view());
-  }
-  Surface(const Surface &) = delete;
-  ~Surface() { fvv_mesh_free(&mesh); }
-  Mesh view() const { return {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count}; }
-  Vec3 corner(uint32_t face, int i) const {
-    const float *p = &metres[3 * size_t(mesh.faces[3 * size_t(face) + size_t(i)])];
-    return {p[0], p[1], p[2]};
-  }
-  Vec3 face_normal(uint32_t f) const { // twice the area long
-    return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0));
-  }
-};
-
-struct Place {
-  uint32_t face;
-  double weight[3]; // barycentric
-};
-
-// As many places as faces, spread evenly over the area: every part of the surface counts by its size.
-std::vector<Place> places_on(const Surface &surface) {
-  const uint32_t count = surface.mesh.face_count;
-  double area = 0, passed = 0;
-  for (uint32_t f = 0; f < count; f++) area += length(surface.face_normal(f));
-  const double step = area / count;
-  std::vector<Place> out;
-  for (uint32_t f = 0; f < count; f++) {
-    passed += length(surface.face_normal(f));
-    while ((double(out.size()) + 0.5) * step < passed) {
-      const auto n = double(out.size());
-      double u = std::fmod(0.5 + 0.7548776662466927 * n, 1.0),
-             v = std::fmod(0.5 + 0.5698402909980532 * n, 1.0);
-      if (u + v > 1) {
-        u = 1 - u;
-        v = 1 - v;
-      }
-      out.push_back({f, {1 - u - v, u, v}});
-    }
-  }
-  return out;
-}
-
-Vec3 mixed(const Place &place, Vec3 a, Vec3 b, Vec3 c) {
-  return a * place.weight[0] + b * place.weight[1] + c * place.weight[2];
-}
-
-// As fvv.md, clause 17.4, tells players.
-bool says(const std::vector<uint8_t> &shares, const Surface &surface, const Place &place) {
-  double seen = 0;
-  for (size_t i = 0; i < 3; i++)
-    seen += shares[surface.mesh.faces[3 * size_t(place.face) + i]] * place.weight[i];
-  return seen >= 127.5;
-}
 
 // A camera that a place may be textured from.
 struct Candidate {
@@ -144,43 +77,21 @@ void compare_colours(const std::vector<std::vector<Candidate>> &places, Sums &su
   }
 }
 
-// The places for which the camera's weight, by the interpolated normal, reaches the threshold and which stand
-// in its picture. Of these the truth is the front and a ray to the place itself.
-void compare(const Surface &surface, const std::vector<Place> &places, const fvv_camera &camera,
-             const RayCaster &rays, const uint8_t *states, uint8_t domain,
+// Bits, as they stand and as players use them, and a depth map, against rays.
+void compare(const Frame &frame, const View &view, const uint8_t *states, uint8_t domain,
              std::vector<std::vector<Candidate>> &candidates, Sums &sums) {
-  double at[3];
-  fvv_camera_centre(&camera, at);
-  const Vec3 centre = {at[0], at[1], at[2]};
-  const DepthMap map(camera, surface.view(), {});
-  std::vector<uint32_t> counts(2 * size_t(surface.mesh.vertex_count));
-  std::vector<uint8_t> shares(surface.mesh.vertex_count);
-  fvv_visibility_shares(&surface.mesh, domain, states, counts.data(), shares.data());
-  sums.pairs += double(places.size());
-  for (size_t i = 0; i < places.size(); i++) {
-    const Place &place = places[i];
-    const uint32_t *face = surface.mesh.faces + 3 * size_t(place.face);
-    const Vec3 where = mixed(place, surface.corner(place.face, 0), surface.corner(place.face, 1),
-                             surface.corner(place.face, 2));
-    const Vec3 normal = normalised(
-        mixed(place, surface.normals[face[0]], surface.normals[face[1]], surface.normals[face[2]]));
-    const double weight = dot(normal, normalised(centre - where));
-    if (!(weight >= weight_threshold)) continue;
-    const double world[3] = {where.x, where.y, where.z};
-    double pixel[2];
-    if (!fvv_camera_project(&camera, world, pixel, nullptr) || pixel[0] < 0 || pixel[1] < 0 ||
-        pixel[0] >= camera.width || pixel[1] >= camera.height)
-      continue;
-    const Vec3 face_normal = surface.face_normal(place.face);
-    const bool front = dot(face_normal, centre - where) > 0;
-    const bool truth = front && !hidden_by_rays(centre, where, place.face, rays);
-    const bool by_bits = front && says(shares, surface, place),
-               by_map = front && !map.hidden(where, face_normal);
-    candidates[i].push_back({weight, by_bits, by_map, truth});
-    sums.bits.add(by_bits, truth);
+  const DepthMap map(view.camera, frame.surface.view(), {});
+  sums.pairs += double(frame.places.size());
+  for (size_t i = 0; i < frame.places.size(); i++) {
+    const Place &place = frame.places[i];
+    const auto found = view.judge(frame.surface, frame.rays, place);
+    if (!found) continue;
+    const bool by_map = found->front && !map.hidden(found->where, frame.surface.face_normal(place.face));
+    candidates[i].push_back({found->weight, found->bits, by_map, found->truth});
+    sums.bits.add(found->bits, found->truth);
     if (domain == FVV_VISIBILITY_FACES && states[place.face] != FVV_ELEMENT_AVERSE)
-      sums.faces.add(states[place.face] == FVV_ELEMENT_SEEN, truth);
-    sums.map.add(by_map, truth);
+      sums.faces.add(states[place.face] == FVV_ELEMENT_SEEN, found->truth);
+    sums.map.add(by_map, found->truth);
   }
 }
 
@@ -229,33 +140,34 @@ void time_coding(const Surface &surface, const fvv_visibility_header &coded,
   fvv_visibility_order_close(order);
 }
 
-void add_frame(fvv_stream *stream, size_t frame, uint16_t track, Sums &sums) {
+// Nothing when the frame has no visibility.
+std::unique_ptr<Frame> add_frame(fvv_stream *stream, size_t number, uint16_t track, Sums &sums) {
   fvv_diagnostic d{};
   const fvv_configuration *configuration = nullptr;
   fvv_frame where;
-  require(fvv_stream_frame(stream, frame, &where, &d), d);
+  require(fvv_stream_frame(stream, number, &where, &d), d);
   require(fvv_stream_configuration(stream, where.group, &configuration, &d), d);
   const fvv_scene scene = configuration->scene;
-  const Surface surface(stream, frame, scene);
-  const RayCaster rays(surface.view());
-  const std::vector<Place> places = places_on(surface);
+  auto frame = std::make_unique<Frame>(stream, number, scene);
   const fvv_visibility *visibility = nullptr;
-  require(fvv_stream_visibility(stream, frame, track, &visibility, &d), d);
-  if (!visibility) return;
+  require(fvv_stream_visibility(stream, number, track, &visibility, &d), d);
+  if (!visibility) return nullptr;
   const fvv_visibility_header header = visibility->header;
   const std::vector<uint8_t> states(visibility->states,
                                     visibility->states + size_t(header.camera_count) * header.element_count);
   const std::vector<uint16_t> ids(visibility->cameras, visibility->cameras + header.camera_count);
   std::vector<fvv_camera> cameras(ids.size());
-  std::vector<std::vector<Candidate>> candidates(places.size());
+  std::vector<std::vector<Candidate>> candidates(frame->places.size());
   for (size_t i = 0; i < ids.size(); i++) {
-    require(fvv_stream_camera(stream, frame, ids[i], &cameras[i], &d), d);
-    compare(surface, places, cameras[i], rays, &states[i * header.element_count], header.domain, candidates,
-            sums);
+    require(fvv_stream_camera(stream, number, ids[i], &cameras[i], &d), d);
+    const uint8_t *seen = &states[i * header.element_count];
+    frame->views.emplace_back(cameras[i], frame->surface, header.domain, seen);
+    compare(*frame, frame->views.back(), seen, header.domain, candidates, sums);
   }
   compare_colours(candidates, sums);
-  time_coding(surface, header, cameras, scene, rays, sums);
+  time_coding(frame->surface, header, cameras, scene, frame->rays, sums);
   sums.frames++;
+  return frame;
 }
 
 } // namespace
@@ -281,14 +193,20 @@ nlohmann::ordered_json visibility(const char *path) {
     if (configuration->tracks[i].kind == FVV_TRACK_VISIBILITY) track = configuration->tracks[i].id;
   if (!track) throw std::runtime_error("the file has no visibility");
   Sums sums;
-  for (size_t f = 0; f < std::min(fvv_stream_frame_count(stream), most_frames); f++)
-    add_frame(stream, f, track, sums);
+  Flicker flicker;
+  std::unique_ptr<Frame> before;
+  for (size_t f = 0; f < std::min(fvv_stream_frame_count(stream), most_frames); f++) {
+    std::unique_ptr<Frame> now = add_frame(stream, f, track, sums);
+    if (before && now) flicker.add(*before, *now);
+    before = std::move(now);
+  }
   nlohmann::ordered_json out;
   sums.bits.report(out, "", sums.pairs);
   out["colour_elsewhere_percent"] = 100 * sums.by_bits / sums.coloured;
   if (sums.faces.all > 0) sums.faces.report(out, "plain_face_bits_", sums.pairs);
   sums.map.report(out, "depth_map_", sums.pairs);
   out["depth_map_colour_elsewhere_percent"] = 100 * sums.by_map / sums.coloured;
+  flicker.report(out);
   out["look_ms"] = sums.look / sums.frames * 1e3;
   out["order_ms"] = sums.order / sums.frames * 1e3;
   out["encode_ms"] = sums.encode / sums.frames * 1e3;

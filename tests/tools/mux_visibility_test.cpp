@@ -74,6 +74,58 @@ TEST_CASE("bits of faces and vertices say who is hidden, and are what was read b
   }
 }
 
+namespace {
+
+// Of all bits that a face has in two frames of a group, the share that are not the same; all cameras.
+double flips(const std::string &path) {
+  const cli::InputFile file(path);
+  const fvv_input input = file.input();
+  fvv_stream *stream = nullptr;
+  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
+  std::vector<uint8_t> before;
+  double turned = 0, all = 0;
+  for (size_t frame = 0; frame < fvv_stream_frame_count(stream); frame++) {
+    const fvv_visibility *found = nullptr;
+    REQUIRE(fvv_stream_visibility(stream, frame, mux::visibility_track, &found, nullptr) == FVV_OK);
+    const std::vector<uint8_t> now(found->states,
+                                   found->states + found->header.camera_count * found->header.element_count);
+    for (size_t i = 0; found->header.number && i < now.size(); i++) {
+      if (before[i] == FVV_ELEMENT_AVERSE || now[i] == FVV_ELEMENT_AVERSE) continue;
+      turned += before[i] != now[i];
+      all++;
+    }
+    before = now;
+  }
+  fvv_stream_close(stream);
+  REQUIRE(all > 1000);
+  return turned / all;
+}
+
+} // namespace
+
+TEST_CASE("smoothed bits turn less often, take fewer bytes, and are verified") {
+  const Folder folder;
+  mux::Options options = balls_on_disk(folder);
+  options.verify = true;
+  options.group = 5;
+  for (const Visibility domain : {Visibility::faces, Visibility::vertices}) {
+    options.visibility = domain;
+    options.visibility_smooth = false;
+    const mux::Summary usual = mux::mux(options);
+    const double often = flips(options.output);
+    options.visibility_smooth = true;
+    const mux::Summary smooth = mux::mux(options);
+    const double seldom = flips(options.output);
+    INFO(100 * often << " % of the bits turn, smoothed " << 100 * seldom << " %");
+    CHECK(often > 0.001);
+    CHECK(seldom < 0.9 * often);
+    CHECK(smooth.visibility.bytes < usual.visibility.bytes);
+    CHECK(smooth.verdict->visible == 5);
+    CHECK(mux::summary_json(smooth)["visibility"]["smooth"] == true);
+    CHECK(mux::summary_json(usual)["visibility"]["smooth"] == false);
+  }
+}
+
 TEST_CASE("a bit that is not what a camera sees is found") {
   const Folder folder;
   mux::Options options = balls_on_disk(folder);

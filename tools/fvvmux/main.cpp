@@ -171,6 +171,10 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
          "send which cameras see each face or vertex: auto (faces, unless it takes more than a tenth of "
          "the pictures' bytes, or one camera is alone), face, vertex or none (docs/fvvmux-visibility.md)")
       ->capture_default_str();
+  app.add_flag(
+      "--visibility-smooth", options.visibility_smooth,
+      "where a mesh has the faces of the one before, keep what a camera sees unless a good part of a face "
+      "would be wrong: less flicker, fewer bytes, a little more error");
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")

@@ -86,6 +86,7 @@ struct Options {
   bool repeat_configuration = false, live = false, verify = false, force = false;
   Crop crop = Crop::automatic;
   Visibility visibility = Visibility::automatic;
+  bool visibility_smooth = false;
   bool undistort = false;     // pictures without lens
   double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
   bool environment = true;    // the capture's background, if it has one

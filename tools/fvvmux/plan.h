@@ -46,7 +46,8 @@ struct NormalChoice {
 
 struct VisibilityChoice {
   bool on = false;
-  bool open = false; // whether it pays is found out by the first group
+  bool open = false;   // whether it pays is found out by the first group
+  bool smooth = false; // bits stay nearer to those of the frame before, if it has the same faces
   uint8_t domain = FVV_VISIBILITY_FACES, threshold = FVV_VISIBILITY_THRESHOLD;
   std::vector<size_t> cameras; // indices in Capture::cameras
   std::string reason;

@@ -82,6 +82,7 @@ nlohmann::ordered_json visibility_json(const Summary &s) {
   nlohmann::ordered_json out = {{"sent", v.frames > 0}, {"reason", s.plan.visibility.reason}};
   if (!v.frames) return out;
   out["domain"] = domain_text(s);
+  out["smooth"] = s.plan.visibility.smooth;
   out["cameras"] = v.cameras.size();
   out["frames"] = v.frames;
   out["bytes"] = v.bytes;

@@ -71,7 +71,8 @@ double reprojection(const fvv_camera &ours, const fvv_camera &theirs, double dis
 class Reader {
 public:
   Reader(const Plan &chosen, const std::vector<MeshOrigins> &told, const cli::InputFile &file)
-      : plan(chosen), origins(told), name(file.path()), stream(nullptr, fvv_stream_close) {
+      : plan(chosen), origins(told), name(file.path()), visibility(chosen, name),
+        stream(nullptr, fvv_stream_close) {
     const fvv_input input = file.input();
     fvv_stream *opened = nullptr;
     const fvv_status status = fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic);
@@ -136,7 +137,7 @@ private:
     }
     verdict.meshes++;
     if (!plan.visibility.on) return;
-    const std::string wrong = verify_visibility(stream.get(), frame, decoded, plan, name);
+    const std::string wrong = visibility.frame(stream.get(), frame, decoded);
     if (!wrong.empty()) fail(frame, wrong);
     verdict.visible++;
   }
@@ -241,6 +242,7 @@ private:
   const Plan &plan;
   const std::vector<MeshOrigins> &origins;
   const std::string name;
+  VisibilityVerifier visibility;
   fvv_diagnostic diagnostic = {};
   std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream;
 };

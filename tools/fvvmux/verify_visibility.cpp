@@ -2,7 +2,6 @@
 
 #include "cli/cli.h"
 #include "fvvmux/stream_writer.h"
-#include "fvvmux/visibility.h"
 
 namespace fvv::mux {
 
@@ -31,14 +30,15 @@ uint8_t state_of(const CameraView &view, size_t element) {
 
 } // namespace
 
-std::string verify_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &mesh, const Plan &plan,
-                              const std::string &name) {
-  const std::vector<CameraView> wanted =
-      look(mesh, plan.lattice.lattice, plan.visibility, cameras_in(stream, frame, plan, name));
+std::string VisibilityVerifier::frame(fvv_stream *stream, size_t frame, const fvv_mesh &mesh) {
   const fvv_visibility *found = nullptr;
   fvv_diagnostic diagnostic = {};
   const fvv_status status = fvv_stream_visibility(stream, frame, visibility_track, &found, &diagnostic);
   cli::check(status, name, diagnostic);
+  if (!found || !found->header.number) former.clear();
+  const std::vector<CameraView> wanted =
+      look(mesh, plan.lattice.lattice, plan.visibility, cameras_in(stream, frame, plan, name), former);
+  former.clear();
   const size_t cameras = found ? found->header.camera_count : 0;
   if (cameras != wanted.size())
     return "expected visibility of " + std::to_string(wanted.size()) + " cameras, found " +
@@ -49,6 +49,7 @@ std::string verify_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &
       if (found->cameras[i] != wanted[i].camera || states[k] != state_of(wanted[i], k))
         return "what camera " + std::to_string(wanted[i].camera) + " sees of element " + std::to_string(k) +
                " is not what was read back";
+    former[found->cameras[i]].assign(states, states + found->header.element_count);
   }
   return "";
 }

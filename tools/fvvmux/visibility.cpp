@@ -5,11 +5,13 @@
 #include "fvv_render/visibility_fit.h"
 #include "fvvmux/stream_writer.h"
 
-#include <map>
-
 namespace fvv::mux {
 
 namespace {
+
+// Faces of mean area that a turn of a bit has to be worth, in frames with the faces of the one before. The
+// lower one costs no accuracy that can be measured, and saves a tenth of the bytes.
+constexpr double usual_price = 0.1, smooth_price = 0.4;
 
 // Meshes of a run of frames as decoders get them.
 class DecodedMeshes {
@@ -46,7 +48,7 @@ private:
 // What is known from one frame to the next that has its faces.
 struct Former {
   uint32_t number = 0;
-  std::map<uint16_t, std::vector<uint8_t>> states; // by camera
+  States states;
 };
 
 class FrameCoder {
@@ -62,7 +64,8 @@ public:
     frame.elements = uint32_t(elements);
     Former now;
     now.number = frame.key ? 0 : former.number + 1;
-    const std::vector<CameraView> looks = look(mesh, plan.lattice.lattice, choice, cameras);
+    const std::vector<CameraView> looks =
+        look(mesh, plan.lattice.lattice, choice, cameras, frame.key ? States() : former.states);
     std::vector<fvv_visibility_view> views;
     for (const CameraView &one : looks) {
       const auto before = former.states.find(one.camera);
@@ -107,7 +110,8 @@ private:
 } // namespace
 
 std::vector<CameraView> look(const fvv_mesh &mesh, const capture::Lattice &lattice,
-                             const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras) {
+                             const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
+                             const States &former) {
   fvv_scene scene = {};
   std::copy_n(lattice.origin, 3, scene.lattice_origin);
   scene.lattice_step = lattice.step;
@@ -115,14 +119,17 @@ std::vector<CameraView> look(const fvv_mesh &mesh, const capture::Lattice &latti
   fvv_lattice_to_floats(lattice.origin, lattice.step, mesh.positions, mesh.vertex_count, metres.data());
   const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
   const render::RayCaster rays(surface);
-  const render::VisibilityFit fit(surface, rays, choice.domain, {});
+  render::FitSettings settings;
+  settings.change = choice.smooth ? smooth_price : usual_price;
+  const render::VisibilityFit fit(surface, rays, choice.domain, settings);
   const size_t elements = choice.domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
   std::vector<CameraView> out;
   for (const fvv_camera &camera : cameras) {
     CameraView view = {camera.id, {}, std::vector<uint8_t>(elements), {}};
     if (fvv_visibility_centre(&camera, &scene, view.centre, nullptr) != FVV_OK) continue;
     fvv_visibility_facing(&mesh, choice.domain, view.centre, choice.threshold, view.facing.data());
-    view.seen = fit.seen(camera, view.facing, nullptr);
+    const auto before = former.find(camera.id);
+    view.seen = fit.seen(camera, view.facing, before == former.end() ? nullptr : before->second.data());
     out.push_back(std::move(view));
   }
   return out;

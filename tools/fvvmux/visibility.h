@@ -6,6 +6,7 @@
 #include "fvvmux/moving.h"
 
 #include <atomic>
+#include <map>
 #include <set>
 
 namespace fvv::mux {
@@ -34,9 +35,14 @@ struct CameraView {
   std::vector<uint8_t> facing, seen;
 };
 
+// FVV_ELEMENT_... of each face or vertex, by camera.
+using States = std::map<uint16_t, std::vector<uint8_t>>;
+
 // mesh is as decoders have it, and so are cameras. One that is too far away for the lattice is left out.
+// former: of the frame before, if mesh has its faces; bits stay near to it, the more so when the choice says so.
 std::vector<CameraView> look(const fvv_mesh &mesh, const capture::Lattice &lattice,
-                             const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras);
+                             const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
+                             const States &former);
 
 // Whether the stream is to have visibility, of which cameras, and why. tiling: of the cameras. Throws
 // cli::Failure (usage) when it is asked for and there is nothing to see.

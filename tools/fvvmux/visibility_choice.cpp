@@ -20,6 +20,7 @@ VisibilityChoice choose_visibility(const Options &options, const capture::Captur
                                    const Tiling &tiling) {
   VisibilityChoice choice;
   choice.cameras = tiling.cameras;
+  choice.smooth = options.visibility_smooth;
   const bool automatic = options.visibility == Visibility::automatic;
   // Whoever asks for bits may have pictures elsewhere.
   if (!automatic && choice.cameras.empty())
