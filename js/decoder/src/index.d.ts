@@ -50,8 +50,11 @@ export interface Options {
   visibility?: boolean;
   /** Shares of vertices too (clause 17.4), which shaders take. Default false. */
   shares?: boolean;
-  /** "pictures": VideoFrame or ImageBitmap; "samples": encoded only. Default pictures where there is WebCodecs. */
+  /** "pictures", or "samples": encoded only. Default pictures where there is WebCodecs or videoFallback. */
   video?: "pictures" | "samples";
+  /** Decoders for video that WebCodecs can't decode here, or for where there is none: () => import("@fvv/video-fallback").
+   * Called in this thread, and only when a track needs it. Default: a warning, and frames without pictures. */
+  videoFallback?: () => Promise<VideoFallback | WebAssembly.Module>;
   /** Frames that are decoded ahead. Default 4. */
   queue?: number;
   /** Tracks of video, as select takes them, from the first frame on. Default all. */
@@ -77,6 +80,11 @@ export interface Viewpoint {
 /** Of a ball at the target, seen from eye: cameras that give the part share of it, those first that give most. None
  * when no camera shows the target. */
 export function camerasFor(cameras: Camera[], viewpoint: Viewpoint): { camera: number; share: number }[];
+
+/** What @fvv/video-fallback is. */
+export interface VideoFallback {
+  compile(): Promise<WebAssembly.Module>;
+}
 
 export type Code =
   | "argument"
@@ -232,6 +240,45 @@ export interface Sample {
   data: Uint8Array;
 }
 
+/** What videoFallback decodes where there is no VideoFrame, or none of 10 bits. As a VideoFrame, with planes in memory. */
+export interface PlanarPicture {
+  /** I420P10: two bytes a sample, the lower one first. null when it is closed. */
+  readonly format: "I420" | "I420P10" | null;
+  readonly codedWidth: number;
+  readonly codedHeight: number;
+  readonly displayWidth: number;
+  readonly displayHeight: number;
+  readonly codedRect: Rect | null;
+  readonly visibleRect: Rect | null;
+  /** Microseconds. */
+  readonly timestamp: number;
+  readonly duration: null;
+  /** Names of WebCodecs; null for code points that it has no name for. */
+  readonly colorSpace: {
+    primaries: string | null;
+    transfer: string | null;
+    matrix: string | null;
+    fullRange: boolean;
+  };
+  /** Y, U and V one behind the other. Belongs to the picture. */
+  readonly data: Uint8Array | null;
+  allocationSize(options?: CopyOptions): number;
+  copyTo(destination: BufferSource, options?: CopyOptions): Promise<{ offset: number; stride: number }[]>;
+  clone(): PlanarPicture;
+  close(): void;
+}
+
+export interface CopyOptions {
+  /** x and y are even. Default all of it. */
+  rect?: Rect;
+  /** Of Y, U and V, in bytes. Default without gaps. */
+  layout?: { offset: number; stride: number }[];
+  /** No other than its own. */
+  format?: "I420" | "I420P10";
+}
+
+export type Picture = VideoFrame | ImageBitmap | PlanarPicture;
+
 export interface Frame {
   /** Exact where there is an index; else counted from the first frame that came. */
   readonly number: number;
@@ -250,11 +297,11 @@ export interface Frame {
   readonly samples: Sample[];
   /** Tracks of video that were selected for its group; null: all. Of others there are neither samples nor tiles. */
   readonly tracks: number[] | null;
-  readonly pictures: { track: number; image: VideoFrame | ImageBitmap }[];
+  readonly pictures: { track: number; image: Picture }[];
   /** What meshes, visibility and calibration took. */
   readonly decodeMs: number;
   camera(id: number): Camera | null;
-  picture(track?: number): VideoFrame | ImageBitmap | null;
+  picture(track?: number): Picture | null;
   /** Where each camera's picture is in that one: the layout of the frame's group, which may be another in the next. */
   tiles(track?: number): Tile[];
   /** Closes the pictures; everything else stays. */
