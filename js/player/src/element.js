@@ -220,6 +220,15 @@ export class FvvPlayer extends ViewpointElement {
     done?.catch(() => this.#interface.notify("Full screen is not allowed here"));
   }
 
+  /** Whether the view is on its way, or will be drawn again in a moment. */
+  get isMoving() {
+    return this._stage?.busy ?? false;
+  }
+  /** What is on the canvas, RGBA from the top: {width, height, data}. */
+  readPixels() {
+    return this._stage.renderer.readPixels();
+  }
+
   get showsStats() {
     return this.#interface?.showsStats ?? false;
   }

@@ -67,6 +67,11 @@ export class Stage extends EventTarget {
     return this.#empty;
   }
 
+  /** Whether a picture is about to be drawn. */
+  get busy() {
+    return this.#asked !== 0 || this.#settle !== null;
+  }
+
   async show(frame) {
     const shown = await this.#renderer.show(frame);
     if (!shown) return false;
@@ -131,6 +136,7 @@ export class Stage extends EventTarget {
 
   #draw(hurried) {
     clearTimeout(this.#settle);
+    this.#settle = null;
     const { clientWidth, clientHeight } = this.#canvas;
     const finest = this.resolution.ratio(devicePixelRatio, false);
     const ratio = hurried ? this.resolution.ratio(devicePixelRatio, true) : finest;

@@ -108,6 +108,22 @@ test("seeks: the last of many wins, and only that one is told of", async () => {
   assert.equal(events.filter((type) => type === "seeked").length, 1);
 });
 
+test("a seek that comes while the frame of another one is shown is not taken for done", async () => {
+  const { world, media } = await ready();
+  world.showMs = 400;
+  media.currentTime = 0.4;
+  await world.run(100);
+  media.currentTime = 1.2;
+  // Its patience ends by the clock of the machine.
+  await new Promise((done) => setTimeout(done, 300));
+  await world.run(350);
+  assert.equal(media.seeking, true);
+  await world.run(800);
+  assert.equal(media.seeking, false);
+  assert.equal(world.numbers().at(-1), 30);
+  assert.equal(media.currentTime, 1.2);
+});
+
 test("a seek while it plays waits, and plays on", async () => {
   const { world, media } = await ready();
   media.play();

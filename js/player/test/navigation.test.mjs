@@ -18,6 +18,7 @@ import { commandOf, keepsKey, takesText } from "../src/navigation/keys.js";
 import { HeldKeys } from "../src/navigation/held_keys.js";
 import { Navigator } from "../src/navigation/navigator.js";
 import { between, directionsOf, orbit, poseOfCamera } from "../src/navigation/pose.js";
+import { viewFromPose } from "../src/view.js";
 import { dot, length, subtract } from "../src/navigation/vectors.js";
 
 function assertClose(found, wanted, tolerance = 1e-6) {
@@ -78,12 +79,19 @@ describe("axes", () => {
 
 test("the first view has the whole scene in it, from the side of the first camera", () => {
   const axes = axesOf("y", []);
+  const extent = { centre: [0, 1, 0], radius: 2, low: [-2, 0, -1], high: [2, 2, 1] };
   for (const aspect of [16 / 9, 0.5]) {
-    const pose = homePose({ centre: [0, 1, 0], radius: 2 }, [upright], axes, aspect);
+    const pose = homePose(extent, [upright], axes, aspect);
     const { forward } = directionsOf(pose);
     assert.ok(forward[2] < -0.9);
-    const half = Math.atan(Math.tan(pose.fov / 2) * Math.min(1, aspect));
-    assert.ok(length(subtract(pose.eye, [0, 1, 0])) * Math.sin(half) > 2);
+    const view = viewFromPose({ ...pose, width: 100 * aspect, height: 100 });
+    for (let i = 0; i < 8; i++) {
+      const [x, y, z] = [0, 1, 2].map((axis) => ((i >> axis) & 1 ? extent.high : extent.low)[axis]);
+      const { rotation: r, translation: t, fx, cx, cy } = view;
+      const at = [0, 3, 6].map((row, k) => r[row] * x + r[row + 1] * y + r[row + 2] * z + t[k]);
+      const [u, v] = [cx + (fx * at[0]) / at[2], cy + (fx * at[1]) / at[2]];
+      assert.ok(u > 0 && u < 100 * aspect && v > 0 && v < 90, `${u}, ${v} of ${100 * aspect} x 100`);
+    }
   }
 });
 

@@ -3,7 +3,7 @@
 
 import { viewFromCamera, viewFromPose } from "../view.js";
 import { axesOf } from "./axes.js";
-import { extentOf, homePose } from "./framing.js";
+import { NOTHING, extentOf, homePose } from "./framing.js";
 import { between, dolly, level, look, move, orbit, pan, poseOfCamera } from "./pose.js";
 
 /** Seconds in which two thirds of what was asked for is done. */
@@ -36,7 +36,7 @@ export class Navigator extends EventTarget {
   #lens = { camera: null, share: 0, leaving: false };
   #home = null;
   axes = axesOf("y", []);
-  extent = { centre: [0, 0, 0], radius: 1 };
+  extent = NOTHING;
   pose = homePose(this.extent, [], this.axes, 16 / 9);
   aspect = 16 / 9;
   /** Nothing goes on by itself when someone has asked for calm. */

@@ -322,11 +322,14 @@ export class Playout {
   }
 
   #answer(frame, ended) {
-    if (frame) this.#present(() => this.#found());
-    else if (ended) this.#found();
+    const search = this.#search;
+    if (frame) this.#present(() => this.#found(search));
+    else if (ended) this.#found(search);
   }
-  #found() {
-    const { goal } = this.#search;
+  #found(search) {
+    // Another one may have begun while the frame was on its way to the screen.
+    if (search !== this.#search) return;
+    const { goal } = search;
     if (goal !== this.#goal) return this.#beginSearch();
     this.#search = this.#goal = null;
     if (goal.number !== null && this.shown) this.#clock.position = this.shown.seconds;

@@ -19,6 +19,8 @@ export class Bar {
   #player;
   #parts;
   #scrubber;
+  #now = element("span", { class: "now" });
+  #total = element("span", { class: "total" });
 
   constructor(player, commands) {
     this.#player = player;
@@ -30,7 +32,7 @@ export class Bar {
       play: button("play", "Play", icons.play, commands.togglePlay),
       back: button("step-back", "Frame back", icons.back, () => commands.step(-1)),
       forward: button("step-forward", "Frame forward", icons.forward, () => commands.step(1)),
-      time: element("span", { class: "time", part: "time" }),
+      time: element("span", { class: "time", part: "time" }, this.#now, this.#total),
       live: element(
         "button",
         { type: "button", class: "live", part: "button live", hidden: true, onclick: commands.goLive },
@@ -81,14 +83,14 @@ export class Bar {
 
   update() {
     const player = this.#player;
-    const { play, back, forward, time, live, loop, speed, mode, fullscreen } = this.#parts;
+    const { play, back, forward, live, loop, speed, mode, fullscreen } = this.#parts;
     const { paused, ended, loopRange, seekable, duration } = player;
-    setIcon(play, !paused ? icons.pause : ended ? icons.replay : icons.play);
+    setIcon(play, !paused ? icons.pause : ended ? icons.replay : icons.play, paused && !ended);
     label(play, !paused ? "Pause" : ended ? "Play again" : "Play");
     back.disabled = !seekable.length;
     forward.disabled = player.readyState < 2;
-    const now = clockTime(player.currentTime);
-    time.textContent = Number.isFinite(duration) ? `${now} / ${clockTime(duration)}` : now;
+    this.#now.textContent = clockTime(player.currentTime);
+    this.#total.textContent = Number.isFinite(duration) ? ` / ${clockTime(duration)}` : "";
     this.#scrubber.node.hidden = player.live;
     live.hidden = !player.live;
     const behind = player.liveLatency;

@@ -46,7 +46,24 @@ svg {
   stroke-linecap: round;
   stroke-linejoin: round;
 }
-.play svg,
+button.big {
+  width: 76px;
+  height: 76px;
+  border: 1px solid var(--line);
+  border-radius: 50%;
+  background: var(--panel);
+  pointer-events: auto;
+}
+button.big:hover:enabled {
+  background: var(--panel);
+  border-color: var(--accent);
+  color: var(--accent);
+}
+.big svg {
+  width: 38px;
+  height: 38px;
+}
+svg.solid,
 .big svg {
   fill: currentColor;
 }
@@ -79,9 +96,7 @@ button.text {
 .time {
   padding: 0 6px;
   font-variant-numeric: tabular-nums;
-  white-space: nowrap;
-  overflow: hidden;
-  text-overflow: ellipsis;
+  white-space: pre;
 }
 .live::before {
   content: "";

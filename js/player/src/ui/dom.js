@@ -25,8 +25,11 @@ export function icon(path) {
   svg.append(shape);
   return svg;
 }
-export function setIcon(button, path) {
-  button.querySelector("svg path").setAttribute("d", path);
+/** solid: filled, as play is everywhere. */
+export function setIcon(button, path, solid = false) {
+  const svg = button.querySelector("svg");
+  svg.querySelector("path").setAttribute("d", path);
+  svg.classList.toggle("solid", solid);
 }
 
 export function iconButton(label, path, click, properties = {}) {

@@ -79,18 +79,6 @@ canvas {
   place-items: center;
   pointer-events: none;
 }
-.big {
-  width: 76px;
-  height: 76px;
-  border-radius: 50%;
-  background: var(--panel);
-  border: 1px solid var(--line);
-  pointer-events: auto;
-}
-.big svg {
-  width: 38px;
-  height: 38px;
-}
 .spinner {
   width: 44px;
   height: 44px;
@@ -176,26 +164,6 @@ canvas {
   top: 12px;
   left: 12px;
   pointer-events: none;
-}
-@container (max-width: 760px) {
-  [data-wide="3"] {
-    display: none;
-  }
-}
-@container (max-width: 560px) {
-  [data-wide] {
-    display: none;
-  }
-  .controls {
-    padding: 8px;
-    padding-bottom: max(8px, env(safe-area-inset-bottom));
-  }
-  .row {
-    gap: 0;
-  }
-  .panel {
-    width: 100%;
-  }
 }
 @media (prefers-reduced-motion: reduce) {
   .controls {

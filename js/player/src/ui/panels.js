@@ -24,7 +24,7 @@ export class Panels {
     const heading = element("h2", { id }, title);
     const close = iconButton("Close", icons.close, () => this.toggle(name));
     const header = element("header", {}, heading, close);
-    const body = element("div", { class: "body", tabIndex: -1 }, content);
+    const body = element("div", { class: "body", tabIndex: 0 }, content);
     const node = element(
       "section",
       { class: `panel ${name}`, part: `panel ${name}`, role: "dialog", "aria-labelledby": id, hidden: true },

@@ -23,7 +23,9 @@ export class Scrubber {
       value: 0,
       disabled: true,
       oninput: () => this.#scrub(),
-      onchange: () => (this.#dragging = false),
+      onpointerdown: () => (this.#dragging = true),
+      onpointerup: () => (this.#dragging = false),
+      onpointercancel: () => (this.#dragging = false),
       onpointermove: (event) => this.#point(event),
       onpointerleave: () => (this.#tip.hidden = true),
     });
@@ -38,7 +40,6 @@ export class Scrubber {
   }
 
   #scrub() {
-    this.#dragging = true;
     this.#player.currentTime = Number(this.#input.value);
     this.update();
   }
@@ -64,8 +65,8 @@ export class Scrubber {
     const input = this.#input;
     const now = player.currentTime;
     input.disabled = player.seekable.length === 0;
-    Object.assign(input, { min: start, max: end });
-    if (!this.#dragging || !player.seeking) input.value = now;
+    // A slider that is changed while it is dragged lets go of the mouse.
+    if (!this.#dragging) Object.assign(input, { min: start, max: end, value: now });
     input.setAttribute("aria-valuetext", `${spokenTime(now)} of ${spokenTime(end)}`);
     place(this.#played, start, now);
     const { buffered, loopRange } = player;

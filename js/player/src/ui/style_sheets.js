@@ -2,12 +2,13 @@
 
 import { controls } from "./controls_style.js";
 import { layout } from "./layout_style.js";
+import { narrow } from "./narrow_style.js";
 import { theme } from "./theme.js";
 
 let sheets = null;
 
 export function styleSheets() {
-  sheets ??= [theme, layout, controls].map((text) => {
+  sheets ??= [theme, layout, controls, narrow].map((text) => {
     const sheet = new CSSStyleSheet();
     sheet.replaceSync(text);
     return sheet;

@@ -1,0 +1,34 @@
+// What is left out, and moves closer, where there is little room. It comes last: it takes back what the others say.
+
+export const narrow = `
+@container (max-width: 760px) {
+  [data-wide="3"] {
+    display: none;
+  }
+}
+@container (max-width: 560px) {
+  [data-wide] {
+    display: none;
+  }
+  .controls {
+    padding: 8px;
+    padding-bottom: max(8px, env(safe-area-inset-bottom));
+  }
+  .bar {
+    padding: 2px;
+  }
+  .row {
+    gap: 0;
+  }
+  .time {
+    padding: 0 2px;
+    font-size: 13px;
+  }
+  .total {
+    display: none;
+  }
+  .panel {
+    width: 100%;
+  }
+}
+`;

@@ -1,0 +1,415 @@
+// The element in Chromium and Firefox, as people use it: with mouse, fingers and keys. Pictures of it are kept in
+// FVV_ARTEFACTS (build/screens).
+
+import assert from "node:assert/strict";
+import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+import { after, before, describe, test } from "node:test";
+
+import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
+import { serveFolder, tool } from "../../testing/served.mjs";
+import { bundle } from "../../three/bundle.mjs";
+
+const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
+const FRAMES = 24;
+const DURATION = FRAMES / 25;
+
+const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+
+/** A small capture with camera and frame number in its pictures. */
+function makeClip(folder) {
+  const capture = join(folder, "capture");
+  tool(
+    "fvvsynth",
+    "-o",
+    capture,
+    "--rig",
+    "small",
+    "--cameras",
+    "4",
+    "--frames",
+    `${FRAMES}`,
+    "--size",
+    "240x160",
+    "--frame-numbers",
+  );
+  tool("fvvmux", capture, "-o", join(folder, "players.fvv"), "--group", "8", "--quality", "30", "--triangles", "6000");
+}
+
+let folder;
+before(async () => {
+  mkdirSync(screens, { recursive: true });
+  folder = mkdtempSync(join(tmpdir(), "fvv-clip-"));
+  makeClip(folder);
+});
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+for (const name of ["chromium", "firefox"])
+  describe(name, { skip: missingBrowser(name) }, () => {
+    let served, browser, page;
+
+    before(async () => {
+      served = await serveFolder();
+      await bundle(here("page.js"), [here("page.html"), here("page.css")], served.folder);
+      copyFileSync(here("../../node_modules/axe-core/axe.min.js"), join(served.folder, "axe.js"));
+      copyFileSync(join(folder, "players.fvv"), join(served.folder, "players.fvv"));
+      browser = await openBrowser(name);
+      page = await browser.newPage(`${served.url}page.html`, 720, 560);
+    });
+    after(async () => {
+      await browser?.close();
+      served?.close();
+    });
+
+    const ask = (expression, ...values) => page.evaluate(expression, ...values);
+    const until = (condition, ...values) => page.waitForFunction(condition, { timeout: 15000, polling: 50 }, ...values);
+    const events = () => ask(() => window.events.splice(0).filter((type) => type !== "camera-change"));
+    const screen = (what) => page.screenshot({ path: join(screens, `player-${name}-${what}.png`) });
+    /** A place in the shadow of the player, in pixels of the page. */
+    const boxOf = (selector) =>
+      ask((selector) => {
+        const node = window.player.shadowRoot.querySelector(selector);
+        node.scrollIntoView({ block: "nearest" });
+        const { x, y, width, height } = node.getBoundingClientRect();
+        return { x, y, width, height };
+      }, selector);
+    const click = async (selector) => {
+      const { x, y, width, height } = await boxOf(selector);
+      await page.mouse.click(x + width / 2, y + height / 2);
+    };
+    const control = (part) => `.bar [part~="${part}"]`;
+    const press = async (key) => {
+      await ask(() => window.player.shadowRoot.querySelector(".surface").focus());
+      await page.keyboard.press(key);
+    };
+    /** How many pixels have a colour: ground and grid have none. */
+    const colourful = () =>
+      ask(() => {
+        const { data } = window.player.readPixels();
+        let count = 0;
+        for (let i = 0; i < data.length; i += 4)
+          count += Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 40;
+        return count / (data.length / 4);
+      });
+    const orbit = () => ask(() => window.player.getCameraAttributes().cameraOrbit.split(" ").map(parseFloat));
+    const still = () => until(() => !window.player.isMoving);
+    const seekTo = async (frame) => {
+      await ask((frame) => {
+        window.player.pause();
+        window.player.currentFrame = frame;
+      }, frame);
+      await until((frame) => !window.player.seeking && window.player.currentFrame === frame, frame);
+    };
+
+    test("loads, tells of it in order, and shows the first frame", async () => {
+      await until(() => window.player.readyState === 4);
+      assert.deepEqual(await events(), [
+        "loadstart",
+        "durationchange",
+        "loadedmetadata",
+        "loadeddata",
+        "canplay",
+        "canplaythrough",
+      ]);
+      assert.ok(Math.abs((await ask(() => window.player.duration)) - DURATION) < 1e-6);
+      await until(() => window.player.stats.drawnFrames > 0);
+      const share = await colourful();
+      assert.ok(share > 0.02 && share < 0.6, `${share} of the picture is coloured`);
+      await screen("first");
+    });
+
+    test("plays, pauses, and then does nothing at all", async () => {
+      await ask(() => (window.player.playbackRate = 0.25));
+      await click(control("play"));
+      await until(() => window.player.currentTime > 0.15);
+      await click(control("play"));
+      assert.deepEqual(await events(), ["ratechange", "play", "playing", "pause"]);
+      await wait(400);
+      const now = () =>
+        ask(() => [window.player.currentTime, window.player.stats.drawnFrames, window.player.stats.contentFrames]);
+      const before = await now();
+      await wait(400);
+      assert.deepEqual(await now(), before);
+      assert.ok((await ask(() => window.player.stats.openVideoFrames)) <= 4);
+    });
+
+    test("plays to the end, and from the beginning again", async () => {
+      await ask(() => (window.player.playbackRate = 4));
+      await click(control("play"));
+      await until(() => window.player.ended);
+      assert.deepEqual((await events()).slice(-2), ["pause", "ended"]);
+      await ask(() => (window.player.playbackRate = 0.25));
+      await click(control("play"));
+      await until(() => !window.player.seeking && window.player.readyState === 4);
+      assert.ok((await ask(() => window.player.currentTime)) < 0.5 * DURATION);
+      assert.ok((await events()).includes("seeked"));
+      await ask(() => window.player.pause());
+    });
+
+    test("steps frame by frame, by button and by key", async () => {
+      await seekTo(10);
+      await events();
+      await click(control("step-forward"));
+      await until(() => window.player.currentFrame === 11);
+      await press(".");
+      await until(() => window.player.currentFrame === 12);
+      await click(control("step-back"));
+      await until(() => window.player.currentFrame === 11);
+      await press(",");
+      await until(() => window.player.currentFrame === 10 && !window.player.seeking);
+      assert.ok(Math.abs((await ask(() => window.player.currentTime)) - 0.4) < 1e-6);
+      const told = (await events()).filter((type) => /^seek/.test(type));
+      assert.deepEqual(told, Array(4).fill(["seeking", "seeked"]).flat());
+    });
+
+    test("scrubs with the mouse and with keys", async () => {
+      const { x, y, width, height } = await boxOf(".scrubber input");
+      await page.mouse.move(x + 0.2 * width, y + height / 2);
+      await page.mouse.down();
+      await page.mouse.move(x + 0.5 * width, y + height / 2, { steps: 5 });
+      await page.mouse.up();
+      await until(() => !window.player.seeking);
+      const time = await ask(() => window.player.currentTime);
+      assert.ok(Math.abs(time - DURATION / 2) < 0.05, `${time} s`);
+      assert.equal(await ask(() => window.player.currentFrame), Math.floor(time * 25 + 1e-6));
+      await press("Home");
+      await until(() => !window.player.seeking && window.player.currentFrame === 0);
+      await press("End");
+      await until((last) => !window.player.seeking && window.player.currentFrame === last, FRAMES - 1);
+    });
+
+    test("loops over a range", async () => {
+      await seekTo(4);
+      await press("i");
+      await seekTo(10);
+      await press("o");
+      const range = await ask(() => window.player.loopRange);
+      assert.ok(Math.abs(range.from - 0.16) < 1e-6 && Math.abs(range.to - 0.4) < 1e-6, JSON.stringify(range));
+      await ask(() => {
+        window.player.currentTime = 0.16;
+        window.player.playbackRate = 1;
+        window.times = [];
+        window.player.addEventListener("framechange", () => window.times.push(window.player.currentFrame));
+      });
+      await events();
+      await press("k");
+      await until(() => window.times.filter((frame, i, all) => i && frame < all[i - 1]).length >= 2);
+      await press("k");
+      const frames = await ask(() => window.times);
+      assert.ok(
+        frames.every((frame) => frame >= 4 && frame < 10),
+        `${frames}`,
+      );
+      assert.ok(!(await events()).includes("ended"));
+      await screen("loop");
+      await press("u");
+      assert.equal(await ask(() => window.player.loopRange), null);
+    });
+
+    test("turns by mouse, wheel and keys, while it is paused", async () => {
+      await seekTo(12);
+      const { x, y, width, height } = await boxOf(".surface");
+      const [theta, phi, radius] = await orbit();
+      await page.mouse.move(x + width / 2, y + height / 3);
+      await page.mouse.down();
+      await page.mouse.move(x + width / 2 + 0.25 * height, y + height / 3, { steps: 4 });
+      await page.mouse.up();
+      await still();
+      const turned = await orbit();
+      assert.ok(Math.abs(turned[0] - theta + 45) < 2, `${theta} to ${turned[0]} degrees`);
+      assert.ok(Math.abs(turned[1] - phi) < 1);
+      await page.mouse.wheel({ deltaY: -300 });
+      await still();
+      assert.ok((await orbit())[2] < 0.8 * radius);
+      await press("ArrowRight");
+      await still();
+      assert.ok((await orbit())[0] > turned[0] + 3);
+      await press("KeyW");
+      await still();
+      assert.equal(await ask(() => window.player.currentFrame), 12);
+      assert.ok((await colourful()) > 0.02);
+      await screen("turned");
+      await press("r");
+      await still();
+      assert.ok(Math.abs((await orbit())[0] - theta) < 0.1);
+    });
+
+    test("turns by one finger, comes nearer by two", async () => {
+      const { x, y, width, height } = await boxOf(".surface");
+      const [cx, cy] = [x + width / 2, y + height / 3];
+      const before = await orbit();
+      const finger = await page.touchscreen.touchStart(cx, cy);
+      for (let i = 1; i <= 4; i++) await finger.move(cx - 20 * i, cy);
+      await finger.end();
+      await still();
+      const turned = await orbit();
+      assert.ok(turned[0] > before[0] + 10, `${before[0]} to ${turned[0]} degrees`);
+      const left = await page.touchscreen.touchStart(cx - 30, cy);
+      const right = await page.touchscreen.touchStart(cx + 30, cy);
+      for (let i = 1; i <= 4; i++) {
+        await left.move(cx - 30 - 10 * i, cy);
+        await right.move(cx + 30 + 10 * i, cy);
+      }
+      await left.end();
+      await right.end();
+      await still();
+      const nearer = await orbit();
+      assert.ok(nearer[2] < 0.6 * turned[2], `${turned[2]} to ${nearer[2]} m`);
+    });
+
+    test("looks through a camera exactly", async () => {
+      await press("2");
+      await until(() => window.player.camera !== null && !window.player.isMoving);
+      const { pose, camera } = await ask(() => {
+        const { id, centre, rotation } = window.player.cameras[1];
+        return { pose: window.player.getPose(), camera: { id, centre, rotation } };
+      });
+      pose.eye.forEach((x, i) => assert.ok(Math.abs(x - camera.centre[i]) < 1e-9));
+      assert.equal(await ask(() => window.player.camera), camera.id);
+      await screen("camera");
+      await press("0");
+      await until(() => window.player.camera === null && !window.player.isMoving);
+    });
+
+    test("cameras are switched off, and shown in the scene", async () => {
+      const whole = await colourful();
+      await click(control("cameras"));
+      await until(() => !window.player.shadowRoot.querySelector(".panel.cameras").hidden);
+      const ids = await ask(() => window.player.cameras.map(({ id }) => id));
+      for (let i = 1; i <= ids.length; i++) await click(`.cameras li:nth-child(${i}) .switch input`);
+      assert.deepEqual(await ask(() => window.player.colourCameras), []);
+      await until(() => !window.player.isMoving);
+      assert.ok((await colourful()) < whole / 20);
+      await ask(() => {
+        window.player.colourCameras = null;
+        window.player.showCameras = "pictures";
+        window.player.setPose({ eye: [7, 5, 9], target: [0, 1, 0] });
+      });
+      await still();
+      await screen("cameras");
+      await page.keyboard.press("Escape");
+      assert.ok(await ask(() => window.player.shadowRoot.querySelector(".panel.cameras").hidden));
+      await ask(() => {
+        window.player.showCameras = "none";
+        return window.player.resetView();
+      });
+    });
+
+    test("view modes differ", async () => {
+      const seen = new Set();
+      for (const mode of ["textured", "weights", "visibility", "wireframe", "normals", "depth"]) {
+        await ask((mode) => (window.player.viewMode = mode), mode);
+        await still();
+        await wait(100);
+        seen.add(
+          await ask(() => {
+            let sum = 0;
+            for (const [i, byte] of window.player.readPixels().data.entries()) sum = (sum * 31 + byte * (i % 7)) % 1e9;
+            return sum;
+          }),
+        );
+      }
+      assert.equal(seen.size, 6);
+      await ask(() => (window.player.viewMode = "textured"));
+    });
+
+    test("keys that are typed elsewhere stay there", async () => {
+      await page.focus("#name");
+      await page.keyboard.type("kf v.2");
+      assert.equal(await ask(() => document.getElementById("name").value), "kf v.2");
+      assert.deepEqual(await ask(() => [window.player.paused, window.player.viewMode, window.player.camera]), [
+        true,
+        "textured",
+        null,
+      ]);
+    });
+
+    test("a bookmark brings back the moment and the view", async () => {
+      await seekTo(15);
+      await ask(() => window.player.setPose({ eye: [3, 2, 4], target: [0, 1, 0] }));
+      await still();
+      const { url, pose } = await ask(async () => ({
+        url: await window.player.copyBookmark(),
+        pose: window.player.getPose(),
+      }));
+      assert.ok(url.includes("#fvv=t:0.6;eye:3,2,4"), url);
+      await page.reload();
+      await until(() => window.player?.readyState === 4 && !window.player.isMoving);
+      assert.equal(await ask(() => window.player.currentFrame), 15);
+      const again = await ask(() => window.player.getPose());
+      again.eye.forEach((x, i) => assert.ok(Math.abs(x - pose.eye[i]) < 2e-3, `${again.eye}`));
+      await ask(() => history.replaceState(null, "", "#"));
+    });
+
+    /** What axe-core finds, as text. */
+    async function accessibility() {
+      if (!(await ask(() => "axe" in window))) await page.addScriptTag({ url: `${served.url}axe.js` });
+      const found = await ask(async () => (await window.axe.run(document)).violations);
+      return found.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(" ")).join(", ")}`);
+    }
+    const looks = [
+      ["light", {}, 900, 640],
+      ["dark", { theme: "dark" }, 900, 640],
+      ["phone", {}, 360, 640],
+      ["phone-dark", { theme: "dark" }, 360, 640],
+    ];
+    for (const [what, attributes, width, height] of looks)
+      test(`nothing keeps anyone out: ${what}`, async () => {
+        await page.setViewport({ width, height });
+        await ask((theme) => window.player.setAttribute("theme", theme), attributes.theme ?? "light");
+        await ask(() => window.player.resetView());
+        await still();
+        await wait(250);
+        assert.deepEqual(await accessibility(), []);
+        await screen(what);
+        for (const panel of ["settings", "cameras", "help"]) {
+          if (panel === "help") await press("h");
+          else await click(control(panel));
+          await until((panel) => !window.player.shadowRoot.querySelector(`.panel.${panel}`).hidden, panel);
+          await wait(150);
+          assert.deepEqual(await accessibility(), [], panel);
+          await screen(`${what}-${panel}`);
+        }
+        await page.keyboard.press("Escape");
+        const small = await ask(() =>
+          [...window.player.shadowRoot.querySelectorAll("button, select, .switch, .chip")]
+            .map((node) => ({ name: node.ariaLabel || node.textContent, ...node.getBoundingClientRect().toJSON() }))
+            .filter(({ width, height }) => width > 0 && (height < 40 || width < 40))
+            .map(({ name }) => name),
+        );
+        assert.deepEqual(small, []);
+        const beyond = await ask(() => {
+          const right = window.player.getBoundingClientRect().right;
+          return [...window.player.shadowRoot.querySelectorAll(".bar *")]
+            .filter((node) => {
+              const box = node.getBoundingClientRect();
+              return box.width > 0 && box.right > right + 0.5;
+            })
+            .map((node) => `${node.localName}.${node.className}`);
+        });
+        assert.deepEqual(beyond, []);
+      });
+
+    test("says what is wrong with a source, and takes another one", async () => {
+      await page.setViewport({ width: 720, height: 560 });
+      await events();
+      await ask(() => (window.player.src = "absent.fvv"));
+      await until(() => window.player.error !== null);
+      assert.deepEqual(await events(), ["abort", "emptied", "loadstart", "error"]);
+      assert.equal(await ask(() => window.player.error.code), 4);
+      await screen("error");
+      // The browser tells of what is not there.
+      assert.equal(browser.troubles.filter((text) => !/404|absent/.test(text)).length, 0, `${browser.troubles}`);
+      browser.troubles.splice(0);
+      await ask(async () => {
+        window.player.srcObject = await (await fetch("players.fvv")).blob();
+      });
+      await until(() => window.player.readyState === 4);
+      assert.equal(await ask(() => window.player.buffered.end(0)), DURATION);
+    });
+
+    test("nobody complained, also not the content policy", () => assert.deepEqual(browser.troubles, []));
+  });
