@@ -231,6 +231,19 @@ test("showing that takes too long drops frames and keeps the time", async () => 
   assert.ok(world.mostOpen <= 2, `${world.mostOpen} open`);
 });
 
+test("frames that are dropped are a part of the stream, and the last one is shown", async () => {
+  const { world, media } = await ready();
+  world.showMs = 90;
+  media.playbackRate = 4;
+  media.play();
+  await world.run(1000);
+  assert.equal(media.ended, true);
+  assert.ok(media.meter.framesDropped > 20);
+  assert.equal(world.numbers().at(-1), 49);
+  assert.equal(media.duration, 2);
+  assert.equal(media.seekable.end(0), 2);
+});
+
 test("decoding that takes too long leaps over groups and keeps the time", async () => {
   const { world, media } = await ready({ count: 400 });
   world.decodeMs = 80;

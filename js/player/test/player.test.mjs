@@ -372,8 +372,8 @@ for (const name of ["chromium", "firefox"])
           await wait(150);
           assert.deepEqual(await accessibility(), [], panel);
           await screen(`${what}-${panel}`);
+          await page.keyboard.press("Escape");
         }
-        await page.keyboard.press("Escape");
         const small = await ask(() =>
           [...window.player.shadowRoot.querySelectorAll("button, select, .switch, .chip")]
             .map((node) => ({ name: node.ariaLabel || node.textContent, ...node.getBoundingClientRect().toJSON() }))

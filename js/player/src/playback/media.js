@@ -63,7 +63,8 @@ export class Media extends Announcer {
     if (former === NETWORK.LOADING || former === NETWORK.IDLE) this.announce("abort");
     if (former !== NETWORK.EMPTY) {
       this.announce("emptied");
-      if (!this.paused) this.paused = true;
+      this.paused = true;
+      this.#range = null;
     }
     this.#plays.break("AbortError", "another source was set");
     Object.assign(this, { error: null, seeking: false, atEnd: false, duration: NaN, frame: null, live });
@@ -185,7 +186,7 @@ export class Media extends Announcer {
   }
 
   get ended() {
-    return this.atEnd && !this.loop;
+    return this.atEnd && !this.#loop;
   }
   get running() {
     return !this.paused && !this.ended && !this.#suspended && this.#playout !== null;
@@ -273,7 +274,6 @@ export class Media extends Announcer {
     this.announce("timeupdate", "seeked");
     this.#run();
   }
-
   get currentTime() {
     return this.#playout ? this.#playout.position : (this.#startAt?.seconds ?? 0);
   }

@@ -112,8 +112,7 @@ export class Playout {
     return this.range !== null && (!this.shown || this.shown.seconds < this.range.to - EPSILON);
   }
   get #wrapAt() {
-    const last = this.shown.seconds + this.shown.duration;
-    return this.#inRange ? Math.min(this.range.to, Math.max(last, this.start)) : Math.min(this.end, last);
+    return this.#inRange ? Math.min(this.range.to, this.#taken) : Math.min(this.end, this.#taken);
   }
   get #wraps() {
     return this.decoder.seekable && (this.loop || this.range !== null);
@@ -193,7 +192,7 @@ export class Playout {
     if (frame) return this.#playNext(frame);
     if (ended) {
       // Where there is no index, the end is known when it comes.
-      this.end = Math.min(this.end, this.shown.seconds + this.shown.duration);
+      this.end = Math.min(this.end, Math.max(this.#taken, this.#groups.at(-1)?.end ?? 0));
       if (this.#clock.position >= this.end - EPSILON) this.#finish();
     } else if (this.#missing) this.#stall();
   }
@@ -216,7 +215,8 @@ export class Playout {
     if (frame.seconds < this.shown.seconds) this.#clock.position = frame.seconds;
     const { position, rate } = this.#clock;
     // Where decoding is what takes long, a frame that is not shown makes no other one come sooner.
-    const spared = this.#supply.waited * rate < 1000 * frame.duration;
+    const last = frame.number + 1 === this.decoder.frameCount;
+    const spared = !last && this.#supply.waited * rate < 1000 * frame.duration;
     const due = whatIsDue(frame, position, rate, spared ? this.#now() - this.#shownAt : Infinity);
     if (due === "show") this.#present();
     if (due === "drop") {

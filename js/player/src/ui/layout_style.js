@@ -6,7 +6,6 @@ export const layout = `
   position: relative;
   width: 100%;
   aspect-ratio: 16 / 9;
-  min-height: 180px;
   overflow: hidden;
   container-type: inline-size;
   background: var(--ground);
@@ -67,6 +66,9 @@ canvas,
 }
 canvas {
   display: block;
+}
+canvas.empty {
+  visibility: hidden;
 }
 .poster {
   object-fit: cover;

@@ -1,13 +1,18 @@
 // What is left out, and moves closer, where there is little room. It comes last: it takes back what the others say.
 
 export const narrow = `
+@media (max-width: 560px) {
+  :host {
+    aspect-ratio: 1;
+  }
+}
 @container (max-width: 760px) {
-  [data-wide="3"] {
+  .row [data-wide="3"] {
     display: none;
   }
 }
 @container (max-width: 560px) {
-  [data-wide] {
+  .row [data-wide] {
     display: none;
   }
   .controls {
@@ -26,6 +31,11 @@ export const narrow = `
   }
   .total {
     display: none;
+  }
+  .panels {
+    position: absolute;
+    inset: 8px;
+    z-index: 1;
   }
   .panel {
     width: 100%;
