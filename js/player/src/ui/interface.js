@@ -18,6 +18,7 @@ const IDLE = 2600;
 const PATIENCE = 350;
 const NOTICE = 1800;
 const STATS = 500;
+const AGEING = 1000;
 const EVENTS =
   "play pause playing waiting seeking seeked timeupdate ended ratechange loadstart loadedmetadata canplay emptied error " +
   "progress durationchange framechange volumechange camera-change optionschange";
@@ -43,6 +44,7 @@ export class Interface {
   #noticing = null;
   #polling = null;
   #updating = false;
+  #ageing = null;
 
   /** root: of the shadow; stage: what the controls lie over. */
   constructor(player, root, surface, navigator, signal) {
@@ -152,10 +154,16 @@ export class Interface {
 
   update() {
     const player = this.#player;
-    const { controls, error, paused, readyState, src } = player;
+    const { controls, error, paused, readyState } = player;
+    // What is live goes on while one stands still.
+    if (player.live && !error) this.#ageing ??= setInterval(() => this.#soon(), AGEING);
+    else {
+      clearInterval(this.#ageing);
+      this.#ageing = null;
+    }
     this.#controls.hidden = !controls;
     this.#big.hidden = !controls || !paused || error !== null || player.hasPlayed || readyState < 2;
-    const waits = error === null && src && (readyState < 3 || player.seeking) && !player.ended;
+    const waits = error === null && player.networkState !== 0 && (readyState < 3 || player.seeking) && !player.ended;
     if (!waits) {
       clearTimeout(this.#waiting);
       this.#waiting = null;
@@ -181,5 +189,6 @@ export class Interface {
   #close() {
     for (const timer of [this.#idle, this.#waiting, this.#noticing]) clearTimeout(timer);
     clearInterval(this.#polling);
+    clearInterval(this.#ageing);
   }
 }
