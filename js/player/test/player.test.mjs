@@ -11,6 +11,7 @@ import { after, before, describe, test } from "node:test";
 import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
 import { serveFolder, tool } from "../../testing/served.mjs";
 import { bundle } from "../../three/bundle.mjs";
+import { handsOn } from "./hands.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
@@ -64,45 +65,8 @@ for (const name of ["chromium", "firefox"])
       served?.close();
     });
 
-    const ask = (expression, ...values) => page.evaluate(expression, ...values);
-    const until = (condition, ...values) => page.waitForFunction(condition, { timeout: 15000, polling: 50 }, ...values);
-    const events = () => ask(() => window.events.splice(0).filter((type) => type !== "camera-change"));
-    const screen = (what) => page.screenshot({ path: join(screens, `player-${name}-${what}.png`) });
-    /** A place in the shadow of the player, in pixels of the page. */
-    const boxOf = (selector) =>
-      ask((selector) => {
-        const node = window.player.shadowRoot.querySelector(selector);
-        node.scrollIntoView({ block: "nearest" });
-        const { x, y, width, height } = node.getBoundingClientRect();
-        return { x, y, width, height };
-      }, selector);
-    const click = async (selector) => {
-      const { x, y, width, height } = await boxOf(selector);
-      await page.mouse.click(x + width / 2, y + height / 2);
-    };
-    const control = (part) => `.bar [part~="${part}"]`;
-    const press = async (key) => {
-      await ask(() => window.player.shadowRoot.querySelector(".surface").focus());
-      await page.keyboard.press(key);
-    };
-    /** How many pixels have a colour: ground and grid have none. */
-    const colourful = () =>
-      ask(() => {
-        const { data } = window.player.readPixels();
-        let count = 0;
-        for (let i = 0; i < data.length; i += 4)
-          count += Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 40;
-        return count / (data.length / 4);
-      });
-    const orbit = () => ask(() => window.player.getCameraAttributes().cameraOrbit.split(" ").map(parseFloat));
-    const still = () => until(() => !window.player.isMoving);
-    const seekTo = async (frame) => {
-      await ask((frame) => {
-        window.player.pause();
-        window.player.currentFrame = frame;
-      }, frame);
-      await until((frame) => !window.player.seeking && window.player.currentFrame === frame, frame);
-    };
+    const hands = handsOn(() => page, screens, name);
+    const { ask, until, events, screen, boxOf, click, control, press, colourful, orbit, still, seekTo } = hands;
 
     test("loads, tells of it in order, and shows the first frame", async () => {
       await until(() => window.player.readyState === 4);
@@ -344,12 +308,6 @@ for (const name of ["chromium", "firefox"])
       await ask(() => history.replaceState(null, "", "#"));
     });
 
-    /** What axe-core finds, as text. */
-    async function accessibility() {
-      if (!(await ask(() => "axe" in window))) await page.addScriptTag({ url: `${served.url}axe.js` });
-      const found = await ask(async () => (await window.axe.run(document)).violations);
-      return found.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(" ")).join(", ")}`);
-    }
     const looks = [
       ["light", {}, 900, 640],
       ["dark", { theme: "dark" }, 900, 640],
@@ -363,14 +321,14 @@ for (const name of ["chromium", "firefox"])
         await ask(() => window.player.resetView());
         await still();
         await wait(250);
-        assert.deepEqual(await accessibility(), []);
+        assert.deepEqual(await hands.accessibility(), []);
         await screen(what);
         for (const panel of ["settings", "cameras", "help"]) {
           if (panel === "help") await press("h");
           else await click(control(panel));
           await until((panel) => !window.player.shadowRoot.querySelector(`.panel.${panel}`).hidden, panel);
           await wait(150);
-          assert.deepEqual(await accessibility(), [], panel);
+          assert.deepEqual(await hands.accessibility(), [], panel);
           await screen(`${what}-${panel}`);
           await page.keyboard.press("Escape");
         }
