@@ -24,7 +24,7 @@ from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
 import wd2_human20  # noqa: E402
-from real_capture import DATA, TOOLS, read_ply, write_capture  # noqa: E402
+from real_capture import DATA, TOOLS, read_ply  # noqa: E402
 
 WORK = pathlib.Path(__file__).resolve().parent.parent / "build/bench/wd2"
 NEAREST = 7
@@ -92,14 +92,6 @@ def compare(root, camera, stream, sources, way):
     return psnr, ssim(*pictures, mask), mask.sum() / silhouette.sum(), drawn["share_by_cameras"][0]
 
 
-def turned_over(source, path):
-    """The capture's mesh has its faces wound clockwise: all turned, as OBJ."""
-    positions, faces = read_ply(source)
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in positions.tolist()]
-    lines += [f"f {c + 1} {b + 1} {a + 1}" for a, b, c in faces.tolist()]
-    path.write_text("\n".join(lines) + "\n")
-
-
 def cells_of(row):
     return "".join(f"{cell[0]:8.2f}" for cell in row) + "".join(f"{cell[1]:8.4f}" for cell in row)
 
@@ -128,11 +120,7 @@ def capture():
     if not root.exists():
         print(f"wd2: skipped: no wd2_human20 under FVV_DATA={os.path.relpath(DATA)}")
         return None
-    description, _ = wd2_human20.describe(root)
-    WORK.mkdir(parents=True, exist_ok=True)
-    description["meshes"] = {"pattern": "mesh_%04d.obj"}
-    turned_over(root / wd2_human20.MESH, WORK / "mesh_0020.obj")
-    return write_capture(WORK, description)
+    return wd2_human20.turned_capture(root, WORK)
 
 
 def measure():

@@ -10,6 +10,7 @@ import real_capture as real
 FRAMES = 30  # of 100, at 60 a second
 QUALITY = 40.0
 SCALE = 0.25  # all sizes are multiples of 4
+CALIBRATION = "calibration/Calib.qca.txt"
 
 
 def cameras(path):
@@ -44,10 +45,9 @@ def project(matrix, lens, rotation, translation, points):
     return np.column_stack([u, v]) @ matrix[:2, :2].T + matrix[:2, 2]
 
 
-def main():
-    root = real.data("pose2sim_4cam") / "Demo_SinglePerson"
-    calibration = root / "calibration/Calib.qca.txt"
-    folder = real.WORK / "pose2sim_4cam"
+def describe(root, folder):
+    """The path of the capture, written by fvvimport."""
+    calibration = root / CALIBRATION
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "capture.json"
     real.tool(
@@ -59,6 +59,12 @@ def main():
         # Two videos lack the last 8 of the 1088 columns that were calibrated.
         camera["width"] = 1080
     path.write_text(json.dumps(description, indent=1))
+    return path
+
+
+def main():
+    root = real.data("pose2sim_4cam") / "Demo_SinglePerson"
+    path = describe(root, real.WORK / "pose2sim_4cam")
     frames = ["--frames", f"0-{FRAMES - 1}"]  # so that the pictures behind them are no surprise
     summary, _, out = real.round_trip(path, "--quality", f"{QUALITY:g}dB", "--scale", SCALE, *frames)
     real.contact_sheet(path)
@@ -69,7 +75,7 @@ def main():
         real.figure(f"{name}: largest offset, seconds", source["largest_offset"], 0.25 / 60)
     real.figure("PSNR that was verified, dB", summary["verified"]["psnr"], QUALITY - 0.3, at_most=False)
 
-    source = cameras(calibration)
+    source = cameras(root / CALIBRATION)
     written = json.loads((out / "capture.json").read_text())["cameras"]
     real.figure("cameras", len(written), len(source), at_most=False)
     # Points of the room in front of all cameras: where their axes meet.

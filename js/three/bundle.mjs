@@ -9,11 +9,12 @@ import { build } from "esbuild";
 const here = dirname(fileURLToPath(import.meta.url));
 const decoder = join(here, "../decoder/dist");
 
-/** script: of the page; files: what lies beside it as it is. The worker is a script of its own, and shares chunks. */
-export async function bundle(script, files, out) {
+/** scripts: one or several, of pages; files: what lies beside them as it is. The worker is a script of its own, and shares chunks. */
+export async function bundle(scripts, files, out) {
+  const pages = [scripts].flat().map((script) => [basename(script, ".js"), script]);
   mkdirSync(out, { recursive: true });
   await build({
-    entryPoints: { [basename(script, ".js")]: script, worker: join(decoder, "worker.js") },
+    entryPoints: { ...Object.fromEntries(pages), worker: join(decoder, "worker.js") },
     bundle: true,
     format: "esm",
     splitting: true,

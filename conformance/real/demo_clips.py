@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Clips of real captures for the demo's page: demo_clips.py FOLDER. Captures that are absent are passed over.
+
+A clip that is younger than what makes it is not made again.
+"""
+
+import pathlib
+import sys
+
+import pose2sim_4cam
+import real_capture as real
+import wd2_human20
+
+MUXER = real.TOOLS / "fvvmux/fvvmux"
+
+
+def wd2(root, folder):
+    # Faces as they come are wound clockwise: nothing of them would be seen.
+    return [wd2_human20.turned_capture(root, folder), "--scale", "0.5"]
+
+
+def pose2sim(root, folder):
+    capture = pose2sim_4cam.describe(root / "Demo_SinglePerson", folder)
+    return [capture, "--frames", f"0-{pose2sim_4cam.FRAMES - 1}", "--scale", pose2sim_4cam.SCALE]
+
+
+CLIPS = {
+    "wd2_human20": (wd2, wd2_human20),
+    "pose2sim_4cam": (pose2sim, pose2sim_4cam),
+}
+
+
+def is_current(clip, makers):
+    return clip.exists() and all(
+        clip.stat().st_mtime > pathlib.Path(maker).stat().st_mtime for maker in makers
+    )
+
+
+def main():
+    out = pathlib.Path(sys.argv[1]).resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    for name, (prepare, module) in CLIPS.items():
+        root, clip = real.DATA / name, out / f"{name}.fvv"
+        if not root.exists() or is_current(clip, [MUXER, __file__, module.__file__]):
+            continue
+        command = prepare(root, real.WORK / "demo" / name)
+        real.tool("fvvmux", *command, "-o", clip, "--force")
+
+
+if __name__ == "__main__":
+    main()

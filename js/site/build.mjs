@@ -1,0 +1,77 @@
+// Builds the demo site into a folder that fvvserve serves: pages, scripts, clips and what is told of them.
+// usage: node build.mjs FOLDER FVVINFO CLIP.fvv ... (the first clip is the one that pages embed)
+
+import { execFileSync } from "node:child_process";
+import { copyFileSync, linkSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { basename, join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+
+import { bundle, bundleExample } from "../three/bundle.mjs";
+import { factsOf } from "./clip_facts.mjs";
+import { FIVE_LINES } from "./five_lines.mjs";
+import { frame } from "./frame.mjs";
+import { icon } from "./icon.mjs";
+import { writeSpecification } from "./specification.mjs";
+
+const source = (name) => fileURLToPath(new URL(`src/${name}`, import.meta.url));
+
+/** A hard link where that goes: clips are large. */
+function bring(from, to) {
+  rmSync(to, { force: true });
+  try {
+    linkSync(from, to);
+  } catch {
+    copyFileSync(from, to);
+  }
+}
+
+function writePages(out) {
+  const pages = [
+    { page: "", file: "index.html", script: "index.js", title: "fvv: free-viewpoint video" },
+    { page: "embed.html", file: "embed.html", script: "embed.js", title: "Embed the player: fvv" },
+  ];
+  for (const { file, ...about } of pages)
+    writeFileSync(join(out, file), frame({ ...about, content: readFileSync(source(file), "utf8") }));
+  writeFileSync(join(out, "five-lines.html"), FIVE_LINES);
+  copyFileSync(source("site.css"), join(out, "site.css"));
+  writeFileSync(join(out, "favicon.ico"), icon());
+  writeSpecification(join(out, "spec"), (name, title, content) =>
+    frame({ page: `spec/${name}.html`, script: "theme.js", title, content, kind: "markdown" }),
+  );
+}
+
+/** inspect(path): what fvvinfo --json says of a file. */
+export async function buildSite(out, inspect, clips) {
+  mkdirSync(join(out, "clips"), { recursive: true });
+  await bundle(
+    ["index.js", "embed.js", "player.js", "theme.js"].map((name) => source(name)),
+    [],
+    out,
+  );
+  await bundleExample(join(out, "three"));
+  writePages(out);
+  for (const clip of clips) bring(clip, join(out, "clips", basename(clip)));
+  // The page of three.js looks beside itself.
+  bring(clips[0], join(out, "three/players.fvv"));
+  writeFileSync(
+    join(out, "clips.json"),
+    JSON.stringify(
+      clips.map((clip) => factsOf(clip, inspect(clip))),
+      null,
+      1,
+    ),
+  );
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  const [out, fvvinfo, ...clips] = process.argv.slice(2);
+  if (!clips.length) {
+    console.error("usage: node build.mjs FOLDER FVVINFO CLIP.fvv ...");
+    process.exit(2);
+  }
+  await buildSite(
+    resolve(out),
+    (path) => JSON.parse(execFileSync(fvvinfo, ["--json", path], { encoding: "utf8" })).files[0],
+    clips.map((clip) => resolve(clip)),
+  );
+}

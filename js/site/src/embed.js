@@ -1,0 +1,15 @@
+// The page that shows how to embed: its listing is the very page that it links.
+
+import "@fvv/player";
+
+import "./theme.js";
+
+const copy = document.getElementById("copy");
+const response = await fetch("five-lines.html");
+const lines = (await response.text()).trimEnd();
+document.getElementById("lines").textContent = lines;
+copy.addEventListener("click", async () => {
+  await navigator.clipboard.writeText(lines);
+  copy.textContent = "Copied";
+  setTimeout(() => (copy.textContent = "Copy"), 2000);
+});
