@@ -25,10 +25,17 @@ export const compileCore = () => compileOnce("core", () => import("./core.wasm.j
 export const compileProjection = () => compileOnce("projection", () => import("./projection.wasm.js"));
 export const compileBackground = () => compileOnce("background", () => import("./background.wasm.js"));
 
+/** (func (drop (v128.const 0))): engines without vectors refuse it. */
+const withVectors = Uint8Array.of(
+  ...[0, 97, 115, 109, 1, 0, 0, 0, 1, 4, 1, 96, 0, 0, 3, 2, 1, 0],
+  ...[10, 23, 1, 21, 0, 253, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 26, 11],
+);
+const hasVectors = () => WebAssembly.validate(withVectors);
+
 // Bundlers have to see each name.
 const codecs = {
   draco: () => import("./draco.wasm.js"),
-  fast: () => import("./fast.wasm.js"),
+  fast: () => (hasVectors() ? import("./fast_simd.wasm.js") : import("./fast.wasm.js")),
   openexr: () => import("./openexr.wasm.js"),
 };
 export const compileCodec = (name) => compileOnce(name, codecs[name]);

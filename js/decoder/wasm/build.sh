@@ -29,9 +29,9 @@ finish() { # module
 }
 
 features=(--enable-exception-handling --enable-mutable-globals --enable-bulk-memory --enable-sign-ext
-  --enable-nontrapping-float-to-int)
+  --enable-nontrapping-float-to-int --enable-simd)
 mkdir -p "$here/../dist"
-for module in core projection background draco fast openexr; do
+for module in core projection background draco fast fast_simd openexr; do
   finish "fvv_$module"
   node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done
