@@ -137,9 +137,9 @@ static int has_chunk_of(const fvvjs_frame *frame, uint16_t track) {
   return 0;
 }
 
-/* Whether nothing more can belong to the frame that comes in: a chunk of every track is there, and no track has
- * two at one time (clause 6.2). So it need not wait for the first chunk of the next frame. Environments come at few
- * times: with them it waits. */
+/* Whether nothing more can belong to the frame that comes in: a chunk of every track is there, and no track
+ * has two at one time (clause 6.2). So it need not wait for the first chunk of the next frame. Environments
+ * come at few times: with them it waits. */
 static int is_complete(const fvvjs_decoder *d) {
   const fvv_configuration *c = d->configuration;
   const size_t chunks = d->incoming.chunks.size / sizeof(fvvjs_chunk);
