@@ -182,6 +182,21 @@ TEST_CASE(
   CHECK(back.cameras[2].per_frame.size() == 5);
 }
 
+TEST_CASE("cameras that are not calibrated in the first frame have neighbours and a share of pixels") {
+  const Folder folder;
+  capture::Capture source = moving_capture(folder);
+  source.cameras[1].per_frame.erase(0);
+  source.cameras[1].lost.insert(0);
+  capture::write_capture(source, source.path);
+  mux::Options options = options_for(folder);
+  options.crop = mux::Crop::automatic;
+  options.video_tracks = 2;
+  CHECK(mux::make_plan(options).tile_track_count() == 2);
+  options.video_tracks = 1;
+  options.video_pixels = 6000;
+  CHECK(mux::make_plan(options).tile_track_count() == 1);
+}
+
 TEST_CASE("frames in which a camera lost its calibration are frames without it, there and back") {
   const Folder folder;
   capture::Capture source = moving_capture(folder);

@@ -1,5 +1,7 @@
 #include "fvvmux/neighbours.h"
 
+#include "fvvmux/moving.h"
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>
@@ -41,7 +43,7 @@ std::vector<std::vector<size_t>> neighbours(const capture::Capture &capture,
   std::vector<std::vector<size_t>> sets;
   for (const size_t index : cameras) {
     sets.push_back({seen.size()});
-    seen.push_back(capture.cameras[index].calibration_at(capture.frames.first));
+    seen.push_back(described(capture, capture.cameras[index]));
   }
   const auto between = [&](const std::vector<size_t> &a, const std::vector<size_t> &b) {
     Apart most;

@@ -1,5 +1,7 @@
 #include "fvvmux/tile_scale.h"
 
+#include "fvvmux/moving.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -22,8 +24,7 @@ double mean_area(const std::vector<std::vector<Silhouette>> &boxes, size_t camer
 std::vector<double> usefulness(const capture::Capture &capture, const std::vector<size_t> &cameras,
                                const std::vector<std::vector<Silhouette>> &boxes) {
   std::vector<fvv_camera> seen;
-  for (const size_t index : cameras)
-    seen.push_back(capture.cameras[index].calibration_at(capture.frames.first));
+  for (const size_t index : cameras) seen.push_back(described(capture, capture.cameras[index]));
   std::vector<double> out;
   double sum = 0;
   for (size_t k = 0; k < seen.size(); k++) {

@@ -10,7 +10,7 @@ namespace fvv::mux {
 // mean over the groups, divided by how many cameras look from where it does. That is the sum, over all
 // cameras, itself included, of the squared cosine of the angle between the directions in which they look, or
 // 0 beyond a right angle. A camera that is farther away, or one of three side by side, is worth less. Cameras
-// that move count as they are in the first frame.
+// that move count as they are in the first frame in which they are calibrated.
 std::vector<double> usefulness(const capture::Capture &capture, const std::vector<size_t> &cameras,
                                const std::vector<std::vector<Silhouette>> &boxes);
 
