@@ -6,7 +6,8 @@ import { after, test } from "node:test";
 
 import { FvvError, camerasFor, createDecoder } from "../dist/index.js";
 import { damaged } from "./damage.mjs";
-import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames } from "./native.mjs";
+import { joinStreams } from "./join_streams.mjs";
+import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 
 const { clips, done } = makeClips("tracks", "neighbours");
@@ -241,6 +242,38 @@ test("damage: of what is fetched a gap, of what is left out nothing", async () =
     decoder.close();
     host.close();
   }
+});
+
+test("a configuration that changes: tracks are selected anew", async () => {
+  const path = `${clips.tracks}.changing`;
+  writeFileSync(path, joinStreams(readFileSync(clips.neighbours), readFileSync(clips.tracks), 1));
+  tool("fvvinfo", "--check", path);
+  const whole = nativeFrames(path);
+  const host = await serve({ changing: path });
+  const eye = [3, 1, 0.5];
+  for (const start of [0, 1, 2, 4]) {
+    const before = host.requests.length;
+    const decoder = await createDecoder({ source: `${host.url}/range/changing`, shares: true, look: { eye, target: [0, 1, 0] }, queue: 1 }); // prettier-ignore
+    const said = listen(decoder);
+    if (start) await decoder.seek({ frame: start });
+    const frames = await play(decoder);
+    assert.deepEqual(
+      frames.map(({ hashes }) => hashes),
+      whole.slice(start).map((hashes, i) => without(hashes, frames[i].tracks ?? all)),
+    );
+    assert.deepEqual(said.filter(({ type }) => type === "corrupt" || type === "gap"), []); // prettier-ignore
+    const told = said.filter(({ type }) => type === "configuration").map(({ detail }) => detail.videos.length);
+    assert.deepEqual(told, start < 2 ? [3, 5] : [5]);
+    const { videos } = decoder.configuration;
+    const shown = videos.filter(({ track }) => frames.at(-1).tracks.includes(track));
+    assert.ok(shown.length > 0 && shown.length < videos.length, `frame ${start}: ${shown.length} tracks`);
+    // The environment came with the first configuration and goes with it.
+    const backgrounds = said.filter(({ type }) => type === "background").map(({ detail }) => detail.length);
+    assert.deepEqual(backgrounds, start < 2 ? [1, 0] : []);
+    assert.ok(host.requests.length > before);
+    decoder.close();
+  }
+  host.close();
 });
 
 test("damage anywhere: no wrong frame, and whatever is thrown says what is wrong", async () => {
