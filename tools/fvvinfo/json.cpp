@@ -152,6 +152,14 @@ Json problems_json(const Report &report) {
   return out;
 }
 
+Json texturing_json(const fvv_texturing &t) {
+  return {{"threshold", t.threshold},
+          {"best", t.best},
+          {"unseen", {t.unseen[0], t.unseen[1], t.unseen[2]}},
+          {"depth_bias", t.depth_bias},
+          {"depth_slope", t.depth_slope}};
+}
+
 Json chunks_json(const Report &report) {
   Json out = Json::array();
   for (const auto &chunk : report.chunks) {
@@ -198,6 +206,7 @@ Json json(const Report &report) {
     out["scene"] = scene_json(c->scene);
     out["tracks"] = tracks_json(report, *c);
     out["cameras"] = cameras_json(*c);
+    if (c->has_texturing) out["texturing"] = texturing_json(c->texturing);
     out["metadata"] = Json::array();
     for (size_t i = 0; i < c->metadata_count; i++)
       out["metadata"].push_back(std::string(c->metadata[i].text, c->metadata[i].size));

@@ -75,6 +75,12 @@ std::string world(const fvv_scene &scene) {
          format(" from (%.4g, %.4g, %.4g)", o[0], o[1], o[2]);
 }
 
+std::string texturing(const fvv_texturing &t) {
+  return format(
+      "weights from %g, %u cameras at most, %u,%u,%u where none shows the mesh, depth maps %g px + %g",
+      t.threshold, t.best, t.unseen[0], t.unseen[1], t.unseen[2], t.depth_bias, t.depth_slope);
+}
+
 std::string video_text(const Report &report, const fvv_video_layout &video) {
   const auto &c = video.config;
   std::string out = codec_name(c.codec);
@@ -228,6 +234,7 @@ std::string text(const Report &report) {
   if (const fvv_configuration *c = report.configuration()) {
     out += row("Duration", duration(report, c->scene));
     out += row("World", world(c->scene));
+    if (c->has_texturing) out += row("Texturing", texturing(c->texturing));
     for (size_t i = 0; i < c->track_count; i++) {
       std::string kind = kind_name(c->tracks[i].kind);
       kind[0] = char(std::toupper(kind[0]));

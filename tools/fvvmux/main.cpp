@@ -70,7 +70,7 @@ struct Texts {
   std::optional<std::string> bit_depth, quality;
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
               video_pixels, video_size, video_tracks = "1", step, max_error, mesh_profile = "draco",
-              normals = "auto", frames, visibility = "auto";
+              normals = "auto", frames, visibility = "auto", texture_unseen;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -175,6 +175,17 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       "--visibility-smooth", options.visibility_smooth,
       "where a mesh has the faces of the one before, keep what a camera sees unless a good part of a face "
       "would be wrong: less flicker, fewer bytes, a little more error");
+  app.add_option(
+         "--texture-threshold", options.texture_threshold,
+         "tell players the least cosine between normal and ray for which they take a camera's colour; "
+         "bits of visibility are found for it. Players' default: 0.25")
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--texture-best", options.texture_best,
+                 "tell players how many cameras to mix at a place, at most. Players' default: 3")
+      ->check(CLI::Range(1, 255));
+  app.add_option("--texture-unseen", texts.texture_unseen,
+                 "tell players the colour of surface that no camera shows, R,G,B. Players' default: "
+                 "128,128,128");
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")
@@ -220,6 +231,8 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.video_tracks = mux::parse_video_tracks(texts.video_tracks);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);
   options.visibility = mux::parse_visibility(texts.visibility);
+  if (!texts.texture_unseen.empty())
+    options.texture_unseen = mux::parse_colour("--texture-unseen", texts.texture_unseen);
   options.normals = mux::parse_normals(texts.normals);
   if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
 }

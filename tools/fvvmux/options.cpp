@@ -192,6 +192,20 @@ Crop parse_crop(const std::string &text) {
   refuse("--crop", "auto or none", text);
 }
 
+std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text) {
+  std::array<uint8_t, 3> out = {};
+  size_t begin = 0;
+  for (size_t i = 0; i < 3; i++) {
+    const size_t end = i < 2 ? text.find(',', begin) : text.size();
+    int64_t value = 0;
+    if (end == text.npos || !whole_number(text.substr(begin, end - begin), 0, 255, value))
+      refuse(option, "R,G,B, each from 0 to 255", text);
+    out[i] = uint8_t(value);
+    begin = end + 1;
+  }
+  return out;
+}
+
 Visibility parse_visibility(const std::string &text) {
   if (text == "auto") return Visibility::automatic;
   if (text == "face") return Visibility::faces;

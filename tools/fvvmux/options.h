@@ -4,6 +4,7 @@
 
 #include "fvv/video.h"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -87,7 +88,11 @@ struct Options {
   Crop crop = Crop::automatic;
   Visibility visibility = Visibility::automatic;
   bool visibility_smooth = false;
-  bool undistort = false;     // pictures without lens
+  // What a player is to do with colours; written when anything of it is asked for.
+  std::optional<double> texture_threshold;              // least cosine
+  std::optional<uint32_t> texture_best;                 // cameras
+  std::optional<std::array<uint8_t, 3>> texture_unseen; // R, G, B
+  bool undistort = false;                               // pictures without lens
   double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
   bool environment = true;    // the capture's background, if it has one
   std::string segments;       // a folder to write besides; then capture may be a stream, and output is empty
@@ -116,6 +121,7 @@ TileSize parse_video_size(const std::string &text);              // "1920x1088"
 uint32_t parse_video_tracks(const std::string &text);            // "4", "camera"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "none"
+std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text); // "128,128,128"
 
 // Without an option: 42 dB, or lossless.
 Quality default_quality(uint32_t codec);

@@ -49,6 +49,7 @@ struct VisibilityChoice {
   bool open = false;   // whether it pays is found out by the first group
   bool smooth = false; // bits stay nearer to those of the frame before, if it has the same faces
   uint8_t domain = FVV_VISIBILITY_FACES, threshold = FVV_VISIBILITY_THRESHOLD;
+  double cosine = 0.25;        // for which places players use a camera
   std::vector<size_t> cameras; // indices in Capture::cameras
   std::string reason;
 };
@@ -102,6 +103,9 @@ struct VideoTrack {
     return groups.empty() ? tiling.tiles : groups[group];
   }
 };
+
+// What players are told of colours, or nothing.
+std::optional<fvv_texturing> texturing_of(const Options &options);
 
 class Geometry;          // geometry.h
 struct PackedBackground; // background.h

@@ -120,6 +120,7 @@ std::vector<CameraView> look(const fvv_mesh &mesh, const capture::Lattice &latti
   const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
   const render::RayCaster rays(surface);
   render::FitSettings settings;
+  settings.cosine = choice.cosine;
   settings.change = choice.smooth ? smooth_price : usual_price;
   const render::VisibilityFit fit(surface, rays, choice.domain, settings);
   const size_t elements = choice.domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;

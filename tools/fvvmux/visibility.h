@@ -39,7 +39,8 @@ struct CameraView {
 using States = std::map<uint16_t, std::vector<uint8_t>>;
 
 // mesh is as decoders have it, and so are cameras. One that is too far away for the lattice is left out.
-// former: of the frame before, if mesh has its faces; bits stay near to it, the more so when the choice says so.
+// former: of the frame before, if mesh has its faces; bits stay near to it, the more so when the choice says
+// so.
 std::vector<CameraView> look(const fvv_mesh &mesh, const capture::Lattice &lattice,
                              const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
                              const States &former);

@@ -16,11 +16,26 @@ constexpr double most_share = 0.1;
 
 } // namespace
 
+std::optional<fvv_texturing> texturing_of(const Options &options) {
+  if (!options.texture_threshold && !options.texture_best && !options.texture_unseen) return {};
+  fvv_texturing out;
+  fvv_texturing_default(&out);
+  if (options.texture_threshold) out.threshold = *options.texture_threshold;
+  if (options.texture_best) out.best = uint8_t(*options.texture_best);
+  if (options.texture_unseen) std::copy_n(options.texture_unseen->begin(), 3, out.unseen);
+  return out;
+}
+
 VisibilityChoice choose_visibility(const Options &options, const capture::Capture &capture,
                                    const Tiling &tiling) {
   VisibilityChoice choice;
   choice.cameras = tiling.cameras;
   choice.smooth = options.visibility_smooth;
+  if (options.texture_threshold) {
+    choice.cosine = *options.texture_threshold;
+    choice.threshold =
+        uint8_t(std::min(255.0, 256 * choice.cosine)); // rounded down: what may be used has bits
+  }
   const bool automatic = options.visibility == Visibility::automatic;
   // Whoever asks for bits may have pictures elsewhere.
   if (!automatic && choice.cameras.empty())

@@ -74,6 +74,7 @@ public:
   Frame load() {
     Frame out;
     out.up = configuration->scene.up_axis;
+    out.texturing = configuration->texturing;
     load_cameras(out);
     load_mesh(out);
     for (const demux::VideoViews &track : demux::views_of(*configuration, {}, nullptr))

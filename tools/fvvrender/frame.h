@@ -26,6 +26,7 @@ struct Frame {
   std::vector<fvv_camera> cameras;   // all of the stream, whole pictures; without names
   std::vector<Picture> pictures;     // in the order of the stream's tracks and tiles
   uint8_t up = 0;                    // FVV_UP_...
+  fvv_texturing texturing = {};      // as the stream says, else the defaults
   std::vector<render::Vec3> normals; // of vertices, where the stream sends some or has seams; else none
   std::vector<CameraShares> bits;
   std::vector<render::EnvironmentPart> environment; // empty: there is none

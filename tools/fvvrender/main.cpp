@@ -60,12 +60,11 @@ int main(int argc, char **argv) {
   app.add_option("--sources", sources, "cameras to take texture from, 0-9,25; default: all");
   app.add_option("--exclude", excluded, "cameras to leave out, in the same way");
   app.add_flag("--leave-one-out", options.leave_one_out, "take no texture from the camera of --camera");
-  app.add_option("--threshold", view.threshold, "least cosine between normal and ray to a camera")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  app.add_option("--best", view.best, "cameras that are blended at most")
-      ->check(CLI::Range(1u, render::max_best))
-      ->capture_default_str();
+  app.add_option("--threshold", options.threshold,
+                 "least cosine between normal and ray to a camera; default: the stream's, else 0.25")
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--best", options.best, "cameras that are blended at most; default: the stream's, else 3")
+      ->check(CLI::Range(1u, render::max_best));
   auto *visible_by =
       app.add_option("--visible-by", view.visibility,
                      "bits of the stream, of other cameras depth maps (default where the frame has bits); "
@@ -80,10 +79,12 @@ int main(int argc, char **argv) {
       ->delimiter(',')
       ->expected(3)
       ->type_name("R,G,B");
-  app.add_option("--unseen", unseen, "colour of what no camera shows; default grey, 128,128,128")
-      ->delimiter(',')
-      ->expected(3)
-      ->type_name("R,G,B");
+  auto *unseen_option =
+      app.add_option("--unseen", unseen,
+                     "colour of what no camera shows; default: the stream's, else grey, 128,128,128")
+          ->delimiter(',')
+          ->expected(3)
+          ->type_name("R,G,B");
   app.add_option("--depth", options.depth, "also write the depth, z in metres: .exr");
   app.add_option("--weights", options.weights, "also write each camera's weight: .exr");
   app.add_option("--visibility", options.visibility,
@@ -106,7 +107,7 @@ int main(int argc, char **argv) {
     if (sources) options.sources = demux::Selection::parse("--sources", *sources);
     if (excluded) options.excluded = demux::Selection::parse("--exclude", *excluded);
     view.background = colour_of("--background", background);
-    view.unseen = colour_of("--unseen", unseen);
+    if (*unseen_option) options.unseen = colour_of("--unseen", unseen);
     rendering::Result result;
     try {
       rendering::run(options, result);

@@ -67,6 +67,18 @@ render::Visibility visibility_of(const Options &options, const std::vector<rende
 
 // Whether the faces enclose a negative volume. Of open surfaces, which enclose none, the volume towards the
 // middle of their vertices counts, and only if it is no rounding error.
+// The user's wishes go before the stream's.
+render::ViewOptions textured(const Options &options, const fvv_texturing &said) {
+  render::ViewOptions view = options.view;
+  view.threshold = options.threshold.value_or(said.threshold);
+  view.best = options.best.value_or(std::min<uint32_t>(said.best, render::max_best));
+  view.unseen = options.unseen.value_or(
+      render::Vec3{said.unseen[0] / 255.0, said.unseen[1] / 255.0, said.unseen[2] / 255.0});
+  view.depth_test.bias = said.depth_bias;
+  view.depth_test.slope = said.depth_slope;
+  return view;
+}
+
 bool inside_out(const Frame &frame) {
   const auto at = [&](size_t vertex) {
     const float *p = &frame.positions[3 * vertex];
@@ -146,7 +158,7 @@ void run(const Options &options, Result &result) {
   for (const render::SourceView &source : sources) result.sources.push_back(source.camera.id);
   result.load = clock.lap();
 
-  render::ViewOptions view = options.view;
+  render::ViewOptions view = textured(options, frame.texturing);
   view.visibility = result.visibility = visibility_of(options, sources, result);
   if (view.visibility != render::Visibility::given) result.with_bits.clear();
   view.keep_visibility = !options.visibility.empty();

@@ -12,10 +12,14 @@ struct Options {
   std::string input, output;
   int64_t frame = 0;
   Target target;
-  demux::Selection sources;                     // of the stream's cameras, by identifier
-  std::optional<demux::Selection> excluded;     // of these
-  bool leave_one_out = false;                   // the camera that the picture is taken from is no source
-  render::ViewOptions view;                     // executor is set by run()
+  demux::Selection sources;                 // of the stream's cameras, by identifier
+  std::optional<demux::Selection> excluded; // of these
+  bool leave_one_out = false;               // the camera that the picture is taken from is no source
+  render::ViewOptions view; // executor, and what the stream says of texturing, are set by run()
+  // In place of what the stream says.
+  std::optional<double> threshold;
+  std::optional<uint32_t> best;
+  std::optional<render::Vec3> unseen;
   std::string depth, weights, visibility, mask; // files; empty: none
   bool force = false;
   uint32_t threads = 1;

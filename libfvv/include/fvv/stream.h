@@ -44,6 +44,8 @@ typedef struct fvv_configuration {
   size_t video_count;
   const fvv_text *metadata; /* JSON texts, clause 5.3; checked to be UTF-8 only */
   size_t metadata_count;
+  fvv_texturing texturing; /* defaults where the block says nothing */
+  int has_texturing;
 } fvv_configuration;
 
 /* NULL when there is none. */

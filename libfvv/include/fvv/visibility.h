@@ -114,6 +114,27 @@ FVV_API FVV_MUST_USE fvv_status fvv_visibility_decode(fvv_visibility_order *orde
 FVV_API void fvv_visibility_shares(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states,
                                    uint32_t *counts, uint8_t *shares);
 
+/* ---- texturing, clause 17.5 ------------------------------------------------------------------------- */
+
+/* How a player is meant to mix the colours of the cameras that show a place. */
+typedef struct fvv_texturing {
+  double threshold; /* least weight of a camera, 0 to 1 */
+  double depth_bias,
+      depth_slope;   /* tolerance of depth maps: pixels' breadths, and times what a pixel recedes */
+  uint8_t best;      /* most cameras at a place, > 0 */
+  uint8_t unseen[3]; /* R, G, B, display values where no camera shows the surface */
+} fvv_texturing;
+
+/* 0.25, 0.2, 0.5, 3, grey. */
+FVV_API void fvv_texturing_default(fvv_texturing *texturing);
+
+/* TEXR payload. Sizes as fvv_scene_encode. */
+FVV_API FVV_MUST_USE fvv_status fvv_texturing_encode(const fvv_texturing *texturing, uint8_t *out,
+                                                     size_t capacity, size_t *written,
+                                                     fvv_diagnostic *diagnostic);
+FVV_API FVV_MUST_USE fvv_status fvv_texturing_decode(fvv_texturing *texturing, const uint8_t *payload,
+                                                     size_t size, fvv_diagnostic *diagnostic);
+
 #ifdef __cplusplus
 }
 #endif

@@ -127,6 +127,15 @@ static fvv_status add_metadata(fvv_configuration_builder *b, const uint8_t *payl
   return fvv_bytes_append(&b->metadata, &text, sizeof text);
 }
 
+static fvv_status add_texturing(fvv_configuration_builder *b, const uint8_t *payload, size_t size,
+                                fvv_diagnostic *diagnostic) {
+  if (b->view.has_texturing)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TEXTURING_PAYLOAD, FVV_CHUNK_TEXTURING, 0,
+                    "the block has a second TEXR");
+  b->view.has_texturing = 1;
+  return fvv_texturing_decode(&b->view.texturing, payload, size, diagnostic);
+}
+
 static fvv_status add_chunk(fvv_configuration_builder *b, const fvv_chunk_header *header,
                             const uint8_t *payload, fvv_diagnostic *diagnostic) {
   const size_t size = (size_t)header->size;
@@ -145,6 +154,8 @@ static fvv_status add_chunk(fvv_configuration_builder *b, const fvv_chunk_header
     return add_video(b, header->track, payload, size, diagnostic);
   case FVV_CHUNK_TILES:
     return add_tiles(b, header->track, payload, size, diagnostic);
+  case FVV_CHUNK_TEXTURING:
+    return add_texturing(b, payload, size, diagnostic);
   case FVV_CHUNK_METADATA:
     return add_metadata(b, payload, size, diagnostic);
   default:
@@ -222,6 +233,7 @@ fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64
   view->video_count = COUNT(builder->videos, fvv_video_layout);
   view->metadata = (const fvv_text *)builder->metadata.data;
   view->metadata_count = COUNT(builder->metadata, fvv_text);
+  if (!view->has_texturing) fvv_texturing_default(&view->texturing);
   for (size_t i = 0; i < view->track_count; i++)
     if (view->tracks[i].kind == FVV_TRACK_VIDEO && !fvv_configuration_video(view, view->tracks[i].id))
       WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_TRACK, "video track %u has no VCFG", view->tracks[i].id);

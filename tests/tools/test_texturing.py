@@ -1,0 +1,79 @@
+"""Texturing that a file carries (TEXR): from fvvmux to fvvinfo and fvvrender."""
+
+import json
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+from PIL import Image
+
+TOOLS = pathlib.Path(os.environ["FVV_TOOLS_DIR"])
+POSE = ("--pose", "1.5,1.6,3.2,0,1,0", "--size", "240x135")
+
+
+def tool(name, *arguments, expected=0):
+    done = subprocess.run([TOOLS / name / name, *map(str, arguments)], capture_output=True, text=True)
+    assert done.returncode == expected, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """The same two frames of a generated scene, without a word of texturing and with all of it."""
+    folder = tmp_path_factory.mktemp("texturing")
+    tool(
+        "fvvsynth",
+        "-o",
+        folder / "capture",
+        "--rig",
+        "small",
+        "--cameras",
+        3,
+        "--frames",
+        2,
+        "--size",
+        "160x90",
+    )
+    out = folder / "plain.fvv", folder / "told.fvv"
+    options = ["--codec", "jpeg", "--quality", 85, "--max-error", 0.5]
+    tool("fvvmux", folder / "capture", "-o", out[0], *options)
+    told = ["--texture-threshold", 0.75, "--texture-best", 1, "--texture-unseen", "255,0,64"]
+    tool("fvvmux", folder / "capture", "-o", out[1], *options, *told)
+    return out
+
+
+def test_fvvinfo_shows_what_the_file_says(files):
+    plain, told = (json.loads(tool("fvvinfo", "--json", path))["files"][0] for path in files)
+    assert "texturing" not in plain
+    assert told["texturing"] == {
+        "threshold": 0.75, "best": 1, "unseen": [255, 0, 64], "depth_bias": 0.2, "depth_slope": 0.5
+    }  # fmt: skip
+    assert "weights from 0.75, 1 cameras at most, 255,0,64" in tool("fvvinfo", files[1])
+
+
+def test_fvvrender_draws_as_the_file_says(files, tmp_path):
+    options = "--threshold", 0.75, "--best", 1, "--unseen", "255,0,64", "--visible-by", "rays"
+    pictures = []
+    for number, arguments in enumerate([(files[0],), (files[0], *options), (files[1], "--visible-by", "rays"),
+                                        (files[1], "--unseen", "0,255,0", "--visible-by", "rays")]):  # fmt: skip
+        out = tmp_path / f"{number}.png"
+        tool("fvvrender", *arguments, "--no-environment", *POSE, "-o", out)
+        pictures.append(np.asarray(Image.open(out)).astype(int))
+    plain, asked, told, other = pictures
+    assert (asked == told).all()
+    unseen = (told == [255, 0, 64]).all(axis=2)
+    assert unseen.sum() > 200
+    assert not (plain == [255, 0, 64]).all(axis=2).any()
+    assert (other[unseen] == [0, 255, 0]).all()
+
+
+@pytest.mark.parametrize("bad", ["1,2", "1,2,256", "red", "1,2,3,4", "-1,2,3"])
+def test_a_colour_that_is_none_is_refused(files, tmp_path, bad):
+    capture = files[0].parent / "capture"
+    done = subprocess.run(
+        [TOOLS / "fvvmux/fvvmux", capture, "-o", tmp_path / "x.fvv", f"--texture-unseen={bad}"],
+        capture_output=True, text=True)  # fmt: skip
+    assert done.returncode == 2
+    assert "--texture-unseen" in done.stderr
