@@ -121,11 +121,32 @@ def visibility():
         "vertex.": (*hulls, "--keep-geometry", "--visibility", "vertex"),
         "decimated.": (*hulls, "--max-error", 0.3, "--visibility", "face"),
     }
+    moving = WORK / "moving-seven"
+    if not (moving / "capture.json").exists():
+        tool(
+            "fvvsynth",
+            "-o",
+            moving,
+            "--rig",
+            "small",
+            "--meshes",
+            "tracked",
+            "--cameras",
+            7,
+            "--frames",
+            12,
+            "--force",
+        )
+    tracked = moving, "--no-pictures", "--step", "1mm", "--keep-geometry", "--visibility", "face"
+    rows |= {"tracked.": tracked, "smooth.": (*tracked, "--visibility-smooth")}
     wd2 = leave_one_out.capture()
     if wd2:
         rows["wd2."] = wd2, "--no-pictures", "--keep-geometry", "--visibility", "face"
     figures = {}
-    print(f"{'visibility':12}{'bits':>8}{'error %':>10}{'shown':>8}{'hidden':>8}{'map %':>8}{'plain %':>9}")
+    print(
+        f"{'visibility':12}{'bits':>8}{'error %':>10}{'shown':>8}{'hidden':>8}{'map %':>8}{'plain %':>9}"
+        f"{'of all %':>10}{'colour %':>10}{'flips %':>9}{'needless %':>11}"
+    )
     for name, arguments in rows.items():
         path = WORK / "visibility.fvv"
         done = json.loads(tool("fvvmux", *arguments, "-o", path, "--force", "--json"))["visibility"]
@@ -136,7 +157,9 @@ def visibility():
         found |= fvvbench("visibility", path)
         print(f"{name[:-1] or 'hulls':12}{found['bits_per_face_camera']:8.3f}{found['error_percent']:10.2f}"
               f"{found['shown_wrongly_percent']:8.2f}{found['hidden_wrongly_percent']:8.2f}"
-              f"{found['depth_map_error_percent']:8.2f}{found.get('plain_face_bits_error_percent', 0):9.2f}")  # fmt: skip
+              f"{found['depth_map_error_percent']:8.2f}{found.get('plain_face_bits_error_percent', 0):9.2f}"
+              f"{found['error_of_all_percent']:10.2f}{found['colour_elsewhere_percent']:10.2f}"
+              f"{found.get('flips_percent', 0):9.2f}{found.get('needless_flips_percent', 0):11.3f}")  # fmt: skip
         if name == "vertex.":
             found["bits_per_vertex_camera"] = found.pop("bits_per_face_camera")
         figures |= {f"visibility.{name}{figure}": value for figure, value in found.items()}
