@@ -6,25 +6,39 @@
 const luma = { 4: [0.3, 0.11], 5: [0.299, 0.114], 6: [0.299, 0.114], 7: [0.212, 0.087], 9: [0.2627, 0.0593] };
 const bt709 = [0.2126, 0.0722];
 
+/** The nearest of 8 bits to samples of 10: black, white and grey stay what they are. */
+function narrow(bytes) {
+  const wide = new Uint16Array(bytes.buffer);
+  const out = new Uint8Array(wide.length);
+  for (let i = 0; i < wide.length; i++) out[i] = Math.min(255, (wide[i] + 2) >> 2);
+  return out;
+}
+
+/** A PlanarPicture of @fvv/decoder can't be uploaded as a VideoFrame can. */
+const isPlanar10 = (image) => image?.format === "I420P10" && image.data;
+
 /** {video, image} or, of planes in memory, {video, planes}; they have to be waited for. */
 export async function loadPicture(video, image) {
-  if (image?.format !== "I420") return { video, image };
+  if (image?.format !== "I420" && !isPlanar10(image)) return { video, image };
   const { width, height } = image.visibleRect;
   const [columns, rows] = [Math.ceil(width / 2), Math.ceil(height / 2)];
   const chroma = columns * rows;
-  const bytes = new Uint8Array(width * height + 2 * chroma);
+  const bytes = image.format === "I420" ? 1 : 2;
+  const copied = new Uint8Array((width * height + 2 * chroma) * bytes);
   const layout = [
-    { offset: 0, stride: width },
-    { offset: width * height, stride: columns },
-    { offset: width * height + chroma, stride: columns },
+    { offset: 0, stride: width * bytes },
+    { offset: width * height * bytes, stride: columns * bytes },
+    { offset: (width * height + chroma) * bytes, stride: columns * bytes },
   ];
-  await image.copyTo(bytes, { layout });
-  const plane = ({ offset, stride }, height) => ({
-    data: bytes.subarray(offset, offset + stride * height),
-    width: stride,
-    height,
-  });
-  return { video, planes: [plane(layout[0], height), plane(layout[1], rows), plane(layout[2], rows)] };
+  await image.copyTo(copied, { layout });
+  const samples = bytes === 1 ? copied : narrow(copied);
+  const plane = (offset, width, height) => ({ data: samples.subarray(offset, offset + width * height), width, height });
+  const planes = [
+    plane(0, width, height),
+    plane(width * height, columns, rows),
+    plane(width * height + chroma, columns, rows),
+  ];
+  return { video, planes };
 }
 
 /** Of all videos of a frame that have a picture. */

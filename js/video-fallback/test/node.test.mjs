@@ -8,6 +8,7 @@ import { after, test } from "node:test";
 
 import { createDecoder } from "../../decoder/dist/index.js";
 import { nativePictures } from "../../decoder/test/native.mjs";
+import { loadPictures } from "../../shading/src/pictures.js";
 import { makeVideoClips } from "./clips.mjs";
 
 const videoFallback = () => import("../dist/index.js");
@@ -133,4 +134,24 @@ test("a picture of planes has what VideoFrame has", async () => {
     checked++;
   });
   assert.equal(checked, 1);
+});
+
+test("players get planes of 8 bits, also of 10", async () => {
+  for (const [name, bits] of [
+    ["hevc", 8],
+    ["hevc10", 10],
+  ]) {
+    const decoder = await createDecoder({ source: read(name), videoFallback });
+    const frame = await decoder.next();
+    const [{ planes }] = await loadPictures(frame);
+    const whole = await bytesOf(frame.picture());
+    const samples = bits === 8 ? whole : new Uint16Array(whole.buffer);
+    const joined = planes.flatMap(({ data }) => Array.from(data));
+    assert.equal(joined.length, samples.length);
+    for (const [i, value] of joined.entries())
+      assert.ok(Math.abs(samples[i] / 2 ** (bits - 8) - value) <= 0.5, `sample ${i}: ${value} of ${samples[i]}`);
+    assert.ok(new Set(joined).size > 50);
+    frame.close();
+    decoder.close();
+  }
 });
