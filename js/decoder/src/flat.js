@@ -131,6 +131,13 @@ export function readConfiguration(memory, address) {
     cameras: s.list(memory, 64, 68, CAMERA_SIZE, readCamera),
     videos: s.list(memory, 72, 76, 68, readVideo),
     metadata: s.list(memory, 80, 84, 8, (m, a) => new Struct(m, a).text(0, 4)),
+    texturing: {
+      threshold: s.f64(88),
+      best: s.u32(112),
+      unseen: s.u32(116),
+      depthBias: s.f64(96),
+      depthSlope: s.f64(104),
+    },
   };
 }
 

@@ -184,6 +184,18 @@ export interface Camera {
   unproject(u: number, v: number): [number, number, number] | null;
 }
 
+export interface Texturing {
+  /** Least cosine between the normal and the way to a camera whose colour is taken. */
+  threshold: number;
+  /** Cameras mixed at a place, at most. */
+  best: number;
+  /** 0xRRGGBB, display values, where no camera shows the surface. */
+  unseen: number;
+  /** Tolerance of depth maps: breadths of a pixel, and times what the surface recedes in a pixel. */
+  depthBias: number;
+  depthSlope: number;
+}
+
 export interface Configuration {
   /** Seconds a tick. */
   timeBase: { numerator: number; denominator: number };
@@ -198,6 +210,8 @@ export interface Configuration {
   videos: Video[];
   /** JSON texts. */
   metadata: string[];
+  /** How the stream is meant to be coloured (TEXR), else the defaults: 0.25, 3, 0x808080, 0.2, 0.5. */
+  texturing: Texturing;
 }
 
 export interface Mesh {

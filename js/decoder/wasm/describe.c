@@ -118,6 +118,12 @@ FVVJS_EXPORT const flat_configuration *fvvjs_configuration(fvvjs_decoder *d) {
   flat->video_count = (uint32_t)c->video_count;
   flat->metadata = (const flat_text *)d->flat_metadata.data;
   flat->metadata_count = (uint32_t)c->metadata_count;
+  const fvv_texturing *t = &c->texturing;
+  flat->threshold = t->threshold;
+  flat->depth_bias = t->depth_bias;
+  flat->depth_slope = t->depth_slope;
+  flat->best = t->best;
+  flat->unseen = (uint32_t)t->unseen[0] << 16 | (uint32_t)t->unseen[1] << 8 | t->unseen[2];
   return flat;
 }
 

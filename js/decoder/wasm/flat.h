@@ -53,6 +53,8 @@ typedef struct flat_configuration {
   uint32_t video_count;
   const flat_text *metadata;
   uint32_t metadata_count;
+  double threshold, depth_bias, depth_slope; /* of texturing */
+  uint32_t best, unseen;                     /* 0xRRGGBB */
 } flat_configuration;
 
 typedef struct flat_mesh {
@@ -156,7 +158,8 @@ _Static_assert(sizeof(flat_video) == 68, "flat_video");
 _Static_assert(sizeof(flat_text) == 8, "flat_text");
 FLAT_ASSERT(flat_configuration, frame_duration, 32);
 FLAT_ASSERT(flat_configuration, numerator, 40);
-_Static_assert(sizeof(flat_configuration) == 88, "flat_configuration");
+FLAT_ASSERT(flat_configuration, threshold, 88);
+_Static_assert(sizeof(flat_configuration) == 120, "flat_configuration");
 _Static_assert(sizeof(flat_mesh) == 48, "flat_mesh");
 _Static_assert(sizeof(flat_visibility) == 40, "flat_visibility");
 _Static_assert(sizeof(flat_sample) == 16, "flat_sample");
