@@ -2,7 +2,7 @@
 """Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, serve, wd2, js, view.
+import, calibration, clip, codecs, serve, wd2, js, view, player.
 Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
 keeps the others.
 """
@@ -17,6 +17,7 @@ import time
 import browser_decoder
 import codecs_table
 import leave_one_out
+import player_renderer
 import serve
 import whp235
 
@@ -330,6 +331,7 @@ PARTS = {
     "wd2": leave_one_out.measure,
     "js": js,
     "view": view,
+    "player": player_renderer.measure,
 }
 
 
