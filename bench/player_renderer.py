@@ -125,7 +125,7 @@ def measure():
     WORK.mkdir(parents=True, exist_ok=True)
     stream, scaled = generated()
     pictures = compare([stream, *real()])
-    seen = compare(scaled, "--poses", "6", "--rays")
+    seen = compare(scaled, "--poses", "6", "--rays", "--size", "640x360")
     agreement = {
         way: min(line["agreementPercent"] for line in seen if line["visibleBy"] == way)
         for way in ("depth", "bits")

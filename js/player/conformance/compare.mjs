@@ -12,7 +12,7 @@ import { Session, writePng } from "./session.mjs";
 const usage = `usage: node compare.mjs FILE.fvv ... [options]
 --frame N       of each file (0)
 --poses N       around the mesh, and up to two fifths of them where cameras stand (20)
---size WxH      of the pictures (640x360)
+--size WxH      of the pictures (960x540)
 --rays          also how far visibility agrees with ray casting
 --browser NAME  chromium or firefox
 --pictures DIR  write what was drawn, the reference and their difference
@@ -60,7 +60,7 @@ function keepPictures(folder, name, { picture, reference }) {
 export async function compareFile(
   session,
   file,
-  { frame = 0, poses: count = 20, size = [640, 360], rays = false, pictures } = {},
+  { frame = 0, poses: count = 20, size = [960, 540], rays = false, pictures } = {},
 ) {
   const facts = await session.show(file, frame);
   const poses = posesOf(count, facts, size);
@@ -127,7 +127,7 @@ async function main() {
     options: {
       frame: { type: "string", default: "0" },
       poses: { type: "string", default: "20" },
-      size: { type: "string", default: "640x360" },
+      size: { type: "string", default: "960x540" },
       rays: { type: "boolean", default: false },
       browser: { type: "string", default: "chromium" },
       pictures: { type: "string" },

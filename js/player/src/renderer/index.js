@@ -81,6 +81,8 @@ export class Renderer extends EventTarget {
   async show(frame) {
     if (frame.mesh && !frame.mesh.normals)
       throw new TypeError("the mesh has no normals: create the decoder with normals: true");
+    if (frame.visibility.some(({ shares }) => !shares))
+      throw new TypeError("visibility has no shares: create the decoder with shares: true");
     const turn = ++this.#turn;
     const content = await Content.of(frame);
     if (turn !== this.#turn) return false;
