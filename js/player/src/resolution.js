@@ -9,9 +9,11 @@ const STEPS = [1, 0.84, 0.7, 0.6, 0.5, 0.4];
 const SLOW = 40;
 const FAST = 21;
 /** Pictures that decide, and the most milliseconds between two that belong together. */
-const SLOW_COUNT = 6;
+const SLOW_COUNT = 4;
 const FAST_COUNT = 90;
-const APART = 400;
+const APART = 3000;
+/** Milliseconds from which on it goes down by leaps. */
+const CRAWL = 120;
 
 export class Resolution {
   #step = 0;
@@ -35,7 +37,7 @@ export class Resolution {
     }
     this.#mean += 0.25 * (passed - this.#mean);
     this.#since++;
-    if (this.#mean > SLOW && this.#since >= SLOW_COUNT) this.#go(1);
+    if (this.#mean > SLOW && this.#since >= SLOW_COUNT) this.#go(this.#mean > CRAWL ? 2 : 1);
     else if (this.#mean < FAST && this.#since >= FAST_COUNT) this.#go(-1);
   }
   #go(by) {

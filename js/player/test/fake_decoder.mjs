@@ -46,6 +46,8 @@ export class FakeDecoder extends EventTarget {
       seconds: number / RATE,
       duration: 1 / RATE,
       decodeMs: 1,
+      samples: [{}],
+      pictures: world.lost(number) ? [] : [{}],
       configuration: { timeBase: { numerator: 1, denominator: RATE } },
       close: () => {
         if (!closed) world.open--;
@@ -75,6 +77,8 @@ export class World {
   open = 0;
   mostOpen = 0;
   seeks = 0;
+  /** Whether the picture of a frame is lost. */
+  lost = () => false;
   shown = [];
   events = [];
   #timers = [];

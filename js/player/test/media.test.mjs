@@ -244,6 +244,28 @@ test("frames that are dropped are a part of the stream, and the last one is show
   assert.equal(media.seekable.end(0), 2);
 });
 
+test("frames that have lost their pictures: asked for again where one stays, passed over where it plays", async () => {
+  const world = new World();
+  const media = world.media();
+  let times = 0;
+  world.lost = (number) => number === 0 && times++ === 0;
+  media.load("clip");
+  await world.run(60);
+  assert.equal(world.seeks, 1);
+  assert.deepEqual(world.numbers(), [0]);
+  world.lost = (number) => number === 5;
+  media.play();
+  await world.run(400);
+  assert.deepEqual(world.numbers().slice(0, 7), [1, 2, 3, 4, 6, 7, 8]);
+  // Where there never are any, as of a codec that is not known here, the mesh is shown all the same.
+  world.lost = () => true;
+  media.currentFrame = 20;
+  await world.run(100);
+  assert.ok(world.numbers().includes(20));
+  await world.run(400);
+  assert.ok(world.numbers().length > 5);
+});
+
 test("decoding that takes too long leaps over groups and keeps the time", async () => {
   const { world, media } = await ready({ count: 400 });
   world.decodeMs = 80;

@@ -9,3 +9,5 @@ const player = document.querySelector("fvv-player");
 window.player = player;
 window.events = [];
 for (const type of types.split(" ")) player.addEventListener(type, () => window.events.push(type));
+window.warnings = [];
+player.addEventListener("warning", ({ detail }) => window.warnings.push(detail.message));

@@ -13,6 +13,10 @@ const SEARCH_PATIENCE = 250;
 const STALL = 250;
 const WAITED = 12;
 const EPSILON = 1e-6;
+/** Milliseconds that a frame stays on screen rather than one without its pictures. */
+const KEEP = 1000;
+/** Decoders of video lose pictures, also where a machine is too busy to answer in time. */
+const lacksPictures = ({ pictures, samples }) => pictures.length < samples.length;
 
 export class Playout {
   #show;
@@ -24,7 +28,6 @@ export class Playout {
   #edge = new LiveEdge();
   #running = false;
   #stalled = false;
-  #showing = false;
   #closed = false;
   #learned = false;
   #wrapped = false; // the supply is at the beginning of the loop already
@@ -35,8 +38,9 @@ export class Playout {
   #shownAt = -Infinity;
   #rate = 1;
   #readFrom = { group: 0, bytes: 0 };
-  #held = 0;
   #groups = [];
+  #again = false; // pictures of the first frame were asked for again
+  #whole = false; // the frame on screen has its pictures
   live = false;
   loop = false;
   /** {from, to} in seconds, or null. */
@@ -59,7 +63,7 @@ export class Playout {
     this.#clock = new Clock(now);
     this.#supply = new Supply(
       decoder,
-      () => this.#arrive(),
+      (frame) => this.#arrive(frame),
       (error) => host.failed(error),
       now,
     );
@@ -86,9 +90,9 @@ export class Playout {
     this.#rate = rate;
     this.#clock.rate = rate;
   }
-  /** Frames of which the pictures are open in this thread: one that is shown and one that comes next. */
+  /** Frames of which the pictures are open in this thread: one that is shown, or two that come next. */
   get heldFrames() {
-    return this.#held + (this.#supply.frame ? 1 : 0);
+    return this.#supply.held;
   }
   get behind() {
     return this.live ? this.#edge.behind(this.position, this.#now()) : 0;
@@ -123,8 +127,7 @@ export class Playout {
     else this.#clock.stop();
   }
 
-  #arrive() {
-    const { frame } = this.#supply;
+  #arrive(frame) {
     if (frame && this.live) this.#edge.observe(frame.seconds, this.#now(), this.#supply.waited > WAITED);
     if (frame && !this.#learned) this.#learn(frame);
     this.#evaluate();
@@ -165,17 +168,18 @@ export class Playout {
 
   #evaluate() {
     const supply = this.#supply;
-    if (this.#showing || this.#closed || !supply.settled) return;
+    if (supply.showing || this.#closed || !supply.settled) return;
     const { frame, ended } = supply;
     if (this.#search) this.#answer(frame, ended);
     else if (!this.shown) {
-      if (frame) this.#present();
+      if (frame && this.#asksAgain(frame, this.#again)) this.#again = true;
+      else if (frame) this.#present();
       else if (ended) this.#host.failed(new Error("there are no frames in this stream"));
     } else {
       if (frame || ended) this.#unstall();
       if (this.#running) this.#play(frame, ended);
     }
-    if (supply.ended && !this.#wrapped) this.#host.drained();
+    if (supply.ended && !supply.showing && !this.#wrapped) this.#host.drained();
     supply.want();
   }
 
@@ -217,7 +221,9 @@ export class Playout {
     // Where decoding is what takes long, a frame that is not shown makes no other one come sooner.
     const last = frame.number + 1 === this.decoder.frameCount;
     const spared = !last && this.#supply.waited * rate < 1000 * frame.duration;
-    const due = whatIsDue(frame, position, rate, spared ? this.#now() - this.#shownAt : Infinity);
+    const sinceShown = this.#now() - this.#shownAt;
+    let due = whatIsDue(frame, position, rate, spared ? sinceShown : Infinity);
+    if (due === "show" && this.#whole && lacksPictures(frame) && sinceShown < KEEP) due = "drop";
     if (due === "show") this.#present();
     if (due === "drop") {
       const dropped = this.#supply.shift();
@@ -272,10 +278,10 @@ export class Playout {
   async #present(done) {
     const frame = this.#supply.shift();
     const { number, seconds, duration, decodeMs } = frame;
+    this.#whole = !lacksPictures(frame);
     const began = this.#now();
     this.#taken = seconds + duration;
-    this.#showing = true;
-    this.#held++;
+    this.#supply.showing = true;
     this.#supply.want();
     let trouble = null;
     try {
@@ -284,8 +290,7 @@ export class Playout {
       trouble = error;
     }
     frame.close();
-    this.#held--;
-    this.#showing = false;
+    this.#supply.showing = false;
     if (this.#closed) return;
     if (trouble) return this.#host.failed(trouble);
     this.shown = { number, seconds, duration };
@@ -323,8 +328,15 @@ export class Playout {
 
   #answer(frame, ended) {
     const search = this.#search;
-    if (frame) this.#present(() => this.#found(search));
+    if (frame && this.#asksAgain(frame, search.again)) search.again = true;
+    else if (frame) this.#present(() => this.#found(search));
     else if (ended) this.#found(search);
+  }
+  /** One that stays on screen is worth a second attempt. */
+  #asksAgain(frame, asked) {
+    if (asked || !this.decoder.seekable || !lacksPictures(frame)) return false;
+    this.#seekSupply({ frame: frame.number }, frame.seconds);
+    return true;
   }
   #found(search) {
     // Another one may have begun while the frame was on its way to the screen.
@@ -343,7 +355,7 @@ export class Playout {
     const { decoder, shown } = this;
     const supply = this.#supply;
     const from = this.#goal?.number ?? shown.number;
-    const next = supply.settled && !this.#search && !this.#wrapped && !this.#showing ? supply.frame : null;
+    const next = supply.settled && !this.#search && !this.#wrapped && !supply.showing ? supply.frame : null;
     if (count === 1 && next && (!decoder.seekable || next.number === from + 1)) {
       this.#host.seeking();
       this.#clock.position = next.seconds;

@@ -1,5 +1,8 @@
-// The one frame that comes next, taken from the decoder ahead of its time. It keeps frames apart that were decoded
-// before a seek, and closes whatever it does not hand over: few pictures may be open at once.
+// The frames that come next, taken from the decoder ahead of their time. It keeps frames apart that were decoded before
+// a seek, and closes whatever it does not hand over: few pictures may be open at once.
+
+/** Frames in this thread: those that are in hand, and the one that is shown. */
+const MOST = 2;
 
 export class Supply {
   #decoder;
@@ -12,11 +15,12 @@ export class Supply {
   #asked = 0;
   #settled = 0;
   #closed = false;
-  /** The next frame, until someone takes it. */
-  frame = null;
-  ended = false;
+  #frames = [];
+  #finished = false;
+  /** Whether the frame that was handed over is still open. */
+  showing = false;
 
-  /** arrived(): there is a frame, or the end, or a seek is done. failed(error): nothing follows. */
+  /** arrived(frame): there is a frame, or, with null, the end. failed(error): nothing follows. */
   constructor(decoder, arrived, failed, now) {
     this.#decoder = decoder;
     this.#arrived = arrived;
@@ -29,14 +33,24 @@ export class Supply {
     return this.#settled === this.#asked;
   }
 
+  /** The next frame, until someone takes it. */
+  get frame() {
+    return this.#frames[0] ?? null;
+  }
+  get held() {
+    return this.#frames.length + (this.showing ? 1 : 0);
+  }
+  get ended() {
+    return this.#finished && !this.#frames.length;
+  }
   /** Milliseconds that the next frame has been waited for, or was when it came. */
   get waited() {
     return this.#taking ? this.#now() - this.#since : this.#waited;
   }
 
-  /** Has the next frame brought, when it is not here yet. */
+  /** Has the next frame brought, when there is room for it. */
   want() {
-    if (this.#taking || this.frame || this.ended || this.#closed || !this.settled) return;
+    if (this.#taking || this.held >= MOST || this.#finished || this.#closed || !this.settled) return;
     this.#since = this.#now();
     this.#taking = this.#take();
   }
@@ -57,20 +71,18 @@ export class Supply {
       return;
     }
     if (trouble) {
-      this.ended = true;
+      this.#finished = true;
       this.#failed(trouble);
       return;
     }
-    this.frame = frame;
-    this.ended = frame === null;
-    this.#arrived();
+    if (frame) this.#frames.push(frame);
+    else this.#finished = true;
+    this.#arrived(frame);
   }
 
   /** Hands the frame over: who takes it closes it. */
   shift() {
-    const { frame } = this;
-    this.frame = null;
-    return frame;
+    return this.#frames.shift();
   }
 
   /** place: as Decoder.seek takes it. */
@@ -96,13 +108,12 @@ export class Supply {
   /** Nothing comes any more: the last frame is on screen already. */
   finish() {
     this.#drop();
-    this.ended = true;
+    this.#finished = true;
   }
 
   #drop() {
-    this.frame?.close();
-    this.frame = null;
-    this.ended = false;
+    for (const frame of this.#frames.splice(0)) frame.close();
+    this.#finished = false;
   }
 
   close() {

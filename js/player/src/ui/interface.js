@@ -162,6 +162,7 @@ export class Interface {
       this.#ageing = null;
     }
     this.#controls.hidden = !controls;
+    if (paused) this.#root.classList.remove("idle");
     this.#big.hidden = !controls || !paused || error !== null || player.hasPlayed || readyState < 2;
     const waits = error === null && player.networkState !== 0 && (readyState < 3 || player.seeking) && !player.ended;
     if (!waits) {

@@ -18,6 +18,7 @@ export class SettingsPanel {
   #inputs;
   #modes;
   #surroundings;
+  #copy;
 
   constructor(player, commands) {
     this.#player = player;
@@ -52,6 +53,7 @@ export class SettingsPanel {
     const i = this.#inputs;
     this.#modes = this.#makeModes();
     const action = (text, click) => element("button", { type: "button", class: "text", onclick: click }, text);
+    this.#copy = action("Copy link to this view", () => player.copyBookmark());
     this.#surroundings = [i.environment.row, i.shadows.row];
     this.node = element(
       "div",
@@ -77,7 +79,7 @@ export class SettingsPanel {
         "div",
         { class: "actions" },
         action("Whole scene", commands.goHome),
-        action("Copy link to this view", () => player.copyBookmark()),
+        this.#copy,
         action("Keys", commands.toggleHelp),
       ),
     );
@@ -116,6 +118,7 @@ export class SettingsPanel {
     grid.input.checked = player.grid;
     fly.input.checked = player.navigation === "fly";
     stats.input.checked = player.showsStats;
+    this.#copy.hidden = !player.bookmarks;
     for (const row of this.#surroundings) row.hidden = !player.hasEnvironment;
   }
 }
