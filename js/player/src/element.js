@@ -113,7 +113,6 @@ export class FvvPlayer extends ViewpointElement {
       return;
     }
     this._stage.addEventListener("begin", () => this.#begin());
-    this._stage.addEventListener("drawn", () => (this.#poster.hidden = true), { once: true });
     this.#pointer = new PointerControls(this.#surface, this._navigator, (event) => this.#click(event), signal);
     this.#surface.addEventListener("dblclick", () => this.controls && this.toggleFullscreen(), { signal });
     const observer = new ResizeObserver(() => this._stage?.wake());
@@ -197,6 +196,7 @@ export class FvvPlayer extends ViewpointElement {
   }
 
   #begin() {
+    this.#poster.hidden = true;
     if (VIEW_ATTRIBUTES.some((name) => this.hasAttribute(name))) this._navigator.goTo(this._firstPose);
     this.#bookmarks.look();
     this.dispatchEvent(new Event("optionschange"));

@@ -145,10 +145,8 @@ export class Stage extends EventTarget {
     const width = Math.max(1, Math.round(clientWidth * ratio));
     const height = Math.max(1, Math.round(clientHeight * ratio));
     this.#navigator.aspect = width / height;
-    if (this.#renderer.draw(this.#navigator.view(width, height), this.#drawing())) {
+    if (this.#renderer.draw(this.#navigator.view(width, height), this.#drawing()))
       this.#canvas.classList.remove("empty");
-      this.dispatchEvent(new Event("drawn"));
-    }
     // One picture more, when it has been still for a while.
     if (hurried && ratio < finest) this.#settle = setTimeout(() => this.wake(), REST);
   }

@@ -12,6 +12,7 @@ import {
 } from "./navigation/attributes.js";
 import { Navigator } from "./navigation/navigator.js";
 import { isPose, orbitOf, poseFromOrbit } from "./navigation/pose.js";
+import { MODES } from "./renderer/surface_shaders.js";
 import { QUALITIES } from "./resolution.js";
 
 const SHOW_CAMERAS = ["none", "frusta", "pictures"];
@@ -98,7 +99,8 @@ export class ViewpointElement extends MediaElement {
     this.setAttribute("navigation", way);
   }
   get viewMode() {
-    return this.getAttribute("view-mode") ?? "textured";
+    const mode = this.getAttribute("view-mode");
+    return mode in MODES ? mode : "textured";
   }
   set viewMode(mode) {
     this.setAttribute("view-mode", mode);

@@ -245,6 +245,8 @@ describe("keys", () => {
     assert.ok(takesText({ tagName: "TEXTAREA" }));
     assert.ok(takesText({ tagName: "DIV", isContentEditable: true }));
     assert.ok(!takesText({ tagName: "INPUT", type: "range" }));
+    assert.ok(keepsKey({ tagName: "INPUT", type: "text" }, "k"));
+    assert.ok(keepsKey({ tagName: "SELECT" }, "v"));
     assert.ok(keepsKey({ tagName: "BUTTON" }, " "));
     assert.ok(!keepsKey({ tagName: "BUTTON" }, "k"));
     assert.ok(keepsKey({ tagName: "INPUT", type: "range" }, "arrowleft"));

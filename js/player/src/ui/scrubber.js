@@ -67,7 +67,9 @@ export class Scrubber {
     input.disabled = player.seekable.length === 0;
     // A slider that is changed while it is dragged lets go of the mouse.
     if (!this.#dragging) Object.assign(input, { min: start, max: end, value: now });
-    input.setAttribute("aria-valuetext", `${spokenTime(now)} of ${spokenTime(end)}`);
+    // While it plays, once a second is often enough to hear.
+    const spoken = `${spokenTime(player.paused ? now : Math.floor(now))} of ${spokenTime(end)}`;
+    if (input.getAttribute("aria-valuetext") !== spoken) input.setAttribute("aria-valuetext", spoken);
     place(this.#played, start, now);
     const { buffered, loopRange } = player;
     const last = buffered.length - 1;
