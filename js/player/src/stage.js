@@ -10,6 +10,12 @@ const REST = 180;
 /** Of the scene's size. */
 const FRUSTUM = 0.28;
 
+/** The largest of 1, 2, 5, 10, 20, ... that is not above it. */
+function roundDown(x) {
+  const power = 10 ** Math.floor(Math.log10(x));
+  return power * [5, 2, 1].find((digit) => digit * power <= x * (1 + 1e-9));
+}
+
 /** "rgb(20, 24, 28)" as display values. */
 function readColour(text) {
   const [r, g, b] = (text.match(/[\d.]+/g) ?? []).map(Number);
@@ -92,7 +98,9 @@ export class Stage extends EventTarget {
     let low = Infinity;
     for (let i = 0; i < points.length; i += 3) low = Math.min(low, dot(points.subarray(i, i + 3), up));
     const down = Number.isFinite(low) ? dot(centre, up) - low : 0;
-    this.#ground = { centre: centre.map((x, i) => x - down * up[i]), up, extent: 3 * radius };
+    const step = roundDown(radius / 3);
+    const extent = step * Math.ceil((3 * radius) / step);
+    this.#ground = { centre: centre.map((x, i) => x - down * up[i]), up, extent, step };
     this.dispatchEvent(new Event("begin"));
   }
   /** Another source: the next frame tells where to look from. */
