@@ -20,6 +20,8 @@ export async function bundle(scripts, files, out) {
     splitting: true,
     minify: true,
     target: "es2022",
+    // Also for scripts that lie elsewhere, as those of bench.
+    nodePaths: [join(here, "../node_modules")],
     outdir: out,
     logLevel: "warning",
   });

@@ -55,7 +55,7 @@ class Viewer {
     });
     const worker = new URL("worker/counting_worker.js", import.meta.url);
     this.media = new Media({
-      open: (file) => createDecoder({ source: file, shares: true, queue: 2, worker }),
+      open: (file) => createDecoder({ source: file, shares: true, queue: 1, worker }),
       show: (frame) => this.renderer.show(frame),
       now: () => this.time,
     });

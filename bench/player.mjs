@@ -1,0 +1,54 @@
+// What playing a clip costs in Chromium with WebGL by software: node player.mjs CLIP.fvv. Prints, as JSON, frames a second with
+// depth maps and with bits, what is drawn and uploaded for a frame, and the time to the first picture over 8 Mbit/s and
+// 40 ms: code has been loaded before, but is asked for anew, as fvvserve has it.
+
+import { copyFileSync } from "node:fs";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+import { openBrowser } from "../js/testing/browser.mjs";
+import { serveFolder } from "../js/testing/served.mjs";
+import { bundle } from "../js/three/bundle.mjs";
+import { shapedProxy } from "./shaped_proxy.mjs";
+
+const LINK = { bitsPerSecond: 8e6, roundTripMs: 40 };
+const ROUNDS = 5;
+const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+const median = (values) => values.sort((a, b) => a - b)[Math.floor(values.length / 2)];
+
+async function openPage(browser, url) {
+  const page = await browser.newPage(`${url}player_page.html`, 1000, 700);
+  await page.waitForSelector("[data-ready]");
+  return page;
+}
+
+async function firstPictures(browser, served) {
+  const proxy = await shapedProxy(Number(new URL(served.url).port), LINK);
+  try {
+    const page = await openPage(browser, `http://127.0.0.1:${proxy.port}/`);
+    const times = [];
+    // The first one brings the code; addresses differ so that nothing else is there already.
+    for (let round = 0; round <= ROUNDS; round++)
+      times.push(await page.evaluate((source) => window.measureFirst(source), `/clip.fvv?${round}`));
+    return median(times.slice(1));
+  } finally {
+    proxy.close();
+  }
+}
+
+const served = await serveFolder();
+const browser = await openBrowser();
+try {
+  await bundle(here("player_page.js"), [here("player_page.html")], served.folder);
+  copyFileSync(process.argv[2], join(served.folder, "clip.fvv"));
+  const page = await openPage(browser, served.url);
+  const rate = (visibleBy) => page.evaluate((by) => window.measureRate("/clip.fvv", by), visibleBy);
+  const found = { depth: await rate("depth"), bits: await rate("bits") };
+  await page.close();
+  const firstMs = await firstPictures(browser, served);
+  if (browser.troubles.length) throw new Error(browser.troubles.join("\n"));
+  console.log(JSON.stringify({ ...found, firstMs }));
+} finally {
+  await browser.close();
+  served.close();
+}

@@ -1,0 +1,80 @@
+"""The reference player in Chromium, WebGL by software: how like fvvrender, how fast, how steady (./run bench player)."""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import browser_decoder
+import player_renderer
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PLAYER = ROOT / "js/player"
+# What WHP 235 tells of its own clip and machines.
+SEED = {"fps": "14 to 47", "first": "1.41 s to the first mesh"}
+
+
+def node(script, *arguments):
+    """What a script prints as JSON; what it complains of goes on to the terminal."""
+    done = subprocess.run(["node", script, *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+    if done.returncode != 0:
+        sys.exit(f"bench: {script.name} failed ({done.returncode})")
+    return json.loads(done.stdout)
+
+
+def missing():
+    if not (ROOT / "js/node_modules/esbuild").exists():
+        return "no js/node_modules here: npm install --no-package-lock in js"
+    for program in "emcmake", "chromium":
+        if not shutil.which(program):
+            return f"no {program} here"
+    return None
+
+
+def speed(clip):
+    found = node(ROOT / "bench/player.mjs", clip)
+    figures = {"player.first_picture_ms": found["firstMs"]}
+    for way, name in ("depth", "depth_maps"), ("bits", "visibility_bits"):
+        figures[f"player.fps_{name}"] = found[way]["playing"]
+        figures[f"player.fps_{name}_standing"] = found[way]["still"]
+    counters = found["bits"]["counters"]
+    figures |= {
+        "player.draw_calls": counters["drawCalls"],
+        "player.samplers": counters["samplers"],
+        "player.bytes_per_content_frame": counters["bytesUploadedPerContentFrame"],
+        "player.bytes_per_drawn_frame": counters["bytesUploadedPerDrawnFrame"],
+        # With depth maps: a layer for each camera, once for each frame of the clip.
+        "player.depth_passes_per_content_frame": found["depth"]["counters"]["depthPasses"]
+        / found["depth"]["counters"]["contentFrames"],
+    }
+    fps = [figures[f"player.fps_{name}"] for name in ("depth_maps", "visibility_bits")]
+    print(
+        f"frames/s at 960x540 by depth maps and by bits: {fps[0]:.1f}, {fps[1]:.1f} (WHP 235: {SEED['fps']})"
+    )
+    print(f"first picture over 8 Mbit/s and 40 ms: {found['firstMs']:.0f} ms (WHP 235: {SEED['first']})")
+    return figures
+
+
+def endurance():
+    """10,000 frames with 100 seeks and changes of rate, read out of what was drawn."""
+    found = node(PLAYER / "test/endurance/measure.mjs")
+    for wrong in found["wrong"]:
+        print(wrong)
+    return {
+        "player.endurance_frames": found["frames"],
+        "player.wrong_frame_pairs": found["wrongCount"],
+        "player.heap_growth_mib": found["heapGrowthMiB"],
+        "player.most_open_video_frames": found["mostOpen"],
+    }
+
+
+def measure(clip):
+    """clip: of the paper's shape."""
+    reason = missing()
+    if reason:
+        print(f"player.* is left out: {reason}")
+        return {}
+    if not (ROOT / "js/decoder/dist/core.wasm.js").exists():
+        browser_decoder.run(ROOT / "js/decoder/wasm/build.sh", ROOT / "build/wasm")
+    return player_renderer.measure() | speed(clip) | endurance()

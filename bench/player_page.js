@@ -1,0 +1,76 @@
+// Runs in a browser: what playing costs (player.mjs asks).
+
+import { createDecoder } from "@fvv/decoder";
+import { FvvPlayer, Renderer, viewFromPose } from "@fvv/player";
+
+const SIZE = { width: 960, height: 540 };
+/** Of a turn, from one picture to the next. */
+const TURN = 0.01;
+
+/** Around the scene, as far away as shows all of it. */
+function viewAt(bounds, up, turns) {
+  const centre = bounds.least.map((x, i) => (x + bounds.most[i]) / 2);
+  const radius = Math.hypot(...bounds.least.map((x, i) => bounds.most[i] - x)) / 2;
+  const angle = 2 * Math.PI * turns;
+  const axis = "xyz".indexOf(up.at(-1));
+  const sign = up.startsWith("-") ? -1 : 1;
+  const eye = [...centre];
+  eye[(axis + 1) % 3] += 2.2 * radius * Math.cos(angle);
+  eye[(axis + 2) % 3] += 2.2 * radius * Math.sin(angle);
+  eye[axis] += 0.5 * sign * radius;
+  const upwards = [0, 0, 0].map((_, i) => (i === axis ? sign : 0));
+  return viewFromPose({ eye, target: centre, up: upwards, fov: 0.8, ...SIZE });
+}
+
+/** Draws, and waits until it is done. */
+function finish(gl) {
+  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+}
+
+/** Every frame of a file is shown and drawn once, as fast as that goes, from a place that turns; then the last, again and again. */
+window.measureRate = async (source, visibleBy) => {
+  const canvas = document.body.appendChild(document.createElement("canvas"));
+  const renderer = new Renderer(canvas);
+  const gl = canvas.getContext("webgl2");
+  const decoder = await createDecoder({ source, shares: true, worker: new URL("worker.js", import.meta.url) });
+  let [began, count, up] = [0, 0, "y"];
+  for await (const frame of decoder) {
+    up = frame.configuration.upAxis;
+    await renderer.show(frame);
+    frame.close();
+    renderer.draw(viewAt(renderer.bounds, up, TURN * count), { visibleBy });
+    finish(gl);
+    // Of the first one programs are compiled.
+    if (count++ === 0) began = performance.now();
+  }
+  const playing = (1000 * (count - 1)) / (performance.now() - began);
+  const orbiting = performance.now();
+  for (let i = 0; i < count; i++) {
+    renderer.draw(viewAt(renderer.bounds, up, TURN * i), { visibleBy });
+    finish(gl);
+  }
+  const still = (1000 * count) / (performance.now() - orbiting);
+  const { counters } = renderer;
+  renderer.close();
+  decoder.close();
+  canvas.remove();
+  return { playing, still, counters, frames: count };
+};
+
+/** Milliseconds from the source of a player to its first picture on screen. */
+window.measureFirst = async (source) => {
+  const player = new FvvPlayer();
+  player.style.cssText = "width: 960px";
+  document.body.append(player);
+  const began = performance.now();
+  const drawn = new Promise((seen, failed) => {
+    player.addEventListener("error", () => failed(new Error(player.error.message)));
+    const look = () => (player.stats.drawnFrames > 0 ? seen(performance.now()) : requestAnimationFrame(look));
+    requestAnimationFrame(look);
+  });
+  player.src = source;
+  const ms = (await drawn) - began;
+  player.remove();
+  return ms;
+};
+document.documentElement.dataset.ready = "";
