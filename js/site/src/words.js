@@ -7,7 +7,7 @@ export const percent = (share) => `${(100 * share).toFixed(share < 0.0995 ? 1 : 
 /** 1923408 -> "1.92 MB" */
 export function bytes(n) {
   if (n >= 1e6) return `${(n / 1e6).toFixed(n < 1e7 ? 2 : 1)} MB`;
-  return n >= 1e3 ? `${(n / 1e3).toFixed(n < 1e4 ? 1 : 0)} kB` : `${n} bytes`;
+  return n >= 1e3 ? `${(n / 1e3).toFixed(n < 1e4 ? 1 : 0)} kB` : `${Math.round(n)} bytes`;
 }
 export const bitrate = (bits) =>
   bits >= 1e6 ? `${(bits / 1e6).toFixed(1)} Mbit/s` : `${(bits / 1e3).toFixed(0)} kbit/s`;
