@@ -99,7 +99,17 @@ void chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT],
                  out vec2 places[KEPT]) {
   uvec2 seen = seenByShares();
   for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
+  // Software computes both sides of branches and skips nothing but rounds of loops: first who may be asked, then these.
+  uvec2 facing = uvec2(0u);
   for (int view = 0; view < viewCount; view++) {
+    uint bit = weightOf(view, point, normal) > 0.0 ? 1u << uint(view & 31) : 0u;
+    facing |= view < 32 ? uvec2(bit, 0u) : uvec2(0u, bit);
+  }
+  while ((facing.x | facing.y) != 0u) {
+    uint bits = facing.x != 0u ? facing.x : facing.y;
+    uint lowest = bits & (~bits + 1u);
+    int view = int(log2(float(lowest)) + 0.5) + (facing.x != 0u ? 0 : 32);
+    facing ^= facing.x != 0u ? uvec2(lowest, 0u) : uvec2(0u, lowest);
     float weight = weightOf(view, point, normal);
     // Of equal weights the first is better.
     if (!(weight > weights[KEPT - 1])) continue;
