@@ -87,6 +87,7 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     test(`${name}, ${size[0]} wide, ${scheme}`, async () => {
       const page = await open(path, size, scheme);
       if (!withoutPlayer.includes(name)) assert.ok((await seen(page)) > 500, "the player shows nothing");
+      if (name === "three") await page.waitForSelector("[data-drawn]");
       await keep(page, `${name}-${size[0]}-${scheme}`);
       const [wide, room] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
       assert.ok(wide <= room, `${wide} pixels in ${room}`);
