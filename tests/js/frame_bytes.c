@@ -33,6 +33,12 @@ static void put_mesh(const fvv_mesh *mesh, unsigned track, const fvv_scene *scen
   free(floats);
 }
 
+static void put_texturing(const fvv_texturing *t) {
+  const double numbers[5] = {t->threshold, t->depth_bias, t->depth_slope, t->best,
+                             65536.0 * t->unseen[0] + 256.0 * t->unseen[1] + t->unseen[2]};
+  put("texturing", 0, numbers, sizeof numbers);
+}
+
 /* The numbers of a camera in the order in which JavaScript lists them, and a projected point. */
 static void put_camera(const fvv_camera *camera) {
   double numbers[32] = {camera->fx, camera->fy, camera->cx, camera->cy, camera->skew};
@@ -166,6 +172,7 @@ int main(int count, char **arguments) {
         fvv_stream_configuration(stream, frame.group, &configuration, NULL) != FVV_OK)
       continue;
     put("time", 0, &frame.time, sizeof frame.time);
+    put_texturing(&configuration->texturing);
     const fvv_scene scene = configuration->scene;
     for (size_t i = 0; i < configuration->track_count; i++)
       put_track(stream, f, &configuration->tracks[i], &scene);

@@ -57,6 +57,7 @@ test("clips have what they are to test", () => {
   assert.ok(names(clips.moving).has("camera"));
   assert.ok(nativeFrames(clips.fast).length === 5);
   const moving = nativeFrames(clips.moving);
+  assert.notEqual(moving[0]["texturing 0"], nativeFrames(clips.raw)[0]["texturing 0"]);
   const changed = Object.keys(moving[0]).filter((key) => key.startsWith("camera") && moving[0][key] !== moving[4][key]);
   assert.ok(changed.length > 0, "no camera moves");
   const tiles = moving.map((frame) => Object.entries(frame).find(([key]) => key.startsWith("tiles"))[1]);

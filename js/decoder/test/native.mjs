@@ -86,6 +86,8 @@ function tileNumbers(tiles) {
 /** The same of a frame of the decoder under test. */
 export function frameHashes(frame) {
   const hashes = { "time 0": sha256(raw(BigInt64Array.of(frame.time))) };
+  const { threshold, depthBias, depthSlope, best, unseen } = frame.configuration.texturing;
+  hashes["texturing 0"] = sha256(raw(Float64Array.of(threshold, depthBias, depthSlope, best, unseen)));
   for (const mesh of frame.meshes)
     for (const name of ["lattice", "indices", "positions", "normals", "uvs"])
       if (mesh[name]) hashes[`${name} ${mesh.track}`] = sha256(raw(mesh[name]));
@@ -128,13 +130,14 @@ export function makeClips(...wanted) {
     capture("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512", "--environment");
   const ring = () => capture("ring", "--rig", "small", "--cameras", "5", "--environment");
   const studio = () => capture("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
+  const texturing = ["--texture-threshold", "0.375", "--texture-best", "5", "--texture-unseen", "1,20,250"];
   const kinds = {
     environment: [tracked, "--no-pictures"],
     delta: [tracked, "--triangles", "3000", "--no-background"],
     raw: [tracked, "--no-delta", "--mesh-profile", "raw", "--codec", "jpeg", "--no-background"],
     fast: [tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9", "--no-background"],
     draco: [tracked, "--no-delta", "--no-pictures", "--no-background"],
-    moving: [studio, "--keep-geometry"],
+    moving: [studio, "--keep-geometry", ...texturing],
     live: [studio, "--live", "--repeat-configuration"],
     // Samples large enough that leaving one out is worth a request.
     tracks: [ring, "--video-tracks", "camera", "--codec", "jpeg", "--group", "2", "--crop", "none"],

@@ -1,10 +1,5 @@
-import { Camera, Frame, Mesh, Rect, Video } from "@fvv/decoder";
+import { Camera, Configuration, Frame, Mesh, Rect, Video } from "@fvv/decoder";
 
-export const THRESHOLD: number;
-export const BEST: number;
-export const BIAS: number;
-export const SLOPE: number;
-export const UNSEEN: number;
 export const MOST_VIEWS: number;
 /** Texels of a row of the table of views, four floats each. */
 export const VIEW_TEXELS: number;
@@ -63,6 +58,22 @@ export class DepthPlan {
   place(views: View[], needs: (view: View) => boolean): LayerSizes | null;
 }
 export function depthSizes(wanted: LayerSizes, had: LayerSizes | null): LayerSizes;
+
+/** Most cameras for a place that the shaders mix. */
+export const MOST_BEST: number;
+export function checkTexturing(own: { threshold?: number; best?: number }): void;
+/** What the shaders' uniforms and BEST are: the stream's constants, but for those that are given. */
+export function texturingOf(
+  configuration: Configuration,
+  own?: { threshold?: number; best?: number; unseen?: number },
+): {
+  threshold: number;
+  best: number;
+  /** Display values. */
+  unseen: [number, number, number];
+  /** Bias and slope of depth maps. */
+  tolerance: [number, number];
+};
 
 /** GLSL ES 3.00 without a version line: what each wants defined and named stands in its source. */
 export const projection: string;

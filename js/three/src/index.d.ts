@@ -4,9 +4,11 @@ import { Camera, Frame } from "@fvv/decoder";
 export interface Options {
   /** That draws the scene, with WebGL 2: pictures are uploaded and depth maps drawn when a frame is shown. */
   renderer: WebGLRenderer;
-  /** Least cosine between the surface's normal and the ray to a camera that gives colour. Default 0.25. */
+  /** Least cosine between the surface's normal and the ray to a camera that gives colour. Default: the stream's. */
   threshold?: number;
-  /** sRGB colour of surface that no camera shows. Default 0x808080. */
+  /** Most cameras that are mixed at a place, 1 to 8. Default: the stream's. */
+  best?: number;
+  /** sRGB colour of surface that no camera shows. Default: the stream's. */
   unseen?: number;
 }
 

@@ -1,8 +1,7 @@
 // A frame of free-viewpoint video in a scene: its mesh, coloured by the cameras that see each place best.
 
-import { BEST, BIAS, MOST_SHARE_TEXELS, SLOPE, THRESHOLD, loadPictures, viewsOf } from "@fvv/shading";
+import { MOST_SHARE_TEXELS, checkTexturing, loadPictures, texturingOf, viewsOf } from "@fvv/shading";
 import {
-  Color,
   DataArrayTexture,
   DataTexture,
   DoubleSide,
@@ -11,6 +10,7 @@ import {
   Object3D,
   ShaderMaterial,
   Vector2,
+  Vector3,
   Vector4,
 } from "three";
 
@@ -38,11 +38,14 @@ export class FvvObject3D extends Object3D {
   #shares = new ShareTexture();
   #depths = new DepthMaps(this.#geometry, this.#views);
   #mesh;
+  #texturing;
   #turn = 0;
 
-  constructor({ renderer, threshold = THRESHOLD, unseen = 0x808080 }) {
+  constructor({ renderer, ...texturing }) {
     super();
+    checkTexturing(texturing);
     this.#renderer = renderer;
+    this.#texturing = texturing;
     this.#material = new ShaderMaterial({
       glslVersion: GLSL3,
       vertexShader: surfaceVertex,
@@ -50,7 +53,7 @@ export class FvvObject3D extends Object3D {
       side: DoubleSide,
       // The colours are those of photographs: they have been exposed already.
       toneMapped: false,
-      defines: { SHARES: 0, BEST },
+      defines: { SHARES: 0, BEST: 1 },
       uniforms: {
         pictures: { value: noTexture },
         pictureSize: { value: new Vector2(1, 1) },
@@ -59,10 +62,10 @@ export class FvvObject3D extends Object3D {
         atlas: { value: new Vector4() },
         shares: { value: noTexture },
         depths: { value: noLayers },
-        threshold: { value: threshold },
-        tolerance: { value: new Vector2(BIAS, SLOPE) },
+        threshold: { value: 0 },
+        tolerance: { value: new Vector2() },
         handedness: { value: 1 },
-        unseen: { value: new Color().setHex(unseen, "") },
+        unseen: { value: new Vector3() },
       },
     });
     this.#mesh = new Mesh(this.#geometry, this.#material);
@@ -102,9 +105,19 @@ export class FvvObject3D extends Object3D {
       uniforms.pictures.value = this.#pictures.texture;
       uniforms.pictureSize.value.set(this.#pictures.width, this.#pictures.height);
     }
+    this.#mixAs(frame.configuration);
     this.#showViews(frame, viewsOf(frame, layout));
     const atlas = frame.configuration.videos.find((video) => video.shows === "atlas" && layout.has(video.track));
     this.#setAtlas(this.viewCount === 0 && mesh.uvs ? atlas : undefined, layout);
+  }
+
+  #mixAs(configuration) {
+    const { best, threshold, unseen, tolerance } = texturingOf(configuration, this.#texturing);
+    const { uniforms } = this.#material;
+    this.#define("BEST", best);
+    uniforms.threshold.value = threshold;
+    uniforms.unseen.value.fromArray(unseen);
+    uniforms.tolerance.value.fromArray(tolerance);
   }
 
   #showViews(frame, views) {

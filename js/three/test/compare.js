@@ -49,9 +49,10 @@ function part(frame, { only, pictures }) {
 
 /**
  * cases: [{camera, picture, mask}], of fvvrender. only: a camera that alone gives colour; pictures: false when they are
- * lost; turned: the object is somewhere else in the scene, and larger; tracks: of video, those that are selected.
+ * lost; turned: the object is somewhere else in the scene, and larger; tracks: of video, those that are selected; own:
+ * options of the object.
  */
-window.compare = async ({ file, number, cases, only, pictures = true, turned = false, tracks = null }) => {
+window.compare = async ({ file, number, cases, only, pictures = true, turned = false, tracks = null, own = {} }) => {
   const decoder = await createDecoder({
     source: file,
     shares: true,
@@ -60,7 +61,7 @@ window.compare = async ({ file, number, cases, only, pictures = true, turned = f
   });
   await decoder.seek({ frame: number });
   const frame = await decoder.next();
-  const object = new FvvObject3D({ renderer });
+  const object = new FvvObject3D({ renderer, ...own });
   if (turned) {
     object.rotation.set(0.3, 0.7, -2);
     object.position.set(1, 2, 3);

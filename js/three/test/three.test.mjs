@@ -15,6 +15,8 @@ import { serveFolder, tool } from "../../testing/served.mjs";
 const LEAST_PSNR = 32;
 /** Firefox converts colours itself, and takes the nearest sample of chroma. */
 const LEAST_PSNR_CONVERTED = 30;
+/** Where one camera alone colours a place, or a strong colour none, seams are as sharp as edges. */
+const LEAST_PSNR_SEAMS = 30;
 
 describe("three", { skip: missingBrowser("chromium") }, () => {
   let served, browser, page;
@@ -29,6 +31,8 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     mux("small", "spread", "--video-tracks", "3");
     mux("small", "vertices", "--visibility", "vertex", "--codec", "vp9");
     mux("small", "maps", "--visibility", "none", "--codec", "jpeg", "--quality", "90");
+    const told = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
+    mux("small", "told", "--visibility", "none", "--frames", "0-0", ...told);
     synth("studio", "--frames", "2", "--size", "480x270", "--meshes", "hull", "--hull-cells", "50");
     mux("studio", "studio");
     synth("many", "--rig", "small", "--cameras", "64", "--frames", "1", "--size", "320x200");
@@ -108,6 +112,17 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     assert.equal(found.visibility, "faces");
     assert.equal(found.views, 7);
     assertAlike(found);
+  });
+  test("mixed as the stream says, and otherwise where that is asked for", async () => {
+    assertAlike(await compare("told", 0, [0, 2], maps), LEAST_PSNR_SEAMS);
+    const own = { threshold: 0.3, best: 3, unseen: 0x0ac83c };
+    const asked = ["--threshold", "0.3", "--best", "3", "--unseen", "10,200,60"];
+    assertAlike(await compare("told", 0, [0, 2], { render: [...maps.render, ...asked], own }), LEAST_PSNR_SEAMS);
+    for (const [name, value] of Object.entries({ threshold: 0.25, best: 3, unseen: 0x808080 })) {
+      const { results } = await compare("told", 0, [0, 2], { ...maps, own: { [name]: value } });
+      const worst = Math.min(...results.map(({ psnr }) => psnr));
+      assert.ok(worst < LEAST_PSNR_SEAMS - 0.5, `${name} makes no difference: ${worst.toFixed(1)} dB`);
+    }
   });
   test("VP9, visibility by bits of vertices", async () => {
     const found = await compare("vertices", 1, [0, 2], bits);

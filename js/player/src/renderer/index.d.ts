@@ -12,9 +12,9 @@ export interface DrawOptions {
   visibleBy?: "auto" | "bits" | "depth" | "both";
   /** Identifiers of those that may give colour; null: all. */
   cameras?: Iterable<number> | null;
-  /** Least cosine, 0 to 1. */
+  /** Least cosine, 0 to 1. Default: the stream's. */
   threshold?: number;
-  /** Most cameras for a place, 1 to limits.best. */
+  /** Most cameras for a place, 1 to limits.best. Default: the stream's. */
   best?: number;
   /** 0 to 1: how gently one camera takes another's place. 0 is what fvvrender draws. Default 0. */
   soft?: number;

@@ -1,11 +1,11 @@
 // Draws frames of free-viewpoint video from anywhere, in WebGL 2. docs/fvvrender.md says what a picture shows; a frame's maps
 // of depth and shadow are drawn once, and a picture that would be the same as the last one is not drawn again.
 
-import { MOST_VIEWS } from "@fvv/shading";
+import { MOST_BEST, MOST_VIEWS } from "@fvv/shading";
 
 import { Content } from "./content.js";
 import { decodeBackgrounds } from "./environment.js";
-import { MOST_BEST, complete, keyOf } from "./options.js";
+import { complete, keyOf } from "./options.js";
 import { Pipeline } from "./pipeline.js";
 import { MOST_LIGHTS, MOST_SHADOWS } from "./shadows.js";
 import { Uploads } from "./textures.js";

@@ -1,17 +1,16 @@
 // What draw() may be told, and what holds when it is not.
 
-import { BEST, THRESHOLD } from "@fvv/shading";
+import { checkTexturing } from "@fvv/shading";
 
 import { MODES } from "./surface_shaders.js";
-
-export const MOST_BEST = 8;
 
 const defaults = {
   mode: "textured",
   visibleBy: "auto",
   cameras: null,
-  threshold: THRESHOLD,
-  best: BEST,
+  // Of these two the stream's (clause 17.5).
+  threshold: undefined,
+  best: undefined,
   soft: 0,
   shadows: true,
   environment: true,
@@ -20,19 +19,13 @@ const defaults = {
   grid: null,
 };
 
-const within = (name, value, least, most) => {
-  if (!(value >= least && value <= most)) throw new RangeError(`${name}: expected ${least} to ${most}, found ${value}`);
-};
-
 /** Options with everything in its place; cameras as a Set. */
 export function complete(given = {}) {
   const options = { ...defaults };
   for (const [name, value] of Object.entries(given)) if (value !== undefined) options[name] = value;
   if (!(options.mode in MODES)) throw new TypeError(`mode: expected one of ${Object.keys(MODES).join(", ")}`);
-  within("threshold", options.threshold, 0, 1);
-  within("soft", options.soft, 0, 1);
-  within("best", options.best, 1, MOST_BEST);
-  if (!Number.isInteger(options.best)) throw new RangeError(`best: expected a whole number, found ${options.best}`);
+  checkTexturing(options);
+  if (!(options.soft >= 0 && options.soft <= 1)) throw new RangeError(`soft: expected 0 to 1, found ${options.soft}`);
   options.cameras = options.cameras && new Set(options.cameras);
   return options;
 }

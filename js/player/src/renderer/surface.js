@@ -1,19 +1,17 @@
 // The mesh of a frame, coloured by its cameras: the table of these, what they see, and the drawing of it all.
 
 import {
-  BIAS,
   DepthPlan,
   MOST_SHARE_TEXELS,
   MOST_VIEWS,
   SHARE_COLUMNS,
-  SLOPE,
-  UNSEEN,
   VIEW_TEXELS,
   depthFragment,
   depthSizes,
   packShares,
   projection,
   shareTexels,
+  texturingOf,
   writeViews,
 } from "@fvv/shading";
 
@@ -135,7 +133,8 @@ export class Surface {
   /** pictures: the texture of all of them. */
   draw(pictures, { worldToClip, pixelToRay, depthRange, eye }, options) {
     const gl = this.#gl;
-    const { views, atlas } = this.#content;
+    const { views, atlas, frame } = this.#content;
+    const { best, ...texturing } = texturingOf(frame.configuration, options);
     const uniforms = {
       worldToClip,
       pixelToRay,
@@ -143,10 +142,8 @@ export class Surface {
       eye,
       pictureSize: pictures.size,
       viewCount: views.length,
-      threshold: options.threshold,
+      ...texturing,
       soft: options.soft,
-      tolerance: [BIAS, SLOPE],
-      unseen: [UNSEEN, UNSEEN, UNSEEN],
       atlas: atlas ?? [0, 0, 1, 1],
     };
     const textures = {
@@ -155,7 +152,7 @@ export class Surface {
       shares: this.#shares.texture,
       depths: this.#depths.texture,
     };
-    const defines = { MODE: MODES[options.mode], SHARES: this.#texels, BEST: options.best };
+    const defines = { MODE: MODES[options.mode], SHARES: this.#texels, BEST: best };
     if (options.soft > 0) defines.SOFT = 1;
     if (atlas) defines.ATLAS = 1;
     const wired = options.mode === "wireframe";
