@@ -70,30 +70,39 @@ export class Decoder extends EventTarget {
   /** Use createDecoder. */
   static async create(options) {
     const decoder = new Decoder();
+    options.signal?.throwIfAborted();
+    try {
+      await decoder.#open(options);
+    } catch (error) {
+      decoder.close();
+      throw error;
+    }
+    return decoder;
+  }
+
+  async #open(options) {
     const { source, feed, signal } = options;
-    signal?.throwIfAborted();
     const module = await compileCore();
-    decoder.#projector = new Projector(await createProjection(await compileProjection()));
-    decoder.configuration = null;
-    decoder.backgrounds = [];
-    decoder.writable = feed?.writable ?? null;
+    this.#projector = new Projector(await createProjection(await compileProjection()));
+    this.configuration = null;
+    this.backgrounds = [];
+    this.writable = feed?.writable ?? null;
     const pull = () => feed?.pull() ?? null;
-    if (feed) decoder.#finish.push(() => feed.cancel());
+    if (feed) this.#finish.push(() => feed.cancel());
     const fallback = options.videoFallback && (() => loadFallback(options.videoFallback));
     const served = { pull, codec: compileCodec, background: compileBackground, fallback };
-    await decoder.#connect(options.worker, served);
+    await this.#connect(options.worker, served);
     if (signal) {
-      const stop = () => decoder.close();
+      const stop = () => this.close();
       signal.addEventListener("abort", stop, { once: true });
-      decoder.#finish.push(() => signal.removeEventListener("abort", stop));
+      this.#finish.push(() => signal.removeEventListener("abort", stop));
     }
     const { limits, normals, visibility, shares, video, queue, tracks, look } = options;
     const wanted = { limits, normals, visibility, shares, video, queue, tracks };
     const ways = { hasFallback: Boolean(fallback), held: look !== null };
-    const opened = await decoder.#call("open", { source, module, ...wanted, ...ways });
-    Object.assign(decoder, opened);
-    if (look) await decoder.#lookAtOnce(look, tracks);
-    return decoder;
+    const opened = await this.#call("open", { source, module, ...wanted, ...ways });
+    Object.assign(this, opened);
+    if (look) await this.#lookAtOnce(look, tracks);
   }
 
   async #connect(wanted, served) {

@@ -398,6 +398,22 @@ export interface DecoderEvents {
   stats: Stats;
 }
 
+/** What the index says of a group. */
+export interface Group {
+  /** Bytes from the beginning of the stream. */
+  offset: number;
+  size: number;
+  /** Ticks: times t with start <= t < end. */
+  start: bigint;
+  end: bigint;
+  sequence: number;
+  frameCount: number;
+  /** false: part of it is damaged or missing. */
+  intact: boolean;
+  /** Bytes of its last chunk, GEND; 0 without one. */
+  endSize: number;
+}
+
 export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   /** null until the first frame. */
   readonly configuration: Configuration | null;
@@ -405,6 +421,8 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   readonly backgrounds: Background[];
   readonly seekable: boolean;
   readonly frameCount: number | null;
+  /** In the order of time; null: the source can't be sought in. */
+  readonly groups: readonly Group[] | null;
   readonly inWorker: boolean;
   /** Takes the stream when there is no source. */
   readonly writable: WritableStream<Uint8Array> | null;

@@ -47,4 +47,26 @@ export function replaceFirst(type, bytes, change) {
   ]);
 }
 
+/** The first group up to its end, which its GEND would not fit any more, with an unknown chunk behind each mesh. */
+export function withUnknown(bytes) {
+  const type = (header) => String.fromCharCode(...header.subarray(0, 4));
+  const sized = (at) => 32 + 8 * Math.ceil(new DataView(bytes.buffer, bytes.byteOffset + at).getUint32(16, true) / 8);
+  const chunks = [];
+  for (let at = 24; type(bytes.subarray(at)) !== "GEND"; at += sized(at)) {
+    const chunk = bytes.slice(at, at + sized(at));
+    chunks.push(chunk);
+    if (type(chunk) !== "MESH") continue;
+    const unknown = chunk.slice(0, 32); // of the same time and track, without a payload
+    unknown.set(new TextEncoder().encode("note"));
+    unknown.fill(0, 4, 5).fill(0, 16, 32);
+    chunks.push(unknown);
+  }
+  chunks.forEach((chunk, i) => {
+    const counts = type(chunk) !== "SCEN" && type(chunk) !== "GRUP";
+    if (counts) chunk[5] = chunks[i - 1][5] + 1;
+    new DataView(chunk.buffer).setUint32(28, crc32c(chunk.subarray(0, 28)), true);
+  });
+  return new Uint8Array([...bytes.subarray(0, 24), ...chunks.flatMap((chunk) => [...chunk])]);
+}
+
 export const replaceMesh = (bytes, change) => replaceFirst("MESH", bytes, change);

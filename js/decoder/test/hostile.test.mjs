@@ -8,7 +8,7 @@ import { after, test } from "node:test";
 import { FvvError, createDecoder } from "../dist/index.js";
 import { compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
-import { damaged, replaceFirst, replaceMesh } from "./damage.mjs";
+import { damaged, replaceFirst, replaceMesh, withUnknown } from "./damage.mjs";
 import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
 
 const { clips, done } = makeClips("delta", "moving", "draco", "fast");
@@ -46,6 +46,43 @@ for (const file of [...conformanceFiles(), clips.delta, clips.moving])
     }
     assert.ok(told > cases.length / 2, `${told} of ${2 * cases.length} were told`);
   });
+
+test("who can't open a stream ends its worker", async () => {
+  const started = [];
+  globalThis.Worker = class extends EventTarget {
+    terminated = false;
+    constructor() {
+      super();
+      started.push(this);
+      queueMicrotask(() => this.#say({ id: 0, result: "ready" }));
+    }
+    #say(data) {
+      this.dispatchEvent(Object.assign(new Event("message"), { data }));
+    }
+    postMessage({ id }) {
+      const error = new FvvError({ code: "io", message: "gone" }).toPlain();
+      queueMicrotask(() => this.#say({ id, error }));
+    }
+    terminate() {
+      this.terminated = true;
+    }
+  };
+  try {
+    await assert.rejects(createDecoder({ source: new Uint8Array(24), worker: () => new Worker() }), /gone/);
+  } finally {
+    delete globalThis.Worker;
+  }
+  assert.deepEqual(
+    started.map(({ terminated }) => terminated),
+    [true],
+  );
+});
+
+test("an unknown chunk in the middle of a frame leaves it whole", async () => {
+  const { frames } = await survive(new Blob([withUnknown(new Uint8Array(readFileSync(clips.delta)))]).stream());
+  assert.ok(frames.length >= 2, `${frames.length} frames`);
+  assert.deepEqual(frames, nativeFrames(clips.delta).slice(0, frames.length));
+});
 
 test("a lost group leaves a gap, and playing goes on behind it", async () => {
   const bytes = new Uint8Array(readFileSync(clips.delta));

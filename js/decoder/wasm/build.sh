@@ -14,8 +14,8 @@ emcmake cmake -S "$here" -B "$build/modules" -G Ninja -DCMAKE_BUILD_TYPE=None \
   -DFVV_WASM_SOURCES="$build/sources" -DFVV_VERSION="$version" >/dev/null
 cmake --build "$build/modules"
 
-# What JavaScript calls, and nothing that only the linker's defaults export. What is left is optimised again: once for
-# all that can be told of the values, then for size.
+# What JavaScript calls, and nothing that only the linker's defaults export. What is left is optimised again, for
+# size. Emscripten puts nothing into the first kibibyte of memory.
 finish() { # module
   node -e '
     const { readFileSync, writeFileSync } = require("fs");
@@ -25,7 +25,7 @@ finish() { # module
     writeFileSync(graph, JSON.stringify(wanted.map((name) => ({ name, root: true, export: name }))));
   ' "$build/modules/$1.wasm" "$build/$1.json"
   wasm-metadce "${features[@]}" -f "$build/$1.json" -o "$build/$1.wasm" "$build/modules/$1.wasm" >/dev/null
-  [[ "$1" == fvv_draco ]] || wasm-opt "${features[@]}" -O4 -Oz "$build/$1.wasm" -o "$build/$1.wasm"
+  [[ "$1" == fvv_draco ]] || wasm-opt "${features[@]}" -Oz --low-memory-unused "$build/$1.wasm" -o "$build/$1.wasm"
 }
 
 features=(--enable-exception-handling --enable-mutable-globals --enable-bulk-memory --enable-sign-ext

@@ -28,12 +28,10 @@ FVVJS_EXPORT fvvjs_decoder *fvvjs_create(void) {
   fvv_limits_default(&d->limits);
   fvv_configuration_init(&d->building, &d->limits, &allocator);
   fvv_configuration_init(&d->complete, &d->limits, &allocator);
-  fvv_bytes *const all[] = {
-      &d->incoming.chunks,  &d->incoming.payloads, &d->ready.chunks, &d->ready.payloads, &d->tracks,
-      &d->flat_tracks,      &d->flat_cameras,      &d->flat_videos,  &d->flat_tiles,     &d->flat_metadata,
-      &d->flat_meshes,      &d->flat_visibility,   &d->flat_moving,  &d->flat_samples,   &d->flat_layouts,
-      &d->flat_backgrounds, &d->pick.left_out,     &d->pick.payload};
+  fvv_bytes *const all[] = {&d->incoming.chunks, &d->incoming.payloads, &d->ready.chunks, &d->ready.payloads,
+                            &d->tracks,          &d->pick.left_out,     &d->pick.payload};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) adopt(all[i], &allocator);
+  for (int i = 0; i < FVVJS_LISTS; i++) adopt(&d->lists[i], &allocator);
   return d;
 }
 
@@ -209,6 +207,12 @@ static int take(fvvjs_decoder *d) {
   const fvv_event *event = &d->event;
   const int32_t place = fvv_chunk_place(event->chunk.type);
   if (event->kind == FVV_EVENT_CHUNK && place == FVV_PLACE_GROUP && d->block_open) return close_block(d);
+  /* Chunks that this version does not know stand in the middle of frames, too. */
+  if (event->kind == FVV_EVENT_CHUNK && place == FVV_PLACE_UNKNOWN) {
+    if (!event->group_intact) d->incoming.whole = 0;
+    d->has_event = 0;
+    return FVVJS_NEED_DATA;
+  }
   const int same = place == FVV_PLACE_FRAME && event->chunk.track && d->incoming.is_open &&
                    d->incoming.time == event->chunk.time;
   if (event->kind == FVV_EVENT_CHUNK && d->incoming.is_open && !same) {

@@ -67,6 +67,22 @@ typedef struct fvvjs_pick {
   fvv_bytes left_out, payload; /* uint16_t, tracks; of the chunk that was told last */
 } fvvjs_pick;
 
+/* Those of the configuration, and behind them those of the frame. */
+enum {
+  FVVJS_TRACKS,
+  FVVJS_CAMERAS,
+  FVVJS_VIDEOS,
+  FVVJS_TILES,
+  FVVJS_METADATA,
+  FVVJS_MESHES,
+  FVVJS_VISIBILITY,
+  FVVJS_MOVING,
+  FVVJS_SAMPLES,
+  FVVJS_LAYOUTS,
+  FVVJS_BACKGROUNDS,
+  FVVJS_LISTS
+};
+
 typedef struct fvvjs_decoder {
   fvv_allocator allocator;
   fvv_limits limits;
@@ -86,9 +102,8 @@ typedef struct fvvjs_decoder {
   fvv_diagnostic diagnostic;
   flat_event about;
   flat_configuration flat;
-  fvv_bytes flat_tracks, flat_cameras, flat_videos, flat_tiles, flat_metadata;
   flat_frame frame;
-  fvv_bytes flat_meshes, flat_visibility, flat_moving, flat_samples, flat_layouts, flat_backgrounds;
+  fvv_bytes lists[FVVJS_LISTS]; /* of flat structs, which the two above point to */
   flat_group group;
   fvvjs_pick pick;
   double range[3];

@@ -49,8 +49,8 @@ int fvvjs_put_tiles(fvv_bytes *list, const fvv_tile *tiles, size_t count) {
 static int put_video(fvvjs_decoder *d, const fvv_video_layout *video) {
   const fvv_video_config *config = &video->config;
   /* tiles: how many stand before, until the list does not move any more. */
-  const size_t before = d->flat_tiles.size;
-  if (!fvvjs_put_tiles(&d->flat_tiles, video->tiles, video->tile_count)) return 0;
+  const size_t before = d->lists[FVVJS_TILES].size;
+  if (!fvvjs_put_tiles(&d->lists[FVVJS_TILES], video->tiles, video->tile_count)) return 0;
   const flat_video flat = {video->track,
                            config->codec,
                            config->width,
@@ -68,25 +68,25 @@ static int put_video(fvvjs_decoder *d, const fvv_video_layout *video) {
                            (uint32_t)config->codec_string_size,
                            (const flat_tile *)before,
                            (uint32_t)video->tile_count};
-  return put(&d->flat_videos, &flat, sizeof flat);
+  return put(&d->lists[FVVJS_VIDEOS], &flat, sizeof flat);
 }
 
 static int put_lists(fvvjs_decoder *d, const fvv_configuration *c) {
   for (size_t i = 0; i < c->track_count; i++) {
     const flat_track flat = {c->tracks[i].id, c->tracks[i].kind, c->tracks[i].name,
                              (uint32_t)c->tracks[i].name_size};
-    if (!put(&d->flat_tracks, &flat, sizeof flat)) return 0;
+    if (!put(&d->lists[FVVJS_TRACKS], &flat, sizeof flat)) return 0;
   }
   for (size_t i = 0; i < c->camera_count; i++) {
     flat_camera flat;
     fvvjs_flatten_camera(&c->cameras[i], !(c->cameras[i].flags & FVV_CAMERA_MOVES), &flat);
-    if (!put(&d->flat_cameras, &flat, sizeof flat)) return 0;
+    if (!put(&d->lists[FVVJS_CAMERAS], &flat, sizeof flat)) return 0;
   }
   for (size_t i = 0; i < c->video_count; i++)
     if (!put_video(d, &c->videos[i])) return 0;
   for (size_t i = 0; i < c->metadata_count; i++) {
     const flat_text flat = {c->metadata[i].text, (uint32_t)c->metadata[i].size};
-    if (!put(&d->flat_metadata, &flat, sizeof flat)) return 0;
+    if (!put(&d->lists[FVVJS_METADATA], &flat, sizeof flat)) return 0;
   }
   return 1;
 }
@@ -94,13 +94,11 @@ static int put_lists(fvvjs_decoder *d, const fvv_configuration *c) {
 /* NULL: there is none yet, or no memory. Valid until the next call of fvvjs_next or fvvjs_play. */
 FVVJS_EXPORT const flat_configuration *fvvjs_configuration(fvvjs_decoder *d) {
   const fvv_configuration *c = d->configuration;
-  fvv_bytes *const lists[] = {&d->flat_tracks, &d->flat_cameras, &d->flat_videos, &d->flat_tiles,
-                              &d->flat_metadata};
-  for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->size = 0;
+  for (int i = FVVJS_TRACKS; i <= FVVJS_METADATA; i++) d->lists[i].size = 0;
   if (!c || !put_lists(d, c)) return NULL;
-  flat_video *videos = (flat_video *)d->flat_videos.data;
+  flat_video *videos = (flat_video *)d->lists[FVVJS_VIDEOS].data;
   for (size_t i = 0; i < c->video_count; i++)
-    videos[i].tiles = (const flat_tile *)(d->flat_tiles.data + (size_t)videos[i].tiles);
+    videos[i].tiles = (const flat_tile *)(d->lists[FVVJS_TILES].data + (size_t)videos[i].tiles);
   flat_configuration *flat = &d->flat;
   memset(flat, 0, sizeof *flat);
   memcpy(flat->origin, c->scene.lattice_origin, sizeof flat->origin);
@@ -110,13 +108,13 @@ FVVJS_EXPORT const flat_configuration *fvvjs_configuration(fvvjs_decoder *d) {
   flat->denominator = c->scene.time_base.denominator;
   flat->up_axis = c->scene.up_axis;
   flat->flags = c->scene.flags;
-  flat->tracks = (const flat_track *)d->flat_tracks.data;
+  flat->tracks = (const flat_track *)d->lists[FVVJS_TRACKS].data;
   flat->track_count = (uint32_t)c->track_count;
-  flat->cameras = (const flat_camera *)d->flat_cameras.data;
+  flat->cameras = (const flat_camera *)d->lists[FVVJS_CAMERAS].data;
   flat->camera_count = (uint32_t)c->camera_count;
   flat->videos = videos;
   flat->video_count = (uint32_t)c->video_count;
-  flat->metadata = (const flat_text *)d->flat_metadata.data;
+  flat->metadata = (const flat_text *)d->lists[FVVJS_METADATA].data;
   flat->metadata_count = (uint32_t)c->metadata_count;
   const fvv_texturing *t = &c->texturing;
   flat->threshold = t->threshold;
@@ -128,8 +126,5 @@ FVVJS_EXPORT const flat_configuration *fvvjs_configuration(fvvjs_decoder *d) {
 }
 
 void fvvjs_free_flat(fvvjs_decoder *d) {
-  fvv_bytes *const lists[] = {&d->flat_tracks,   &d->flat_cameras, &d->flat_videos,     &d->flat_tiles,
-                              &d->flat_metadata, &d->flat_meshes,  &d->flat_visibility, &d->flat_moving,
-                              &d->flat_samples,  &d->flat_layouts, &d->flat_backgrounds};
-  for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) fvv_bytes_free(lists[i]);
+  for (int i = 0; i < FVVJS_LISTS; i++) fvv_bytes_free(&d->lists[i]);
 }

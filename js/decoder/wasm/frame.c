@@ -125,7 +125,7 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvvjs_chunk *chunk, const 
                     mesh->normal_bits};
   status = fill_floats(d, track, mesh, want, &flat);
   if (status != FVV_OK) return status;
-  return fvv_bytes_append(&d->flat_meshes, &flat, sizeof flat);
+  return fvv_bytes_append(&d->lists[FVVJS_MESHES], &flat, sizeof flat);
 }
 
 /* What clause 17.4 makes of states, a row for each camera. */
@@ -175,7 +175,7 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, 
                                 seen->states,
                                 shares,
                                 mesh->vertex_count};
-  return fvv_bytes_append(&d->flat_visibility, &flat, sizeof flat);
+  return fvv_bytes_append(&d->lists[FVVJS_VISIBILITY], &flat, sizeof flat);
 }
 
 static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
@@ -195,7 +195,7 @@ static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk,
     if (!(c->cameras[i].flags & FVV_CAMERA_MOVES)) continue;
     if (fvv_calibration_camera(d->calibration, c->cameras[i].id, &camera) != FVV_OK) continue;
     fvvjs_flatten_camera(&camera, 1, &flat);
-    if (fvv_bytes_append(&d->flat_moving, &flat, sizeof flat) != FVV_OK) return no_memory(d);
+    if (fvv_bytes_append(&d->lists[FVVJS_MOVING], &flat, sizeof flat) != FVV_OK) return no_memory(d);
   }
   return FVV_OK;
 }
@@ -208,7 +208,7 @@ static fvv_status take_sample(fvvjs_decoder *d, const fvvjs_chunk *chunk, const 
       fvv_video_sample_check(&video->config, key, payload, (size_t)chunk->header.size, &d->diagnostic);
   if (status != FVV_OK) return status;
   const flat_sample flat = {chunk->header.track, (uint32_t)key, payload, (uint32_t)chunk->header.size};
-  return fvv_bytes_append(&d->flat_samples, &flat, sizeof flat);
+  return fvv_bytes_append(&d->lists[FVVJS_SAMPLES], &flat, sizeof flat);
 }
 
 /* Holds for the frames of the group. */
@@ -233,14 +233,14 @@ static fvv_status put_layouts(fvvjs_decoder *d) {
     const flat_layout flat = {track_at(d, i)->id, (const flat_tile *)tiles->data,
                               (uint32_t)(tiles->size / sizeof(flat_tile))};
     if (!flat.tile_count) continue;
-    if (fvv_bytes_append(&d->flat_layouts, &flat, sizeof flat) != FVV_OK) return no_memory(d);
+    if (fvv_bytes_append(&d->lists[FVVJS_LAYOUTS], &flat, sizeof flat) != FVV_OK) return no_memory(d);
   }
   return FVV_OK;
 }
 
 static fvv_status take_background(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
   const flat_sample flat = {chunk->header.track, 1, payload, (uint32_t)chunk->header.size};
-  return fvv_bytes_append(&d->flat_backgrounds, &flat, sizeof flat);
+  return fvv_bytes_append(&d->lists[FVVJS_BACKGROUNDS], &flat, sizeof flat);
 }
 
 static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
@@ -285,9 +285,7 @@ FVVJS_EXPORT uint32_t fvvjs_codecs(const fvvjs_decoder *d) {
  * the rest of the group is dropped. */
 FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
-  fvv_bytes *const lists[] = {&d->flat_meshes,  &d->flat_visibility, &d->flat_moving,
-                              &d->flat_samples, &d->flat_layouts,    &d->flat_backgrounds};
-  for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->size = 0;
+  for (int i = FVVJS_MESHES; i < FVVJS_LISTS; i++) d->lists[i].size = 0;
   memset(&d->diagnostic, 0, sizeof d->diagnostic);
   memset(&d->frame, 0, sizeof d->frame);
   for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) {
@@ -300,18 +298,18 @@ FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   }
   if (put_layouts(d) != FVV_OK) return FVV_ERROR_MEMORY;
   d->frame.time = d->ready.time;
-  d->frame.meshes = (const flat_mesh *)d->flat_meshes.data;
-  d->frame.mesh_count = (uint32_t)(d->flat_meshes.size / sizeof(flat_mesh));
-  d->frame.visibility = (const flat_visibility *)d->flat_visibility.data;
-  d->frame.visibility_count = (uint32_t)(d->flat_visibility.size / sizeof(flat_visibility));
-  d->frame.cameras = (const flat_camera *)d->flat_moving.data;
-  d->frame.camera_count = (uint32_t)(d->flat_moving.size / sizeof(flat_camera));
-  d->frame.samples = (const flat_sample *)d->flat_samples.data;
-  d->frame.sample_count = (uint32_t)(d->flat_samples.size / sizeof(flat_sample));
-  d->frame.layouts = (const flat_layout *)d->flat_layouts.data;
-  d->frame.layout_count = (uint32_t)(d->flat_layouts.size / sizeof(flat_layout));
-  d->frame.backgrounds = (const flat_sample *)d->flat_backgrounds.data;
-  d->frame.background_count = (uint32_t)(d->flat_backgrounds.size / sizeof(flat_sample));
+  d->frame.meshes = (const flat_mesh *)d->lists[FVVJS_MESHES].data;
+  d->frame.mesh_count = (uint32_t)(d->lists[FVVJS_MESHES].size / sizeof(flat_mesh));
+  d->frame.visibility = (const flat_visibility *)d->lists[FVVJS_VISIBILITY].data;
+  d->frame.visibility_count = (uint32_t)(d->lists[FVVJS_VISIBILITY].size / sizeof(flat_visibility));
+  d->frame.cameras = (const flat_camera *)d->lists[FVVJS_MOVING].data;
+  d->frame.camera_count = (uint32_t)(d->lists[FVVJS_MOVING].size / sizeof(flat_camera));
+  d->frame.samples = (const flat_sample *)d->lists[FVVJS_SAMPLES].data;
+  d->frame.sample_count = (uint32_t)(d->lists[FVVJS_SAMPLES].size / sizeof(flat_sample));
+  d->frame.layouts = (const flat_layout *)d->lists[FVVJS_LAYOUTS].data;
+  d->frame.layout_count = (uint32_t)(d->lists[FVVJS_LAYOUTS].size / sizeof(flat_layout));
+  d->frame.backgrounds = (const flat_sample *)d->lists[FVVJS_BACKGROUNDS].data;
+  d->frame.background_count = (uint32_t)(d->lists[FVVJS_BACKGROUNDS].size / sizeof(flat_sample));
   return FVV_OK;
 }
 

@@ -15,4 +15,8 @@ typedef struct fvv_delta_frame {
   fvv_delta_level level[FVV_MESH_LEVELS_MAX];
 } fvv_delta_frame;
 
+/* FVV_OK, or the diagnostic tells what does not fit. */
+FVV_MUST_USE fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
+                                              fvv_delta_frame *frame, fvv_diagnostic *diagnostic);
+
 #endif
