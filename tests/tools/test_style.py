@@ -45,6 +45,21 @@ def test_prettier():
     run(prettier, "--config", "js/package.json", "--check", *sources(".js", ".mjs", ".ts", ".css", ".html"))
 
 
+def test_declarations_of_js_packages():
+    js = ROOT / "js"
+    tsc = js / "node_modules/.bin/tsc"
+    if not tsc.exists() or not (js / "decoder/dist/index.d.ts").exists():
+        pytest.skip(
+            "no tsc or no js/decoder/dist: run npm install --no-package-lock in js and build the decoder"
+        )
+    strict = ["--noEmit", "--strict", "--target", "es2022", "--lib", "es2023,dom,dom.iterable"]
+    resolved = ["--module", "nodenext", "--moduleResolution", "nodenext"]
+    declared = sorted(p for package in js.glob("[!n]*/src") for p in package.rglob("*.d.ts"))
+    assert len(declared) > 5
+    # The sources' own, too: what lies in dist may be older.
+    run(tsc, *strict, *resolved, *declared, js / "testing/types/consumer.ts")
+
+
 def test_files_fit_in_a_head():
     long = {
         p.name: n

@@ -443,6 +443,21 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
     listener: (event: FvvEvent<DecoderEvents[T]>) => void,
     options?: boolean | AddEventListenerOptions,
   ): void;
+  addEventListener(
+    type: string,
+    listener: EventListenerOrEventListenerObject | null,
+    options?: boolean | AddEventListenerOptions,
+  ): void;
+  removeEventListener<T extends keyof DecoderEvents>(
+    type: T,
+    listener: (event: FvvEvent<DecoderEvents[T]>) => void,
+    options?: boolean | EventListenerOptions,
+  ): void;
+  removeEventListener(
+    type: string,
+    listener: EventListenerOrEventListenerObject | null,
+    options?: boolean | EventListenerOptions,
+  ): void;
 }
 
 export function createDecoder(options?: Options): Promise<Decoder>;

@@ -1,0 +1,71 @@
+// What a program in TypeScript does with the packages: tsc has to accept it, and their declarations with it.
+
+import { FvvError, camerasFor, createDecoder } from "@fvv/decoder";
+import type { Decoder, Frame, FvvEvent, Gap, Group } from "@fvv/decoder";
+import { FvvPlayer } from "@fvv/player";
+import { Renderer } from "@fvv/player/renderer";
+import { viewFromCamera, viewFromPose } from "@fvv/player/view";
+import { texturingOf, viewsOf } from "@fvv/shading";
+import { FvvObject3D, lookThrough } from "@fvv/three";
+import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
+
+async function open(url: string): Promise<Decoder> {
+  const decoder = await createDecoder({
+    source: { url, credentials: "include" },
+    shares: true,
+    limits: { memory: 2 ** 28 },
+    videoFallback: () => WebAssembly.compileStreaming(fetch("/video.wasm")),
+  });
+  const report = (event: FvvEvent<Gap>): void => console.warn(event.detail.from, event.detail.error.message);
+  decoder.addEventListener("gap", report);
+  decoder.addEventListener("configuration", ({ detail }) => console.log(detail.texturing.best, detail.cameras.length));
+  decoder.removeEventListener("gap", report);
+  decoder.addEventListener("configuration", { handleEvent() {} });
+  // @ts-expect-error gaps have no cameras
+  decoder.addEventListener("gap", ({ detail }) => detail.cameras);
+  const groups: readonly Group[] = decoder.groups ?? [];
+  const start: bigint | undefined = groups[0]?.start;
+  if (start !== undefined) await decoder.seek({ time: start });
+  await decoder.select({ tracks: null });
+  return decoder;
+}
+
+async function drawAll(decoder: Decoder, canvas: HTMLCanvasElement): Promise<void> {
+  const renderer = new Renderer(canvas);
+  const from = { eye: [0, 1, 3], target: [0, 1, 0], up: [0, 1, 0], fov: 0.7 } as const;
+  for await (const frame of decoder) {
+    await renderer.show(frame);
+    const camera = frame.camera(0);
+    const view = camera ? viewFromCamera(camera) : viewFromPose({ ...from, width: 640, height: 360 });
+    renderer.draw(view, { threshold: 0.3, best: 2, cameras: new Set([0, 1]) });
+    const { tolerance } = texturingOf(frame.configuration, { unseen: 0xff0000 });
+    console.log(tolerance[0], viewsOf(frame, new Map()).length, camera?.project(0, 1, 2)?.[0]);
+    frame.close();
+  }
+  // @ts-expect-error there is no such mode
+  renderer.draw(viewFromPose({ ...from, width: 1, height: 1 }), { mode: "pretty" });
+  renderer.close();
+}
+
+async function showInScene(frame: Frame, renderer: WebGLRenderer): Promise<number | null> {
+  const object = new FvvObject3D({ renderer, best: 2, threshold: 0.5, unseen: 0x336699 });
+  const viewer = new PerspectiveCamera();
+  new Scene().add(object.add(viewer));
+  await object.show(frame);
+  lookThrough(viewer, frame.cameras[0]);
+  renderer.render(object, viewer);
+  return object.frame && object.frame.number;
+}
+
+async function play(source: Blob): Promise<void> {
+  const player: FvvPlayer = document.createElement("fvv-player");
+  player.srcObject = source;
+  player.viewMode = "weights";
+  await player.play().catch((error: unknown) => {
+    if (error instanceof FvvError) console.error(error.code, error.offset);
+  });
+  await player.setPose({ fov: 0.5 }, { duration: 1 });
+  player.addEventListener("timeupdate", () => console.log(player.currentTime, player.stats.framesShown));
+}
+
+export { camerasFor, drawAll, open, play, showInScene };
