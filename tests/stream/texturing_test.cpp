@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <sstream>
 
 namespace {
 
@@ -20,6 +22,24 @@ fvv_diagnostic problem_of(const Bytes &payload) {
   const fvv_status status = fvv_texturing_decode(&out, payload.data(), payload.size(), &d);
   CHECK(status == (d.issue ? FVV_ERROR_INVALID : FVV_OK));
   return d;
+}
+
+Stream vector_stream(bool told) {
+  Stream out = good_stream(2);
+  out.repeat = true;
+  if (told) out.configuration.push_back(texturing_chunk());
+  return out;
+}
+
+const char *path_of(bool told, bool text) {
+  if (text) return told ? FVV_TEXTURING_VECTORS "/told.txt" : FVV_TEXTURING_VECTORS "/untold.txt";
+  return told ? FVV_TEXTURING_VECTORS "/told.fvv" : FVV_TEXTURING_VECTORS "/untold.fvv";
+}
+
+Bytes contents(const char *path) {
+  std::ifstream file(path, std::ios::binary);
+  REQUIRE(file.good());
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 } // namespace
@@ -93,4 +113,25 @@ TEST_CASE("6101, 6102: texturing out of range, of another size, or twice") {
   uint8_t out[32];
   CHECK(fvv_texturing_encode(&none, out, sizeof out, &written, nullptr) == FVV_ERROR_ARGUMENT);
   CHECK(fvv_texturing_encode(&wanted, out, 31, &written, nullptr) == FVV_ERROR_BUFFER_TOO_SMALL);
+}
+
+TEST_CASE("libfvv reads of the vectors what the plain reader of the specification reads") {
+  for (const bool told : {false, true}) {
+    const Bytes bytes = contents(path_of(told, false)), text = contents(path_of(told, true));
+    Opened opened(bytes);
+    std::ostringstream ours;
+    for (size_t g = 0; g < 2; g++) {
+      const fvv_configuration *c = nullptr;
+      REQUIRE(fvv_stream_configuration(opened.stream, g, &c, nullptr) == FVV_OK);
+      const fvv_texturing &t = c->texturing;
+      ours << g << ' ' << t.threshold << ' ' << t.depth_bias << ' ' << t.depth_slope << ' ' << int(t.best);
+      for (const uint8_t channel : t.unseen) ours << ' ' << int(channel);
+      ours << '\n';
+    }
+    CHECK(ours.str() == std::string(text.begin(), text.end()));
+  }
+}
+
+TEST_CASE("write the texturing vectors", "[.][make]") {
+  for (const bool told : {false, true}) write_vector(path_of(told, false), write(vector_stream(told)));
 }
