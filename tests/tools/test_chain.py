@@ -48,6 +48,8 @@ def test_there_and_back(capture, tmp_path, codec, options):
             "--quality",
             "40dB",
             "--keep-geometry",
+            "--visibility",
+            "face",
             "--json",
             *options,
         )  # fmt: skip
