@@ -31,6 +31,8 @@ async function hashes(frame) {
     const pixel = camera.project(0.25, 1, -0.5);
     if (pixel) out[`pixel ${camera.id}`] = await sha256(Float64Array.from(pixel));
   }
+  const { threshold, depthBias, depthSlope, best, unseen } = frame.configuration.texturing;
+  out["texturing 0"] = await sha256(Float64Array.of(threshold, depthBias, depthSlope, best, unseen));
   return out;
 }
 

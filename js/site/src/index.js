@@ -54,6 +54,9 @@ function play(clip) {
   );
   // Without a mesh there is nothing else to see.
   player.showCameras = clip.mesh ? "none" : "pictures";
+  // One frame would be drawn over and over, and by slow machines coarsely.
+  player.autoplay = clip.frames > 1;
+  if (!player.autoplay) player.pause();
   player.src = clip.file;
 }
 
