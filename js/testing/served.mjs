@@ -18,14 +18,15 @@ export function tool(name, ...parameters) {
   return stdout;
 }
 
-/** {folder, url, close} */
-export async function serveFolder() {
+/** {folder, url, close}. live: files that are played again and again at /live/NAME. */
+export async function serveFolder(live = {}) {
   const folder = mkdtempSync(join(tmpdir(), "fvv-page-"));
-  const server = spawn(program("fvvserve"), ["--root", folder, "--port", "0"], {
+  const streams = Object.entries(live).flatMap(([name, file]) => ["--live", `${name}=${file}`]);
+  const server = spawn(program("fvvserve"), ["--root", folder, "--port", "0", "--loop", ...streams], {
     stdio: ["ignore", "pipe", "inherit"],
   });
   const url = await new Promise((listening, failed) => {
-    server.stdout.once("data", (line) => listening(String(line).trim()));
+    server.stdout.once("data", (line) => listening(String(line).split("\n")[0]));
     server.once("error", failed);
     server.once("exit", (code) => failed(new Error(`fvvserve ended with ${code}`)));
   });

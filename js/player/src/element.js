@@ -162,12 +162,13 @@ export class FvvPlayer extends ViewpointElement {
   load() {
     if (this.#loading || !this.#alive) return;
     this.#loading = true;
+    this.#media.reset();
+    this.#media.playbackRate = this.defaultPlaybackRate;
     queueMicrotask(() => {
       this.#loading = false;
       if (!this._stage) return;
       this._stage.forget();
       this.#showPoster();
-      this.#media.playbackRate = this.defaultPlaybackRate;
       this.#media.load(this._source, { live: this.live, at: this.#bookmarks.place });
     });
   }

@@ -6,12 +6,11 @@ import { Meter } from "./meter.js";
 import { PendingPlays } from "./pending_plays.js";
 import { Playout } from "./playout.js";
 import { Ranges } from "./ranges.js";
-import { NETWORK, READY, mediaError } from "./states.js";
+import { NETWORK, NOTHING_YET, READY, mediaError } from "./states.js";
 
 const TIME_UPDATE_MS = 250;
 const STALLED_MS = 3000;
-/** Seconds behind the live edge that are leapt over. */
-const LEAP_SECONDS = 5;
+const LEAP_SECONDS = 5; // behind the live edge
 const FASTEST = 16;
 
 export class Media extends Announcer {
@@ -28,6 +27,7 @@ export class Media extends Announcer {
   #suspended = false;
   #startAt = null;
   #autoplaying = true;
+  #blank = true; // nothing is to be reset
   #updated = -Infinity;
   #stallTimer = null;
   #sawData = false;
@@ -35,28 +35,22 @@ export class Media extends Announcer {
   #reopened = false;
   paused = true;
   autoplay = false;
-  seeking = false;
-  atEnd = false;
   live = false;
-  readyState = READY.NOTHING;
-  networkState = NETWORK.EMPTY;
-  error = null;
-  duration = NaN;
   leapSeconds = LEAP_SECONDS;
   meter = new Meter();
-  frame = null;
 
   /** open(source): a decoder. show(frame): when it may be closed. wake(): tick is wanted. now(): milliseconds. */
   constructor({ open, show, wake = () => {}, now = () => performance.now() }) {
     super();
+    Object.assign(this, NOTHING_YET);
     this.#open = open;
     this.#show = show;
     this.#wake = wake;
     this.#now = now;
   }
 
-  /** source: as createDecoder takes it, or null. at: {seconds} or {frame} to begin with. */
-  load(source, { live = false, at = null } = {}) {
+  /** What load does at once: what is asked for from here on is asked of the next source, play() too. */
+  reset() {
     this.forget();
     const former = this.networkState;
     this.#release();
@@ -67,12 +61,18 @@ export class Media extends Announcer {
       this.#range = null;
     }
     this.#plays.break("AbortError", "another source was set");
-    Object.assign(this, { error: null, seeking: false, atEnd: false, duration: NaN, frame: null, live });
-    Object.assign(this, { readyState: READY.NOTHING, networkState: NETWORK.EMPTY });
+    Object.assign(this, NOTHING_YET);
+    this.#autoplaying = this.#blank = true;
+    this.#reopened = this.#sawData = false;
+  }
+
+  /** source: as createDecoder takes it, or null. at: {seconds} or {frame} to begin with. */
+  load(source, { live = false, at = null } = {}) {
+    if (!this.#blank) this.reset();
+    this.#blank = false;
+    this.live = live;
     this.#source = source;
     this.#startAt = at;
-    this.#autoplaying = true;
-    this.#reopened = this.#sawData = false;
     if (source === null || source === undefined) return;
     this.networkState = NETWORK.LOADING;
     this.announce("loadstart");

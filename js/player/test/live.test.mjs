@@ -1,0 +1,89 @@
+// A live stream of fvvserve in Chromium and Firefox: it goes on while one walks around a moment that stands still, and the
+// player is where it goes on soon afterwards.
+
+import assert from "node:assert/strict";
+import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+import { after, before, describe, test } from "node:test";
+
+import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
+import { serveFolder, tool } from "../../testing/served.mjs";
+import { bundle } from "../../three/bundle.mjs";
+import { handsOn } from "./hands.mjs";
+
+const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
+const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+
+let folder;
+before(() => {
+  mkdirSync(screens, { recursive: true });
+  folder = mkdtempSync(join(tmpdir(), "fvv-live-"));
+  const options = "--rig small --cameras 3 --frames 120 --fps 6 --size 160x120".split(" ");
+  tool("fvvsynth", "-o", join(folder, "capture"), ...options);
+  const sizes = "--group 6 --quality 30 --triangles 4000".split(" ");
+  tool("fvvmux", join(folder, "capture"), "-o", join(folder, "players.fvv"), ...sizes);
+});
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+for (const name of ["chromium", "firefox"])
+  describe(name, { skip: missingBrowser(name) }, () => {
+    let served, browser, page;
+    before(async () => {
+      served = await serveFolder({ players: join(folder, "players.fvv") });
+      await bundle(here("page.js"), [here("live.html"), here("page.css")], served.folder);
+      browser = await openBrowser(name);
+      page = await browser.newPage(`${served.url}live.html`, 720, 560);
+    });
+    after(async () => {
+      await browser?.close();
+      served?.close();
+    });
+    const { ask, until, screen, control, click, press, colourful, orbit } = handsOn(() => page, screens, name);
+    const badge = () => ask((part) => window.player.shadowRoot.querySelector(part).textContent, control("live"));
+
+    test("plays what is sent, stands still, and catches up", async () => {
+      await until(() => "player" in window);
+      // The address of a live stream depends on the port.
+      await ask(() => {
+        window.player.src = new URL("live/players", location.href.replace("http", "ws")).href;
+        return window.player.play();
+      });
+      await until(() => window.player.live && window.player.stats.contentFrames > 6);
+      assert.equal(await badge(), "Live");
+      const share = await colourful();
+      assert.ok(share > 0.02 && share < 0.6, `${share} of the picture is coloured`);
+
+      await press("k");
+      await until(() => window.player.paused && !window.player.isMoving);
+      const [frame, [azimuth]] = [await ask(() => window.player.currentFrame), await orbit()];
+      await press("ArrowLeft");
+      await wait(1500);
+      assert.notEqual((await orbit())[0], azimuth, "nothing turns");
+      assert.equal(await ask(() => window.player.currentFrame), frame, "the moment does not stand still");
+      assert.ok((await ask(() => window.player.liveLatency)) > 1.2);
+      await until(
+        (part) => /^Live \u2212[1-9] s$/.test(window.player.shadowRoot.querySelector(part).textContent),
+        control("live"),
+      );
+      await screen("live-late");
+
+      await press("k");
+      const began = Date.now();
+      await until(() => !window.player.paused && window.player.liveLatency < 0.6);
+      assert.ok(Date.now() - began > 1500, "it leaps, and does not run");
+      assert.equal(await badge(), "Live");
+    });
+
+    test("goes live at once when it is asked to", async () => {
+      await press("k");
+      await wait(1500);
+      assert.ok((await ask(() => window.player.liveLatency)) > 1.2);
+      await click(control("live"));
+      await until(() => !window.player.paused && window.player.liveLatency < 0.6, { timeout: 4000 });
+      const frame = await ask(() => window.player.stats.contentFrames);
+      await until((frame) => window.player.stats.contentFrames > frame, frame);
+    });
+  });
