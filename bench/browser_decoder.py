@@ -1,7 +1,6 @@
 """Time the browser's decoder in Node, and its size as it travels (./run bench js)."""
 
 import json
-import os
 import pathlib
 import shutil
 import subprocess
@@ -9,8 +8,6 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DECODER = ROOT / "js/decoder"
-NPM = ROOT / "build/npm"
-DRACO3D = "draco3d@1.5.9"
 
 
 def run(*command, **options):
@@ -21,21 +18,7 @@ def run(*command, **options):
 
 
 def node(what, path):
-    return json.loads(
-        run("node", ROOT / "bench/decoder.mjs", what, path, env={**os.environ, "FVV_NPM": str(NPM)})
-    )
-
-
-def has_draco3d():
-    if (NPM / "node_modules/draco3d").exists():
-        return True
-    if not shutil.which("npm"):
-        print("wasm.draco3d_ms is left out: no npm here to get draco3d with")
-        return False
-    NPM.mkdir(parents=True, exist_ok=True)
-    (NPM / "package.json").write_text("{}\n")
-    run("npm", "install", "--no-audit", "--no-fund", DRACO3D, cwd=NPM)
-    return True
+    return json.loads(run("node", ROOT / "bench/decoder.mjs", what, path))
 
 
 def measure(draco, fast, delta):
@@ -55,7 +38,9 @@ def measure(draco, fast, delta):
         "wasm.fast_key_ms": node("warm", fast)["key_ms"],
         "wasm.delta_ms": node("warm", delta)["delta_ms"],
     }
-    if has_draco3d():
+    if not (ROOT / "js/node_modules/draco3d").exists():
+        print("wasm.draco3d_ms is left out: no js/node_modules here: npm install --no-package-lock in js")
+    else:
         other = node("draco3d", draco)
         figures["wasm.draco3d_ms"] = other["key_ms"]
         figures["wasm.draco3d_first_call_ms"] = other["first_ms"]

@@ -78,7 +78,7 @@ function* bitstreams() {
 }
 
 async function draco3d() {
-  const require = createRequire(`${process.env.FVV_NPM ?? process.cwd()}/package.json`);
+  const require = createRequire(new URL("../js/package.json", import.meta.url));
   const begin = performance.now();
   const draco = await require("draco3d").createDecoderModule({});
   const times = [];

@@ -2,7 +2,7 @@
 // player is where it goes on soon afterwards.
 
 import assert from "node:assert/strict";
-import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -33,9 +33,10 @@ for (const name of ["chromium", "firefox"])
     let served, browser, page;
     before(async () => {
       served = await serveFolder({ players: join(folder, "players.fvv") });
-      await bundle(here("page.js"), [here("live.html"), here("page.css")], served.folder);
+      await bundle(here("page.js"), [here("page.html"), here("page.css")], served.folder);
+      copyFileSync(join(folder, "players.fvv"), join(served.folder, "players.fvv"));
       browser = await openBrowser(name);
-      page = await browser.newPage(`${served.url}live.html`, 720, 560);
+      page = await browser.newPage(`${served.url}page.html`, 720, 560);
     });
     after(async () => {
       await browser?.close();

@@ -77,6 +77,7 @@ export function texturingOf(
 
 /** GLSL ES 3.00 without a version line: what each wants defined and named stands in its source. */
 export const projection: string;
+export const depthVertex: string;
 export const depthFragment: string;
 export const sharesVertex: string;
 export const blending: string;

@@ -1,7 +1,7 @@
 export { DepthPlan, depthSizes } from "./depth_plan.js";
 export { blending, sharesVertex } from "./glsl/blending.js";
 export { copyFragment, planesFragment } from "./glsl/pictures.js";
-export { depthFragment, projection } from "./glsl/projection.js";
+export { depthFragment, depthVertex, projection } from "./glsl/projection.js";
 export { conversionOf, layoutOf, loadPicture, loadPictures } from "./pictures.js";
 export { MOST_SHARE_TEXELS, SHARE_COLUMNS, packShares, shareTexels } from "./shares.js";
 export { MOST_BEST, checkTexturing, texturingOf } from "./texturing.js";

@@ -1,10 +1,10 @@
 // The front page: the player, a choice of clips, and what is in the one that plays.
 
 import "@fvv/player";
+import { COMMANDS, MOVES } from "@fvv/player/keys";
 
 import { comparedWith } from "./compared.js";
 import { element } from "./dom.js";
-import { COMMANDS, MOVES } from "../../player/src/navigation/keys.js";
 import { factsOf, partsOf } from "./parts.js";
 import "./theme.js";
 import { bytes } from "./words.js";

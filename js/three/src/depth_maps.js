@@ -1,7 +1,7 @@
 // Who sees what, found out for cameras of which the file does not tell: a depth map of each, drawn once for a frame of
 // the stream and not once for each picture of the viewer, in the layers of one target.
 
-import { DepthPlan, depthFragment, depthSizes } from "@fvv/shading";
+import { DepthPlan, depthFragment, depthSizes, depthVertex } from "@fvv/shading";
 import {
   Camera,
   DoubleSide,
@@ -18,7 +18,6 @@ import {
 } from "three";
 
 import { offScreen } from "./off_screen.js";
-import { depthVertex } from "./shaders.js";
 
 export class DepthMaps {
   #target = null;

@@ -46,19 +46,6 @@ void main() {
 }
 `;
 
-/** One view's depth, without its lens. */
-export const depthVertex = /* glsl */ `
-uniform int view;
-uniform vec2 layerSize;
-out float vDepth;
-${projection}
-void main() {
-  vec3 at = toCamera(view, position);
-  vDepth = at.z;
-  gl_Position = toDepthMap(view, at, layerSize);
-}
-`;
-
 export const wholeVertex = /* glsl */ `
 void main() {
   gl_Position = vec4(position.xy, 0.0, 1.0);

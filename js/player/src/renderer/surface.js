@@ -8,8 +8,8 @@ import {
   VIEW_TEXELS,
   depthFragment,
   depthSizes,
+  depthVertex,
   packShares,
-  projection,
   shareTexels,
   texturingOf,
   writeViews,
@@ -24,21 +24,7 @@ import { DataTexture } from "./textures.js";
 const OTHER_VARYINGS = 4;
 const VISIBLE_BY = ["auto", "bits", "depth", "both"];
 
-const depthShaders = {
-  vertex: /* glsl */ `
-layout(location = 0) in vec3 position;
-uniform int view;
-uniform vec2 layerSize;
-out float vDepth;
-${projection}
-void main() {
-  vec3 at = toCamera(view, position);
-  vDepth = at.z;
-  gl_Position = toDepthMap(view, at, layerSize);
-}
-`,
-  fragment: depthFragment,
-};
+const depthShaders = { vertex: `layout(location = 0) in vec3 position;${depthVertex}`, fragment: depthFragment };
 
 export class Surface {
   #gl;

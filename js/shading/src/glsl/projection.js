@@ -49,6 +49,19 @@ vec4 toDepthMap(int view, vec3 at, vec2 layerSize) {
 }
 `;
 
+/** One view's depth, without its lens. Wants position. */
+export const depthVertex = /* glsl */ `
+uniform int view;
+uniform vec2 layerSize;
+out float vDepth;
+${projection}
+void main() {
+  vec3 at = toCamera(view, position);
+  vDepth = at.z;
+  gl_Position = toDepthMap(view, at, layerSize);
+}
+`;
+
 /** Linear depth as the bytes of a float: every WebGL 2 draws into such textures. 0 where there is no surface. */
 export const depthFragment = /* glsl */ `
 in float vDepth;
