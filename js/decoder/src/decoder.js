@@ -178,6 +178,12 @@ export class Decoder extends EventTarget {
     return this.#aim(this.#seen, this.configuration.videos);
   }
 
+  /** What is known of the source anew. */
+  #learn({ seekable, frameCount, groups }) {
+    Object.assign(this, { seekable, frameCount, groups });
+    this.dispatchEvent(new FvvEvent("groups", groups));
+  }
+
   /** One more environment of the configuration that holds; null: another configuration holds. */
   #surround(background) {
     this.backgrounds = background ? [...this.backgrounds, background] : [];
@@ -218,7 +224,7 @@ export class Decoder extends EventTarget {
       }
       const detail = this.#revive(item.detail);
       if (type === "configuration") this.#configure(detail);
-      else if (type === "opened") Object.assign(this, detail);
+      else if (type === "opened") this.#learn(detail);
       else if (type === "background") this.#surround(detail);
       else if (type === "end") this.#ended = true;
       else this.dispatchEvent(new FvvEvent(type, detail));
@@ -253,11 +259,11 @@ export class Decoder extends EventTarget {
     if (!this.seekable) throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
     let place;
     if (frame !== undefined) {
-      if (!(Number.isInteger(frame) && frame >= 0 && frame < this.frameCount))
+      if (!(Number.isInteger(frame) && frame >= 0 && frame < (this.frameCount ?? Infinity)))
         throw new FvvError({
           code: "argument",
           fatal: false,
-          message: `there is no frame ${frame} of ${this.frameCount}`,
+          message: `there is no frame ${frame} of ${this.frameCount ?? "a stream whose length is not known"}`,
         });
       place = { frame };
     } else if (time !== undefined) {
@@ -283,6 +289,11 @@ export class Decoder extends EventTarget {
     const stats = await this.#call("status");
     this.dispatchEvent(new FvvEvent("stats", stats));
     return stats;
+  }
+
+  /** [{start, end}] in ticks: what plays without the network. */
+  held() {
+    return this.#call("heldTimes");
   }
 
   /** Ends everything; an iteration that goes on ends without an error. Frames that were handed out stay good. */

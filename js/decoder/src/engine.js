@@ -1,6 +1,7 @@
 // What runs in the worker, or without one beside the caller: playback, pictures, and a bounded queue of frames between
 // them and who takes them.
 
+import { Cache } from "./cache.js";
 import { FvvError } from "./errors.js";
 import { createPictures } from "./pictures.js";
 import { Playback } from "./playback.js";
@@ -14,7 +15,7 @@ export class Engine {
   /** pull(): the next bytes of a source that is a stream, or null. codec(name), background(), fallback(): compiled modules. */
   constructor({ pull, codec, background, fallback }) {
     Object.assign(this, { pull, codec, background, fallback });
-    Object.assign(this, { generation: 0, queue: [], waiting: null, room: null, error: null });
+    Object.assign(this, { generation: 0, queue: [], waiting: null, room: null, error: null, closed: false });
     this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
   }
 
@@ -31,12 +32,16 @@ export class Engine {
     });
     await this.#openSource();
     if (!held) this.#run(undefined);
-    return this.#about();
+    return this.playback.about;
   }
 
   async #openSource() {
     const warn = (error) => this.#tell("warning", error);
-    const source = await openSource(this.description, { pull: this.pull, warn });
+    this.source?.close?.();
+    const cache = (this.cache = new Cache(() => this.#cacheRoom));
+    const source = await openSource(this.description, { pull: this.pull, warn, cache });
+    this.source = source;
+    if (this.closed) source.close?.();
     this.playback = await Playback.open(source, {
       ...this.settings,
       codec: this.codec,
@@ -45,12 +50,11 @@ export class Engine {
       background: this.background,
       emit: (type, detail) => this.#tell(type, detail),
     });
-    this.source = source;
   }
-
-  #about() {
-    const { groups, frameCount } = this.playback;
-    return { seekable: groups !== null, frameCount: frameCount ?? null, groups };
+  /** The cache gives way to what decoding takes. */
+  get #cacheRoom() {
+    const { memory, cacheBytes } = { ...defaultLimits, ...this.settings.limits };
+    return this.closed ? 0 : Math.min(cacheBytes, memory - (this.playback?.session.memoryBytes ?? 0));
   }
 
   /** Events stand in the queue between frames, so that they are told in their place. */
@@ -105,12 +109,10 @@ export class Engine {
         );
         const { last } = this;
         await this.#openSource();
-        const { groups } = this.playback;
-        this.#tell("opened", this.#about());
-        if (!groups) place = undefined;
-        else if (last !== null) place = this.playback.locateTime(last);
-        else if (place?.until !== undefined) place = this.playback.locateTime(place.until);
-        else place = undefined;
+        const { about } = this.playback;
+        this.#tell("opened", about);
+        const time = last ?? place?.time;
+        place = about.seekable && time !== undefined ? { time } : undefined;
       }
     }
   }
@@ -165,12 +167,15 @@ export class Engine {
     }
   }
 
-  seek({ frame, time }) {
-    const { playback } = this;
-    if (!playback.groups)
+  seek(place) {
+    if (!this.playback.about.seekable)
       throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
-    if (!playback.groups.length) return;
-    this.#run(frame !== undefined ? playback.locate(frame) : playback.locateTime(time));
+    this.#run(place);
+  }
+
+  /** [{start, end}] in ticks: what plays without the network. */
+  heldTimes() {
+    return this.playback.heldTimes();
   }
 
   /** The configuration, as early as the source can tell. */
@@ -187,13 +192,16 @@ export class Engine {
   }
 
   status() {
-    const { source, playback, stats } = this;
+    const { source, playback, stats, cache } = this;
     return {
       ...stats,
       queued: this.queue.length,
       memoryBytes: playback.session.memoryBytes,
       bytesRead: source.bytesRead ?? null,
       requests: source.requests ?? null,
+      cachedBytes: cache.bytes,
+      cacheHits: cache.hits,
+      bytesReused: cache.bytesReused,
     };
   }
 
@@ -206,6 +214,8 @@ export class Engine {
     this.abort?.abort();
     this.frames?.return().catch(() => {});
     this.pictures?.close();
+    this.closed = true;
+    this.source?.close?.();
   }
 }
 

@@ -60,6 +60,8 @@ export async function createDecoder(options = {}) {
   const { tracks = null, look = null, videoFallback } = options;
   if (videoFallback !== undefined && typeof videoFallback !== "function")
     throw new FvvError({ code: "argument", message: "videoFallback is a function that imports the package" });
+  if (limits.cacheBytes !== undefined && !(limits.cacheBytes >= 0))
+    throw new FvvError({ code: "argument", message: "limits.cacheBytes is a number of bytes; 0 keeps nothing" });
   const video = options.video ?? (typeof VideoDecoder === "function" || videoFallback ? "pictures" : "samples");
   return Decoder.create({
     worker,

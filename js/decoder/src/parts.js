@@ -88,11 +88,18 @@ export class Parts {
     this.#ranges.clear();
   }
 
-  #table(groups, i, signal) {
+  /** GRUP and GEND of group i. */
+  tableOf(groups, i) {
     const { offset, size, endSize } = groups[i];
-    const end = offset + size;
+    return [
+      { from: offset, end: offset + GROUP_SIZE },
+      { from: offset + size - endSize, end: offset + size },
+    ];
+  }
+  #table(groups, i, signal) {
+    const [, { from, end }] = this.tableOf(groups, i);
     const next = groups[i + 1]?.offset ?? Infinity;
-    const range = { from: end - endSize, end: next - end < BETWEEN ? next + GROUP_SIZE : end };
+    const range = { from, end: next - end < BETWEEN ? next + GROUP_SIZE : end };
     if (!this.#tables.has(i)) this.#tables.set(i, new Part(this.#source, range, signal));
     return this.#tables.get(i);
   }
@@ -102,9 +109,9 @@ export class Parts {
     this.#ranges.clear();
     for (const known of this.#tables.keys()) if (known < i - 1 || known > i) this.#tables.delete(known);
     const needed = [this.#table(groups, i, signal)];
-    const { offset } = groups[i];
-    if (!(this.#tables.get(i - 1)?.end >= offset + GROUP_SIZE)) {
-      needed.push(new Part(this.#source, { from: offset, end: offset + GROUP_SIZE }, signal));
+    const [opening] = this.tableOf(groups, i);
+    if (!(this.#tables.get(i - 1)?.end >= opening.end)) {
+      needed.push(new Part(this.#source, opening, signal));
       this.#ranges.add(needed.at(-1));
     }
     await Promise.all(needed.map((part) => part.all()));

@@ -2,13 +2,10 @@
 
 import { FvvError } from "./errors.js";
 import { Environments } from "./background.js";
+import { GroupIndex } from "./group_index.js";
+import { Held } from "./held.js";
 import { Parts } from "./parts.js";
 import { Session } from "./session.js";
-
-/** So many reads and bytes to find the index; a file that needs more is read from front to back. */
-const INDEX_READS = 64;
-const INDEX_BYTES = 2 ** 26;
-const READ_LEAST = 1 << 14;
 
 export class Playback {
   /**
@@ -17,46 +14,41 @@ export class Playback {
    */
   static async open(source, { module, codec, background, limits, emit, want, selection, frugal }) {
     const playback = new Playback();
-    const held = [];
-    Object.assign(playback, { source, emit, want, held, selection, groups: null, missing: null });
-    playback.parts = new Parts(source);
+    const parts = new Parts(source);
+    const index = new GroupIndex(source, parts);
+    const held = new Held(source, index);
+    Object.assign(playback, { source, emit, want, selection, parts, index, held });
     source.frugal = frugal || selection !== null;
     playback.session = await Session.create({
       module,
       codec,
       limits,
-      read: (offset, out) => playback.#answer(offset, out),
+      read: (offset, out) => index.answer(offset, out),
     });
+    index.session = playback.session;
     playback.environments = new Environments({ module: background, session: playback.session, emit });
-    if (source.size !== undefined) await playback.#openIndex();
-    if (source.groups) playback.#number(source.groups);
+    const trouble = await index.open();
+    if (trouble) playback.#warn("no-index", trouble);
+    playback.about = playback.#describe();
     return playback;
   }
 
-  /** What the core reads of the index, out of what is held; else what is missing is noted. */
-  #answer(offset, out) {
-    for (const { at, bytes } of [...this.held, ...this.parts])
-      if (offset >= at && offset + out.length <= at + bytes.length) {
-        out.set(bytes.subarray(offset - at, offset - at + out.length));
-        return true;
-      }
-    this.missing = { offset, size: out.length };
-    return false;
+  #describe() {
+    const { index, source } = this;
+    // Of one answer it is known in the end how many there are.
+    const known = source.front === undefined || (source.complete && source.rewinds);
+    const { groups, frameCount = null } = known ? index : { groups: null };
+    return { seekable: source.rewinds ?? groups !== null, frameCount, groups };
   }
-
-  /** Calls step until it has what it reads; false: that would be too much. */
-  async #satisfied(step) {
-    let total = 0;
-    for (let reads = 0; !step(); reads++) {
-      const { offset, size } = this.missing;
-      total += size;
-      if (reads >= INDEX_READS || total > INDEX_BYTES) return false;
-      const wanted = Math.min(Math.max(size, READ_LEAST), this.source.size - offset);
-      const bytes = await this.source.read(offset, wanted);
-      if (bytes.length < size) throw new FvvError({ code: "io", message: `${size} bytes at ${offset} can't be read` });
-      this.held.push({ at: offset, bytes });
-    }
-    return true;
+  /** Of one answer: whether what has gone by can be read again, and in the end all about it. */
+  #learnMore() {
+    const { source, index } = this;
+    if (source.front === undefined) return;
+    if (source.complete && source.rewinds) index.openKept();
+    const about = this.#describe();
+    if (about.seekable === this.about.seekable && about.frameCount === this.about.frameCount) return;
+    this.about = about;
+    this.emit("opened", about);
   }
 
   /** Environments that came with a frame, or in front of where playing began. Frames don't wait for them. */
@@ -75,14 +67,7 @@ export class Playback {
   async #findBackground(group, track) {
     if (this.environments.tracks.has(track)) return null;
     if (this.source.inRuns) return this.#loadBackground(track);
-    let found;
-    const step = () => {
-      this.missing = null;
-      found = this.session.findBackground(group, track);
-      // What is not there may only not have been read.
-      return found || !this.missing;
-    };
-    return (await this.#satisfied(step)) ? found : null;
+    return this.index.find(() => this.session.findBackground(group, track));
   }
 
   /** Of a source that has environments apart. */
@@ -95,45 +80,8 @@ export class Playback {
     }
   }
 
-  async #openIndex() {
-    const { source } = this;
-    if (source.bytes) this.held.push({ at: 0, bytes: source.bytes });
-    const found = await this.#satisfied(() => this.session.open(source.size));
-    if (!found) {
-      this.#warn("no-index", "there is no index: the file is read from front to back");
-      return;
-    }
-    if (this.session.indexState === 2) this.#warn("no-index", "there is no good index: it was rebuilt from all bytes");
-    this.#number(this.session.groups());
-  }
-
-  #number(groups) {
-    this.groups = groups;
-    let first = 0;
-    for (const group of groups) {
-      group.firstFrame = first;
-      first += group.frameCount;
-    }
-    this.frameCount = first;
-  }
-
   #warn(code, message) {
     this.emit("warning", new FvvError({ code, message, severity: "warning", fatal: false }));
-  }
-
-  /** Group and the frames in it to pass over, for frame number n. */
-  locate(n) {
-    const { groups } = this;
-    let i = groups.findLastIndex((group) => group.firstFrame <= n && group.frameCount);
-    if (i < 0) i = 0;
-    return { group: i, skip: n - groups[i].firstFrame };
-  }
-  /** The same for a time: the frame that is shown then, the last one at or before it. */
-  locateTime(time) {
-    const { groups } = this;
-    let i = groups.findLastIndex((group) => group.start <= time && group.frameCount);
-    if (i < 0) i = groups.findIndex((group) => group.frameCount);
-    return { group: Math.max(i, 0), until: time };
   }
 
   /** Tracks of video that frames come with from the next group on; null: all. */
@@ -143,22 +91,25 @@ export class Playback {
 
   /** The configuration of the first group, before anything is played; null: the source does not tell yet. */
   async peek() {
-    const { session, source, groups } = this;
-    if (!groups?.length || source.inRuns) return null;
-    return (await this.#satisfied(() => session.play(0))) ? session.configuration() : null;
+    const { session, source, index } = this;
+    if (!index.groups?.length || source.inRuns) return null;
+    return (await index.satisfied(() => session.play(0))) ? session.configuration() : null;
   }
 
   /**
-   * Frames from a place on; one generator at a time. place: {group, skip | until}, or nothing for the beginning.
+   * Frames from a place on; one generator at a time. place: {frame} or {time} (ticks), or nothing for the beginning.
    * Frames that are passed over come with skipped: true and their samples, which decoders of video need.
    */
   async *frames(place, signal) {
-    const { session, source } = this;
-    const first = place?.group ?? 0;
+    const { session, source, index } = this;
+    if (place && source.front !== undefined) index.openKept();
+    const { group: first, skip = -1, until } = place ? index.locate(place) : { group: 0, skip: 0 };
     const state = {
-      number: first > 0 ? this.groups[first].firstFrame : 0,
-      skip: place?.until !== undefined ? -1 : (place?.skip ?? 0),
-      until: place?.until,
+      number: first > 0 ? index.groups[first].firstFrame : 0,
+      index: -1, // of the group that is read
+      at: null, // up to where its bytes have come, from its beginning on
+      skip, // frames to pass over; -1: up to a time, until
+      until,
       held: null,
       gap: null,
       group: null,
@@ -174,8 +125,9 @@ export class Playback {
       group = yield* this.#picks(state, group) ? this.#pick(state, group, signal) : this.#stream(state, group, signal);
     if (state.held) yield { ...state.held, skipped: false };
     this.#closeGap(state, null);
-    if (!state.footer && source.size !== undefined && this.groups && session.indexState === 1)
+    if (!state.footer && source.size !== undefined && index.groups && session.indexState === 1)
       this.#warn("truncated", "the stream ends before its footer");
+    this.#learnMore();
   }
 
   /** Whether it is worth while to read a group without some of its tracks. */
@@ -188,17 +140,20 @@ export class Playback {
   async *#stream(state, first, signal) {
     const { session, source } = this;
     if (!source.inRuns && first > 0) {
-      if (!(await this.#satisfied(() => session.play(first))))
+      if (!(await this.index.satisfied(() => session.play(first))))
         throw new FvvError({ code: "io", message: "the configuration of the group can't be read" });
       state.fromIndex = true;
     } else if (!source.inRuns) {
       session.start(0);
     }
-    for await (const item of source.stream(source.inRuns || !first ? first : this.groups[first].offset, signal)) {
+    const from = source.inRuns || !first ? first : this.index.groups[first].offset;
+    let at = source.inRuns ? null : from;
+    for await (const item of source.stream(from, signal)) {
       if (!(item instanceof Uint8Array)) {
         yield* this.#turn(state, item);
         continue;
       }
+      if (at !== null) state.at = at += item.length;
       for (const _ of session.push(item)) {
         yield* this.#drain(state);
         if (state.next !== null) break;
@@ -219,33 +174,37 @@ export class Playback {
 
   /** A group without the tracks that are not selected. Answers the next one, or itself when it has to come whole. */
   async *#pick(state, group, signal) {
-    const { session, parts } = this;
-    const held = this.held.length;
+    const { session, parts, index } = this;
+    const { reads } = index;
+    state.at = null;
     const abort = new AbortController();
     const stop = () => abort.abort();
     signal?.addEventListener("abort", stop, { once: true });
     this.source.leave();
     try {
-      await parts.prepare(this.groups, group, signal);
+      await parts.prepare(index.groups, group, signal);
       const leftOut = (await this.#begin(state, group)) ? this.#leftOut() : [];
       if (!leftOut.length) {
         state.whole.add(group);
         return group;
       }
       session.leaveOut(leftOut);
-      for await (const _ of parts.fetch(session.picked(), abort.signal)) {
+      const picked = session.picked();
+      for await (const _ of parts.fetch(picked, abort.signal)) {
         yield* this.#drain(state);
         if (state.ended) break;
       }
       yield* this.#drain(state);
       if (!state.ended) throw new FvvError({ code: "io", message: "a part of a group can't be read" });
+      const ranges = [...parts.tableOf(index.groups, group), ...picked];
+      this.held.reach(group, index.groups[group].end, ranges, state.tracks);
     } finally {
       state.picking = state.ended = false;
       signal?.removeEventListener("abort", stop);
       abort.abort();
-      this.held.length = held;
+      index.forgetReads(reads);
     }
-    if (group + 1 < this.groups.length) return group + 1;
+    if (group + 1 < index.groups.length) return group + 1;
     // What follows was checked when the index was read.
     state.footer = true;
     return null;
@@ -255,9 +214,10 @@ export class Playback {
   async #begin(state, group) {
     const { session } = this;
     try {
-      if (!(await this.#satisfied(() => session.pick(group)))) return false;
+      if (!(await this.index.satisfied(() => session.pick(group)))) return false;
     } catch (error) {
       if (!["damaged", "invalid", "truncated"].includes(error.code)) throw error;
+      this.source.forget?.(this.index.groups[group].offset);
       return false;
     }
     state.picking = state.fromIndex = true;
@@ -328,25 +288,30 @@ export class Playback {
 
   #corrupt(state, error) {
     this.emit("corrupt", error);
+    // Damage may be of the way and not of the file: what is asked for again is fetched again.
+    for (const offset of [error.offset, this.index.groups?.[state.index]?.offset])
+      if (Number.isInteger(offset)) this.source.forget?.(offset);
     state.gap ??= { from: state.lastTime ?? null, error };
   }
 
   /** false: the group is to be picked from, and nothing of it was told. */
   #beginGroup(state, about) {
     const { inRuns } = this.source;
-    const { groups } = this;
-    const index = groups?.findIndex((group) =>
-      inRuns ? group.sequence === about.sequence : group.offset === about.offset,
-    );
+    const { groups } = this.index;
+    const index =
+      groups?.findIndex((group) => (inRuns ? group.sequence === about.sequence : group.offset === about.offset)) ?? -1;
     if (index >= 0 && !state.picking && this.#picks(state, index) && this.#videosLeftOut().length) {
       state.next = index;
       return false;
     }
     this.#closeGap(state, about.start);
+    this.#learnMore();
+    state.index = index;
     if (index >= 0) state.number = groups[index].firstFrame;
+    const configuration = this.session.configuration();
     // A configuration that stands in the stream was told as it came.
-    if (state.fromIndex && state.known !== about.configuration)
-      this.emit("configuration", this.session.configuration());
+    if (state.fromIndex && state.known !== about.configuration) this.emit("configuration", configuration);
+    state.duration = configuration?.frameDuration ?? 0n;
     state.known = about.configuration;
     this.environments.begin(about.configuration);
     state.group = { sequence: about.sequence, start: about.start, end: about.end };
@@ -376,6 +341,7 @@ export class Playback {
     frame.number = state.number++;
     frame.group = state.group;
     frame.tracks = state.tracks;
+    this.#reach(state, frame.time);
     if (state.tracks) frame.samples = frame.samples.filter(({ track }) => state.tracks.includes(track));
     state.lastTime = frame.time;
     if (state.skip < 0) {
@@ -391,6 +357,21 @@ export class Playback {
     }
     if (passing) state.skip--;
     yield { ...frame, skipped: passing };
+  }
+
+  /** What plays again without the network up to the end of a frame. */
+  #reach({ index, at, duration, group }, time) {
+    const end = time + duration;
+    if (this.source.front !== undefined) this.held.pass(time, end);
+    else if (index >= 0 && at !== null) {
+      const { offset, size } = this.index.groups[index];
+      const ranges = [{ from: offset, end: Math.min(at, offset + size) }];
+      this.held.reach(index, end < group.end ? end : group.end, ranges, null);
+    }
+  }
+  /** [{start, end}] in ticks: what plays without the network. */
+  heldTimes() {
+    return this.held.times(this.selection);
   }
 
   close() {

@@ -33,20 +33,24 @@ function groupsOf(url, manifest) {
   if (manifest?.fvv_segments !== 1) throw bad(url, "this is no manifest of segments, or one of another version");
   checkFile(url, manifest.configuration, "configuration");
   if (!Array.isArray(manifest.groups) || !manifest.groups.length) throw bad(url, "there are no groups");
+  let offset = manifest.configuration.bytes;
   return manifest.groups.map((group, i) => {
     const { file, bytes, crc32c: crc, sequence, start, end, frames } = group ?? {};
     checkFile(url, group ?? {}, `group ${i}`);
     if (!isCount(sequence) || !isCount(frames) || !TICKS.test(start) || !TICKS.test(end))
       throw bad(url, `group ${i} lacks its sequence number, times or frames`);
     const times = { start: BigInt(start), end: BigInt(end) };
-    return { file, bytes, crc32c: crc, size: bytes, sequence, ...times, frameCount: frames, intact: true };
+    const place = { offset, size: bytes };
+    offset += bytes;
+    return { file, bytes, crc32c: crc, ...place, sequence, ...times, frameCount: frames, intact: true, endSize: 0 };
   });
 }
 
 export class Segments {
-  static async open({ url, init = {} }) {
+  /** cache: for files of groups. */
+  static async open({ url, init = {} }, cache) {
     const segments = new Segments();
-    Object.assign(segments, { url, init, inRuns: true, requests: 0, bytesRead: 0, head: null });
+    Object.assign(segments, { url, init, cache, inRuns: true, requests: 0, bytesRead: 0, head: null, current: null });
     const text = new TextDecoder().decode(await segments.#load(url));
     let manifest;
     try {
@@ -79,6 +83,19 @@ export class Segments {
     return bytes;
   }
 
+  async #group(group, signal) {
+    const { offset, size } = group;
+    const kept = this.cache.take(offset, offset + size);
+    // A file was put there in one piece.
+    if (kept?.length === size) {
+      this.cache.hits++;
+      return kept;
+    }
+    const bytes = await this.#file(group, signal);
+    this.cache.put(offset, bytes);
+    return bytes;
+  }
+
   /** The environment of a track, {track, data}; null: there is none, or it is not the manifest's. */
   async background(track, signal) {
     const entry = this.backgrounds.find((one) => one.track === track);
@@ -99,7 +116,7 @@ export class Segments {
   async *stream(first, signal) {
     const { groups } = this;
     const ask = (i) => {
-      const file = i < groups.length ? this.#file(groups[i], signal) : null;
+      const file = i < groups.length ? this.#group(groups[i], signal) : null;
       file?.catch(() => {});
       return file;
     };
@@ -122,7 +139,22 @@ export class Segments {
         running = false;
       }
       coming = ask(i + 1);
+      this.current = groups[i];
       if (bytes) yield bytes;
     }
+  }
+
+  divide(offsets) {
+    this.cache.divide(offsets);
+  }
+  holds(from, end) {
+    return this.cache.reach(from, end) >= end;
+  }
+  /** Good for its CRC, but against the rules: the file that is read now. */
+  forget() {
+    if (this.current) this.cache.drop(this.current.offset);
+  }
+  close() {
+    this.cache.clear();
   }
 }

@@ -12,6 +12,7 @@ const PUSH_SIZE = 1 << 18;
 
 export const defaultLimits = {
   memory: 512 * 2 ** 20,
+  cacheBytes: 64 * 2 ** 20,
   maxPayload: 0,
   maxVertices: 0,
   maxFaces: 0,

@@ -14,6 +14,7 @@ const { call } = connect(self, {
   peek: () => engine.peek(),
   select: (wanted) => engine.select(wanted),
   status: () => engine.status(),
+  heldTimes: () => engine.heldTimes(),
   close: () => engine.close(),
 });
 

@@ -15,8 +15,8 @@ after(() => {
   done();
 });
 
-async function open(path) {
-  const decoder = await createDecoder({ source: `${server.url}/${path}`, shares: true });
+async function open(path, limits) {
+  const decoder = await createDecoder({ source: `${server.url}/${path}`, shares: true, limits });
   const warnings = [];
   decoder.addEventListener("warning", (event) => warnings.push(event.detail.code));
   return { decoder, warnings };
@@ -29,7 +29,7 @@ async function frames(decoder) {
 }
 
 test("a host that keeps to Range: two requests, and seeking", async () => {
-  const { decoder, warnings } = await open("range/moving");
+  const { decoder, warnings } = await open("range/moving", { cacheBytes: 0 });
   assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
   assert.deepEqual(warnings, []);
   assert.equal((await decoder.stats()).requests, 2);
@@ -43,7 +43,7 @@ test("a host that keeps to Range: two requests, and seeking", async () => {
 
 for (const habit of ["whole", "wrong", "gzip"])
   test(`a host that does not (${habit}): a warning, and the same frames`, async () => {
-    const { decoder, warnings } = await open(`${habit}/moving`);
+    const { decoder, warnings } = await open(`${habit}/moving`, { cacheBytes: 0 });
     assert.equal(decoder.seekable, false);
     assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
     assert.deepEqual(warnings, ["no-range"]);
@@ -53,7 +53,7 @@ for (const habit of ["whole", "wrong", "gzip"])
 
 for (const habit of ["changing", "growing"])
   test(`a file that changes while it is read (${habit}) is opened again, not mixed`, async () => {
-    const { decoder, warnings } = await open(`${habit}/moving`);
+    const { decoder, warnings } = await open(`${habit}/moving`, { cacheBytes: 0 });
     assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
     await decoder.seek({ time: 0n });
     assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
@@ -63,7 +63,7 @@ for (const habit of ["changing", "growing"])
   });
 
 test("a host that stops keeping to Range: a warning, and the same frames", async () => {
-  const { decoder, warnings } = await open("tiring/moving");
+  const { decoder, warnings } = await open("tiring/moving", { cacheBytes: 0 });
   await frames(decoder);
   await decoder.seek({ frame: 1 });
   assert.deepEqual(await frames(decoder), nativeFrames(clips.moving).slice(1));
