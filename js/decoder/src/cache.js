@@ -103,9 +103,11 @@ export class Cache {
     this.bytes -= this.#units.get(number)?.bytes ?? 0;
     this.#units.delete(number);
   }
-  /** Lets the unit of a byte go. */
+  /** Lets the unit of a byte go. Answers where it ends. */
   drop(at) {
-    this.#remove(this.#unitOf(at));
+    const number = this.#unitOf(at);
+    this.#remove(number);
+    return this.#borders[number + 1] ?? Infinity;
   }
   clear() {
     this.#units.clear();

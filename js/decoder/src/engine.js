@@ -111,8 +111,8 @@ export class Engine {
         await this.#openSource();
         const { about } = this.playback;
         this.#tell("opened", about);
-        const time = last ?? place?.time;
-        place = about.seekable && time !== undefined ? { time } : undefined;
+        if (last !== null) place = { time: last };
+        if (!about.seekable || place?.frame >= about.frameCount) place = undefined;
       }
     }
   }
@@ -124,6 +124,7 @@ export class Engine {
     this.frames = this.playback.frames(place, this.abort.signal);
     for await (const frame of this.frames) {
       if (!current()) return;
+      this.cache.fit();
       const pictures = this.pictures.submit(frame);
       pictures.catch(() => {});
       if (frame.skipped) {

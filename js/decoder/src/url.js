@@ -80,12 +80,13 @@ class Ranges {
     }
   }
   async *part(from, end, signal) {
-    const asked = Math.min(end, this.#suffixAt);
     let reused = false;
-    for (let at = from; at < asked;) {
-      const kept = this.cache.take(at, asked);
+    for (let at = from; at < end;) {
+      // Where the suffix begins can change meanwhile.
+      const asked = Math.min(end, this.#suffixAt);
+      const kept = at < asked ? this.cache.take(at, asked) : this.suffix.subarray(at - asked, end - asked);
       if (kept) {
-        if (!reused) this.cache.hits++;
+        if (!reused && at < asked) this.cache.hits++;
         at += kept.length;
         yield kept;
       } else {
@@ -99,7 +100,6 @@ class Ranges {
       }
       reused = kept !== null;
     }
-    if (end > this.#suffixAt) yield this.suffix.subarray(Math.max(0, from - this.#suffixAt), end - this.#suffixAt);
   }
   /** The first bytes, at least size; the answer that they come with is kept open for stream. */
   async beginning(size) {
@@ -149,7 +149,7 @@ class Ranges {
     return this.cache.reach(from, asked) >= asked;
   }
   forget(offset) {
-    this.cache.drop(offset);
+    if (this.cache.drop(offset) > this.#suffixAt) this.suffix = new Uint8Array(0);
   }
   close() {
     this.leave();
