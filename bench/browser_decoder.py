@@ -62,20 +62,23 @@ def first_frames(h264, jpeg):
 
 
 def views(streams):
-    """Bytes and requests of viewpoints (view.mjs). streams: by --video-tracks. Figures are those of the default share,
-    in percent of the bytes with all tracks, and requests for each second that is played."""
+    """Bytes, requests and time of viewpoints over 8 Mbit/s and 40 ms (view.mjs). streams: by --video-tracks. Figures are those
+    of the default share, in percent of the bytes and of the time with all tracks, and requests for each second that is
+    played."""
     if not shutil.which("node") or not (DECODER / "dist/core.wasm.js").exists():
         print("view.* is left out: no node, or js/decoder was not built (./run bench js)")
         return {}
     figures = {}
-    print(f"{'tracks':>8}{'share':>7}{'selected':>10}{'bytes':>10}{'all':>10}{'requests':>10}")
+    print(f"{'tracks':>8}{'share':>7}{'selected':>10}{'bytes':>10}{'requests':>10}{'first, ms':>10}{'all, ms':>10}"
+          f"{'requests of a second loop':>27}")  # fmt: skip
     for name, path in streams.items():
         found = json.loads(run("node", ROOT / "bench/view.mjs", path))
         whole = found["all"]
-        for row in found["views"]:
-            print(f"{name:>8}{row['share']:7}{row['tracks']:10.1f}{row['bytes']:10.0f}{whole['bytes']:10}"
-                  f"{row['requests']:10.0f}")  # fmt: skip
+        for row in [{**whole, "share": "all"}, *found["views"]]:
+            print(f"{name:>8}{row['share']:>7}{row['tracks']:10.1f}{row['bytes']:10.0f}{row['requests']:10.0f}"
+                  f"{row['firstMs']:10.0f}{row['ms']:10.0f}{row['requestsAgain']:27.0f}")  # fmt: skip
             if row["share"] == 0.9:
+                figures[f"view.{name}_time_percent"] = 100 * row["ms"] / whole["ms"]
                 figures[f"view.{name}_bytes_percent"] = 100 * row["bytes"] / whole["bytes"]
                 figures[f"view.{name}_requests_per_s"] = row["requests"] / found["seconds"]
     return figures

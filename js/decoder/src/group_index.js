@@ -110,8 +110,6 @@ export class GroupIndex {
       group.frameCount && (frame === undefined ? group.start <= time : group.firstFrame <= frame);
     let i = groups.findLastIndex(holds);
     if (i < 0) i = Math.max(0, groups.findIndex((group) => group.frameCount)); // prettier-ignore
-    return frame === undefined
-      ? { group: i, until: time }
-      : { group: i, skip: frame - (groups[i]?.firstFrame ?? 0) };
+    return frame === undefined ? { group: i, until: time } : { group: i, skip: frame - (groups[i]?.firstFrame ?? 0) };
   }
 }

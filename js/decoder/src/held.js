@@ -25,8 +25,7 @@ export class Held {
   times(selection) {
     const { groups } = this.#index;
     const source = this.#source;
-    if (source.front !== undefined && !source.complete)
-      return source.rewinds && this.#span ? [{ ...this.#span }] : [];
+    if (source.front !== undefined && !source.complete) return source.rewinds && this.#span ? [{ ...this.#span }] : [];
     const holds = (from, end) => source.holds?.(from, end) ?? true;
     const times = [];
     groups?.forEach(({ offset, size, start, end, frameCount }, i) => {

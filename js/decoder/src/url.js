@@ -265,4 +265,3 @@ export async function openUrl({ url, init = {}, seekable = true }, { warn, cache
   }
   return new Ranges(url, init, size, response.headers.get("etag"), suffix, { warn, cache });
 }
-

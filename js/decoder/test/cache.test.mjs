@@ -107,7 +107,11 @@ test("pieces of a byte take no more than twice their size", () => {
   assert.deepEqual(out, bytes(0, 100000));
 });
 
-for (const [path, requests] of [["range/moving", 2], ["whole/moving/manifest.json", 4]]) // prettier-ignore
+for (const [path, requests] of [
+  ["range/moving", 2],
+  ["whole/moving/manifest.json", 4],
+])
+  // prettier-ignore
   test(`${path}: a second loop and seeks make no requests`, async () => {
     const { decoder, said } = await open(path);
     assert.deepEqual(await play(decoder), expected);
@@ -223,7 +227,12 @@ for (const habit of ["whole", "gzip"])
   });
 
 test("one answer that is larger than the limit is not kept, and can't be sought in", async () => {
-  for (const [habit, limit] of [["whole", size - 1], ["gzip", size - 1], ["gzip", 2000]]) { // prettier-ignore
+  for (const [habit, limit] of [
+    ["whole", size - 1],
+    ["gzip", size - 1],
+    ["gzip", 2000],
+  ]) {
+    // prettier-ignore
     const { decoder, said } = await open(`${habit}/moving`, { limits: { cacheBytes: limit } });
     assert.equal(decoder.seekable, habit === "gzip");
     assert.deepEqual(await play(decoder), expected);

@@ -237,8 +237,6 @@ export class FvvPlayer extends ViewpointElement {
   get stats() {
     const { meter, heldFrames, currentTime, frameCount, currentFrame } = this.#media;
     const now = performance.now();
-    const { buffered } = this;
-    const last = buffered.length - 1;
     const counters = this._stage?.renderer.counters ?? {};
     const canvas = this.#surface?.querySelector("canvas");
     return {
@@ -248,7 +246,7 @@ export class FvvPlayer extends ViewpointElement {
       openVideoFrames: heldFrames + meter.queued,
       decodeMs: meter.decodeMs,
       showMs: meter.showMs,
-      bufferedSeconds: last < 0 ? 0 : Math.max(0, buffered.end(last) - currentTime),
+      bufferedSeconds: this.buffered.ahead(currentTime),
       bitrate: meter.bitrate(now),
       memoryBytes: meter.memoryBytes,
       frame: currentFrame,

@@ -126,9 +126,7 @@ export class MediaElement extends Base {
     return this.#media?.seekable ?? new Ranges();
   }
   get buffered() {
-    const source = this._source;
-    const inMemory = source instanceof Blob || source instanceof ArrayBuffer || ArrayBuffer.isView(source);
-    return this.#media.buffered(inMemory);
+    return this.#media?.buffered ?? new Ranges();
   }
   get playbackRate() {
     return this.#media.playbackRate;

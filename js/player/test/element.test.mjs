@@ -2,7 +2,7 @@
 // FVV_ARTEFACTS (build/screens).
 
 import assert from "node:assert/strict";
-import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, renameSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -351,6 +351,49 @@ for (const name of ["chromium", "firefox"])
         assert.deepEqual(beyond, []);
       });
 
+    test("loops of what has come make no requests, and the bar says what that is", async () => {
+      const clip = join(served.folder, "players.fvv");
+      await ask(() => {
+        window.player.load();
+        Object.assign(window.player, { loop: true, playbackRate: 4 });
+      });
+      await until(() => window.player.readyState === 4);
+      const early = await ask(() => window.player.buffered.end(0));
+      assert.ok(early < DURATION, `${early} s before it plays`);
+      let loops = 0;
+      await page.exposeFunction("looped", () => loops++);
+      await ask(() => window.player.addEventListener("seeked", () => window.looped()));
+      await ask(() => window.player.play());
+      const loop = async (count) => {
+        for (let patience = 0; loops < count && patience < 300; patience++) await wait(50);
+        assert.ok(loops >= count, `${loops} loops`);
+      };
+      await loop(1);
+      // From here on nothing can be fetched, also not by a browser's own cache.
+      renameSync(clip, `${clip}.away`);
+      try {
+        await loop(4);
+        await until(() => window.player.buffered.length === 1 && window.player.currentTime > 0);
+        assert.deepEqual(await ask(() => [window.player.error, window.player.buffered.start(0)]), [null, 0]);
+        assert.equal(await ask(() => window.player.buffered.end(0)), DURATION);
+        await ask(() => (window.player.currentFrame = 3));
+        await until(() => window.player.currentFrame >= 3 && !window.player.seeking);
+        const bars = await ask(() =>
+          [...window.player.shadowRoot.querySelectorAll("[part=buffered]")].map(({ style }) => [
+            Number(style.getPropertyValue("--from")),
+            Number(style.getPropertyValue("--to")),
+          ]),
+        );
+        assert.deepEqual(bars, [[0, 1]]);
+      } finally {
+        renameSync(`${clip}.away`, clip);
+      }
+      await ask(() => {
+        window.player.pause();
+        Object.assign(window.player, { loop: false, playbackRate: 1 });
+      });
+    });
+
     test("says what is wrong with a source, and takes another one", async () => {
       await page.setViewport({ width: 720, height: 560 });
       await events();
@@ -366,6 +409,7 @@ for (const name of ["chromium", "firefox"])
         window.player.srcObject = await (await fetch("players.fvv")).blob();
       });
       await until(() => window.player.readyState === 4);
+      await until(() => window.player.buffered.length === 1 && window.player.buffered.end(0) > 0.9);
       assert.equal(await ask(() => window.player.buffered.end(0)), DURATION);
     });
 

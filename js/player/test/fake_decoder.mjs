@@ -64,6 +64,11 @@ export class FakeDecoder extends EventTarget {
   async stats() {
     return { bytesRead: 100 * this.#next, memoryBytes: 1, queued: 0 };
   }
+  /** What the test says. */
+  heldTimes = [];
+  async held() {
+    return this.heldTimes;
+  }
   close() {
     this.closed = true;
   }

@@ -6,11 +6,10 @@ import { Meter } from "./meter.js";
 import { PendingPlays } from "./pending_plays.js";
 import { Playout } from "./playout.js";
 import { Ranges } from "./ranges.js";
+import { StallWatch } from "./stall_watch.js";
 import { NETWORK, NOTHING_YET, READY, mediaError } from "./states.js";
 
 const TIME_UPDATE_MS = 250;
-const STALLED_MS = 3000;
-const LEAP_SECONDS = 5; // behind the live edge
 const FASTEST = 16;
 
 export class Media extends Announcer {
@@ -29,14 +28,14 @@ export class Media extends Announcer {
   #autoplaying = true;
   #blank = true; // nothing is to be reset
   #updated = -Infinity;
-  #stallTimer = null;
+  #stallWatch = new StallWatch(() => this.#stall());
   #sawData = false;
   #opening = null;
   #reopened = false;
   paused = true;
   autoplay = false;
   live = false;
-  leapSeconds = LEAP_SECONDS;
+  leapSeconds = 5; // behind the live edge
   meter = new Meter();
 
   /** open(source): a decoder. show(frame): when it may be closed. wake(): tick is wanted. now(): milliseconds. */
@@ -98,6 +97,7 @@ export class Media extends Announcer {
       live: this.live,
       host: {
         metadata: (frame) => this.#learn(frame),
+        duration: () => this.#changeDuration(),
         ready: (state) => this.readyState >= READY.METADATA && this.#setReady(state),
         shown: (shown) => this.#shown(shown),
         seeking: () => this.#beginSeek(),
@@ -111,7 +111,7 @@ export class Media extends Announcer {
     });
     this.#playout = playout;
     Object.assign(playout, { loop: this.#loop, range: this.#range, rate: this.#rate });
-    this.#watchForStall();
+    this.#stallWatch.begin();
     const at = this.#startAt;
     this.#startAt = null;
     if (at && decoder.seekable) playout.seek(this.#place(at), at.seconds ?? 0);
@@ -121,14 +121,14 @@ export class Media extends Announcer {
 
   #place({ seconds, frame }) {
     if (frame === undefined) return { seconds: Math.max(seconds, 0) };
-    return { frame: Math.min(Math.max(Math.round(frame), 0), this.frameCount - 1) };
+    return { frame: Math.min(Math.max(Math.round(frame), 0), (this.decoder.frameCount ?? Infinity) - 1) };
   }
 
   #release() {
     this.#opening = null;
     this.#playout?.close();
     this.#playout = null;
-    clearTimeout(this.#stallTimer);
+    this.#stallWatch.end();
   }
 
   /** Nothing can be shown any more. */
@@ -143,7 +143,7 @@ export class Media extends Announcer {
   }
 
   #learn(frame) {
-    this.#watchForStall();
+    this.#stallWatch.begin();
     if (this.readyState >= READY.METADATA) return;
     this.duration = this.#playout.end;
     this.frame = { number: frame.number, seconds: frame.seconds, duration: frame.duration };
@@ -152,9 +152,15 @@ export class Media extends Announcer {
     if (this.seeking) this.announce("seeking");
   }
 
+  #changeDuration() {
+    if (this.readyState < READY.METADATA || this.duration === this.#playout.end) return;
+    this.duration = this.#playout.end;
+    this.announce("durationchange");
+  }
+
   #shown(shown) {
     this.frame = shown;
-    this.#watchForStall();
+    this.#stallWatch.begin();
     if (this.readyState < READY.CURRENT_DATA && !this.seeking) this.#setReady(READY.CURRENT_DATA);
     if (this.#reopened) this.#endSeek();
     this.#reopened = false;
@@ -360,14 +366,10 @@ export class Media extends Announcer {
     return this.#playout?.heldFrames ?? 0;
   }
   get seekable() {
-    const playout = this.#playout;
-    return new Ranges(playout?.decoder.seekable && playout.shown ? [[playout.start, playout.end]] : []);
+    return new Ranges(this.#playout?.seekable);
   }
-  /** What is in memory as a whole is buffered as a whole: inMemory says so. */
-  buffered(inMemory) {
-    const playout = this.#playout;
-    if (!playout?.shown) return new Ranges();
-    return new Ranges([inMemory ? [playout.start, playout.end] : playout.buffered(this.meter.bytesRead)]);
+  get buffered() {
+    return new Ranges(this.#playout?.buffered);
   }
 
   /** For each picture of the screen. Answers whether another tick is wanted. */
@@ -383,18 +385,16 @@ export class Media extends Announcer {
     return true;
   }
 
-  /** Asks the decoder for its figures. */
+  /** Asks the decoder for its figures, and for what it holds. */
   async measure() {
     const { decoder } = this;
-    const figures = await decoder?.stats().catch(() => null);
-    if (figures && decoder === this.decoder && this.meter.decoder(this.#now(), figures)) this.announce("progress");
+    const [figures, held] = (await Promise.all([decoder?.stats(), decoder?.held()]).catch(() => null)) ?? [];
+    if (!figures || decoder !== this.decoder) return;
+    this.#playout.held = held;
+    if (this.meter.decoder(this.#now(), figures)) this.announce("progress");
   }
 
-  #watchForStall() {
-    clearTimeout(this.#stallTimer);
-    this.#stallTimer = setTimeout(() => {
-      if (this.readyState < READY.FUTURE_DATA && this.networkState === NETWORK.LOADING) this.announce("stalled");
-    }, STALLED_MS);
-    this.#stallTimer.unref?.();
+  #stall() {
+    if (this.readyState < READY.FUTURE_DATA && this.networkState === NETWORK.LOADING) this.announce("stalled");
   }
 }

@@ -4,7 +4,7 @@
 import { Clock } from "./clock.js";
 import { whatIsDue } from "./due.js";
 import { LiveEdge } from "./live_edge.js";
-import { groupAt, reachOf } from "./ranges.js";
+import { groupAt, union } from "./ranges.js";
 import { Supply } from "./supply.js";
 
 /** Milliseconds that a search may go on when another is asked for: less, and nothing shows while one scrubs. */
@@ -37,8 +37,9 @@ export class Playout {
   #taken = 0; // seconds where the last frame ends that was shown or dropped
   #shownAt = -Infinity;
   #rate = 1;
-  #readFrom = { group: 0, bytes: 0 };
   #groups = [];
+  #seconds = null; // of ticks
+  #held = [];
   #again = false; // pictures of the first frame were asked for again
   #whole = false; // the frame on screen has its pictures
   live = false;
@@ -51,8 +52,8 @@ export class Playout {
   end = Infinity;
 
   /**
-   * show(frame): answers when the frame may be closed. host: {metadata, ready, shown, seeking, sought, behind, drained,
-   * ended, failed, wake}; ready(1): the frame of the place is missing, (2): the next one, (4): nothing.
+   * show(frame): answers when the frame may be closed. host: {metadata, duration, ready, shown, seeking, sought, behind,
+   * drained, ended, failed, wake}; ready(1): the frame of the place is missing, (2): the next one, (4): nothing.
    */
   constructor({ decoder, show, now, host, meter, live }) {
     Object.assign(this, { decoder, live });
@@ -69,6 +70,8 @@ export class Playout {
     );
     // Times of what is live go back when it begins anew.
     decoder.addEventListener("restart", () => this.#edge.forget());
+    // Of some sources it is known in the end how long they are.
+    decoder.addEventListener("groups", () => this.#seconds && this.#learnGroups());
   }
 
   begin() {
@@ -137,20 +140,22 @@ export class Playout {
   #learn(frame) {
     this.#learned = true;
     const { timeBase } = frame.configuration;
-    const seconds = (ticks) => (Number(ticks) * timeBase.numerator) / timeBase.denominator;
-    const groups = this.decoder.groups ?? [];
-    this.#groups = groups
-      .filter(({ frameCount }) => frameCount)
-      .map(({ start, end, size, firstFrame }) => ({
-        start: seconds(start),
-        end: seconds(end),
-        bytes: Number(size),
-        firstFrame,
-      }));
-    this.start = this.#groups[0]?.start ?? frame.seconds;
-    this.end = this.live ? Infinity : (this.#groups.at(-1)?.end ?? Infinity);
+    this.#seconds = (ticks) => (Number(ticks) * timeBase.numerator) / timeBase.denominator;
+    this.start = frame.seconds;
+    this.#learnGroups();
     if (!this.#goal) this.#clock.position = frame.seconds;
     this.#host.metadata(frame);
+  }
+  #learnGroups() {
+    const { groups } = this.decoder;
+    if (!groups) return;
+    const seconds = this.#seconds;
+    this.#groups = groups
+      .filter(({ frameCount }) => frameCount)
+      .map(({ start, end, firstFrame }) => ({ start: seconds(start), end: seconds(end), firstFrame }));
+    this.start = this.#groups[0]?.start ?? this.start;
+    if (!this.live) this.end = this.#groups.at(-1)?.end ?? Infinity;
+    this.#host.duration();
   }
 
   /** Called for each picture of the screen while it plays. */
@@ -242,7 +247,7 @@ export class Playout {
     const group = this.#groups[groupAt(this.#groups, this.#clock.position)];
     if (!this.decoder.seekable || !(group?.firstFrame > frame.number + 1)) return false;
     this.#meter.dropped(group.firstFrame - frame.number);
-    this.#seekSupply({ frame: group.firstFrame }, group.start);
+    this.#seekSupply({ frame: group.firstFrame });
     return true;
   }
 
@@ -250,7 +255,7 @@ export class Playout {
   #wrap() {
     this.#wrapped = true;
     const from = this.range ? Math.max(this.range.from, this.start) : this.start;
-    this.#seekSupply({ seconds: from }, from);
+    this.#seekSupply({ seconds: from });
   }
   #playWrapped(frame) {
     const at = this.#wrapAt;
@@ -270,7 +275,7 @@ export class Playout {
     if (!this.#wrapped) return this.#evaluate();
     this.#wrapped = false;
     const next = this.shown.number + 1;
-    if (next < this.decoder.frameCount) this.#seekSupply({ frame: next }, this.shown.seconds);
+    if (next < (this.decoder.frameCount ?? Infinity)) this.#seekSupply({ frame: next });
     else this.#supply.finish();
     this.#evaluate();
   }
@@ -319,10 +324,9 @@ export class Playout {
     this.#search = { goal: this.#goal, began: this.#now() };
     this.#stalled = false;
     this.#host.ready(1);
-    this.#seekSupply(this.#goal.place, this.#goal.position);
+    this.#seekSupply(this.#goal.place);
   }
-  #seekSupply(place, position) {
-    this.#readFrom = { group: groupAt(this.#groups, position), bytes: this.#meter.bytesRead ?? 0 };
+  #seekSupply(place) {
     this.#supply.seek(place).then(() => this.#evaluate());
   }
 
@@ -335,7 +339,7 @@ export class Playout {
   /** One that stays on screen is worth a second attempt. */
   #asksAgain(frame, asked) {
     if (asked || !this.decoder.seekable || !lacksPictures(frame)) return false;
-    this.#seekSupply({ frame: frame.number }, frame.seconds);
+    this.#seekSupply({ frame: frame.number });
     return true;
   }
   #found(search) {
@@ -363,19 +367,26 @@ export class Playout {
       return true;
     }
     if (!decoder.seekable) return false;
-    const number = Math.min(Math.max(from + count, 0), decoder.frameCount - 1);
+    const number = Math.min(Math.max(from + count, 0), (decoder.frameCount ?? Infinity) - 1);
     this.seek({ frame: number }, shown.seconds + (number - shown.number) * shown.duration);
     return true;
   }
 
-  /** [start, end] that plays without the network, as far as is known. bytesRead: of the decoder by now. */
-  buffered(bytesRead) {
-    if (!this.shown) return [0, 0];
-    const ahead = this.#supply.frame?.seconds ?? this.shown.seconds;
-    const { group, bytes } = this.#readFrom;
-    const reach = this.#groups.length ? reachOf(this.#groups, group, (bytesRead ?? 0) - bytes) : 0;
-    const from = this.#groups[group]?.start ?? this.shown.seconds;
-    return [Math.min(from, this.shown.seconds), Math.min(this.end, Math.max(reach, ahead + this.shown.duration))];
+  /** As Decoder.held tells it. */
+  set held(times) {
+    const seconds = this.#seconds;
+    if (seconds) this.#held = times.map(({ start, end }) => [seconds(start), seconds(end)]);
+  }
+  /** [[start, end]]: what plays without the network, as was told last, and what is decoded. */
+  get buffered() {
+    const decoded = this.shown ? [this.shown, this.#supply.frame].filter(Boolean) : [];
+    return union([...this.#held, ...decoded.map(({ seconds, duration }) => [seconds, seconds + duration])]);
+  }
+  /** The same of where one can seek to: where the end is not known, as far as it has played or is held. */
+  get seekable() {
+    if (!this.decoder.seekable || !this.shown) return [];
+    const end = Number.isFinite(this.end) ? this.end : Math.max(this.#taken, this.buffered.at(-1)[1]);
+    return [[this.start, end]];
   }
 
   close() {

@@ -16,21 +16,29 @@ export class Ranges {
   end(i) {
     return this.#at(i)[1];
   }
+  /** Seconds from a time on without a gap. */
+  ahead(seconds) {
+    const range = this.#pairs.find(([start, end]) => start <= seconds && end > seconds);
+    return range ? range[1] - seconds : 0;
+  }
   #at(i) {
     if (!(i in this.#pairs)) throw new DOMException(`there is no range ${i} of ${this.length}`, "IndexSizeError");
     return this.#pairs[i];
   }
 }
 
-/** How far bytes reach that were read from a group on: seconds. groups: {start, end (seconds), bytes}. */
-export function reachOf(groups, first, bytes) {
-  let left = bytes;
-  for (let i = first; i < groups.length; i++) {
-    const { start, end, bytes: size } = groups[i];
-    if (left < size) return start + (end - start) * Math.max(0, left / size);
-    left -= size;
+/** Frames that follow each other don't end to the last bit where the next one begins. */
+const TOUCH = 1e-6;
+
+/** Pairs of seconds in any order, as few as possible that cover the same. */
+export function union(pairs) {
+  const joined = [];
+  for (const [start, end] of pairs.filter((pair) => pair[1] > pair[0]).sort((a, b) => a[0] - b[0])) {
+    const last = joined.at(-1);
+    if (last && start <= last[1] + TOUCH) last[1] = Math.max(last[1], end);
+    else joined.push([start, end]);
   }
-  return groups.at(-1)?.end ?? 0;
+  return joined;
 }
 
 export function groupAt(groups, seconds) {

@@ -5,10 +5,11 @@ import { clockTime, spokenTime } from "./text.js";
 
 export class Scrubber {
   #player;
-  #buffered = element("div", { class: "buffered", part: "buffered" });
+  #buffered = []; // one for each range
   #played = element("div", { class: "played", part: "played" });
   #loop = element("div", { class: "looped", part: "loop", hidden: true });
   #tip = element("output", { class: "tip", "aria-hidden": "true", hidden: true });
+  #track;
   #input;
   #dragging = false;
 
@@ -29,8 +30,8 @@ export class Scrubber {
       onpointermove: (event) => this.#point(event),
       onpointerleave: () => (this.#tip.hidden = true),
     });
-    const track = element("div", { class: "track" }, this.#buffered, this.#loop, this.#played);
-    this.node = element("div", { class: "scrubber", part: "scrubber" }, track, this.#input, this.#tip);
+    this.#track = element("div", { class: "track" }, this.#loop, this.#played);
+    this.node = element("div", { class: "scrubber", part: "scrubber" }, this.#track, this.#input, this.#tip);
   }
 
   get #range() {
@@ -72,9 +73,14 @@ export class Scrubber {
     if (input.getAttribute("aria-valuetext") !== spoken) input.setAttribute("aria-valuetext", spoken);
     place(this.#played, start, now);
     const { buffered, loopRange } = player;
-    const last = buffered.length - 1;
-    if (last >= 0) place(this.#buffered, buffered.start(last), buffered.end(last));
-    this.#buffered.hidden = last < 0;
+    for (const node of this.#buffered.splice(buffered.length)) node.remove();
+    for (let i = 0; i < buffered.length; i++) {
+      this.#buffered[i] ??= this.#track.insertBefore(
+        element("div", { class: "buffered", part: "buffered" }),
+        this.#loop,
+      );
+      place(this.#buffered[i], buffered.start(i), buffered.end(i));
+    }
     this.#loop.hidden = loopRange === null;
     if (loopRange) place(this.#loop, loopRange.from, loopRange.to);
   }
