@@ -48,6 +48,7 @@ async function play(look) {
 
 const mean = (rows, value) => rows.reduce((sum, row) => sum + value(row), 0) / rows.length;
 
+await play(); // code gets warm
 const { cameras, seconds, ...whole } = await play();
 const views = [];
 for (const share of SHARES) {

@@ -7,6 +7,7 @@ export type Source =
       url: string | URL;
       headers?: Record<string, string>;
       credentials?: RequestCredentials;
+      /** false: one request for all of it, from front to back, and nothing is kept. Default true. */
       seekable?: boolean;
       /** The URL is that of a manifest of segments. Default: its path ends with .json. */
       segments?: boolean;
@@ -30,6 +31,9 @@ export type Source =
 export interface Limits {
   /** Bytes. Default 512 MiB. */
   memory?: number;
+  /** Bytes of URLs and segments that are kept for loops and seeks; they and the instances stay below memory together.
+   * Default 64 MiB; 0: none. */
+  cacheBytes?: number;
   maxPayload?: number;
   maxVertices?: number;
   maxFaces?: number;
@@ -380,8 +384,14 @@ export interface Stats {
   pictures: number;
   queued: number;
   memoryBytes: number;
+  /** From the network. */
   bytesRead: number | null;
   requests: number | null;
+  /** Memory that the cache takes; not a part of memoryBytes. */
+  cachedBytes: number;
+  /** Reads that began with bytes of the cache, where a request was spared, and how many bytes came out of it. */
+  cacheHits: number;
+  bytesReused: number;
 }
 
 export interface DecoderEvents {
@@ -395,12 +405,15 @@ export interface DecoderEvents {
   end: null;
   /** A live stream begins anew: times go back. */
   restart: null;
+  /** groups, frameCount or seekable are others from here on: one answer has come as a whole, or is not kept any more, or the
+   * file has changed. */
+  groups: readonly Group[] | null;
   stats: Stats;
 }
 
 /** What the index says of a group. */
 export interface Group {
-  /** Bytes from the beginning of the stream. */
+  /** Bytes from the beginning of the stream; of segments, as if their files stood behind the configuration. */
   offset: number;
   size: number;
   /** Ticks: times t with start <= t < end. */
@@ -419,9 +432,11 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   readonly configuration: Configuration | null;
   /** Environments that have come along: frames don't wait for them. */
   readonly backgrounds: Background[];
+  /** Of a host without Range as long as all that has gone by is kept. */
   readonly seekable: boolean;
+  /** null: not known, or not yet. */
   readonly frameCount: number | null;
-  /** In the order of time; null: the source can't be sought in. */
+  /** In the order of time; null: not known, or not yet. */
   readonly groups: readonly Group[] | null;
   readonly inWorker: boolean;
   /** Takes the stream when there is no source. */
@@ -437,6 +452,9 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
    * before the configuration is: then both lists are empty, and it is selected with that. */
   look(viewpoint: Viewpoint): Promise<{ cameras: { camera: number; share: number }[]; tracks: number[] }>;
   stats(): Promise<Stats>;
+  /** Times (ticks) that play without the network, in order and apart from each other: what is kept of URLs and segments, all
+   * of Blobs and bytes with an index. */
+  held(): Promise<{ start: bigint; end: bigint }[]>;
   close(): void;
   addEventListener<T extends keyof DecoderEvents>(
     type: T,

@@ -1,13 +1,18 @@
 // Parts of a file that are fetched on their own: which ones, and what has come of each.
 
-/** Chunks that are no farther apart are fetched together: a request costs about as many bytes, and a round trip. */
-const NEAR = 1 << 12;
+import { ROUND_TRIP_BYTES } from "./url.js";
+
+/** Requests under way at the same time; browsers have six of them with HTTP/1.1, whatever is asked for. */
+const AHEAD = 6;
+/** Chunks that are no farther apart are fetched together: requests that are under way together share their round trip. */
+const NEAR = Math.floor(ROUND_TRIP_BYTES / AHEAD);
+/** Bytes that are asked for and have not come, before another request is made: they delay what comes first. */
+const WINDOW_FIRST = ROUND_TRIP_BYTES;
+const WINDOW = 2 * ROUND_TRIP_BYTES;
 /** Bytes from one group to the next, with a configuration between, that are fetched with what stands around them. */
 const BETWEEN = 1 << 16;
 /** GRUP with its header. */
 const GROUP_SIZE = 56;
-/** Requests under way at the same time; browsers have six of them with HTTP/1.1, whatever is asked for. */
-const AHEAD = 8;
 /** Room for what has come grows from here, whatever size is announced. */
 const ROOM = 1 << 16;
 
@@ -37,6 +42,10 @@ class Part {
   }
   get bytes() {
     return this.#room.subarray(0, this.#filled);
+  }
+  /** Bytes that have not come. */
+  get lacking() {
+    return this.#over ? 0 : this.end - this.at - this.#filled;
   }
 
   async #fetch(pieces) {
@@ -123,12 +132,23 @@ export class Parts {
     const wanted = joinRanges(ranges);
     const parts = [];
     for (let i = 0; i < wanted.length; i++) {
-      while (parts.length < Math.min(wanted.length, i + AHEAD)) {
-        parts.push(new Part(this.#source, wanted[parts.length], signal));
-        this.#ranges.add(parts.at(-1));
+      for (let size = 0; ; size = parts[i].bytes.length) {
+        this.#ask(wanted, parts, i, signal);
+        if (!(await parts[i].more(size))) break;
+        yield;
       }
-      for (let size = 0; await parts[i].more(size); size = parts[i].bytes.length) yield;
       this.#ranges.delete(parts[i]);
+    }
+  }
+  /** Begins to fetch part i of those that are wanted, and as many behind it as the window lets through. */
+  #ask(wanted, parts, i, signal) {
+    const window = i === 0 ? WINDOW_FIRST : WINDOW;
+    let lacking = parts.slice(i).reduce((sum, part) => sum + part.lacking, 0);
+    while (parts.length < Math.min(wanted.length, i + AHEAD) && (parts.length === i || lacking < window)) {
+      const part = new Part(this.#source, wanted[parts.length], signal);
+      lacking += part.lacking;
+      parts.push(part);
+      this.#ranges.add(part);
     }
   }
 }

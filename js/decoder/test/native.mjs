@@ -122,13 +122,13 @@ export function makeClips(...wanted) {
   const captures = new Map();
   const capture = (name, ...options) => {
     const path = join(folder, name);
-    if (!captures.has(name))
-      captures.set(name, tool("fvvsynth", "-o", path, "--frames", "5", "--size", "96x64", ...options));
+    const size = options.includes("--size") ? [] : ["--size", "96x64"];
+    if (!captures.has(name)) captures.set(name, tool("fvvsynth", "-o", path, "--frames", "5", ...size, ...options));
     return path;
   };
   const tracked = () =>
     capture("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512", "--environment");
-  const ring = () => capture("ring", "--rig", "small", "--cameras", "5", "--environment");
+  const ring = () => capture("ring", "--rig", "small", "--cameras", "5", "--environment", "--size", "192x128");
   const studio = () => capture("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
   const texturing = ["--texture-threshold", "0.375", "--texture-best", "5", "--texture-unseen", "1,20,250"];
   const kinds = {

@@ -82,8 +82,8 @@ for (const tracks of [[all[0]], [all[1], all[3]], []])
     const samples = nativeSampleBytes(tracks);
     console.log(`${tracks.length} of 5 tracks: ${bytes} of ${size} bytes, ${requests} requests, 5 frames, 3 groups`);
     assert.ok(bytes < size - (samples.all - samples.selected) / 4, `${bytes} of ${size} bytes`);
-    // Beginning, index, a table for each group and at most two parts for each frame.
-    assert.ok(requests <= 4 + 3 + 2 * 5, `${requests} requests`);
+    // Beginning, index, a table for each group, and for each frame a part with its mesh and one for each track at most.
+    assert.ok(requests <= 4 + 3 + (1 + tracks.length) * 5, `${requests} requests`);
     decoder.close();
   });
 
