@@ -145,3 +145,12 @@ export class World {
     return this.shown.splice(0).map(({ number }) => number);
   }
 }
+
+/** A media element that shows the first frame. */
+export async function ready(options) {
+  const world = new World();
+  const media = world.media(options);
+  media.load("clip", options);
+  await world.run(40);
+  return { world, media };
+}

@@ -27,6 +27,9 @@ async function open(url: string): Promise<Decoder> {
   const start: bigint | undefined = groups[0]?.start;
   if (start !== undefined) await decoder.seek({ time: start });
   await decoder.select({ tracks: null });
+  const held: bigint = (await decoder.held()).reduce((sum, { start, end }) => sum + end - start, 0n);
+  const { cachedBytes, cacheHits }: { cachedBytes: number; cacheHits: number } = await decoder.stats();
+  console.log(held, cachedBytes, cacheHits);
   return decoder;
 }
 
