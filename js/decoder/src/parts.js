@@ -132,9 +132,11 @@ export class Parts {
     const wanted = joinRanges(ranges);
     const parts = [];
     for (let i = 0; i < wanted.length; i++) {
-      for (let size = 0; ; size = parts[i].bytes.length) {
+      this.#ask(wanted, parts, i, signal);
+      for (let size = 0; await parts[i].more(size);) {
+        // Before what is there is made use of: more may come meanwhile.
+        size = parts[i].bytes.length;
         this.#ask(wanted, parts, i, signal);
-        if (!(await parts[i].more(size))) break;
         yield;
       }
       this.#ranges.delete(parts[i]);

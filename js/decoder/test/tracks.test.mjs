@@ -5,6 +5,7 @@ import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { after, test } from "node:test";
 
 import { FvvError, camerasFor, createDecoder } from "../dist/index.js";
+import { Parts } from "../dist/parts.js";
 import { damaged } from "./damage.mjs";
 import { joinStreams } from "./join_streams.mjs";
 import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames, tool } from "./native.mjs";
@@ -300,4 +301,22 @@ test("damage anywhere: no wrong frame, and whatever is thrown says what is wrong
   }
   host.close();
   assert.ok(frames > 50 && corrupt > 10, `${frames} frames, ${corrupt} streams with damage that was told`);
+});
+
+test("what comes while a frame waits to be taken is made use of", async () => {
+  const source = {
+    async *part(from, end) {
+      for (let at = from; at < end; at += 50) {
+        yield new Uint8Array(50);
+        await new Promise((done) => setTimeout(done, 1));
+      }
+    },
+  };
+  const parts = new Parts(source);
+  let seen = 0;
+  for await (const _ of parts.fetch([{ from: 0, end: 100 }])) {
+    seen = [...parts].at(-1).bytes.length;
+    await new Promise((done) => setTimeout(done, 20));
+  }
+  assert.equal(seen, 100);
 });
