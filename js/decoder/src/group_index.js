@@ -10,7 +10,8 @@ const READ_LEAST = 1 << 14;
 export class GroupIndex {
   #reads = []; // {at, bytes} that were fetched for it
   #missing = null;
-  #front = 0; // bytes of one answer that it was made of
+  /** Bytes of one answer that it was made of. */
+  front = null;
   /** null: the source does not tell. Of one answer: those that have gone by. */
   groups = null;
   frameCount;
@@ -79,7 +80,7 @@ export class GroupIndex {
   /** Of one answer: the groups that have gone by, which can all be read again. The session plays nothing meanwhile. */
   openKept() {
     const { source, session } = this;
-    if (this.#front === source.front) return;
+    if (this.front === source.front) return;
     try {
       if (!session.open(source.front)) throw new FvvError({ code: "io", message: "what has gone by is not kept any more" }); // prettier-ignore
       this.#number(session.groups());
@@ -88,7 +89,7 @@ export class GroupIndex {
       // Too little has come.
       this.#number([]);
     }
-    this.#front = source.front;
+    this.front = source.front;
   }
 
   #number(groups) {

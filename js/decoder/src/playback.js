@@ -36,15 +36,13 @@ export class Playback {
   #describe() {
     const { index, source } = this;
     // Of one answer it is known in the end how many there are.
-    const known = source.front === undefined || (source.complete && source.rewinds);
+    const known = source.front === undefined || (source.rewinds && source.front === index.front && source.complete);
     const { groups, frameCount = null } = known ? index : { groups: null };
     return { seekable: source.rewinds ?? groups !== null, frameCount, groups };
   }
-  /** Of one answer: whether what has gone by can be read again, and in the end all about it. */
-  #learnMore() {
-    const { source, index } = this;
-    if (source.front === undefined) return;
-    if (source.complete && source.rewinds) index.openKept();
+  /** Of one answer: whether what has gone by can be read again, and when it has ended all about it. */
+  #tellOfAnswer() {
+    if (this.source.front === undefined) return;
     const about = this.#describe();
     if (about.seekable === this.about.seekable && about.frameCount === this.about.frameCount) return;
     this.about = about;
@@ -127,7 +125,8 @@ export class Playback {
     this.#closeGap(state, null);
     if (!state.footer && source.size !== undefined && index.groups && session.indexState === 1)
       this.#warn("truncated", "the stream ends before its footer");
-    this.#learnMore();
+    if (source.complete && source.rewinds) index.openKept();
+    this.#tellOfAnswer();
   }
 
   /** Whether it is worth while to read a group without some of its tracks. */
@@ -305,7 +304,7 @@ export class Playback {
       return false;
     }
     this.#closeGap(state, about.start);
-    this.#learnMore();
+    this.#tellOfAnswer();
     state.index = index;
     if (index >= 0) state.number = groups[index].firstFrame;
     const configuration = this.session.configuration();

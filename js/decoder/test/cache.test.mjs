@@ -27,6 +27,8 @@ after(() => {
 
 const expected = nativeFrames(clips.moving);
 const size = statSync(clips.moving).size;
+const DURATION = (await (await createDecoder({ source: readFileSync(clips.moving) })).next()).configuration
+  .frameDuration;
 
 async function open(path, options = {}) {
   const decoder = await createDecoder({ source: `${server.url}/${path}`, shares: true, ...options });
@@ -50,6 +52,9 @@ const text = (hashes) => JSON.stringify(Object.entries(hashes).sort());
 
 /** Ticks of the groups, those behind each other as one. */
 const span = (groups) => [{ start: groups[0].start, end: groups.at(-1).end }];
+
+/** The clip's frames follow each other without a gap. */
+const nativeTime = (number) => BigInt(number) * DURATION;
 
 /** Requests that act made. */
 async function requestsOf(act) {
@@ -225,6 +230,15 @@ for (const habit of ["whole", "gzip"])
     decoder.close();
     assert.equal((await decoder.stats()).cachedBytes, 0);
   });
+
+test("one answer: sought in before anything has come", async () => {
+  for (const place of [{ frame: 2 }, { time: nativeTime(2) }]) {
+    const { decoder } = await open("whole/moving", { queue: 1 });
+    assert.deepEqual(await from(decoder, place), expected.slice(2));
+    await assert.rejects(decoder.seek({ frame: 5 }), { code: "argument" });
+    decoder.close();
+  }
+});
 
 test("one answer that is larger than the limit is not kept, and can't be sought in", async () => {
   for (const [habit, limit] of [
