@@ -1,4 +1,4 @@
-// What playing a clip costs in Chromium with WebGL by software: node player.mjs CLIP.fvv. Prints, as JSON, frames a second with
+// What playing a clip costs with WebGL by software: node player.mjs CLIP.fvv [chromium|firefox]. Prints, as JSON, frames a second with
 // depth maps and with bits, what is drawn and uploaded for a frame, and the time to the first picture over 8 Mbit/s and
 // 40 ms: code has been loaded before, but is asked for anew, as fvvserve has it.
 
@@ -37,7 +37,7 @@ async function firstPictures(browser, served) {
 }
 
 const served = await serveFolder();
-const browser = await openBrowser();
+const browser = await openBrowser(process.argv[3]);
 try {
   await bundle(here("player_page.js"), [here("player_page.html")], served.folder);
   copyFileSync(process.argv[2], join(served.folder, "clip.fvv"));

@@ -80,7 +80,8 @@ export async function openBrowser(name = "chromium") {
     page.on("pageerror", (error) => troubles.push(error.message));
     page.on("requestfailed", (request) => {
       // A decoder that is closed leaves off in the middle.
-      if (!request.url().endsWith(".fvv")) troubles.push(`${request.url()}: ${request.failure()?.errorText}`);
+      if (!new URL(request.url()).pathname.endsWith(".fvv"))
+        troubles.push(`${request.url()}: ${request.failure()?.errorText}`);
     });
     await page.setViewport({ width, height });
     await page.goto(url);

@@ -48,6 +48,13 @@ export function layoutOf(pictures: Picture[]): {
   height: number;
 };
 export function conversionOf(colour: Video["colour"]): { kr: number; kb: number; range: [number, number, number] };
+/** Uniforms of replicatedFragment and replicationFragment, beside those of conversionOf. */
+export function replicationOf(picture: Image): { mixing: number[]; luma: number[] };
+/** Whether browsers have converted pictures themselves, with the nearest sample of chroma; asked of each track until it is known. */
+export class Replication {
+  /** test: draws the picture with replicationFragment and answers its pixels, RGBA. */
+  isSeenIn(picture: Image, test: () => Uint8Array): boolean;
+}
 export function viewsOf(frame: Frame, places: Map<number, { x: number; y: number }>): View[];
 export function writeViews(views: View[], array: Float32Array): void;
 export function shareTexels(frame: Frame, mesh: Mesh, views: View[], most: number): number;
@@ -83,3 +90,5 @@ export const sharesVertex: string;
 export const blending: string;
 export const planesFragment: string;
 export const copyFragment: string;
+export const replicatedFragment: string;
+export const replicationFragment: string;

@@ -1,8 +1,9 @@
 export { DepthPlan, depthSizes } from "./depth_plan.js";
 export { blending, sharesVertex } from "./glsl/blending.js";
-export { copyFragment, planesFragment } from "./glsl/pictures.js";
+export { copyFragment, planesFragment, replicatedFragment, replicationFragment } from "./glsl/pictures.js";
 export { depthFragment, depthVertex, projection } from "./glsl/projection.js";
 export { conversionOf, layoutOf, loadPicture, loadPictures } from "./pictures.js";
+export { Replication, replicationOf } from "./replication.js";
 export { MOST_SHARE_TEXELS, SHARE_COLUMNS, packShares, shareTexels } from "./shares.js";
 export { MOST_BEST, checkTexturing, texturingOf } from "./texturing.js";
 export { MOST_VIEWS, VIEW_TEXELS, viewsOf, writeViews } from "./views.js";

@@ -1,7 +1,16 @@
-// The pictures of a frame as one texture of display values. Most streams have one video with all cameras: an image of one
-// is the texture itself.
+// The pictures of a frame as one texture of display values. Most streams have one video with all cameras: an ImageBitmap of
+// one is the texture itself.
 
-import { conversionOf, copyFragment, layoutOf, planesFragment } from "@fvv/shading";
+import {
+  Replication,
+  conversionOf,
+  copyFragment,
+  layoutOf,
+  planesFragment,
+  replicatedFragment,
+  replicationFragment,
+  replicationOf,
+} from "@fvv/shading";
 import {
   Camera,
   DataTexture,
@@ -19,6 +28,7 @@ import {
   UnsignedByteType,
   Vector2,
   Vector3,
+  Vector4,
   WebGLRenderTarget,
 } from "three";
 
@@ -50,6 +60,7 @@ export class PictureTexture {
   #scene = new Scene();
   #quad;
   #materials = new Map();
+  #replication = new Replication();
 
   constructor() {
     this.#quad = new Mesh(new PlaneGeometry(2, 2));
@@ -62,7 +73,7 @@ export class PictureTexture {
     const { places, width, height } = layoutOf(pictures);
     if (!pictures.length) return places;
     Object.assign(this, { width, height });
-    if (pictures.length === 1 && pictures[0].image) {
+    if (pictures.length === 1 && pictures[0].image instanceof ImageBitmap) {
       this.texture = this.#source("image", Texture, pictures[0].image, ...sizeOf(pictures[0].image));
       // Now: the caller may close the frame as soon as it has been shown.
       renderer.initTexture(this.texture);
@@ -111,25 +122,36 @@ export class PictureTexture {
     return material;
   }
 
-  #draw(renderer, { video, image, planes }, { x, y }, i) {
-    const place = new Vector2(x, y);
-    if (planes) {
-      const [Y, U, V] = planes.map((plane, k) =>
+  #draw(renderer, picture, { x, y }, i) {
+    const { width, height, colour } = picture.video;
+    this.#target.viewport.set(x, y, width, height);
+    this.#target.scissor.set(x, y, width, height);
+    this.#target.scissorTest = true;
+    const { kr, kb, range } = conversionOf(colour);
+    const common = { place: new Vector2(x, y), range: new Vector3(...range), kr, kb };
+    const draw = (fragmentShader, uniforms) => {
+      this.#quad.material = this.#material(fragmentShader, { ...common, ...uniforms });
+      renderer.setRenderTarget(this.#target);
+      renderer.render(this.#scene, noViewer);
+    };
+    if (picture.planes) {
+      const [Y, U, V] = picture.planes.map((plane, k) =>
         this.#source(`${i} ${k}`, DataTexture, plane, plane.width, plane.height),
       );
-      const { kr, kb, range: scales } = conversionOf(video.colour);
-      const range = new Vector3(...scales);
-      this.#quad.material = this.#material(planesFragment, { Y, U, V, range, place, kr, kb });
-    } else {
-      const picture = this.#source(`${i}`, Texture, image, ...sizeOf(image));
-      picture.minFilter = picture.magFilter = NearestFilter;
-      this.#quad.material = this.#material(copyFragment, { picture, place });
+      draw(planesFragment, { Y, U, V });
+      return;
     }
-    this.#target.viewport.set(x, y, video.width, video.height);
-    this.#target.scissor.set(x, y, video.width, video.height);
-    this.#target.scissorTest = true;
-    renderer.setRenderTarget(this.#target);
-    renderer.render(this.#scene, noViewer);
+    const source = this.#source(`${i}`, Texture, picture.image, ...sizeOf(picture.image));
+    source.minFilter = source.magFilter = NearestFilter;
+    const { mixing, luma } = replicationOf(picture);
+    const undone = { picture: source, mixing: new Vector4(...mixing), luma: new Vector2(...luma) };
+    const isReplicated = this.#replication.isSeenIn(picture, () => {
+      draw(replicationFragment, undone);
+      const pixels = new Uint8Array(4 * width * height);
+      renderer.readRenderTargetPixels(this.#target, x, y, width, height, pixels);
+      return pixels;
+    });
+    draw(isReplicated ? replicatedFragment : copyFragment, undone);
   }
 
   dispose() {

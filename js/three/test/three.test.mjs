@@ -13,8 +13,8 @@ import { serveFolder, tool } from "../../testing/served.mjs";
 
 /** dB over the foreground. A percent of its pixels, at edges, is of another surface. */
 const LEAST_PSNR = 32;
-/** Firefox converts colours itself, and takes the nearest sample of chroma. */
-const LEAST_PSNR_CONVERTED = 30;
+/** Its edges are finer; its own conversion of colours would give 34 to 37. */
+const LEAST_PSNR_FIREFOX = 40;
 /** Where one camera alone colours a place, or a strong colour none, seams are as sharp as edges. */
 const LEAST_PSNR_SEAMS = 30;
 
@@ -173,8 +173,8 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
       const other = await firefox.newPage(`${served.url}test/compare.html`);
       await other.waitForSelector("[data-ready]");
       const on = { browser: firefox, page: other };
-      assertAlike(await compare("bits", 1, [0], { ...bits, on }), LEAST_PSNR_CONVERTED);
-      assertAlike(await compare("maps", 0, [0], { ...maps, on }), LEAST_PSNR_CONVERTED);
+      assertAlike(await compare("bits", 1, [0], { ...bits, on }), LEAST_PSNR_FIREFOX);
+      assertAlike(await compare("maps", 0, [0], { ...maps, on }), LEAST_PSNR_FIREFOX);
     } finally {
       await firefox.close();
     }

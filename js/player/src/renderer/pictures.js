@@ -1,6 +1,14 @@
 // The pictures of a frame in one texture of display values.
 
-import { conversionOf, copyFragment, planesFragment } from "@fvv/shading";
+import {
+  Replication,
+  conversionOf,
+  copyFragment,
+  planesFragment,
+  replicatedFragment,
+  replicationFragment,
+  replicationOf,
+} from "@fvv/shading";
 
 import { DataTexture, newTexture } from "./textures.js";
 
@@ -12,6 +20,8 @@ void main() {
 `;
 const planes = { vertex: wholeVertex, fragment: planesFragment };
 const copy = { vertex: wholeVertex, fragment: copyFragment };
+const replicated = { vertex: wholeVertex, fragment: replicatedFragment };
+const replication = { vertex: wholeVertex, fragment: replicationFragment };
 
 export class PictureTexture {
   #gl;
@@ -22,6 +32,7 @@ export class PictureTexture {
   #target;
   #framebuffer;
   #empty;
+  #replication = new Replication();
 
   constructor(gl, programs, uploads) {
     this.#gl = gl;
@@ -52,20 +63,32 @@ export class PictureTexture {
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.#target.texture, 0);
     gl.disable(gl.DEPTH_TEST);
     gl.bindVertexArray(this.#empty);
-    for (const picture of pictures) {
-      const { track, width: columns, height: rows, colour } = picture.video;
-      const { x, y } = places.get(track);
-      gl.viewport(x, y, columns, rows);
-      const uniforms = { place: [x, y] };
-      if (picture.planes) {
-        const [Y, U, V] = picture.planes.map((plane, i) => this.#plane(`${track} ${i}`, plane));
-        this.#programs.get(planes).use({ ...uniforms, ...conversionOf(colour) }, { Y, U, V });
-      } else {
-        this.#programs.get(copy).use(uniforms, { picture: this.#image(track, picture.image) });
-      }
-      gl.drawArrays(gl.TRIANGLES, 0, 3);
-    }
+    for (const picture of pictures) this.#draw(picture, places.get(picture.video.track));
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  #draw(picture, { x, y }) {
+    const gl = this.#gl;
+    const { track, width, height, colour } = picture.video;
+    gl.viewport(x, y, width, height);
+    const draw = (shaders, uniforms, textures) => {
+      this.#programs.get(shaders).use({ place: [x, y], ...conversionOf(colour), ...uniforms }, textures);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    };
+    if (picture.planes) {
+      const [Y, U, V] = picture.planes.map((plane, i) => this.#plane(`${track} ${i}`, plane));
+      draw(planes, {}, { Y, U, V });
+      return;
+    }
+    const source = { picture: this.#image(track, picture.image) };
+    const undone = replicationOf(picture);
+    const isReplicated = this.#replication.isSeenIn(picture, () => {
+      draw(replication, undone, source);
+      const pixels = new Uint8Array(4 * width * height);
+      gl.readPixels(x, y, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      return pixels;
+    });
+    draw(isReplicated ? replicated : copy, undone, source);
   }
 
   #plane(key, { data, width, height }) {
