@@ -133,6 +133,8 @@ export class FvvPlayer extends HTMLElement {
   visibleBy: "auto" | "bits" | "depth" | "both";
   /** 0 to 1: how gently one camera takes another's place. */
   soft: number;
+  /** Colour of surface that no camera shows, 0xRRGGBB as displayed; null: the stream's. */
+  unseen: number | null;
   shadows: boolean;
   environment: boolean;
   readonly hasEnvironment: boolean;

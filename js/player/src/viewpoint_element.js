@@ -23,7 +23,7 @@ export class ViewpointElement extends MediaElement {
   _stage = null;
   #selected = null;
   /** What the stage draws, also before there is one. */
-  #drawing = { visibleBy: "auto", soft: 0, shadows: true, environment: true, grid: true, cameras: null };
+  #drawing = { visibleBy: "auto", soft: 0, unseen: null, shadows: true, environment: true, grid: true, cameras: null };
   #showCameras = "none";
 
   /** Where one looks from at first: the stream's own view, but for what attributes say. */
@@ -135,6 +135,13 @@ export class ViewpointElement extends MediaElement {
   }
   set soft(soft) {
     this.#choose({ soft });
+  }
+  /** 0xRRGGBB, or null: as the stream says. */
+  get unseen() {
+    return this.#drawing.unseen;
+  }
+  set unseen(unseen) {
+    this.#choose({ unseen });
   }
   get shadows() {
     return this.#drawing.shadows;

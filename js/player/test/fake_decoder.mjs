@@ -13,9 +13,10 @@ export class FakeDecoder extends EventTarget {
   configuration = null;
   closed = false;
 
-  constructor(world, { count = 50, seekable = true } = {}) {
+  /** run: frames after which times begin at 0 again. */
+  constructor(world, { count = 50, seekable = true, run = Infinity } = {}) {
     super();
-    Object.assign(this, { world, count, seekable, frameCount: seekable ? count : null });
+    Object.assign(this, { world, count, seekable, run, frameCount: seekable ? count : null });
     this.groups = seekable
       ? Array.from({ length: Math.ceil(count / GROUP) }, (_, i) => ({
           start: BigInt(i * GROUP),
@@ -43,7 +44,7 @@ export class FakeDecoder extends EventTarget {
     let closed = false;
     return {
       number,
-      seconds: number / RATE,
+      seconds: (number % this.run) / RATE,
       duration: 1 / RATE,
       decodeMs: 1,
       samples: [{}],

@@ -57,3 +57,28 @@ test("live: after a short pause it hurries, after a long one it leaps", async ()
   assert.ok(media.behind < 1, `${media.behind} s behind`);
   assert.ok(world.take().includes("seeked"));
 });
+
+test("live: a stream that begins anew while it is paused stays behind, and catches up", async () => {
+  const world = new World();
+  world.showMs = 30;
+  const RUN = 200;
+  const media = world.media({ ...liveOptions(world), run: RUN });
+  media.load("live", { live: true });
+  media.play();
+  // The two frames that are in hand are of the next run; none of them is shown.
+  while (media.currentFrame < RUN - 2) await world.run(16);
+  media.pause();
+  await world.run(200);
+  assert.ok(media.currentFrame < RUN, `${media.currentFrame} is shown`);
+  const former = media.behind;
+  assert.ok(former > 0.2 && former < 1, `${former} s behind`);
+  await world.run(3000);
+  assert.ok(Math.abs(media.behind - former - 3) < 0.05, `${media.behind} s behind, after 3 s more than ${former}`);
+  media.play();
+  await world.run(500);
+  assert.ok(media.currentTime < 1, "the next run is on screen");
+  assert.ok(media.behind > 2.5 && media.behind < 4, `${media.behind} s behind`);
+  await world.run(14000);
+  assert.ok(media.behind < 0.5, `${media.behind} s behind`);
+  assert.equal(world.decoders.length, 1, "it ran, and did not leap");
+});

@@ -45,6 +45,13 @@ function makeStreams() {
   }
 }
 
+/** How many pixels have that colour. */
+function countOf([r, g, b], { data }) {
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) count += data[i] === r && data[i + 1] === g && data[i + 2] === b;
+  return count;
+}
+
 /** Brightness of a picture, its mean over all pixels. */
 function brightness({ data }) {
   let sum = 0;
@@ -99,6 +106,15 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
     assert.ok(said.data.equals((await session.draw(pose, size, {})).data));
     for (const own of [{ best: 3 }, { threshold: 0.25 }])
       assert.ok(!said.data.equals((await session.draw(pose, size, own)).data), JSON.stringify(own));
+    for (const mode of ["textured", "weights"]) {
+      const hidden = { mode, cameras: [] };
+      const [theirs, own] = [
+        await session.draw(pose, size, hidden),
+        await session.draw(pose, size, { ...hidden, unseen: 0x0ac83c }),
+      ];
+      assert.ok(countOf([250, 10, 60], theirs) > 1000);
+      assert.equal(countOf([10, 200, 60], own), countOf([250, 10, 60], theirs));
+    }
   });
 
   for (const metres of scales)
@@ -186,6 +202,7 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
     assert.ok(loss > 0.05 && loss < 10, `shadows take ${loss}`);
     await assert.rejects(session.draw(pose, size, { mode: "pretty" }), /mode: expected one of/);
     await assert.rejects(session.draw(pose, size, { best: 9 }), /best: expected a whole number from 1 to 8/);
+    await assert.rejects(session.draw(pose, size, { unseen: 2 ** 24 }), /unseen: expected a colour from 0 to 0xffffff/);
     assert.deepEqual(session.browser.troubles, []);
   });
 });

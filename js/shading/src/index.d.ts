@@ -68,11 +68,11 @@ export function depthSizes(wanted: LayerSizes, had: LayerSizes | null): LayerSiz
 
 /** Most cameras for a place that the shaders mix. */
 export const MOST_BEST: number;
-export function checkTexturing(own: { threshold?: number; best?: number }): void;
+export function checkTexturing(own: { threshold?: number; best?: number; unseen?: number | null }): void;
 /** What the shaders' uniforms and BEST are: the stream's constants, but for those that are given. */
 export function texturingOf(
   configuration: Configuration,
-  own?: { threshold?: number; best?: number; unseen?: number },
+  own?: { threshold?: number; best?: number; unseen?: number | null },
 ): {
   threshold: number;
   best: number;

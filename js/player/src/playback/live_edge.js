@@ -15,21 +15,31 @@ export class LiveEdge {
   #ahead = -Infinity;
   #known = false;
   #correcting = false;
+  #latest = -Infinity; // seconds of the frame that came last
+  #former = null; // the edge of the run that is on screen, while frames of the next one come already
 
   /** A frame came. waited: as soon as the stream had it. now: milliseconds. */
   observe(seconds, now, waited) {
+    if (seconds < this.#latest) this.#leave();
+    this.#latest = seconds;
     const ahead = seconds - now / 1000;
     this.#ahead = waited ? ahead : Math.max(this.#ahead, ahead);
     this.#known ||= waited;
   }
-  /** Another stream, or the same one joined again. */
-  forget() {
+  /** Times go back: the stream begins anew. What is on screen falls behind the edge that it had. */
+  #leave() {
+    this.#former ??= this.#ahead;
     this.#ahead = -Infinity;
     this.#known = this.#correcting = false;
   }
+  /** The run that came last is on screen. */
+  enter() {
+    this.#former = null;
+  }
   /** Seconds that position is behind, at least. */
   behind(position, now) {
-    return this.#ahead === -Infinity ? 0 : Math.max(0, this.#ahead + now / 1000 - position);
+    const ahead = this.#former ?? this.#ahead;
+    return ahead === -Infinity ? 0 : Math.max(0, ahead + now / 1000 - position);
   }
   /** By what to multiply the rate. */
   rateFor(behind) {

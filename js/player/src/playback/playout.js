@@ -68,8 +68,6 @@ export class Playout {
       (error) => host.failed(error),
       now,
     );
-    // Times of what is live go back when it begins anew.
-    decoder.addEventListener("restart", () => this.#edge.forget());
     // Of some sources it is known in the end how long they are.
     decoder.addEventListener("groups", () => this.#seconds && this.#learnGroups());
   }
@@ -284,6 +282,8 @@ export class Playout {
     const frame = this.#supply.shift();
     const { number, seconds, duration, decodeMs } = frame;
     this.#whole = !lacksPictures(frame);
+    // The position is that of the new run already.
+    if (seconds < this.shown?.seconds) this.#edge.enter();
     const began = this.#now();
     this.#taken = seconds + duration;
     this.#supply.showing = true;

@@ -16,6 +16,8 @@ export interface DrawOptions {
   threshold?: number;
   /** Most cameras for a place, 1 to limits.best. Default: the stream's. */
   best?: number;
+  /** Colour of surface that no camera shows, 0xRRGGBB as displayed. Default, and null: the stream's. */
+  unseen?: number | null;
   /** 0 to 1: how gently one camera takes another's place. 0 is what fvvrender draws. Default 0. */
   soft?: number;
   /** Shadows of the mesh on the environment. */

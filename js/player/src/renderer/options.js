@@ -8,9 +8,10 @@ const defaults = {
   mode: "textured",
   visibleBy: "auto",
   cameras: null,
-  // Of these two the stream's (clause 17.5).
+  // Of these three the stream's (clause 17.5).
   threshold: undefined,
   best: undefined,
+  unseen: undefined,
   soft: 0,
   shadows: true,
   environment: true,
