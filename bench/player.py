@@ -1,4 +1,4 @@
-"""The reference player in Chromium, WebGL by software: how like fvvrender, how fast, how steady (./run bench player)."""
+"""The reference player in Chromium and Firefox, WebGL by software: how like fvvrender, how fast, how steady (./run bench player)."""
 
 import json
 import pathlib
@@ -56,8 +56,21 @@ def speed(clip):
     return figures
 
 
+def speed_in_firefox(clip):
+    if not player_renderer.has_firefox():
+        return {}
+    found = node(ROOT / "bench/player.mjs", clip, "firefox")
+    fps = [found[way]["playing"] for way in ("depth", "bits")]
+    print(f"frames/s in Firefox by depth maps and by bits: {fps[0]:.1f}, {fps[1]:.1f}")
+    return {
+        "player.firefox_fps_depth_maps": fps[0],
+        "player.firefox_fps_visibility_bits": fps[1],
+        "player.firefox_bytes_per_content_frame": found["bits"]["counters"]["bytesUploadedPerContentFrame"],
+    }
+
+
 def endurance():
-    """10,000 frames with 100 seeks and changes of rate, read out of what was drawn."""
+    """The element plays 10,000 frames with 100 seeks and changes of rate, read out of what was drawn."""
     found = node(PLAYER / "test/endurance/measure.mjs")
     for wrong in found["wrong"]:
         print(wrong)
@@ -77,4 +90,4 @@ def measure(clip):
         return {}
     if not (ROOT / "js/decoder/dist/core.wasm.js").exists():
         browser_decoder.run(ROOT / "js/decoder/wasm/build.sh", ROOT / "build/wasm")
-    return player_renderer.measure() | speed(clip) | endurance()
+    return player_renderer.measure() | speed(clip) | speed_in_firefox(clip) | endurance()

@@ -6,7 +6,7 @@ import { join } from "node:path";
 
 import { PNG } from "pngjs";
 
-import { BITS, cellOf, groupMarkOf } from "./board_layout.js";
+import { BITS, RATE, cellOf, groupMarkOf } from "./board_layout.js";
 
 const [WIDTH, HEIGHT, FOCAL, DISTANCE] = [160, 120, 300, 3];
 /** Beside each other, in metres. */
@@ -87,7 +87,7 @@ export function writeBoard(folder, { frames, group, pictureNumber = (n) => n }) 
   const capture = {
     fvv_capture: 1,
     name: "numbered board",
-    frame_rate: 25,
+    frame_rate: RATE,
     frames: { first: 0, count: frames },
     units: "metres",
     up: "+y",

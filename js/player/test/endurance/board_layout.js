@@ -1,6 +1,8 @@
 // Where the squares of the numbered board stand, in metres on the plane z = 0, and how its number is read out of a picture.
 
 export const BITS = 12;
+/** Frames a second. */
+export const RATE = 25;
 const PITCH = 0.115;
 const HALF = 0.045;
 
@@ -14,22 +16,15 @@ export function groupMarkOf(group) {
   return { x: 0.5 * Math.sin(2.4 * group), y: -0.35 - 0.1 * Math.cos(1.7 * group), half: 0.04 };
 }
 
-/** What the board is drawn before: no colour of its own. */
-export const BACKGROUND = [0, 0, 1, 1];
+/** What the board is drawn before, display values: no colour of its own. */
+export const BACKGROUND = [0, 0, 255];
 const isBackground = ([red, , blue]) => blue > 150 && red < 90;
 
-/** Straight in front of the board, {eye, target, up, fov, width, height}. */
-export const POSE = {
-  eye: [0, 0, 2],
-  target: [0, 0, 0],
-  up: [0, 1, 0],
-  fov: 2 * Math.atan(0.3),
-  width: 192,
-  height: 144,
-};
+/** Straight in front of the board, y upwards. */
+export const POSE = { distance: 2, fov: 2 * Math.atan(0.3), width: 192, height: 144 };
 
 function colourAt({ width, height, data }, { x, y }) {
-  const focal = POSE.height / 2 / Math.tan(POSE.fov / 2) / POSE.eye[2];
+  const focal = height / 2 / Math.tan(POSE.fov / 2) / POSE.distance;
   const column = Math.floor(width / 2 + focal * x);
   const row = Math.floor(height / 2 - focal * y);
   return data.slice(4 * (row * width + column), 4 * (row * width + column) + 3);

@@ -29,8 +29,9 @@ export function countOpenFrames(told) {
   };
 }
 
+const now = performance.now.bind(performance);
 /** Milliseconds that all threads of a page share. */
-export const moment = () => performance.timeOrigin + performance.now();
+export const moment = () => performance.timeOrigin + now();
 
 /** The most that were open at a time. changes: [[moment, change]] of all threads. */
 export function mostOpen(changes) {

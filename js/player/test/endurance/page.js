@@ -1,12 +1,10 @@
-// Plays the numbered board for long, with seeks and changes of rate, and reads out of every picture that is drawn whether the
-// mesh and the pictures in it are of one frame. Time goes on by hand, as fast as frames come.
+// Plays the numbered board in a <fvv-player> for long, with seeks and changes of rate, and reads out of every picture that is
+// drawn whether the mesh and the pictures in it are of one frame. The element is used as pages use it; only its time and the
+// pictures of its screen go on by hand, as fast as frames come.
 
-import { createDecoder } from "@fvv/decoder";
+import { FvvPlayer } from "@fvv/player";
 
-import { Media } from "../../src/playback/media.js";
-import { Renderer } from "../../src/renderer/index.js";
-import { viewFromPose } from "../../src/view.js";
-import { BACKGROUND, POSE, readBoard } from "./board_layout.js";
+import { BACKGROUND, POSE, RATE, readBoard } from "./board_layout.js";
 import { countOpenFrames, moment, mostOpen } from "./open_frames.js";
 
 /** Milliseconds from one picture of the screen to the next. */
@@ -16,11 +14,20 @@ const RATES = [0.25, 0.5, 1, 1, 2, 4, 8];
 const PATIENCE = 50;
 const MOST_WRONG = 5;
 
-const view = viewFromPose(POSE);
-const options = { clearColour: BACKGROUND, environment: false, shadows: false, grid: null };
 const changes = [];
 countOpenFrames((change) => changes.push([moment(), change]));
 new BroadcastChannel("video frames").addEventListener("message", ({ data }) => changes.push(data));
+
+const realNow = performance.now.bind(performance);
+let time = 0;
+performance.now = () => time;
+let callbacks = [];
+let asked = 0;
+window.requestAnimationFrame = (callback) => {
+  callbacks.push({ id: ++asked, callback });
+  return asked;
+};
+window.cancelAnimationFrame = (unwanted) => (callbacks = callbacks.filter(({ id }) => id !== unwanted));
 
 const { port1, port2 } = new MessageChannel();
 /** Lets everything happen that is waiting, without the 4 ms of a timer. */
@@ -42,26 +49,30 @@ function randomOf(seed) {
 }
 
 class Viewer {
-  time = 0;
   checked = 0;
   wrong = [];
   wrongCount = 0;
-  sought = null;
   arrivals = 0;
+  failed = null;
+  #sought = null;
+  #changes = 0; // of the frame on screen
+  #read = 0; // of these, the one that was read last
 
   constructor(source) {
-    this.renderer = new Renderer(document.body.appendChild(document.createElement("canvas")), {
-      contextAttributes: { antialias: false },
-    });
-    const worker = new URL("worker/counting_worker.js", import.meta.url);
-    this.media = new Media({
-      open: (file) => createDecoder({ source: file, shares: true, queue: 1, worker }),
-      show: (frame) => this.renderer.show(frame),
-      now: () => this.time,
-    });
-    this.media.loop = true;
-    this.media.addEventListener("seeked", () => this.#arrive());
-    this.media.load(source);
+    const player = (this.player = new FvvPlayer());
+    player.worker = "worker/counting_worker.js";
+    player.loop = true;
+    player.quality = "medium";
+    player.cameraOrbit = `0deg 90deg ${POSE.distance}m`;
+    player.cameraTarget = "0m 0m 0m";
+    player.fieldOfView = `${POSE.fov}rad`;
+    Object.assign(player, { environment: false, shadows: false, grid: false });
+    player.style.cssText = `width: ${POSE.width}px; height: ${POSE.height}px; --fvv-background: rgb(${BACKGROUND})`;
+    player.addEventListener("seeked", () => this.#arrive());
+    player.addEventListener("framechange", () => this.#changes++);
+    player.addEventListener("error", () => (this.failed = new Error(player.error.message)));
+    document.body.append(player);
+    player.src = source;
   }
 
   #fault(what) {
@@ -69,39 +80,43 @@ class Viewer {
     if (this.wrong.length < MOST_WRONG) this.wrong.push(what);
   }
 
-  seek(number) {
-    this.sought = number;
-    this.media.currentFrame = number;
+  seek(number, byTime) {
+    this.#sought = number;
+    if (byTime) this.player.currentTime = (number + 0.5) / RATE;
+    else this.player.currentFrame = number;
   }
   #arrive() {
-    if (this.sought === null || this.media.seeking) return;
+    if (this.#sought === null || this.player.seeking) return;
     this.arrivals++;
-    const shown = this.renderer.frame.number;
-    if (shown !== this.sought) this.#fault(`frame ${this.sought} was sought, ${shown} is shown`);
-    this.sought = null;
+    const shown = this.player.currentFrame;
+    if (shown !== this.#sought) this.#fault(`frame ${this.#sought} was sought, ${shown} is shown`);
+    this.#sought = null;
   }
 
-  /** As a picture of the screen: what is due is shown, and what has changed is drawn. */
+  /** A picture of the screen. */
   refresh() {
-    this.time += REFRESH;
-    this.media.tick();
-    this.draw();
+    if (this.failed) throw this.failed;
+    time += REFRESH;
+    const { drawnFrames = 0 } = this.player.stats;
+    for (const { callback } of callbacks.splice(0)) callback(time);
+    if (this.player.stats.drawnFrames > drawnFrames) this.#readDrawn();
   }
-  draw() {
-    const { renderer } = this;
-    if (!renderer.frame || !renderer.draw(view, options)) return;
-    const { mesh, picture } = readBoard(renderer.readPixels());
-    const { number } = renderer.frame;
-    this.checked++;
-    if (mesh !== number || picture !== number)
-      this.#fault(`frame ${number}: the mesh says ${mesh}, the pictures say ${picture}`);
+  #readDrawn() {
+    const { mesh, picture } = readBoard(this.player.readPixels());
+    const { currentFrame } = this.player;
+    if (mesh !== currentFrame || picture !== currentFrame)
+      this.#fault(`frame ${currentFrame}: the mesh says ${mesh}, the pictures say ${picture}`);
+    if (this.#read < this.#changes) this.checked++;
+    this.#read = this.#changes;
   }
 
-  /** Until there is a frame to show next, or for as long as patience lasts. */
-  async wait(ready = () => this.media.heldFrames > 0 && !this.media.seeking) {
-    const end = performance.now() + PATIENCE;
+  /** Until the frame that is due is there, or for as long as patience lasts. */
+  async wait(patience = PATIENCE) {
+    const { player } = this;
+    const end = realNow() + patience;
+    const isDue = () => player.seeking || player.currentTime * RATE >= player.currentFrame + 1 - 1e-6;
     do await turn();
-    while (!ready() && performance.now() < end);
+    while (isDue() && realNow() < end);
   }
 }
 
@@ -109,48 +124,49 @@ let viewer = null;
 
 window.begin = async (source) => {
   viewer = new Viewer(source);
-  const failed = new Promise((_, fail) =>
-    viewer.media.addEventListener("error", () => fail(new Error(viewer.media.error.message))),
-  );
-  await Promise.race([failed, new Promise((loaded) => viewer.media.addEventListener("canplay", loaded))]);
-  viewer.draw();
-  viewer.media.play();
-  return { frameCount: viewer.media.frameCount };
+  const { player } = viewer;
+  while (player.readyState < HTMLMediaElement.HAVE_FUTURE_DATA) {
+    viewer.refresh();
+    await turn();
+  }
+  await player.play();
+  return { frameCount: player.frameCount };
 };
 
 /** Plays until so many frames more were drawn; actions: seeks and changes of rate each, spread over them. */
 window.endure = async ({ frames, actions, seed }) => {
   const random = randomOf(seed);
-  const { media } = viewer;
+  const { player } = viewer;
   const end = viewer.checked + frames;
   const wanted = { seeks: 0, rates: 0 };
+  const seek = () => viewer.seek(Math.floor(random() * player.frameCount), random() < 0.5);
   let next = viewer.checked;
   while (viewer.checked < end) {
-    if (media.error) throw new Error(media.error.message);
     if (viewer.checked >= next && wanted.seeks < actions) {
       next += frames / actions;
       wanted.seeks++;
-      viewer.seek(Math.floor(random() * media.frameCount));
+      seek();
       // The last of several wins.
       if (random() < 0.3) {
         await turn();
         viewer.refresh();
-        viewer.seek(Math.floor(random() * media.frameCount));
+        seek();
       }
       const rate = RATES[Math.floor(random() * RATES.length)];
-      if (rate !== media.playbackRate) wanted.rates++;
-      media.playbackRate = rate;
+      if (rate !== player.playbackRate) wanted.rates++;
+      player.playbackRate = rate;
     }
     viewer.refresh();
     // Now and then time does not wait for what is decoded.
     if (random() < 0.9) await viewer.wait();
     else await turn();
   }
-  await viewer.wait(() => !media.seeking);
+  while (player.seeking) await viewer.wait();
   const { checked, wrong, wrongCount, arrivals } = viewer;
   const open = mostOpen(changes);
   // What is counted takes room itself.
   changes.splice(0, changes.length, [0, open.left]);
+  const { framesShown, framesDropped, memoryBytes, ...counters } = player.stats;
   return {
     checked,
     wrong,
@@ -158,9 +174,10 @@ window.endure = async ({ frames, actions, seed }) => {
     arrivals,
     ...wanted,
     mostOpen: open.most,
-    dropped: media.meter.framesDropped,
-    memoryBytes: (await media.decoder.stats()).memoryBytes,
-    counters: viewer.renderer.counters,
+    shown: framesShown,
+    dropped: framesDropped,
+    memoryBytes,
+    counters,
   };
 };
 document.documentElement.dataset.ready = "";

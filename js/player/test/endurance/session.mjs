@@ -1,4 +1,4 @@
-// The numbered board, its page in a browser, and what that page tells; memory is asked of the browser.
+// The numbered board, its page in a browser, and what that page tells; memory is asked of Chromium.
 
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -18,12 +18,12 @@ async function heapOf(client) {
 }
 
 export class Session {
-  static async open() {
+  static async open(browserName = "chromium") {
     const served = await serveFolder();
     try {
       await bundle(here("page.js"), [here("page.html")], join(served.folder, "page"));
       await bundle(here("counting_worker.js"), [], join(served.folder, "page/worker"));
-      return new Session(served, await openBrowser());
+      return new Session(served, await openBrowser(browserName));
     } catch (error) {
       served.close();
       throw error;
@@ -45,14 +45,15 @@ export class Session {
     await this.page?.close();
     this.page = await this.browser.newPage(`${this.served.url}page/page.html`, 640, 480);
     await this.page.waitForSelector("[data-ready]");
-    this.client = await this.page.createCDPSession();
+    this.client = this.browser.name === "chromium" ? await this.page.createCDPSession() : null;
     return this.page.evaluate((source) => window.begin(source), `/${name}.fvv`);
   }
   endure(options) {
     return this.page.evaluate((wanted) => window.endure(wanted), options);
   }
-  /** Bytes, of the page and of its worker. */
+  /** Bytes, of the page and of its worker; null where the browser does not tell. */
   async heap() {
+    if (!this.client) return null;
     const threads = [this.client, ...this.page.workers().map(({ client }) => client)];
     let bytes = 0;
     for (const client of threads) bytes += await heapOf(client);
@@ -65,18 +66,30 @@ export class Session {
   }
 }
 
-/** A run in parts; the heap may settle in the first. */
+/** Frames that the page plays for one answer: browsers are not waited for without end. */
+const PART = 500;
+
+/** The heap may settle in the first frames. */
 export async function endure(session, { frames, actions, seed = 1 }) {
-  const warm = await session.endure({ frames: Math.min(500, Math.ceil(frames / 5)), actions: 5, seed: seed + 1 });
+  const warm = await session.endure({ frames: Math.min(PART, Math.ceil(frames / 5)), actions: 5, seed });
   const before = await session.heap();
-  const found = await session.endure({ frames, actions, seed });
+  const parts = Math.ceil(frames / PART);
+  const all = [];
+  for (let i = 1; i <= parts; i++) {
+    const share = { frames: Math.ceil(frames / parts), actions: Math.ceil(actions / parts) };
+    all.push(await session.endure({ ...share, seed: seed + i }));
+  }
   const after = await session.heap();
+  const found = all.at(-1);
+  const sum = (name) => all.reduce((sofar, part) => sofar + part[name], 0);
   return {
     ...found,
     frames: found.checked - warm.checked,
-    mostOpen: Math.max(warm.mostOpen, found.mostOpen),
-    heapGrowthMiB: (after.bytes - before.bytes) / 2 ** 20,
+    seeks: sum("seeks"),
+    rates: sum("rates"),
+    mostOpen: Math.max(...[warm, ...all].map((part) => part.mostOpen)),
+    heapGrowthMiB: after && (after.bytes - before.bytes) / 2 ** 20,
     wasmGrowthMiB: (found.memoryBytes - warm.memoryBytes) / 2 ** 20,
-    threads: after.threads,
+    threads: after && after.threads,
   };
 }
