@@ -1,6 +1,7 @@
 // Renders frames of a stream from poses that the runner hands in, for it to compare them.
 
 import { createDecoder } from "@fvv/decoder";
+import { replicationOf } from "@fvv/shading";
 
 import { Renderer } from "../src/renderer/index.js";
 import { viewFromPose } from "../src/view.js";
@@ -91,5 +92,31 @@ window.loseContext = () =>
     renderer.addEventListener("restored", () => resolve(), { once: true });
     extension.loseContext();
   });
+
+/**
+ * Makes RGB of noise as replicationOf says that browsers do, and as this one does when it is asked for RGB. Answers the
+ * share of pixels that are alike.
+ */
+window.replicate = async (matrix, fullRange) => {
+  const side = 64;
+  const pixels = side * side;
+  const data = Uint8Array.from({ length: 1.5 * pixels }, (_, i) => 70 + (((i * i * 7919) % 104729) % 110));
+  const colorSpace = { matrix, fullRange, primaries: "bt709", transfer: "bt709" };
+  const frame = new VideoFrame(data, { format: "I420", codedWidth: side, codedHeight: side, timestamp: 0, colorSpace });
+  const found = new Uint8Array(4 * pixels);
+  await frame.copyTo(found, { format: "RGBX" });
+  const { mixing, luma } = replicationOf({ video: { colour: {} }, image: frame });
+  frame.close();
+  const [uGreen, uBlue, vRed, vGreen] = mixing;
+  let alike = 0;
+  for (let i = 0; i < pixels; i++) {
+    const chroma = pixels + (side / 2) * Math.floor(i / side / 2) + Math.floor((i % side) / 2);
+    const [u, v] = [data[chroma] - 128, data[chroma + pixels / 4] - 128];
+    const y = Math.floor(luma[0] * data[i]) + luma[1];
+    const made = [y + vRed * v, y - uGreen * u - vGreen * v, y + uBlue * u];
+    alike += made.every((sum, k) => Math.min(255, Math.max(0, sum >> 6)) === found[4 * i + k]);
+  }
+  return alike / pixels;
+};
 
 document.documentElement.dataset.ready = "";

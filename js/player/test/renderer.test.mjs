@@ -181,6 +181,14 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
       session.browser.troubles.splice(0); // Chromium tells of the loss
     });
 
+  test("knows how browsers make RGB of replicated chroma", async () => {
+    for (const matrix of ["bt709", "smpte170m", "bt470bg", "bt2020-ncl"])
+      for (const fullRange of [false, true]) {
+        const share = await session.page.evaluate((...colours) => window.replicate(...colours), matrix, fullRange);
+        assert.equal(share, 1, `${matrix}, ${fullRange ? "full" : "limited"} range`);
+      }
+  });
+
   test("draws each mode, shadows and softness", async () => {
     const facts = await session.show(at("studio.fvv"), 0);
     const [pose] = posesOf(1, facts, size);

@@ -11,8 +11,11 @@ const LEAST_SHARE = 0.9;
 /** Matrix coefficients of ITU-T H.273 by their names in WebCodecs. */
 const matrices = { bt709: 1, bt470bg: 5, smpte170m: 6, "bt2020-ncl": 9 };
 
-/** Steps of Y and Y = 0 of libyuv, in 64ths. */
-const lumas = { limited: [(257 * 18997) / 65536, -1160], full: [(257 * 16320) / 65536, 32] };
+/** Steps of Y and Y = 0 of libyuv, in 64ths; of 255 / 219 it takes fewer digits for older matrices. */
+const lumaOf = (matrix, fullRange) => {
+  const scale = fullRange ? 16320 : matrix === matrices["bt2020-ncl"] ? 19003 : 18997;
+  return [(257 * scale) / 65536, fullRange ? 32 : -1160];
+};
 
 /** Uniforms of replicatedFragment and replicationFragment, beside those of conversionOf. */
 export function replicationOf({ video, image }) {
@@ -27,7 +30,7 @@ export function replicationOf({ video, image }) {
   const green = 1 - kr - kb;
   // Of libyuv's bytes with a sign; 128 is its most.
   const mixing = [(u * kb) / green, Math.min(128, u), v, (v * kr) / green].map(Math.round);
-  return { mixing, luma: used.fullRange ? lumas.full : lumas.limited };
+  return { mixing, luma: lumaOf(used.matrix, used.fullRange) };
 }
 
 /** Whether it was, of what replicationFragment draws, RGBA; null: there is too little colour to tell. */
