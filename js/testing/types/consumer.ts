@@ -40,7 +40,7 @@ async function drawAll(decoder: Decoder, canvas: HTMLCanvasElement): Promise<voi
     await renderer.show(frame);
     const camera = frame.camera(0);
     const view = camera ? viewFromCamera(camera) : viewFromPose({ ...from, width: 640, height: 360 });
-    renderer.draw(view, { threshold: 0.3, best: 2, cameras: new Set([0, 1]) });
+    renderer.draw(view, { threshold: 0.3, best: 2, unseen: 0x202020, cameras: new Set([0, 1]) });
     const { tolerance } = texturingOf(frame.configuration, { unseen: 0xff0000 });
     console.log(tolerance[0], viewsOf(frame, new Map()).length, camera?.project(0, 1, 2)?.[0]);
     frame.close();
