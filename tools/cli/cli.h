@@ -107,4 +107,9 @@ private:
   bool replace;
 };
 
+// For tools that ask for much memory and give it back, again and again: freed memory stays with the process,
+// up to some tens of megabytes a thread, where the system would take it away and clear it for the next
+// request. Once, before threads start. Does nothing where the C library has no such setting.
+void keep_freed_memory();
+
 } // namespace fvv::cli

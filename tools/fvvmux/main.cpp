@@ -277,6 +277,7 @@ int main(int argc, char **argv) {
     return app.exit(error) ? cli::usage : cli::done;
   }
   return cli::run("fvvmux", [&] {
+    cli::keep_freed_memory();
     take_texts(options, texts);
     if (!options.sheet.empty()) return write_sheet(options, as_json);
     const bool piped = options.output == "-";
