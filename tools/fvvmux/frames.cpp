@@ -105,6 +105,8 @@ namespace {
 
 template <class Sample>
 media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
+  if (std::optional<media::EncodedGroup> known = track.choice.frames->take_encoded(first, count))
+    return *known;
   std::vector<media::BasicImage<Sample>> images;
   for (size_t i = first; i < first + count; i++) {
     std::optional<media::BasicImage<Sample>> kept = track.choice.frames->take<Sample>(i);

@@ -131,6 +131,7 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
   Sample<SampleType> sample = load_sample<SampleType>(plan, track);
   choice.masks = !sample.masks.empty();
   choice.sample_frames = uint32_t(sample.images.size());
+  media::EncodedGroup encoded;
   try {
     if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
     const bool search = options.quality.is_psnr && !options.bit_rate;
@@ -139,13 +140,22 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
                : media::encode_measured(choice.settings, sample.images, sample.masks);
     choice.settings.quality = int(std::lround(measured.group.quality));
     choice.sample_psnr = measured.psnr;
-    choice.record = std::move(measured.group.record);
-    choice.codec_string = std::move(measured.group.codec_string);
+    choice.record = measured.group.record;
+    choice.codec_string = measured.group.codec_string;
+    encoded = std::move(measured.group);
   } catch (const media::Error &error) {
     throw cli::Failure(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
                        std::to_string(sample.images.size()) + " frames: " + error.what());
   }
   choice.frames = std::make_shared<SampleFrames>();
+  // A rate is searched anew from the quality found here, which may come to another one; stills are encoded
+  // one by one.
+  const size_t group = sample.frames[0] / plan.group_size;
+  if (!options.bit_rate && !media::find_video_codec(options.codec)->is_stills() &&
+      sample.frames.size() == plan.frames_of(group)) {
+    choice.frames->keep_encoded(sample.frames[0], std::move(encoded));
+    return choice;
+  }
   for (size_t k = 0; k < sample.frames.size(); k++)
     choice.frames->keep(sample.frames[k], std::move(sample.images[k]));
   return choice;

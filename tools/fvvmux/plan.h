@@ -69,7 +69,7 @@ struct VideoChoice {
   double sample_psnr = 0;      // dB; may be infinite
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;
-  std::shared_ptr<SampleFrames> frames; // of the sample; each is there once
+  std::shared_ptr<SampleFrames> frames; // of the sample, or what they came to; each is there once
 };
 
 // Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.

@@ -1,12 +1,14 @@
-// fvvmux/sample_frames.h: video frames that the choice of a quality has composed, kept for when they are
-// encoded: reading them is a fifth of the pictures of a short clip. Knows images; reads nothing.
+// fvvmux/sample_frames.h: what the choice of a quality has made already, kept for when the frames' turn
+// comes: video frames that it has composed, or, where a group of the stream is what it has encoded, that.
+// Knows images and samples; reads nothing.
 #pragma once
 
-#include "fvv_media/image.h"
+#include "fvv_media/video.h"
 
 #include <map>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <variant>
 
 namespace fvv::mux {
@@ -26,8 +28,24 @@ public:
     return std::get<media::BasicImage<Sample>>(std::move(node.mapped()));
   }
 
+  // Frames first ... first + group.samples.size() - 1, with the settings of the choice.
+  void keep_encoded(size_t first, media::EncodedGroup group) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    encoded_first = first;
+    encoded = std::move(group);
+  }
+
+  // What encoding frames first ... first + count - 1 together would give; whoever asks first has it.
+  std::optional<media::EncodedGroup> take_encoded(size_t first, size_t count) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!encoded || encoded_first != first || encoded->samples.size() != count) return std::nullopt;
+    return std::exchange(encoded, std::nullopt);
+  }
+
 private:
   std::mutex mutex;
+  size_t encoded_first = 0;
+  std::optional<media::EncodedGroup> encoded;
   std::map<size_t, std::variant<media::Image, media::DeepImage, media::LinearImage>> images;
 };
 
