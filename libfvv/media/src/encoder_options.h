@@ -18,6 +18,8 @@ struct VideoEncoder {
   const Bitstream &bitstream;
   int steps_per_unit; /* of its CRF: 1 when it knows whole numbers only */
   bool two_passes;
+  /* What a draft has in place of these options; empty: there are none. */
+  std::vector<EncoderOption> draft;
 };
 
 /* NULL for stills and for codecs that are not known; no other. */
