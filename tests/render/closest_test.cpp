@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 using namespace fvv::render;
 using fvv::synth::Random;
@@ -87,6 +88,31 @@ TEST_CASE("the nearest point is the one that looking at every triangle finds, to
       REQUIRE(found.face == best.face);
       REQUIRE(found.squared == best.squared);
       REQUIRE(found.barycentric == best.barycentric);
+    }
+  }
+}
+
+TEST_CASE("a hierarchy of the same triangles at other places changes no answer") {
+  const std::vector<Triangle> before = soup(8, 700);
+  std::vector<Triangle> after = before;
+  Random random(9);
+  for (Triangle &triangle : after) {
+    const Vec3 shift = anywhere(random, 0.5);
+    for (Vec3 &corner : triangle) corner += shift;
+  }
+  const ClosestFinder like(before), fresh(after), moved(after, &like);
+  std::vector<Triangle> fewer(after.begin(), after.end() - 1), broken = after;
+  broken[5][0].x = std::numeric_limits<double>::infinity();
+  const ClosestFinder fresh_fewer(fewer), moved_fewer(fewer, &like), fresh_broken(broken),
+      moved_broken(broken, &like);
+  for (int k = 0; k < 2000; k++) {
+    const Vec3 from = anywhere(random, k % 3 ? 1.2 : 20);
+    for (const auto &[wanted, found] : {std::pair{fresh.nearest(from), moved.nearest(from)},
+                                        {fresh_fewer.nearest(from), moved_fewer.nearest(from)},
+                                        {fresh_broken.nearest(from), moved_broken.nearest(from)}}) {
+      REQUIRE(found.face == wanted.face);
+      REQUIRE(found.squared == wanted.squared);
+      REQUIRE(found.barycentric == wanted.barycentric);
     }
   }
 }

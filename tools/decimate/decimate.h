@@ -79,7 +79,8 @@ public:
   Decimated apply(const capture::Mesh &source, size_t frame) const;
 
 private:
-  bool try_faces(const Frames &frames, const Budget &budget, Outliers &outliers, double &worst);
+  bool try_faces(const Frames &frames, const Budget &budget, const Reference &like,
+                 std::vector<size_t> &order, Outliers &outliers, double &worst);
 
   std::vector<uint32_t> large_pieces; // faces of the source without what goes in front
   Report dropped;                     // what these were

@@ -51,9 +51,9 @@ struct Sum {
 
 } // namespace
 
-Reference::Reference(const capture::Mesh &mesh, const Footprint &footprint)
+Reference::Reference(const capture::Mesh &mesh, const Footprint &footprint, const Reference *like)
     : source(mesh), areas(mesh.vertex_count()), pixels(mesh.vertex_count(), INFINITY),
-      finder(triangles_of(mesh)) {
+      finder(triangles_of(mesh), like ? &like->finder : nullptr) {
   for (size_t f = 0; f < mesh.face_count(); f++)
     for (size_t k = 0; k < 3; k++) areas[mesh.faces[3 * f + k]] += face_area(mesh, f) / 3;
   std::vector<bool> known(mesh.vertex_count());

@@ -25,7 +25,8 @@ struct Outliers {
 class Reference {
 public:
   // source is borrowed; every coordinate finite, every index in range, there is an area.
-  Reference(const capture::Mesh &source, const Footprint &footprint);
+  // like: NULL, or one of a mesh with the same faces, which saves time.
+  Reference(const capture::Mesh &source, const Footprint &footprint, const Reference *like = nullptr);
 
   // outliers: what there is is added.
   Error measure(const compare::Faces &decimated, double limit_pixels, Outliers &outliers) const;

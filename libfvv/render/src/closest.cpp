@@ -1,6 +1,7 @@
 #include "fvv_render/closest.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace fvv::render {
 
@@ -101,14 +102,48 @@ ClosestPoint closest_on_triangle(Vec3 from, const TriangleTree::Triangle &triang
   return {0, candidate.squared, from + candidate.offset, candidate.weights};
 }
 
-ClosestFinder::ClosestFinder(const std::vector<TriangleTree::Triangle> &source)
-    : slots(source.size(), UINT32_MAX) {
+ClosestFinder::ClosestFinder(const std::vector<TriangleTree::Triangle> &source, const ClosestFinder *like) {
+  if (like && refit(source, *like)) return;
   TriangleTree tree(source);
   nodes.reserve(tree.nodes.size() * 2 / 3 + 1); // leaves, which are half of them, and a third as many above
   if (!tree.nodes.empty()) gather(tree, 0);
   order = std::move(tree.order);
   triangles = std::move(tree.triangles);
+  slots.assign(source.size(), UINT32_MAX);
   for (size_t i = 0; i < order.size(); i++) slots[order[i]] = uint32_t(i);
+}
+
+bool ClosestFinder::refit(const std::vector<TriangleTree::Triangle> &source, const ClosestFinder &like) {
+  const auto finite = [](const TriangleTree::Triangle &t) {
+    return std::all_of(t.begin(), t.end(),
+                       [](Vec3 p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); });
+  };
+  if (like.slots.size() != source.size() || like.order.size() != source.size()) return false;
+  if (!std::all_of(source.begin(), source.end(), finite)) return false;
+  nodes = like.nodes;
+  order = like.order;
+  slots = like.slots;
+  triangles.reserve(order.size());
+  for (const uint32_t face : order) triangles.push_back(source[face]);
+  // A node stands in front of its children.
+  for (size_t i = nodes.size(); i-- > 0;) {
+    Node &node = nodes[i];
+    const uint32_t count = std::exchange(node.count, 0);
+    for (uint32_t k = 0; k < count; k++)
+      fill(node, node.leaf ? box_of(triangles[node.child[k]]) : box_around(nodes[node.child[k]]),
+           node.child[k]);
+  }
+  return true;
+}
+
+TriangleTree::Box ClosestFinder::box_around(const Node &node) {
+  const auto least = [&](size_t axis) {
+    return *std::min_element(&node.low[4 * axis], &node.low[4 * axis] + node.count);
+  };
+  const auto most = [&](size_t axis) {
+    return *std::max_element(&node.high[4 * axis], &node.high[4 * axis] + node.count);
+  };
+  return {{least(0), least(1), least(2)}, {most(0), most(1), most(2)}};
 }
 
 void ClosestFinder::fill(Node &node, const TriangleTree::Box &box, uint32_t child) {
