@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
+#include <map>
 
 namespace fvv::media {
 namespace {
@@ -15,8 +17,9 @@ constexpr double decibels = 45;     // of a picture over a codec's scale
 constexpr double at_a_third = 39.5; // dB, what a third of the scale reaches
 // dB by which a draft is worse than the same quality in earnest, about; measured with H.264.
 constexpr double draft_loss = 0.35;
-// dB by which the next cheaper quality has to miss the target, going by the fall of the drafts, to be left
-// untried. Their fall was that of the encodings in earnest within 0.01 dB a step.
+// dB by which the next cheaper quality has to miss the target, going by the least fall of the drafts, to be
+// left untried. With pictures of cameras their fall was that of the encodings in earnest within 0.01 dB a
+// step.
 constexpr double sure = 0.1;
 
 // PSNR falls almost linearly with the step: interpolating needs half the encodings of bisection, and none at
@@ -39,10 +42,7 @@ public:
     const bool both = good.step >= 0 && bad.step < steps;
     const Tried from = both ? good : last, to = both ? bad : now;
     const double found = (from.db - to.db) / (to.step - from.step);
-    if (from.step >= 0 && std::isfinite(found) && found > 0) {
-      fall = found;
-      fall_known = true;
-    }
+    if (from.step >= 0 && std::isfinite(found) && found > 0) fall = found;
     const double ahead = std::clamp((now.db - target) / fall, -1000.0, 1000.0);
     next = std::clamp(next + int(std::floor(ahead)), good.step + 1, std::max(good.step + 1, bad.step - 1));
     last = now;
@@ -52,11 +52,7 @@ public:
   // -1: nothing is good.
   int best() const { return good.step; }
   double worst_db() const { return bad.db; }
-  // Whether the line through what was tried, or else guess, takes the step behind the best one below the
-  // target by so much.
-  bool ends_by(double margin) const { return good.step >= 0 && good.db - fall < target - margin; }
-  bool knows_fall() const { return fall_known; }
-  double fall_of_step() const { return fall; }
+  double best_db() const { return good.db; }
 
 private:
   // good reaches the target, bad does not; -1 and steps: not tried.
@@ -68,7 +64,6 @@ private:
   const double target;
   Tried good = {-1, 0}, bad, last = {-1, 0};
   double fall;
-  bool fall_known = false;
   int next;
 };
 
@@ -110,22 +105,32 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<Ba
   const auto quality_of = [&](int step) { return codec->finest + direction * step; };
   VideoSettings tried = settings;
   int first = int(std::lround(steps / 3.0 + (at_a_third - target_db) * steps / decibels));
-  double fall = decibels / steps;
-  const bool drafts = has_drafts(settings.codec);
-  if (drafts) {
+  double fall = decibels / steps; // dB a step
+  int drafted = -1;               // the best step of drafts
+  if (has_drafts(settings.codec)) {
     tried.draft = true;
     Search search(steps, target_db - draft_loss, first, fall);
-    while (!search.done() && !(search.knows_fall() && search.ends_by(0))) {
-      tried.quality = quality_of(search.step());
-      search.take(encode_measured(tried, frames, masks).psnr);
+    std::map<int, double> db; // of the steps that were tried
+    while (!search.done()) {
+      const int step = search.step();
+      tried.quality = quality_of(step);
+      search.take(db[step] = encode_measured(tried, frames, masks).psnr);
     }
-    first = std::max(search.best(), 0);
-    fall = search.fall_of_step();
+    first = drafted = search.best();
+    // The least between neighbours: with noise in a small picture falls are uneven.
+    fall = INFINITY;
+    for (auto to = std::next(db.begin()); to != db.end(); ++to) {
+      const auto from = std::prev(to);
+      fall = std::min(fall, (from->second - to->second) / (to->first - from->first));
+    }
     tried.draft = false;
   }
-  Search search(steps, target_db, first, fall);
+  Search search(steps, target_db, first, decibels / steps);
   MeasuredGroup chosen; // at the best step
-  while (!search.done() && !(drafts && search.ends_by(sure))) {
+  const auto settled = [&] {
+    return drafted >= 0 && search.best() == drafted && search.best_db() - fall < target_db - sure;
+  };
+  while (!search.done() && !settled()) {
     tried.quality = quality_of(search.step());
     MeasuredGroup group = encode_measured(tried, frames, masks);
     if (search.take(group.psnr)) chosen = std::move(group);
