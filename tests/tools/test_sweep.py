@@ -13,6 +13,7 @@ from conftest import TINY, tool_path
 from sweep import memory_folder, sweep
 
 GROUPS, FRAMES = 2, 3  # frames a group
+ALONE = int(os.environ.get("FVV_SWEEP_ALONE", 250))  # cases of each file that are given to a start of their own
 
 
 def two_tracks():
@@ -96,7 +97,7 @@ def test_no_case_is_silently_wrong(capsys):
         mux = tool_path("fvvmux")
         if mux:
             files["muxed"] = muxed(mux, pathlib.Path(folder))
-        result = sweep(tool_path("fvvinfo"), folder, files)
+        result = sweep(tool_path("fvvinfo"), folder, files, ALONE)
     line = f"sweep.cases {result.cases} sweep.silent_wrong {result.silent_wrong}"
     with capsys.disabled():
         print(f"\n{line}{'' if mux else ' (without a file of fvvmux: it was not built)'}")
