@@ -24,7 +24,7 @@ from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
 import wd2_human20  # noqa: E402
-from real_capture import DATA, TOOLS, read_ply  # noqa: E402
+from real_capture import DATA, TOOLS, read_ply, write_capture  # noqa: E402
 
 WORK = pathlib.Path(__file__).resolve().parent.parent / "build/bench/wd2"
 NEAREST = 7
@@ -115,12 +115,12 @@ def figures(means):
 
 
 def capture():
-    """The capture as fvvmux takes it, with its faces turned; nothing without the data."""
+    """The capture as fvvmux takes it; nothing without the data."""
     root = DATA / "wd2_human20"
     if not root.exists():
         print(f"wd2: skipped: no wd2_human20 under FVV_DATA={os.path.relpath(DATA)}")
         return None
-    return wd2_human20.turned_capture(root, WORK)
+    return write_capture(WORK, wd2_human20.describe(root)[0])
 
 
 def measure():
@@ -133,7 +133,7 @@ def measure():
     middle = read_ply(root / wd2_human20.MESH)[0].mean(0)
     stream = WORK / "wd2.fvv"
     tool("fvvmux", source, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry",
-         "--visibility", "face", "--force")  # fmt: skip
+         "--visibility", "face", *wd2_human20.WINDING, "--force")  # fmt: skip
     rows = {name: [] for name in ("leave_one_out", f"nearest_{NEAREST}")}
     titles = "from all others", f"from the nearest {NEAREST}"
     print(f"{'':8}" + "".join(f"{title:>48}" for title in titles))

@@ -15,8 +15,8 @@ MUXER = real.TOOLS / "fvvmux/fvvmux"
 
 
 def wd2(root, folder):
-    # Faces as they come are wound clockwise: nothing of them would be seen.
-    return [wd2_human20.turned_capture(root, folder), "--scale", "0.5"]
+    description, _ = wd2_human20.describe(root)
+    return [real.write_capture(folder, description), *wd2_human20.WINDING, "--scale", "0.5"]
 
 
 def pose2sim(root, folder):

@@ -76,6 +76,7 @@ def main():
     capture = real.write_capture(folder, description)
     frames = ["--frames", f"{FIRST}-{FIRST + COUNT - 1}"]
     wishes = ["--step", f"{STEP}", "--texture-bits", TEXTURE_BITS, "--quality", f"{TARGET}dB"]
+    wishes += ["--winding", "flip"]  # the source's faces run clockwise, seen from outside
     _, _, out = real.round_trip(capture, *frames, *wishes)
     described = json.loads((out / "capture.json").read_text())["atlas"]
     assert described == {"pictures": "atlas/%04d.png", "texture_bits": TEXTURE_BITS}, described

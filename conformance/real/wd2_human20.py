@@ -8,6 +8,7 @@ import real_capture as real
 from PIL import Image
 
 QUALITY = 42.0  # dB over the silhouettes
+WINDING = "--winding", "flip"  # the source's faces run clockwise, seen from outside
 MESH = "reference/our_visual_hull_160.ply"
 
 
@@ -73,24 +74,12 @@ def describe(root):
     return description, source
 
 
-def turned_capture(root, folder):
-    """The path of the capture with its faces turned, as OBJ: the source's are wound clockwise."""
-    description, _ = describe(root)
-    description["meshes"] = {"pattern": "mesh_%04d.obj"}
-    folder.mkdir(parents=True, exist_ok=True)
-    positions, faces = real.read_ply(root / MESH)
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in positions.tolist()]
-    lines += [f"f {c + 1} {b + 1} {a + 1}" for a, b, c in faces.tolist()]
-    (folder / "mesh_0020.obj").write_text("\n".join(lines) + "\n")
-    return real.write_capture(folder, description)
-
-
 def main():
     root = real.data("wd2_human20")
     folder = real.WORK / "wd2_human20"
     description, source = describe(root)
     capture = real.write_capture(folder, description)
-    _, info, out = real.round_trip(capture, "--quality", f"{QUALITY:g}dB")
+    _, info, out = real.round_trip(capture, "--quality", f"{QUALITY:g}dB", *WINDING)
     real.contact_sheet(capture, iou=0.95)
 
     positions, faces = real.read_ply(root / MESH)

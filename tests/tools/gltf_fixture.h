@@ -155,7 +155,7 @@ inline File tube() {
       weights.insert(weights.end(), {2 - 2 * tube_share(y), tube_share(y), tube_share(y), 0});
       if (ring == 4) continue;
       const int next = (corner + 1) % 4, base = ring * 4;
-      for (const int index : {corner, next, corner + 4, next, next + 4, corner + 4})
+      for (const int index : {corner, corner + 4, next, next, corner + 4, next + 4})
         indices.push_back(base + index);
     }
   const size_t corners = file.add("VEC3", float32, positions, false, 20);

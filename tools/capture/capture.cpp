@@ -68,6 +68,7 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
                                                           texture, normals)
                                 : read_mesh(path, limits, report, texture, normals);
   for (double &coordinate : mesh.positions) coordinate *= capture.metres_per_unit;
+  if (capture.flip_faces) flip_faces(mesh);
   return mesh;
 }
 

@@ -81,6 +81,10 @@ struct Capture {
   std::vector<Camera> cameras;
   std::optional<Background> background;
 
+  // What load_mesh does besides; files say nothing of it. Corners run the other way round, and positions
+  // stay.
+  bool flip_faces = false;
+
   // Where the files of a frame number lie; of a video, whatever the frame, its own. The pattern must be there
   // (meshes, pictures, masks).
   std::string mesh_path(int64_t frame) const;

@@ -97,6 +97,10 @@ Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, Mesh
                bool texture = false, bool normals = false);
 bool is_gltf(const std::string &path); // by its extension
 
+// Turns all faces round: their first corner stays, the others change places. Normals are turned too when most
+// of them would point to the wrong side then; in some files they are right and the faces alone are not.
+void flip_faces(Mesh &mesh);
+
 // Writers: the bytes of a file, the same for the same mesh everywhere. name: what messages call the file.
 // Refused: coordinates that are not finite, indices out of range, a mesh without faces. Texture coordinates
 // are written on the axes of the format, and normals, if the mesh has some.

@@ -1,5 +1,6 @@
 #include "fvvmux/body.h"
 
+#include "fvv_render/winding.h"
 #include "fvvmux/overlay.h"
 #include "hull/distance.h"
 
@@ -93,11 +94,20 @@ render::Mesh Body::mesh() const {
   return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
 }
 
-std::vector<uint8_t> Body::cover(const fvv_camera &camera) const {
+bool Body::inside_out() const {
+  return render::inside_out(mesh());
+}
+
+std::vector<uint32_t> Body::nearest(const fvv_camera &camera) const {
   render::SampleBuffer buffer(camera.width, camera.height, 1);
   rasterise(projection(camera), mesh(), buffer);
-  std::vector<uint8_t> out(buffer.face.size());
-  std::transform(buffer.face.begin(), buffer.face.end(), out.begin(),
+  return std::move(buffer.face);
+}
+
+std::vector<uint8_t> Body::cover(const fvv_camera &camera) const {
+  const std::vector<uint32_t> nearest_face = nearest(camera);
+  std::vector<uint8_t> out(nearest_face.size());
+  std::transform(nearest_face.begin(), nearest_face.end(), out.begin(),
                  [](uint32_t face) { return face == render::no_face ? 0 : 255; });
   return out;
 }

@@ -21,6 +21,11 @@ public:
   Body(const std::vector<double> &positions, std::vector<uint32_t> faces);
   bool empty() const { return faces.empty(); }
 
+  // Whether its faces alone say that their insides are out (fvv_render/winding.h).
+  bool inside_out() const;
+
+  // The face that each pixel's centre sees, or render::no_face.
+  std::vector<uint32_t> nearest(const fvv_camera &camera) const;
   // One value for every pixel of the camera's picture: 255 when the surface covers the pixel's centre.
   std::vector<uint8_t> cover(const fvv_camera &camera) const;
   // Draws the outline into a picture of the camera, a light line with dark rims: where the surface ends, and

@@ -23,7 +23,8 @@ constexpr const char *footer =
     "behind kept_frames are there when frames were decimated, triangles are means of those frames and\n"
     "errors are measured between surfaces, mesh: {bytes, smallest, largest, profile, level, key: {frames,\n"
     "bytes}, delta: {frames, bytes, max_error_steps}, max_axis_error, normals: {bits,\n"
-    "reason}, changed_frames, and for each kind of change {count, frames}},\n"
+    "reason}, winding: {flipped, turned_away, by_cameras}, changed_frames, and for each kind of change "
+    "{count, frames}},\n"
     "video: {bytes, smallest, largest, codec, bit_depth, quality, width, height, cameras, crop: {cropped, "
     "reason,\n"
     "by_masks, by_mesh, pixel_share, layouts, background} (cameras by what, pixels of the frame over those "
@@ -70,7 +71,7 @@ struct Texts {
   std::optional<std::string> bit_depth, quality;
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
               video_pixels, video_size, video_tracks = "1", step, max_error, mesh_profile = "draco",
-              normals = "auto", frames, visibility = "auto", texture_unseen;
+              normals = "auto", winding, frames, visibility = "auto", texture_unseen;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
@@ -166,6 +167,9 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
          "send the source's: auto (where more than 1 % of the first mesh's vertices lie on hard edges: "
          "computed from all faces around, their normals are off by more than 20 degrees), always or never")
       ->capture_default_str();
+  app.add_option("--winding", texts.winding,
+                 "of faces: keep, flip (turn all of them round), or auto (flip when most of what cameras see "
+                 "has its back to them: they are inside out). Default: keep, with a warning in that case");
   app.add_option(
          "--visibility", texts.visibility,
          "send which cameras see each face or vertex: auto (faces, unless it takes more than a tenth of "
@@ -234,6 +238,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.texture_unseen.empty())
     options.texture_unseen = mux::parse_colour("--texture-unseen", texts.texture_unseen);
   options.normals = mux::parse_normals(texts.normals);
+  if (!texts.winding.empty()) options.winding = mux::parse_winding(texts.winding);
   if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
 }
 

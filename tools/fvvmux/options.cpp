@@ -170,6 +170,13 @@ Normals parse_normals(const std::string &text) {
   refuse("--normals", "auto, always or never", text);
 }
 
+Winding parse_winding(const std::string &text) {
+  if (text == "auto") return Winding::automatic;
+  if (text == "keep") return Winding::keep;
+  if (text == "flip") return Winding::flip;
+  refuse("--winding", "auto, keep or flip", text);
+}
+
 Background parse_background(const std::string &text) {
   if (text == "auto") return Background::automatic;
   if (text == "keep") return Background::keep;

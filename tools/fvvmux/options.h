@@ -46,6 +46,9 @@ struct FrameRange {
 // automatic: where the source's differ from computed ones.
 enum class Normals { automatic, always, never };
 
+// automatic: as in the files, unless most of what cameras see would turn its back to them.
+enum class Winding { automatic, keep, flip };
+
 // automatic: to what is seen of the scene, where masks or meshes tell.
 enum class Crop { automatic, none };
 
@@ -77,6 +80,7 @@ struct Options {
   uint8_t mesh_profile = FVV_MESH_DRACO;
   bool delta = true; // frames that share their faces with the one before as motion
   Normals normals = Normals::automatic;
+  std::optional<Winding> winding; // else keep, with a warning where it is wrong
   uint32_t min_component = 0;
   uint32_t threads = 1;
   std::optional<FrameRange> frames;
@@ -115,6 +119,7 @@ double parse_scale(const char *option, const std::string &text); // "0.5"
 FrameRange parse_frames(const std::string &text);                // "10-19", "10..19"
 uint8_t parse_profile(const std::string &text);                  // "draco", "raw", "fast"
 Normals parse_normals(const std::string &text);                  // "auto", "always", "never"
+Winding parse_winding(const std::string &text);                  // "auto", "keep", "flip"
 Background parse_background(const std::string &text);            // "auto", "keep", "flat", "smooth"
 uint64_t parse_pixels(const std::string &text);                  // "300k", "2M", "100000"
 TileSize parse_video_size(const std::string &text);              // "1920x1088"

@@ -12,6 +12,7 @@
 #include "fvvmux/normals.h"
 #include "fvvmux/select.h"
 #include "fvvmux/visibility.h"
+#include "fvvmux/winding.h"
 
 #include <algorithm>
 #include <cmath>
@@ -177,6 +178,11 @@ Plan make_plan(const Options &options) {
   plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
   if (options.undistort)
     plan.undistortion = std::make_shared<Undistortion>(plan.capture, options.undistort_alpha);
+  if (plan.has_meshes()) {
+    plan.winding = choose_winding(options, plan.capture);
+    plan.capture.flip_faces = plan.winding.flip;
+    plan.warned = warn_of_winding(plan) || plan.warned;
+  }
   plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
   Tiling cameras = whole_pictures(plan.capture, options);
   if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);

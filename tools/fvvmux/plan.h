@@ -44,6 +44,17 @@ struct NormalChoice {
   std::string reason;
 };
 
+// Which side of the faces is out.
+struct WindingChoice {
+  bool flip = false; // faces run the other way round than in the files
+  bool by_cameras = false;
+  // Before that, a share: of what is nearest to the cameras on some frames, that turns its back to them;
+  // where no camera tells, of these frames' meshes, that enclose a negative volume.
+  double turned_away = 0;
+
+  double in_stream() const { return flip ? 1 - turned_away : turned_away; }
+};
+
 struct VisibilityChoice {
   bool on = false;
   bool open = false;   // whether it pays is found out by the first group
@@ -119,6 +130,7 @@ struct Plan {
   DecimationChoice decimation;
   std::shared_ptr<const Geometry> geometry; // what meshes come through, if there are some
   NormalChoice normals;
+  WindingChoice winding;
   uint32_t texture_bits = 0;      // 0: meshes without texture coordinates
   std::vector<VideoTrack> tracks; // cameras, one or several, atlas; those that there are
   std::shared_ptr<Videos> videos; // whatever reads pictures

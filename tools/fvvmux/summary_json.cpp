@@ -154,6 +154,9 @@ nlohmann::ordered_json summary_json(const Summary &s) {
     mesh["delta"] = {{"frames", s.delta.chunks},
                      {"bytes", s.delta.payload},
                      {"max_error_steps", plan.lattice.delta_error}};
+    mesh["winding"] = {{"flipped", plan.winding.flip},
+                       {"turned_away", plan.winding.in_stream()},
+                       {"by_cameras", plan.winding.by_cameras}};
     mesh["normals"] = {{"bits", plan.normals.bits}, {"reason", plan.normals.reason}};
     mesh["max_axis_error"] = s.changes.max_error;
     mesh["changed_frames"] = s.changes.changed_frames;

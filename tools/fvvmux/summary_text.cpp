@@ -1,4 +1,5 @@
 #include "fvvmux/summary_terms.h"
+#include "fvvmux/winding.h"
 
 #include "capture/lens_check.h"
 #include "fvvmux/background.h"
@@ -116,6 +117,8 @@ void mesh_lines(std::string &out, const Summary &s) {
   line(out, "  lattice   step %.6g %s from (%g, %g, %g): %s%s", choice.lattice.step * (metric ? 1000 : 1),
        metric ? "mm" : "units", origin[0], origin[1], origin[2], choice.reason.c_str(), pixels);
   out += decimation_text(s.plan, s.decimation);
+  line(out, "  winding   %s: %s", s.plan.winding.flip ? "flipped" : "as in the files",
+       winding_text(s.plan.winding).c_str());
   const NormalChoice &normals = s.plan.normals;
   line(out, "  normals   %s: %s",
        normals.bits ? ("sent with " + std::to_string(normals.bits) + " bits").c_str() : "not sent",

@@ -2,6 +2,7 @@
 
 #include "cli/cli.h"
 #include "cli/parallel.h"
+#include "fvv_render/winding.h"
 
 #include <chrono>
 #include <cmath>
@@ -65,8 +66,6 @@ render::Visibility visibility_of(const Options &options, const std::vector<rende
   return options.view.visibility;
 }
 
-// Whether the faces enclose a negative volume. Of open surfaces, which enclose none, the volume towards the
-// middle of their vertices counts, and only if it is no rounding error.
 // The user's wishes go before the stream's.
 render::ViewOptions textured(const Options &options, const fvv_texturing &said) {
   render::ViewOptions view = options.view;
@@ -77,25 +76,6 @@ render::ViewOptions textured(const Options &options, const fvv_texturing &said) 
   view.depth_test.bias = said.depth_bias;
   view.depth_test.slope = said.depth_slope;
   return view;
-}
-
-bool inside_out(const Frame &frame) {
-  const auto at = [&](size_t vertex) {
-    const float *p = &frame.positions[3 * vertex];
-    return render::Vec3{p[0], p[1], p[2]};
-  };
-  const size_t count = frame.positions.size() / 3;
-  render::Vec3 middle;
-  for (size_t i = 0; i < count; i++) middle += at(i) * (1.0 / double(count));
-  double volume = 0, size = 0;
-  for (size_t i = 0; i < frame.faces.size(); i += 3) {
-    const render::Vec3 a = at(frame.faces[i]) - middle, b = at(frame.faces[i + 1]) - middle,
-                       c = at(frame.faces[i + 2]) - middle;
-    const double part = render::dot(a, render::cross(b, c));
-    volume += part;
-    size += std::abs(part);
-  }
-  return volume < -1e-3 * size;
 }
 
 // The files of one run: all of them, or none.
@@ -149,7 +129,7 @@ void run(const Options &options, Result &result) {
   Clock clock;
   Frame frame = load_frame(options.input, options.frame);
   result.losses = frame.losses;
-  if (inside_out(frame))
+  if (render::inside_out(frame.mesh()))
     result.warnings.push_back(options.input + ": frame " + std::to_string(options.frame) +
                               ": the faces are wound inside out: nothing is textured but what cameras see of "
                               "their insides");
