@@ -1,7 +1,7 @@
 #include "fvvcompare/report.h"
 
-#include <cstdarg>
-#include <cstdio>
+#include "cli/format.h"
+
 #include <nlohmann/json.hpp>
 
 namespace fvv::compare {
@@ -9,15 +9,6 @@ namespace fvv::compare {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-__attribute__((format(printf, 1, 2))) std::string format(const char *pattern, ...) {
-  char line[512];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(line, sizeof line, pattern, arguments);
-  va_end(arguments);
-  return line;
-}
 
 std::string frames_of(size_t count) {
   return std::to_string(count) + (count == 1 ? " frame" : " frames");
@@ -27,8 +18,8 @@ const char *const way_names[way_count] = {"a_to_b", "b_to_a", "symmetric"};
 
 // Widths of names and values of the table.
 std::string row(const char *label, const std::array<std::string, way_count> &values) {
-  std::string out = format("  %-24s", label);
-  for (const std::string &value : values) out += format(" %14s", value.c_str());
+  std::string out = cli::format("  %-24s", label);
+  for (const std::string &value : values) out += cli::format(" %14s", value.c_str());
   return out + "\n";
 }
 
@@ -37,10 +28,10 @@ public:
   explicit Table(const Result &from) : result(from) {}
 
   std::string length(double value) const {
-    return result.scale_unknown ? format("%.6g", value) : format("%.4f mm", value * 1000);
+    return result.scale_unknown ? cli::format("%.6g", value) : cli::format("%.4f mm", value * 1000);
   }
   std::string decibel(double mse) const {
-    return mse > 0 ? format("%.2f dB", psnr(result.peak, mse)) : "equal";
+    return mse > 0 ? cli::format("%.2f dB", psnr(result.peak, mse)) : "equal";
   }
 
   std::string all() const {
@@ -50,7 +41,7 @@ public:
                              double Figures::*which, bool lengths) {
       std::array<std::string, way_count> cells;
       for (size_t w = 0; w < way_count; w++)
-        cells[w] = lengths ? length(of[w].*which) : format("%.3f deg", of[w].*which);
+        cells[w] = lengths ? length(of[w].*which) : cli::format("%.3f deg", of[w].*which);
       out += row(label, cells);
     };
     figures("distance, rms", e.distance, &Figures::rms, true);
@@ -66,7 +57,7 @@ public:
     figures("normals, mean", e.angle, &Figures::mean, false);
     figures("normals, p99", e.angle, &Figures::p99, false);
     out += row("faces turned over",
-               cells(e.turned, [](double share) { return format("%.3f %%", 100 * share); }));
+               cells(e.turned, [](double share) { return cli::format("%.3f %%", 100 * share); }));
     return out + temporal();
   }
 
@@ -163,21 +154,23 @@ std::string csv(const Result &result) {
   for (const char *way : way_names)
     for (const char *column : {"rms", "mean", "p99", "max", "d1_mse", "d1_psnr", "d2_mse", "d2_psnr",
                                "normal_mean", "normal_p99", "turned"})
-      out += format(",%s_%s", way, column);
+      out += cli::format(",%s_%s", way, column);
   out += ",temporal_rms,temporal_max\n";
-  const auto decibel = [&](double mse) { return mse > 0 ? format("%.17g", psnr(result.peak, mse)) : "inf"; };
+  const auto decibel = [&](double mse) {
+    return mse > 0 ? cli::format("%.17g", psnr(result.peak, mse)) : "inf";
+  };
   for (const FrameResult &f : result.frames) {
-    out += format("%lld,%lld,%zu,%zu,%zu,%zu", (long long)f.number_a, (long long)f.number_b, f.vertices_a,
-                  f.faces_a, f.vertices_b, f.faces_b);
+    out += cli::format("%lld,%lld,%zu,%zu,%zu,%zu", (long long)f.number_a, (long long)f.number_b,
+                       f.vertices_a, f.faces_a, f.vertices_b, f.faces_b);
     const Errors &e = f.errors;
     for (size_t w = 0; w < way_count; w++) {
       const Figures &d = e.distance[w];
-      out +=
-          format(",%.17g,%.17g,%.17g,%.17g,%.17g,", d.rms, d.mean, d.p99, d.max, e.d1[w]) + decibel(e.d1[w]);
-      out += format(",%.17g,", e.d2[w]) + decibel(e.d2[w]);
-      out += format(",%.17g,%.17g,%.17g", e.angle[w].mean, e.angle[w].p99, e.turned[w]);
+      out += cli::format(",%.17g,%.17g,%.17g,%.17g,%.17g,", d.rms, d.mean, d.p99, d.max, e.d1[w]) +
+             decibel(e.d1[w]);
+      out += cli::format(",%.17g,", e.d2[w]) + decibel(e.d2[w]);
+      out += cli::format(",%.17g,%.17g,%.17g", e.angle[w].mean, e.angle[w].p99, e.turned[w]);
     }
-    out += f.motion ? format(",%.17g,%.17g\n", f.motion->rms, f.motion->max) : ",,\n";
+    out += f.motion ? cli::format(",%.17g,%.17g\n", f.motion->rms, f.motion->max) : ",,\n";
   }
   return out;
 }

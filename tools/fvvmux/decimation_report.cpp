@@ -1,30 +1,21 @@
 #include "fvvmux/decimation_report.h"
 
 #include "cli/cli.h"
-
-#include <cstdarg>
-#include <cstdio>
+#include "cli/format.h"
 
 namespace fvv::mux {
 
 namespace {
 
-__attribute__((format(printf, 1, 2))) std::string text(const char *format, ...) {
-  char buffer[400];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
-  va_end(arguments);
-  return buffer;
-}
-
 // A length for people: millimetres where the scale is known.
 std::string length_text(const Plan &plan, double length) {
-  return plan.capture.scale_unknown ? text("%.3g units", length) : text("%.3g mm", length * 1000);
+  return plan.capture.scale_unknown ? cli::format("%.3g units", length)
+                                    : cli::format("%.3g mm", length * 1000);
 }
 
 std::string area_text(const Plan &plan, double area) {
-  return plan.capture.scale_unknown ? text("%.3g square units", area) : text("%.3g cm2", area * 1e4);
+  return plan.capture.scale_unknown ? cli::format("%.3g square units", area)
+                                    : cli::format("%.3g cm2", area * 1e4);
 }
 
 } // namespace
@@ -61,34 +52,36 @@ bool warn_of_losses(const Plan &plan, int64_t frame, const decimate::Report &rep
               area_text(plan, report.vanished.area) + " together vanish in decimation");
   if (report.thin_area > 0)
     cli::warn(name + area_text(plan, report.thin_area) + " of the surface are further off than " +
-              text("%g px", decimate::max_over_rms * plan.decimation.budget.pixels) + " after decimation");
+              cli::format("%g px", decimate::max_over_rms * plan.decimation.budget.pixels) +
+              " after decimation");
   return report.vanished.pieces || report.thin_area > 0;
 }
 
 std::string decimation_text(const Plan &plan, const DecimationSums &sums) {
   const DecimationChoice &choice = plan.decimation;
-  std::string out = text("  budget    %g px", choice.budget.pixels);
+  std::string out = cli::format("  budget    %g px", choice.budget.pixels);
   if (std::isfinite(choice.pixel))
     out += (choice.budget.pixels == 1 ? " is " : " are ") +
            length_text(plan, choice.budget.pixels * choice.pixel) + " where cameras see sharpest";
   if (!choice.on) return out + "; all triangles are kept: " + choice.reason + "\n";
   const double frames = double(sums.frames);
-  out += text(": %.0f -> %.0f triangles a frame ", double(sums.faces_before) / frames,
-              double(sums.faces_after) / frames) +
+  out += cli::format(": %.0f -> %.0f triangles a frame ", double(sums.faces_before) / frames,
+                     double(sums.faces_after) / frames) +
          choice.reason + "\n";
   if (sums.kept < sums.frames) {
     out += "            off by " + length_text(plan, sums.rms()) + " rms, " + length_text(plan, sums.max) +
            " at most, lattice included; the worst frame";
     if (std::isfinite(choice.pixel))
-      out += text(" %.3f px rms, %.2f px at most;", sums.rms_pixels, sums.max_pixels);
-    out += text(" volume %+.2f %%\n", 100 * sums.volume_change());
+      out += cli::format(" %.3f px rms, %.2f px at most;", sums.rms_pixels, sums.max_pixels);
+    out += cli::format(" volume %+.2f %%\n", 100 * sums.volume_change());
   }
   if (sums.held_faces)
-    out += text("            %.0f triangles a frame stay, or silhouettes would move by more than %g px\n",
-                double(sums.held_faces) / frames, decimate::max_over_rms * choice.budget.pixels);
+    out +=
+        cli::format("            %.0f triangles a frame stay, or silhouettes would move by more than %g px\n",
+                    double(sums.held_faces) / frames, decimate::max_over_rms * choice.budget.pixels);
   if (sums.kept)
-    out += text("            %llu frames are as they were: fewer triangles would break the budget\n",
-                (unsigned long long)sums.kept);
+    out += cli::format("            %llu frames are as they were: fewer triangles would break the budget\n",
+                       (unsigned long long)sums.kept);
   return out;
 }
 

@@ -1,10 +1,10 @@
 // The lattice step: as fine as the cameras can see, and no finer.
 #include "cli/cli.h"
+#include "cli/format.h"
 #include "fvvmux/plan.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 
 namespace fvv::mux {
@@ -21,12 +21,6 @@ double diagonal_of(const capture::Mesh &mesh) {
     high[i % 3] = std::max(high[i % 3], x);
   }
   return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
-}
-
-std::string text(const char *format, double a, double b = 0, double c = 0) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof buffer, format, a, b, c);
-  return buffer;
 }
 
 // Steps of error that leave room for rounding to the lattice within an error; metres.
@@ -117,9 +111,10 @@ LatticeChoice choose_lattice(const Options &options, const capture::Capture &cap
                                  "--step");
     choice.lattice.step = round_down_125(wanted / (delta_frames >= many ? 5 : tracked ? 3 : 1));
     if (tracked) choice.delta_error = steps_within(wanted / 2, choice.lattice.step);
-    choice.reason = seen ? text("for %g px at camera %g, %.3g ", pixels, nearest.camera, nearest.distance) +
-                               unit + " from the first mesh"
-                         : text("1/8192 of the first mesh's diagonal of %.4g ", diagonal_of(mesh)) + unit;
+    choice.reason =
+        seen ? cli::format("for %g px at camera %u, %.3g ", pixels, nearest.camera, nearest.distance) + unit +
+                   " from the first mesh"
+             : cli::format("1/8192 of the first mesh's diagonal of %.4g ", diagonal_of(mesh)) + unit;
   }
   if (chosen && tracked && seen)
     choice.delta_error = steps_within(pixels * nearest.metres_per_pixel, choice.lattice.step);

@@ -1,8 +1,7 @@
 // The numbers of a contact sheet, for people and for programs.
+#include "cli/format.h"
 #include "fvvmux/contact_sheet.h"
 #include "fvvmux/select.h"
-
-#include <cstdio>
 
 namespace fvv::mux {
 
@@ -18,21 +17,15 @@ Json or_null(const std::optional<double> &value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-std::string format(const char *pattern, double a, double b = 0) {
-  char text[80];
-  std::snprintf(text, sizeof text, pattern, a, b);
-  return text;
-}
-
 std::string camera_line(const SheetCamera &camera) {
   std::string line = "  " + std::to_string(camera.id) + (camera.name.empty() ? "" : " " + camera.name) +
                      ": " + std::to_string(camera.width) + "x" + std::to_string(camera.height);
   if (!camera.picture) line += ", no picture";
   if (!camera.mask) line += ", no mask";
-  if (camera.fit.iou) line += format(", IoU %.4f", *camera.fit.iou);
-  if (camera.fit.distance) line += format(", outlines %.2f px apart", *camera.fit.distance);
+  if (camera.fit.iou) line += cli::format(", IoU %.4f", *camera.fit.iou);
+  if (camera.fit.distance) line += cli::format(", outlines %.2f px apart", *camera.fit.distance);
   if (camera.fit.offset)
-    line += format(", offset (%+.2f, %+.2f) px", (*camera.fit.offset)[0], (*camera.fit.offset)[1]);
+    line += cli::format(", offset (%+.2f, %+.2f) px", (*camera.fit.offset)[0], (*camera.fit.offset)[1]);
   return line + "\n";
 }
 
@@ -58,13 +51,13 @@ std::string sheet_text(const SheetReport &report) {
              ? "with the outline of the hull of the masks\n"
              : "with axes and cameras only: there are no meshes and no hull\n";
   for (const SheetCamera &camera : report.cameras) out += camera_line(camera);
-  if (report.median_iou) out += format("  median    IoU %.4f", *report.median_iou);
-  if (report.median_distance) out += format(", outlines %.2f px apart", *report.median_distance);
+  if (report.median_iou) out += cli::format("  median    IoU %.4f", *report.median_iou);
+  if (report.median_distance) out += cli::format(", outlines %.2f px apart", *report.median_distance);
   if (report.median_iou) out += "\n";
   for (const size_t i : report.standing_out) {
     const SheetCamera &camera = report.cameras[i];
     out += "  hint      " + describe(camera.id, camera.name) +
-           format(" stands out: its outlines are %.2f px apart\n", *camera.fit.distance);
+           cli::format(" stands out: its outlines are %.2f px apart\n", *camera.fit.distance);
   }
   if (report.left_out)
     out += "  hint      the hull is carved without " +

@@ -1,10 +1,11 @@
 #include "fvvmux/summary_terms.h"
-#include "fvvmux/winding.h"
 
 #include "capture/lens_check.h"
+#include "cli/format.h"
 #include "fvvmux/background.h"
 #include "fvvmux/frame_limit.h"
 #include "fvvmux/moving.h"
+#include "fvvmux/winding.h"
 
 #include <cstdarg>
 #include <cstdio>
@@ -13,14 +14,11 @@ namespace fvv::mux {
 
 namespace {
 
-__attribute__((format(printf, 2, 3))) void line(std::string &out, const char *format, ...) {
-  char buffer[1024];
+__attribute__((format(printf, 2, 3))) void line(std::string &out, const char *pattern, ...) {
   va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_start(arguments, pattern);
+  out += cli::format_list(pattern, arguments) + '\n';
   va_end(arguments);
-  out += buffer;
-  out += '\n';
 }
 
 double frame_rate(const Summary &s) {

@@ -1,12 +1,12 @@
 #include "fvvmux/winding.h"
 
 #include "cli/cli.h"
+#include "cli/format.h"
 #include "cli/parallel.h"
 #include "fvv_render/vector.h"
 #include "fvvmux/body.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <set>
 #include <stdexcept>
 
@@ -98,12 +98,10 @@ bool warn_of_winding(const Plan &plan) {
 }
 
 std::string winding_text(const WindingChoice &choice) {
-  char text[120];
-  std::snprintf(text, sizeof text,
-                choice.by_cameras ? "%.3g %% of the surface nearest to the cameras has its back to them"
-                                  : "%.3g %% of the sampled meshes enclose a negative volume",
-                100 * choice.in_stream());
-  return text;
+  const double percent = 100 * choice.in_stream();
+  return choice.by_cameras
+             ? cli::format("%.3g %% of the surface nearest to the cameras has its back to them", percent)
+             : cli::format("%.3g %% of the sampled meshes enclose a negative volume", percent);
 }
 
 } // namespace fvv::mux
