@@ -129,7 +129,7 @@ TEST_CASE("a range of frames is a capture of its own") {
   shape.step = 2;
   make_capture(folder, shape); // 10 12 14 16 18
   Options options = options_for(folder);
-  options.frames = parse_frames("12-16");
+  options.frames = cli::parse_range("--frames", "12-16");
   const Summary summary = mux::mux(options);
   CHECK(summary.exit() == cli::done);
   Stream stream(options.output);
@@ -137,10 +137,10 @@ TEST_CASE("a range of frames is a capture of its own") {
   const fvv_text &text = stream.configuration().metadata[0];
   CHECK(std::string(text.text, text.size).find(R"("frame_numbers":{"first":12,"step":2})") !=
         std::string::npos);
-  options.frames = parse_frames("11..16");
+  options.frames = cli::parse_range("--frames", "11..16");
   CHECK(usage_error([&] { make_plan(options); }) ==
         "--frames: expected frame numbers of the capture, 10 to 18 in steps of 2, found 11");
-  options.frames = parse_frames("12..20");
+  options.frames = cli::parse_range("--frames", "12..20");
   CHECK(usage_error([&] { make_plan(options); }) ==
         "--frames: expected frame numbers of the capture, 10 to 18 in steps of 2, found 20");
 }
@@ -182,8 +182,9 @@ TEST_CASE("options in all their spellings") {
   CHECK(parse_profile("fast") == FVV_MESH_FAST);
   CHECK(usage_error([] { parse_profile("delta"); }) ==
         "--mesh-profile: expected draco, raw or fast, found \"delta\"");
-  CHECK(parse_frames("3-3").last == 3);
-  CHECK(parse_frames("3..7").last == 7);
-  for (const char *wrong : {"3", "7-3", "-3", "3-", "..", "3...7", "a-b", "1-9999999999"})
-    CHECK(!usage_error([&] { parse_frames(wrong); }).empty());
+  CHECK(cli::parse_range("--frames", "3-3").last == 3);
+  CHECK(cli::parse_range("--frames", "3..7").last == 7);
+  CHECK(cli::parse_range("--frames", "3").last == 3);
+  for (const char *wrong : {"", "7-3", "-3", "3-", "..", "3...7", "a-b", "1-9999999999"})
+    CHECK(!usage_error([&] { cli::parse_range("--frames", wrong); }).empty());
 }

@@ -154,7 +154,7 @@ TEST_CASE("sheet: cameras and frames may be chosen, and a camera that moves stan
   mux::Options options = sheet_options(folder);
   options.cameras = {"2-4"};
   CHECK(mux::check_calibration(options).standing_out.empty());
-  options.frames = mux::FrameRange{12, 12};
+  options.frames = cli::Range{12, 12};
   const mux::SheetReport report = mux::check_calibration(options);
   CHECK(report.frame == 12);
   REQUIRE(report.cameras.size() == 3);

@@ -176,8 +176,8 @@ def test_a_stream_without_its_beginning_keeps_its_times(fvvcompare, planes, stre
 @pytest.mark.parametrize(
     "arguments, expected",
     [
-        (["--frames", "2-1"], b"--frames: expected two frame numbers"),
-        (["--frames", "1"], b"--frames: expected two frame numbers"),
+        (["--frames", "2-1"], b"--frames: expected a number or two such as 10-19"),
+        (["--frames", "1-"], b"--frames: expected a number or two such as 10-19"),
         (["--frames", "0-7"], b"--frames: expected a frame of"),
         (["--json", "--csv", "-"], b"--json: standard output is taken"),
         (["--samples", "0"], b"--samples"),

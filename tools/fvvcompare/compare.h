@@ -17,8 +17,8 @@ constexpr size_t default_samples = 50000;
 
 struct Options {
   std::string a, b;
-  std::optional<capture::FrameRange> frames; // numbers of A
-  std::optional<int64_t> start;              // number in A of B's first frame
+  std::optional<cli::Range> frames; // numbers of A
+  std::optional<int64_t> start;     // number in A of B's first frame
   size_t samples = default_samples;
   Points points = Points::vertices;
   std::optional<double> peak; // of PSNR, in the sequences' unit

@@ -38,19 +38,6 @@ void tell(const compare::Result &result) {
   for (const std::string &line : result.losses) std::fprintf(stderr, "%s\n", line.c_str());
 }
 
-capture::FrameRange parse_frames(const std::string &text) {
-  long long first, last;
-  int used = 0;
-  if (text.find_first_not_of("0123456789-") == text.npos &&
-      std::sscanf(text.c_str(), "%10lld-%10lld%n", &first, &last, &used) == 2 &&
-      size_t(used) == text.size() && first >= 0 && first <= last)
-    return {first, last};
-  throw cli::Failure("--frames: expected two frame numbers such as 10-19, the second not below the first, "
-                     "found '" +
-                         text + "'",
-                     cli::usage);
-}
-
 } // namespace
 
 int main(int argc, char **argv) {
@@ -97,7 +84,7 @@ int main(int argc, char **argv) {
   return cli::run("fvvcompare", [&] {
     if (table == "-" && as_json)
       throw cli::Failure("--json: standard output is taken by the table (--csv -)", cli::usage);
-    if (!frames.empty()) options.frames = parse_frames(frames);
+    if (!frames.empty()) options.frames = cli::parse_range("--frames", frames);
     std::optional<cli::OutputFile> file;
     if (!table.empty() && table != "-") file.emplace(table, options.force);
     compare::Result result;

@@ -42,7 +42,7 @@ void tell_alone(const Sequence &sequence, const std::vector<bool> &counts, const
 
 } // namespace
 
-Matching match(const Sequence &a, const Sequence &b, const std::optional<capture::FrameRange> &frames,
+Matching match(const Sequence &a, const Sequence &b, const std::optional<cli::Range> &frames,
                std::optional<int64_t> start) {
   if (a.scale_unknown() != b.scale_unknown())
     throw cli::Failure("unlike units: " + a.path() + " is in " +

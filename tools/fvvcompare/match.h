@@ -2,7 +2,7 @@
 // reads no mesh.
 #pragma once
 
-#include "capture/gaps.h"
+#include "cli/range.h"
 #include "fvvcompare/sequence.h"
 
 #include <optional>
@@ -21,7 +21,7 @@ struct Matching {
 // Frames of two captures belong together when they have the same number, otherwise when they come as many
 // frame durations after the first ones. frames: only these numbers of A. start: the number in A of the frame
 // that B's first one shows. cli::Failure when units or frame rates are unlike, or no frame has a partner.
-Matching match(const Sequence &a, const Sequence &b, const std::optional<capture::FrameRange> &frames,
+Matching match(const Sequence &a, const Sequence &b, const std::optional<cli::Range> &frames,
                std::optional<int64_t> start);
 
 } // namespace fvv::compare

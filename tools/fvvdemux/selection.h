@@ -1,6 +1,8 @@
 // Lists of numbers as users write them: "25", "0-9,25". Knows nothing of what is numbered.
 #pragma once
 
+#include "cli/range.h"
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -16,14 +18,11 @@ public:
   bool everything() const { return ranges.empty(); }
   bool has(int64_t number) const;
   // The part of first ... last (both included) that is chosen, in rising order.
-  struct Range {
-    int64_t first, last;
-  };
-  std::vector<Range> within(int64_t first, int64_t last) const;
+  std::vector<cli::Range> within(int64_t first, int64_t last) const;
   int64_t largest() const { return ranges.back().last; } // not for everything()
 
 private:
-  std::vector<Range> ranges; // rising, apart from each other
+  std::vector<cli::Range> ranges; // rising, apart from each other
 };
 
 } // namespace fvv::demux

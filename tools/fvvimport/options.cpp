@@ -4,6 +4,7 @@
 #include "capture/text_scan.h"
 #include "capture/vocabulary.h"
 #include "cli/cli.h"
+#include "cli/range.h"
 
 #include <numeric>
 
@@ -75,12 +76,11 @@ fvv_rational parse_frame_rate(const std::string &text) {
 }
 
 capture::Frames parse_frames(const std::string &text) {
+  const cli::Range range = cli::parse_range("--frames", text);
+  if (range.last - range.first >= 10'000'000) refuse("--frames", "at most 10000000 frames", text);
   capture::Frames frames;
-  std::optional<int64_t> last;
-  if (!parse_pair(text, '-', 0, INT32_MAX, frames.first, last) ||
-      last.value_or(frames.first) < frames.first || last.value_or(frames.first) - frames.first >= 10'000'000)
-    refuse("--frames", "the first and the last frame like 0-49, at most 10000000 frames", text);
-  frames.count = last.value_or(frames.first) - frames.first + 1;
+  frames.first = range.first;
+  frames.count = range.last - range.first + 1;
   return frames;
 }
 

@@ -239,7 +239,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
     options.texture_unseen = mux::parse_colour("--texture-unseen", texts.texture_unseen);
   options.normals = mux::parse_normals(texts.normals);
   if (!texts.winding.empty()) options.winding = mux::parse_winding(texts.winding);
-  if (!texts.frames.empty()) options.frames = mux::parse_frames(texts.frames);
+  if (!texts.frames.empty()) options.frames = cli::parse_range("--frames", texts.frames);
 }
 
 // Segments of a stream that is there already.

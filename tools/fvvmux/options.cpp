@@ -147,15 +147,6 @@ double parse_scale(const char *option, const std::string &text) {
   return value;
 }
 
-FrameRange parse_frames(const std::string &text) {
-  const size_t dots = text.find(".."), end = dots == text.npos ? text.find('-') : dots;
-  FrameRange range;
-  if (end == text.npos || !whole_number(text.substr(0, end), 0, INT32_MAX, range.first) ||
-      !whole_number(text.substr(end + (dots == text.npos ? 1 : 2)), range.first, INT32_MAX, range.last))
-    refuse("--frames", "two frame numbers such as 10-19 or 10..19, the second not below the first", text);
-  return range;
-}
-
 uint8_t parse_profile(const std::string &text) {
   if (text == "draco") return FVV_MESH_DRACO;
   if (text == "raw") return FVV_MESH_RAW;

@@ -2,6 +2,7 @@
 // codecs their names and scales alone; whether a wish fits a capture is for plan.h to find out.
 #pragma once
 
+#include "cli/range.h"
 #include "fvv/video.h"
 
 #include <array>
@@ -36,11 +37,6 @@ struct FrameLimit {
   uint32_t width, height;
   uint64_t pixels;
   std::string name;
-};
-
-// Frame numbers as in file names, both ends included.
-struct FrameRange {
-  int64_t first, last;
 };
 
 // automatic: where the source's differ from computed ones.
@@ -83,7 +79,7 @@ struct Options {
   std::optional<Winding> winding; // else keep, with a warning where it is wrong
   uint32_t min_component = 0;
   uint32_t threads = 1;
-  std::optional<FrameRange> frames;
+  std::optional<cli::Range> frames; // numbers as in file names
   std::vector<std::string> cameras; // identifiers, ranges of them (2-5) or names; empty: all
   bool pictures = true, meshes = true;
   std::string sheet;          // a picture to write in place of a stream; then output is empty
@@ -96,7 +92,7 @@ struct Options {
   std::optional<double> texture_threshold;              // least cosine
   std::optional<uint32_t> texture_best;                 // cameras
   std::optional<std::array<uint8_t, 3>> texture_unseen; // R, G, B
-  bool undistort = false;                               // pictures without lens
+  bool undistort = false;     // pictures without lens
   double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
   bool environment = true;    // the capture's background, if it has one
   std::string segments;       // a folder to write besides; then capture may be a stream, and output is empty
@@ -116,7 +112,6 @@ Length parse_length(const std::string &text);                    // "1.5mm", "0.
 double parse_max_error(const std::string &text);                 // "0.15"
 TileSize parse_tile(const std::string &text);                    // "480x270"
 double parse_scale(const char *option, const std::string &text); // "0.5"
-FrameRange parse_frames(const std::string &text);                // "10-19", "10..19"
 uint8_t parse_profile(const std::string &text);                  // "draco", "raw", "fast"
 Normals parse_normals(const std::string &text);                  // "auto", "always", "never"
 Winding parse_winding(const std::string &text);                  // "auto", "keep", "flip"

@@ -15,17 +15,10 @@ std::vector<size_t> named_cameras(const capture::Capture &capture, const std::st
   for (size_t i = 0; i < capture.cameras.size(); i++)
     if (*capture.cameras[i].name == item) found.push_back(i);
   if (!found.empty()) return found;
-  const size_t dash = item.find('-');
-  int64_t first, last;
-  const auto number = [](const std::string &text, int64_t &value) {
-    return !text.empty() && text.find_first_not_of("0123456789") == text.npos &&
-           capture::parse_integer(text, value);
-  };
-  if (number(item.substr(0, dash), first) &&
-      (dash == item.npos ? (last = first, true) : number(item.substr(dash + 1), last)))
+  if (const std::optional<cli::Range> range = cli::scan_range(item))
     for (size_t i = 0; i < capture.cameras.size(); i++) {
       const int64_t id = capture.cameras[i].calibration.id;
-      if (id >= first && id <= last) found.push_back(i);
+      if (id >= range->first && id <= range->last) found.push_back(i);
     }
   if (found.empty()) {
     std::string known;
@@ -59,7 +52,7 @@ bool leave_out_changing(capture::Capture &capture) {
 
 } // namespace
 
-void restrict_frames(capture::Capture &capture, const FrameRange &range) {
+void restrict_frames(capture::Capture &capture, const cli::Range &range) {
   capture::Frames &frames = capture.frames;
   const int64_t last = frames.number(frames.count - 1);
   for (const int64_t end : {range.first, range.last})

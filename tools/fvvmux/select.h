@@ -13,7 +13,7 @@ namespace fvv::mux {
 bool select(capture::Capture &capture, const Options &options);
 
 // Its parts: only the frames of a range, only the cameras that items name (none: all). Throw as select.
-void restrict_frames(capture::Capture &capture, const FrameRange &range);
+void restrict_frames(capture::Capture &capture, const cli::Range &range);
 void restrict_cameras(capture::Capture &capture, const std::vector<std::string> &items);
 
 // "camera 3 (left)", for messages.
