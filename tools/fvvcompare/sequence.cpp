@@ -1,6 +1,7 @@
 #include "fvvcompare/sequence.h"
 
 #include "cli/owned.h"
+#include "fvvdemux/decoded_mesh.h"
 
 #include <filesystem>
 #include <numeric>
@@ -120,17 +121,8 @@ capture::Mesh Sequence::stream_mesh(size_t i) const {
   }
   cli::check(status, where, diagnostic);
   if (status == FVV_END) throw cli::Failure(where + ": has no mesh");
-  capture::Mesh out;
-  out.positions.resize(3 * size_t(holder.vertex_count));
-  for (size_t v = 0; v < holder.vertex_count; v++)
-    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, holder.positions + 3 * v,
-                          &out.positions[3 * v]);
-  if (holder.normals) {
-    std::vector<float> normals(out.positions.size());
-    fvv_normals_to_floats(holder.normal_bits, holder.normals, holder.vertex_count, normals.data());
-    out.normals.assign(normals.begin(), normals.end());
-  }
-  out.faces.assign(holder.faces, holder.faces + 3 * size_t(holder.face_count));
+  capture::Mesh out = demux::in_metres(holder, demux::lattice_of(scene.lattice_origin, scene.lattice_step));
+  out.texture.clear(); // no part of the surface either
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/video.h"
+#include "fvvdemux/decoded_mesh.h"
 #include "fvvdemux/views.h"
 #include "fvvdemux/whole_picture.h"
 
@@ -27,24 +28,6 @@ namespace {
 
 const char *extension_of(Meshes meshes) {
   return meshes == Meshes::ply ? "ply" : meshes == Meshes::obj ? "obj" : "drc";
-}
-
-capture::Mesh in_metres(const fvv_mesh &mesh, const fvv_scene &scene) {
-  capture::Mesh out;
-  out.positions.resize(size_t(mesh.vertex_count) * 3);
-  for (size_t v = 0; v < mesh.vertex_count; v++)
-    fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * v,
-                          &out.positions[3 * v]);
-  const double step = mesh.texture ? std::ldexp(1.0, -int(mesh.texture_bits)) : 0;
-  for (size_t i = 0; mesh.texture && i < size_t(mesh.vertex_count) * 2; i++)
-    out.texture.push_back(mesh.texture[i] * step);
-  if (mesh.normals) {
-    std::vector<float> normals(out.positions.size());
-    fvv_normals_to_floats(mesh.normal_bits, mesh.normals, mesh.vertex_count, normals.data());
-    out.normals.assign(normals.begin(), normals.end());
-  }
-  out.faces.assign(mesh.faces, mesh.faces + size_t(mesh.face_count) * 3);
-  return out;
 }
 
 // Says why a frame is lost; failures that are not the stream's end the run.
@@ -175,7 +158,7 @@ private:
   void write(const fvv_mesh &mesh, int64_t number) const {
     const capture::Lattice lattice = {
         {scene.lattice_origin[0], scene.lattice_origin[1], scene.lattice_origin[2]}, scene.lattice_step};
-    capture::write_mesh(in_metres(mesh, scene), lattice,
+    capture::write_mesh(in_metres(mesh, lattice), lattice,
                         path("meshes", number, extension_of(options.meshes)));
   }
   std::vector<uint8_t> file_of(const media::Image &picture) const {
