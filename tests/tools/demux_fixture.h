@@ -125,8 +125,9 @@ struct StreamOptions {
   uint8_t profile = FVV_MESH_RAW;
   std::string metadata;
   bool finish = true;
-  int without_mesh = -1;  // a frame that has no mesh
-  int repeat_before = -1; // writes the configuration again before this group
+  int without_mesh = -1;          // a frame that has no mesh
+  int repeat_before = -1;         // writes the configuration again before this group
+  std::vector<Bytes> backgrounds; // payloads of BACK, on tracks 11, 12 ... in the first group
   std::vector<uint16_t> cameras = {7, 0, 65534};
 };
 
@@ -173,8 +174,11 @@ inline Bytes make_stream(const StreamOptions &options = {}) {
   configure(FVV_CHUNK_SCENE, 0, record([&](uint8_t *out, size_t n, size_t *size) {
               return fvv_scene_encode(&scene, out, n, size, nullptr);
             }));
-  for (const uint16_t id : {uint16_t(1), uint16_t(2)}) {
-    const fvv_track track = {id, uint8_t(id == 1 ? FVV_TRACK_MESH : FVV_TRACK_VIDEO), "../x", 4};
+  std::vector<fvv_track> tracks = {{1, FVV_TRACK_MESH, "../x", 4}, {2, FVV_TRACK_VIDEO, "../x", 4}};
+  for (size_t i = 0; i < options.backgrounds.size(); i++)
+    tracks.push_back({uint16_t(11 + i), FVV_TRACK_BACKGROUND, "../x", 4});
+  for (const fvv_track &track : tracks) {
+    const uint16_t id = track.id;
     configure(FVV_CHUNK_TRACK, id, record([&](uint8_t *out, size_t n, size_t *size) {
                 return fvv_track_encode(&track, out, n, size, nullptr);
               }));
@@ -212,6 +216,10 @@ inline Bytes make_stream(const StreamOptions &options = {}) {
       const uint8_t flags = FVV_FLAG_CRITICAL | (sample.key ? FVV_FLAG_KEY : 0);
       REQUIRE(fvv_writer_chunk(writer, FVV_CHUNK_VIDEO_PACKET, 2, flags, f, sample.bytes.data(),
                                sample.bytes.size(), nullptr) == FVV_OK);
+      for (size_t i = 0; f == 1 && i < options.backgrounds.size(); i++)
+        REQUIRE(fvv_writer_chunk(writer, FVV_CHUNK_BACKGROUND, uint16_t(11 + i), FVV_FLAG_KEY, f,
+                                 options.backgrounds[i].data(), options.backgrounds[i].size(),
+                                 nullptr) == FVV_OK);
     }
     REQUIRE(fvv_writer_end_group(writer, nullptr) == FVV_OK);
   }

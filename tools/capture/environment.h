@@ -19,6 +19,7 @@ struct EnvironmentPart {
   double colour[3] = {1, 1, 1};  // linear light, 0 to 1; a factor where there is a picture
   bool unlit = false, double_sided = false;
   bool clamped = false; // beyond its edge the picture goes on with its last pixel, else it begins again
+  std::optional<Lattice> lattice; // of its positions, when they come from a stream
 };
 
 struct Environment {
@@ -40,8 +41,8 @@ Environment parse_environment(std::string_view bytes, const std::string &name,
                               const fvv_limits *limits = nullptr);
 
 // A GLB, the same bytes for the same environment everywhere, that parse_environment reads back. Positions are
-// float32: every coordinate is verified to lie on the same point of the lattice again, the first that does
-// not is an error.
+// float32: every coordinate is verified to lie on the same point of the part's lattice, else of this one,
+// again; the first that does not is an error.
 std::string format_environment(const Environment &environment, const Lattice &lattice,
                                const std::string &name);
 

@@ -13,15 +13,12 @@ namespace fvv::demux {
 
 struct UnpackedBackground {
   capture::Environment environment;
-  capture::Lattice lattice;
+  std::optional<capture::Lattice> lattice; // the finest of all tracks'; nothing: there was no background
 };
 
-// The first background track, NULL: none.
-const fvv_track *background_track_of(const fvv_configuration &configuration,
-                                     std::vector<std::string> *warnings);
-
-// What belongs to a group on that track. Nothing: it has none; or it is damaged, and why tells.
-std::optional<UnpackedBackground> unpack_background(fvv_stream *stream, size_t group, uint16_t track,
-                                                    std::string &why);
+// What belongs to a group on all background tracks together (fvv.md clause 18.1). Appends to lost a text for
+// each track that is damaged, of which nothing is taken.
+UnpackedBackground unpack_background(fvv_stream *stream, size_t group, const fvv_configuration &configuration,
+                                     std::vector<std::string> &lost);
 
 } // namespace fvv::demux

@@ -198,17 +198,16 @@ private:
     if (!options.background || used.empty() ||
         fvv_stream_configuration(stream.get(), used[0], &configuration, nullptr) != FVV_OK)
       return {};
-    const fvv_track *track = background_track_of(*configuration, &result.warnings);
-    if (!track) return {};
-    std::string why;
-    const auto background = unpack_background(stream.get(), used[0], track->id, why);
-    if (!why.empty()) result.losses.push_back(file.path() + ": the background is lost: " + why);
-    if (!background || background->environment.parts.empty()) return {}; // lights alone are no glTF to read
+    std::vector<std::string> lost;
+    const UnpackedBackground background = unpack_background(stream.get(), used[0], *configuration, lost);
+    for (const std::string &why : lost)
+      result.losses.push_back(file.path() + ": the background is lost: " + why);
+    if (background.environment.parts.empty()) return {}; // lights alone are no glTF to read
     capture::write_file(
         folder.file("background.glb"),
-        capture::format_environment(background->environment, background->lattice, "background.glb"));
+        capture::format_environment(background.environment, *background.lattice, "background.glb"));
     result.background = true;
-    return capture::Background{"background.glb", {}, background->lattice};
+    return capture::Background{"background.glb", {}, background.lattice};
   }
 
   void describe_moving(capture::Capture &capture) {

@@ -172,13 +172,10 @@ private:
   }
 
   void load_environment(Frame &out) {
-    const fvv_track *track = demux::background_track_of(*configuration, nullptr);
-    if (!track) return;
-    std::string why;
-    const auto background = demux::unpack_background(stream.get(), place.group, track->id, why);
-    if (!why.empty()) out.losses.push_back(where + ": no environment: " + why);
-    if (!background) return;
-    const capture::Environment &source = background->environment;
+    std::vector<std::string> lost;
+    const capture::Environment source =
+        demux::unpack_background(stream.get(), place.group, *configuration, lost).environment;
+    for (const std::string &why : lost) out.losses.push_back(where + ": no environment: " + why);
     try {
       std::vector<std::shared_ptr<const render::EnvironmentImage>> pictures;
       for (const std::string &one : source.pictures) pictures.push_back(environment_image(one));

@@ -99,10 +99,12 @@ private:
   }
 
   // As a float32, a coordinate is to round to the lattice point that it lies on.
-  void check_positions(const Mesh &mesh) const {
+  void check_positions(const EnvironmentPart &part) const {
+    const Mesh &mesh = part.mesh;
+    const Lattice grid = part.lattice.value_or(lattice);
     for (size_t i = 0; i < mesh.positions.size(); i++) {
-      const double exact = (mesh.positions[i] - lattice.origin[i % 3]) / lattice.step;
-      const double stored = (double(float(mesh.positions[i])) - lattice.origin[i % 3]) / lattice.step;
+      const double exact = (mesh.positions[i] - grid.origin[i % 3]) / grid.step;
+      const double stored = (double(float(mesh.positions[i])) - grid.origin[i % 3]) / grid.step;
       if (std::fabs(stored - std::nearbyint(exact)) > 0.49)
         throw FileError(name + ": vertex " + std::to_string(i / 3) +
                         " of the environment lies too far out for float32 on a lattice of this step");
@@ -111,7 +113,7 @@ private:
 
   void add(const EnvironmentPart &part) {
     check_writable(part.mesh, name);
-    check_positions(part.mesh);
+    check_positions(part);
     Json attributes = {{"POSITION", floats(part.mesh.positions, 3, true)}};
     if (!part.mesh.normals.empty()) attributes["NORMAL"] = floats(part.mesh.normals, 3, false);
     if (!part.mesh.texture.empty()) attributes["TEXCOORD_0"] = floats(part.mesh.texture, 2, false);
