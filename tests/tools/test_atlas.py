@@ -75,6 +75,43 @@ def test_the_same_bytes_for_any_number_of_threads(capture, tmp_path):
     }
 
 
+@pytest.mark.parametrize(
+    "codec, rate, size, limit, scale",
+    [
+        ("jpeg", 25, (8200, 16), "8192x8192 and 67108864 pixels (textures of browsers)", "0.99"),
+        # 1,000 frames/s leave level 5.2 of H.264 2,073,600 macroblocks / 1000 for each.
+        ("h264", 1000, (800, 800), "8192x8192 and 530841 pixels (H.264 level 5.2)", "0.91"),
+    ],
+)
+def test_an_atlas_that_decoders_need_not_take_is_told_of(tmp_path, codec, rate, size, limit, scale):
+    Image.new("RGB", size, (90, 120, 30)).save(tmp_path / "atlas.png")
+    (tmp_path / "mesh.obj").write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\n"
+        "f 1/1 3/2 2/3\nf 1/1 2/2 4/3\nf 1/1 4/2 3/3\nf 2/1 3/2 4/3\n"
+    )
+    description = {
+        "fvv_capture": 1,
+        "name": "solid",
+        "frame_rate": str(rate),
+        "frames": {"first": 0, "count": 1},
+        "units": "metres",
+        "up": "+y",
+        "meshes": {"pattern": "mesh.obj"},
+        "atlas": {"pictures": "atlas.png"},
+        "cameras": [],
+    }
+    (tmp_path / "capture.json").write_text(json.dumps(description))
+    command = [tool_path("fvvmux"), tmp_path, "--codec", codec, "--quality", "40", "-o", tmp_path / "x.fvv"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (
+        3,
+        f"fvvmux: warning: {tmp_path}/capture.json: the atlas is sent with {size[0]}x{size[1]} pixels, and not all "
+        f"players can show more than {limit} (--atlas-scale {scale} keeps it)\n",
+    )
+    done = subprocess.run([*command, "--force", "--atlas-scale", scale], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def chromaticities(picture, x, y):
     """r and g of r + g + b = 1 in linear light at pixel positions whose fraction is dropped."""
     light = np.asarray(picture.convert("RGB"), np.float64)[y.astype(int), x.astype(int)] ** 2 + 1

@@ -26,7 +26,9 @@ constexpr Level levels[] = {
     // AV1 bitstream specification, A.3: MaxPicSize, MaxHSize, MaxVSize, MaxDisplayRate.
     {FVV_CODEC_AV01, "AV1 level 5.2", texture_side, 4352, 8912896, 1069547520}};
 
-FrameLimit decoders_take(const Options &options, const fvv_rational &frame_duration) {
+} // namespace
+
+FrameLimit decoder_limit(const Options &options, const fvv_rational &frame_duration) {
   if (options.frame_limit) return *options.frame_limit;
   for (const Level &level : levels) {
     if (level.codec != options.codec) continue;
@@ -36,10 +38,8 @@ FrameLimit decoders_take(const Options &options, const fvv_rational &frame_durat
   return {texture_side, texture_side, uint64_t(texture_side) * texture_side, "textures of browsers"};
 }
 
-} // namespace
-
 FrameLimit frame_limit(const Options &options, const fvv_rational &frame_duration) {
-  FrameLimit limit = decoders_take(options, frame_duration);
+  FrameLimit limit = decoder_limit(options, frame_duration);
   if (options.video_pixels) limit.pixels = std::min(limit.pixels, options.video_pixels);
   if (options.video_size) {
     limit.width = std::min<uint32_t>(limit.width, options.video_size->width);

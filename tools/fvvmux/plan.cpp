@@ -3,6 +3,7 @@
 #include "fvvmux/background.h"
 
 #include "cli/cli.h"
+#include "cli/format.h"
 #include "fvv/mesh.h"
 #include "fvvmux/connectivity.h"
 #include "fvvmux/frame_limit.h"
@@ -16,7 +17,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace fvv::mux {
 
@@ -81,6 +81,26 @@ Tiling arrange_atlas(const Plan &plan) {
                    {0, 0, uint16_t(picture.width), uint16_t(picture.height)},
                    {0, 0, uint16_t(tiling.width), uint16_t(tiling.height)}}};
   return tiling;
+}
+
+// An atlas cannot be spread over tracks as cameras can. Some decoders take more than they must, so it is
+// sent.
+bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
+  const FrameLimit limit = decoder_limit(plan.options, plan.capture.frame_duration);
+  const auto fits = [&](uint32_t width, uint32_t height) {
+    return width <= limit.width && height <= limit.height && uint64_t(width) * height <= limit.pixels;
+  };
+  if (fits(tiling.width, tiling.height)) return false;
+  const fvv_rect &whole = tiling.tiles[0].source;
+  int percent = 99;
+  while (percent && !fits(scaled(whole.width, percent / 100.0), scaled(whole.height, percent / 100.0)))
+    percent--;
+  const std::string advice =
+      percent ? cli::format(" (--atlas-scale %g keeps it)", percent / 100.0) : std::string();
+  cli::warn(plan.capture.path + ": the atlas is sent with " + std::to_string(tiling.width) + "x" +
+            std::to_string(tiling.height) + " pixels, and not all players can show more than " +
+            limit_text(limit) + advice);
+  return true;
 }
 
 template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, const VideoTrack &track) {
@@ -199,6 +219,7 @@ Plan make_plan(const Options &options) {
   plan.tracks = tile_tracks(plan, cameras);
   if (plan.capture.atlas) {
     plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}, {}});
+    plan.warned = warn_of_atlas(plan, plan.tracks.back().tiling) || plan.warned;
     fvv_mesh_options defaults;
     fvv_mesh_options_default(&defaults);
     plan.texture_bits = options.texture_bits
