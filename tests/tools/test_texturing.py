@@ -39,7 +39,8 @@ def files(tmp_path_factory):
     out = folder / "plain.fvv", folder / "told.fvv"
     options = ["--codec", "jpeg", "--quality", 85, "--max-error", 0.5]
     tool("fvvmux", folder / "capture", "-o", out[0], *options)
-    told = ["--texture-threshold", 0.75, "--texture-best", 1, "--texture-unseen", "255,0,64"]
+    told = ["--texture-threshold", 0.75, "--texture-best", 1, "--texture-unseen", "255,0,64",
+            "--texture-depth-bias", 0, "--texture-depth-slope", 1.25]  # fmt: skip
     tool("fvvmux", folder / "capture", "-o", out[1], *options, *told)
     return out
 
@@ -48,7 +49,7 @@ def test_fvvinfo_shows_what_the_file_says(files):
     plain, told = (json.loads(tool("fvvinfo", "--json", path))["files"][0] for path in files)
     assert "texturing" not in plain
     assert told["texturing"] == {
-        "threshold": 0.75, "best": 1, "unseen": [255, 0, 64], "depth_bias": 0.2, "depth_slope": 0.5
+        "threshold": 0.75, "best": 1, "unseen": [255, 0, 64], "depth_bias": 0, "depth_slope": 1.25
     }  # fmt: skip
     assert "weights from 0.75, 1 cameras at most, 255,0,64" in tool("fvvinfo", files[1])
 
@@ -67,6 +68,23 @@ def test_fvvrender_draws_as_the_file_says(files, tmp_path):
     assert unseen.sum() > 200
     assert not (plain == [255, 0, 64]).all(axis=2).any()
     assert (other[unseen] == [0, 255, 0]).all()
+
+
+def test_tolerances_of_depth_maps_reach_the_renderer(files, tmp_path):
+    """With a bias that lets everything be seen, cameras colour what they do not see, unless rays decide."""
+    capture = files[0].parent / "capture"
+    told = tmp_path / "told.fvv"
+    tool("fvvmux", capture, "-o", told, "--codec", "jpeg", "--quality", 85, "--max-error", 0.5,
+         "--texture-depth-bias", 10000)  # fmt: skip
+    differing = {}
+    for by in "depth", "rays":
+        pictures = []
+        for number, path in enumerate((files[0], told)):
+            out = tmp_path / f"{by}{number}.png"
+            tool("fvvrender", path, "--no-environment", "--visible-by", by, *POSE, "-o", out)
+            pictures.append(np.asarray(Image.open(out)).astype(int))
+        differing[by] = (np.abs(pictures[0] - pictures[1]).max(axis=2) > 8).sum()
+    assert differing["depth"] > 100 and differing["rays"] == 0
 
 
 @pytest.mark.parametrize("bad", ["1,2", "1,2,256", "red", "1,2,3,4", "-1,2,3"])

@@ -190,6 +190,13 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_option("--texture-unseen", texts.texture_unseen,
                  "tell players the colour of surface that no camera shows, R,G,B. Players' default: "
                  "128,128,128");
+  app.add_option("--texture-depth-bias", options.texture_depth_bias,
+                 "tell players that make depth maps by how much a place may lie behind one and still be "
+                 "seen, in breadths of a pixel. Players' default: 0.2")
+      ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--texture-depth-slope", options.texture_depth_slope,
+                 "the same, times what the surface recedes from one pixel to the next. Players' default: 0.5")
+      ->check(CLI::Range(0.0, 1e6));
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")

@@ -17,11 +17,15 @@ constexpr double most_share = 0.1;
 } // namespace
 
 std::optional<fvv_texturing> texturing_of(const Options &options) {
-  if (!options.texture_threshold && !options.texture_best && !options.texture_unseen) return {};
+  if (!options.texture_threshold && !options.texture_best && !options.texture_unseen &&
+      !options.texture_depth_bias && !options.texture_depth_slope)
+    return {};
   fvv_texturing out;
   fvv_texturing_default(&out);
   if (options.texture_threshold) out.threshold = *options.texture_threshold;
   if (options.texture_best) out.best = uint8_t(*options.texture_best);
+  if (options.texture_depth_bias) out.depth_bias = *options.texture_depth_bias;
+  if (options.texture_depth_slope) out.depth_slope = *options.texture_depth_slope;
   if (options.texture_unseen) std::copy_n(options.texture_unseen->begin(), 3, out.unseen);
   return out;
 }
