@@ -68,6 +68,25 @@ TEST_CASE("sheet command: what is missing for one camera is a warning") {
   CHECK(fs::exists(folder.path("sheet.png")));
 }
 
+TEST_CASE("sheet command: a camera that is lost in the frame is left out, with a warning") {
+  const Folder folder;
+  capture::Capture capture = make_sheet_capture(folder, {true, true, 4});
+  for (const int64_t frame : {10, 12}) capture.cameras[1].per_frame[frame] = capture.cameras[1].calibration;
+  capture.cameras[1].lost = {11};
+  capture::write_capture(capture, capture.path);
+  const Run run = run_sheet(folder, {"--json"});
+  CHECK(run.exit == 3);
+  const std::string warning = capture.path + ": left out: camera 2 is not calibrated in frame 11";
+  CHECK(run.err == "fvvmux: warning: " + warning + "\n");
+  const nlohmann::json json = nlohmann::json::parse(run.out);
+  CHECK(json.at("warnings") == nlohmann::json::array({warning}));
+  REQUIRE(json.at("cameras").size() == 3);
+  CHECK(json.at("cameras")[1].at("id") == 3);
+  CHECK(json.at("cameras")[1].at("iou").get<double>() > 0.98);
+  CHECK(run_sheet(folder, {"--force", "--frames", "12-12"}).exit == 0);
+  CHECK(run_sheet(folder, {"--force", "--cameras", "2"}).exit == 1); // nothing is left
+}
+
 TEST_CASE(
     "sheet command: without a single picture that can be read, or without the mesh, there is no sheet") {
   const Folder folder;

@@ -67,6 +67,7 @@ SheetReport check_calibration(const Options &options) {
   const Layout layout = arrange_panels(input.cameras, options.sheet_width);
   SheetReport report;
   report.path = options.sheet;
+  report.warnings = input.warnings;
   report.frame = input.frame;
   report.outlined = subject.outlined;
   report.left_out = subject.left_out;
@@ -87,6 +88,7 @@ SheetReport check_calibration(const Options &options) {
       [&](size_t i) { panels[i] = make_panel(input, subject, layout, i, report.cameras[i]); },
       [&] { progress.step(); });
   std::vector<media::Image> pictures;
+  const size_t before = report.warnings.size();
   bool named = false, read = false;
   for (size_t i = 0; i < panels.size(); i++) {
     report.warnings.insert(report.warnings.end(), panels[i].problems.begin(), panels[i].problems.end());
@@ -96,7 +98,7 @@ SheetReport check_calibration(const Options &options) {
   }
   if (named && !read)
     throw cli::Failure(input.capture.path + ": no camera's picture of frame " + std::to_string(input.frame) +
-                       " can be read; the first problem is: " + report.warnings.front());
+                       " can be read; the first problem is: " + report.warnings[before]);
   conclude(report);
   const media::Image sheet = draw_sheet(input, report, layout, pictures);
   report.width = sheet.width;

@@ -80,14 +80,14 @@ Subject hull_of_masks(const SheetInput &input, uint32_t threads) {
 }
 
 // There is nothing to look at: nobody says where they are.
-void leave_out_lost(capture::Capture &capture, int64_t frame) {
+void leave_out_lost(capture::Capture &capture, int64_t frame, std::vector<std::string> &warnings) {
   std::vector<capture::Camera> kept;
   for (const capture::Camera &camera : capture.cameras)
     if (camera.is_calibrated(frame))
       kept.push_back(camera);
     else
-      cli::warn(capture.path + ": left out: camera " + std::to_string(camera.calibration.id) +
-                " is not calibrated in frame " + std::to_string(frame));
+      warnings.push_back(capture.path + ": left out: camera " + std::to_string(camera.calibration.id) +
+                         " is not calibrated in frame " + std::to_string(frame));
   capture.cameras = std::move(kept);
   if (capture.cameras.empty())
     throw cli::Failure(capture.path + ": frame " + std::to_string(frame) +
@@ -107,7 +107,7 @@ SheetInput open_capture(const Options &options) {
   std::stable_sort(capture.cameras.begin(), capture.cameras.end(),
                    [](const auto &a, const auto &b) { return a.calibration.id < b.calibration.id; });
   input.frame = capture.frames.number(capture.frames.count / 2);
-  leave_out_lost(capture, input.frame);
+  leave_out_lost(capture, input.frame, input.warnings);
   for (const capture::Camera &camera : capture.cameras)
     input.cameras.push_back(camera.calibration_at(input.frame));
   input.pictures = options.pictures;

@@ -12,11 +12,12 @@ namespace fvv::mux {
 enum class Outlined { nothing, mesh, hull };
 
 struct SheetInput {
-  capture::Capture capture;        // its cameras by rising identifier, as Options::cameras wants them
-  int64_t frame = 0;               // frame number
-  std::vector<fvv_camera> cameras; // calibrations of that frame; names are borrowed from capture
-  bool pictures = true;            // wanted at all
-  std::shared_ptr<Videos> videos;  // what pictures and masks are read through
+  capture::Capture capture;          // its cameras by rising identifier, as Options::cameras wants them
+  int64_t frame = 0;                 // frame number
+  std::vector<fvv_camera> cameras;   // calibrations of that frame; names are borrowed from capture
+  bool pictures = true;              // wanted at all
+  std::shared_ptr<Videos> videos;    // what pictures and masks are read through
+  std::vector<std::string> warnings; // what was left out
 };
 
 // The frame in the middle of the capture, or of Options::frames. Throws cli::Failure, capture::FileError.
