@@ -1,5 +1,7 @@
 #include "base/text.h"
 
+#include "base/diagnostic.h"
+
 /* Bytes of the sequence at p, 0 when it is ill-formed. */
 static size_t sequence(const uint8_t *p, size_t left) {
   const uint8_t c = p[0];
@@ -25,4 +27,12 @@ int fvv_text_valid(const uint8_t *text, size_t size, size_t *bad) {
     i += length;
   }
   return 1;
+}
+
+fvv_status fvv_text_check(const char *text, size_t size, const char *what, fvv_status status, uint32_t type,
+                          uint64_t offset, fvv_diagnostic *diagnostic) {
+  size_t bad = 0;
+  if (!size || fvv_text_valid((const uint8_t *)text, size, &bad)) return FVV_OK;
+  return fvv_fail(diagnostic, status, FVV_ISSUE_TEXT, type, offset + bad,
+                  "%s is not UTF-8 without NUL at its byte %zu", what, bad);
 }

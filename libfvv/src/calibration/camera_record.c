@@ -29,11 +29,8 @@ static fvv_status check_header(const fvv_camera *camera, fvv_status status, fvv_
   if (camera->flags & ~FVV_CAMERA_MOVES)
     return fvv_fail(diagnostic, status, FVV_ISSUE_CAMERA_PAYLOAD, FVV_CHUNK_CAMERA, FVV_CAMR_FLAGS,
                     "camera flags are 0x%02x, expected 0 or 1", camera->flags);
-  size_t bad = 0;
-  if (camera->name_size && !fvv_text_valid((const uint8_t *)camera->name, camera->name_size, &bad))
-    return fvv_fail(diagnostic, status, FVV_ISSUE_TEXT, FVV_CHUNK_CAMERA, FVV_CAMR_SIZE + (uint64_t)bad,
-                    "camera name is not UTF-8 without NUL at its byte %zu", bad);
-  return FVV_OK;
+  return fvv_text_check(camera->name, camera->name_size, "camera name", status, FVV_CHUNK_CAMERA,
+                        FVV_CAMR_SIZE, diagnostic);
 }
 
 static fvv_status check_intrinsics(const fvv_camera *camera, fvv_status status, fvv_diagnostic *diagnostic) {

@@ -7,6 +7,8 @@
 #include "base/diagnostic.h"
 #include "base/limits.h"
 
+#include <string.h>
+
 static size_t group_count(const fvv_file *f) {
   return f->entries.size / sizeof(fvv_index_entry);
 }
@@ -103,6 +105,15 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
   return FVV_OK;
 }
 
+enum { LIST_COUNT = 6 };
+
+/* All that grows, and goes when the file is closed. */
+static void lists_of(fvv_file *f, fvv_bytes *lists[LIST_COUNT]) {
+  fvv_bytes *const all[LIST_COUNT] = {&f->entries, &f->tables,  &f->blocks,
+                                      &f->damage,  &f->scanned, &f->buffer};
+  memcpy(lists, all, sizeof all);
+}
+
 fvv_status fvv_file_open(const fvv_input *input, const fvv_limits *limits, const fvv_allocator *allocator,
                          fvv_file **file, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -113,8 +124,9 @@ fvv_status fvv_file_open(const fvv_input *input, const fvv_limits *limits, const
   f->allocator = chosen;
   f->limits = fvv_limits_or_default(limits);
   f->input = *input;
-  fvv_bytes *const all[] = {&f->entries, &f->tables, &f->blocks, &f->damage, &f->scanned, &f->buffer};
-  for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) all[i]->allocator = chosen;
+  fvv_bytes *lists[LIST_COUNT];
+  lists_of(f, lists);
+  for (size_t i = 0; i < LIST_COUNT; i++) lists[i]->allocator = chosen;
   const fvv_status status = open_file(f, diagnostic);
   if (status < 0) {
     fvv_file_close(f);
@@ -134,9 +146,9 @@ void fvv_file_close(fvv_file *file) {
     fvv_bytes_free(&block->chunks);
     fvv_release(&allocator, block, sizeof *block);
   }
-  fvv_bytes *const all[] = {&file->entries, &file->tables,  &file->blocks,
-                            &file->damage,  &file->scanned, &file->buffer};
-  for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) fvv_bytes_free(all[i]);
+  fvv_bytes *lists[LIST_COUNT];
+  lists_of(file, lists);
+  for (size_t i = 0; i < LIST_COUNT; i++) fvv_bytes_free(lists[i]);
   fvv_release(&allocator, file, sizeof *file);
 }
 

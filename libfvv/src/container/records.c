@@ -115,9 +115,6 @@ fvv_status fvv_track_decode(fvv_track *track, const uint8_t *payload, size_t siz
   if (track->name_size > limit.max_text)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_TRACK, FVV_TRAK_NAME_SIZE,
                     "name of %zu bytes, limit %u", track->name_size, limit.max_text);
-  size_t bad = 0;
-  if (!fvv_text_valid((const uint8_t *)track->name, track->name_size, &bad))
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TEXT, FVV_CHUNK_TRACK, FVV_TRAK_SIZE + bad,
-                    "name is not UTF-8");
-  return FVV_OK;
+  return fvv_text_check(track->name, track->name_size, "track name", FVV_ERROR_INVALID, FVV_CHUNK_TRACK,
+                        FVV_TRAK_SIZE, diagnostic);
 }

@@ -119,11 +119,10 @@ static fvv_status add_metadata(fvv_configuration_builder *b, const uint8_t *payl
   if (size > b->limits.max_text)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_METADATA, 0,
                     "metadata of %zu bytes, limit %u", size, b->limits.max_text);
-  size_t bad = 0;
-  if (!fvv_text_valid(payload, size, &bad))
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TEXT, FVV_CHUNK_METADATA, bad,
-                    "metadata is not UTF-8");
   const fvv_text text = {(const char *)payload, size};
+  const fvv_status status =
+      fvv_text_check(text.text, text.size, "metadata", FVV_ERROR_INVALID, FVV_CHUNK_METADATA, 0, diagnostic);
+  if (status != FVV_OK) return status;
   return fvv_bytes_append(&b->metadata, &text, sizeof text);
 }
 

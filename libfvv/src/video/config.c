@@ -129,12 +129,9 @@ static fvv_status check_config(const fvv_video_config *config, fvv_status status
                                fvv_diagnostic *diagnostic) {
   fvv_status result = check_ranges(config, status, diagnostic);
   if (result != FVV_OK) return result;
-  size_t bad = 0;
-  if (config->codec_string_size &&
-      !fvv_text_valid((const uint8_t *)config->codec_string, config->codec_string_size, &bad))
-    return fvv_fail(diagnostic, status, FVV_ISSUE_TEXT, FVV_CHUNK_VIDEO_CONFIG,
-                    FVV_VCFG_SIZE + (uint64_t)config->record_size + bad,
-                    "codec string is not UTF-8 without NUL at its byte %zu", bad);
+  result = fvv_text_check(config->codec_string, config->codec_string_size, "codec string", status,
+                          FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_SIZE + (uint64_t)config->record_size, diagnostic);
+  if (result != FVV_OK) return result;
   const still_rules *still = still_rules_of(config->codec);
   return still ? check_still(still, config, status, diagnostic)
                : check_record(rules_of(config->codec), config, status, diagnostic);
