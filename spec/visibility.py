@@ -4,7 +4,8 @@ Knows meshes in the raw profile, delta frames behind them (delta.py) and cameras
 library are held against each other.
 
     python3 spec/visibility.py STREAM.fvv     # for each VISI chunk the CRC-32C of what it says, a byte for each
-                                              # camera and element: 0 does not face, 1 not seen, 2 seen
+                                              # camera and element: 0 does not face, 1 not seen, 2 seen, of
+                                              # shares 3 to 6 too
 """
 
 import pathlib
@@ -100,15 +101,45 @@ def class_of(total):
 
 class Contexts(dict):
     def __missing__(self, key):
-        former, seen, hidden = key
+        former, seen, hidden, _ = key
         a = 8 * LEAST[seen] + 1 + (32 if former == 2 else 0)
         b = 8 * LEAST[hidden] + 1 + (32 if former == 1 else 0)
         self[key] = [2**16 * a // (a + b)] * 2
         return self[key]
 
 
-def decode_stream(data, surface, facing, former):
-    """What one camera sees: 0, 1 or 2 for each element."""
+class LevelContexts(dict):
+    def __missing__(self, key):
+        former, _, level = key
+        likely = former or 1
+        quarters = 3 if level == likely else 1 if level < likely else 2
+        self[key] = [2**14 * quarters] * 2
+        return self[key]
+
+
+def side(state):
+    """0 of an element that does not face, 1 not seen, 2 seen."""
+    return 2 - state % 2 if state else 0
+
+
+def decode_levels(decoder, surface, sides, former):
+    """States of vertices with shares: how far each is from a half, where one beside it is on the other side."""
+    states, contexts = list(sides), LevelContexts()
+    for vertex in surface.order:
+        corners = [c for face in surface.around[vertex] for c in surface.faces[face]]
+        others = class_of(sum(sides[c] == 3 - sides[vertex] for c in corners))
+        if not sides[vertex] or not others:
+            continue
+        before = (former[vertex] + 1) // 2 if side(former[vertex]) == sides[vertex] else 0
+        for level in 1, 2:
+            if decoder.decision(contexts[before, others, level]):
+                break
+            states[vertex] += 2
+    return states
+
+
+def decode_stream(data, surface, facing, former, shares):
+    """What one camera sees: 0, 1 or 2 for each element, of shares to 6."""
     if not data:
         return [int(f) for f in facing]
     states = [0] * surface.count
@@ -119,10 +150,13 @@ def decode_stream(data, surface, facing, former):
             continue
         places = surface.places(element)
         hidden, seen = (class_of(sum(count[place] for place in places)) for count in counts)
-        bit = decoder.decision(contexts[former[element], seen, hidden])
+        rim = shares and not all(facing[c] for face in places for c in surface.faces[face])
+        bit = decoder.decision(contexts[side(former[element]), seen, hidden, rim])
         for place in places:
             counts[bit][place] += 1
         states[element] = 1 + bit
+    if shares:
+        states = decode_levels(decoder, surface, states, former)
     assert decoder.ends()
     return states
 
@@ -135,13 +169,13 @@ def decode_chunk(payload, positions, faces, cameras, before):
     for _ in range(camera_count):
         camera += numbers.next()
         table.append((camera, numbers.next()))
-    surface = Surface(len(positions), faces, domain == 1)
+    surface = Surface(len(positions), faces, domain > 0)
     assert surface.count == count
     at, states = numbers.at, {}
     for camera, size in table:
         facing = surface.facing(positions, cameras[camera], threshold)
         former = before.get(camera, [0] * count) if number else [0] * count
-        states[camera] = decode_stream(payload[at : at + size], surface, facing, former)
+        states[camera] = decode_stream(payload[at : at + size], surface, facing, former, domain == 2)
         at += size
     assert at == len(payload)
     return states

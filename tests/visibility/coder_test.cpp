@@ -1,4 +1,4 @@
-// What is encoded is decoded: any camera alone, both domains, behind other frames.
+// What is encoded is decoded: any camera alone, all domains, behind other frames.
 #include "visibility/scenes.h"
 
 #include <algorithm>
@@ -42,8 +42,8 @@ TEST_CASE("what cameras see comes back, for surfaces of all kinds") {
       // Backwards: no camera needs another.
       for (size_t c = centres.size(); c-- > 0;) {
         CHECK(parsed.streams[c].camera == 3 + 7 * c);
-        const States wanted =
-            states_of(facing(*mesh, domain, centres[c]), seen_beside(*mesh, domain, 100 + 300 * int32_t(c)));
+        const States wanted = states_of(*mesh, domain, facing(*mesh, domain, centres[c]),
+                                        seen_beside(*mesh, domain, 100 + 300 * int32_t(c)));
         CHECK(states[c] == wanted);
         CHECK(decoded(order, *mesh, payload, c) == wanted);
       }
@@ -92,13 +92,34 @@ TEST_CASE("a camera that sees nothing takes no bytes, an outline few") {
   CHECK(outline.size() < 400);
 }
 
+TEST_CASE("shares cost what bits do but where an outline passes, and their sides are the bits") {
+  const auto mesh = canonical(torus(80, 60, 0.2));
+  const Order bits(*mesh, FVV_VISIBILITY_VERTICES), shares(*mesh, FVV_VISIBILITY_SHARES);
+  std::vector<States> sides, states;
+  const auto by_bits = payload_of(bits, *mesh, FVV_VISIBILITY_VERTICES, 100, 0, &sides);
+  const auto by_shares = payload_of(shares, *mesh, FVV_VISIBILITY_SHARES, 100, 0, &states);
+  size_t near = 0;
+  for (size_t c = 0; c < centres.size(); c++)
+    for (size_t v = 0; v < mesh->vertex_count; v++) {
+      CHECK(FVV_ELEMENT_IS_SEEN(states[c][v]) == (sides[c][v] == FVV_ELEMENT_SEEN));
+      near += states[c][v] > FVV_ELEMENT_SEEN;
+    }
+  CHECK(near > 100);
+  // Two decisions of about even odds for those, some for what is beside them and is all or nothing.
+  CHECK(8 * by_shares.size() < 8 * by_bits.size() + 4 * near);
+  CHECK(by_shares.size() > by_bits.size());
+}
+
 TEST_CASE("every element is coded once, next to one that is known where there is one") {
   const auto mesh = canonical(sponge(6, 0.4, 3));
   for (const uint8_t domain : domains) {
     // Seen by chance: were an element left out or coded twice, the bits would not fit.
     States seen(elements(*mesh, domain));
     uint32_t state = 7;
-    for (uint8_t &s : seen) s = (state = state * 1664525 + 1013904223) >> 31;
+    for (uint8_t &s : seen) {
+      s = (state = state * 1664525 + 1013904223) >> 31;
+      if (domain == FVV_VISIBILITY_SHARES) s = uint8_t(1 + (state >> 8) % 6);
+    }
     const Order order(*mesh, domain);
     fvv_visibility_view view = {5, {9000, 500, 300}, seen.data(), nullptr, nullptr};
     const fvv_visibility_header header = header_of(domain);
@@ -109,7 +130,7 @@ TEST_CASE("every element is coded once, next to one that is known where there is
     REQUIRE(fvv_visibility_decode(order.order, &*mesh, &parsed.header,
                                   payload.data + parsed.streams[0].offset, parsed.streams[0].size,
                                   centres[0].data(), nullptr, got.data(), nullptr) == FVV_OK);
-    CHECK(got == states_of(facing(*mesh, domain, centres[0]), seen));
+    CHECK(got == states_of(*mesh, domain, facing(*mesh, domain, centres[0]), seen));
   }
 }
 
@@ -126,5 +147,5 @@ TEST_CASE("cameras that do not rise are refused, as is a mesh of other counts") 
   CHECK(d.issue == FVV_ISSUE_VISIBILITY_CAMERA);
   CHECK(fvv_visibility_encode(order.order, &*mesh, &header, views, 0, &payload, &d) == FVV_ERROR_ARGUMENT);
   CHECK(fvv_visibility_encode(order.order, &*other, &header, views, 1, &payload, &d) == FVV_ERROR_ARGUMENT);
-  CHECK(Order(*mesh, 2).status == FVV_ERROR_ARGUMENT);
+  CHECK(Order(*mesh, 3).status == FVV_ERROR_ARGUMENT);
 }

@@ -6,12 +6,13 @@
 #include "mesh/shapes.h"
 
 #include <array>
+#include <cstdlib>
 #include <vector>
 
 using Centre = std::array<int32_t, 3>;
 using States = std::vector<uint8_t>;
 
-constexpr uint8_t domains[] = {FVV_VISIBILITY_FACES, FVV_VISIBILITY_VERTICES};
+constexpr uint8_t domains[] = {FVV_VISIBILITY_FACES, FVV_VISIBILITY_VERTICES, FVV_VISIBILITY_SHARES};
 
 inline size_t elements(const fvv_mesh &mesh, uint8_t domain) {
   return domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
@@ -36,21 +37,39 @@ inline States facing(const fvv_mesh &mesh, uint8_t domain, const Centre &centre,
 }
 
 // Seen is what lies on one side of a plane that moves with t: an outline across the surface, as shadows have.
+// Shares are of all levels on both sides.
 inline States seen_beside(const fvv_mesh &mesh, uint8_t domain, int32_t t) {
   States out(elements(mesh, domain));
   for (size_t i = 0; i < out.size(); i++) {
     const uint32_t vertex = domain == FVV_VISIBILITY_FACES ? mesh.faces[3 * i] : uint32_t(i);
     const int32_t *p = mesh.positions + 3 * size_t(vertex);
-    out[i] = p[0] + 2 * p[1] + p[2] < t;
+    const int32_t beyond = p[0] + 2 * p[1] + p[2] - t;
+    out[i] = beyond < 0;
+    if (domain == FVV_VISIBILITY_SHARES)
+      out[i] =
+          uint8_t((beyond < 0 ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN) + 2 * (std::abs(beyond) / 50 % 3));
   }
   return out;
 }
 
-inline States states_of(const States &facing, const States &seen) {
+// What decoders get. A share without one of the other side in its faces is all or nothing.
+inline States states_of(const fvv_mesh &mesh, uint8_t domain, const States &facing, const States &seen) {
   States out(facing.size());
   for (size_t i = 0; i < out.size(); i++)
-    out[i] = !facing[i] ? FVV_ELEMENT_AVERSE : seen[i] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
-  return out;
+    if (facing[i]) {
+      out[i] = seen[i] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
+      if (seen[i] && domain == FVV_VISIBILITY_SHARES) out[i] = seen[i];
+    }
+  if (domain != FVV_VISIBILITY_SHARES) return out;
+  States whole(out);
+  for (size_t i = 0; i < whole.size(); i++)
+    if (whole[i]) whole[i] = 2 - whole[i] % 2;
+  for (size_t corner = 0; corner < 3 * size_t(mesh.face_count); corner++)
+    for (size_t other = corner / 3 * 3; other < corner / 3 * 3 + 3; other++) {
+      const uint32_t v = mesh.faces[corner], w = mesh.faces[other];
+      if (out[v] && out[w] && out[v] % 2 != out[w] % 2) whole[v] = out[v];
+    }
+  return whole;
 }
 
 inline fvv_visibility_header header_of(uint8_t domain, uint32_t number = 0) {

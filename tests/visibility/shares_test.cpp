@@ -38,6 +38,12 @@ TEST_CASE(
         Shares{128, 0, 0, 127, 255, 255, 127});
 }
 
+TEST_CASE("coded shares are what they say, and a vertex without one is a little less than half") {
+  CHECK(shares(FVV_VISIBILITY_SHARES, {averse, hidden, seen, FVV_ELEMENT_HIDDEN_NEAR, FVV_ELEMENT_SEEN_NEAR,
+                                       FVV_ELEMENT_HIDDEN_NEARER, FVV_ELEMENT_SEEN_NEARER}) ==
+        Shares{127, 0, 255, 85, 170, 113, 142});
+}
+
 TEST_CASE("vertices that have bits are seen or not") {
   CHECK(shares(FVV_VISIBILITY_VERTICES, {seen, averse, hidden, seen, averse, seen, hidden}) ==
         Shares{255, 0, 0, 255, 0, 255, 0});

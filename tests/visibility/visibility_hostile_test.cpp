@@ -44,7 +44,7 @@ TEST_CASE("6001 to 6007: each rule of a visibility payload has its number") {
   };
   CHECK(issue({good.begin(), good.begin() + 15}) == FVV_ISSUE_VISIBILITY_PAYLOAD);
   CHECK(issue({}) == FVV_ISSUE_VISIBILITY_PAYLOAD);
-  CHECK(issue(with(0, 2), FVV_ERROR_UNSUPPORTED) == FVV_ISSUE_VISIBILITY_DOMAIN);
+  CHECK(issue(with(0, 3), FVV_ERROR_UNSUPPORTED) == FVV_ISSUE_VISIBILITY_DOMAIN);
   CHECK(issue(with(18, 0)) == FVV_ISSUE_VISIBILITY_CAMERA);
   // The second camera beyond 65534, in three bytes, and as much off the end.
   std::vector<uint8_t> far(good.data(), good.data() + 18);
@@ -93,9 +93,12 @@ TEST_CASE("counts beyond the limits are refused, and a table for which there is 
 }
 
 TEST_CASE("no change of a payload reads or writes outside") {
+  const uint8_t domain = GENERATE(uint8_t(FVV_VISIBILITY_FACES), uint8_t(FVV_VISIBILITY_SHARES));
   const auto mesh = canonical(torus(20, 12));
-  const Order order(*mesh, FVV_VISIBILITY_FACES);
-  const auto good = payload_of(order, *mesh, FVV_VISIBILITY_FACES, 100);
+  const Order order(*mesh, domain);
+  // Behind a frame of which the states are of no kind, too.
+  std::vector<States> states(centres.size(), States(elements(*mesh, domain), 77));
+  const auto good = payload_of(order, *mesh, domain, 100, GENERATE(0u, 1u), &states);
   size_t refused = 0, all = 0;
   uint32_t state = 1;
   for (int round = 0; round < 3000; round++) {

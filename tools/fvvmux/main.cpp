@@ -35,7 +35,7 @@ constexpr const char *footer =
     "cameras\n"
     "are spread over several video tracks (pixel_share then is a track's, pictures of all cameras), "
     "calibration (of cameras that move): {bytes, smallest, largest},\n"
-    "visibility: {sent, reason, and when sent domain: face|vertex, cameras, frames, bytes, smallest, "
+    "visibility: {sent, reason, and when sent domain: face|vertex|share, cameras, frames, bytes, smallest, "
     "largest,\n"
     "key_frames, bits_per_pair (of element and camera)},\n"
     "atlas: the same with texture_bits for cameras, sources: "
@@ -172,8 +172,9 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
                  "has its back to them: they are inside out). Default: keep, with a warning in that case");
   app.add_option(
          "--visibility", texts.visibility,
-         "send which cameras see each face or vertex: auto (faces, unless it takes more than a tenth of "
-         "the pictures' bytes, or one camera is alone), face, vertex or none (docs/fvvmux-visibility.md)")
+         "send what cameras see: auto (share, unless it takes more than a tenth of the pictures' bytes, or "
+         "one camera is alone), share (a share of each vertex, errs least), face, vertex (a bit of each, "
+         "fewest bytes) or none (docs/fvvmux-visibility.md)")
       ->capture_default_str();
   app.add_flag(
       "--visibility-smooth", options.visibility_smooth,

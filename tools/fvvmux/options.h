@@ -53,7 +53,7 @@ enum class Crop { automatic, none };
 enum class Background { automatic, keep, flat, smooth };
 
 // automatic: faces, where that takes few bytes beside the pictures.
-enum class Visibility { automatic, faces, vertices, none };
+enum class Visibility { automatic, faces, vertices, shares, none };
 
 struct Options {
   std::string capture; // capture.json or its folder
@@ -121,7 +121,7 @@ uint64_t parse_pixels(const std::string &text);                  // "300k", "2M"
 TileSize parse_video_size(const std::string &text);              // "1920x1088"
 uint32_t parse_video_tracks(const std::string &text);            // "4", "camera"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
-Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "none"
+Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "share", "none"
 std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text); // "128,128,128"
 
 // Without an option: 42 dB, or lossless.

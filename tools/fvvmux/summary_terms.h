@@ -69,7 +69,14 @@ inline const char *fill_text(const Summary &s) {
 }
 
 inline const char *domain_text(const Summary &s) {
-  return s.plan.visibility.domain == FVV_VISIBILITY_FACES ? "face" : "vertex";
+  switch (s.plan.visibility.domain) {
+  case FVV_VISIBILITY_FACES:
+    return "face";
+  case FVV_VISIBILITY_VERTICES:
+    return "vertex";
+  default:
+    return "share";
+  }
 }
 
 } // namespace fvv::mux

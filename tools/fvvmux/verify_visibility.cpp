@@ -23,8 +23,9 @@ std::vector<fvv_camera> cameras_in(fvv_stream *stream, size_t frame, const Plan 
 }
 
 // As a decoder should have it.
-uint8_t state_of(const CameraView &view, size_t element) {
+uint8_t state_of(const CameraView &view, uint8_t domain, size_t element) {
   if (!view.facing[element]) return FVV_ELEMENT_AVERSE;
+  if (domain == FVV_VISIBILITY_SHARES) return view.seen[element];
   return view.seen[element] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
 }
 
@@ -46,7 +47,8 @@ std::string VisibilityVerifier::frame(fvv_stream *stream, size_t frame, const fv
   for (size_t i = 0; i < cameras; i++) {
     const uint8_t *states = found->states + i * found->header.element_count;
     for (size_t k = 0; k < wanted[i].facing.size(); k++)
-      if (found->cameras[i] != wanted[i].camera || states[k] != state_of(wanted[i], k))
+      if (found->cameras[i] != wanted[i].camera ||
+          states[k] != state_of(wanted[i], plan.visibility.domain, k))
         return "what camera " + std::to_string(wanted[i].camera) + " sees of element " + std::to_string(k) +
                " is not what was read back";
     former[found->cameras[i]].assign(states, states + found->header.element_count);

@@ -28,7 +28,8 @@ struct VisibilitySums {
   double bits_per_pair() const { return pairs ? 8 * double(bytes) / double(pairs) : 0; }
 };
 
-// What one camera sees of a mesh: an entry for each face or vertex, not 0 where it is seen.
+// What one camera sees of a mesh: an entry for each face or vertex, not 0 where it is seen, or
+// FVV_ELEMENT_... of shares.
 struct CameraView {
   uint16_t camera;
   int32_t centre[3]; // on the lattice

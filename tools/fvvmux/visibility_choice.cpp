@@ -45,6 +45,7 @@ VisibilityChoice choose_visibility(const Options &options, const capture::Captur
   if (!automatic && choice.cameras.empty())
     for (size_t i = 0; i < capture.cameras.size(); i++) choice.cameras.push_back(i);
   std::sort(choice.cameras.begin(), choice.cameras.end());
+  if (options.visibility == Visibility::faces) choice.domain = FVV_VISIBILITY_FACES;
   if (options.visibility == Visibility::vertices) choice.domain = FVV_VISIBILITY_VERTICES;
   const char *missing = !capture.meshes ? "there are no meshes"
                         : choice.cameras.empty()
@@ -70,10 +71,12 @@ void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictur
   if (!choice.open) return;
   choice.open = false;
   choice.on = double(bytes) <= most_share * double(pictures);
-  char text[120];
-  std::snprintf(text, sizeof text, "%.2g %% of the pictures' bytes in the first group, %s %g %%",
-                pictures ? 100 * double(bytes) / double(pictures) : 100.0,
-                choice.on ? "at most" : "more than", 100 * most_share);
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "shares of vertices, which err least: %.2g %% of the pictures' bytes in the first group, %s %g %%",
+      pictures ? 100 * double(bytes) / double(pictures) : 100.0, choice.on ? "at most" : "more than",
+      100 * most_share);
   choice.reason = text;
 }
 

@@ -9,6 +9,11 @@ namespace fvv::rendering {
 
 namespace {
 
+// Shares that are coded are finer than those of bits of faces, and these than those of vertices.
+int fineness(uint8_t domain) {
+  return domain == FVV_VISIBILITY_SHARES ? 2 : domain == FVV_VISIBILITY_FACES;
+}
+
 void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraShares> &out) {
   const size_t count = found.header.element_count;
   std::vector<uint32_t> counts(2 * size_t(mesh.vertex_count));
@@ -20,7 +25,7 @@ void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraSh
         std::find_if(out.begin(), out.end(), [&](const auto &c) { return c.camera == camera.camera; });
     if (same == out.end())
       out.push_back(std::move(camera));
-    else if (camera.domain == FVV_VISIBILITY_FACES && same->domain != FVV_VISIBILITY_FACES)
+    else if (fineness(camera.domain) > fineness(same->domain))
       *same = std::move(camera);
   }
 }

@@ -12,7 +12,7 @@ namespace fvv::rendering {
 // What one camera sees around each vertex of the frame's mesh (fvv_visibility_shares).
 struct CameraShares {
   uint16_t camera;
-  uint8_t domain; // of the bits that they come from: FVV_VISIBILITY_FACES or FVV_VISIBILITY_VERTICES
+  uint8_t domain; // that they come from: FVV_VISIBILITY_...
   std::vector<uint8_t> shares;
 };
 

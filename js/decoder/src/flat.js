@@ -46,7 +46,7 @@ class Struct {
 const lenses = ["none", "radtan", "fisheye"];
 const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "metadata", "audio"];
 const shows = ["tiles", "camera", "atlas"];
-const domains = ["faces", "vertices"];
+const domains = ["faces", "vertices", "shares"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
 const upAxes = ["unknown", "x", "y", "z", "-x", "-y", "-z"];
 

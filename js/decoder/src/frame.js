@@ -7,7 +7,7 @@ class Visibility {
   constructor(fields) {
     Object.assign(this, fields);
   }
-  /** Of each element 0: averse, 1: hidden, 2: seen; null for a camera that is not told of. */
+  /** Of each element 0: averse, 1: hidden, 2: seen, of shares 3 to 6 too; null for a camera that is not told of. */
   of(camera) {
     const row = this.cameras.indexOf(camera);
     return row < 0 ? null : this.states.subarray(row * this.elementCount, (row + 1) * this.elementCount);

@@ -238,12 +238,15 @@ export interface Mesh {
 export interface Visibility {
   track: number;
   meshTrack: number;
-  domain: "faces" | "vertices";
+  domain: "faces" | "vertices" | "shares";
   /** Cosine below which nothing is seen. */
   threshold: number;
   cameras: number[];
   elementCount: number;
-  /** A row of elementCount for each camera: 0 averse, 1 hidden, 2 seen. */
+  /**
+   * A row of elementCount for each camera: 0 averse, 1 hidden, 2 seen. Elements of shares are vertices; near an outline
+   * they are 3 or 5, hidden, and 4 or 6, seen: what is odd is hidden.
+   */
   states: Uint8Array;
   of(camera: number): Uint8Array | null;
   /** A row of vertexCount for each camera, 0 to 255: seen from 127.5 on. null without the option. */

@@ -4,10 +4,11 @@
 export const SHARE_COLUMNS = 2048;
 export const MOST_SHARE_TEXELS = 16;
 
-/** Shares of a camera; bits of faces are finer than those of vertices. */
+/** Shares of a camera; those that are coded are finer than those from bits of faces, and these than from bits of vertices. */
 function told(frame, mesh, camera) {
   const all = frame.visibility.filter((one) => one.meshTrack === mesh.track && one.cameras.includes(camera));
-  const found = all.find((one) => one.domain === "faces") ?? all[0];
+  const of = (domain) => all.find((one) => one.domain === domain);
+  const found = of("shares") ?? of("faces") ?? all[0];
   if (!found) return null;
   const shares = found.sharesOf(camera);
   if (!shares) throw new TypeError("visibility has no shares: create the decoder with shares: true");

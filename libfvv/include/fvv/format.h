@@ -113,6 +113,7 @@ enum {
 enum {
   FVV_VISIBILITY_FACES = 0, /* one bit for each face */
   FVV_VISIBILITY_VERTICES = 1, /* one bit for each vertex */
+  FVV_VISIBILITY_SHARES = 2, /* a share for each vertex, of six values */
 };
 
 /* Background part flags, clause 18.2. */

@@ -1,7 +1,7 @@
-/* fvv/visibility.h: which faces or vertices of a decoded mesh each camera sees, one bit each, coded. Spec:
- * spec/fvv.md clause 17.
+/* fvv/visibility.h: which faces or vertices of a decoded mesh each camera sees, one bit each, or how much of
+ * the surface around each vertex, coded. Spec: spec/fvv.md clause 17.
  *
- * Bits are sent only of elements that turn to the camera by more than a threshold, which coder and decoder
+ * It is sent only of elements that turn to the camera by more than a threshold, which coder and decoder
  * find out from the mesh in integers (the facing test); all others count as not seen. Every camera has a
  * range coder's stream of its own, so that any of them can be fetched and decoded without the others. */
 #ifndef FVV_VISIBILITY_H
@@ -15,12 +15,21 @@
 extern "C" {
 #endif
 
-/* What is known of an element (a face, or a vertex): one byte, in decoded order of the mesh. */
+/* What is known of an element (a face, or a vertex): one byte, in decoded order of the mesh. Of the domain of
+ * shares there are four more, by which a vertex lies nearer to the outline of what is seen; whoever wants a
+ * bit asks FVV_ELEMENT_IS_SEEN. */
 enum {
   FVV_ELEMENT_AVERSE = 0, /* fails the facing test: counts as not seen */
   FVV_ELEMENT_HIDDEN = 1,
-  FVV_ELEMENT_SEEN = 2
+  FVV_ELEMENT_SEEN = 2,
+  FVV_ELEMENT_HIDDEN_NEAR = 3, /* shares of 85 and 170 */
+  FVV_ELEMENT_SEEN_NEAR = 4,
+  FVV_ELEMENT_HIDDEN_NEARER = 5, /* shares of 113 and 142 */
+  FVV_ELEMENT_SEEN_NEARER = 6
 };
+
+/* 1 for each of the states that are seen, in any domain. */
+#define FVV_ELEMENT_IS_SEEN(state) ((state) != 0 && !((state)&1))
 
 /* Below this cosine between normal and ray view-dependent texturing drops a camera: 0.25 in 2^-8. */
 #define FVV_VISIBILITY_THRESHOLD 64
@@ -42,7 +51,7 @@ FVV_API void fvv_visibility_facing(const fvv_mesh *mesh, uint8_t domain, const i
 /* ---- payloads, clause 17.1 -------------------------------------------------------------------------- */
 
 typedef struct fvv_visibility_header {
-  uint8_t domain;         /* FVV_VISIBILITY_FACES or FVV_VISIBILITY_VERTICES */
+  uint8_t domain;         /* FVV_VISIBILITY_FACES, _VERTICES or _SHARES */
   uint8_t threshold;      /* cosine in 2^-8 */
   uint16_t mesh_track;    /* whose mesh of the same time is meant */
   uint32_t element_count; /* its faces or vertices */
@@ -82,7 +91,9 @@ FVV_API void fvv_visibility_order_close(fvv_visibility_order *order);
 typedef struct fvv_visibility_view {
   uint16_t camera;
   int32_t centre[3];     /* fvv_visibility_centre */
-  const uint8_t *seen;   /* for each element, not 0: seen. What fails the facing test is not read */
+  const uint8_t *seen;   /* for each element, not 0: seen; of shares FVV_ELEMENT_..., where what is beside no
+                            vertex of the other side becomes HIDDEN or SEEN. What fails the facing test is not
+                            read */
   const uint8_t *former; /* FVV_ELEMENT_... of the frame before, or NULL; not read when number is 0 */
   uint8_t *states;       /* receives FVV_ELEMENT_... of each element as decoders get it, or NULL; may be
                             former */
@@ -108,9 +119,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_visibility_decode(fvv_visibility_order *orde
 /* ---- for players, clause 17.4 ----------------------------------------------------------------------- */
 
 /* What a camera sees of the surface around each vertex, 0 to 255: of face bits the share of those around it,
- * of vertex bits all or nothing. Interpolated over a face, a place is seen from 127.5 on. states: of one
- * camera, an entry for each element. counts: 2 x vertex_count, to work in; not read for vertices, may be NULL
- * then. shares: vertex_count. mesh: faces index its vertices. */
+ * of vertex bits all or nothing, of shares what is coded. Interpolated over a face, a place is seen from
+ * 127.5 on. states: of one camera, an entry for each element. counts: 2 x vertex_count, to work in; read for
+ * faces alone, may be NULL else. shares: vertex_count. mesh: faces index its vertices. */
 FVV_API void fvv_visibility_shares(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states,
                                    uint32_t *counts, uint8_t *shares);
 

@@ -2,6 +2,7 @@
 
 #include "face_places.h"
 #include "fvv_render/normals.h"
+#include "share_search.h"
 
 #include <algorithm>
 #include <bitset>
@@ -37,7 +38,11 @@ VisibilityFit::VisibilityFit(const Mesh &seen, const RayCaster &caster, uint8_t 
   for (size_t v = 0; v < mesh.vertex_count; v++) first[v + 1] += first[v];
   std::vector<uint32_t> next(first.begin(), first.end() - 1);
   for (size_t i = 0; i < around.size(); i++) around[next[mesh.faces[i]]++] = uint32_t(i / 3);
+  if (domain == FVV_VISIBILITY_SHARES)
+    neighbours = std::make_unique<const ShareNeighbours>(mesh, first, around);
 }
+
+VisibilityFit::~VisibilityFit() = default;
 
 // Of one camera.
 class VisibilityFit::Search {
@@ -126,7 +131,7 @@ private:
 
   double error(uint32_t f) {
     if (!places.judged[f]) return 0;
-    if (weighs[f] == unknown) weighs[f] = fit.places_that_weigh(viewer, f);
+    if (weighs[f] == unknown) weighs[f] = fit.places_that_weigh(viewer, f, ninths, place_count);
     if (!weighs[f]) return 0;
     const uint32_t *face = fit.mesh.faces + 3 * size_t(f);
     const int s[3] = {share[face[0]], share[face[1]], share[face[2]]};
@@ -193,14 +198,15 @@ std::vector<uint8_t> VisibilityFit::faces_to_judge(const Viewer &viewer,
   return out;
 }
 
-uint16_t VisibilityFit::places_that_weigh(Viewer &viewer, uint32_t f) const {
+uint16_t VisibilityFit::places_that_weigh(Viewer &viewer, uint32_t f, const int (*places)[3],
+                                          int count) const {
   const uint32_t *face = mesh.faces + 3 * size_t(f);
   const bool whole = viewer.in_picture(face[0]) && viewer.in_picture(face[1]) && viewer.in_picture(face[2]);
   const Vec3 corner = viewer.position(face[0]);
   const Vec3 normal = cross(viewer.position(face[1]) - corner, viewer.position(face[2]) - corner);
   uint16_t out = 0;
-  for (int p = 0; p < place_count; p++) {
-    const auto &[a, b, c] = ninths[p];
+  for (int p = 0; p < count; p++) {
+    const auto &[a, b, c] = places[p];
     const Vec3 at = viewer.at(face, a, b, c), way = viewer.way_from(at),
                mean = normals[face[0]] * a + normals[face[1]] * b + normals[face[2]] * c;
     const bool counts = dot(normal, way) > 0 &&
@@ -211,9 +217,29 @@ uint16_t VisibilityFit::places_that_weigh(Viewer &viewer, uint32_t f) const {
   return out;
 }
 
+std::vector<uint8_t> VisibilityFit::shares(Viewer &viewer, const std::vector<uint8_t> &asked,
+                                           const uint8_t *former) const {
+  const SharePlaces places(viewer, mesh, faces_to_judge(viewer, asked), first, around);
+  // Where no outline is near nothing changes, and nothing has to be counted.
+  std::vector<uint8_t> near(mesh.vertex_count);
+  std::vector<uint16_t> weighs(mesh.face_count);
+  for (uint32_t f = 0; f < mesh.face_count; f++) {
+    const uint32_t *face = mesh.faces + 3 * size_t(f);
+    if (places.judged[f] && (places.mixed[face[0]] || places.mixed[face[1]] || places.mixed[face[2]]))
+      for (size_t k = 0; k < 3; k++) near[face[k]] = 1;
+  }
+  for (uint32_t f = 0; f < mesh.face_count; f++) {
+    const uint32_t *face = mesh.faces + 3 * size_t(f);
+    if (places.judged[f] && (near[face[0]] || near[face[1]] || near[face[2]]))
+      weighs[f] = places_that_weigh(viewer, f, twelfths, share_place_count);
+  }
+  return ShareSearch(mesh, *neighbours, first, around, area, places, weighs, asked, former, settings).run();
+}
+
 std::vector<uint8_t> VisibilityFit::seen(const fvv_camera &camera, const std::vector<uint8_t> &asked,
                                          const uint8_t *former) const {
   Viewer viewer(camera, mesh, rays);
+  if (neighbours) return shares(viewer, asked, former);
   const FacePlaces places(viewer, mesh, faces_to_judge(viewer, asked));
   std::vector<uint8_t> bits(asked.size());
   if (!faces) bits = seen_vertices(camera, mesh, rays, asked);

@@ -154,9 +154,9 @@ static fvv_status add(fvv_visibility_frames *frames, const uint8_t *payload, siz
   fvv_status status = fvv_visibility_frames_check(frames, payload, size, key, configuration, limits,
                                                   &next.header, diagnostic);
   if (status != FVV_OK) return status;
-  const uint32_t elements = !mesh                                           ? 0
-                            : next.header.domain == FVV_VISIBILITY_VERTICES ? mesh->vertex_count
-                                                                            : mesh->face_count;
+  const uint32_t elements = !mesh                                        ? 0
+                            : next.header.domain == FVV_VISIBILITY_FACES ? mesh->face_count
+                                                                         : mesh->vertex_count;
   if (!mesh || elements != next.header.element_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
                     FVV_VISI_ELEMENT_COUNT,

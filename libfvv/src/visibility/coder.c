@@ -1,5 +1,6 @@
-/* Bits of elements that face a camera, by an adaptive range coder whose contexts count what is known around
- * (clause 17.3). One walk serves encoder and decoder, so that they cannot differ. */
+/* Bits and shares of elements that face a camera, by an adaptive range coder whose contexts count what is
+ * known around (clause 17.3). Shares come in two passes: on which side of a half each vertex lies, as a bit,
+ * and then how far from it, where a vertex next to it lies on the other side. */
 #include <string.h>
 
 #include "base/bytes.h"
@@ -9,23 +10,43 @@
 #include "base/range_coder.h"
 #include "visibility/order.h"
 
-enum { CLASSES = 7, FORMER_STATES = 3 };
+enum { CLASSES = 7, SIDES = 3, LEVELS = 3 };
 
 typedef struct visibility_model {
-  fvv_probability seen[FORMER_STATES][CLASSES][CLASSES]; /* former state, seen around, hidden around */
+  fvv_probability seen[2][SIDES][CLASSES][CLASSES];       /* at a rim, former side, seen and hidden around */
+  fvv_probability level[LEVELS + 1][CLASSES][LEVELS - 1]; /* former level, others around, level - 1 */
 } visibility_model;
+
+/* FVV_ELEMENT_AVERSE, HIDDEN or SEEN, also of what is nearer to a half; of a state that there is not, averse.
+ */
+static inline uint32_t side_of(uint8_t state) {
+  return !state || state > 2 * LEVELS ? FVV_ELEMENT_AVERSE : 2 - (state & 1u);
+}
+/* 1: all or nothing, then nearer to a half; 0 of averse elements. */
+static inline uint32_t level_of(uint8_t state) {
+  return side_of(state) ? (state + 1u) / 2 : 0;
+}
 
 /* Contexts begin with what they say: as many seen and hidden as the least counts of their classes, and four
  * each for the state of the frame before. There are too many of them to learn that anew in each frame. */
 static void reset(visibility_model *model) {
   static const uint32_t least[CLASSES] = {0, 1, 2, 3, 4, 7, 10};
-  for (uint32_t f = 0; f < FORMER_STATES; f++)
+  for (uint32_t f = 0; f < SIDES; f++)
     for (uint32_t s = 0; s < CLASSES; s++)
       for (uint32_t h = 0; h < CLASSES; h++) {
         const uint32_t seen = 8 * least[s] + 1 + (f == FVV_ELEMENT_SEEN ? 32 : 0);
         const uint32_t hidden = 8 * least[h] + 1 + (f == FVV_ELEMENT_HIDDEN ? 32 : 0);
-        fvv_probability *p = &model->seen[f][s][h];
+        fvv_probability *p = &model->seen[0][f][s][h];
         p->fast = p->slow = (uint16_t)((seen << 16) / (seen + hidden));
+      }
+  memcpy(model->seen[1], model->seen[0], sizeof model->seen[0]);
+  /* Three to one for the level that it had, or the first. */
+  for (uint32_t f = 0; f <= LEVELS; f++)
+    for (uint32_t c = 0; c < CLASSES; c++)
+      for (uint32_t k = 0; k < LEVELS - 1; k++) {
+        const uint32_t before = f ? f - 1 : 0;
+        fvv_probability *p = &model->level[f][c][k];
+        p->fast = p->slow = k == before ? 3 << 14 : k < before ? 1 << 14 : 1 << 15;
       }
 }
 
@@ -46,22 +67,45 @@ static inline touched_places places_of(const fvv_visibility_order *order, const 
                           order->first[element + 1] - order->first[element]};
 }
 
-static inline fvv_probability *context_of(visibility_model *model, const fvv_visibility_order *order,
-                                          touched_places touched, uint8_t former) {
-  uint64_t seen = 0, hidden = 0;
-  for (uint32_t i = 0; i < touched.count; i++) {
-    seen += order->places[touched.place[i]].seen;
-    hidden += order->places[touched.place[i]].hidden;
-  }
-  return &model->seen[former < FORMER_STATES ? former : 0][class_of(seen)][class_of(hidden)];
+/* How many that touch the same places are known to be on a side, each as often as it touches one of them. */
+static uint32_t class_around(const fvv_visibility_order *order, touched_places touched, uint32_t side) {
+  uint64_t count = 0;
+  for (uint32_t i = 0; i < touched.count; i++)
+    count += order->places[touched.place[i]].count[side - FVV_ELEMENT_HIDDEN];
+  return class_of(count);
 }
 
-static inline void note(fvv_visibility_order *order, touched_places touched, int seen) {
+/* Whether vertices around one do not face the camera. Of bits that is no context. */
+static int at_rim(const fvv_visibility_order *order, const fvv_mesh *mesh, touched_places touched,
+                  const uint8_t *known) {
+  for (uint32_t i = 0; i < touched.count && order->domain == FVV_VISIBILITY_SHARES; i++)
+    for (size_t c = 0; c < 3; c++)
+      if (!known[mesh->faces[3 * (size_t)touched.place[i] + c]]) return 1;
+  return 0;
+}
+
+static fvv_probability *side_context(visibility_model *model, const fvv_visibility_order *order,
+                                     const fvv_mesh *mesh, touched_places touched, const uint8_t *known,
+                                     uint8_t former) {
+  return &model->seen[at_rim(order, mesh, touched, known)][side_of(former)][class_around(
+      order, touched, FVV_ELEMENT_SEEN)][class_around(order, touched, FVV_ELEMENT_HIDDEN)];
+}
+
+/* Contexts of the level of an element, or NULL where it is the first: nothing lies between it and a vertex of
+ * the other side. known: as note leaves it. */
+static fvv_probability *level_contexts(visibility_model *model, const fvv_visibility_order *order,
+                                       touched_places touched, uint8_t known) {
+  const uint32_t others = class_around(order, touched, FVV_ELEMENT_HIDDEN + FVV_ELEMENT_SEEN - (known & 3u));
+  return order->domain == FVV_VISIBILITY_SHARES && others ? model->level[known >> 2][others] : NULL;
+}
+
+/* Keeps the side of an element, and the level that it had if it was on that side before: what is known of it
+ * until its level is. */
+static void note(fvv_visibility_order *order, touched_places touched, uint32_t side, uint8_t former,
+                 uint8_t *known) {
+  *known = (uint8_t)(side | (side_of(former) == side ? level_of(former) << 2 : 0));
   for (uint32_t i = 0; i < touched.count; i++)
-    if (seen)
-      order->places[touched.place[i]].seen++;
-    else
-      order->places[touched.place[i]].hidden++;
+    order->places[touched.place[i]].count[side - FVV_ELEMENT_HIDDEN]++;
 }
 
 static fvv_status check_mesh(const fvv_visibility_order *order, const fvv_mesh *mesh,
@@ -85,41 +129,46 @@ fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *me
                     FVV_VISI_ELEMENT_COUNT, "visibility of %lu elements of domain %u, the mesh has %lu",
                     (unsigned long)header->element_count, header->domain,
                     (unsigned long)order->element_count);
-  /* A copy, as states may be former. */
-  uint8_t *facing = fvv_allocate(&order->allocator, order->element_count);
-  if (!facing) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
-  fvv_visibility_facing(mesh, order->domain, centre, header->threshold, facing);
+  /* Of each element whether it faces, then what note keeps: states may be former. */
+  uint8_t *known = fvv_allocate(&order->allocator, order->element_count);
+  if (!known) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  fvv_visibility_facing(mesh, order->domain, centre, header->threshold, known);
   memset(order->places, 0, (size_t)order->place_count * sizeof *order->places);
   visibility_model model;
   reset(&model);
   fvv_range_decoder d;
   fvv_range_decoder_init(&d, data, size);
-  for (uint32_t i = 0; i < order->element_count; i++) {
+  for (uint32_t i = 0; i < order->element_count && !fvv_range_decoder_failed(&d); i++) {
     const uint32_t element = order->elements[i];
     const uint8_t before = former && header->number ? former[element] : FVV_ELEMENT_AVERSE;
-    states[element] = FVV_ELEMENT_AVERSE;
-    if (!facing[element]) continue;
-    int seen = 0;
-    if (size) {
-      const touched_places touched = places_of(order, mesh, element);
-      seen = fvv_range_decode(&d, context_of(&model, order, touched, before));
-      note(order, touched, seen);
-      if (fvv_range_decoder_failed(&d)) break;
-    }
-    states[element] = seen ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
+    if (!known[element]) continue;
+    const touched_places touched = places_of(order, mesh, element);
+    uint32_t side = FVV_ELEMENT_HIDDEN;
+    if (size)
+      side += (uint32_t)fvv_range_decode(&d, side_context(&model, order, mesh, touched, known, before));
+    note(order, touched, side, before, &known[element]);
   }
-  fvv_release(&order->allocator, facing, order->element_count);
+  for (uint32_t i = 0; i < order->element_count; i++) {
+    const uint32_t element = order->elements[i];
+    states[element] = known[element] & 3;
+    if (!known[element]) continue;
+    fvv_probability *level = level_contexts(&model, order, places_of(order, mesh, element), known[element]);
+    for (uint32_t k = 0; level && k < LEVELS - 1 && !fvv_range_decode(&d, &level[k]); k++)
+      states[element] += 2;
+  }
+  fvv_release(&order->allocator, known, order->element_count);
   if (!size || fvv_range_decoder_finished(&d)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_STREAM, FVV_CHUNK_VISIBILITY, 0,
                   "the %zu bytes of a camera do not end with its last element", size);
 }
 
-/* Appends the bytes of a view, none when it sees nothing. */
+/* Appends the bytes of a view, none when it sees nothing. known: room for what note keeps. */
 static fvv_status encode_view(fvv_visibility_order *order, const fvv_mesh *mesh,
                               const fvv_visibility_header *header, const fvv_visibility_view *view,
-                              uint8_t *facing, fvv_bytes *data) {
+                              uint8_t *known, fvv_bytes *data) {
+  const int shares = order->domain == FVV_VISIBILITY_SHARES;
   const size_t begin = data->size;
-  fvv_visibility_facing(mesh, order->domain, view->centre, header->threshold, facing);
+  fvv_visibility_facing(mesh, order->domain, view->centre, header->threshold, known);
   memset(order->places, 0, (size_t)order->place_count * sizeof *order->places);
   visibility_model model;
   reset(&model);
@@ -129,14 +178,27 @@ static fvv_status encode_view(fvv_visibility_order *order, const fvv_mesh *mesh,
   for (uint32_t i = 0; i < order->element_count; i++) {
     const uint32_t element = order->elements[i];
     const uint8_t before = view->former && header->number ? view->former[element] : FVV_ELEMENT_AVERSE;
-    const int seen = facing[element] && view->seen[element];
-    if (view->states)
-      view->states[element] = seen ? FVV_ELEMENT_SEEN : facing[element] ? FVV_ELEMENT_HIDDEN : 0;
-    if (!facing[element]) continue;
+    if (!known[element]) continue;
     const touched_places touched = places_of(order, mesh, element);
-    fvv_range_encode(&e, context_of(&model, order, touched, before), seen);
-    note(order, touched, seen);
+    const uint8_t wanted = view->seen[element];
+    const int seen = shares ? side_of(wanted) == FVV_ELEMENT_SEEN : wanted != 0;
+    fvv_range_encode(&e, side_context(&model, order, mesh, touched, known, before), seen);
+    note(order, touched, seen ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN, before, &known[element]);
     some |= seen;
+  }
+  for (uint32_t i = 0; i < order->element_count; i++) {
+    const uint32_t element = order->elements[i];
+    uint8_t state = known[element] & 3;
+    fvv_probability *level =
+        state ? level_contexts(&model, order, places_of(order, mesh, element), known[element]) : NULL;
+    const uint32_t wanted = level ? level_of(view->seen[element]) : 0;
+    for (uint32_t k = 0; level && k < LEVELS - 1; k++) {
+      const int here = wanted <= k + 1;
+      fvv_range_encode(&e, &level[k], here);
+      if (here) break;
+      state += 2;
+    }
+    if (view->states) view->states[element] = state;
   }
   const fvv_status status = fvv_range_encoder_finish(&e);
   if (!some) data->size = begin;
@@ -152,7 +214,7 @@ static fvv_status encode_views(fvv_visibility_order *order, const fvv_mesh *mesh
                                const fvv_visibility_header *header, const fvv_visibility_view *views,
                                size_t view_count, fvv_bytes *payload) {
   fvv_bytes data = {NULL, 0, 0, order->allocator};
-  uint8_t *facing = fvv_allocate(&order->allocator, order->element_count);
+  uint8_t *known = fvv_allocate(&order->allocator, order->element_count);
   uint8_t fixed[FVV_VISI_SIZE];
   fixed[FVV_VISI_DOMAIN] = order->domain;
   fixed[FVV_VISI_THRESHOLD] = header->threshold;
@@ -160,17 +222,17 @@ static fvv_status encode_views(fvv_visibility_order *order, const fvv_mesh *mesh
   fvv_put_u32(fixed + FVV_VISI_ELEMENT_COUNT, order->element_count);
   fvv_put_u32(fixed + FVV_VISI_NUMBER, header->number);
   fvv_put_u32(fixed + FVV_VISI_CAMERA_COUNT, (uint32_t)view_count);
-  fvv_status status = facing ? fvv_bytes_append(payload, fixed, sizeof fixed) : FVV_ERROR_MEMORY;
+  fvv_status status = known ? fvv_bytes_append(payload, fixed, sizeof fixed) : FVV_ERROR_MEMORY;
   for (size_t i = 0; i < view_count && status == FVV_OK; i++) {
     const size_t begin = data.size;
-    status = encode_view(order, mesh, header, &views[i], facing, &data);
+    status = encode_view(order, mesh, header, &views[i], known, &data);
     if (status == FVV_OK)
       status = append_uleb(payload, (uint64_t)views[i].camera - (i ? views[i - 1].camera : 0));
     if (status == FVV_OK) status = append_uleb(payload, data.size - begin);
   }
   if (status == FVV_OK && data.size) status = fvv_bytes_append(payload, data.data, data.size);
   fvv_bytes_free(&data);
-  fvv_release(&order->allocator, facing, order->element_count);
+  fvv_release(&order->allocator, known, order->element_count);
   return status;
 }
 

@@ -82,9 +82,9 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
                                      fvv_visibility_order **order, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *order = NULL;
-  if (domain > FVV_VISIBILITY_VERTICES)
+  if (domain > FVV_VISIBILITY_SHARES)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_DOMAIN, 0, 0,
-                    "domain %u, known are 0 and 1", domain);
+                    "domain %u, known are 0 to 2", domain);
   if (mesh->face_count >= UINT32_C(1) << 30)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, 0, 0, "%lu faces, at most 2^30 - 1",
                     (unsigned long)mesh->face_count);
@@ -92,7 +92,7 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
   fvv_visibility_order *o = fvv_allocate_zeroed(&chosen, sizeof *o);
   fvv_status status = FVV_ERROR_MEMORY;
   if (o) {
-    const int vertices = domain == FVV_VISIBILITY_VERTICES;
+    const int vertices = domain != FVV_VISIBILITY_FACES;
     o->allocator = chosen;
     o->domain = domain;
     o->vertex_count = mesh->vertex_count;

@@ -8,9 +8,9 @@
 
 #include "fvv/visibility.h"
 
-/* How many elements that touch a place have been coded as seen and as hidden. */
+/* How many elements that touch a place have been coded as hidden and as seen. */
 typedef struct fvv_visibility_place {
-  uint32_t seen, hidden;
+  uint32_t count[2];
 } fvv_visibility_place;
 
 struct fvv_visibility_order {
@@ -19,7 +19,7 @@ struct fvv_visibility_order {
   uint32_t vertex_count, face_count;
   uint32_t element_count, place_count;
   uint32_t *elements; /* in order of coding */
-  /* Vertices only: element v touches faces touched[first[v]] to touched[first[v + 1] - 1], rising. */
+  /* Elements that are vertices: v touches faces touched[first[v]] to touched[first[v + 1] - 1], rising. */
   uint32_t *first, *touched;
   fvv_visibility_place *places; /* scratch */
 };

@@ -16,9 +16,9 @@ static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_lim
   header->element_count = fvv_get_u32(payload + FVV_VISI_ELEMENT_COUNT);
   header->number = fvv_get_u32(payload + FVV_VISI_NUMBER);
   header->camera_count = fvv_get_u32(payload + FVV_VISI_CAMERA_COUNT);
-  if (header->domain > FVV_VISIBILITY_VERTICES)
+  if (header->domain > FVV_VISIBILITY_SHARES)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_VISIBILITY_DOMAIN, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_DOMAIN, "domain %u, known are 0 and 1", header->domain);
+                    FVV_VISI_DOMAIN, "domain %u, known are 0 to 2", header->domain);
   /* Two bytes of the table for each camera. */
   if (!header->camera_count || header->camera_count > (size - FVV_VISI_SIZE) / 2)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_SIZE, FVV_CHUNK_VISIBILITY,
@@ -28,7 +28,7 @@ static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_lim
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY, FVV_VISI_CAMERA_COUNT,
                     "%lu cameras, the limit is %lu", (unsigned long)header->camera_count,
                     (unsigned long)limits->max_cameras);
-  const uint32_t most = header->domain == FVV_VISIBILITY_VERTICES ? limits->max_vertices : limits->max_faces;
+  const uint32_t most = header->domain == FVV_VISIBILITY_FACES ? limits->max_faces : limits->max_vertices;
   if (header->element_count > most)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY,
                     FVV_VISI_ELEMENT_COUNT, "%lu elements, the limit is %lu",

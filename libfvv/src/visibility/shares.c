@@ -1,4 +1,4 @@
-/* From bits of faces to values of vertices, which players interpolate (clause 17.4). */
+/* From what is coded to values of vertices, which players interpolate (clause 17.4). */
 #include <string.h>
 
 #include "fvv/visibility.h"
@@ -13,8 +13,11 @@ static uint8_t share_of(uint32_t seen, uint32_t hidden) {
 
 void fvv_visibility_shares(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states, uint32_t *counts,
                            uint8_t *shares) {
-  if (domain == FVV_VISIBILITY_VERTICES) {
-    for (uint32_t v = 0; v < mesh->vertex_count; v++) shares[v] = states[v] == FVV_ELEMENT_SEEN ? 255 : 0;
+  if (domain != FVV_VISIBILITY_FACES) {
+    /* By state: averse, then hidden and seen in turns, ever nearer to a half. */
+    static const uint8_t of_state[] = {UNKNOWN_SHARE, 0, 255, 85, 170, 113, 142};
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+      shares[v] = states[v] || domain == FVV_VISIBILITY_SHARES ? of_state[states[v]] : 0;
     return;
   }
   if (mesh->vertex_count) memset(counts, 0, 2 * (size_t)mesh->vertex_count * sizeof *counts);

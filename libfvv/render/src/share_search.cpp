@@ -1,0 +1,245 @@
+#include "share_search.h"
+
+#include <bitset>
+
+namespace fvv::render {
+
+namespace {
+
+constexpr int state_count = 7;
+constexpr int shares[state_count] = {127, 0, 255, 85, 170, 113, 142}; // of states, as fvv_visibility_shares
+constexpr int tolerant_passes = 8, strict_passes = 4;
+constexpr double least_gain = 1e-9; // or rounding might turn a share for ever
+// What is learned begins with so many decisions of those odds that contexts begin with.
+constexpr double prior_sides = 4, prior_levels = 6;
+
+int class_of(uint32_t count) {
+  return count < 4 ? int(count) : count < 7 ? 4 : count < 10 ? 5 : 6;
+}
+
+int count_of(unsigned places) {
+  return int(std::bitset<16>(places).count());
+}
+
+// -log2, by multiplication alone: the same on every machine.
+double bits_of(double probability) {
+  double bits = 0;
+  for (; probability < 1; probability *= 2) bits++;
+  // Now from 1 to 2.
+  for (double digit = 0.5; digit > 1e-4; digit /= 2) {
+    probability *= probability;
+    if (probability < 2) continue;
+    probability /= 2;
+    bits -= digit;
+  }
+  return bits;
+}
+
+} // namespace
+
+ShareNeighbours::ShareNeighbours(const Mesh &mesh, const std::vector<uint32_t> &starts,
+                                 const std::vector<uint32_t> &around)
+    : first(mesh.vertex_count + 1), rank(mesh.vertex_count) {
+  beside.reserve(2 * around.size());
+  order.reserve(mesh.vertex_count);
+  std::vector<uint8_t> met(mesh.vertex_count);
+  for (uint32_t v = 0; v < mesh.vertex_count; v++) {
+    for (uint32_t k = starts[v]; k < starts[v + 1]; k++)
+      for (int c = 0; c < 3; c++)
+        if (const uint32_t w = mesh.faces[size_t(3) * around[k] + size_t(c)]; w != v) beside.push_back(w);
+    first[v + 1] = uint32_t(beside.size());
+  }
+  for (uint32_t seed = 0; seed < mesh.vertex_count; seed++) {
+    size_t i = order.size();
+    const auto meet = [&](uint32_t v) {
+      if (met[v]) return;
+      met[v] = 1;
+      rank[v] = uint32_t(order.size());
+      order.push_back(v);
+    };
+    for (meet(seed); i < order.size(); i++)
+      for (uint32_t k = starts[order[i]]; k < starts[order[i] + 1]; k++)
+        for (int c = 0; c < 3; c++) meet(mesh.faces[size_t(3) * around[k] + size_t(c)]);
+  }
+}
+
+ShareSearch::ShareSearch(const Mesh &seen, const ShareNeighbours &shared, const std::vector<uint32_t> &starts,
+                         const std::vector<uint32_t> &of_vertices, const std::vector<double> &areas,
+                         const SharePlaces &looked, const std::vector<uint16_t> &counting,
+                         const std::vector<uint8_t> &asked, const uint8_t *last, const FitSettings &chosen)
+    : mesh(seen), neighbours(shared), first(starts), around(of_vertices), area(areas), places(looked),
+      weighs(counting), facing(asked), former(last), settings(chosen), shown(shown_by_states()),
+      states(seen.vertex_count), rim(seen.vertex_count), all(seen.vertex_count), before(seen.vertex_count) {
+  begin();
+}
+
+// Which places clause 17.4 shows, for each three states.
+std::vector<uint16_t> ShareSearch::shown_by_states() {
+  std::vector<uint16_t> out;
+  for (const int a : shares)
+    for (const int b : shares)
+      for (const int c : shares) {
+        unsigned places = 0;
+        for (int p = 0; p < share_place_count; p++) {
+          const auto &[i, j, k] = twelfths[p];
+          places |= unsigned(2 * (i * a + j * b + k * c) >= 12 * 255) << p;
+        }
+        out.push_back(uint16_t(places));
+      }
+  return out;
+}
+
+template <class Body> void ShareSearch::each_beside(uint32_t v, Body body) const {
+  for (uint32_t i = neighbours.first[v]; i < neighbours.first[v + 1]; i++)
+    if (states[neighbours.beside[i]]) body(neighbours.beside[i]);
+}
+
+// All or nothing, as most of what is around each vertex.
+void ShareSearch::begin() {
+  for (uint32_t v = 0; v < states.size(); v++) {
+    if (!facing[v]) continue;
+    int seen = 0, count = 0;
+    bool near = false;
+    for (uint32_t k = first[v]; k < first[v + 1]; k++) {
+      const uint32_t f = around[k];
+      if (!places.judged[f]) continue;
+      for (int c = 0; c < 3; c++) near |= places.mixed[mesh.faces[size_t(3) * f + size_t(c)]] != 0;
+      const unsigned counting = weighs[f] ? weighs[f] : all_share_places;
+      seen += count_of(places.free[f] & counting);
+      count += count_of(counting);
+    }
+    states[v] = count && 2 * seen >= count ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
+    if (near) doubtful.push_back(v);
+  }
+  for (uint32_t v = 0; v < states.size(); v++) {
+    if (!facing[v]) continue;
+    for (uint32_t i = neighbours.first[v]; i < neighbours.first[v + 1]; i++) {
+      const uint32_t w = neighbours.beside[i];
+      if (!states[w]) {
+        rim[v] = 1;
+        continue;
+      }
+      all[v][size_t(side_of(states[w]))]++;
+      if (neighbours.rank[w] < neighbours.rank[v]) before[v][size_t(side_of(states[w]))]++;
+    }
+  }
+}
+
+uint32_t ShareSearch::others(uint32_t v) const {
+  return uint32_t(class_of(all[v][size_t(!side_of(states[v]))]));
+}
+
+// What decisions cost, by how often they are made in each context now.
+void ShareSearch::learn() {
+  constexpr double least[classes] = {0, 1, 2, 3, 4, 7, 10};
+  double sides[2][classes][classes][2], of_levels[classes][levels];
+  for (auto &at : sides)
+    for (int s = 0; s < classes; s++)
+      for (int h = 0; h < classes; h++) {
+        const double a = 8 * least[s] + 1, b = 8 * least[h] + 1;
+        at[s][h][1] = prior_sides * a / (a + b);
+        at[s][h][0] = prior_sides * b / (a + b);
+      }
+  for (auto &row : of_levels) row[0] = prior_levels * 0.75, row[1] = row[2] = prior_levels * 0.125;
+  for (uint32_t v = 0; v < states.size(); v++) {
+    if (!states[v]) continue;
+    sides[rim[v]][class_of(before[v][1])][class_of(before[v][0])][side_of(states[v])]++;
+    of_levels[others(v)][(states[v] - 1) / 2]++;
+  }
+  for (int z = 0; z < 2; z++)
+    for (int s = 0; s < classes; s++)
+      for (int h = 0; h < classes; h++)
+        for (int side = 0; side < 2; side++)
+          bits_of_side[z][s][h][side] =
+              bits_of(sides[z][s][h][side] / (sides[z][s][h][0] + sides[z][s][h][1]));
+  for (int c = 1; c < classes; c++)
+    for (int l = 0; l < levels; l++)
+      bits_of_level[c][l] = bits_of(of_levels[c][l] / (of_levels[c][0] + of_levels[c][1] + of_levels[c][2]));
+}
+
+double ShareSearch::side_bits(uint32_t v) const {
+  return bits_of_side[rim[v]][class_of(before[v][1])][class_of(before[v][0])][side_of(states[v])];
+}
+
+double ShareSearch::level_bits(uint32_t v) const {
+  return bits_of_level[others(v)][(states[v] - 1) / 2];
+}
+
+// A vertex that two faces share stands in the list of what is beside twice.
+double ShareSearch::price(uint32_t v, bool of_side) const {
+  double bits = level_bits(v), change = 0;
+  if (of_side) {
+    bits += side_bits(v);
+    each_beside(v, [&](uint32_t w) {
+      bits += 0.5 * level_bits(w);
+      if (neighbours.rank[w] > neighbours.rank[v]) bits += 0.5 * side_bits(w);
+    });
+  }
+  if (former && former[v] && former[v] != states[v])
+    change = side_of(former[v]) != side_of(states[v]) ? settings.change : settings.change / 4;
+  return settings.bit * bits + change;
+}
+
+double ShareSearch::wrong(uint32_t f) const {
+  const uint32_t *face = mesh.faces + size_t(3) * f;
+  const size_t says = size_t(states[face[0]]) * state_count * state_count +
+                      size_t(states[face[1]]) * state_count + states[face[2]];
+  return area[f] * count_of(unsigned(shown[says] ^ places.free[f]) & weighs[f]) / share_place_count;
+}
+
+double ShareSearch::wrong_around(uint32_t v) const {
+  double sum = 0;
+  for (uint32_t k = first[v]; k < first[v + 1]; k++) sum += wrong(around[k]);
+  return sum;
+}
+
+void ShareSearch::set(uint32_t v, uint8_t state) {
+  const auto was = size_t(side_of(states[v])), is = size_t(side_of(state));
+  states[v] = state;
+  if (was == is) return;
+  each_beside(v, [&](uint32_t w) {
+    all[w][was]--;
+    all[w][is]++;
+    if (neighbours.rank[v] > neighbours.rank[w]) return;
+    before[w][was]--;
+    before[w][is]++;
+  });
+}
+
+bool ShareSearch::attempt(uint32_t v, uint8_t state, double worse) {
+  const uint8_t old = states[v];
+  const bool of_side = side_of(old) != side_of(state);
+  const double sum = wrong_around(v) + price(v, of_side);
+  set(v, state);
+  if (wrong_around(v) + price(v, of_side) < sum + worse) return true;
+  set(v, old);
+  return false;
+}
+
+// worse: by how much the sum may grow with one share. Answers whether any was changed.
+bool ShareSearch::improve(double worse) {
+  bool changed = false;
+  for (const uint32_t v : doubtful) {
+    if (!others(v) && wrong_around(v) == 0) continue;
+    changed |= attempt(v, uint8_t(states[v] + (side_of(states[v]) ? -1 : 1)), worse);
+    // What changes nothing is taken too: what most vertices are, and what costs least, comes last.
+    for (int level = levels - 1; level >= 0 && others(v); level--)
+      if (const int state = FVV_ELEMENT_HIDDEN + side_of(states[v]) + 2 * level; state != states[v])
+        changed |= attempt(v, uint8_t(state), worse);
+  }
+  return changed;
+}
+
+std::vector<uint8_t> ShareSearch::run() {
+  // Threshold accepting (Dueck and Scheuer 1990): the way to a better sum often leads through a worse one.
+  for (int pass = 0; pass < tolerant_passes; pass++) {
+    learn();
+    improve(settings.share_tolerance * (tolerant_passes - pass) / tolerant_passes);
+  }
+  for (int pass = 0; pass < strict_passes && improve(-least_gain); pass++) continue;
+  for (uint32_t v = 0; v < states.size(); v++)
+    if (states[v] && !others(v)) states[v] = uint8_t(FVV_ELEMENT_HIDDEN + side_of(states[v]));
+  return states;
+}
+
+} // namespace fvv::render
