@@ -112,15 +112,16 @@ def delta():
 
 
 def visibility():
-    """Bits of the clip's hulls and cameras, whole and decimated, and of wd2_human20, against rays (bench/visibility.cpp).
+    """Shares and bits of the clip's hulls and cameras, whole and decimated, and of wd2_human20, against rays (bench/visibility.cpp).
 
     visibility.error_percent and its like are of the whole hulls; names of the others tell.
     """
     hulls = studio(), "--cameras", ",".join(CLIP_CAMERAS), "--frames", "0-9", "--no-pictures"
     rows = {
-        "": (*hulls, "--keep-geometry", "--visibility", "face"),
+        "": (*hulls, "--keep-geometry", "--visibility", "share"),
+        "face.": (*hulls, "--keep-geometry", "--visibility", "face"),
         "vertex.": (*hulls, "--keep-geometry", "--visibility", "vertex"),
-        "decimated.": (*hulls, "--max-error", 0.3, "--visibility", "face"),
+        "decimated.": (*hulls, "--max-error", 0.3, "--visibility", "share"),
     }
     moving = WORK / "moving-seven"
     if not (moving / "capture.json").exists():
@@ -138,11 +139,12 @@ def visibility():
             12,
             "--force",
         )
-    tracked = moving, "--no-pictures", "--step", "1mm", "--keep-geometry", "--visibility", "face"
+    tracked = moving, "--no-pictures", "--step", "1mm", "--keep-geometry", "--visibility", "share"
     rows |= {"tracked.": tracked, "smooth.": (*tracked, "--visibility-smooth")}
     wd2 = leave_one_out.capture()
     if wd2:
-        rows["wd2."] = wd2, "--no-pictures", "--keep-geometry", "--visibility", "face"
+        rows["wd2."] = wd2, "--no-pictures", "--keep-geometry", "--visibility", "share"
+        rows["wd2_face."] = wd2, "--no-pictures", "--keep-geometry", "--visibility", "face"
     figures = {}
     print(
         f"{'visibility':12}{'bits':>8}{'error %':>10}{'shown':>8}{'hidden':>8}{'map %':>8}{'plain %':>9}"
@@ -152,17 +154,15 @@ def visibility():
         path = WORK / "visibility.fvv"
         done = json.loads(tool("fvvmux", *arguments, "-o", path, "--force", "--json"))["visibility"]
         found = {
-            "bits_per_face_camera": done["bits_per_pair"],
             "bytes_per_frame": done["bytes"] / done["frames"],
         }
         found |= fvvbench("visibility", path)
+        found["bits_per_face_camera"] = 8 * found["bytes_per_frame"] / found.pop("face_pairs_per_frame")
         print(f"{name[:-1] or 'hulls':12}{found['bits_per_face_camera']:8.3f}{found['error_percent']:10.2f}"
               f"{found['shown_wrongly_percent']:8.2f}{found['hidden_wrongly_percent']:8.2f}"
               f"{found['depth_map_error_percent']:8.2f}{found.get('plain_face_bits_error_percent', 0):9.2f}"
               f"{found['error_of_all_percent']:10.2f}{found['colour_elsewhere_percent']:10.2f}"
               f"{found.get('flips_percent', 0):9.2f}{found.get('needless_flips_percent', 0):11.3f}")  # fmt: skip
-        if name == "vertex.":
-            found["bits_per_vertex_camera"] = found.pop("bits_per_face_camera")
         figures |= {f"visibility.{name}{figure}": value for figure, value in found.items()}
     return figures
 

@@ -38,6 +38,7 @@ struct Candidate {
 struct Sums {
   Pairs bits, faces, map;         // faces: the bit of the face as it stands, where it has one
   double pairs = 0;               // of place and camera, also where the camera is no candidate
+  double face_pairs = 0;          // of face and camera
   double coloured = 0;            // places that some camera shows
   double by_bits = 0, by_map = 0; // of their colour, what comes from other cameras than by rays
   double frames = 0, look = 0, order = 0, encode = 0, decode = 0; // seconds
@@ -82,6 +83,7 @@ void compare(const Frame &frame, const View &view, const uint8_t *states, uint8_
              std::vector<std::vector<Candidate>> &candidates, Sums &sums) {
   const DepthMap map(view.camera, frame.surface.view(), {});
   sums.pairs += double(frame.places.size());
+  sums.face_pairs += frame.surface.mesh.face_count;
   for (size_t i = 0; i < frame.places.size(); i++) {
     const Place &place = frame.places[i];
     const auto found = view.judge(frame.surface, frame.rays, place);
@@ -207,6 +209,7 @@ nlohmann::ordered_json visibility(const char *path) {
   sums.map.report(out, "depth_map_", sums.pairs);
   out["depth_map_colour_elsewhere_percent"] = 100 * sums.by_map / sums.coloured;
   flicker.report(out);
+  out["face_pairs_per_frame"] = sums.face_pairs / sums.frames;
   out["look_ms"] = sums.look / sums.frames * 1e3;
   out["order_ms"] = sums.order / sums.frames * 1e3;
   out["encode_ms"] = sums.encode / sums.frames * 1e3;

@@ -110,10 +110,7 @@ class Contexts(dict):
 
 class LevelContexts(dict):
     def __missing__(self, key):
-        former, _, level = key
-        likely = former or 1
-        quarters = 3 if level == likely else 1 if level < likely else 2
-        self[key] = [2**14 * quarters] * 2
+        self[key] = [3 * 2**14] * 2
         return self[key]
 
 

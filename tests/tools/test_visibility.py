@@ -9,7 +9,7 @@ from conftest import ROOT
 VECTORS = ROOT / "conformance" / "visibility"
 
 
-@pytest.mark.parametrize("name, count", [("sheet", 10), ("moving", 5)])
+@pytest.mark.parametrize("name, count", [("sheet", 10), ("moving", 5), ("shares", 5)])
 def test_plain_decoder_gives_the_listed_states(name, count):
     wanted = (VECTORS / f"{name}.crc").read_text().split()
     assert list(visibility.state_crcs((VECTORS / f"{name}.fvv").read_bytes())) == wanted
@@ -51,8 +51,16 @@ def test_plain_facing_is_the_cosine():
         assert passes == sorted(passes, reverse=True)
 
 
-@pytest.mark.parametrize("name", ["sheet", "moving"])
+@pytest.mark.parametrize("name", ["sheet", "moving", "shares"])
 def test_fvvinfo_finds_every_frame_whole(fvvinfo, name):
     done = fvvinfo("--check", VECTORS / f"{name}.fvv")
     assert (done.returncode, done.stderr) == (0, b"")
     assert b"visibility" in done.stdout.lower()
+
+
+def test_vector_of_shares_has_every_state():
+    decoded = list(visibility.decode((VECTORS / "shares.fvv").read_bytes()))
+    assert len(decoded) == 5
+    assert {s for _, states in decoded for row in states.values() for s in row} == set(range(7))
+    payloads = [p for k, _, _, p in visibility.chunks((VECTORS / "shares.fvv").read_bytes()) if k == b"VISI"]
+    assert [(p[0], p[8]) for p in payloads] == [(2, n) for n in range(5)]

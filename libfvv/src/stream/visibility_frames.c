@@ -7,6 +7,10 @@
 #include "base/layout.h"
 #include "base/memory.h"
 
+static fvv_status no_memory(fvv_diagnostic *diagnostic) {
+  return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+}
+
 static void free_current(const fvv_allocator *allocator, fvv_visibility *v) {
   const size_t cameras = v->header.camera_count;
   fvv_release(allocator, v->cameras, cameras * sizeof *v->cameras);
@@ -73,7 +77,7 @@ static fvv_status read_streams(const uint8_t *payload, size_t size, const fvv_li
                                const fvv_allocator *allocator, const fvv_visibility_header *header,
                                fvv_visibility_stream **streams, fvv_diagnostic *diagnostic) {
   *streams = fvv_allocate_array(allocator, header->camera_count, sizeof **streams);
-  if (!*streams) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  if (!*streams) return no_memory(diagnostic);
   fvv_visibility_header again;
   return fvv_visibility_peek(payload, size, limits, &again, *streams, header->camera_count, diagnostic);
 }
@@ -102,7 +106,7 @@ static fvv_status keep_order(fvv_visibility_frames *frames, const fvv_mesh *mesh
   frames->vertex_count = mesh->vertex_count;
   frames->face_count = mesh->face_count;
   frames->faces = fvv_allocate(&frames->allocator, bytes);
-  if (!frames->faces) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  if (!frames->faces) return no_memory(diagnostic);
   memcpy(frames->faces, mesh->faces, bytes);
   return fvv_visibility_order_open(mesh, domain, &frames->allocator, &frames->order, diagnostic);
 }
@@ -129,8 +133,7 @@ static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *p
   const int fits = fvv_multiply_u64(header->camera_count, header->element_count, &bytes) && bytes <= SIZE_MAX;
   next->cameras = fvv_allocate_array(&frames->allocator, header->camera_count, sizeof *next->cameras);
   next->states = fits ? fvv_allocate(&frames->allocator, (size_t)bytes) : NULL;
-  if (!next->cameras || !next->states)
-    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  if (!next->cameras || !next->states) return no_memory(diagnostic);
   for (uint32_t i = 0; i < header->camera_count; i++) {
     next->cameras[i] = streams[i].camera;
     fvv_status status = centre_of(configuration, calibration, streams[i].camera, centre, diagnostic);

@@ -10,7 +10,7 @@
 #include "base/range_coder.h"
 #include "visibility/order.h"
 
-enum { CLASSES = 7, SIDES = 3, LEVELS = 3 };
+enum { CLASSES = 7, SIDES = 3, LEVELS = 3, LIKELY = 3 << 14 };
 
 typedef struct visibility_model {
   fvv_probability seen[2][SIDES][CLASSES][CLASSES];       /* at a rim, former side, seen and hidden around */
@@ -40,14 +40,9 @@ static void reset(visibility_model *model) {
         p->fast = p->slow = (uint16_t)((seen << 16) / (seen + hidden));
       }
   memcpy(model->seen[1], model->seen[0], sizeof model->seen[0]);
-  /* Three to one for the level that it had, or the first. */
   for (uint32_t f = 0; f <= LEVELS; f++)
     for (uint32_t c = 0; c < CLASSES; c++)
-      for (uint32_t k = 0; k < LEVELS - 1; k++) {
-        const uint32_t before = f ? f - 1 : 0;
-        fvv_probability *p = &model->level[f][c][k];
-        p->fast = p->slow = k == before ? 3 << 14 : k < before ? 1 << 14 : 1 << 15;
-      }
+      for (uint32_t k = 0; k < LEVELS - 1; k++) model->level[f][c][k] = (fvv_probability){LIKELY, LIKELY};
 }
 
 static inline uint32_t class_of(uint64_t count) {
@@ -108,13 +103,8 @@ static void note(fvv_visibility_order *order, touched_places touched, uint32_t s
     order->places[touched.place[i]].count[side - FVV_ELEMENT_HIDDEN]++;
 }
 
-static fvv_status check_mesh(const fvv_visibility_order *order, const fvv_mesh *mesh,
-                             fvv_diagnostic *diagnostic) {
-  if (mesh->vertex_count == order->vertex_count && mesh->face_count == order->face_count) return FVV_OK;
-  return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
-                  "a mesh of %lu vertices and %lu faces, the order is that of one of %lu and %lu",
-                  (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count,
-                  (unsigned long)order->vertex_count, (unsigned long)order->face_count);
+static int is_of(const fvv_visibility_order *order, const fvv_mesh *mesh) {
+  return mesh->vertex_count == order->vertex_count && mesh->face_count == order->face_count;
 }
 
 fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *mesh,
@@ -122,13 +112,10 @@ fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *me
                                  const int32_t centre[3], const uint8_t *former, uint8_t *states,
                                  fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  const fvv_status status = check_mesh(order, mesh, diagnostic);
-  if (status != FVV_OK) return status;
-  if (header->domain != order->domain || header->element_count != order->element_count)
+  if (!is_of(order, mesh) || header->domain != order->domain || header->element_count != order->element_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_ELEMENT_COUNT, "visibility of %lu elements of domain %u, the mesh has %lu",
-                    (unsigned long)header->element_count, header->domain,
-                    (unsigned long)order->element_count);
+                    FVV_VISI_ELEMENT_COUNT, "visibility of %lu elements, the mesh of its time has %lu",
+                    (unsigned long)header->element_count, (unsigned long)order->element_count);
   /* Of each element whether it faces, then what note keeps: states may be former. */
   uint8_t *known = fvv_allocate(&order->allocator, order->element_count);
   if (!known) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
@@ -242,8 +229,11 @@ fvv_status fvv_visibility_encode(fvv_visibility_order *order, const fvv_mesh *me
   fvv_diagnostic_clear(diagnostic);
   if (!payload->allocator.resize) payload->allocator = order->allocator;
   payload->size = 0;
-  fvv_status status = check_mesh(order, mesh, diagnostic);
-  if (status != FVV_OK) return status;
+  if (!is_of(order, mesh))
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
+                    "a mesh of %lu vertices and %lu faces, the order is that of one of %lu and %lu",
+                    (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count,
+                    (unsigned long)order->vertex_count, (unsigned long)order->face_count);
   if (header->domain != order->domain || !view_count)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
                     "domain %u with an order of domain %u, %zu views", header->domain, order->domain,
@@ -252,6 +242,6 @@ fvv_status fvv_visibility_encode(fvv_visibility_order *order, const fvv_mesh *me
     if (views[i].camera >= FVV_NO_CAMERA || (i && views[i].camera <= views[i - 1].camera))
       return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_CAMERA, 0, 0,
                       "camera %u: cameras rise, and none is 65535", views[i].camera);
-  status = encode_views(order, mesh, header, views, view_count, payload);
+  const fvv_status status = encode_views(order, mesh, header, views, view_count, payload);
   return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "no memory for visibility");
 }

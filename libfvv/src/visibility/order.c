@@ -115,6 +115,5 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
     return FVV_OK;
   }
   fvv_visibility_order_close(o);
-  return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for the visibility of a mesh of %lu faces",
-                  (unsigned long)mesh->face_count);
+  return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for visibility");
 }

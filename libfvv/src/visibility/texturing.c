@@ -15,12 +15,11 @@ static fvv_status check(const fvv_texturing *t, fvv_status status, fvv_diagnosti
   if (!(t->threshold >= 0 && t->threshold <= 1))
     return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_THRESHOLD,
                     "threshold of weights is %g, expected 0 to 1", t->threshold);
-  if (!(t->depth_bias >= 0) || !isfinite(t->depth_bias))
-    return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_DEPTH_BIAS,
-                    "bias of depth maps is %g pixels, expected a number that is not negative", t->depth_bias);
-  if (!(t->depth_slope >= 0) || !isfinite(t->depth_slope))
-    return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_DEPTH_SLOPE,
-                    "slope of depth maps is %g, expected a number that is not negative", t->depth_slope);
+  const double tolerances[] = {t->depth_bias, t->depth_slope};
+  for (size_t i = 0; i < 2; i++)
+    if (!(tolerances[i] >= 0) || !isfinite(tolerances[i]))
+      return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_DEPTH_BIAS + 8 * i,
+                      "tolerance of depth maps is %g, expected a number that is not negative", tolerances[i]);
   if (!t->best)
     return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_BEST,
                     "no camera is mixed at a place, expected 1 to 255");
