@@ -53,12 +53,17 @@ struct Scene {
   Bits fitted(const FitSettings &settings, const uint8_t *former = nullptr) const {
     return VisibilityFit(mesh, rays, FVV_VISIBILITY_FACES, settings).seen(camera, asked, former);
   }
+  Bits shares(const FitSettings &settings, const uint8_t *former = nullptr) const {
+    return VisibilityFit(mesh, rays, FVV_VISIBILITY_SHARES, settings)
+        .seen(camera, Bits(mesh.vertex_count, 1), former);
+  }
   Bits plain() const { return seen_faces(camera, mesh, rays, asked); }
 
   // Per cent of the places, many to a face, where shares do not say what the ray does.
   double error(const Bits &seen, uint8_t domain = FVV_VISIBILITY_FACES) const {
     Bits states(seen.size());
     for (size_t i = 0; i < seen.size(); i++) states[i] = seen[i] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
+    if (domain == FVV_VISIBILITY_SHARES) states = seen;
     fvv_mesh decoded = {};
     std::vector<uint32_t> faces = shape.faces;
     decoded.faces = faces.data();
@@ -126,6 +131,44 @@ TEST_CASE("fit: players err less by fitted bits than by what most of each face i
     fitted_sum += fitted;
   }
   CHECK(fitted_sum < 0.85 * plain_sum);
+}
+
+TEST_CASE("fit: players err less by shares than by bits, the more so the less a bit costs") {
+  std::printf("angle  faces %%  shares %%  free of price %%\n");
+  double faces_sum = 0, shares_sum = 0, free_sum = 0;
+  FitSettings free;
+  free.bit = 0;
+  for (const double angle : {0.1, 0.3, 0.5, 0.7}) {
+    const Scene scene(shaded_floor(angle));
+    const Bits shares = scene.shares({});
+    const double faces = scene.error(scene.fitted({})),
+                 by_shares = scene.error(shares, FVV_VISIBILITY_SHARES),
+                 at_any_price = scene.error(scene.shares(free), FVV_VISIBILITY_SHARES);
+    std::printf("%5.1f %8.3f %9.3f %16.3f\n", angle, faces, by_shares, at_any_price);
+    // Levels near a half are for outlines alone.
+    const auto near =
+        std::count_if(shares.begin(), shares.end(), [](uint8_t s) { return s > FVV_ELEMENT_SEEN; });
+    CHECK(near > 0);
+    CHECK(near < 200);
+    CHECK(std::count(shares.begin(), shares.end(), FVV_ELEMENT_AVERSE) == 0);
+    faces_sum += faces;
+    shares_sum += by_shares;
+    free_sum += at_any_price;
+  }
+  CHECK(shares_sum < 0.8 * faces_sum);
+  CHECK(free_sum < shares_sum);
+}
+
+TEST_CASE("fit: a price of changes keeps shares of the time before") {
+  const Scene before(shaded_floor(0.3)), after(shaded_floor(0.3, 0.004));
+  const Bits former = before.shares({});
+  FitSettings settings;
+  const Bits free = after.shares(settings, former.data());
+  settings.change = 0.4;
+  const Bits held = after.shares(settings, former.data());
+  INFO(differing(former, free) << " shares changed, held " << differing(former, held));
+  CHECK(differing(former, free) > 20);
+  CHECK(2 * differing(former, held) < differing(former, free));
 }
 
 TEST_CASE("fit: a higher price of edges makes outlines shorter") {

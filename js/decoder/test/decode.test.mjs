@@ -50,6 +50,29 @@ for (const file of files)
     if (fs.openAsBlob) assert.deepEqual(await decode(await fs.openAsBlob(file)), expected);
   });
 
+test("shares of visibility are named so, and what is odd of them is hidden", async () => {
+  const file = conformanceFiles().find((name) => name.endsWith("shares.fvv"));
+  const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(file)), shares: true });
+  const shown = [127, 0, 255, 85, 170, 113, 142];
+  const met = new Set();
+  for await (const frame of decoder) {
+    const [visibility] = frame.visibility;
+    assert.equal(visibility.domain, "shares");
+    assert.equal(visibility.elementCount, visibility.vertexCount);
+    for (const camera of visibility.cameras) {
+      const states = visibility.of(camera);
+      assert.deepEqual(
+        Array.from(visibility.sharesOf(camera)),
+        Array.from(states, (state) => shown[state]),
+      );
+      for (const state of states) met.add(state);
+    }
+    frame.close();
+  }
+  decoder.close();
+  assert.deepEqual([...met].sort(), [0, 1, 2, 3, 4, 5, 6]);
+});
+
 test("clips have what they are to test", () => {
   const names = (file) =>
     new Set(nativeFrames(file).flatMap((frame) => Object.keys(frame).map((key) => key.split(" ")[0])));
