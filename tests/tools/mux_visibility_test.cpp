@@ -226,5 +226,5 @@ TEST_CASE("a camera that is too far away for the lattice has no bits, and is not
 TEST_CASE("the option --visibility names what it takes") {
   CHECK(mux::parse_visibility("vertex") == Visibility::vertices);
   CHECK_THROWS_WITH(mux::parse_visibility("faces"),
-                    "--visibility: expected auto, face, vertex or none, found \"faces\"");
+                    "--visibility: expected auto, face, vertex, share or none, found \"faces\"");
 }
