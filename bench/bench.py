@@ -143,8 +143,9 @@ def visibility():
     rows |= {"tracked.": tracked, "smooth.": (*tracked, "--visibility-smooth")}
     wd2 = leave_one_out.capture()
     if wd2:
-        rows["wd2."] = wd2, "--no-pictures", "--keep-geometry", "--visibility", "share"
-        rows["wd2_face."] = wd2, "--no-pictures", "--keep-geometry", "--visibility", "face"
+        real = wd2, "--no-pictures", "--keep-geometry", *leave_one_out.WINDING
+        rows["wd2."] = *real, "--visibility", "share"
+        rows["wd2_face."] = *real, "--visibility", "face"
     figures = {}
     print(
         f"{'visibility':12}{'bits':>8}{'error %':>10}{'shown':>8}{'hidden':>8}{'map %':>8}{'plain %':>9}"

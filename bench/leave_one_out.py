@@ -114,6 +114,9 @@ def figures(means):
     return out
 
 
+WINDING = wd2_human20.WINDING  # what fvvmux is told of the capture's faces
+
+
 def capture():
     """The capture as fvvmux takes it; nothing without the data."""
     root = DATA / "wd2_human20"
@@ -133,7 +136,7 @@ def measure():
     middle = read_ply(root / wd2_human20.MESH)[0].mean(0)
     stream = WORK / "wd2.fvv"
     tool("fvvmux", source, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry",
-         "--visibility", "face", *wd2_human20.WINDING, "--force")  # fmt: skip
+         "--visibility", "face", *WINDING, "--force")  # fmt: skip
     rows = {name: [] for name in ("leave_one_out", f"nearest_{NEAREST}")}
     titles = "from all others", f"from the nearest {NEAREST}"
     print(f"{'':8}" + "".join(f"{title:>48}" for title in titles))

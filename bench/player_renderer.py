@@ -96,7 +96,7 @@ def real():
     streams = []
     source = leave_one_out.capture()
     if source:
-        streams.append(mux(source, "wd2", "--visibility", "face"))
+        streams.append(mux(source, "wd2", "--visibility", "face", *leave_one_out.WINDING))
     if (DATA / "pose2sim_4cam").exists():
         streams.append(pose2sim())
     else:

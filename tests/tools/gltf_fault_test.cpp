@@ -172,8 +172,8 @@ TEST_CASE("glTF: faulty buffers, views and accessors are refused at their place"
                        {"values", {{"bufferView", 0}}}};
   CHECK(fault([&](File &file) {
           file.document["accessors"][0]["sparse"] = sparse;
-          file.binary[400] = 1;
-        }) == "/accessors/0/sparse/indices: expected indices that increase and stay below 20, index 1 is 1");
+          file.binary[400] = 4;
+        }) == "/accessors/0/sparse/indices: expected indices that increase and stay below 20, index 1 is 4");
   CHECK(fault([&](File &file) {
           file.document["accessors"][0]["sparse"] = sparse;
           file.document["accessors"][0]["sparse"]["count"] = 21;

@@ -299,7 +299,8 @@ def test_faces_that_are_inside_out_are_told(tmp_path):
         lines = ["v {} {} {}".format(*c) for c in corners]
         lines += ["f {} {} {}".format(*(i + 1 for i in f[::order])) for f in faces]
         (tmp_path / "0000.obj").write_text("\n".join(lines) + "\n")
-        tool("fvvmux", tmp_path, "-o", tmp_path / "t.fvv", "--keep-geometry", "--force", "--codec", "jpeg")
+        tool("fvvmux", tmp_path, "-o", tmp_path / "t.fvv", "--keep-geometry", "--force", "--codec", "jpeg",
+             "--winding", "keep")  # fmt: skip
         done = tool(
             "fvvrender", tmp_path / "t.fvv", "-o", tmp_path / "t.png", "--camera", 0, "--json", "--force"
         )
