@@ -107,9 +107,9 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     assertAlike(found);
   });
 
-  test("H.264, visibility by bits of faces", async () => {
+  test("H.264, visibility by shares", async () => {
     const found = await compare("bits", 1, [0, 2, 3], bits);
-    assert.equal(found.visibility, "faces");
+    assert.equal(found.visibility, "shares");
     assert.equal(found.views, 7);
     assertAlike(found);
   });
