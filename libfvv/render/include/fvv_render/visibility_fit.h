@@ -17,10 +17,10 @@ struct ShareNeighbours;
 struct FitSettings {
   double cosine = 0.25;   // places that weigh less do not count
   double edge = 0.02;     // of two touching elements with different bits, for each place that both touch
-  double bit = 0.0275;     // of a bit of the stream, with shares, in place of edge
+  double bit = 0.0275;    // of a bit of the stream, with shares, in place of edge
   double change = 0;      // of a bit that is not the former one; a quarter where a share stays on its side
   double tolerance = 0.2; // of the search: so much worse may be taken first
-  double share_tolerance = 0.05;
+  double share_tolerance = 0.05; // the same with shares, whose steps are smaller
 };
 
 // Of one mesh, for any number of cameras.
