@@ -4,6 +4,7 @@
 #include "fvv_render/ray.h"
 
 #include <array>
+#include <bitset>
 
 namespace fvv::render {
 
@@ -12,6 +13,10 @@ constexpr int place_count = 9;
 constexpr int ninths[place_count][3] = {{7, 1, 1}, {1, 7, 1}, {1, 1, 7}, {4, 4, 1}, {4, 1, 4},
                                         {1, 4, 4}, {5, 2, 2}, {2, 5, 2}, {2, 2, 5}};
 constexpr uint16_t all_places = (1 << place_count) - 1;
+
+inline int count_of(unsigned places) {
+  return int(std::bitset<16>(places).count());
+}
 
 class Viewer {
 public:

@@ -1,7 +1,5 @@
 #include "share_search.h"
 
-#include <bitset>
-
 namespace fvv::render {
 
 namespace {
@@ -15,10 +13,6 @@ constexpr double prior_sides = 4, prior_levels = 6;
 
 int class_of(uint32_t count) {
   return count < 4 ? int(count) : count < 7 ? 4 : count < 10 ? 5 : 6;
-}
-
-int count_of(unsigned places) {
-  return int(std::bitset<16>(places).count());
 }
 
 // -log2, by multiplication alone: the same on every machine.

@@ -5,18 +5,9 @@
 #include "share_search.h"
 
 #include <algorithm>
-#include <bitset>
 #include <utility>
 
 namespace fvv::render {
-
-namespace {
-
-int count_of(unsigned places) {
-  return int(std::bitset<16>(places).count());
-}
-
-} // namespace
 
 VisibilityFit::VisibilityFit(const Mesh &seen, const RayCaster &caster, uint8_t domain,
                              const FitSettings &chosen)
