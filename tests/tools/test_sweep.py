@@ -13,7 +13,9 @@ from conftest import TINY, tool_path
 from sweep import memory_folder, sweep
 
 GROUPS, FRAMES = 2, 3  # frames a group
-ALONE = int(os.environ.get("FVV_SWEEP_ALONE", 250))  # cases of each file that are given to a start of their own
+ALONE = int(
+    os.environ.get("FVV_SWEEP_ALONE", 250)
+)  # cases of each file that are given to a start of their own
 
 
 def two_tracks():
