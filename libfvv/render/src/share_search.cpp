@@ -1,13 +1,13 @@
 #include "share_search.h"
 
+#include "threshold_accepting.h"
+
 namespace fvv::render {
 
 namespace {
 
 constexpr int state_count = 7;
 constexpr int shares[state_count] = {127, 0, 255, 85, 170, 113, 142}; // of states, as fvv_visibility_shares
-constexpr int tolerant_passes = 8, strict_passes = 4;
-constexpr double least_gain = 1e-9; // or rounding might turn a share for ever
 // What is learned begins with so many decisions of those odds that contexts begin with.
 constexpr double prior_sides = 4, prior_levels = 6;
 
@@ -35,6 +35,7 @@ ShareNeighbours::ShareNeighbours(const Mesh &mesh, const std::vector<uint32_t> &
                                  const std::vector<uint32_t> &around)
     : first(mesh.vertex_count + 1), rank(mesh.vertex_count) {
   beside.reserve(2 * around.size());
+  std::vector<uint32_t> order; // breadth first
   order.reserve(mesh.vertex_count);
   std::vector<uint8_t> met(mesh.vertex_count);
   for (uint32_t v = 0; v < mesh.vertex_count; v++) {
@@ -225,12 +226,11 @@ bool ShareSearch::improve(double worse) {
 }
 
 std::vector<uint8_t> ShareSearch::run() {
-  // Threshold accepting (Dueck and Scheuer 1990): the way to a better sum often leads through a worse one.
-  for (int pass = 0; pass < tolerant_passes; pass++) {
-    learn();
-    improve(settings.share_tolerance * (tolerant_passes - pass) / tolerant_passes);
-  }
-  for (int pass = 0; pass < strict_passes && improve(-least_gain); pass++) continue;
+  accept_by_threshold(settings.share_tolerance, [&](double worse) {
+    // In the end prices stand still, so that the sum only falls.
+    if (worse > 0) learn();
+    return improve(worse);
+  });
   for (uint32_t v = 0; v < states.size(); v++)
     if (states[v] && !others(v)) states[v] = uint8_t(FVV_ELEMENT_HIDDEN + side_of(states[v]));
   return states;

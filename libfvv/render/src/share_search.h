@@ -14,7 +14,7 @@ namespace fvv::render {
 struct ShareNeighbours {
   ShareNeighbours(const Mesh &mesh, const std::vector<uint32_t> &first, const std::vector<uint32_t> &around);
   std::vector<uint32_t> first, beside; // of each vertex the other corners of the faces that use it
-  std::vector<uint32_t> order, rank;   // breadth first
+  std::vector<uint32_t> rank;          // of each vertex, in the breadth first order
 };
 
 class ShareSearch {

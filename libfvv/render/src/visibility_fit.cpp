@@ -3,6 +3,7 @@
 #include "face_places.h"
 #include "fvv_render/normals.h"
 #include "share_search.h"
+#include "threshold_accepting.h"
 
 #include <algorithm>
 #include <utility>
@@ -53,16 +54,11 @@ public:
 
   void run() {
     const std::vector<uint32_t> doubtful = elements_near_changes();
-    // Threshold accepting (Dueck and Scheuer 1990): the way to a better sum often leads through a worse one.
-    for (int pass = 0; pass < tolerant_passes; pass++)
-      improve(doubtful, fit.settings.tolerance * (tolerant_passes - pass) / tolerant_passes);
-    for (int pass = 0; pass < strict_passes && improve(doubtful, -least_gain); pass++) continue;
+    accept_by_threshold(fit.settings.tolerance, [&](double worse) { return improve(doubtful, worse); });
   }
 
 private:
   static constexpr uint16_t unknown = 1 << 15;
-  static constexpr int tolerant_passes = 8, strict_passes = 4;
-  static constexpr double least_gain = 1e-9; // or rounding might turn a bit for ever
 
   // worse: by how much the sum may grow with one bit. Answers whether any was turned.
   bool improve(const std::vector<uint32_t> &elements, double worse) {
