@@ -2,6 +2,7 @@
 
 #include "cli/owned.h"
 #include "fvvdemux/decoded_mesh.h"
+#include "fvvdemux/plan.h"
 
 #include <filesystem>
 #include <numeric>
@@ -13,12 +14,6 @@ namespace {
 // A folder or a JSON file describes a capture, everything else had better be a stream.
 bool is_capture(const std::string &path) {
   return std::filesystem::path(path).extension() == ".json";
-}
-
-std::string text_of(const fvv_diagnostic &diagnostic) {
-  char line[1024];
-  fvv_diagnostic_format(&diagnostic, nullptr, line, sizeof line);
-  return line;
 }
 
 // Seconds a frame, in lowest terms.
@@ -60,7 +55,7 @@ void Sequence::open_stream() {
   cli::check(fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic), name, diagnostic);
   stream.reset(opened);
   const fvv_file *index = fvv_stream_file(opened);
-  if (fvv_file_damage_count(index)) notes.push_back(text_of(*fvv_file_damage(index, 0)));
+  if (fvv_file_damage_count(index)) notes.push_back(demux::text_of(*fvv_file_damage(index, 0)));
   const size_t count = fvv_stream_frame_count(opened);
   if (!count) throw cli::Failure(name + ": the stream has no frames");
   const fvv_configuration *configuration = nullptr;

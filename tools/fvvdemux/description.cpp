@@ -1,5 +1,6 @@
 #include "fvvdemux/description.h"
 
+#include "fvvdemux/decoded_mesh.h"
 #include "fvvdemux/views.h"
 
 #include <map>
@@ -75,8 +76,7 @@ capture::Capture describe_scene(const fvv_configuration &configuration, const Op
   out.scale_unknown = (configuration.scene.flags & FVV_SCENE_SCALE_UNKNOWN) != 0;
   out.up = configuration.scene.up_axis;
   const fvv_scene &scene = configuration.scene;
-  out.lattice = {{scene.lattice_origin[0], scene.lattice_origin[1], scene.lattice_origin[2]},
-                 scene.lattice_step};
+  out.lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
   if (options.meshes != Meshes::none && mesh_track_of(configuration, nullptr))
     out.meshes = pattern(options.meshes == Meshes::ply   ? "meshes/%04d.ply"
                          : options.meshes == Meshes::obj ? "meshes/%04d.obj"

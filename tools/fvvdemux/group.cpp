@@ -156,8 +156,7 @@ public:
 
 private:
   void write(const fvv_mesh &mesh, int64_t number) const {
-    const capture::Lattice lattice = {
-        {scene.lattice_origin[0], scene.lattice_origin[1], scene.lattice_origin[2]}, scene.lattice_step};
+    const capture::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
     capture::write_mesh(in_metres(mesh, lattice), lattice,
                         path("meshes", number, extension_of(options.meshes)));
   }

@@ -101,7 +101,7 @@ Stream open_stream(const cli::InputFile &file) {
 }
 
 std::string text_of(const fvv_diagnostic &diagnostic) {
-  char line[512];
+  char line[1024];
   fvv_diagnostic_format(&diagnostic, nullptr, line, sizeof line);
   return line;
 }

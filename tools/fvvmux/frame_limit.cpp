@@ -48,6 +48,10 @@ FrameLimit frame_limit(const Options &options, const fvv_rational &frame_duratio
   return limit;
 }
 
+bool fits(uint32_t width, uint32_t height, const FrameLimit &limit) {
+  return width <= limit.width && height <= limit.height && uint64_t(width) * height <= limit.pixels;
+}
+
 std::string limit_text(const FrameLimit &limit) {
   return std::to_string(limit.width) + "x" + std::to_string(limit.height) + " and " +
          std::to_string(limit.pixels) + " pixels (" + limit.name + ")";

@@ -13,6 +13,8 @@ FrameLimit decoder_limit(const Options &options, const fvv_rational &frame_durat
 // The same for the frames with tiles of cameras, and no more than the options ask for.
 FrameLimit frame_limit(const Options &options, const fvv_rational &frame_duration);
 
+bool fits(uint32_t width, uint32_t height, const FrameLimit &limit);
+
 // "8192x8192 and 9437184 pixels (H.264 level 5.2)".
 std::string limit_text(const FrameLimit &limit);
 

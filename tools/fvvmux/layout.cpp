@@ -111,9 +111,8 @@ MaybeLayout arrange(const Tiling &whole, const FrameLimit &limit) {
   const fvv_status status =
       fvv_tiles_arrange(tiling.tiles.data(), tiling.tiles.size(), std::max(limit.width, limit.height),
                         &tiling.width, &tiling.height, nullptr);
-  const bool fits = status == FVV_OK && tiling.width <= limit.width && tiling.height <= limit.height &&
-                    uint64_t(tiling.width) * tiling.height <= limit.pixels;
-  return fits ? MaybeLayout(layout) : MaybeLayout();
+  const bool good = status == FVV_OK && fits(tiling.width, tiling.height, limit);
+  return good ? MaybeLayout(layout) : MaybeLayout();
 }
 
 // Pictures without a place, and what to crop them to: of each group and picture; no groups: they stay whole.

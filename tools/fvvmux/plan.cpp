@@ -87,13 +87,10 @@ Tiling arrange_atlas(const Plan &plan) {
 // sent.
 bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
   const FrameLimit limit = decoder_limit(plan.options, plan.capture.frame_duration);
-  const auto fits = [&](uint32_t width, uint32_t height) {
-    return width <= limit.width && height <= limit.height && uint64_t(width) * height <= limit.pixels;
-  };
-  if (fits(tiling.width, tiling.height)) return false;
+  if (fits(tiling.width, tiling.height, limit)) return false;
   const fvv_rect &whole = tiling.tiles[0].source;
   int percent = 99;
-  while (percent && !fits(scaled(whole.width, percent / 100.0), scaled(whole.height, percent / 100.0)))
+  while (percent && !fits(scaled(whole.width, percent / 100.0), scaled(whole.height, percent / 100.0), limit))
     percent--;
   const std::string advice =
       percent ? cli::format(" (--atlas-scale %g keeps it)", percent / 100.0) : std::string();
