@@ -21,10 +21,7 @@ fvv_camera camera_at(uint16_t id, double focal) {
 }
 
 Chunk moving_camera_chunk(uint16_t id) {
-  const fvv_camera camera = camera_at(id, 20);
-  return {FVV_CHUNK_CAMERA, 0, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
-            return fvv_camera_encode(&camera, out, n, size, nullptr);
-          })};
+  return camera_chunk(camera_at(id, 20));
 }
 
 // Camera 1 has the focal length 20 + number of the frame; there is no calibration in each group's second

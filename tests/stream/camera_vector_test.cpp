@@ -66,10 +66,7 @@ Bytes vector_stream() {
   std::vector<fvv_camera> constant;
   for (const uint16_t id : {300, 2, 9}) {
     constant.push_back(camera_at(id, 0));
-    stream.configuration.push_back(
-        {FVV_CHUNK_CAMERA, 0, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
-           return fvv_camera_encode(&constant.back(), out, n, size, nullptr);
-         })});
+    stream.configuration.push_back(camera_chunk(constant.back()));
   }
   fvv_calibration *created = nullptr;
   REQUIRE(fvv_calibration_create(constant.data(), constant.size(), nullptr, &created) == FVV_OK);

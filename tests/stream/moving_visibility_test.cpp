@@ -91,15 +91,7 @@ Bytes visibility_payload(const fvv_mesh &mesh, const std::vector<uint16_t> &came
   }
   const fvv_visibility_header header = {
       FVV_VISIBILITY_FACES, FVV_VISIBILITY_THRESHOLD, mesh_track, 0, uint32_t(t), 0};
-  fvv_visibility_order *order = nullptr;
-  fvv_bytes payload = {};
-  REQUIRE(fvv_visibility_order_open(&mesh, header.domain, nullptr, &order, nullptr) == FVV_OK);
-  REQUIRE(fvv_visibility_encode(order, &mesh, &header, views.data(), views.size(), &payload, nullptr) ==
-          FVV_OK);
-  const Bytes out = bytes_of(payload);
-  fvv_visibility_order_close(order);
-  fvv_bytes_free(&payload);
-  return out;
+  return encoded(mesh, header, views);
 }
 
 // Each frame is a raw mesh, a calibration, and what the cameras that are calibrated see.
@@ -108,12 +100,7 @@ Stream moving_stream() {
   out.configuration = {scene_chunk(), track_chunk(mesh_track, FVV_TRACK_MESH),
                        track_chunk(face_track, FVV_TRACK_VISIBILITY),
                        track_chunk(calibration_track, FVV_TRACK_CALIBRATION)};
-  for (const uint16_t id : {2, 7, 9}) {
-    const fvv_camera camera = camera_at(id, 0);
-    out.configuration.push_back({FVV_CHUNK_CAMERA, 0, 0, 0, record([&](uint8_t *to, size_t n, size_t *size) {
-                                   return fvv_camera_encode(&camera, to, n, size, nullptr);
-                                 })});
-  }
+  for (const uint16_t id : {2, 7, 9}) out.configuration.push_back(camera_chunk(camera_at(id, 0)));
   const auto encoder = calibration();
   Group group = {0, 2 * frames, {}};
   fvv_bytes payload = {};

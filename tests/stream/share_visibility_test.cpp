@@ -43,15 +43,7 @@ Bytes payload_of(const fvv_mesh &mesh, int t, Bytes &former) {
   }
   const fvv_visibility_header header = {
       FVV_VISIBILITY_SHARES, FVV_VISIBILITY_THRESHOLD, mesh_track, 0, uint32_t(t), 0};
-  fvv_visibility_order *order = nullptr;
-  fvv_bytes payload = {};
-  REQUIRE(fvv_visibility_order_open(&mesh, header.domain, nullptr, &order, nullptr) == FVV_OK);
-  REQUIRE(fvv_visibility_encode(order, &mesh, &header, views.data(), views.size(), &payload, nullptr) ==
-          FVV_OK);
-  const Bytes out = bytes_of(payload);
-  fvv_visibility_order_close(order);
-  fvv_bytes_free(&payload);
-  return out;
+  return encoded(mesh, header, views);
 }
 
 // One group of raw meshes of the same faces.
@@ -59,12 +51,7 @@ Stream share_stream() {
   Stream out;
   out.configuration = {scene_chunk(), track_chunk(mesh_track, FVV_TRACK_MESH),
                        track_chunk(track, FVV_TRACK_VISIBILITY)};
-  for (const uint16_t id : camera_ids) {
-    const fvv_camera camera = camera_of(id);
-    out.configuration.push_back({FVV_CHUNK_CAMERA, 0, 0, 0, record([&](uint8_t *to, size_t n, size_t *size) {
-                                   return fvv_camera_encode(&camera, to, n, size, nullptr);
-                                 })});
-  }
+  for (const uint16_t id : camera_ids) out.configuration.push_back(camera_chunk(camera_of(id)));
   Group group = {0, 2 * frames, {}};
   Bytes states;
   for (int t = 0; t < frames; t++) {

@@ -52,6 +52,11 @@ inline Chunk track_chunk(uint16_t id, uint8_t kind) {
             return fvv_track_encode(&track, out, n, size, nullptr);
           })};
 }
+inline Chunk camera_chunk(const fvv_camera &camera) {
+  return {FVV_CHUNK_CAMERA, 0, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
+            return fvv_camera_encode(&camera, out, n, size, nullptr);
+          })};
+}
 inline Chunk camera_chunk(uint16_t id, uint32_t width = 32, uint32_t height = 16) {
   fvv_camera camera = {};
   camera.id = id;
@@ -62,9 +67,7 @@ inline Chunk camera_chunk(uint16_t id, uint32_t width = 32, uint32_t height = 16
   camera.cy = 8;
   camera.r_max = 2;
   for (const int i : {0, 4, 8}) camera.rotation[i] = 1;
-  return {FVV_CHUNK_CAMERA, 0, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
-            return fvv_camera_encode(&camera, out, n, size, nullptr);
-          })};
+  return camera_chunk(camera);
 }
 inline Chunk video_chunk(uint16_t track, uint8_t shows = FVV_SHOWS_TILES, uint16_t camera = FVV_NO_CAMERA) {
   fvv_video_config config = {};

@@ -54,3 +54,17 @@ inline bool is_seen(const fvv_mesh &mesh, uint8_t domain, size_t element, size_t
 inline Bytes bytes_of(const fvv_bytes &bytes) {
   return {bytes.data, bytes.data + bytes.size};
 }
+
+// The payload of VISI.
+inline Bytes encoded(const fvv_mesh &mesh, const fvv_visibility_header &header,
+                     const std::vector<fvv_visibility_view> &views) {
+  fvv_visibility_order *order = nullptr;
+  fvv_bytes payload = {};
+  REQUIRE(fvv_visibility_order_open(&mesh, header.domain, nullptr, &order, nullptr) == FVV_OK);
+  REQUIRE(fvv_visibility_encode(order, &mesh, &header, views.data(), views.size(), &payload, nullptr) ==
+          FVV_OK);
+  const Bytes out = bytes_of(payload);
+  fvv_visibility_order_close(order);
+  fvv_bytes_free(&payload);
+  return out;
+}

@@ -65,15 +65,7 @@ Bytes visibility_payload(const fvv_mesh &mesh, uint16_t track, int t, Bytes &sta
     views.push_back(view);
   }
   const fvv_visibility_header header = {domain, threshold, mesh_track, 0, uint32_t(t), 0};
-  fvv_visibility_order *order = nullptr;
-  fvv_bytes payload = {};
-  REQUIRE(fvv_visibility_order_open(&mesh, domain, nullptr, &order, nullptr) == FVV_OK);
-  REQUIRE(fvv_visibility_encode(order, &mesh, &header, views.data(), views.size(), &payload, nullptr) ==
-          FVV_OK);
-  const Bytes out = bytes_of(payload);
-  fvv_visibility_order_close(order);
-  fvv_bytes_free(&payload);
-  return out;
+  return encoded(mesh, header, views);
 }
 
 // Groups of a raw mesh and delta frames, each with the visibility of faces and vertices.
@@ -82,12 +74,7 @@ Stream visible_stream(int groups) {
   out.configuration = {scene_chunk(), track_chunk(mesh_track, FVV_TRACK_MESH),
                        track_chunk(face_track, FVV_TRACK_VISIBILITY),
                        track_chunk(vertex_track, FVV_TRACK_VISIBILITY)};
-  for (const uint16_t id : camera_ids) {
-    const fvv_camera camera = camera_of(id);
-    out.configuration.push_back({FVV_CHUNK_CAMERA, 0, 0, 0, record([&](uint8_t *to, size_t n, size_t *size) {
-                                   return fvv_camera_encode(&camera, to, n, size, nullptr);
-                                 })});
-  }
+  for (const uint16_t id : camera_ids) out.configuration.push_back(camera_chunk(camera_of(id)));
   for (int g = 0; g < groups; g++) {
     Group group = {2 * frames * g, 2 * frames * (g + 1), {}};
     Sheet key(g, 0);
