@@ -307,11 +307,13 @@ export class Playback {
     this.#tellOfAnswer();
     state.index = index;
     if (index >= 0) state.number = groups[index].firstFrame;
-    const configuration = this.session.configuration();
-    // A configuration that stands in the stream was told as it came.
-    if (state.fromIndex && state.known !== about.configuration) this.emit("configuration", configuration);
-    state.duration = configuration?.frameDuration ?? 0n;
-    state.known = about.configuration;
+    if (state.known !== about.configuration) {
+      const configuration = this.session.configuration();
+      // One that stands in the stream was told as it came.
+      if (state.fromIndex) this.emit("configuration", configuration);
+      state.duration = configuration?.frameDuration ?? 0n;
+      state.known = about.configuration;
+    }
     this.environments.begin(about.configuration);
     state.group = { sequence: about.sequence, start: about.start, end: about.end };
     state.tracks = this.selection;
