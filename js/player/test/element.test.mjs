@@ -8,10 +8,9 @@ import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { after, before, describe, test } from "node:test";
 
-import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
-import { serveFolder, tool } from "../../testing/served.mjs";
-import { bundle } from "../../three/bundle.mjs";
-import { handsOn } from "./hands.mjs";
+import { missingBrowser } from "../../testing/browser.mjs";
+import { tool } from "../../testing/served.mjs";
+import { handsOn, openPage } from "./hands.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
@@ -38,20 +37,14 @@ after(() => rmSync(folder, { recursive: true, force: true }));
 
 for (const name of ["chromium", "firefox"])
   describe(name, { skip: missingBrowser(name) }, () => {
-    let served, browser, page;
+    let opened, served, browser, page;
 
     before(async () => {
-      served = await serveFolder();
-      await bundle(here("page.js"), [here("page.html"), here("page.css")], served.folder);
+      opened = await openPage(name, join(folder, "players.fvv"));
+      ({ served, browser, page } = opened);
       copyFileSync(here("../../node_modules/axe-core/axe.min.js"), join(served.folder, "axe.js"));
-      copyFileSync(join(folder, "players.fvv"), join(served.folder, "players.fvv"));
-      browser = await openBrowser(name);
-      page = await browser.newPage(`${served.url}page.html`, 720, 560);
     });
-    after(async () => {
-      await browser?.close();
-      served?.close();
-    });
+    after(() => opened?.close());
 
     const hands = handsOn(() => page, screens, name);
     const { ask, until, events, screen, boxOf, click, control, press, colourful, orbit, still, seekTo } = hands;

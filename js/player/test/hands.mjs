@@ -1,6 +1,33 @@
 // What a person does with the page of the player, and what one sees there.
 
+import { copyFileSync } from "node:fs";
 import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+import { openBrowser } from "../../testing/browser.mjs";
+import { serveFolder } from "../../testing/served.mjs";
+import { bundle } from "../../three/bundle.mjs";
+
+const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+
+/** The page of the player in a browser, and a clip beside it. live: as serveFolder takes it. close() ends all. */
+export async function openPage(name, clip, live) {
+  const served = await serveFolder(live);
+  let browser;
+  const close = async () => {
+    await browser?.close();
+    served.close();
+  };
+  try {
+    await bundle(here("page.js"), [here("page.html"), here("page.css")], served.folder);
+    copyFileSync(clip, join(served.folder, "players.fvv"));
+    browser = await openBrowser(name);
+    return { served, browser, page: await browser.newPage(`${served.url}page.html`, 720, 560), close };
+  } catch (error) {
+    await close();
+    throw error;
+  }
+}
 
 /** page(): of puppeteer. screens: folder for pictures; name: of the browser, in their names. */
 export function handsOn(page, screens, name) {

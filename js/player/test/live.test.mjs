@@ -2,16 +2,15 @@
 // player is where it goes on soon afterwards.
 
 import assert from "node:assert/strict";
-import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { after, before, describe, test } from "node:test";
 
-import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
-import { serveFolder, tool } from "../../testing/served.mjs";
-import { bundle } from "../../three/bundle.mjs";
-import { handsOn } from "./hands.mjs";
+import { missingBrowser } from "../../testing/browser.mjs";
+import { tool } from "../../testing/served.mjs";
+import { handsOn, openPage } from "./hands.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
@@ -30,18 +29,13 @@ after(() => rmSync(folder, { recursive: true, force: true }));
 
 for (const name of ["chromium", "firefox"])
   describe(name, { skip: missingBrowser(name) }, () => {
-    let served, browser, page;
+    let opened, page;
     before(async () => {
-      served = await serveFolder({ players: join(folder, "players.fvv") });
-      await bundle(here("page.js"), [here("page.html"), here("page.css")], served.folder);
-      copyFileSync(join(folder, "players.fvv"), join(served.folder, "players.fvv"));
-      browser = await openBrowser(name);
-      page = await browser.newPage(`${served.url}page.html`, 720, 560);
+      const clip = join(folder, "players.fvv");
+      opened = await openPage(name, clip, { players: clip });
+      page = opened.page;
     });
-    after(async () => {
-      await browser?.close();
-      served?.close();
-    });
+    after(() => opened?.close());
     const { ask, until, screen, control, click, press, colourful, orbit } = handsOn(() => page, screens, name);
     const badge = () => ask((part) => window.player.shadowRoot.querySelector(part).textContent, control("live"));
 
