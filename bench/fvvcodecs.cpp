@@ -161,13 +161,13 @@ std::vector<Row> key_rows(const std::vector<Mesh> &frames, double step) {
       std::string bytes;
       double encode = faster([&] { bytes = draco.encode_on_lattice(source, step, plain_levels[i]); });
       double decode = faster([&] { PlainDraco::decode(bytes); });
-      if (i == 0) rows[r].measure(source, capture::parse_drc(bytes, "libdraco"));
+      if (i == 0) rows[r].measure(source, scene::parse_drc(bytes, "libdraco"));
       count(rows[r + i], source, bytes.size(), encode, decode);
       double coarser = 0;
       const int bits = draco.bits_for(step, &coarser);
       encode = faster([&] { bytes = draco.encode(source, bits, plain_levels[i]); });
       decode = faster([&] { PlainDraco::decode(bytes); });
-      if (i == 0) plain[0].measure(source, capture::parse_drc(bytes, "libdraco"));
+      if (i == 0) plain[0].measure(source, scene::parse_drc(bytes, "libdraco"));
       count(plain[i], source, bytes.size(), encode, decode);
       plain[i].step += coarser / double(frames.size());
       plain[i].setting = "level " + std::to_string(plain_levels[i]) + ", " + std::to_string(bits) + " bits";
@@ -261,7 +261,7 @@ std::vector<Mesh> read(const std::vector<std::string> &files, double height, siz
   std::vector<Mesh> frames;
   double factor = 1;
   for (const std::string &file : files) {
-    frames.push_back(capture::read_mesh(file));
+    frames.push_back(scene::read_mesh(file));
     std::vector<double> &positions = frames.back().positions;
     if (height > 0 && frames.size() == 1) {
       double low = INFINITY, high = -INFINITY;

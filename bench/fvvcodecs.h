@@ -1,6 +1,8 @@
 // What the parts of fvvcodecs share: meshes that were read, one line of its table, and the clock.
 #pragma once
 
+#include "fvv_scene/mesh_file.h"
+
 #include "fvvcompare/measure.h"
 
 #include <chrono>
@@ -10,7 +12,7 @@
 
 namespace fvv::codecs {
 
-using capture::Mesh;
+using geometry::Mesh;
 
 // One codec at one setting over some frames of a sequence.
 struct Row {

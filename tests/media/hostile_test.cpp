@@ -30,11 +30,11 @@ Outcome decode(const fvv_video_config &config, const std::vector<Sample> &sample
         const Image image = decoder.decode(sample.bytes.data(), sample.bytes.size());
         REQUIRE(image.pixels.size() == size_t(config.width) * config.height * 3);
         outcome.pictures++;
-      } catch (const Error &error) {
+      } catch (const fvv::Error &error) {
         REQUIRE(std::string(error.what()).size() > 10);
         outcome.errors++;
       }
-  } catch (const Error &) {
+  } catch (const fvv::Error &) {
     outcome.errors++;
   }
   return outcome;

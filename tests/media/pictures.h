@@ -69,7 +69,7 @@ inline std::string write_file(const std::string &name, const std::vector<uint8_t
 template <typename Call> std::string error_of(Call call) {
   try {
     call();
-  } catch (const fvv::media::Error &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
   return "";

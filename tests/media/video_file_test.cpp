@@ -197,7 +197,7 @@ TEST_CASE("a cut file is refused, or gives no wrong picture") {
           if (error.empty()) CHECK(number_in(image, 60, 44) == int(i));
           refused += !error.empty();
         }
-      } catch (const Error &error) {
+      } catch (const fvv::Error &error) {
         refused++;
         CHECK_THAT(error.what(), Contains(cut));
       }

@@ -351,6 +351,6 @@ TEST_CASE("frame rates are numbers or fractions in lowest terms") {
   CHECK(parse_frame_rate("50/2").numerator == 25);
   for (const char *bad : {"", "0", "25/", "/2", "25/0", "2.5", "-1", "25/1/1", "5000000000", " 25"}) {
     INFO(bad);
-    CHECK_THROWS_AS(parse_frame_rate(bad), fvv::cli::Failure);
+    CHECK_THROWS_AS(parse_frame_rate(bad), fvv::Error);
   }
 }

@@ -2,11 +2,10 @@
 #include "closed.h"
 #include "fvv_catch.h"
 
+#include "fvv_geometry/hull.h"
 #include "fvvsynth/capture_writer.h"
 #include "fvvsynth/remesh.h"
 #include "fvvsynth/scene.h"
-#include "hull/hull.h"
-#include "hull/well_composed.h"
 
 #include <cmath>
 

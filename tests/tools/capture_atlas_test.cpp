@@ -1,9 +1,9 @@
 // tools/capture: what capture.json may say of an atlas.
 #include "fvv_catch.h"
 
-#include "capture/capture.h"
+#include "fvv_scene/capture.h"
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 
 TEST_CASE("an atlas may be one picture for all frames, cameras' pictures may not") {
   const auto with = [](const std::string &pictures) {

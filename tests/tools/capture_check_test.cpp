@@ -1,14 +1,14 @@
 // tools/capture: the files that a capture names, looked at before any work starts.
 #include "fvv_catch.h"
 
-#include "capture/capture.h"
+#include "fvv_scene/capture.h"
 
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <unistd.h>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 namespace fs = std::filesystem;
 
 namespace {
@@ -18,7 +18,7 @@ PictureSize probe(const std::string &path) {
   const std::string text = read_file(path, 100);
   PictureSize size;
   if (sscanf(text.c_str(), "%u %u", &size.width, &size.height) != 2)
-    throw FileError(path + ": is no picture");
+    throw fvv::Error(path + ": is no picture");
   return size;
 }
 
@@ -196,7 +196,7 @@ TEST_CASE("a video is refused where it is missing, is none, or has another size"
   const VideoFacts facts = {480, 270, 90, {{1, 25}, {0, 1, 2, 3, 4}}, {}};
   CHECK(found({}) == Sentences{"camera 3: pictures a.mp4: is missing"});
   folder.write("a.mp4", "video");
-  CHECK(found([](const auto &, auto) -> VideoFacts { throw FileError("a.mp4: is no video"); }) ==
+  CHECK(found([](const auto &, auto) -> VideoFacts { throw fvv::Error("a.mp4: is no video"); }) ==
         Sentences{"camera 3: pictures: a.mp4: is no video"});
   CHECK(found([&](const auto &, auto) { return facts; }) ==
         Sentences{"camera 3: pictures a.mp4: is 270 x 480, turned by 90 degrees, the camera is 480 x 270"});

@@ -1,12 +1,12 @@
 // tools/capture: cameras that move or zoom.
 #include "fvv_catch.h"
 
-#include "capture/capture.h"
+#include "fvv_scene/capture.h"
 
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using nlohmann::json;
 
 namespace {
@@ -33,7 +33,7 @@ std::string complaint(const json &document) {
   try {
     parse_capture(document.dump(), "c.json");
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
 }

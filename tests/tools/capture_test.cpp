@@ -1,7 +1,7 @@
 // tools/capture: capture.json and the files that it names.
 #include "fvv_catch.h"
 
-#include "capture/capture.h"
+#include "fvv_scene/capture.h"
 
 #include <cmath>
 #include <cstring>
@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using nlohmann::json;
 
 namespace {
@@ -42,7 +42,7 @@ std::string complaint(const std::string &text) {
   try {
     parse_capture(text, "c.json");
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
 }

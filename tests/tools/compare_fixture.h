@@ -10,7 +10,7 @@
 
 namespace shapes {
 
-using fvv::capture::Mesh;
+using fvv::geometry::Mesh;
 
 // A square of side 1 in z = height, cells x cells squares of two triangles, seen from above.
 inline Mesh plane(uint32_t cells, double height, double shift_x = 0) {
@@ -68,7 +68,7 @@ inline Mesh reversed(const Mesh &mesh) {
 }
 
 struct Shown {
-  fvv::capture::Frames frames = {0, 1, 1};
+  fvv::scene::Frames frames = {0, 1, 1};
   bool scale_unknown = false;
   fvv_rational duration = {1, 25};
 };
@@ -76,31 +76,31 @@ struct Shown {
 // Writes a capture without cameras into folder/leaf and answers its path. meshes: one for each frame.
 inline std::string make_capture(const Folder &folder, const std::string &leaf,
                                 const std::vector<Mesh> &meshes, Shown shown = {}) {
-  fvv::capture::Capture capture;
+  fvv::scene::Capture capture;
   capture.path = folder.path(leaf + "/capture.json");
   shown.frames.count = int64_t(meshes.size());
   capture.frames = shown.frames;
   capture.scale_unknown = shown.scale_unknown;
   capture.frame_duration = shown.duration;
-  capture.meshes = fvv::capture::Pattern::parse("%04d.ply", nullptr);
+  capture.meshes = fvv::scene::Pattern::parse("%04d.ply", nullptr);
   fs::create_directories(folder.path(leaf));
   for (size_t i = 0; i < meshes.size(); i++)
-    fvv::capture::write_mesh(meshes[i], {}, capture.mesh_path(capture.frames.number(int64_t(i))));
-  fvv::capture::write_capture(capture, capture.path);
+    fvv::scene::write_mesh(meshes[i], {}, capture.mesh_path(capture.frames.number(int64_t(i))));
+  fvv::scene::write_capture(capture, capture.path);
   return capture.path;
 }
 
 inline std::string make_stream(const Folder &folder, const std::string &capture, const std::string &leaf,
                                const std::string &step,
                                fvv::mux::Normals normals = fvv::mux::Normals::automatic) {
-  fvv::mux::Options options;
+  FileOptions options;
   options.capture = capture;
   options.output = folder.path(leaf);
   options.keep_geometry = true;
   options.step = fvv::mux::parse_length(step);
   options.normals = normals;
   options.threads = 1;
-  fvv::mux::mux(options);
+  mux_file(options);
   return options.output;
 }
 

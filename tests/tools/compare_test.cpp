@@ -203,7 +203,7 @@ TEST_CASE("frames that cannot be compared are told, the others are compared") {
   Mesh nothing;
   nothing.positions = {0, 0, 0, 1, 0, 0, 2, 0, 0};
   nothing.faces = {0, 1, 2}; // no area
-  fvv::capture::write_mesh(nothing, {}, folder.path("a/0003.ply"));
+  fvv::scene::write_mesh(nothing, {}, folder.path("a/0003.ply"));
   const Result result = compared(a, b);
   CHECK(result.frames.size() == 2);
   REQUIRE(result.losses.size() == 2);
@@ -227,7 +227,7 @@ TEST_CASE("a heat map is the second mesh, with its distance at each vertex") {
   options.heatmap = folder.path("heat");
   const Result result = compared(a, b, options);
   const std::string path = folder.path("heat/0010.ply");
-  const Mesh back = fvv::capture::read_mesh(path);
+  const Mesh back = fvv::scene::read_mesh(path);
   CHECK(back.positions == bent.positions);
   CHECK(back.faces == bent.faces);
   const std::string bytes = read_bytes(path);
@@ -263,10 +263,10 @@ TEST_CASE("what has no common measure is refused") {
              Contains("unlike frame rates") && Contains("1/25 s") && Contains("1/30 s"));
   CHECK_THAT(failure_of(metres, folder.path("nothing.fvv")), Contains("nothing.fvv: cannot open"));
   CHECK_THAT(failure_of(metres, folder.path("metres/0000.ply")), Contains("0000.ply"));
-  fvv::capture::Capture empty;
+  fvv::scene::Capture empty;
   empty.path = folder.path("empty.json");
   empty.cameras.push_back(camera_of(0, 64, 48));
-  empty.cameras[0].pictures = fvv::capture::Pattern::parse("%04d.png", nullptr);
-  fvv::capture::write_capture(empty, empty.path);
+  empty.cameras[0].pictures = fvv::scene::Pattern::parse("%04d.png", nullptr);
+  fvv::scene::write_capture(empty, empty.path);
   CHECK_THAT(failure_of(metres, empty.path), Contains("the capture has no meshes"));
 }

@@ -3,8 +3,8 @@
 
 #include "fvv_catch.h"
 
-#include "decimate/decimate.h"
-#include "decimate/pieces.h"
+#include "fvv_geometry/decimate.h"
+#include "fvv_geometry/pieces.h"
 
 #include <cmath>
 #include <map>
@@ -12,7 +12,7 @@
 namespace shapes {
 
 using namespace fvv;
-using capture::Mesh;
+using geometry::Mesh;
 
 // A grid of cells x cells squares over 1 m x 1 m at height z(x, y); texture: (x, y).
 template <class Height> Mesh sheet(uint32_t cells, bool texture, const Height &z) {

@@ -1,7 +1,7 @@
 // Decimation of single frames: against spheres and planes, of which distances are known without measuring.
 #include "decimate_fixture.h"
 
-#include "decimate/fit.h"
+#include "geometry/src/fit.h"
 
 using namespace shapes;
 using decimate::Decimated;

@@ -1,8 +1,8 @@
 // The quick look at what decimation has cut off, against every face one by one.
 #include "decimate_fixture.h"
 
-#include "decimate/pieces.h"
-#include "decimate/trial.h"
+#include "fvv_geometry/pieces.h"
+#include "geometry/src/trial.h"
 
 #include <algorithm>
 

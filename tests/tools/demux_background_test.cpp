@@ -1,7 +1,7 @@
 // Streams with several background tracks: fvvdemux and fvvrender take them all (fvv.md clause 18.1).
-#include "capture/capture.h"
-#include "capture/environment.h"
 #include "demux_fixture.h"
+#include "fvv_scene/capture.h"
+#include "fvv_scene/environment.h"
 #include "fvvdemux/demux.h"
 #include "fvvrender/frame.h"
 
@@ -58,10 +58,10 @@ TEST_CASE("fvvdemux: several backgrounds become one environment") {
   const demux::Result result = unpack(scratch.file("in.fvv", make_stream(stage())), scratch.path("out"));
   CHECK(result.background);
   CHECK((result.losses.empty() && result.warnings.empty()));
-  const capture::Capture described = capture::load_capture(scratch.path("out/capture.json"));
+  const scene::Capture described = scene::load_capture(scratch.path("out/capture.json"));
   REQUIRE(described.background);
   CHECK(described.background->lattice->step == 0.07);
-  const capture::Environment environment = capture::load_environment(described);
+  const scene::Environment environment = scene::load_environment(described);
   REQUIRE(environment.parts.size() == 3);
   REQUIRE(environment.pictures.size() == 2);
   CHECK(environment.lights.size() == 3);
@@ -102,9 +102,9 @@ TEST_CASE("of several backgrounds one is damaged: the others are taken") {
   const demux::Result result = unpack(input, scratch.path("out"));
   REQUIRE(result.losses.size() == 1);
   CHECK_THAT(result.losses[0], Contains("the background is lost: track 12: ") && Contains("FVV-1103"));
-  const capture::Capture described = capture::load_capture(scratch.path("out/capture.json"));
+  const scene::Capture described = scene::load_capture(scratch.path("out/capture.json"));
   CHECK(described.background->lattice->step == 0.25);
-  CHECK(capture::load_environment(described).parts.size() == 2);
+  CHECK(scene::load_environment(described).parts.size() == 2);
   const rendering::Frame frame = rendering::load_frame(input, 1);
   CHECK(frame.environment.size() == 2);
   REQUIRE(frame.losses.size() == 1);

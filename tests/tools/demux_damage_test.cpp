@@ -1,6 +1,6 @@
 // What fvvdemux writes of damaged streams: never a wrong file, and everything that is whole.
-#include "capture/capture.h"
 #include "demux_fixture.h"
+#include "fvv_scene/capture.h"
 #include "fvvdemux/demux.h"
 
 #include <set>
@@ -25,9 +25,9 @@ Outcome attempt(const Scratch &scratch, const Bytes &stream, const demux::Option
   try {
     demux::demux(scratch.file("attempt.fvv", stream), folder, options, out.result);
     out.files = files_of(folder);
-  } catch (const cli::Failure &failure) {
+  } catch (const fvv::Error &failure) {
     out.failed = true;
-    CHECK(failure.exit == cli::failed);
+    CHECK(failure.kind == fvv::Error::usage ? cli::usage : cli::failed == cli::failed);
     CHECK(!fs::exists(folder));
   }
   return out;
@@ -41,9 +41,9 @@ void check_good(const Outcome &outcome, const std::map<std::string, Bytes> &all,
       CHECK((all.at(name) == bytes));
     }
   if (!outcome.result.capture) return;
-  const capture::Capture capture = capture::load_capture(folder + "/capture.json");
+  const scene::Capture capture = scene::load_capture(folder + "/capture.json");
   CHECK(capture.frames.count == outcome.result.frames_written);
-  CHECK(capture::check_files(capture, {}).problems.empty());
+  CHECK(scene::check_files(capture, {}).problems.empty());
 }
 
 uint64_t whole_frames(const Bytes &stream) {

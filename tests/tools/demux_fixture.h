@@ -2,12 +2,12 @@
 // scaled), groups of 3 frames, spheres.
 #pragma once
 
-#include "capture/file.h"
 #include "cli/cli.h"
 #include "fvv/stream.h"
 #include "fvv_catch.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/video.h"
+#include "fvv_scene/text.h"
 
 #include <cmath>
 #include <filesystem>
@@ -253,7 +253,7 @@ private:
 };
 
 inline Bytes read(const std::string &path) {
-  const std::string bytes = fvv::capture::read_file(path, uint64_t(1) << 30);
+  const std::string bytes = fvv::scene::read_file(path, uint64_t(1) << 30);
   return Bytes(bytes.begin(), bytes.end());
 }
 

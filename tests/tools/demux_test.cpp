@@ -1,9 +1,10 @@
 // What fvvdemux writes of whole streams.
-#include "capture/capture.h"
+#include "fvv_cxx/input_file.h"
 #include "demux_fixture.h"
 #include "display_codecs.h"
+#include "fvv_demux/views.h"
+#include "fvv_scene/capture.h"
 #include "fvvdemux/demux.h"
-#include "fvvdemux/views.h"
 
 #include <cstdlib>
 
@@ -20,7 +21,7 @@ demux::Result unpack(const std::string &input, const std::string &folder,
 }
 
 // The lattice points of a mesh file, as a muxer would find them.
-void check_mesh(const capture::Mesh &read, int frame) {
+void check_mesh(const geometry::Mesh &read, int frame) {
   Mesh expected, found;
   make_sphere(frame, expected);
   REQUIRE(read.vertex_count() == expected.vertex_count);
@@ -80,7 +81,7 @@ template <class Sample> void check_pictures(const media::VideoCodec &codec) {
   const std::string input = scratch.file(name + ".fvv", make_stream(stream));
   const demux::Result result = unpack(input, scratch.path(name));
   CHECK((result.pictures == std::map<uint16_t, uint64_t>{{0, 6}, {7, 6}, {65534, 6}}));
-  const cli::InputFile file(input);
+  const InputFile file(input);
   const fvv_input source = file.input();
   fvv_stream *opened = nullptr;
   REQUIRE(fvv_stream_open(&source, nullptr, nullptr, &opened, nullptr) == FVV_OK);
@@ -112,10 +113,10 @@ template <class Sample> void check_pictures(const media::VideoCodec &codec) {
     }
   }
   fvv_stream_close(opened);
-  const capture::Capture capture = capture::load_capture(scratch.path(name) + "/capture.json");
-  CHECK(capture::check_files(capture, [](const std::string &path) {
+  const scene::Capture capture = scene::load_capture(scratch.path(name) + "/capture.json");
+  CHECK(scene::check_files(capture, [](const std::string &path) {
           const media::ImageInfo info = media::probe_image(path);
-          return capture::PictureSize{info.width, info.height};
+          return scene::PictureSize{info.width, info.height};
         }).problems.empty());
 }
 
@@ -141,7 +142,7 @@ TEST_CASE("meshes come back exactly in every format") {
         (result.frames_in_stream == 6 && result.frames_written == 6 && result.meshes == 6 && result.capture));
     CHECK((result.losses.empty() && result.warnings.empty() && result.pictures.empty()));
     CHECK(files_of(folder).size() == 7);
-    const capture::Capture capture = capture::load_capture(folder + "/capture.json");
+    const scene::Capture capture = scene::load_capture(folder + "/capture.json");
     CHECK((capture.frames.first == 0 && capture.frames.count == 6 && capture.frames.step == 1));
     CHECK((capture.frame_duration.numerator == 1 && capture.frame_duration.denominator == 25));
     CHECK(capture.up == FVV_UP_Z);
@@ -151,7 +152,7 @@ TEST_CASE("meshes come back exactly in every format") {
     REQUIRE(capture.cameras.size() == 3);
     CHECK((capture.cameras[1].calibration.width == 64 && !capture.cameras[1].pictures));
     CHECK(*capture.cameras[1].name == "../camera/\"\n");
-    for (int frame = 0; frame < 6; frame++) check_mesh(capture::load_mesh(capture, frame), frame);
+    for (int frame = 0; frame < 6; frame++) check_mesh(scene::load_mesh(capture, frame), frame);
   }
 }
 
@@ -181,11 +182,11 @@ TEST_CASE("a picture's camera projects as the tile maps") {
   uint32_t width, height;
   const Scratch scratch;
   unpack(scratch.file("in.fvv", make_stream(stream)), scratch.path("out"));
-  const capture::Capture capture = capture::load_capture(scratch.path("out") + "/capture.json");
+  const scene::Capture capture = scene::load_capture(scratch.path("out") + "/capture.json");
   for (const fvv_tile &tile : make_tiles(stream, width, height)) {
     const fvv_camera original = make_camera(tile.camera_id);
     const fvv_camera *written = nullptr;
-    for (const capture::Camera &camera : capture.cameras)
+    for (const scene::Camera &camera : capture.cameras)
       if (camera.calibration.id == tile.camera_id) written = &camera.calibration;
     REQUIRE(written);
     const double scale[2] = {double(tile.destination.width) / tile.source.width,
@@ -232,7 +233,7 @@ TEST_CASE("chosen frames and cameras are the same files as of a full run") {
     CHECK(result.warnings.size() == (c.capture ? 0 : 1));
     auto files = files_of(folder);
     if (c.capture) {
-      const capture::Capture capture = capture::load_capture(folder + "/capture.json");
+      const scene::Capture capture = scene::load_capture(folder + "/capture.json");
       CHECK((capture.frames.first == c.first && capture.frames.count == c.count &&
              capture.frames.step == c.step));
       CHECK(capture.frame_duration.numerator == uint32_t(c.step));
@@ -288,11 +289,11 @@ TEST_CASE("file numbers follow the metadata as far as it is sane") {
     const demux::Result result = unpack(scratch.file("in.fvv", make_stream(stream)), folder, options);
     INFO(c.metadata.substr(0, 80));
     CHECK(result.warnings.size() == (c.warned ? 1 : 0));
-    const capture::Capture capture = capture::load_capture(folder + "/capture.json");
+    const scene::Capture capture = scene::load_capture(folder + "/capture.json");
     CHECK((capture.frames.first == c.first && capture.frames.step == c.step && capture.frames.count == 6));
     CHECK((capture.frame_duration.numerator == 1 && capture.frame_duration.denominator == 25));
     for (int frame = 0; frame < 6; frame++)
-      check_mesh(capture::load_mesh(capture, capture.frames.number(frame)), frame);
+      check_mesh(scene::load_mesh(capture, capture.frames.number(frame)), frame);
   }
 }
 
@@ -315,7 +316,7 @@ TEST_CASE("any number of threads gives the same files") {
 TEST_CASE("lists of numbers") {
   for (const char *wrong :
        {"", ",", "1,", "-1", "1-", "3-2", "a", "1 ", "1,,2", "2147483648", "1-2-3", "0x1", "1--2"})
-    CHECK_THROWS_AS(Selection::parse("--frames", wrong), cli::Failure);
+    CHECK_THROWS_AS(Selection::parse("--frames", wrong), fvv::Error);
   const Selection some = Selection::parse("--frames", "7-9,2,3,8-12,2147483647");
   CHECK((some.has(2) && some.has(3) && !some.has(4) && !some.has(6) && some.has(12) && !some.has(13)));
   CHECK((some.largest() == 2147483647 && some.within(4, 6).empty() && some.within(3, 8).size() == 2));

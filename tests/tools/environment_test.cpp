@@ -1,14 +1,14 @@
 // tools/capture: environments from and to glTF, and what capture.json says of a background.
 #include "fvv_catch.h"
 
-#include "capture/environment.h"
+#include "fvv_scene/environment.h"
 
-#include "capture/capture.h"
+#include "fvv_scene/capture.h"
 #include "gltf_fixture.h"
 
 #include <cmath>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using gltf_fixture::File;
 using nlohmann::json;
 
@@ -59,7 +59,7 @@ File stage() {
 std::string failure(const File &file) {
   try {
     parse_environment(file.glb(), "room.glb");
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
   return "";
@@ -141,7 +141,7 @@ TEST_CASE("coordinates that float32 would move off the lattice are refused") {
 
 TEST_CASE("an environment is moved with its lights, and turned round by a mirror") {
   Environment moved = parse_environment(stage().glb(), "room.glb");
-  fvv::capture::gltf::Transform by;
+  fvv::scene::gltf::Transform by;
   by.m = {-2, 0, 0, 1, 0, 0, 2, 0, 0, 2, 0, 5}; // x mirrored; y and z exchanged: no mirror in all
   moved.transform(by);
   CHECK(moved.parts[0].mesh.positions[3] == -1); // (1, 0, 0)

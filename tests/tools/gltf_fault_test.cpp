@@ -2,8 +2,8 @@
 // harm.
 #include "fvv_catch.h"
 
-#include "capture/gltf/pose.h"
 #include "gltf_fixture.h"
+#include "scene/src/gltf/pose.h"
 
 #include <functional>
 #include <random>
@@ -12,7 +12,7 @@ extern "C" {
 #include "base/limits.h"
 }
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using namespace gltf_fixture;
 
 namespace {
@@ -28,7 +28,7 @@ std::string complaint(const std::string &bytes) {
       for (const uint32_t index : mesh.faces) REQUIRE(index < mesh.vertex_count());
     }
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
 }

@@ -2,8 +2,8 @@
 // without.
 #include "fvv_catch.h"
 
-#include "capture/gltf/pose.h"
 #include "gltf_fixture.h"
+#include "scene/src/gltf/pose.h"
 
 #include <algorithm>
 #include <functional>
@@ -13,7 +13,7 @@ extern "C" {
 #include "base/limits.h"
 }
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using namespace gltf_fixture;
 
 namespace {
@@ -34,7 +34,7 @@ std::string fault(const std::function<void(File &)> &change, File file) {
   try {
     posed(file, 0);
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return std::string(error.what()).substr(7);
   }
 }

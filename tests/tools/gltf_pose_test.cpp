@@ -1,9 +1,9 @@
 // tools/capture: glTF in motion: skins, morph targets, interpolation, and animated files in a capture.
 #include "fvv_catch.h"
 
-#include "capture/capture.h"
-#include "capture/gltf/pose.h"
+#include "fvv_scene/capture.h"
 #include "gltf_fixture.h"
+#include "scene/src/gltf/pose.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -14,7 +14,7 @@ extern "C" {
 #include "base/limits.h"
 }
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using namespace gltf_fixture;
 namespace fs = std::filesystem;
 
@@ -161,7 +161,7 @@ TEST_CASE("glTF: which animation, by index, by name, or the only one") {
     try {
       scene_of(file, choice);
       return "";
-    } catch (const FileError &error) {
+    } catch (const fvv::Error &error) {
       return error.what();
     }
   };
@@ -236,7 +236,7 @@ TEST_CASE("capture.json names an animated file strictly, and is written as it wa
     try {
       folder.capture(meshes);
       return "";
-    } catch (const FileError &error) {
+    } catch (const fvv::Error &error) {
       return std::string(error.what()).substr(folder.path("capture.json").size() + 2);
     }
   };

@@ -1,14 +1,15 @@
 // tools/capture: static glTF: containers, buffers, accessors, primitives, and the tree of nodes.
+#include "fvv_scene/text.h"
 #include "fvv_catch.h"
 
-#include "capture/mesh_file.h"
+#include "fvv_scene/mesh_file.h"
 #include "gltf_fixture.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <unistd.h>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using namespace gltf_fixture;
 namespace fs = std::filesystem;
 

@@ -1,9 +1,9 @@
 // tools/import: points that a calibration explains, and those that it would explain but for one mistake.
 #include "import_fixture.h"
 
-#include "capture/text_scan.h"
-#include "import/camera.h"
-#include "import/diagnose.h"
+#include "fvv_scene/import.h"
+#include "fvv_scene/text.h"
+#include "scene/src/import/camera.h"
 
 #include <random>
 
@@ -13,10 +13,10 @@ using import::Mistake;
 namespace {
 
 // Four cameras around the origin, none of them symmetric in any way that would hide a mistake.
-std::vector<capture::Camera> ring(const std::vector<double> &coefficients) {
-  std::vector<capture::Camera> cameras;
+std::vector<scene::Camera> ring(const std::vector<double> &coefficients) {
+  std::vector<scene::Camera> cameras;
   for (int i = 0; i < 4; i++) {
-    capture::Camera camera;
+    scene::Camera camera;
     fvv_camera &c = camera.calibration;
     c.id = static_cast<uint16_t>(20 + i);
     c.width = 1280;
@@ -46,7 +46,7 @@ std::vector<capture::Camera> ring(const std::vector<double> &coefficients) {
   return cameras;
 }
 
-std::vector<import::Observation> observe(const std::vector<capture::Camera> &cameras, double noise) {
+std::vector<import::Observation> observe(const std::vector<scene::Camera> &cameras, double noise) {
   std::mt19937 random(7);
   const auto uniform = [&](double size) { return size * (random() / 2147483648.0 - 1); };
   std::vector<import::Observation> observations;
@@ -78,7 +78,7 @@ void invert(fvv_camera &c) {
 
 import::Diagnosis after(const std::vector<double> &coefficients, double noise,
                         const std::function<void(fvv_camera &)> &mistake){
-    std::vector<capture::Camera> cameras = ring(coefficients);
+    std::vector<scene::Camera> cameras = ring(coefficients);
 const auto observations = observe(cameras, noise);
 for (auto &camera : cameras) {
   mistake(camera.calibration);

@@ -3,7 +3,7 @@
 
 #include "fvv_catch.h"
 
-#include "import/import.h"
+#include "fvv_scene/import.h"
 
 #include <cmath>
 #include <filesystem>
@@ -41,7 +41,7 @@ inline std::string with(std::string text, const std::string &part, const std::st
 inline std::string message_of(const std::function<void()> &read) {
   try {
     read();
-  } catch (const fvv::capture::FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
   return "";

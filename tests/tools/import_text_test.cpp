@@ -1,7 +1,7 @@
 // tools/import: COLMAP, Middlebury and nerfstudio; what is read and what is refused.
 #include "import_fixture.h"
 
-#include "import/camera.h"
+#include "scene/src/import/camera.h"
 
 using namespace fvv;
 

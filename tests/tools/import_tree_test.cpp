@@ -1,7 +1,7 @@
 // tools/import: OpenCV's and Qualisys's files, and XML and YAML that are meant to hurt.
 #include "import_fixture.h"
 
-#include "import/tree.h"
+#include "scene/src/import/tree.h"
 
 #include <cstdlib>
 

@@ -1,7 +1,8 @@
 // tools/capture: Draco files, those of other writers and hostile ones included, and files by name.
+#include "fvv_scene/text.h"
 #include "fvv_catch.h"
 
-#include "capture/mesh_file.h"
+#include "fvv_scene/mesh_file.h"
 
 #include <draco/compression/encode.h>
 #include <draco/mesh/triangle_soup_mesh_builder.h>
@@ -12,7 +13,7 @@
 #include <random>
 #include <unistd.h>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 
 namespace {
 
@@ -24,7 +25,7 @@ std::string complaint(const std::string &bytes, const fvv_limits *limits = nullp
     const Mesh mesh = parse_drc(std::string_view(exact.data(), exact.size()), "m.drc", limits);
     for (const uint32_t index : mesh.faces) REQUIRE(index < mesh.vertex_count());
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
 }
@@ -33,7 +34,7 @@ std::string refusal(const Mesh &mesh, const Lattice &lattice) {
   try {
     format_drc(mesh, lattice, "m.drc");
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
 }

@@ -1,14 +1,14 @@
 // tools/capture: meshes from and to OBJ, PLY and Draco files.
 #include "fvv_catch.h"
 
-#include "capture/mesh_file.h"
+#include "fvv_scene/mesh_file.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 
 namespace {
 
@@ -25,7 +25,7 @@ std::string complaint(Parser parse, const std::string &bytes, const char *name,
     for (const double coordinate : mesh.positions) REQUIRE(std::isfinite(coordinate));
     REQUIRE(mesh.face_count() > 0);
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
 }

@@ -3,8 +3,8 @@
 #include "fvv_catch.h"
 #include "gltf_fixture.h"
 
-#include "capture/gltf/pose.h"
-#include "capture/mesh_file.h"
+#include "fvv_scene/mesh_file.h"
+#include "scene/src/gltf/pose.h"
 
 extern "C" {
 #include "base/limits.h"
@@ -13,7 +13,7 @@ extern "C" {
 #include <algorithm>
 #include <functional>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using namespace gltf_fixture;
 
 namespace {
@@ -46,7 +46,7 @@ std::string message(const std::function<void()> &read) {
   try {
     read();
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
 }

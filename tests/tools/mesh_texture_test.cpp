@@ -4,7 +4,7 @@
 #include "fvv_catch.h"
 #include "gltf_fixture.h"
 
-#include "capture/mesh_file.h"
+#include "fvv_scene/mesh_file.h"
 
 #include <draco/compression/encode.h>
 #include <draco/mesh/triangle_soup_mesh_builder.h>
@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <set>
 
-using namespace fvv::capture;
+using namespace fvv::scene;
 using gltf_fixture::File;
 
 namespace {
@@ -53,7 +53,7 @@ std::string message(const std::function<void()> &read) {
   try {
     read();
     return "";
-  } catch (const FileError &error) {
+  } catch (const fvv::Error &error) {
     return error.what();
   }
 }

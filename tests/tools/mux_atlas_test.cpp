@@ -3,8 +3,8 @@
 #include "make_video.h"
 #include "mux_fixture.h"
 
+#include "fvv_mux/summary.h"
 #include "fvvdemux/demux.h"
-#include "fvvmux/summary.h"
 
 #include <set>
 
@@ -25,8 +25,8 @@ media::Image atlas_of(uint32_t width, uint32_t height, int64_t frame) {
 }
 
 // Texture coordinates from the direction of a vertex of the ball: none lies on a seam, each on its own place.
-capture::Mesh textured_ball(int64_t frame) {
-  capture::Mesh mesh = ball(frame);
+geometry::Mesh textured_ball(int64_t frame) {
+  geometry::Mesh mesh = ball(frame);
   for (size_t v = 0; v < mesh.vertex_count(); v++)
     mesh.texture.insert(mesh.texture.end(),
                         {0.5 + 0.9 * (mesh.positions[3 * v] - 0.05 * double(frame)), // x right
@@ -35,23 +35,23 @@ capture::Mesh textured_ball(int64_t frame) {
 }
 
 // A capture with an atlas; cameras of shape as ever.
-capture::Capture make_atlas_capture(const Folder &folder, uint32_t width = 64, uint32_t height = 32,
-                                    const Shape &shape = {}, const std::string &extension = "ply") {
-  capture::Capture capture = make_capture(folder, shape);
-  capture.meshes = capture::Pattern::parse("meshes/%04d." + extension, nullptr);
-  capture.atlas = capture::Atlas{capture::Pattern::parse("atlas/%04d.png", nullptr), {}};
+scene::Capture make_atlas_capture(const Folder &folder, uint32_t width = 64, uint32_t height = 32,
+                                  const Shape &shape = {}, const std::string &extension = "ply") {
+  scene::Capture capture = make_capture(folder, shape);
+  capture.meshes = scene::Pattern::parse("meshes/%04d." + extension, nullptr);
+  capture.atlas = scene::Atlas{scene::Pattern::parse("atlas/%04d.png", nullptr), {}};
   fs::create_directories(folder.path("in/atlas"));
   for (const int64_t number : capture.frames.numbers()) {
-    capture::write_mesh(textured_ball(number), {{0, 0, 0}, 1e-6}, capture.mesh_path(number));
+    scene::write_mesh(textured_ball(number), {{0, 0, 0}, 1e-6}, capture.mesh_path(number));
     write_png(capture.atlas_path(number), atlas_of(width, height, number));
   }
-  capture::write_capture(capture, capture.path);
+  scene::write_capture(capture, capture.path);
   return capture;
 }
 
-std::string failure(const mux::Options &options) {
+std::string failure(const FileOptions &options) {
   try {
-    mux::mux(options);
+    mux_file(options);
     return "";
   } catch (const std::exception &error) {
     return error.what();
@@ -72,14 +72,14 @@ demux::Result unpack(const std::string &stream, const std::string &folder,
 
 TEST_CASE("an atlas is a video track of its own, in the stream as in the capture") {
   const Folder folder;
-  const capture::Capture capture = make_atlas_capture(folder);
+  const scene::Capture capture = make_atlas_capture(folder);
   std::set<std::string> results;
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.verify = true;
   mux::Summary summary;
   for (const uint32_t threads : {1, 3}) {
     options.threads = threads;
-    summary = mux::mux(options);
+    summary = mux_file(options);
     results.insert(read_bytes(options.output));
   }
   CHECK(results.size() == 1);
@@ -88,10 +88,10 @@ TEST_CASE("an atlas is a video track of its own, in the stream as in the capture
   CHECK(summary.verdict->videos[1].pictures == 5);
   CHECK(summary.verdict->mesh.max_texture_error > 0);
   CHECK(summary.verdict->mesh.max_texture_error <= 0.5 / 4096);
-  const std::string text = mux::summary_text(summary);
+  const std::string text = text_of(summary);
   CHECK(text.find("\n  atlas ") != text.npos);
   CHECK(text.find("over the whole atlas of") != text.npos);
-  const nlohmann::ordered_json json = mux::summary_json(summary);
+  const nlohmann::ordered_json json = json_of(summary);
   CHECK(json["atlas"]["width"] == 64);
   CHECK(json["atlas"]["texture_bits"] == 12);
   CHECK(json["video"]["cameras"] == 3);
@@ -120,23 +120,23 @@ TEST_CASE("an atlas is a video track of its own, in the stream as in the capture
 TEST_CASE("an atlas that was unpacked and packed again gives the same meshes") {
   const Folder folder;
   make_atlas_capture(folder);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.texture_bits = 10;
-  mux::mux(options);
+  mux_file(options);
   for (const demux::Meshes meshes : {demux::Meshes::ply, demux::Meshes::obj, demux::Meshes::drc}) {
     const demux::Result result = unpack(options.output, folder.path("out"), meshes);
     CHECK(result.atlases == 5);
     CHECK((result.capture && result.warnings.empty() && result.losses.empty()));
-    const capture::Capture written = capture::load_capture(folder.path("out/capture.json"));
+    const scene::Capture written = scene::load_capture(folder.path("out/capture.json"));
     REQUIRE(written.atlas);
     CHECK(written.atlas->texture_bits == 10u);
     const media::Image picture = media::read_image(written.atlas_path(2), 3);
     CHECK(media::psnr_luma(picture, atlas_of(64, 32, 2)) > 36);
-    mux::Options again = options_for(folder);
+    FileOptions again = options_for(folder);
     again.capture = folder.path("out");
     again.output = folder.path("again.fvv");
     again.verify = true;
-    CHECK(mux::mux(again).changes.changed_frames == 0);
+    CHECK(mux_file(again).changes.changed_frames == 0);
     Stream first(options.output), second(again.output);
     for (size_t i = 0; i < 5; i++) {
       fvv_mesh a = {}, b = {};
@@ -161,16 +161,16 @@ TEST_CASE("an atlas that was unpacked and packed again gives the same meshes") {
 
 TEST_CASE("texture coordinates go with the atlas, and only with it") {
   const Folder folder;
-  capture::Capture capture = make_atlas_capture(folder);
-  mux::Options options = options_for(folder);
+  scene::Capture capture = make_atlas_capture(folder);
+  FileOptions options = options_for(folder);
   options.pictures = false;
   options.verify = true;
-  const mux::Summary bare = mux::mux(options);
+  const mux::Summary bare = mux_file(options);
   CHECK((bare.plan.tracks.empty() && bare.plan.texture_bits == 0));
   const std::string without = read_bytes(options.output);
   capture.atlas.reset();
-  capture::write_capture(capture, capture.path);
-  mux::mux(options);
+  scene::write_capture(capture, capture.path);
+  mux_file(options);
   CHECK(read_bytes(options.output) == without);
 }
 
@@ -180,11 +180,11 @@ TEST_CASE("the size of an atlas is made even, and scaled on request") {
   shape.sizes = {};
   shape.count = 2;
   make_atlas_capture(folder, 63, 41, shape);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.verify = true;
   options.quality.value = 35;
   const auto size = [&] {
-    const mux::Summary summary = mux::mux(options);
+    const mux::Summary summary = mux_file(options);
     REQUIRE(summary.plan.tracks.size() == 1);
     return std::pair(summary.plan.tracks[0].tiling.width, summary.plan.tracks[0].tiling.height);
   };
@@ -198,28 +198,28 @@ TEST_CASE("the size of an atlas is made even, and scaled on request") {
 
 TEST_CASE("what does not fit an atlas is refused before work starts") {
   const Folder folder;
-  capture::Capture capture = make_atlas_capture(folder);
-  const mux::Options options = options_for(folder);
+  scene::Capture capture = make_atlas_capture(folder);
+  const FileOptions options = options_for(folder);
   write_png(capture.atlas_path(3), atlas_of(62, 32, 3));
   CHECK(failure(options) ==
         capture.path + ": atlas: 1 of 5 pictures is not 64 x 32, first: atlas/0003.png is 62 x 32");
   fs::remove(capture.atlas_path(3));
   CHECK(failure(options) == capture.path + ": atlas: 1 of 5 pictures is missing: 3 (first: atlas/0003.png)");
   write_png(capture.atlas_path(3), atlas_of(64, 32, 3));
-  capture::write_mesh(ball(1), {}, capture.mesh_path(1));
+  scene::write_mesh(ball(1), {}, capture.mesh_path(1));
   CHECK(failure(options).find("0001.ply:3: expected texture coordinates") != std::string::npos);
-  capture::Mesh outside = textured_ball(1);
+  geometry::Mesh outside = textured_ball(1);
   outside.texture[9] = 1.25;
-  capture::write_mesh(outside, {}, capture.mesh_path(1));
+  scene::write_mesh(outside, {}, capture.mesh_path(1));
   CHECK(failure(options).find("frame 1: ") != std::string::npos);
   const auto refusal = [&](const std::string &rest) {
     try {
-      capture::parse_capture(R"({"fvv_capture": 1, "frame_rate": 25, "units": "metres", "frames": )"
-                             R"({"first": 0, "count": 1}, )" +
-                                 rest + "}",
-                             "c");
+      scene::parse_capture(R"({"fvv_capture": 1, "frame_rate": 25, "units": "metres", "frames": )"
+                           R"({"first": 0, "count": 1}, )" +
+                               rest + "}",
+                           "c");
       return std::string();
-    } catch (const capture::FileError &error) {
+    } catch (const fvv::Error &error) {
       return std::string(error.what());
     }
   };
@@ -257,10 +257,10 @@ TEST_CASE("the pictures inside glTF files are an atlas") {
       R"({"fvv_capture": 1, "frame_rate": 25, "units": "metres", "frames": {"first": 0, "count": 3},)"
       R"( "meshes": {"pattern": "%d.glb"}, "atlas": {"embedded": true}})";
   write_bytes(folder.path("in/capture.json"), text.data(), text.size());
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.verify = true;
   options.quality.value = 38;
-  CHECK(mux::mux(options).verdict->videos[0].min_psnr > 35);
+  CHECK(mux_file(options).verdict->videos[0].min_psnr > 35);
   unpack(options.output, folder.path("out"));
   const media::Image picture = media::read_image(folder.path("out/atlas/0001.png"), 3);
   CHECK(media::psnr_luma(picture, atlas_of(64, 32, 1)) > 35);
@@ -274,26 +274,26 @@ TEST_CASE("one atlas picture for all frames gives the stream that a copy for eac
   const Folder folder;
   Shape shape;
   shape.first = 7;
-  capture::Capture capture = make_atlas_capture(folder, 64, 32, shape);
+  scene::Capture capture = make_atlas_capture(folder, 64, 32, shape);
   for (const int64_t number : capture.frames.numbers())
     write_png(capture.atlas_path(number), atlas_of(64, 32, 0));
-  mux::Options options = options_for(folder);
-  mux::mux(options);
+  FileOptions options = options_for(folder);
+  mux_file(options);
   const std::string copies = read_bytes(options.output);
   fs::remove_all(folder.path("in/atlas"));
   write_png(folder.path("in/one.png"), atlas_of(64, 32, 0));
-  capture.atlas->pictures = capture::Pattern::parse("one.png", nullptr).value();
-  capture::write_capture(capture, capture.path);
+  capture.atlas->pictures = scene::Pattern::parse("one.png", nullptr).value();
+  scene::write_capture(capture, capture.path);
   options.verify = true;
   for (const uint32_t threads : {1, 3}) {
     options.threads = threads;
-    CHECK(mux::mux(options).verdict->videos[1].pictures == 5);
+    CHECK(mux_file(options).verdict->videos[1].pictures == 5);
     CHECK(read_bytes(options.output) == copies);
   }
   // Turned before texture coordinates address it.
   capture.atlas->pictures->rotate = 180;
-  capture::write_capture(capture, capture.path);
-  mux::mux(options);
+  scene::write_capture(capture, capture.path);
+  mux_file(options);
   unpack(options.output, folder.path("out"));
   const media::Image turned = media::read_image(folder.path("out/atlas/0009.png"), 3);
   CHECK(media::psnr_luma(turned, media::rotate(atlas_of(64, 32, 0), 180)) > 36);
@@ -311,41 +311,41 @@ TEST_CASE("an atlas may be a video, met and turned as those of cameras are") {
   const Folder folder;
   Shape shape;
   shape.sizes = {};
-  capture::Capture capture = make_atlas_capture(folder, 64, 32, shape);
+  scene::Capture capture = make_atlas_capture(folder, 64, 32, shape);
   fs::remove_all(folder.path("in/atlas"));
   Clip clip;
   clip.times = steady(20, 3600);
   clip.b_frames = 2;
   clip.display_rotation = 90;
   write_video(folder.path("in/atlas.mp4"), clip);
-  capture::VideoSource video;
+  scene::VideoSource video;
   video.file = "atlas.mp4";
   video.start = {1, 5};
   const auto describe = [&](std::optional<int> rotate) {
     capture.atlas->pictures = video;
     capture.atlas->pictures->rotate = rotate;
-    capture::write_capture(capture, capture.path);
+    scene::write_capture(capture, capture.path);
   };
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.quality = {false, 4};
   options.verify = true;
   describe(0);
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   REQUIRE(summary.plan.tracks.size() == 1);
   CHECK(summary.plan.tracks[0].tiling.width == 64);
   REQUIRE(summary.plan.sources.size() == 1);
-  const capture::VideoReport &report = summary.plan.sources[0];
+  const scene::VideoReport &report = summary.plan.sources[0];
   CHECK((!report.camera && report.met == 5 && report.before == 5 && report.behind == 10));
-  CHECK(mux::summary_text(summary).find("  source    atlas pictures atlas.mp4: 20 pictures at 25/s") !=
+  CHECK(text_of(summary).find("  source    atlas pictures atlas.mp4: 20 pictures at 25/s") !=
         std::string::npos);
-  CHECK(mux::summary_json(summary)["sources"][0]["camera"].is_null());
+  CHECK(json_of(summary)["sources"][0]["camera"].is_null());
   unpack(options.output, folder.path("out"));
   for (int i = 0; i < 5; i++)
     CHECK(number_in(media::read_image(folder.path("out/atlas/000" + std::to_string(i) + ".png"), 3), 60,
                     44) == 5 + i);
 
   describe({}); // as the video says
-  const mux::Summary turned = mux::mux(options);
+  const mux::Summary turned = mux_file(options);
   CHECK((turned.plan.tracks[0].tiling.width == 48 && turned.plan.tracks[0].tiling.height == 64));
 
   fs::remove(folder.path("in/atlas.mp4"));

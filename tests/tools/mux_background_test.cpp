@@ -1,26 +1,26 @@
 // fvvmux --verify: the environment of a stream is held against the capture's.
 #include "mux_fixture.h"
 
-#include "fvvmux/background.h"
-#include "fvvmux/summary.h"
+#include "fvv_mux/summary.h"
+#include "mux/src/background.h"
 
 namespace {
 
 // One triangle of 2 m in one colour, and a stream of it.
-mux::Options with_triangle(const Folder &folder) {
+FileOptions with_triangle(const Folder &folder) {
   Shape shape;
   shape.pictures = false;
-  capture::Capture capture = make_capture(folder, shape);
-  capture::Environment environment;
+  scene::Capture capture = make_capture(folder, shape);
+  scene::Environment environment;
   environment.parts.resize(1);
   environment.parts[0].mesh.positions = {0, 0, 0, 2, 0, 0, 0, 0, 2};
   environment.parts[0].mesh.faces = {0, 2, 1};
-  const std::string file = capture::format_environment(environment, {{0, 0, 0}, 0.001}, "stage.glb");
+  const std::string file = scene::format_environment(environment, {{0, 0, 0}, 0.001}, "stage.glb");
   write_bytes(folder.path("in/stage.glb"), file.data(), file.size());
   capture.background.emplace();
   capture.background->file = "stage.glb";
-  capture::write_capture(capture, capture.path);
-  mux::Options options = options_for(folder);
+  scene::write_capture(capture, capture.path);
+  FileOptions options = options_for(folder);
   options.verify = true;
   return options;
 }
@@ -29,28 +29,28 @@ mux::Options with_triangle(const Folder &folder) {
 
 TEST_CASE("the environment is read back for every group, and another one is found") {
   const Folder folder;
-  const mux::Options options = with_triangle(folder);
-  mux::Summary summary = mux::mux(options);
+  const FileOptions options = with_triangle(folder);
+  mux::Summary summary = mux_file(options);
   CHECK(summary.verdict->backgrounds == 3);
-  CHECK(mux::summary_json(summary)["verified"]["background"] == 3);
-  CHECK(mux::summary_text(summary).find("the environment of 3 groups is the capture's") != std::string::npos);
+  CHECK(json_of(summary)["verified"]["background"] == 3);
+  CHECK(text_of(summary).find("the environment of 3 groups is the capture's") != std::string::npos);
 
   // What was packed is no longer what is in the stream.
   auto other = std::make_shared<mux::PackedBackground>(*summary.plan.background);
   other->payload.back() ^= 1;
   const auto packed = std::exchange(summary.plan.background, other);
-  CHECK_THROWS_WITH(mux::verify(summary.plan, summary.origins),
+  CHECK_THROWS_WITH(mux::verify(summary.plan, summary.origins, InputFile(options.output)),
                     options.output + ": group 0: environment: it is not the one that was written");
   summary.plan.background = packed;
-  CHECK(mux::verify(summary.plan, summary.origins).backgrounds == 3);
+  CHECK(mux::verify(summary.plan, summary.origins, InputFile(options.output)).backgrounds == 3);
 
   // Nor is it what the capture has by now.
-  capture::Environment moved;
+  scene::Environment moved;
   moved.parts.resize(1);
   moved.parts[0].mesh.positions = {9, 0, 0, 11, 0, 0, 9, 0, 2};
   moved.parts[0].mesh.faces = {0, 2, 1};
-  const std::string file = capture::format_environment(moved, {{0, 0, 0}, 0.001}, "stage.glb");
+  const std::string file = scene::format_environment(moved, {{0, 0, 0}, 0.001}, "stage.glb");
   write_bytes(folder.path("in/stage.glb"), file.data(), file.size());
-  CHECK_THROWS_WITH(mux::verify(summary.plan, summary.origins),
+  CHECK_THROWS_WITH(mux::verify(summary.plan, summary.origins, InputFile(options.output)),
                     options.output + ": group 0: environment: part 0 is not that of the capture");
 }

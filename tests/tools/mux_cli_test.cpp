@@ -68,7 +68,7 @@ TEST_CASE("standard output as a stream, and --json") {
 
 TEST_CASE("all problems of the files are told before any work, one a line") {
   const Folder folder;
-  const capture::Capture capture = make_capture(folder);
+  const scene::Capture capture = make_capture(folder);
   fs::remove(capture.mesh_path(1));
   fs::remove(capture.mesh_path(4));
   write_png(capture.picture_path(capture.cameras[1], 2), media::make_image(63, 48, 3, 9));
@@ -83,7 +83,7 @@ TEST_CASE("all problems of the files are told before any work, one a line") {
 
 TEST_CASE("a mesh that no decoder could show is refused by file, frame and vertex") {
   const Folder folder;
-  const capture::Capture capture = make_capture(folder);
+  const scene::Capture capture = make_capture(folder);
   const std::string path = capture.mesh_path(3);
   std::string ply = read_bytes(path);
   char *y = &ply[ply.find("end_header\n") + 11 + 24 * 17 + 8];
@@ -110,7 +110,7 @@ TEST_CASE("a mesh that no decoder could show is refused by file, frame and verte
 
 TEST_CASE("a picture that is cut is found when it is read, and nothing is left") {
   const Folder folder;
-  const capture::Capture capture = make_capture(folder);
+  const scene::Capture capture = make_capture(folder);
   const std::string path = capture.picture_path(capture.cameras[2], 4);
   const std::string png = read_bytes(path);
   write_bytes(path, png.data(), png.size() / 2);
@@ -136,8 +136,8 @@ TEST_CASE("an existing file stays unless --force is given") {
 
 TEST_CASE("frames that are not taken give a warning and exit code 3, with --frames they are meant") {
   const Folder folder;
-  const capture::Capture capture = make_capture(folder);
-  capture::write_mesh(ball(5), {}, capture.mesh_path(5));
+  const scene::Capture capture = make_capture(folder);
+  scene::write_mesh(ball(5), {}, capture.mesh_path(5));
   const Run run = run_tool(arguments(folder));
   CHECK(run.exit == 3);
   CHECK(run.err == "fvvmux: warning: " + capture.path +

@@ -1,7 +1,7 @@
 // fvvmux: crops of what is seen of the scene, packed for each group of frames.
 #include "mux_fixture.h"
 
-#include "fvvmux/packing.h"
+#include "mux/src/layout.h"
 
 namespace {
 
@@ -25,7 +25,7 @@ struct Disc {
 };
 
 std::vector<fvv_tile> tiles_of(const std::string &path, size_t group) {
-  const cli::InputFile file(path);
+  const InputFile file(path);
   const fvv_input input = file.input();
   fvv_stream *stream = nullptr;
   REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
@@ -37,8 +37,8 @@ std::vector<fvv_tile> tiles_of(const std::string &path, size_t group) {
   return out;
 }
 
-mux::Options cropping(const Folder &folder) {
-  mux::Options options = options_for(folder);
+FileOptions cropping(const Folder &folder) {
+  FileOptions options = options_for(folder);
   options.crop = mux::Crop::automatic;
   options.background = mux::Background::automatic;
   options.quality = {false, 20};
@@ -87,8 +87,8 @@ TEST_CASE("every group shows its own silhouettes with a margin, and no more") {
   Shape shape;
   shape.masks = true;
   make_capture(folder, shape);
-  const mux::Options options = cropping(folder);
-  const mux::Summary summary = mux::mux(options);
+  const FileOptions options = cropping(folder);
+  const mux::Summary summary = mux_file(options);
   const mux::VideoTrack &track = summary.plan.tracks[0];
   CHECK(summary.plan.crop.on);
   CHECK(summary.plan.crop.by_masks == 3);
@@ -123,8 +123,8 @@ TEST_CASE("without masks the mesh tells, and without both pictures stay whole") 
   const Folder folder;
   Shape shape;
   make_capture(folder, shape);
-  mux::Options options = cropping(folder);
-  const mux::Summary by_mesh = mux::mux(options);
+  FileOptions options = cropping(folder);
+  const mux::Summary by_mesh = mux_file(options);
   CHECK(by_mesh.plan.crop.by_mesh == 3);
   CHECK(by_mesh.plan.crop.reason == "to the mesh");
   // The ball of radius 0.5 in 3 m: 12 pixels around the middle, and on the move.
@@ -134,14 +134,14 @@ TEST_CASE("without masks the mesh tells, and without both pictures stay whole") 
   CHECK(from.width < 2 * 12 + 2 * 8 + 6);
   options.meshes = false;
   options.verify = false;
-  const mux::Summary whole = mux::mux(options);
+  const mux::Summary whole = mux_file(options);
   CHECK(!whole.plan.crop.on);
   CHECK(whole.plan.crop.reason == "there are neither masks nor meshes to crop by");
   CHECK(whole.layouts == 0);
   CHECK(tiles_of(options.output, 1)[0].source.width == 64);
   options = cropping(folder);
   options.crop = mux::Crop::none;
-  CHECK(mux::mux(options).plan.crop.reason == "as --crop none says");
+  CHECK(mux_file(options).plan.crop.reason == "as --crop none says");
 }
 
 TEST_CASE("scaled crops keep the scale of the whole picture exactly") {
@@ -149,9 +149,9 @@ TEST_CASE("scaled crops keep the scale of the whole picture exactly") {
   Shape shape;
   shape.masks = true;
   make_capture(folder, shape);
-  mux::Options options = cropping(folder);
+  FileOptions options = cropping(folder);
   options.tile = mux::TileSize{48, 24};
-  mux::mux(options);
+  mux_file(options);
   for (size_t group = 0; group < 3; group++)
     for (const fvv_tile &tile : tiles_of(options.output, group)) {
       CHECK(tile.source.width * 3 == tile.destination.width * 4);
@@ -165,11 +165,11 @@ TEST_CASE("a camera that sees nothing in a group has a small tile") {
   const Folder folder;
   Shape shape;
   shape.masks = true;
-  const capture::Capture capture = make_capture(folder, shape);
+  const scene::Capture capture = make_capture(folder, shape);
   for (const int64_t frame : {2, 3})
     write_png(capture.mask_path(capture.cameras[1], frame), media::make_image(64, 48, 1, 0));
-  const mux::Options options = cropping(folder);
-  mux::mux(options);
+  const FileOptions options = cropping(folder);
+  mux_file(options);
   CHECK(tiles_of(options.output, 0)[1].destination.width > 20);
   const fvv_rect empty = tiles_of(options.output, 1)[1].destination;
   CHECK((empty.width <= 20 && empty.height <= 20));
@@ -182,14 +182,14 @@ TEST_CASE("the background of cameras with masks is flat or smooth, as the codec 
   shape.masks = true;
   shape.count = 2;
   make_capture(folder, shape);
-  mux::Options options = cropping(folder);
+  FileOptions options = cropping(folder);
   options.crop = mux::Crop::none;
   options.quality = {false, 10};
   const auto corner = [&](uint32_t codec, mux::Background background) {
     options.codec = codec;
     options.background = background;
     if (codec == FVV_CODEC_JPEG) options.quality = {false, 95};
-    mux::mux(options);
+    mux_file(options);
     Stream stream(options.output);
     const media::Image tile = media::extract(stream.pictures()[0], stream.configuration().videos[0].tiles[2]);
     return int(tile.pixels[3 * (4 * 64 + 4) + 2]);
@@ -208,7 +208,7 @@ TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get mor
   Shape shape;
   shape.masks = true;
   shape.sizes = {{160, 120}, {160, 120}, {160, 120}};
-  const capture::Capture capture = make_capture(folder, shape);
+  const scene::Capture capture = make_capture(folder, shape);
   // Camera 2 sees a small part only.
   for (const int64_t frame : capture.frames.numbers()) {
     media::Image mask = media::make_image(160, 120, 1, 0);
@@ -216,11 +216,11 @@ TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get mor
       for (size_t x = 0; x < 160; x++) mask.pixels[y * 160 + x] = x < 100 && y < 90 ? 255 : 0;
     for (const size_t k : {0u, 1u}) write_png(capture.mask_path(capture.cameras[k], frame), mask);
   }
-  mux::Options options = cropping(folder);
+  FileOptions options = cropping(folder);
   uint64_t before = UINT64_MAX;
   for (const uint64_t bound : {1000000u, 20000u, 9000u}) {
     options.video_pixels = bound;
-    const mux::Summary summary = mux::mux(options);
+    const mux::Summary summary = mux_file(options);
     const mux::Tiling &tiling = summary.plan.tracks[0].tiling;
     const uint64_t pixels = uint64_t(tiling.width) * tiling.height;
     CHECK(pixels <= bound);
@@ -236,9 +236,9 @@ TEST_CASE("a bound of the frame's pixels is kept, and the useful cameras get mor
   }
   options.video_pixels = 4096;
   options.cameras = {"3"};
-  CHECK(mux::mux(options).plan.tracks[0].tiling.tiles.size() == 1);
+  CHECK(mux_file(options).plan.tracks[0].tiling.tiles.size() == 1);
   options.crop = mux::Crop::none;
-  CHECK_THROWS_WITH(mux::mux(options),
+  CHECK_THROWS_WITH(mux_file(options),
                     "--video-pixels: expected pictures that are cropped: as --crop none says");
 }
 
@@ -248,11 +248,11 @@ TEST_CASE("a bound of the frame's sides is kept") {
   shape.masks = true;
   shape.sizes = {{160, 120}, {160, 120}, {160, 120}};
   make_capture(folder, shape);
-  mux::Options options = cropping(folder);
-  const mux::Tiling full = mux::make_plan(options).tracks[0].tiling;
+  FileOptions options = cropping(folder);
+  const mux::Tiling full = mux::make_plan(options, {}).tracks[0].tiling;
   for (const mux::TileSize bound : {mux::TileSize{1920, 1080}, {128, 72}, {64, 192}}) {
     options.video_size = bound;
-    const mux::Plan plan = mux::make_plan(options);
+    const mux::Plan plan = mux::make_plan(options, {});
     REQUIRE(plan.tracks.size() == 1);
     const mux::Tiling &tiling = plan.tracks[0].tiling;
     CHECK((tiling.width <= bound.width && tiling.height <= bound.height));
@@ -262,14 +262,15 @@ TEST_CASE("a bound of the frame's sides is kept") {
   // What decoders take bounds it too: no second track.
   options.video_size = mux::TileSize{1920, 1080};
   options.frame_limit = mux::FrameLimit{64, 192, 100000, "a test"};
-  CHECK(mux::make_plan(options).tracks.size() == 1);
+  CHECK(mux::make_plan(options, {}).tracks.size() == 1);
   options.video_size = mux::TileSize{64, 64};
   options.frame_limit->width = 32; // less than any frame has
-  CHECK_THROWS_WITH(mux::make_plan(options), "--video-size: expected more for 3 cameras: margins and guard "
-                                             "bands alone take more than 64x64");
+  CHECK_THROWS_WITH(mux::make_plan(options, {}),
+                    "--video-size: expected more for 3 cameras: margins and guard "
+                    "bands alone take more than 64x64");
   CHECK(mux::parse_video_size("1920x1080").height == 1080);
   for (const char *wrong : {"1920", "1920x", "63x64", "64x8193", "-1x64", "64x64x64"})
-    CHECK_THROWS_AS(mux::parse_video_size(wrong), cli::Failure);
+    CHECK_THROWS_AS(mux::parse_video_size(wrong), fvv::Error);
   CHECK(run_tool({options.capture, "-o", options.output, "--video-size", "64x64", "--video-pixels", "9k"})
             .exit == cli::usage);
 }
@@ -279,12 +280,12 @@ TEST_CASE("cropped streams are the same for any number of threads") {
   Shape shape;
   shape.masks = true;
   make_capture(folder, shape);
-  mux::Options options = cropping(folder);
+  FileOptions options = cropping(folder);
   options.codec = FVV_CODEC_HVC1;
   options.threads = 1;
-  mux::mux(options);
+  mux_file(options);
   const std::string one = read_bytes(options.output);
   options.threads = 3;
-  mux::mux(options);
+  mux_file(options);
   CHECK(read_bytes(options.output) == one);
 }

@@ -1,6 +1,6 @@
 // fvvmux --bit-depth: from pictures of 16 bits to a stream of 10.
 #include "fvv_media/frame.h"
-#include "fvvmux/summary.h"
+#include "fvv_mux/summary.h"
 #include "mux_fixture.h"
 
 #include <set>
@@ -20,8 +20,8 @@ media::DeepImage deep_picture_of(size_t k, int64_t frame) {
   return image;
 }
 
-capture::Capture make_deep_capture(const Folder &folder, const Shape &shape = {}) {
-  const capture::Capture capture = make_capture(folder, shape);
+scene::Capture make_deep_capture(const Folder &folder, const Shape &shape = {}) {
+  const scene::Capture capture = make_capture(folder, shape);
   for (const int64_t number : capture.frames.numbers())
     for (size_t k = 0; k < capture.cameras.size(); k++) {
       const std::vector<uint8_t> bytes = media::encode_png(deep_picture_of(k, number));
@@ -52,14 +52,14 @@ TEST_CASE("10 bits keep what pictures of 16 bits have between the codes of 8") {
   for (const auto &[codec, text] :
        {std::pair{FVV_CODEC_HVC1, "hvc1.2."}, {FVV_CODEC_VP09, "vp09.02."}, {FVV_CODEC_AV01, "av01.0."}}) {
     CAPTURE(text);
-    mux::Options options = options_for(folder);
+    FileOptions options = options_for(folder);
     options.codec = codec;
     options.quality = {false, 4};
-    mux::mux(options);
+    mux_file(options);
     CHECK(shades(options.output) <= 5);
     options.bit_depth = 10;
     options.verify = true;
-    const mux::Summary summary = mux::mux(options);
+    const mux::Summary summary = mux_file(options);
     media::DeepImage tile;
     CHECK(shades(options.output, &tile) >= 8);
     {
@@ -83,23 +83,22 @@ TEST_CASE("a PSNR of 10 bits is asked for, found and verified as one of 8 is") {
   shape.masks = true;
   make_deep_capture(folder, shape);
   for (const int bits : {8, 10}) {
-    mux::Options options = options_for(folder);
+    FileOptions options = options_for(folder);
     options.codec = FVV_CODEC_VP09;
     options.quality = {true, 40};
     options.bit_depth = bits;
     options.background = mux::Background::flat;
     options.verify = true;
-    const mux::Summary summary = mux::mux(options);
+    const mux::Summary summary = mux_file(options);
     CHECK(summary.plan.tracks[0].choice.masks);
     CHECK(summary.plan.tracks[0].choice.sample_psnr >= 40);
     CHECK(summary.plan.tracks[0].choice.sample_psnr < 43);
-    CHECK(mux::summary_json(summary).at("video").at("bit_depth") == bits);
-    CHECK(mux::summary_text(summary).find(", " + std::to_string(bits) + " bits, 3 tiles") !=
-          std::string::npos);
+    CHECK(json_of(summary).at("video").at("bit_depth") == bits);
+    CHECK(text_of(summary).find(", " + std::to_string(bits) + " bits, 3 tiles") != std::string::npos);
     // The same for any number of threads.
     const std::string bytes = read_bytes(options.output);
     options.threads = 1;
-    mux::mux(options);
+    mux_file(options);
     CHECK(read_bytes(options.output) == bytes);
   }
 }
@@ -107,12 +106,12 @@ TEST_CASE("a PSNR of 10 bits is asked for, found and verified as one of 8 is") {
 TEST_CASE("pictures of 8 bits may go into 10") {
   const Folder folder;
   make_capture(folder);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.codec = FVV_CODEC_AV01;
   options.bit_depth = 10;
   options.verify = true;
-  const mux::Summary summary = mux::mux(options);
-  CAPTURE(mux::summary_text(summary));
+  const mux::Summary summary = mux_file(options);
+  CAPTURE(text_of(summary));
   CHECK(summary.verdict->videos[0].luma.psnr() > 40);
 }
 

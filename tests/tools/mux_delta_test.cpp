@@ -2,7 +2,7 @@
 // tells when they are wrong.
 #include "mux_fixture.h"
 
-#include "fvvmux/connectivity.h"
+#include "mux/src/meshes.h"
 
 #include <algorithm>
 #include <numeric>
@@ -10,11 +10,11 @@
 
 namespace {
 
-capture::Mesh shuffled(const capture::Mesh &mesh, uint32_t seed) {
+geometry::Mesh shuffled(const geometry::Mesh &mesh, uint32_t seed) {
   std::vector<uint32_t> order(mesh.vertex_count());
   std::iota(order.begin(), order.end(), 0);
   std::shuffle(order.begin(), order.end(), std::mt19937(seed));
-  capture::Mesh out = mesh;
+  geometry::Mesh out = mesh;
   for (size_t v = 0; v < order.size(); v++)
     std::copy_n(&mesh.positions[3 * v], 3, &out.positions[3 * size_t(order[v])]);
   for (uint32_t &corner : out.faces) corner = order[corner];
@@ -46,25 +46,25 @@ std::string keys_of(const std::string &path) {
 
 TEST_CASE("frames with the same faces become key and delta frames") {
   const Folder folder;
-  mux::Options options = frames_on_disk(folder, balls(13));
-  const mux::Summary summary = mux::mux(options); // verifies
+  FileOptions options = frames_on_disk(folder, balls(13));
+  const mux::Summary summary = mux_file(options); // verifies
   CHECK(keys_of(options.output) == "kdddddkdddddk");
   CHECK((summary.mesh.chunks == 13 && summary.delta.chunks == 10));
   CHECK(summary.verdict->meshes == 13);
   options.delta = false;
-  const mux::Summary keys = mux::mux(options);
+  const mux::Summary keys = mux_file(options);
   CHECK(keys_of(options.output) == std::string(13, 'k'));
   CHECK(summary.mesh.payload < keys.mesh.payload / 2);
 }
 
 TEST_CASE("the bytes of delta frames do not depend on threads") {
   const Folder folder;
-  mux::Options options = frames_on_disk(folder, balls(13));
+  FileOptions options = frames_on_disk(folder, balls(13));
   options.threads = 1;
-  mux::mux(options);
+  mux_file(options);
   const std::string one = read_bytes(options.output);
   options.threads = 5;
-  mux::mux(options);
+  mux_file(options);
   CHECK(read_bytes(options.output) == one);
 }
 
@@ -72,8 +72,8 @@ TEST_CASE("frames that differ in the order of their vertices are a run") {
   const Folder folder;
   Frames frames = balls(6);
   for (uint32_t i = 1; i < 6; i++) frames[i] = shuffled(frames[i], i);
-  const mux::Options options = frames_on_disk(folder, frames);
-  CHECK(mux::mux(options).verdict->meshes == 6);
+  const FileOptions options = frames_on_disk(folder, frames);
+  CHECK(mux_file(options).verdict->meshes == 6);
   CHECK(keys_of(options.output) == "kddddd");
 }
 
@@ -81,10 +81,10 @@ TEST_CASE("a run that is decimated stays one, whatever the order of its vertices
   const Folder folder;
   Frames frames = balls(12);
   for (uint32_t i = 1; i < 12; i += 2) frames[i] = shuffled(frames[i], i);
-  mux::Options options = frames_on_disk(folder, frames);
+  FileOptions options = frames_on_disk(folder, frames);
   options.keep_geometry = false;
   options.triangles = 150;
-  const mux::Summary summary = mux::mux(options); // verifies
+  const mux::Summary summary = mux_file(options); // verifies
   CHECK(keys_of(options.output) == "kdddddkddddd");
   Stream stream(options.output);
   fvv_mesh mesh;
@@ -101,8 +101,8 @@ TEST_CASE("a run ends where the faces change, and another begins") {
     std::swap(frames[i].faces[0], frames[i].faces[1]), std::swap(frames[i].faces[1], frames[i].faces[2]);
   for (size_t i = 0; i < 3; i++)
     std::rotate(frames[5].faces.begin(), frames[5].faces.begin() + 3, frames[5].faces.end());
-  const mux::Options options = frames_on_disk(folder, frames);
-  mux::mux(options);
+  const FileOptions options = frames_on_disk(folder, frames);
+  mux_file(options);
   CHECK(keys_of(options.output) == "kdkddk");
 }
 
@@ -114,8 +114,8 @@ TEST_CASE("where motion costs more than a key frame there is a key frame") {
     for (size_t k = 0; k < frames[i].positions.size(); k++)
       frames[i].positions[k] += i == 3 ? std::uniform_real_distribution(-3.0, 3.0)(random)
                                        : frames[3].positions[k] - ball(3).positions[k];
-  const mux::Options options = frames_on_disk(folder, frames);
-  mux::mux(options);
+  const FileOptions options = frames_on_disk(folder, frames);
+  mux_file(options);
   CHECK(keys_of(options.output) == "kddkdd");
 }
 
@@ -124,33 +124,33 @@ TEST_CASE("vertices and faces that meet in the key frame alone come apart again"
   Frames frames = balls(6);
   for (size_t v = 1; v <= 16; v++)
     std::copy_n(&frames[0].positions[0], 3, &frames[0].positions[3 * v]); // a ring at the pole
-  mux::Options options = frames_on_disk(folder, frames);
-  const mux::Summary summary = mux::mux(options); // verifies every face
+  FileOptions options = frames_on_disk(folder, frames);
+  const mux::Summary summary = mux_file(options); // verifies every face
   CHECK(keys_of(options.output) == "kddddd");
   CHECK(summary.changes.welded.count == 0);
   options.delta = false;
-  CHECK(mux::mux(options).changes.welded.count == 16);
+  CHECK(mux_file(options).changes.welded.count == 16);
 }
 
 TEST_CASE("verification finds a delta frame that is not the capture's") {
   const Folder folder;
   Frames frames = balls(6);
-  const mux::Options options = frames_on_disk(folder, frames);
-  const mux::Summary summary = mux::mux(options);
-  const auto complaint = [&](const capture::Mesh &other) {
+  const FileOptions options = frames_on_disk(folder, frames);
+  const mux::Summary summary = mux_file(options);
+  const auto complaint = [&](const geometry::Mesh &other) {
     const std::string path = summary.plan.capture.mesh_path(3), was = read_bytes(path);
-    capture::write_mesh(other, {{0, 0, 0}, 1e-6}, path);
+    scene::write_mesh(other, {{0, 0, 0}, 1e-6}, path);
     std::string found;
     try {
-      mux::verify(summary.plan, summary.origins);
-    } catch (const cli::Failure &failure) {
+      mux::verify(summary.plan, summary.origins, InputFile(options.output));
+    } catch (const fvv::Error &failure) {
       found = failure.what();
     }
     write_bytes(path, was.data(), was.size());
     return found;
   };
   const std::string prefix = options.output + ": frame 3: ";
-  capture::Mesh moved = frames[3], turned = frames[3], more = frames[3], less = frames[3];
+  geometry::Mesh moved = frames[3], turned = frames[3], more = frames[3], less = frames[3];
   moved.positions[3 * 20 + 1] += 2 * summary.plan.lattice.error();
   CHECK(complaint(moved).find(prefix + "decoded vertex ") == 0);
   std::swap(turned.faces[0], turned.faces[1]);
@@ -163,8 +163,8 @@ TEST_CASE("verification finds a delta frame that is not the capture's") {
 }
 
 TEST_CASE("connectivity is the same or it is not") {
-  const capture::Mesh mesh = ball(0);
-  capture::Mesh other = shuffled(ball(3), 7);
+  const geometry::Mesh mesh = ball(0);
+  geometry::Mesh other = shuffled(ball(3), 7);
   const auto there = mux::same_connectivity(mesh, other);
   REQUIRE(there);
   for (size_t i = 0; i < mesh.faces.size(); i++) CHECK(other.faces[i] == (*there)[mesh.faces[i]]);
@@ -176,7 +176,7 @@ TEST_CASE("connectivity is the same or it is not") {
   other = mesh;
   other.texture.assign(2 * mesh.vertex_count(), 0.5);
   CHECK(!mux::same_connectivity(mesh, other));
-  capture::Mesh first = other;
+  geometry::Mesh first = other;
   CHECK(mux::same_connectivity(first, other));
   other.texture[5] = 0.25;
   CHECK(!mux::same_connectivity(first, other));
@@ -189,16 +189,16 @@ TEST_CASE("connectivity is the same or it is not") {
 
 TEST_CASE("a tracked capture gets a finer lattice, and the error that the budget leaves") {
   const Folder folder;
-  const capture::Capture capture = make_capture(folder);
-  mux::Options options = options_for(folder);
+  const scene::Capture capture = make_capture(folder);
+  FileOptions options = options_for(folder);
   const double budget = 0.15 * 2.5 / 70.5; // metres at the nearest camera, as in the test of the lattice
-  const mux::LatticeChoice tracked = mux::make_plan(options).lattice;
+  const mux::LatticeChoice tracked = mux::make_plan(options, {}).lattice;
   CHECK(tracked.lattice.step == 0.002); // not above 2 * budget / 3 / 2 = 0.0035
   CHECK(tracked.delta_error == 2);      // 2.5 steps are 5 mm of 5.3
   CHECK(tracked.error() <= budget);
   CHECK(tracked.pixels == Approx(0.005 * 70.5 / 2.5).epsilon(1e-3));
   options.step = mux::Length{0.001, true};
-  CHECK(mux::make_plan(options).lattice.delta_error == 4);
+  CHECK(mux::make_plan(options, {}).lattice.delta_error == 4);
   options.step = mux::Length{0.01, true};
-  CHECK(mux::make_plan(options).lattice.delta_error == 0);
+  CHECK(mux::make_plan(options, {}).lattice.delta_error == 0);
 }

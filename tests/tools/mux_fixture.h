@@ -6,8 +6,9 @@
 
 #include "cli/cli.h"
 #include "fvv/stream.h"
+#include "fvv_cxx/input_file.h"
 #include "fvv_media/frame.h"
-#include "fvvmux/mux.h"
+#include "mux_to_file.h"
 
 #include <cmath>
 #include <csignal>
@@ -56,9 +57,9 @@ inline void write_bytes(const std::string &path, const void *bytes, size_t size)
 }
 
 // A closed ball of 12 x 16 cells, radius 0.5, moving along x.
-inline capture::Mesh ball(int64_t frame) {
+inline geometry::Mesh ball(int64_t frame) {
   constexpr uint32_t rows = 12, columns = 16;
-  capture::Mesh mesh;
+  geometry::Mesh mesh;
   const auto vertex = [&](double polar, double around) {
     mesh.positions.push_back(0.05 * double(frame) + 0.5 * std::sin(polar) * std::cos(around));
     mesh.positions.push_back(0.5 * std::cos(polar));
@@ -90,8 +91,8 @@ struct Shape {
   std::vector<std::array<uint32_t, 2>> sizes = {{64, 48}, {64, 48}, {64, 48}};
 };
 
-inline capture::Camera camera_of(size_t k, uint32_t width, uint32_t height) {
-  capture::Camera camera;
+inline scene::Camera camera_of(size_t k, uint32_t width, uint32_t height) {
+  scene::Camera camera;
   fvv_camera &c = camera.calibration;
   c.id = uint16_t(10 * k + 3);
   c.width = width;
@@ -142,38 +143,38 @@ inline void write_png(const std::string &path, const media::Image &image) {
 }
 
 // Writes capture.json and its files into folder/in, and answers what was described.
-inline capture::Capture make_capture(const Folder &folder, const Shape &shape = {}) {
-  capture::Capture capture;
+inline scene::Capture make_capture(const Folder &folder, const Shape &shape = {}) {
+  scene::Capture capture;
   capture.path = folder.path("in/capture.json");
   capture.name = "ball";
   capture.frame_duration = shape.duration;
   capture.frames = {shape.first, shape.count, shape.step};
   capture.up = FVV_UP_Y;
   fs::create_directories(folder.path("in/meshes"));
-  if (shape.meshes) capture.meshes = capture::Pattern::parse("meshes/%04d.ply", nullptr);
+  if (shape.meshes) capture.meshes = scene::Pattern::parse("meshes/%04d.ply", nullptr);
   for (size_t k = 0; k < shape.sizes.size(); k++) {
     capture.cameras.push_back(camera_of(k, shape.sizes[k][0], shape.sizes[k][1]));
     const std::string leaf = "cam" + std::to_string(k) + "/";
     fs::create_directories(folder.path("in/" + leaf));
-    if (shape.pictures) capture.cameras[k].pictures = capture::Pattern::parse(leaf + "%04d.png", nullptr);
-    if (shape.masks) capture.cameras[k].masks = capture::Pattern::parse(leaf + "mask%04d.png", nullptr);
+    if (shape.pictures) capture.cameras[k].pictures = scene::Pattern::parse(leaf + "%04d.png", nullptr);
+    if (shape.masks) capture.cameras[k].masks = scene::Pattern::parse(leaf + "mask%04d.png", nullptr);
   }
   for (const int64_t number : capture.frames.numbers()) {
-    if (shape.meshes) capture::write_mesh(ball(number), {}, capture.mesh_path(number));
+    if (shape.meshes) scene::write_mesh(ball(number), {}, capture.mesh_path(number));
     for (size_t k = 0; k < shape.sizes.size(); k++) {
       const auto [width, height] = shape.sizes[k];
-      const capture::Camera &camera = capture.cameras[k];
+      const scene::Camera &camera = capture.cameras[k];
       if (shape.pictures)
         write_png(capture.picture_path(camera, number), picture_of(k, width, height, number));
       if (shape.masks) write_png(capture.mask_path(camera, number), mask_of(width, height, number));
     }
   }
-  capture::write_capture(capture, capture.path);
+  scene::write_capture(capture, capture.path);
   return capture;
 }
 
-inline mux::Options options_for(const Folder &folder) {
-  mux::Options options;
+inline FileOptions options_for(const Folder &folder) {
+  FileOptions options;
   options.capture = folder.path("in");
   options.output = folder.path("out.fvv");
   options.force = true;
@@ -188,15 +189,15 @@ inline mux::Options options_for(const Folder &folder) {
 
 // The shapes of the frames, written over those of make_capture.
 // Groups of 6 frames that verify.
-using Frames = std::vector<capture::Mesh>;
-inline mux::Options frames_on_disk(const Folder &folder, const Frames &frames) {
+using Frames = std::vector<geometry::Mesh>;
+inline FileOptions frames_on_disk(const Folder &folder, const Frames &frames) {
   Shape shape;
   shape.count = int64_t(frames.size());
   shape.pictures = false;
-  const capture::Capture capture = make_capture(folder, shape);
+  const scene::Capture capture = make_capture(folder, shape);
   for (size_t i = 0; i < frames.size(); i++)
-    capture::write_mesh(frames[i], {{0, 0, 0}, 1e-6}, capture.mesh_path(int64_t(i)));
-  mux::Options options = options_for(folder);
+    scene::write_mesh(frames[i], {{0, 0, 0}, 1e-6}, capture.mesh_path(int64_t(i)));
+  FileOptions options = options_for(folder);
   options.group = 6;
   options.verify = true;
   return options;
@@ -246,7 +247,7 @@ public:
   }
 
 private:
-  cli::InputFile file;
+  InputFile file;
   fvv_stream *stream = nullptr;
 };
 

@@ -7,7 +7,7 @@
 namespace {
 
 // The corner of the mesh that is nearest to a lattice point, by the largest difference of a coordinate.
-double nearest(const double (&point)[3], const capture::Mesh &mesh) {
+double nearest(const double (&point)[3], const geometry::Mesh &mesh) {
   double best = INFINITY;
   for (size_t i = 0; i < mesh.positions.size(); i += 3) {
     double off = 0;
@@ -33,15 +33,15 @@ TEST_CASE("ten frames of an animated glTF file become ten meshes of one topology
   fs::create_directories(folder.path("in"));
   const std::string glb = gltf_fixture::tube().glb();
   write_bytes(folder.path("in/tube.glb"), glb.data(), glb.size());
-  const capture::Capture capture = capture::load_capture(describe(folder, 3, 10));
+  const scene::Capture capture = scene::load_capture(describe(folder, 3, 10));
   std::set<std::string> results;
   double error = 0;
   for (const uint32_t threads : {1, 4}) {
-    mux::Options options = options_for(folder);
+    FileOptions options = options_for(folder);
     options.threads = threads;
     options.verify = true;
-    const mux::Summary summary = mux::mux(options);
-    CHECK(summary.exit() == cli::done);
+    const mux::Summary summary = mux_file(options);
+    CHECK(!summary.plan.warned);
     error = summary.plan.lattice.error();
     results.insert(read_bytes(options.output));
   }
@@ -51,7 +51,7 @@ TEST_CASE("ten frames of an animated glTF file become ten meshes of one topology
   const fvv_scene &scene = stream.configuration().scene;
   std::vector<std::vector<int32_t>> positions;
   for (size_t i = 0; i < 10; i++) {
-    const capture::Mesh source = capture::load_mesh(capture, 3 + int64_t(i));
+    const geometry::Mesh source = scene::load_mesh(capture, 3 + int64_t(i));
     fvv_mesh mesh = {};
     stream.mesh(i, mesh);
     CHECK(mesh.vertex_count == 20);

@@ -3,6 +3,8 @@
 
 #include "fvvmux/options.h"
 
+#include "fvv_mux/options.h"
+
 using namespace fvv::mux;
 
 namespace {
@@ -11,8 +13,8 @@ template <class Body> std::string usage_error(const Body &body) {
   try {
     body();
     return "";
-  } catch (const cli::Failure &failure) {
-    CHECK(failure.exit == cli::usage);
+  } catch (const fvv::Error &failure) {
+    CHECK(failure.kind == fvv::Error::usage);
     return failure.what();
   }
 }
@@ -20,35 +22,35 @@ template <class Body> std::string usage_error(const Body &body) {
 } // namespace
 
 TEST_CASE("steps are rounded down to 1, 2, 5 times a power of ten, as decimals are read") {
-  CHECK(round_down_125(0.0099) == 0.005);
-  CHECK(round_down_125(0.005) == 0.005);
-  CHECK(round_down_125(std::nextafter(0.005, 0)) == 0.002);
-  CHECK(round_down_125(0.0019999) == 0.001);
-  CHECK(round_down_125(1) == 1);
-  CHECK(round_down_125(std::nextafter(1, 0)) == 0.5);
-  CHECK(round_down_125(4999) == 2000);
-  CHECK(round_down_125(1e-9) == 1e-9);
-  CHECK(round_down_125(7e15) == 5e15);
+  CHECK(geometry::round_down_125(0.0099) == 0.005);
+  CHECK(geometry::round_down_125(0.005) == 0.005);
+  CHECK(geometry::round_down_125(std::nextafter(0.005, 0)) == 0.002);
+  CHECK(geometry::round_down_125(0.0019999) == 0.001);
+  CHECK(geometry::round_down_125(1) == 1);
+  CHECK(geometry::round_down_125(std::nextafter(1, 0)) == 0.5);
+  CHECK(geometry::round_down_125(4999) == 2000);
+  CHECK(geometry::round_down_125(1e-9) == 1e-9);
+  CHECK(geometry::round_down_125(7e15) == 5e15);
 }
 
 TEST_CASE("the step follows the budget in pixels at the nearest camera") {
   const Folder folder;
-  const capture::Capture capture = make_capture(folder);
-  Options options = options_for(folder);
+  const scene::Capture capture = make_capture(folder);
+  FileOptions options = options_for(folder);
   options.capture = capture.path;
   options.delta = false;
   // Camera 0 stands at z = +3 (3 m along its own axis), the ball's box ends at 0.5: 2.5 m, by 70.5 px.
-  const Plan whole = make_plan(options);
+  const Plan whole = make_plan(options, {});
   CHECK(whole.lattice.lattice.step == 0.01); // of 2 * 0.15 * 2.5 / 70.5 = 0.01064
   CHECK(whole.lattice.pixels == Approx(0.005 * 70.5 / 2.5).epsilon(1e-3));
   CHECK(whole.lattice.reason.find("for 0.15 px at camera ") == 0);
   options.scale = 0.5; // half the pixels: twice the step
-  CHECK(make_plan(options).lattice.lattice.step == 0.02);
+  CHECK(make_plan(options, {}).lattice.lattice.step == 0.02);
   options.scale = 1;
   options.pictures = false; // the cameras still tell
-  CHECK(make_plan(options).lattice.lattice.step == 0.01);
+  CHECK(make_plan(options, {}).lattice.lattice.step == 0.01);
   options.step = parse_length("1.5mm");
-  const LatticeChoice asked = make_plan(options).lattice;
+  const LatticeChoice asked = make_plan(options, {}).lattice;
   CHECK(asked.lattice.step == 0.0015);
   CHECK(asked.pixels == Approx(0.00075 * 70.5 / 2.5).epsilon(1e-3));
 }
@@ -58,27 +60,27 @@ TEST_CASE("without cameras the first mesh's size decides, without meshes nothing
   Shape shape;
   shape.sizes.clear();
   make_capture(folder, shape);
-  Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.delta = false;
   // Diagonal of the unit cube, sqrt(3) / 8192 = 0.000211.
-  CHECK(make_plan(options).lattice.lattice.step == 0.0002);
-  CHECK(make_plan(options).lattice.pixels == 0);
+  CHECK(make_plan(options, {}).lattice.lattice.step == 0.0002);
+  CHECK(make_plan(options, {}).lattice.pixels == 0);
   shape.sizes = {{64, 48}};
   shape.meshes = false;
   make_capture(folder, shape);
-  CHECK(make_plan(options).lattice.reason == "there are no meshes");
+  CHECK(make_plan(options, {}).lattice.reason == "there are no meshes");
 }
 
 TEST_CASE("the capture's lattice is kept, and packing twice gives the same lattice points") {
   const Folder folder;
   Shape shape;
   shape.pictures = false;
-  capture::Capture capture = make_capture(folder, shape);
-  capture.lattice = capture::Lattice{{0.1, -0.2, 0.3}, 0.003};
-  capture::write_capture(capture, capture.path);
-  Options options = options_for(folder);
+  scene::Capture capture = make_capture(folder, shape);
+  capture.lattice = geometry::Lattice{{0.1, -0.2, 0.3}, 0.003};
+  scene::write_capture(capture, capture.path);
+  FileOptions options = options_for(folder);
   options.mesh_profile = FVV_MESH_RAW;
-  mux::mux(options);
+  mux_file(options);
   const std::string once = read_bytes(options.output);
   {
     Stream stream(options.output);
@@ -88,35 +90,35 @@ TEST_CASE("the capture's lattice is kept, and packing twice gives the same latti
     for (size_t i = 0; i < 5; i++) {
       fvv_mesh mesh = {};
       stream.mesh(i, mesh);
-      capture::Mesh unpacked;
+      geometry::Mesh unpacked;
       unpacked.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
       unpacked.positions.resize(3 * size_t(mesh.vertex_count));
       for (size_t v = 0; v < mesh.vertex_count; v++)
         fvv_lattice_to_metres(scene.lattice_origin, scene.lattice_step, mesh.positions + 3 * v,
                               &unpacked.positions[3 * v]);
       fvv_mesh_free(&mesh);
-      capture::write_mesh(unpacked, *capture.lattice, capture.mesh_path(int64_t(i)));
+      scene::write_mesh(unpacked, *capture.lattice, capture.mesh_path(int64_t(i)));
     }
   }
-  mux::mux(options);
+  mux_file(options);
   CHECK(read_bytes(options.output) == once);
   options.step = parse_length("0.004");
-  const Plan plan = make_plan(options);
+  const Plan plan = make_plan(options, {});
   CHECK((plan.lattice.lattice.step == 0.004 && plan.lattice.lattice.origin[0] == 0.1));
 }
 
 TEST_CASE("units of an unknown scale are no millimetres") {
   const Folder folder;
-  capture::Capture capture = make_capture(folder);
+  scene::Capture capture = make_capture(folder);
   capture.scale_unknown = true;
-  capture::write_capture(capture, capture.path);
-  Options options = options_for(folder);
+  scene::write_capture(capture, capture.path);
+  FileOptions options = options_for(folder);
   options.pictures = false;
   options.step = parse_length("2mm");
-  CHECK(usage_error([&] { make_plan(options); }) ==
+  CHECK(usage_error([&] { make_plan(options, {}); }) ==
         "--step: expected a plain number of the capture's units, because its scale is unknown");
   options.step = parse_length("0.25");
-  mux::mux(options);
+  mux_file(options);
   Stream stream(options.output);
   CHECK(stream.configuration().scene.flags == FVV_SCENE_SCALE_UNKNOWN);
   CHECK(stream.configuration().scene.lattice_step == 0.25);
@@ -128,20 +130,20 @@ TEST_CASE("a range of frames is a capture of its own") {
   shape.first = 10;
   shape.step = 2;
   make_capture(folder, shape); // 10 12 14 16 18
-  Options options = options_for(folder);
-  options.frames = cli::parse_range("--frames", "12-16");
-  const Summary summary = mux::mux(options);
-  CHECK(summary.exit() == cli::done);
+  FileOptions options = options_for(folder);
+  options.frames = fvv::parse_range("--frames", "12-16");
+  const Summary summary = mux_file(options);
+  CHECK(!summary.plan.warned);
   Stream stream(options.output);
   CHECK(stream.frames() == 3);
   const fvv_text &text = stream.configuration().metadata[0];
   CHECK(std::string(text.text, text.size).find(R"("frame_numbers":{"first":12,"step":2})") !=
         std::string::npos);
-  options.frames = cli::parse_range("--frames", "11..16");
-  CHECK(usage_error([&] { make_plan(options); }) ==
+  options.frames = fvv::parse_range("--frames", "11..16");
+  CHECK(usage_error([&] { make_plan(options, {}); }) ==
         "--frames: expected frame numbers of the capture, 10 to 18 in steps of 2, found 11");
-  options.frames = cli::parse_range("--frames", "12..20");
-  CHECK(usage_error([&] { make_plan(options); }) ==
+  options.frames = fvv::parse_range("--frames", "12..20");
+  CHECK(usage_error([&] { make_plan(options, {}); }) ==
         "--frames: expected frame numbers of the capture, 10 to 18 in steps of 2, found 20");
 }
 
@@ -182,9 +184,9 @@ TEST_CASE("options in all their spellings") {
   CHECK(parse_profile("fast") == FVV_MESH_FAST);
   CHECK(usage_error([] { parse_profile("delta"); }) ==
         "--mesh-profile: expected draco, raw or fast, found \"delta\"");
-  CHECK(cli::parse_range("--frames", "3-3").last == 3);
-  CHECK(cli::parse_range("--frames", "3..7").last == 7);
-  CHECK(cli::parse_range("--frames", "3").last == 3);
+  CHECK(fvv::parse_range("--frames", "3-3").last == 3);
+  CHECK(fvv::parse_range("--frames", "3..7").last == 7);
+  CHECK(fvv::parse_range("--frames", "3").last == 3);
   for (const char *wrong : {"", "7-3", "-3", "3-", "..", "3...7", "a-b", "1-9999999999"})
-    CHECK(!usage_error([&] { cli::parse_range("--frames", wrong); }).empty());
+    CHECK(!usage_error([&] { fvv::parse_range("--frames", wrong); }).empty());
 }

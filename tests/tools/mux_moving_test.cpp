@@ -6,8 +6,8 @@
 namespace {
 
 // Camera 1 pans, walks and zooms, with a lens that breathes; camera 2 is a pinhole that zooms.
-capture::Capture moving_capture(const Folder &folder) {
-  capture::Capture capture = make_capture(folder);
+scene::Capture moving_capture(const Folder &folder) {
+  scene::Capture capture = make_capture(folder);
   for (const int64_t number : capture.frames.numbers()) {
     const double t = double(number);
     fvv_camera one = capture.cameras[1].calibration, two = capture.cameras[2].calibration;
@@ -31,13 +31,13 @@ capture::Capture moving_capture(const Folder &folder) {
   base.lens = first.lens;
   std::copy(first.distortion, first.distortion + 8, base.distortion);
   base.r_max = first.r_max;
-  capture::write_capture(capture, capture.path);
+  scene::write_capture(capture, capture.path);
   return capture;
 }
 
 // Pixels between where two cameras see a point of the ball, at most.
 double difference(const fvv_camera &a, const fvv_camera &b, int64_t frame) {
-  const capture::Mesh mesh = ball(frame);
+  const geometry::Mesh mesh = ball(frame);
   double worst = 0;
   for (size_t v = 0; v < mesh.vertex_count(); v++) {
     double p[2], q[2];
@@ -103,11 +103,11 @@ std::string without_first_camera(const std::string &stream, int64_t time) {
 
 TEST_CASE("cameras that move go into a stream and come out of it within a twentieth of a pixel") {
   const Folder folder;
-  const capture::Capture source = moving_capture(folder);
-  mux::Options options = options_for(folder);
+  const scene::Capture source = moving_capture(folder);
+  FileOptions options = options_for(folder);
   options.verify = true;
-  const mux::Summary summary = mux::mux(options);
-  CHECK(summary.exit() == cli::done);
+  const mux::Summary summary = mux_file(options);
+  CHECK(!summary.plan.warned);
   CHECK(summary.calibration.chunks == 5);
   REQUIRE(summary.verdict);
   CHECK(summary.verdict->cameras == 3);
@@ -117,7 +117,7 @@ TEST_CASE("cameras that move go into a stream and come out of it within a twenti
   demux::Result result;
   demux::demux(options.output, folder.path("back"), all, result);
   CHECK(result.warnings.empty());
-  const capture::Capture back = capture::load_capture(folder.path("back/capture.json"));
+  const scene::Capture back = scene::load_capture(folder.path("back/capture.json"));
   REQUIRE(back.cameras.size() == 3);
   CHECK_FALSE(back.cameras[0].moves());
   for (const size_t k : {1, 2}) {
@@ -134,31 +134,31 @@ TEST_CASE("cameras that move go into a stream and come out of it within a twenti
   // What came out goes in again.
   options.capture = folder.path("back");
   options.output = folder.path("again.fvv");
-  CHECK(mux::mux(options).verdict->moving_reprojection < 0.05);
+  CHECK(mux_file(options).verdict->moving_reprojection < 0.05);
 }
 
 TEST_CASE("streams with cameras that move are the same bytes for any number of threads") {
   const Folder folder;
   moving_capture(folder);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.threads = 1;
-  mux::mux(options);
+  mux_file(options);
   const std::string one = read_bytes(options.output);
   options.threads = 4;
-  mux::mux(options);
+  mux_file(options);
   CHECK(read_bytes(options.output) == one);
 }
 
 TEST_CASE("verification notices a camera that moves elsewhere") {
   const Folder folder;
   moving_capture(folder);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.verify = true; // told.origins
-  const mux::Summary told = mux::mux(options);
-  CHECK_NOTHROW(mux::verify(told.plan, told.origins));
+  const mux::Summary told = mux_file(options);
+  CHECK_NOTHROW(mux::verify(told.plan, told.origins, InputFile(options.output)));
   mux::Plan wrong = told.plan;
   wrong.capture.cameras[1].per_frame.at(3).cx += 0.1;
-  CHECK_THROWS_WITH(mux::verify(wrong, told.origins),
+  CHECK_THROWS_WITH(mux::verify(wrong, told.origins, InputFile(options.output)),
                     Catch::Contains("frame 3: camera 13 is not the camera of the capture"));
 }
 
@@ -166,8 +166,8 @@ TEST_CASE(
     "a camera that another writer left without calibration in a frame comes out as one that is lost there") {
   const Folder folder;
   moving_capture(folder);
-  mux::Options options = options_for(folder);
-  mux::mux(options);
+  FileOptions options = options_for(folder);
+  mux_file(options);
   const std::string cut = without_first_camera(read_bytes(options.output), 3);
   write_bytes(options.output, cut.data(), cut.size());
   demux::Options all;
@@ -175,7 +175,7 @@ TEST_CASE(
   demux::demux(options.output, folder.path("back"), all, result);
   CHECK(result.losses.empty());
   CHECK(result.warnings.empty());
-  const capture::Capture back = capture::load_capture(folder.path("back/capture.json"));
+  const scene::Capture back = scene::load_capture(folder.path("back/capture.json"));
   REQUIRE(back.cameras.size() == 3);
   CHECK(back.cameras[1].lost == std::set<int64_t>{3});
   CHECK(back.cameras[1].per_frame.size() == 4);
@@ -184,48 +184,48 @@ TEST_CASE(
 
 TEST_CASE("cameras that are not calibrated in the first frame have neighbours and a share of pixels") {
   const Folder folder;
-  capture::Capture source = moving_capture(folder);
+  scene::Capture source = moving_capture(folder);
   source.cameras[1].per_frame.erase(0);
   source.cameras[1].lost.insert(0);
-  capture::write_capture(source, source.path);
-  mux::Options options = options_for(folder);
+  scene::write_capture(source, source.path);
+  FileOptions options = options_for(folder);
   options.crop = mux::Crop::automatic;
   options.video_tracks = 2;
-  CHECK(mux::make_plan(options).tile_track_count() == 2);
+  CHECK(mux::make_plan(options, {}).tile_track_count() == 2);
   options.video_tracks = 1;
   options.video_pixels = 6000;
-  CHECK(mux::make_plan(options).tile_track_count() == 1);
+  CHECK(mux::make_plan(options, {}).tile_track_count() == 1);
 }
 
 TEST_CASE("frames in which a camera lost its calibration are frames without it, there and back") {
   const Folder folder;
-  capture::Capture source = moving_capture(folder);
+  scene::Capture source = moving_capture(folder);
   for (const int64_t frame : {0, 1, 3}) { // the first of all, the first of a group, and one between
     source.cameras[1].per_frame.erase(frame);
     source.cameras[1].lost.insert(frame);
   }
-  capture::write_capture(source, source.path);
-  mux::Options options = options_for(folder);
+  scene::write_capture(source, source.path);
+  FileOptions options = options_for(folder);
   options.verify = true;
   options.group = 2;
-  const mux::Summary summary = mux::mux(options);
-  CHECK(summary.exit() == cli::done);
+  const mux::Summary summary = mux_file(options);
+  CHECK(!summary.plan.warned);
   CHECK(summary.verdict->moving_reprojection < 0.05);
   demux::Options all;
   demux::Result result;
   demux::demux(options.output, folder.path("back"), all, result);
   CHECK((result.losses.empty() && result.warnings.empty()));
-  const capture::Capture back = capture::load_capture(folder.path("back/capture.json"));
+  const scene::Capture back = scene::load_capture(folder.path("back/capture.json"));
   REQUIRE(back.cameras.size() == 3);
   CHECK(back.cameras[1].lost == std::set<int64_t>{0, 1, 3});
   CHECK(difference(source.cameras[1].calibration_at(4), back.cameras[1].calibration_at(4), 4) < 0.05);
   // A stream that calibrates it all the same is found out.
   mux::Plan wrong = summary.plan;
   wrong.capture.cameras[1].lost.insert(2);
-  CHECK_THROWS_WITH(mux::verify(wrong, summary.origins),
+  CHECK_THROWS_WITH(mux::verify(wrong, summary.origins, InputFile(options.output)),
                     Catch::Contains("frame 2: camera 13 is calibrated, and lost in the capture"));
   options.capture = folder.path("back");
   options.output = folder.path("again.fvv");
   options.undistort = true;
-  CHECK(mux::mux(options).verdict->moving_reprojection < 0.05);
+  CHECK(mux_file(options).verdict->moving_reprojection < 0.05);
 }

@@ -1,8 +1,8 @@
 // fvvmux, and fvvdemux behind it: when normals are sent, and that they arrive.
 #include "mux_fixture.h"
 
+#include "fvv_mux/summary.h"
 #include "fvvdemux/demux.h"
-#include "fvvmux/summary.h"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@
 namespace {
 
 // A box whose six sides have n x n squares and vertices and a normal of their own, turned about y.
-capture::Mesh box(uint32_t n, double turn) {
-  capture::Mesh mesh;
+geometry::Mesh box(uint32_t n, double turn) {
+  geometry::Mesh mesh;
   const auto rotated = [&](std::array<double, 3> p) {
     return std::array<double, 3>{std::cos(turn) * p[0] + std::sin(turn) * p[2], p[1],
                                  std::cos(turn) * p[2] - std::sin(turn) * p[0]};
@@ -79,8 +79,8 @@ fvv_check_summary checked(const std::string &path, fvv_track_summary &track) {
 
 TEST_CASE("normals are sent where edges are hard, and turn in delta frames") {
   const Folder folder;
-  mux::Options options = frames_on_disk(folder, boxes(8));
-  const mux::Summary summary = mux::mux(options); // verifies
+  FileOptions options = frames_on_disk(folder, boxes(8));
+  const mux::Summary summary = mux_file(options); // verifies
   CHECK(summary.plan.normals.bits == 8);
   CHECK(summary.delta.chunks == 6);
   CHECK(summary.verdict->mesh.max_normal_error < 4); // of 8 bits twice, and of rounded positions
@@ -88,13 +88,13 @@ TEST_CASE("normals are sent where edges are hard, and turn in delta frames") {
   CHECK(checked(options.output, track).problems == 0);
   CHECK((track.with_normals == 8 && track.min_normal_bits == 8 && track.max_normal_bits == 8));
   CHECK(track.max_vertices == 6 * 49);
-  const nlohmann::ordered_json json = mux::summary_json(summary);
+  const nlohmann::ordered_json json = json_of(summary);
   CHECK(json["mesh"]["normals"]["bits"] == 8);
   CHECK(json["verified"]["max_normal_error"] == summary.verdict->mesh.max_normal_error);
-  CHECK(mux::summary_text(summary).find("normals   sent with 8 bits: ") != std::string::npos);
+  CHECK(text_of(summary).find("normals   sent with 8 bits: ") != std::string::npos);
 
   options.normals = mux::Normals::never;
-  const mux::Summary without = mux::mux(options);
+  const mux::Summary without = mux_file(options);
   CHECK(without.plan.normals.bits == 0);
   CHECK(without.mesh.payload < summary.mesh.payload);
   CHECK(checked(options.output, track).problems == 0);
@@ -104,8 +104,8 @@ TEST_CASE("normals are sent where edges are hard, and turn in delta frames") {
 
 TEST_CASE("smooth normals are left to players") {
   const Folder folder;
-  mux::Options options = frames_on_disk(folder, smooth(3));
-  const mux::Summary summary = mux::mux(options);
+  FileOptions options = frames_on_disk(folder, smooth(3));
+  const mux::Summary summary = mux_file(options);
   CHECK(summary.plan.normals.bits == 0);
   CHECK(summary.plan.normals.reason == "0 % of the first mesh's vertices lie on hard edges");
   const std::string bytes = read_bytes(options.output);
@@ -113,11 +113,11 @@ TEST_CASE("smooth normals are left to players") {
   Frames inwards = smooth(3);
   for (double &x : inwards[0].normals) x = -x;
   frames_on_disk(folder, inwards);
-  CHECK(mux::mux(options).plan.normals.bits == 0);
+  CHECK(mux_file(options).plan.normals.bits == 0);
   CHECK(read_bytes(options.output) == bytes);
   for (size_t k = 0; k < 3; k++) inwards[0].normals[3 * 20 + k] = 0;
   frames_on_disk(folder, inwards);
-  const mux::Summary broken = mux::mux(options);
+  const mux::Summary broken = mux_file(options);
   CHECK(broken.plan.normals.bits == 0);
   CHECK(broken.plan.normals.reason.find("vertex 20: its normal is (0, 0, 0)") != std::string::npos);
   CHECK(read_bytes(options.output) == bytes);
@@ -126,36 +126,36 @@ TEST_CASE("smooth normals are left to players") {
   Frames mixed = smooth(3);
   std::rotate(mixed[0].normals.begin(), mixed[0].normals.begin() + 3 * 40, mixed[0].normals.end());
   frames_on_disk(folder, mixed);
-  const mux::Summary odd = mux::mux(options);
+  const mux::Summary odd = mux_file(options);
   CHECK(odd.plan.normals.bits == 0);
   CHECK(odd.plan.normals.reason.find("off those of their own faces") != std::string::npos);
 
   frames_on_disk(folder, smooth(3));
   options.normals = mux::Normals::always;
-  const mux::Summary sent = mux::mux(options);
+  const mux::Summary sent = mux_file(options);
   CHECK(sent.plan.normals.bits == 8);
   CHECK(sent.verdict->mesh.max_normal_error < 6); // a ball of 12 x 16 cells turned by nothing but its lattice
 }
 
 TEST_CASE("normals that are asked for have to be there") {
   const Folder folder;
-  mux::Options options = frames_on_disk(folder, balls(3));
-  CHECK(mux::mux(options).plan.normals.reason == "the source has none");
+  FileOptions options = frames_on_disk(folder, balls(3));
+  CHECK(mux_file(options).plan.normals.reason == "the source has none");
   options.normals = mux::Normals::always;
-  CHECK_THROWS_WITH(mux::mux(options),
+  CHECK_THROWS_WITH(mux_file(options),
                     Catch::Matchers::Contains("--normals always: ") &&
                         Catch::Matchers::Contains("0000.ply: expected a normal for every"));
   Frames some = boxes(3);
   some[1].normals.clear();
   options = frames_on_disk(folder, some);
-  CHECK_THROWS_WITH(mux::mux(options), Catch::Matchers::Contains("0001.ply: frame 1: expected a normal"));
+  CHECK_THROWS_WITH(mux_file(options), Catch::Matchers::Contains("0001.ply: frame 1: expected a normal"));
   CHECK(run_tool({folder.path("in"), "-o", folder.path("a.fvv"), "--normals", "some"}).exit == cli::usage);
 }
 
 TEST_CASE("a capture with hard edges comes back with its normals") {
   const Folder folder;
-  mux::Options options = frames_on_disk(folder, {box(3, 0.3), box(4, 0.3)});
-  mux::mux(options);
+  FileOptions options = frames_on_disk(folder, {box(3, 0.3), box(4, 0.3)});
+  mux_file(options);
   const std::string bytes = read_bytes(options.output);
   for (const demux::Meshes meshes : {demux::Meshes::ply, demux::Meshes::obj, demux::Meshes::drc}) {
     demux::Options how;
@@ -164,14 +164,14 @@ TEST_CASE("a capture with hard edges comes back with its normals") {
     demux::Result result;
     demux::demux(options.output, folder.path("back"), how, result);
     CHECK(result.meshes == 2);
-    const capture::Capture back = capture::load_capture(folder.path("back/capture.json"));
-    const capture::Mesh mesh = capture::load_mesh(back, 0, nullptr, nullptr, true);
+    const scene::Capture back = scene::load_capture(folder.path("back/capture.json"));
+    const geometry::Mesh mesh = scene::load_mesh(back, 0, nullptr, nullptr, true);
     CHECK(mesh.normals.size() == mesh.positions.size());
-    mux::Options again = options_for(folder);
+    FileOptions again = options_for(folder);
     again.capture = folder.path("back");
     again.output = folder.path("again.fvv");
     again.group = options.group;
-    CHECK(mux::mux(again).plan.normals.bits == 8);
+    CHECK(mux_file(again).plan.normals.bits == 8);
     Stream first(options.output), second(again.output);
     for (size_t f = 0; f < 2; f++) {
       fvv_mesh a = {}, b = {};

@@ -1,13 +1,13 @@
 // fvvmux --bitrate: the rate that is asked for, whatever the codec and the number of threads.
 #include "display_codecs.h"
-#include "fvvmux/summary.h"
+#include "fvv_mux/summary.h"
 #include "mux_fixture.h"
 
 namespace {
 
 // Three groups of 8 frames, three cameras of 128x96.
-mux::Options options_of(const Folder &folder, const media::VideoCodec &codec) {
-  mux::Options options = options_for(folder);
+FileOptions options_of(const Folder &folder, const media::VideoCodec &codec) {
+  FileOptions options = options_for(folder);
   options.codec = codec.code;
   options.group = 8;
   options.meshes = false;
@@ -37,22 +37,22 @@ TEST_CASE("a bit rate is kept over a clip by every codec, and reported") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
   for (const media::VideoCodec &codec : display_codecs()) {
-    mux::Options options = options_of(folder, codec);
+    FileOptions options = options_of(folder, codec);
     options.quality = {false, codec.code == FVV_CODEC_JPEG ? 70.0 : 30.0};
-    mux::mux(options);
+    mux_file(options);
     const double asked = std::floor(rate_in(options.output) * 1.02);
     CAPTURE(codec.name, asked);
     options.bit_rate = uint64_t(asked);
-    const mux::Summary summary = mux::mux(options);
-    CHECK(summary.exit() == cli::done);
+    const mux::Summary summary = mux_file(options);
+    CHECK(!summary.plan.warned);
     const double reached = rate_in(options.output);
     CHECK(reached <= asked);
     CHECK(reached > 0.92 * asked);
-    const nlohmann::ordered_json rate = mux::summary_json(summary)["video"]["bit_rate"];
+    const nlohmann::ordered_json rate = json_of(summary)["video"]["bit_rate"];
     CHECK(rate["asked"] == uint64_t(asked));
     CHECK(rate["reached"].get<double>() == Approx(reached));
     CHECK(rate["groups_over"] == 0);
-    CHECK(mux::summary_text(summary).find(" (asked for ") != std::string::npos);
+    CHECK(text_of(summary).find(" (asked for ") != std::string::npos);
   }
 }
 
@@ -60,13 +60,13 @@ TEST_CASE("a bit rate gives the same bytes for any number of threads") {
   const Folder folder;
   make_capture(folder, shape_of_clip());
   for (const media::VideoCodec &codec : display_codecs()) {
-    mux::Options options = options_of(folder, codec);
+    FileOptions options = options_of(folder, codec);
     options.bit_rate = codec.code == FVV_CODEC_JPEG ? 4000000 : 400000;
     std::string first;
     for (const uint32_t threads : {1u, 2u, 5u}) {
       CAPTURE(codec.name, threads);
       options.threads = threads;
-      mux::mux(options);
+      mux_file(options);
       const std::string bytes = read_bytes(options.output);
       if (first.empty()) first = bytes;
       CHECK((bytes == first));

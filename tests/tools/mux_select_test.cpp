@@ -13,15 +13,15 @@ std::vector<uint16_t> ids(const fvv_configuration &configuration) {
 
 TEST_CASE("cameras are taken by identifier, range and name") {
   const Folder folder;
-  const capture::Capture capture = make_capture(folder);
+  const scene::Capture capture = make_capture(folder);
   std::vector<uint16_t> all;
-  for (const capture::Camera &camera : capture.cameras) all.push_back(camera.calibration.id);
+  for (const scene::Camera &camera : capture.cameras) all.push_back(camera.calibration.id);
   std::sort(all.begin(), all.end());
   REQUIRE(all.size() == 3);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   const auto taken = [&](const std::vector<std::string> &wanted) {
     options.cameras = wanted;
-    mux::mux(options);
+    mux_file(options);
     return ids(Stream(options.output).configuration());
   };
   CHECK(taken({}) == all);
@@ -31,21 +31,21 @@ TEST_CASE("cameras are taken by identifier, range and name") {
   CHECK(taken({"camera 1"}) == std::vector<uint16_t>{capture.cameras[1].calibration.id});
   CHECK(taken({std::to_string(all[2]), std::to_string(all[0])}) == std::vector<uint16_t>{all[0], all[2]});
   options.cameras = {"camera 9"};
-  CHECK_THROWS_WITH(mux::mux(options), Catch::Contains("--cameras: expected identifiers") &&
+  CHECK_THROWS_WITH(mux_file(options), Catch::Contains("--cameras: expected identifiers") &&
                                            Catch::Contains("found \"camera 9\""));
 }
 
 TEST_CASE(
     "a camera whose lens model changes is left out with a warning, one without texture gives no pictures") {
   const Folder folder;
-  capture::Capture capture = make_capture(folder);
+  scene::Capture capture = make_capture(folder);
   for (const int64_t number : capture.frames.numbers())
     capture.cameras[0].per_frame[number] = capture.cameras[0].calibration;
   fvv_camera &last = capture.cameras[0].per_frame.rbegin()->second;
   last.lens = FVV_LENS_RADTAN;
   last.r_max = 1;
   capture.cameras[1].texture = false;
-  capture::write_capture(capture, capture.path);
+  scene::write_capture(capture, capture.path);
   const Run run = run_tool({folder.path("in"), "-o", folder.path("out.fvv")});
   CHECK(run.exit == 3);
   CHECK(run.err.find("left out, because their lens models change from frame to frame: camera " +

@@ -2,8 +2,8 @@
 #include "mux_fixture.h"
 
 #include "display_codecs.h"
-#include "fvvmux/ordered.h"
-#include "fvvmux/summary.h"
+#include "fvv_cxx/parallel.h"
+#include "fvv_mux/summary.h"
 
 #include <array>
 #include <atomic>
@@ -23,7 +23,7 @@ bool same_camera(const fvv_camera &a, const fvv_camera &b) {
 }
 
 // Largest distance along an axis of a decoded vertex from the nearest source vertex, in metres.
-double worst_vertex(const fvv_mesh &mesh, const fvv_scene &scene, const capture::Mesh &source) {
+double worst_vertex(const fvv_mesh &mesh, const fvv_scene &scene, const geometry::Mesh &source) {
   double worst = 0;
   for (uint32_t v = 0; v < mesh.vertex_count; v++) {
     double metres[3], best = INFINITY;
@@ -38,9 +38,9 @@ double worst_vertex(const fvv_mesh &mesh, const fvv_scene &scene, const capture:
   return worst;
 }
 
-std::string failure(const mux::Options &options) {
+std::string failure(const FileOptions &options) {
   try {
-    mux::mux(options);
+    mux_file(options);
     return "";
   } catch (const std::exception &error) {
     return error.what();
@@ -54,11 +54,11 @@ TEST_CASE("a stream holds what the capture holds") {
   Shape shape;
   shape.first = 20;
   shape.step = 3;
-  const capture::Capture capture = make_capture(folder, shape);
-  mux::Options options = options_for(folder);
+  const scene::Capture capture = make_capture(folder, shape);
+  FileOptions options = options_for(folder);
   options.quality.value = 38;
-  const mux::Summary summary = mux::mux(options);
-  CHECK(summary.exit() == cli::done);
+  const mux::Summary summary = mux_file(options);
+  CHECK(!summary.plan.warned);
   CHECK(summary.bytes == fs::file_size(options.output));
   Stream stream(options.output);
   REQUIRE(stream.frames() == 5);
@@ -80,7 +80,7 @@ TEST_CASE("a stream holds what the capture holds") {
   media::LumaError error;
   for (size_t i = 0; i < 5; i++) {
     const int64_t number = 20 + 3 * int64_t(i);
-    const capture::Mesh source = ball(number);
+    const geometry::Mesh source = ball(number);
     fvv_mesh mesh = {};
     stream.mesh(i, mesh);
     CHECK(mesh.vertex_count == source.vertex_count());
@@ -101,10 +101,10 @@ TEST_CASE("a stream holds what the capture holds") {
 TEST_CASE("within a frame the mesh comes first, and every group begins with key chunks") {
   const Folder folder;
   make_capture(folder);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.repeat_configuration = true;
-  mux::mux(options);
-  const cli::InputFile file(options.output);
+  mux_file(options);
+  const InputFile file(options.output);
   const fvv_input input = file.input();
   fvv_file *opened = nullptr;
   REQUIRE(fvv_file_open(&input, nullptr, nullptr, &opened, nullptr) == FVV_OK);
@@ -137,11 +137,11 @@ TEST_CASE("the bytes do not depend on the number of threads") {
   for (const media::VideoCodec &codec : display_codecs()) {
     std::set<std::string> results;
     for (const uint32_t threads : {1, 2, 5}) {
-      mux::Options options = options_for(folder);
+      FileOptions options = options_for(folder);
       options.codec = codec.code;
       options.threads = threads;
       options.quality.value = 35;
-      mux::mux(options);
+      mux_file(options);
       results.insert(read_bytes(options.output));
     }
     CHECK(results.size() == 1);
@@ -151,10 +151,10 @@ TEST_CASE("the bytes do not depend on the number of threads") {
 TEST_CASE("JPEG samples are files of their own, of the quality asked for") {
   const Folder folder;
   make_capture(folder);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.codec = FVV_CODEC_JPEG;
   options.quality = {false, 50};
-  const mux::Summary coarse = mux::mux(options);
+  const mux::Summary coarse = mux_file(options);
   Stream stream(options.output);
   for (size_t i = 0; i < 5; i++) {
     int key = 0;
@@ -163,7 +163,7 @@ TEST_CASE("JPEG samples are files of their own, of the quality asked for") {
     CHECK((bytes[0] == 0xff && bytes[1] == 0xd8));
   }
   options.quality = {false, 95};
-  const mux::Summary fine = mux::mux(options);
+  const mux::Summary fine = mux_file(options);
   CHECK(fine.videos[0].payload > coarse.videos[0].payload);
   CHECK(fine.plan.tracks[0].choice.sample_psnr > coarse.plan.tracks[0].choice.sample_psnr);
 }
@@ -172,11 +172,11 @@ TEST_CASE("masks: the foreground counts, and a flat background is grey beyond 8 
   const Folder folder;
   Shape shape;
   shape.masks = true;
-  const capture::Capture capture = make_capture(folder, shape);
-  mux::Options options = options_for(folder);
+  const scene::Capture capture = make_capture(folder, shape);
+  FileOptions options = options_for(folder);
   options.codec = FVV_CODEC_JPEG;
   options.background = mux::Background::flat;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   CHECK(summary.plan.tracks[0].choice.masks);
   Stream stream(options.output);
   const media::Image tile = media::extract(stream.pictures()[0], stream.configuration().videos[0].tiles[0]);
@@ -197,11 +197,11 @@ TEST_CASE("unlike cameras, scaled: tiles say the scale, cameras keep their size"
   Shape shape;
   shape.sizes = {{64, 48}, {80, 40}, {50, 61}};
   make_capture(folder, shape);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.scale = 0.5;
   options.verify = true;
   options.quality.value = 36;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   CHECK(summary.verdict->videos[0].pictures == 5);
   Stream stream(options.output);
   const fvv_configuration &configuration = stream.configuration();
@@ -214,7 +214,7 @@ TEST_CASE("unlike cameras, scaled: tiles say the scale, cameras keep their size"
     CHECK(configuration.cameras[k].width == shape.sizes[k][0]);
   }
   options.tile = mux::TileSize{48, 40};
-  mux::mux(options);
+  mux_file(options);
   CHECK(Stream(options.output).configuration().videos[0].tiles[2].destination.width == 48);
   options.tile = mux::TileSize{64, 40};
   CHECK(failure(options) ==
@@ -226,12 +226,12 @@ TEST_CASE("meshes alone, pictures alone, cameras without pictures, 29.97 Hz") {
   Shape shape;
   shape.duration = {1001, 30000};
   shape.count = 31;
-  capture::Capture capture = make_capture(folder, shape);
-  mux::Options options = options_for(folder);
+  scene::Capture capture = make_capture(folder, shape);
+  FileOptions options = options_for(folder);
   options.group = 0;
   options.quality.value = 30;
   options.pictures = false;
-  mux::mux(options);
+  mux_file(options);
   {
     Stream stream(options.output);
     CHECK(stream.configuration().video_count == 0);
@@ -243,14 +243,14 @@ TEST_CASE("meshes alone, pictures alone, cameras without pictures, 29.97 Hz") {
   }
   options.pictures = true;
   options.meshes = false;
-  mux::mux(options);
+  mux_file(options);
   CHECK(Stream(options.output).configuration().track_count == 1);
   options.pictures = false;
   CHECK(failure(options) == capture.path + ": nothing is left to write without meshes and pictures");
   capture.cameras[1].pictures.reset();
-  capture::write_capture(capture, capture.path);
+  scene::write_capture(capture, capture.path);
   options.pictures = options.meshes = true;
-  mux::mux(options);
+  mux_file(options);
   Stream stream(options.output);
   CHECK(stream.configuration().camera_count == 3);
   REQUIRE(stream.configuration().videos[0].tile_count == 2);
@@ -260,12 +260,12 @@ TEST_CASE("meshes alone, pictures alone, cameras without pictures, 29.97 Hz") {
 TEST_CASE("fast meshes are those of the other profiles, in another order") {
   const Folder folder;
   make_capture(folder, Shape());
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.pictures = false;
   const auto corners = [&](uint8_t profile) {
     options.mesh_profile = profile;
-    const mux::Summary summary = mux::mux(options);
-    CHECK(mux::summary_json(summary)["mesh"]["profile"] == (profile == FVV_MESH_FAST ? "fast" : "raw"));
+    const mux::Summary summary = mux_file(options);
+    CHECK(json_of(summary)["mesh"]["profile"] == (profile == FVV_MESH_FAST ? "fast" : "raw"));
     Stream stream(options.output);
     fvv_mesh mesh;
     stream.mesh(1, mesh);
@@ -283,24 +283,24 @@ TEST_CASE("fast meshes are those of the other profiles, in another order") {
 TEST_CASE("a live stream has no index, and readers make one") {
   const Folder folder;
   make_capture(folder);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.live = options.verify = true;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   CHECK(summary.verdict->meshes == 5);
   Stream stream(options.output);
   CHECK(fvv_file_index_state(stream.index()) == FVV_INDEX_REBUILT);
   CHECK(fvv_file_damage_count(stream.index()) == 0);
   CHECK(stream.frames() == 5);
   options.live = false;
-  CHECK(mux::mux(options).bytes > summary.bytes);
+  CHECK(mux_file(options).bytes > summary.bytes);
 }
 
 TEST_CASE("verification finds another mesh, another picture, another camera") {
   const Folder folder;
-  const capture::Capture capture = make_capture(folder);
-  mux::Options options = options_for(folder);
+  const scene::Capture capture = make_capture(folder);
+  FileOptions options = options_for(folder);
   options.verify = true;
-  mux::Summary summary = mux::mux(options);
+  mux::Summary summary = mux_file(options);
   const double step = summary.plan.lattice.lattice.step;
   CHECK(summary.verdict->mesh.max_vertex_error > 0);
   CHECK(summary.verdict->mesh.max_vertex_error <=
@@ -309,26 +309,26 @@ TEST_CASE("verification finds another mesh, another picture, another camera") {
   CHECK(summary.verdict->videos[0].min_psnr > 35);
   const auto complaint = [&] {
     try {
-      mux::verify(summary.plan, summary.origins);
+      mux::verify(summary.plan, summary.origins, InputFile(options.output));
       return std::string();
-    } catch (const cli::Failure &error) {
+    } catch (const fvv::Error &error) {
       return std::string(error.what());
     }
   };
   summary.plan.capture.cameras[1].calibration.fx += 1e-3;
   CHECK(complaint() == options.output + ": camera 13 is not the camera of the capture");
   summary.plan.capture.cameras[1].calibration.fx -= 1e-3;
-  capture::write_mesh(ball(4), {}, capture.mesh_path(3));
+  scene::write_mesh(ball(4), {}, capture.mesh_path(3));
   CHECK(complaint().find(options.output + ": frame 3: decoded vertex ") == 0);
-  mux::Options keys = options;
+  FileOptions keys = options;
   keys.delta = keys.verify = false;
   keys.output = folder.path("keys.fvv");
-  const mux::Summary alone = mux::mux(keys); // of the mesh that is there now
-  capture::write_mesh(ball(5), {}, capture.mesh_path(3));
-  CHECK_THROWS_WITH(mux::verify(alone.plan, std::vector<mux::MeshOrigins>(5)),
+  const mux::Summary alone = mux_file(keys); // of the mesh that is there now
+  scene::write_mesh(ball(5), {}, capture.mesh_path(3));
+  CHECK_THROWS_WITH(mux::verify(alone.plan, std::vector<mux::MeshOrigins>(5), InputFile(options.output)),
                     keys.output + ": frame 3: the decoded mesh has other faces than " + capture.mesh_path(3));
-  capture::write_mesh(ball(3), {}, capture.mesh_path(3));
-  for (const capture::Camera &camera : capture.cameras)
+  scene::write_mesh(ball(3), {}, capture.mesh_path(3));
+  for (const scene::Camera &camera : capture.cameras)
     write_png(capture.picture_path(camera, 2), media::make_image(64, 48, 3, 200));
   CHECK(complaint().find(options.output + ": frame 2: ") == 0);
   CHECK(complaint().find(" dB of luma PSNR, expected at least ") != std::string::npos);
@@ -339,7 +339,7 @@ TEST_CASE("groups are collected in order, few at a time, and the first failure c
   for (const unsigned threads : {1u, 3u, 16u}) {
     std::vector<size_t> order;
     std::atomic<size_t> collected{0}, most{0};
-    mux::run_ordered(
+    run_ordered(
         threads, group_of,
         [&](size_t piece) {
           const size_t ahead = group_of[piece] - collected;
@@ -352,7 +352,7 @@ TEST_CASE("groups are collected in order, few at a time, and the first failure c
         });
     CHECK(order == std::vector<size_t>{0, 1, 2, 3, 4, 5, 6, 7});
     CHECK(most <= threads);
-    CHECK_THROWS_WITH(mux::run_ordered(
+    CHECK_THROWS_WITH(run_ordered(
                           threads, group_of,
                           [&](size_t piece) {
                             if (piece == 3) std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -360,7 +360,7 @@ TEST_CASE("groups are collected in order, few at a time, and the first failure c
                           },
                           [](size_t) {}),
                       "piece 3");
-    CHECK_THROWS_WITH(mux::run_ordered(
+    CHECK_THROWS_WITH(run_ordered(
                           threads, group_of, [](size_t) {}, [](size_t) { throw std::runtime_error("full"); }),
                       "full");
   }

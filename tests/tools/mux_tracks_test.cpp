@@ -1,19 +1,18 @@
 // fvvmux: cameras spread over several video tracks when one frame would be more than decoders take.
 #include "mux_fixture.h"
 
+#include "fvv_mux/summary.h"
 #include "fvvdemux/demux.h"
-#include "fvvmux/frame_limit.h"
-#include "fvvmux/runs.h"
-#include "fvvmux/stream_writer.h"
-#include "fvvmux/summary.h"
+#include "mux/src/layout.h"
+#include "mux/src/stream_writer.h"
 
 namespace {
 
 // Five cameras with pictures of 64x48, whole: four of them fill a frame of 128x96, and three need one too.
-mux::Options spread(const Folder &folder, Shape shape = {}) {
+FileOptions spread(const Folder &folder, Shape shape = {}) {
   shape.sizes.assign(5, {64, 48});
   make_capture(folder, shape);
-  mux::Options options = options_for(folder);
+  FileOptions options = options_for(folder);
   options.quality = {false, 10};
   options.frame_limit = mux::FrameLimit{8192, 8192, 4 * 64 * 48, "a test"};
   return options;
@@ -27,7 +26,7 @@ std::vector<std::vector<size_t>> cameras_of(const mux::Plan &plan) {
 
 // Luma PSNR of what a camera's picture became in its own track, worst of all frames.
 double worst_psnr(const std::string &path, size_t camera) {
-  const cli::InputFile file(path);
+  const InputFile file(path);
   const fvv_input input = file.input();
   fvv_stream *stream = nullptr;
   REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
@@ -70,7 +69,7 @@ TEST_CASE("runs are balanced, in order, and none is empty") {
 }
 
 TEST_CASE("the limit of a frame is that of the codec's level, of its rate, and of textures") {
-  mux::Options options;
+  FileOptions options;
   const auto limit = [&](uint32_t codec, int32_t rate) {
     options.codec = codec;
     return mux::frame_limit(options, {1, uint32_t(rate)});
@@ -87,13 +86,13 @@ TEST_CASE("the limit of a frame is that of the codec's level, of its rate, and o
 
 TEST_CASE("cameras that one frame cannot hold are spread over tracks, and come back") {
   const Folder folder;
-  mux::Options options = spread(folder);
+  FileOptions options = spread(folder);
   options.verify = true;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   CHECK(cameras_of(summary.plan) == std::vector<std::vector<size_t>>{{0, 1, 2}, {3, 4}});
   for (const mux::VideoTrack &track : summary.plan.tracks)
     CHECK(track.tiling.width * track.tiling.height <= options.frame_limit->pixels);
-  CHECK(summary.exit() == cli::done);
+  CHECK(!summary.plan.warned);
   Stream stream(options.output);
   REQUIRE(stream.configuration().video_count == 2);
   CHECK(stream.configuration().videos[0].track == 2);
@@ -102,41 +101,41 @@ TEST_CASE("cameras that one frame cannot hold are spread over tracks, and come b
   CHECK(summary.verdict->videos[0].pictures == 5);
   CHECK(summary.verdict->videos[1].pictures == 5);
 
-  const nlohmann::ordered_json json = mux::summary_json(summary);
+  const nlohmann::ordered_json json = json_of(summary);
   REQUIRE(json["video"].is_array());
   CHECK(json["video"][0]["camera_ids"] == std::vector<int>{3, 13, 23});
   CHECK(json["video"][1]["camera_ids"] == std::vector<int>{33, 43});
   CHECK(json["video"][1]["track"] == 7);
   CHECK(json["verified"]["pictures"] == 10);
   CHECK(json["verified"]["psnr"] > 35);
-  const std::string text = mux::summary_text(summary);
+  const std::string text = text_of(summary);
   CHECK(text.find("  video 2  ") != std::string::npos);
   CHECK(text.find("in 2 video tracks: at 25 frames/s a frame may have 8192x8192 and 12288 pixels (a test)") !=
         std::string::npos);
 
   options.frame_limit->pixels = 1000000;
-  const nlohmann::ordered_json one = mux::summary_json(mux::mux(options));
+  const nlohmann::ordered_json one = json_of(mux_file(options));
   CHECK(one["video"]["cameras"] == 5);
   CHECK(!one["video"].contains("track"));
 }
 
 TEST_CASE("the sides of a frame are a limit too") {
   const Folder folder;
-  mux::Options options = spread(folder);
+  FileOptions options = spread(folder);
   options.frame_limit = mux::FrameLimit{64, 96, 1000000, "a test"};
-  CHECK(cameras_of(mux::make_plan(options)) == std::vector<std::vector<size_t>>{{0, 1}, {2, 3}, {4}});
+  CHECK(cameras_of(mux::make_plan(options, {})) == std::vector<std::vector<size_t>>{{0, 1}, {2, 3}, {4}});
 }
 
 TEST_CASE("crops are spread the same way, each group with a layout of every track") {
   const Folder folder;
   Shape shape;
   shape.masks = true;
-  mux::Options options = spread(folder, shape);
+  FileOptions options = spread(folder, shape);
   options.crop = mux::Crop::automatic;
   options.background = mux::Background::flat;
   options.frame_limit->pixels = 3 * 48 * 48;
   options.verify = true;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   CHECK(summary.plan.tracks.size() == 2);
   CHECK(summary.layouts == 2); // groups, not layouts of tracks
   CHECK(summary.verdict->videos[1].luma.psnr() > 35);
@@ -144,29 +143,29 @@ TEST_CASE("crops are spread the same way, each group with a layout of every trac
   const std::string two = read_bytes(options.output);
   for (const uint32_t threads : {1u, 5u}) {
     options.threads = threads;
-    mux::mux(options);
+    mux_file(options);
     CHECK(read_bytes(options.output) == two);
   }
 }
 
 TEST_CASE("a camera that exceeds the limit alone has a track of its own, and a warning") {
   const Folder folder;
-  mux::Options options = spread(folder);
+  FileOptions options = spread(folder);
   options.frame_limit->pixels = 64 * 48 - 1;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   CHECK(summary.plan.tracks.size() == 5);
-  CHECK(summary.exit() == cli::loss);
+  CHECK(summary.plan.warned);
 }
 
 TEST_CASE("neighbours share a track, on request") {
   // At 0, 90, 180, 270 and 360 degrees around the scene.
   const Folder folder;
-  mux::Options options = spread(folder);
+  FileOptions options = spread(folder);
   options.frame_limit.reset();
   using Sets = std::vector<std::vector<size_t>>;
   const auto sets = [&](const std::string &text) {
     options.video_tracks = mux::parse_video_tracks(text);
-    return cameras_of(mux::make_plan(options));
+    return cameras_of(mux::make_plan(options, {}));
   };
   CHECK(sets("1") == Sets{{0, 1, 2, 3, 4}});
   CHECK(sets("camera") == Sets{{0}, {1}, {2}, {3}, {4}});
@@ -174,30 +173,30 @@ TEST_CASE("neighbours share a track, on request") {
   CHECK(sets("4") == Sets{{0, 4}, {1}, {2}, {3}});
   CHECK(sets("2") == Sets{{0, 1, 4}, {2, 3}});
   options.verify = true;
-  const mux::Summary summary = mux::mux(options);
-  CHECK(summary.exit() == cli::done);
+  const mux::Summary summary = mux_file(options);
+  CHECK(!summary.plan.warned);
   CHECK(summary.verdict->videos[1].pictures == 5);
-  CHECK(mux::summary_text(summary).find("in 2 video tracks (--video-tracks)") != std::string::npos);
-  const nlohmann::ordered_json json = mux::summary_json(summary);
+  CHECK(text_of(summary).find("in 2 video tracks (--video-tracks)") != std::string::npos);
+  const nlohmann::ordered_json json = json_of(summary);
   CHECK(json["video"][0]["camera_ids"] == std::vector<int>{3, 13, 43});
   for (size_t camera = 0; camera < 5; camera++) CHECK(worst_psnr(options.output, camera) > 35);
   for (const char *wrong : {"0", "-1", "cameras", "", "1001"})
-    CHECK_THROWS_AS(mux::parse_video_tracks(wrong), cli::Failure);
+    CHECK_THROWS_AS(mux::parse_video_tracks(wrong), fvv::Error);
 }
 
 TEST_CASE("a set of neighbours that exceeds a frame is spread once more") {
   const Folder folder;
-  mux::Options options = spread(folder);
+  FileOptions options = spread(folder);
   options.video_tracks = 2;
   options.frame_limit->pixels = 2 * 64 * 48;
-  CHECK(cameras_of(mux::make_plan(options)) == std::vector<std::vector<size_t>>{{0, 1}, {4}, {2, 3}});
+  CHECK(cameras_of(mux::make_plan(options, {})) == std::vector<std::vector<size_t>>{{0, 1}, {4}, {2, 3}});
 }
 
 TEST_CASE("tracks share a bit rate by their pixels") {
   const Folder folder;
-  mux::Options options = spread(folder);
+  FileOptions options = spread(folder);
   options.bit_rate = 1000000;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   REQUIRE(summary.plan.tracks.size() == 2);
   const auto rate = [&](size_t k) { return double(summary.plan.tracks[k].choice.settings.bit_rate); };
   CHECK(rate(0) + rate(1) == Approx(1e6).margin(2));
@@ -209,8 +208,8 @@ TEST_CASE("tracks share a bit rate by their pixels") {
 
 TEST_CASE("fvvdemux writes the cameras of all tracks") {
   const Folder folder;
-  const mux::Options options = spread(folder);
-  mux::mux(options);
+  const FileOptions options = spread(folder);
+  mux_file(options);
   demux::Result result;
   demux::demux(options.output, folder.path("back"), {}, result);
   CHECK(result.warnings.empty());

@@ -3,7 +3,7 @@
 #include "mux_fixture.h"
 
 #include "calibration/cameras.h"
-#include "fvvmux/pinhole.h"
+#include "scene/src/pinhole.h"
 
 #include <cstdio>
 
@@ -22,13 +22,13 @@ fvv_camera small(fvv_camera camera) {
   return camera;
 }
 
-capture::Capture capture_with(const fvv_camera &camera) {
-  capture::Capture capture;
+scene::Capture capture_with(const fvv_camera &camera) {
+  scene::Capture capture;
   capture.path = "capture.json";
   capture.cameras.emplace_back();
   capture.cameras[0].calibration = camera;
   capture.cameras[0].set_name("one");
-  capture.cameras[0].pictures = capture::PictureSource(*capture::Pattern::parse("%04d.png", nullptr));
+  capture.cameras[0].pictures = scene::PictureSource(*scene::Pattern::parse("%04d.png", nullptr));
   return capture;
 }
 
@@ -124,9 +124,9 @@ TEST_CASE("points lie where the camera without lens sees them") {
               "points");
   for (const named_camera &lens : lenses()) {
     const fvv_camera before = small(lens.camera);
-    if (before.lens == FVV_LENS_NONE || mux::LensView(before).is_too_wide()) continue;
+    if (before.lens == FVV_LENS_NONE || scene::LensView(before).is_too_wide()) continue;
     for (const double alpha : {0.0, 1.0}) {
-      capture::Capture capture = capture_with(before);
+      scene::Capture capture = capture_with(before);
       const mux::Undistortion undistortion(capture, alpha);
       const fvv_camera &after = capture.cameras[0].calibration;
       CAPTURE(lens.name, alpha);
@@ -156,7 +156,7 @@ TEST_CASE("points lie where the camera without lens sees them") {
 
 TEST_CASE("half a pixel more would be seen") {
   fvv_camera before = small(camera_with(FVV_LENS_RADTAN, {-0.2, 0.04}));
-  capture::Capture capture = capture_with(before);
+  scene::Capture capture = capture_with(before);
   const mux::Undistortion undistortion(capture, 0);
   fvv_camera after = capture.cameras[0].calibration;
   CHECK(measure(before, after, undistortion, 0).worst < bound);
@@ -166,7 +166,7 @@ TEST_CASE("half a pixel more would be seen") {
 }
 
 TEST_CASE("a camera that zooms has a lens of its own in each frame, and pictures of one size") {
-  capture::Capture capture = capture_with(small(camera_with(FVV_LENS_RADTAN, {-0.2, 0.04})));
+  scene::Capture capture = capture_with(small(camera_with(FVV_LENS_RADTAN, {-0.2, 0.04})));
   capture.frames.count = 3;
   for (int64_t frame = 0; frame < 3; frame++) {
     fvv_camera one = capture.cameras[0].calibration;
@@ -179,7 +179,7 @@ TEST_CASE("a camera that zooms has a lens of its own in each frame, and pictures
     one.r_max = fvv_camera_r_max(&one);
     capture.cameras[0].per_frame[frame] = one;
   }
-  const capture::Capture before = capture;
+  const scene::Capture before = capture;
   const mux::Undistortion undistortion(capture, 0);
   for (int64_t frame = 0; frame < 3; frame++) {
     const fvv_camera now = capture.cameras[0].calibration_at(frame);
@@ -192,7 +192,7 @@ TEST_CASE("a camera that zooms has a lens of its own in each frame, and pictures
 }
 
 TEST_CASE("cameras without lens, and without pictures, stay as they are") {
-  capture::Capture capture = capture_with(small(camera_with(FVV_LENS_NONE, {})));
+  scene::Capture capture = capture_with(small(camera_with(FVV_LENS_NONE, {})));
   capture.cameras.push_back(capture.cameras[0]);
   capture.cameras[1].calibration = small(camera_with(FVV_LENS_RADTAN, {-0.2}));
   capture.cameras[1].pictures.reset();
@@ -204,7 +204,7 @@ TEST_CASE("cameras without lens, and without pictures, stay as they are") {
 }
 
 TEST_CASE("pixels of 16 bits keep their depth") {
-  capture::Capture capture = capture_with(small(camera_with(FVV_LENS_RADTAN, {-0.2})));
+  scene::Capture capture = capture_with(small(camera_with(FVV_LENS_RADTAN, {-0.2})));
   const mux::Undistortion undistortion(capture, 0);
   const media::DeepImage out = undistortion.apply(0, 0, media::make_image<uint16_t>(480, 270, 3, 40001));
   CHECK(std::all_of(out.pixels.begin(), out.pixels.end(), [](uint16_t p) { return p == 40001; }));
@@ -214,7 +214,7 @@ TEST_CASE("lenses that see too far round are refused by name") {
   fvv_camera wide = small(camera_with(FVV_LENS_FISHEYE, {0.02, -0.004}));
   wide.fx = wide.fy = 240 / 1.5; // 85 degrees to either side
   wide.r_max = fvv_camera_r_max(&wide);
-  capture::Capture capture = capture_with(wide);
+  scene::Capture capture = capture_with(wide);
   CHECK_THROWS_WITH(mux::Undistortion(capture, 0),
                     Catch::Contains("--undistort: camera 7: the lens shows 150 degrees"));
   // 74 degrees to either side, and more in the corners, is a picture.
@@ -230,28 +230,28 @@ TEST_CASE("a stream with --undistort holds cameras without lens, and verifies") 
   const Folder folder;
   Shape shape;
   shape.masks = true;
-  capture::Capture source = make_capture(folder, shape);
+  scene::Capture source = make_capture(folder, shape);
   for (const size_t k : {0, 2}) {
     fvv_camera &camera = source.cameras[k].calibration;
     camera.lens = k ? FVV_LENS_FISHEYE : FVV_LENS_RADTAN;
     camera.distortion[0] = k ? 0.02 : -0.15;
     camera.r_max = fvv_camera_r_max(&camera);
   }
-  capture::write_capture(source, source.path);
-  mux::Options options = options_for(folder);
+  scene::write_capture(source, source.path);
+  FileOptions options = options_for(folder);
   options.undistort = options.verify = true;
   options.crop = mux::Crop::automatic; // by masks of cameras without lens
   options.background = mux::Background::flat;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   REQUIRE(summary.verdict);
   CHECK(summary.plan.undistortion->report().size() == 2);
   const std::string one = read_bytes(options.output);
   options.threads = 1;
-  mux::mux(options);
+  mux_file(options);
   CHECK(read_bytes(options.output) == one);
-  for (const capture::Camera &camera : summary.plan.capture.cameras)
+  for (const scene::Camera &camera : summary.plan.capture.cameras)
     CHECK(camera.calibration.lens == FVV_LENS_NONE);
   // Without the option they stay as shot.
   options.undistort = false;
-  CHECK(mux::mux(options).plan.capture.cameras[0].calibration.lens == FVV_LENS_RADTAN);
+  CHECK(mux_file(options).plan.capture.cameras[0].calibration.lens == FVV_LENS_RADTAN);
 }

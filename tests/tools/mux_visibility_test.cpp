@@ -1,16 +1,16 @@
 // fvvmux: which cameras see what, chosen, written, the same for any number of threads, and verified.
 #include "mux_fixture.h"
 
-#include "fvvmux/stream_writer.h"
-#include "fvvmux/summary.h"
+#include "fvv_mux/summary.h"
+#include "mux/src/stream_writer.h"
 
 namespace {
 
 using mux::Visibility;
 
 // Two balls in line with camera 3: for it the nearer one hides part of the other, for camera 13 nothing does.
-capture::Mesh two_balls(int64_t frame) {
-  capture::Mesh mesh = ball(frame);
+geometry::Mesh two_balls(int64_t frame) {
+  geometry::Mesh mesh = ball(frame);
   const auto count = uint32_t(mesh.vertex_count());
   const std::vector<double> positions = mesh.positions;
   const std::vector<uint32_t> faces = mesh.faces;
@@ -20,11 +20,11 @@ capture::Mesh two_balls(int64_t frame) {
   return mesh;
 }
 
-mux::Options balls_on_disk(const Folder &folder, Shape shape = {}) {
-  const capture::Capture capture = make_capture(folder, shape);
+FileOptions balls_on_disk(const Folder &folder, Shape shape = {}) {
+  const scene::Capture capture = make_capture(folder, shape);
   for (const int64_t number : capture.frames.numbers())
-    capture::write_mesh(two_balls(number), {}, capture.mesh_path(number));
-  mux::Options options = options_for(folder);
+    scene::write_mesh(two_balls(number), {}, capture.mesh_path(number));
+  FileOptions options = options_for(folder);
   options.visibility = Visibility::faces;
   options.quality = {false, 30};
   return options;
@@ -32,7 +32,7 @@ mux::Options balls_on_disk(const Folder &folder, Shape shape = {}) {
 
 // How many faces or vertices of the first frame are averse, hidden and seen for a camera.
 std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
-  const cli::InputFile file(path);
+  const InputFile file(path);
   const fvv_input input = file.input();
   fvv_stream *stream = nullptr;
   REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
@@ -56,11 +56,11 @@ std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
 
 TEST_CASE("bits of faces and vertices, and shares, say who is hidden, and are what was read back") {
   const Folder folder;
-  mux::Options options = balls_on_disk(folder);
+  FileOptions options = balls_on_disk(folder);
   options.verify = true;
   for (const Visibility domain : {Visibility::faces, Visibility::vertices, Visibility::shares}) {
     options.visibility = domain;
-    const mux::Summary summary = mux::mux(options);
+    const mux::Summary summary = mux_file(options);
     CHECK(summary.plan.visibility.on);
     CHECK(summary.visibility.frames == 5);
     // Groups of 2: the frames behind the first have its faces.
@@ -71,7 +71,7 @@ TEST_CASE("bits of faces and vertices, and shares, say who is hidden, and are wh
     CHECK(front[FVV_ELEMENT_HIDDEN] > 60);
     CHECK(side[FVV_ELEMENT_HIDDEN] == 0);
     CHECK(side[FVV_ELEMENT_SEEN] > front[FVV_ELEMENT_SEEN]);
-    const nlohmann::ordered_json json = mux::summary_json(summary);
+    const nlohmann::ordered_json json = json_of(summary);
     CHECK(json["visibility"]["domain"] == (domain == Visibility::faces      ? "face"
                                            : domain == Visibility::vertices ? "vertex"
                                                                             : "share"));
@@ -85,7 +85,7 @@ namespace {
 
 // Of all bits that a face has in two frames of a group, the share that are not the same; all cameras.
 double flips(const std::string &path) {
-  const cli::InputFile file(path);
+  const InputFile file(path);
   const fvv_input input = file.input();
   fvv_stream *stream = nullptr;
   REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
@@ -110,48 +110,24 @@ double flips(const std::string &path) {
 
 } // namespace
 
-TEST_CASE("smoothed bits turn less often, take fewer bytes, and are verified") {
-  const Folder folder;
-  mux::Options options = balls_on_disk(folder);
-  options.verify = true;
-  options.group = 5;
-  for (const Visibility domain : {Visibility::faces, Visibility::vertices, Visibility::shares}) {
-    options.visibility = domain;
-    options.visibility_smooth = false;
-    const mux::Summary usual = mux::mux(options);
-    const double often = flips(options.output);
-    options.visibility_smooth = true;
-    const mux::Summary smooth = mux::mux(options);
-    const double seldom = flips(options.output);
-    INFO(100 * often << " % of the bits turn, smoothed " << 100 * seldom << " %");
-    CHECK(often > 0.001);
-    // What of shares changes is nearly all motion.
-    CHECK(seldom < (domain == Visibility::shares ? 1 : 0.9) * often);
-    CHECK(smooth.visibility.bytes < usual.visibility.bytes);
-    CHECK(smooth.verdict->visible == 5);
-    CHECK(mux::summary_json(smooth)["visibility"]["smooth"] == true);
-    CHECK(mux::summary_json(usual)["visibility"]["smooth"] == false);
-  }
-}
-
 TEST_CASE("a bit that is not what a camera sees is found") {
   const Folder folder;
-  mux::Options options = balls_on_disk(folder);
+  FileOptions options = balls_on_disk(folder);
   options.verify = true;
-  mux::Summary summary = mux::mux(options);
+  mux::Summary summary = mux_file(options);
   summary.plan.visibility.threshold = 0;
-  CHECK_THROWS_AS(mux::verify(summary.plan, summary.origins), cli::Failure);
+  CHECK_THROWS_AS(mux::verify(summary.plan, summary.origins, InputFile(options.output)), fvv::Error);
 }
 
 TEST_CASE("visibility is the same for any number of threads") {
   const Folder folder;
-  mux::Options options = balls_on_disk(folder);
+  FileOptions options = balls_on_disk(folder);
   std::string first;
   for (const bool delta : {true, false})
     for (const uint32_t threads : {1u, 2u, 5u}) {
       options.threads = threads;
       options.delta = delta;
-      CHECK(mux::mux(options).visibility.keys == (delta ? 3u : 5u));
+      CHECK(mux_file(options).visibility.keys == (delta ? 3u : 5u));
       const std::string bytes = read_bytes(options.output);
       if (threads == 1)
         first = bytes;
@@ -162,13 +138,13 @@ TEST_CASE("visibility is the same for any number of threads") {
 
 TEST_CASE("visibility that does not pay is left out, and the reason is told") {
   const Folder folder;
-  mux::Options options = balls_on_disk(folder);
+  FileOptions options = balls_on_disk(folder);
   options.visibility = Visibility::automatic;
   const auto reason = [&] {
-    const mux::Summary summary = mux::mux(options);
+    const mux::Summary summary = mux_file(options);
     CHECK(summary.visibility.frames == 0);
     CHECK(summary.visibility.bytes == 0);
-    CHECK(mux::summary_json(summary)["visibility"]["sent"] == false);
+    CHECK(json_of(summary)["visibility"]["sent"] == false);
     Stream stream(options.output);
     for (size_t i = 0; i < stream.configuration().track_count; i++)
       CHECK(stream.configuration().tracks[i].kind != FVV_TRACK_VISIBILITY);
@@ -185,7 +161,7 @@ TEST_CASE("visibility that does not pay is left out, and the reason is told") {
   options.meshes = false;
   CHECK(reason() == "there are no meshes");
   options.visibility = Visibility::faces;
-  CHECK_THROWS_AS(mux::mux(options), cli::Failure);
+  CHECK_THROWS_AS(mux_file(options), fvv::Error);
   options.meshes = true;
   options.visibility = Visibility::none;
   CHECK(reason() == "--visibility none");
@@ -207,25 +183,25 @@ TEST_CASE("visibility pays up to a tenth of the pictures") {
 
 TEST_CASE("whoever asks gets the visibility of cameras without pictures too") {
   const Folder folder;
-  mux::Options options = balls_on_disk(folder);
+  FileOptions options = balls_on_disk(folder);
   options.pictures = false;
-  CHECK(mux::mux(options).visibility.frames == 5);
+  CHECK(mux_file(options).visibility.frames == 5);
   CHECK(states_of(options.output, 23)[FVV_ELEMENT_SEEN] > 50);
 }
 
 TEST_CASE("a camera that is too far away for the lattice has no bits, and is not counted") {
   const Folder folder;
   Shape shape;
-  mux::Options options = balls_on_disk(folder, shape);
-  capture::Capture capture = capture::load_capture(folder.path("in/capture.json"));
+  FileOptions options = balls_on_disk(folder, shape);
+  scene::Capture capture = scene::load_capture(folder.path("in/capture.json"));
   capture.cameras[2].calibration.translation[2] = 5e5; // metres; the lattice has 2^28 steps of 1 mm
-  capture::write_capture(capture, capture.path);
+  scene::write_capture(capture, capture.path);
   options.step = mux::Length{0.001, true};
   options.verify = true;
-  const mux::Summary summary = mux::mux(options);
+  const mux::Summary summary = mux_file(options);
   CHECK(summary.plan.visibility.cameras.size() == 3);
-  CHECK(mux::summary_json(summary)["visibility"]["cameras"] == 2);
-  CHECK(mux::summary_text(summary).find("bits a face and camera, 2 cameras") != std::string::npos);
+  CHECK(json_of(summary)["visibility"]["cameras"] == 2);
+  CHECK(text_of(summary).find("bits a face and camera, 2 cameras") != std::string::npos);
   CHECK(summary.verdict->visible == 5);
   CHECK(states_of(options.output, 23) == std::array<size_t, 3>{});
   CHECK(states_of(options.output, 3)[FVV_ELEMENT_SEEN] > 50);

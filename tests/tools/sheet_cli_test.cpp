@@ -1,10 +1,10 @@
-// fvvmux --check-calibration as a program: exit codes, messages, JSON, and no half-written sheets.
+// fvvimport capture --sheet as a program: exit codes, messages, JSON, and no half-written sheets.
 #include "sheet_fixture.h"
 
 namespace {
 
 Run run_sheet(const Folder &folder, std::vector<std::string> more = {}) {
-  std::vector<std::string> words = {folder.path("in"), "--check-calibration", folder.path("sheet.png")};
+  std::vector<std::string> words = {"capture", folder.path("in"), "--sheet", folder.path("sheet.png")};
   words.insert(words.end(), more.begin(), more.end());
   return run_tool(words);
 }
@@ -22,7 +22,7 @@ TEST_CASE("sheet command: a summary, and a JSON whose keys are documented") {
   const Run json_run = run_sheet(folder, {"--json", "--force", "--sheet-width", "200"});
   CHECK(json_run.exit == 0);
   const nlohmann::json json = nlohmann::json::parse(json_run.out);
-  CHECK(json.at("fvvmux") == 1);
+  CHECK(json.at("fvvimport") == 1);
   CHECK(json.at("sheet") == folder.path("sheet.png"));
   CHECK(json.at("frame") == 11);
   CHECK(json.at("outline") == "mesh");
@@ -51,13 +51,13 @@ TEST_CASE("sheet command: a summary, and a JSON whose keys are documented") {
 
 TEST_CASE("sheet command: what is missing for one camera is a warning") {
   const Folder folder;
-  const capture::Capture capture = make_sheet_capture(folder);
+  const scene::Capture capture = make_sheet_capture(folder);
   fs::remove(capture.picture_path(capture.cameras[0], 11));
   write_png(capture.mask_path(capture.cameras[1], 11), media::make_image(20, 10, 1, 255));
   const Run run = run_sheet(folder, {"--json"});
   CHECK(run.exit == 3);
-  CHECK(run.err == "fvvmux: warning: " + capture.picture_path(capture.cameras[0], 11) +
-                       ": cannot be opened: No such file or directory\nfvvmux: warning: " +
+  CHECK(run.err == "fvvimport: warning: " + capture.picture_path(capture.cameras[0], 11) +
+                       ": cannot be opened: No such file or directory\nfvvimport: warning: " +
                        capture.mask_path(capture.cameras[1], 11) +
                        ": expected 160x120 pixels, as the camera has, found 20x10\n");
   const nlohmann::json json = nlohmann::json::parse(run.out);
@@ -70,14 +70,14 @@ TEST_CASE("sheet command: what is missing for one camera is a warning") {
 
 TEST_CASE("sheet command: a camera that is lost in the frame is left out, with a warning") {
   const Folder folder;
-  capture::Capture capture = make_sheet_capture(folder, {true, true, 4});
+  scene::Capture capture = make_sheet_capture(folder, {true, true, 4});
   for (const int64_t frame : {10, 12}) capture.cameras[1].per_frame[frame] = capture.cameras[1].calibration;
   capture.cameras[1].lost = {11};
-  capture::write_capture(capture, capture.path);
+  scene::write_capture(capture, capture.path);
   const Run run = run_sheet(folder, {"--json"});
   CHECK(run.exit == 3);
   const std::string warning = capture.path + ": left out: camera 2 is not calibrated in frame 11";
-  CHECK(run.err == "fvvmux: warning: " + warning + "\n");
+  CHECK(run.err == "fvvimport: warning: " + warning + "\n");
   const nlohmann::json json = nlohmann::json::parse(run.out);
   CHECK(json.at("warnings") == nlohmann::json::array({warning}));
   REQUIRE(json.at("cameras").size() == 3);
@@ -90,8 +90,8 @@ TEST_CASE("sheet command: a camera that is lost in the frame is left out, with a
 TEST_CASE(
     "sheet command: without a single picture that can be read, or without the mesh, there is no sheet") {
   const Folder folder;
-  const capture::Capture capture = make_sheet_capture(folder);
-  for (const capture::Camera &camera : capture.cameras)
+  const scene::Capture capture = make_sheet_capture(folder);
+  for (const scene::Camera &camera : capture.cameras)
     write_bytes(capture.picture_path(camera, 11),
                 "\0\0\0\x20"
                 "ftypisom",
@@ -111,19 +111,18 @@ TEST_CASE(
 TEST_CASE("sheet command: usage") {
   const Folder folder;
   make_sheet_capture(folder, {true, true, 3});
-  CHECK(run_tool({folder.path("in")}).exit == 2);
-  CHECK(run_tool({folder.path("in")}).err.find("--output is required") != std::string::npos);
+  CHECK(run_tool({"capture", folder.path("in")}).exit == 2);
+  CHECK(run_tool({"capture", folder.path("in")}).err.find("expected --sheet FILE") != std::string::npos);
   CHECK(run_sheet(folder, {"-o", folder.path("out.fvv")}).exit == 2);
   CHECK(run_sheet(folder, {"--frames", "40-41"}).exit == 2);
   CHECK(run_sheet(folder, {"--cameras", "99"}).exit == 2);
   CHECK(run_sheet(folder, {"--sheet-width", "20"}).exit == 2);
-  CHECK(run_tool({folder.path("in"), "-o", folder.path("out.fvv"), "--sheet-width", "300"}).exit == 2);
-  CHECK(run_tool({folder.path("in"), "--check-calibration", "-", "--json"}).exit == 2);
+  CHECK(run_tool({"capture", folder.path("in"), "--sheet-width", "300"}).exit == 2);
+  CHECK(run_tool({"capture", folder.path("in"), "--sheet", "-", "--json"}).exit == 2);
   CHECK(folder.entries() == 1);
   write_bytes(folder.path("sheet.png"), "mine", 4);
   CHECK(run_sheet(folder).exit == 1);
   CHECK(read_bytes(folder.path("sheet.png")) == "mine");
   CHECK(run_sheet(folder, {"--force"}).exit == 0);
-  CHECK(run_tool({folder.path("in"), "--check-calibration", "-"}).out ==
-        read_bytes(folder.path("sheet.png")));
+  CHECK(run_tool({"capture", folder.path("in"), "--sheet", "-"}).out == read_bytes(folder.path("sheet.png")));
 }

@@ -4,16 +4,16 @@
 
 #include "mux_fixture.h"
 
-#include "fvvmux/contact_sheet.h"
+#include "fvvimport/sheet.h"
 
 constexpr double ball_radius = 0.5;
 constexpr double ball_centre[3] = {0.1, 0.2, -0.1};
 constexpr size_t ring_cameras = 9;
 
 // 48 x 96 cells: the sphere is nowhere more than 0.0011 above its faces.
-inline capture::Mesh sheet_ball() {
+inline geometry::Mesh sheet_ball() {
   constexpr uint32_t rows = 48, columns = 96;
-  capture::Mesh mesh;
+  geometry::Mesh mesh;
   for (uint32_t r = 0; r <= rows; r++)
     for (uint32_t c = 0; c < columns; c++) {
       const double polar = M_PI * r / rows, around = 2 * M_PI * c / columns;
@@ -89,21 +89,21 @@ struct SheetShape {
 };
 
 // Writes folder/in with three frames, all alike, and answers its description.
-inline capture::Capture make_sheet_capture(const Folder &folder, const SheetShape &shape = {}) {
-  capture::Capture capture;
+inline scene::Capture make_sheet_capture(const Folder &folder, const SheetShape &shape = {}) {
+  scene::Capture capture;
   capture.path = folder.path("in/capture.json");
   capture.name = "one ball";
   capture.frames = {10, 3, 1};
   capture.up = FVV_UP_Y;
   fs::create_directories(folder.path("in"));
-  if (shape.meshes) capture.meshes = capture::Pattern::parse("mesh%d.ply", nullptr);
+  if (shape.meshes) capture.meshes = scene::Pattern::parse("mesh%d.ply", nullptr);
   for (size_t k = 0; k < shape.cameras; k++) {
     const std::string id = std::to_string(k + 1);
-    capture::Camera camera;
+    scene::Camera camera;
     camera.calibration = ring_camera(k);
     camera.set_name("ring " + id);
-    camera.pictures = capture::Pattern::parse("p" + id + "_%d.png", nullptr);
-    if (shape.masks) camera.masks = capture::Pattern::parse("m" + id + "_%d.png", nullptr);
+    camera.pictures = scene::Pattern::parse("p" + id + "_%d.png", nullptr);
+    if (shape.masks) camera.masks = scene::Pattern::parse("m" + id + "_%d.png", nullptr);
     const media::Image mask = ball_mask(camera.calibration);
     media::Image picture = media::make_image(mask.width, mask.height, 3, 90);
     for (size_t i = 0; i < mask.pixels.size(); i++)
@@ -117,15 +117,15 @@ inline capture::Capture make_sheet_capture(const Folder &folder, const SheetShap
   }
   if (shape.meshes)
     for (const int64_t frame : capture.frames.numbers())
-      capture::write_mesh(sheet_ball(), {}, capture.mesh_path(frame));
-  capture::write_capture(capture, capture.path);
+      scene::write_mesh(sheet_ball(), {}, capture.mesh_path(frame));
+  scene::write_capture(capture, capture.path);
   return capture;
 }
 
-inline mux::Options sheet_options(const Folder &folder) {
-  mux::Options options;
+inline fvvimport::SheetOptions sheet_options(const Folder &folder) {
+  fvvimport::SheetOptions options;
   options.capture = folder.path("in");
-  options.sheet = folder.path("sheet.png");
+  options.output = folder.path("sheet.png");
   options.threads = 2;
   options.force = true;
   return options;

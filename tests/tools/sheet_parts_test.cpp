@@ -1,9 +1,7 @@
 // The parts of a contact sheet: outlines, guides, numbers, words, layout, each against arithmetic of its own.
 #include "sheet_fixture.h"
 
-#include "fvvmux/guides.h"
-#include "fvvmux/label.h"
-#include "fvvmux/panel.h"
+#include "fvvimport/panel.h"
 
 namespace {
 
@@ -20,7 +18,7 @@ const uint8_t *at(const media::Image &image, double u, double v) {
   return &image.pixels[3 * (size_t(v) * image.width + size_t(u))];
 }
 
-bool is(const uint8_t *pixel, mux::Colour colour) {
+bool is(const uint8_t *pixel, fvvimport::Colour colour) {
   return std::abs(pixel[0] - colour.red) < 25 && std::abs(pixel[1] - colour.green) < 25 &&
          std::abs(pixel[2] - colour.blue) < 25;
 }
@@ -34,13 +32,13 @@ std::vector<fvv_camera> ring() {
 } // namespace
 
 TEST_CASE("sheet parts: the outline lies where rays graze the ball, through the lens") {
-  const capture::Mesh mesh = sheet_ball();
-  const mux::Body body(mesh.positions, mesh.faces);
+  const geometry::Mesh mesh = sheet_ball();
+  const geometry::ViewedSurface body(mesh.positions, mesh.faces);
   for (const size_t k : {0, 1, 5}) {
     const fvv_camera camera = ring_camera(k);
     // Twice the camera's size, as a panel may be.
     media::Image image = media::make_image(2 * camera.width, 2 * camera.height, 3, 100);
-    body.draw_outline(camera, image);
+    fvvimport::draw_outline(body, camera, image);
     size_t light = 0, on_ray = 0;
     for (uint32_t y = 0; y < image.height; y++)
       for (uint32_t x = 0; x < image.width; x++) {
@@ -68,20 +66,20 @@ TEST_CASE("sheet parts: the outline lies where rays graze the ball, through the 
 
 TEST_CASE("sheet parts: numbers of shifted squares") {
   const Mask here = square(30, 20);
-  const mux::Fit same = mux::compare(here, here, 80, 60);
+  const geometry::Fit same = geometry::compare(here, here, 80, 60);
   CHECK(*same.iou == 1);
   CHECK(*same.distance == Approx(0).margin(1e-6));
-  const mux::Fit right = mux::compare(square(34, 20), here, 80, 60);
+  const geometry::Fit right = geometry::compare(square(34, 20), here, 80, 60);
   CHECK(*right.iou == Approx(16.0 / 24));
   CHECK((*right.offset)[0] == Approx(4).margin(0.3));
   CHECK((*right.offset)[1] == Approx(0).margin(0.3));
   // Two of four sides are 4 px off, the other two coincide but for their ends.
   CHECK(*right.distance > 1.8);
   CHECK(*right.distance < 2.4);
-  const mux::Fit empty = mux::compare(Mask(80 * 60), Mask(80 * 60), 80, 60);
+  const geometry::Fit empty = geometry::compare(Mask(80 * 60), Mask(80 * 60), 80, 60);
   CHECK(!empty.iou);
   CHECK(!empty.distance);
-  const mux::Fit lost = mux::compare(Mask(80 * 60), here, 80, 60);
+  const geometry::Fit lost = geometry::compare(Mask(80 * 60), here, 80, 60);
   CHECK(*lost.iou == 0);
   CHECK(*lost.distance == 100);
   CHECK(!lost.offset);
@@ -89,22 +87,22 @@ TEST_CASE("sheet parts: numbers of shifted squares") {
 
 TEST_CASE("sheet parts: who stands out") {
   const auto with = [](std::vector<double> distances) {
-    std::vector<mux::Measured> cameras;
+    std::vector<geometry::Measured> cameras;
     for (const double d : distances) cameras.push_back({{0.9, d, std::nullopt}, 1000});
-    return mux::standing_out(cameras);
+    return geometry::standing_out(cameras);
   };
   CHECK(with({1, 1.2, 0.9, 1.1}).empty());
   CHECK(with({1, 1.2, 3.5, 1.1}) == std::vector<size_t>{2});
   CHECK(with({1, 9, 1.1, 12, 1}) == std::vector<size_t>{3, 1});
   CHECK(with({0.01, 0.9, 0.01}).empty()); // less than a pixel more is nothing
   CHECK(with({1, 50}).empty());           // which of two is wrong, nobody can say
-  CHECK(*mux::median({4, 1, 3, 2}) == 2.5);
-  CHECK(!mux::median({}));
+  CHECK(*geometry::median({4, 1, 3, 2}) == 2.5);
+  CHECK(!geometry::median({}));
 }
 
 TEST_CASE("sheet parts: axes, ground and cameras are where the calibration projects them") {
   const std::vector<fvv_camera> cameras = ring();
-  CHECK(mux::guide_step(cameras) == 0.5);
+  CHECK(fvvimport::guide_step(cameras) == 0.5);
   media::Image image = media::make_image(400, 300, 3, 90);
   const auto pixel = [&](double x, double y, double z) {
     const double world[3] = {x, y, z};
@@ -112,18 +110,18 @@ TEST_CASE("sheet parts: axes, ground and cameras are where the calibration proje
     REQUIRE(fvv_camera_project(&cameras[0], world, p, nullptr) == 1);
     return at(image, 2 * p[0], 2 * p[1]);
   };
-  mux::draw_axes(cameras, 0, image);
-  CHECK(is(pixel(0.3, 0, 0), mux::vermillion));
-  CHECK(is(pixel(0, 0.3, 0), mux::bluish_green));
+  fvvimport::draw_axes(cameras, 0, image);
+  CHECK(is(pixel(0.3, 0, 0), fvvimport::vermillion));
+  CHECK(is(pixel(0, 0.3, 0), fvvimport::bluish_green));
   CHECK(is(pixel(-0.3, 0, 0), {90, 90, 90}));
-  mux::draw_ground(cameras, 0, FVV_UP_UNKNOWN, image);
+  fvvimport::draw_ground(cameras, 0, FVV_UP_UNKNOWN, image);
   CHECK(is(pixel(-0.5, 0, 0.25), {90, 90, 90}));
-  mux::draw_ground(cameras, 0, FVV_UP_Y, image);
+  fvvimport::draw_ground(cameras, 0, FVV_UP_Y, image);
   CHECK(pixel(-0.5, 0, 0.25)[0] > 130);
   CHECK(is(pixel(-0.75, 0, 0.25), {90, 90, 90}));
   size_t seen = 0;
   image = media::make_image(400, 300, 3, 90);
-  mux::draw_cameras(cameras, 0, image);
+  fvvimport::draw_cameras(cameras, 0, image);
   for (size_t k = 1; k < cameras.size(); k++) {
     double centre[3], p[2];
     fvv_camera_centre(&cameras[k], centre);
@@ -131,39 +129,39 @@ TEST_CASE("sheet parts: axes, ground and cameras are where the calibration proje
         p[1] >= 150)
       continue;
     seen++;
-    CHECK(is(at(image, 2 * p[0], 2 * p[1]), mux::light));
+    CHECK(is(at(image, 2 * p[0], 2 * p[1]), fvvimport::light));
   }
   CHECK(seen >= 2);
 }
 
 TEST_CASE("sheet parts: sheets stay within their limit, and are nearly square") {
   std::vector<fvv_camera> cameras(47, ring_camera(0));
-  mux::Layout layout = mux::arrange_panels(cameras, 480);
+  fvvimport::Layout layout = fvvimport::arrange_panels(cameras, 480);
   CHECK(layout.picture == 480);
-  CHECK(layout.width < mux::largest_sheet);
-  CHECK(layout.height < mux::largest_sheet);
+  CHECK(layout.width < fvvimport::largest_sheet);
+  CHECK(layout.height < fvvimport::largest_sheet);
   CHECK(layout.width < 1.3 * layout.height);
   CHECK(layout.height < 1.3 * layout.width);
   CHECK(layout.columns * layout.rows >= 47);
   cameras.resize(1024, ring_camera(1));
   cameras[5].height = 3 * cameras[5].width;
-  layout = mux::arrange_panels(cameras, 2048);
+  layout = fvvimport::arrange_panels(cameras, 2048);
   CHECK(layout.picture < 480);
-  CHECK(layout.width <= mux::largest_sheet);
-  CHECK(layout.height < mux::largest_sheet);
+  CHECK(layout.width <= fvvimport::largest_sheet);
+  CHECK(layout.height < fvvimport::largest_sheet);
 }
 
 TEST_CASE("sheet parts: words") {
-  CHECK(mux::text_width("camera", 2) == 2 * mux::text_width("camera", 1));
-  CHECK(mux::text_width("K\xc3\xb6ln", 1) == mux::text_width("K?ln", 1));
-  CHECK(mux::shortened("camera", 1, 500) == "camera");
-  const std::string kept = mux::shortened("behind the basket", 1, 60);
+  CHECK(fvvimport::text_width("camera", 2) == 2 * fvvimport::text_width("camera", 1));
+  CHECK(fvvimport::text_width("K\xc3\xb6ln", 1) == fvvimport::text_width("K?ln", 1));
+  CHECK(fvvimport::shortened("camera", 1, 500) == "camera");
+  const std::string kept = fvvimport::shortened("behind the basket", 1, 60);
   CHECK(kept.substr(kept.size() - 3) == "...");
-  CHECK(mux::text_width(kept, 1) <= 60);
+  CHECK(fvvimport::text_width(kept, 1) <= 60);
   media::Image image = media::make_image(100, 20, 3, 0);
-  mux::draw_text(image, 2, 2, "H", 1, mux::light);
+  fvvimport::draw_text(image, 2, 2, "H", 1, fvvimport::light);
   const auto lit = std::count(image.pixels.begin(), image.pixels.end(), 255);
   CHECK(lit > 20);
-  mux::draw_text(image, 96, 16, "HHHH", 2, mux::light); // beyond the corner
-  CHECK(mux::line_height(2) == 24);
+  fvvimport::draw_text(image, 96, 16, "HHHH", 2, fvvimport::light); // beyond the corner
+  CHECK(fvvimport::line_height(2) == 24);
 }

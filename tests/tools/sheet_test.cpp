@@ -4,27 +4,27 @@
 TEST_CASE("sheet: a right calibration fits its masks, and the bytes are the same for any number of threads") {
   const Folder folder;
   make_sheet_capture(folder);
-  mux::Options options = sheet_options(folder);
-  const mux::SheetReport report = mux::check_calibration(options);
-  CHECK(report.exit() == cli::done);
+  fvvimport::SheetOptions options = sheet_options(folder);
+  const fvvimport::SheetReport report = fvvimport::check_calibration(options);
+  CHECK(report.warnings.empty());
   CHECK(report.frame == 11);
-  CHECK(report.outlined == mux::Outlined::mesh);
+  CHECK(report.outlined == fvvimport::Outlined::mesh);
   REQUIRE(report.cameras.size() == ring_cameras);
-  for (const mux::SheetCamera &camera : report.cameras) {
+  for (const fvvimport::SheetCamera &camera : report.cameras) {
     CHECK(camera.picture);
     CHECK(*camera.fit.iou > 0.98);
     CHECK(*camera.fit.distance < 0.25);
     CHECK(std::hypot((*camera.fit.offset)[0], (*camera.fit.offset)[1]) < 0.1);
   }
   CHECK(report.standing_out.empty());
-  CHECK(report.suspicion == mux::Suspicion::nothing);
-  const media::ImageInfo info = media::probe_image(options.sheet);
+  CHECK(report.suspicion == geometry::Suspicion::nothing);
+  const media::ImageInfo info = media::probe_image(options.output);
   CHECK(info.width == report.width);
   CHECK(info.height == report.height);
-  const std::string bytes = read_bytes(options.sheet);
+  const std::string bytes = read_bytes(options.output);
   options.threads = 1;
-  mux::check_calibration(options);
-  CHECK(read_bytes(options.sheet) == bytes);
+  fvvimport::check_calibration(options);
+  CHECK(read_bytes(options.output) == bytes);
   CHECK(folder.entries() == 2);
 }
 
@@ -35,13 +35,13 @@ TEST_CASE("sheet: the camera with a shifted principal point is named, and its of
     if (k == 4) c.cx += 6, c.cy -= 3;
   };
   make_sheet_capture(folder, shape);
-  const mux::SheetReport report = mux::check_calibration(sheet_options(folder));
+  const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
   CHECK(report.standing_out == std::vector<size_t>{4});
   CHECK(*report.cameras[4].fit.iou < 0.9);
   CHECK(*report.cameras[3].fit.iou > 0.98);
   CHECK((*report.cameras[4].fit.offset)[0] == Approx(6).margin(0.2));
   CHECK((*report.cameras[4].fit.offset)[1] == Approx(-3).margin(0.2));
-  CHECK(mux::sheet_text(report).find("camera 5 (ring 5) stands out") != std::string::npos);
+  CHECK(fvvimport::sheet_text(report).find("camera 5 (ring 5) stands out") != std::string::npos);
 }
 
 TEST_CASE("sheet: a camera with another one's pose stands out") {
@@ -51,7 +51,7 @@ TEST_CASE("sheet: a camera with another one's pose stands out") {
     if (k == 2) std::copy_n(ring_camera(6).rotation, 9, c.rotation);
   };
   make_sheet_capture(folder, shape);
-  const mux::SheetReport report = mux::check_calibration(sheet_options(folder));
+  const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
   CHECK(report.standing_out == std::vector<size_t>{2});
   CHECK(*report.cameras[2].fit.iou < 0.8);
 }
@@ -62,21 +62,21 @@ TEST_CASE("sheet: half a pixel in all cameras is suspected, a third is not") {
     SheetShape shape;
     shape.mistake = [&](size_t, fvv_camera &c) { c.cx += shift, c.cy += shift; };
     make_sheet_capture(folder, shape);
-    const mux::SheetReport report = mux::check_calibration(sheet_options(folder));
-    CHECK((report.suspicion == mux::Suspicion::half_pixel) == (std::abs(shift) == 0.5));
+    const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
+    CHECK((report.suspicion == geometry::Suspicion::half_pixel) == (std::abs(shift) == 0.5));
     CHECK(report.standing_out.empty());
   }
 }
 
 TEST_CASE("sheet: a mesh in another unit than the cameras meets no mask") {
   const Folder folder;
-  const capture::Capture capture = make_sheet_capture(folder);
-  capture::Mesh mesh = sheet_ball();
+  const scene::Capture capture = make_sheet_capture(folder);
+  geometry::Mesh mesh = sheet_ball();
   for (double &x : mesh.positions) x = 1000 * x + 5000;
-  capture::write_mesh(mesh, {}, capture.mesh_path(11));
-  const mux::SheetReport report = mux::check_calibration(sheet_options(folder));
-  CHECK(report.suspicion == mux::Suspicion::misses_all);
-  CHECK(mux::sheet_text(report).find("meets no mask") != std::string::npos);
+  scene::write_mesh(mesh, {}, capture.mesh_path(11));
+  const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
+  CHECK(report.suspicion == geometry::Suspicion::misses_all);
+  CHECK(fvvimport::sheet_text(report).find("meets no mask") != std::string::npos);
 }
 
 TEST_CASE("sheet: without meshes the outline is that of the masks' hull") {
@@ -84,16 +84,16 @@ TEST_CASE("sheet: without meshes the outline is that of the masks' hull") {
   SheetShape shape;
   shape.meshes = false;
   make_sheet_capture(folder, shape);
-  mux::Options options = sheet_options(folder);
-  const mux::SheetReport report = mux::check_calibration(options);
-  CHECK(report.outlined == mux::Outlined::hull);
+  fvvimport::SheetOptions options = sheet_options(folder);
+  const fvvimport::SheetReport report = fvvimport::check_calibration(options);
+  CHECK(report.outlined == fvvimport::Outlined::hull);
   CHECK(!report.left_out);
   CHECK(report.standing_out.empty());
-  for (const mux::SheetCamera &camera : report.cameras) CHECK(*camera.fit.iou > 0.95);
-  const std::string bytes = read_bytes(options.sheet);
+  for (const fvvimport::SheetCamera &camera : report.cameras) CHECK(*camera.fit.iou > 0.95);
+  const std::string bytes = read_bytes(options.output);
   options.threads = 3;
-  mux::check_calibration(options);
-  CHECK(read_bytes(options.sheet) == bytes);
+  fvvimport::check_calibration(options);
+  CHECK(read_bytes(options.output) == bytes);
 }
 
 TEST_CASE("sheet: one wrong camera does not spoil the hull, it is named") {
@@ -104,7 +104,7 @@ TEST_CASE("sheet: one wrong camera does not spoil the hull, it is named") {
     if (k == 7) c.cx -= 7;
   };
   make_sheet_capture(folder, shape);
-  const mux::SheetReport report = mux::check_calibration(sheet_options(folder));
+  const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
   CHECK(report.left_out == std::optional<size_t>(7));
   CHECK(report.standing_out == std::vector<size_t>{7});
   CHECK((*report.cameras[7].fit.offset)[0] == Approx(-7).margin(0.4));
@@ -117,11 +117,11 @@ TEST_CASE("sheet: with two masks there is no hull, but axes and cameras") {
   shape.meshes = false;
   shape.cameras = 2;
   make_sheet_capture(folder, shape);
-  const mux::SheetReport report = mux::check_calibration(sheet_options(folder));
-  CHECK(report.outlined == mux::Outlined::nothing);
+  const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
+  CHECK(report.outlined == fvvimport::Outlined::nothing);
   CHECK(!report.cameras[0].fit.iou);
   CHECK(!report.median_iou);
-  CHECK(report.exit() == cli::done);
+  CHECK(report.warnings.empty());
 }
 
 TEST_CASE("sheet: a mesh far from the origin in a small unit is drawn as well") {
@@ -132,30 +132,30 @@ TEST_CASE("sheet: a mesh far from the origin in a small unit is drawn as well") 
   shape.mistake = [&](size_t, fvv_camera &c) {
     for (int row = 0; row < 3; row++) c.translation[row] -= c.rotation[3 * row] * shift;
   };
-  const capture::Capture capture = make_sheet_capture(folder, shape);
-  capture::Mesh mesh = sheet_ball();
+  const scene::Capture capture = make_sheet_capture(folder, shape);
+  geometry::Mesh mesh = sheet_ball();
   for (size_t i = 0; i < mesh.positions.size(); i += 3) mesh.positions[i] += shift;
-  capture::write_mesh(mesh, {}, capture.mesh_path(11));
-  for (const mux::SheetCamera &camera : mux::check_calibration(sheet_options(folder)).cameras)
+  scene::write_mesh(mesh, {}, capture.mesh_path(11));
+  for (const fvvimport::SheetCamera &camera : fvvimport::check_calibration(sheet_options(folder)).cameras)
     CHECK(*camera.fit.iou > 0.98);
 }
 
 TEST_CASE("sheet: cameras and frames may be chosen, and a camera that moves stands where the frame has it") {
   const Folder folder;
-  capture::Capture capture = make_sheet_capture(folder);
-  capture::Camera &camera = capture.cameras[1];
+  scene::Capture capture = make_sheet_capture(folder);
+  scene::Camera &camera = capture.cameras[1];
   for (const int64_t frame : capture.frames.numbers()) {
     camera.per_frame[frame] = camera.calibration;
     camera.per_frame[frame].name = nullptr;
     camera.per_frame[frame].name_size = 0;
     if (frame == 12) camera.per_frame[frame].cx += 9;
   }
-  capture::write_capture(capture, capture.path);
-  mux::Options options = sheet_options(folder);
+  scene::write_capture(capture, capture.path);
+  fvvimport::SheetOptions options = sheet_options(folder);
   options.cameras = {"2-4"};
-  CHECK(mux::check_calibration(options).standing_out.empty());
-  options.frames = cli::Range{12, 12};
-  const mux::SheetReport report = mux::check_calibration(options);
+  CHECK(fvvimport::check_calibration(options).standing_out.empty());
+  options.frames = fvv::Range{12, 12};
+  const fvvimport::SheetReport report = fvvimport::check_calibration(options);
   CHECK(report.frame == 12);
   REQUIRE(report.cameras.size() == 3);
   CHECK(report.cameras[0].id == 2);

@@ -49,7 +49,7 @@ std::string temporary_name(const std::string &path) {
 
 void remember_temporary(const std::string &path) {
   const std::lock_guard<std::mutex> lock(remembered_lock);
-  if (path.size() + 1 > longest) throw Failure(path + ": the name is too long");
+  if (path.size() + 1 > longest) throw Error(path + ": the name is too long");
   for (int i = 0; i < slots; i++)
     if (!remembered[i][0]) {
       // The first character goes in last: a signal sees the whole name or none.
@@ -57,7 +57,7 @@ void remember_temporary(const std::string &path) {
       remembered[i][0] = path[0];
       return;
     }
-  throw Failure(path + ": too many outputs are open at once");
+  throw Error(path + ": too many outputs are open at once");
 }
 
 void forget_temporary(const std::string &path) {
@@ -81,20 +81,20 @@ void remove_temporaries_in_handler() {
 OutputFile::OutputFile(const std::string &path, bool force) : name(path), descriptor(-1) {
   if (path == "-") {
     if (isatty(STDOUT_FILENO))
-      throw Failure("standard output is a terminal: not writing a binary file to it", usage);
+      throw Error("standard output is a terminal: not writing a binary file to it", Error::usage);
     descriptor = STDOUT_FILENO;
     name = "standard output";
     return;
   }
-  if (exists(path) && !force) throw Failure(path + ": already exists; --force overwrites it");
-  if (fs::is_directory(path)) throw Failure(path + ": is a folder");
+  if (exists(path) && !force) throw Error(path + ": already exists; --force overwrites it");
+  if (fs::is_directory(path)) throw Error(path + ": is a folder");
   temporary = temporary_name(path);
   remember_temporary(temporary);
   descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) {
     const std::string why = system_reason();
     forget_temporary(temporary);
-    throw Failure(path + ": cannot create: " + why);
+    throw Error(path + ": cannot create: " + why);
   }
 }
 
@@ -130,7 +130,7 @@ fvv_output OutputFile::output() {
 }
 
 void OutputFile::rethrow() const {
-  if (!reason.empty()) throw Failure(name + ": cannot write: " + reason);
+  if (!reason.empty()) throw Error(name + ": cannot write: " + reason);
 }
 
 void OutputFile::commit() {
@@ -140,7 +140,7 @@ void OutputFile::commit() {
   descriptor = -1;
   good = close(closing) == 0 && good;
   if (!good || rename(temporary.c_str(), name.c_str()) != 0)
-    throw Failure(name + ": cannot write: " + system_reason());
+    throw Error(name + ": cannot write: " + system_reason());
   forget_temporary(temporary);
   temporary.clear();
 }
@@ -149,8 +149,8 @@ OutputFolder::OutputFolder(const std::string &path, bool force) : name(without_s
   if (exists(name)) {
     std::error_code error;
     const bool empty = fs::is_directory(name, error) && fs::is_empty(name, error) && !error;
-    if (!empty && !force) throw Failure(path + ": already exists; --force replaces it");
-    if (!fs::is_directory(name, error)) throw Failure(path + ": is not a folder");
+    if (!empty && !force) throw Error(path + ": already exists; --force replaces it");
+    if (!fs::is_directory(name, error)) throw Error(path + ": is not a folder");
     replace = true;
   }
   temporary = temporary_name(name);
@@ -159,7 +159,7 @@ OutputFolder::OutputFolder(const std::string &path, bool force) : name(without_s
   fs::create_directories(temporary, error);
   if (error) {
     forget_temporary(temporary);
-    throw Failure(path + ": cannot create: " + error.message());
+    throw Error(path + ": cannot create: " + error.message());
   }
 }
 
@@ -174,11 +174,11 @@ std::string OutputFolder::file(const std::string &relative) const {
   const fs::path part(relative);
   bool outside = part.is_absolute() || relative.empty();
   for (const auto &step : part) outside = outside || step == "..";
-  if (outside) throw Failure(name + ": '" + relative + "' would lie outside the output folder");
+  if (outside) throw Error(name + ": '" + relative + "' would lie outside the output folder");
   const fs::path whole = fs::path(temporary) / part;
   std::error_code error;
   fs::create_directories(whole.parent_path(), error);
-  if (error) throw Failure(whole.parent_path().string() + ": cannot create: " + error.message());
+  if (error) throw Error(whole.parent_path().string() + ": cannot create: " + error.message());
   return whole.string();
 }
 
@@ -191,7 +191,7 @@ void OutputFolder::commit() {
     fs::rename(name, former, error);
   }
   if (!error) fs::rename(temporary, name, error);
-  if (error) throw Failure(name + ": cannot write: " + error.message());
+  if (error) throw Error(name + ": cannot write: " + error.message());
   forget_temporary(temporary);
   temporary.clear();
   if (!former.empty()) fs::remove_all(former, error);

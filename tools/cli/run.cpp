@@ -25,18 +25,6 @@ Exit worse(Exit a, Exit b) {
   return rank(a) >= rank(b) ? a : b;
 }
 
-void fail(const std::string &name, const fvv_diagnostic &diagnostic) {
-  char line[1024];
-  fvv_diagnostic_format(&diagnostic, name.c_str(), line, sizeof line);
-  throw Failure(line);
-}
-
-void check(fvv_status status, const std::string &name, const fvv_diagnostic &diagnostic) {
-  if (status >= 0) return;
-  if (diagnostic.status < 0) fail(name, diagnostic);
-  throw Failure(name + ": " + fvv_status_text(status));
-}
-
 void warn(const std::string &text) {
   std::fprintf(stderr, "%s: warning: %s\n", tool_name.c_str(), text.c_str());
 }
@@ -48,11 +36,11 @@ int run(const char *tool, const std::function<Exit()> &body) {
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
   try {
     const Exit exit = body();
-    if (std::fflush(stdout) != 0) throw Failure("standard output: cannot write");
+    if (std::fflush(stdout) != 0) throw Error("standard output: cannot write");
     return exit;
-  } catch (const Failure &failure) {
-    std::fprintf(stderr, "%s: %s\n", tool, failure.what());
-    return failure.exit;
+  } catch (const Error &error) {
+    std::fprintf(stderr, "%s: %s\n", tool, error.what());
+    return error.kind == Error::usage ? usage : failed;
   } catch (const std::bad_alloc &) {
     std::fprintf(stderr, "%s: out of memory\n", tool);
   } catch (const std::exception &exception) {

@@ -1,6 +1,6 @@
 #include "fvvcompare/compare.h"
 
-#include "cli/parallel.h"
+#include "fvv_cxx/parallel.h"
 #include "fvvcompare/heatmap.h"
 
 #include <algorithm>
@@ -71,7 +71,7 @@ public:
 
   void run() {
     cli::Progress progress("fvvcompare: " + a.path() + " and " + b.path(), slots.size());
-    cli::parallel(
+    fvv::parallel(
         options.threads, slots.size(), [&](size_t i) { one_frame(i); }, [&] { progress.step(); });
     std::optional<Surface::Box> box;
     for (const Slot &slot : slots) {
@@ -86,7 +86,7 @@ public:
       box->high = {std::max(box->high.x, other.high.x), std::max(box->high.y, other.high.y),
                    std::max(box->high.z, other.high.z)};
     }
-    if (!box) throw cli::Failure(a.path() + " and " + b.path() + ": no frame could be compared");
+    if (!box) throw Error(a.path() + " and " + b.path() + ": no frame could be compared");
     result.peak = options.peak ? *options.peak : length(box->high - box->low);
     motions();
     for (const Slot &slot : slots)
@@ -103,7 +103,7 @@ private:
     bool constant = false; // both have the faces of the slot in front, which is the frame in front
   };
   struct Meshes {
-    capture::Mesh a, b;
+    geometry::Mesh a, b;
   };
 
   // Normals that a stream sends are held against the other's own, all others are computed alike.
@@ -120,12 +120,12 @@ private:
     return meshes;
   }
 
-  static Surface surface_of(const capture::Mesh &mesh, const Sequence &sequence, int64_t number) {
+  static Surface surface_of(const geometry::Mesh &mesh, const Sequence &sequence, int64_t number) {
     Surface surface(mesh);
     // Also false for NaN.
     if (!(surface.area() > 0 && std::isfinite(surface.area())))
-      throw cli::Failure(sequence.path() + ": frame " + std::to_string(number) +
-                         ": expected a surface with a finite area above 0");
+      throw Error(sequence.path() + ": frame " + std::to_string(number) +
+                  ": expected a surface with a finite area above 0");
     return surface;
   }
 
@@ -154,9 +154,9 @@ private:
       distances[back].add(measured.back.distance.histogram());
       angles[forth].add(measured.forth.angle.histogram());
       angles[back].add(measured.back.angle.histogram());
-    } catch (const cli::Failure &failure) {
+    } catch (const Error &failure) {
       slot.loss = failure.what();
-    } catch (const capture::FileError &error) {
+    } catch (const Error &error) {
       slot.loss = error.what();
     }
   }
@@ -172,9 +172,9 @@ private:
       const Meshes before = load(i - 1);
       return before.a.vertex_count() == meshes.a.vertex_count() && before.a.faces == meshes.a.faces &&
              before.b.vertex_count() == meshes.b.vertex_count() && before.b.faces == meshes.b.faces;
-    } catch (const cli::Failure &) {
+    } catch (const Error &) {
       return false; // its own slot tells
-    } catch (const capture::FileError &) {
+    } catch (const Error &) {
       return false;
     }
   }
@@ -189,11 +189,11 @@ private:
     }
     if (pairs.empty()) return;
     std::vector<Correspondence> matches(starts.size());
-    cli::parallel(options.threads, starts.size(), [&](size_t r) {
+    fvv::parallel(options.threads, starts.size(), [&](size_t r) {
       const Meshes meshes = load(starts[r]);
       matches[r] = correspondence(meshes.a, meshes.b);
     });
-    cli::parallel(options.threads, pairs.size(), [&](size_t p) {
+    fvv::parallel(options.threads, pairs.size(), [&](size_t p) {
       const size_t i = pairs[p];
       const Meshes before = load(i - 1), here = load(i);
       slots[i].frame.motion = motion_error(before.a, here.a, before.b, here.b, matches[run_of[i]]);
@@ -230,7 +230,7 @@ private:
 
   // B in colours of its distance from A, on one scale for all frames.
   void heatmaps() {
-    cli::parallel(options.threads, slots.size(), [&](size_t i) {
+    fvv::parallel(options.threads, slots.size(), [&](size_t i) {
       if (!slots[i].loss.empty()) return;
       const Meshes meshes = load(i);
       const Surface in_a(meshes.a);
@@ -238,8 +238,7 @@ private:
       for (const Vec3 &p : positions_of(meshes.b)) off.push_back(std::sqrt(in_a.nearest(p).squared));
       char name[32];
       std::snprintf(name, sizeof name, "%04lld.ply", (long long)slots[i].frame.number_a);
-      capture::write_file(folder->file(name),
-                          format_heatmap(meshes.b, off, result.errors.distance[back].p99));
+      scene::write_file(folder->file(name), format_heatmap(meshes.b, off, result.errors.distance[back].p99));
     });
     folder->commit();
   }

@@ -17,7 +17,7 @@ constexpr size_t default_samples = 50000;
 
 struct Options {
   std::string a, b;
-  std::optional<cli::Range> frames; // numbers of A
+  std::optional<fvv::Range> frames; // numbers of A
   std::optional<int64_t> start;     // number in A of B's first frame
   size_t samples = default_samples;
   Points points = Points::vertices;
@@ -65,7 +65,7 @@ struct Result {
 // 10 log10(peak^2 / mse); infinite for 0.
 double psnr(double peak, double mse);
 
-// cli::Failure, or capture::FileError, when nothing can be compared; result then tells the losses all the
+// Error, or Error, when nothing can be compared; result then tells the losses all the
 // same. result: a fresh one.
 void compare(const Options &options, Result &result);
 

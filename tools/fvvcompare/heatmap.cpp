@@ -28,7 +28,7 @@ std::array<uint8_t, 3> colour_of(double share) {
 
 } // namespace
 
-std::string format_heatmap(const capture::Mesh &mesh, const std::vector<double> &distances, double most) {
+std::string format_heatmap(const geometry::Mesh &mesh, const std::vector<double> &distances, double most) {
   char scale[32];
   std::snprintf(scale, sizeof scale, "%.6g", most);
   std::string out = "ply\nformat binary_little_endian 1.0\ncomment yellow: a distance of " +

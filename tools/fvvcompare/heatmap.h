@@ -2,7 +2,7 @@
 // PLY; measures nothing.
 #pragma once
 
-#include "capture/mesh_file.h"
+#include "fvv_scene/mesh_file.h"
 
 #include <string>
 #include <vector>
@@ -11,6 +11,6 @@ namespace fvv::compare {
 
 // PLY, binary_little_endian: x y z as double, the distance as float, red green blue as uchar, in the colours
 // of viridis: dark blue for 0, yellow for most and beyond. distances: of each vertex; most: >= 0.
-std::string format_heatmap(const capture::Mesh &mesh, const std::vector<double> &distances, double most);
+std::string format_heatmap(const geometry::Mesh &mesh, const std::vector<double> &distances, double most);
 
 } // namespace fvv::compare

@@ -83,8 +83,8 @@ int main(int argc, char **argv) {
   }
   return cli::run("fvvcompare", [&] {
     if (table == "-" && as_json)
-      throw cli::Failure("--json: standard output is taken by the table (--csv -)", cli::usage);
-    if (!frames.empty()) options.frames = cli::parse_range("--frames", frames);
+      throw Error("--json: standard output is taken by the table (--csv -)", Error::usage);
+    if (!frames.empty()) options.frames = fvv::parse_range("--frames", frames);
     std::optional<cli::OutputFile> file;
     if (!table.empty() && table != "-") file.emplace(table, options.force);
     compare::Result result;

@@ -16,17 +16,17 @@ const Sequence::Frame &frame_of(const Sequence &a, int64_t number, const char *o
   const auto found =
       std::find_if(list.begin(), list.end(), [&](const auto &f) { return f.number == number; });
   if (found != list.end()) return *found;
-  throw cli::Failure(std::string(option) + ": expected a frame of " + a.path() + ", which has " +
-                         std::to_string(list.front().number) + " to " + std::to_string(list.back().number) +
-                         ", found " + std::to_string(number),
-                     cli::usage);
+  throw Error(std::string(option) + ": expected a frame of " + a.path() + ", which has " +
+                  std::to_string(list.front().number) + " to " + std::to_string(list.back().number) +
+                  ", found " + std::to_string(number),
+              Error::usage);
 }
 
 // "a.fvv: 3 of 50 frames have no partner: 47 to 49"
 void tell_alone(const Sequence &sequence, const std::vector<bool> &counts, const std::vector<bool> &met,
                 std::vector<std::string> &warnings) {
   const auto &list = sequence.frames();
-  capture::Gaps gaps(list.size() > 1 ? list[1].number - list[0].number : 1);
+  scene::Gaps gaps(list.size() > 1 ? list[1].number - list[0].number : 1);
   size_t alone = 0, all = 0;
   for (size_t i = 0; i < list.size(); i++) {
     if (!counts[i]) continue;
@@ -42,16 +42,16 @@ void tell_alone(const Sequence &sequence, const std::vector<bool> &counts, const
 
 } // namespace
 
-Matching match(const Sequence &a, const Sequence &b, const std::optional<cli::Range> &frames,
+Matching match(const Sequence &a, const Sequence &b, const std::optional<fvv::Range> &frames,
                std::optional<int64_t> start) {
   if (a.scale_unknown() != b.scale_unknown())
-    throw cli::Failure("unlike units: " + a.path() + " is in " +
-                       (a.scale_unknown() ? "units of its source" : "metres") + ", " + b.path() + " in " +
-                       (b.scale_unknown() ? "units of its source" : "metres"));
+    throw Error("unlike units: " + a.path() + " is in " +
+                (a.scale_unknown() ? "units of its source" : "metres") + ", " + b.path() + " in " +
+                (b.scale_unknown() ? "units of its source" : "metres"));
   const fvv_rational one = a.frame_duration(), other = b.frame_duration();
   if (one.numerator != other.numerator || one.denominator != other.denominator)
-    throw cli::Failure("unlike frame rates: a frame of " + a.path() + " lasts " + text_of(one) + ", one of " +
-                       b.path() + " " + text_of(other));
+    throw Error("unlike frame rates: a frame of " + a.path() + " lasts " + text_of(one) + ", one of " +
+                b.path() + " " + text_of(other));
   const bool by_number = !start && !a.is_stream() && !b.is_stream();
   const int64_t shift = start ? frame_of(a, *start, "--start").place : 0;
   const auto key_of_a = [&](const Sequence::Frame &f) { return by_number ? f.number : f.place; };
@@ -77,9 +77,8 @@ Matching match(const Sequence &a, const Sequence &b, const std::optional<cli::Ra
     k += right <= left;
   }
   if (out.pairs.empty())
-    throw cli::Failure(
-        a.path() + " and " + b.path() +
-        " have no frame in common; --start says which frame of the first is the second's first");
+    throw Error(a.path() + " and " + b.path() +
+                " have no frame in common; --start says which frame of the first is the second's first");
   tell_alone(a, counts_a, met_a, out.warnings);
   tell_alone(b, counts_b, met_b, out.warnings);
   return out;

@@ -2,7 +2,7 @@
 // reads no mesh.
 #pragma once
 
-#include "cli/range.h"
+#include "fvv_cxx/range.h"
 #include "fvvcompare/sequence.h"
 
 #include <optional>
@@ -20,8 +20,8 @@ struct Matching {
 
 // Frames of two captures belong together when they have the same number, otherwise when they come as many
 // frame durations after the first ones. frames: only these numbers of A. start: the number in A of the frame
-// that B's first one shows. cli::Failure when units or frame rates are unlike, or no frame has a partner.
-Matching match(const Sequence &a, const Sequence &b, const std::optional<cli::Range> &frames,
+// that B's first one shows. Error when units or frame rates are unlike, or no frame has a partner.
+Matching match(const Sequence &a, const Sequence &b, const std::optional<fvv::Range> &frames,
                std::optional<int64_t> start);
 
 } // namespace fvv::compare

@@ -2,8 +2,8 @@
 // sources. Knows surfaces; knows nothing of sequences. Every function is pure and may run on any thread.
 #pragma once
 
+#include "fvv_geometry/surface.h"
 #include "fvvcompare/spread.h"
-#include "fvvcompare/surface.h"
 
 namespace fvv::compare {
 

@@ -1,6 +1,6 @@
 #include "fvvcompare/report.h"
 
-#include "cli/format.h"
+#include "fvv_cxx/format.h"
 
 #include <nlohmann/json.hpp>
 
@@ -18,8 +18,8 @@ const char *const way_names[way_count] = {"a_to_b", "b_to_a", "symmetric"};
 
 // Widths of names and values of the table.
 std::string row(const char *label, const std::array<std::string, way_count> &values) {
-  std::string out = cli::format("  %-24s", label);
-  for (const std::string &value : values) out += cli::format(" %14s", value.c_str());
+  std::string out = fvv::format("  %-24s", label);
+  for (const std::string &value : values) out += fvv::format(" %14s", value.c_str());
   return out + "\n";
 }
 
@@ -28,10 +28,10 @@ public:
   explicit Table(const Result &from) : result(from) {}
 
   std::string length(double value) const {
-    return result.scale_unknown ? cli::format("%.6g", value) : cli::format("%.4f mm", value * 1000);
+    return result.scale_unknown ? fvv::format("%.6g", value) : fvv::format("%.4f mm", value * 1000);
   }
   std::string decibel(double mse) const {
-    return mse > 0 ? cli::format("%.2f dB", psnr(result.peak, mse)) : "equal";
+    return mse > 0 ? fvv::format("%.2f dB", psnr(result.peak, mse)) : "equal";
   }
 
   std::string all() const {
@@ -41,7 +41,7 @@ public:
                              double Figures::*which, bool lengths) {
       std::array<std::string, way_count> cells;
       for (size_t w = 0; w < way_count; w++)
-        cells[w] = lengths ? length(of[w].*which) : cli::format("%.3f deg", of[w].*which);
+        cells[w] = lengths ? length(of[w].*which) : fvv::format("%.3f deg", of[w].*which);
       out += row(label, cells);
     };
     figures("distance, rms", e.distance, &Figures::rms, true);
@@ -57,7 +57,7 @@ public:
     figures("normals, mean", e.angle, &Figures::mean, false);
     figures("normals, p99", e.angle, &Figures::p99, false);
     out += row("faces turned over",
-               cells(e.turned, [](double share) { return cli::format("%.3f %%", 100 * share); }));
+               cells(e.turned, [](double share) { return fvv::format("%.3f %%", 100 * share); }));
     return out + temporal();
   }
 
@@ -154,23 +154,23 @@ std::string csv(const Result &result) {
   for (const char *way : way_names)
     for (const char *column : {"rms", "mean", "p99", "max", "d1_mse", "d1_psnr", "d2_mse", "d2_psnr",
                                "normal_mean", "normal_p99", "turned"})
-      out += cli::format(",%s_%s", way, column);
+      out += fvv::format(",%s_%s", way, column);
   out += ",temporal_rms,temporal_max\n";
   const auto decibel = [&](double mse) {
-    return mse > 0 ? cli::format("%.17g", psnr(result.peak, mse)) : "inf";
+    return mse > 0 ? fvv::format("%.17g", psnr(result.peak, mse)) : "inf";
   };
   for (const FrameResult &f : result.frames) {
-    out += cli::format("%lld,%lld,%zu,%zu,%zu,%zu", (long long)f.number_a, (long long)f.number_b,
+    out += fvv::format("%lld,%lld,%zu,%zu,%zu,%zu", (long long)f.number_a, (long long)f.number_b,
                        f.vertices_a, f.faces_a, f.vertices_b, f.faces_b);
     const Errors &e = f.errors;
     for (size_t w = 0; w < way_count; w++) {
       const Figures &d = e.distance[w];
-      out += cli::format(",%.17g,%.17g,%.17g,%.17g,%.17g,", d.rms, d.mean, d.p99, d.max, e.d1[w]) +
+      out += fvv::format(",%.17g,%.17g,%.17g,%.17g,%.17g,", d.rms, d.mean, d.p99, d.max, e.d1[w]) +
              decibel(e.d1[w]);
-      out += cli::format(",%.17g,", e.d2[w]) + decibel(e.d2[w]);
-      out += cli::format(",%.17g,%.17g,%.17g", e.angle[w].mean, e.angle[w].p99, e.turned[w]);
+      out += fvv::format(",%.17g,", e.d2[w]) + decibel(e.d2[w]);
+      out += fvv::format(",%.17g,%.17g,%.17g", e.angle[w].mean, e.angle[w].p99, e.turned[w]);
     }
-    out += f.motion ? cli::format(",%.17g,%.17g\n", f.motion->rms, f.motion->max) : ",,\n";
+    out += f.motion ? fvv::format(",%.17g,%.17g\n", f.motion->rms, f.motion->max) : ",,\n";
   }
   return out;
 }

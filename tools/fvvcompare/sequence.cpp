@@ -1,8 +1,8 @@
 #include "fvvcompare/sequence.h"
 
-#include "cli/owned.h"
-#include "fvvdemux/decoded_mesh.h"
-#include "fvvdemux/plan.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_demux/frame_plan.h"
+#include "fvv_demux/meshes.h"
 
 #include <filesystem>
 #include <numeric>
@@ -24,14 +24,14 @@ fvv_rational duration_of(const fvv_scene &scene, const std::string &name) {
   const uint64_t numerator = ticks / common;
   uint64_t denominator = base.denominator / common;
   if (numerator > UINT32_MAX / base.numerator)
-    throw cli::Failure(name + ": a frame of " + std::to_string(ticks) + " ticks is too long");
+    throw Error(name + ": a frame of " + std::to_string(ticks) + " ticks is too long");
   common = std::gcd(numerator * base.numerator, denominator);
   return {uint32_t(numerator * base.numerator / common), uint32_t(denominator / common)};
 }
 
 } // namespace
 
-Sequence::Sequence(const std::string &path) : name(capture::description_file(path)) {
+Sequence::Sequence(const std::string &path) : name(scene::description_file(path)) {
   if (is_capture(name))
     open_capture();
   else
@@ -39,8 +39,8 @@ Sequence::Sequence(const std::string &path) : name(capture::description_file(pat
 }
 
 void Sequence::open_capture() {
-  capture = capture::load_capture(name);
-  if (!capture.meshes) throw cli::Failure(name + ": the capture has no meshes");
+  capture = scene::load_capture(name);
+  if (!capture.meshes) throw Error(name + ": the capture has no meshes");
   capture.atlas.reset(); // seams of texture coordinates are no part of the surface
   unknown_scale = capture.scale_unknown;
   duration = capture.frame_duration;
@@ -48,21 +48,21 @@ void Sequence::open_capture() {
 }
 
 void Sequence::open_stream() {
-  file = std::make_unique<cli::InputFile>(name);
+  file = std::make_unique<InputFile>(name);
   const fvv_input input = file->input();
   fvv_stream *opened = nullptr;
   fvv_diagnostic diagnostic = {};
-  cli::check(fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic), name, diagnostic);
+  fvv::check(fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic), name, diagnostic);
   stream.reset(opened);
   const fvv_file *index = fvv_stream_file(opened);
   if (fvv_file_damage_count(index)) notes.push_back(demux::text_of(*fvv_file_damage(index, 0)));
   const size_t count = fvv_stream_frame_count(opened);
-  if (!count) throw cli::Failure(name + ": the stream has no frames");
+  if (!count) throw Error(name + ": the stream has no frames");
   const fvv_configuration *configuration = nullptr;
-  cli::check(fvv_stream_configuration(opened, 0, &configuration, &diagnostic), name, diagnostic);
+  fvv::check(fvv_stream_configuration(opened, 0, &configuration, &diagnostic), name, diagnostic);
   for (size_t i = 0; i < configuration->track_count && !track; i++)
     if (configuration->tracks[i].kind == FVV_TRACK_MESH) track = configuration->tracks[i].id;
-  if (!track) throw cli::Failure(name + ": the stream has no meshes");
+  if (!track) throw Error(name + ": the stream has no meshes");
   unknown_scale = configuration->scene.flags & FVV_SCENE_SCALE_UNKNOWN;
   duration = duration_of(configuration->scene, name);
   number_frames(uint64_t(configuration->scene.frame_duration), count);
@@ -78,7 +78,7 @@ void Sequence::number_frames(uint64_t ticks, size_t count) {
   for (size_t i = 0; i < count; i++) {
     fvv_frame frame;
     fvv_diagnostic diagnostic = {};
-    cli::check(fvv_stream_frame(stream.get(), i, &frame, &diagnostic), name, diagnostic);
+    fvv::check(fvv_stream_frame(stream.get(), i, &frame, &diagnostic), name, diagnostic);
     if (!i && !beheaded) start = uint64_t(frame.time);
     // Times may lie anywhere in 64 bits; they rise, so the difference fits without a sign.
     const uint64_t since = uint64_t(frame.time) - start, place = since / ticks;
@@ -90,33 +90,33 @@ void Sequence::number_frames(uint64_t ticks, size_t count) {
   for (size_t i = 0; i < count; i++) list[i] = {int64_t(i), int64_t(i)};
 }
 
-capture::Mesh Sequence::mesh(size_t i, bool normals) const {
-  capture::Mesh mesh =
-      stream ? stream_mesh(i) : capture::load_mesh(capture, list[i].number, nullptr, nullptr, normals);
+geometry::Mesh Sequence::mesh(size_t i, bool normals) const {
+  geometry::Mesh mesh =
+      stream ? stream_mesh(i) : scene::load_mesh(capture, list[i].number, nullptr, nullptr, normals);
   if (mesh.faces.empty())
-    throw cli::Failure(name + ": frame " + std::to_string(list[i].number) + ": the mesh has no faces");
+    throw Error(name + ": frame " + std::to_string(list[i].number) + ": the mesh has no faces");
   return mesh;
 }
 
-capture::Mesh Sequence::stream_mesh(size_t i) const {
+geometry::Mesh Sequence::stream_mesh(size_t i) const {
   const std::string where = name + ": frame " + std::to_string(list[i].number);
   fvv_diagnostic diagnostic = {};
-  cli::OwnedMesh holder;
+  OwnedMesh holder;
   fvv_scene scene;
   fvv_status status;
   {
     const std::lock_guard<std::mutex> lock(one_at_a_time);
     fvv_frame frame;
-    cli::check(fvv_stream_frame(stream.get(), i, &frame, &diagnostic), where, diagnostic);
+    fvv::check(fvv_stream_frame(stream.get(), i, &frame, &diagnostic), where, diagnostic);
     const fvv_configuration *configuration = nullptr;
-    cli::check(fvv_stream_configuration(stream.get(), frame.group, &configuration, &diagnostic), where,
+    fvv::check(fvv_stream_configuration(stream.get(), frame.group, &configuration, &diagnostic), where,
                diagnostic);
     scene = configuration->scene;
     status = fvv_stream_mesh(stream.get(), i, track, &holder, &diagnostic);
   }
-  cli::check(status, where, diagnostic);
-  if (status == FVV_END) throw cli::Failure(where + ": has no mesh");
-  capture::Mesh out = demux::in_metres(holder, demux::lattice_of(scene.lattice_origin, scene.lattice_step));
+  fvv::check(status, where, diagnostic);
+  if (status == FVV_END) throw Error(where + ": has no mesh");
+  geometry::Mesh out = demux::in_metres(holder, demux::lattice_of(scene.lattice_origin, scene.lattice_step));
   out.texture.clear(); // no part of the surface either
   return out;
 }

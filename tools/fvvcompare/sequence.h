@@ -2,9 +2,10 @@
 // from; knows nothing of what they are compared with.
 #pragma once
 
-#include "capture/capture.h"
 #include "cli/cli.h"
 #include "fvv/stream.h"
+#include "fvv_cxx/input_file.h"
+#include "fvv_scene/capture.h"
 
 #include <memory>
 #include <mutex>
@@ -16,7 +17,7 @@ namespace fvv::compare {
 class Sequence {
 public:
   // path: a capture.json (any name that ends in .json), the folder of one, or a stream.
-  // cli::Failure or capture::FileError when it cannot be opened or holds no meshes.
+  // Error or Error when it cannot be opened or holds no meshes.
   explicit Sequence(const std::string &path);
   Sequence(const Sequence &) = delete;
   Sequence &operator=(const Sequence &) = delete;
@@ -35,24 +36,24 @@ public:
   const std::vector<Frame> &frames() const { return list; } // both numbers rise
 
   // Positions in metres, or units of the source when the scale is unknown. i: index in frames(). Throws
-  // cli::Failure or capture::FileError, also when the frame has no mesh or an empty one. With the
+  // Error or Error, also when the frame has no mesh or an empty one. With the
   // normals that a stream sends; with those of a capture's file, if it has some, when they are asked for.
   // Several threads may call it.
-  capture::Mesh mesh(size_t i, bool normals = false) const;
+  geometry::Mesh mesh(size_t i, bool normals = false) const;
 
 private:
   void open_stream();
   void open_capture();
   void number_frames(uint64_t ticks, size_t count);
-  capture::Mesh stream_mesh(size_t i) const;
+  geometry::Mesh stream_mesh(size_t i) const;
 
   std::string name;
   bool unknown_scale = false;
   fvv_rational duration = {1, 25};
   std::vector<std::string> notes;
   std::vector<Frame> list;
-  capture::Capture capture;
-  std::unique_ptr<cli::InputFile> file;
+  scene::Capture capture;
+  std::unique_ptr<InputFile> file;
   std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream{nullptr, fvv_stream_close};
   mutable std::mutex one_at_a_time; // a stream's handle is not thread-safe
   uint16_t track = 0;

@@ -1,6 +1,6 @@
 #include "fvvcompare/temporal.h"
 
-#include "fvvcompare/surface.h"
+#include "fvv_geometry/surface.h"
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@ namespace fvv::compare {
 namespace {
 
 // The finder looks among used vertices only: one that no face uses may lie anywhere.
-std::vector<bool> used_vertices(const capture::Mesh &mesh) {
+std::vector<bool> used_vertices(const geometry::Mesh &mesh) {
   std::vector<bool> used(mesh.vertex_count());
   for (const uint32_t v : mesh.faces) used[v] = true;
   return used;
@@ -17,7 +17,7 @@ std::vector<bool> used_vertices(const capture::Mesh &mesh) {
 
 } // namespace
 
-Correspondence correspondence(const capture::Mesh &a, const capture::Mesh &b) {
+Correspondence correspondence(const geometry::Mesh &a, const geometry::Mesh &b) {
   const std::vector<Vec3> in_a = positions_of(a), in_b = positions_of(b);
   const std::vector<bool> used_a = used_vertices(a), used_b = used_vertices(b);
   Correspondence out;
@@ -39,8 +39,9 @@ Correspondence correspondence(const capture::Mesh &a, const capture::Mesh &b) {
   return out;
 }
 
-MotionError motion_error(const capture::Mesh &a_before, const capture::Mesh &a, const capture::Mesh &b_before,
-                         const capture::Mesh &b, const Correspondence &match) {
+MotionError motion_error(const geometry::Mesh &a_before, const geometry::Mesh &a,
+                         const geometry::Mesh &b_before, const geometry::Mesh &b,
+                         const Correspondence &match) {
   const std::vector<Vec3> a0 = positions_of(a_before), a1 = positions_of(a), b0 = positions_of(b_before),
                           b1 = positions_of(b);
   const std::vector<bool> used = used_vertices(b);

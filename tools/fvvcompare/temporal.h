@@ -3,7 +3,7 @@
 // frames' numbers.
 #pragma once
 
-#include "capture/mesh_file.h"
+#include "fvv_scene/mesh_file.h"
 
 #include <vector>
 
@@ -15,7 +15,7 @@ struct Correspondence {
   bool by_order = false;      // both have the same faces; otherwise the nearest vertex counts
   double furthest = 0;        // distance of any vertex of B from its vertex of A, in the frame that was used
 };
-Correspondence correspondence(const capture::Mesh &a, const capture::Mesh &b);
+Correspondence correspondence(const geometry::Mesh &a, const geometry::Mesh &b);
 
 // Of one frame against the one in front of it, over all vertices of B that faces use.
 struct MotionError {
@@ -23,7 +23,8 @@ struct MotionError {
   double motion = 0;       // rms motion of A, to compare with
 };
 // The meshes of both frames have the faces that match was made for.
-MotionError motion_error(const capture::Mesh &a_before, const capture::Mesh &a, const capture::Mesh &b_before,
-                         const capture::Mesh &b, const Correspondence &match);
+MotionError motion_error(const geometry::Mesh &a_before, const geometry::Mesh &a,
+                         const geometry::Mesh &b_before, const geometry::Mesh &b,
+                         const Correspondence &match);
 
 } // namespace fvv::compare

@@ -1,20 +1,170 @@
 #include "fvvdemux/demux.h"
-
-#include "cli/parallel.h"
-#include "fvvdemux/background.h"
-#include "fvvdemux/description.h"
-#include "fvvdemux/views.h"
+#include "cli/cli.h"
+#include "fvv_cxx/parallel.h"
+#include "fvv_demux/meshes.h"
+#include "fvv_demux/views.h"
+#include "fvvdemux/group.h"
 
 #include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numeric>
 
 namespace fvv::demux {
+
+namespace {
+
+using Json = nlohmann::json;
+
+// Metadata is text from outside: anything deeper than what is looked for is not even built.
+Json parse(const fvv_text &text) {
+  const auto shallow = [](int depth, Json::parse_event_t, Json &) { return depth <= 2; };
+  return Json::parse(text.text, text.text + text.size, shallow, false);
+}
+
+std::optional<int64_t> integer(const Json &object, const char *key, int64_t least) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_number_integer()) return {};
+  if (found->is_number_unsigned() && found->get<uint64_t>() > uint64_t(INT32_MAX)) return {};
+  const int64_t value = found->get<int64_t>();
+  return value < least || value > INT32_MAX ? std::optional<int64_t>() : value;
+}
+
+scene::Pattern pattern(const std::string &text) {
+  std::string what;
+  return scene::Pattern::parse(text, &what).value();
+}
+
+// duration = ticks * time base, in lowest terms; nothing when it does not fit.
+std::optional<fvv_rational> seconds(uint64_t ticks, const fvv_rational &base) {
+  if (!ticks) return {};
+  // Dividing crosswise first keeps the product small: base need not be in lowest terms.
+  const uint64_t own = std::gcd(uint64_t(base.numerator), uint64_t(base.denominator));
+  const uint64_t numerator = base.numerator / own, denominator = base.denominator / own;
+  const uint64_t common = std::gcd(ticks, denominator);
+  const uint64_t left = ticks / common;
+  if (left > UINT32_MAX || left * numerator > UINT32_MAX) return {};
+  return fvv_rational{uint32_t(left * numerator), uint32_t(denominator / common)};
+}
+
+} // namespace
+
+FileNumbers file_numbers(const fvv_configuration &configuration, int64_t count,
+                         std::vector<std::string> &warnings) {
+  for (size_t i = 0; i < configuration.metadata_count; i++) {
+    const Json document = parse(configuration.metadata[i]);
+    if (!document.is_object() || !document.contains("frame_numbers")) continue;
+    const Json &numbers = document["frame_numbers"];
+    const auto first = integer(numbers, "first", 0), step = integer(numbers, "step", 1);
+    // Both factors are below 2^31.
+    if (first && step && *first + *step * (count - 1) <= INT32_MAX) return {*first, *step};
+    warnings.push_back("frame_numbers in the stream's metadata do not number " + std::to_string(count) +
+                       " frames: file names count from 0");
+    return {};
+  }
+  return {};
+}
+
+namespace {
+
+std::string numbered(const View &view, const VideoViews &track, const Options &options) {
+  return view.folder + "/%04d." + extension_of(files_of(options.pictures, track.video->config));
+}
+
+} // namespace
+
+scene::Capture describe_scene(const fvv_configuration &configuration, const Options &options) {
+  scene::Capture out;
+  out.path = "capture.json";
+  out.scale_unknown = (configuration.scene.flags & FVV_SCENE_SCALE_UNKNOWN) != 0;
+  out.up = configuration.scene.up_axis;
+  const fvv_scene &scene = configuration.scene;
+  out.lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
+  if (options.meshes != Meshes::none && mesh_track_of(configuration, nullptr))
+    out.meshes = pattern(options.meshes == Meshes::ply   ? "meshes/%04d.ply"
+                         : options.meshes == Meshes::obj ? "meshes/%04d.obj"
+                                                         : "meshes/%04d.drc");
+  std::vector<VideoViews> tracks;
+  if (options.pictures != Pictures::none) tracks = views_of(configuration, options.cameras, nullptr);
+  for (const VideoViews &track : tracks)
+    for (const View &view : track.views)
+      if (view.tile.camera_id == no_camera && out.meshes)
+        out.atlas = {pattern(numbered(view, track, options)), {}};
+  for (size_t i = 0; i < configuration.camera_count; i++) {
+    const fvv_camera &source = configuration.cameras[i];
+    if (!options.cameras.has(source.id)) continue;
+    scene::Camera camera;
+    camera.calibration = source;
+    for (const VideoViews &track : tracks)
+      for (const View &view : track.views)
+        if (view.tile.camera_id == source.id) {
+          camera.calibration = camera_of_tile(source, view.whole);
+          camera.pictures = pattern(numbered(view, track, options));
+        }
+    camera.calibration.flags = 0; // per_frame says it
+    camera.set_name(std::string(source.name ? source.name : "", source.name_size));
+    out.cameras.push_back(camera);
+  }
+  return out;
+}
+
+void describe_motion(const fvv_configuration &configuration, const Options &options,
+                     const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
+                     scene::Capture &capture) {
+  std::map<uint16_t, fvv_tile> tiles;
+  if (options.pictures != Pictures::none)
+    for (const VideoViews &track : views_of(configuration, options.cameras, nullptr))
+      for (const View &view : track.views) tiles.emplace(view.tile.camera_id, view.whole);
+  for (scene::Camera &camera : capture.cameras) {
+    const uint16_t id = camera.calibration.id;
+    const fvv_camera *source = fvv_configuration_camera(&configuration, id);
+    if (!source || !(source->flags & FVV_CAMERA_MOVES)) continue;
+    for (const WrittenFrame &frame : frames) {
+      const int64_t number = numbers.of(frame.number);
+      const auto found = frame.moving.find(id);
+      if (found == frame.moving.end()) {
+        camera.lost.insert(number);
+        continue;
+      }
+      fvv_camera now = found->second;
+      now.flags = 0;
+      const auto tile = tiles.find(id);
+      if (tile != tiles.end()) now = camera_of_tile(now, tile->second);
+      camera.per_frame[number] = now;
+    }
+  }
+}
+
+std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
+                                 const fvv_scene &scene, std::string &reason) {
+  const int64_t count = int64_t(frames.size()), first = frames[0].number;
+  const int64_t stride = count > 1 ? frames[1].number - first : 1;
+  const uint64_t ticks =
+      count > 1 ? uint64_t(frames[1].time) - uint64_t(frames[0].time) : uint64_t(scene.frame_duration);
+  for (int64_t i = 0; i < count; i++) {
+    const WrittenFrame &frame = frames[size_t(i)];
+    if (!frame.complete)
+      reason = "frame " + std::to_string(frame.number) + " has not all files that other frames have";
+    else if (frame.number != first + i * stride)
+      reason = "no step leads from frame to frame";
+    else if (uint64_t(frame.time) != uint64_t(frames[0].time) + ticks * uint64_t(i))
+      reason = "the frames are not evenly spaced in time";
+    if (!reason.empty()) return {};
+  }
+  const auto duration = seconds(ticks, scene.time_base);
+  if (!duration) {
+    reason = "its frame rate is no fraction of 32-bit numbers";
+    return {};
+  }
+  return FrameSpan{{numbers.of(first), count, numbers.step * stride}, *duration};
+}
 
 namespace {
 
 // Streams that threads take and give back: opening one reads the index.
 class Streams {
 public:
-  explicit Streams(const cli::InputFile &input) : file(input) {}
+  explicit Streams(const InputFile &input) : file(input) {}
   Stream take() {
     {
       const std::lock_guard<std::mutex> guard(lock);
@@ -32,7 +182,7 @@ public:
   }
 
 private:
-  const cli::InputFile &file;
+  const InputFile &file;
   std::mutex lock;
   std::vector<Stream> idle;
 };
@@ -48,9 +198,9 @@ void check_cameras(const fvv_configuration &configuration, const Selection &came
   for (const auto &range : cameras.within(0, INT32_MAX))
     for (int64_t id = range.first; id <= range.last && !cameras.everything(); id++)
       if (id > UINT16_MAX || !fvv_configuration_camera(&configuration, uint16_t(id)))
-        throw cli::Failure("--cameras: camera " + std::to_string(id) + " is not in the stream, which has " +
-                               ids_of(configuration),
-                           cli::usage);
+        throw Error("--cameras: camera " + std::to_string(id) + " is not in the stream, which has " +
+                        ids_of(configuration),
+                    Error::usage);
 }
 
 // The first configuration that can be read. File numbers come from it whatever frames are chosen.
@@ -74,9 +224,9 @@ public:
         plan(make_plan(stream.get(), file, options.frames, survey)) {
     const int64_t last = options.frames.everything() ? -1 : options.frames.largest();
     if (last >= plan.count && !plan.rebuilt)
-      throw cli::Failure("--frames: frame " + std::to_string(last) + " is not in the stream, which has " +
-                             std::to_string(plan.count),
-                         cli::usage);
+      throw Error("--frames: frame " + std::to_string(last) + " is not in the stream, which has " +
+                      std::to_string(plan.count),
+                  Error::usage);
     const fvv_configuration *configuration = first_configuration(stream.get());
     if (configuration) {
       check_cameras(*configuration, options.cameras);
@@ -91,12 +241,12 @@ public:
     const FilePath path = [&](const std::string &sub, int64_t number, const char *extension) {
       std::string what;
       const std::string pattern = sub + "/%04d." + extension;
-      return folder.file(capture::Pattern::parse(pattern, &what).value().file(numbers.of(number)));
+      return folder.file(scene::Pattern::parse(pattern, &what).value().file(numbers.of(number)));
     };
     Streams streams(file);
     std::vector<GroupResult> results(plan.groups.size());
     cli::Progress progress(file.path(), plan.groups.size());
-    cli::parallel(
+    fvv::parallel(
         options.threads, plan.groups.size(),
         [&](size_t i) {
           Stream own = streams.take();
@@ -135,11 +285,11 @@ public:
 
   void check_written() const {
     if (result.meshes || result.atlases || !result.pictures.empty()) return;
-    throw cli::Failure(file.path() + ": " +
-                       (frames.empty() && !result.losses.empty() ? "no frame is whole"
-                        : frames.empty()                         ? "the stream has no frames"
-                                         : "nothing of what was asked for is in the stream") +
-                       ": nothing written");
+    throw Error(file.path() + ": " +
+                (frames.empty() && !result.losses.empty() ? "no frame is whole"
+                 : frames.empty()                         ? "the stream has no frames"
+                                  : "nothing of what was asked for is in the stream") +
+                ": nothing written");
   }
 
   void describe(const cli::OutputFolder &folder) {
@@ -149,14 +299,14 @@ public:
       capture->background = background;
     result.capture = capture.has_value();
     if (capture)
-      capture::write_capture(*capture, folder.file("capture.json"));
+      scene::write_capture(*capture, folder.file("capture.json"));
     else
       result.warnings.push_back("no capture.json: " + reason);
   }
 
 private:
-  std::optional<capture::Capture> capture_of(std::string &reason) {
-    std::optional<capture::Capture> out;
+  std::optional<scene::Capture> capture_of(std::string &reason) {
+    std::optional<scene::Capture> out;
     std::string text;
     fvv_scene scene = {};
     uint64_t seen = 0;
@@ -166,10 +316,10 @@ private:
       seen = offset;
       const fvv_configuration *configuration;
       fvv_diagnostic diagnostic = {};
-      cli::check(fvv_stream_configuration(stream.get(), group, &configuration, &diagnostic), file.path(),
+      fvv::check(fvv_stream_configuration(stream.get(), group, &configuration, &diagnostic), file.path(),
                  diagnostic);
-      const capture::Capture described = describe_scene(*configuration, options);
-      const std::string own = capture::format_capture(described);
+      const scene::Capture described = describe_scene(*configuration, options);
+      const std::string own = scene::format_capture(described);
       if (out && own != text) {
         reason = "cameras change within the stream";
         return {};
@@ -193,7 +343,7 @@ private:
   }
 
   // That of the first frames written: within a configuration there is one.
-  std::optional<capture::Background> write_background(const cli::OutputFolder &folder) {
+  std::optional<scene::Background> write_background(const cli::OutputFolder &folder) {
     const fvv_configuration *configuration;
     if (!options.background || used.empty() ||
         fvv_stream_configuration(stream.get(), used[0], &configuration, nullptr) != FVV_OK)
@@ -203,23 +353,23 @@ private:
     for (const std::string &why : lost)
       result.losses.push_back(file.path() + ": the background is lost: " + why);
     if (background.environment.parts.empty()) return {}; // lights alone are no glTF to read
-    capture::write_file(
+    scene::write_file(
         folder.file("background.glb"),
-        capture::format_environment(background.environment, *background.lattice, "background.glb"));
+        scene::format_environment(background.environment, *background.lattice, "background.glb"));
     result.background = true;
-    return capture::Background{"background.glb", {}, background.lattice};
+    return scene::Background{"background.glb", {}, background.lattice};
   }
 
-  void describe_moving(capture::Capture &capture) {
+  void describe_moving(scene::Capture &capture) {
     const fvv_configuration *configuration;
     fvv_diagnostic diagnostic = {};
-    cli::check(fvv_stream_configuration(stream.get(), used[0], &configuration, &diagnostic), file.path(),
+    fvv::check(fvv_stream_configuration(stream.get(), used[0], &configuration, &diagnostic), file.path(),
                diagnostic);
     describe_motion(*configuration, options, frames, numbers, capture);
   }
 
   // A capture's atlas is one for the texture coordinates of all its meshes.
-  void describe_texture(capture::Capture &capture) const {
+  void describe_texture(scene::Capture &capture) const {
     const uint8_t bits = frames[0].texture_bits;
     for (const WrittenFrame &frame : frames)
       if (!frame.texture_bits) {
@@ -234,7 +384,7 @@ private:
 
   Result &result;
   const Options &options;
-  const cli::InputFile file;
+  const InputFile file;
   LazySurvey survey;
   Stream stream;
   Plan plan;
@@ -247,7 +397,7 @@ private:
 
 void demux(const std::string &input, const std::string &folder_name, const Options &options, Result &result) {
   if (options.meshes == Meshes::none && options.pictures == Pictures::none)
-    throw cli::Failure("--meshes none and --pictures none leave nothing to write", cli::usage);
+    throw Error("--meshes none and --pictures none leave nothing to write", Error::usage);
   Run run(input, options, result);
   cli::OutputFolder folder(folder_name, options.force);
   run.unpack(folder);

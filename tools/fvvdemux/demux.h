@@ -2,7 +2,7 @@
 // when something is lost; arguments and output of text are main's.
 #pragma once
 
-#include "fvvdemux/selection.h"
+#include "fvv_demux/selection.h"
 
 #include <cstdint>
 #include <map>
@@ -39,7 +39,7 @@ struct Result {
   std::vector<std::string> warnings;
 };
 
-// cli::Failure, and no folder, when nothing could be written; result then tells the losses all the same.
+// Error, and no folder, when nothing could be written; result then tells the losses all the same.
 // Other failures as the tools' libraries tell them. result: a fresh one.
 void demux(const std::string &input, const std::string &folder, const Options &options, Result &result);
 

@@ -1,13 +1,12 @@
 #include "fvvdemux/group.h"
-
-#include "capture/mesh_file.h"
-#include "cli/owned.h"
+#include "cli/cli.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_demux/meshes.h"
+#include "fvv_demux/views.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/video.h"
-#include "fvvdemux/decoded_mesh.h"
-#include "fvvdemux/views.h"
-#include "fvvdemux/whole_picture.h"
+#include "fvv_scene/mesh_file.h"
 
 #include <cmath>
 #include <optional>
@@ -32,7 +31,7 @@ const char *extension_of(Meshes meshes) {
 
 // Says why a frame is lost; failures that are not the stream's end the run.
 std::string why_lost(fvv_status status, const fvv_diagnostic &diagnostic) {
-  if (status > FVV_ERROR_DAMAGED) cli::check(status, "memory or input", diagnostic);
+  if (status > FVV_ERROR_DAMAGED) fvv::check(status, "memory or input", diagnostic);
   return diagnostic.status ? text_of(diagnostic) : fvv_status_text(status);
 }
 
@@ -69,7 +68,7 @@ public:
         picture = decoder->decode<uint16_t>(sample, size);
       else
         picture = decoder->decode(sample, size);
-    } catch (const media::Error &error) {
+    } catch (const Error &error) {
       broken = "track " + std::to_string(shown.video->track) + ": " + error.what();
     }
     return broken;
@@ -128,7 +127,7 @@ public:
       if (why.empty()) why = lost;
     }
     if (!wanted) return "";
-    cli::OwnedMesh mesh;
+    OwnedMesh mesh;
     bool has_mesh = false;
     if (mesh_track) {
       const fvv_status decoded = fvv_stream_mesh(stream, frame, *mesh_track, &mesh, &diagnostic);
@@ -156,9 +155,9 @@ public:
 
 private:
   void write(const fvv_mesh &mesh, int64_t number) const {
-    const capture::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
-    capture::write_mesh(in_metres(mesh, lattice), lattice,
-                        path("meshes", number, extension_of(options.meshes)));
+    const geometry::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
+    scene::write_mesh(in_metres(mesh, lattice), lattice,
+                      path("meshes", number, extension_of(options.meshes)));
   }
   std::vector<uint8_t> file_of(const media::Image &picture) const {
     return options.pictures != Pictures::jpg
@@ -180,7 +179,7 @@ private:
   void write(const VideoViews &track, const media::BasicImage<Sample> &picture, int64_t number) {
     for (const View &view : track.views) {
       const std::vector<uint8_t> bytes = file_of(picture_of(view, picture));
-      capture::write_file(
+      scene::write_file(
           path(view.folder, number, extension_of(files_of(options.pictures, track.video->config))),
           {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
       written[view.tile.camera_id]++;
@@ -218,7 +217,7 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
   const fvv_status loaded = fvv_file_group(file, plan.group)->frame_count
                                 ? fvv_stream_frame(stream, plan.frame, &first, &diagnostic)
                                 : FVV_OK;
-  if (loaded < 0 && loaded > FVV_ERROR_DAMAGED) cli::check(loaded, "memory or input", diagnostic);
+  if (loaded < 0 && loaded > FVV_ERROR_DAMAGED) fvv::check(loaded, "memory or input", diagnostic);
   const fvv_group_info &group = *fvv_file_group(file, plan.group);
   int64_t whole = plan.count;
   std::string behind_whole;

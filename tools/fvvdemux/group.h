@@ -2,11 +2,13 @@
 // written with all its files or not at all. Holds one frame's meshes and pictures at a time.
 #pragma once
 
+#include "fvv_demux/frame_plan.h"
+#include "fvv_scene/capture.h"
 #include "fvvdemux/demux.h"
-#include "fvvdemux/plan.h"
 
 #include <functional>
 #include <map>
+#include <optional>
 
 namespace fvv::demux {
 
@@ -33,9 +35,38 @@ using FilePath = std::function<std::string(const std::string &folder, int64_t nu
 Pictures files_of(Pictures wanted, const fvv_video_config &config);
 const char *extension_of(Pictures pictures);
 
-// plan: one whose stream is opened from the same file. cli::Failure or FileError when a file can't be
+// plan: one whose stream is opened from the same file. Error or fvv::Error when a file can't be
 // written.
 GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,
                          LazySurvey &survey, const FilePath &path);
+
+// Frame n of the stream is first + step * n in file names.
+struct FileNumbers {
+  int64_t first = 0, step = 1;
+  int64_t of(int64_t frame) const { return first + step * frame; }
+};
+
+// From {"frame_numbers": {"first": ..., "step": ...}} in the metadata; from 0, with a warning, when what
+// stands there would not name count frames by different numbers from 0 to 2147483647.
+FileNumbers file_numbers(const fvv_configuration &configuration, int64_t count,
+                         std::vector<std::string> &warnings);
+
+// Scene and cameras as capture.json tells them, with the patterns of the files; no frames yet.
+scene::Capture describe_scene(const fvv_configuration &configuration, const Options &options);
+
+// Gives the cameras of a capture that move, by its configuration, their calibrations by file number, and the
+// frames in which they have none.
+void describe_motion(const fvv_configuration &configuration, const Options &options,
+                     const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
+                     scene::Capture &capture);
+
+// Frames of the capture; nothing, and why in reason, when no first, step and count and no one duration say
+// it.
+struct FrameSpan {
+  scene::Frames frames;
+  fvv_rational duration;
+};
+std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
+                                 const fvv_scene &scene, std::string &reason);
 
 } // namespace fvv::demux

@@ -2,26 +2,30 @@
 // order of work; the formats are tools/import's.
 #include "cli/cli.h"
 #include "fvvimport/options.h"
+#include "fvvimport/sheet.h"
 #include "fvvimport/summary.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <thread>
 
 using namespace fvv;
 
 namespace {
 
 struct Arguments {
-  std::string format, output, size, units, up = "unknown", rate = "25", frames = "0", pictures, videos, masks,
-                                           meshes, points;
+  std::string format, output, size, units, up = "unknown", rate = "25", pictures, videos, masks, meshes,
+                                           points;
+  std::optional<std::string> frames;
   std::vector<std::string> inputs;
   bool force = false, as_json = false;
+  fvvimport::SheetOptions sheet;
 };
 
 [[noreturn]] void misuse(const std::string &what) {
-  throw cli::Failure(what, cli::usage);
+  throw Error(what, Error::usage);
 }
 
 // OpenCV: files, or a folder with them.
@@ -33,7 +37,7 @@ std::vector<std::string> files_of(const std::vector<std::string> &inputs) {
     if (extension == ".yml" || extension == ".yaml" || extension == ".xml")
       files.push_back(entry.path().string());
   }
-  if (files.empty()) throw cli::Failure(inputs[0] + ": expected files .yml, .yaml or .xml, found none");
+  if (files.empty()) throw Error(inputs[0] + ": expected files .yml, .yaml or .xml, found none");
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -56,20 +60,19 @@ return import::read_middlebury(input, size.width, size.height);
 } // namespace
 
 // The format's own unit unless the user names another.
-void set_units(const Arguments &arguments, const import::Calibration &calibration,
-               capture::Capture &capture) {
+void set_units(const Arguments &arguments, const import::Calibration &calibration, scene::Capture &capture) {
   std::optional<double> metres;
   if (calibration.metres_per_unit > 0) metres = calibration.metres_per_unit;
   if (!arguments.units.empty()) metres = fvvimport::parse_units(arguments.units);
   capture.scale_unknown = !metres;
-  for (capture::Camera &camera : capture.cameras)
+  for (scene::Camera &camera : capture.cameras)
     for (double &coordinate : camera.calibration.translation) coordinate *= metres.value_or(1);
 }
 
-void set_files(const Arguments &arguments, capture::Capture &capture) {
+void set_files(const Arguments &arguments, scene::Capture &capture) {
   if (!arguments.meshes.empty())
     capture.meshes = fvvimport::parse_pattern("--meshes", arguments.meshes, capture.frames);
-  for (capture::Camera &camera : capture.cameras) {
+  for (scene::Camera &camera : capture.cameras) {
     if (!arguments.pictures.empty())
       camera.pictures = fvvimport::parse_pattern("--pictures", arguments.pictures, camera, capture.frames);
     if (!arguments.videos.empty())
@@ -101,10 +104,10 @@ void check_usage(const Arguments &arguments) {
 
 cli::Exit work(const Arguments &arguments) {
   check_usage(arguments);
-  capture::Capture capture;
+  scene::Capture capture;
   capture.path = arguments.output;
   capture.frame_duration = fvvimport::parse_frame_rate(arguments.rate);
-  capture.frames = fvvimport::parse_frames(arguments.frames);
+  capture.frames = fvvimport::parse_frames(arguments.frames.value_or("0"));
   capture.up = fvvimport::parse_up(arguments.up);
   const import::Calibration calibration = read(arguments);
   capture.cameras = calibration.cameras;
@@ -115,7 +118,7 @@ cli::Exit work(const Arguments &arguments) {
     result.diagnosis =
         import::diagnose(capture.cameras, import::read_observations(arguments.points, capture.cameras));
   if (!arguments.output.empty()) {
-    const std::string text = capture::format_capture(capture);
+    const std::string text = scene::format_capture(capture);
     cli::OutputFile file(arguments.output, arguments.force);
     file.write(text.data(), text.size());
     file.commit();
@@ -127,18 +130,41 @@ cli::Exit work(const Arguments &arguments) {
   return result.diagnosis && result.diagnosis->suspected ? cli::loss : cli::done;
 }
 
+// PATH of capture.json: what its cameras see, as a picture.
+cli::Exit write_sheet(Arguments &arguments) {
+  fvvimport::SheetOptions &sheet = arguments.sheet;
+  if (arguments.inputs.size() != 1) misuse("INPUT: expected one capture");
+  if (sheet.output.empty()) misuse("capture: expected --sheet FILE");
+  if (!arguments.output.empty() || !arguments.points.empty())
+    misuse("capture: expected neither -o nor --check");
+  const bool piped = sheet.output == "-";
+  if (piped && arguments.as_json) misuse("--json: standard output is taken by the sheet (--sheet -)");
+  sheet.capture = arguments.inputs[0];
+  sheet.force = arguments.force;
+  if (arguments.frames) sheet.frames = fvv::parse_range("--frames", *arguments.frames);
+  const fvvimport::SheetReport report = fvvimport::check_calibration(sheet);
+  const std::string text =
+      arguments.as_json ? fvvimport::sheet_json(report).dump(2) + "\n" : fvvimport::sheet_text(report);
+  if (!piped) std::fputs(text.c_str(), stdout);
+  return report.warnings.empty() ? cli::done : cli::loss;
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
   CLI::App app("Reads a calibration of another program and writes its cameras as a capture.json.");
   Arguments a;
-  app.add_option("FORMAT", a.format, "colmap, opencv, nerfstudio, qualisys or middlebury")
+  a.sheet.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  app.add_option(
+         "FORMAT", a.format,
+         "colmap, opencv, nerfstudio, qualisys, middlebury, or capture: a capture.json to look at (--sheet)")
       ->required()
-      ->check(CLI::IsMember({"colmap", "opencv", "nerfstudio", "qualisys", "middlebury"}).description(""));
+      ->check(CLI::IsMember({"colmap", "opencv", "nerfstudio", "qualisys", "middlebury", "capture"})
+                  .description(""));
   app.add_option(
          "INPUT", a.inputs,
          "colmap: folder of cameras.txt and images.txt; opencv: a file for each camera, or their folder; "
-         "others: a file")
+         "capture: capture.json or its folder; others: a file")
       ->required();
   app.add_option("-o,--output", a.output, "capture.json to write")->type_name("FILE");
   auto *pictures = app.add_option("--pictures", a.pictures,
@@ -164,6 +190,24 @@ int main(int argc, char **argv) {
   app.add_option("--size", a.size, "width and height of the pictures, for middlebury")->type_name("WxH");
   app.add_option("--check", a.points, "lines X Y Z CAMERA_ID U V: tell how well the cameras explain them")
       ->type_name("POINTS");
+  auto *sheet =
+      app.add_option(
+             "--sheet", a.sheet.output,
+             "of a capture: write this PNG, every camera's picture of the middle frame (of --frames), with "
+             "the outline of the mesh, or of the hull of the masks")
+          ->type_name("PNG");
+  app.add_option("--sheet-width", a.sheet.width, "longest side of its panels, at most, in pixels")
+      ->check(CLI::Range(120, 2048))
+      ->capture_default_str()
+      ->needs(sheet);
+  app.add_option("--cameras", a.sheet.cameras,
+                 "cameras of the sheet, by identifier, range or name: 0-3,7,overhead")
+      ->delimiter(',')
+      ->needs(sheet);
+  app.add_option("--threads", a.sheet.threads,
+                 "threads for the sheet; the picture is the same for any number")
+      ->check(CLI::Range(1, 256))
+      ->needs(sheet);
   app.add_flag("--json", a.as_json, "print a summary as JSON");
   app.add_flag("--force", a.force, "replace the file when it exists");
   app.set_version_flag("--version", std::string("fvvimport ") + fvv_version());
@@ -176,5 +220,5 @@ int main(int argc, char **argv) {
   } catch (const CLI::ParseError &error) {
     return app.exit(error) ? cli::usage : cli::done;
   }
-  return cli::run("fvvimport", [&] { return work(a); });
+  return cli::run("fvvimport", [&] { return a.format == "capture" ? write_sheet(a) : work(a); });
 }

@@ -1,10 +1,10 @@
 // fvvimport/options.cpp: strict parsing of what stands behind the options.
 #include "fvvimport/options.h"
 
-#include "capture/text_scan.h"
-#include "capture/vocabulary.h"
 #include "cli/cli.h"
-#include "cli/range.h"
+#include "fvv_cxx/range.h"
+#include "fvv_scene/text.h"
+#include "fvv_scene/vocabulary.h"
 
 #include <numeric>
 
@@ -13,13 +13,13 @@ namespace fvv::fvvimport {
 namespace {
 
 [[noreturn]] void refuse(const char *option, const std::string &expected, const std::string &found) {
-  throw cli::Failure(std::string(option) + ": expected " + expected + ", found " + capture::quote(found),
-                     cli::usage);
+  throw Error(std::string(option) + ": expected " + expected + ", found " + scene::quote(found),
+              Error::usage);
 }
 
 // Digits only: no sign.
 bool parse_count(std::string_view text, int64_t least, int64_t most, int64_t &value) {
-  return text.find_first_not_of("0123456789") == text.npos && capture::parse_integer(text, value) &&
+  return text.find_first_not_of("0123456789") == text.npos && scene::parse_integer(text, value) &&
          value >= least && value <= most;
 }
 
@@ -35,17 +35,17 @@ bool parse_pair(const std::string &text, char separator, int64_t least, int64_t 
   return true;
 }
 
-capture::Pattern checked(const char *option, const std::string &text, const capture::Frames &frames) {
+scene::Pattern checked(const char *option, const std::string &text, const scene::Frames &frames) {
   std::string what;
-  const auto pattern = capture::Pattern::parse(text, &what);
-  if (!pattern) throw cli::Failure(std::string(option) + ": " + what, cli::usage);
+  const auto pattern = scene::Pattern::parse(text, &what);
+  if (!pattern) throw Error(std::string(option) + ": " + what, Error::usage);
   if (!pattern->is_numbered() && frames.count > 1)
     refuse(option, "%d or %0Nd for the number of each of " + std::to_string(frames.count) + " frames", text);
   return *pattern;
 }
 
 // {name} and {id} replaced; percent: what stands for a percent sign of a name.
-std::string put_in(const char *option, const std::string &text, const capture::Camera &camera,
+std::string put_in(const char *option, const std::string &text, const scene::Camera &camera,
                    const std::string &percent) {
   std::string out;
   for (size_t i = 0; i < text.size(); i++) {
@@ -75,10 +75,10 @@ fvv_rational parse_frame_rate(const std::string &text) {
   return {static_cast<uint32_t>(per.value_or(1) / divisor), static_cast<uint32_t>(rate / divisor)};
 }
 
-capture::Frames parse_frames(const std::string &text) {
-  const cli::Range range = cli::parse_range("--frames", text);
+scene::Frames parse_frames(const std::string &text) {
+  const fvv::Range range = fvv::parse_range("--frames", text);
   if (range.last - range.first >= 10'000'000) refuse("--frames", "at most 10000000 frames", text);
-  capture::Frames frames;
+  scene::Frames frames;
   frames.first = range.first;
   frames.count = range.last - range.first + 1;
   return frames;
@@ -93,32 +93,32 @@ Size parse_size(const std::string &text) {
 }
 
 std::optional<double> parse_units(const std::string &text) {
-  if (text == capture::unknown_units) return std::nullopt;
-  for (const capture::NamedUnit &unit : capture::named_units)
+  if (text == scene::unknown_units) return std::nullopt;
+  for (const scene::NamedUnit &unit : scene::named_units)
     if (text == unit.name) return unit.metres;
   double metres;
-  if (!capture::parse_double(text, metres) || !(metres > 0))
+  if (!scene::parse_double(text, metres) || !(metres > 0))
     refuse("--units", "metres, centimetres, millimetres, inches, feet, unknown or metres per unit > 0", text);
   return metres;
 }
 
 uint8_t parse_up(const std::string &text) {
-  for (const capture::NamedAxis &axis : capture::named_axes)
+  for (const scene::NamedAxis &axis : scene::named_axes)
     if (text == axis.name) return axis.up;
   refuse("--up", "+x, -x, +y, -y, +z, -z or unknown", text);
 }
 
-capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Camera &camera,
-                               const capture::Frames &frames) {
+scene::Pattern parse_pattern(const char *option, const std::string &text, const scene::Camera &camera,
+                             const scene::Frames &frames) {
   return checked(option, put_in(option, text, camera, "%%"), frames);
 }
 
-capture::VideoSource parse_video(const char *option, const std::string &text, const capture::Camera &camera,
-                                 const capture::Frames &frames) {
+scene::VideoSource parse_video(const char *option, const std::string &text, const scene::Camera &camera,
+                               const scene::Frames &frames) {
   return {put_in(option, text, camera, "%"), std::nullopt, {}, frames.first};
 }
 
-capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Frames &frames) {
+scene::Pattern parse_pattern(const char *option, const std::string &text, const scene::Frames &frames) {
   return checked(option, text, frames);
 }
 

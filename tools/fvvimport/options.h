@@ -1,8 +1,8 @@
-// fvvimport/options.h: the words of the command line as the parts of a capture. Failure (usage) names the
+// fvvimport/options.h: the words of the command line as the parts of a capture. Error (usage) names the
 // option. Knows no calibration format.
 #pragma once
 
-#include "capture/capture.h"
+#include "fvv_scene/capture.h"
 
 #include <optional>
 
@@ -12,7 +12,7 @@ namespace fvv::fvvimport {
 fvv_rational parse_frame_rate(const std::string &text);
 
 // "A-B", or "A" alone.
-capture::Frames parse_frames(const std::string &text);
+scene::Frames parse_frames(const std::string &text);
 
 // "1024x768".
 struct Size {
@@ -27,12 +27,12 @@ uint8_t parse_up(const std::string &text);
 
 // {name} and {id} are put in; the rest is a pattern of spec/capture.md, "{" and "}" stand for nothing else.
 // option: for messages.
-capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Camera &camera,
-                               const capture::Frames &frames);
+scene::Pattern parse_pattern(const char *option, const std::string &text, const scene::Camera &camera,
+                             const scene::Frames &frames);
 // A video, whose beginning is the first frame; "%" stands for itself.
-capture::VideoSource parse_video(const char *option, const std::string &text, const capture::Camera &camera,
-                                 const capture::Frames &frames);
+scene::VideoSource parse_video(const char *option, const std::string &text, const scene::Camera &camera,
+                               const scene::Frames &frames);
 // A pattern of the meshes, where there is nothing to put in.
-capture::Pattern parse_pattern(const char *option, const std::string &text, const capture::Frames &frames);
+scene::Pattern parse_pattern(const char *option, const std::string &text, const scene::Frames &frames);
 
 } // namespace fvv::fvvimport

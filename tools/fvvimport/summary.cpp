@@ -1,8 +1,8 @@
 // fvvimport/summary.cpp: results as text and JSON.
 #include "fvvimport/summary.h"
 
-#include "capture/lens_check.h"
-#include "capture/vocabulary.h"
+#include "fvv_scene/capture.h"
+#include "fvv_scene/vocabulary.h"
 
 #include <cmath>
 #include <cstdio>
@@ -22,7 +22,7 @@ std::string pixels(double value) {
 }
 
 const char *lens_name(const fvv_camera &camera) {
-  for (const capture::NamedLens &lens : capture::named_lenses)
+  for (const scene::NamedLens &lens : scene::named_lenses)
     if (lens.lens == camera.lens) return lens.name;
   return "?";
 }
@@ -31,7 +31,7 @@ ordered_json number(double value) {
   return std::isnan(value) ? ordered_json(nullptr) : ordered_json(value);
 }
 
-ordered_json diagnosis_json(const import::Diagnosis &diagnosis, const capture::Capture &capture) {
+ordered_json diagnosis_json(const import::Diagnosis &diagnosis, const scene::Capture &capture) {
   ordered_json undone = ordered_json::object(), cameras = ordered_json::object();
   for (size_t i = 0; i < import::mistake_count; i++)
     undone[import::name_of(static_cast<Mistake>(i))] = number(diagnosis.undone[i]);
@@ -51,11 +51,11 @@ ordered_json diagnosis_json(const import::Diagnosis &diagnosis, const capture::C
 
 std::string text_summary(const Result &result) {
   std::string out;
-  const capture::Capture &capture = *result.capture;
+  const scene::Capture &capture = *result.capture;
   if (!result.output.empty())
     out += result.output + ": " + std::to_string(capture.cameras.size()) + " cameras from " + result.format +
            (capture.scale_unknown ? ", units unknown\n" : ", metres\n");
-  out += capture::text_of(capture::lens_gaps(capture));
+  out += scene::text_of(scene::lens_gaps(capture));
   if (const auto &diagnosis = result.diagnosis) {
     out += std::to_string(diagnosis->points) + " points: rms " + pixels(diagnosis->rms) + ", max " +
            pixels(diagnosis->max) + ", " + std::to_string(diagnosis->invisible) + " not visible\n";
@@ -72,8 +72,8 @@ std::string text_summary(const Result &result) {
 
 std::string json_summary(const Result &result) {
   ordered_json cameras = ordered_json::array();
-  const std::vector<capture::LensGap> gaps = capture::lens_gaps(*result.capture);
-  for (const capture::Camera &camera : result.capture->cameras) {
+  const std::vector<scene::LensGap> gaps = scene::lens_gaps(*result.capture);
+  for (const scene::Camera &camera : result.capture->cameras) {
     const fvv_camera &c = camera.calibration;
     cameras.push_back({{"id", c.id},
                        {"name", *camera.name},
@@ -82,7 +82,7 @@ std::string json_summary(const Result &result) {
                        {"lens", lens_name(c)},
                        {"r_max", std::isfinite(c.r_max) ? ordered_json(c.r_max) : ordered_json()},
                        {"beyond_r_max", 0.0}});
-    for (const capture::LensGap &gap : gaps)
+    for (const scene::LensGap &gap : gaps)
       if (gap.camera == c.id) cameras.back()["beyond_r_max"] = gap.share;
   }
   ordered_json document = {{"fvvimport", 1}, {"format", result.format}};

@@ -1,13 +1,13 @@
 // fvvimport/summary.h: what a run tells of its work, for people and as JSON.
 #pragma once
 
-#include "import/diagnose.h"
+#include "fvv_scene/import.h"
 
 namespace fvv::fvvimport {
 
 struct Result {
   std::string format, output; // output: empty when none was asked for
-  const capture::Capture *capture = nullptr;
+  const scene::Capture *capture = nullptr;
   std::optional<import::Diagnosis> diagnosis;
 };
 

@@ -1,5 +1,7 @@
 #include "fvvinfo/report.h"
 
+#include "fvv_cxx/error.h"
+
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -23,7 +25,7 @@ class Source {
 public:
   explicit Source(const std::string &path) : name(path == "-" ? "standard input" : path) {
     descriptor = path == "-" ? STDIN_FILENO : open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) throw cli::Failure(name + ": cannot open: " + std::strerror(errno));
+    if (descriptor < 0) throw Error(name + ": cannot open: " + std::strerror(errno));
   }
   ~Source() {
     if (descriptor != STDIN_FILENO) close(descriptor);
@@ -39,7 +41,7 @@ public:
     for (;;) {
       const ssize_t n = ::read(descriptor, out, size);
       if (n >= 0) return size_t(n);
-      if (errno != EINTR) throw cli::Failure(name + ": cannot read: " + std::strerror(errno));
+      if (errno != EINTR) throw Error(name + ": cannot read: " + std::strerror(errno));
     }
   }
 
@@ -52,7 +54,7 @@ private:
 
 Report inspect(const std::string &path, const Options &options) {
   if (path == "-" && isatty(STDIN_FILENO))
-    throw cli::Failure("standard input is a terminal: name a file or pipe a stream into it", cli::usage);
+    throw Error("standard input is a terminal: name a file or pipe a stream into it", Error::usage);
   Source source(path);
   Report report;
   report.name = path == "-" ? "standard input" : path;

@@ -58,10 +58,10 @@ int main(int argc, char **argv) {
         std::fflush(stdout);
         tell_problems(report);
         worst = cli::worse(worst, report.exit());
-      } catch (const cli::Failure &failure) {
+      } catch (const Error &failure) {
         // The other inputs are still looked at.
         std::fprintf(stderr, "fvvinfo: %s\n", failure.what());
-        worst = cli::worse(worst, failure.exit);
+        worst = cli::worse(worst, failure.kind == Error::usage ? cli::usage : cli::failed);
       }
     }
     // A file's name need not be UTF-8; JSON must be.

@@ -43,7 +43,7 @@ struct Report {
   const char *integrity() const;
 };
 
-// Reads the whole of a file, or standard input for "-". cli::Failure when it can't be read.
+// Reads the whole of a file, or standard input for "-". Error when it can't be read.
 Report inspect(const std::string &path, const Options &options);
 
 std::string type_name(uint32_t four_character_code);

@@ -1,6 +1,6 @@
 #include "fvvinfo/report.h"
 
-#include "cli/format.h"
+#include "fvv_cxx/format.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +10,10 @@ namespace fvv::info {
 namespace {
 
 std::string bytes(double n) {
-  if (n < 10e3) return cli::format("%.0f B", n);
-  if (n < 10e6) return cli::format("%.1f kB", n / 1e3);
-  if (n < 10e9) return cli::format("%.1f MB", n / 1e6);
-  return cli::format("%.1f GB", n / 1e9);
+  if (n < 10e3) return fvv::format("%.0f B", n);
+  if (n < 10e6) return fvv::format("%.1f kB", n / 1e3);
+  if (n < 10e9) return fvv::format("%.1f MB", n / 1e6);
+  return fvv::format("%.1f GB", n / 1e9);
 }
 
 // Control characters in a name never reach a terminal: C0, DEL, and C1, which UTF-8 writes as C2 80 to C2 9F.
@@ -33,7 +33,7 @@ std::string printable(const char *text, size_t size) {
 }
 
 std::string row(const char *label, const std::string &value) {
-  return cli::format("  %-11s ", label) + value + "\n";
+  return fvv::format("  %-11s ", label) + value + "\n";
 }
 
 std::string range(uint64_t low, uint64_t high) {
@@ -45,14 +45,14 @@ double seconds(const fvv_scene &scene, int64_t ticks) {
 }
 
 std::string length_text(const fvv_scene &scene, double metres) {
-  if (scene.flags & FVV_SCENE_SCALE_UNKNOWN) return cli::format("%.6g units", metres);
-  return metres < 1 ? cli::format("%.4g mm", metres * 1000) : cli::format("%.4g m", metres);
+  if (scene.flags & FVV_SCENE_SCALE_UNKNOWN) return fvv::format("%.6g units", metres);
+  return metres < 1 ? fvv::format("%.4g mm", metres * 1000) : fvv::format("%.4g m", metres);
 }
 
 std::string duration(const Report &report, const fvv_scene &scene) {
   const auto &s = report.summary();
   const double rate = 1 / seconds(scene, scene.frame_duration);
-  return cli::format("%.3f s, %llu frames at %.6g Hz in %llu groups, ticks of %u/%u s",
+  return fvv::format("%.3f s, %llu frames at %.6g Hz in %llu groups, ticks of %u/%u s",
                      seconds(scene, s.end - s.start), (unsigned long long)s.frames, rate,
                      (unsigned long long)s.groups, scene.time_base.numerator, scene.time_base.denominator);
 }
@@ -63,11 +63,11 @@ std::string world(const fvv_scene &scene) {
   return std::string(unknown ? "units of the source (scale unknown)" : "metres") + ", " +
          (scene.up_axis ? std::string(up_name(scene.up_axis)) + " is up" : "up axis not stated") +
          ", lattice step " + length_text(scene, scene.lattice_step) +
-         cli::format(" from (%.4g, %.4g, %.4g)", o[0], o[1], o[2]);
+         fvv::format(" from (%.4g, %.4g, %.4g)", o[0], o[1], o[2]);
 }
 
 std::string texturing(const fvv_texturing &t) {
-  return cli::format(
+  return fvv::format(
       "weights from %g, %u cameras at most, %u,%u,%u where none shows the mesh, depth maps %g px + %g",
       t.threshold, t.best, t.unseen[0], t.unseen[1], t.unseen[2], t.depth_bias, t.depth_slope);
 }
@@ -76,12 +76,12 @@ std::string video_text(const Report &report, const fvv_video_layout &video) {
   const auto &c = video.config;
   std::string out = codec_name(c.codec);
   if (c.codec_string_size) out += " (" + printable(c.codec_string, c.codec_string_size) + ")";
-  out += cli::format(" %ux%u", c.width, c.height);
-  if (c.bit_depth != 8) out += cli::format(", %u bits", c.bit_depth);
+  out += fvv::format(" %ux%u", c.width, c.height);
+  if (c.bit_depth != 8) out += fvv::format(", %u bits", c.bit_depth);
   if (c.shows == FVV_SHOWS_TILES)
-    out += cli::format(", %zu tiles, %.1f %% of their cameras' pixels", video.tile_count,
+    out += fvv::format(", %zu tiles, %.1f %% of their cameras' pixels", video.tile_count,
                        100 * pixel_share(report, video));
-  if (c.shows == FVV_SHOWS_CAMERA) out += cli::format(", camera %u", c.camera_id);
+  if (c.shows == FVV_SHOWS_CAMERA) out += fvv::format(", camera %u", c.camera_id);
   if (c.shows == FVV_SHOWS_ATLAS) out += ", texture atlas";
   return out;
 }
@@ -92,7 +92,7 @@ std::string profiles_text(const fvv_track_summary &summary) {
   for (uint8_t p = 0; p < FVV_MESH_PROFILE_COUNT; p++) {
     const uint64_t chunks = summary.profile_chunks[p];
     if (!chunks) continue;
-    out += cli::format("%s%llu %s of ", out.empty() ? ": " : ", ", (unsigned long long)chunks,
+    out += fvv::format("%s%llu %s of ", out.empty() ? ": " : ", ", (unsigned long long)chunks,
                        fvv_mesh_profile_name(p)) +
            bytes(double(summary.profile_bytes[p]) / double(chunks));
   }
@@ -100,7 +100,7 @@ std::string profiles_text(const fvv_track_summary &summary) {
 }
 
 std::string track_text(const Report &report, const fvv_track &track) {
-  std::string out = cli::format("track %u", track.id);
+  std::string out = fvv::format("track %u", track.id);
   if (track.name_size) out += " \"" + printable(track.name, track.name_size) + "\"";
   const fvv_track_summary *found = nullptr;
   for (size_t i = 0; i < fvv_checker_track_count(report.checker.get()); i++) {
@@ -115,7 +115,7 @@ std::string track_text(const Report &report, const fvv_track &track) {
     out += ": " + range(found->min_vertices, found->max_vertices) + " vertices, " +
            range(found->min_faces, found->max_faces) + " triangles";
   if (found->parts || found->lights)
-    out += cli::format(": %u parts of %llu triangles, %u pictures, %u lights", found->parts,
+    out += fvv::format(": %u parts of %llu triangles, %u pictures, %u lights", found->parts,
                        (unsigned long long)found->faces, found->pictures, found->lights);
   if (found->max_cameras) {
     const uint64_t of_vertices = found->of_vertices + found->of_shares;
@@ -124,25 +124,25 @@ std::string track_text(const Report &report, const fvv_track &track) {
                           : of_vertices == found->chunks      ? "vertex"
                                                               : "face or vertex";
     out += ": " + range(found->min_cameras, found->max_cameras) +
-           cli::format(" cameras, %.3f bits a %s and camera",
+           fvv::format(" cameras, %.3f bits a %s and camera",
                        found->pairs ? 8 * double(found->bytes) / double(found->pairs) : 0, element);
   }
   if (found->textured) {
     out += ", texture coordinates of " + range(found->min_texture_bits, found->max_texture_bits) + " bits";
     if (found->textured != found->chunks)
-      out += cli::format(" in %llu chunks", (unsigned long long)found->textured);
+      out += fvv::format(" in %llu chunks", (unsigned long long)found->textured);
   }
   if (found->with_normals) {
     out += ", normals of " + range(found->min_normal_bits, found->max_normal_bits) + " bits";
     if (found->with_normals != found->chunks)
-      out += cli::format(" in %llu chunks", (unsigned long long)found->with_normals);
+      out += fvv::format(" in %llu chunks", (unsigned long long)found->with_normals);
   }
-  if (found->layouts) out += cli::format(", %llu layouts of groups", (unsigned long long)found->layouts);
+  if (found->layouts) out += fvv::format(", %llu layouts of groups", (unsigned long long)found->layouts);
   if (found->lost_calibrations)
-    out += cli::format(": %llu of %llu times a camera is not calibrated",
+    out += fvv::format(": %llu of %llu times a camera is not calibrated",
                        (unsigned long long)found->lost_calibrations,
                        (unsigned long long)(found->lost_calibrations + found->calibrations));
-  out += cli::format("; %llu chunks (%llu key), ", (unsigned long long)found->chunks,
+  out += fvv::format("; %llu chunks (%llu key), ", (unsigned long long)found->chunks,
                      (unsigned long long)found->key_chunks);
   out += bytes(double(found->bytes)) + ", " + bytes(double(found->bytes) / double(found->chunks)) + " each";
   return out + profiles_text(*found);
@@ -155,15 +155,15 @@ std::string camera_table(const fvv_configuration &c) {
     const fvv_camera &camera = c.cameras[i];
     double centre[3];
     fvv_camera_centre(&camera, centre);
-    const std::string label = i ? "" : cli::format("Cameras %zu", c.camera_count);
+    const std::string label = i ? "" : fvv::format("Cameras %zu", c.camera_count);
     out += row(label.c_str(),
-               cli::format("%3u %-10s %ux%u, f %.1f px, lens %s, at (%.3f, %.3f, %.3f)%s", camera.id,
+               fvv::format("%3u %-10s %ux%u, f %.1f px, lens %s, at (%.3f, %.3f, %.3f)%s", camera.id,
                            printable(camera.name, camera.name_size).c_str(), camera.width, camera.height,
                            camera.fx, lens_name(camera.lens), centre[0], centre[1], centre[2],
                            camera.flags & FVV_CAMERA_MOVES ? " at first: it moves" : ""));
   }
   if (c.camera_count > shown)
-    out += row("", cli::format("and %zu more (--json lists all)", c.camera_count - shown));
+    out += row("", fvv::format("and %zu more (--json lists all)", c.camera_count - shown));
   return out;
 }
 
@@ -172,16 +172,16 @@ std::string shares(const Report &report) {
   std::string out;
   for (size_t i = 0; i < fvv_checker_track_count(report.checker.get()); i++) {
     const auto *t = fvv_checker_track(report.checker.get(), i);
-    out += cli::format("%s %.1f %%, ", kind_name(t->kind), 100.0 * double(t->bytes) / double(s.bytes));
+    out += fvv::format("%s %.1f %%, ", kind_name(t->kind), 100.0 * double(t->bytes) / double(s.bytes));
   }
-  out += cli::format("container %.2f %%", 100.0 * double(s.bytes - s.payload_bytes) / double(s.bytes));
+  out += fvv::format("container %.2f %%", 100.0 * double(s.bytes - s.payload_bytes) / double(s.bytes));
   if (s.frames) out += "; " + bytes(double(s.bytes) / double(s.frames)) + " a frame";
   return out;
 }
 
 std::string whole_frames(const Report &report) {
   const auto &s = report.summary();
-  std::string out = cli::format("%llu of %llu frames are whole", (unsigned long long)s.whole_frames,
+  std::string out = fvv::format("%llu of %llu frames are whole", (unsigned long long)s.whole_frames,
                                 (unsigned long long)s.frames);
   const size_t runs = fvv_checker_run_count(report.checker.get());
   for (size_t i = 0; i < std::min<size_t>(runs, 8); i++) {
@@ -201,7 +201,7 @@ std::string integrity_text(const Report &report) {
     return std::string(s.problems ? "truncated" : "no footer: live or truncated") + "; " +
            whole_frames(report);
   if (state == "damaged")
-    return cli::format("damaged in %llu places; ", (unsigned long long)s.problems) + whole_frames(report);
+    return fvv::format("damaged in %llu places; ", (unsigned long long)s.problems) + whole_frames(report);
   return "unreadable from there on";
 }
 
@@ -209,7 +209,7 @@ std::string chunk_list(const Report &report) {
   std::string out = "      offset  type  track         time         size  flags\n";
   for (const auto &chunk : report.chunks) {
     const auto &h = chunk.header;
-    out += cli::format("%12llu  %s  %5u %12lld %12llu  %c%c%c%s\n", (unsigned long long)chunk.offset,
+    out += fvv::format("%12llu  %s  %5u %12lld %12llu  %c%c%c%s\n", (unsigned long long)chunk.offset,
                        type_name(h.type).c_str(), h.track, (long long)h.time, (unsigned long long)h.size,
                        h.flags & FVV_FLAG_CRITICAL ? 'C' : '-', h.flags & FVV_FLAG_KEY ? 'K' : '-',
                        h.flags & FVV_FLAG_LAST ? 'L' : '-', chunk.intact ? "" : "  not intact");
@@ -223,7 +223,7 @@ std::string text(const Report &report) {
   const auto &s = report.summary();
   std::string out = report.name + ": " + bytes(double(s.bytes));
   if (s.written_major || s.written_minor)
-    out += cli::format(", format %u.%u", s.written_major, s.written_minor);
+    out += fvv::format(", format %u.%u", s.written_major, s.written_minor);
   out += "\n";
   if (const fvv_configuration *c = report.configuration()) {
     out += row("Duration", duration(report, c->scene));
@@ -238,7 +238,7 @@ std::string text(const Report &report) {
     if (s.frames) out += row("Bytes", shares(report));
   }
   out += row("Index", s.has_footer && report.has_index
-                          ? cli::format("present, %llu groups", (unsigned long long)s.groups)
+                          ? fvv::format("present, %llu groups", (unsigned long long)s.groups)
                           : std::string("none: readers rebuild it by scanning"));
   out += row("Integrity", integrity_text(report));
   if (report.options.chunks) out += chunk_list(report);

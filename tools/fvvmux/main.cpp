@@ -1,7 +1,9 @@
 // fvvmux: packs a capture into a fvv stream. Argument parsing only.
-#include "fvvmux/contact_sheet.h"
-#include "fvvmux/segments.h"
-#include "fvvmux/summary.h"
+#include "cli/cli.h"
+#include "fvv_media/video.h"
+#include "fvv_mux/segments.h"
+#include "fvv_mux/summary.h"
+#include "fvvmux/options.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -66,6 +68,13 @@ constexpr const char *footer =
     "is\n"
     "what the files don't tell (docs/calibration.md).";
 
+// Where the stream goes.
+struct Outputs {
+  std::string stream;   // "-": standard output
+  std::string segments; // folder
+  bool force = false;
+};
+
 // What is still text after the command line was split.
 struct Texts {
   std::optional<std::string> bit_depth, quality;
@@ -74,17 +83,9 @@ struct Texts {
               normals = "auto", winding, frames, visibility = "auto", texture_unseen;
 };
 
-void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
+void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &texts) {
   app.add_option("CAPTURE", options.capture, "capture.json (spec/capture.md) or its folder")->required();
-  auto *output = app.add_option("-o,--output", options.output, "file to write; - is standard output");
-  auto *sheet = app.add_option("--check-calibration", options.sheet,
-                               "write no stream but this PNG: every camera's picture of the middle frame (of "
-                               "--frames), with the outline of the mesh, or of the hull of the masks");
-  sheet->excludes(output);
-  app.add_option("--sheet-width", options.sheet_width, "longest side of its panels, at most, in pixels")
-      ->check(CLI::Range(120, 2048))
-      ->capture_default_str()
-      ->needs(sheet);
+  app.add_option("-o,--output", outputs.stream, "file to write; - is standard output");
   app.add_option(
          "--codec", texts.codec,
          "jpeg, h264, hevc, vp9, av1, or exr: light beyond white stays as it is, from pictures in OpenEXR")
@@ -127,7 +128,6 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->needs(undistort);
-  undistort->excludes(sheet);
   auto *pixels = app.add_option(
       "--video-pixels", texts.video_pixels,
       "of the one frame in which all cropped pictures are packed, at most (300k, 2M): cameras share them by "
@@ -176,10 +176,6 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
          "one camera is alone), share (a share of each vertex, errs least), face, vertex (a bit of each, "
          "fewest bytes) or none (docs/fvvmux-visibility.md)")
       ->capture_default_str();
-  app.add_flag(
-      "--visibility-smooth", options.visibility_smooth,
-      "where a mesh has the faces of the one before, keep what a camera sees unless a good part of a face "
-      "would be wrong: less flicker, fewer bytes, a little more error");
   app.add_option(
          "--texture-threshold", options.texture_threshold,
          "tell players the least cosine between normal and ray for which they take a camera's colour; "
@@ -216,12 +212,11 @@ void add_options(CLI::App &app, mux::Options &options, Texts &texts) {
   app.add_flag("--live", options.live, "no index and no footer");
   app.add_flag("--verify", options.verify, "read the file back and compare everything with the capture");
   app.add_option(
-         "--segments", options.segments,
-         "write the stream as a folder besides: configuration, a file for each group, manifest.json, for "
-         "hosts that break ranges (docs/fvvserve.md). CAPTURE may be a .fvv file then: it is cut up as it "
-         "is, and -o is left out")
-      ->excludes(sheet);
-  app.add_flag("--force", options.force, "replace an existing file");
+      "--segments", outputs.segments,
+      "write the stream as a folder besides: configuration, a file for each group, manifest.json, for "
+      "hosts that break ranges (docs/fvvserve.md). CAPTURE may be a .fvv file then: it is cut up as it "
+      "is, and -o is left out");
+  app.add_flag("--force", outputs.force, "replace an existing file");
 }
 
 void take_texts(mux::Options &options, const Texts &texts) {
@@ -247,26 +242,81 @@ void take_texts(mux::Options &options, const Texts &texts) {
     options.texture_unseen = mux::parse_colour("--texture-unseen", texts.texture_unseen);
   options.normals = mux::parse_normals(texts.normals);
   if (!texts.winding.empty()) options.winding = mux::parse_winding(texts.winding);
-  if (!texts.frames.empty()) options.frames = cli::parse_range("--frames", texts.frames);
+  if (!texts.frames.empty()) options.frames = fvv::parse_range("--frames", texts.frames);
+}
+
+struct WrittenSegments {
+  std::string folder;
+  mux::Segments sums;
+
+  std::string text() const {
+    return folder + ": " + std::to_string(sums.bytes) + " bytes in " + std::to_string(sums.groups) +
+           " groups and a configuration\n";
+  }
+  nlohmann::ordered_json json() const {
+    return {{"folder", folder}, {"groups", sums.groups}, {"bytes", sums.bytes}};
+  }
+};
+
+// folder: opened before the work that takes time.
+WrittenSegments write_segments(const std::string &stream, const std::string &name,
+                               cli::OutputFolder &folder) {
+  const InputFile file(stream);
+  const mux::Segments sums = mux::write_segments(
+      file, [&](const std::string &part, const std::function<void(const mux::Sink &)> &fill) {
+        cli::OutputFile out(folder.file(part), false);
+        fill([&](const void *bytes, size_t size) { out.write(bytes, size); });
+        out.commit();
+      });
+  folder.commit();
+  return {name, sums};
 }
 
 // Segments of a stream that is there already.
-cli::Exit cut_up(const mux::Options &options, bool as_json) {
-  mux::Segments segments(options.segments, options.force);
-  segments.write(options.capture);
+cli::Exit cut_up(const mux::Options &options, const Outputs &outputs, bool as_json) {
+  cli::OutputFolder folder(outputs.segments, outputs.force);
+  const WrittenSegments segments = write_segments(options.capture, outputs.segments, folder);
   const nlohmann::ordered_json json = {{"fvvmux", 1}, {"segments", segments.json()}};
   std::fputs((as_json ? json.dump(2) + "\n" : segments.text()).c_str(), stdout);
   return cli::done;
 }
 
-cli::Exit write_sheet(const mux::Options &options, bool as_json) {
-  const bool piped = options.sheet == "-";
-  if (piped && as_json)
-    throw cli::Failure("--json: standard output is taken by the sheet (--check-calibration -)", cli::usage);
-  const mux::SheetReport report = mux::check_calibration(options);
-  const std::string text = as_json ? mux::sheet_json(report).dump(2) + "\n" : mux::sheet_text(report);
-  if (!piped) std::fputs(text.c_str(), stdout);
-  return report.exit();
+cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json) {
+  const bool piped = outputs.stream == "-";
+  if (piped && as_json) throw Error("--json: standard output is taken by the stream (-o -)", Error::usage);
+  if (piped && !outputs.segments.empty())
+    throw Error("--segments: standard output cannot be read back", Error::usage);
+  if (piped && options.verify) throw Error("--verify: standard output cannot be read back", Error::usage);
+  std::optional<cli::OutputFolder> folder;
+  if (!outputs.segments.empty()) folder.emplace(outputs.segments, outputs.force);
+  std::optional<cli::Progress> progress;
+  mux::Observer observer;
+  observer.on_warning = cli::warn;
+  observer.on_progress = [&](size_t frames) {
+    if (progress) progress->step(frames);
+  };
+  mux::Muxer muxer(options, observer);
+  // Opened when the capture is known to be good, but before the work that takes time.
+  cli::OutputFile output(outputs.stream, outputs.force);
+  progress.emplace("fvvmux: " + outputs.stream, muxer.frame_count());
+  mux::Summary summary = muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); });
+  output.commit();
+  if (options.verify) {
+    progress.emplace("fvvmux: verifying " + outputs.stream, summary.plan.frame_count());
+    mux::verify(summary, InputFile(outputs.stream));
+  }
+  progress.reset();
+  std::optional<WrittenSegments> segments;
+  if (folder) segments = write_segments(outputs.stream, outputs.segments, *folder);
+  if (as_json) {
+    nlohmann::ordered_json json = mux::summary_json(summary, outputs.stream);
+    if (segments) json["segments"] = segments->json();
+    std::printf("%s\n", json.dump(2).c_str());
+  } else if (!piped || isatty(STDERR_FILENO)) {
+    const std::string text = mux::summary_text(summary, outputs.stream) + (segments ? segments->text() : "");
+    std::fputs(text.c_str(), piped ? stderr : stdout);
+  }
+  return summary.plan.warned ? cli::loss : cli::done;
 }
 
 } // namespace
@@ -275,42 +325,24 @@ int main(int argc, char **argv) {
   CLI::App app{"Pack meshes, pictures and cameras of a capture into a fvv stream."};
   mux::Options options;
   options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  Outputs outputs;
   Texts texts;
   bool as_json = false;
-  add_options(app, options, texts);
+  add_options(app, options, outputs, texts);
   app.add_flag("--json", as_json, "print the summary as JSON");
   app.set_version_flag("--version", std::string("fvvmux ") + fvv_version());
   app.footer(footer);
   try {
     app.parse(argc, argv);
-    const bool cuts = !options.segments.empty() && mux::is_stream(options.capture);
-    if (options.sheet.empty() && options.output.empty() && !cuts) throw CLI::RequiredError("--output");
-    if (!options.output.empty() && cuts) throw CLI::ExcludesError("--output", "--segments of a .fvv file");
+    const bool cuts = !outputs.segments.empty() && mux::is_stream(options.capture);
+    if (outputs.stream.empty() && !cuts) throw CLI::RequiredError("--output");
+    if (!outputs.stream.empty() && cuts) throw CLI::ExcludesError("--output", "--segments of a .fvv file");
   } catch (const CLI::ParseError &error) {
     return app.exit(error) ? cli::usage : cli::done;
   }
   return cli::run("fvvmux", [&] {
     cli::keep_freed_memory();
     take_texts(options, texts);
-    if (!options.sheet.empty()) return write_sheet(options, as_json);
-    const bool piped = options.output == "-";
-    if (piped && as_json)
-      throw cli::Failure("--json: standard output is taken by the stream (-o -)", cli::usage);
-    if (piped && !options.segments.empty())
-      throw cli::Failure("--segments: standard output cannot be read back", cli::usage);
-    if (options.output.empty()) return cut_up(options, as_json);
-    std::optional<mux::Segments> segments;
-    if (!options.segments.empty()) segments.emplace(options.segments, options.force);
-    const mux::Summary summary = mux::mux(options);
-    if (segments) segments->write(options.output);
-    nlohmann::ordered_json json = as_json ? mux::summary_json(summary) : nlohmann::ordered_json();
-    if (segments && as_json) json["segments"] = segments->json();
-    if (as_json)
-      std::printf("%s\n", json.dump(2).c_str());
-    else if (!piped)
-      std::fputs((mux::summary_text(summary) + (segments ? segments->text() : "")).c_str(), stdout);
-    else if (isatty(STDERR_FILENO))
-      std::fputs(mux::summary_text(summary).c_str(), stderr);
-    return summary.exit();
+    return outputs.stream.empty() ? cut_up(options, outputs, as_json) : pack(options, outputs, as_json);
   });
 }

@@ -1,9 +1,8 @@
 #include "fvvmux/options.h"
-
-#include "capture/text_scan.h"
 #include "cli/cli.h"
 #include "fvv/mesh.h"
 #include "fvv_media/video.h"
+#include "fvv_scene/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +12,8 @@ namespace fvv::mux {
 namespace {
 
 [[noreturn]] void refuse(const char *option, const char *expected, const std::string &found) {
-  throw cli::Failure(std::string(option) + ": expected " + expected + ", found " + capture::quote(found),
-                     cli::usage);
+  throw Error(std::string(option) + ": expected " + expected + ", found " + scene::quote(found),
+              Error::usage);
 }
 
 bool ends_with(const std::string &text, const std::string &end) {
@@ -22,7 +21,7 @@ bool ends_with(const std::string &text, const std::string &end) {
 }
 
 bool whole_number(const std::string &text, int64_t least, int64_t most, int64_t &value) {
-  return text.find_first_not_of("0123456789") == text.npos && capture::parse_integer(text, value) &&
+  return text.find_first_not_of("0123456789") == text.npos && scene::parse_integer(text, value) &&
          value >= least && value <= most;
 }
 
@@ -40,14 +39,10 @@ int parse_bit_depth(const std::string &text, uint32_t codec) {
   if (!whole_number(text, 8, 16, bits)) refuse("--bit-depth", "8, 10 or 16", text);
   try {
     media::check_bit_depth(known, int(bits));
-  } catch (const media::Error &error) {
-    throw cli::Failure(std::string("--bit-depth: ") + error.what(), cli::usage);
+  } catch (const Error &error) {
+    throw Error(std::string("--bit-depth: ") + error.what(), Error::usage);
   }
   return int(bits);
-}
-
-Quality default_quality(uint32_t codec) {
-  return codec == FVV_CODEC_OEXR ? Quality{false, 0} : Quality{};
 }
 
 Quality parse_quality(const std::string &text, uint32_t codec) {
@@ -57,7 +52,7 @@ Quality parse_quality(const std::string &text, uint32_t codec) {
   Quality quality;
   if (exr && text == "lossless") return {false, 0};
   if (ends_with(text, "dB") || ends_with(text, "db")) {
-    if (capture::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
+    if (scene::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
         quality.value <= 100)
       return quality;
   } else if (int64_t number; whole_number(text, least, most, number)) {
@@ -78,7 +73,7 @@ uint64_t parse_amount(const char *option, const char *expected, const std::strin
   const char last = text.empty() ? 0 : text.back();
   const double unit = last == 'k' ? 1e3 : last == 'M' ? 1e6 : last == 'G' ? 1e9 : 1;
   double value;
-  if (!capture::parse_double(text.substr(0, text.size() - (unit > 1)), value) || !(value * unit >= least) ||
+  if (!scene::parse_double(text.substr(0, text.size() - (unit > 1)), value) || !(value * unit >= least) ||
       value * unit > most)
     refuse(option, expected, text);
   return uint64_t(std::llround(value * unit));
@@ -105,7 +100,7 @@ Length parse_length(const std::string &text) {
     if (!ends_with(text, name)) continue;
     double value;
     // Division by a power of ten gives the double that the decimal in metres would give.
-    if (!capture::parse_double(text.substr(0, text.size() - name.size()), value) || !(value > 0)) break;
+    if (!scene::parse_double(text.substr(0, text.size() - name.size()), value) || !(value > 0)) break;
     return {value / unit.per_metre, !name.empty()};
   }
   refuse("--step", "a length above 0 such as 1.5mm, 0.2cm, 0.002m or 0.002", text);
@@ -113,7 +108,7 @@ Length parse_length(const std::string &text) {
 
 double parse_max_error(const std::string &text) {
   double value;
-  if (!capture::parse_double(text, value) || !(value > 0) || value > 1000)
+  if (!scene::parse_double(text, value) || !(value > 0) || value > 1000)
     refuse("--max-error", "pixels, above 0 and at most 1000", text);
   return value;
 }
@@ -142,7 +137,7 @@ TileSize parse_video_size(const std::string &text) {
 
 double parse_scale(const char *option, const std::string &text) {
   double value;
-  if (!capture::parse_double(text, value) || !(value > 0) || value > 1)
+  if (!scene::parse_double(text, value) || !(value > 0) || value > 1)
     refuse(option, "a number above 0 and at most 1", text);
   return value;
 }

@@ -1,12 +1,12 @@
 #include "fvvrender/frame.h"
 
-#include "cli/owned.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_demux/frame_plan.h"
+#include "fvv_demux/meshes.h"
+#include "fvv_demux/views.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/srgb.h"
 #include "fvv_media/video.h"
-#include "fvvdemux/background.h"
-#include "fvvdemux/plan.h"
-#include "fvvdemux/views.h"
 
 #include <algorithm>
 
@@ -19,7 +19,7 @@ struct Place {
   size_t group, first, frame;
 };
 
-Place find(fvv_stream *stream, const cli::InputFile &file, int64_t number) {
+Place find(fvv_stream *stream, const InputFile &file, int64_t number) {
   demux::LazySurvey survey(file);
   const std::string text = std::to_string(number);
   const demux::Plan plan = demux::make_plan(stream, file, demux::Selection::parse("--frame", text), survey);
@@ -28,10 +28,9 @@ Place find(fvv_stream *stream, const cli::InputFile &file, int64_t number) {
       return {group.group, group.frame, group.frame + size_t(number - group.number)};
   for (const demux::Loss &loss : plan.losses)
     if (number >= loss.first && number <= loss.last)
-      throw cli::Failure(file.path() + ": frame " + text + " is lost: " + loss.why);
-  throw cli::Failure("--frame: frame " + text + " is not in the stream, which has " +
-                         std::to_string(plan.count),
-                     cli::usage);
+      throw Error(file.path() + ": frame " + text + " is lost: " + loss.why);
+  throw Error("--frame: frame " + text + " is not in the stream, which has " + std::to_string(plan.count),
+              Error::usage);
 }
 
 media::BasicImage<float> display_values(media::LinearImage image) {
@@ -48,7 +47,7 @@ std::shared_ptr<const render::EnvironmentImage> environment_image(const std::str
 }
 
 render::EnvironmentPart
-environment_part(const capture::EnvironmentPart &source,
+environment_part(const scene::EnvironmentPart &source,
                  const std::vector<std::shared_ptr<const render::EnvironmentImage>> &pictures) {
   render::EnvironmentPart out;
   out.positions.assign(source.mesh.positions.begin(), source.mesh.positions.end());
@@ -67,7 +66,7 @@ public:
       : file(path), stream(demux::open_stream(file)), place(find(stream.get(), file, number)),
         where(path + ": frame " + std::to_string(number)) {
     fvv_diagnostic diagnostic = {};
-    cli::check(fvv_stream_configuration(stream.get(), place.group, &configuration, &diagnostic), where,
+    fvv::check(fvv_stream_configuration(stream.get(), place.group, &configuration, &diagnostic), where,
                diagnostic);
   }
 
@@ -98,19 +97,19 @@ private:
       fvv_diagnostic diagnostic = {};
       const fvv_status status =
           fvv_stream_camera(stream.get(), place.frame, configuration->cameras[i].id, &camera, &diagnostic);
-      cli::check(status, where, diagnostic);
+      fvv::check(status, where, diagnostic);
       if (status != FVV_END) out.cameras.push_back(nameless(camera));
     }
   }
 
   void load_mesh(Frame &out) {
     const fvv_track *track = demux::mesh_track_of(*configuration, nullptr);
-    cli::OwnedMesh mesh;
+    OwnedMesh mesh;
     fvv_diagnostic diagnostic = {};
     const fvv_status status =
         track ? fvv_stream_mesh(stream.get(), place.frame, track->id, &mesh, &diagnostic) : FVV_END;
-    cli::check(status, where, diagnostic);
-    if (status == FVV_END) throw cli::Failure(where + ": there is no mesh");
+    fvv::check(status, where, diagnostic);
+    if (status == FVV_END) throw Error(where + ": there is no mesh");
     out.positions.resize(3 * size_t(mesh.vertex_count));
     fvv_lattice_to_floats(configuration->scene.lattice_origin, configuration->scene.lattice_step,
                           mesh.positions, mesh.vertex_count, out.positions.data());
@@ -124,7 +123,7 @@ private:
   void load_normals(const fvv_mesh &mesh, Frame &out) const {
     std::vector<float> normals(3 * size_t(mesh.vertex_count));
     fvv_diagnostic diagnostic = {};
-    cli::check(fvv_mesh_normals(&mesh, nullptr, normals.data(), &diagnostic), where, diagnostic);
+    fvv::check(fvv_mesh_normals(&mesh, nullptr, normals.data(), &diagnostic), where, diagnostic);
     for (size_t i = 0; i < normals.size(); i += 3)
       out.normals.push_back({normals[i], normals[i + 1], normals[i + 2]});
   }
@@ -134,7 +133,7 @@ private:
                         std::optional<fvv_tile> &tile) {
     fvv_diagnostic diagnostic = {};
     const fvv_status status = demux::tile_in_group(stream.get(), place.group, video, view, tile, diagnostic);
-    if (status < 0 && status > FVV_ERROR_DAMAGED) cli::check(status, where, diagnostic);
+    if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, where, diagnostic);
     return status < 0 ? demux::text_of(diagnostic) : "";
   }
 
@@ -148,7 +147,7 @@ private:
         wide_picture = display_values(decode<float>(*track.video, why));
       else
         picture = decode<uint16_t>(*track.video, why);
-    } catch (const media::Error &error) {
+    } catch (const Error &error) {
       why = "track " + std::to_string(track.video->track) + ": " + error.what();
     }
     for (const demux::View &view : track.views) {
@@ -173,15 +172,15 @@ private:
 
   void load_environment(Frame &out) {
     std::vector<std::string> lost;
-    const capture::Environment source =
+    const scene::Environment source =
         demux::unpack_background(stream.get(), place.group, *configuration, lost).environment;
     for (const std::string &why : lost) out.losses.push_back(where + ": no environment: " + why);
     try {
       std::vector<std::shared_ptr<const render::EnvironmentImage>> pictures;
       for (const std::string &one : source.pictures) pictures.push_back(environment_image(one));
-      for (const capture::EnvironmentPart &part : source.parts)
+      for (const scene::EnvironmentPart &part : source.parts)
         out.environment.push_back(environment_part(part, pictures));
-    } catch (const media::Error &error) {
+    } catch (const Error &error) {
       out.environment.clear();
       out.losses.push_back(where + ": no environment: " + error.what());
     }
@@ -191,7 +190,7 @@ private:
   bool sample(size_t frame, uint16_t track, const uint8_t *&bytes, size_t &size, int &key, std::string &why) {
     fvv_diagnostic diagnostic = {};
     const fvv_status status = fvv_stream_sample(stream.get(), frame, track, &bytes, &size, &key, &diagnostic);
-    if (status < 0 && status > FVV_ERROR_DAMAGED) cli::check(status, where, diagnostic);
+    if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, where, diagnostic);
     why = status == FVV_END ? "track " + std::to_string(track) + " has none"
           : status < 0      ? demux::text_of(diagnostic)
                             : "";
@@ -214,7 +213,7 @@ private:
     return picture;
   }
 
-  const cli::InputFile file;
+  const InputFile file;
   const demux::Stream stream;
   const Place place;
   const std::string where;

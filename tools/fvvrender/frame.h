@@ -41,7 +41,7 @@ struct Frame {
   std::string camera_ids() const;                     // "0, 1, 3"
 };
 
-// Frame number of the stream, counted as fvvdemux does. cli::Failure when it is not there (usage), has no
+// Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), has no
 // mesh, or its mesh is damaged.
 Frame load_frame(const std::string &path, int64_t number);
 

@@ -1,7 +1,7 @@
 #include "fvvrender/frame_visibility.h"
 
 #include "cli/cli.h"
-#include "fvvdemux/plan.h"
+#include "fvv_demux/frame_plan.h"
 
 #include <algorithm>
 
@@ -43,7 +43,7 @@ std::vector<CameraShares> load_visibility(fvv_stream *stream, size_t frame, cons
     const fvv_visibility *found = nullptr;
     fvv_diagnostic diagnostic = {};
     const fvv_status status = fvv_stream_visibility(stream, frame, track, &found, &diagnostic);
-    if (status < 0 && status > FVV_ERROR_DAMAGED) cli::check(status, where, diagnostic);
+    if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, where, diagnostic);
     if (status < 0)
       losses.push_back(where + ": no visibility of track " + std::to_string(track) +
                        ", depth maps take its place: " + demux::text_of(diagnostic));

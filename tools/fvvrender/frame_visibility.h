@@ -18,7 +18,7 @@ struct CameraShares {
 
 // Of all tracks that speak of mesh, which is that of the frame on that track; of a camera that two of them
 // have, faces are taken. A track that is lost or unknown adds a line to losses. where: in front of these
-// lines. Throws cli::Failure when reading fails.
+// lines. Throws Error when reading fails.
 std::vector<CameraShares> load_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &mesh,
                                           const fvv_configuration &configuration, uint16_t mesh_track,
                                           const std::string &where, std::vector<std::string> &losses);

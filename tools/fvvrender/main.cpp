@@ -16,8 +16,8 @@ namespace {
 render::Vec3 colour_of(const std::string &option, const std::vector<int> &codes) {
   for (const int code : codes)
     if (code < 0 || code > 255)
-      throw cli::Failure(option + ": expected three numbers from 0 to 255, found " + std::to_string(code),
-                         cli::usage);
+      throw Error(option + ": expected three numbers from 0 to 255, found " + std::to_string(code),
+                  Error::usage);
   return {codes[0] / 255.0, codes[1] / 255.0, codes[2] / 255.0};
 }
 

@@ -34,9 +34,8 @@ std::vector<std::string> channels_of(const std::vector<uint16_t> &sources) {
 bool is_exr(const std::string &option, const std::string &path, bool png) {
   const std::string extension = std::filesystem::path(path).extension();
   if (extension != ".exr" && !(png && extension == ".png"))
-    throw cli::Failure(option + ": expected a name that ends in " + (png ? ".png or " : "") + ".exr, found " +
-                           path,
-                       cli::usage);
+    throw Error(option + ": expected a name that ends in " + (png ? ".png or " : "") + ".exr, found " + path,
+                Error::usage);
   return extension == ".exr";
 }
 

@@ -1,7 +1,7 @@
 #include "fvvrender/render.h"
 
 #include "cli/cli.h"
-#include "cli/parallel.h"
+#include "fvv_cxx/parallel.h"
 #include "fvv_render/winding.h"
 
 #include <chrono>
@@ -30,9 +30,9 @@ void check_ids(const char *option, const demux::Selection &selection, const Fram
   for (const auto &range : selection.within(0, INT32_MAX))
     for (int64_t id = range.first; id <= range.last; id++)
       if (id > UINT16_MAX || !frame.camera(uint16_t(id)))
-        throw cli::Failure(std::string(option) + ": camera " + std::to_string(id) +
-                               " is not in the stream, which has " + frame.camera_ids(),
-                           cli::usage);
+        throw Error(std::string(option) + ": camera " + std::to_string(id) +
+                        " is not in the stream, which has " + frame.camera_ids(),
+                    Error::usage);
 }
 
 std::vector<render::SourceView> sources_of(const Options &options, const Frame &frame) {
@@ -49,7 +49,7 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
     if (const CameraShares *bits = frame.bits_of(id)) source.visible_vertices = bits->shares.data();
     out.push_back(source);
   }
-  if (out.empty()) throw cli::Failure(options.input + ": no camera is left to take texture from");
+  if (out.empty()) throw Error(options.input + ": no camera is left to take texture from");
   return out;
 }
 
@@ -61,8 +61,8 @@ render::Visibility visibility_of(const Options &options, const std::vector<rende
   if (options.visible_by_default)
     return result.with_bits.empty() ? render::Visibility::depth_map : render::Visibility::given;
   if (options.view.visibility == render::Visibility::given && result.with_bits.empty())
-    throw cli::Failure(options.input + ": frame " + std::to_string(options.frame) +
-                       ": there are no bits of these cameras (--visible-by bits)");
+    throw Error(options.input + ": frame " + std::to_string(options.frame) +
+                ": there are no bits of these cameras (--visible-by bits)");
   return options.view.visibility;
 }
 
@@ -89,7 +89,7 @@ public:
                                        {"--visibility", options.visibility}})
       if (!path.empty()) (void)is_exr(option, path, false);
     if (!options.mask.empty() && is_exr("--mask", options.mask, true))
-      throw cli::Failure("--mask: expected a name that ends in .png, found " + options.mask, cli::usage);
+      throw Error("--mask: expected a name that ends in .png, found " + options.mask, Error::usage);
     open(depth, options.depth);
     open(weights, options.weights);
     open(visibility, options.visibility);
@@ -124,7 +124,7 @@ private:
 
 void run(const Options &options, Result &result) {
   if (options.leave_one_out && !options.target.camera)
-    throw cli::Failure("--leave-one-out: expected with --camera only", cli::usage);
+    throw Error("--leave-one-out: expected with --camera only", Error::usage);
   Files files(options);
   Clock clock;
   Frame frame = load_frame(options.input, options.frame);
@@ -143,7 +143,7 @@ void run(const Options &options, Result &result) {
   if (view.visibility != render::Visibility::given) result.with_bits.clear();
   view.keep_visibility = !options.visibility.empty();
   view.executor = [&](size_t count, const std::function<void(size_t)> &work) {
-    cli::parallel(options.threads, count, work);
+    fvv::parallel(options.threads, count, work);
   };
   const render::Environment environment(options.environment ? std::move(frame.environment)
                                                             : std::vector<render::EnvironmentPart>());

@@ -2,8 +2,8 @@
 // gets what; the method is fvv_render/view.h's.
 #pragma once
 
+#include "fvv_demux/selection.h"
 #include "fvv_render/view.h"
-#include "fvvdemux/selection.h"
 #include "fvvrender/target.h"
 
 namespace fvv::rendering {
@@ -40,10 +40,10 @@ struct Result {
   std::vector<std::string> losses;        // whole lines
 };
 
-// Throws cli::Failure, media::Error; warnings and losses so far are in result then.
+// Throws Error, Error; warnings and losses so far are in result then.
 void run(const Options &options, Result &result);
 
-// output.cpp. Whether the name asks for OpenEXR; cli::Failure (usage) for an extension that is neither png
+// output.cpp. Whether the name asks for OpenEXR; Error (usage) for an extension that is neither png
 // nor exr, or, without png, not exr. The option is named in the message.
 bool is_exr(const std::string &option, const std::string &path, bool png);
 // Colour as display values, rounded to 8 bits, or as linear light in R G B, with 1 for white.

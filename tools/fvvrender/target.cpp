@@ -1,7 +1,7 @@
 #include "fvvrender/target.h"
 
 #include "cli/cli.h"
-#include "fvvdemux/views.h"
+#include "fvv_demux/views.h"
 
 #include <cmath>
 #include <limits>
@@ -13,7 +13,7 @@ namespace {
 using render::Vec3;
 
 [[noreturn]] void refuse(const std::string &line) {
-  throw cli::Failure(line, cli::usage);
+  throw Error(line, Error::usage);
 }
 
 void take_size(const std::string &text, uint32_t &width, uint32_t &height) {

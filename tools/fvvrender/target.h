@@ -16,7 +16,7 @@ struct Target {
 };
 constexpr uint32_t default_width = 960, default_height = 540;
 
-// The camera of the picture. A camera of the stream is scaled to size. cli::Failure (usage) for a camera that
+// The camera of the picture. A camera of the stream is scaled to size. Error (usage) for a camera that
 // is not there, sizes out of range, and poses that look nowhere.
 fvv_camera target_camera(const Target &target, const Frame &frame);
 

@@ -50,10 +50,10 @@ LiveSource::LiveSource(const Options &chosen, const LiveInput &live, Sink receiv
       Descriptor(standard ? dup(STDIN_FILENO) : open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status;
   if (descriptor.get() < 0 || fstat(descriptor.get(), &status) != 0)
-    throw cli::Failure("--live: " + path + ": cannot open: " + std::strerror(errno));
+    throw Error("--live: " + path + ": cannot open: " + std::strerror(errno));
   if (standard && isatty(descriptor.get()))
-    throw cli::Failure("--live: standard input is a terminal: expected a stream", cli::usage);
-  if (S_ISDIR(status.st_mode)) throw cli::Failure("--live: " + path + ": is a folder");
+    throw Error("--live: standard input is a terminal: expected a stream", Error::usage);
+  if (S_ISDIR(status.st_mode)) throw Error("--live: " + path + ": is a folder");
   if (standard)
     input = Input::pipe;
   else if (S_ISREG(status.st_mode))
@@ -144,13 +144,13 @@ size_t LiveSource::read_some(char *out, size_t size) {
     const ssize_t n = read(descriptor.get(), out, size);
     if (n > 0) return static_cast<size_t>(n);
     if (n < 0 && (errno == EINTR || errno == EAGAIN)) continue;
-    if (n < 0) throw cli::Failure(path + ": cannot read: " + std::strerror(errno));
+    if (n < 0) throw Error(path + ": cannot read: " + std::strerror(errno));
     if (input != Input::growing_file) return 0;
     catching_up = false;
     struct stat status;
     const off_t here = lseek(descriptor.get(), 0, SEEK_CUR);
     if (fstat(descriptor.get(), &status) == 0 && status.st_size < here)
-      throw cli::Failure(path + ": has become shorter while it was read");
+      throw Error(path + ": has become shorter while it was read");
     std::this_thread::sleep_for(look_again);
   }
   return 0;
@@ -159,7 +159,7 @@ size_t LiveSource::read_some(char *out, size_t size) {
 bool LiveSource::play_once() {
   if (input == Input::played_file) {
     if (!wait_for_audience()) return false;
-    if (lseek(descriptor.get(), 0, SEEK_SET) != 0) throw cli::Failure(path + ": cannot seek");
+    if (lseek(descriptor.get(), 0, SEEK_SET) != 0) throw Error(path + ": cannot seek");
   }
   catching_up = input == Input::growing_file;
   Reader reader;
@@ -188,7 +188,7 @@ bool LiveSource::play_once() {
   if (input == Input::fifo) {
     // The next writer brings a stream of its own.
     descriptor = Descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    if (descriptor.get() < 0) throw cli::Failure(path + ": cannot open: " + std::strerror(errno));
+    if (descriptor.get() < 0) throw Error(path + ": cannot open: " + std::strerror(errno));
   }
   if (input == Input::played_file && reader.last_time <= INT64_MAX - reader.frame_duration)
     wait_until_due(reader.last_time + reader.frame_duration, reader);
@@ -210,7 +210,7 @@ bool LiveSource::drain(Reader &reader) {
     const fvv_status status = fvv_reader_next(reader.handle.get(), &event, &diagnostic);
     if (status == FVV_NEED_DATA) return true;
     if (status == FVV_END) return false;
-    cli::check(status, path, diagnostic);
+    fvv::check(status, path, diagnostic);
     if (event.kind == FVV_EVENT_END) return false;
     take(event, reader);
   }

@@ -36,7 +36,7 @@ class LiveSource {
 public:
   using Sink = std::function<void(Piece)>;
 
-  // Opens the input; throws cli::Failure when that is not possible. sink is called in the thread of the
+  // Opens the input; throws Error when that is not possible. sink is called in the thread of the
   // source, and for each piece the receiver calls taken() once, when it is through with it.
   LiveSource(const Options &options, const LiveInput &input, Sink sink);
   ~LiveSource() { halt(); }

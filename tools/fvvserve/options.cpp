@@ -13,9 +13,9 @@ LiveInput parse_live(const std::string &text) {
     return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '-' || c == '_';
   });
   if (equals == std::string::npos || !good || equals + 1 == text.size())
-    throw cli::Failure("--live: expected NAME=FILE with up to 64 letters, digits, - and _ in NAME, found '" +
-                           text + "'",
-                       cli::usage);
+    throw Error("--live: expected NAME=FILE with up to 64 letters, digits, - and _ in NAME, found '" + text +
+                    "'",
+                Error::usage);
   return {name, text.substr(equals + 1)};
 }
 
@@ -26,9 +26,8 @@ std::string parse_origin(const std::string &text) {
   const std::string before = text.substr(0, scheme == std::string::npos ? 0 : scheme);
   if ((before != "http" && before != "https") || host.empty() ||
       host.find_first_of("/?#@* ") != std::string::npos)
-    throw cli::Failure("--allow-origin: expected http://HOST[:PORT], https://HOST[:PORT] or *, found '" +
-                           text + "'",
-                       cli::usage);
+    throw Error("--allow-origin: expected http://HOST[:PORT], https://HOST[:PORT] or *, found '" + text + "'",
+                Error::usage);
   std::string out = text;
   // A browser sends scheme and host in lower case.
   std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return char(std::tolower(c)); });

@@ -31,9 +31,9 @@ struct Options {
   bool verbose = false;
 };
 
-// "players=-": throws cli::Failure (usage) when NAME is not 1 to 64 of A-Z a-z 0-9 - _ or FILE is empty.
+// "players=-": throws Error (usage) when NAME is not 1 to 64 of A-Z a-z 0-9 - _ or FILE is empty.
 LiveInput parse_live(const std::string &text);
-// "https://example.org:8443" or "*": throws cli::Failure (usage) for anything else, a path above all.
+// "https://example.org:8443" or "*": throws Error (usage) for anything else, a path above all.
 std::string parse_origin(const std::string &text);
 
 } // namespace fvv::serve

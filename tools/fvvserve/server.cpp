@@ -43,10 +43,10 @@ public:
                                                                     asio::post(io, std::move(work));
                                                                   }))
                .second)
-        throw cli::Failure("--live: two streams have the name " + input.name, cli::usage);
+        throw Error("--live: two streams have the name " + input.name, Error::usage);
     if (std::count_if(options.live.begin(), options.live.end(),
                       [](const LiveInput &l) { return l.file == "-"; }) > 1)
-      throw cli::Failure("--live: two streams from standard input", cli::usage);
+      throw Error("--live: two streams from standard input", Error::usage);
     raise_descriptor_limit(options.connections);
     listen();
   }
@@ -75,14 +75,13 @@ private:
     const std::string name = service.options.bind + ":" + std::to_string(service.options.port);
     boost::system::error_code error;
     const auto address = asio::ip::make_address(service.options.bind, error);
-    if (error)
-      throw cli::Failure("--bind: expected an address, found '" + service.options.bind + "'", cli::usage);
+    if (error) throw Error("--bind: expected an address, found '" + service.options.bind + "'", Error::usage);
     const tcp::endpoint endpoint(address, service.options.port);
     acceptor.open(endpoint.protocol());
     acceptor.set_option(tcp::acceptor::reuse_address(true));
     acceptor.bind(endpoint, error);
     if (!error) acceptor.listen(longest_backlog, error);
-    if (error) throw cli::Failure(name + ": cannot listen: " + error.message());
+    if (error) throw Error(name + ": cannot listen: " + error.message());
   }
 
   void accept() {

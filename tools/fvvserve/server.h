@@ -9,7 +9,7 @@
 namespace fvv::serve {
 
 // Returns after a signal. ready: called once with the address that is served, "127.0.0.1:8035". Throws
-// cli::Failure when the root, an input or the address can't be opened.
+// Error when the root, an input or the address can't be opened.
 void serve(const Options &options, const std::function<void(const std::string &address)> &ready);
 
 } // namespace fvv::serve

@@ -126,12 +126,12 @@ std::optional<std::string> decode_path(std::string_view path) {
 
 Site::Site(const std::string &folder) {
   char *real = realpath(folder.c_str(), nullptr);
-  if (!real) throw cli::Failure("--root: " + folder + ": cannot open: " + std::strerror(errno));
+  if (!real) throw Error("--root: " + folder + ": cannot open: " + std::strerror(errno));
   root = real;
   std::free(real);
   struct stat status;
   if (stat(root.c_str(), &status) != 0 || !S_ISDIR(status.st_mode))
-    throw cli::Failure("--root: " + folder + ": is not a folder");
+    throw Error("--root: " + folder + ": is not a folder");
 }
 
 Lookup Site::open(const std::string &decoded, SiteFile &file) const {

@@ -41,7 +41,7 @@ enum class Lookup { found, missing, folder }; // folder: the same with a slash b
 
 class Site {
 public:
-  // Throws cli::Failure when root is no folder that can be read.
+  // Throws Error when root is no folder that can be read.
   explicit Site(const std::string &root);
   // decoded: from decode_path. A folder is its index.html. Links may lead anywhere below the root; what lies
   // outside of it is missing, whatever leads there, since it is the opened file that is asked where it lies.

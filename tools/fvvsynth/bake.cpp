@@ -1,6 +1,6 @@
 #include "fvvsynth/bake.h"
 
-#include "cli/parallel.h"
+#include "fvv_cxx/parallel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -113,7 +113,7 @@ void fill(Sheet &sheet) {
 media::Image bake(const std::vector<Chart> &charts, const Layout &layout, const Paint &paint,
                   uint32_t threads) {
   Sheet sheet(layout.size);
-  cli::parallel(threads, charts.size(), [&](size_t i) {
+  fvv::parallel(threads, charts.size(), [&](size_t i) {
     const ChartBox &place = layout.places[i];
     for_samples(charts[i], layout, place,
                 [&](uint32_t face, size_t column, size_t row, const std::array<double, 3> &weights) {

@@ -1,13 +1,13 @@
 // Writing a capture folder.
 #include "fvvsynth/capture_writer.h"
 
-#include "cli/parallel.h"
+#include "fvv_cxx/parallel.h"
+#include "fvv_geometry/hull.h"
 #include "fvv_media/exr.h"
 #include "fvvsynth/atlas.h"
 #include "fvvsynth/environment.h"
 #include "fvvsynth/remesh.h"
 #include "fvvsynth/truth.h"
-#include "hull/hull.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -39,8 +39,7 @@ void write_file(const std::string &path, const void *bytes, size_t size) {
   const bool whole = file && std::fwrite(bytes, 1, size, file) == size;
   const int reason = errno;
   const bool closed = file && std::fclose(file) == 0;
-  if (!whole || !closed)
-    throw cli::Failure(path + ": cannot write: " + std::strerror(whole ? errno : reason));
+  if (!whole || !closed) throw Error(path + ": cannot write: " + std::strerror(whole ? errno : reason));
 }
 
 void write_bytes(const std::string &path, const std::vector<uint8_t> &bytes) {
@@ -205,8 +204,8 @@ FrameRate parse_frame_rate(const std::string &text) {
   }
   const unsigned long long common = std::gcd(parts[0], parts[1]);
   if (!good || !digit || parts[0] == 0 || parts[1] == 0 || std::max(parts[0], parts[1]) > UINT32_MAX)
-    throw cli::Failure(
-        "--fps: expected a number like 25 or a fraction like 30000/1001, found \"" + text + "\"", cli::usage);
+    throw Error("--fps: expected a number like 25 or a fraction like 30000/1001, found \"" + text + "\"",
+                Error::usage);
   return {uint32_t(parts[0] / common), uint32_t(parts[1] / common)};
 }
 
@@ -264,11 +263,11 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
       const Surface surface = recording.meshes == Meshes::hull
                                   ? hull::carve(grid, silhouettes, hull::Floor{{0, 1, 0}, 0})
                                   : remeshed(scene, moment, number);
-      if (surface.faces.empty()) throw cli::Failure(path + ": the masks of this frame leave no hull");
+      if (surface.faces.empty()) throw Error(path + ": the masks of this frame leave no hull");
       write_mesh(positions(surface), surface.faces);
     }
   };
-  cli::parallel(recording.threads, recording.frames, frame, [&] { progress.step(); });
+  fvv::parallel(recording.threads, recording.frames, frame, [&] { progress.step(); });
   if (recording.meshes == Meshes::hull) write_text(folder.file("hull.json"), description(grid));
   write_text(folder.file("capture.json"), description(scene, recording));
 }

@@ -3,12 +3,12 @@
 #pragma once
 
 #include "cli/cli.h"
+#include "fvv_geometry/hull.h"
 #include "fvvsynth/filming.h"
-#include "hull/grid.h"
 
 namespace fvv::synth {
 
-// "25" or "30000/1001". Failure (usage) when text is not a positive number or fraction of such.
+// "25" or "30000/1001". Error (usage) when text is not a positive number or fraction of such.
 FrameRate parse_frame_rate(const std::string &text);
 
 enum class Meshes {

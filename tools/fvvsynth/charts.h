@@ -2,7 +2,7 @@
 // Knows triangles and directions; knows no texels.
 #pragma once
 
-#include "hull/surface.h"
+#include "fvv_geometry/hull.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "fvvsynth/environment.h"
 
-#include "capture/environment.h"
 #include "fvv_media/image.h"
+#include "fvv_scene/environment.h"
 #include "fvvsynth/paint.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ std::string jpeg(const media::Image &picture) {
 }
 
 // Corners counter-clockwise as seen, the first at the top left of its rectangle of the picture.
-void add_quad(capture::Mesh &mesh, const Vec3 (&corners)[4], double top, double bottom) {
+void add_quad(geometry::Mesh &mesh, const Vec3 (&corners)[4], double top, double bottom) {
   const uint32_t base = uint32_t(mesh.vertex_count());
   const double uv[4][2] = {{0, top}, {0, bottom}, {1, bottom}, {1, top}};
   for (size_t i = 0; i < 4; i++) {
@@ -48,34 +48,34 @@ void add_quad(capture::Mesh &mesh, const Vec3 (&corners)[4], double top, double 
 
 constexpr double x = room_length / 2, z = room_width / 2, h = room_height;
 
-capture::EnvironmentPart shown_as_it_is(size_t picture) {
-  capture::EnvironmentPart part;
+scene::EnvironmentPart shown_as_it_is(size_t picture) {
+  scene::EnvironmentPart part;
   part.picture = picture;
   part.unlit = part.clamped = true;
   return part;
 }
 
-void add_floor(uint32_t key, uint32_t threads, capture::Environment &out) {
+void add_floor(uint32_t key, uint32_t threads, scene::Environment &out) {
   const auto row = [key](double t) { return [=](double s) { return floor_colour(s - x, t - z, key); }; };
   const double texel = room_length / floor_columns / 2;
   media::Image picture =
       media::make_image<uint8_t>(floor_columns, uint32_t(floor_columns * room_width / room_length), 3, 0);
   paint({room_length, room_width, texel, row, threads}, room_length, room_width, false, 0, picture.height,
         picture);
-  capture::EnvironmentPart part = shown_as_it_is(out.pictures.size());
+  scene::EnvironmentPart part = shown_as_it_is(out.pictures.size());
   add_quad(part.mesh, {{-x, 0, -z}, {-x, 0, z}, {x, 0, z}, {x, 0, -z}}, 0, 1);
   out.pictures.push_back(jpeg(picture));
   out.parts.push_back(std::move(part));
 }
 
 // One picture of four strips. A wall is written as seen from inside, left to right.
-void add_walls(uint32_t key, uint32_t threads, capture::Environment &out) {
+void add_walls(uint32_t key, uint32_t threads, scene::Environment &out) {
   constexpr uint32_t rows = 272;
   const Vec3 left[4] = {{x, 0, -z}, {-x, 0, z}, {x, 0, z}, {-x, 0, -z}},
              right[4] = {{x, 0, z}, {-x, 0, -z}, {-x, 0, z}, {x, 0, -z}};
   const Vec3 up{0, h, 0};
   media::Image picture = media::make_image<uint8_t>(wall_columns, 4 * rows, 3, 0);
-  capture::EnvironmentPart part = shown_as_it_is(out.pictures.size());
+  scene::EnvironmentPart part = shown_as_it_is(out.pictures.size());
   for (int wall = 0; wall < 4; wall++) {
     const double width = wall < 2 ? room_width : room_length;
     const auto row = [=](double t) { return [=](double s) { return wall_colour(wall, s, t, key); }; };
@@ -92,7 +92,7 @@ void add_walls(uint32_t key, uint32_t threads, capture::Environment &out) {
 } // namespace
 
 std::string environment_glb(const Scene &scene, uint32_t threads) {
-  capture::Environment out;
+  scene::Environment out;
   add_floor(scene.paint_key(), threads, out);
   add_walls(scene.paint_key(), threads, out);
   for (const Lamp &lamp : studio_lamps()) {
@@ -107,7 +107,7 @@ std::string environment_glb(const Scene &scene, uint32_t threads) {
     light.intensity = lux * lamp.share;
     out.lights.push_back(light);
   }
-  return capture::format_environment(out, {{0, 0, 0}, 0.001}, "background.glb");
+  return scene::format_environment(out, {{0, 0, 0}, 0.001}, "background.glb");
 }
 
 } // namespace fvv::synth

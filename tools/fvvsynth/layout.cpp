@@ -1,6 +1,6 @@
 #include "fvvsynth/layout.h"
 
-#include "packing/rect_pack.h"
+#include "fvv_geometry/rect_pack.h"
 
 #include <algorithm>
 #include <cmath>

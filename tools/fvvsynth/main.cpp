@@ -1,8 +1,8 @@
 // fvvsynth: writes a made-up capture, so that a fresh machine needs no data. Argument parsing only.
 #include "cli/cli.h"
+#include "fvv_geometry/hull.h"
 #include "fvvsynth/atlas.h"
 #include "fvvsynth/capture_writer.h"
-#include "hull/hull.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -108,21 +108,20 @@ int main(int argc, char **argv) {
     recording.meshes = mesh_kinds.at(meshes);
     if (recording.meshes == fvv::synth::Meshes::hull && settings.rig == fvv::synth::RigKind::small &&
         settings.cameras < fvv::hull::hull_cameras)
-      throw fvv::cli::Failure("--meshes hull: expected 3 cameras or more, found --cameras " +
-                                  std::to_string(settings.cameras),
-                              fvv::cli::usage);
+      throw fvv::Error("--meshes hull: expected 3 cameras or more, found --cameras " +
+                           std::to_string(settings.cameras),
+                       fvv::Error::usage);
     if (atlas && recording.meshes != fvv::synth::Meshes::tracked)
-      throw fvv::cli::Failure("--atlas: expected with --meshes tracked only, found --meshes " + meshes,
-                              fvv::cli::usage);
+      throw fvv::Error("--atlas: expected with --meshes tracked only, found --meshes " + meshes,
+                       fvv::Error::usage);
     if (!atlas && atlas_side->count() > 0)
-      throw fvv::cli::Failure("--atlas-size: expected with --atlas only", fvv::cli::usage);
+      throw fvv::Error("--atlas-size: expected with --atlas only", fvv::Error::usage);
     if (atlas) recording.atlas = atlas_size;
     recording.linear = pictures == "exr";
     if (recording.linear && film.labels)
-      throw fvv::cli::Failure("--frame-numbers: expected with --pictures png only", fvv::cli::usage);
+      throw fvv::Error("--frame-numbers: expected with --pictures png only", fvv::Error::usage);
     if (settings.rig == fvv::synth::RigKind::studio && cameras->count() > 0)
-      throw fvv::cli::Failure("--cameras: expected with --rig small only, the studio has 13",
-                              fvv::cli::usage);
+      throw fvv::Error("--cameras: expected with --rig small only, the studio has 13", fvv::Error::usage);
     if (size.empty()) size = settings.rig == fvv::synth::RigKind::studio ? "960x540" : "480x270";
     fvv::cli::parse_size("--size", size, settings.width, settings.height);
     fvv::cli::OutputFolder folder(output, force);
@@ -130,7 +129,7 @@ int main(int argc, char **argv) {
       const fvv::synth::Scene scene(settings);
       fvv::synth::write_capture(scene, recording, folder);
     } catch (const std::invalid_argument &error) {
-      throw fvv::cli::Failure(error.what(), fvv::cli::usage);
+      throw fvv::Error(error.what(), fvv::Error::usage);
     }
     folder.commit();
     return fvv::cli::done;

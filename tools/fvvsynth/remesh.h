@@ -2,7 +2,7 @@
 // over that. Knows triangles; knows nothing of the scene.
 #pragma once
 
-#include "hull/marching_cubes.h"
+#include "fvv_geometry/hull.h"
 
 namespace fvv::synth {
 

@@ -1,7 +1,7 @@
 // Putting the parts of the scene together.
 #include "fvvsynth/scene.h"
 
-#include "cli/parallel.h"
+#include "fvv_cxx/parallel.h"
 
 #include <algorithm>
 #include <cmath>
@@ -93,7 +93,7 @@ Scene::Scene(const Settings &settings)
   studio = std::make_unique<Studio>(studio_key, std::clamp(texel_at_960 * 960 / wanted.width, 0.003, 0.02),
                                     rig, light_of_day, wanted.threads);
   backgrounds.resize(rig.size());
-  cli::parallel(wanted.threads, rig.size(), [&](size_t i) {
+  fvv::parallel(wanted.threads, rig.size(), [&](size_t i) {
     render::SampleBuffer buffer(1, 1, 3);
     if (!moves(i)) backgrounds[i] = studio->seen(projections[i], i, buffer);
   });

@@ -1,8 +1,7 @@
 // Surface nets: one vertex for each crossed cell, one quadrilateral for each crossed edge.
 #include "fvvsynth/surface_nets.h"
 
-#include "hull/grid.h"
-#include "hull/well_composed.h"
+#include "fvv_geometry/hull.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // From an implicit surface to triangles. Knows a function of space, nothing of people.
 #pragma once
 
-#include "hull/surface.h"
+#include "fvv_geometry/hull.h"
 
 #include <cstdint>
 #include <functional>

@@ -1,6 +1,6 @@
 #include "fvvsynth/texture.h"
 
-#include "cli/parallel.h"
+#include "fvv_cxx/parallel.h"
 
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ Texture::Texture(double width, double height, double texel, const std::function<
   const auto count = [&](double side) { return std::max<size_t>(1, size_t(std::ceil(side / texel))); };
   Level first = {count(width), count(height), {}};
   first.rgb.resize(first.columns * first.rows * 3);
-  cli::parallel(threads, first.rows, [&](size_t row) {
+  fvv::parallel(threads, first.rows, [&](size_t row) {
     const Row painter = paint((double(row) + 0.5) * texel);
     uint8_t *out = &first.rgb[row * first.columns * 3];
     for (size_t i = 0; i < first.columns; i++) {

@@ -4,7 +4,7 @@
 #ifndef FVV_MEDIA_EXR_MEMORY_H
 #define FVV_MEDIA_EXR_MEMORY_H
 
-#include "fvv_media/error.h"
+#include "fvv_cxx/error.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>

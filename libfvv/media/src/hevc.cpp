@@ -1,7 +1,7 @@
 /* HEVC. See bitstream.h. */
 #include "bitstream.h"
 
-#include "fvv_media/error.h"
+#include "fvv_cxx/error.h"
 
 namespace fvv::media {
 namespace {

@@ -1,7 +1,7 @@
 /* See nal.h. */
 #include "nal.h"
 
-#include "fvv_media/error.h"
+#include "fvv_cxx/error.h"
 
 #include <algorithm>
 

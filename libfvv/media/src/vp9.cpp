@@ -1,7 +1,7 @@
 /* VP9. See bitstream.h. */
 #include "bitstream.h"
 
-#include "fvv_media/error.h"
+#include "fvv_cxx/error.h"
 
 #include <algorithm>
 

@@ -7,7 +7,7 @@
 #ifndef FVV_MEDIA_IMAGE_H
 #define FVV_MEDIA_IMAGE_H
 
-#include "fvv_media/error.h"
+#include "fvv_cxx/error.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,0 +1,23 @@
+// numbers from one to another, as users of all tools write them. Knows nothing of what is
+// numbered.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace fvv {
+
+// Both ends included; 0 <= first <= last <= 2147483647.
+struct Range {
+  int64_t first, last;
+};
+
+// "10-19", "10..19", or "10" alone. Nothing for other text.
+std::optional<Range> scan_range(std::string_view text);
+
+// The argument of that option. Failure (usage) for other text.
+Range parse_range(const std::string &option, const std::string &text);
+
+} // namespace fvv

@@ -1,0 +1,83 @@
+// What is certain in a damaged file: reads all of it once, with the push reader, and tells for each group how
+// many of its first frames are whole beyond doubt. Behind the first damage of a group chunks may be missing
+// without a trace (a table that was lost can't tell), and pictures may depend on them.
+#pragma once
+
+#include "fvv/container.h"
+#include "fvv/stream.h"
+#include "fvv_cxx/error.h"
+#include "fvv_cxx/input_file.h"
+#include "fvv_demux/selection.h"
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fvv::demux {
+
+class Survey {
+public:
+  // Error when the file cannot be read.
+  explicit Survey(const InputFile &file);
+
+  struct Group {
+    uint64_t whole = 0;         // frames from the first on
+    fvv_diagnostic reason = {}; // why no more; status 0: nothing is wrong within
+    fvv_diagnostic behind = {}; // the first damage between this group and the next
+  };
+  // By the offset of GRUP. A group whose GRUP was lost has none of its frames whole.
+  Group group(uint64_t offset) const;
+
+private:
+  std::map<uint64_t, Group> groups; // key 0: what stands in front of the first group
+};
+
+struct CloseStream {
+  void operator()(fvv_stream *stream) const { fvv_stream_close(stream); }
+};
+using Stream = std::unique_ptr<fvv_stream, CloseStream>;
+// Error with the diagnostic when it cannot be opened.
+Stream open_stream(const InputFile &file);
+
+// Frames first ... last of the stream are lost; why: the rest of the line that says so.
+struct Loss {
+  int64_t first, last;
+  std::string why;
+};
+std::string text_of(const fvv_diagnostic &diagnostic);
+
+struct GroupPlan {
+  size_t group;   // for fvv_file_group
+  size_t frame;   // for fvv_stream: its first frame
+  int64_t number; // of its first frame in the undamaged stream
+  int64_t count;  // frames that it has or had
+  bool complete;  // the list of its chunks is complete, if its table is good
+};
+
+struct Plan {
+  std::vector<GroupPlan> groups; // with at least one frame that is chosen, and not wholly lost
+  std::vector<Loss> losses;      // of groups of which nothing is left
+  int64_t count = 0;             // frames of the stream
+  bool rebuilt = false;          // the index was missing or damaged
+  std::string rebuilt_why;
+  std::string uncertain; // why numbers of frames are a guess; empty: they are none
+};
+
+// The survey of a file is made when first asked for, by whichever thread comes first.
+class LazySurvey {
+public:
+  explicit LazySurvey(const InputFile &file) : input(file) {}
+  Survey::Group group(uint64_t offset);
+
+private:
+  const InputFile &input;
+  std::mutex lock;
+  std::optional<Survey> survey;
+};
+
+Plan make_plan(fvv_stream *stream, const InputFile &file, const Selection &frames, LazySurvey &survey);
+
+} // namespace fvv::demux

@@ -1,0 +1,56 @@
+// Which pictures a configuration yields: every camera and the atlas that a video track shows, where in the
+// frame, and the calibration that holds for the picture that is cut out. Knows configurations; decodes
+// nothing.
+#pragma once
+
+#include "fvv/stream.h"
+#include "fvv/video.h"
+#include "fvv_demux/selection.h"
+#include "fvv_media/image.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fvv::demux {
+
+// The camera of the picture that a tile holds: the source rectangle moved to the origin and scaled to the
+// size of the destination. Projecting a point and mapping it by the tile gives the same pixel, less the
+// destination's corner. Lens and pose stay as they are.
+fvv_camera camera_of_tile(const fvv_camera &camera, const fvv_tile &tile);
+
+// In the place of a camera's identifier, as in VCFG: the view is the atlas.
+constexpr uint16_t no_camera = UINT16_MAX;
+
+struct View {
+  fvv_tile tile; // a track that shows one camera or an atlas is one tile of the size of its frame
+  std::string folder;
+  fvv_tile whole; // the whole picture, at the tile's scale, in a frame of its own
+};
+
+// The tile of a view in the frames of a group (spec/fvv.md, clause 10.11), nothing when its camera has no
+// picture there. An error in place of a guess when the stream has lost it.
+fvv_status tile_in_group(fvv_stream *stream, size_t group, const fvv_video_layout &video, const View &view,
+                         std::optional<fvv_tile> &tile, fvv_diagnostic &diagnostic);
+
+struct VideoViews {
+  const fvv_video_layout *video; // of the configuration
+  std::vector<View> views;
+};
+
+// Of all video tracks in order; a camera or an atlas that is shown twice counts where it comes first, tracks
+// with neither an atlas nor a chosen camera are left out. what is left out otherwise is told in warnings.
+std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
+                                 std::vector<std::string> *warnings);
+
+// The first mesh track, NULL: none.
+const fvv_track *mesh_track_of(const fvv_configuration &configuration, std::vector<std::string> *warnings);
+
+// frame: of the video. tile: of the group that the frame is in, NULL: the camera has none. whole: the source
+// rectangle is all of the camera's picture, the destination, at (0, 0), the size to make of it. Pixels are
+// copied where those of the tile are those of the picture, else interpolated between the nearest four.
+template <class Sample>
+media::BasicImage<Sample> whole_picture(const media::BasicImage<Sample> &frame, const fvv_tile *tile,
+                                        const fvv_tile &whole);
+
+} // namespace fvv::demux

@@ -1,0 +1,211 @@
+#include "fvv_demux/frame_plan.h"
+
+#include <memory>
+
+namespace fvv::demux {
+
+namespace {
+
+constexpr size_t block_size = 1 << 18;
+
+// The group that is being read, and its frame whose chunks are coming.
+struct Reading {
+  Survey::Group *group;
+  bool in_group = false, certain = false, frame_open = false;
+  int64_t frame_time = 0;
+
+  // A frame is whole once something behind it has come while nothing was missing.
+  void close_frame() {
+    if (frame_open && certain) group->whole++;
+    frame_open = false;
+  }
+};
+
+} // namespace
+
+Survey::Survey(const InputFile &file) {
+  fvv_reader *created = nullptr;
+  fvv::check(fvv_reader_create(nullptr, nullptr, 0, &created), file.path(), {});
+  const std::unique_ptr<fvv_reader, decltype(&fvv_reader_destroy)> reader(created, fvv_reader_destroy);
+  Reading reading = {&groups[0]};
+  const auto take = [&](const fvv_event &event) {
+    if (event.kind == FVV_EVENT_DAMAGE) {
+      fvv_diagnostic &place = reading.in_group ? reading.group->reason : reading.group->behind;
+      if (place.status == FVV_OK) place = event.diagnostic;
+      return;
+    }
+    if (event.kind != FVV_EVENT_CHUNK) return;
+    const uint32_t type = event.chunk.type;
+    if (type == FVV_CHUNK_GROUP) {
+      reading = {&groups[event.offset], true, event.group_intact != 0};
+    } else if (reading.in_group &&
+               (type == FVV_CHUNK_GROUP_END || type == FVV_CHUNK_SCENE || type == FVV_CHUNK_INDEX)) {
+      reading.certain = reading.certain && event.group_intact && type == FVV_CHUNK_GROUP_END;
+      reading.close_frame();
+      reading.in_group = false;
+    } else if (reading.in_group && event.chunk.track) {
+      reading.certain = reading.certain && event.group_intact;
+      if (reading.frame_open && reading.frame_time == event.chunk.time) return;
+      reading.close_frame();
+      reading.frame_open = true;
+      reading.frame_time = event.chunk.time;
+    }
+  };
+  const fvv_input input = file.input();
+  fvv_diagnostic diagnostic = {};
+  fvv_event event;
+  std::vector<uint8_t> block(block_size);
+  fvv_status status = FVV_NEED_DATA;
+  for (uint64_t at = 0; status == FVV_NEED_DATA && at < input.size;) {
+    const size_t part = input.size - at < block_size ? size_t(input.size - at) : block_size;
+    if (input.read_at(input.user, at, block.data(), part) != FVV_OK)
+      throw Error(file.path() + ": cannot read");
+    fvv::check(fvv_reader_push(reader.get(), block.data(), part), file.path(), {});
+    while ((status = fvv_reader_next(reader.get(), &event, &diagnostic)) == FVV_OK) take(event);
+    at += part;
+  }
+  fvv_reader_finish(reader.get());
+  while (status >= 0 && (status = fvv_reader_next(reader.get(), &event, &diagnostic)) == FVV_OK) take(event);
+  // An error of the stream ends what is certain; what is behind counts as lost.
+  if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, file.path(), diagnostic);
+  if (status < 0 && reading.group->reason.status == FVV_OK) reading.group->reason = diagnostic;
+}
+
+Survey::Group Survey::group(uint64_t offset) const {
+  const auto next = groups.upper_bound(offset);
+  const auto found = std::prev(next); // there is one: key 0
+  if (found->first == offset) return found->second;
+  Group lost;
+  lost.reason = found->second.behind.status ? found->second.behind : found->second.reason;
+  return lost;
+}
+
+namespace {
+
+constexpr int64_t most_frames = INT32_MAX;
+// A frame has a chunk, and a chunk a header of 32 bytes.
+constexpr uint64_t smallest_frame = 32;
+const char unknown_count[] =
+    "how many frames were lost is not known: frames behind them are numbered as if none were";
+
+// How many frames of the nominal duration fill [start, end); 0 when they do not fill it exactly.
+int64_t frames_between(int64_t start, int64_t end, int64_t duration) {
+  if (duration <= 0 || start >= end) return 0;
+  const uint64_t span = uint64_t(end) - uint64_t(start);
+  const uint64_t count = span / uint64_t(duration);
+  return span % uint64_t(duration) || count > uint64_t(most_frames) ? 0 : int64_t(count);
+}
+
+int64_t frame_duration(fvv_stream *stream, size_t group) {
+  const fvv_configuration *configuration = nullptr;
+  return fvv_stream_configuration(stream, group, &configuration, nullptr) == FVV_OK
+             ? configuration->scene.frame_duration
+             : 0;
+}
+
+// The index is there: it tells all numbers, and only tables and chunks may turn out damaged later.
+void plan_by_index(const fvv_file *file, const std::string &name, Plan &plan) {
+  for (size_t g = 0; g < fvv_file_group_count(file); g++) {
+    const fvv_group_info &group = *fvv_file_group(file, g);
+    if (group.frame_count > group.size / smallest_frame || plan.count + group.frame_count > most_frames)
+      throw Error(name + ": group " + std::to_string(group.sequence) + " claims " +
+                  std::to_string(group.frame_count) + " frames in " + std::to_string(group.size) + " bytes");
+    plan.groups.push_back({g, size_t(plan.count), plan.count, group.frame_count, true});
+    plan.count += group.frame_count;
+  }
+}
+
+// The file was scanned: whole groups tell how many frames they have, for others their time range does.
+class Scanned {
+public:
+  Scanned(fvv_stream *opened, Plan &out, LazySurvey &surveyed)
+      : stream(opened), plan(out), survey(surveyed) {}
+
+  void add(size_t index, const fvv_group_info &group) {
+    const size_t frame = next_frame;
+    next_frame += group.frame_count;
+    if (index && group.sequence < next_sequence) return; // there twice
+    if (group.sequence > next_sequence) add_lost_groups(index, group);
+    int64_t count = group.frame_count;
+    if (!group.intact) {
+      const int64_t nominal = frames_between(group.start, group.end, frame_duration(stream, index));
+      if (nominal >= count)
+        count = nominal;
+      else
+        plan.uncertain = unknown_count;
+    }
+    if (plan.count + count > most_frames) {
+      plan.uncertain = unknown_count;
+      count = group.frame_count;
+    }
+    plan.groups.push_back({index, frame, plan.count, count, group.intact != 0});
+    plan.count += count;
+    next_sequence = uint64_t(group.sequence) + 1;
+    end = group.end;
+  }
+
+private:
+  void add_lost_groups(size_t index, const fvv_group_info &group) {
+    // Writers mostly begin at tick 0, but nothing makes them.
+    if (!next_sequence)
+      plan.uncertain = "the first group is not there: frames are numbered by their times, from tick 0 on";
+    const int64_t lost = frames_between(end, group.start, frame_duration(stream, index));
+    if (!lost || plan.count + lost > most_frames) {
+      plan.uncertain = unknown_count;
+      return;
+    }
+    plan.losses.push_back(
+        {plan.count, plan.count + lost - 1, text_of(survey.group(group.offset - 1).reason)});
+    plan.count += lost;
+  }
+
+  fvv_stream *stream;
+  Plan &plan;
+  LazySurvey &survey;
+  size_t next_frame = 0;
+  uint64_t next_sequence = 0;
+  int64_t end = 0; // of the group in front
+};
+
+} // namespace
+
+Stream open_stream(const InputFile &file) {
+  const fvv_input input = file.input();
+  fvv_stream *stream = nullptr;
+  fvv_diagnostic diagnostic = {};
+  fvv::check(fvv_stream_open(&input, nullptr, nullptr, &stream, &diagnostic), file.path(), diagnostic);
+  return Stream(stream);
+}
+
+std::string text_of(const fvv_diagnostic &diagnostic) {
+  char line[1024];
+  fvv_diagnostic_format(&diagnostic, nullptr, line, sizeof line);
+  return line;
+}
+
+Survey::Group LazySurvey::group(uint64_t offset) {
+  const std::lock_guard<std::mutex> guard(lock);
+  if (!survey) survey.emplace(input);
+  return survey->group(offset);
+}
+
+Plan make_plan(fvv_stream *stream, const InputFile &file, const Selection &frames, LazySurvey &survey) {
+  const fvv_file *opened = fvv_stream_file(stream);
+  Plan plan;
+  plan.rebuilt = fvv_file_index_state(opened) == FVV_INDEX_REBUILT;
+  if (!plan.rebuilt) {
+    plan_by_index(opened, file.path(), plan);
+  } else {
+    plan.rebuilt_why = fvv_file_damage_count(opened) ? text_of(*fvv_file_damage(opened, 0))
+                                                     : "no footer: the stream is live or truncated";
+    Scanned scanned(stream, plan, survey);
+    for (size_t g = 0; g < fvv_file_group_count(opened); g++) scanned.add(g, *fvv_file_group(opened, g));
+  }
+  std::vector<GroupPlan> chosen;
+  for (const GroupPlan &group : plan.groups)
+    if (!frames.within(group.number, group.number + group.count - 1).empty()) chosen.push_back(group);
+  plan.groups = chosen;
+  return plan;
+}
+
+} // namespace fvv::demux

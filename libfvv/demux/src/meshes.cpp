@@ -1,0 +1,89 @@
+#include "fvv_demux/meshes.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_demux/frame_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace fvv::demux {
+
+geometry::Lattice lattice_of(const double origin[3], double step) {
+  return {{origin[0], origin[1], origin[2]}, step};
+}
+
+geometry::Mesh in_metres(const fvv_mesh &mesh, const geometry::Lattice &lattice) {
+  geometry::Mesh out;
+  out.positions.resize(size_t(mesh.vertex_count) * 3);
+  for (size_t v = 0; v < mesh.vertex_count; v++)
+    fvv_lattice_to_metres(lattice.origin, lattice.step, mesh.positions + 3 * v, &out.positions[3 * v]);
+  const double step = mesh.texture ? std::ldexp(1.0, -int(mesh.texture_bits)) : 0;
+  for (size_t i = 0; mesh.texture && i < size_t(mesh.vertex_count) * 2; i++)
+    out.texture.push_back(mesh.texture[i] * step);
+  if (mesh.normals) {
+    std::vector<float> normals(out.positions.size());
+    fvv_normals_to_floats(mesh.normal_bits, mesh.normals, mesh.vertex_count, normals.data());
+    out.normals.assign(normals.begin(), normals.end());
+  }
+  out.faces.assign(mesh.faces, mesh.faces + size_t(mesh.face_count) * 3);
+  return out;
+}
+
+namespace {
+
+scene::EnvironmentPart part_of(const fvv_background &background, const fvv_background_part &source,
+                               const fvv_mesh &mesh) {
+  scene::EnvironmentPart out;
+  out.lattice = lattice_of(background.lattice_origin, background.lattice_step);
+  if (source.picture != FVV_NO_PICTURE) out.picture = source.picture;
+  for (int k = 0; k < 3; k++) out.colour[k] = source.colour[k] / 65535.0;
+  out.unlit = source.flags & FVV_PART_UNLIT;
+  out.double_sided = source.flags & FVV_PART_DOUBLE_SIDED;
+  out.clamped = source.flags & FVV_PART_CLAMPED;
+  out.mesh = in_metres(mesh, *out.lattice);
+  for (size_t i = 0; i < out.mesh.texture.size(); i++)
+    out.mesh.texture[i] = source.texture_origin[i % 2] + source.texture_size[i % 2] * out.mesh.texture[i];
+  return out;
+}
+
+// Appends what belongs to a group on one track. Parts and pictures stand behind those of other tracks.
+fvv_status append(fvv_stream *stream, size_t group, uint16_t track, UnpackedBackground &out,
+                  fvv_diagnostic &diagnostic) {
+  const fvv_background *background;
+  fvv_status status = fvv_stream_background(stream, group, track, &background, &diagnostic);
+  if (status != FVV_OK) return status;
+  std::vector<scene::EnvironmentPart> parts;
+  for (size_t i = 0; i < background->part_count; i++) {
+    OwnedMesh holder;
+    status = fvv_background_mesh(background, i, nullptr, nullptr, &holder, &diagnostic);
+    if (status != FVV_OK) return status;
+    parts.push_back(part_of(*background, background->parts[i], holder));
+    if (parts.back().picture) *parts.back().picture += out.environment.pictures.size();
+  }
+  scene::Environment &all = out.environment;
+  std::move(parts.begin(), parts.end(), std::back_inserter(all.parts));
+  for (size_t i = 0; i < background->picture_count; i++)
+    all.pictures.emplace_back(reinterpret_cast<const char *>(background->pictures[i].data),
+                              background->pictures[i].size);
+  all.lights.insert(all.lights.end(), background->lights, background->lights + background->light_count);
+  if (!out.lattice || background->lattice_step < out.lattice->step)
+    out.lattice = lattice_of(background->lattice_origin, background->lattice_step);
+  return FVV_OK;
+}
+
+} // namespace
+
+UnpackedBackground unpack_background(fvv_stream *stream, size_t group, const fvv_configuration &configuration,
+                                     std::vector<std::string> &lost) {
+  UnpackedBackground out;
+  for (size_t i = 0; i < configuration.track_count; i++) {
+    const fvv_track &track = configuration.tracks[i];
+    if (track.kind != FVV_TRACK_BACKGROUND) continue;
+    fvv_diagnostic diagnostic = {};
+    if (append(stream, group, track.id, out, diagnostic) < 0)
+      lost.push_back("track " + std::to_string(track.id) + ": " + text_of(diagnostic));
+  }
+  return out;
+}
+
+} // namespace fvv::demux

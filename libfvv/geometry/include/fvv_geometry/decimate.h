@@ -1,0 +1,167 @@
+// As few triangles as a budget in pixels allows: the simplifier goes as far as the measured error permits,
+// and what it spoils is given back. docs/fvvmux-budget.md has the rules and what they cost. Every function is
+// pure and may run on any thread.
+#pragma once
+
+#include "fvv/calibration.h"
+#include "fvv_geometry/surface.h"
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+namespace fvv::decimate {
+
+// The camera that sees a place sharpest. Lengths in metres, or in whatever unit the cameras have.
+struct Sight {
+  double metres_per_pixel = INFINITY; // the smallest over all directions; infinite: no camera sees the place
+  double distance = 0;
+  uint16_t camera = 0;
+};
+
+class Footprint {
+public:
+  // scale_x, scale_y: pixels of the transmitted picture per pixel of the camera's. For a valid camera, of
+  // which all but the name is copied.
+  void add(const fvv_camera &camera, double scale_x, double scale_y);
+  bool empty() const { return views.empty(); }
+
+  // Of the cameras in whose picture the place lies; where it lies in none, of those that would see it if
+  // their pictures went on, so that what is just outside is not treated as if nobody looked. Perspective,
+  // skew and the lens count: the answer comes from the derivative of the projection, whose largest singular
+  // value is that of a displacement across the ray in its worst direction.
+  Sight look(const double point[3]) const;
+
+private:
+  struct View {
+    fvv_camera camera;
+    double centre[3], scale_x, scale_y;
+  };
+  std::vector<View> views;
+};
+
+// Distances between surfaces, from all vertices of the source to the decimated surface and from samples of
+// that to the source; rms is weighted by area and that of the worse direction, max the larger one.
+struct SurfaceError {
+  double rms = 0, max = 0;               // metres
+  double rms_pixels = 0, max_pixels = 0; // each distance divided by what a pixel covers there
+};
+
+// Places that a measurement found further off than a limit.
+struct Outliers {
+  std::vector<uint32_t> vertices; // of the source, those nearest to such a sample included
+  std::vector<uint32_t> faces;    // of the decimated surface, with such a sample
+  double area = 0;                // square metres of the source that are beyond the limit
+};
+
+// A source that decimated meshes are held against. const members may run on any thread.
+class Reference {
+public:
+  // source is borrowed; every coordinate finite, every index in range, there is an area.
+  // like: NULL, or one of a mesh with the same faces, which saves time.
+  Reference(const geometry::Mesh &source, const Footprint &footprint, const Reference *like = nullptr);
+
+  // outliers: what there is is added.
+  SurfaceError measure(const compare::Faces &decimated, double limit_pixels, Outliers &outliers) const;
+
+  const geometry::Mesh &mesh() const { return source; }
+  // What a pixel covers at a vertex, metres; of cells of 1/32 of the mesh's diagonal, over which it changes
+  // by a hundredth where cameras stand a few diagonals off. Infinite where there are no cameras.
+  double pixel(uint32_t vertex) const { return pixels[vertex]; }
+  // The smallest of them; infinite without cameras.
+  double sharpest() const { return smallest; }
+  // Vertices with an area, neighbours mostly after each other.
+  const std::vector<uint32_t> &along_surface() const { return order; }
+  // guess, enough: as ClosestFinder has them.
+  render::ClosestPoint nearest(render::Vec3 from, uint32_t guess, double enough = -1) const {
+    return finder.nearest(from, guess, enough);
+  }
+  // A third of the area of the faces around each vertex.
+  double area(uint32_t vertex) const { return areas[vertex]; }
+
+private:
+  const geometry::Mesh &source;
+  std::vector<double> areas, pixels;
+  std::vector<uint32_t> order;
+  double smallest = INFINITY;
+  render::ClosestFinder finder;
+};
+
+// No place of either surface may be further off than this many times the budget: 0.9 px at 0.15 px, so that
+// no silhouette moves by a pixel. Errors that are spread like noise keep it; what breaks it is a part that
+// was cut off.
+constexpr double max_over_rms = 6;
+
+struct Budget {
+  double pixels = 0.15;           // rms over the surface, what rounding to the lattice adds included
+  size_t triangles = 0;           // of a frame, in place of pixels, whatever that costs; 0: pixels hold
+  uint32_t min_piece = 0;         // pieces of fewer faces are dropped before all else
+  geometry::Lattice lattice = {}; // that the stream has
+};
+
+// Connected pieces of the source, and their area in square metres.
+struct Lost {
+  size_t pieces = 0;
+  double area = 0;
+};
+
+struct Report {
+  size_t faces_before = 0, faces_after = 0;
+  double volume_before = 0, volume_after = 0; // cubic metres, signed (enclosed_volume)
+  SurfaceError error;                         // of the decimated surface on the lattice
+  double reach = 0;                           // of the simplifier, metres; 0: nothing was decimated
+  size_t held_faces = 0; // kept as they were, because max_over_rms would have been broken there
+  Lost vanished;         // pieces of which nothing is left
+  double thin_area = 0;  // square metres of the source further off than max_over_rms allows: thin parts
+  size_t dropped_pieces = 0, dropped_faces = 0; // by min_piece
+  bool kept = false; // the budget cannot be held with fewer faces: the source as it was
+};
+
+struct Decimated {
+  geometry::Mesh mesh;            // not yet rounded; vertices in the order of the source
+  std::vector<uint32_t> vertices; // of the source, from which each came
+  Report report;
+};
+
+// reach: where to begin, as find_reach answers; a frame that needs less goes further down by itself. A mesh
+// with a coordinate that is not finite, or without area, comes back as it is, kept. A mesh that no camera
+// sees is only decimated to a number of triangles.
+Decimated decimate(const geometry::Mesh &source, const Footprint &footprint, const Budget &budget,
+                   double reach);
+
+// The furthest reach of the simplifier, up to at_most, whose error in this frame is within the budget, within
+// some percent; 0: none is. For the least of several frames hand what one answers to the next: mostly that
+// frame has room for it, and a single attempt tells.
+double find_reach(const geometry::Mesh &source, const Footprint &footprint, const Budget &budget,
+                  double at_most = INFINITY);
+
+// ---- frames that share their faces -----------------------------------------------------------------------
+
+// Frames 0 to count - 1 of constant topology: all meshes have the faces (and texture coordinates) of the
+// first. Called for a frame again whenever it is needed.
+struct Frames {
+  size_t count;
+  std::function<geometry::Mesh(size_t)> mesh;
+  std::function<Footprint(size_t)> footprint;
+};
+
+// What all frames of a run have in common after decimation, and how each came out.
+class Run {
+public:
+  // The first frame's surface is what the simplifier sees; the budget holds in every frame, or the source is
+  // kept. Vertices stay vertices of the source, exactly, so that motion stays as smooth as it was.
+  Run(const Frames &frames, const Budget &budget, double reach);
+  // frame: its number in the run; source: its mesh.
+  Decimated apply(const geometry::Mesh &source, size_t frame) const;
+
+private:
+  bool try_faces(const Frames &frames, const Budget &budget, const Reference &like,
+                 std::vector<size_t> &order, Outliers &outliers, double &worst);
+
+  std::vector<uint32_t> large_pieces; // faces of the source without what goes in front
+  Report dropped;                     // what these were
+  std::vector<uint32_t> faces;        // what is left; over the vertices of the source; empty: it is kept
+  std::vector<Report> reports;
+};
+
+} // namespace fvv::decimate

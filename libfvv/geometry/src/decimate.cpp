@@ -1,0 +1,505 @@
+// Decimation of single frames and of runs of frames that share their faces.
+
+#include "fvv_geometry/decimate.h"
+#include "fvv_geometry/mesh.h"
+#include "fvv_geometry/pieces.h"
+#include "geometry/src/fit.h"
+#include "geometry/src/trial.h"
+
+#include <algorithm>
+#include <map>
+#include <meshoptimizer.h>
+#include <numeric>
+
+namespace fvv::decimate {
+
+namespace {
+
+// How far to go: to an error in the mesh's unit as the simplifier estimates it, or to a number of faces
+// whatever that costs.
+struct Reach {
+  double error = 0;
+  size_t faces = 0; // 0: error holds
+};
+
+// A mesh whose faces can be thinned out again and again. Vertices are never moved: what is left are vertices
+// of the mesh. Open borders stay as they are, and so do vertices of edges with more than two faces; vertices
+// that share a place and differ in their texture coordinates are the seam of an atlas, which stays a seam.
+//
+// The simplifier computes in single precision, relative to the centre of the box here. The same build gives
+// the same faces for the same input; that another processor's does too is not promised, which is why nothing
+// but the measured error is relied upon.
+class Simplifier {
+public:
+  // Every coordinate of mesh is finite, every index in range, there is a face. alike: for each vertex the one
+  // to be named in its place (first_alike).
+  Simplifier(const geometry::Mesh &mesh, const std::vector<uint32_t> &alike);
+
+  // Faces, three vertices each. held: for each face of the mesh whether it has to stay; empty: none has to.
+  // Faces that are held come last.
+  std::vector<uint32_t> simplify(const Reach &reach, const std::vector<bool> &held) const;
+
+private:
+  std::vector<uint32_t> faces;
+  std::vector<float> positions;
+  float scale; // of errors relative to the extent
+};
+
+Simplifier::Simplifier(const geometry::Mesh &mesh, const std::vector<uint32_t> &alike) {
+  for (const uint32_t v : mesh.faces) faces.push_back(alike[v]);
+  double low[3], high[3];
+  std::copy_n(mesh.positions.data(), 3, low);
+  std::copy_n(mesh.positions.data(), 3, high);
+  for (size_t i = 0; i < mesh.positions.size(); i++) {
+    low[i % 3] = std::min(low[i % 3], mesh.positions[i]);
+    high[i % 3] = std::max(high[i % 3], mesh.positions[i]);
+  }
+  for (size_t i = 0; i < mesh.positions.size(); i++)
+    positions.push_back(float(mesh.positions[i] - (low[i % 3] / 2 + high[i % 3] / 2)));
+  scale = meshopt_simplifyScale(positions.data(), positions.size() / 3, 3 * sizeof(float));
+}
+
+std::vector<uint32_t> Simplifier::simplify(const Reach &reach, const std::vector<bool> &held) const {
+  std::vector<uint32_t> loose, kept;
+  for (size_t i = 0; i < faces.size(); i++) (!held.empty() && held[i / 3] ? kept : loose).push_back(faces[i]);
+  if (loose.empty() || !(scale > 0)) return faces;
+  const size_t count = 3 * reach.faces > kept.size() ? 3 * reach.faces - kept.size() : 0;
+  const float error = reach.faces ? 1 : float(std::min(reach.error / double(scale), 1.0));
+  std::vector<uint32_t> out(loose.size());
+  // Where faces are held the loose ones have an open border, which is locked like any other.
+  out.resize(meshopt_simplify(out.data(), loose.data(), loose.size(), positions.data(), positions.size() / 3,
+                              3 * sizeof(float), std::min(count, loose.size()), error,
+                              meshopt_SimplifyLockBorder, nullptr));
+  out.insert(out.end(), kept.begin(), kept.end());
+  return out;
+}
+
+// How often faces are given back before the simplifier has to go less far.
+constexpr int rounds = 6;
+
+// How often it goes less far before the source is kept.
+constexpr int attempts = 8;
+
+// Rings of faces around an outlier that stay with it: the surface there is as fine as it was, and what joins
+// it to the coarse one lies beyond.
+constexpr int rings = 2;
+// Where more than one face in so many has to stay, the simplifier went too far.
+constexpr size_t most_held = 16;
+
+// Lattice points as whole numbers, of which areas are exact.
+geometry::Mesh on_points(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
+  geometry::Mesh points = mesh;
+  for (size_t i = 0; i < points.positions.size(); i++)
+    points.positions[i] = std::nearbyint((mesh.positions[i] - lattice.origin[i % 3]) / lattice.step) + 0.0;
+  return points;
+}
+
+// The faces of a mesh that a canonical one on the lattice keeps: those with an area, each set of three points
+// once. What it drops must not count as a surface that is there.
+std::vector<uint32_t> lasting_faces(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
+  const geometry::Mesh points = on_points(mesh, lattice);
+  const std::vector<uint32_t> place = first_alike(points, false);
+  std::vector<std::array<uint32_t, 4>> sets; // sorted places, face
+  for (uint32_t f = 0; f < points.face_count(); f++) {
+    if (!(face_area(points, f) > 0)) continue;
+    const uint32_t *c = &mesh.faces[3 * size_t(f)];
+    std::array<uint32_t, 4> set = {place[c[0]], place[c[1]], place[c[2]], f};
+    std::sort(set.begin(), set.begin() + 3);
+    sets.push_back(set);
+  }
+  std::sort(sets.begin(), sets.end());
+  const auto last = std::unique(sets.begin(), sets.end(), [](const auto &a, const auto &b) {
+    return std::equal(a.begin(), a.begin() + 3, b.begin());
+  });
+  std::vector<uint32_t> faces;
+  for (auto set = sets.begin(); set != last; ++set) faces.push_back((*set)[3]);
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+
+// What a decoder will have of a mesh.
+geometry::Mesh rounded(const geometry::Mesh &mesh, const geometry::Lattice &lattice,
+                       const std::vector<uint32_t> &lasting) {
+  geometry::Mesh out = mesh;
+  for (size_t i = 0; i < out.positions.size(); i++) {
+    const double origin = lattice.origin[i % 3];
+    out.positions[i] = origin + lattice.step * std::nearbyint((mesh.positions[i] - origin) / lattice.step);
+  }
+  out.faces.clear();
+  for (const uint32_t face : lasting)
+    out.faces.insert(out.faces.end(), &mesh.faces[3 * size_t(face)], &mesh.faces[3 * size_t(face)] + 3);
+  return out;
+}
+
+// Whether there is anything to decimate: finite coordinates, and an area.
+bool sound(const geometry::Mesh &mesh) {
+  if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), [](double x) { return std::isfinite(x); }))
+    return false;
+  double area = 0;
+  for (size_t f = 0; f < mesh.face_count(); f++) area += face_area(mesh, f);
+  return area > 0 && std::isfinite(area);
+}
+
+// The faces of pieces that are not below the budget's min_piece, and of which the lattice leaves something as
+// they are: what it does not can't be kept by any decimation. What is left out is counted in report, as
+// dropped and as vanished. All faces when every piece is: the canonicaliser has a message for that. source:
+// as sound() wants it.
+std::vector<uint32_t> without_specks(const geometry::Mesh &source, const Budget &budget, Report &report) {
+  const Pieces pieces = find_pieces(source, first_alike(source, false));
+  const geometry::Mesh points = on_points(source, budget.lattice);
+  std::vector<bool> there(pieces.faces.size());
+  const auto piece_of = [&](size_t face) { return pieces.of_vertex[source.faces[3 * face]]; };
+  const auto small = [&](size_t piece) { return pieces.faces[piece] < budget.min_piece; };
+  for (size_t f = 0; f < source.face_count(); f++)
+    if (!there[piece_of(f)] && !small(piece_of(f))) there[piece_of(f)] = face_area(points, f) > 0;
+  std::vector<uint32_t> faces;
+  for (size_t f = 0; f < source.face_count(); f++)
+    if (there[piece_of(f)]) faces.insert(faces.end(), &source.faces[3 * f], &source.faces[3 * f] + 3);
+  if (faces.empty()) return source.faces;
+  for (size_t i = 0; i < there.size(); i++) {
+    if (small(i)) {
+      report.dropped_pieces++;
+      report.dropped_faces += pieces.faces[i];
+    } else if (!there[i] && pieces.area[i] > 0) {
+      report.vanished.pieces++;
+      report.vanished.area += pieces.area[i];
+    }
+  }
+  return faces;
+}
+
+// The source as it is, with the report of that.
+Decimated as_it_is(const geometry::Mesh &source) {
+  Decimated out;
+  out.mesh = source;
+  out.vertices.resize(source.vertex_count());
+  std::iota(out.vertices.begin(), out.vertices.end(), 0);
+  out.report.faces_before = out.report.faces_after = source.face_count();
+  out.report.volume_before = out.report.volume_after = enclosed_volume(source);
+  out.report.kept = true;
+  return out;
+}
+
+// Measures a mesh, rounded to the lattice, and fills the report but for what its caller knows better (reach,
+// held_faces, dropped) and what takes time (vanished). outliers: a fresh one.
+Report look_at(const Reference &reference, const geometry::Mesh &mesh, const Budget &budget,
+               Outliers &outliers) {
+  const std::vector<uint32_t> lasting = lasting_faces(mesh, budget.lattice);
+  const geometry::Mesh on_lattice = rounded(mesh, budget.lattice, lasting);
+  Report report;
+  report.faces_before = reference.mesh().face_count();
+  report.faces_after = mesh.face_count();
+  report.volume_before = enclosed_volume(reference.mesh());
+  report.volume_after = enclosed_volume(on_lattice);
+  const compare::Faces surface(on_lattice);
+  if (!(surface.area() > 0)) {
+    report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
+    return report;
+  }
+  report.error = reference.measure(surface, max_over_rms * budget.pixels, outliers);
+  for (uint32_t &face : outliers.faces) face = lasting[face];
+  report.thin_area = outliers.area;
+  return report;
+}
+
+// Pieces of the source of which the mesh, rounded to the lattice, has nothing left. vertices: of the source,
+// from which those of mesh came.
+Lost vanished(const geometry::Mesh &source, const geometry::Mesh &mesh, const std::vector<uint32_t> &vertices,
+              const Budget &budget) {
+  const Pieces pieces = find_pieces(source, first_alike(source, false));
+  std::vector<bool> there(pieces.faces.size());
+  for (const uint32_t face : lasting_faces(mesh, budget.lattice))
+    there[pieces.of_vertex[vertices[mesh.faces[3 * size_t(face)]]]] = true;
+  Lost lost;
+  for (size_t i = 0; i < there.size(); i++) {
+    if (there[i] || !(pieces.area[i] > 0)) continue;
+    lost.pieces++;
+    lost.area += pieces.area[i];
+  }
+  return lost;
+}
+
+// Adds to held the faces of the source around outliers. Answers whether another round is worth while: there
+// are new ones, and not too many in all.
+bool hold(const geometry::Mesh &source, const std::vector<uint32_t> &alike, const geometry::Mesh &decimated,
+          const std::vector<uint32_t> &vertices, const Outliers &outliers, std::vector<bool> &held) {
+  std::vector<bool> marked(source.vertex_count());
+  for (const uint32_t v : outliers.vertices) marked[alike[v]] = true;
+  for (const uint32_t f : outliers.faces)
+    for (size_t k = 0; k < 3; k++) marked[alike[vertices[decimated.faces[3 * size_t(f) + k]]]] = true;
+  const auto count = [&] { return std::count(held.begin(), held.end(), true); };
+  const auto before = count();
+  held.resize(source.face_count());
+  for (int ring = 0; ring < rings; ring++) {
+    std::vector<bool> wider = marked;
+    for (size_t f = 0; f < source.face_count(); f++) {
+      const uint32_t *c = &source.faces[3 * f];
+      if (!marked[alike[c[0]]] && !marked[alike[c[1]]] && !marked[alike[c[2]]]) continue;
+      held[f] = true;
+      for (size_t k = 0; k < 3; k++) wider[alike[c[k]]] = true;
+    }
+    marked.swap(wider);
+  }
+  return count() > before && size_t(count()) <= source.face_count() / most_held;
+}
+
+// The next, smaller reach after an error in pixels.
+double shorter(double reach, double pixels, const Budget &budget) {
+  // The error grows with the reach, about as fast.
+  return reach * std::clamp(0.98 * budget.pixels / pixels, 0.3, 0.95);
+}
+
+// One frame, ready to be decimated again and again.
+class Frame {
+public:
+  Frame(const geometry::Mesh &mesh, const Footprint &footprint, const Budget &wanted)
+      : source(mesh), budget(wanted), alike(first_alike(mesh, true)), reference(mesh, footprint),
+        simplifier(mesh, alike) {}
+
+  bool seen() const { return std::isfinite(reference.sharpest()); }
+  double sharpest() const { return reference.sharpest(); }
+
+  // One simplification, measured. The report's error is infinite when nothing is left.
+  Decimated attempt(const Reach &reach) const {
+    const std::vector<bool> none;
+    Outliers unwanted;
+    Decimated out = simplified(reach, none);
+    if (!out.mesh.faces.empty()) finish(out, compare::Faces(out.mesh), reach, none, unwanted);
+    return out;
+  }
+
+  // False when the budget breaks at this reach. error: the rms in pixels that it came to.
+  bool within(double reach, Decimated &out, double &error) const {
+    const double limit = max_over_rms * budget.pixels;
+    Trial trial(reference, limit);
+    std::vector<bool> held;
+    for (int round = 0; round < rounds; round++) {
+      out = simplified({reach, 0}, held);
+      error = out.report.error.rms_pixels;
+      if (out.mesh.faces.empty()) return false;
+      const compare::Faces surface(out.mesh);
+      // Most of what is cut off is far off, whether vertices are fitted or not, and is given back at once.
+      Outliers outliers = trial.look(out.mesh, out.vertices, surface);
+      if (!outliers.vertices.empty() && round + 1 < rounds) {
+        std::vector<bool> more = held;
+        if (hold(source, alike, out.mesh, out.vertices, outliers, more)) {
+          held.swap(more);
+          continue;
+        }
+      }
+      outliers = {};
+      finish(out, surface, {reach, 0}, held, outliers);
+      const SurfaceError &found = out.report.error;
+      error = found.rms_pixels;
+      if (error <= budget.pixels && found.max_pixels <= limit) return true;
+      // A limb that is lost may be all that breaks the rms too.
+      if (!hold(source, alike, out.mesh, out.vertices, outliers, held)) return false;
+    }
+    return false;
+  }
+
+private:
+  // Without faces, and with an infinite error, when no surface is left.
+  Decimated simplified(const Reach &reach, const std::vector<bool> &held) const {
+    Decimated out;
+    const std::vector<uint32_t> faces = simplifier.simplify(reach, held);
+    if (!faces.empty()) out.mesh = compact(source, faces, out.vertices);
+    if (faces.empty() || !sound(out.mesh)) {
+      out.mesh = {};
+      out.report.error = {INFINITY, INFINITY, INFINITY, INFINITY};
+    }
+    return out;
+  }
+
+  // Fits and measures. surface: of the mesh before.
+  void finish(Decimated &out, const compare::Faces &surface, const Reach &reach,
+              const std::vector<bool> &held, Outliers &outliers) const {
+    fit(out.mesh, surface, source, fixed_by(held, out.vertices), reach.error > 0 ? reach.error : INFINITY);
+    out.report = look_at(reference, out.mesh, budget, outliers);
+    out.report.reach = reach.error;
+    out.report.held_faces = size_t(std::count(held.begin(), held.end(), true));
+  }
+
+  // What is held is as good as it can be.
+  std::vector<bool> fixed_by(const std::vector<bool> &held, const std::vector<uint32_t> &vertices) const {
+    std::vector<bool> of_source(source.vertex_count()), fixed;
+    for (size_t f = 0; f < held.size(); f++)
+      for (size_t k = 0; held[f] && k < 3; k++) of_source[alike[source.faces[3 * f + k]]] = true;
+    for (const uint32_t v : vertices) fixed.push_back(of_source[v]);
+    return fixed;
+  }
+
+  const geometry::Mesh &source;
+  const Budget &budget;
+  const std::vector<uint32_t> alike;
+  const Reference reference;
+  const Simplifier simplifier;
+};
+
+} // namespace
+
+Decimated decimate(const geometry::Mesh &given, const Footprint &footprint, const Budget &budget,
+                   double reach) {
+  if (!sound(given)) return as_it_is(given);
+  Report before;
+  std::vector<uint32_t> vertices;
+  const geometry::Mesh source = compact(given, without_specks(given, budget, before), vertices);
+  Decimated out = as_it_is(source);
+  if (sound(source)) {
+    const Frame frame(source, footprint, budget);
+    if (budget.triangles) {
+      Decimated attempt = frame.attempt({0, budget.triangles});
+      if (std::isfinite(attempt.report.error.rms)) out = std::move(attempt);
+    } else if (frame.seen()) {
+      for (int i = 0; i < attempts && reach > 0; i++) {
+        Decimated attempt;
+        double error;
+        if (frame.within(reach, attempt, error)) {
+          out = std::move(attempt);
+          break;
+        }
+        reach = shorter(reach, error, budget);
+      }
+    }
+  }
+  if (!out.report.kept) out.report.vanished = vanished(source, out.mesh, out.vertices, budget);
+  out.report.vanished.pieces += before.vanished.pieces;
+  out.report.vanished.area += before.vanished.area;
+  for (uint32_t &v : out.vertices) v = vertices[v];
+  out.report.dropped_pieces = before.dropped_pieces;
+  out.report.dropped_faces = before.dropped_faces;
+  return out;
+}
+
+double find_reach(const geometry::Mesh &given, const Footprint &footprint, const Budget &budget,
+                  double at_most) {
+  constexpr int steps = 6;
+  constexpr double near_enough = 0.97;
+  // Of the rms that it came to with hulls; any other guess costs an attempt.
+  constexpr double reach_over_rms = 4;
+  if (!sound(given)) return 0;
+  Report unused;
+  std::vector<uint32_t> vertices;
+  const geometry::Mesh source = compact(given, without_specks(given, budget, unused), vertices);
+  if (!sound(source)) return 0;
+  const Frame frame(source, footprint, budget);
+  if (!frame.seen()) return 0;
+  double good = 0, bad = INFINITY;
+  double reach = std::isfinite(at_most) ? at_most : reach_over_rms * budget.pixels * frame.sharpest();
+  for (int i = 0; i < steps && good < near_enough * bad; i++) {
+    const double error = frame.attempt({reach, 0}).report.error.rms_pixels;
+    (error <= budget.pixels ? good : bad) = reach;
+    if (good >= at_most || (good == reach && error >= near_enough * budget.pixels)) break;
+    // While nothing is good somewhat lower than in proportion, or steps down would become ever smaller.
+    const double next =
+        std::min(at_most, reach * std::clamp(budget.pixels / error, 0.25, 4.0) * (good > 0 ? 1 : 0.95));
+    // Between what is good and what is bad, and not at either end, or the search would stand still.
+    reach = std::isfinite(bad) && good > 0 ? std::clamp(next, good * 1.01, std::max(good * 1.01, bad * 0.99))
+                                           : next;
+  }
+  return good;
+}
+
+namespace {
+
+// Vertices that are alike in every frame. What merely touches in the first one parts again.
+std::vector<uint32_t> alike_throughout(const Frames &frames, const geometry::Mesh &first) {
+  std::vector<uint32_t> alike = first_alike(first, true);
+  for (size_t i = 1; i < frames.count; i++) {
+    const std::vector<uint32_t> here = first_alike(frames.mesh(i), true);
+    std::map<std::pair<uint32_t, uint32_t>, uint32_t> both;
+    for (uint32_t v = 0; v < alike.size(); v++) {
+      const auto [known, fresh] = both.try_emplace({alike[v], here[v]}, v);
+      alike[v] = known->second;
+    }
+  }
+  return alike;
+}
+
+// First, last, middle, and then the others: what breaks the budget anywhere tends to break it early.
+std::vector<size_t> order_of(size_t count) {
+  std::vector<size_t> order;
+  for (const size_t i : {size_t(0), count - 1, count / 2})
+    if (std::find(order.begin(), order.end(), i) == order.end()) order.push_back(i);
+  for (size_t i = 1; i + 1 < count; i++)
+    if (i != count / 2) order.push_back(i);
+  return order;
+}
+
+} // namespace
+
+// Measures frames until one is beyond the budget; worst: its rms in pixels. That one comes first next time:
+// it is the most likely to be beyond it again. like: of any frame.
+bool Run::try_faces(const Frames &frames, const Budget &budget, const Reference &like,
+                    std::vector<size_t> &order, Outliers &outliers, double &worst) {
+  for (size_t at = 0; at < order.size(); at++) {
+    const size_t i = order[at];
+    geometry::Mesh source = frames.mesh(i);
+    source.faces = large_pieces;
+    if (!sound(source)) return false;
+    std::vector<uint32_t> vertices;
+    const geometry::Mesh mesh = compact(source, faces, vertices);
+    if (!sound(mesh)) return false;
+    Report &report = reports[i];
+    report = look_at(Reference(source, frames.footprint(i), &like), mesh, budget, outliers);
+    report.vanished = vanished(source, mesh, vertices, budget);
+    worst = report.error.rms_pixels;
+    if (budget.triangles) continue;
+    if (worst <= budget.pixels && report.error.max_pixels <= max_over_rms * budget.pixels) continue;
+    std::rotate(order.begin(), order.begin() + std::ptrdiff_t(at), order.begin() + std::ptrdiff_t(at) + 1);
+    return false;
+  }
+  return true;
+}
+
+Run::Run(const Frames &frames, const Budget &budget, double reach) : reports(frames.count) {
+  geometry::Mesh first = frames.mesh(0);
+  large_pieces = first.faces;
+  if (sound(first)) large_pieces = first.faces = without_specks(first, budget, dropped);
+  if (!sound(first) || !(reach > 0 || budget.triangles)) return;
+  const std::vector<uint32_t> alike = alike_throughout(frames, first);
+  const Simplifier simplifier(first, alike);
+  const Reference like(first, frames.footprint(0));
+  std::vector<size_t> order = order_of(frames.count);
+  for (int i = 0; i < attempts; i++) {
+    std::vector<bool> held;
+    double worst = 0;
+    for (int round = 0; round < rounds; round++) {
+      faces = simplifier.simplify({reach, budget.triangles}, held);
+      Outliers outliers;
+      if (try_faces(frames, budget, like, order, outliers, worst)) {
+        for (Report &report : reports) {
+          report.reach = reach;
+          report.dropped_pieces = dropped.dropped_pieces;
+          report.dropped_faces = dropped.dropped_faces;
+          report.vanished.pieces += dropped.vanished.pieces;
+          report.vanished.area += dropped.vanished.area;
+          report.held_faces = size_t(std::count(held.begin(), held.end(), true));
+        }
+        return;
+      }
+      std::vector<uint32_t> vertices;
+      const geometry::Mesh mesh = compact(first, faces, vertices);
+      if (!hold(first, alike, mesh, vertices, outliers, held)) break;
+    }
+    if (budget.triangles) break; // it failed for another reason than the budget
+    reach = shorter(reach, worst, budget);
+  }
+  faces.clear();
+}
+
+Decimated Run::apply(const geometry::Mesh &source, size_t frame) const {
+  Decimated out;
+  if (faces.empty()) {
+    out.report = as_it_is(source).report;
+    out.report.dropped_pieces = dropped.dropped_pieces;
+    out.report.dropped_faces = dropped.dropped_faces;
+    out.mesh = compact(source, large_pieces, out.vertices);
+    return out;
+  }
+  out.mesh = compact(source, faces, out.vertices);
+  out.report = reports[frame];
+  return out;
+}
+
+} // namespace fvv::decimate

@@ -1,0 +1,100 @@
+#include "fvv_geometry/pieces.h"
+#include "fvv_render/vector.h"
+
+#include <meshoptimizer.h>
+
+namespace fvv::decimate {
+
+namespace {
+
+using render::Vec3;
+
+Vec3 corner(const geometry::Mesh &mesh, size_t i) {
+  const double *p = &mesh.positions[3 * size_t(mesh.faces[i])];
+  return {p[0], p[1], p[2]};
+}
+
+uint32_t root_of(std::vector<uint32_t> &parent, uint32_t v) {
+  while (parent[v] != v) v = parent[v] = parent[parent[v]];
+  return v;
+}
+
+} // namespace
+
+std::vector<uint32_t> first_alike(const geometry::Mesh &mesh, bool with_attributes) {
+  const size_t count = mesh.vertex_count();
+  std::vector<uint32_t> each(count), first(count);
+  for (size_t v = 0; v < count; v++) each[v] = uint32_t(v);
+  std::vector<meshopt_Stream> streams = {{mesh.positions.data(), 3 * sizeof(double), 3 * sizeof(double)}};
+  if (with_attributes && !mesh.texture.empty())
+    streams.push_back({mesh.texture.data(), 2 * sizeof(double), 2 * sizeof(double)});
+  if (with_attributes && !mesh.normals.empty())
+    streams.push_back({mesh.normals.data(), 3 * sizeof(double), 3 * sizeof(double)});
+  // The shadow index of an index buffer that names every vertex once is the first of its kind; the function
+  // wants whole triangles, so the last one may be filled up.
+  while (each.size() % 3) each.push_back(uint32_t(count - 1));
+  first.resize(each.size());
+  meshopt_generateShadowIndexBufferMulti(first.data(), each.data(), each.size(), count, streams.data(),
+                                         streams.size());
+  first.resize(count);
+  return first;
+}
+
+Pieces find_pieces(const geometry::Mesh &mesh, const std::vector<uint32_t> &alike) {
+  std::vector<uint32_t> parent(alike);
+  for (size_t f = 0; f < mesh.face_count(); f++)
+    for (size_t k = 1; k < 3; k++) {
+      const uint32_t a = root_of(parent, mesh.faces[3 * f]), b = root_of(parent, mesh.faces[3 * f + k]);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  Pieces pieces;
+  pieces.of_vertex.assign(mesh.vertex_count(), UINT32_MAX);
+  for (size_t f = 0; f < mesh.face_count(); f++) {
+    const uint32_t root = root_of(parent, mesh.faces[3 * f]);
+    uint32_t &number = pieces.of_vertex[root];
+    if (number == UINT32_MAX) {
+      number = uint32_t(pieces.faces.size());
+      pieces.faces.push_back(0);
+      pieces.area.push_back(0);
+    }
+    pieces.faces[number]++;
+    pieces.area[number] += face_area(mesh, f);
+    for (size_t k = 0; k < 3; k++) pieces.of_vertex[mesh.faces[3 * f + k]] = number;
+  }
+  return pieces;
+}
+
+double enclosed_volume(const geometry::Mesh &mesh) {
+  double sum = 0;
+  for (size_t i = 0; i + 2 < mesh.faces.size(); i += 3)
+    sum += dot(corner(mesh, i), cross(corner(mesh, i + 1), corner(mesh, i + 2)));
+  return sum / 6;
+}
+
+double face_area(const geometry::Mesh &mesh, size_t face) {
+  const Vec3 a = corner(mesh, 3 * face);
+  return length(cross(corner(mesh, 3 * face + 1) - a, corner(mesh, 3 * face + 2) - a)) / 2;
+}
+
+geometry::Mesh compact(const geometry::Mesh &mesh, const std::vector<uint32_t> &faces,
+                       std::vector<uint32_t> &used) {
+  std::vector<uint32_t> number(mesh.vertex_count(), UINT32_MAX);
+  for (const uint32_t v : faces) number[v] = 0;
+  geometry::Mesh out;
+  used.clear();
+  for (size_t v = 0; v < number.size(); v++) {
+    if (number[v] == UINT32_MAX) continue;
+    number[v] = uint32_t(used.size());
+    used.push_back(uint32_t(v));
+    out.positions.insert(out.positions.end(), &mesh.positions[3 * v], &mesh.positions[3 * v] + 3);
+    if (!mesh.texture.empty())
+      out.texture.insert(out.texture.end(), &mesh.texture[2 * v], &mesh.texture[2 * v] + 2);
+    if (!mesh.normals.empty())
+      out.normals.insert(out.normals.end(), &mesh.normals[3 * v], &mesh.normals[3 * v] + 3);
+  }
+  out.faces.reserve(faces.size());
+  for (const uint32_t v : faces) out.faces.push_back(number[v]);
+  return out;
+}
+
+} // namespace fvv::decimate

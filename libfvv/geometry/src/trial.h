@@ -1,0 +1,33 @@
+// decimate/trial.h: a quick look at a decimated surface before it is fitted and measured: what is beyond a
+// limit, without the distances of all that is not. Knows a source and the tries so far; decides nothing that
+// a measurement does not confirm.
+#pragma once
+
+#include "fvv_geometry/decimate.h"
+
+namespace fvv::decimate {
+
+// The tries of one frame. Faces that stay from one to the next are not looked at again.
+class Trial {
+public:
+  // of: borrowed. limit: pixels.
+  Trial(const Reference &of, double limit_pixels) : reference(of), limit(limit_pixels) {}
+
+  // All vertices of the source that have an area, and the middles of all sides of the decimated faces (a face
+  // that bridges a hollow is furthest off there). mesh: with vertices of the source at their places;
+  // vertices: their indices in it; surface: of mesh.
+  Outliers look(const geometry::Mesh &mesh, const std::vector<uint32_t> &vertices,
+                const compare::Faces &surface);
+
+private:
+  // Three vertices of the source, the lowest in front, and the face that has them.
+  using Key = std::array<uint32_t, 4>;
+
+  const Reference &reference;
+  const double limit;
+  std::vector<Key> keys;      // of the last mesh, sorted
+  std::vector<uint32_t> near; // for each vertex of the source a face of that within the limit; or UINT32_MAX
+  std::vector<bool> fine;     // for each of its faces whether its sides are within the limit
+};
+
+} // namespace fvv::decimate

@@ -1,0 +1,32 @@
+// From a capture to a stream.
+#pragma once
+
+#include "fvv_cxx/input_file.h"
+#include "fvv_mux/summary.h"
+
+#include <chrono>
+
+namespace fvv::mux {
+
+// A capture on its way to a stream: planned when made, written by run().
+class Muxer {
+public:
+  // Looks at all files of the capture and decides what the stream is to be. Throws Error.
+  Muxer(const Options &options, const Observer &observer);
+
+  size_t frame_count() const { return summary.plan.frame_count(); }
+
+  // Writes the stream, once. The bytes depend on the capture and the options other than threads. Throws
+  // Error, and whatever sink throws; what sink was given then is not a whole stream.
+  Summary run(const Sink &sink);
+
+private:
+  std::chrono::steady_clock::time_point start;
+  Summary summary;
+};
+
+// Reads the stream of a run with Options::verify back from a file and compares every frame with the capture.
+// Throws Error.
+void verify(Summary &summary, const InputFile &file);
+
+} // namespace fvv::mux

@@ -1,0 +1,126 @@
+// What a user asks of a stream. Whether it fits a capture is checked when the stream is planned.
+#pragma once
+
+#include "fvv/video.h"
+#include "fvv_cxx/error.h"
+#include "fvv_cxx/range.h"
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace fvv::mux {
+
+// A luma PSNR to reach, or the codec's own number, as in media::VideoCodec; 0 of OpenEXR is lossless.
+struct Quality {
+  bool is_psnr = true;
+  double value = 42; // dB; a whole number when !is_psnr
+};
+
+// metric: value is in metres. Otherwise it is in metres or, for a capture of unknown scale, in its units.
+struct Length {
+  double value;
+  bool metric;
+};
+
+struct TileSize {
+  uint16_t width, height;
+};
+
+// Of geometry, in pixels of the transmitted pictures.
+constexpr double default_max_error = 0.15;
+
+// Takes the next bytes of a stream. May throw.
+using Sink = std::function<void(const void *bytes, size_t size)>;
+
+// Calls back during a run, on the thread that runs it. Each may be empty.
+struct Observer {
+  std::function<void(const std::string &text)> on_warning;
+  std::function<void(size_t frames)> on_progress; // frames that were done since the last call
+  std::function<bool()> is_cancelled; // asked often; from then on the run throws Error (cancelled)
+
+  void warn(const std::string &text) const {
+    if (on_warning) on_warning(text);
+  }
+  void progress(size_t frames) const {
+    if (on_progress) on_progress(frames);
+  }
+  void check_cancelled() const {
+    if (is_cancelled && is_cancelled()) throw Error("cancelled", Error::cancelled);
+  }
+};
+
+// Of a video frame, in pixels. name: whose limit it is.
+struct FrameLimit {
+  uint32_t width, height;
+  uint64_t pixels;
+  std::string name;
+};
+
+// automatic: where the source's differ from computed ones.
+enum class Normals { automatic, always, never };
+
+// automatic: as in the files, unless most of what cameras see would turn its back to them.
+enum class Winding { automatic, keep, flip };
+
+// automatic: to what is seen of the scene, where masks or meshes tell.
+enum class Crop { automatic, none };
+
+// What is beyond background_margin around the silhouettes; of cameras with masks. automatic: what the codec
+// takes fewest bytes for.
+enum class Background { automatic, keep, flat, smooth };
+
+// automatic: faces, where that takes few bytes beside the pictures.
+enum class Visibility { automatic, faces, vertices, shares, none };
+
+struct Options {
+  std::string capture; // capture.json or its folder
+  uint32_t codec = FVV_CODEC_AVC1;
+  int bit_depth = 8; // 10 or, of OpenEXR, 16
+  Quality quality;
+  uint64_t bit_rate = 0;        // of all video tracks, in place of quality; 0: none
+  std::optional<TileSize> tile; // else scale holds
+  double scale = 1;             // of pictures, 0 < scale <= 1
+  double atlas_scale = 1;       // of those of the atlas, likewise
+  uint32_t texture_bits = 0;    // of texture indices; 0: as the capture says, else libfvv's default
+  Background background = Background::automatic;
+  std::optional<Length> step;
+  std::optional<double> max_error; // pixels; else default_max_error
+  uint32_t triangles = 0;          // of a frame, whatever that costs; 0: max_error decides
+  bool keep_geometry = false;      // no decimation
+  uint32_t group = 0;              // frames; 0: one second
+  int mesh_level = 9;              // of Draco: a twentieth smaller than 7 and a third slower to decode
+  uint8_t mesh_profile = FVV_MESH_DRACO;
+  bool delta = true; // frames that share their faces with the one before as motion
+  Normals normals = Normals::automatic;
+  std::optional<Winding> winding; // else keep, with a warning where it is wrong
+  uint32_t min_component = 0;
+  uint32_t threads = 1;
+  std::optional<fvv::Range> frames; // numbers as in file names
+  std::vector<std::string> cameras; // identifiers, ranges of them (2-5) or names; empty: all
+  bool pictures = true, meshes = true;
+  bool repeat_configuration = false, live = false;
+  bool verify = false; // keep what verify() needs
+  Crop crop = Crop::automatic;
+  Visibility visibility = Visibility::automatic;
+  // What a player is to do with colours; written when anything of it is asked for.
+  std::optional<double> texture_threshold;              // least cosine
+  std::optional<uint32_t> texture_best;                 // cameras
+  std::optional<std::array<uint8_t, 3>> texture_unseen; // R, G, B
+  std::optional<double> texture_depth_bias, texture_depth_slope;
+  bool undistort = false;     // pictures without lens
+  double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
+  bool environment = true;    // the capture's background, if it has one
+  uint64_t video_pixels = 0;  // of the frame with the cameras' tiles, at most; 0: any
+  std::optional<TileSize> video_size;    // likewise, of its sides
+  uint32_t video_tracks = 1;             // for sets of neighbouring cameras; each camera alone: UINT32_MAX
+  std::optional<FrameLimit> frame_limit; // in place of what decoders take; for tests
+};
+
+// Without an option: 42 dB, or lossless.
+Quality default_quality(uint32_t codec);
+
+} // namespace fvv::mux

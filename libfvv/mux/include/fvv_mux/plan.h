@@ -1,0 +1,179 @@
+// fvvmux/plan.h: everything that is decided before the first byte is written: which frames, where each
+// camera's picture stands, how fine the lattice is, which quality the codec gets. Knows capture, options and
+// how good a sample of pictures comes out; writes nothing but warnings.
+#pragma once
+
+#include "fvv/visibility.h"
+#include "fvv_geometry/decimate.h"
+#include "fvv_media/video.h"
+#include "fvv_mux/options.h"
+#include "fvv_scene/capture.h"
+#include "fvv_scene/pictures.h"
+#include "fvv_scene/undistort.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace fvv::mux {
+
+struct LatticeChoice {
+  geometry::Lattice lattice = {{0, 0, 0}, 0.001};
+  std::string reason;
+  // error() in pixels at the nearest camera; 0: there is no camera or no mesh to tell by.
+  double pixels = 0;
+  // Steps, on each axis, by which a delta frame may leave a vertex off its lattice point.
+  uint32_t delta_error = 0;
+
+  // Metres, on each axis, between a vertex of the source and what a decoder gets, at most.
+  double error() const { return (0.5 + delta_error) * lattice.step; }
+};
+
+// How far meshes may be decimated.
+struct DecimationChoice {
+  bool on = false;
+  decimate::Budget budget;
+  double pixel = INFINITY; // metres that the sharpest pixel covers on the first, middle and last mesh
+  double reach = 0;        // of the simplifier, where every frame begins
+  std::string reason;
+};
+
+struct NormalChoice {
+  uint32_t bits = 0; // of a normal index; 0: none is sent
+  std::string reason;
+};
+
+// Which side of the faces is out.
+struct WindingChoice {
+  bool flip = false; // faces run the other way round than in the files
+  bool by_cameras = false;
+  // Before that, a share: of what is nearest to the cameras on some frames, that turns its back to them;
+  // where no camera tells, of these frames' meshes, that enclose a negative volume.
+  double turned_away = 0;
+
+  double in_stream() const { return flip ? 1 - turned_away : turned_away; }
+};
+
+struct VisibilityChoice {
+  bool on = false;
+  bool open = false; // whether it pays is found out by the first group
+  uint8_t domain = FVV_VISIBILITY_SHARES, threshold = FVV_VISIBILITY_THRESHOLD;
+  double cosine = 0.25;        // for which places players use a camera
+  std::vector<size_t> cameras; // indices in Capture::cameras
+  std::string reason;
+};
+
+// cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
+// picture.
+struct Tiling {
+  std::vector<size_t> cameras;
+  std::vector<fvv_tile> tiles;
+  uint32_t width = 0, height = 0; // of the video frame
+};
+
+class SampleFrames; // sample_frames.h
+
+struct VideoChoice {
+  media::VideoSettings settings = {};
+  bool masks = false;          // the PSNR is that of the foreground
+  uint32_t sample_frames = 0;  // by which quality was chosen or judged, of one group
+  double sample_psnr = 0;      // dB; may be infinite
+  std::vector<uint8_t> record; // the codec's, the same for every group
+  std::string codec_string;
+  std::shared_ptr<SampleFrames> frames; // of the sample, or what they came to; each is there once
+};
+
+// Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.
+struct Silhouette {
+  uint32_t left = 0, top = 0, right = 0, bottom = 0;
+
+  bool empty() const { return right == 0; }
+  void add(const Silhouette &other);
+};
+
+// To what the pictures of cameras are cropped.
+struct CropChoice {
+  bool on = false;
+  size_t by_masks = 0, by_mesh = 0; // cameras
+  std::string reason;
+  uint64_t whole_pixels = 0; // of all whole pictures of a frame, in the size in which they would be sent
+  std::vector<std::vector<Silhouette>>
+      boxes; // of each group and camera with pictures: what is seen of the scene
+};
+
+// Tracks differ in what they show, and have a quality each.
+struct VideoTrack {
+  uint8_t shows; // FVV_SHOWS_TILES or FVV_SHOWS_ATLAS
+  Tiling tiling; // of groups that have no layout of their own
+  VideoChoice choice;
+  std::vector<std::vector<fvv_tile>> groups; // the tiles of each group; empty: those of tiling
+  size_t part = 0;                           // of the tracks that show tiles, counted from 0
+
+  bool is_atlas() const { return shows == FVV_SHOWS_ATLAS; }
+  const std::vector<fvv_tile> &tiles_of(size_t group) const {
+    return groups.empty() ? tiling.tiles : groups[group];
+  }
+};
+
+// What players are told of colours, or nothing.
+std::optional<fvv_texturing> texturing_of(const Options &options);
+
+class Geometry;          // meshes.h
+struct PackedBackground; // background.h
+
+struct Plan {
+  Options options;
+  Observer observer;
+  scene::Capture capture;  // frames restricted, cameras by rising identifier, unwanted patterns removed
+  uint32_t group_size = 1; // frames
+  bool tracked = false;    // some frames have the faces of the one before: groups may have delta frames
+  LatticeChoice lattice;
+  DecimationChoice decimation;
+  std::shared_ptr<const Geometry> geometry; // what meshes come through, if there are some
+  NormalChoice normals;
+  WindingChoice winding;
+  uint32_t texture_bits = 0;             // 0: meshes without texture coordinates
+  std::vector<VideoTrack> tracks;        // cameras, one or several, atlas; those that there are
+  std::shared_ptr<scene::Videos> videos; // whatever reads pictures
+  std::vector<scene::VideoReport> sources;
+  bool warned = false;
+  CropChoice crop;
+  VisibilityChoice visibility;
+  std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
+  std::shared_ptr<const PackedBackground> background;      // if there is one
+  FrameLimit frame_limit = {};                             // of a video frame with tiles of cameras
+
+  size_t tile_track_count() const {
+    return size_t(std::count_if(tracks.begin(), tracks.end(), [](const auto &t) { return !t.is_atlas(); }));
+  }
+  bool has_meshes() const { return capture.meshes.has_value(); }
+  size_t frame_count() const { return size_t(capture.frames.count); }
+  size_t group_count() const { return (frame_count() + group_size - 1) / group_size; }
+  size_t first_of(size_t group) const { return group * group_size; }
+  size_t frames_of(size_t group) const {
+    return std::min<size_t>(group_size, frame_count() - first_of(group));
+  }
+};
+
+// All but the choice of video. Looks at every file first: a Error has a line for each problem;
+// warnings are printed.
+Plan make_plan(const Options &options, const Observer &observer);
+
+// Encodes a sample of a video track as often as it takes to find the quality, which may be long.
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
+
+// Cameras whose pictures are transmitted, at the size in which they are; without any, all cameras. frame: its
+// number in file names. tiling: of the cameras.
+decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame);
+
+// By the option, the capture, or the budget in pixels. capture as in the plan, tiling of the cameras.
+// delta_frames: how many may follow a key frame; they take fewest bytes on a lattice finer than the error
+// allowed, for which the key frame pays.
+LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const Tiling &tiling,
+                             size_t delta_frames);
+// By the options, for a lattice that is chosen. Decimates three frames on trial.
+DecimationChoice choose_decimation(const Options &options, const scene::Capture &capture,
+                                   const Tiling &tiling, const LatticeChoice &lattice,
+                                   const NormalChoice &normals);
+
+} // namespace fvv::mux

@@ -1,0 +1,25 @@
+// A stream as a folder of files, for web hosts that serve files but not ranges of them: the configuration,
+// one file for each group, and a manifest (spec/segments.schema.json).
+#pragma once
+
+#include "fvv_cxx/input_file.h"
+#include "fvv_mux/mux.h"
+
+namespace fvv::mux {
+
+// Whether what was named as a capture is a stream already.
+bool is_stream(const std::string &path);
+
+// Writes a file of the folder: passes write a function that takes its bytes.
+using WriteFile = std::function<void(const std::string &name, const std::function<void(const Sink &)> &fill)>;
+
+struct Segments {
+  size_t groups = 0;
+  uint64_t bytes = 0;
+};
+
+// Cuts a stream. Every byte is checked on the way: throws Error when it is damaged, cut, or has a
+// configuration that changes, since one file holds for all groups.
+Segments write_segments(const InputFile &stream, const WriteFile &write_file);
+
+} // namespace fvv::mux

@@ -1,0 +1,107 @@
+// What was chosen for a stream and what it resulted in, as data, on one screen, or as JSON
+// (spec/fvvmux.schema.json).
+#pragma once
+
+#include "fvv/mesh.h"
+#include "fvv_mux/plan.h"
+#include "fvv_mux/verify.h"
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace fvv::mux {
+
+// Sums over the frames of a track.
+struct TrackBytes {
+  uint64_t chunks = 0, payload = 0, smallest = UINT64_MAX, largest = 0;
+
+  void add(uint64_t bytes);
+};
+
+// Sums of what loading and canonicalising changed, and how many frames each concerned.
+struct Change {
+  uint64_t count = 0, frames = 0;
+
+  void add(uint64_t n) {
+    count += n;
+    frames += n > 0;
+  }
+};
+struct MeshChanges {
+  Change split_polygons, left_out; // of the files: MeshReport
+  Change welded, degenerate, duplicate, unreferenced, flipped, dropped_components, dropped_faces;
+  Change nonmanifold_edges, boundary_edges; // reported, not changed
+  uint64_t changed_frames = 0;              // frames in which anything but the last line's is not 0
+  double max_error = 0;                     // metres, per axis
+
+  void add(const scene::MeshReport &source, const fvv_mesh_report &report);
+};
+
+// What a bit rate made of a track's groups.
+struct RateResult {
+  double finest = 0, coarsest = 0; // qualities of the codec's scale
+  size_t groups = 0, over = 0;     // over: the coarsest quality takes more than the rate
+
+  void add(const media::VideoCodec &codec, double quality, bool is_over);
+};
+
+struct VisibilityFrame {
+  std::vector<uint8_t> payload; // empty: the frame has none
+  bool key = true;
+  uint32_t elements = 0;
+  std::vector<uint16_t> cameras; // that have bits
+};
+
+// Sums over the frames of a stream.
+struct VisibilitySums {
+  uint64_t frames = 0, keys = 0, bytes = 0, smallest = UINT64_MAX, largest = 0;
+  uint64_t pairs = 0;         // of element and camera
+  std::set<uint16_t> cameras; // that have bits in any frame
+
+  void add(const VisibilityFrame &frame);
+  double bits_per_pair() const { return pairs ? 8 * double(bytes) / double(pairs) : 0; }
+};
+
+struct DecimationSums {
+  uint64_t frames = 0, kept = 0;              // that were to be decimated; of these, left as they were
+  uint64_t faces_before = 0, faces_after = 0; // of all frames
+  uint64_t held_faces = 0;                    // of all frames
+  double squares = 0;                         // of the frames' rms, metres
+  double max = 0, max_pixels = 0;             // of the worst frame
+  double rms_pixels = 0;                      // likewise
+  double volume_before = 0, volume_after = 0; // of all frames
+  decimate::Lost vanished;                    // of all frames
+  double thin_area = 0;                       // likewise
+
+  void add(const decimate::Report &report);
+  double rms() const;
+  double volume_change() const; // as a share; 0 when there is no volume
+};
+
+struct Summary {
+  Plan plan;
+  uint64_t bytes = 0;
+  TrackBytes mesh;                  // all frames
+  TrackBytes delta;                 // of these the delta frames
+  std::vector<MeshOrigins> origins; // of each frame; filled with Options::verify
+  TrackBytes calibration;           // of cameras that move
+  TrackBytes background;
+  std::vector<TrackBytes> videos; // as Plan::tracks
+  std::vector<RateResult> rates;  // likewise; filled with Options::bit_rate
+  MeshChanges changes;
+  DecimationSums decimation;
+  std::optional<Verdict> verdict; // with Options::verify
+  VisibilitySums visibility;
+  double seconds = 0; // from the first look at the capture to the last byte
+  size_t layouts = 0; // groups with a layout of their own
+
+  // Bits a second of the payload of a video track.
+  double bit_rate(size_t track) const;
+};
+
+// output: the name of the stream, for people.
+std::string summary_text(const Summary &summary, const std::string &output);
+
+nlohmann::ordered_json summary_json(const Summary &summary, const std::string &output);
+
+} // namespace fvv::mux

@@ -1,0 +1,41 @@
+// fvvmux/background.h: the environment of a capture as the payload of a BACK chunk. Knows lattices, mesh
+// codecs and picture files; knows nothing of frames.
+#pragma once
+
+#include "fvv_scene/capture.h"
+#include "fvv_scene/environment.h"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace fvv::mux {
+
+struct PackedBackground {
+  std::vector<uint8_t> payload;
+  geometry::Lattice lattice = {{0, 0, 0}, 0.001};
+  std::string reason; // of its step
+  size_t parts = 0, pictures = 0, lights = 0;
+  uint64_t vertices = 0, faces = 0;
+  uint64_t mesh_bytes = 0, picture_bytes = 0;
+  double max_error = 0;              // metres, on each axis
+  std::vector<std::string> warnings; // what was left out or made smaller
+};
+
+// A picture file of an environment made fit for a stream: without what cameras and editors wrote into it, and
+// no larger than every reader takes.
+struct FittedPicture {
+  std::string file;
+  uint32_t width = 0, height = 0;
+  bool scaled = false; // larger than max_picture_side: made smaller, and JPEG at quality 92
+};
+// name: what messages call the file. Throws Error for what is no picture.
+FittedPicture fit_picture(const std::string &file, const std::string &name);
+
+// For people, and for --json.
+std::string background_text(const PackedBackground &background);
+nlohmann::ordered_json background_json(const PackedBackground &background, uint64_t chunks);
+
+// The environment must be there. Throws Error.
+std::shared_ptr<const PackedBackground> pack_background(const scene::Capture &capture);
+
+} // namespace fvv::mux

@@ -1,0 +1,461 @@
+// The lattice step: as fine as the cameras can see, and no finer.
+
+#include "mux/src/choices.h"
+#include "fvv/mesh.h"
+#include "fvv_cxx/error.h"
+#include "fvv_cxx/format.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_cxx/parallel.h"
+#include "fvv_geometry/outline.h"
+#include "fvv_mux/plan.h"
+#include "fvv_render/vector.h"
+#include "mux/src/meshes.h"
+#include "mux/src/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+
+namespace fvv::mux {
+
+namespace {
+
+// Coordinates that are not finite are for the canonicaliser to refuse, with the vertex named.
+double diagonal_of(const geometry::Mesh &mesh) {
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (size_t i = 0; i < mesh.positions.size(); i++) {
+    const double x = mesh.positions[i];
+    if (!std::isfinite(x)) continue;
+    low[i % 3] = std::min(low[i % 3], x);
+    high[i % 3] = std::max(high[i % 3], x);
+  }
+  return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+}
+
+// Steps of error that leave room for rounding to the lattice within an error; metres.
+uint32_t steps_within(double error, double step) {
+  return uint32_t(std::clamp(error / step - 0.5 + 1e-9, 0.0, 32767.0)); // libfvv takes no more
+}
+
+// The sharpest look at any of some vertices, enough of them to find it.
+decimate::Sight sharpest(const geometry::Mesh &mesh, const decimate::Footprint &cameras) {
+  constexpr size_t enough = 20000;
+  const size_t stride = 1 + mesh.vertex_count() / enough;
+  decimate::Sight best;
+  for (size_t v = 0; v < mesh.vertex_count(); v += stride) {
+    const decimate::Sight sight = cameras.look(&mesh.positions[3 * v]);
+    if (sight.metres_per_pixel < best.metres_per_pixel) best = sight;
+  }
+  return best;
+}
+
+} // namespace
+
+decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame) {
+  decimate::Footprint cameras;
+  // Nobody sees the mesh through a camera that is lost; where all are, what they saw at another time counts.
+  bool empty = true;
+  for (const bool lost : {false, true}) {
+    const auto add = [&](const scene::Camera &camera, double across, double down) {
+      if (camera.is_calibrated(frame) == lost) return;
+      cameras.add(lost ? camera.calibration : camera.calibration_at(frame), across, down);
+      empty = false;
+    };
+    for (size_t i = 0; i < tiling.tiles.size(); i++) {
+      const fvv_tile &tile = tiling.tiles[i];
+      add(capture.cameras[tiling.cameras[i]], double(tile.destination.width) / tile.source.width,
+          double(tile.destination.height) / tile.source.height);
+    }
+    if (tiling.tiles.empty())
+      for (const scene::Camera &camera : capture.cameras) add(camera, 1, 1);
+    if (!empty) break;
+  }
+  return cameras;
+}
+
+LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const Tiling &tiling,
+                             size_t delta_frames) {
+  constexpr size_t many = 6; // they pay for two steps of error, fewer for one
+  const bool tracked = delta_frames > 0;
+  LatticeChoice choice;
+  if (capture.lattice) choice.lattice = *capture.lattice;
+  const char *unit = capture.scale_unknown ? "units" : "m";
+  const bool chosen = options.step || capture.lattice;
+  if (options.step) {
+    if (options.step->metric && capture.scale_unknown)
+      throw Error("--step: expected a plain number of the capture's units, because its scale is "
+                  "unknown",
+                  Error::usage);
+    choice.lattice.step = options.step->value;
+    choice.reason = "as --step says";
+  } else if (capture.lattice) {
+    choice.reason = "as the capture says";
+  }
+  if (!capture.meshes) {
+    if (!chosen) choice.reason = "there are no meshes";
+    return choice;
+  }
+  const std::string first = capture.mesh_path(capture.frames.first);
+  const geometry::Mesh mesh = scene::load_mesh(capture, capture.frames.first);
+  const decimate::Sight nearest = sharpest(mesh, footprint(capture, tiling, capture.frames.first));
+  const bool seen = std::isfinite(nearest.metres_per_pixel);
+  const double pixels = options.max_error.value_or(default_max_error);
+  if (!chosen) {
+    const double wanted = seen ? 2 * pixels * nearest.metres_per_pixel : diagonal_of(mesh) / 8192;
+    if (!std::isfinite(wanted) || !(wanted > 1e-20) || wanted > 1e20)
+      throw Error(first + ": expected a mesh with some extent to choose the lattice by; give "
+                          "--step");
+    choice.lattice.step = geometry::round_down_125(wanted / (delta_frames >= many ? 5 : tracked ? 3 : 1));
+    if (tracked) choice.delta_error = steps_within(wanted / 2, choice.lattice.step);
+    choice.reason =
+        seen ? fvv::format("for %g px at camera %u, %.3g ", pixels, nearest.camera, nearest.distance) + unit +
+                   " from the first mesh"
+             : fvv::format("1/8192 of the first mesh's diagonal of %.4g ", diagonal_of(mesh)) + unit;
+  }
+  if (chosen && tracked && seen)
+    choice.delta_error = steps_within(pixels * nearest.metres_per_pixel, choice.lattice.step);
+  if (seen) choice.pixels = choice.error() / nearest.metres_per_pixel;
+  return choice;
+}
+
+DecimationChoice choose_decimation(const Options &options, const scene::Capture &capture,
+                                   const Tiling &tiling, const LatticeChoice &lattice,
+                                   const NormalChoice &normals) {
+  DecimationChoice choice;
+  choice.budget.pixels = options.max_error.value_or(default_max_error);
+  choice.budget.triangles = options.triangles;
+  choice.budget.min_piece = options.min_component;
+  // Delta frames leave errors like those of a coarser lattice.
+  choice.budget.lattice = lattice.lattice;
+  choice.budget.lattice.step = 2 * lattice.error();
+  const scene::Frames &frames = capture.frames;
+  std::vector<geometry::Mesh> samples;
+  std::vector<decimate::Footprint> cameras;
+  for (const int64_t i : std::set<int64_t>{0, frames.count / 2, frames.count - 1}) {
+    const int64_t number = frames.number(i);
+    samples.push_back(scene::load_mesh(capture, number));
+    cameras.push_back(footprint(capture, tiling, number));
+    choice.pixel = std::min(choice.pixel, sharpest(samples.back(), cameras.back()).metres_per_pixel);
+  }
+  if (options.keep_geometry) {
+    choice.reason = "as --keep-geometry says";
+  } else if (options.triangles) {
+    choice.on = true;
+    choice.reason = "as --triangles says";
+  } else if (!std::isfinite(choice.pixel)) {
+    choice.reason = "no camera tells how large a pixel is";
+  } else if (capture.lattice && !options.max_error) {
+    choice.reason = "the capture brings its lattice, as meshes do that have been in a stream";
+  } else if (capture.atlas && !options.max_error) {
+    choice.reason = "there is an atlas, and how far texture slides is not measured";
+  } else if (normals.bits && !options.max_error) {
+    choice.reason = "normals are sent, and how far they turn is not measured";
+  } else {
+    choice.reach = INFINITY;
+    for (size_t i = 0; i < samples.size() && choice.reach > 0; i++)
+      choice.reach = decimate::find_reach(samples[i], cameras[i], choice.budget, choice.reach);
+    choice.on = choice.reach > 0;
+    choice.reason = choice.on ? "for the budget" : "no decimation keeps the budget, the lattice included";
+  }
+  return choice;
+}
+
+namespace {
+
+constexpr uint32_t sent_bits = 8; // 0.34 degrees off on average
+// Smooth surfaces stay well below both: by how source and decoder weigh faces, normals of coarse meshes
+// differ by up to 10 degrees, where edges are hard by 35 to 90.
+constexpr double hard_degrees = 20, hard_share = 0.01, odd_share = 0.5;
+
+// The mesh on a lattice so fine that rounding to it turns nothing, with normals.
+void place(const geometry::Mesh &source, const std::string &name, fvv_mesh &mesh) {
+  fvv_mesh_options options;
+  fvv_mesh_options_default(&options);
+  double extent = 0;
+  for (size_t k = 0; k < 3; k++) {
+    double low = source.positions[k], high = low;
+    for (size_t i = k; i < source.positions.size(); i += 3) {
+      low = std::min(low, source.positions[i]);
+      high = std::max(high, source.positions[i]);
+    }
+    options.lattice_origin[k] = low;
+    extent = std::max(extent, high - low);
+  }
+  options.lattice_step = std::ldexp(extent, -26);
+  options.normal_bits = FVV_NORMAL_BITS_MAX;
+  options.keep_winding = 1;
+  const fvv_mesh_source borrowed = {
+      source.positions.data(), source.faces.data(), source.vertex_count(), source.face_count(), nullptr,
+      source.normals.data()};
+  fvv_diagnostic diagnostic = {};
+  fvv::check(fvv_mesh_canonicalise(&borrowed, &options, nullptr, &mesh, nullptr, &diagnostic), name,
+             diagnostic);
+}
+
+// Of each vertex the normal by area of its own faces, those of others on its point left out; any length.
+std::vector<double> of_own_faces(const fvv_mesh &mesh) {
+  std::vector<double> sums(3 * size_t(mesh.vertex_count));
+  for (size_t f = 0; f < mesh.face_count; f++) {
+    const uint32_t *face = mesh.faces + 3 * f;
+    const auto edge = [&](size_t corner, size_t k) {
+      return double(mesh.positions[3 * size_t(face[corner]) + k]) - mesh.positions[3 * size_t(face[0]) + k];
+    };
+    for (size_t k = 0; k < 3; k++) {
+      const size_t i = (k + 1) % 3, j = (k + 2) % 3;
+      const double area = edge(1, i) * edge(2, j) - edge(1, j) * edge(2, i);
+      for (size_t c = 0; c < 3; c++) sums[3 * size_t(face[c]) + k] += area;
+    }
+  }
+  return sums;
+}
+
+// Which side is out is for the faces to say.
+template <class Number> bool near(const float *sent, const Number *computed) {
+  double dot = 0, length = 0;
+  for (size_t k = 0; k < 3; k++) {
+    dot += double(sent[k]) * double(computed[k]);
+    length += double(computed[k]) * double(computed[k]);
+  }
+  return std::abs(dot) >= std::cos(hard_degrees * std::acos(-1.0) / 180) * std::sqrt(length);
+}
+
+// Shares of vertices. hard: the own faces have the vertex's normal, all around its point together do not.
+// odd: not even the own faces have it. Some captures hold normals that belong to no vertex of theirs.
+struct Shares {
+  double hard, odd;
+};
+
+Shares shares_of(const fvv_mesh &mesh, const std::string &name) {
+  const size_t count = mesh.vertex_count;
+  std::vector<float> sent(3 * count), computed(3 * count);
+  fvv_mesh bare = mesh;
+  bare.normals = nullptr;
+  bare.normal_bits = 0;
+  fvv_diagnostic diagnostic = {};
+  fvv::check(fvv_mesh_normals(&mesh, nullptr, sent.data(), &diagnostic), name, diagnostic);
+  fvv::check(fvv_mesh_normals(&bare, nullptr, computed.data(), &diagnostic), name, diagnostic);
+  const std::vector<double> own = of_own_faces(mesh);
+  size_t hard = 0, odd = 0;
+  for (size_t v = 0; v < 3 * count; v += 3) {
+    if (!near(&sent[v], &own[v]))
+      odd++;
+    else
+      hard += !near(&sent[v], &computed[v]);
+  }
+  return {double(hard) / double(count), double(odd) / double(count)};
+}
+
+NormalChoice judge(const geometry::Mesh &source, const std::string &name) {
+  if (source.normals.empty()) return {0, "the source has none"};
+  OwnedMesh holder;
+  place(source, name, holder);
+  const Shares shares = shares_of(holder, name);
+  char reason[160];
+  if (shares.odd > odd_share)
+    std::snprintf(reason, sizeof reason,
+                  "%.3g %% of the first mesh's are more than %g degrees off those of their own faces",
+                  100 * shares.odd, hard_degrees);
+  else
+    std::snprintf(reason, sizeof reason, "%.3g %% of the first mesh's vertices lie on hard edges",
+                  100 * shares.hard);
+  return {shares.odd <= odd_share && shares.hard > hard_share ? sent_bits : 0, reason};
+}
+
+} // namespace
+
+NormalChoice choose_normals(const Options &options, const scene::Capture &capture) {
+  if (!capture.meshes) return {};
+  if (options.normals == Normals::never) return {0, "--normals never"};
+  const std::string name = capture.mesh_path(capture.frames.first);
+  const auto load = [&] { return scene::load_mesh(capture, capture.frames.first, nullptr, nullptr, true); };
+  if (options.normals == Normals::always) {
+    if (load().normals.empty())
+      throw Error("--normals always: " + name + ": expected a normal for every corner, found none");
+    return {sent_bits, "--normals always"};
+  }
+  // Normals that are no good, which nobody asked for, are no reason to fail.
+  try {
+    return judge(load(), name);
+  } catch (const std::exception &error) {
+    return {0, std::string("the source's are not usable: ") + error.what()};
+  }
+}
+
+namespace {
+
+using render::Vec3;
+
+constexpr uint32_t picture_side = 480; // pixels; which side a face shows needs no more
+constexpr double inside_out = 0.5;     // share from which on it is more likely than not
+
+struct Pixels {
+  uint64_t covered = 0, turned_away = 0;
+};
+
+// Of the surface nearest to a camera: holes of an open mesh let it see backs, but few.
+Pixels look(const geometry::ViewedSurface &body, const geometry::Mesh &mesh, const fvv_camera &camera) {
+  const double scale = std::min(1.0, double(picture_side) / std::max(camera.width, camera.height));
+  const auto side = [&](uint32_t size) { return std::max<uint32_t>(1, uint32_t(size * scale)); };
+  double centre[3];
+  fvv_camera_centre(&camera, centre);
+  Pixels out;
+  for (const uint32_t face :
+       body.nearest(geometry::resized(camera, side(camera.width), side(camera.height)))) {
+    if (face == render::no_face) continue;
+    const auto corner = [&](size_t c) {
+      const double *p = &mesh.positions[3 * size_t(mesh.faces[3 * size_t(face) + c])];
+      return Vec3{p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]};
+    };
+    const Vec3 a = corner(0);
+    out.covered++;
+    out.turned_away += dot(a, cross(corner(1) - a, corner(2) - a)) > 0;
+  }
+  return out;
+}
+
+std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame) {
+  std::vector<fvv_camera> out;
+  for (const scene::Camera &camera : capture.cameras)
+    if (camera.is_calibrated(frame)) out.push_back(camera.calibration_at(frame));
+  return out;
+}
+
+} // namespace
+
+WindingChoice choose_winding(const Options &options, const scene::Capture &capture) {
+  WindingChoice choice;
+  const int64_t count = capture.frames.count;
+  Pixels all;
+  size_t meshes = 0, negative = 0;
+  for (const int64_t i : std::set<int64_t>{0, count / 2, count - 1}) {
+    const int64_t number = capture.frames.number(i);
+    const geometry::Mesh mesh = scene::load_mesh(capture, number);
+    std::optional<geometry::ViewedSurface> body;
+    try {
+      body.emplace(mesh.positions, mesh.faces);
+    } catch (const std::invalid_argument &) {
+      continue; // the canonicaliser says what is wrong
+    }
+    const std::vector<fvv_camera> cameras = cameras_at(capture, number);
+    std::vector<Pixels> seen(cameras.size());
+    fvv::parallel(options.threads, cameras.size(),
+                  [&](size_t k) { seen[k] = look(*body, mesh, cameras[k]); });
+    for (const Pixels &pixels : seen) {
+      all.covered += pixels.covered;
+      all.turned_away += pixels.turned_away;
+    }
+    meshes++;
+    negative += body->inside_out();
+  }
+  choice.by_cameras = all.covered > 0;
+  if (choice.by_cameras)
+    choice.turned_away = double(all.turned_away) / double(all.covered);
+  else if (meshes)
+    choice.turned_away = double(negative) / double(meshes);
+  choice.flip = options.winding == Winding::flip ||
+                (options.winding == Winding::automatic && choice.turned_away > inside_out);
+  return choice;
+}
+
+bool warn_of_winding(const Plan &plan) {
+  const WindingChoice &choice = plan.winding;
+  if (choice.in_stream() <= inside_out || plan.options.winding == Winding::keep) return false;
+  plan.observer.warn(
+      plan.capture.path + ": " + (choice.flip ? "with --winding flip " : "") + winding_text(choice) +
+      ": the faces are inside out" + (choice.by_cameras ? ", and players find no colours for them" : "") +
+      (choice.flip ? "" : " (--winding flip turns them round, keep says that they are meant so)"));
+  return true;
+}
+
+std::string winding_text(const WindingChoice &choice) {
+  const double percent = 100 * choice.in_stream();
+  return choice.by_cameras
+             ? fvv::format("%.3g %% of the surface nearest to the cameras has its back to them", percent)
+             : fvv::format("%.3g %% of the sampled meshes enclose a negative volume", percent);
+}
+
+namespace {
+
+// Of the pictures' bytes. A player without bits loses no picture, only time for depth maps.
+constexpr double most_share = 0.1;
+
+} // namespace
+
+std::optional<fvv_texturing> texturing_of(const Options &options) {
+  if (!options.texture_threshold && !options.texture_best && !options.texture_unseen &&
+      !options.texture_depth_bias && !options.texture_depth_slope)
+    return {};
+  fvv_texturing out;
+  fvv_texturing_default(&out);
+  if (options.texture_threshold) out.threshold = *options.texture_threshold;
+  if (options.texture_best) out.best = uint8_t(*options.texture_best);
+  if (options.texture_depth_bias) out.depth_bias = *options.texture_depth_bias;
+  if (options.texture_depth_slope) out.depth_slope = *options.texture_depth_slope;
+  if (options.texture_unseen) std::copy_n(options.texture_unseen->begin(), 3, out.unseen);
+  return out;
+}
+
+VisibilityChoice choose_visibility(const Options &options, const scene::Capture &capture,
+                                   const Tiling &tiling) {
+  VisibilityChoice choice;
+  choice.cameras = tiling.cameras;
+  if (options.texture_threshold) {
+    choice.cosine = *options.texture_threshold;
+    choice.threshold =
+        uint8_t(std::min(255.0, 256 * choice.cosine)); // rounded down: what may be used has bits
+  }
+  const bool automatic = options.visibility == Visibility::automatic;
+  // Whoever asks for bits may have pictures elsewhere.
+  if (!automatic && choice.cameras.empty())
+    for (size_t i = 0; i < capture.cameras.size(); i++) choice.cameras.push_back(i);
+  std::sort(choice.cameras.begin(), choice.cameras.end());
+  if (options.visibility == Visibility::faces) choice.domain = FVV_VISIBILITY_FACES;
+  if (options.visibility == Visibility::vertices) choice.domain = FVV_VISIBILITY_VERTICES;
+  const char *missing = !capture.meshes ? "there are no meshes"
+                        : choice.cameras.empty()
+                            ? (automatic ? "there are no pictures of cameras" : "there are no cameras")
+                            : nullptr;
+  if (options.visibility == Visibility::none)
+    choice.reason = "--visibility none";
+  else if (missing && !automatic)
+    throw Error(std::string("--visibility: ") + missing, Error::usage);
+  else if (missing)
+    choice.reason = missing;
+  else if (automatic && choice.cameras.size() == 1)
+    choice.reason = "one camera alone costs a player one depth map";
+  else {
+    choice.on = true;
+    choice.open = automatic;
+    choice.reason = automatic ? "" : "--visibility";
+  }
+  return choice;
+}
+
+void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictures) {
+  if (!choice.open) return;
+  choice.open = false;
+  choice.on = double(bytes) <= most_share * double(pictures);
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "shares of vertices, which err least: %.2g %% of the pictures' bytes in the first group, %s %g %%",
+      pictures ? 100 * double(bytes) / double(pictures) : 100.0, choice.on ? "at most" : "more than",
+      100 * most_share);
+  choice.reason = text;
+}
+
+void VisibilitySums::add(const VisibilityFrame &frame) {
+  if (frame.payload.empty()) return;
+  const uint64_t size = frame.payload.size();
+  frames++;
+  keys += frame.key;
+  bytes += size;
+  smallest = std::min(smallest, size);
+  largest = std::max(largest, size);
+  pairs += uint64_t(frame.elements) * frame.cameras.size();
+  cameras.insert(frame.cameras.begin(), frame.cameras.end());
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,73 @@
+// fvvmux/layout.h: where each camera's picture stands in the video frame: whole pictures in a grid, or what a
+// group shows of the scene, packed. Knows sizes and rectangles; no pixels.
+#pragma once
+
+#include "fvv_mux/options.h"
+#include "fvv_mux/plan.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace fvv::mux {
+
+// A tile for every camera with pictures, of its whole picture, in the size that the options ask for, without
+// a place. Error (usage) when a picture would have to grow.
+Tiling whole_pictures(const scene::Capture &capture, const Options &options);
+
+// How whole pictures are to be cropped, and why. What is seen of the scene is looked for here.
+CropChoice choose_crop(const Plan &plan, const Tiling &tiling);
+
+// With --video-pixels or --video-size: makes whole pictures smaller until their crops fit one frame of that
+// size, and one that decoders take, each by its usefulness (tile_scale.h). Error when the smallest do
+// not fit.
+void bound(const Plan &plan, Tiling &tiling);
+
+// Crops whole pictures to what is seen of the scene in each group, with a margin, and packs every group's
+// crops into one frame. What is sent keeps the scale of the whole picture. Nothing to crop by: whole pictures
+// in a grid, and no groups.
+//
+// One track for each set of neighbouring cameras that Options::video_tracks asks for, and of each set as many
+// as it takes for no frame to exceed plan.frame_limit; the cameras of a set stay in order, and its tracks
+// have about the same number of pixels. A camera that exceeds it alone has a track of its own, with a
+// warning. Error when it exceeds the format. No tiles: no tracks.
+std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole);
+
+// Of the codec's highest level that decoders are sure to have (5.2 of H.264, HEVC, VP9 and AV1; sides alone
+// for stills), at this rate of frames; each side at most what browsers upload as a texture.
+FrameLimit decoder_limit(const Options &options, const fvv_rational &frame_duration);
+
+// The same for the frames with tiles of cameras, and no more than the options ask for.
+FrameLimit frame_limit(const Options &options, const fvv_rational &frame_duration);
+
+bool fits(uint32_t width, uint32_t height, const FrameLimit &limit);
+
+// "8192x8192 and 9437184 pixels (H.264 level 5.2)".
+std::string limit_text(const FrameLimit &limit);
+
+// In units of FVV_TILE_ALIGNMENT pixels.
+struct Cell {
+  uint32_t width, height;
+  uint32_t x = 0, y = 0; // of the left upper corner, once it is packed
+};
+
+struct FrameSize {
+  uint32_t width, height;
+};
+struct FrameBound {
+  uint32_t width, height;
+  uint64_t area = UINT64_MAX;
+};
+
+// Places the cells of every set so that all sets fit one frame, the smallest by area that was found: of all
+// widths that make it at most four times as long as it is short, each set by a skyline (stb_rect_pack.h) that
+// prefers the lowest place, and by one that prefers the tightest; the nearest to a square of equal ones.
+// least: of the sides; most: of the frame. Without a fit, or without cells: {0, 0}, and cells are as they
+// were. The same on every machine.
+FrameSize pack(std::vector<std::vector<Cell>> &sets, uint32_t least, const FrameBound &most);
+
+// Cuts weights into count runs of at least one each (1 <= count <= their number), so that the heaviest run is
+// as light as it can be. Answers where each run ends. Of equal cuts the one whose first runs are longest.
+std::vector<size_t> balanced_runs(const std::vector<uint64_t> &weights, size_t count);
+
+} // namespace fvv::mux

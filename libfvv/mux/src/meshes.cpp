@@ -1,0 +1,364 @@
+#include "mux/src/meshes.h"
+#include "fvv_cxx/error.h"
+#include "fvv_cxx/owned.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+namespace fvv::mux {
+
+namespace {
+
+constexpr uint32_t none = UINT32_MAX;
+
+// Vertices by the corners that they take in both; those without a face take what is left, in order.
+std::optional<std::vector<uint32_t>> by_corners(const geometry::Mesh &a, const geometry::Mesh &b) {
+  std::vector<uint32_t> there(a.vertex_count(), none), back(b.vertex_count(), none);
+  for (size_t i = 0; i < a.faces.size(); i++) {
+    const uint32_t from = a.faces[i], to = b.faces[i];
+    if (from >= there.size() || to >= back.size()) return {}; // the canonicaliser says what is wrong
+    if (there[from] == none && back[to] == none) {
+      there[from] = to;
+      back[to] = from;
+    }
+    if (there[from] != to || back[to] != from) return {};
+  }
+  uint32_t next = 0;
+  for (uint32_t &to : there) {
+    if (to != none) continue;
+    while (back[next] != none) next++;
+    to = next++;
+  }
+  return there;
+}
+
+bool same_texture(const geometry::Mesh &a, const geometry::Mesh &b, const std::vector<uint32_t> &there) {
+  if (a.texture.size() != b.texture.size()) return false;
+  for (size_t i = 0; i < a.texture.size(); i++)
+    if (a.texture[i] != b.texture[2 * size_t(there[i / 2]) + i % 2]) return false;
+  return true;
+}
+
+} // namespace
+
+std::optional<std::vector<uint32_t>> same_connectivity(const geometry::Mesh &a, const geometry::Mesh &b) {
+  if (a.vertex_count() != b.vertex_count() || a.face_count() != b.face_count()) return {};
+  std::optional<std::vector<uint32_t>> there;
+  if (a.faces == b.faces) {
+    there.emplace(a.vertex_count());
+    std::iota(there->begin(), there->end(), 0);
+  } else {
+    there = by_corners(a, b);
+  }
+  if (there && !same_texture(a, b, *there)) there.reset();
+  return there;
+}
+
+geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t> &order,
+                         const geometry::Mesh &like) {
+  geometry::Mesh out = like;
+  for (size_t k = 0; k < out.positions.size(); k++)
+    out.positions[k] = mesh.positions[3 * size_t(order[k / 3]) + k % 3];
+  out.normals.resize(mesh.normals.size());
+  for (size_t k = 0; k < out.normals.size(); k++)
+    out.normals[k] = mesh.normals[3 * size_t(order[k / 3]) + k % 3];
+  return out;
+}
+
+bool has_runs(const scene::Capture &capture) {
+  const int64_t count = capture.frames.count;
+  for (const int64_t first : {int64_t(0), count / 2 - 1, count - 2}) {
+    if (first < 0 || first + 1 >= count) continue;
+    const auto load = [&](int64_t i) { return scene::load_mesh(capture, capture.frames.number(i)); };
+    if (same_connectivity(load(first), load(first + 1))) return true;
+  }
+  return false;
+}
+
+Geometry::Geometry(const Plan &plan, const Tiling &tiles)
+    : capture(plan.capture), tiling(tiles), choice(plan.decimation), group_size(plan.group_size),
+      tracked(plan.tracked), normals(plan.normals.bits != 0), groups(plan.group_count()) {}
+
+geometry::Mesh Geometry::source(size_t i, scene::MeshReport *report) const {
+  return scene::load_mesh(capture, capture.frames.number(int64_t(i)), nullptr, report, normals);
+}
+
+decimate::Footprint Geometry::cameras(size_t i) const {
+  return footprint(capture, tiling, capture.frames.number(int64_t(i)));
+}
+
+void Geometry::add_run(Group &group, size_t group_first, size_t first,
+                       std::vector<std::vector<uint32_t>> orders) const {
+  if (orders.size() < 2) return;
+  const auto mesh = [this, first, &orders](size_t i) {
+    return orders[i].empty() ? source(first + i) : reordered(source(first + i), orders[i], source(first));
+  };
+  const decimate::Frames frames = {orders.size(), mesh,
+                                   [this, first](size_t i) { return cameras(first + i); }};
+  std::fill_n(group.run_of.begin() + std::ptrdiff_t(first - group_first), orders.size(), group.runs.size());
+  decimate::Run run(frames, choice.budget, choice.reach);
+  group.runs.push_back({first, std::move(run), std::move(orders)});
+}
+
+void Geometry::find_runs(Group &group, size_t first, size_t count) const {
+  group.run_of.assign(count, SIZE_MAX);
+  if (!tracked) return;
+  size_t begin = first;
+  geometry::Mesh begun = source(first);
+  std::vector<std::vector<uint32_t>> orders(1);
+  for (size_t i = first + 1; i < first + count; i++) {
+    geometry::Mesh mesh = source(i);
+    if (std::optional<std::vector<uint32_t>> order = same_connectivity(begun, mesh)) {
+      if (mesh.faces == begun.faces) order->clear();
+      orders.push_back(std::move(*order));
+      continue;
+    }
+    add_run(group, first, begin, std::move(orders));
+    begin = i;
+    begun = std::move(mesh);
+    orders.assign(1, {});
+  }
+  add_run(group, first, begin, std::move(orders));
+}
+
+geometry::Mesh Geometry::load(size_t i, scene::MeshReport *report,
+                              std::optional<decimate::Report> &decimation) const {
+  geometry::Mesh mesh = source(i, report);
+  if (!choice.on) return mesh;
+  const size_t index = i / group_size, first = index * group_size;
+  Group &group = groups[index];
+  std::call_once(group.known, [&] {
+    find_runs(group, first, std::min<size_t>(group_size, size_t(capture.frames.count) - first));
+  });
+  const size_t of = group.run_of[i - first];
+  decimate::Decimated out;
+  if (of == SIZE_MAX) {
+    out = decimate::decimate(mesh, cameras(i), choice.budget, choice.reach);
+  } else {
+    const Stretch &run = group.runs[of];
+    const std::vector<uint32_t> &order = run.orders[i - run.first];
+    if (!order.empty()) mesh = reordered(mesh, order, source(run.first));
+    out = run.run.apply(mesh, i - run.first);
+  }
+  decimation = out.report;
+  return std::move(out.mesh);
+}
+
+namespace {
+
+std::string name_of(const Plan &plan, size_t i) {
+  const int64_t number = plan.capture.frames.number(int64_t(i));
+  return plan.capture.mesh_path(number) + ": frame " + std::to_string(number);
+}
+
+fvv_mesh_source borrow(const geometry::Mesh &mesh) {
+  return {mesh.positions.data(),
+          mesh.faces.data(),
+          mesh.vertex_count(),
+          mesh.face_count(),
+          mesh.texture.empty() ? nullptr : mesh.texture.data(),
+          mesh.normals.empty() ? nullptr : mesh.normals.data()};
+}
+
+fvv_mesh_options options_of(const Plan &plan, const Source &source) {
+  fvv_mesh_options options;
+  fvv_mesh_options_default(&options);
+  std::copy_n(plan.lattice.lattice.origin, 3, options.lattice_origin);
+  options.lattice_step = plan.lattice.lattice.step;
+  // Decimation has dropped specks already, by the faces that they had before.
+  options.min_component_faces = source.decimation ? 0 : plan.options.min_component;
+  options.texture_bits = plan.texture_bits;
+  options.normal_bits = plan.normals.bits;
+  return options;
+}
+
+void report_specks(const Source &source, fvv_mesh_report &report) {
+  if (!source.decimation) return;
+  report.dropped_components = uint32_t(source.decimation->dropped_pieces);
+  report.dropped_component_faces = uint32_t(source.decimation->dropped_faces);
+}
+
+MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
+  MeshFrame frame;
+  frame.source = source.report;
+  frame.decimation = source.decimation;
+  OwnedMesh holder;
+  canonicalise(plan, i, source, holder, frame.report);
+  OwnedBytes payload;
+  fvv_diagnostic diagnostic = {};
+  fvv::check(fvv_mesh_encode(&holder, plan.options.mesh_profile, plan.options.mesh_level, nullptr, &payload,
+                             &diagnostic),
+             name_of(plan, i), diagnostic);
+  frame.payload = payload.copy();
+  return frame;
+}
+
+// Frames from one source on whose connectivity is the same.
+class Run {
+public:
+  // Of one frame.
+  Run(const Plan &chosen, size_t i, Source &&begin)
+      : plan(chosen), first(i), loaded(1), source(std::move(begin)) {}
+
+  size_t size() const { return loaded.size(); }
+
+  // Takes frame first + size() when it belongs to the run.
+  bool extend(const Source &candidate) {
+    Later next;
+    next.source = candidate.report;
+    next.decimation = candidate.decimation;
+    const size_t i = first + size();
+    const geometry::Mesh &mesh = candidate.mesh;
+    const std::optional<std::vector<uint32_t>> there = same_connectivity(source.mesh, mesh);
+    if (!there) return false;
+    const std::vector<double> positions = reordered(mesh, *there, source.mesh).positions;
+    next.order = *there;
+    next.lattice.resize(positions.size());
+    const geometry::Lattice &lattice = plan.lattice.lattice;
+    fvv_diagnostic diagnostic = {};
+    fvv::check(fvv_lattice_from_metres(lattice.origin, lattice.step, positions.data(),
+                                       source.mesh.vertex_count(), next.lattice.data(), &diagnostic),
+               name_of(plan, i), diagnostic);
+    for (size_t v = 0; v < source.mesh.vertex_count(); v++) {
+      double metres[3];
+      fvv_lattice_to_metres(lattice.origin, lattice.step, &next.lattice[3 * v], metres);
+      for (size_t k = 0; k < 3; k++)
+        next.rounding = std::max(next.rounding, std::abs(metres[k] - positions[3 * v + k]));
+    }
+    loaded.push_back(std::move(next));
+    return true;
+  }
+
+  // Key and as many delta frames as pay; at least one frame.
+  std::vector<MeshFrame> encode() {
+    if (size() == 1) return {encode_alone(plan, first, source)};
+    std::vector<const int32_t *> later;
+    for (size_t i = 1; i < size(); i++) later.push_back(loaded[i].lattice.data());
+    const fvv_mesh_source borrowed = borrow(source.mesh);
+    const fvv_mesh_options options = options_of(plan, source);
+    std::vector<MeshFrame> frames(1);
+    frames[0].source = source.report;
+    frames[0].decimation = source.decimation;
+    frames[0].report.struct_size = sizeof frames[0].report;
+    fvv_diagnostic diagnostic = {};
+    OwnedMesh mesh, decoded;
+    std::vector<uint32_t> mesh_of(source.mesh.vertex_count());
+    fvv::check(fvv_mesh_canonicalise_run(&borrowed, later.data(), later.size(), &options, nullptr, &mesh,
+                                         mesh_of.data(), &frames[0].report, &diagnostic),
+               name_of(plan, first), diagnostic);
+    report_specks(source, frames[0].report);
+    std::vector<uint32_t> coded(3 * size_t(mesh.face_count));
+    OwnedBytes payload;
+    fvv::check(fvv_mesh_encode_mapped(&mesh, plan.options.mesh_profile, plan.options.mesh_level, nullptr,
+                                      &payload, &decoded, coded.data(), &diagnostic),
+               name_of(plan, first), diagnostic);
+    frames[0].payload = payload.copy();
+    frames[0].origins = origins_of(mesh_of, coded, decoded.vertex_count, mesh.vertex_count);
+    follow(decoded, frames);
+    return frames;
+  }
+
+private:
+  struct Later {
+    scene::MeshReport source;
+    std::optional<decimate::Report> decimation;
+    std::vector<int32_t> lattice; // in the order of the first frame's vertices
+    std::vector<uint32_t> order;  // vertex of the first frame -> vertex of this one
+    double rounding = 0;          // metres, by which the lattice differs from the file
+  };
+
+  // Of the vertices that were welded the first stands for all.
+  static std::shared_ptr<const std::vector<uint32_t>> origins_of(const std::vector<uint32_t> &mesh_of,
+                                                                 const std::vector<uint32_t> &coded,
+                                                                 size_t decoded_count, size_t mesh_count) {
+    std::vector<uint32_t> source_of(mesh_count);
+    for (size_t v = mesh_of.size(); v-- > 0;)
+      if (mesh_of[v] != UINT32_MAX) source_of[mesh_of[v]] = uint32_t(v);
+    auto origins = std::make_shared<std::vector<uint32_t>>(decoded_count);
+    for (size_t v = 0; v < decoded_count; v++) (*origins)[v] = source_of[coded[v]];
+    return origins;
+  }
+
+  void follow(const fvv_mesh &key, std::vector<MeshFrame> &frames) const {
+    fvv_diagnostic diagnostic = {};
+    fvv_mesh_sequence *opened = nullptr;
+    const fvv_status status = fvv_mesh_sequence_open(&key, nullptr, &opened, &diagnostic);
+    const std::unique_ptr<fvv_mesh_sequence, void (*)(fvv_mesh_sequence *)> sequence(opened,
+                                                                                     fvv_mesh_sequence_close);
+    fvv::check(status, name_of(plan, first), diagnostic);
+    const std::vector<uint32_t> origins = *frames[0].origins;
+    fvv_mesh_delta_options options;
+    fvv_mesh_delta_options_default(&options);
+    options.max_error = plan.lattice.delta_error;
+    OwnedBytes payload;
+    for (size_t i = 1; i < size(); i++) {
+      std::vector<int32_t> wanted(3 * origins.size());
+      for (size_t k = 0; k < wanted.size(); k++)
+        wanted[k] = loaded[i].lattice[3 * size_t(origins[k / 3]) + k % 3];
+      fvv::check(fvv_mesh_sequence_encode(sequence.get(), wanted.data(), &options, &payload, &diagnostic),
+                 name_of(plan, first + i), diagnostic);
+      uint32_t off = 0;
+      const int32_t *got = fvv_mesh_sequence_mesh(sequence.get())->positions;
+      for (size_t k = 0; k < wanted.size(); k++) off = std::max(off, uint32_t(std::abs(got[k] - wanted[k])));
+      if (off > options.max_error || payload.size >= frames[0].payload.size()) return;
+      MeshFrame frame;
+      frame.key = false;
+      frame.source = loaded[i].source;
+      frame.decimation = loaded[i].decimation;
+      frame.report = frames[0].report;
+      frame.report.max_error = loaded[i].rounding + off * plan.lattice.lattice.step;
+      frame.payload = payload.copy();
+      auto own = std::make_shared<std::vector<uint32_t>>(origins);
+      for (uint32_t &vertex : *own) vertex = loaded[i].order[vertex];
+      frame.origins = *own == origins ? frames[0].origins : own;
+      frames.push_back(std::move(frame));
+    }
+  }
+
+  const Plan &plan;
+  size_t first;
+  std::vector<Later> loaded; // of the first frame nothing
+  Source source;
+};
+
+} // namespace
+
+Source load_source(const Plan &plan, size_t i) {
+  Source source;
+  source.mesh = plan.geometry->load(i, &source.report, source.decimation);
+  if (plan.normals.bits && source.mesh.normals.empty())
+    throw Error(name_of(plan, i) + ": expected a normal for every corner as in the first frame, found " +
+                "none (--normals never sends none)");
+  return source;
+}
+
+void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &mesh, fvv_mesh_report &report) {
+  const fvv_mesh_source borrowed = borrow(source.mesh);
+  const fvv_mesh_options options = options_of(plan, source);
+  report.struct_size = sizeof report;
+  fvv_diagnostic diagnostic = {};
+  fvv::check(fvv_mesh_canonicalise(&borrowed, &options, nullptr, &mesh, &report, &diagnostic),
+             name_of(plan, i), diagnostic);
+  report_specks(source, report);
+}
+
+std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count) {
+  std::vector<MeshFrame> frames;
+  std::optional<Source> next; // of the frame behind those in frames, when it was looked at already
+  while (frames.size() < count) {
+    const size_t begin = first + frames.size();
+    Run run(plan, begin, next ? std::move(*next) : load_source(plan, begin));
+    for (next.reset(); begin + run.size() < first + count; next.reset()) {
+      next = load_source(plan, begin + run.size());
+      if (!run.extend(*next)) break;
+    }
+    std::vector<MeshFrame> coded = run.encode();
+    if (coded.size() < run.size()) next.reset();
+    std::move(coded.begin(), coded.end(), std::back_inserter(frames));
+  }
+  return frames;
+}
+
+} // namespace fvv::mux

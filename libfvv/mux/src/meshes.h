@@ -1,0 +1,95 @@
+// fvvmux/connectivity.h: do two frames have the same faces and differ in nothing but where their vertices
+// lie?
+#pragma once
+
+#include "fvv/mesh.h"
+#include "fvv_mux/plan.h"
+#include "fvv_scene/capture.h"
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+namespace fvv::mux {
+
+// For each vertex of a the vertex of b that it has become, when every face of b is that of a at the same
+// place and texture coordinates agree: identical faces, or identical up to the order of vertices. Otherwise
+// nothing.
+std::optional<std::vector<uint32_t>> same_connectivity(const geometry::Mesh &a, const geometry::Mesh &b);
+
+// The mesh with its vertices in another order: vertex v is order[v] of mesh. Faces are those of like, which
+// has the same connectivity.
+geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t> &order,
+                         const geometry::Mesh &like);
+
+// Looks at three pairs of neighbouring frames, first, middle and last: does any share its connectivity?
+bool has_runs(const scene::Capture &capture);
+
+// Frames of a group that follow each other and have the same connectivity (connectivity.h) are a run, and
+// have the same faces after decimation, in the order of the first one's vertices: they could not be coded as
+// motion otherwise. All else is decimated frame by frame. What a frame becomes depends on the frames of its
+// group alone, whatever is asked first.
+class Geometry {
+public:
+  // plan: all but its tracks and this are chosen. tiling: of the cameras.
+  Geometry(const Plan &plan, const Tiling &tiling);
+
+  // Loads frame i (counted from 0). report may be NULL; decimation is filled when the choice is to decimate.
+  // Several threads may call it. Throws Error.
+  geometry::Mesh load(size_t i, scene::MeshReport *report, std::optional<decimate::Report> &decimation) const;
+
+private:
+  struct Stretch {
+    size_t first; // frame
+    decimate::Run run;
+    std::vector<std::vector<uint32_t>> orders; // of each frame's vertices; empty: as those of the first
+  };
+  struct Group {
+    std::once_flag known;
+    std::vector<Stretch> runs;
+    std::vector<size_t> run_of; // for each frame of the group; SIZE_MAX: none
+  };
+  void find_runs(Group &group, size_t first, size_t count) const;
+  void add_run(Group &group, size_t group_first, size_t first,
+               std::vector<std::vector<uint32_t>> orders) const;
+  geometry::Mesh source(size_t i, scene::MeshReport *report = nullptr) const;
+  decimate::Footprint cameras(size_t i) const;
+
+  const scene::Capture capture;
+  const Tiling tiling;
+  const DecimationChoice choice;
+  const uint32_t group_size;
+  const bool tracked, normals; // otherwise nobody looks for runs; reads normals
+  mutable std::deque<Group> groups;
+};
+
+struct MeshFrame {
+  std::vector<uint8_t> payload;
+  bool key = true;
+  scene::MeshReport source;
+  std::optional<decimate::Report> decimation; // when the plan is to decimate
+  fvv_mesh_report report = {};
+  // In a run of frames with the same connectivity: for each vertex of the decoded mesh, which vertex of the
+  // frame's source it is. Otherwise nothing.
+  std::shared_ptr<const std::vector<uint32_t>> origins;
+};
+
+// The mesh of frame i (counted from 0), decimated when that is the plan: what the stream is to have. Failures
+// name file, frame and element, as those of all that follow.
+struct Source {
+  geometry::Mesh mesh;
+  scene::MeshReport report;
+  std::optional<decimate::Report> decimation;
+};
+Source load_source(const Plan &plan, size_t i);
+
+// Brings it onto the lattice.
+void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &mesh, fvv_mesh_report &report);
+
+// Frames first ... first + count - 1 of one group. Neighbours with the same connectivity become a run
+// of a key frame and delta frames behind it; a run ends early, and another begins, where a delta frame takes
+// no fewer bytes than its key frame, or a vertex would lie further off than the plan allows.
+std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count);
+
+} // namespace fvv::mux

@@ -1,0 +1,36 @@
+// fvvmux/frames.h: the pictures of a frame of a capture as the stream has them, in one video frame. Every
+// function is pure and may run on any thread. Knows nothing of the container.
+#pragma once
+
+#include "fvv_mux/plan.h"
+
+namespace fvv::mux {
+
+// How far from the silhouette, in pixels of the capture's pictures, a picture stays as it is. Matting leaves
+// soft edges, and masks are rarely better than a few pixels.
+constexpr uint32_t background_margin = 8;
+// What becomes of the rest: never automatic.
+Background background_of(const Options &options);
+
+// The video frame of frame i, for samples of media::with_sample_type; mask only when asked for and when a
+// camera has masks.
+template <class Sample> struct Picture {
+  media::BasicImage<Sample> image;
+  media::Image mask;
+};
+template <class Sample>
+Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask);
+
+// A picture or mask of a camera, as the plan's cameras see it: without lens, when asked for. camera: index in
+// the capture; frame: its number in file names.
+template <class Sample>
+media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene::PictureSource &source,
+                                    int64_t frame, int channels);
+
+// The picture of the capture's atlas, for the same samples. frame: its number in file names.
+template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
+
+// Encodes frames first ... first + count - 1 of a track as one group.
+media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count);
+
+} // namespace fvv::mux

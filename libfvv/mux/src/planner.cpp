@@ -1,0 +1,288 @@
+#include "fvv/mesh.h"
+#include "fvv_cxx/error.h"
+#include "fvv_cxx/format.h"
+#include "fvv_mux/plan.h"
+#include "fvv_scene/text.h"
+#include "mux/src/background.h"
+#include "mux/src/choices.h"
+#include "mux/src/layout.h"
+#include "mux/src/meshes.h"
+#include "mux/src/pictures.h"
+#include "mux/src/sample_frames.h"
+#include "mux/src/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fvv::mux {
+
+namespace {
+
+// A camera of a stream has one lens model (fvv.md clause 9.4).
+bool changes_lens(const scene::Camera &camera) {
+  return std::any_of(camera.per_frame.begin(), camera.per_frame.end(),
+                     [&](const auto &entry) { return entry.second.lens != camera.calibration.lens; });
+}
+
+bool leave_out_changing(scene::Capture &capture, const Observer &observer) {
+  std::string names;
+  for (const scene::Camera &camera : capture.cameras)
+    if (changes_lens(camera)) names += (names.empty() ? "" : ", ") + scene::describe(camera);
+  if (names.empty()) return false;
+  observer.warn(capture.path + ": left out, because their lens models change from frame to frame: " + names);
+  std::vector<scene::Camera> &cameras = capture.cameras;
+  cameras.erase(std::remove_if(cameras.begin(), cameras.end(), changes_lens), cameras.end());
+  return true;
+}
+
+// Leaves out the frames, cameras, pictures and meshes that options exclude, and what a stream cannot carry,
+// the latter with a warning; sorts the cameras into the order of the stream. Returns whether it warned.
+// Throws Error (usage) for options that do not fit the capture, and when nothing is left.
+bool select(scene::Capture &capture, const Options &options, const Observer &observer) {
+  if (options.frames) scene::restrict_frames(capture, *options.frames);
+  scene::restrict_cameras(capture, options.cameras);
+  const bool left_out = leave_out_changing(capture, observer);
+  if (!options.meshes) capture.meshes.reset();
+  if (!options.meshes || !options.pictures) capture.atlas.reset();
+  if (!options.environment) capture.background.reset();
+  bool pictures = false;
+  for (scene::Camera &camera : capture.cameras) {
+    if (!options.pictures || !camera.texture) {
+      camera.pictures.reset();
+      camera.masks.reset();
+    }
+    pictures = pictures || camera.pictures;
+    const bool fills = options.background == Background::flat || options.background == Background::smooth;
+    if (fills && camera.pictures && !camera.masks)
+      throw Error(std::string("--background ") +
+                      (options.background == Background::flat ? "flat: " : "smooth: ") +
+                      scene::describe(camera) + " has no masks",
+                  Error::usage);
+  }
+  if (!pictures && !capture.meshes)
+    throw Error(capture.path + ": nothing is left to write" +
+                    (!options.meshes && !options.pictures ? " without meshes and pictures"
+                     : !options.meshes                    ? " without meshes"
+                     : !options.pictures                  ? " without pictures"
+                                                          : ""),
+                Error::usage);
+  std::sort(capture.cameras.begin(), capture.cameras.end(),
+            [](const auto &a, const auto &b) { return a.calibration.id < b.calibration.id; });
+  return left_out;
+}
+
+constexpr size_t sample_size = 25; // frames
+
+// True when there was a warning.
+bool look_at_files(Plan &plan, bool sub_range) {
+  const scene::Capture &capture = plan.capture;
+  const scene::Findings findings = scene::check_files(
+      capture,
+      [](const std::string &path) {
+        const media::ImageInfo info = media::probe_image(path);
+        return scene::PictureSize{info.width, info.height, info.orientation};
+      },
+      [&](const std::string &path, std::optional<uint32_t> stream) {
+        return plan.videos->facts(path, stream);
+      });
+  plan.sources = findings.videos;
+  if (!findings.problems.empty()) {
+    std::string lines;
+    for (const std::string &problem : findings.problems)
+      lines += (lines.empty() ? "" : "\nfvvmux: ") + capture.path + ": " + problem;
+    throw Error(lines);
+  }
+  std::vector<std::string> warnings = findings.warnings;
+  // With a sub-range, frames that are not used are what the user wants.
+  if (!sub_range) warnings.insert(warnings.end(), findings.unused.begin(), findings.unused.end());
+  for (const std::string &warning : warnings) plan.observer.warn(capture.path + ": " + warning);
+  return !warnings.empty();
+}
+
+uint16_t scaled(uint32_t size, double scale) {
+  return uint16_t(std::max(1.0, std::round(size * scale)));
+}
+
+uint32_t frames_per_second(const fvv_rational &duration) {
+  const double rate = double(duration.denominator) / duration.numerator;
+  return uint32_t(std::clamp(std::round(rate), 1.0, 1000.0));
+}
+
+template <class SampleType> struct Sample {
+  std::vector<size_t> frames;
+  std::vector<media::BasicImage<SampleType>> images;
+  std::vector<media::Image> masks; // empty: whole pictures count
+};
+
+// The whole picture of the first frame; the others are to have the same size. Chroma of two pixels a side
+// needs even sides, which scaling gives: texture coordinates are fractions of the picture.
+Tiling arrange_atlas(const Plan &plan) {
+  const Options &options = plan.options;
+  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.first);
+  const auto side = [&](uint32_t size) {
+    const uint16_t wanted = scaled(size, options.atlas_scale);
+    return media::find_video_codec(options.codec)->is_stills() ? wanted : uint16_t(std::max(2, wanted & ~1));
+  };
+  Tiling tiling;
+  tiling.width = side(picture.width);
+  tiling.height = side(picture.height);
+  tiling.tiles = {{UINT16_MAX,
+                   {0, 0, uint16_t(picture.width), uint16_t(picture.height)},
+                   {0, 0, uint16_t(tiling.width), uint16_t(tiling.height)}}};
+  return tiling;
+}
+
+// An atlas cannot be spread over tracks as cameras can. Some decoders take more than they must, so it is
+// sent.
+bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
+  const FrameLimit limit = decoder_limit(plan.options, plan.capture.frame_duration);
+  if (fits(tiling.width, tiling.height, limit)) return false;
+  const fvv_rect &whole = tiling.tiles[0].source;
+  int percent = 99;
+  while (percent && !fits(scaled(whole.width, percent / 100.0), scaled(whole.height, percent / 100.0), limit))
+    percent--;
+  const std::string advice =
+      percent ? fvv::format(" (--atlas-scale %g keeps it)", percent / 100.0) : std::string();
+  plan.observer.warn(plan.capture.path + ": the atlas is sent with " + std::to_string(tiling.width) + "x" +
+                     std::to_string(tiling.height) + " pixels, and not all players can show more than " +
+                     limit_text(limit) + advice);
+  return true;
+}
+
+template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, const VideoTrack &track) {
+  Sample<SampleType> sample;
+  bool foreground = false;
+  // What a bit rate leaves to a group is for all of its frames. A quality is judged by a whole group, too,
+  // because pictures get better in its course, and by one from the middle, when the action is on.
+  const size_t group = plan.options.bit_rate ? 0 : plan.group_count() / 2;
+  const size_t count =
+      plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(group), sample_size);
+  for (size_t i = plan.first_of(group); i < plan.first_of(group) + count; i++) {
+    Picture<SampleType> picture = load_picture<SampleType>(plan, track, i, true);
+    sample.frames.push_back(i);
+    sample.images.push_back(std::move(picture.image));
+    if (picture.mask.pixels.empty()) continue;
+    const std::vector<uint8_t> &mask = picture.mask.pixels;
+    foreground = foreground || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
+    sample.masks.push_back(std::move(picture.mask));
+  }
+  // Nobody is on stage yet: then all that can be judged is the whole picture.
+  if (!foreground) sample.masks.clear();
+  return sample;
+}
+
+// Of the bits that are for all tracks; by the pixels.
+uint64_t share_of_rate(const Plan &plan, const VideoTrack &track) {
+  const auto pixels = [](const VideoTrack &one) { return uint64_t(one.tiling.width) * one.tiling.height; };
+  uint64_t all = 0;
+  for (const VideoTrack &one : plan.tracks) all += pixels(one);
+  return uint64_t(double(plan.options.bit_rate) * double(pixels(track)) / double(all));
+}
+
+// Where a search begins that knows nothing yet: the middle of the codec's scale.
+int middle_quality(uint32_t codec) {
+  const media::VideoCodec &known = *media::find_video_codec(codec);
+  return (known.finest + known.coarsest) / 2;
+}
+
+template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoTrack &track) {
+  const Options &options = plan.options;
+  VideoChoice choice;
+  choice.settings = {options.codec,
+                     track.tiling.width,
+                     track.tiling.height,
+                     int(options.quality.value),
+                     plan.capture.frame_duration,
+                     options.bit_depth,
+                     share_of_rate(plan, track)};
+  Sample<SampleType> sample = load_sample<SampleType>(plan, track);
+  choice.masks = !sample.masks.empty();
+  choice.sample_frames = uint32_t(sample.images.size());
+  media::EncodedGroup encoded;
+  try {
+    if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
+    const bool search = options.quality.is_psnr && !options.bit_rate;
+    media::MeasuredGroup measured =
+        search ? media::choose_quality(choice.settings, sample.images, options.quality.value, sample.masks)
+               : media::encode_measured(choice.settings, sample.images, sample.masks);
+    choice.settings.quality = int(std::lround(measured.group.quality));
+    choice.sample_psnr = measured.psnr;
+    choice.record = measured.group.record;
+    choice.codec_string = measured.group.codec_string;
+    encoded = std::move(measured.group);
+  } catch (const Error &error) {
+    throw Error(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
+                std::to_string(sample.images.size()) + " frames: " + error.what());
+  }
+  choice.frames = std::make_shared<SampleFrames>();
+  // A rate is searched anew from the quality found here, which may come to another one; stills are encoded
+  // one by one.
+  const size_t group = sample.frames[0] / plan.group_size;
+  if (!options.bit_rate && !media::find_video_codec(options.codec)->is_stills() &&
+      sample.frames.size() == plan.frames_of(group)) {
+    choice.frames->keep_encoded(sample.frames[0], std::move(encoded));
+    return choice;
+  }
+  for (size_t k = 0; k < sample.frames.size(); k++)
+    choice.frames->keep(sample.frames[k], std::move(sample.images[k]));
+  return choice;
+}
+
+} // namespace
+
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
+  return media::with_sample_type(plan.options.codec, plan.options.bit_depth,
+                                 [&](auto sample) { return choose_as<decltype(sample)>(plan, track); });
+}
+
+Plan make_plan(const Options &options, const Observer &observer) {
+  Plan plan;
+  plan.observer = observer;
+  plan.options = options;
+  plan.videos = std::make_shared<scene::Videos>(options.threads);
+  plan.capture = scene::load_capture(scene::description_file(options.capture));
+  const bool left_out = select(plan.capture, options, plan.observer);
+  plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
+  if (options.undistort)
+    plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, options.undistort_alpha);
+  if (plan.has_meshes()) {
+    plan.winding = choose_winding(options, plan.capture);
+    plan.capture.flip_faces = plan.winding.flip;
+    plan.warned = warn_of_winding(plan) || plan.warned;
+  }
+  plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
+  Tiling cameras = whole_pictures(plan.capture, options);
+  if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);
+  plan.frame_limit = frame_limit(options, plan.capture.frame_duration);
+  bound(plan, cameras);
+  plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
+  plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
+  plan.normals = choose_normals(options, plan.capture);
+  if (plan.has_meshes()) {
+    plan.decimation = choose_decimation(options, plan.capture, cameras, plan.lattice, plan.normals);
+    plan.geometry = std::make_shared<Geometry>(plan, cameras);
+  }
+  plan.visibility = choose_visibility(options, plan.capture, cameras);
+  plan.tracks = tile_tracks(plan, cameras);
+  if (plan.capture.atlas) {
+    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}, {}});
+    plan.warned = warn_of_atlas(plan, plan.tracks.back().tiling) || plan.warned;
+    fvv_mesh_options defaults;
+    fvv_mesh_options_default(&defaults);
+    plan.texture_bits = options.texture_bits
+                            ? options.texture_bits
+                            : plan.capture.atlas->texture_bits.value_or(defaults.texture_bits);
+  }
+  if (plan.capture.background) {
+    plan.background = pack_background(plan.capture);
+    for (const std::string &warning : plan.background->warnings) plan.observer.warn(warning);
+    plan.warned = plan.warned || !plan.background->warnings.empty();
+  }
+  return plan;
+}
+
+Quality default_quality(uint32_t codec) {
+  return codec == FVV_CODEC_OEXR ? Quality{false, 0} : Quality{};
+}
+
+} // namespace fvv::mux

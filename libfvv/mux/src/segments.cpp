@@ -1,0 +1,187 @@
+#include "fvv_mux/segments.h"
+#include "fvv/container.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+namespace fvv::mux {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr size_t portion = 1 << 20;
+constexpr uint64_t chunk_header = 32; // bytes
+constexpr uint64_t largest_configuration = 64 << 20;
+
+std::string hex(uint32_t value) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%08x", value);
+  return text;
+}
+
+std::string group_name(size_t index) {
+  char text[32];
+  std::snprintf(text, sizeof text, "group-%06zu.fvv", index);
+  return text;
+}
+
+// The version that the writer followed. Every chunk of the stream passes the push reader: what is cut up is
+// good.
+struct Checked {
+  uint16_t major = 0, minor = 0;
+};
+Checked check_stream(const InputFile &file) {
+  fvv_reader *created = nullptr;
+  if (fvv_reader_create(nullptr, nullptr, 0, &created) < 0) throw std::bad_alloc();
+  const std::unique_ptr<fvv_reader, void (*)(fvv_reader *)> reader(created, fvv_reader_destroy);
+  const fvv_input input = file.input();
+  std::vector<uint8_t> bytes(portion);
+  Checked checked;
+  for (uint64_t offset = 0;;) {
+    fvv_event event;
+    fvv_diagnostic diagnostic;
+    const fvv_status status = fvv_reader_next(reader.get(), &event, &diagnostic);
+    if (status == FVV_END) return checked;
+    if (status == FVV_NEED_DATA) {
+      const size_t size = static_cast<size_t>(std::min<uint64_t>(portion, file.size() - offset));
+      if (!size) {
+        fvv_reader_finish(reader.get());
+        continue;
+      }
+      if (input.read_at(input.user, offset, bytes.data(), size) < 0)
+        throw Error(file.path() + ": cannot read");
+      if (fvv_reader_push(reader.get(), bytes.data(), size) < 0) throw std::bad_alloc();
+      offset += size;
+      continue;
+    }
+    fvv::check(status, file.path(), diagnostic);
+    if (event.kind == FVV_EVENT_DAMAGE) fvv::fail(file.path(), event.diagnostic);
+    if (event.kind == FVV_EVENT_HEADER) checked = {event.written_major, event.written_minor};
+  }
+}
+
+std::vector<uint8_t> read(const InputFile &file, uint64_t offset, uint64_t size) {
+  std::vector<uint8_t> bytes(static_cast<size_t>(size));
+  const fvv_input input = file.input();
+  if (size && input.read_at(input.user, offset, bytes.data(), bytes.size()) < 0)
+    throw Error(file.path() + ": cannot read");
+  return bytes;
+}
+
+// Copies a range of the stream into a file; answers its entry in the manifest.
+Json copy(const InputFile &file, uint64_t offset, uint64_t size, const WriteFile &write_file,
+          const std::string &name) {
+  uint32_t crc = 0;
+  write_file(name, [&](const Sink &sink) {
+    for (uint64_t done = 0; done < size;) {
+      const std::vector<uint8_t> bytes = read(file, offset + done, std::min<uint64_t>(portion, size - done));
+      sink(bytes.data(), bytes.size());
+      crc = fvv_crc32c(crc, bytes.data(), bytes.size());
+      done += bytes.size();
+    }
+  });
+  return {{"file", name}, {"bytes", size}, {"crc32c", hex(crc)}};
+}
+
+// The block that holds for a group: from its SCEN to the group.
+std::vector<uint8_t> block_of(const InputFile &file, const fvv_group_info &group) {
+  const uint64_t size = group.offset - group.configuration_offset;
+  if (size > largest_configuration)
+    throw Error(file.path() + ": a configuration of " + std::to_string(size) + " bytes, expected at most " +
+                std::to_string(largest_configuration));
+  return read(file, group.configuration_offset, size);
+}
+
+// The environments, each a file of its own with the one chunk: whoever begins in the middle fetches it there.
+Json copy_backgrounds(const InputFile &file, fvv_file *stream, const WriteFile &write_file) {
+  Json list = Json::array();
+  std::vector<uint16_t> known;
+  for (size_t i = 0; i < fvv_file_group_count(stream); i++) {
+    const fvv_chunk_info *chunks = nullptr;
+    size_t count = 0;
+    fvv_diagnostic diagnostic = {};
+    fvv::check(fvv_file_group_chunks(stream, i, &chunks, &count, &diagnostic), file.path(), diagnostic);
+    for (size_t k = 0; k < count; k++) {
+      const fvv_chunk_info &chunk = chunks[k];
+      if (chunk.type != FVV_CHUNK_BACKGROUND ||
+          std::find(known.begin(), known.end(), chunk.track) != known.end())
+        continue;
+      known.push_back(chunk.track);
+      const uint64_t size = (chunk_header + chunk.size + 7) / 8 * 8;
+      Json entry =
+          copy(file, chunk.offset, size, write_file, "background-" + std::to_string(chunk.track) + ".fvv");
+      entry["track"] = chunk.track;
+      list.push_back(std::move(entry));
+    }
+  }
+  return list;
+}
+
+Json scene_of(const InputFile &file, fvv_file *stream) {
+  const fvv_chunk_info *chunks = nullptr;
+  size_t count = 0;
+  const uint8_t *payload = nullptr;
+  fvv_diagnostic diagnostic = {};
+  fvv_scene scene;
+  fvv::check(fvv_file_configuration(stream, 0, &chunks, &count, &diagnostic), file.path(), diagnostic);
+  fvv::check(fvv_file_read_chunk(stream, &chunks[0], &payload, &diagnostic), file.path(), diagnostic);
+  fvv::check(fvv_scene_decode(&scene, payload, static_cast<size_t>(chunks[0].size), &diagnostic), file.path(),
+             diagnostic);
+  return {{"time_base", {scene.time_base.numerator, scene.time_base.denominator}},
+          {"frame_duration", std::to_string(scene.frame_duration)}};
+}
+
+} // namespace
+
+bool is_stream(const std::string &path) {
+  constexpr std::string_view extension = ".fvv";
+  return path.size() > extension.size() &&
+         path.compare(path.size() - extension.size(), extension.size(), extension) == 0;
+}
+
+Segments write_segments(const InputFile &file, const WriteFile &write_file) {
+  const std::string &stream = file.path();
+  const Checked checked = check_stream(file);
+  const fvv_input input = file.input();
+  fvv_file *opened = nullptr;
+  fvv_diagnostic diagnostic = {};
+  const fvv_status status = fvv_file_open(&input, nullptr, nullptr, &opened, &diagnostic);
+  const std::unique_ptr<fvv_file, void (*)(fvv_file *)> handle(opened, fvv_file_close);
+  fvv::check(status, stream, diagnostic);
+  const size_t groups = fvv_file_group_count(opened);
+  if (!groups) throw Error(stream + ": there are no groups to make segments of");
+  const fvv_group_info first = *fvv_file_group(opened, 0);
+  const std::vector<uint8_t> block = block_of(file, first);
+
+  Json manifest = {{"fvv_segments", 1},
+                   {"media_type", "model/vnd.fvv"},
+                   {"format", std::to_string(checked.major) + "." + std::to_string(checked.minor)}};
+  manifest.update(scene_of(file, opened));
+  manifest["configuration"] = copy(file, 0, first.offset, write_file, "configuration.fvv");
+  manifest["groups"] = Json::array();
+  uint64_t bytes = first.offset;
+  uint64_t known = first.configuration_offset; // of the block that was compared last
+  for (size_t i = 0; i < groups; i++) {
+    const fvv_group_info &group = *fvv_file_group(opened, i);
+    if (group.configuration_offset != known && block_of(file, group) != block)
+      throw Error(stream + ": the configuration changes in front of group " + std::to_string(i) +
+                  ": segments have one for all groups");
+    known = group.configuration_offset;
+    Json entry = copy(file, group.offset, group.size, write_file, group_name(i));
+    entry["sequence"] = group.sequence;
+    entry["start"] = std::to_string(group.start);
+    entry["end"] = std::to_string(group.end);
+    entry["frames"] = group.frame_count;
+    manifest["groups"].push_back(std::move(entry));
+    bytes += group.size;
+  }
+  const Json backgrounds = copy_backgrounds(file, opened, write_file);
+  if (!backgrounds.empty()) manifest["backgrounds"] = backgrounds;
+  const std::string text = manifest.dump(1) + "\n";
+  write_file("manifest.json", [&](const Sink &sink) { sink(text.data(), text.size()); });
+  return {groups, bytes};
+}
+
+} // namespace fvv::mux

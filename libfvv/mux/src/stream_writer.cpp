@@ -1,0 +1,263 @@
+#include "mux/src/stream_writer.h"
+#include "fvv/mesh.h"
+#include "fvv_cxx/error.h"
+#include "mux/src/background.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace fvv::mux {
+
+fvv_camera described(const scene::Capture &capture, const scene::Camera &camera) {
+  fvv_camera out = camera.calibration;
+  for (int64_t i = capture.frames.count; camera.moves() && i-- > 0;)
+    if (camera.is_calibrated(capture.frames.number(i))) out = camera.calibration_at(capture.frames.number(i));
+  out.flags = camera.moves() ? FVV_CAMERA_MOVES : 0;
+  return out;
+}
+
+bool any_moves(const scene::Capture &capture) {
+  return std::any_of(capture.cameras.begin(), capture.cameras.end(), [](const auto &c) { return c.moves(); });
+}
+
+std::vector<fvv_camera> MovingCameras::cameras_at(int64_t number) const {
+  std::vector<fvv_camera> out;
+  for (const scene::Camera &camera : capture.cameras)
+    if (camera.moves() && camera.is_calibrated(number)) out.push_back(camera.calibration_at(number));
+  return out;
+}
+
+MovingCameras::MovingCameras(const scene::Capture &source, double lattice_step)
+    : capture(source), encoder(nullptr, fvv_calibration_destroy) {
+  std::vector<fvv_camera> all;
+  for (const scene::Camera &camera : capture.cameras) constant.push_back(described(capture, camera));
+  for (const int64_t number : capture.frames.numbers())
+    for (const fvv_camera &camera : cameras_at(number)) all.push_back(camera);
+  fvv_calibration_choose(all.data(), all.size(), lattice_step / 128, calibration_error, &bits);
+  fvv_calibration *created = nullptr;
+  const fvv_status status = fvv_calibration_create(constant.data(), constant.size(), nullptr, &created);
+  encoder.reset(created);
+  fvv::check(status, capture.path, {});
+}
+
+// What stands in a CALB does not depend on those before, but for how it is written.
+std::vector<fvv_camera> MovingCameras::decoded(size_t frame) const {
+  std::vector<fvv_camera> cameras = cameras_at(capture.frames.number(int64_t(frame)));
+  fvv_calibration *created = nullptr;
+  fvv_diagnostic diagnostic = {};
+  OwnedBytes scratch;
+  fvv_status status = fvv_calibration_create(constant.data(), constant.size(), nullptr, &created);
+  const decltype(encoder) key(created, fvv_calibration_destroy);
+  if (status == FVV_OK)
+    status =
+        fvv_calibration_encode(created, &bits, cameras.data(), cameras.size(), true, &scratch, &diagnostic);
+  fvv::check(status, capture.path, diagnostic);
+  for (fvv_camera &camera : cameras)
+    fvv::check(fvv_calibration_camera(created, camera.id, &camera), capture.path, {});
+  return cameras;
+}
+
+const fvv_bytes &MovingCameras::payload(size_t frame, bool key) {
+  const int64_t number = capture.frames.number(int64_t(frame));
+  const std::vector<fvv_camera> cameras = cameras_at(number);
+  fvv_diagnostic diagnostic = {};
+  const fvv_status status =
+      fvv_calibration_encode(encoder.get(), &bits, cameras.data(), cameras.size(), key, &bytes, &diagnostic);
+  if (status < 0) throw Error(capture.path + ": frame " + std::to_string(number) + ": " + diagnostic.message);
+  return bytes;
+}
+
+namespace {
+
+// A record from one of libfvv's encoders, which say how many bytes they need.
+template <class Encode> std::vector<uint8_t> record(const std::string &name, const Encode &encode) {
+  std::vector<uint8_t> out;
+  size_t size = 0;
+  fvv_diagnostic diagnostic = {};
+  fvv_status status = encode(nullptr, 0, &size, &diagnostic);
+  if (status == FVV_ERROR_BUFFER_TOO_SMALL) {
+    out.resize(size);
+    diagnostic = {};
+    status = encode(out.data(), out.size(), &size, &diagnostic);
+  }
+  fvv::check(status, name, diagnostic);
+  return out;
+}
+
+} // namespace
+
+// No exception may cross libfvv: it waits here until the writer has returned.
+fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
+  auto *self = static_cast<StreamWriter *>(user);
+  try {
+    self->sink(bytes, size);
+    return FVV_OK;
+  } catch (...) {
+    self->failure = std::current_exception();
+    return FVV_ERROR_IO;
+  }
+}
+
+StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here)
+    : plan(chosen), sink(out_of_here), writer(nullptr, fvv_writer_destroy) {
+  const fvv_output out = {write, this};
+  fvv_writer *created = nullptr;
+  const fvv_status status = fvv_writer_create(&out, nullptr, &created, &diagnostic);
+  writer.reset(created);
+  check(status);
+  if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
+  write_configuration();
+}
+
+void StreamWriter::check(fvv_status status) {
+  if (status >= 0) return;
+  if (failure) std::rethrow_exception(failure);
+  fvv::check(status, "output", diagnostic);
+}
+
+void StreamWriter::configure(uint32_t type, uint16_t track, const std::vector<uint8_t> &payload) {
+  check(fvv_writer_configuration(writer.get(), type, track, 0, payload.data(), payload.size(), &diagnostic));
+}
+
+void StreamWriter::write_track(uint16_t id, uint8_t kind, const std::string &name) {
+  const fvv_track track = {id, kind, name.data(), name.size()};
+  configure(FVV_CHUNK_TRACK, id,
+            record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              return fvv_track_encode(&track, out, size, written, d);
+            }));
+}
+
+void StreamWriter::write_configuration() {
+  const scene::Capture &capture = plan.capture;
+  fvv_scene scene = {};
+  scene.time_base = capture.frame_duration;
+  scene.frame_duration = 1;
+  std::copy_n(plan.lattice.lattice.origin, 3, scene.lattice_origin);
+  scene.lattice_step = plan.lattice.lattice.step;
+  scene.up_axis = capture.up;
+  scene.flags = capture.scale_unknown ? FVV_SCENE_SCALE_UNKNOWN : 0;
+  configure(FVV_CHUNK_SCENE, 0,
+            record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              return fvv_scene_encode(&scene, out, size, written, d);
+            }));
+  if (plan.has_meshes()) write_track(mesh_track, FVV_TRACK_MESH, "mesh");
+  for (const VideoTrack *track : video_tracks())
+    if (track_id(*track) < calibration_track) write_video_track(*track);
+  if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
+  if (plan.visibility.on) write_track(visibility_track, FVV_TRACK_VISIBILITY, "visibility");
+  if (plan.background) write_track(background_track, FVV_TRACK_BACKGROUND, "environment");
+  for (const VideoTrack *track : video_tracks())
+    if (track_id(*track) > calibration_track) write_video_track(*track);
+  for (const scene::Camera &source : capture.cameras) {
+    const fvv_camera camera = described(capture, source);
+    configure(FVV_CHUNK_CAMERA, 0,
+              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+                return fvv_camera_encode(&camera, out, size, written, d);
+              }));
+  }
+  for (const VideoTrack *track : video_tracks()) write_video(*track);
+  if (const std::optional<fvv_texturing> texturing = texturing_of(plan.options))
+    configure(FVV_CHUNK_TEXTURING, 0,
+              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+                return fvv_texturing_encode(&*texturing, out, size, written, d);
+              }));
+  const nlohmann::ordered_json metadata = {
+      {"generator", std::string("fvvmux ") + fvv_version()},
+      {"name", capture.name},
+      {"frame_numbers", {{"first", capture.frames.first}, {"step", capture.frames.step}}}};
+  const std::string text = metadata.dump();
+  configure(FVV_CHUNK_METADATA, 0, {text.begin(), text.end()});
+}
+
+std::vector<const VideoTrack *> StreamWriter::video_tracks() const {
+  std::vector<const VideoTrack *> out;
+  for (const VideoTrack &track : plan.tracks) out.push_back(&track);
+  std::sort(out.begin(), out.end(), [](const auto *a, const auto *b) { return track_id(*a) < track_id(*b); });
+  return out;
+}
+
+void StreamWriter::write_video_track(const VideoTrack &track) {
+  write_track(track_id(track), FVV_TRACK_VIDEO,
+              track.is_atlas() ? "atlas"
+              : track.part     ? "cameras " + std::to_string(track.part + 1)
+                               : "cameras");
+}
+
+void StreamWriter::write_video(const VideoTrack &track) {
+  media::EncodedGroup group;
+  group.record = track.choice.record;
+  group.codec_string = track.choice.codec_string;
+  fvv_video_config config = media::config_of(track.choice.settings, group);
+  config.shows = track.shows;
+  configure(FVV_CHUNK_VIDEO_CONFIG, track_id(track),
+            record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              return fvv_video_config_encode(&config, out, size, written, d);
+            }));
+  if (track.is_atlas()) return;
+  configure(FVV_CHUNK_TILES, track_id(track), layout_record(track.tiling.tiles));
+}
+
+std::vector<uint8_t> StreamWriter::layout_record(const std::vector<fvv_tile> &tiles) const {
+  return record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+    return fvv_tiles_encode(tiles.data(), tiles.size(), out, size, written, d);
+  });
+}
+
+void StreamWriter::repeat_configuration() {
+  check(fvv_writer_repeat_configuration(writer.get(), &diagnostic));
+}
+
+void StreamWriter::begin_group(size_t first, size_t count) {
+  check(fvv_writer_begin_group(writer.get(), int64_t(first), int64_t(first + count), &diagnostic));
+}
+
+void StreamWriter::mesh(size_t frame, const std::vector<uint8_t> &payload, bool key) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, mesh_track, key ? FVV_FLAG_KEY : 0, int64_t(frame),
+                         payload.data(), payload.size(), &diagnostic));
+}
+
+uint64_t StreamWriter::calibration(size_t frame, bool key) {
+  if (!moving) return 0;
+  const fvv_bytes &payload = moving->payload(frame, key);
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_CALIBRATION, calibration_track, key ? FVV_FLAG_KEY : 0,
+                         int64_t(frame), payload.data, payload.size, &diagnostic));
+  return payload.size;
+}
+
+bool StreamWriter::layout(const VideoTrack &track, size_t group) {
+  if (track.is_atlas()) return false;
+  const std::vector<uint8_t> payload = layout_record(track.tiles_of(group));
+  if (payload == layout_record(track.tiling.tiles)) return false;
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_GROUP_TILES, track_id(track), FVV_FLAG_KEY,
+                         int64_t(plan.first_of(group)), payload.data(), payload.size(), &diagnostic));
+  return true;
+}
+
+void StreamWriter::visibility(size_t frame, const std::vector<uint8_t> &payload, bool key) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VISIBILITY, visibility_track, key ? FVV_FLAG_KEY : 0,
+                         int64_t(frame), payload.data(), payload.size(), &diagnostic));
+}
+
+void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VIDEO_PACKET, track_id(track), sample.key ? FVV_FLAG_KEY : 0,
+                         int64_t(frame), sample.bytes.data(), sample.bytes.size(), &diagnostic));
+}
+
+uint64_t StreamWriter::background(size_t frame) {
+  if (!plan.background) return 0;
+  const std::vector<uint8_t> &payload = plan.background->payload;
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_BACKGROUND, background_track, FVV_FLAG_KEY, int64_t(frame),
+                         payload.data(), payload.size(), &diagnostic));
+  return payload.size();
+}
+
+void StreamWriter::end_group() {
+  check(fvv_writer_end_group(writer.get(), &diagnostic));
+}
+
+uint64_t StreamWriter::finish() {
+  if (!plan.options.live) check(fvv_writer_finish(writer.get(), &diagnostic));
+  return fvv_writer_position(writer.get());
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,100 @@
+// fvvmux/moving.h: the calibration track of a stream, of all cameras that move. Knows the capture's
+// calibrations and libfvv's encoder; nothing of the container.
+#pragma once
+
+#include "fvv/container.h"
+#include "fvv_cxx/error.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_mux/plan.h"
+#include "fvv_scene/capture.h"
+
+#include <memory>
+#include <optional>
+
+namespace fvv::mux {
+
+// Pixels by which the steps of a calibration may move a point of a picture, for all but the centre, which
+// is off by less than a hundredth of what the lattice rounds away of a vertex.
+constexpr double calibration_error = 0.01;
+
+// The camera as its CAMR has it: one that moves, as it is in the first frame in which it is calibrated, and
+// with the flag that says so.
+fvv_camera described(const scene::Capture &capture, const scene::Camera &camera);
+
+bool any_moves(const scene::Capture &capture);
+
+class MovingCameras {
+public:
+  // The bits are chosen for all frames. lattice_step: metres. Throws Error.
+  MovingCameras(const scene::Capture &capture, double lattice_step);
+
+  // The payload of frame i of the capture; valid until the next call. Frames come in order, key at the first
+  // of each group. Throws Error, naming the frame.
+  const fvv_bytes &payload(size_t frame, bool key);
+
+  // The cameras that are calibrated in frame i as decoders have them, by rising identifier. Any thread may
+  // ask.
+  std::vector<fvv_camera> decoded(size_t frame) const;
+
+private:
+  std::vector<fvv_camera> cameras_at(int64_t number) const;
+
+  const scene::Capture &capture;
+  std::vector<fvv_camera> constant; // as CAMR has them
+  fvv_calibration_bits bits = {};
+  std::unique_ptr<fvv_calibration, void (*)(fvv_calibration *)> encoder;
+  OwnedBytes bytes;
+};
+
+constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibration_track = 4,
+                   visibility_track = 5, background_track = 6;
+// Of a track of Plan::tracks. Further tracks with cameras stand behind all others.
+inline uint16_t track_id(const VideoTrack &track) {
+  return track.is_atlas() ? atlas_track : track.part ? uint16_t(background_track + track.part) : camera_track;
+}
+
+// Every function throws Error when the output does not take the bytes.
+class StreamWriter {
+public:
+  // Writes file header and configuration. plan and sink are borrowed.
+  StreamWriter(const Plan &plan, const Sink &sink);
+
+  void repeat_configuration();
+  // Frames first ... first + count - 1, one tick each.
+  void begin_group(size_t first, size_t count);
+  void mesh(size_t frame, const std::vector<uint8_t> &payload, bool key);
+  // The calibration of a frame, if any camera moves; key: its group begins. Answers the bytes of payload.
+  uint64_t calibration(size_t frame, bool key);
+  // The layout of a group, unless it is that of the configuration, in front of the track's first sample.
+  // Answers whether there was something to write.
+  bool layout(const VideoTrack &track, size_t group);
+  // Behind mesh and calibration of the frame.
+  void visibility(size_t frame, const std::vector<uint8_t> &payload, bool key);
+  void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
+  // The environment, behind the other chunks of a frame, if the plan has one. Answers the bytes of payload.
+  uint64_t background(size_t frame);
+  void end_group();
+  // Index and footer, unless the stream is live. Answers the number of bytes written.
+  uint64_t finish();
+
+private:
+  static fvv_status write(void *user, const void *bytes, size_t size);
+  void check(fvv_status status);
+  void configure(uint32_t type, uint16_t track, const std::vector<uint8_t> &payload);
+  void write_configuration();
+  void write_video(const VideoTrack &track);
+  // Of the plan, by rising identifier.
+  std::vector<const VideoTrack *> video_tracks() const;
+  void write_video_track(const VideoTrack &track);
+  std::vector<uint8_t> layout_record(const std::vector<fvv_tile> &tiles) const;
+  void write_track(uint16_t id, uint8_t kind, const std::string &name);
+
+  const Plan &plan;
+  const Sink &sink;
+  std::exception_ptr failure; // of sink
+  fvv_diagnostic diagnostic = {};
+  std::optional<MovingCameras> moving;
+  std::unique_ptr<fvv_writer, void (*)(fvv_writer *)> writer;
+};
+
+} // namespace fvv::mux

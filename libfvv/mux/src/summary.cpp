@@ -1,0 +1,479 @@
+#include "fvv_cxx/format.h"
+#include "fvv_scene/capture.h"
+#include "mux/src/background.h"
+#include "mux/src/choices.h"
+#include "mux/src/layout.h"
+#include "mux/src/stream_writer.h"
+#include "mux/src/summary_terms.h"
+
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace fvv::mux {
+
+namespace {
+
+// A length for people: millimetres where the scale is known.
+
+} // namespace
+
+void DecimationSums::add(const decimate::Report &report) {
+  frames++;
+  kept += report.kept;
+  faces_before += report.faces_before;
+  faces_after += report.faces_after;
+  held_faces += report.held_faces;
+  squares += report.error.rms * report.error.rms;
+  max = std::max(max, report.error.max);
+  max_pixels = std::max(max_pixels, report.error.max_pixels);
+  rms_pixels = std::max(rms_pixels, report.error.rms_pixels);
+  volume_before += report.volume_before;
+  volume_after += report.volume_after;
+  vanished.pieces += report.vanished.pieces;
+  vanished.area += report.vanished.area;
+  thin_area += report.thin_area;
+}
+
+double DecimationSums::rms() const {
+  return frames > kept ? std::sqrt(squares / double(frames - kept)) : 0;
+}
+
+double DecimationSums::volume_change() const {
+  return volume_before != 0 ? volume_after / volume_before - 1 : 0;
+}
+
+static std::string decimation_text(const Plan &plan, const DecimationSums &sums) {
+  const DecimationChoice &choice = plan.decimation;
+  std::string out = fvv::format("  budget    %g px", choice.budget.pixels);
+  if (std::isfinite(choice.pixel))
+    out += (choice.budget.pixels == 1 ? " is " : " are ") +
+           length_text(plan, choice.budget.pixels * choice.pixel) + " where cameras see sharpest";
+  if (!choice.on) return out + "; all triangles are kept: " + choice.reason + "\n";
+  const double frames = double(sums.frames);
+  out += fvv::format(": %.0f -> %.0f triangles a frame ", double(sums.faces_before) / frames,
+                     double(sums.faces_after) / frames) +
+         choice.reason + "\n";
+  if (sums.kept < sums.frames) {
+    out += "            off by " + length_text(plan, sums.rms()) + " rms, " + length_text(plan, sums.max) +
+           " at most, lattice included; the worst frame";
+    if (std::isfinite(choice.pixel))
+      out += fvv::format(" %.3f px rms, %.2f px at most;", sums.rms_pixels, sums.max_pixels);
+    out += fvv::format(" volume %+.2f %%\n", 100 * sums.volume_change());
+  }
+  if (sums.held_faces)
+    out +=
+        fvv::format("            %.0f triangles a frame stay, or silhouettes would move by more than %g px\n",
+                    double(sums.held_faces) / frames, decimate::max_over_rms * choice.budget.pixels);
+  if (sums.kept)
+    out += fvv::format("            %llu frames are as they were: fewer triangles would break the budget\n",
+                       (unsigned long long)sums.kept);
+  return out;
+}
+
+static nlohmann::ordered_json decimation_json(const Plan &plan, const DecimationSums &sums) {
+  const DecimationChoice &choice = plan.decimation;
+  const bool seen = std::isfinite(choice.pixel);
+  nlohmann::ordered_json out = {{"max_error", choice.budget.pixels},
+                                {"pixel", nullptr},
+                                {"reason", choice.reason},
+                                {"decimated_frames", sums.frames - sums.kept},
+                                {"kept_frames", sums.kept}};
+  if (seen) out["pixel"] = choice.pixel;
+  if (sums.frames == sums.kept) return out;
+  const double frames = double(sums.frames);
+  out["triangles_before"] = double(sums.faces_before) / frames;
+  out["triangles"] = double(sums.faces_after) / frames;
+  out["rms"] = sums.rms();
+  out["max"] = sums.max;
+  out["rms_pixels"] = seen ? nlohmann::ordered_json(sums.rms_pixels) : nullptr;
+  out["max_pixels"] = seen ? nlohmann::ordered_json(sums.max_pixels) : nullptr;
+  out["volume_change"] = sums.volume_change();
+  out["held_triangles"] = double(sums.held_faces) / frames;
+  out["vanished_pieces"] = sums.vanished.pieces;
+  out["vanished_area"] = sums.vanished.area;
+  out["thin_area"] = sums.thin_area;
+  return out;
+}
+
+namespace {
+
+__attribute__((format(printf, 2, 3))) void line(std::string &out, const char *pattern, ...) {
+  va_list arguments;
+  va_start(arguments, pattern);
+  out += fvv::format_list(pattern, arguments) + '\n';
+  va_end(arguments);
+}
+
+double frame_rate(const Summary &s) {
+  return double(s.plan.capture.frame_duration.denominator) / s.plan.capture.frame_duration.numerator;
+}
+
+void track_line(std::string &out, const Summary &s, const char *label, uint64_t payload,
+                const std::string &what) {
+  line(out, "  %-10s%9.1f kB %5.1f %% %8.2f kB/frame  %s", label, double(payload) / 1000,
+       100 * double(payload) / double(s.bytes), double(payload) / 1000 / double(s.plan.frame_count()),
+       what.c_str());
+}
+
+std::string quality_text(const Summary &s, size_t track) {
+  if (!s.plan.options.bit_rate) return std::to_string(s.plan.tracks[track].choice.settings.quality);
+  char text[80];
+  const RateResult &rate = s.rates[track];
+  if (rate.finest == rate.coarsest)
+    std::snprintf(text, sizeof text, "%g", rate.finest);
+  else
+    std::snprintf(text, sizeof text, "%g to %g", rate.finest, rate.coarsest);
+  return text;
+}
+
+std::string codec_choice(const Summary &s, size_t index) {
+  const VideoTrack &track = s.plan.tracks[index];
+  const media::VideoSettings &v = track.choice.settings;
+  const media::VideoCodec &codec = *media::find_video_codec(v.codec);
+  const std::string quality = quality_text(s, index);
+  const bool lossless = codec.code == FVV_CODEC_OEXR && quality == "0";
+  return std::string(codec.name) + " " + (lossless ? "lossless" : codec.scale + (" " + quality)) + ", " +
+         std::to_string(v.bit_depth) + " bits, " +
+         (track.is_atlas() ? "" : std::to_string(track.tiling.tiles.size()) + " tiles in ") +
+         std::to_string(v.width) + "x" + std::to_string(v.height);
+}
+
+// Of all tracks that show cameras.
+void crop_lines(std::string &out, const Summary &s) {
+  const CropChoice &crop = s.plan.crop;
+  size_t tiles = 0;
+  double share = 0;
+  for (const VideoTrack &track : s.plan.tracks) {
+    if (track.is_atlas()) continue;
+    tiles += track.tiling.tiles.size();
+    share += pixel_share(s, track);
+  }
+  if (!tiles) return;
+  const size_t tracks = s.plan.tile_track_count();
+  line(out,
+       "  tiles     %s%s: the frame%s %.1f %% of the pixels of %zu whole pictures; %zu of %zu groups have a "
+       "layout of their own; background: %s",
+       crop.on ? "cropped " : "not cropped, ", crop.reason.c_str(), tracks > 1 ? "s together have" : " has",
+       100 * share, tiles, s.layouts, s.plan.group_count(), fill_text(s));
+  if (tracks <= 1) return;
+  line(out, "            in %zu video tracks%s: at %.6g frames/s a frame may have %s", tracks,
+       s.plan.options.video_tracks > 1 ? " (--video-tracks)" : "", frame_rate(s),
+       limit_text(s.plan.frame_limit).c_str());
+}
+
+void video_lines(std::string &out, const Summary &s, size_t index) {
+  const VideoTrack &track = s.plan.tracks[index];
+  const VideoChoice &video = track.choice;
+  char wish[40] = "";
+  if (s.plan.options.bit_rate)
+    line(out, "  rate      %.1f kbit/s of the %s (asked for %.1f)", s.bit_rate(index) / 1000,
+         name_of(s, track).c_str(), double(video.settings.bit_rate) / 1000);
+  else if (s.plan.options.quality.is_psnr)
+    std::snprintf(wish, sizeof wish, " (asked for %.4g dB)", s.plan.options.quality.value);
+  line(out, "  quality   %.2f dB luma%s over the %s%s of %u sampled frames", video.sample_psnr, wish,
+       track.is_atlas() ? "whole atlas"
+       : video.masks    ? "foreground"
+                        : "whole pictures",
+       name_of(s, track) == label_of(track) ? "" : (" of " + name_of(s, track)).c_str(), video.sample_frames);
+}
+
+void source_lines(std::string &out, const Summary &s) {
+  for (const scene::VideoReport &v : s.plan.sources)
+    line(out,
+         "  source    %s %s %s: %zu pictures at %.6g/s%s; %lld of %lld frames met, offset at most "
+         "%.2f ms, "
+         "mean %.2f ms; %zu frames repeat a picture, %zu pictures between are not used",
+         v.camera ? ("camera " + std::to_string(*v.camera)).c_str() : "atlas", v.masks ? "masks" : "pictures",
+         v.file.c_str(), v.pictures, v.rate, v.constant_rate ? "" : " on average", (long long)v.met,
+         (long long)v.frames, v.largest_offset * 1000, v.mean_offset * 1000, v.used_again, v.between);
+}
+
+void mesh_lines(std::string &out, const Summary &s) {
+  const LatticeChoice &choice = s.plan.lattice;
+  const double *origin = choice.lattice.origin;
+  const bool metric = !s.plan.capture.scale_unknown;
+  char pixels[80] = "";
+  if (choice.pixels > 0)
+    std::snprintf(pixels, sizeof pixels, "; vertices are at most %.3g px off there", choice.pixels);
+  line(out, "  lattice   step %.6g %s from (%g, %g, %g): %s%s", choice.lattice.step * (metric ? 1000 : 1),
+       metric ? "mm" : "units", origin[0], origin[1], origin[2], choice.reason.c_str(), pixels);
+  out += decimation_text(s.plan, s.decimation);
+  line(out, "  winding   %s: %s", s.plan.winding.flip ? "flipped" : "as in the files",
+       winding_text(s.plan.winding).c_str());
+  const NormalChoice &normals = s.plan.normals;
+  line(out, "  normals   %s: %s",
+       normals.bits ? ("sent with " + std::to_string(normals.bits) + " bits").c_str() : "not sent",
+       normals.reason.c_str());
+  if (s.delta.chunks)
+    line(out, "  frames    %llu key, %.2f kB each; %llu delta, %.2f kB each, off by %u steps at most",
+         (unsigned long long)(s.mesh.chunks - s.delta.chunks),
+         double(s.mesh.payload - s.delta.payload) / 1000 / double(s.mesh.chunks - s.delta.chunks),
+         (unsigned long long)s.delta.chunks, double(s.delta.payload) / 1000 / double(s.delta.chunks),
+         choice.delta_error);
+  line(out, "  meshes    %llu of %zu frames changed", (unsigned long long)s.changes.changed_frames,
+       s.plan.frame_count());
+  for (const NamedChange &named : named_changes) {
+    const Change &change = s.changes.*named.change;
+    if (change.count)
+      line(out, "            %llu %s in %llu frames", (unsigned long long)change.count, named.text,
+           (unsigned long long)change.frames);
+  }
+}
+
+std::string picture_text(const Summary &s, const VideoTrack &track) {
+  const std::string name = name_of(s, track);
+  return track.is_atlas() ? name : name == label_of(track) ? "pictures" : "pictures of " + name;
+}
+
+void verdict_lines(std::string &out, const Summary &s) {
+  const Verdict &v = *s.verdict;
+  const bool metric = !s.plan.capture.scale_unknown;
+  size_t pictures = 0;
+  for (const VideoVerdict &video : v.videos) pictures += video.pictures;
+  line(out, "  verified  %zu meshes, %zu pictures and %zu cameras read back", v.meshes, pictures, v.cameras);
+  if (v.meshes)
+    line(out, "            coordinates at most %.4g %s off, %.3f lattice steps",
+         v.mesh.max_vertex_error * (metric ? 1000 : 1), metric ? "mm" : "units",
+         v.mesh.max_vertex_error / s.plan.lattice.lattice.step);
+  if (s.plan.normals.bits) line(out, "            normals at most %.3g degrees off", v.mesh.max_normal_error);
+  if (s.plan.texture_bits)
+    line(out, "            texture coordinates at most %.3g of the atlas off", v.mesh.max_texture_error);
+  for (size_t i = 0; i < v.videos.size(); i++)
+    if (v.videos[i].luma.pixels)
+      line(out, "            %s %.2f dB luma, the worst frame %.2f dB",
+           picture_text(s, s.plan.tracks[i]).c_str(), v.videos[i].luma.psnr(), v.videos[i].min_psnr);
+  if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
+  if (v.visible) line(out, "            visibility of %zu meshes is what their cameras see", v.visible);
+  if (v.backgrounds) line(out, "            the environment of %zu groups is the capture's", v.backgrounds);
+  if (s.calibration.chunks) line(out, "            and %.3g px in those that move", v.moving_reprojection);
+}
+
+std::string visibility_text(const Summary &s) {
+  char text[100];
+  const bool shares = s.plan.visibility.domain == FVV_VISIBILITY_SHARES;
+  std::snprintf(text, sizeof text, "%.3f bits a %s and camera, %zu cameras", s.visibility.bits_per_pair(),
+                shares ? "vertex with a share" : domain_text(s), s.visibility.cameras.size());
+  return text;
+}
+
+} // namespace
+
+std::string summary_text(const Summary &s, const std::string &output) {
+  const Plan &plan = s.plan;
+  std::string out;
+  line(out, "%s: %llu bytes, %zu frames at %.6g/s in %zu %s of %u, %.1f kbit/s", output.c_str(),
+       (unsigned long long)s.bytes, plan.frame_count(), frame_rate(s), plan.group_count(),
+       plan.group_count() == 1 ? "group" : "groups", plan.group_size,
+       double(s.bytes) * 8 / 1000 * frame_rate(s) / double(plan.frame_count()));
+  if (plan.has_meshes())
+    track_line(out, s, "mesh", s.mesh.payload,
+               profile_text(s) + (plan.options.mesh_profile == FVV_MESH_DRACO
+                                      ? " level " + std::to_string(plan.options.mesh_level)
+                                      : std::string()));
+  if (s.calibration.chunks) {
+    char error[60];
+    std::snprintf(error, sizeof error, "of cameras that move, to %g px", calibration_error);
+    track_line(out, s, "calibration", s.calibration.payload, error);
+  }
+  if (s.visibility.frames) track_line(out, s, "visibility", s.visibility.bytes, visibility_text(s));
+  for (size_t i = 0; i < plan.tracks.size(); i++)
+    track_line(out, s, name_of(s, plan.tracks[i]).c_str(), s.videos[i].payload, codec_choice(s, i));
+  if (plan.background)
+    track_line(out, s, "background", s.background.payload,
+               std::to_string(s.background.chunks) + " times " + background_text(*plan.background));
+  track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
+  for (size_t i = 0; i < plan.tracks.size(); i++) video_lines(out, s, i);
+  crop_lines(out, s);
+  source_lines(out, s);
+  if (plan.undistortion) out += plan.undistortion->text();
+  out += scene::text_of(scene::lens_gaps(plan.capture));
+  if (plan.has_meshes()) mesh_lines(out, s);
+  line(out, "  visible   %s: %s", plan.visibility.on ? "sent" : "not sent", plan.visibility.reason.c_str());
+  line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
+  if (s.verdict) verdict_lines(out, s);
+  return out;
+}
+
+namespace {
+
+nlohmann::ordered_json sources_json(const Summary &s) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const scene::VideoReport &v : s.plan.sources) {
+    nlohmann::ordered_json unmet = nlohmann::ordered_json::array();
+    for (const scene::FrameRange &range : v.unmet) unmet.push_back({range.first, range.last});
+    nlohmann::ordered_json start = nullptr;
+    if (v.better_start) start = {v.better_start->numerator, v.better_start->denominator};
+    out.push_back({{"camera", v.camera ? nlohmann::ordered_json(*v.camera) : nlohmann::ordered_json(nullptr)},
+                   {"kind", v.masks ? "masks" : "pictures"},
+                   {"file", v.file},
+                   {"pictures", v.pictures},
+                   {"rate", v.rate},
+                   {"constant_rate", v.constant_rate},
+                   {"frames", v.frames},
+                   {"met", v.met},
+                   {"unmet", unmet},
+                   {"largest_offset", v.largest_offset},
+                   {"mean_offset", v.mean_offset},
+                   {"repeated", v.used_again},
+                   {"unused", {{"before", v.before}, {"between", v.between}, {"behind", v.behind}}},
+                   {"better_start", start}});
+  }
+  return out;
+}
+
+// JSON has no infinity: a PSNR of identical pictures is null.
+nlohmann::ordered_json decibels(double psnr) {
+  return std::isfinite(psnr) ? nlohmann::ordered_json(psnr) : nullptr;
+}
+
+nlohmann::ordered_json video_verdict_json(const VideoVerdict &v) {
+  return {{"pictures", v.pictures},
+          {"psnr", v.luma.pixels ? decibels(v.luma.psnr()) : nullptr},
+          {"min_psnr", v.luma.pixels ? decibels(v.min_psnr) : nullptr}};
+}
+
+nlohmann::ordered_json verdict_json(const Summary &s) {
+  const Verdict &v = *s.verdict;
+  VideoVerdict shown; // by all tracks that show cameras
+  nlohmann::ordered_json atlas;
+  for (size_t i = 0; i < v.videos.size(); i++)
+    if (s.plan.tracks[i].is_atlas())
+      atlas = video_verdict_json(v.videos[i]);
+    else
+      shown.add(v.videos[i]);
+  const nlohmann::ordered_json cameras = video_verdict_json(shown);
+  nlohmann::ordered_json out = {
+      {"meshes", v.meshes},
+      {"pictures", cameras["pictures"]},
+      {"cameras", v.cameras},
+      {"max_vertex_error", v.mesh.max_vertex_error},
+      {"max_vertex_error_steps", v.mesh.max_vertex_error / s.plan.lattice.lattice.step},
+      {"psnr", cameras["psnr"]},
+      {"min_psnr", cameras["min_psnr"]},
+      {"max_reprojection", v.max_reprojection}};
+  if (s.calibration.chunks) out["moving_max_reprojection"] = v.moving_reprojection;
+  if (s.plan.visibility.on) out["visibility"] = v.visible;
+  if (s.plan.background) out["background"] = v.backgrounds;
+  if (s.plan.normals.bits) out["max_normal_error"] = v.mesh.max_normal_error;
+  if (s.plan.texture_bits) out["max_texture_error"] = v.mesh.max_texture_error;
+  if (!atlas.is_null()) out["atlas"] = atlas;
+  return out;
+}
+
+nlohmann::ordered_json track_json(const TrackBytes &track) {
+  return {{"bytes", track.payload}, {"smallest", track.smallest}, {"largest", track.largest}};
+}
+
+nlohmann::ordered_json visibility_json(const Summary &s) {
+  const VisibilitySums &v = s.visibility;
+  nlohmann::ordered_json out = {{"sent", v.frames > 0}, {"reason", s.plan.visibility.reason}};
+  if (!v.frames) return out;
+  out["domain"] = domain_text(s);
+  out["cameras"] = v.cameras.size();
+  out["frames"] = v.frames;
+  out["bytes"] = v.bytes;
+  out["smallest"] = v.smallest;
+  out["largest"] = v.largest;
+  out["key_frames"] = v.keys;
+  out["bits_per_pair"] = v.bits_per_pair();
+  return out;
+}
+
+nlohmann::ordered_json video_json(const Summary &s, size_t index) {
+  const VideoTrack &track = s.plan.tracks[index];
+  nlohmann::ordered_json out = track_json(s.videos[index]);
+  out["codec"] = codec_text(s);
+  out["bit_depth"] = track.choice.settings.bit_depth;
+  out["quality"] = track.choice.settings.quality;
+  out["width"] = track.tiling.width;
+  out["height"] = track.tiling.height;
+  if (track.is_atlas())
+    out["texture_bits"] = s.plan.texture_bits;
+  else
+    out["cameras"] = track.tiling.tiles.size();
+  if (!track.is_atlas())
+    out["crop"] = {{"cropped", s.plan.crop.on},
+                   {"reason", s.plan.crop.reason},
+                   {"by_masks", s.plan.crop.by_masks},
+                   {"by_mesh", s.plan.crop.by_mesh},
+                   {"pixel_share", pixel_share(s, track)},
+                   {"layouts", s.layouts},
+                   {"background", fill_text(s)}};
+  out["sample_frames"] = track.choice.sample_frames;
+  out["sample_psnr"] = decibels(track.choice.sample_psnr);
+  out["sample_foreground"] = track.choice.masks;
+  if (s.plan.options.bit_rate)
+    out["bit_rate"] = {{"asked", track.choice.settings.bit_rate},
+                       {"reached", s.bit_rate(index)},
+                       {"finest", s.rates[index].finest},
+                       {"coarsest", s.rates[index].coarsest},
+                       {"groups_over", s.rates[index].over}};
+  return out;
+}
+
+} // namespace
+
+nlohmann::ordered_json summary_json(const Summary &s, const std::string &output) {
+  using Json = nlohmann::ordered_json;
+  const Plan &plan = s.plan;
+  const geometry::Lattice &lattice = plan.lattice.lattice;
+  Json out = {
+      {"fvvmux", 1},
+      {"output", output},
+      {"bytes", s.bytes},
+      {"container_bytes", overhead(s)},
+      {"frames", plan.frame_count()},
+      {"frame_duration", {plan.capture.frame_duration.numerator, plan.capture.frame_duration.denominator}},
+      {"group", plan.group_size},
+      {"groups", plan.group_count()},
+      {"lattice",
+       {{"origin", {lattice.origin[0], lattice.origin[1], lattice.origin[2]}},
+        {"step", lattice.step},
+        {"reason", plan.lattice.reason},
+        {"error_pixels", plan.lattice.pixels > 0 ? Json(plan.lattice.pixels) : Json(nullptr)}}}};
+  if (plan.has_meshes()) {
+    out["budget"] = decimation_json(plan, s.decimation);
+    Json mesh = track_json(s.mesh);
+    mesh["profile"] = profile_text(s);
+    mesh["level"] = plan.options.mesh_level;
+    mesh["key"] = {{"frames", s.mesh.chunks - s.delta.chunks}, {"bytes", s.mesh.payload - s.delta.payload}};
+    mesh["delta"] = {{"frames", s.delta.chunks},
+                     {"bytes", s.delta.payload},
+                     {"max_error_steps", plan.lattice.delta_error}};
+    mesh["winding"] = {{"flipped", plan.winding.flip},
+                       {"turned_away", plan.winding.in_stream()},
+                       {"by_cameras", plan.winding.by_cameras}};
+    mesh["normals"] = {{"bits", plan.normals.bits}, {"reason", plan.normals.reason}};
+    mesh["max_axis_error"] = s.changes.max_error;
+    mesh["changed_frames"] = s.changes.changed_frames;
+    for (const NamedChange &named : named_changes)
+      mesh[named.key] = {{"count", (s.changes.*named.change).count},
+                         {"frames", (s.changes.*named.change).frames}};
+    out["mesh"] = mesh;
+  }
+  if (s.calibration.chunks) out["calibration"] = track_json(s.calibration);
+  for (size_t i = 0; i < plan.tracks.size(); i++) {
+    const VideoTrack &track = plan.tracks[i];
+    Json video = video_json(s, i);
+    if (track.is_atlas() || plan.tile_track_count() == 1) {
+      out[label_of(track)] = std::move(video);
+      continue;
+    }
+    video["track"] = track_id(track);
+    for (const fvv_tile &tile : track.tiling.tiles) video["camera_ids"].push_back(tile.camera_id);
+    out[label_of(track)].push_back(std::move(video));
+  }
+  out["visibility"] = visibility_json(s);
+  if (plan.background) out["background"] = background_json(*plan.background, s.background.chunks);
+  if (!plan.sources.empty()) out["sources"] = sources_json(s);
+  if (plan.undistortion) out["undistorted"] = plan.undistortion->json();
+  for (const scene::LensGap &gap : scene::lens_gaps(plan.capture))
+    out["lens_gaps"].push_back({{"camera", gap.camera}, {"r_max", gap.r_max}, {"share", gap.share}});
+  out["seconds"] = s.seconds;
+  out["frames_per_second"] = per_second(s);
+  if (s.verdict) out["verified"] = verdict_json(s);
+  return out;
+}
+
+} // namespace fvv::mux

@@ -1,0 +1,64 @@
+// fvvmux/visibility.h: what the cameras of a stream see of its meshes, as payloads of VISI. Knows decoded
+// meshes and calibrations, for bits are those of what decoders get; knows nothing of the container.
+#pragma once
+
+#include "fvv_mux/summary.h"
+#include "mux/src/meshes.h"
+#include "mux/src/stream_writer.h"
+
+#include <atomic>
+#include <map>
+#include <set>
+
+namespace fvv::mux {
+
+// What one camera sees of a mesh: an entry for each face or vertex, not 0 where it is seen, or
+// FVV_ELEMENT_... of shares.
+struct CameraView {
+  uint16_t camera;
+  int32_t centre[3]; // on the lattice
+  std::vector<uint8_t> facing, seen;
+};
+
+// FVV_ELEMENT_... of each face or vertex, by camera.
+using States = std::map<uint16_t, std::vector<uint8_t>>;
+
+// mesh is as decoders have it, and so are cameras. One that is too far away for the lattice is left out.
+// former: of the frame before, if mesh has its faces; bits stay near to it, the more so when the choice says
+// so.
+std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &lattice,
+                             const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
+                             const States &former);
+
+// Whether the stream is to have visibility, of which cameras, and why. tiling: of the cameras. Throws
+// Error (usage) when it is asked for and there is nothing to see.
+VisibilityChoice choose_visibility(const Options &options, const scene::Capture &capture,
+                                   const Tiling &tiling);
+
+// Whether an open choice pays, by the bytes of VISI and of camera pictures in the first group.
+void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictures);
+
+// For one stream. Every function may be called by several threads at once.
+class VisibilityCoder {
+public:
+  // plan is borrowed; its choice of visibility is copied.
+  explicit VisibilityCoder(const Plan &plan);
+
+  // No more frames are wanted: encode answers frames without payload from here on.
+  void stop() { on = false; }
+
+  // Of the frames that meshes are, of which first is the number (counted from 0); meshes begin with a key
+  // frame. Frames with the faces of the one before have its bits as contexts.
+  std::vector<VisibilityFrame> encode(size_t first, const std::vector<MeshFrame> &meshes) const;
+
+private:
+  // As decoders have them; those that are not calibrated in that frame are left out.
+  std::vector<fvv_camera> cameras_of(size_t frame) const;
+
+  const Plan &plan;
+  const VisibilityChoice choice;
+  std::optional<MovingCameras> moving; // if any camera moves
+  std::atomic<bool> on;
+};
+
+} // namespace fvv::mux

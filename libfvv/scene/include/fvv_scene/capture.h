@@ -1,0 +1,210 @@
+// capture/mesh_animation.h: one animated glTF file as the meshes of a whole sequence. Reads the file once,
+// whoever asks first; knows nothing of frames.
+#pragma once
+
+#include "fvv/calibration.h"
+#include "fvv_cxx/range.h"
+#include "fvv_scene/mesh_file.h"
+#include "fvv_scene/picture_source.h"
+#include "fvv_scene/text.h"
+#include "fvv_scene/transform.h"
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace fvv::scene {
+
+namespace gltf {
+struct Scene;
+}
+
+class MeshAnimation {
+public:
+  using Name = std::variant<int64_t, std::string>; // an index from 0, or a name
+
+  MeshAnimation(std::optional<Name> animation, fvv_rational from, int64_t first_frame);
+  ~MeshAnimation();
+
+  // The scene at a time in seconds, in the file's units. path: the file, the same in every call. Vertices and
+  // faces are the same at every time; before the first keyframe and behind the last one the nearest counts.
+  // texture, normals: as parse_gltf has it. Error. Several threads may call these two.
+  Mesh mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report, bool texture,
+            bool normals) const;
+  // Time of the last keyframe in seconds; reads the file for what mesh() without normals is going to be
+  // asked.
+  double end(const std::string &path, bool texture) const;
+
+  const std::optional<Name> name; // nothing: the only one
+  const fvv_rational start;       // seconds from the beginning of the animation to frame number first
+  const int64_t first;
+
+private:
+  const gltf::Scene &read(const std::string &path, bool texture, bool normals) const;
+
+  mutable std::mutex mutex;
+  mutable std::unique_ptr<const gltf::Scene> scenes[2][2]; // without and with texture coordinates, normals
+};
+
+// One camera. calibration is in metres (in units of the source when the scale is unknown), pixel centres at
+// +0.5, validated; its name is borrowed from name, which copies of a Camera share.
+struct Camera {
+  fvv_camera calibration = {};
+  std::shared_ptr<const std::string> name;
+  // Of a camera that moves or zooms: its calibration by frame number, at least of all frames of the capture
+  // that are not lost, without names. Empty, and lost as well: calibration holds for all frames.
+  std::map<int64_t, fvv_camera> per_frame;
+  bool texture = true; // its pictures are meant to colour the mesh; otherwise they show outlines only
+  std::optional<PictureSource> pictures, masks; // no masks without pictures
+  // Frame numbers at which a camera that moves has no calibration: it lost its bearings. None of per_frame.
+  std::set<int64_t> lost;
+
+  void set_name(const std::string &text);
+  bool moves() const { return !per_frame.empty() || !lost.empty(); }
+  bool is_calibrated(int64_t frame) const { return !lost.count(frame); }
+  // The calibration of a frame number of the capture at which there is one, its name borrowed as that of
+  // calibration.
+  fvv_camera calibration_at(int64_t frame) const;
+};
+
+// Pictures that the texture coordinates of the meshes address, one per frame or one for all, of one size.
+struct Atlas {
+  std::optional<PictureSource> pictures; // nothing: the base colour images of glTF files
+  std::optional<uint32_t>
+      texture_bits; // of texture indices in the stream that this comes from, or is meant for
+};
+
+// What stands still around the action (environment.h).
+struct Background {
+  std::string file;               // .glb or .gltf
+  gltf::Transform transform;      // from its coordinates to those of the meshes, in their units
+  std::optional<Lattice> lattice; // of the stream that this comes from, or is meant for; metres
+};
+
+// Frame i has the number first + i * step in file names.
+struct Frames {
+  int64_t first = 0, count = 1, step = 1;
+
+  int64_t number(int64_t i) const { return first + i * step; }
+  std::vector<int64_t> numbers() const;
+};
+
+struct Capture {
+  std::string path; // of capture.json; patterns are relative to its folder
+  std::string name;
+  fvv_rational frame_duration = {1, 25}; // seconds per frame, in lowest terms
+  Frames frames;
+  double metres_per_unit = 1; // of positions in mesh files; cameras are in metres already
+  bool scale_unknown = false; // then metres_per_unit is 1, and "metres" are units of the source
+  uint8_t up = FVV_UP_UNKNOWN;
+  std::optional<Lattice> lattice; // of the stream that the meshes come from, or are meant for
+  std::optional<Pattern> meshes;
+  // There when one file holds all meshes: meshes names that file then, whatever the frame. Copies share what
+  // was read.
+  std::shared_ptr<const MeshAnimation> animation;
+  std::optional<Atlas> atlas; // only with meshes
+  std::vector<Camera> cameras;
+  std::optional<Background> background;
+
+  // What load_mesh does besides; files say nothing of it. Corners run the other way round, and positions
+  // stay.
+  bool flip_faces = false;
+
+  // Where the files of a frame number lie; of a video, whatever the frame, its own. The pattern must be there
+  // (meshes, pictures, masks).
+  std::string mesh_path(int64_t frame) const;
+  std::string picture_path(const Camera &camera, int64_t frame) const;
+  std::string mask_path(const Camera &camera, int64_t frame) const;
+  // Of the picture of the atlas, which must be there; where it is in the mesh's file, of that.
+  std::string atlas_path(int64_t frame) const;
+  // Seconds from the beginning of the animation, which must be there, to a frame number.
+  double animation_time(int64_t frame) const;
+  // A name that a pattern yields, resolved against the folder of capture.json.
+  std::string resolve(const std::string &file) const;
+};
+
+// The capture.json that a user means: a path, or the folder in which it lies.
+std::string description_file(const std::string &given);
+
+// Reads a capture.json. Strict: Error for malformed JSON ("path:LINE:COLUMN: ..."), for unknown, missing
+// and duplicate keys, wrong types and values out of range ("path: /JSON/POINTER: ..."), for cameras that
+// fvv_camera_validate refuses. Looks at no other file.
+Capture load_capture(const std::string &path);
+Capture parse_capture(std::string_view bytes, const std::string &path);
+
+// The text of a capture.json. Loading it gives the same cameras bit for bit. Refuses a capture whose
+// metres_per_unit is not 1 (dividing and multiplying again would move the cameras) and cameras that
+// fvv_camera_validate refuses.
+std::string format_capture(const Capture &capture);
+void write_capture(const Capture &capture, const std::string &path);
+
+// The mesh of a frame number, in metres, with texture coordinates when the capture has an atlas, and with
+// normals, if the file has them, when they are asked for. Several threads may call it for one capture.
+Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
+               MeshReport *report = nullptr, bool normals = false);
+
+// The bytes of the base colour image that the glTF file of a frame number brings along.
+std::string load_embedded_atlas(const Capture &capture, int64_t frame);
+
+// The environment of the background, which must be there, in metres and in the world of the meshes.
+struct Environment;
+Environment load_environment(const Capture &capture, const fvv_limits *limits = nullptr);
+
+// Width and height of a picture, from its header. Throws any std::exception for a file that is no picture.
+struct PictureSize {
+  uint32_t width, height;
+  uint8_t orientation = 1; // that Exif asks for, 1 (upright) to 8
+};
+using PictureProbe = std::function<PictureSize(const std::string &path)>;
+
+// What a video file holds, all of its pictures looked at. Throws any std::exception for a file that is none.
+using VideoProbe = std::function<VideoFacts(const std::string &path, std::optional<uint32_t> stream)>;
+
+// What stands in the way of work, and what is merely odd; sentences without the path of capture.json, in the
+// order meshes, cameras as listed.
+struct Findings {
+  std::vector<std::string> problems;
+  std::vector<std::string> warnings;
+  std::vector<std::string>
+      unused; // frames that lie there and are not taken: odd unless somebody asked for a part
+  std::vector<VideoReport> videos; // of every video that could be read, cameras as listed, masks last
+};
+
+// Looks at every file that a capture names, before any work starts: missing or empty files, pictures and
+// masks whose size is not the camera's (probe empty: not looked at), files of frames before the first or
+// behind the last (unused), two cameras with the same pictures, pictures of an atlas that differ in size. An
+// animated file is read: what is wrong with it is a problem, frames behind its end are a warning. So is every
+// video (video_probe empty: only whether it is there); frames for which it has no picture are a warning.
+Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe = {});
+
+// A camera of whose picture a part lies beyond r_max, where nothing is projected: mostly because the lens
+// folds there (fvv.md, clause 9.3).
+struct LensGap {
+  uint16_t camera;
+  double r_max; // tangent of the angle to the axis, or of a fisheye the angle, in radians
+  double share; // of the picture's area, about; of a camera that moves the largest of its frames
+};
+
+// Cameras without such a part are left out.
+std::vector<LensGap> lens_gaps(const Capture &capture);
+
+// Lines of a summary.
+std::string text_of(const std::vector<LensGap> &gaps);
+
+// Only the frames of a range of numbers. Throws Error (usage) when the capture does not have both ends.
+void restrict_frames(Capture &capture, const Range &range);
+// Only the cameras that items name, each by identifier, range of identifiers, or name; no items: all. Throws
+// Error (usage) for an item that names none.
+void restrict_cameras(Capture &capture, const std::vector<std::string> &items);
+
+// "camera 3 (left)", for messages.
+std::string describe(uint16_t id, const std::string &name);
+std::string describe(const Camera &camera);
+
+} // namespace fvv::scene

@@ -1,0 +1,87 @@
+// import/import.h: cameras out of the calibration files of other programs, in the conventions of fvv. Knows
+// their formats and what their numbers mean (docs/calibration.md); knows nothing of pictures, frames or
+// streams.
+#pragma once
+
+#include "fvv_scene/capture.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace fvv::import {
+
+// cameras: world -> camera with x right, y down, z forward, pixel centres at +0.5, r_max filled in, each
+// validated, ids unique; at least one. Lengths are units of the file.
+struct Calibration {
+  std::vector<scene::Camera> cameras;
+  double metres_per_unit = 0; // 0: the format does not say
+};
+
+// Every reader is strict and throws Error: "path:LINE: expected ..., found ..." for text and
+// XML, "path: /JSON/POINTER: ..." for JSON. A lens or a convention that fvv cannot hold exactly is an error
+// that names it, never an approximation.
+
+// A COLMAP text model: the folder with cameras.txt and images.txt. A camera for each image, with the image's
+// identifier; named after the picture.
+Calibration read_colmap(const std::string &folder);
+
+// cv::FileStorage, a camera in each file, YAML or XML by its first characters; ids by position, named after
+// the file.
+Calibration read_opencv(const std::vector<std::string> &files);
+
+// transforms.json of nerfstudio or instant-ngp; ids by position, named after file_path.
+Calibration read_nerfstudio(const std::string &file);
+
+// Calibration exported by Qualisys Track Manager (XML, often *.qca.txt); ids by position among the active
+// cameras, named after the serial number.
+Calibration read_qualisys(const std::string &file);
+
+// *_par.txt of the Middlebury multi-view data sets, whose pictures are all width by height (the file does not
+// say); ids by position, named after the picture.
+Calibration read_middlebury(const std::string &file, uint32_t width, uint32_t height);
+
+// world: in the units of the cameras. pixel: by fvv's count, the centre of the top left pixel at (0.5, 0.5).
+struct Observation {
+  double world[3];
+  uint16_t camera;
+  double pixel[2];
+};
+
+// Lines "X Y Z CAMERA_ID U V"; empty lines and those that begin with '#' are skipped. Error "path:LINE:
+// ...", also for cameras that the calibration does not have and for fewer points than diagnose() wants.
+std::vector<Observation> read_observations(const std::string &path,
+                                           const std::vector<scene::Camera> &cameras);
+
+enum class Mistake { axes, inverse, inverse_and_axes, half_pixel, distortion };
+constexpr size_t mistake_count = 5;
+// A word for JSON, and a sentence for people.
+const char *name_of(Mistake mistake);
+const char *description_of(Mistake mistake);
+
+// Root mean squares of the distance between projected and observed pixel. A point that a camera cannot show
+// (behind it, beyond r_max), and any distance above it, counts as the diagonal of the picture, so that one
+// point cannot outweigh all others.
+struct Diagnosis {
+  size_t points = 0;
+  double rms = 0, max = 0;                       // as given
+  size_t invisible = 0;                          // as given: points that their camera cannot show
+  std::vector<double> rms_of_camera;             // one for each camera, NaN without points
+  std::array<double, mistake_count> undone = {}; // rms with a mistake undone, the best of its variants; NaN
+                                                 // where it cannot have been made
+  std::optional<Mistake> suspected;
+};
+
+constexpr size_t min_observations = 8;
+
+// Undoes one mistake at a time in all cameras:
+// - axes: the camera's y and z axes are turned round (OpenGL for OpenCV);
+// - inverse: the pose goes from the camera to the world, in OpenCV's axes or, turned twice, in OpenGL's;
+// - inverse_and_axes: both, in either order;
+// - half_pixel: the principal point moves by half a pixel up and left, or down and right;
+// - distortion: k1 k2 p1 p2 k3 read as k1 k2 k3 p1 p2 or the reverse, or p1 and p2 exchanged.
+// The rule: a mistake is suspected when undoing it leaves at most half of the rms as given and at most 0.7 of
+// what undoing any other leaves, and when the rms as given is above 0.1 px.
+Diagnosis diagnose(const std::vector<scene::Camera> &cameras, const std::vector<Observation> &observations);
+
+} // namespace fvv::import

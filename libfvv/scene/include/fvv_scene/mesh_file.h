@@ -1,0 +1,101 @@
+// capture/mesh_file.h: triangle meshes from and to OBJ, PLY and Draco (DRC) files, and from glTF. Knows those
+// formats; knows nothing of frames, units or fvv's own mesh coding.
+//
+// OBJ and PLY have readers of their own here because the ready ones are not strict: tinyobjloader turns a
+// number that it cannot read into 0 without a word, and Debian packages no PLY library that checks counts
+// against the file before it allocates. A capture of thousands of files needs an error that names file, line
+// and what was expected. Draco files go through libdraco, glTF through gltf/.
+//
+// Every function throws Error (capture/file.h). Vertices and faces in messages of PLY and DRC count from
+// 0, in messages of OBJ from 1, as in the files.
+#pragma once
+
+#include "fvv/types.h"
+#include "fvv_cxx/error.h"
+#include "fvv_geometry/mesh.h"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fvv::scene {
+
+using geometry::Lattice;
+using geometry::Mesh;
+
+// What a reader changed or left out. All zero: the file held triangles and nothing else that draws.
+struct MeshReport {
+  uint64_t polygons = 0;         // faces of more than 3 corners, split into a fan around their first corner
+  uint64_t lines_and_points = 0; // elements l and p of OBJ, such primitives of glTF, left out
+};
+
+// A mesh at the default limits, as text with normals and texture coordinates, stays below this.
+constexpr uint64_t max_mesh_file = uint64_t(1) << 30;
+
+// Readers. bytes: the whole file. name: what messages call it. limits NULL: the defaults of libfvv;
+// max_vertices and max_faces (after triangulation and splitting) are honoured. report may be NULL.
+//
+// texture: Mesh::texture is asked for, and a file that lacks coordinates for any corner of a face is an
+// error; otherwise they are skipped like colours. normals: Mesh::normals is asked for, and stays empty where
+// the file lacks one for any corner. Where a vertex has several pairs or normals, at the seams of an atlas or
+// at hard edges, it is split: it keeps its place with what the first face gives it, copies with the others
+// follow behind all vertices of the file.
+//
+// OBJ: v (3 or 4 numbers, 6 or 7 with colours; weight and colour are dropped), f (v, v/vt, v//vn, v/vt/vn,
+// negative indices, vertices defined later), vt (v points up), vn, comments, line continuation. Groups,
+// materials and display attributes are skipped; free-form curves and surfaces, included files and unknown
+// keywords are errors.
+Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
+               MeshReport *report = nullptr, bool texture = false, bool normals = false);
+// PLY 1.0, ascii, binary_little_endian and binary_big_endian: element vertex with x, y, z; element face with
+// list vertex_indices or vertex_index. Texture coordinates, v up: the first of a list texcoord of the faces
+// (u v for each corner), texture_u and texture_v, s and t, u and v of the vertices; faces of unlike texnumber
+// are an error. Normals: nx, ny, nz of the vertices. Other elements and properties are skipped, in any order.
+// Counts are compared with the size of the file before anything is allocated. ASCII: one element per line.
+Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
+               MeshReport *report = nullptr, bool texture = false, bool normals = false);
+// Draco bitstream 2.2, triangular mesh, positions as float32 (quantised or not) or int32, texture coordinates
+// as float32 of the first attribute TEX_COORD (v points up), normals as float32 of the first attribute
+// NORMAL. Hostile input: the counts of the header are compared with limits and with the size of the file
+// before decoding, and again with the result; but libdraco allocates for other attributes (normals, colours)
+// as their description asks, up to some gigabytes for a forged file. Run it on files from strangers only
+// under a memory limit.
+Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
+               MeshReport *report = nullptr, bool texture = false, bool normals = false);
+
+// glTF 2.0, GLB or JSON: all triangles of the default scene with the transforms of its nodes, skins and morph
+// targets as they stand without animation. name: also the path in whose folder external buffers lie. Errors
+// name the place as a JSON pointer. Memory for a hostile file stays below 1 GiB and 64 times its size.
+// Texture coordinates (v points down): the set that the base colour of the material names, else the first,
+// with KHR_texture_transform unless that rotates; base colours from unlike images are an error.
+Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
+                MeshReport *report = nullptr, bool texture = false, bool normals = false);
+// The bytes of the base colour image (PNG or JPEG, which nobody has looked at) of all that the default scene
+// of a glTF file draws: out of the file, or of a file in its folder or below.
+std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
+
+// Reads .obj, .ply, .drc, .glb or .gltf by the extension (any case) of path; other extensions are an error.
+Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, MeshReport *report = nullptr,
+               bool texture = false, bool normals = false);
+bool is_gltf(const std::string &path); // by its extension
+
+// Writers: the bytes of a file, the same for the same mesh everywhere. name: what messages call the file.
+// Refused: coordinates that are not finite, indices out of range, a mesh without faces. Texture coordinates
+// are written on the axes of the format, and normals, if the mesh has some.
+//
+// OBJ: the shortest decimals that read back as the same doubles; a vt and a vn for each v.
+std::string format_obj(const Mesh &mesh, const std::string &name);
+// PLY: binary_little_endian, properties double (x y z, nx ny nz, s t): float would move vertices, and a
+// stream that is unpacked and packed again must give the same lattice points.
+std::string format_ply(const Mesh &mesh, const std::string &name);
+// DRC: float32 positions as Draco readers expect them, not quantised, order of vertices and faces kept
+// (sequential coding). A float32 errs by far less than half a step while |coordinate| / step < 2^22: every
+// coordinate is verified to fall onto the same lattice point again, the first that does not is an error.
+// Texture coordinates are float32 too, which holds texture indices of all sizes exactly, and normals.
+std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::string &name);
+
+// Writes .obj, .ply or .drc by the extension of path. lattice matters to .drc only.
+void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path);
+
+} // namespace fvv::scene

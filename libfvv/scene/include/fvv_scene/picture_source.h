@@ -1,0 +1,139 @@
+// Where the pictures of a camera come from: a file for each frame, one file for all, or a video.
+#pragma once
+
+#include "fvv/types.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fvv::scene {
+
+class Pattern {
+public:
+  // Nothing when text is no pattern; *what is then the reason, a part of a sentence.
+  static std::optional<Pattern> parse(const std::string &text, std::string *what);
+
+  const std::string &text() const { return source; } // as it was written
+  bool is_numbered() const { return numbered; }      // has a %d; otherwise it names one file
+  std::string file(int64_t frame) const;             // frame >= 0
+  // The frame whose file this is, if there is one: the inverse of file().
+  std::optional<int64_t> frame(std::string_view file) const;
+
+private:
+  std::string source, prefix, suffix; // around the number, %% resolved
+  bool numbered = false;
+  unsigned width = 0; // digits at least
+};
+
+struct Frames;
+class JsonValue;
+
+// A moment in seconds, in lowest terms; both numbers are below 2^32.
+struct Seconds {
+  int64_t numerator = 0;
+  uint32_t denominator = 1;
+};
+
+struct VideoSource {
+  std::string file;
+  std::optional<uint32_t> stream; // index among all streams of the file; nothing: the first video
+  Seconds start;                  // on the file's time line, of frame number first
+  int64_t first = 0;
+};
+
+class PictureSource {
+public:
+  PictureSource(Pattern stills) : pattern(std::move(stills)) {}
+  PictureSource(VideoSource from) : video(std::move(from)) {}
+
+  // Exactly one of the two is there.
+  std::optional<Pattern> pattern;
+  std::optional<VideoSource> video;
+  // Degrees clockwise, 0, 90, 180 or 270, of what is stored. Nothing: 0 for stills, what the file says for
+  // videos.
+  std::optional<int> rotate;
+
+  // As capture.json has it: the pattern, or the video's name.
+  const std::string &text() const { return video ? video->file : pattern->text(); }
+  // One still that all frames share.
+  bool is_constant() const { return pattern && !pattern->is_numbered(); }
+  // The file of a frame >= 0.
+  std::string file(int64_t frame) const { return video ? video->file : pattern->file(frame); }
+  bool has_same_pictures(const PictureSource &other) const;
+};
+
+// Text (a pattern), {"pattern", "rotate"} or {"video", "stream", "start", "rotate"}. constant: a pattern may
+// do without a number, which names one picture for all frames. Error.
+PictureSource read_picture_source(const JsonValue &value, const Frames &frames, bool constant = false);
+// As JSON; quoted: a text in JSON.
+std::string format_picture_source(const PictureSource &source, std::string (*quoted)(const std::string &));
+
+struct FrameRange {
+  int64_t first, last;
+};
+
+class Gaps {
+public:
+  explicit Gaps(int64_t frame_step) : step(frame_step) {}
+
+  // Numbers come in ascending order.
+  void add(int64_t frame) {
+    if (found.empty() || found.back().last + step != frame)
+      found.push_back({frame, frame});
+    else
+      found.back().last = frame;
+  }
+  const std::vector<FrameRange> &ranges() const { return found; }
+  // "3, 17 to 27"
+  std::string text() const {
+    constexpr size_t most = 8; // more would hide the other problems
+    std::string out;
+    for (size_t i = 0; i < found.size() && i < most; i++) {
+      out += (i ? ", " : "") + std::to_string(found[i].first);
+      if (found[i].first != found[i].last) out += " to " + std::to_string(found[i].last);
+    }
+    return out + (found.size() > most ? ", ..." : "");
+  }
+
+private:
+  int64_t step;
+  std::vector<FrameRange> found;
+};
+
+// When the pictures of a video are shown: from 0, strictly rising, in ticks of so many seconds. At least one,
+// none above 2^53 ticks.
+struct PictureTimes {
+  fvv_rational tick = {1, 1};
+  std::vector<int64_t> times;
+};
+
+struct VideoFacts {
+  uint32_t width, height; // as stored
+  std::optional<int>
+      rotation; // degrees clockwise that the file asks for; nothing: it asks for something else
+  PictureTimes times;
+  std::vector<std::string> warnings; // what is odd, without the file's name: "is interlaced"
+};
+
+// How the frames of a capture met the pictures of one video.
+struct VideoReport {
+  std::optional<uint16_t> camera; // nothing: the atlas
+  bool masks = false;
+  std::string file;
+  size_t pictures = 0;
+  double rate = 0; // pictures per second on average; 0: there is but one
+  bool constant_rate = true;
+  int64_t frames = 0, met = 0;                // met: those with a picture within half a frame duration
+  double largest_offset = 0, mean_offset = 0; // seconds from frame to picture over those; the largest by size
+  std::vector<FrameRange> unmet;              // numbers of the others, which take the nearest picture
+  std::string unmet_text;                     // "3, 17 to 27"
+  size_t used_again = 0;                      // frames whose picture the frame before has already
+  size_t before = 0, between = 0,
+         behind = 0;                   // pictures that no frame has: before the first that one has, ...
+  std::optional<Seconds> better_start; // when all offsets are alike and more than a tenth of a frame
+};
+
+} // namespace fvv::scene

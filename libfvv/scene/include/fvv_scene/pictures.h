@@ -1,0 +1,33 @@
+// fvvmux/videos.h: pictures of a capture's files, stills and videos, for several threads. Keeps videos open,
+// a bounded number of times each, and stills that all frames share; knows nothing of tiles.
+#pragma once
+
+#include "fvv_media/image.h"
+#include "fvv_scene/capture.h"
+
+#include <memory>
+
+namespace fvv::scene {
+
+class Videos {
+public:
+  // threads: how many may ask at once.
+  explicit Videos(unsigned threads);
+  ~Videos();
+
+  // For check_files. Error.
+  VideoFacts facts(const std::string &path, std::optional<uint32_t> stream);
+
+  // The picture of a frame number, turned as capture.json or the video says. A still that several frames
+  // share is read once, and again only for other samples or channels. Waits while all readers of a video are
+  // in use; threads that go through frames in order each find the one that stands where they left off.
+  template <class Sample = uint8_t>
+  media::BasicImage<Sample> read(const Capture &capture, const PictureSource &source, int64_t frame,
+                                 int channels);
+
+private:
+  struct Shared;
+  std::unique_ptr<Shared> shared;
+};
+
+} // namespace fvv::scene

@@ -1,0 +1,38 @@
+// Whole files in and out; tokens and numbers of text files, the same under every locale.
+#pragma once
+
+#include "fvv_cxx/error.h"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace fvv::scene {
+
+// Takes the next word, delimited by spaces and tabs, off the front of rest. False when none is left.
+bool next_word(std::string_view &rest, std::string_view &word);
+
+// Takes the next line off the front of rest, without its end (LF or CR LF). False when rest is empty.
+bool next_line(std::string_view &rest, std::string_view &line);
+
+// The whole of text is one finite decimal number. Refuses nan, inf, hexadecimal and whatever overflows or
+// underflows a double. A leading '+' is accepted.
+bool parse_double(std::string_view text, double &value);
+
+// The whole of text is one decimal integer that fits.
+bool parse_integer(std::string_view text, int64_t &value);
+
+// In double quotes, at most 40 bytes, anything but printable ASCII as '?'.
+std::string quote(std::string_view text);
+
+// The shortest decimal text that reads back as the same double; "-0" for negative zero.
+void append_double(std::string &out, double value);
+
+// All bytes of a regular file. Error when it cannot be read or holds more than limit bytes; the size is
+// looked at before anything is allocated.
+std::string read_file(const std::string &path, uint64_t limit);
+
+// Replaces path. Error with the system's reason.
+void write_file(const std::string &path, std::string_view bytes);
+
+} // namespace fvv::scene

@@ -1,0 +1,35 @@
+// capture/video_match.h: which picture of a video belongs to which frame of a capture, by times alone,
+// exactly; and what a user should hear about it. Knows no file.
+#pragma once
+
+#include "fvv_scene/capture.h"
+
+namespace fvv::scene {
+
+// The frames of a capture on the time line of a video: frame i (counted from 0 at VideoSource::first, at most
+// 10^7) is at start + i * duration.
+class FrameClock {
+public:
+  FrameClock(const Capture &capture, const VideoSource &video)
+      : start(video.start), duration(capture.frame_duration), first(video.first), step(capture.frames.step) {}
+
+  // Index of the picture nearest to a frame number; of two that are equally near the earlier one.
+  size_t nearest(const PictureTimes &pictures, int64_t frame) const;
+  // Whether a picture is at most half a frame duration away from a frame number.
+  bool meets(const PictureTimes &pictures, size_t picture, int64_t frame) const;
+  // Seconds from the frame to the picture.
+  double offset(const PictureTimes &pictures, size_t picture, int64_t frame) const;
+  // The start that would put a frame number on a picture, rounded to microseconds where its numbers do not
+  // fit; nothing when they do not fit then.
+  std::optional<Seconds> start_for(const PictureTimes &pictures, size_t picture, int64_t frame) const;
+
+private:
+  const Seconds start;
+  const fvv_rational duration;
+  const int64_t first, step;
+};
+
+// capture.frames are those that count.
+VideoReport match_video(const Capture &capture, const VideoSource &video, const PictureTimes &pictures);
+
+} // namespace fvv::scene

@@ -1,0 +1,182 @@
+// capture/capture.cpp: paths and meshes of a capture.
+
+#include "fvv_scene/capture.h"
+#include "fvv_cxx/untrusted.h"
+#include "scene/src/gltf/pose.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace fvv::scene {
+
+void Camera::set_name(const std::string &text) {
+  name = std::make_shared<const std::string>(text);
+  calibration.name = name->data();
+  calibration.name_size = name->size();
+}
+
+fvv_camera Camera::calibration_at(int64_t frame) const {
+  if (!moves()) return calibration;
+  fvv_camera camera = per_frame.at(frame);
+  camera.name = calibration.name;
+  camera.name_size = calibration.name_size;
+  return camera;
+}
+
+std::vector<int64_t> Frames::numbers() const {
+  std::vector<int64_t> out;
+  for (int64_t i = 0; i < count; i++) out.push_back(number(i));
+  return out;
+}
+
+std::string description_file(const std::string &given) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(given, ignored)
+             ? (std::filesystem::path(given) / "capture.json").string()
+             : given;
+}
+
+std::string Capture::resolve(const std::string &file) const {
+  // Joining with an absolute path gives that path.
+  return (std::filesystem::path(path).parent_path() / file).string();
+}
+
+std::string Capture::mesh_path(int64_t frame) const {
+  return resolve(meshes.value().file(frame));
+}
+std::string Capture::picture_path(const Camera &camera, int64_t frame) const {
+  return resolve(camera.pictures.value().file(frame));
+}
+std::string Capture::mask_path(const Camera &camera, int64_t frame) const {
+  return resolve(camera.masks.value().file(frame));
+}
+
+std::string Capture::atlas_path(int64_t frame) const {
+  const Atlas &source = atlas.value();
+  return source.pictures ? resolve(source.pictures->file(frame)) : mesh_path(frame);
+}
+
+double Capture::animation_time(int64_t frame) const {
+  const MeshAnimation &source = *animation;
+  const int64_t index = (frame - source.first) / frames.step;
+  // At most 10^7 frames of less than 2^32 time units: exact as integers.
+  return double(source.start.numerator) / double(source.start.denominator) +
+         double(index * int64_t(frame_duration.numerator)) / double(frame_duration.denominator);
+}
+
+Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, MeshReport *report,
+               bool normals) {
+  const std::string path = capture.mesh_path(frame);
+  const bool texture = capture.atlas.has_value();
+  Mesh mesh = capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), limits, report,
+                                                          texture, normals)
+                                : read_mesh(path, limits, report, texture, normals);
+  for (double &coordinate : mesh.positions) coordinate *= capture.metres_per_unit;
+  if (capture.flip_faces) flip_faces(mesh);
+  return mesh;
+}
+
+std::string load_embedded_atlas(const Capture &capture, int64_t frame) {
+  const std::string path = capture.mesh_path(frame);
+  return parse_gltf_picture(read_file(path, max_mesh_file), path);
+}
+
+MeshAnimation::MeshAnimation(std::optional<Name> animation, fvv_rational from, int64_t first_frame)
+    : name(std::move(animation)), start(from), first(first_frame) {}
+MeshAnimation::~MeshAnimation() = default;
+
+const gltf::Scene &MeshAnimation::read(const std::string &path, bool texture, bool normals) const {
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::unique_ptr<const gltf::Scene> &scene = scenes[texture][normals];
+  if (!scene) {
+    gltf::AnimationChoice choice = gltf::OnlyAnimation{};
+    if (name) std::visit([&](const auto &value) { choice = value; }, *name);
+    // The defaults hold for the file, those of a caller for the mesh: callers share what was read.
+    scene = std::make_unique<const gltf::Scene>(
+        gltf::read_scene(read_file(path, max_mesh_file), path, choice, limits_or_default(nullptr),
+                         texture ? gltf::Texture::coordinates : gltf::Texture::skipped, normals));
+  }
+  return *scene;
+}
+
+Mesh MeshAnimation::mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report,
+                         bool texture, bool normals) const {
+  const gltf::Scene &source = read(path, texture, normals);
+  Mesh out = gltf::pose(source, time);
+  const fvv_limits bounds = limits_or_default(limits);
+  if (out.vertex_count() > bounds.max_vertices || out.face_count() > bounds.max_faces)
+    throw Error(path + ": " + std::to_string(out.vertex_count()) + " vertices and " +
+                std::to_string(out.face_count()) + " faces, at most " + std::to_string(bounds.max_vertices) +
+                " and " + std::to_string(bounds.max_faces) + " are allowed");
+  if (report) report->lines_and_points += source.report.lines_and_points;
+  return out;
+}
+
+double MeshAnimation::end(const std::string &path, bool texture) const {
+  double last = 0;
+  for (const gltf::Channel &channel : read(path, texture, false).channels)
+    last = std::max(last, channel.times.back());
+  return last;
+}
+
+namespace {
+
+// Which cameras one item of --cameras names: all of that name, else those of an identifier or a range.
+std::vector<size_t> named_cameras(const Capture &capture, const std::string &item) {
+  std::vector<size_t> found;
+  for (size_t i = 0; i < capture.cameras.size(); i++)
+    if (*capture.cameras[i].name == item) found.push_back(i);
+  if (!found.empty()) return found;
+  if (const std::optional<Range> range = fvv::scan_range(item))
+    for (size_t i = 0; i < capture.cameras.size(); i++) {
+      const int64_t id = capture.cameras[i].calibration.id;
+      if (id >= range->first && id <= range->last) found.push_back(i);
+    }
+  if (found.empty()) {
+    std::string known;
+    for (const Camera &camera : capture.cameras) {
+      const std::string id = std::to_string(camera.calibration.id);
+      known += (known.empty() ? "" : ", ") + (camera.name->empty() ? id : id + " " + *camera.name);
+    }
+    throw Error("--cameras: expected identifiers, ranges or names of the capture's cameras (" + known +
+                    "), found " + quote(item),
+                Error::usage);
+  }
+  return found;
+}
+
+} // namespace
+
+void restrict_frames(Capture &capture, const Range &range) {
+  Frames &frames = capture.frames;
+  const int64_t last = frames.number(frames.count - 1);
+  for (const int64_t end : {range.first, range.last})
+    if (end < frames.first || end > last || (end - frames.first) % frames.step)
+      throw Error("--frames: expected frame numbers of the capture, " + std::to_string(frames.first) +
+                      " to " + std::to_string(last) + " in steps of " + std::to_string(frames.step) +
+                      ", found " + std::to_string(end),
+                  Error::usage);
+  frames.count = (range.last - range.first) / frames.step + 1;
+  frames.first = range.first;
+}
+
+void restrict_cameras(Capture &capture, const std::vector<std::string> &items) {
+  if (items.empty()) return;
+  std::vector<bool> wanted(capture.cameras.size());
+  for (const std::string &item : items)
+    for (const size_t i : named_cameras(capture, item)) wanted[i] = true;
+  std::vector<Camera> kept;
+  for (size_t i = 0; i < wanted.size(); i++)
+    if (wanted[i]) kept.push_back(std::move(capture.cameras[i]));
+  capture.cameras = std::move(kept);
+}
+
+std::string describe(uint16_t id, const std::string &name) {
+  return "camera " + std::to_string(id) + (name.empty() ? "" : " (" + name + ")");
+}
+
+std::string describe(const Camera &camera) {
+  return describe(camera.calibration.id, *camera.name);
+}
+
+} // namespace fvv::scene

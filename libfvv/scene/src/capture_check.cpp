@@ -1,0 +1,351 @@
+// capture/video_check.h: one video of a capture, looked at before any work starts. Internal to check_files.
+
+#include "fvv_scene/capture.h"
+#include "fvv_scene/picture_source.h"
+#include "fvv_scene/video_match.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+namespace fvv::scene {
+
+namespace {
+
+std::string milliseconds(double seconds) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.2f ms", seconds * 1000);
+  return text;
+}
+
+std::string fraction(const Seconds &seconds) {
+  return std::to_string(seconds.numerator) +
+         (seconds.denominator == 1 ? "" : "/" + std::to_string(seconds.denominator));
+}
+
+void report_times(const std::string &subject, const VideoReport &report, Findings &findings) {
+  const int64_t unmet = report.frames - report.met;
+  if (unmet)
+    findings.warnings.push_back(
+        subject + std::to_string(unmet) + " of " + std::to_string(report.frames) +
+        " frames have no picture within half a frame and take the nearest: " + report.unmet_text);
+  if (report.better_start)
+    findings.warnings.push_back(subject + "the pictures are all about " + milliseconds(report.mean_offset) +
+                                " off their frames: \"start\": \"" + fraction(*report.better_start) +
+                                "\" would fit");
+  if (report.before || report.behind)
+    findings.unused.push_back(subject + std::to_string(report.before) +
+                              " pictures before the first frame and " + std::to_string(report.behind) +
+                              " behind the last one are not used");
+}
+
+// camera: whose the source is; NULL: the atlas', whose size is that of its pictures. kind: "pictures" or
+// "masks". Adds to findings.
+void check_video(const Capture &capture, const Camera *camera, const std::string &kind,
+                 const PictureSource &source, const VideoProbe &probe, Findings &findings) {
+  const std::string id =
+      camera ? "camera " + std::to_string(camera->calibration.id) + ": " : std::string("atlas: ");
+  const std::string subject = id + kind + " " + source.video->file + ": ";
+  const std::string path = capture.resolve(source.video->file);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    findings.problems.push_back(subject + "is missing");
+    return;
+  }
+  if (!probe) return;
+  VideoFacts facts;
+  try {
+    facts = probe(path, source.video->stream);
+  } catch (const std::exception &reason) {
+    findings.problems.push_back(id + kind + ": " + reason.what());
+    return;
+  }
+  for (const std::string &warning : facts.warnings) findings.warnings.push_back(subject + warning);
+  if (!source.rotate && !facts.rotation) {
+    findings.problems.push_back(subject + "its display matrix mirrors or turns by something else than "
+                                          "quarters: expected \"rotate\" to be stated");
+    return;
+  }
+  const int rotate = source.rotate.value_or(facts.rotation.value_or(0));
+  if (rotate % 180) std::swap(facts.width, facts.height);
+  if (camera && (facts.width != camera->calibration.width || facts.height != camera->calibration.height))
+    findings.problems.push_back(
+        subject + "is " + std::to_string(facts.width) + " x " + std::to_string(facts.height) +
+        (rotate ? ", turned by " + std::to_string(rotate) + " degrees" : "") + ", the camera is " +
+        std::to_string(camera->calibration.width) + " x " + std::to_string(camera->calibration.height));
+  VideoReport report = match_video(capture, *source.video, facts.times);
+  if (camera) report.camera = camera->calibration.id;
+  report.masks = kind == "masks";
+  report_times(subject, report, findings);
+  findings.videos.push_back(std::move(report));
+}
+
+// On a grid from corner to corner.
+double share_beyond(const fvv_camera &camera, int grid) {
+  int beyond = 0;
+  for (int i = 0; i < grid * grid; i++) {
+    const double pixel[2] = {(i % grid) * double(camera.width) / (grid - 1),
+                             (i / grid) * double(camera.height) / (grid - 1)};
+    double ray[3];
+    beyond += !fvv_camera_unproject(&camera, pixel, ray);
+  }
+  return double(beyond) / (grid * grid);
+}
+
+// The corners are farthest from the axis: where they have rays, so has all else.
+double share_beyond(const fvv_camera &camera) {
+  return share_beyond(camera, 2) > 0 ? share_beyond(camera, 64) : 0;
+}
+
+} // namespace
+
+std::vector<LensGap> lens_gaps(const Capture &capture) {
+  std::vector<LensGap> out;
+  for (const Camera &camera : capture.cameras) {
+    LensGap gap = {camera.calibration.id, camera.calibration.r_max, 0};
+    const auto add = [&](const fvv_camera &one) {
+      const double share = one.lens == FVV_LENS_NONE ? 0 : share_beyond(one);
+      if (share > gap.share) gap = {gap.camera, one.r_max, share};
+    };
+    if (!camera.moves()) add(camera.calibration);
+    for (const auto &[frame, calibration] : camera.per_frame) add(calibration);
+    if (gap.share > 0) out.push_back(gap);
+  }
+  return out;
+}
+
+std::string text_of(const std::vector<LensGap> &gaps) {
+  std::string out;
+  for (const LensGap &gap : gaps) {
+    char line[160];
+    std::snprintf(line, sizeof line,
+                  "  lens      camera %u: %.1f %% of the picture lie beyond r_max %.4g and are not used\n",
+                  gap.camera, 100 * gap.share, gap.r_max);
+    out += line;
+  }
+  return out;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// What is wrong with some files of a sequence: how many, and the first of them.
+struct Tally {
+  int64_t count = 0;
+  std::string first;
+
+  void add(const std::string &text) {
+    if (!count++) first = text;
+  }
+};
+
+class FileCheck {
+public:
+  FileCheck(const Capture &description, const PictureProbe &picture_probe, const VideoProbe &of_videos)
+      : capture(description), probe(picture_probe), video_probe(of_videos) {}
+
+  Findings run() {
+    if (capture.meshes && capture.animation)
+      animated_file();
+    else if (capture.meshes)
+      sequence("", "meshes", *capture.meshes, nullptr);
+    if (capture.atlas && capture.atlas->pictures) {
+      const PictureSource &pictures = *capture.atlas->pictures;
+      if (pictures.video) {
+        check_video(capture, nullptr, "pictures", pictures, video_probe, findings);
+      } else {
+        // Texture coordinates are for the pixels as they are stored, whatever Exif says. "rotate" turns all
+        // stills alike, so their sizes can be compared as they are.
+        constexpr int stored = 0;
+        const std::optional<PictureSize> size = first_size(*pictures.pattern);
+        sequence("atlas: ", "pictures", *pictures.pattern, size ? &*size : nullptr, stored);
+      }
+    }
+    for (const Camera &camera : capture.cameras) {
+      const std::string subject = "camera " + std::to_string(camera.calibration.id) + ": ";
+      if (camera.pictures) source(subject, "pictures", *camera.pictures, camera);
+      if (camera.masks) source(subject, "masks", *camera.masks, camera);
+    }
+    if (capture.background) background_file(capture.background->file);
+    shared_pictures();
+    return std::move(findings);
+  }
+
+private:
+  void source(const std::string &subject, const std::string &kind, const PictureSource &pictures,
+              const Camera &camera) {
+    const PictureSize size = {camera.calibration.width, camera.calibration.height};
+    if (pictures.video)
+      check_video(capture, &camera, kind, pictures, video_probe, findings);
+    else
+      sequence(subject, kind, *pictures.pattern, &size, pictures.rotate);
+  }
+
+  // Of the first frame's picture. Nothing where there is no probe; 0 x 0, which nothing is held against,
+  // where it cannot read that picture.
+  std::optional<PictureSize> first_size(const Pattern &pattern) const {
+    if (!probe) return std::nullopt;
+    try {
+      return probe(capture.resolve(pattern.file(capture.frames.first)));
+    } catch (const std::exception &) {
+      return PictureSize{0, 0}; // sequence() meets and tells what is wrong with it
+    }
+  }
+
+  // kind: a plural. expected: size that the pictures must have; NULL: these are no pictures.
+  void sequence(const std::string &subject, const std::string &kind, const Pattern &pattern,
+                const PictureSize *expected, std::optional<int> rotate = {}) {
+    Tally missing, empty, unreadable, unlike, turned;
+    Gaps gaps(capture.frames.step);
+    const int64_t count = files_of(pattern);
+    for (int64_t i = 0; i < count; i++) {
+      const int64_t frame = capture.frames.number(i);
+      const std::string file = pattern.file(frame), path = capture.resolve(file);
+      std::error_code error;
+      if (!fs::is_regular_file(path, error)) {
+        missing.add(file);
+        gaps.add(frame);
+      } else if (!std::ifstream(path).is_open())
+        unreadable.add(file + ": permission denied");
+      else if (fs::file_size(path, error) == 0)
+        empty.add(file);
+      else if (expected && probe)
+        check_size(file, path, *expected, rotate, unreadable, unlike, turned);
+    }
+    if (missing.count && pattern.is_numbered())
+      findings.problems.push_back(counted(subject, kind, count, missing, "missing") + ": " + gaps.text() +
+                                  " (first: " + missing.first + ")");
+    else
+      report(subject, kind, count, missing, "missing");
+    report(subject, kind, count, empty, "empty");
+    report(subject, kind, count, unreadable, "unreadable");
+    if (expected)
+      report(subject, kind, count, unlike,
+             "not " + std::to_string(expected->width) + " x " + std::to_string(expected->height));
+    if (turned.count)
+      findings.warnings.push_back(counted(subject, kind, count, turned, "turned by their Exif orientation") +
+                                  ", which is ignored unless \"rotate\" is stated, first: " + turned.first);
+    extra_frames(subject, kind, pattern);
+  }
+
+  void check_size(const std::string &file, const std::string &path, const PictureSize &expected,
+                  std::optional<int> rotate, Tally &unreadable, Tally &unlike, Tally &turned) const {
+    try {
+      PictureSize size = probe(path);
+      if (rotate && *rotate % 180) std::swap(size.width, size.height);
+      if (expected.width && (size.width != expected.width || size.height != expected.height))
+        unlike.add(file + " is " + std::to_string(size.width) + " x " + std::to_string(size.height));
+      if (size.orientation != 1 && !rotate)
+        turned.add(file + " has orientation " + std::to_string(size.orientation));
+    } catch (const std::exception &error) {
+      unreadable.add(error.what());
+    }
+  }
+
+  void background_file(const std::string &file) {
+    std::error_code error;
+    if (!fs::is_regular_file(capture.resolve(file), error))
+      findings.problems.push_back("background: " + file + " is missing");
+  }
+
+  // One where all frames share a file, else one for each.
+  int64_t files_of(const Pattern &pattern) const { return pattern.is_numbered() ? capture.frames.count : 1; }
+
+  static std::string counted(const std::string &subject, const std::string &kind, int64_t count,
+                             const Tally &tally, const std::string &state) {
+    return subject + std::to_string(tally.count) + " of " + std::to_string(count) + " " + kind +
+           (tally.count == 1 ? " is " : " are ") + state;
+  }
+  void report(const std::string &subject, const std::string &kind, int64_t count, const Tally &tally,
+              const std::string &state) {
+    if (tally.count)
+      findings.problems.push_back(counted(subject, kind, count, tally, state) + ", first: " + tally.first);
+  }
+
+  // Whatever is wrong with the file is wrong with every frame: it is read here, and not again.
+  void animated_file() {
+    const Frames &frames = capture.frames;
+    double end;
+    try {
+      end = capture.animation->end(capture.mesh_path(frames.first), capture.atlas.has_value());
+    } catch (const Error &error) {
+      findings.problems.push_back(std::string("meshes: ") + error.what());
+      return;
+    }
+    const auto behind = [&](int64_t i) {
+      return float(capture.animation_time(frames.number(i))) > float(end);
+    };
+    if (!behind(frames.count - 1)) return;
+    int64_t low = 0, high = frames.count - 1;
+    while (low < high) {
+      const int64_t middle = low + (high - low) / 2;
+      if (behind(middle))
+        high = middle;
+      else
+        low = middle + 1;
+    }
+    char seconds[32];
+    snprintf(seconds, sizeof seconds, "%.3f", end);
+    findings.warnings.push_back(std::string("meshes: the animation ends at ") + seconds + " s, the last " +
+                                std::to_string(frames.count - low) + " of " + std::to_string(frames.count) +
+                                " frames, from " + std::to_string(frames.number(low)) + ", repeat its end");
+  }
+
+  // Files that the pattern would name for frames before the first or behind the last.
+  void extra_frames(const std::string &subject, const std::string &kind, const Pattern &pattern) {
+    if (!pattern.is_numbered()) return;
+    const int64_t first = capture.frames.first, last = capture.frames.number(capture.frames.count - 1);
+    int64_t lowest = first, highest = last, extra = 0;
+    // The number may stand in the name of a folder ("%04d/cam0.png"): list the one around it.
+    const std::string sample = pattern.file(0), other = pattern.file(1);
+    const size_t differs = static_cast<size_t>(
+        std::mismatch(sample.begin(), sample.end(), other.begin(), other.end()).first - sample.begin());
+    const size_t start = sample.rfind('/', differs), end = sample.find('/', differs);
+    const std::string parent = start == sample.npos ? "" : sample.substr(0, start + 1);
+    const std::string rest = end == sample.npos ? "" : sample.substr(end);
+    std::error_code error;
+    fs::directory_iterator entry(capture.resolve(parent.empty() ? "." : parent), error), none;
+    for (; !error && entry != none; entry.increment(error)) {
+      const std::string file = parent + entry->path().filename().string() + rest;
+      const std::optional<int64_t> frame = pattern.frame(file);
+      std::error_code ignored;
+      if (!frame || (*frame >= first && *frame <= last) ||
+          !fs::is_regular_file(capture.resolve(file), ignored))
+        continue;
+      extra++;
+      lowest = std::min(lowest, *frame);
+      highest = std::max(highest, *frame);
+    }
+    if (extra)
+      findings.unused.push_back(subject + kind + " reach from frame " + std::to_string(lowest) + " to " +
+                                std::to_string(highest) + ", the capture takes " + std::to_string(first) +
+                                " to " + std::to_string(last) + " (" + std::to_string(extra) + " not used)");
+  }
+
+  void shared_pictures() {
+    for (size_t i = 0; i < capture.cameras.size(); i++)
+      for (size_t j = 0; j < i; j++) {
+        const Camera &a = capture.cameras[j], &b = capture.cameras[i];
+        if (a.pictures && b.pictures && a.pictures->has_same_pictures(*b.pictures))
+          findings.problems.push_back("camera " + std::to_string(b.calibration.id) +
+                                      ": has the pictures of camera " + std::to_string(a.calibration.id) +
+                                      ": " + b.pictures->text());
+      }
+  }
+
+  const Capture &capture;
+  const PictureProbe &probe;
+  const VideoProbe &video_probe;
+  Findings findings;
+};
+
+} // namespace
+
+Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe) {
+  return FileCheck(capture, probe, video_probe).run();
+}
+
+} // namespace fvv::scene

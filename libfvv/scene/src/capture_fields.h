@@ -1,0 +1,27 @@
+// values of a capture.json that several of its parts have. Each fails by naming the
+// value's place, what was expected and what was found.
+#pragma once
+
+#include "fvv_scene/capture.h"
+#include "scene/src/strict_json.h"
+
+namespace fvv::scene {
+
+double finite(const JsonValue &value);
+double positive(const JsonValue &value);
+// "25", "30000/1001" or 25, in lowest terms. least: of the numerator. what: for the message.
+fvv_rational read_rational(const JsonValue &value, int64_t least, const char *what);
+// The same of text, without least; nothing for what is none or does not fit.
+std::optional<fvv_rational> parse_rational(std::string_view text);
+// The ranges of fvv.md clause 5.1.
+Lattice read_lattice(const JsonValue &value);
+Background read_background(const JsonValue &value);
+// A pattern; without a number it names one file for all frames.
+Pattern read_pattern(const JsonValue &value);
+// The same, which needs a number when there are several frames.
+Pattern read_pattern(const JsonValue &value, const Frames &frames);
+
+// The array of cameras, appended to capture, whose frames and units are known already.
+void read_cameras(const JsonValue &value, Capture &capture, double pixel_centre);
+
+} // namespace fvv::scene

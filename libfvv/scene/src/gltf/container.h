@@ -1,0 +1,65 @@
+// capture/gltf/container.h: the outer shell of glTF 2.0 (clauses 2 to 4 of the Khronos specification): the
+// JSON text, alone or in a GLB, and the bytes of buffers, be they in the GLB, in data: URIs or in files
+// beside it. Knows ranges of bytes; knows no accessor, mesh or animation, and looks into no image.
+//
+// Debian's one small library for glTF, tinygltf 2.7, is not used: it takes the last of two equal keys,
+// replaces values of the wrong type by defaults, checks no range of a view or an accessor, and opens "../" in
+// URIs. With all that checked again, nothing would be left for it but what nlohmann-json does.
+#pragma once
+
+#include "fvv/types.h"
+#include "scene/src/strict_json.h"
+
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace fvv::scene::gltf {
+
+// The bytes of a bufferView; stride 0: elements follow one another without gaps.
+struct View {
+  std::string_view bytes;
+  uint64_t stride;
+};
+
+// Borrows bytes and path. Every function throws Error with path and JSON pointer.
+class Container {
+public:
+  // path: what messages call the file; buffers are looked for in its folder and below.
+  Container(std::string_view bytes, const std::string &path);
+
+  JsonValue root() const { return {document, file}; }
+  // What reference, an index, means: an item of the array of that name at the top ("accessors").
+  JsonValue item(const char *list, const JsonValue &reference) const;
+  // reference: an index among bufferViews. Reads the buffer, and decompresses the view, when it is asked for
+  // the first time.
+  View view(const JsonValue &reference);
+
+  // The bytes of an item of images: PNG or JPEG, if the file keeps to the specification.
+  std::string image(size_t index);
+
+  // Called before count numbers are taken out of the file. Accessors may share bytes or have none at all
+  // (then they are zero), so that a small file could ask for any amount of memory.
+  void charge(const JsonValue &place, uint64_t count);
+
+private:
+  void open_glb(std::string_view bytes);
+  void check_version() const;
+  void check_extensions() const;
+  std::string_view buffer(const JsonValue &reference);
+  // The bytes that buffer, byteOffset and byteLength of an object say.
+  std::string_view range(const JsonValue &place);
+  // Called before so many bytes are read or decoded.
+  void charge_bytes(const JsonValue &place, uint64_t size);
+  std::string load(const JsonValue &uri, uint64_t limit) const;
+
+  const std::string &file;
+  nlohmann::json document;
+  std::string_view binary; // chunk BIN of a GLB
+  bool has_binary = false;
+  std::map<int64_t, std::string> loaded;       // buffers that stand elsewhere
+  std::map<int64_t, std::string> decompressed; // bufferViews
+  uint64_t buffer_bytes = 0, numbers = 0;
+};
+
+} // namespace fvv::scene::gltf

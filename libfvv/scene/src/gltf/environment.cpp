@@ -1,0 +1,421 @@
+// capture/gltf/environment.cpp: a glTF file as an environment: geometry through the scene's reader, materials
+// and lights from here.
+
+#include "fvv_scene/environment.h"
+#include "fvv_cxx/untrusted.h"
+#include "fvv_scene/text.h"
+#include "scene/src/gltf/pose.h"
+#include "scene/src/mesh_build.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+
+namespace fvv::scene {
+
+namespace gltf {
+
+namespace {
+
+constexpr int64_t clamp_to_edge = 33071, mirrored_repeat = 33648, repeat = 10497;
+constexpr double quarter_turn = 0.78539816339744828, half_turn = 1.5707963267948966;
+
+bool has_extension(const JsonValue &value, const char *name) {
+  const auto extensions = value.find("extensions");
+  return extensions && extensions->find(name);
+}
+
+class EnvironmentReader {
+public:
+  EnvironmentReader(std::string_view bytes, const std::string &path, const fvv_limits &limits)
+      : container(bytes, path), root(container.root()),
+        scene(read_scene(bytes, path, NoAnimation{}, limits, Texture::materials, true)) {}
+
+  Environment read() {
+    for (PosedPart &posed : pose_parts(scene)) add(std::move(posed));
+    for (EnvironmentPart &part : out.parts)
+      if (part.mesh.normals.size() != part.mesh.positions.size()) part.mesh.normals.clear();
+    read_lights();
+    if (scene.report.lines_and_points) note("lines and points");
+    return std::move(out);
+  }
+
+private:
+  void note(const std::string &what) {
+    const std::string text = what + " are left out";
+    if (std::find(out.notes.begin(), out.notes.end(), text) == out.notes.end()) out.notes.push_back(text);
+  }
+
+  // All of one material is one part.
+  void add(PosedPart &&posed) {
+    const int64_t key = posed.material.value_or(-1);
+    const auto [found, fresh] = part_of.emplace(key, out.parts.size());
+    if (fresh) {
+      out.parts.emplace_back();
+      if (posed.material) read_material(root.at("materials").item(size_t(*posed.material)), out.parts.back());
+    }
+    EnvironmentPart &part = out.parts[found->second];
+    const uint32_t base = uint32_t(part.mesh.vertex_count());
+    for (const uint32_t corner : posed.mesh.faces) part.mesh.faces.push_back(base + corner);
+    const auto append = [](std::vector<double> &to, const std::vector<double> &from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    append(part.mesh.positions, posed.mesh.positions);
+    append(part.mesh.texture, posed.mesh.texture);
+    append(part.mesh.normals, posed.mesh.normals);
+  }
+
+  void read_material(const JsonValue &material, EnvironmentPart &part) {
+    if (const auto sides = material.find("doubleSided")) part.double_sided = sides->boolean();
+    part.unlit = has_extension(material, "KHR_materials_unlit");
+    if (const auto alpha = material.find("alphaMode"); alpha && alpha->text() != "OPAQUE")
+      note("transparency and cut-outs");
+    if (material.find("emissiveTexture") || material.find("normalTexture"))
+      note("emissive and normal textures");
+    const auto metallic = material.find("pbrMetallicRoughness");
+    if (!metallic) return;
+    if (const auto factor = metallic->find("baseColorFactor"))
+      for (size_t k = 0; k < 3; k++) {
+        const JsonValue value = factor->items(4, k);
+        part.colour[k] = value.number();
+        if (!(part.colour[k] >= 0 && part.colour[k] <= 1))
+          value.fail("expected 0 to 1, found " + value.found());
+      }
+    if (const auto info = metallic->find("baseColorTexture")) read_texture(*info, part);
+  }
+
+  void read_texture(const JsonValue &info, EnvironmentPart &part) {
+    const JsonValue texture = container.item("textures", info.at("index"));
+    const JsonValue source = texture.at("source");
+    container.item("images", source);
+    const int64_t image = source.integer(0, INT32_MAX);
+    const auto [found, fresh] = picture_of.emplace(image, out.pictures.size());
+    if (fresh) out.pictures.push_back(container.image(size_t(image)));
+    part.picture = found->second;
+    const auto reference = texture.find("sampler");
+    if (!reference) return;
+    const JsonValue sampler = container.item("samplers", *reference);
+    const auto wrap = [&](const char *key) {
+      const auto value = sampler.find(key);
+      return value ? value->integer(0, INT32_MAX) : repeat;
+    };
+    const int64_t s = wrap("wrapS"), t = wrap("wrapT");
+    part.clamped = s == clamp_to_edge && t == clamp_to_edge;
+    if (s == mirrored_repeat || t == mirrored_repeat || s != t)
+      note("mirrored and mixed repetition of textures, which repeat instead,");
+  }
+
+  void read_lights() {
+    const std::vector<Transform> places = global_transforms(scene);
+    for (uint32_t i = 0; i < scene.nodes.size(); i++) {
+      if (!scene.visible[i]) continue;
+      const auto extensions = root.at("nodes").item(i).find("extensions");
+      const auto lights = extensions ? extensions->find("KHR_lights_punctual") : std::nullopt;
+      if (lights) read_light(lights->at("light"), places[i]);
+    }
+  }
+
+  void read_light(const JsonValue &reference, const Transform &place) {
+    const JsonValue list = root.at("extensions").at("KHR_lights_punctual").at("lights");
+    const int64_t index = reference.integer(0, INT32_MAX);
+    if (size_t(index) >= list.size())
+      reference.fail("expected one of " + std::to_string(list.size()) + " lights, found " +
+                     reference.found());
+    const JsonValue json = list.item(size_t(index));
+    fvv_light light = {};
+    const std::string type = json.at("type").text();
+    if (type != "directional" && type != "point" && type != "spot")
+      json.at("type").fail("expected directional, point or spot, found " + json.at("type").found());
+    light.type = type == "directional" ? FVV_LIGHT_DIRECTIONAL
+                 : type == "point"     ? FVV_LIGHT_POINT
+                                       : FVV_LIGHT_SPOT;
+    const auto extras = json.find("extras");
+    const auto shadows = extras && extras->is_object() ? extras->find("casts_shadows") : std::nullopt;
+    light.flags = !shadows || shadows->boolean() ? FVV_LIGHT_CASTS_SHADOWS : 0;
+    const auto number = [](const JsonValue &from, const char *key, double absent, double most) {
+      const auto value = from.find(key);
+      if (!value) return absent;
+      if (!(value->number() >= 0 && value->number() <= most))
+        value->fail("expected a number from 0 on, at most " + std::to_string(most) + ", found " +
+                    value->found());
+      return value->number();
+    };
+    const auto colour = json.find("color");
+    for (size_t k = 0; k < 3; k++) {
+      light.colour[k] = colour ? colour->items(3, k).number() : 1;
+      if (!(light.colour[k] >= 0 && light.colour[k] <= 1))
+        colour->fail("expected numbers from 0 to 1, found " + colour->items(3, k).found());
+    }
+    light.intensity = number(json, "intensity", 1, 1e30);
+    if (light.type != FVV_LIGHT_DIRECTIONAL) {
+      light.range = number(json, "range", 0, 1e30);
+      for (size_t k = 0; k < 3; k++) light.position[k] = place.m[4 * k + 3];
+    }
+    if (light.type != FVV_LIGHT_POINT) set_direction(reference, place, light);
+    if (light.type == FVV_LIGHT_SPOT) {
+      const auto spot = json.find("spot");
+      light.inner_cone = spot ? number(*spot, "innerConeAngle", 0, half_turn) : 0;
+      light.outer_cone = spot ? number(*spot, "outerConeAngle", quarter_turn, half_turn) : quarter_turn;
+      if (!(light.inner_cone < light.outer_cone)) json.fail("expected innerConeAngle below outerConeAngle");
+    }
+    out.lights.push_back(light);
+  }
+
+  // Along -z of the node.
+  static void set_direction(const JsonValue &reference, const Transform &place, fvv_light &light) {
+    double square = 0;
+    for (size_t k = 0; k < 3; k++) square += place.m[4 * k + 2] * place.m[4 * k + 2];
+    const double length = std::sqrt(square);
+    if (!(length > 0) || !std::isfinite(length)) reference.fail("expected a node with a direction");
+    for (size_t k = 0; k < 3; k++) light.direction[k] = -place.m[4 * k + 2] / length;
+  }
+
+  Container container;
+  const JsonValue root;
+  const Scene scene;
+  std::map<int64_t, size_t> part_of, picture_of; // by material and image
+  Environment out;
+};
+
+} // namespace
+
+} // namespace gltf
+
+Environment parse_environment(std::string_view bytes, const std::string &name, const fvv_limits *limits) {
+  return gltf::EnvironmentReader(bytes, name, limits_or_default(limits)).read();
+}
+
+void Environment::transform(const gltf::Transform &by) {
+  const auto move = [&](double *at) {
+    const double point[3] = {at[0], at[1], at[2]};
+    double moved[3];
+    by.apply(point, moved);
+    std::copy_n(moved, 3, at);
+  };
+  // What stands in m[3], m[7] and m[11] moves places, not directions.
+  gltf::Transform turn = by;
+  turn.m[3] = turn.m[7] = turn.m[11] = 0;
+  const bool mirrors = by.determinant() < 0;
+  for (EnvironmentPart &part : parts) {
+    for (size_t i = 0; i < part.mesh.positions.size(); i += 3) move(&part.mesh.positions[i]);
+    for (size_t i = 0; i < part.mesh.normals.size(); i += 3) {
+      const double normal[3] = {part.mesh.normals[i], part.mesh.normals[i + 1], part.mesh.normals[i + 2]};
+      double moved[3];
+      by.apply_normal(normal, moved);
+      std::copy_n(moved, 3, &part.mesh.normals[i]);
+    }
+    for (size_t i = 0; mirrors && i < part.mesh.faces.size(); i += 3)
+      std::swap(part.mesh.faces[i + 1], part.mesh.faces[i + 2]);
+  }
+  const double scale = std::cbrt(std::fabs(by.determinant()));
+  for (fvv_light &light : lights) {
+    if (light.type != FVV_LIGHT_DIRECTIONAL) move(light.position);
+    light.range *= scale;
+    if (light.type == FVV_LIGHT_POINT) continue;
+    const double direction[3] = {light.direction[0], light.direction[1], light.direction[2]};
+    double moved[3];
+    turn.apply(direction, moved);
+    const double length = std::sqrt(moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2]);
+    for (size_t k = 0; k < 3; k++) light.direction[k] = moved[k] / length;
+  }
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int float32 = 5126, uint32 = 5125, vertices = 34962, indices = 34963;
+constexpr int clamp_to_edge = 33071;
+
+class Writer {
+public:
+  Writer(const Environment &source, const Lattice &grid, const std::string &file)
+      : environment(source), lattice(grid), name(file) {}
+
+  std::string write() {
+    document = {
+        {"asset", {{"version", "2.0"}, {"generator", "fvv"}}}, {"scene", 0}, {"scenes", Json::array()}};
+    for (const char *list : {"nodes", "meshes", "materials", "textures", "images", "samplers"})
+      document[list] = Json::array();
+    for (const char *list : {"accessors", "bufferViews"}) document[list] = Json::array();
+    for (const std::string &picture : environment.pictures)
+      document["images"].push_back({{"bufferView", view(picture, {})}, {"mimeType", mime(picture)}});
+    for (const EnvironmentPart &part : environment.parts) add(part);
+    if (!environment.lights.empty()) add_lights();
+    Json roots = Json::array();
+    for (size_t i = 0; i < document["nodes"].size(); i++) roots.push_back(i);
+    document["scenes"].push_back({{"nodes", roots}});
+    if (!used.empty()) document["extensionsUsed"] = used;
+    for (const char *list : {"nodes", "meshes", "materials", "textures", "images", "samplers", "accessors"})
+      if (document[list].empty()) document.erase(list);
+    document["buffers"] = {{{"byteLength", binary.size()}}};
+    return glb();
+  }
+
+private:
+  static const char *mime(const std::string &picture) {
+    return picture.compare(0, 4, "\x89PNG") == 0 ? "image/png" : "image/jpeg";
+  }
+
+  void use(const char *extension) {
+    for (const Json &known : used)
+      if (known == extension) return;
+    used.push_back(extension);
+  }
+
+  size_t view(const std::string &bytes, std::optional<int> target) {
+    Json entry = {{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", bytes.size()}};
+    if (target) entry["target"] = *target;
+    binary += bytes;
+    while (binary.size() % 4) binary += '\0';
+    document["bufferViews"].push_back(entry);
+    return document["bufferViews"].size() - 1;
+  }
+
+  static void put(std::string &out, uint32_t bits) {
+    for (int i = 0; i < 4; i++) out += char(bits >> (8 * i) & 255);
+  }
+
+  size_t floats(const std::vector<double> &values, size_t width, bool bounded) {
+    std::string bytes;
+    std::vector<float> low(width, INFINITY), high(width, -INFINITY);
+    for (size_t i = 0; i < values.size(); i++) {
+      const float value = float(values[i]);
+      uint32_t bits;
+      memcpy(&bits, &value, sizeof bits);
+      put(bytes, bits);
+      low[i % width] = std::min(low[i % width], value);
+      high[i % width] = std::max(high[i % width], value);
+    }
+    Json accessor = {{"bufferView", view(bytes, vertices)},
+                     {"componentType", float32},
+                     {"count", values.size() / width},
+                     {"type", width == 2 ? "VEC2" : "VEC3"}};
+    if (bounded) {
+      accessor["min"] = low;
+      accessor["max"] = high;
+    }
+    document["accessors"].push_back(accessor);
+    return document["accessors"].size() - 1;
+  }
+
+  size_t corners(const std::vector<uint32_t> &faces) {
+    std::string bytes;
+    for (const uint32_t corner : faces) put(bytes, corner);
+    document["accessors"].push_back({{"bufferView", view(bytes, indices)},
+                                     {"componentType", uint32},
+                                     {"count", faces.size()},
+                                     {"type", "SCALAR"}});
+    return document["accessors"].size() - 1;
+  }
+
+  // As a float32, a coordinate is to round to the lattice point that it lies on.
+  void check_positions(const EnvironmentPart &part) const {
+    const Mesh &mesh = part.mesh;
+    const Lattice grid = part.lattice.value_or(lattice);
+    for (size_t i = 0; i < mesh.positions.size(); i++) {
+      const double exact = (mesh.positions[i] - grid.origin[i % 3]) / grid.step;
+      const double stored = (double(float(mesh.positions[i])) - grid.origin[i % 3]) / grid.step;
+      if (std::fabs(stored - std::nearbyint(exact)) > 0.49)
+        throw Error(name + ": vertex " + std::to_string(i / 3) +
+                    " of the environment lies too far out for float32 on a lattice of this step");
+    }
+  }
+
+  void add(const EnvironmentPart &part) {
+    check_writable(part.mesh, name);
+    check_positions(part);
+    Json attributes = {{"POSITION", floats(part.mesh.positions, 3, true)}};
+    if (!part.mesh.normals.empty()) attributes["NORMAL"] = floats(part.mesh.normals, 3, false);
+    if (!part.mesh.texture.empty()) attributes["TEXCOORD_0"] = floats(part.mesh.texture, 2, false);
+    Json surface = {{"baseColorFactor", {part.colour[0], part.colour[1], part.colour[2], 1}},
+                    {"metallicFactor", 0},
+                    {"roughnessFactor", 1}};
+    if (part.picture) surface["baseColorTexture"] = {{"index", texture(part)}};
+    Json material = {{"pbrMetallicRoughness", surface}};
+    if (part.double_sided) material["doubleSided"] = true;
+    if (part.unlit) {
+      use("KHR_materials_unlit");
+      material["extensions"] = {{"KHR_materials_unlit", Json::object()}};
+    }
+    document["materials"].push_back(material);
+    document["meshes"].push_back({{"primitives",
+                                   {{{"attributes", attributes},
+                                     {"indices", corners(part.mesh.faces)},
+                                     {"material", document["materials"].size() - 1}}}}});
+    document["nodes"].push_back({{"mesh", document["meshes"].size() - 1}});
+  }
+
+  size_t texture(const EnvironmentPart &part) {
+    Json entry = {{"source", *part.picture}};
+    if (part.clamped) {
+      document["samplers"] = {{{"wrapS", clamp_to_edge}, {"wrapT", clamp_to_edge}}};
+      entry["sampler"] = 0;
+    }
+    document["textures"].push_back(entry);
+    return document["textures"].size() - 1;
+  }
+
+  // The rotation that turns -z into a direction, the shortest way.
+  static Json turn(const double (&d)[3]) {
+    double q[4] = {d[1], -d[0], 0, 1 - d[2]};
+    if (!gltf::normalise(q)) return {1, 0, 0, 0};
+    return {q[0], q[1], q[2], q[3]};
+  }
+
+  void add_lights() {
+    use("KHR_lights_punctual");
+    Json list = Json::array();
+    for (const fvv_light &light : environment.lights) {
+      const bool directed = light.type != FVV_LIGHT_POINT, placed = light.type != FVV_LIGHT_DIRECTIONAL;
+      Json entry = {{"type", !placed    ? "directional"
+                             : directed ? "spot"
+                                        : "point"},
+                    {"color", {light.colour[0], light.colour[1], light.colour[2]}},
+                    {"intensity", light.intensity},
+                    {"extras", {{"casts_shadows", (light.flags & FVV_LIGHT_CASTS_SHADOWS) != 0}}}};
+      if (light.range > 0) entry["range"] = light.range;
+      if (light.type == FVV_LIGHT_SPOT)
+        entry["spot"] = {{"innerConeAngle", light.inner_cone}, {"outerConeAngle", light.outer_cone}};
+      Json node = Json::object();
+      if (placed) node["translation"] = {light.position[0], light.position[1], light.position[2]};
+      if (directed) node["rotation"] = turn(light.direction);
+      node["extensions"] = {{"KHR_lights_punctual", {{"light", list.size()}}}};
+      list.push_back(entry);
+      document["nodes"].push_back(node);
+    }
+    document["extensions"] = {{"KHR_lights_punctual", {{"lights", list}}}};
+  }
+
+  std::string glb() const {
+    std::string text = document.dump();
+    while (text.size() % 4) text += ' ';
+    const uint64_t size = 12 + 8 + uint64_t(text.size()) + 8 + binary.size();
+    if (size > UINT32_MAX) throw Error(name + ": the environment has more than 4 GiB");
+    std::string out = "glTF";
+    put(out, 2);
+    put(out, uint32_t(size));
+    put(out, uint32_t(text.size()));
+    out += "JSON" + text;
+    put(out, uint32_t(binary.size()));
+    out.append("BIN\0", 4);
+    return out + binary;
+  }
+
+  const Environment &environment;
+  const Lattice &lattice;
+  const std::string &name;
+  Json document, used = Json::array();
+  std::string binary;
+};
+
+} // namespace
+
+std::string format_environment(const Environment &environment, const Lattice &lattice,
+                               const std::string &name) {
+  return Writer(environment, lattice, name).write();
+}
+
+} // namespace fvv::scene

@@ -1,0 +1,24 @@
+// The meshes of a glTF scene at a time: nodes, skins and morph targets applied.
+#pragma once
+
+#include "scene/src/gltf/accessor.h"
+#include "scene/src/gltf/scene.h"
+
+namespace fvv::scene::gltf {
+
+// In the file's units and axes (+y up), with normals when they were read and every primitive has them. time
+// in seconds; nothing: as the nodes stand. Where a node mirrors, its faces are turned round, so that they are
+// counter-clockwise seen from outside. Error for coordinates that overflow.
+Mesh pose(const Scene &scene, std::optional<double> time);
+
+// The same piece by piece: each primitive of each node that is drawn, with the material that it names.
+struct PosedPart {
+  Mesh mesh;
+  std::optional<int64_t> material;
+};
+std::vector<PosedPart> pose_parts(const Scene &scene);
+
+// From the space of each node to that of the scene, as the nodes stand.
+std::vector<Transform> global_transforms(const Scene &scene);
+
+} // namespace fvv::scene::gltf

@@ -1,0 +1,153 @@
+// import/nerfstudio.cpp: transforms.json of nerfstudio and instant-ngp. Poses go from the camera to the world
+// in OpenGL's axes; intrinsics stand at the top or in a frame, which then counts.
+
+#include "scene/src/import/camera.h"
+#include "scene/src/strict_json.h"
+
+#include <cmath>
+
+namespace fvv::import {
+
+namespace {
+
+constexpr uint64_t max_json_size = uint64_t(16)
+                                   << 20; // as for a capture.json: values cost many times their text
+
+using scene::JsonValue;
+
+double finite(const JsonValue &value) {
+  const double number = value.number();
+  if (!std::isfinite(number)) value.fail("expected a finite number, found " + value.found());
+  return number;
+}
+
+// A key of a frame, or else of the document.
+class Scope {
+public:
+  Scope(const JsonValue &root_, const JsonValue &frame_) : root(root_), frame(frame_) {}
+
+  std::optional<JsonValue> find(const char *key) const {
+    const auto own = frame.find(key);
+    return own ? own : root.find(key);
+  }
+  double number(const char *key, double otherwise) const {
+    const auto value = find(key);
+    return value ? finite(*value) : otherwise;
+  }
+  uint32_t pixels(const char *key) const {
+    const auto value = find(key);
+    if (!value) frame.fail(std::string("expected \"") + key + "\" here or at the top, found neither");
+    // Some writers give 1080.0.
+    const double size = finite(*value);
+    if (!(size >= 1 && size <= INT32_MAX && size == std::floor(size)))
+      value->fail("expected a whole number of pixels > 0, found " + value->found());
+    return static_cast<uint32_t>(size);
+  }
+  // A focal length, or the whole angle of view across size pixels; nothing when neither is there.
+  std::optional<double> focal(const char *length, const char *angle, double size) const {
+    if (const auto value = find(length)) return finite(*value);
+    const auto value = find(angle);
+    if (!value) return std::nullopt;
+    const double radians = finite(*value);
+    if (!(radians > 0 && radians < M_PI))
+      value->fail("expected an angle between 0 and pi, found " + value->found());
+    return size / 2 / std::tan(radians / 2);
+  }
+
+private:
+  const JsonValue &root, &frame;
+};
+
+enum class Model { pinhole, radtan, fisheye };
+
+Model read_model(const Scope &scope) {
+  if (const auto value = scope.find("camera_model")) {
+    const std::string name = value->text();
+    if (name == "PINHOLE") return Model::pinhole;
+    if (name == "OPENCV") return Model::radtan;
+    if (name == "OPENCV_FISHEYE") return Model::fisheye;
+    value->fail("expected one of the camera models PINHOLE, OPENCV, OPENCV_FISHEYE, found " + value->found());
+  }
+  // instant-ngp's own mark.
+  const auto fisheye = scope.find("is_fisheye");
+  return fisheye && fisheye->boolean() ? Model::fisheye : Model::radtan;
+}
+
+void refuse(const Scope &scope, std::initializer_list<const char *> keys, const char *why) {
+  for (const char *key : keys)
+    if (scope.number(key, 0) != 0) {
+      const JsonValue value = *scope.find(key);
+      value.fail(why + value.found());
+    }
+}
+
+void read_lens(const Scope &scope, fvv_camera &camera) {
+  const double k1 = scope.number("k1", 0), k2 = scope.number("k2", 0), k3 = scope.number("k3", 0);
+  switch (read_model(scope)) {
+  case Model::pinhole:
+    refuse(scope, {"k1", "k2", "k3", "k4", "p1", "p2"}, "expected 0 for the camera model PINHOLE, found ");
+    break;
+  case Model::radtan: {
+    // nerfstudio's k4 belongs to r^8, OpenCV's to the denominator; fvv has no r^8.
+    refuse(scope, {"k4"}, "expected 0 for the camera model OPENCV, where k4 has no agreed meaning, found ");
+    const double coefficients[8] = {k1, k2, scope.number("p1", 0), scope.number("p2", 0), k3};
+    set_radtan(camera, coefficients);
+    break;
+  }
+  case Model::fisheye: {
+    refuse(scope, {"p1", "p2"}, "expected 0 for the camera model OPENCV_FISHEYE, found ");
+    const double coefficients[4] = {k1, k2, k3, scope.number("k4", 0)};
+    set_fisheye(camera, coefficients);
+    break;
+  }
+  }
+}
+
+void read_pose(const JsonValue &matrix, fvv_camera &camera) {
+  double axes[9], centre[3];
+  for (size_t row = 0; row < 4; row++)
+    for (size_t column = 0; column < 4; column++) {
+      const JsonValue item = matrix.items(4, row).items(4, column);
+      const double value = finite(item);
+      if (row == 3 && value != (column == 3))
+        item.fail(std::string("expected ") + (column == 3 ? "1" : "0") + " in the last row, found " +
+                  item.found());
+      if (row < 3 && column < 3) axes[3 * column + row] = value; // the columns are the axes
+      if (row < 3 && column == 3) centre[row] = value;
+    }
+  set_pose_opengl(camera, axes, centre);
+}
+
+} // namespace
+
+Calibration read_nerfstudio(const std::string &file) {
+  const nlohmann::json document = scene::parse_strict_json(scene::read_file(file, max_json_size), file);
+  const JsonValue root(document, file), frames = root.at("frames");
+  std::vector<std::string> pictures;
+  for (size_t i = 0; i < frames.size(); i++) pictures.push_back(frames.item(i).at("file_path").text());
+  const std::vector<std::string> names = names_of_pictures(pictures);
+  Calibration calibration;
+  for (size_t i = 0; i < frames.size(); i++) {
+    const JsonValue frame = frames.item(i);
+    const Scope scope(root, frame);
+    scene::Camera camera;
+    camera.set_name(names[i]);
+    fvv_camera &model = camera.calibration;
+    model.id = static_cast<uint16_t>(i); // append() allows far fewer cameras than ids
+    model.width = scope.pixels("w");
+    model.height = scope.pixels("h");
+    const auto fx = scope.focal("fl_x", "camera_angle_x", model.width);
+    if (!fx) frame.fail("expected \"fl_x\" or \"camera_angle_x\" here or at the top, found neither");
+    model.fx = *fx;
+    model.fy = scope.focal("fl_y", "camera_angle_y", model.height).value_or(*fx);
+    model.cx = scope.number("cx", model.width / 2.0);
+    model.cy = scope.number("cy", model.height / 2.0);
+    read_lens(scope, model);
+    read_pose(frame.at("transform_matrix"), model);
+    append(calibration, std::move(camera), file + ": /frames/" + std::to_string(i));
+  }
+  require_cameras(calibration, file);
+  return calibration;
+}
+
+} // namespace fvv::import

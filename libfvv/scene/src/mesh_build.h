@@ -1,0 +1,22 @@
+// capture/mesh_check.h: what the mesh readers and writers share: growing a mesh within limits, splitting it
+// at the seams of its atlas and at hard edges, and refusing one that no file should hold.
+#pragma once
+
+#include "fvv_scene/mesh_file.h"
+
+namespace fvv::scene {
+
+// Appends the fan of a polygon around its first corner. corners: at least 3 indices.
+void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &report);
+
+// Gives every vertex one pair of texture coordinates, one normal, or both. texture: u v for each corner of
+// mesh.faces, in their order, normals: x y z for each; or empty. A vertex keeps its place with the first pair
+// and normal that come along; for all others a copy of it follows behind all vertices. Vertices that no face
+// uses get (0, 0) and (0, 0, 0). Error when there would be more than limits.max_vertices.
+void split_seams(Mesh &mesh, const std::vector<double> &texture, const std::vector<double> &normals,
+                 const fvv_limits &limits, const std::string &name);
+
+// Error "name: what" when the mesh has no face, an index out of range or a coordinate that is not finite.
+void check_writable(const Mesh &mesh, const std::string &name);
+
+} // namespace fvv::scene

@@ -1,0 +1,158 @@
+// capture/mesh_file.cpp: which reader and writer belongs to which file name, and what all of them share.
+
+#include "fvv_scene/mesh_file.h"
+#include "fvv_cxx/untrusted.h"
+#include "fvv_scene/text.h"
+#include "scene/src/gltf/pose.h"
+#include "scene/src/mesh_build.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+namespace fvv::scene {
+
+namespace {
+
+// Lower case, as ASCII: file names do not follow the locale.
+std::string extension_of(const std::string &path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char &c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
+[[noreturn]] void fail_extension(const std::string &path, const std::string &extension,
+                                 const char *expected) {
+  throw Error(path + ": expected a mesh file with extension " + expected + ", found " +
+              (extension.empty() ? "no extension" : quote(extension)));
+}
+
+} // namespace
+
+bool is_gltf(const std::string &path) {
+  const std::string extension = extension_of(path);
+  return extension == ".glb" || extension == ".gltf";
+}
+
+Mesh read_mesh(const std::string &path, const fvv_limits *limits, MeshReport *report, bool texture,
+               bool normals) {
+  const std::string extension = extension_of(path);
+  const auto parse = extension == ".obj"   ? parse_obj
+                     : extension == ".ply" ? parse_ply
+                     : extension == ".drc" ? parse_drc
+                     : is_gltf(path)       ? parse_gltf
+                                           : nullptr;
+  if (!parse) fail_extension(path, extension, ".obj, .ply, .drc, .glb or .gltf");
+  return parse(read_file(path, max_mesh_file), path, limits, report, texture, normals);
+}
+
+Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
+                bool texture, bool normals) {
+  const gltf::Scene scene =
+      gltf::read_scene(bytes, name, gltf::NoAnimation{}, limits_or_default(limits),
+                       texture ? gltf::Texture::coordinates : gltf::Texture::skipped, normals);
+  if (report) report->lines_and_points += scene.report.lines_and_points;
+  return gltf::pose(scene, std::nullopt);
+}
+
+std::string parse_gltf_picture(std::string_view bytes, const std::string &name) {
+  return gltf::read_scene(bytes, name, gltf::NoAnimation{}, limits_or_default(nullptr),
+                          gltf::Texture::picture)
+      .picture;
+}
+
+void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path) {
+  const std::string extension = extension_of(path);
+  if (extension == ".obj")
+    write_file(path, format_obj(mesh, path));
+  else if (extension == ".ply")
+    write_file(path, format_ply(mesh, path));
+  else if (extension == ".drc")
+    write_file(path, format_drc(mesh, lattice, path));
+  else
+    fail_extension(path, extension, ".obj, .ply or .drc");
+}
+
+void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &report) {
+  if (corners.size() > 3) report.polygons++;
+  for (size_t i = 1; i + 1 < corners.size(); i++)
+    mesh.faces.insert(mesh.faces.end(), {corners[0], corners[i], corners[i + 1]});
+}
+
+void check_writable(const Mesh &mesh, const std::string &name) {
+  if (mesh.faces.empty()) throw Error(name + ": the mesh to write has no face");
+  if (mesh.positions.size() % 3 || mesh.faces.size() % 3 || mesh.vertex_count() > INT32_MAX)
+    throw Error(name + ": the mesh to write has " + std::to_string(mesh.positions.size()) +
+                " coordinates and " + std::to_string(mesh.faces.size()) +
+                " corners, expected multiples of 3 and at most 2147483647 vertices");
+  for (size_t i = 0; i < mesh.positions.size(); i++)
+    if (!std::isfinite(mesh.positions[i]))
+      throw Error(name + ": vertex " + std::to_string(i / 3) + " of the mesh to write is not finite");
+  if (!mesh.texture.empty() && mesh.texture.size() != mesh.vertex_count() * 2)
+    throw Error(name + ": the mesh to write has " + std::to_string(mesh.texture.size()) +
+                " texture coordinates, expected two for each of " + std::to_string(mesh.vertex_count()) +
+                " vertices");
+  for (size_t i = 0; i < mesh.texture.size(); i++)
+    if (!std::isfinite(mesh.texture[i]))
+      throw Error(name + ": a texture coordinate of vertex " + std::to_string(i / 2) +
+                  " of the mesh to write is not finite");
+  if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
+    throw Error(name + ": the mesh to write has " + std::to_string(mesh.normals.size()) +
+                " coordinates of normals, expected three for each of " + std::to_string(mesh.vertex_count()) +
+                " vertices");
+  for (size_t i = 0; i < mesh.normals.size(); i++)
+    if (!std::isfinite(mesh.normals[i]))
+      throw Error(name + ": the normal of vertex " + std::to_string(i / 3) +
+                  " of the mesh to write is not finite");
+  for (size_t i = 0; i < mesh.faces.size(); i++)
+    if (mesh.faces[i] >= mesh.vertex_count())
+      throw Error(name + ": face " + std::to_string(i / 3) + " of the mesh to write has index " +
+                  std::to_string(mesh.faces[i]) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
+}
+
+// capture/mesh_seams.cpp: from texture coordinates and normals per corner, as modelling programs store them,
+// to one of each per vertex, as graphics interfaces and fvv want them.
+
+void split_seams(Mesh &mesh, const std::vector<double> &texture, const std::vector<double> &normals,
+                 const fvv_limits &limits, const std::string &name) {
+  using Values = std::array<double, 5>; // u v, x y z; 0 where there are none
+  const auto at_corner = [&](size_t i) {
+    Values values = {};
+    if (!texture.empty()) std::copy_n(&texture[i * 2], 2, &values[0]);
+    if (!normals.empty()) std::copy_n(&normals[i * 3], 3, &values[2]);
+    return values;
+  };
+  if (!texture.empty()) mesh.texture.assign(mesh.vertex_count() * 2, 0);
+  if (!normals.empty()) mesh.normals.assign(mesh.vertex_count() * 3, 0);
+  std::vector<Values> own(mesh.vertex_count());
+  std::vector<bool> taken(mesh.vertex_count());
+  // Few vertices lie on seams; a map keeps a file that is all seams from taking quadratic time.
+  std::map<std::pair<uint32_t, Values>, uint32_t> copies;
+  for (size_t i = 0; i < mesh.faces.size(); i++) {
+    const uint32_t vertex = mesh.faces[i];
+    const Values values = at_corner(i);
+    if (!taken[vertex]) {
+      taken[vertex] = true;
+      own[vertex] = values;
+      if (!texture.empty()) std::copy_n(&values[0], 2, &mesh.texture[vertex * size_t(2)]);
+      if (!normals.empty()) std::copy_n(&values[2], 3, &mesh.normals[vertex * size_t(3)]);
+    }
+    if (own[vertex] == values) continue;
+    const uint32_t next = static_cast<uint32_t>(mesh.vertex_count());
+    const auto [copy, is_new] = copies.emplace(std::pair(vertex, values), next);
+    mesh.faces[i] = copy->second;
+    if (!is_new) continue;
+    if (next >= limits.max_vertices)
+      throw Error(name + ": more than the allowed " + std::to_string(limits.max_vertices) +
+                  " vertices, split where texture coordinates or normals differ");
+    for (size_t axis = 0; axis < 3; axis++)
+      mesh.positions.push_back(mesh.positions[vertex * size_t(3) + axis]);
+    if (!texture.empty()) mesh.texture.insert(mesh.texture.end(), &values[0], &values[2]);
+    if (!normals.empty()) mesh.normals.insert(mesh.normals.end(), &values[2], &values[2] + 3);
+  }
+}
+
+} // namespace fvv::scene

@@ -1,0 +1,305 @@
+// capture/obj.cpp: Wavefront OBJ, as far as polygon meshes go (Wavefront's "Advanced Visualizer" manual,
+// appendix B1). Strict: a line that is not understood is an error, never a guess.
+
+#include "fvv_cxx/untrusted.h"
+#include "fvv_scene/text.h"
+#include "scene/src/mesh_build.h"
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+
+namespace fvv::scene {
+
+namespace {
+
+// Keywords that add nothing to the surface: attributes of vertices, grouping, display.
+constexpr std::string_view skipped[] = {"g",      "o",          "s",         "usemtl",  "mtllib",
+                                        "usemap", "maplib",     "mg",        "bevel",   "c_interp",
+                                        "lod",    "shadow_obj", "trace_obj", "d_interp"};
+// Keywords that shape the surface or bring in other files: to skip them would lose geometry silently.
+constexpr std::string_view refused[] = {"vp",   "cstype", "deg",   "bmat", "step", "curv", "curv2", "surf",
+                                        "parm", "trim",   "hole",  "scrv", "sp",   "end",  "con",   "call",
+                                        "csh",  "ctech",  "stech", "bzp",  "bsp",  "cdc",  "cdp",   "res"};
+
+template <size_t N> bool contains(const std::string_view (&list)[N], std::string_view word) {
+  return std::find(std::begin(list), std::end(list), word) != std::end(list);
+}
+
+class ObjReader {
+public:
+  ObjReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, MeshReport &notes,
+            bool with_texture, bool with_normals)
+      : cursor(bytes.data()), end(bytes.data() + bytes.size()), name(file), limits(bounds), report(notes),
+        wants_texture(with_texture),
+        has_normals(with_normals), vertices{"vertex", bounds.max_vertices, 0, {}} {}
+
+  Mesh read() {
+    std::string_view keyword;
+    while (cursor < end) {
+      if (word(keyword)) statement(keyword);
+      end_line();
+    }
+    check_forwards(vertices);
+    check_forwards(pairs);
+    if (has_normals) check_forwards(normals);
+    if (mesh.faces.empty()) throw Error(name + ": expected at least one face (f), found none");
+    if (wants_texture || has_normals)
+      split_seams(mesh, of_corners(chart.faces, texture, 2),
+                  has_normals ? of_corners(shading.faces, directions, 3) : std::vector<double>(), limits,
+                  name);
+    return std::move(mesh);
+  }
+
+private:
+  static std::vector<double> of_corners(const std::vector<uint32_t> &corners,
+                                        const std::vector<double> &values, size_t width) {
+    std::vector<double> out;
+    out.reserve(corners.size() * width);
+    for (const uint32_t i : corners) out.insert(out.end(), &values[i * width], &values[i * width] + width);
+    return out;
+  }
+
+  [[noreturn]] void fail(const std::string &what) const {
+    throw Error(name + ":" + std::to_string(line) + ": " + what);
+  }
+
+  // A backslash in front of a line's end makes the next line a part of this one. Answers the bytes of both.
+  size_t continuation() const {
+    if (end - cursor >= 2 && cursor[1] == '\n') return 2;
+    return end - cursor >= 3 && cursor[1] == '\r' && cursor[2] == '\n' ? 3 : 0;
+  }
+
+  // The next word of this line; false at its end or at a comment.
+  bool word(std::string_view &text) {
+    for (; cursor < end; cursor++) {
+      if (*cursor == ' ' || *cursor == '\t' || *cursor == '\r') continue;
+      const size_t joined = *cursor == '\\' ? continuation() : 0;
+      if (!joined) break;
+      line++;
+      cursor += joined - 1;
+    }
+    const char *start = cursor;
+    const auto ends_word = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '#'; };
+    while (cursor < end && !ends_word(*cursor) && !(*cursor == '\\' && continuation())) cursor++;
+    text = std::string_view(start, static_cast<size_t>(cursor - start));
+    return !text.empty();
+  }
+
+  // Skips what is left of the line, continued lines included unless they stand in a comment.
+  void end_line() {
+    bool comment = false;
+    for (; cursor < end; cursor++) {
+      if (*cursor == '#') comment = true;
+      const size_t joined = *cursor == '\\' && !comment ? continuation() : 0;
+      if (joined) {
+        line++;
+        cursor += joined - 1;
+      } else if (*cursor == '\n') {
+        line++;
+        cursor++;
+        return;
+      }
+    }
+  }
+
+  void statement(std::string_view keyword) {
+    if (keyword == "v")
+      vertex();
+    else if (keyword == "vt")
+      texture_pair();
+    else if (keyword == "vn")
+      normal();
+    else if (keyword == "f")
+      face();
+    else if (keyword == "l" || keyword == "p")
+      report.lines_and_points++;
+    else if (contains(refused, keyword))
+      fail("expected polygons, found " + quote(keyword) +
+           ": free-form geometry and included files are not supported");
+    else if (!contains(skipped, keyword))
+      fail("expected an OBJ keyword such as v or f, found " + quote(keyword));
+  }
+
+  // The numbers of the line, of which the first ones are kept; answers how many there are.
+  template <size_t kept> size_t numbers_of_line(const char *keyword, double (&numbers)[kept]) {
+    size_t count = 0;
+    for (std::string_view text; word(text); count++) {
+      double value;
+      if (!parse_double(text, value))
+        fail("expected a finite number after " + std::string(keyword) + ", found " + quote(text));
+      if (count < kept) numbers[count] = value;
+    }
+    return count;
+  }
+
+  void vertex() {
+    double numbers[7];
+    const size_t count = numbers_of_line("v", numbers);
+    if (count < 3 || count == 5 || count > 7)
+      fail("expected 3, 4, 6 or 7 numbers after v, found " + std::to_string(count));
+    if (mesh.vertex_count() == limits.max_vertices)
+      fail("more than the allowed " + std::to_string(limits.max_vertices) + " vertices");
+    mesh.positions.insert(mesh.positions.end(), numbers, numbers + 3);
+    vertices.count++;
+  }
+
+  // OBJ counts v from the bottom of the picture; a third number is for solid textures.
+  void texture_pair() {
+    if (!wants_texture) return;
+    double numbers[3];
+    const size_t count = numbers_of_line("vt", numbers);
+    if (count < 2 || count > 3) fail("expected 2 or 3 numbers after vt, found " + std::to_string(count));
+    texture.insert(texture.end(), {numbers[0], 1 - numbers[1]});
+    pairs.count++;
+  }
+
+  void normal() {
+    if (!has_normals) return;
+    double numbers[3];
+    const size_t count = numbers_of_line("vn", numbers);
+    if (count != 3) fail("expected 3 numbers after vn, found " + std::to_string(count));
+    directions.insert(directions.end(), numbers, numbers + 3);
+    normals.count++;
+  }
+
+  // What corners refer to by a number, and where they did so before it was defined. Only record indices
+  // matter: the first that stays undefined is larger than all before it.
+  struct Forward {
+    uint64_t index, line;
+  };
+  struct Records {
+    const char *what;
+    uint64_t most, count;
+    std::vector<Forward> forwards;
+  };
+
+  // given counts from 1, or backwards from the last one that stands before it. Answers an index from 0.
+  uint32_t resolve(int64_t given, Records &records) {
+    const int64_t count = static_cast<int64_t>(records.count);
+    const std::string what = records.what + std::string(" ");
+    if (given < -count)
+      fail(what + std::to_string(given) + " is used, " + std::to_string(count) + " stand before it");
+    const uint64_t index = static_cast<uint64_t>(given < 0 ? count + given + 1 : given);
+    if (index > records.most)
+      fail(what + std::to_string(index) + " is used, at most " + std::to_string(records.most) +
+           " are allowed");
+    std::vector<Forward> &forwards = records.forwards;
+    if (index > records.count && (forwards.empty() || index > forwards.back().index))
+      forwards.push_back({index, line});
+    return static_cast<uint32_t>(index - 1);
+  }
+
+  void check_forwards(const Records &records) {
+    for (const Forward &forward : records.forwards)
+      if (forward.index > records.count) {
+        line = forward.line;
+        fail(records.what + std::string(" ") + std::to_string(forward.index) + " is used, the file has " +
+             std::to_string(records.count));
+      }
+  }
+
+  // One of v, v/vt, v//vn, v/vt/vn; all have to be integers other than 0, those that count have to exist.
+  void corner(std::string_view text) {
+    const auto malformed = [&] { fail("expected v, v/vt, v//vn or v/vt/vn after f, found " + quote(text)); };
+    int64_t indices[3] = {0, 0, 0};
+    const char *at = text.data(), *stop = at + text.size();
+    for (int part = 0;; part++) {
+      const bool empty = part == 1 && at < stop && *at == '/';
+      if (!empty) {
+        const auto [behind, error] = std::from_chars(at, stop, indices[part]);
+        if (error != std::errc()) malformed();
+        if (!indices[part]) fail("expected indices that count from 1, found " + quote(text));
+        at = behind;
+      }
+      if (at == stop) break;
+      if (*at != '/' || part == 2) malformed();
+      at++;
+    }
+    corners.push_back(resolve(indices[0], vertices));
+    has_normals = has_normals && indices[2];
+    if (has_normals) corner_normals.push_back(resolve(indices[2], normals));
+    if (!wants_texture) return;
+    if (!indices[1])
+      fail("expected v/vt or v/vt/vn, for every corner needs texture coordinates, found " + quote(text));
+    corner_pairs.push_back(resolve(indices[1], pairs));
+  }
+
+  void face() {
+    corners.clear();
+    corner_pairs.clear();
+    corner_normals.clear();
+    for (std::string_view text; word(text);) corner(text);
+    if (corners.size() < 3)
+      fail("expected at least 3 corners after f, found " + std::to_string(corners.size()));
+    if (corners.size() - 2 > limits.max_faces - mesh.face_count())
+      fail("more than the allowed " + std::to_string(limits.max_faces) + " triangles");
+    append_fan(mesh, corners, report);
+    MeshReport counted_already;
+    if (wants_texture) append_fan(chart, corner_pairs, counted_already);
+    if (has_normals) append_fan(shading, corner_normals, counted_already);
+  }
+
+  const char *cursor, *end;
+  const std::string &name;
+  const fvv_limits &limits;
+  MeshReport &report;
+  const bool wants_texture;
+  bool has_normals; // they are asked for, and every corner so far has one
+  uint64_t line = 1;
+  Mesh mesh, chart, shading; // the same faces with indices of vertices, pairs, normals
+  std::vector<double> texture, directions;
+  std::vector<uint32_t> corners, corner_pairs, corner_normals; // of one face
+  Records vertices, normals = {"normal", UINT32_MAX, 0, {}},
+                    pairs = {"texture coordinate", UINT32_MAX, 0, {}};
+};
+
+} // namespace
+
+Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
+               bool texture, bool normals) {
+  MeshReport ignored;
+  const fvv_limits bounds = limits_or_default(limits);
+  return ObjReader(bytes, name, bounds, report ? *report : ignored, texture, normals).read();
+}
+
+std::string format_obj(const Mesh &mesh, const std::string &name) {
+  check_writable(mesh, name);
+  std::string out;
+  for (size_t i = 0; i < mesh.positions.size(); i += 3) {
+    out += 'v';
+    for (size_t axis = 0; axis < 3; axis++) {
+      out += ' ';
+      append_double(out, mesh.positions[i + axis]);
+    }
+    out += '\n';
+  }
+  for (size_t i = 0; i < mesh.texture.size(); i += 2) {
+    out += "vt ";
+    append_double(out, mesh.texture[i]);
+    out += ' ';
+    append_double(out, 1 - mesh.texture[i + 1]);
+    out += '\n';
+  }
+  for (size_t i = 0; i < mesh.normals.size(); i += 3) {
+    out += "vn";
+    for (size_t axis = 0; axis < 3; axis++) {
+      out += ' ';
+      append_double(out, mesh.normals[i + axis]);
+    }
+    out += '\n';
+  }
+  for (size_t i = 0; i < mesh.faces.size(); i += 3) {
+    out += 'f';
+    for (size_t corner = 0; corner < 3; corner++) {
+      const std::string index = std::to_string(uint64_t(mesh.faces[i + corner]) + 1);
+      out.append(" ").append(index);
+      if (!mesh.texture.empty()) out.append("/").append(index);
+      if (!mesh.normals.empty()) out.append(mesh.texture.empty() ? "//" : "/").append(index);
+    }
+    out += '\n';
+  }
+  return out;
+}
+
+} // namespace fvv::scene

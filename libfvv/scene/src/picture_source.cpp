@@ -1,0 +1,123 @@
+// capture/pattern.cpp: names of frames' files.
+
+#include "fvv_scene/picture_source.h"
+#include "fvv_scene/text.h"
+#include "scene/src/capture_fields.h"
+
+namespace fvv::scene {
+
+std::optional<Pattern> Pattern::parse(const std::string &text, std::string *what) {
+  const auto refuse = [&](const char *reason) {
+    *what = reason + (", found " + quote(text));
+    return std::nullopt;
+  };
+  Pattern pattern;
+  pattern.source = text;
+  if (text.empty()) return refuse("expected a file name");
+  for (size_t i = 0; i < text.size(); i++) {
+    std::string &out = pattern.numbered ? pattern.suffix : pattern.prefix;
+    if (text[i] != '%') {
+      out += text[i];
+      continue;
+    }
+    i++;
+    if (i < text.size() && text[i] == '%') {
+      out += '%';
+      continue;
+    }
+    // %d, or %0Nd with N from 1 to 9.
+    unsigned width = 0;
+    if (i + 1 < text.size() && text[i] == '0' && text[i + 1] >= '1' && text[i + 1] <= '9') {
+      width = static_cast<unsigned>(text[i + 1] - '0');
+      i += 2;
+    }
+    if (i >= text.size() || text[i] != 'd') return refuse("expected %d, %0Nd (N from 1 to 9) or %% after %");
+    if (pattern.numbered) return refuse("expected one %d, not more");
+    pattern.numbered = true;
+    pattern.width = width;
+  }
+  return pattern;
+}
+
+std::string Pattern::file(int64_t frame) const {
+  if (!numbered) return prefix;
+  const std::string digits = std::to_string(frame);
+  return prefix + std::string(digits.size() < width ? width - digits.size() : 0, '0') + digits + suffix;
+}
+
+std::optional<int64_t> Pattern::frame(std::string_view name) const {
+  int64_t number;
+  if (!numbered || name.size() <= prefix.size() + suffix.size() ||
+      !parse_integer(name.substr(prefix.size(), name.size() - prefix.size() - suffix.size()), number) ||
+      number < 0 || file(number) != name)
+    return std::nullopt;
+  return number;
+}
+
+namespace {
+
+constexpr const char *seconds_expected = "seconds as an integer or as text such as \"3/2\" or \"-3/2\"";
+
+Seconds read_seconds(const JsonValue &value) {
+  if (value.is_integer()) return {value.integer(-int64_t(UINT32_MAX), UINT32_MAX), 1};
+  const std::string text = value.is_text() ? value.text() : "";
+  const bool negative = !text.empty() && text[0] == '-';
+  const std::optional<fvv_rational> size = parse_rational(std::string_view(text).substr(negative ? 1 : 0));
+  if (!size) value.fail(std::string("expected ") + seconds_expected + ", found " + value.found());
+  return {negative ? -int64_t(size->numerator) : int64_t(size->numerator), size->denominator};
+}
+
+int read_rotation(const JsonValue &value) {
+  const int64_t degrees = value.integer(0, 270);
+  if (degrees % 90) value.fail("expected 0, 90, 180 or 270, found " + value.found());
+  return int(degrees);
+}
+
+VideoSource read_video(const JsonValue &value, const Frames &frames) {
+  value.allow_keys({"video", "stream", "start", "rotate"});
+  VideoSource video;
+  const JsonValue file = value.at("video");
+  video.file = file.text();
+  if (video.file.empty()) file.fail("expected a file name, found " + file.found());
+  if (const auto stream = value.find("stream")) video.stream = uint32_t(stream->integer(0, UINT16_MAX));
+  if (const auto start = value.find("start")) video.start = read_seconds(*start);
+  video.first = frames.first;
+  return video;
+}
+
+} // namespace
+
+bool PictureSource::has_same_pictures(const PictureSource &other) const {
+  if (bool(video) != bool(other.video) || text() != other.text()) return false;
+  return !video || video->stream == other.video->stream;
+}
+
+PictureSource read_picture_source(const JsonValue &value, const Frames &frames, bool constant) {
+  const auto stills = [&](const JsonValue &text) {
+    return constant ? read_pattern(text) : read_pattern(text, frames);
+  };
+  if (value.is_text()) return stills(value);
+  if (!value.is_object())
+    value.fail("expected a pattern as text, or an object with a pattern or a video, found " + value.found());
+  const bool is_video = value.find("video").has_value();
+  if (!is_video) value.allow_keys({"pattern", "video", "rotate"});
+  PictureSource source =
+      is_video ? PictureSource(read_video(value, frames)) : PictureSource(stills(value.at("pattern")));
+  if (const auto rotate = value.find("rotate")) source.rotate = read_rotation(*rotate);
+  return source;
+}
+
+std::string format_picture_source(const PictureSource &source, std::string (*quoted)(const std::string &)) {
+  if (source.pattern && !source.rotate) return quoted(source.text());
+  std::string out = std::string(source.video ? "{\"video\": " : "{\"pattern\": ") + quoted(source.text());
+  if (source.video) {
+    const VideoSource &video = *source.video;
+    if (video.stream) out += ", \"stream\": " + std::to_string(*video.stream);
+    out += ", \"start\": \"" + std::to_string(video.start.numerator) + "/" +
+           std::to_string(video.start.denominator) + "\"";
+  }
+  if (source.rotate) out += ", \"rotate\": " + std::to_string(*source.rotate);
+  return out + "}";
+}
+
+} // namespace fvv::scene

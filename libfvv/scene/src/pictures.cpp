@@ -1,0 +1,148 @@
+#include "fvv_scene/pictures.h"
+#include "fvv_media/video_file.h"
+#include "fvv_scene/video_match.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+
+namespace fvv::scene {
+
+namespace {
+
+// A decoder of 1080p holds some 50 MB; one for every file there must be.
+constexpr size_t most_readers = 64;
+
+struct Video {
+  std::mutex mutex; // of all below
+  std::condition_variable freed;
+  std::vector<std::unique_ptr<media::VideoFile>> idle;
+  size_t opened = 0; // without model
+  std::unique_ptr<media::VideoFile>
+      model;             // the first one opened; others are opened by it, nothing is read from it
+  VideoFacts facts = {}; // of model
+};
+
+VideoFacts facts_of(const media::VideoInfo &info) {
+  return {info.width, info.height, info.rotation, {info.tick, info.times}, info.warnings};
+}
+
+// A reader lent to one thread, given back at the end.
+class Loan {
+public:
+  // Of idle readers the one that stands nearest before the picture, else one that is opened anew.
+  Loan(Video &from, size_t picture, size_t most) : video(from) {
+    std::unique_lock<std::mutex> lock(video.mutex);
+    video.freed.wait(lock, [&] { return !video.idle.empty() || video.opened < most; });
+    const auto distance = [&](const std::unique_ptr<media::VideoFile> &idle) {
+      // One behind the position, the picture last handed out, costs nothing.
+      return idle->position() <= picture + 1 ? picture + 1 - idle->position() : SIZE_MAX;
+    };
+    const auto best =
+        std::min_element(video.idle.begin(), video.idle.end(),
+                         [&](const auto &a, const auto &b) { return distance(a) < distance(b); });
+    constexpr size_t near = 8; // pictures that are sooner decoded than a file is opened
+    if (video.opened < most && (best == video.idle.end() || distance(*best) > near)) {
+      reader = std::make_unique<media::VideoFile>(video.model->another());
+      video.opened++;
+      return;
+    }
+    reader = std::move(*best);
+    video.idle.erase(best);
+  }
+  ~Loan() {
+    const std::lock_guard<std::mutex> lock(video.mutex);
+    video.idle.push_back(std::move(reader));
+    video.freed.notify_one();
+  }
+  Loan(const Loan &) = delete;
+
+  media::VideoFile &operator*() { return *reader; }
+
+private:
+  Video &video;
+  std::unique_ptr<media::VideoFile> reader;
+};
+
+// Stills that several frames share, as they are stored, by path and channels.
+template <class Sample> struct Constants {
+  std::mutex mutex;
+  std::map<std::pair<std::string, int>, media::BasicImage<Sample>> pictures;
+
+  // The first one to ask reads, the others wait for it.
+  media::BasicImage<Sample> read(const std::string &path, int channels) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto found = pictures.find({path, channels});
+    if (found != pictures.end()) return found->second;
+    return pictures.emplace(std::pair(path, channels), media::read_image<Sample>(path, channels))
+        .first->second;
+  }
+};
+
+} // namespace
+
+struct Videos::Shared {
+  Constants<uint8_t> constants;
+  Constants<uint16_t> deep_constants;
+  Constants<float> linear_constants;
+  unsigned threads;
+  std::mutex mutex; // of videos
+  std::map<std::pair<std::string, std::optional<uint32_t>>, std::unique_ptr<Video>> videos;
+
+  Video &video(const std::string &path, std::optional<uint32_t> stream) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::unique_ptr<Video> &video = videos[{path, stream}];
+    if (!video) {
+      auto opened = std::make_unique<Video>();
+      opened->model = std::make_unique<media::VideoFile>(path, stream);
+      opened->facts = facts_of(opened->model->info());
+      video = std::move(opened);
+    }
+    return *video;
+  }
+  template <class Sample> media::BasicImage<Sample> constant(const std::string &path, int channels) {
+    if constexpr (std::is_same_v<Sample, uint8_t>)
+      return constants.read(path, channels);
+    else if constexpr (std::is_same_v<Sample, uint16_t>)
+      return deep_constants.read(path, channels);
+    else
+      return linear_constants.read(path, channels);
+  }
+  size_t most_of_each() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return std::clamp<size_t>(most_readers / videos.size(), 1, threads);
+  }
+};
+
+Videos::Videos(unsigned threads) : shared(std::make_unique<Shared>()) {
+  shared->threads = threads;
+}
+Videos::~Videos() = default;
+
+VideoFacts Videos::facts(const std::string &path, std::optional<uint32_t> stream) {
+  return shared->video(path, stream).facts;
+}
+
+template <class Sample>
+media::BasicImage<Sample> Videos::read(const Capture &capture, const PictureSource &source, int64_t frame,
+                                       int channels) {
+  const std::string path = capture.resolve(source.file(frame));
+  if (!source.video) {
+    const bool again = source.is_constant() && capture.frames.count > 1;
+    const media::BasicImage<Sample> still =
+        again ? shared->constant<Sample>(path, channels) : media::read_image<Sample>(path, channels);
+    return media::rotate(still, source.rotate.value_or(0));
+  }
+  Video &video = shared->video(path, source.video->stream);
+  const size_t picture = FrameClock(capture, *source.video).nearest(video.facts.times, frame);
+  const int turned = source.rotate.value_or(video.facts.rotation.value_or(0));
+  Loan reader(video, picture, shared->most_of_each());
+  return media::rotate((*reader).picture<Sample>(picture, channels), turned);
+}
+
+template media::Image Videos::read(const Capture &, const PictureSource &, int64_t, int);
+template media::DeepImage Videos::read(const Capture &, const PictureSource &, int64_t, int);
+template media::LinearImage Videos::read(const Capture &, const PictureSource &, int64_t, int);
+
+} // namespace fvv::scene

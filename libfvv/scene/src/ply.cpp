@@ -1,0 +1,633 @@
+// PLY 1.0. The header is checked completely, counts against the size of the file included, before a body is
+// read.
+
+#include "fvv_cxx/untrusted.h"
+#include "fvv_scene/mesh_file.h"
+#include "fvv_scene/text.h"
+#include "scene/src/mesh_build.h"
+
+#include <algorithm>
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fvv::scene {
+
+namespace {
+
+enum class PlyFormat { ascii, little_endian, big_endian };
+
+struct PlyType {
+  unsigned size; // bytes in binary files; 0: not a list
+  bool is_float, is_signed;
+};
+
+// What a property is to a mesh. unused ones are skipped.
+enum class PlyRole { unused, x, y, z, u, v, nx, ny, nz, corners, corner_texture, texture_number };
+
+struct PlyProperty {
+  std::string name;
+  PlyType type;       // of the scalar, or of the items of a list
+  PlyType count_type; // of a list's length
+  PlyRole role;
+
+  bool is_list() const { return count_type.size != 0; }
+};
+
+struct PlyElement {
+  std::string name;
+  uint64_t count;
+  uint64_t line; // where the header declares it
+  std::vector<PlyProperty> properties;
+};
+
+struct PlyHeader {
+  PlyFormat format;
+  std::vector<PlyElement> elements;
+  uint64_t vertex_count, face_count; // as declared; polygons count as one face here
+  size_t size;                       // bytes up to the body
+  uint64_t lines;                    // lines up to the body
+};
+
+struct NamedType {
+  std::string_view name, alias;
+  PlyType type;
+};
+constexpr NamedType types[] = {
+    {"char", "int8", {1, false, true}},    {"uchar", "uint8", {1, false, false}},
+    {"short", "int16", {2, false, true}},  {"ushort", "uint16", {2, false, false}},
+    {"int", "int32", {4, false, true}},    {"uint", "uint32", {4, false, false}},
+    {"float", "float32", {4, true, true}}, {"double", "float64", {8, true, true}},
+};
+
+class HeaderReader {
+public:
+  HeaderReader(std::string_view bytes, const std::string &file, const fvv_limits &bounds, bool with_texture,
+               bool with_normals)
+      : whole(bytes), rest(bytes), name(file), limits(bounds), wants_texture(with_texture),
+        wants_normals(with_normals) {}
+
+  PlyHeader read() {
+    next();
+    if (text != "ply") fail("expected ply in the first line, found " + quote(text));
+    read_format();
+    for (;;) {
+      next();
+      std::string_view words = text, keyword;
+      if (!next_word(words, keyword))
+        fail("expected element, property, comment or end_header, found nothing");
+      if (keyword == "comment" || keyword == "obj_info") continue;
+      if (keyword == "end_header") break;
+      if (keyword == "element")
+        read_element(words);
+      else if (keyword == "property")
+        read_property(words);
+      else
+        fail("expected element, property, comment or end_header, found " + quote(keyword));
+    }
+    header.size = whole.size() - rest.size();
+    header.lines = line;
+    check_mesh();
+    if (wants_texture) find_texture();
+    if (wants_normals) find_normals();
+    check_counts();
+    return std::move(header);
+  }
+
+private:
+  [[noreturn]] void fail(const std::string &what) const {
+    throw Error(name + ":" + std::to_string(line) + ": " + what);
+  }
+
+  // A header line always ends in LF: a file cut inside end_header must not pass for a whole header.
+  void next() {
+    line++;
+    if (rest.find('\n') == std::string_view::npos)
+      fail(line == 1 ? "expected ply in the first line, found " + quote(rest)
+                     : "the file ends within the header");
+    next_line(rest, text);
+  }
+
+  std::string_view take(std::string_view &words, const char *what) const {
+    std::string_view word;
+    if (!next_word(words, word)) fail(std::string("expected ") + what + ", found the end of the line");
+    return word;
+  }
+
+  void end(std::string_view words) const {
+    std::string_view word;
+    if (next_word(words, word)) fail("expected the end of the line, found " + quote(word));
+  }
+
+  void read_format() {
+    next();
+    std::string_view words = text;
+    if (take(words, "format") != "format") fail("expected format in the second line, found " + quote(text));
+    const std::string_view format = take(words, "ascii, binary_little_endian or binary_big_endian");
+    if (format == "ascii")
+      header.format = PlyFormat::ascii;
+    else if (format == "binary_little_endian")
+      header.format = PlyFormat::little_endian;
+    else if (format == "binary_big_endian")
+      header.format = PlyFormat::big_endian;
+    else
+      fail("expected ascii, binary_little_endian or binary_big_endian, found " + quote(format));
+    const std::string_view version = take(words, "version 1.0");
+    if (version != "1.0") fail("expected version 1.0, found " + quote(version));
+    end(words);
+  }
+
+  void read_element(std::string_view words) {
+    const std::string element(take(words, "the name of an element"));
+    const std::string_view digits = take(words, "a count");
+    int64_t count;
+    if (!parse_integer(digits, count) || count < 0)
+      fail("expected the number of elements " + quote(element) + ", found " + quote(digits));
+    end(words);
+    for (const PlyElement &other : header.elements)
+      if (other.name == element) fail("element " + quote(element) + " is declared twice");
+    header.elements.push_back({element, static_cast<uint64_t>(count), line, {}});
+  }
+
+  PlyType read_type(std::string_view &words) const {
+    const std::string_view word = take(words, "a type");
+    for (const NamedType &type : types)
+      if (word == type.name || word == type.alias) return type.type;
+    fail("expected a type such as float or uchar, found " + quote(word));
+  }
+
+  void read_property(std::string_view words) {
+    if (header.elements.empty()) fail("expected an element before its properties");
+    PlyElement &element = header.elements.back();
+    PlyProperty property = {"", {}, {}, PlyRole::unused};
+    std::string_view peek = words;
+    if (take(peek, "a type") == "list") {
+      words = peek;
+      property.count_type = read_type(words);
+      if (property.count_type.is_float) fail("expected an integer type for the length of a list");
+    }
+    property.type = read_type(words);
+    property.name = take(words, "the name of a property");
+    end(words);
+    for (const PlyProperty &other : element.properties)
+      if (other.name == property.name) fail("property " + quote(property.name) + " is declared twice");
+    property.role = role_of(element, property);
+    element.properties.push_back(property);
+  }
+
+  PlyRole role_of(const PlyElement &element, const PlyProperty &property) const {
+    PlyRole role = PlyRole::unused;
+    if (element.name == "vertex") {
+      if (property.name == "x") role = PlyRole::x;
+      if (property.name == "y") role = PlyRole::y;
+      if (property.name == "z") role = PlyRole::z;
+      if (role != PlyRole::unused && property.is_list())
+        fail("expected a number for " + property.name + ", found a list");
+    } else if (element.name == "face" &&
+               (property.name == "vertex_indices" || property.name == "vertex_index")) {
+      role = PlyRole::corners;
+      if (!property.is_list() || property.type.is_float)
+        fail("expected a list of integers for " + property.name);
+      for (const PlyProperty &other : element.properties)
+        if (other.role == role) fail("expected one of vertex_indices and vertex_index, found both");
+    }
+    return role;
+  }
+
+  PlyElement &find(const char *element) {
+    for (PlyElement &candidate : header.elements)
+      if (candidate.name == element) return candidate;
+    throw Error(name + ": expected an element " + element + ", found none");
+  }
+
+  void check_role(const PlyElement &element, PlyRole role, const char *what) const {
+    for (const PlyProperty &property : element.properties)
+      if (property.role == role) return;
+    throw Error(name + ":" + std::to_string(element.line) + ": expected element " + element.name +
+                " to have " + what);
+  }
+
+  void check_limit(const PlyElement &element, uint64_t limit) {
+    line = element.line;
+    if (element.count > limit)
+      fail(std::to_string(element.count) + " elements " + quote(element.name) + ", at most " +
+           std::to_string(limit) + " are allowed");
+  }
+
+  void check_mesh() {
+    const PlyElement &vertex = find("vertex"), &face = find("face");
+    check_role(vertex, PlyRole::x, "property x");
+    check_role(vertex, PlyRole::y, "property y");
+    check_role(vertex, PlyRole::z, "property z");
+    check_role(face, PlyRole::corners, "a list vertex_indices");
+    check_limit(vertex, limits.max_vertices);
+    check_limit(face, limits.max_faces);
+    header.vertex_count = vertex.count;
+    header.face_count = face.count;
+    if (!face.count) fail("expected at least one face, found none");
+    for (const PlyElement &element : header.elements)
+      if (element.name == "tristrips" && element.count) {
+        line = element.line;
+        fail("expected polygons in element face, found triangle strips as well");
+      }
+  }
+
+  static PlyProperty *property_of(PlyElement &element, const char *property) {
+    for (PlyProperty &candidate : element.properties)
+      if (candidate.name == property) return &candidate;
+    return nullptr;
+  }
+
+  // Pairs of the corners tell seams apart, which those of the vertices cannot.
+  void find_texture() {
+    PlyElement &vertex = find("vertex"), &face = find("face");
+    if (PlyProperty *list = property_of(face, "texcoord")) {
+      line = face.line;
+      if (!list->is_list() || !list->type.is_float) fail("expected a list of floats for texcoord");
+      list->role = PlyRole::corner_texture;
+      PlyProperty *picture = property_of(face, "texnumber");
+      if (picture && !picture->is_list() && !picture->type.is_float) picture->role = PlyRole::texture_number;
+      return;
+    }
+    constexpr const char *pairs[][2] = {{"texture_u", "texture_v"}, {"s", "t"}, {"u", "v"}};
+    for (const auto &names : pairs) {
+      PlyProperty *u = property_of(vertex, names[0]), *v = property_of(vertex, names[1]);
+      if (!u || !v || u->is_list() || v->is_list()) continue;
+      u->role = PlyRole::u;
+      v->role = PlyRole::v;
+      return;
+    }
+    line = vertex.line;
+    fail("expected texture coordinates: properties s and t, u and v or texture_u and texture_v of the "
+         "vertices, or a list texcoord of the faces; found none");
+  }
+
+  void find_normals() {
+    PlyElement &vertex = find("vertex");
+    PlyProperty *x = property_of(vertex, "nx"), *y = property_of(vertex, "ny"),
+                *z = property_of(vertex, "nz");
+    if (!x || !y || !z || x->is_list() || y->is_list() || z->is_list()) return;
+    x->role = PlyRole::nx;
+    y->role = PlyRole::ny;
+    z->role = PlyRole::nz;
+  }
+
+  // The fewest bytes that one element can take. In ASCII every value takes a digit and a separator.
+  uint64_t smallest(const PlyElement &element) const {
+    uint64_t bytes = 0;
+    for (const PlyProperty &property : element.properties)
+      bytes += header.format == PlyFormat::ascii ? 2
+               : property.is_list()              ? property.count_type.size
+                                                 : property.type.size;
+    return bytes;
+  }
+
+  void check_counts() {
+    uint64_t needed = 0;
+    for (const PlyElement &element : header.elements) {
+      line = element.line;
+      if (element.properties.empty() && element.count)
+        fail("expected element " + quote(element.name) + " to have properties, found none");
+      uint64_t bytes = 0;
+      const bool fits =
+          checked_multiply(element.count, smallest(element), &bytes) && checked_add(needed, bytes, &needed);
+      // The last separator of an ASCII file may be missing.
+      const uint64_t spare = header.format == PlyFormat::ascii ? 1 : 0;
+      if (!fits || needed > rest.size() + spare)
+        fail(std::to_string(element.count) + " elements " + quote(element.name) + " do not fit into the " +
+             std::to_string(rest.size()) + " bytes behind the header");
+    }
+  }
+
+  std::string_view whole, rest, text;
+  const std::string &name;
+  const fvv_limits &limits;
+  const bool wants_texture, wants_normals;
+  uint64_t line = 0;
+  PlyHeader header = {};
+};
+
+// texture: texture coordinates have to be there; else their properties are unused. normals: they may be
+// there.
+PlyHeader parse_ply_header(std::string_view bytes, const std::string &name, const fvv_limits &limits,
+                           bool texture, bool normals) {
+  return HeaderReader(bytes, name, limits, texture, normals).read();
+}
+
+std::string numbered(const PlyElement &element, uint64_t index) {
+  return element.name + " " + std::to_string(index);
+}
+
+// Values of an ASCII body: one element per line, so that a missing value is found where it is missing.
+class AsciiBody {
+public:
+  AsciiBody(std::string_view bytes, const PlyHeader &header, const std::string &file)
+      : rest(bytes), name(file), line(header.lines) {}
+
+  void begin(const PlyElement &declared, uint64_t number) {
+    element = &declared;
+    index = number;
+    line++;
+    if (!next_line(rest, text))
+      fail("the file ends before " + numbered(declared, number) + " of " + std::to_string(declared.count));
+  }
+  double real(const PlyProperty &property) {
+    const std::string_view word = take(property.name);
+    double value;
+    if (!parse_double(word, value))
+      fail(numbered(*element, index) + ": expected a finite number for " + property.name + ", found " +
+           quote(word));
+    return value;
+  }
+  int64_t integer(const PlyProperty &property, const PlyType &) {
+    const std::string_view word = take(property.name);
+    int64_t value;
+    if (!parse_integer(word, value))
+      fail(numbered(*element, index) + ": expected an integer in " + property.name + ", found " +
+           quote(word));
+    return value;
+  }
+  void skip(const PlyProperty &property, uint64_t count) {
+    for (uint64_t i = 0; i < count; i++) take(property.name);
+  }
+  bool holds(uint64_t values, const PlyType &) const { return values <= (text.size() + 1) / 2; }
+  void finish() {
+    std::string_view word;
+    if (next_word(text, word))
+      fail(numbered(*element, index) + ": expected the end of the line, found " + quote(word));
+  }
+  void finish_file() {
+    std::string_view word;
+    while (next_line(rest, text)) {
+      line++;
+      if (next_word(text, word)) fail("expected the end of the file, found " + quote(word));
+    }
+  }
+  [[noreturn]] void fail(const std::string &what) const {
+    throw Error(name + ":" + std::to_string(line) + ": " + what);
+  }
+
+private:
+  std::string_view take(const std::string &property) {
+    std::string_view word;
+    if (!next_word(text, word))
+      fail(numbered(*element, index) + ": the line ends before " + property + " is complete");
+    return word;
+  }
+
+  std::string_view rest, text;
+  const std::string &name;
+  uint64_t line, index = 0;
+  const PlyElement *element = nullptr;
+};
+
+class BinaryBody {
+public:
+  BinaryBody(std::string_view bytes, const PlyHeader &header, const std::string &file)
+      : start(bytes.data()), cursor(start), end(start + bytes.size()), body(header.size), name(file),
+        big(header.format == PlyFormat::big_endian) {}
+
+  void begin(const PlyElement &declared, uint64_t number) {
+    element = &declared;
+    index = number;
+  }
+  double real(const PlyProperty &property) {
+    const PlyType &type = property.type;
+    if (!type.is_float) return static_cast<double>(integer(property, type));
+    const uint64_t bits = take(type);
+    double value;
+    if (type.size == 4) {
+      const uint32_t low = static_cast<uint32_t>(bits);
+      float narrow;
+      memcpy(&narrow, &low, sizeof narrow);
+      value = narrow;
+    } else {
+      memcpy(&value, &bits, sizeof value);
+    }
+    if (!std::isfinite(value)) {
+      cursor -= type.size;
+      fail(numbered(*element, index) + ": expected a finite number for " + property.name + ", found " +
+           (std::isnan(value) ? "nan"
+            : value < 0       ? "-inf"
+                              : "inf"));
+    }
+    return value;
+  }
+  int64_t integer(const PlyProperty &, const PlyType &type) {
+    const uint64_t bits = take(type), sign = uint64_t(1) << (8 * type.size - 1);
+    return static_cast<int64_t>(bits) - (type.is_signed && bits & sign ? int64_t(sign) * 2 : 0);
+  }
+  void skip(const PlyProperty &property, uint64_t count) { advance(count * property.type.size); }
+  bool holds(uint64_t values, const PlyType &type) const {
+    return values <= static_cast<uint64_t>(end - cursor) / type.size;
+  }
+  void finish() {}
+  void finish_file() {
+    if (cursor != end)
+      fail("expected the end of the file, found " + std::to_string(end - cursor) + " more bytes");
+  }
+  [[noreturn]] void fail(const std::string &what) const {
+    char offset[32];
+    snprintf(offset, sizeof offset, ": 0x%" PRIx64 ": ", body + static_cast<uint64_t>(cursor - start));
+    throw Error(name + offset + what);
+  }
+
+private:
+  const char *advance(uint64_t size) {
+    if (size > static_cast<uint64_t>(end - cursor))
+      fail("the file ends within " + numbered(*element, index) + " of " + std::to_string(element->count));
+    const char *at = cursor;
+    cursor += size;
+    return at;
+  }
+  uint64_t take(const PlyType &type) {
+    const auto *at = reinterpret_cast<const uint8_t *>(advance(type.size));
+    uint64_t bits = 0;
+    for (unsigned i = 0; i < type.size; i++) bits |= uint64_t(at[i]) << 8 * (big ? type.size - 1 - i : i);
+    return bits;
+  }
+
+  const char *start, *cursor, *end;
+  uint64_t body; // offset of start in the file
+  const std::string &name;
+  bool big;
+  uint64_t index = 0;
+  const PlyElement *element = nullptr;
+};
+
+template <class Body> class BodyReader {
+public:
+  BodyReader(Body &input, const PlyHeader &declared, const std::string &file, const fvv_limits &bounds,
+             MeshReport &notes)
+      : body(input), header(declared), name(file), limits(bounds), report(notes) {}
+
+  Mesh read() {
+    // Both fit: the header was checked against limits and against the bytes there are.
+    mesh.positions.reserve(static_cast<size_t>(header.vertex_count) * 3);
+    mesh.faces.reserve(static_cast<size_t>(header.face_count) * 3);
+    for (const PlyElement &element : header.elements)
+      for (uint64_t i = 0; i < element.count; i++) read_element(element, i);
+    body.finish_file();
+    if (of_corners.empty())
+      mesh.normals = std::move(of_vertices);
+    else
+      split_seams(mesh, of_corners, normals_of_corners(), limits, name);
+    return std::move(mesh);
+  }
+
+private:
+  void read_element(const PlyElement &element, uint64_t index) {
+    double numbers[8]; // x y z u v nx ny nz
+    bool has_texture = false, has_normal = false;
+    pairs.clear();
+    body.begin(element, index);
+    for (const PlyProperty &property : element.properties) {
+      switch (property.role) {
+      case PlyRole::corners:
+        read_face(property, index);
+        break;
+      case PlyRole::corner_texture:
+        for (uint64_t i = list_size(property); i; i--) pairs.push_back(body.real(property));
+        has_texture = true;
+        break;
+      case PlyRole::texture_number:
+        check_picture(body.integer(property, property.type), index);
+        break;
+      case PlyRole::unused:
+        body.skip(property, property.is_list() ? list_size(property) : 1);
+        break;
+      default:
+        numbers[static_cast<int>(property.role) - static_cast<int>(PlyRole::x)] = body.real(property);
+        has_texture = has_texture || property.role == PlyRole::u;
+        has_normal = has_normal || property.role == PlyRole::nx;
+      }
+    }
+    if (element.name == "vertex") {
+      mesh.positions.insert(mesh.positions.end(), numbers, numbers + 3);
+      if (has_normal) of_vertices.insert(of_vertices.end(), numbers + 5, numbers + 8);
+      if (has_texture) mesh.texture.insert(mesh.texture.end(), {numbers[3], 1 - numbers[4]});
+    } else if (has_texture) {
+      append_pairs(index);
+    }
+    body.finish();
+  }
+
+  // The fan of append_fan again, u v for each of its corners. PLY counts v from the bottom of the picture.
+  void append_pairs(uint64_t index) {
+    if (pairs.size() != corners.size() * 2)
+      body.fail("face " + std::to_string(index) + ": expected " + std::to_string(corners.size() * 2) +
+                " numbers in texcoord, found " + std::to_string(pairs.size()));
+    for (size_t i = 1; i + 1 < corners.size(); i++)
+      for (const size_t corner : {size_t(0), i, i + 1})
+        of_corners.insert(of_corners.end(), {pairs[corner * 2], 1 - pairs[corner * 2 + 1]});
+  }
+
+  std::vector<double> normals_of_corners() const {
+    std::vector<double> out;
+    for (size_t i = 0; !of_vertices.empty() && i < mesh.faces.size(); i++) {
+      const double *normal = &of_vertices[mesh.faces[i] * size_t(3)];
+      out.insert(out.end(), normal, normal + 3);
+    }
+    return out;
+  }
+
+  void check_picture(int64_t picture, uint64_t index) {
+    if (index == 0) first_picture = picture;
+    if (picture != first_picture)
+      body.fail("face " + std::to_string(index) + ": has texture " + std::to_string(picture) +
+                ", others have " + std::to_string(first_picture) + ": expected one atlas for all faces");
+  }
+
+  uint64_t list_size(const PlyProperty &property) {
+    const int64_t size = body.integer(property, property.count_type);
+    if (size < 0 || !body.holds(static_cast<uint64_t>(size), property.type))
+      body.fail("a list " + property.name + " of " + std::to_string(size) +
+                " items does not fit into the file");
+    return static_cast<uint64_t>(size);
+  }
+
+  void read_face(const PlyProperty &property, uint64_t index) {
+    const auto face = [&] { return "face " + std::to_string(index); };
+    const uint64_t size = list_size(property);
+    if (size < 3) body.fail(face() + ": expected at least 3 corners, found " + std::to_string(size));
+    if (size - 2 > limits.max_faces - mesh.face_count())
+      body.fail(face() + ": more than the allowed " + std::to_string(limits.max_faces) + " triangles");
+    corners.clear();
+    for (uint64_t i = 0; i < size; i++) {
+      const int64_t corner = body.integer(property, property.type);
+      if (corner < 0 || static_cast<uint64_t>(corner) >= header.vertex_count)
+        body.fail(face() + ": index " + std::to_string(corner) + " of " +
+                  std::to_string(header.vertex_count) + " vertices");
+      corners.push_back(static_cast<uint32_t>(corner));
+    }
+    append_fan(mesh, corners, report);
+  }
+
+  Body &body;
+  const PlyHeader &header;
+  const std::string &name;
+  const fvv_limits &limits;
+  MeshReport &report;
+  Mesh mesh;
+  std::vector<uint32_t> corners;   // of the last face
+  std::vector<double> pairs;       // of that
+  std::vector<double> of_corners;  // u v for each corner of mesh.faces, or empty
+  std::vector<double> of_vertices; // normals, or empty
+  int64_t first_picture = 0;
+};
+
+template <class Body>
+Mesh read_body(std::string_view bytes, const PlyHeader &header, const std::string &name,
+               const fvv_limits &limits, MeshReport &report) {
+  Body body(bytes.substr(header.size), header, name);
+  return BodyReader<Body>(body, header, name, limits, report).read();
+}
+
+} // namespace
+
+Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits *limits, MeshReport *report,
+               bool texture, bool normals) {
+  MeshReport ignored;
+  const fvv_limits bounds = limits_or_default(limits);
+  const PlyHeader header = parse_ply_header(bytes, name, bounds, texture, normals);
+  const auto read = header.format == PlyFormat::ascii ? read_body<AsciiBody> : read_body<BinaryBody>;
+  return read(bytes, header, name, bounds, report ? *report : ignored);
+}
+
+std::string format_ply(const Mesh &mesh, const std::string &name) {
+  check_writable(mesh, name);
+  const bool has_texture = !mesh.texture.empty(), has_normals = !mesh.normals.empty();
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertex_count()) +
+      "\nproperty double x\nproperty double y\nproperty double z\n" +
+      (has_normals ? "property double nx\nproperty double ny\nproperty double nz\n" : "") +
+      (has_texture ? "property double s\nproperty double t\n" : "") + "element face " +
+      std::to_string(mesh.face_count()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string out = header;
+  out.resize(header.size() + (mesh.positions.size() + mesh.normals.size() + mesh.texture.size()) * 8 +
+             mesh.face_count() * 13);
+  auto *at = reinterpret_cast<uint8_t *>(&out[header.size()]);
+  const auto put = [&](double number) {
+    store_f64(at, number);
+    at += 8;
+  };
+  for (size_t vertex = 0; vertex < mesh.vertex_count(); vertex++) {
+    for (size_t axis = 0; axis < 3; axis++) put(mesh.positions[vertex * 3 + axis]);
+    for (size_t axis = 0; has_normals && axis < 3; axis++) put(mesh.normals[vertex * 3 + axis]);
+    if (!has_texture) continue;
+    put(mesh.texture[vertex * 2]);
+    put(1 - mesh.texture[vertex * 2 + 1]);
+  }
+  for (size_t i = 0; i < mesh.faces.size(); i++) {
+    if (i % 3 == 0) *at++ = 3;
+    store_u32(at, mesh.faces[i]);
+    at += 4;
+  }
+  return out;
+}
+
+} // namespace fvv::scene
