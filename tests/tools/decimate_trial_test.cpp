@@ -2,6 +2,7 @@
 #include "decimate_fixture.h"
 
 #include "fvv_geometry/pieces.h"
+#include "geometry/src/simplify.h"
 #include "geometry/src/trial.h"
 
 #include <algorithm>

@@ -27,7 +27,7 @@ Outcome attempt(const Scratch &scratch, const Bytes &stream, const demux::Option
     out.files = files_of(folder);
   } catch (const fvv::Error &failure) {
     out.failed = true;
-    CHECK(failure.kind == fvv::Error::usage ? cli::usage : cli::failed == cli::failed);
+    CHECK(failure.kind == fvv::Error::failed);
     CHECK(!fs::exists(folder));
   }
   return out;

@@ -1,6 +1,8 @@
 // fvvmux: crops of what is seen of the scene, packed for each group of frames.
 #include "mux_fixture.h"
 
+#include "fvvmux/options.h"
+
 #include "mux/src/layout.h"
 
 namespace {

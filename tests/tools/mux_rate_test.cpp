@@ -3,6 +3,8 @@
 #include "fvv_mux/summary.h"
 #include "mux_fixture.h"
 
+#include "fvvmux/options.h"
+
 namespace {
 
 // Three groups of 8 frames, three cameras of 128x96.

@@ -1,6 +1,8 @@
 // fvvmux: cameras spread over several video tracks when one frame would be more than decoders take.
 #include "mux_fixture.h"
 
+#include "fvvmux/options.h"
+
 #include "fvv_mux/summary.h"
 #include "fvvdemux/demux.h"
 #include "mux/src/layout.h"

@@ -100,7 +100,7 @@ struct Found {
 };
 
 // Dots, drawn as the old camera sees them, looked for where the new one does.
-Found measure(const fvv_camera &before, const fvv_camera &after, const mux::Undistortion &undistortion,
+Found measure(const fvv_camera &before, const fvv_camera &after, const scene::Undistortion &undistortion,
               int64_t frame) {
   const std::vector<Dot> dots = dots_of(before, after);
   const media::Image picture = undistortion.apply(0, frame, seen_by(before, after, dots));
@@ -127,13 +127,13 @@ TEST_CASE("points lie where the camera without lens sees them") {
     if (before.lens == FVV_LENS_NONE || scene::LensView(before).is_too_wide()) continue;
     for (const double alpha : {0.0, 1.0}) {
       scene::Capture capture = capture_with(before);
-      const mux::Undistortion undistortion(capture, alpha);
+      const scene::Undistortion undistortion(capture, alpha);
       const fvv_camera &after = capture.cameras[0].calibration;
       CAPTURE(lens.name, alpha);
       REQUIRE(after.lens == FVV_LENS_NONE);
       REQUIRE(fvv_camera_validate(&after, nullptr) == FVV_OK);
       REQUIRE(undistortion.report().size() == 1);
-      const mux::Undistorted &report = undistortion.report()[0];
+      const scene::Undistorted &report = undistortion.report()[0];
       const Found found = measure(before, after, undistortion, 0);
       std::printf("%-32s %ux%-5u %3.0fx%-4.0f %3.0f%%/%-3.0f%%   %-9.3f %d\n", lens.name.c_str(), after.width,
                   after.height, report.horizontal, report.vertical, 100 * report.kept, 100 * report.blank,
@@ -157,7 +157,7 @@ TEST_CASE("points lie where the camera without lens sees them") {
 TEST_CASE("half a pixel more would be seen") {
   fvv_camera before = small(camera_with(FVV_LENS_RADTAN, {-0.2, 0.04}));
   scene::Capture capture = capture_with(before);
-  const mux::Undistortion undistortion(capture, 0);
+  const scene::Undistortion undistortion(capture, 0);
   fvv_camera after = capture.cameras[0].calibration;
   CHECK(measure(before, after, undistortion, 0).worst < bound);
   after.cx += 0.5;
@@ -180,7 +180,7 @@ TEST_CASE("a camera that zooms has a lens of its own in each frame, and pictures
     capture.cameras[0].per_frame[frame] = one;
   }
   const scene::Capture before = capture;
-  const mux::Undistortion undistortion(capture, 0);
+  const scene::Undistortion undistortion(capture, 0);
   for (int64_t frame = 0; frame < 3; frame++) {
     const fvv_camera now = capture.cameras[0].calibration_at(frame);
     const Found found = measure(before.cameras[0].calibration_at(frame), now, undistortion, frame);
@@ -196,7 +196,7 @@ TEST_CASE("cameras without lens, and without pictures, stay as they are") {
   capture.cameras.push_back(capture.cameras[0]);
   capture.cameras[1].calibration = small(camera_with(FVV_LENS_RADTAN, {-0.2}));
   capture.cameras[1].pictures.reset();
-  const mux::Undistortion undistortion(capture, 0);
+  const scene::Undistortion undistortion(capture, 0);
   CHECK(undistortion.report().empty());
   CHECK(capture.cameras[1].calibration.lens == FVV_LENS_RADTAN);
   const media::Image picture = picture_of(0, 480, 270, 0);
@@ -205,7 +205,7 @@ TEST_CASE("cameras without lens, and without pictures, stay as they are") {
 
 TEST_CASE("pixels of 16 bits keep their depth") {
   scene::Capture capture = capture_with(small(camera_with(FVV_LENS_RADTAN, {-0.2})));
-  const mux::Undistortion undistortion(capture, 0);
+  const scene::Undistortion undistortion(capture, 0);
   const media::DeepImage out = undistortion.apply(0, 0, media::make_image<uint16_t>(480, 270, 3, 40001));
   CHECK(std::all_of(out.pixels.begin(), out.pixels.end(), [](uint16_t p) { return p == 40001; }));
 }
@@ -215,13 +215,13 @@ TEST_CASE("lenses that see too far round are refused by name") {
   wide.fx = wide.fy = 240 / 1.5; // 85 degrees to either side
   wide.r_max = fvv_camera_r_max(&wide);
   scene::Capture capture = capture_with(wide);
-  CHECK_THROWS_WITH(mux::Undistortion(capture, 0),
+  CHECK_THROWS_WITH(scene::Undistortion(capture, 0),
                     Catch::Contains("--undistort: camera 7: the lens shows 150 degrees"));
   // 74 degrees to either side, and more in the corners, is a picture.
   wide.fx = wide.fy = 240 / 1.29;
   wide.r_max = fvv_camera_r_max(&wide);
   capture = capture_with(wide);
-  const mux::Undistortion undistortion(capture, 1);
+  const scene::Undistortion undistortion(capture, 1);
   CHECK(undistortion.report()[0].limited);
   CHECK(undistortion.report()[0].horizontal > 140);
 }

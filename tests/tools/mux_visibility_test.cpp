@@ -1,6 +1,9 @@
 // fvvmux: which cameras see what, chosen, written, the same for any number of threads, and verified.
 #include "mux_fixture.h"
 
+#include "fvvmux/options.h"
+#include "mux/src/visibility.h"
+
 #include "fvv_mux/summary.h"
 #include "mux/src/stream_writer.h"
 

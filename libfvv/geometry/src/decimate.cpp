@@ -3,6 +3,7 @@
 #include "fvv_geometry/decimate.h"
 #include "fvv_geometry/mesh.h"
 #include "fvv_geometry/pieces.h"
+#include "geometry/src/simplify.h"
 #include "geometry/src/fit.h"
 #include "geometry/src/trial.h"
 
@@ -14,65 +15,6 @@
 namespace fvv::decimate {
 
 namespace {
-
-// How far to go: to an error in the mesh's unit as the simplifier estimates it, or to a number of faces
-// whatever that costs.
-struct Reach {
-  double error = 0;
-  size_t faces = 0; // 0: error holds
-};
-
-// A mesh whose faces can be thinned out again and again. Vertices are never moved: what is left are vertices
-// of the mesh. Open borders stay as they are, and so do vertices of edges with more than two faces; vertices
-// that share a place and differ in their texture coordinates are the seam of an atlas, which stays a seam.
-//
-// The simplifier computes in single precision, relative to the centre of the box here. The same build gives
-// the same faces for the same input; that another processor's does too is not promised, which is why nothing
-// but the measured error is relied upon.
-class Simplifier {
-public:
-  // Every coordinate of mesh is finite, every index in range, there is a face. alike: for each vertex the one
-  // to be named in its place (first_alike).
-  Simplifier(const geometry::Mesh &mesh, const std::vector<uint32_t> &alike);
-
-  // Faces, three vertices each. held: for each face of the mesh whether it has to stay; empty: none has to.
-  // Faces that are held come last.
-  std::vector<uint32_t> simplify(const Reach &reach, const std::vector<bool> &held) const;
-
-private:
-  std::vector<uint32_t> faces;
-  std::vector<float> positions;
-  float scale; // of errors relative to the extent
-};
-
-Simplifier::Simplifier(const geometry::Mesh &mesh, const std::vector<uint32_t> &alike) {
-  for (const uint32_t v : mesh.faces) faces.push_back(alike[v]);
-  double low[3], high[3];
-  std::copy_n(mesh.positions.data(), 3, low);
-  std::copy_n(mesh.positions.data(), 3, high);
-  for (size_t i = 0; i < mesh.positions.size(); i++) {
-    low[i % 3] = std::min(low[i % 3], mesh.positions[i]);
-    high[i % 3] = std::max(high[i % 3], mesh.positions[i]);
-  }
-  for (size_t i = 0; i < mesh.positions.size(); i++)
-    positions.push_back(float(mesh.positions[i] - (low[i % 3] / 2 + high[i % 3] / 2)));
-  scale = meshopt_simplifyScale(positions.data(), positions.size() / 3, 3 * sizeof(float));
-}
-
-std::vector<uint32_t> Simplifier::simplify(const Reach &reach, const std::vector<bool> &held) const {
-  std::vector<uint32_t> loose, kept;
-  for (size_t i = 0; i < faces.size(); i++) (!held.empty() && held[i / 3] ? kept : loose).push_back(faces[i]);
-  if (loose.empty() || !(scale > 0)) return faces;
-  const size_t count = 3 * reach.faces > kept.size() ? 3 * reach.faces - kept.size() : 0;
-  const float error = reach.faces ? 1 : float(std::min(reach.error / double(scale), 1.0));
-  std::vector<uint32_t> out(loose.size());
-  // Where faces are held the loose ones have an open border, which is locked like any other.
-  out.resize(meshopt_simplify(out.data(), loose.data(), loose.size(), positions.data(), positions.size() / 3,
-                              3 * sizeof(float), std::min(count, loose.size()), error,
-                              meshopt_SimplifyLockBorder, nullptr));
-  out.insert(out.end(), kept.begin(), kept.end());
-  return out;
-}
 
 // How often faces are given back before the simplifier has to go less far.
 constexpr int rounds = 6;
