@@ -13,7 +13,7 @@
 #include "delta_shapes.h"
 
 extern "C" {
-#include "mesh/delta_hierarchy.h"
+#include "mesh/delta.h"
 }
 
 namespace {

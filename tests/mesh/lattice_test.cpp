@@ -7,7 +7,7 @@
 
 #include "fvv/mesh.h"
 extern "C" {
-#include "mesh/lattice.h"
+#include "mesh/mesh.h"
 }
 
 TEST_CASE("quantisation takes the nearest index, ties the even one, in every rounding mode") {

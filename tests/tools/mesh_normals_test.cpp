@@ -7,7 +7,7 @@
 #include "capture/mesh_file.h"
 
 extern "C" {
-#include "base/limits.h"
+#include "base/memory.h"
 }
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include "capture/gltf/pose.h"
 
 extern "C" {
-#include "base/limits.h"
+#include "base/memory.h"
 }
 
 #include <algorithm>

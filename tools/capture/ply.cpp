@@ -5,7 +5,7 @@
 
 extern "C" {
 #include "base/bytes.h"
-#include "base/limits.h"
+#include "base/memory.h"
 }
 
 #include <cinttypes>

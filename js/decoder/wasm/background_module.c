@@ -6,13 +6,10 @@
 #include "base/checked.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
-#include "base/limits.h"
 #include "base/memory.h"
-#include "codecs.h"
 #include "flat.h"
 #include "fvv/background.h"
-
-#define FVVJS_EXPORT __attribute__((visibility("default"), used))
+#include "module.h"
 
 static fvv_limits limits;
 static fvv_diagnostic diagnostic;

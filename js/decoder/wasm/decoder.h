@@ -8,11 +8,9 @@
 
 #include "base/memory.h"
 #include "flat.h"
+#include "module.h"
 #include "stream/configuration.h"
-#include "stream/mesh_frames.h"
-#include "stream/visibility_frames.h"
-
-#define FVVJS_EXPORT __attribute__((visibility("default"), used))
+#include "stream/tracks.h"
 
 /* What next answers; below 0: fvv_status, final. */
 enum {
@@ -112,7 +110,7 @@ typedef struct fvvjs_decoder {
 
 /* decoder.c */
 int32_t fvvjs_start(fvvjs_decoder *decoder, double offset, int keep);
-/* pick.c. FVV_END: behind the group; FVV_NEED_DATA: fetch what was lacking. */
+/* index.c. FVV_END: behind the group; FVV_NEED_DATA: fetch what was lacking. */
 fvv_status fvvjs_next_picked(fvvjs_decoder *decoder, fvv_event *event, fvv_diagnostic *diagnostic);
 /* describe.c */
 void fvvjs_flatten_camera(const fvv_camera *camera, int calibrated, flat_camera *flat);

@@ -4,9 +4,8 @@
 #include "base/checked.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
-#include "codecs.h"
 #include "decoder.h"
-#include "stream/group_tiles.h"
+#include "stream/tracks.h"
 
 static size_t track_count(const fvvjs_decoder *d) {
   return d->tracks.size / sizeof(fvvjs_track);

@@ -5,8 +5,7 @@
 
 #include "flat.h"
 #include "fvv/calibration.h"
-
-#define FVVJS_EXPORT __attribute__((visibility("default"), used))
+#include "module.h"
 
 FVVJS_EXPORT void *fvvjs_alloc(size_t size) {
   return malloc(size);

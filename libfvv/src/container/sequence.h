@@ -1,11 +1,9 @@
 /* container/sequence.h: which chunk may follow which (clauses 3.3, 4.4 to 7.2), as one state machine. The
- * writer asks it before it writes, the reader before it believes. It sees headers and the payloads of SCEN,
- * TRAK, GRUP, GEND, INDX and FOOT; it knows nothing of meshes, cameras or pixels. */
+ * writer asks it before it writes, the reader before it believes. */
 #ifndef FVV_CONTAINER_SEQUENCE_H
 #define FVV_CONTAINER_SEQUENCE_H
 
-#include "container/index.h"
-#include "container/table.h"
+#include "container/records.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,4 +1,4 @@
-#include "mesh/fast_streams.h"
+#include "mesh/fast.h"
 
 #include "base/bytes.h"
 #include "base/diagnostic.h"

@@ -1,14 +1,12 @@
 /* Opening, closing and state of a mesh sequence: a key mesh and the delta frames behind it. */
-#include "mesh/sequence.h"
+#include "mesh/delta.h"
 
 #include <string.h>
 
 #include "base/diagnostic.h"
 #include "base/memory.h"
-#include "mesh/check.h"
+#include "mesh/mesh.h"
 #include "mesh/normals.h"
-#include "mesh/octahedral.h"
-#include "mesh/storage.h"
 
 /* The hierarchy's tables have twice as many slots, counted in 32 bits. */
 #define VERTICES_MAX (UINT32_C(1) << 30)

@@ -1,4 +1,4 @@
-/* mesh/topology.h: what faces share. Works on bare index triples; the canonicaliser alone uses it. */
+/* mesh/topology.h: what faces share. Works on bare index triples. */
 #ifndef FVV_MESH_TOPOLOGY_H
 #define FVV_MESH_TOPOLOGY_H
 

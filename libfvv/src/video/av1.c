@@ -3,7 +3,7 @@
  * Knows the AV1 Codec ISO Media File Format Binding, the OBU headers of the AV1 bitstream specification
  * (clause 5.3) and the first bits of sequence and frame headers; must not parse further. Decoders do. */
 #include "base/diagnostic.h"
-#include "video/record.h"
+#include "video/codecs.h"
 
 #include <inttypes.h>
 #include <stdio.h>

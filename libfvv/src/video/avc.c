@@ -3,8 +3,7 @@
  * Knows the frame around NAL units by ISO/IEC 14496-15 and the one header byte of ITU-T H.264 clause 7.3.1;
  * must not parse what is inside them. Decoders do. */
 #include "base/diagnostic.h"
-#include "video/nal.h"
-#include "video/record.h"
+#include "video/codecs.h"
 
 #include <stdio.h>
 

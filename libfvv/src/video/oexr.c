@@ -3,7 +3,7 @@
  *
  * Knows the one kind of file that clause 10.12 allows: one part, scan lines, half B G R. Must not know
  * pixels or how they are compressed. */
-#include "video/oexr.h"
+#include "video/codecs.h"
 
 #include "base/bytes.h"
 #include "base/diagnostic.h"

@@ -3,7 +3,7 @@
  * Knows the VP Codec ISO Media File Format Binding, the first bits of the uncompressed header (VP9 bitstream
  * specification, clause 6.2) and the superframe index (annex B); must not parse further. Decoders do. */
 #include "base/diagnostic.h"
-#include "video/record.h"
+#include "video/codecs.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -5,7 +5,7 @@
 #include "capture/text_scan.h"
 
 extern "C" {
-#include "base/limits.h"
+#include "base/memory.h"
 }
 
 #include <algorithm>
