@@ -8,8 +8,8 @@
 #include <ctime>
 #include <random>
 
-#include "delta_shapes.h"
 #include "memory.h"
+#include "shapes.h"
 
 namespace {
 

@@ -7,7 +7,6 @@
 #include <iterator>
 #include <string>
 
-#include "delta_shapes.h"
 #include "fast_plain.h"
 #include "memory.h"
 #include "shapes.h"
