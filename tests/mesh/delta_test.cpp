@@ -301,7 +301,7 @@ TEST_CASE("degenerate meshes still form levels") {
   }
 }
 
-// ---- Delta frames: what comes back, how large it is, and what a partial frame is good for.
+// ---- Delta frames: what comes back, and how large it is.
 
 TEST_CASE("delta frames come back within the error, equal in encoder and decoder") {
   for (const uint32_t error : {0u, 1u, 2u, 7u}) {
@@ -313,7 +313,7 @@ TEST_CASE("delta frames come back within the error, equal in encoder and decoder
       REQUIRE(decoder.decode(payload) == FVV_OK);
       REQUIRE(decoder.positions() == encoder.positions());
       CHECK(distance(decoder.positions(), wanted) <= int32_t(error));
-      CHECK(fvv_mesh_sequence_frame(decoder.handle) == uint32_t(t));
+      CHECK(header_of(payload).number == uint64_t(t));
     }
     const fvv_mesh *mesh = fvv_mesh_sequence_mesh(decoder.handle);
     CHECK(!memcmp(mesh->faces, key->faces, 12 * size_t(key->face_count)));
@@ -341,7 +341,7 @@ TEST_CASE("a mesh that stands still takes a header") {
   const std::vector<int32_t> still(key->positions, key->positions + 3 * size_t(key->vertex_count));
   for (int t = 1; t <= 3; t++) {
     const auto payload = encoder.encode(still, 0);
-    CHECK(payload.size() == 16 + 2 + 2 * fvv_mesh_sequence_level_count(encoder.handle));
+    CHECK(payload.size() == 16 + 2 + 2 * header_of(payload).levels.size());
     REQUIRE(decoder.decode(payload) == FVV_OK);
     CHECK(decoder.positions() == still);
   }
@@ -367,9 +367,10 @@ TEST_CASE("vertices of a seam move together and cost nothing") {
   const auto key = key_of(charts(24), 0.0005);
   REQUIRE(key->texture);
   Sequence encoder(*key), decoder(*key);
-  const uint32_t levels = fvv_mesh_sequence_level_count(encoder.handle);
   // A cube of n squares a side has 6 n^2 + 2 points; the rest are twins.
-  CHECK(fvv_mesh_sequence_level_size(encoder.handle, levels - 1) == key->vertex_count - (6 * 24 * 24 + 2));
+  const Hierarchy hierarchy(*key);
+  const uint32_t last = hierarchy.level_count - 1;
+  CHECK(hierarchy.level_end[last] - hierarchy.begin(last) == key->vertex_count - (6 * 24 * 24 + 2));
   for (int t = 1; t <= 5; t++) {
     const auto wanted = moved(*key, t);
     const auto payload = encoder.encode(wanted, 0);
@@ -385,83 +386,18 @@ TEST_CASE("vertices of a seam move together and cost nothing") {
 TEST_CASE("levels partition the vertices, each larger than all before it") {
   for (const auto &key : {key_of(torus(120, 80)), key_of(sphere(40, 30)), key_of(tetrahedron()),
                           key_of(grid(40)), key_of(charts(8))}) {
-    Sequence sequence(*key);
+    const Hierarchy hierarchy(*key);
     uint32_t sum = 0;
-    const uint32_t levels = fvv_mesh_sequence_level_count(sequence.handle);
-    for (uint32_t k = 0; k < levels; k++) {
-      const uint32_t size = fvv_mesh_sequence_level_size(sequence.handle, k);
+    for (uint32_t k = 0; k < hierarchy.level_count; k++) {
+      const uint32_t size = hierarchy.level_end[k] - hierarchy.begin(k);
       CHECK(size > 0);
       if (k && !key->texture) CHECK(size > sum);
       sum += size;
     }
     CHECK(sum == key->vertex_count);
-    CHECK(fvv_mesh_sequence_level_size(sequence.handle, levels) == 0);
     // What no pass took, and two passes at most.
-    if (!key->texture) CHECK(fvv_mesh_sequence_level_size(sequence.handle, 0) < 80);
+    if (!key->texture) CHECK(hierarchy.level_end[0] < 80);
   }
-}
-
-TEST_CASE("a decoder of the first levels alone follows, coarser, and stays exact in them") {
-  const auto key = key_of(torus(120, 80), 0.0005);
-  Sequence encoder(*key);
-  const uint32_t levels = fvv_mesh_sequence_level_count(encoder.handle);
-  REQUIRE(levels >= 4);
-  std::vector<std::vector<uint8_t>> payloads;
-  std::vector<std::vector<int32_t>> frames;
-  for (int t = 1; t <= 8; t++) {
-    payloads.push_back(encoder.encode(moved(*key, t), 2));
-    frames.push_back(encoder.positions());
-  }
-  double former = 1e9;
-  for (uint32_t use = 0; use <= levels; use++) {
-    Sequence decoder(*key);
-    for (const auto &payload : payloads) REQUIRE(decoder.decode(payload, use) == FVV_OK);
-    CHECK(fvv_mesh_sequence_exact_levels(decoder.handle) == use);
-    const auto got = decoder.positions();
-    double sum = 0;
-    size_t exact = 0;
-    for (size_t i = 0; i < got.size(); i++) sum += std::abs(got[i] - frames.back()[i]);
-    for (size_t v = 0; v < got.size() / 3; v++)
-      exact += !memcmp(&got[3 * v], &frames.back()[3 * v], 3 * sizeof got[0]);
-    uint32_t within = 0;
-    for (uint32_t k = 0; k < use; k++) within += fvv_mesh_sequence_level_size(decoder.handle, k);
-    CHECK(exact >= within);
-    CHECK(sum < former);
-    former = sum;
-  }
-  CHECK(former == 0);
-}
-
-TEST_CASE("what is not decoded is not rounded to the lattice in each frame") {
-  const auto key = key_of(torus(120, 80), 0.002);
-  Sequence encoder(*key);
-  const uint32_t levels = fvv_mesh_sequence_level_count(encoder.handle);
-  Sequence decoder(*key);
-  double mean = 0;
-  for (int t = 1; t <= 60; t++) {
-    const auto wanted = moved(*key, t % 2 ? t : t / 2);
-    REQUIRE(decoder.decode(encoder.encode(wanted, 0), levels - 1) == FVV_OK);
-    const auto got = decoder.positions();
-    mean = 0;
-    for (size_t i = 0; i < got.size(); i++) mean += std::abs(got[i] - wanted[i]) / double(got.size());
-  }
-  INFO(mean);
-  CHECK(mean < 1);
-}
-
-TEST_CASE("a frame of fewer levels is no reference for more") {
-  const auto key = key_of(torus(60, 40));
-  Sequence encoder(*key), decoder(*key);
-  const auto first = encoder.encode(moved(*key, 1), 1), second = encoder.encode(moved(*key, 2), 1);
-  REQUIRE(decoder.decode(first, 1) == FVV_OK);
-  fvv_diagnostic diagnostic = {};
-  CHECK(decoder.decode(second, 2, &diagnostic) == FVV_ERROR_STATE);
-  CHECK(decoder.decode(second, UINT32_MAX, &diagnostic) == FVV_ERROR_STATE);
-  CHECK(decoder.decode(second, 1, &diagnostic) == FVV_OK);
-  fvv_bytes payload = {};
-  CHECK(fvv_mesh_sequence_encode(decoder.handle, moved(*key, 3).data(), nullptr, &payload, &diagnostic) ==
-        FVV_ERROR_STATE);
-  fvv_bytes_free(&payload);
 }
 
 TEST_CASE("motion to the edge of the lattice and back is exact") {

@@ -475,8 +475,7 @@ TEST_CASE("sent normals turn with the faces of a moving mesh") {
       CHECK(payload.data[1] == FVV_MESH_HAS_NORMALS);
       CHECK(payload.data[3] == 12);
       const std::vector<uint8_t> bytes = payload.copy();
-      REQUIRE(fvv_mesh_sequence_decode(decoder, bytes.data(), bytes.size(), UINT32_MAX, &diagnostic) ==
-              FVV_OK);
+      REQUIRE(fvv_mesh_sequence_decode(decoder, bytes.data(), bytes.size(), &diagnostic) == FVV_OK);
       const fvv_mesh *now = fvv_mesh_sequence_mesh(decoder);
       const bool same =
           !memcmp(now->normals, fvv_mesh_sequence_mesh(encoder)->normals, 8 * size_t(now->vertex_count));
@@ -505,8 +504,7 @@ TEST_CASE("3018: a delta frame has the normal bits of its key mesh") {
   REQUIRE(fvv_mesh_sequence_open(key.get(), nullptr, &sequence, &diagnostic) == FVV_OK);
   std::vector<uint8_t> bytes = payload.copy();
   bytes[3] = 9;
-  CHECK(fvv_mesh_sequence_decode(sequence, bytes.data(), bytes.size(), UINT32_MAX, &diagnostic) ==
-        FVV_ERROR_INVALID);
+  CHECK(fvv_mesh_sequence_decode(sequence, bytes.data(), bytes.size(), &diagnostic) == FVV_ERROR_INVALID);
   CHECK(diagnostic.issue == 3018);
   fvv_mesh_sequence_close(sequence);
 }

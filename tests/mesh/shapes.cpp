@@ -325,11 +325,10 @@ std::vector<uint8_t> Sequence::encode(const std::vector<int32_t> &positions, uin
   return payload.copy();
 }
 
-fvv_status Sequence::decode(const std::vector<uint8_t> &payload, uint32_t levels,
-                            fvv_diagnostic *diagnostic) {
+fvv_status Sequence::decode(const std::vector<uint8_t> &payload, fvv_diagnostic *diagnostic) {
   const std::unique_ptr<uint8_t[]> block(new uint8_t[payload.size()]);
   if (!payload.empty()) std::memcpy(block.get(), payload.data(), payload.size());
-  return fvv_mesh_sequence_decode(handle, block.get(), payload.size(), levels, diagnostic);
+  return fvv_mesh_sequence_decode(handle, block.get(), payload.size(), diagnostic);
 }
 
 std::vector<int32_t> Sequence::positions() const {

@@ -103,8 +103,7 @@ struct Sequence {
   // A failure is a failed REQUIRE.
   std::vector<uint8_t> encode(const std::vector<int32_t> &positions, uint32_t max_error);
   // From a block on the heap that is exactly as long as the bytes.
-  fvv_status decode(const std::vector<uint8_t> &payload, uint32_t levels = UINT32_MAX,
-                    fvv_diagnostic *diagnostic = nullptr);
+  fvv_status decode(const std::vector<uint8_t> &payload, fvv_diagnostic *diagnostic = nullptr);
   std::vector<int32_t> positions() const;
 };
 

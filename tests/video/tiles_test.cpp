@@ -213,42 +213,6 @@ TEST_CASE("a layout's faults have their numbers") {
   CHECK(verdict(bad, 64, 16) == FVV_ISSUE_TILE_OVERLAP);
 }
 
-TEST_CASE("points map between picture and frame and back, pixel centres at a half") {
-  fvv_tile t = {};
-  t.source = {100, 50, 960, 540};
-  t.destination = {480, 272, 480, 270};
-  const double corner[2] = {100, 50}, end[2] = {1060, 590};
-  double out[2], back[2];
-  fvv_tile_to_frame(&t, corner, out);
-  CHECK((out[0] == 480 && out[1] == 272));
-  fvv_tile_to_frame(&t, end, out);
-  CHECK((out[0] == 960 && out[1] == 542));
-  // The first pixel of the tile covers the first two by two of the source: centre on centre of these four.
-  const double first[2] = {480.5, 272.5};
-  fvv_tile_to_source(&t, first, out);
-  CHECK((out[0] == 101 && out[1] == 51));
-  // Without scaling a pixel centre stays one.
-  t.source = {3, 5, 480, 270};
-  const double centre[2] = {3.5, 5.5};
-  fvv_tile_to_frame(&t, centre, out);
-  CHECK((out[0] == 480.5 && out[1] == 272.5));
-
-  std::mt19937 random(9);
-  std::uniform_real_distribution<double> any(-200, 4200);
-  for (int n = 0; n < 2000; n++) {
-    t.source = {(uint16_t)(random() % 999), (uint16_t)(random() % 999), (uint16_t)(1 + random() % 4000),
-                (uint16_t)(1 + random() % 4000)};
-    t.destination = {(uint16_t)(random() % 99 * 16), (uint16_t)(random() % 99 * 16),
-                     (uint16_t)(1 + random() % 2000), (uint16_t)(1 + random() % 2000)};
-    const double point[2] = {any(random), any(random)};
-    fvv_tile_to_frame(&t, point, out);
-    fvv_tile_to_source(&t, out, back);
-    // A tile of one pixel throws away three digits.
-    REQUIRE(back[0] == Approx(point[0]).margin(1e-8));
-    REQUIRE(back[1] == Approx(point[1]).margin(1e-8));
-  }
-}
-
 // ---- video/: the TILE payload: there and back, every rule broken once, limits, cut and flipped bytes.
 
 namespace {

@@ -87,16 +87,6 @@ typedef struct fvv_calibration_bits {
 FVV_API void fvv_calibration_choose(const fvv_camera *cameras, size_t count, double position_step,
                                     double max_pixels, fvv_calibration_bits *bits);
 
-/* The camera at t between two moments of it, t from 0 (a) to 1 (b), as the informative part of clause 9.6 has
- * it: the rotation along the shorter arc, centre, principal point, skew and coefficients linearly, the
- * logarithms of the focal lengths linearly, the smaller r_max (smaller still where a rational lens between
- * the two folds earlier). Exactly a at 0 and b at 1; all else, name too, is a's. Between turns by 180 degrees
- * either way round is the shorter one: which it is follows from the numbers alone. For valid cameras;
- * FVV_ERROR_ARGUMENT: identifier, lens model or picture size differ, t is out of range, or the camera between
- * them is not valid. */
-FVV_API FVV_MUST_USE fvv_status fvv_camera_interpolate(const fvv_camera *a, const fvv_camera *b, double t,
-                                                       fvv_camera *camera);
-
 /* Where the cameras of a configuration that move are, chunk by chunk of their track. */
 typedef struct fvv_calibration fvv_calibration;
 

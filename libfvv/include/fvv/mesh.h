@@ -188,7 +188,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t s
                                                 const fvv_allocator *allocator, fvv_mesh *mesh,
                                                 fvv_diagnostic *diagnostic);
 
-/* ---- delta frames: clause 8.7 to 8.10 --------------------------------------------------------------- */
+/* ---- delta frames: clause 8.7 to 8.9 ---------------------------------------------------------------- */
 
 /* A key mesh and the frames behind it that have its faces and move its vertices. Encoder and decoder hold the
  * same state, bit for bit: what is encoded is what will be decoded, and each frame is predicted from the one
@@ -208,23 +208,11 @@ FVV_API void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence);
  * them, normals change with each encode or decode (sent normals turn with the faces, clause 8.13), all else
  * stays. */
 FVV_API const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence);
-/* Delta frames since the key mesh. */
-FVV_API uint32_t fvv_mesh_sequence_frame(const fvv_mesh_sequence *sequence);
-/* 1 to FVV_MESH_LEVELS_MAX, and the vertices of each level (0 for one that is none): some hundred in the
- * first, then about four times as many as in the one before. */
-FVV_API uint32_t fvv_mesh_sequence_level_count(const fvv_mesh_sequence *sequence);
-FVV_API uint32_t fvv_mesh_sequence_level_size(const fvv_mesh_sequence *sequence, uint32_t level);
-/* How many levels of the current frame are what the encoder holds: level_count, fewer when a frame was
- * decoded with fewer, 0 after an error. */
-FVV_API uint32_t fvv_mesh_sequence_exact_levels(const fvv_mesh_sequence *sequence);
 
-/* Decodes the next frame. levels: how many of them, UINT32_MAX for all; vertices of the others move with
- * their neighbours, which is quick, and coarser. Frames that follow can be decoded with no more levels than
- * this one (FVV_ERROR_STATE). Safe for hostile bytes. After an error of the stream every further decode is
- * FVV_ERROR_STATE, as nothing behind it can be told: go on at the next key mesh. */
+/* Decodes the next frame. Safe for hostile bytes. After an error in the stream every further decode returns
+ * FVV_ERROR_STATE, because what follows depends on this frame: continue at the next key mesh. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *payload,
-                                                         size_t size, uint32_t levels,
-                                                         fvv_diagnostic *diagnostic);
+                                                         size_t size, fvv_diagnostic *diagnostic);
 
 typedef struct fvv_mesh_delta_options {
   size_t struct_size;

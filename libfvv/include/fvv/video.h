@@ -58,9 +58,6 @@ FVV_API FVV_MUST_USE fvv_status fvv_tiles_arrange(fvv_tile *tiles, size_t count,
  * cameras. Compares all pairs: bound count by fvv_limits.max_cameras first. */
 FVV_API FVV_MUST_USE fvv_status fvv_tiles_validate(const fvv_tile *tiles, size_t count, uint32_t frame_width,
                                                    uint32_t frame_height, fvv_diagnostic *diagnostic);
-/* Maps a point between picture and video frame, both ways, inside the tile and outside. For a valid tile. */
-FVV_API void fvv_tile_to_frame(const fvv_tile *tile, const double source[2], double frame[2]);
-FVV_API void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], double source[2]);
 
 /* Checks a configuration record and writes the codec string that belongs to it, ended by NUL. Does not parse
  * parameter sets or further than the first bits of a sequence header. FVV_ERROR_INVALID with

@@ -138,37 +138,27 @@ static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const delta
                   "level %lu: a vertex moves outside +-2^28", (unsigned long)level);
 }
 
-static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t size, uint32_t levels,
+static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                          fvv_diagnostic *diagnostic) {
   delta_frame frame;
   fvv_status status = read_header(s, payload, size, &frame, diagnostic);
-  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++) {
-    if (k < levels)
-      status = decode_level(s, k, &frame.level[k], payload, diagnostic);
-    else
-      fvv_delta_follow(s, k, 1); /* not rounded: nothing would mend it */
-  }
+  for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
+    status = decode_level(s, k, &frame.level[k], payload, diagnostic);
   return status;
 }
 
 fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *payload, size_t size,
-                                    uint32_t levels, fvv_diagnostic *diagnostic) {
+                                    fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   fvv_mesh_sequence *s = sequence;
-  if (levels > s->hierarchy.level_count) levels = s->hierarchy.level_count;
   if (s->broken)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, FVV_CHUNK_MESH, 0,
                     "a frame of this sequence was wrong: what follows cannot be decoded up to the next key");
-  if (levels > s->exact_levels)
-    return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, FVV_CHUNK_MESH, 0,
-                    "%lu levels are asked for, but of a former frame only %lu were decoded",
-                    (unsigned long)levels, (unsigned long)s->exact_levels);
-  const fvv_status status = decode(s, payload, size, levels, diagnostic);
+  const fvv_status status = decode(s, payload, size, diagnostic);
   if (status != FVV_OK) {
     s->broken = 1;
     return status;
   }
-  s->exact_levels = levels;
   fvv_delta_end_frame(s);
   return FVV_OK;
 }
@@ -298,9 +288,9 @@ static fvv_status put_payload(const fvv_mesh_sequence *s, const delta_frame *fra
 
 static fvv_status check(const fvv_mesh_sequence *s, const int32_t *positions,
                         const fvv_mesh_delta_options *options, fvv_diagnostic *diagnostic) {
-  if (s->broken || s->exact_levels < s->hierarchy.level_count)
+  if (s->broken)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, 0, 0,
-                    "a frame of this sequence was wrong or not decoded as a whole: nothing can follow it");
+                    "a frame of this sequence was wrong: nothing can follow it");
   if (options->max_error > FVV_DELTA_ERROR_MAX)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "an error of %lu steps is allowed, at most %d",
                     (unsigned long)options->max_error, FVV_DELTA_ERROR_MAX);

@@ -103,7 +103,6 @@ struct fvv_mesh_sequence {
   uint32_t *sent_normals;
   double *key_normals, *face_normals;
   uint32_t frame;        /* 0: the key */
-  uint32_t exact_levels; /* that agree with the encoder's */
   int broken;            /* a frame failed: nothing that follows can be told */
 };
 

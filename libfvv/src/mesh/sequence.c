@@ -43,7 +43,6 @@ static void start(fvv_mesh_sequence *s) {
   }
   /* The first stencil has weights of 0 on the first vertex. */
   memset(s->motion, 0, 3 * sizeof *s->motion);
-  s->exact_levels = s->hierarchy.level_count;
   const size_t probabilities = sizeof *s->models / sizeof(fvv_probability);
   fvv_probability *p = (fvv_probability *)s->models;
   for (size_t i = 0; i < s->hierarchy.level_count * probabilities; i++) fvv_probability_reset(&p[i]);
@@ -97,20 +96,6 @@ void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence) {
 
 const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence) {
   return &sequence->mesh;
-}
-uint32_t fvv_mesh_sequence_level_count(const fvv_mesh_sequence *sequence) {
-  return sequence->hierarchy.level_count;
-}
-uint32_t fvv_mesh_sequence_level_size(const fvv_mesh_sequence *sequence, uint32_t level) {
-  return level < sequence->hierarchy.level_count
-             ? sequence->hierarchy.level_end[level] - fvv_delta_level_begin(sequence, level)
-             : 0;
-}
-uint32_t fvv_mesh_sequence_exact_levels(const fvv_mesh_sequence *sequence) {
-  return sequence->broken ? 0 : sequence->exact_levels;
-}
-uint32_t fvv_mesh_sequence_frame(const fvv_mesh_sequence *sequence) {
-  return sequence->frame;
 }
 
 void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level, uint32_t step) {

@@ -40,7 +40,7 @@ static fvv_status add_mesh(fvv_mesh_frames *frames, const uint8_t *payload, size
   if (!frames->sequence)
     status = fvv_mesh_sequence_open(&frames->key, allocator, &frames->sequence, diagnostic);
   if (status != FVV_OK) return status;
-  return fvv_mesh_sequence_decode(frames->sequence, payload, size, UINT32_MAX, diagnostic);
+  return fvv_mesh_sequence_decode(frames->sequence, payload, size, diagnostic);
 }
 
 fvv_status fvv_mesh_frames_add(fvv_mesh_frames *frames, const uint8_t *payload, size_t size, int key,

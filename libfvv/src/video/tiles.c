@@ -176,18 +176,6 @@ fvv_status fvv_tiles_arrange(fvv_tile *tiles, size_t count, uint32_t max_dimensi
   return FVV_OK;
 }
 
-void fvv_tile_to_frame(const fvv_tile *tile, const double source[2], double frame[2]) {
-  const fvv_rect *s = &tile->source, *d = &tile->destination;
-  frame[0] = d->x + (source[0] - s->x) * d->width / s->width;
-  frame[1] = d->y + (source[1] - s->y) * d->height / s->height;
-}
-
-void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], double source[2]) {
-  const fvv_rect *s = &tile->source, *d = &tile->destination;
-  source[0] = s->x + (frame[0] - d->x) * s->width / d->width;
-  source[1] = s->y + (frame[1] - d->y) * s->height / d->height;
-}
-
 /* ---- the TILE payload ------------------------------------------------------------------------------- */
 
 static void put_rect(uint8_t *p, const fvv_rect *rect) {
