@@ -4,7 +4,7 @@
 #pragma once
 
 #include "cli/cli.h"
-#include "fvv/container.h"
+#include "fvv/types.h"
 
 #include <map>
 

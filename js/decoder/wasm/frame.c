@@ -96,7 +96,7 @@ static fvv_status fill_floats(fvvjs_decoder *d, fvvjs_track *track, const fvv_me
   return FVV_OK;
 }
 
-static fvv_status decode_mesh(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                               uint32_t want) {
   fvvjs_track *track;
   fvv_mesh_header header;
@@ -142,7 +142,7 @@ static const uint8_t *fill_shares(fvvjs_track *track, const fvv_visibility *seen
   return track->shares.data;
 }
 
-static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+static fvv_status decode_visibility(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                                     uint32_t want) {
   fvvjs_track *track;
   fvv_visibility_header header;
@@ -177,7 +177,7 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, 
   return fvv_bytes_append(&d->lists[FVVJS_VISIBILITY], &flat, sizeof flat);
 }
 
-static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+static fvv_status decode_calibration(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   const fvv_configuration *c = d->configuration;
   if (!d->calibration) {
     const fvv_status created =
@@ -199,7 +199,7 @@ static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk,
   return FVV_OK;
 }
 
-static fvv_status take_sample(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+static fvv_status take_sample(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   const fvv_video_layout *video = fvv_configuration_video(d->configuration, chunk->header.track);
   if (!video) return FVV_OK;
   const int key = (chunk->header.flags & FVV_FLAG_KEY) != 0;
@@ -211,7 +211,7 @@ static fvv_status take_sample(fvvjs_decoder *d, const fvvjs_chunk *chunk, const 
 }
 
 /* Holds for the frames of the group. */
-static fvv_status decode_layout(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+static fvv_status decode_layout(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   fvvjs_track *track;
   fvv_status status = find_track(d, chunk->header.track, &track);
   if (status != FVV_OK) return status;
@@ -237,12 +237,12 @@ static fvv_status put_layouts(fvvjs_decoder *d) {
   return FVV_OK;
 }
 
-static fvv_status take_background(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+static fvv_status take_background(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   const flat_sample flat = {chunk->header.track, 1, payload, (uint32_t)chunk->header.size};
   return fvv_bytes_append(&d->lists[FVVJS_BACKGROUNDS], &flat, sizeof flat);
 }
 
-static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                                uint32_t want) {
   switch (chunk->header.type) {
   case FVV_CHUNK_MESH:
@@ -262,9 +262,9 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const
   }
 }
 
-static uint32_t codec_of(const fvvjs_decoder *d, const fvvjs_chunk *chunk) {
+static uint32_t codec_of(const fvvjs_decoder *d, const fvv_frame_chunk *chunk) {
   if (chunk->header.type == FVV_CHUNK_MESH && chunk->header.size)
-    return fvvjs_mesh_codec(d->ready.payloads.data[chunk->payload + FVV_MESH_PROFILE]);
+    return fvvjs_mesh_codec(chunk->payload[FVV_MESH_PROFILE]);
   if (chunk->header.type == FVV_CHUNK_VIDEO_PACKET && d->configuration) {
     const fvv_video_layout *video = fvv_configuration_video(d->configuration, chunk->header.track);
     if (video && video->config.codec == FVV_CODEC_OEXR) return FVVJS_CODEC_OPENEXR;
@@ -274,29 +274,28 @@ static uint32_t codec_of(const fvvjs_decoder *d, const fvvjs_chunk *chunk) {
 
 /* Which codecs the ready frame needs, FVVJS_CODEC_..., so that they can be fetched before. */
 FVVJS_EXPORT uint32_t fvvjs_codecs(const fvvjs_decoder *d) {
-  const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
   uint32_t codecs = 0;
-  for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) codecs |= codec_of(d, &chunks[i]);
+  for (size_t i = 0; i < d->event.chunk_count; i++) codecs |= codec_of(d, &d->event.chunks[i]);
   return codecs;
 }
 
 /* Decodes the ready frame. want: 0 when only frames behind it are wanted. On error the diagnostic tells, and
  * the rest of the group is dropped. */
 FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
-  const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
+  const fvv_frame_chunk *chunks = d->event.chunks;
   for (int i = FVVJS_MESHES; i < FVVJS_LISTS; i++) d->lists[i].size = 0;
   memset(&d->diagnostic, 0, sizeof d->diagnostic);
   memset(&d->frame, 0, sizeof d->frame);
-  for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) {
-    const fvv_status status = decode_chunk(d, &chunks[i], d->ready.payloads.data + chunks[i].payload, want);
+  for (size_t i = 0; i < d->event.chunk_count; i++) {
+    const fvv_status status = decode_chunk(d, &chunks[i], chunks[i].payload, want);
     if (status == FVV_OK) continue;
     fvv_fail(&d->diagnostic, status, 0, 0, 0, "%s", fvv_status_text(status));
     fvv_diagnostic_rebase(&d->diagnostic, chunks[i].offset + FVV_CHUNK_HEADER_SIZE, chunks[i].header.type);
-    d->lost = 1;
+    fvv_frames_drop_group(d->frames);
     return status;
   }
   if (put_layouts(d) != FVV_OK) return FVV_ERROR_MEMORY;
-  d->frame.time = d->ready.time;
+  d->frame.time = d->event.time;
   d->frame.meshes = (const flat_mesh *)d->lists[FVVJS_MESHES].data;
   d->frame.mesh_count = (uint32_t)(d->lists[FVVJS_MESHES].size / sizeof(flat_mesh));
   d->frame.visibility = (const flat_visibility *)d->lists[FVVJS_VISIBILITY].data;

@@ -59,8 +59,7 @@ FVVJS_EXPORT int32_t fvvjs_play(fvvjs_decoder *d, uint32_t group) {
   forget(d);
   const fvv_status status = fvv_stream_configuration(d->index, group, &configuration, &d->diagnostic);
   if (status < 0) return status;
-  d->configuration = configuration;
-  return fvvjs_start(d, (double)info->offset, 1);
+  return fvvjs_start_at(d, info->offset, configuration);
 }
 
 /* Reads the environment of a track that belongs to a group (clause 18.5). FVV_ERROR_IO as above, and
@@ -116,33 +115,6 @@ static fvv_status check_table(fvvjs_decoder *d, const fvvjs_pick *pick) {
   return status;
 }
 
-/* Makes ready the chunks of a group of the index, which next tells then without bytes being pushed.
- * FVV_ERROR_IO: as of fvvjs_open. What is damaged or against the rules is told better by reading all of the
- * group. */
-FVVJS_EXPORT int32_t fvvjs_pick_group(fvvjs_decoder *d, uint32_t group) {
-  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), group) : NULL;
-  if (!info) return FVV_ERROR_ARGUMENT;
-  const fvv_configuration *configuration;
-  fvvjs_pick pick = d->pick;
-  memset(&d->diagnostic, 0, sizeof d->diagnostic);
-  fvv_status status = fvv_stream_configuration(d->index, group, &configuration, &d->diagnostic);
-  if (status == FVV_OK)
-    status = fvv_file_group_chunks(d->index->file, group, &pick.chunks, &pick.count, &d->diagnostic);
-  if (status == FVV_OK && !info->intact) status = FVV_ERROR_DAMAGED;
-  if (status != FVV_OK) return status;
-  const fvv_chunk_info opening = {
-      info->offset, FVV_GRUP_SIZE, info->start, FVV_CHUNK_GROUP, 0, FVV_FLAG_CRITICAL | FVV_FLAG_KEY};
-  d->configuration = configuration;
-  pick.group = opening;
-  pick.next = 0;
-  pick.left_out.size = 0;
-  status = fvvjs_start(d, (double)info->offset, 1);
-  if (status == FVV_OK) status = check_table(d, &pick);
-  pick.on = status == FVV_OK;
-  d->pick = pick;
-  return status;
-}
-
 static int is_left_out(const fvvjs_pick *pick, uint16_t track) {
   const uint16_t *tracks = (const uint16_t *)pick->left_out.data;
   for (size_t i = 0; i < pick->left_out.size / sizeof *tracks; i++)
@@ -193,7 +165,9 @@ static fvv_status read_chunk(fvvjs_decoder *d, const fvv_chunk_info *info, fvv_e
   return FVV_OK;
 }
 
-fvv_status fvvjs_next_picked(fvvjs_decoder *d, fvv_event *event, fvv_diagnostic *diagnostic) {
+/* FVV_END: the group is over; FVV_NEED_DATA: fetch what was lacking. */
+static fvv_status next_picked(void *user, fvv_event *event, fvv_diagnostic *diagnostic) {
+  fvvjs_decoder *d = user;
   fvvjs_pick *pick = &d->pick;
   memset(event, 0, sizeof *event);
   event->kind = FVV_EVENT_CHUNK;
@@ -206,4 +180,31 @@ fvv_status fvvjs_next_picked(fvvjs_decoder *d, fvv_event *event, fvv_diagnostic 
   pick->next++;
   event->chunk.type = FVV_CHUNK_GROUP_END;
   return FVV_OK;
+}
+
+/* Makes ready the chunks of a group of the index, which next tells then without bytes being pushed.
+ * FVV_ERROR_IO: as of fvvjs_open. What is damaged or against the rules is told better by reading all of the
+ * group. */
+FVVJS_EXPORT int32_t fvvjs_pick_group(fvvjs_decoder *d, uint32_t group) {
+  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), group) : NULL;
+  if (!info) return FVV_ERROR_ARGUMENT;
+  const fvv_configuration *configuration;
+  fvvjs_pick pick = d->pick;
+  memset(&d->diagnostic, 0, sizeof d->diagnostic);
+  fvv_status status = fvv_stream_configuration(d->index, group, &configuration, &d->diagnostic);
+  if (status == FVV_OK)
+    status = fvv_file_group_chunks(d->index->file, group, &pick.chunks, &pick.count, &d->diagnostic);
+  if (status == FVV_OK && !info->intact) status = FVV_ERROR_DAMAGED;
+  if (status != FVV_OK) return status;
+  const fvv_chunk_info opening = {
+      info->offset, FVV_GRUP_SIZE, info->start, FVV_CHUNK_GROUP, 0, FVV_FLAG_CRITICAL | FVV_FLAG_KEY};
+  pick.group = opening;
+  pick.next = 0;
+  pick.left_out.size = 0;
+  status = fvvjs_start_at(d, info->offset, configuration);
+  if (status == FVV_OK) status = check_table(d, &pick);
+  pick.on = status == FVV_OK;
+  if (pick.on) fvv_frames_read_from(d->frames, next_picked, d);
+  d->pick = pick;
+  return status;
 }

@@ -9,71 +9,6 @@
 #include "base/memory.h"
 #include "mesh/mesh.h"
 
-/* What a delta payload says of its levels (clause 8.7). */
-
-typedef struct delta_level {
-  uint32_t step; /* of residuals, in quarters of the lattice's step */
-  int64_t width; /* of states for which no residual is sent; the encoder's */
-  size_t size;   /* bytes; 0: no vertex of it has a residual */
-  size_t offset; /* of the first byte in the payload */
-} delta_level;
-
-typedef struct delta_frame {
-  delta_level level[FVV_MESH_LEVELS_MAX];
-} delta_frame;
-
-/* FVV_OK, or the diagnostic says what does not fit. */
-static fvv_status read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
-                              delta_frame *frame, fvv_diagnostic *diagnostic) {
-  fvv_limits limits;
-  fvv_limits_default(&limits);
-  limits.max_vertices = limits.max_faces = UINT32_MAX; /* the key has passed the caller's */
-  fvv_mesh_header header;
-  fvv_status status = fvv_mesh_peek(payload, size, &limits, &header, diagnostic);
-  if (status != FVV_OK) return status;
-  if (header.profile != FVV_MESH_DELTA)
-    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
-                    "a mesh of profile %u begins a sequence, it does not go on with one", header.profile);
-  if (header.vertex_count != s->mesh.vertex_count || header.face_count != s->mesh.face_count ||
-      header.texture_bits != s->mesh.texture_bits || header.normal_bits != s->mesh.normal_bits)
-    return fvv_fail(
-        diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_KEY, FVV_CHUNK_MESH, FVV_MESH_VERTEX_COUNT,
-        "%lu vertices, %lu faces, %u texture and %u normal bits, the key mesh has %lu, %lu, %u and %u",
-        (unsigned long)header.vertex_count, (unsigned long)header.face_count, header.texture_bits,
-        header.normal_bits, (unsigned long)s->mesh.vertex_count, (unsigned long)s->mesh.face_count,
-        s->mesh.texture_bits, s->mesh.normal_bits);
-  fvv_cursor cursor = {payload, size, FVV_MESH_SIZE, 0};
-  const uint64_t number = fvv_cursor_uleb(&cursor), levels = fvv_cursor_uleb(&cursor);
-  if (!cursor.failed && number != (uint64_t)s->frame + 1)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_NUMBER, FVV_CHUNK_MESH, FVV_MESH_SIZE,
-                    "delta frame %llu behind frame %lu of the group: frames are missing",
-                    (unsigned long long)number, (unsigned long)s->frame);
-  if (!cursor.failed && levels != s->hierarchy.level_count)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, FVV_MESH_SIZE,
-                    "%llu levels, the key mesh has %lu", (unsigned long long)levels,
-                    (unsigned long)s->hierarchy.level_count);
-  uint64_t all = 0;
-  for (uint32_t k = 0; k < s->hierarchy.level_count && !cursor.failed; k++) {
-    const uint64_t step = fvv_cursor_uleb(&cursor), bytes = fvv_cursor_uleb(&cursor);
-    if (!cursor.failed && (step < 1 || step > FVV_DELTA_STEP_MAX))
-      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_LEVELS, FVV_CHUNK_MESH, cursor.position,
-                      "level %lu has a step of %llu, steps are 1 to 262143", (unsigned long)k,
-                      (unsigned long long)step);
-    frame->level[k].step = (uint32_t)step;
-    frame->level[k].size = bytes <= size ? (size_t)bytes : size + 1;
-    all += frame->level[k].size;
-  }
-  if (cursor.failed || all != size - cursor.position)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_DELTA_SIZE, FVV_CHUNK_MESH, FVV_MESH_SIZE,
-                    "the levels' sizes do not add up to the payload's");
-  size_t offset = cursor.position;
-  for (uint32_t k = 0; k < s->hierarchy.level_count; k++) {
-    frame->level[k].offset = offset;
-    offset += frame->level[k].size;
-  }
-  return FVV_OK;
-}
-
 /* Levels of delta payloads -> frames of a sequence (clause 8.8, 8.9). Work and memory are bounded by the key
  * mesh, whatever the bytes say. */
 
@@ -113,7 +48,7 @@ static inline fvv_status decode_vertex(fvv_mesh_sequence *s, fvv_range_decoder *
   return FVV_OK;
 }
 
-static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const delta_level *coded,
+static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const fvv_delta_level *coded,
                                const uint8_t *payload, fvv_diagnostic *diagnostic) {
   if (!coded->size) {
     fvv_delta_follow(s, level, coded->step);
@@ -140,8 +75,8 @@ static fvv_status decode_level(fvv_mesh_sequence *s, uint32_t level, const delta
 
 static fvv_status decode(fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                          fvv_diagnostic *diagnostic) {
-  delta_frame frame;
-  fvv_status status = read_header(s, payload, size, &frame, diagnostic);
+  fvv_delta_frame frame;
+  fvv_status status = fvv_delta_read_header(s, payload, size, &frame, diagnostic);
   for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)
     status = decode_level(s, k, &frame.level[k], payload, diagnostic);
   return status;
@@ -206,7 +141,7 @@ static int64_t quantise(int64_t difference, int64_t step, int64_t width, int64_t
 
 /* 1 when the vertex has a residual that is not 0. */
 static int encode_vertex(fvv_mesh_sequence *s, fvv_range_encoder *e, fvv_delta_model *model, uint32_t i,
-                         const delta_level *coded, const int32_t *wanted) {
+                         const fvv_delta_level *coded, const int32_t *wanted) {
   int32_t to[3];
   fvv_delta_predict(s, i, fvv_delta_rounding(coded->step), to);
   fvv_delta_context context = fvv_delta_look_around(s, i);
@@ -231,7 +166,7 @@ static int encode_vertex(fvv_mesh_sequence *s, fvv_range_encoder *e, fvv_delta_m
 
 /* Appends the bytes of a level, or none when no vertex of it has a residual: then its model learns nothing,
  * as in the decoder. */
-static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, delta_level *coded,
+static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, fvv_delta_level *coded,
                                const int32_t *positions, fvv_bytes *data) {
   const size_t begin = data->size;
   const fvv_delta_model former = s->models[level];
@@ -254,7 +189,7 @@ static fvv_status encode_level(fvv_mesh_sequence *s, uint32_t level, delta_level
 /* Steps of three quarters of the width: a vertex that left it comes back near to its middle, and stays there
  * for longer. */
 static void choose_steps(const fvv_mesh_sequence *s, const fvv_mesh_delta_options *options,
-                         delta_frame *frame) {
+                         fvv_delta_frame *frame) {
   const int64_t width = width_of(options->max_error);
   for (uint32_t k = 0; k < s->hierarchy.level_count; k++) {
     frame->level[k].width = width;
@@ -267,7 +202,7 @@ static fvv_status append_uleb(fvv_bytes *bytes, uint64_t value) {
   return fvv_bytes_append(bytes, coded, fvv_put_uleb(coded, value));
 }
 
-static fvv_status put_payload(const fvv_mesh_sequence *s, const delta_frame *frame, const fvv_bytes *data,
+static fvv_status put_payload(const fvv_mesh_sequence *s, const fvv_delta_frame *frame, const fvv_bytes *data,
                               fvv_bytes *payload) {
   uint8_t header[FVV_MESH_SIZE] = {0};
   header[FVV_MESH_PROFILE] = FVV_MESH_DELTA;
@@ -314,7 +249,7 @@ fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *
     memcpy(&chosen, options, options->struct_size < sizeof chosen ? options->struct_size : sizeof chosen);
   fvv_status status = check(s, positions, &chosen, diagnostic);
   if (status != FVV_OK) return status;
-  delta_frame frame;
+  fvv_delta_frame frame;
   choose_steps(s, &chosen, &frame);
   fvv_bytes data = {NULL, 0, 0, s->allocator};
   for (uint32_t k = 0; k < s->hierarchy.level_count && status == FVV_OK; k++)

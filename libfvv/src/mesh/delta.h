@@ -102,8 +102,8 @@ struct fvv_mesh_sequence {
    * x 3, and room for those of the current frame's faces. */
   uint32_t *sent_normals;
   double *key_normals, *face_normals;
-  uint32_t frame;        /* 0: the key */
-  int broken;            /* a frame failed: nothing that follows can be told */
+  uint32_t frame; /* 0: the key */
+  int broken;     /* a frame failed: nothing that follows can be told */
 };
 
 /* What states of a level are rounded to, as a power of two: what divides its step, quarters at least. */
@@ -200,6 +200,23 @@ void fvv_delta_follow(struct fvv_mesh_sequence *sequence, uint32_t level, uint32
 /* The frame is done: positions in canonical order, normals turned with them (clause 8.13), residuals become
  * those of the frame before. */
 void fvv_delta_end_frame(struct fvv_mesh_sequence *sequence);
+
+/* What a delta payload says of its levels (clause 8.7). */
+
+typedef struct fvv_delta_level {
+  uint32_t step; /* of residuals, in quarters of the lattice's step */
+  int64_t width; /* of states for which no residual is sent; the encoder's */
+  size_t size;   /* bytes; 0: no vertex of it has a residual */
+  size_t offset; /* of the first byte in the payload */
+} fvv_delta_level;
+
+typedef struct fvv_delta_frame {
+  fvv_delta_level level[FVV_MESH_LEVELS_MAX];
+} fvv_delta_frame;
+
+/* FVV_OK, or the diagnostic says what does not fit. */
+FVV_MUST_USE fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
+                                              fvv_delta_frame *frame, fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

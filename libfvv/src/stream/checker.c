@@ -4,7 +4,7 @@
 #include "base/layout.h"
 #include "container/header.h"
 #include "fvv/stream.h"
-#include "stream/configuration.h"
+#include "stream/frames.h"
 #include "stream/tracks.h"
 
 /* Zero-initialise. */
@@ -314,12 +314,6 @@ static fvv_status judge_visibility_chunk(checked_visibility *visibility, const f
 
 enum { KEPT_PROBLEMS = 1000 };
 
-/* The frame whose chunks are coming: whole only when something later of its group has come intact. */
-typedef struct open_frame {
-  int is_open, whole;
-  int64_t time;
-} open_frame;
-
 typedef struct checked_track {
   fvv_track_summary summary;
   checked_mesh mesh;
@@ -333,13 +327,11 @@ struct fvv_checker {
   fvv_allocator allocator;
   fvv_limits limits;
   fvv_check_options options;
-  fvv_reader *reader;
-  fvv_configuration_builder building, complete; /* the block that comes in, and the last one that was good */
-  uint64_t block_offset;
-  int block_open, block_bad, has_configuration;
+  fvv_frames *frames;
+  const fvv_configuration *configuration; /* the last one that was good, NULL: none yet */
   fvv_check_summary summary;
   fvv_bytes problems, tracks, runs;
-  open_frame frame;
+  int frame_good;    /* no chunk of the frame that comes in was judged wrong */
   fvv_status failed; /* the final error */
   uint32_t digest;   /* of the configuration, from the last GRUP */
 };
@@ -362,10 +354,12 @@ fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits
     const size_t size = options->struct_size < sizeof c->options ? options->struct_size : sizeof c->options;
     memcpy(&c->options, options, size);
   }
-  fvv_configuration_init(&c->building, limits, &chosen);
-  fvv_configuration_init(&c->complete, limits, &chosen);
-  c->limits = c->building.limits;
-  const fvv_status status = fvv_reader_create(limits, &chosen, 0, &c->reader);
+  c->limits = fvv_limits_or_default(limits);
+  fvv_frames_options frames;
+  fvv_frames_options_default(&frames);
+  frames.eager = 0;
+  frames.detail = 1;
+  const fvv_status status = fvv_frames_create(&frames, limits, &chosen, &c->frames);
   if (status < 0) {
     fvv_checker_destroy(c);
     *checker = NULL;
@@ -376,15 +370,13 @@ fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits
 void fvv_checker_destroy(fvv_checker *checker) {
   if (!checker) return;
   const fvv_allocator allocator = checker->allocator;
-  fvv_reader_destroy(checker->reader);
+  fvv_frames_destroy(checker->frames);
   checked_track *tracks = (checked_track *)checker->tracks.data;
   for (size_t i = 0; i < fvv_checker_track_count(checker); i++) {
     fvv_mesh_frames_reset(&tracks[i].mesh.frames);
     reset_calibration(&tracks[i].calibration);
     fvv_visibility_frames_reset(&tracks[i].visibility.frames);
   }
-  fvv_configuration_free(&checker->building);
-  fvv_configuration_free(&checker->complete);
   fvv_bytes_free(&checker->problems);
   fvv_bytes_free(&checker->tracks);
   fvv_bytes_free(&checker->runs);
@@ -394,57 +386,6 @@ void fvv_checker_destroy(fvv_checker *checker) {
 static fvv_status problem(fvv_checker *c, const fvv_diagnostic *diagnostic) {
   if (c->summary.problems++ >= KEPT_PROBLEMS) return FVV_OK;
   return fvv_bytes_append(&c->problems, diagnostic, sizeof *diagnostic);
-}
-
-static fvv_status close_frame(fvv_checker *c) {
-  const open_frame frame = c->frame;
-  memset(&c->frame, 0, sizeof c->frame);
-  if (!frame.is_open || !frame.whole) return FVV_OK;
-  const uint64_t number = c->summary.frames - 1;
-  c->summary.whole_frames++;
-  fvv_frame_run *last = c->runs.size ? (fvv_frame_run *)(c->runs.data + c->runs.size) - 1 : NULL;
-  if (last && last->first + last->count == number) {
-    last->count++;
-    last->last_time = frame.time;
-    return FVV_OK;
-  }
-  const fvv_frame_run run = {number, 1, frame.time, frame.time};
-  return fvv_bytes_append(&c->runs, &run, sizeof run);
-}
-
-/* A configuration block is judged when the first group behind it begins. */
-static fvv_status close_block(fvv_checker *c, int stream_ended) {
-  if (!c->block_open) return FVV_OK;
-  c->block_open = 0;
-  fvv_diagnostic diagnostic = {0};
-  if (c->block_bad) return FVV_OK;
-  const fvv_status status = fvv_configuration_complete(&c->building, c->block_offset, &diagnostic);
-  if (status < 0) {
-    c->block_bad = 1;
-    /* What a block lacks may stand behind the end of a stream that was cut, or is live. */
-    return stream_ended ? FVV_OK : problem(c, &diagnostic);
-  }
-  const fvv_configuration_builder former = c->complete;
-  c->complete = c->building;
-  c->building = former;
-  c->has_configuration = 1;
-  return FVV_OK;
-}
-
-static fvv_status add_configuration(fvv_checker *c, const fvv_event *event) {
-  if (event->chunk.type == FVV_CHUNK_SCENE) {
-    c->block_open = 1;
-    c->block_bad = 0;
-    c->block_offset = event->offset;
-    c->summary.configurations++;
-  }
-  if (!c->block_open || c->block_bad) return FVV_OK;
-  fvv_diagnostic diagnostic = {0};
-  const fvv_status status =
-      fvv_configuration_add(&c->building, &event->chunk, event->payload, event->offset, &diagnostic);
-  if (status >= 0) return FVV_OK;
-  c->block_bad = 1;
-  return status == FVV_ERROR_MEMORY ? status : problem(c, &diagnostic);
 }
 
 static fvv_status find_track(fvv_checker *c, uint16_t id, checked_track **track) {
@@ -499,6 +440,7 @@ static void count_visibility(fvv_track_summary *t, const fvv_visibility_header *
 static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, checked_track *track,
                                    fvv_diagnostic *diagnostic) {
   fvv_visibility_header header;
+  const fvv_configuration *configuration = fvv_frames_configuration(c->frames);
   const checked_track *tracks = (const checked_track *)c->tracks.data;
   const checked_mesh *mesh = NULL;
   const checked_calibration *calibration = NULL;
@@ -515,7 +457,7 @@ static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, check
     if (tracks[i].summary.kind == FVV_TRACK_CALIBRATION) calibration = &tracks[i].calibration;
   }
   return judge_visibility_chunk(&track->visibility, event, c->summary.groups, c->options.decode, mesh,
-                                calibration, &c->complete.view, &c->limits, &c->allocator, &c->frame.whole,
+                                calibration, configuration, &c->limits, &c->allocator, &c->frame_good,
                                 diagnostic);
 }
 
@@ -523,32 +465,33 @@ static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, check
 static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *track,
                         fvv_diagnostic *diagnostic) {
   const size_t size = (size_t)event->chunk.size;
+  const fvv_configuration *configuration = fvv_frames_configuration(c->frames);
   if (event->chunk.type == FVV_CHUNK_MESH) {
     fvv_mesh_header header = {0};
     const fvv_status status =
         judge_mesh_chunk(&track->mesh, event, c->summary.groups, c->options.decode, &c->limits, &c->allocator,
-                         &header, &c->frame.whole, diagnostic);
+                         &header, &c->frame_good, diagnostic);
     if (header.vertex_count) count_mesh(&track->summary, &header);
     return status;
   }
-  if (event->chunk.type == FVV_CHUNK_VISIBILITY && c->has_configuration && !c->block_bad)
+  if (event->chunk.type == FVV_CHUNK_VISIBILITY && configuration)
     return judge_visibility(c, event, track, diagnostic);
-  if (event->chunk.type == FVV_CHUNK_CALIBRATION && c->has_configuration && !c->block_bad)
-    count_calibrations(&track->summary, event, &c->complete.view);
-  if (event->chunk.type == FVV_CHUNK_GROUP_TILES && c->has_configuration && !c->block_bad)
-    return judge_group_tiles(&track->tiles, event, c->summary.groups, &c->complete.view, &c->limits,
+  if (event->chunk.type == FVV_CHUNK_CALIBRATION && configuration)
+    count_calibrations(&track->summary, event, configuration);
+  if (event->chunk.type == FVV_CHUNK_GROUP_TILES && configuration)
+    return judge_group_tiles(&track->tiles, event, c->summary.groups, configuration, &c->limits,
                              &c->allocator, &track->summary, diagnostic);
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && track->tiles.lost_in == c->summary.groups)
-    c->frame.whole = 0;
+    c->frame_good = 0;
   if (event->chunk.type == FVV_CHUNK_BACKGROUND)
     return judge_background(&track->background, event, c->digest, c->options.decode, &c->limits,
                             &c->allocator, &track->summary, diagnostic);
-  if (!c->options.decode || !c->has_configuration || c->block_bad) return FVV_OK;
+  if (!c->options.decode || !configuration) return FVV_OK;
   if (event->chunk.type == FVV_CHUNK_CALIBRATION)
     return judge_calibration(&track->calibration, event, c->summary.configurations, c->summary.groups,
-                             &c->complete.view, &c->allocator, &c->frame.whole, diagnostic);
+                             configuration, &c->allocator, &c->frame_good, diagnostic);
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET) {
-    const fvv_video_layout *video = fvv_configuration_video(&c->complete.view, event->chunk.track);
+    const fvv_video_layout *video = fvv_configuration_video(configuration, event->chunk.track);
     if (video)
       return fvv_video_sample_check(&video->config, event->chunk.flags & FVV_FLAG_KEY, event->payload, size,
                                     diagnostic);
@@ -563,18 +506,14 @@ static void count_chunk(fvv_track_summary *summary, const fvv_chunk_header *head
   if (header->size > summary->largest) summary->largest = header->size;
 }
 
-static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
+/* A chunk of a track; begins: it is the first of its frame. */
+static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int begins) {
   const fvv_chunk_header *header = &event->chunk;
   if (!header->track) return FVV_OK;
-  if (!c->frame.is_open || c->frame.time != header->time) {
-    if (!event->group_intact) c->frame.whole = 0;
-    const fvv_status status = close_frame(c);
-    if (status < 0) return status;
-    c->frame.is_open = c->frame.whole = 1;
-    c->frame.time = header->time;
+  if (begins) {
+    c->frame_good = 1;
     c->summary.frames++;
   }
-  if (!event->group_intact || c->block_bad) c->frame.whole = 0;
   c->summary.payload_bytes += header->size;
   checked_track *track;
   const fvv_status found = find_track(c, header->track, &track);
@@ -587,50 +526,60 @@ static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
   const fvv_status status = judge(c, event, track, &diagnostic);
   if (status >= 0) return FVV_OK;
   if (status == FVV_ERROR_MEMORY) return status;
-  c->frame.whole = 0;
+  c->frame_good = 0;
   fvv_diagnostic_rebase(&diagnostic, event->offset + FVV_CHUNK_HEADER_SIZE, header->type);
   return problem(c, &diagnostic);
 }
 
-static fvv_status take_chunk(fvv_checker *c, const fvv_event *event) {
-  fvv_status status;
+static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_frame) {
   c->summary.chunks++;
-  switch (fvv_chunk_place(event->chunk.type)) {
-  case FVV_PLACE_CONFIGURATION:
-    return add_configuration(c, event);
-  case FVV_PLACE_GROUP:
-    if (event->chunk.type == FVV_CHUNK_GROUP) {
-      status = close_block(c, 0);
-      c->digest = fvv_get_u32(event->payload + FVV_GRUP_CONFIGURATION_CRC);
-      if (!c->summary.groups++) c->summary.start = event->chunk.time;
-      return status;
-    }
-    if (!event->group_intact) c->frame.whole = 0;
-    c->summary.end = event->chunk.time;
-    return close_frame(c);
-  case FVV_PLACE_FRAME:
-    return add_frame_chunk(c, event);
-  case FVV_PLACE_END:
-    return close_block(c, 0);
-  default:
-    return FVV_OK;
-  }
+  if (fvv_chunk_place(event->chunk.type) == FVV_PLACE_FRAME) return take_frame_chunk(c, event, begins_frame);
+  if (event->chunk.type == FVV_CHUNK_SCENE) c->summary.configurations++;
+  if (event->chunk.type == FVV_CHUNK_GROUP && !c->summary.groups++) c->summary.start = event->chunk.time;
+  if (event->chunk.type == FVV_CHUNK_GROUP_END) c->summary.end = event->chunk.time;
+  return FVV_OK;
 }
 
-static fvv_status take_event(fvv_checker *c, const fvv_event *event) {
+static fvv_status take_read(fvv_checker *c, const fvv_event *event, int begins_frame) {
   if (c->options.event) c->options.event(c->options.user, event);
-  switch (event->kind) {
-  case FVV_EVENT_HEADER:
+  if (event->kind == FVV_EVENT_CHUNK) return take_chunk(c, event, begins_frame);
+  if (event->kind == FVV_EVENT_HEADER) {
     c->summary.written_major = event->written_major;
     c->summary.written_minor = event->written_minor;
+  }
+  if (event->kind == FVV_EVENT_DAMAGE && event->diagnostic.status == FVV_ERROR_TRUNCATED)
+    c->summary.truncated = 1;
+  return FVV_OK;
+}
+
+static fvv_status count_frame(fvv_checker *c, int64_t time) {
+  const uint64_t number = c->summary.frames - 1;
+  c->summary.whole_frames++;
+  fvv_frame_run *last = c->runs.size ? (fvv_frame_run *)(c->runs.data + c->runs.size) - 1 : NULL;
+  if (last && last->first + last->count == number) {
+    last->count++;
+    last->last_time = time;
     return FVV_OK;
-  case FVV_EVENT_CHUNK:
-    return take_chunk(c, event);
-  case FVV_EVENT_DAMAGE:
-    c->frame.whole = 0;
-    if (event->diagnostic.status == FVV_ERROR_TRUNCATED) c->summary.truncated = 1;
+  }
+  const fvv_frame_run run = {number, 1, time, time};
+  return fvv_bytes_append(&c->runs, &run, sizeof run);
+}
+
+static fvv_status take_event(fvv_checker *c, const fvv_frames_event *event) {
+  switch (event->kind) {
+  case FVV_FRAMES_READ:
+    return take_read(c, event->read, event->begins_frame);
+  case FVV_FRAMES_CONFIGURATION:
+    c->configuration = event->configuration;
+    return FVV_OK;
+  case FVV_FRAMES_GROUP:
+    c->digest = event->configuration_crc;
+    return FVV_OK;
+  case FVV_FRAMES_FRAME:
+    return event->whole && c->frame_good ? count_frame(c, event->time) : FVV_OK;
+  case FVV_FRAMES_DAMAGE:
     return problem(c, &event->diagnostic);
-  case FVV_EVENT_END:
+  case FVV_FRAMES_END:
     c->summary.has_footer = 1;
     return FVV_OK;
   default:
@@ -639,14 +588,14 @@ static fvv_status take_event(fvv_checker *c, const fvv_event *event) {
 }
 
 static fvv_status pull(fvv_checker *c) {
-  fvv_event event;
+  fvv_frames_event event;
   fvv_diagnostic diagnostic = {0};
   fvv_status status;
-  while ((status = fvv_reader_next(c->reader, &event, &diagnostic)) == FVV_OK) {
+  while ((status = fvv_frames_next(c->frames, &event, &diagnostic)) == FVV_OK) {
     status = take_event(c, &event);
     if (status < 0) {
-      fvv_fail(&diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, event.chunk.type,
-               event.offset, "%s", fvv_status_text(status));
+      fvv_fail(&diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0,
+               event.read ? event.read->chunk.type : 0, event.offset, "%s", fvv_status_text(status));
       break;
     }
   }
@@ -660,16 +609,14 @@ static fvv_status pull(fvv_checker *c) {
 fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size) {
   checker->summary.bytes += size;
   if (checker->failed) return checker->failed;
-  const fvv_status status = fvv_reader_push(checker->reader, bytes, size);
+  const fvv_status status = fvv_frames_push(checker->frames, bytes, size);
   return status < 0 ? (checker->failed = status) : pull(checker);
 }
 
 fvv_status fvv_checker_finish(fvv_checker *checker) {
   if (!checker->failed) {
-    fvv_reader_finish(checker->reader);
+    fvv_frames_finish(checker->frames);
     checker->failed = pull(checker);
-    const fvv_status status = close_block(checker, 1);
-    if (!checker->failed) checker->failed = status;
   }
   if (!checker->summary.has_footer && !checker->failed) checker->summary.truncated = 1;
   return checker->failed;
@@ -698,5 +645,5 @@ const fvv_frame_run *fvv_checker_run(const fvv_checker *checker, size_t i) {
   return i < fvv_checker_run_count(checker) ? (const fvv_frame_run *)checker->runs.data + i : NULL;
 }
 const fvv_configuration *fvv_checker_configuration(const fvv_checker *checker) {
-  return checker->has_configuration ? &checker->complete.view : NULL;
+  return checker->configuration;
 }
