@@ -29,7 +29,7 @@ FVVJS_EXPORT void fvvjs_destroy(fvvjs_decoder *d) {
   fvv_stream_close(d->index);
   fvv_bytes_free(&d->pick.left_out);
   fvv_bytes_free(&d->pick.payload);
-  fvvjs_free_flat(d);
+  for (int i = 0; i < FVVJS_LISTS; i++) fvv_bytes_free(&d->lists[i]);
   const fvv_allocator allocator = d->allocator;
   fvv_release(&allocator, d, sizeof *d);
 }
@@ -49,12 +49,13 @@ FVVJS_EXPORT void fvvjs_limits(fvvjs_decoder *d, uint32_t max_payload, uint32_t 
 FVVJS_EXPORT const fvv_diagnostic *fvvjs_diagnostic(const fvvjs_decoder *d) {
   return &d->diagnostic;
 }
+/* NULL: there is none yet. Valid until the next call of fvvjs_next or fvvjs_play. */
+FVVJS_EXPORT const fvv_configuration *fvvjs_configuration(const fvvjs_decoder *d) {
+  return d->configuration;
+}
 /* What fvvjs_next reported last. */
-FVVJS_EXPORT const flat_event *fvvjs_event(fvvjs_decoder *d) {
-  const fvv_frames_event *e = &d->event;
-  const flat_event about = {e->offset, e->skipped, e->time, e->end, e->sequence, e->configuration_crc};
-  d->about = about;
-  return &d->about;
+FVVJS_EXPORT const fvv_frames_event *fvvjs_event(const fvvjs_decoder *d) {
+  return &d->event;
 }
 
 fvv_status fvvjs_start_at(fvvjs_decoder *d, uint64_t offset, const fvv_configuration *configuration) {

@@ -27,7 +27,7 @@ typedef struct fvvjs_track {
   fvv_mesh_frames meshes;
   fvv_visibility_frames visibility;
   fvv_bytes positions, normals, texture; /* floats of the current frame */
-  fvv_bytes tiles;                       /* flat_tile: the layout of the group; empty: it has none */
+  fvv_bytes tiles;                       /* fvv_tile: the layout of the group; empty: it has none */
   fvv_bytes shares, counts;              /* of visibility, and to work in */
 } fvvjs_track;
 
@@ -40,13 +40,8 @@ typedef struct fvvjs_pick {
   fvv_bytes left_out, payload; /* uint16_t, tracks; of the chunk that was told last */
 } fvvjs_pick;
 
-/* Those of the configuration, and behind them those of the frame. */
+/* The lists of a frame. */
 enum {
-  FVVJS_TRACKS,
-  FVVJS_CAMERAS,
-  FVVJS_VIDEOS,
-  FVVJS_TILES,
-  FVVJS_METADATA,
   FVVJS_MESHES,
   FVVJS_VISIBILITY,
   FVVJS_MOVING,
@@ -67,11 +62,8 @@ typedef struct fvvjs_decoder {
   fvv_calibration *calibration;
   int64_t calibration_time; /* of what it holds */
   fvv_diagnostic diagnostic;
-  flat_event about;
-  flat_configuration flat;
   flat_frame frame;
-  fvv_bytes lists[FVVJS_LISTS]; /* of flat structs, which the two above point to */
-  flat_group group;
+  fvv_bytes lists[FVVJS_LISTS]; /* of structs that frame points to */
   fvvjs_pick pick;
   double range[3];
   flat_sample background; /* of a group of the index */
@@ -79,12 +71,8 @@ typedef struct fvvjs_decoder {
 
 /* decoder.c: bytes, or events, from a group of the index on. */
 fvv_status fvvjs_start_at(fvvjs_decoder *decoder, uint64_t offset, const fvv_configuration *configuration);
-/* describe.c */
-void fvvjs_flatten_camera(const fvv_camera *camera, int calibrated, flat_camera *flat);
-int fvvjs_put_tiles(fvv_bytes *list, const fvv_tile *tiles, size_t count);
 /* frame.c */
 void fvvjs_release_tracks(fvvjs_decoder *decoder);
 void fvvjs_begin_group(fvvjs_decoder *decoder);
-void fvvjs_free_flat(fvvjs_decoder *decoder);
 
 #endif

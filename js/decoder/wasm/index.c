@@ -40,15 +40,9 @@ FVVJS_EXPORT uint32_t fvvjs_index_state(const fvvjs_decoder *d) {
   return d->index ? (uint32_t)fvv_file_index_state(fvv_stream_file(d->index)) : 0;
 }
 
-FVVJS_EXPORT const flat_group *fvvjs_group(fvvjs_decoder *d, uint32_t i) {
-  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), i) : NULL;
-  if (!info) return NULL;
-  const fvv_index_entry *entries = (const fvv_index_entry *)d->index->file->entries.data;
-  const flat_group flat = {
-      info->offset,           info->size,         info->start, info->end, info->sequence, info->frame_count,
-      (uint32_t)info->intact, entries[i].end_size};
-  d->group = flat;
-  return &d->group;
+FVVJS_EXPORT const fvv_index_entry *fvvjs_group(const fvvjs_decoder *d, uint32_t i) {
+  if (i >= fvvjs_group_count(d)) return NULL;
+  return (const fvv_index_entry *)d->index->file->entries.data + i;
 }
 
 /* Makes ready to be pushed the bytes from a group on. FVV_ERROR_IO as above. */
