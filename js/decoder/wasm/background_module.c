@@ -66,7 +66,7 @@ static float *room(fvv_bytes *bytes, uint32_t count, uint32_t components) {
   return fvv_bytes_reserve(bytes, (size_t)size) == FVV_OK ? (float *)bytes->data : NULL;
 }
 
-/* Decodes a part. NULL: the diagnostic tells. Valid until the next call. */
+/* Decodes a part. NULL: the diagnostic says why. Valid until the next call. */
 FVVJS_EXPORT const flat_part *fvvback_part(uint32_t i) {
   fvv_mesh_free(&mesh);
   memset(&diagnostic, 0, sizeof diagnostic);

@@ -24,7 +24,7 @@ FVVJS_EXPORT const fvv_diagnostic *fvvcodec_why(void) {
   return &diagnostic;
 }
 
-#if FVVJS_CODEC == 4 /* OpenEXR: what can be told of such a picture without decoding it */
+#if FVVJS_CODEC == 4 /* OpenEXR: what can be known of such a picture without decoding it */
 
 /* fvv_status, as fvv_oexr_inspect. */
 FVVJS_EXPORT int32_t fvvcodec_check(const uint8_t *data, uint32_t size, uint32_t width, uint32_t height) {
@@ -48,7 +48,7 @@ static fvv_status prepare(uint32_t vertices, uint32_t faces, int has_texture, in
   mesh.allocator = fvv_allocator_or_default(NULL);
   mesh.vertex_count = vertices;
   mesh.face_count = faces;
-  /* No codec asks how many bits there are, only whether there are any. */
+  /* No codec needs to know how many bits there are, only whether there are any. */
   mesh.texture_bits = has_texture ? FVV_TEXTURE_BITS_MAX : 0;
   mesh.normal_bits = has_normals ? FVV_NORMAL_BITS_MAX : 0;
   if (fvv_mesh_allocate(&mesh)) return FVV_OK;

@@ -1,4 +1,4 @@
-/* The stream as events: what fvv_frames reports, as JavaScript asks for it. */
+/* The stream as events: what fvv_frames reports, for JavaScript. */
 #include "decoder.h"
 
 #include <stdlib.h>

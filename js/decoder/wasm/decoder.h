@@ -37,7 +37,7 @@ typedef struct fvvjs_pick {
   fvv_chunk_info group;
   const fvv_chunk_info *chunks;
   size_t count, next;
-  fvv_bytes left_out, payload; /* uint16_t, tracks; of the chunk that was told last */
+  fvv_bytes left_out, payload; /* uint16_t, tracks; of the chunk that was reported last */
 } fvvjs_pick;
 
 /* The lists of a frame. */

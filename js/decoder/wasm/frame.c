@@ -272,8 +272,8 @@ static flat_list list_of(const fvvjs_decoder *d, int list, size_t size) {
   return all;
 }
 
-/* Decodes the ready frame. want: 0 when only frames behind it are wanted. On error the diagnostic tells, and
- * the rest of the group is dropped. */
+/* Decodes the ready frame. want: 0 when only frames after it are wanted. On error the diagnostic says why,
+ * and the rest of the group is dropped. */
 FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   const fvv_frame_chunk *chunks = d->event.chunks;
   for (int i = 0; i < FVVJS_LISTS; i++) d->lists[i].size = 0;

@@ -1,4 +1,4 @@
-/* Random access through the index. Bytes come from a function of JavaScript that answers at once or not at
+/* Random access through the index. Bytes come from a function of JavaScript that returns at once or not at
  * all: it notes what it lacks, fetches that, and calls again. The layers below take a failed read as an error
  * of input and keep no trace of it. */
 #include <string.h>
@@ -9,7 +9,7 @@
 #include "decoder.h"
 #include "stream/stream.h"
 
-/* Copies size bytes at offset to out, or answers 0. */
+/* Copies size bytes at offset to out, or returns 0. */
 __attribute__((import_module("fvv"), import_name("read"))) extern int
 fvvjs_import_read(double offset, void *out, uint32_t size);
 
@@ -57,7 +57,7 @@ FVVJS_EXPORT int32_t fvvjs_play(fvvjs_decoder *d, uint32_t group) {
 }
 
 /* Reads the environment of a track that belongs to a group (clause 18.5). FVV_ERROR_IO as above, and
- * JavaScript has to ask itself whether FVV_END was answered for lack of bytes. */
+ * JavaScript has to find out whether FVV_END was returned for lack of bytes. */
 FVVJS_EXPORT int32_t fvvjs_find_background(fvvjs_decoder *d, uint32_t group, uint32_t track) {
   const fvv_chunk_info *chunk;
   const uint8_t *payload;
@@ -116,7 +116,7 @@ static int is_left_out(const fvvjs_pick *pick, uint16_t track) {
   return 0;
 }
 
-/* Chunks of this track are passed over. Behind fvvjs_pick_group and before fvvjs_next. */
+/* Chunks of this track are passed over. After fvvjs_pick_group and before fvvjs_next. */
 FVVJS_EXPORT int32_t fvvjs_leave_out(fvvjs_decoder *d, uint32_t track) {
   const uint16_t id = (uint16_t)track;
   return fvv_bytes_append(&d->pick.left_out, &id, sizeof id);
@@ -176,9 +176,9 @@ static fvv_status next_picked(void *user, fvv_event *event, fvv_diagnostic *diag
   return FVV_OK;
 }
 
-/* Makes ready the chunks of a group of the index, which next tells then without bytes being pushed.
- * FVV_ERROR_IO: as of fvvjs_open. What is damaged or against the rules is told better by reading all of the
- * group. */
+/* Makes ready the chunks of a group of the index, which next reports then without bytes being pushed.
+ * FVV_ERROR_IO: as of fvvjs_open. What is damaged or against the rules is reported better by reading all of
+ * the group. */
 FVVJS_EXPORT int32_t fvvjs_pick_group(fvvjs_decoder *d, uint32_t group) {
   const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), group) : NULL;
   if (!info) return FVV_ERROR_ARGUMENT;

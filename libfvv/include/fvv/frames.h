@@ -47,8 +47,8 @@ typedef struct fvv_frame_chunk {
   const uint8_t *payload;
 } fvv_frame_chunk;
 
-/* Fields without a kind in front are set for every event, others for these kinds alone. Pointers are valid
- * until the next call of fvv_frames_next; the configuration is, until the next event
+/* Fields whose comment names no kind are set for every event, others for these kinds alone. Pointers are
+ * valid until the next call of fvv_frames_next; the configuration is, until the next event
  * FVV_FRAMES_CONFIGURATION. */
 typedef struct fvv_frames_event {
   fvv_frames_kind kind;

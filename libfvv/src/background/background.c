@@ -54,7 +54,7 @@ static fvv_status check_light(const fvv_light *light, uint64_t offset, fvv_diagn
   return FVV_OK;
 }
 
-/* What can be told of a picture file without decoding it (clause 18.3). JPEG files are judged as samples of
+/* What can be known of a picture file without decoding it (clause 18.3). JPEG files are judged as samples of
  * video are; of PNG files (ISO/IEC 15948) signature, IHDR and IEND. */
 
 enum { SIGNATURE_SIZE = 8, IHDR_SIZE = 25 /* with length, type and CRC */, IEND_SIZE = 12 };
@@ -133,7 +133,7 @@ fvv_status fvv_background_picture_inspect(fvv_background_picture *picture, fvv_d
 /* BACK payloads, read and checked (clause 18): header, tables of parts, pictures and lights, then the data of
  * all meshes and pictures in the order of their entries. */
 
-/* Where things stand in the payload. */
+/* Where things are in the payload. */
 typedef struct places {
   uint64_t pictures, lights, data; /* the parts follow the header */
 } places;
@@ -373,7 +373,7 @@ fvv_status fvv_background_mesh(const fvv_background *background, size_t part, co
   return status;
 }
 
-/* BACK payloads, written (clause 18). The decoder judges what comes out, so that there is one set of rules.
+/* BACK payloads, written (clause 18). The decoder judges the result, so that there is one set of rules.
  */
 
 static void put_vector(uint8_t *p, const double *values, int count) {
@@ -445,7 +445,7 @@ static int fits(const fvv_background *b) {
   return all;
 }
 
-/* The rules, without the limits of whoever will read. */
+/* The rules, without the limits of a reader. */
 static fvv_status judge(const fvv_bytes *payload, const fvv_allocator *allocator,
                         fvv_diagnostic *diagnostic) {
   fvv_background again;

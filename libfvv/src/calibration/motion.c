@@ -14,7 +14,7 @@ enum {
   ROTATION_MIN = 8,
   ROTATION_MAX = 25, /* squares of four components are then exact in binary64 */
   BITS_MAX = 40,
-  AT_CENTRE = 4, /* where the centre, fx and the coefficients stand */
+  AT_CENTRE = 4, /* where the centre, fx and the coefficients are */
   AT_FX = 7,
   AT_LENS = 12,
   VALUES_MAX = 21 /* at most */

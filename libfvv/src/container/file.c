@@ -59,7 +59,7 @@ fvv_status fvv_file_load(fvv_file *f, uint64_t offset, fvv_chunk_header *header,
 }
 
 /* A stream without a usable index is read from end to end; what is found there and
- * what an intact INDX chunk tells are joined (clause 7.5). */
+ * what an intact INDX chunk lists are joined (clause 7.5). */
 
 enum { BLOCK_SIZE = 1 << 18 };
 
@@ -165,7 +165,7 @@ static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_
   return FVV_OK;
 }
 
-/* Distinct times of the scanned chunks of each group, for groups without a table that could be asked. */
+/* Distinct times of the scanned chunks of each group, for groups without a table that could be used. */
 static void count_frames(fvv_file *f) {
   const fvv_chunk_info *chunks = (const fvv_chunk_info *)f->scanned.data;
   const size_t chunk_count = f->scanned.size / sizeof *chunks;
@@ -341,7 +341,7 @@ const fvv_group_info *fvv_file_group(const fvv_file *file, size_t i) {
   return i < group_count(file) ? &entry_at(file, i)->group : NULL;
 }
 
-/* GRUP as the index tells it, and GEND with its table. */
+/* GRUP as the index has it, and GEND with its table. */
 static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_bytes *chunks,
                              fvv_diagnostic *diagnostic) {
   const fvv_group_info *group = &entry->group;
@@ -531,7 +531,7 @@ fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_
   fvv_file_block *block = NULL;
   const fvv_status status = find_block(file, info->configuration_offset, &block, diagnostic);
   if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_IO || status == FVV_ERROR_UNSUPPORTED) return status;
-  /* Without the digest only the end of the block tells that it is whole. */
+  /* Without the digest only the end of the block shows that it is whole. */
   if (status < 0 || (known ? block->crc != digest : !block->ended))
     block = known ? search_repetition(file, group, digest) : NULL;
   if (!block)

@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-/* A configuration block that was asked for. */
+/* A configuration block that was requested. */
 typedef struct fvv_file_block {
   uint64_t offset;
   uint32_t crc;     /* digest as in GRUP */

@@ -301,7 +301,7 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
                     FVV_MAX_GROUP_KINDS);
   if (size != FVV_GEND_SIZE + (uint64_t)kinds * FVV_GEND_KIND_SIZE + table_size)
     return bad_table(diagnostic, FVV_GEND_KIND_COUNT, "payload has not the size that its counts ask for");
-  /* Every entry has at least three bytes: the count is bounded by what is there before memory is asked for.
+  /* Every entry has at least three bytes: the count is bounded by what is there before memory is allocated.
    */
   if ((uint64_t)(chunks - 1) * 3 > table_size)
     return bad_table(diagnostic, FVV_GEND_CHUNK_COUNT, "more chunks than the table has bytes for");

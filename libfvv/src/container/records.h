@@ -20,7 +20,7 @@ typedef struct fvv_index_entry {
 
 /* payload of an INDX chunk for count entries, replacing what out holds. */
 FVV_MUST_USE fvv_status fvv_index_encode(const fvv_index_entry *entries, size_t count, fvv_bytes *out);
-/* entries: an array of fvv_index_entry. index_offset: where the INDX header stands; all groups lie before it.
+/* entries: an array of fvv_index_entry. index_offset: where the INDX header is; all groups lie before it.
  */
 FVV_MUST_USE fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_offset,
                                          const fvv_limits *limits, fvv_bytes *entries,
@@ -42,7 +42,7 @@ typedef struct fvv_group_table {
   int64_t frame_time; /* of the last chunk of a track */
   int64_t last_time;  /* of the last chunk; the group's start before the first */
   fvv_bytes kinds;    /* rows of FVV_GEND_KIND_SIZE bytes */
-  fvv_bytes entries;  /* the table behind the rows */
+  fvv_bytes entries;  /* the table after the rows */
 } fvv_group_table;
 
 void fvv_group_table_init(fvv_group_table *table, const fvv_allocator *allocator);

@@ -37,7 +37,7 @@ static fvv_sequence_track *track_of(const fvv_sequence *s, uint16_t id) {
   return NULL;
 }
 
-/* What every rule below answers with; the header of the chunk in question is in scope. */
+/* What every rule below returns; the header of the chunk in question is in scope. */
 #define BROKEN(issue, at, ...)                                                                               \
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##issue, header->type, offset + (at), __VA_ARGS__)
 enum { IN_PAYLOAD = FVV_CHUNK_HEADER_SIZE };
@@ -121,7 +121,7 @@ static fvv_status check_group(const fvv_sequence *s, const fvv_chunk_header *hea
   return FVV_OK;
 }
 
-/* A layout belongs to the samples behind it; it is none of those that rules about a track's chunks count. */
+/* A layout belongs to the samples after it; it is none of those that rules about a track's chunks count. */
 static fvv_status check_layout(const fvv_sequence_track *track, const fvv_chunk_header *header,
                                uint64_t offset, fvv_diagnostic *diagnostic) {
   if (!(header->flags & FVV_FLAG_KEY))
@@ -187,7 +187,7 @@ static fvv_status check_end(fvv_sequence *s, const fvv_chunk_header *header, con
   if (s->joined) return FVV_OK;
   if (header->type == FVV_CHUNK_FOOTER) {
     uint8_t expected[FVV_FOOT_SIZE];
-    if (!s->index_seen) return FVV_OK; /* lost, and told already */
+    if (!s->index_seen) return FVV_OK; /* lost, and reported already */
     fvv_footer_write(s->index_offset, offset + fvv_chunk_extent(FVV_FOOT_SIZE), s->index_crc, expected);
     if (header->size != FVV_FOOT_SIZE || memcmp(payload, expected, sizeof expected) != 0)
       BROKEN(FOOTER, IN_PAYLOAD, "footer does not fit the stream: %llu bytes with the index at 0x%llx",
@@ -350,7 +350,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
 
 void fvv_sequence_lost(fvv_sequence *s) {
   s->suspect = s->gaps = 1;
-  /* A block that is complete stays good; if a newer one was lost, the next group's digest tells. */
+  /* A block that is complete stays good; if a newer one was lost, the next group's digest shows it. */
   if ((s->in_block && s->configuration == FVV_CONFIGURATION_GOOD) ||
       s->configuration == FVV_CONFIGURATION_NONE)
     s->configuration = FVV_CONFIGURATION_LOST;

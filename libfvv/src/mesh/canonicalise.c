@@ -93,7 +93,7 @@ static int same_path(const canonicalising *w, size_t vertex, const int32_t first
   return 1;
 }
 
-/* The first vertex of a lattice point, in a run of one path, stands for all of them. */
+/* The first vertex of a lattice point, in a run of one path, represents all of them. */
 static fvv_status weld_positions(canonicalising *w) {
   fvv_status status = clear_table(w, w->source->vertex_count);
   for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
@@ -182,7 +182,7 @@ static int same_attributes(const canonicalising *w, uint32_t a, uint32_t b) {
   return 1;
 }
 
-/* The first vertex of a lattice point with the same texture and normal indices stands for all of them. */
+/* The first vertex of a lattice point with the same texture and normal indices represents all of them. */
 static fvv_status weld_attributes(canonicalising *w) {
   fvv_status status = clear_table(w, w->source->vertex_count);
   for (size_t v = 0; status == FVV_OK && v < w->source->vertex_count; v++) {
@@ -206,7 +206,7 @@ static fvv_status weld_attributes(canonicalising *w) {
 }
 
 /* Quantises every source vertex and fills points, renamed and, with attributes, texture, normals and placed:
- * the first vertex of several that are alike stands for all. Vertices are numbered as they come first. */
+ * the first vertex of several that are alike represents them. Vertices are numbered as they come first. */
 static fvv_status weld(canonicalising *w) {
   fvv_status status = weld_positions(w);
   if (status == FVV_OK && w->placed) status = weld_attributes(w);

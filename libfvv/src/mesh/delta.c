@@ -12,7 +12,7 @@
 /* Levels of delta payloads -> frames of a sequence (clause 8.8, 8.9). Work and memory are bounded by the key
  * mesh, whatever the bytes say. */
 
-/* Exp-Golomb: the number of digits behind the leading one, then the digits. A magnitude of 30 digits or more
+/* Exp-Golomb: the number of digits after the leading one, then the digits. A magnitude of 30 digits or more
  * is none: 0. */
 static uint32_t decode_magnitude(fvv_range_decoder *d, fvv_delta_model *model, uint32_t around) {
   int digits = 0;
@@ -122,7 +122,7 @@ static void encode_magnitude(fvv_range_encoder *e, fvv_delta_model *model, uint3
 }
 
 /* How wide the range of states is that round to positions within the error: those from half of it below
- * the one that is asked for to less than half above. */
+ * the one that is wanted to less than half above. */
 static int64_t width_of(uint32_t max_error) {
   return (2 * (int64_t)max_error + 1) * (1 << FVV_DELTA_FRACTION_BITS);
 }

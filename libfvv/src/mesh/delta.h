@@ -36,7 +36,7 @@ typedef struct fvv_delta_stencil {
 } fvv_delta_stencil;
 
 /* Level k is places level_end[k - 1] (0 for the first) to level_end[k] - 1 of the coding order. Nodes of a
- * stencil stand before it in coding order; only the first stencil of all is 0. */
+ * stencil are before it in coding order; only the first stencil of all is 0. */
 typedef struct fvv_delta_hierarchy {
   uint32_t *order; /* place -> vertex */
   fvv_delta_stencil *stencils;
@@ -53,7 +53,7 @@ FVV_MUST_USE fvv_status fvv_delta_hierarchy_build(const fvv_mesh *key, const fvv
 void fvv_delta_hierarchy_free(fvv_delta_hierarchy *hierarchy);
 
 /* Weights of count (1 to FVV_DELTA_NEIGHBOURS) points at offsets from the vertex, each within +-2^9, in
- * 2^-16. Inverse squared distances, corrected so that motion that is linear in space comes out nearly as it
+ * 2^-16. Inverse squared distances, corrected so that motion that is linear in space is kept nearly as it
  * is: moving least squares (Lancaster and Salkauskas, 1981) with a ridge of 1/32 of the spread. */
 void fvv_delta_weights(int32_t offsets[][3], uint32_t count, int32_t *weights);
 
@@ -77,7 +77,7 @@ enum {
 typedef struct fvv_delta_model {
   /* Residual is not 0: by axis, residuals around, that of the frame before, those of the axes before. */
   fvv_probability some[3][FVV_DELTA_AROUND_CLASSES][FVV_DELTA_CLASSES][FVV_DELTA_CLASSES];
-  /* Magnitude, Exp-Golomb: one more digit follows, and the first digit behind the leading one. */
+  /* Magnitude, Exp-Golomb: one more digit follows, and the first digit after the leading one. */
   fvv_probability more[FVV_DELTA_AROUND_CLASSES][FVV_DELTA_MAGNITUDE_BITS];
   fvv_probability first[FVV_DELTA_MAGNITUDE_BITS];
   /* Residual is negative: by axis, the last residual of the vertex that was not 0, those around. */
@@ -103,7 +103,7 @@ struct fvv_mesh_sequence {
   uint32_t *sent_normals;
   double *key_normals, *face_normals;
   uint32_t frame; /* 0: the key */
-  int broken;     /* a frame failed: nothing that follows can be told */
+  int broken;     /* a frame failed: nothing that follows can be decoded */
 };
 
 /* What states of a level are rounded to, as a power of two: what divides its step, quarters at least. */

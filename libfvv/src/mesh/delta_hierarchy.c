@@ -119,7 +119,7 @@ static uint64_t squared_distance(const build *b, uint32_t v, uint32_t w) {
 static void find_points(build *b, uint32_t *table, uint64_t slots) {
   const uint32_t n = b->key->vertex_count;
   const int32_t *p = b->key->positions;
-  /* From all positions: nobody can lay them out to share slots by a fixed rule. */
+  /* From all positions: they cannot be laid out to share slots by a fixed rule. */
   uint64_t seed = 0;
   for (size_t i = 0; i < 3 * (size_t)n; i++) seed = fvv_mix(seed ^ (uint32_t)p[i]);
   memset(table, 0xff, (size_t)slots * sizeof *table);
@@ -155,8 +155,8 @@ static void connect(build *b) {
   }
 }
 
-/* One more neighbour at at, unless it is stamped. Without a branch, which nobody could foretell: the entry
- * behind the last one may be written too. */
+/* One more neighbour at at, unless it is stamped. Without a branch, which could not be predicted:
+ * the entry after the last one may be written too. */
 static inline uint32_t add_neighbour(const build *b, uint32_t v, uint32_t neighbour, uint32_t at) {
   b->now.neighbour[at] = neighbour;
   at += b->stamp[neighbour] != v;
@@ -242,7 +242,7 @@ static uint32_t mark(build *b, uint32_t *with) {
   return marked;
 }
 
-/* Takes vertices out: they become the level behind all that are left. 0 when enough is done. */
+/* Takes vertices out: they become the level after all that are left. 0 when enough is done. */
 static int pass(build *b) {
   if (b->pass_count == FVV_DELTA_PASSES_MAX) return 0;
   uint32_t with, kept = 0;

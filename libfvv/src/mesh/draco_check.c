@@ -150,7 +150,7 @@ static int skip_raw(fvv_cursor *cursor) {
          open_rans(cursor, precision_bits, &coder);
 }
 
-/* count values in tuples of so many components, coded raw or tagged; no bytes at all for count 0. */
+/* count values in tuples of that many components, coded raw or tagged; no bytes at all for count 0. */
 static int skip_symbols(fvv_cursor *cursor, uint64_t count, uint32_t components) {
   if (!count) return 1;
   const uint8_t *scheme = fvv_cursor_take(cursor, 1);
@@ -165,7 +165,7 @@ static int skip_symbols(fvv_cursor *cursor, uint64_t count, uint32_t components)
   }
 }
 
-/* Bits from the low end of each byte on; 0 behind the end, where position goes on counting. */
+/* Bits from the low end of each byte on; 0 after the end, where position goes on counting. */
 typedef struct bit_reader {
   const uint8_t *bytes;
   uint64_t size;
@@ -223,7 +223,7 @@ static int read_standard(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
   const uint8_t *bytes = size > SIZE_MAX ? NULL : fvv_cursor_take(cursor, (size_t)size);
   if (!bytes) return fail(cursor);
   bit_reader reader = {bytes, size, 0};
-  /* Draco reads zeros, which are C, behind the end: symbols for which nobody paid. */
+  /* Draco reads zeros, which are C, after the end: symbols that took no bytes. */
   for (uint32_t i = 0; i < count; i++) {
     if (reader.position >= 8 * size) return fail(cursor);
     symbols[i] = (uint8_t)(read_bits(&reader, 1) ? SYMBOL_S + read_bits(&reader, 2) : SYMBOL_C);
@@ -255,7 +255,7 @@ typedef struct edgebreaker_mesh {
   uint32_t event_count;
   const split_event *events;
   /* Standard: symbol_count of them in order. Valence: one less, for the first is an E; the run of context i
-   * stands between begin[i] and end[i] and is used from its end. */
+   * is between begin[i] and end[i] and is used from its end. */
   const uint8_t *symbols;
   uint32_t begin[VALENCE_CONTEXTS];
   uint32_t end[VALENCE_CONTEXTS];
@@ -483,7 +483,7 @@ typedef struct walk {
   fvv_diagnostic *diagnostic;
   const fvv_allocator *allocator;
   fvv_draco_counts counts;
-  const attribute *attributes[ATTRIBUTES_MAX]; /* in the order that clause 8.4 asks for */
+  const attribute *attributes[ATTRIBUTES_MAX]; /* in the order that clause 8.4 requires */
   unsigned attribute_count;
   uint8_t method;
   uint8_t traversal;

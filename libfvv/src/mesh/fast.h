@@ -11,7 +11,7 @@ extern "C" {
 /* The data of a fast mesh from outside is measured and walked before meshoptimizer sees
  * it (clause 8.11). */
 
-/* Bytes of the number in front of the vertex stream: its size. */
+/* Bytes of the number before the vertex stream: its size. */
 #define FVV_FAST_HEADER_SIZE 4
 /* First bytes: vertex codec version 0, index codec version 1. */
 #define FVV_FAST_VERTEX_CODEC 0xa0

@@ -22,7 +22,7 @@ static void fold(double half, double at[2]) {
   at[1] = (half - fabs(a)) * sign_of(b);
 }
 
-/* A grid point (integers within +-half) -> its vector of integers; answers the length. */
+/* A grid point (integers within +-half) -> its vector of integers; returns the length. */
 static double grid_vector(double half, double a, double b, double vector[3]) {
   double at[2] = {a, b};
   const double z = half - fabs(a) - fabs(b);
@@ -103,7 +103,7 @@ void fvv_normals_of_faces(const fvv_mesh *mesh, const uint32_t *first, double *n
   for (size_t f = 0; f < mesh->face_count; f++) add_face(mesh, mesh->faces + 3 * f, first, normals);
   for (size_t v = 0; v < vertices; v++) {
     double *n = normals + 3 * v;
-    if (first && first[v] != v) { /* it stands before, and is done */
+    if (first && first[v] != v) { /* it is earlier, and is done */
       memcpy(n, normals + 3 * (size_t)first[v], 3 * sizeof *n);
       continue;
     }

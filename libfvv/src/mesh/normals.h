@@ -14,7 +14,7 @@ extern "C" {
  * that unfolded to a square (Cigolle et al., "A survey of efficient representations for independent unit
  * vectors", JCGT 3(2), 2014); a square of an odd number of steps has the axes on its grid. */
 
-/* The largest index at so many bits, 2 to FVV_NORMAL_BITS_MAX. */
+/* The largest index at that many bits, 2 to FVV_NORMAL_BITS_MAX. */
 static inline uint32_t fvv_octahedral_most(unsigned bits) {
   return (UINT32_C(1) << bits) - 2;
 }
@@ -36,7 +36,7 @@ void fvv_octahedral_index(unsigned bits, const double vector[3], uint32_t index[
 void fvv_normals_of_faces(const fvv_mesh *mesh, const uint32_t *first, double *normals);
 
 /* A sent normal, as a unit vector, turned by the least rotation that takes before to after: unit normals of
- * the vertex's own faces in the key mesh and now, or zero. Answers 0 when there is no telling and the normal
+ * the vertex's own faces in the key mesh and now, or zero. Returns 0 when that is not known and the normal
  * stays as it was sent. */
 int fvv_normal_turn(const double before[3], const double after[3], double normal[3]);
 

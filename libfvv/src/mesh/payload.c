@@ -270,7 +270,7 @@ static fvv_status encode_fast(const fvv_mesh *mesh, fvv_bytes *payload, fvv_diag
   return fvv_fast_encode(mesh, payload, diagnostic);
 }
 
-/* Draco splits vertices where the surface is not a manifold: its own counts are the ones that come out. */
+/* Draco splits vertices where the surface is not a manifold: the result has its counts. */
 static fvv_status encode_draco(const fvv_mesh *mesh, int level, fvv_draco_coding coding, fvv_bytes *payload,
                                fvv_diagnostic *diagnostic) {
   fvv_draco_counts counts;
@@ -356,7 +356,7 @@ fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level, con
 
 /* The order of a decoded mesh in terms of the one that was encoded. The order depends on the faces alone
  * and on options, never on positions: so a second mesh with the same faces, whose positions are the numbers
- * of its vertices, says after decoding which vertex came to stand where. That is checked, not believed. */
+ * of its vertices, says after decoding which vertex is where. That is checked, not believed. */
 
 /* The numbered mesh as its decoder yields it. Faces, texture coordinates and normals are borrowed from mesh,
  * positions are the caller's: 3 * vertex_count. */

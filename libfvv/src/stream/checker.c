@@ -27,20 +27,20 @@ typedef struct checked_mesh {
   int has_first;  /* the first mesh of the group was seen: texture_bits and normal_bits are its own */
   uint8_t texture_bits, normal_bits;
   int64_t time; /* of the mesh that frames holds */
-  int lost;     /* a frame of the group was wrong: delta frames behind it cannot be judged */
+  int lost;     /* a frame of the group was wrong: delta frames after it cannot be judged */
   fvv_mesh_frames frames;
 } checked_mesh;
 
 /* Zero-initialise; reset frames in the end. */
 typedef struct checked_visibility {
   uint64_t group; /* that is being read, counted from 1 */
-  int lost;       /* a chunk of the group was wrong or could not be judged: those behind it cannot be */
+  int lost;       /* a chunk of the group was wrong or could not be judged: those after it cannot be */
   fvv_visibility_frames frames;
 } checked_visibility;
 
 /* What the checker knows of the layouts of a track. Zero-initialise. */
 typedef struct checked_tiles {
-  uint64_t lost_in; /* the group, counted from 1, whose layout is wrong: nobody can use its samples */
+  uint64_t lost_in; /* the group, counted from 1, whose layout is wrong: its samples cannot be used */
 } checked_tiles;
 
 static fvv_status judge_meshes(const fvv_background *background, const fvv_limits *limits,
@@ -144,7 +144,7 @@ static fvv_status judge_calibration(checked_calibration *calibration, const fvv_
   }
   calibration->time = event->chunk.time;
   const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
-  /* Behind a wrong chunk its successors are wrong in vain; behind damage it is not known what is missing. */
+  /* After a wrong chunk its successors are wrong in vain; after damage it is not known what is missing. */
   if (!key && calibration->lost) {
     *whole = 0;
     return FVV_OK;
@@ -211,7 +211,7 @@ static fvv_status compare_attributes(checked_mesh *mesh, const fvv_event *event,
 static fvv_status judge_mesh(checked_mesh *mesh, const fvv_event *event, const fvv_limits *limits,
                              const fvv_allocator *allocator, int *whole, fvv_diagnostic *diagnostic) {
   const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
-  /* Behind damage it is not known what is missing; a delta frame in vain is not one problem more. */
+  /* After damage it is not known what is missing; a delta frame in vain is not one problem more. */
   const int has_key = fvv_mesh_frames_current(&mesh->frames) != NULL;
   if (!key && (mesh->lost || (!has_key && !event->group_intact))) {
     *whole = 0;
@@ -294,7 +294,7 @@ static fvv_status judge_visibility_chunk(checked_visibility *visibility, const f
       mesh && !mesh->lost && mesh->time == event->chunk.time ? fvv_mesh_frames_current(&mesh->frames) : NULL;
   const fvv_calibration *placed = calibration ? calibration_at(calibration, group, event->chunk.time) : NULL;
   const int placed_unknown = calibration && calibration->group == group && calibration->lost;
-  /* Behind damage it is not known what is missing; that mesh or calibration was wrong has been said. */
+  /* After damage it is not known what is missing; that mesh or calibration was wrong has been said. */
   const int unknown = (!current && ((mesh && mesh->lost) || !event->group_intact)) ||
                       (!placed && any_moves(configuration) && (placed_unknown || !event->group_intact)) ||
                       (!key && (visibility->lost || !event->group_intact));

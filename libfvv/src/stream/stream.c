@@ -136,17 +136,22 @@ static const fvv_chunk_info *chunk_of(const frame_chunks *found, uint32_t type, 
   return NULL;
 }
 
+/* A frame and the configuration that holds for it. */
+static fvv_status find_configured(fvv_stream *s, size_t frame, frame_chunks *found,
+                                  const fvv_configuration **configuration, fvv_diagnostic *diagnostic) {
+  const fvv_status status = find_frame(s, frame, found, diagnostic);
+  return status < 0 ? status : fvv_stream_configuration(s, found->group, configuration, diagnostic);
+}
+
 fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, const uint8_t **sample,
                              size_t *size, int *key, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *sample = NULL;
   *size = 0;
+  /* The configuration first: reading it uses the buffer that the sample will be in. */
   frame_chunks found;
-  fvv_status status = find_frame(stream, frame, &found, diagnostic);
-  if (status < 0) return status;
-  /* The configuration first: reading it uses the buffer that the sample will stand in. */
   const fvv_configuration *configuration;
-  status = fvv_stream_configuration(stream, found.group, &configuration, diagnostic);
+  fvv_status status = find_configured(stream, frame, &found, &configuration, diagnostic);
   if (status < 0) return status;
   const fvv_video_layout *video = fvv_configuration_video(configuration, track);
   if (!video) return FVV_END;
@@ -166,15 +171,15 @@ fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, c
   return FVV_OK;
 }
 
-/* Cameras of frames by number. A CALB chunk is decoded from the key of its group on; where the track stands
- * is kept, so that frames in order cost one step each. */
+/* Cameras of frames by number. A CALB chunk is decoded from the key of its group on; the position of the
+ * track is kept, so that frames in order cost one step each. */
 
 static int is_calibration(const fvv_chunk_info *chunk) {
   return chunk->type == FVV_CHUNK_CALIBRATION;
 }
 
 /* Decodes all from the key to wanted that was not decoded yet. first: the group's list, in which wanted
- * stands. */
+ * is. */
 static fvv_status follow_cameras(fvv_stream *s, const fvv_chunk_info *first, const fvv_chunk_info *wanted,
                                  fvv_diagnostic *diagnostic) {
   const fvv_chunk_info *next = wanted;
@@ -226,10 +231,8 @@ fvv_status fvv_stream_camera(fvv_stream *stream, size_t frame, uint16_t id, fvv_
                              fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   frame_chunks found;
-  fvv_status status = find_frame(stream, frame, &found, diagnostic);
-  if (status < 0) return status;
   const fvv_configuration *configuration;
-  status = fvv_stream_configuration(stream, found.group, &configuration, diagnostic);
+  fvv_status status = find_configured(stream, frame, &found, &configuration, diagnostic);
   if (status < 0) return status;
   const fvv_camera *constant = fvv_configuration_camera(configuration, id);
   if (!constant) return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "camera %u is not described", id);
@@ -258,8 +261,8 @@ static void release_tiles(fvv_stream *stream) {
 }
 
 /* A layout that was lost would leave no trace in the list of a group whose table is lost as well, and the
- * configuration's would be taken in its place. The continuity counter of a sample tells how many chunks of
- * the group stood in front of it. */
+ * configuration's would be taken in its place. The continuity counter of a sample shows how many chunks of
+ * the group were before it. */
 static fvv_status check_complete(fvv_stream *s, const fvv_chunk_info *first, const fvv_chunk_info *sample,
                                  fvv_diagnostic *diagnostic) {
   fvv_chunk_header header;
@@ -334,8 +337,8 @@ fvv_status fvv_stream_tiles(fvv_stream *stream, size_t group, uint16_t track, co
   return FVV_OK;
 }
 
-/* Meshes of frames by number. A delta frame is decoded from the key mesh of its group on; where each track
- * stands is kept, so that frames in order cost one step each. */
+/* Meshes of frames by number. A delta frame is decoded from the key mesh of its group on; the position of
+ * each track is kept, so that frames in order cost one step each. */
 
 typedef struct followed_track {
   uint16_t track;
@@ -372,7 +375,7 @@ static int is_mesh(const fvv_chunk_info *chunk, uint16_t track) {
   return chunk->type == FVV_CHUNK_MESH && chunk->track == track;
 }
 
-/* first: the group's list, in which wanted stands. */
+/* first: the group's list, in which wanted is. */
 static fvv_status follow_meshes(fvv_stream *s, followed_track *track, const fvv_chunk_info *first,
                                 const fvv_chunk_info *wanted, fvv_diagnostic *diagnostic) {
   const fvv_chunk_info *key = wanted;
@@ -433,7 +436,7 @@ fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track, fvv
 }
 
 /* Visibility of frames by number. A chunk that is no key is decoded from the key chunk of its group on, each
- * with its mesh; where each track stands is kept. */
+ * with its mesh; the position of each track is kept. */
 
 typedef struct followed_visibility {
   uint16_t track;
@@ -557,14 +560,14 @@ static int digest_of(fvv_stream *s, size_t group, uint32_t *digest) {
   return 1;
 }
 
-/* The first group behind the configuration block of a group. */
+/* The first group after the configuration block of a group. */
 static size_t first_of_block(const fvv_stream *s, size_t group) {
   const uint64_t block = fvv_file_group(s->file, group)->configuration_offset;
   while (group && fvv_file_group(s->file, group - 1)->configuration_offset == block) group--;
   return group;
 }
 
-/* The same, with all blocks in front of it that only repeat it. */
+/* The same, with all blocks before it that only repeat it. */
 static size_t first_of_configuration(fvv_stream *s, size_t group) {
   uint32_t digest, other;
   group = first_of_block(s, group);

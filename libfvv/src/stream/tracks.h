@@ -62,7 +62,7 @@ FVV_MUST_USE fvv_status fvv_visibility_frames_add(fvv_visibility_frames *frames,
                                                   fvv_diagnostic *diagnostic);
 
 /* Decodes the payload of a GTIL of a track into fvv_tile, and checks it against the configuration. *tiles
- * belongs to the caller, whatever is answered. Offsets of diagnostics are relative to the payload. */
+ * belongs to the caller, whatever is returned. Offsets of diagnostics are relative to the payload. */
 FVV_MUST_USE fvv_status fvv_group_tiles_decode(const fvv_configuration *configuration, uint16_t track,
                                                const uint8_t *payload, size_t size, const fvv_limits *limits,
                                                fvv_bytes *tiles, fvv_diagnostic *diagnostic);

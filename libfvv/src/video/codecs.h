@@ -21,8 +21,8 @@ typedef struct fvv_record_report {
 fvv_status fvv_record_wrong(const fvv_record_report *to, size_t offset, const char *what, unsigned found,
                             unsigned expected);
 fvv_status fvv_record_ends(const fvv_record_report *to, const fvv_cursor *cursor, const char *in);
-/* Parameter sets with 2-byte big-endian lengths in front, as avcC and hvcC hold them. The type of a unit is
- * its first byte >> shift & mask; each has at least least bytes. */
+/* Parameter sets with 2-byte big-endian lengths before them, as avcC and hvcC hold them. The type of a unit
+ * is its first byte >> shift & mask; each has at least least bytes. */
 typedef struct fvv_parameter_sets {
   unsigned count, type, shift, mask;
   size_t least;
@@ -53,7 +53,7 @@ typedef struct fvv_nal_walk {
   fvv_diagnostic *diagnostic;
 } fvv_nal_walk;
 
-/* The next unit: FVV_OK, FVV_END behind the last, FVV_ERROR_INVALID with the walk's issue. A sample has at
+/* The next unit: FVV_OK, FVV_END after the last, FVV_ERROR_INVALID with the walk's issue. A sample has at
  * least one unit. */
 fvv_status fvv_nal_next(fvv_nal_walk *walk, const uint8_t **unit, size_t *size);
 

@@ -69,7 +69,7 @@ static fvv_status check_places(const fvv_tile *tiles, size_t count, uint32_t fra
 }
 
 /* As fvv_tiles_validate, but does not clear the diagnostic. status: FVV_ERROR_INPUT while encoding, else
- * FVV_ERROR_INVALID. A frame of UINT32_MAX x UINT32_MAX stands for one whose size is not known. */
+ * FVV_ERROR_INVALID. A frame of UINT32_MAX x UINT32_MAX means one whose size is not known. */
 static fvv_status check_tiles(const fvv_tile *tiles, size_t count, uint32_t frame_width,
                               uint32_t frame_height, fvv_status status, fvv_diagnostic *diagnostic) {
   if (!count)
@@ -95,7 +95,7 @@ typedef struct extent {
 } extent;
 
 /* Rows from left to right, in the order given; a tile that would pass width opens the next row, whose top is
- * below the tallest of this one. With place the tiles are moved there. Answers the extent used, and height 0
+ * below the tallest of this one. With place the tiles are moved there. Returns the extent used, and height 0
  * when it would exceed max. */
 static extent shelve(const fvv_tile *tiles, size_t count, uint32_t width, uint32_t max, fvv_tile *place) {
   extent used = {0, 0};
