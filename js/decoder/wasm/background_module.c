@@ -22,9 +22,6 @@ static flat_part part_now;
 FVVJS_EXPORT void *fvvback_alloc(size_t size) {
   return malloc(size);
 }
-FVVJS_EXPORT void fvvback_free(void *pointer) {
-  free(pointer);
-}
 FVVJS_EXPORT const fvv_diagnostic *fvvback_diagnostic(void) {
   return &diagnostic;
 }
