@@ -188,8 +188,8 @@ nlohmann::ordered_json delta(const char *path) {
     }
     encode += seconds(
         [&] { require(fvv_mesh_sequence_encode(encoder, mesh.positions, &options, &payload, &d), d); });
-    decode.push_back(seconds(
-        [&] { require(fvv_mesh_sequence_decode(decoder, payload.data, payload.size, UINT32_MAX, &d), d); }));
+    decode.push_back(
+        seconds([&] { require(fvv_mesh_sequence_decode(decoder, payload.data, payload.size, &d), d); }));
     bytes += double(payload.size);
     if (std::memcmp(fvv_mesh_sequence_mesh(encoder)->positions, fvv_mesh_sequence_mesh(decoder)->positions,
                     12 * size_t(key.vertex_count)) != 0)

@@ -247,8 +247,7 @@ Row delta_row(const std::vector<Mesh> &frames, double quantiser, uint32_t error)
       require(fvv_mesh_sequence_encode(encoder.get(), positions.data(), &options, &payload.bytes, &d), d);
     });
     const double decode = seconds([&] {
-      require(fvv_mesh_sequence_decode(decoder.get(), payload.bytes.data, payload.bytes.size, UINT32_MAX, &d),
-              d);
+      require(fvv_mesh_sequence_decode(decoder.get(), payload.bytes.data, payload.bytes.size, &d), d);
     });
     count(row, frames[f], payload.bytes.size, encode, decode);
     if (f % measure_each == 0 || f + 1 == frames.size())

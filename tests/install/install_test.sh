@@ -1,5 +1,5 @@
 #!/bin/sh
-# install_test.sh BUILD FILE: installs BUILD into a prefix inside it, moves the prefix, and builds and runs consumer.c
+# install_test.sh BUILD FILE: installs BUILD into a prefix inside it, moves the prefix, and builds and runs the consumers
 # with FILE by each way that a user has. ctest sets CMAKE, GENERATOR, CC, CXX, PKG_CONFIG, LIBDIR and VERSION.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -18,13 +18,16 @@ rm -f "$alone/$LIBDIR"/libfvv.so*
 warnings="-Wall -Wextra -pedantic -Werror"
 failed=0
 
-# expect WAY PROGRAM [FOLDER OF SHARED LIBRARIES]
+by_number="fvv $VERSION: 1 frames, 4 vertices"
+by_push="time 0, track 1: 4 vertices, 4 faces"
+
+# expect WAY PROGRAM OUTPUT [FOLDER OF SHARED LIBRARIES]
 expect() {
-  found=$(LD_LIBRARY_PATH=${3:-} "$2" "$file" 2>&1) || found="exit code $?: $found"
-  if [ "$found" = "fvv $VERSION: 1 frames, 4 vertices" ]; then
+  found=$(LD_LIBRARY_PATH=${4:-} "$2" "$file" 2>&1) || found="exit code $?: $found"
+  if [ "$found" = "$3" ]; then
     echo "$1: ok"
   else
-    echo "$1: expected fvv $VERSION: 1 frames, 4 vertices; found $found"
+    echo "$1: expected $3; found $found"
     failed=1
   fi
 }
@@ -34,22 +37,25 @@ by_cmake() {
   "$CMAKE" -S "$here/consumer" -B "$work/cmake_$1" -G "$GENERATOR" -DCMAKE_C_COMPILER="$CC" \
     -DCMAKE_CXX_COMPILER="$CXX" -DCMAKE_PREFIX_PATH="$prefix" -DFVV_KIND="${1#default}" > "$work/cmake_$1.log"
   "$CMAKE" --build "$work/cmake_$1" >> "$work/cmake_$1.log" || { cat "$work/cmake_$1.log"; exit 1; }
-  expect "CMake package, $1" "$work/cmake_$1/consumer"
+  expect "CMake package, $1" "$work/cmake_$1/consumer" "$by_number"
+  expect "CMake package, $1, frames" "$work/cmake_$1/consumer_frames" "$by_push"
 }
 by_cmake default
 by_cmake shared
 by_cmake static
 
-# by_pkg_config PREFIX OUTPUT [--static]
+# by_pkg_config PREFIX SOURCE OUTPUT [--static]
 by_pkg_config() {
-  flags=$(PKG_CONFIG_PATH="$1/$LIBDIR/pkgconfig" "$PKG_CONFIG" ${3:-} --cflags --libs fvv)
+  flags=$(PKG_CONFIG_PATH="$1/$LIBDIR/pkgconfig" "$PKG_CONFIG" ${4:-} --cflags --libs fvv)
   # $flags and $warnings are lists.
-  "$CC" -std=c99 $warnings "$here/consumer.c" -o "$work/$2" $flags
+  "$CC" -std=c99 $warnings "$here/$2.c" -o "$work/$3" $flags
 }
-by_pkg_config "$prefix" pc_shared
-expect "pkg-config, shared" "$work/pc_shared" "$prefix/$LIBDIR"
-by_pkg_config "$alone" pc_static --static
-expect "pkg-config --static" "$work/pc_static"
+by_pkg_config "$prefix" consumer pc_shared
+expect "pkg-config, shared" "$work/pc_shared" "$by_number" "$prefix/$LIBDIR"
+by_pkg_config "$alone" consumer pc_static --static
+expect "pkg-config --static" "$work/pc_static" "$by_number"
+by_pkg_config "$prefix" consumer_frames pc_frames
+expect "pkg-config, shared, frames" "$work/pc_frames" "$by_push" "$prefix/$LIBDIR"
 
 for header in "$prefix"/include/fvv/*.h; do
   name=fvv/$(basename "$header")

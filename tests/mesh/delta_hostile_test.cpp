@@ -8,8 +8,8 @@
 #include <ctime>
 #include <random>
 
-#include "delta_shapes.h"
 #include "memory.h"
+#include "shapes.h"
 
 namespace {
 
@@ -38,11 +38,10 @@ uint32_t issue_of(const Corpus &c, const Payload &payload, fvv_status expected =
   Sequence decoder(*c.key);
   REQUIRE(decoder.decode(c.frames[0]) == FVV_OK);
   fvv_diagnostic diagnostic = {};
-  const fvv_status status = decoder.decode(payload, UINT32_MAX, &diagnostic);
+  const fvv_status status = decoder.decode(payload, &diagnostic);
   if (status == FVV_OK) return 0;
   CHECK(status == expected);
   // Nothing behind it decodes.
-  CHECK(fvv_mesh_sequence_exact_levels(decoder.handle) == 0);
   CHECK(decoder.decode(c.frames[1]) == FVV_ERROR_STATE);
   return diagnostic.issue;
 }
@@ -62,8 +61,7 @@ struct Judge {
     const clock_t begin = clock();
     fvv_mesh_sequence *sequence = nullptr;
     REQUIRE(fvv_mesh_sequence_open(&key, &allocator, &sequence, nullptr) == FVV_OK);
-    const fvv_status status =
-        fvv_mesh_sequence_decode(sequence, block.get(), payload.size(), UINT32_MAX, &diagnostic);
+    const fvv_status status = fvv_mesh_sequence_decode(sequence, block.get(), payload.size(), &diagnostic);
     seconds = std::max(seconds, double(clock() - begin) / CLOCKS_PER_SEC);
     peak = std::max(peak, memory::state.peak - before);
     (status == FVV_OK ? accepted : refused)++;
@@ -159,7 +157,7 @@ TEST_CASE("motion out of the lattice is refused") {
     header.levels[0][0] = step;
     Sequence decoder(*key);
     fvv_diagnostic diagnostic = {};
-    const fvv_status status = decoder.decode(with_header(good, header), UINT32_MAX, &diagnostic);
+    const fvv_status status = decoder.decode(with_header(good, header), &diagnostic);
     CHECK(status == (step == 4 ? FVV_OK : FVV_ERROR_INVALID));
     CHECK(diagnostic.issue == (step == 4 ? 0 : FVV_ISSUE_MESH_LATTICE));
   }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "delta_shapes.h"
+#include "shapes.h"
 
 namespace {
 

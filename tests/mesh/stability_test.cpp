@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-#include "delta_shapes.h"
+#include "shapes.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Backgrounds in a stream: found from every group, the same under one configuration, and judged by the
 // checker.
 #include "../background/background_fixture.h"
-#include "checked.h"
+#include "stream_fixture.h"
 
 #include <iterator>
 

@@ -1,6 +1,6 @@
 // The checker: the same judgement for any split of the bytes, and nothing damaged called whole.
 #include "base/layout.h"
-#include "checked.h"
+#include "stream_fixture.h"
 
 TEST_CASE("the numbers of a good stream") {
   const Bytes bytes = write(good_stream());

@@ -1,6 +1,6 @@
 // Delta frames in a stream: any frame at random, and none that is wrong where one before it is missing.
-#include "checked.h"
 #include "mesh_of.h"
+#include "stream_fixture.h"
 
 #include <algorithm>
 #include <fstream>

@@ -1,6 +1,5 @@
 // Layouts of groups, GTIL: they hold for their group alone, in any order of access, and nobody guesses behind
 // damage.
-#include "checked.h"
 #include "stream_fixture.h"
 
 #include <map>

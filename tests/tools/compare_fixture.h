@@ -4,6 +4,7 @@
 #include "mux_fixture.h"
 
 #include "fvvcompare/compare.h"
+#include "fvvmux/options.h"
 #include "fvvsynth/random.h"
 
 #include <cmath>

@@ -9,7 +9,7 @@
 #include <random>
 
 extern "C" {
-#include "base/limits.h"
+#include "base/memory.h"
 }
 
 using namespace fvv::scene;

@@ -10,7 +10,7 @@
 #include <meshoptimizer.h>
 
 extern "C" {
-#include "base/limits.h"
+#include "base/memory.h"
 }
 
 using namespace fvv::scene;

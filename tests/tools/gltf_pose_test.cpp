@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 extern "C" {
-#include "base/limits.h"
+#include "base/memory.h"
 }
 
 using namespace fvv::scene;

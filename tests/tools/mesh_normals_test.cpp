@@ -7,7 +7,7 @@
 #include "scene/src/gltf/pose.h"
 
 extern "C" {
-#include "base/limits.h"
+#include "base/memory.h"
 }
 
 #include <algorithm>

@@ -255,7 +255,7 @@ private:
 inline pid_t start_tool(
     const std::vector<std::string> &arguments, const std::string &output,
     const std::function<void()> &in_child = [] {}) {
-  std::vector<std::string> words = {FVVMUX};
+  std::vector<std::string> words = {FVV_TOOL};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char *> argv;
   for (std::string &word : words) argv.push_back(word.data());
@@ -266,7 +266,7 @@ inline pid_t start_tool(
     dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), STDOUT_FILENO);
     dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666), STDERR_FILENO);
     in_child();
-    execv(FVVMUX, argv.data());
+    execv(FVV_TOOL, argv.data());
     _exit(126);
   }
   REQUIRE(child > 0);

@@ -1,46 +1,311 @@
-// Reads the structs of wasm/flat.h out of the module's memory. The numbers here are its offsets, which assertions there
-// hold in place. Everything is copied: what is returned stays good when the memory grows or is overwritten.
+// Reads structs of libfvv and of wasm/flat.h out of a module's memory. Everything is copied: what is returned stays good when the
+// memory grows or is overwritten.
 
-const text = new TextDecoder();
+// Of each struct its size, and of each field its type and offset, with the number of elements or what a list holds.
+// begin of generated tables (wasm/generate_flat.mjs)
+const layouts = {
+  scene: {
+    size: 56,
+    fields: {
+      numerator: ["u32", 0],
+      denominator: ["u32", 4],
+      frameDuration: ["i64", 8],
+      latticeOrigin: ["f64[]", 16, 3],
+      latticeStep: ["f64", 40],
+      upAxis: ["u8", 48],
+      flags: ["u8", 49],
+    },
+  },
+  track: {
+    size: 12,
+    fields: {
+      id: ["u16", 0],
+      kind: ["u8", 2],
+      name: ["text", 4],
+    },
+  },
+  camera: {
+    size: 232,
+    fields: {
+      id: ["u16", 0],
+      lens: ["u8", 2],
+      flags: ["u8", 3],
+      width: ["u32", 4],
+      height: ["u32", 8],
+      fx: ["f64", 16],
+      fy: ["f64", 24],
+      cx: ["f64", 32],
+      cy: ["f64", 40],
+      skew: ["f64", 48],
+      distortion: ["f64[]", 56, 8],
+      rMax: ["f64", 120],
+      rotation: ["f64[]", 128, 9],
+      translation: ["f64[]", 200, 3],
+      name: ["text", 224],
+    },
+  },
+  rect: {
+    size: 8,
+    fields: {
+      x: ["u16", 0],
+      y: ["u16", 2],
+      width: ["u16", 4],
+      height: ["u16", 6],
+    },
+  },
+  tile: {
+    size: 18,
+    fields: {
+      cameraId: ["u16", 0],
+      source: ["in", 2, "rect"],
+      destination: ["in", 10, "rect"],
+    },
+  },
+  video_config: {
+    size: 36,
+    fields: {
+      codec: ["u32", 0],
+      width: ["u32", 4],
+      height: ["u32", 8],
+      shows: ["u8", 12],
+      bitDepth: ["u8", 13],
+      cameraId: ["u16", 14],
+      colourPrimaries: ["u8", 16],
+      transferCharacteristics: ["u8", 17],
+      matrixCoefficients: ["u8", 18],
+      fullRange: ["u8", 19],
+      record: ["bytes", 20],
+      codecString: ["text", 28],
+    },
+  },
+  video: {
+    size: 48,
+    fields: {
+      track: ["u16", 0],
+      config: ["in", 4, "video_config"],
+      tiles: ["list", 40, "tile"],
+    },
+  },
+  text: {
+    size: 8,
+    fields: {
+      text: ["text", 0],
+    },
+  },
+  texturing: {
+    size: 32,
+    fields: {
+      threshold: ["f64", 0],
+      depthBias: ["f64", 8],
+      depthSlope: ["f64", 16],
+      best: ["u8", 24],
+      unseen: ["u8[]", 25, 3],
+    },
+  },
+  configuration: {
+    size: 120,
+    fields: {
+      scene: ["in", 0, "scene"],
+      tracks: ["list", 56, "track"],
+      cameras: ["list", 64, "camera"],
+      videos: ["list", 72, "video"],
+      metadata: ["list", 80, "text"],
+      texturing: ["in", 88, "texturing"],
+    },
+  },
+  event: {
+    size: 72,
+    fields: {
+      kind: ["u32", 0],
+      offset: ["u64", 8],
+      configuration: ["u32", 16],
+      repeated: ["u32", 20],
+      time: ["i64", 24],
+      end: ["i64", 32],
+      sequence: ["u32", 40],
+      configurationCrc: ["u32", 44],
+      chunks: ["u32", 48],
+      chunkCount: ["u32", 52],
+      whole: ["u32", 56],
+      skipped: ["u64", 64],
+    },
+  },
+  group: {
+    size: 64,
+    fields: {
+      offset: ["u64", 0],
+      size: ["u64", 8],
+      start: ["i64", 16],
+      end: ["i64", 24],
+      sequence: ["u32", 32],
+      frameCount: ["u32", 36],
+      intact: ["u32", 40],
+      configurationOffset: ["u64", 48],
+      chainCrc: ["u32", 56],
+      endSize: ["u32", 60],
+    },
+  },
+  diagnostic: {
+    size: 232,
+    fields: {
+      status: ["i32", 0],
+      issue: ["u32", 4],
+      chunkType: ["u32", 8],
+      offset: ["u64", 16],
+      message: ["char[]", 24, 208],
+    },
+  },
+  mesh: {
+    size: 40,
+    fields: {
+      track: ["u32", 0],
+      profile: ["u32", 4],
+      key: ["u32", 8],
+      vertexCount: ["u32", 12],
+      faceCount: ["u32", 16],
+      lattice: ["i32*", 20, 3, "vertexCount"],
+      faces: ["u32*", 24, 3, "faceCount"],
+      positions: ["f32*", 28, 3, "vertexCount"],
+      normals: ["f32*", 32, 3, "vertexCount"],
+      texture: ["f32*", 36, 2, "vertexCount"],
+    },
+  },
+  visibility: {
+    size: 40,
+    fields: {
+      track: ["u32", 0],
+      meshTrack: ["u32", 4],
+      domain: ["u32", 8],
+      threshold: ["u32", 12],
+      cameraCount: ["u32", 16],
+      elementCount: ["u32", 20],
+      cameras: ["u16*", 24, 1, "cameraCount"],
+      states: ["u8*", 28, "cameraCount", "elementCount"],
+      shares: ["u8*", 32, "cameraCount", "vertexCount"],
+      vertexCount: ["u32", 36],
+    },
+  },
+  sample: {
+    size: 16,
+    fields: {
+      track: ["u32", 0],
+      key: ["u32", 4],
+      data: ["bytes", 8],
+    },
+  },
+  layout: {
+    size: 12,
+    fields: {
+      track: ["u32", 0],
+      tiles: ["list", 4, "tile"],
+    },
+  },
+  frame: {
+    size: 56,
+    fields: {
+      time: ["i64", 0],
+      meshes: ["list", 8, "mesh"],
+      visibility: ["list", 16, "visibility"],
+      cameras: ["list", 24, "camera"],
+      samples: ["list", 32, "sample"],
+      layouts: ["list", 40, "layout"],
+      backgrounds: ["list", 48, "sample"],
+    },
+  },
+  part: {
+    size: 40,
+    fields: {
+      vertexCount: ["u32", 0],
+      faceCount: ["u32", 4],
+      faces: ["u32*", 8, 3, "faceCount"],
+      positions: ["f32*", 12, 3, "vertexCount"],
+      texture: ["f32*", 16, 2, "vertexCount"],
+      picture: ["u32", 20],
+      flags: ["u32", 24],
+      colour: ["u32[]", 28, 3],
+    },
+  },
+  picture: {
+    size: 20,
+    fields: {
+      codec: ["u8", 0],
+      width: ["u32", 4],
+      height: ["u32", 8],
+      data: ["bytes", 12],
+    },
+  },
+  light: {
+    size: 112,
+    fields: {
+      type: ["u8", 0],
+      flags: ["u8", 1],
+      position: ["f64[]", 8, 3],
+      direction: ["f64[]", 32, 3],
+      colour: ["f64[]", 56, 3],
+      intensity: ["f64", 80],
+      range: ["f64", 88],
+      innerCone: ["f64", 96],
+      outerCone: ["f64", 104],
+    },
+  },
+  background: {
+    size: 24,
+    fields: {
+      codecs: ["u32", 0],
+      partCount: ["u32", 4],
+      pictures: ["list", 8, "picture"],
+      lights: ["list", 16, "light"],
+    },
+  },
+};
+// end of generated tables
 
-/** A struct at an address; words are 32 bits wide. */
-class Struct {
-  constructor(memory, address) {
-    this.buffer = memory.buffer;
-    this.address = address;
-    this.view = new DataView(memory.buffer, address);
+const decoder = new TextDecoder();
+const arrays = {
+  "u8*": Uint8Array,
+  "u16*": Uint16Array,
+  "u32*": Uint32Array,
+  "i32*": Int32Array,
+  "f32*": Float32Array,
+};
+
+/** A struct as an object; structs in lists are what their own reader makes of them. */
+function read(name, memory, address) {
+  const { fields } = layouts[name];
+  const view = new DataView(memory.buffer, address);
+  const u32 = (at) => view.getUint32(at, true);
+  const bytes = (at) => new Uint8Array(memory.buffer, u32(at), u32(at + 4));
+  const count = (factor) => (typeof factor === "number" ? factor : u32(fields[factor][1]));
+  const scalars = {
+    u8: (at) => view.getUint8(at),
+    u16: (at) => view.getUint16(at, true),
+    u32,
+    i32: (at) => view.getInt32(at, true),
+    u64: (at) => Number(view.getBigUint64(at, true)),
+    i64: (at) => view.getBigInt64(at, true),
+    f64: (at) => view.getFloat64(at, true),
+    text: (at) => decoder.decode(bytes(at).slice()),
+    bytes: (at) => bytes(at).slice(),
+    "u8[]": (at, length) => Array.from({ length }, (_, i) => view.getUint8(at + i)),
+    "u32[]": (at, length) => Array.from({ length }, (_, i) => u32(at + 4 * i)),
+    "f64[]": (at, length) => Array.from({ length }, (_, i) => view.getFloat64(at + 8 * i, true)),
+    "char[]": (at, length) => {
+      const all = new Uint8Array(memory.buffer, address + at, length);
+      return decoder.decode(all.slice(0, all.indexOf(0)));
+    },
+    in: (at, kind) => read(kind, memory, address + at),
+    list: (at, kind) => {
+      const one = readers[kind] ?? ((m, a) => read(kind, m, a));
+      return Array.from({ length: u32(at + 4) }, (_, i) => one(memory, u32(at) + i * layouts[kind].size));
+    },
+  };
+  const out = {};
+  for (const [field, [type, at, ...rest]] of Object.entries(fields)) {
+    const Type = arrays[type];
+    if (!Type) out[field] = scalars[type](at, ...rest);
+    else out[field] = u32(at) ? new Type(memory.buffer, u32(at), count(rest[0]) * count(rest[1])).slice() : null;
   }
-  u32(offset) {
-    return this.view.getUint32(offset, true);
-  }
-  i32(offset) {
-    return this.view.getInt32(offset, true);
-  }
-  i64(offset) {
-    return this.view.getBigInt64(offset, true);
-  }
-  f64(offset) {
-    return this.view.getFloat64(offset, true);
-  }
-  f64s(offset, count) {
-    return Array.from({ length: count }, (_, i) => this.f64(offset + 8 * i));
-  }
-  bytes(pointer, size) {
-    return new Uint8Array(this.buffer, this.u32(pointer), this.u32(size)).slice();
-  }
-  text(pointer, size) {
-    return text.decode(this.bytes(pointer, size));
-  }
-  /** count elements of a typed array; null for a null pointer. */
-  array(Type, pointer, count) {
-    const address = this.u32(pointer);
-    return address ? new Type(this.buffer, address, count).slice() : null;
-  }
-  /** The structs of a list. */
-  list(memory, pointer, count, size, read) {
-    const address = this.u32(pointer);
-    return Array.from({ length: this.u32(count) }, (_, i) => read(memory, address + i * size));
-  }
+  return out;
 }
 
 const lenses = ["none", "radtan", "fisheye"];
@@ -49,246 +314,159 @@ const shows = ["tiles", "camera", "atlas"];
 const domains = ["faces", "vertices", "shares"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
 const upAxes = ["unknown", "x", "y", "z", "-x", "-y", "-z"];
+const pictureTypes = ["image/jpeg", "image/png"];
+const lightTypes = ["directional", "point", "spot"];
+const NO_PICTURE = 0xffffffff;
 
 function fourcc(code) {
   return String.fromCharCode(code & 255, (code >> 8) & 255, (code >> 16) & 255, code >>> 24);
 }
 
-export const CAMERA_SIZE = 240;
+export const CAMERA_SIZE = layouts.camera.size;
+/** fvv_diagnostic of types.h, which is the same in all modules. */
+export const DIAGNOSTIC_SIZE = layouts.diagnostic.size;
 
-export function readCamera(memory, address) {
-  const s = new Struct(memory, address);
-  return {
-    id: s.u32(208),
-    name: s.text(232, 236),
-    width: s.u32(220),
-    height: s.u32(224),
-    fx: s.f64(0),
-    fy: s.f64(8),
-    cx: s.f64(16),
-    cy: s.f64(24),
-    skew: s.f64(32),
-    lens: lenses[s.u32(212)],
-    distortion: s.f64s(40, 8),
-    rMax: s.f64(104),
-    rotation: s.f64s(112, 9),
-    translation: s.f64s(184, 3),
-    moves: (s.u32(216) & 1) !== 0,
-    calibrated: s.u32(228) !== 0,
-  };
+/** Of the configuration: a camera that moves is calibrated in frames alone. */
+function readCamera(memory, address) {
+  const { lens, flags, ...camera } = read("camera", memory, address);
+  const moves = (flags & 1) !== 0;
+  return { ...camera, lens: lenses[lens], moves, calibrated: !moves };
 }
 
 /** The way back, for projection: everything but the name. */
 export function writeCamera(memory, address, camera) {
   const view = new DataView(memory.buffer, address, CAMERA_SIZE);
-  const numbers = [camera.fx, camera.fy, camera.cx, camera.cy, camera.skew, ...camera.distortion, camera.rMax];
-  [...numbers, ...camera.rotation, ...camera.translation].forEach((x, i) => view.setFloat64(8 * i, x, true));
-  const words = [camera.id, lenses.indexOf(camera.lens), 0, camera.width, camera.height, 1, 0, 0];
-  words.forEach((x, i) => view.setUint32(208 + 4 * i, x, true));
+  const values = { ...camera, lens: lenses.indexOf(camera.lens), flags: 0 };
+  for (const [field, [type, at]] of Object.entries(layouts.camera.fields)) {
+    const value = values[field];
+    if (type === "text") view.setBigUint64(at, 0n, true);
+    else if (type === "u8") view.setUint8(at, value);
+    else if (type === "u16") view.setUint16(at, value, true);
+    else if (type === "u32") view.setUint32(at, value, true);
+    else [value].flat().forEach((x, i) => view.setFloat64(at + 8 * i, x, true));
+  }
 }
 
-function readRect(s, at) {
-  return { x: s.u32(at), y: s.u32(at + 4), width: s.u32(at + 8), height: s.u32(at + 12) };
-}
-
-function readTile(memory, address) {
-  const s = new Struct(memory, address);
-  return { camera: s.u32(0), source: readRect(s, 4), destination: readRect(s, 20) };
-}
-
-function readVideo(memory, address) {
-  const s = new Struct(memory, address);
-  const shown = shows[s.u32(16)];
-  return {
-    track: s.u32(0),
-    codec: fourcc(s.u32(4)),
-    codecString: s.text(52, 56),
-    width: s.u32(8),
-    height: s.u32(12),
-    shows: shown,
-    camera: shown === "camera" ? s.u32(24) : null,
-    bitDepth: s.u32(20),
-    colour: { primaries: s.u32(28), transfer: s.u32(32), matrix: s.u32(36), fullRange: s.u32(40) !== 0 },
-    record: s.bytes(44, 48),
-    tiles: s.list(memory, 60, 64, 36, readTile),
-  };
-}
-
-function readTrack(memory, address) {
-  const s = new Struct(memory, address);
-  return { id: s.u32(0), kind: kinds[s.u32(4)] ?? "unknown", name: s.text(8, 12) };
-}
+const readers = {
+  camera: readCamera,
+  sample: readSample,
+  track(memory, address) {
+    const track = read("track", memory, address);
+    return { ...track, kind: kinds[track.kind] ?? "unknown" };
+  },
+  text: (memory, address) => read("text", memory, address).text,
+  tile(memory, address) {
+    const { cameraId, source, destination } = read("tile", memory, address);
+    return { camera: cameraId, source, destination };
+  },
+  video(memory, address) {
+    const { track, config, tiles } = read("video", memory, address);
+    const shown = shows[config.shows];
+    return {
+      track,
+      codec: fourcc(config.codec),
+      codecString: config.codecString,
+      width: config.width,
+      height: config.height,
+      shows: shown,
+      camera: shown === "camera" ? config.cameraId : null,
+      bitDepth: config.bitDepth,
+      colour: {
+        primaries: config.colourPrimaries,
+        transfer: config.transferCharacteristics,
+        matrix: config.matrixCoefficients,
+        fullRange: config.fullRange !== 0,
+      },
+      record: config.record,
+      tiles,
+    };
+  },
+  mesh(memory, address) {
+    const mesh = read("mesh", memory, address);
+    const { track, profile, key, vertexCount, faceCount, lattice, faces, positions, normals, texture } = mesh;
+    return {
+      track,
+      profile: profiles[profile] ?? "unknown",
+      key: key !== 0,
+      vertexCount,
+      faceCount,
+      lattice,
+      indices: faces,
+      positions,
+      normals,
+      uvs: texture,
+    };
+  },
+  visibility(memory, address) {
+    const { cameraCount, cameras, domain, threshold, ...seen } = read("visibility", memory, address);
+    return { ...seen, domain: domains[domain], threshold: threshold / 256, cameras: Array.from(cameras) };
+  },
+  picture(memory, address) {
+    const { codec, ...picture } = read("picture", memory, address);
+    return { ...picture, type: pictureTypes[codec] };
+  },
+  light(memory, address) {
+    const { type, flags, ...light } = read("light", memory, address);
+    return { ...light, type: lightTypes[type], castsShadows: (flags & 1) !== 0 };
+  },
+};
 
 export function readConfiguration(memory, address) {
-  const s = new Struct(memory, address);
+  const { scene, tracks, cameras, videos, metadata, texturing } = read("configuration", memory, address);
+  const [red, green, blue] = texturing.unseen;
   return {
-    timeBase: { numerator: s.u32(40), denominator: s.u32(44) },
-    frameDuration: s.i64(32),
-    lattice: { origin: s.f64s(0, 3), step: s.f64(24) },
-    upAxis: upAxes[s.u32(48)] ?? "unknown",
-    scaleKnown: (s.u32(52) & 1) === 0,
-    tracks: s.list(memory, 56, 60, 16, readTrack),
-    cameras: s.list(memory, 64, 68, CAMERA_SIZE, readCamera),
-    videos: s.list(memory, 72, 76, 68, readVideo),
-    metadata: s.list(memory, 80, 84, 8, (m, a) => new Struct(m, a).text(0, 4)),
-    texturing: {
-      threshold: s.f64(88),
-      best: s.u32(112),
-      unseen: s.u32(116),
-      depthBias: s.f64(96),
-      depthSlope: s.f64(104),
-    },
-  };
-}
-
-function readMesh(memory, address) {
-  const s = new Struct(memory, address);
-  const vertices = s.u32(12);
-  return {
-    track: s.u32(0),
-    profile: profiles[s.u32(4)] ?? "unknown",
-    key: s.u32(8) !== 0,
-    vertexCount: vertices,
-    faceCount: s.u32(16),
-    lattice: s.array(Int32Array, 20, 3 * vertices),
-    indices: s.array(Uint32Array, 24, 3 * s.u32(16)),
-    positions: s.array(Float32Array, 28, 3 * vertices),
-    normals: s.array(Float32Array, 32, 3 * vertices),
-    uvs: s.array(Float32Array, 36, 2 * vertices),
-  };
-}
-
-function readVisibility(memory, address) {
-  const s = new Struct(memory, address);
-  const cameras = s.u32(16);
-  const elements = s.u32(20);
-  return {
-    track: s.u32(0),
-    meshTrack: s.u32(4),
-    domain: domains[s.u32(8)],
-    threshold: s.u32(12) / 256,
-    cameras: Array.from(s.array(Uint16Array, 24, cameras)),
-    elementCount: elements,
-    states: s.array(Uint8Array, 28, cameras * elements),
-    vertexCount: s.u32(36),
-    shares: s.array(Uint8Array, 32, cameras * s.u32(36)),
+    timeBase: { numerator: scene.numerator, denominator: scene.denominator },
+    frameDuration: scene.frameDuration,
+    lattice: { origin: scene.latticeOrigin, step: scene.latticeStep },
+    upAxis: upAxes[scene.upAxis] ?? "unknown",
+    scaleKnown: (scene.flags & 1) === 0,
+    tracks,
+    cameras,
+    videos,
+    metadata,
+    texturing: { ...texturing, unseen: (red << 16) | (green << 8) | blue },
   };
 }
 
 export function readSample(memory, address) {
-  const s = new Struct(memory, address);
-  return { track: s.u32(0), key: s.u32(4) !== 0, data: s.bytes(8, 12) };
-}
-
-function readLayout(memory, address) {
-  const s = new Struct(memory, address);
-  return { track: s.u32(0), tiles: s.list(memory, 4, 8, 36, readTile) };
+  const { track, key, data } = read("sample", memory, address);
+  return { track, key: key !== 0, data };
 }
 
 export function readFrame(memory, address) {
-  const s = new Struct(memory, address);
-  return {
-    time: s.i64(0),
-    meshes: s.list(memory, 8, 12, 48, readMesh),
-    visibility: s.list(memory, 16, 20, 40, readVisibility),
-    moving: s.list(memory, 24, 28, CAMERA_SIZE, readCamera),
-    samples: s.list(memory, 32, 36, 16, readSample),
-    layouts: s.list(memory, 40, 44, 12, readLayout),
-    backgrounds: s.list(memory, 48, 52, 16, readSample),
-  };
+  const { cameras, ...frame } = read("frame", memory, address);
+  return { ...frame, moving: cameras.map((camera) => ({ ...camera, calibrated: true })) };
 }
 
-const NO_PICTURE = 0xffffffff;
-const pictureTypes = ["image/jpeg", "image/png"];
-const lightTypes = ["directional", "point", "spot"];
-
 export function readPart(memory, address) {
-  const s = new Struct(memory, address);
-  const vertices = s.u32(0);
-  const faces = s.u32(4);
-  const flags = s.u32(24);
+  const { flags, faces, texture, picture, colour, ...part } = read("part", memory, address);
   return {
-    vertexCount: vertices,
-    faceCount: faces,
-    indices: s.array(Uint32Array, 8, 3 * faces),
-    positions: s.array(Float32Array, 12, 3 * vertices),
-    uvs: s.array(Float32Array, 16, 2 * vertices),
-    picture: s.u32(20) === NO_PICTURE ? null : s.u32(20),
+    ...part,
+    indices: faces,
+    uvs: texture,
+    picture: picture === NO_PICTURE ? null : picture,
     unlit: (flags & 1) !== 0,
     doubleSided: (flags & 2) !== 0,
     clamped: (flags & 4) !== 0,
-    colour: [28, 32, 36].map((at) => s.u32(at) / 65535),
-  };
-}
-
-function readPicture(memory, address) {
-  const s = new Struct(memory, address);
-  return { type: pictureTypes[s.u32(0)], width: s.u32(4), height: s.u32(8), data: s.bytes(12, 16) };
-}
-
-function readLight(memory, address) {
-  const s = new Struct(memory, address);
-  return {
-    type: lightTypes[s.u32(104)],
-    position: s.f64s(0, 3),
-    direction: s.f64s(24, 3),
-    colour: s.f64s(48, 3),
-    intensity: s.f64(72),
-    range: s.f64(80),
-    innerCone: s.f64(88),
-    outerCone: s.f64(96),
-    castsShadows: (s.u32(108) & 1) !== 0,
+    colour: colour.map((part) => part / 65535),
   };
 }
 
 export function readBackgroundList(memory, address) {
-  const s = new Struct(memory, address);
-  return {
-    codecs: s.u32(0),
-    partCount: s.u32(4),
-    pictures: s.list(memory, 8, 12, 20, readPicture),
-    lights: s.list(memory, 16, 20, 112, readLight),
-  };
+  return read("background", memory, address);
 }
 
 export function readEvent(memory, address) {
-  const s = new Struct(memory, address);
-  return {
-    offset: Number(s.i64(0)),
-    skipped: Number(s.i64(8)),
-    start: s.i64(16),
-    end: s.i64(24),
-    sequence: s.u32(32),
-    configuration: s.u32(36),
-  };
+  const { offset, skipped, time, end, sequence, configurationCrc } = read("event", memory, address);
+  return { offset, skipped, start: time, end, sequence, configuration: configurationCrc };
 }
 
 export function readGroup(memory, address) {
-  const s = new Struct(memory, address);
-  return {
-    offset: Number(s.i64(0)),
-    size: Number(s.i64(8)),
-    start: s.i64(16),
-    end: s.i64(24),
-    sequence: s.u32(32),
-    frameCount: s.u32(36),
-    intact: s.u32(40) !== 0,
-    endSize: s.u32(44),
-  };
+  const { offset, size, start, end, sequence, frameCount, intact, endSize } = read("group", memory, address);
+  return { offset, size, start, end, sequence, frameCount, intact: intact !== 0, endSize };
 }
 
-/** fvv_diagnostic of types.h, which is the same in all modules. */
-export const DIAGNOSTIC_SIZE = 232;
-
 export function readDiagnostic(memory, address) {
-  const s = new Struct(memory, address);
-  const bytes = new Uint8Array(memory.buffer, address + 24, 208);
-  const type = s.u32(8);
-  return {
-    status: s.i32(0),
-    issue: s.u32(4),
-    chunk: type ? fourcc(type) : "",
-    offset: Number(s.i64(16)),
-    message: text.decode(bytes.slice(0, bytes.indexOf(0))),
-  };
+  const { chunkType, ...diagnostic } = read("diagnostic", memory, address);
+  return { ...diagnostic, chunk: chunkType ? fourcc(chunkType) : "" };
 }

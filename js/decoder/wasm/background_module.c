@@ -6,27 +6,21 @@
 #include "base/checked.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
-#include "base/limits.h"
 #include "base/memory.h"
-#include "codecs.h"
 #include "flat.h"
 #include "fvv/background.h"
-
-#define FVVJS_EXPORT __attribute__((visibility("default"), used))
+#include "module.h"
 
 static fvv_limits limits;
 static fvv_diagnostic diagnostic;
 static fvv_background background;
 static fvv_mesh mesh;
-static fvv_bytes positions, texture, pictures, lights;
+static fvv_bytes positions, texture;
 static flat_background flat;
 static flat_part part_now;
 
 FVVJS_EXPORT void *fvvback_alloc(size_t size) {
   return malloc(size);
-}
-FVVJS_EXPORT void fvvback_free(void *pointer) {
-  free(pointer);
 }
 FVVJS_EXPORT const fvv_diagnostic *fvvback_diagnostic(void) {
   return &diagnostic;
@@ -42,52 +36,23 @@ static uint32_t codecs(void) {
   return all;
 }
 
-static fvv_status list_pictures(void) {
-  for (size_t i = 0; i < background.picture_count; i++) {
-    const fvv_background_picture *p = &background.pictures[i];
-    const flat_picture one = {p->codec, p->width, p->height, p->data, (uint32_t)p->size};
-    if (fvv_bytes_append(&pictures, &one, sizeof one) != FVV_OK) return FVV_ERROR_MEMORY;
-  }
-  return FVV_OK;
-}
-
-static fvv_status list_lights(void) {
-  for (size_t i = 0; i < background.light_count; i++) {
-    const fvv_light *light = &background.lights[i];
-    flat_light one = {.intensity = light->intensity,
-                      .range = light->range,
-                      .inner_cone = light->inner_cone,
-                      .outer_cone = light->outer_cone,
-                      .type = light->type,
-                      .flags = light->flags};
-    memcpy(one.position, light->position, sizeof one.position);
-    memcpy(one.direction, light->direction, sizeof one.direction);
-    memcpy(one.colour, light->colour, sizeof one.colour);
-    if (fvv_bytes_append(&lights, &one, sizeof one) != FVV_OK) return FVV_ERROR_MEMORY;
-  }
-  return FVV_OK;
-}
-
 /* fvv_status. payload has to stay in place. Numbers as in fvv_limits; 0 keeps the default. Once an instance.
  */
 FVVJS_EXPORT int32_t fvvback_load(const uint8_t *payload, size_t size, uint32_t max_vertices,
                                   uint32_t max_faces, uint32_t max_dimension) {
   const fvv_allocator allocator = fvv_allocator_or_default(NULL);
-  positions.allocator = texture.allocator = pictures.allocator = lights.allocator = allocator;
+  positions.allocator = texture.allocator = allocator;
   fvv_limits_default(&limits);
   if (max_vertices) limits.max_vertices = max_vertices;
   if (max_faces) limits.max_faces = max_faces;
   if (max_dimension) limits.max_dimension = max_dimension;
-  fvv_status status = fvv_background_decode(payload, size, &limits, &allocator, &background, &diagnostic);
-  if (status == FVV_OK) status = list_pictures();
-  if (status == FVV_OK) status = list_lights();
+  const fvv_status status =
+      fvv_background_decode(payload, size, &limits, &allocator, &background, &diagnostic);
   if (status != FVV_OK) return status;
   const flat_background made = {codecs(),
                                 (uint32_t)background.part_count,
-                                (const flat_picture *)pictures.data,
-                                (uint32_t)background.picture_count,
-                                (const flat_light *)lights.data,
-                                (uint32_t)background.light_count};
+                                {background.pictures, (uint32_t)background.picture_count},
+                                {background.lights, (uint32_t)background.light_count}};
   flat = made;
   return FVV_OK;
 }
@@ -98,7 +63,7 @@ static float *room(fvv_bytes *bytes, uint32_t count, uint32_t components) {
   return fvv_bytes_reserve(bytes, (size_t)size) == FVV_OK ? (float *)bytes->data : NULL;
 }
 
-/* Decodes a part. NULL: the diagnostic tells. Valid until the next call. */
+/* Decodes a part. NULL: the diagnostic says why. Valid until the next call. */
 FVVJS_EXPORT const flat_part *fvvback_part(uint32_t i) {
   fvv_mesh_free(&mesh);
   memset(&diagnostic, 0, sizeof diagnostic);

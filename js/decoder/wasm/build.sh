@@ -10,6 +10,7 @@ build=$(cd "$1" && pwd)
 # Debian's emcc looks for the modules of its optimiser there.
 export NODE_PATH=${NODE_PATH:-/usr/share/nodejs}
 version=$(sed -n 's/^project(fvv VERSION \([0-9.]*\).*/\1/p' "$here/../../../CMakeLists.txt")
+node "$here/generate_flat.mjs" --check
 emcmake cmake -S "$here" -B "$build/modules" -G Ninja -DCMAKE_BUILD_TYPE=None \
   -DFVV_WASM_SOURCES="$build/sources" -DFVV_VERSION="$version" >/dev/null
 cmake --build "$build/modules"
@@ -27,7 +28,7 @@ finish() { # module
   wasm-metadce "${features[@]}" -f "$build/$1.json" -o "$build/$1.wasm" "$build/modules/$1.wasm" >/dev/null
   # Flat code leaves the core's second pass more to find: 1 % of its bytes.
   local passes=(-Oz --low-memory-unused)
-  [[ "$1" == fvv_core ]] && passes+=(--flatten --rereloop -Oz -Oz)
+  [[ "$1" == fvv_core ]] && passes+=(--flatten --rereloop -Oz -Oz -Oz)
   [[ "$1" == fvv_draco ]] || wasm-opt "${features[@]}" "${passes[@]}" "$build/$1.wasm" -o "$build/$1.wasm"
 }
 

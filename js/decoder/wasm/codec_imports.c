@@ -4,8 +4,8 @@
 #include "base/diagnostic.h"
 #include "mesh/draco_bridge.h"
 #include "mesh/draco_check.h"
-#include "mesh/fast_decode.h"
-#include "video/oexr.h"
+#include "mesh/fast.h"
+#include "video/codecs.h"
 
 #define IMPORT(name) __attribute__((import_module("fvv"), import_name(name))) extern int32_t
 

@@ -4,9 +4,8 @@
 #include "base/checked.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
-#include "codecs.h"
 #include "decoder.h"
-#include "stream/group_tiles.h"
+#include "stream/tracks.h"
 
 static size_t track_count(const fvvjs_decoder *d) {
   return d->tracks.size / sizeof(fvvjs_track);
@@ -97,7 +96,7 @@ static fvv_status fill_floats(fvvjs_decoder *d, fvvjs_track *track, const fvv_me
   return FVV_OK;
 }
 
-static fvv_status decode_mesh(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                               uint32_t want) {
   fvvjs_track *track;
   fvv_mesh_header header;
@@ -120,9 +119,7 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvvjs_chunk *chunk, const 
                     mesh->faces,
                     NULL,
                     NULL,
-                    NULL,
-                    mesh->texture_bits,
-                    mesh->normal_bits};
+                    NULL};
   status = fill_floats(d, track, mesh, want, &flat);
   if (status != FVV_OK) return status;
   return fvv_bytes_append(&d->lists[FVVJS_MESHES], &flat, sizeof flat);
@@ -143,7 +140,7 @@ static const uint8_t *fill_shares(fvvjs_track *track, const fvv_visibility *seen
   return track->shares.data;
 }
 
-static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+static fvv_status decode_visibility(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                                     uint32_t want) {
   fvvjs_track *track;
   fvv_visibility_header header;
@@ -178,7 +175,7 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvvjs_chunk *chunk, 
   return fvv_bytes_append(&d->lists[FVVJS_VISIBILITY], &flat, sizeof flat);
 }
 
-static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+static fvv_status decode_calibration(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   const fvv_configuration *c = d->configuration;
   if (!d->calibration) {
     const fvv_status created =
@@ -191,16 +188,14 @@ static fvv_status decode_calibration(fvvjs_decoder *d, const fvvjs_chunk *chunk,
   d->calibration_time = chunk->header.time;
   for (size_t i = 0; i < c->camera_count; i++) {
     fvv_camera camera;
-    flat_camera flat;
     if (!(c->cameras[i].flags & FVV_CAMERA_MOVES)) continue;
     if (fvv_calibration_camera(d->calibration, c->cameras[i].id, &camera) != FVV_OK) continue;
-    fvvjs_flatten_camera(&camera, 1, &flat);
-    if (fvv_bytes_append(&d->lists[FVVJS_MOVING], &flat, sizeof flat) != FVV_OK) return no_memory(d);
+    if (fvv_bytes_append(&d->lists[FVVJS_MOVING], &camera, sizeof camera) != FVV_OK) return no_memory(d);
   }
   return FVV_OK;
 }
 
-static fvv_status take_sample(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+static fvv_status take_sample(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   const fvv_video_layout *video = fvv_configuration_video(d->configuration, chunk->header.track);
   if (!video) return FVV_OK;
   const int key = (chunk->header.flags & FVV_FLAG_KEY) != 0;
@@ -212,38 +207,30 @@ static fvv_status take_sample(fvvjs_decoder *d, const fvvjs_chunk *chunk, const 
 }
 
 /* Holds for the frames of the group. */
-static fvv_status decode_layout(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+static fvv_status decode_layout(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   fvvjs_track *track;
-  fvv_status status = find_track(d, chunk->header.track, &track);
+  const fvv_status status = find_track(d, chunk->header.track, &track);
   if (status != FVV_OK) return status;
-  fvv_bytes tiles = {NULL, 0, 0, d->allocator};
-  status = fvv_group_tiles_decode(d->configuration, chunk->header.track, payload, (size_t)chunk->header.size,
-                                  &d->limits, &tiles, &d->diagnostic);
-  track->tiles.size = 0;
-  if (status == FVV_OK &&
-      !fvvjs_put_tiles(&track->tiles, (const fvv_tile *)tiles.data, tiles.size / sizeof(fvv_tile)))
-    status = no_memory(d);
-  fvv_bytes_free(&tiles);
-  return status;
+  return fvv_group_tiles_decode(d->configuration, chunk->header.track, payload, (size_t)chunk->header.size,
+                                &d->limits, &track->tiles, &d->diagnostic);
 }
 
 static fvv_status put_layouts(fvvjs_decoder *d) {
   for (size_t i = 0; i < track_count(d); i++) {
     const fvv_bytes *tiles = &track_at(d, i)->tiles;
-    const flat_layout flat = {track_at(d, i)->id, (const flat_tile *)tiles->data,
-                              (uint32_t)(tiles->size / sizeof(flat_tile))};
-    if (!flat.tile_count) continue;
+    const flat_layout flat = {track_at(d, i)->id, {tiles->data, (uint32_t)(tiles->size / sizeof(fvv_tile))}};
+    if (!flat.tiles.count) continue;
     if (fvv_bytes_append(&d->lists[FVVJS_LAYOUTS], &flat, sizeof flat) != FVV_OK) return no_memory(d);
   }
   return FVV_OK;
 }
 
-static fvv_status take_background(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload) {
+static fvv_status take_background(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
   const flat_sample flat = {chunk->header.track, 1, payload, (uint32_t)chunk->header.size};
   return fvv_bytes_append(&d->lists[FVVJS_BACKGROUNDS], &flat, sizeof flat);
 }
 
-static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const uint8_t *payload,
+static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                                uint32_t want) {
   switch (chunk->header.type) {
   case FVV_CHUNK_MESH:
@@ -263,9 +250,9 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvvjs_chunk *chunk, const
   }
 }
 
-static uint32_t codec_of(const fvvjs_decoder *d, const fvvjs_chunk *chunk) {
+static uint32_t codec_of(const fvvjs_decoder *d, const fvv_frame_chunk *chunk) {
   if (chunk->header.type == FVV_CHUNK_MESH && chunk->header.size)
-    return fvvjs_mesh_codec(d->ready.payloads.data[chunk->payload + FVV_MESH_PROFILE]);
+    return fvvjs_mesh_codec(chunk->payload[FVV_MESH_PROFILE]);
   if (chunk->header.type == FVV_CHUNK_VIDEO_PACKET && d->configuration) {
     const fvv_video_layout *video = fvv_configuration_video(d->configuration, chunk->header.track);
     if (video && video->config.codec == FVV_CODEC_OEXR) return FVVJS_CODEC_OPENEXR;
@@ -275,41 +262,39 @@ static uint32_t codec_of(const fvvjs_decoder *d, const fvvjs_chunk *chunk) {
 
 /* Which codecs the ready frame needs, FVVJS_CODEC_..., so that they can be fetched before. */
 FVVJS_EXPORT uint32_t fvvjs_codecs(const fvvjs_decoder *d) {
-  const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
   uint32_t codecs = 0;
-  for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) codecs |= codec_of(d, &chunks[i]);
+  for (size_t i = 0; i < d->event.chunk_count; i++) codecs |= codec_of(d, &d->event.chunks[i]);
   return codecs;
 }
 
-/* Decodes the ready frame. want: 0 when only frames behind it are wanted. On error the diagnostic tells, and
- * the rest of the group is dropped. */
+static flat_list list_of(const fvvjs_decoder *d, int list, size_t size) {
+  const flat_list all = {d->lists[list].data, (uint32_t)(d->lists[list].size / size)};
+  return all;
+}
+
+/* Decodes the ready frame. want: 0 when only frames after it are wanted. On error the diagnostic says why,
+ * and the rest of the group is dropped. */
 FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
-  const fvvjs_chunk *chunks = (const fvvjs_chunk *)d->ready.chunks.data;
-  for (int i = FVVJS_MESHES; i < FVVJS_LISTS; i++) d->lists[i].size = 0;
+  const fvv_frame_chunk *chunks = d->event.chunks;
+  for (int i = 0; i < FVVJS_LISTS; i++) d->lists[i].size = 0;
   memset(&d->diagnostic, 0, sizeof d->diagnostic);
   memset(&d->frame, 0, sizeof d->frame);
-  for (size_t i = 0; i < d->ready.chunks.size / sizeof *chunks; i++) {
-    const fvv_status status = decode_chunk(d, &chunks[i], d->ready.payloads.data + chunks[i].payload, want);
+  for (size_t i = 0; i < d->event.chunk_count; i++) {
+    const fvv_status status = decode_chunk(d, &chunks[i], chunks[i].payload, want);
     if (status == FVV_OK) continue;
     fvv_fail(&d->diagnostic, status, 0, 0, 0, "%s", fvv_status_text(status));
     fvv_diagnostic_rebase(&d->diagnostic, chunks[i].offset + FVV_CHUNK_HEADER_SIZE, chunks[i].header.type);
-    d->lost = 1;
+    fvv_frames_drop_group(d->frames);
     return status;
   }
   if (put_layouts(d) != FVV_OK) return FVV_ERROR_MEMORY;
-  d->frame.time = d->ready.time;
-  d->frame.meshes = (const flat_mesh *)d->lists[FVVJS_MESHES].data;
-  d->frame.mesh_count = (uint32_t)(d->lists[FVVJS_MESHES].size / sizeof(flat_mesh));
-  d->frame.visibility = (const flat_visibility *)d->lists[FVVJS_VISIBILITY].data;
-  d->frame.visibility_count = (uint32_t)(d->lists[FVVJS_VISIBILITY].size / sizeof(flat_visibility));
-  d->frame.cameras = (const flat_camera *)d->lists[FVVJS_MOVING].data;
-  d->frame.camera_count = (uint32_t)(d->lists[FVVJS_MOVING].size / sizeof(flat_camera));
-  d->frame.samples = (const flat_sample *)d->lists[FVVJS_SAMPLES].data;
-  d->frame.sample_count = (uint32_t)(d->lists[FVVJS_SAMPLES].size / sizeof(flat_sample));
-  d->frame.layouts = (const flat_layout *)d->lists[FVVJS_LAYOUTS].data;
-  d->frame.layout_count = (uint32_t)(d->lists[FVVJS_LAYOUTS].size / sizeof(flat_layout));
-  d->frame.backgrounds = (const flat_sample *)d->lists[FVVJS_BACKGROUNDS].data;
-  d->frame.background_count = (uint32_t)(d->lists[FVVJS_BACKGROUNDS].size / sizeof(flat_sample));
+  d->frame.time = d->event.time;
+  d->frame.meshes = list_of(d, FVVJS_MESHES, sizeof(flat_mesh));
+  d->frame.visibility = list_of(d, FVVJS_VISIBILITY, sizeof(flat_visibility));
+  d->frame.cameras = list_of(d, FVVJS_MOVING, sizeof(fvv_camera));
+  d->frame.samples = list_of(d, FVVJS_SAMPLES, sizeof(flat_sample));
+  d->frame.layouts = list_of(d, FVVJS_LAYOUTS, sizeof(flat_layout));
+  d->frame.backgrounds = list_of(d, FVVJS_BACKGROUNDS, sizeof(flat_sample));
   return FVV_OK;
 }
 

@@ -1,14 +1,15 @@
-/* Random access through the index. Bytes come from a function of JavaScript that answers at once or not at
+/* Random access through the index. Bytes come from a function of JavaScript that returns at once or not at
  * all: it notes what it lacks, fetches that, and calls again. The layers below take a failed read as an error
  * of input and keep no trace of it. */
 #include <string.h>
 
 #include "base/diagnostic.h"
 #include "container/file.h"
+#include "container/sequence.h"
 #include "decoder.h"
 #include "stream/stream.h"
 
-/* Copies size bytes at offset to out, or answers 0. */
+/* Copies size bytes at offset to out, or returns 0. */
 __attribute__((import_module("fvv"), import_name("read"))) extern int
 fvvjs_import_read(double offset, void *out, uint32_t size);
 
@@ -39,15 +40,9 @@ FVVJS_EXPORT uint32_t fvvjs_index_state(const fvvjs_decoder *d) {
   return d->index ? (uint32_t)fvv_file_index_state(fvv_stream_file(d->index)) : 0;
 }
 
-FVVJS_EXPORT const flat_group *fvvjs_group(fvvjs_decoder *d, uint32_t i) {
-  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), i) : NULL;
-  if (!info) return NULL;
-  const fvv_index_entry *entries = (const fvv_index_entry *)d->index->file->entries.data;
-  const flat_group flat = {
-      info->offset,           info->size,         info->start, info->end, info->sequence, info->frame_count,
-      (uint32_t)info->intact, entries[i].end_size};
-  d->group = flat;
-  return &d->group;
+FVVJS_EXPORT const fvv_index_entry *fvvjs_group(const fvvjs_decoder *d, uint32_t i) {
+  if (i >= fvvjs_group_count(d)) return NULL;
+  return (const fvv_index_entry *)d->index->file->entries.data + i;
 }
 
 /* Makes ready to be pushed the bytes from a group on. FVV_ERROR_IO as above. */
@@ -58,12 +53,11 @@ FVVJS_EXPORT int32_t fvvjs_play(fvvjs_decoder *d, uint32_t group) {
   forget(d);
   const fvv_status status = fvv_stream_configuration(d->index, group, &configuration, &d->diagnostic);
   if (status < 0) return status;
-  d->configuration = configuration;
-  return fvvjs_start(d, (double)info->offset, 1);
+  return fvvjs_start_at(d, info->offset, configuration);
 }
 
 /* Reads the environment of a track that belongs to a group (clause 18.5). FVV_ERROR_IO as above, and
- * JavaScript has to ask itself whether FVV_END was answered for lack of bytes. */
+ * JavaScript has to find out whether FVV_END was returned for lack of bytes. */
 FVVJS_EXPORT int32_t fvvjs_find_background(fvvjs_decoder *d, uint32_t group, uint32_t track) {
   const fvv_chunk_info *chunk;
   const uint8_t *payload;
@@ -78,4 +72,133 @@ FVVJS_EXPORT int32_t fvvjs_find_background(fvvjs_decoder *d, uint32_t group, uin
 }
 FVVJS_EXPORT const flat_sample *fvvjs_background(const fvvjs_decoder *d) {
   return &d->background;
+}
+
+/* A group out of the index, chunk by chunk, with some of its tracks left out: their bytes need not be
+ * fetched. The chunks come as events like those of fvv_reader, and the rest is as for a stream that is
+ * pushed. Every rule about the order of chunks is checked on the group's table before the first of them is
+ * read. */
+
+static fvv_status begin_sequence(fvvjs_decoder *d, fvv_sequence *sequence, const fvv_chunk_info *group) {
+  const uint8_t *payload;
+  const fvv_configuration *c = d->configuration;
+  fvv_status status = fvv_file_read_chunk(d->index->file, group, &payload, &d->diagnostic);
+  sequence->configuration = FVV_CONFIGURATION_GOOD;
+  for (size_t i = 0; i < c->track_count && status == FVV_OK; i++) {
+    const fvv_sequence_track track = {c->tracks[i].id, c->tracks[i].kind, 0, 0, 0};
+    status = fvv_bytes_append(&sequence->tracks, &track, sizeof track);
+  }
+  if (status != FVV_OK) return status;
+  const fvv_chunk_header header = {group->type, group->flags, 0, 0, group->time, group->size, 0, 0};
+  return fvv_sequence_apply(sequence, &header, payload, group->offset);
+}
+
+/* The counters alone are not in the table. */
+static fvv_status check_table(fvvjs_decoder *d, const fvvjs_pick *pick) {
+  fvv_sequence sequence;
+  fvv_sequence_init(&sequence, &d->limits, &d->allocator);
+  fvv_status status = begin_sequence(d, &sequence, &pick->group);
+  for (size_t i = 0; i < pick->count && status == FVV_OK; i++) {
+    const fvv_chunk_info *info = &pick->chunks[i];
+    const fvv_chunk_header header = {
+        info->type, info->flags, sequence.next_counter, info->track, info->time, info->size, 0, 0};
+    status = fvv_sequence_check(&sequence, &header, NULL, info->offset, &d->diagnostic);
+    if (status == FVV_OK) status = fvv_sequence_apply(&sequence, &header, NULL, info->offset);
+  }
+  fvv_sequence_free(&sequence);
+  return status;
+}
+
+static int is_left_out(const fvvjs_pick *pick, uint16_t track) {
+  const uint16_t *tracks = (const uint16_t *)pick->left_out.data;
+  for (size_t i = 0; i < pick->left_out.size / sizeof *tracks; i++)
+    if (tracks[i] == track) return 1;
+  return 0;
+}
+
+/* Chunks of this track are passed over. After fvvjs_pick_group and before fvvjs_next. */
+FVVJS_EXPORT int32_t fvvjs_leave_out(fvvjs_decoder *d, uint32_t track) {
+  const uint16_t id = (uint16_t)track;
+  return fvv_bytes_append(&d->pick.left_out, &id, sizeof id);
+}
+
+/* The first chunk from the ith of the table on that is not passed over: where it begins and ends in the file,
+ * and the i of the next call. NULL: there is none. */
+FVVJS_EXPORT const double *fvvjs_picked(fvvjs_decoder *d, uint32_t i) {
+  const fvvjs_pick *pick = &d->pick;
+  for (; pick->on && i < pick->count; i++) {
+    if (is_left_out(pick, pick->chunks[i].track)) continue;
+    d->range[0] = (double)pick->chunks[i].offset;
+    d->range[1] = d->range[0] + (double)fvv_chunk_extent(pick->chunks[i].size);
+    d->range[2] = i + 1;
+    return d->range;
+  }
+  return NULL;
+}
+
+/* Copies the chunk out of the buffer of the file, which others use too. */
+static fvv_status read_chunk(fvvjs_decoder *d, const fvv_chunk_info *info, fvv_event *event,
+                             fvv_diagnostic *diagnostic) {
+  const uint8_t *payload;
+  fvv_status status = fvv_file_read_chunk(d->index->file, info, &payload, diagnostic);
+  if (status == FVV_ERROR_IO) return FVV_NEED_DATA;
+  event->offset = info->offset;
+  if (status <= FVV_ERROR_DAMAGED && status != FVV_ERROR_LIMIT) {
+    event->kind = FVV_EVENT_DAMAGE;
+    event->diagnostic = *diagnostic;
+    d->pick.next = d->pick.count + 2;
+    return FVV_OK;
+  }
+  d->pick.payload.size = 0;
+  if (status == FVV_OK) status = fvv_bytes_append(&d->pick.payload, payload, (size_t)info->size);
+  if (status != FVV_OK) return status;
+  const fvv_chunk_header header = {info->type, info->flags, 0, info->track, info->time, info->size, 0, 0};
+  event->chunk = header;
+  event->payload = d->pick.payload.data;
+  d->pick.next++;
+  return FVV_OK;
+}
+
+/* FVV_END: the group is over; FVV_NEED_DATA: fetch what was lacking. */
+static fvv_status next_picked(void *user, fvv_event *event, fvv_diagnostic *diagnostic) {
+  fvvjs_decoder *d = user;
+  fvvjs_pick *pick = &d->pick;
+  memset(event, 0, sizeof *event);
+  event->kind = FVV_EVENT_CHUNK;
+  event->group_intact = 1;
+  if (!pick->next) return read_chunk(d, &pick->group, event, diagnostic);
+  while (pick->next <= pick->count && is_left_out(pick, pick->chunks[pick->next - 1].track)) pick->next++;
+  if (pick->next <= pick->count) return read_chunk(d, &pick->chunks[pick->next - 1], event, diagnostic);
+  if (pick->next > pick->count + 1) return FVV_END;
+  /* Its GEND was read with the table. */
+  pick->next++;
+  event->chunk.type = FVV_CHUNK_GROUP_END;
+  return FVV_OK;
+}
+
+/* Makes ready the chunks of a group of the index, which next reports then without bytes being pushed.
+ * FVV_ERROR_IO: as of fvvjs_open. What is damaged or against the rules is reported better by reading all of
+ * the group. */
+FVVJS_EXPORT int32_t fvvjs_pick_group(fvvjs_decoder *d, uint32_t group) {
+  const fvv_group_info *info = d->index ? fvv_file_group(fvv_stream_file(d->index), group) : NULL;
+  if (!info) return FVV_ERROR_ARGUMENT;
+  const fvv_configuration *configuration;
+  fvvjs_pick pick = d->pick;
+  memset(&d->diagnostic, 0, sizeof d->diagnostic);
+  fvv_status status = fvv_stream_configuration(d->index, group, &configuration, &d->diagnostic);
+  if (status == FVV_OK)
+    status = fvv_file_group_chunks(d->index->file, group, &pick.chunks, &pick.count, &d->diagnostic);
+  if (status == FVV_OK && !info->intact) status = FVV_ERROR_DAMAGED;
+  if (status != FVV_OK) return status;
+  const fvv_chunk_info opening = {
+      info->offset, FVV_GRUP_SIZE, info->start, FVV_CHUNK_GROUP, 0, FVV_FLAG_CRITICAL | FVV_FLAG_KEY};
+  pick.group = opening;
+  pick.next = 0;
+  pick.left_out.size = 0;
+  status = fvvjs_start_at(d, info->offset, configuration);
+  if (status == FVV_OK) status = check_table(d, &pick);
+  pick.on = status == FVV_OK;
+  if (pick.on) fvv_frames_read_from(d->frames, next_picked, d);
+  d->pick = pick;
+  return status;
 }

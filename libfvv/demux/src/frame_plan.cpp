@@ -1,5 +1,7 @@
 #include "fvv_demux/frame_plan.h"
 
+#include "fvv/frames.h"
+
 #include <memory>
 
 namespace fvv::demux {
@@ -8,67 +10,50 @@ namespace {
 
 constexpr size_t block_size = 1 << 18;
 
-// The group that is being read, and its frame whose chunks are coming.
-struct Reading {
-  Survey::Group *group;
-  bool in_group = false, certain = false, frame_open = false;
-  int64_t frame_time = 0;
-
-  // A frame is whole once something behind it has come while nothing was missing.
-  void close_frame() {
-    if (frame_open && certain) group->whole++;
-    frame_open = false;
-  }
-};
-
 } // namespace
 
 Survey::Survey(const InputFile &file) {
-  fvv_reader *created = nullptr;
-  fvv::check(fvv_reader_create(nullptr, nullptr, 0, &created), file.path(), {});
-  const std::unique_ptr<fvv_reader, decltype(&fvv_reader_destroy)> reader(created, fvv_reader_destroy);
-  Reading reading = {&groups[0]};
-  const auto take = [&](const fvv_event &event) {
-    if (event.kind == FVV_EVENT_DAMAGE) {
-      fvv_diagnostic &place = reading.in_group ? reading.group->reason : reading.group->behind;
+  // A frame counts once something that follows it has come while nothing was missing.
+  fvv_frames_options options;
+  fvv_frames_options_default(&options);
+  options.eager = 0;
+  options.detail = 1;
+  fvv_frames *created = nullptr;
+  fvv::check(fvv_frames_create(&options, nullptr, nullptr, &created), file.path(), {});
+  const std::unique_ptr<fvv_frames, decltype(&fvv_frames_destroy)> frames(created, fvv_frames_destroy);
+  Group *group = &groups[0];
+  bool in_group = false;
+  const auto take = [&](const fvv_frames_event &event) {
+    if (event.kind == FVV_FRAMES_GROUP) {
+      group = &groups[event.offset];
+      in_group = true;
+    } else if (event.kind == FVV_FRAMES_GROUP_END) {
+      in_group = false;
+    } else if (event.kind == FVV_FRAMES_FRAME) {
+      group->whole += event.whole != 0;
+    } else if (event.kind == FVV_FRAMES_DAMAGE) {
+      fvv_diagnostic &place = in_group ? group->reason : group->behind;
       if (place.status == FVV_OK) place = event.diagnostic;
-      return;
-    }
-    if (event.kind != FVV_EVENT_CHUNK) return;
-    const uint32_t type = event.chunk.type;
-    if (type == FVV_CHUNK_GROUP) {
-      reading = {&groups[event.offset], true, event.group_intact != 0};
-    } else if (reading.in_group &&
-               (type == FVV_CHUNK_GROUP_END || type == FVV_CHUNK_SCENE || type == FVV_CHUNK_INDEX)) {
-      reading.certain = reading.certain && event.group_intact && type == FVV_CHUNK_GROUP_END;
-      reading.close_frame();
-      reading.in_group = false;
-    } else if (reading.in_group && event.chunk.track) {
-      reading.certain = reading.certain && event.group_intact;
-      if (reading.frame_open && reading.frame_time == event.chunk.time) return;
-      reading.close_frame();
-      reading.frame_open = true;
-      reading.frame_time = event.chunk.time;
     }
   };
   const fvv_input input = file.input();
   fvv_diagnostic diagnostic = {};
-  fvv_event event;
+  fvv_frames_event event;
   std::vector<uint8_t> block(block_size);
   fvv_status status = FVV_NEED_DATA;
   for (uint64_t at = 0; status == FVV_NEED_DATA && at < input.size;) {
     const size_t part = input.size - at < block_size ? size_t(input.size - at) : block_size;
     if (input.read_at(input.user, at, block.data(), part) != FVV_OK)
       throw Error(file.path() + ": cannot read");
-    fvv::check(fvv_reader_push(reader.get(), block.data(), part), file.path(), {});
-    while ((status = fvv_reader_next(reader.get(), &event, &diagnostic)) == FVV_OK) take(event);
+    fvv::check(fvv_frames_push(frames.get(), block.data(), part), file.path(), {});
+    while ((status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
     at += part;
   }
-  fvv_reader_finish(reader.get());
-  while (status >= 0 && (status = fvv_reader_next(reader.get(), &event, &diagnostic)) == FVV_OK) take(event);
-  // An error of the stream ends what is certain; what is behind counts as lost.
+  fvv_frames_finish(frames.get());
+  while (status >= 0 && (status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
+  // An error of the stream ends what is certain; what follows counts as lost.
   if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, file.path(), diagnostic);
-  if (status < 0 && reading.group->reason.status == FVV_OK) reading.group->reason = diagnostic;
+  if (status < 0 && group->reason.status == FVV_OK) group->reason = diagnostic;
 }
 
 Survey::Group Survey::group(uint64_t offset) const {

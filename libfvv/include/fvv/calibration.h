@@ -21,7 +21,7 @@ typedef struct fvv_camera {
   uint16_t id; /* unique within a stream */
   uint8_t lens;
   uint8_t flags;               /* FVV_CAMERA_... */
-  uint32_t width, height;      /* pixels of the picture that the intrinsics speak of */
+  uint32_t width, height;      /* pixels of the picture to which the intrinsics belong */
   double fx, fy, cx, cy, skew; /* pixels; fx, fy > 0 */
   double distortion[8];
   double r_max; /* undistorted radius |(x, y)|, for fisheye the angle in radians, up to which the lens is
@@ -33,8 +33,8 @@ typedef struct fvv_camera {
 } fvv_camera;
 
 /* Checks every range above, and that the radial function rises strictly up to r_max (to 1e-9 of r_max).
- * Answers FVV_ERROR_INVALID with the rule's number, and the offset that the field has in CAMR. Encode makes
- * the same checks and answers FVV_ERROR_INPUT, decode FVV_ERROR_INVALID. Cost is bounded: no coefficients
+ * Returns FVV_ERROR_INVALID with the rule's number, and the offset that the field has in CAMR. Encode makes
+ * the same checks and returns FVV_ERROR_INPUT, decode FVV_ERROR_INVALID. Cost is bounded: no coefficients
  * take long to check. */
 FVV_API FVV_MUST_USE fvv_status fvv_camera_validate(const fvv_camera *camera, fvv_diagnostic *diagnostic);
 
@@ -44,19 +44,19 @@ FVV_API FVV_MUST_USE fvv_status fvv_camera_validate(const fvv_camera *camera, fv
  *
  * The radial function stops rising at the first zero of its derivative or the first pole; both are found by
  * bounding polynomials (Lane and Riesenfeld 1981), not by sampling. Tangential terms make the map fold a
- * little earlier, at least where f'(r) or f(r)/r falls to 6 r |(p1, p2)|; that is the radius answered for
+ * little earlier, at least where f'(r) or f(r)/r falls to 6 r |(p1, p2)|; that is the radius returned for
  * them. A lens whose picture never reaches the corner is followed up to some 10^4 times the corner's
  * distance. 0: no radius will do, because the intrinsics are not finite or the coefficients overflow. */
 FVV_API double fvv_camera_r_max(const fvv_camera *camera);
 
-/* World metres -> pixels. Answers 1 when the point is in front (z_c > 0) and within r_max, else 0 and pixel
+/* World metres -> pixels. Returns 1 when the point is in front (z_c > 0) and within r_max, else 0 and pixel
  * is NaN. depth (may be NULL) receives z_c in either case. The pixel may lie outside the picture. A point so
- * close to the plane z_c = 0 that its pixel is not finite answers 0, as do NaN and infinities. For a valid
+ * close to the plane z_c = 0 that its pixel is not finite returns 0, as do NaN and infinities. For a valid
  * camera. */
 FVV_API int fvv_camera_project(const fvv_camera *camera, const double world[3], double pixel[2],
                                double *depth);
 /* Pixels -> ray through it in the camera frame, z = 1 (fisheye beyond 90 degrees is not supported: 0).
- * Answers 1 when projecting the ray gives the pixel again within 1e-9 px (for pixels up to 10^5 from the
+ * Returns 1 when projecting the ray gives the pixel again within 1e-9 px (for pixels up to 10^5 from the
  * picture), or 0 and NaN when the pixel lies beyond r_max, or so near a pole of the lens that doubles cannot
  * say where. Newton's method in a bracket on the radius, then on both coordinates where the lens has
  * tangential terms, with a bounded number of steps. For a valid camera. */
@@ -81,21 +81,11 @@ typedef struct fvv_calibration_bits {
 
 /* The coarsest steps with which rotation, intrinsics and lens together move no point of the pictures of these
  * cameras by more than max_pixels, and each coordinate of a centre is off by position_step / 2 metres at
- * most. Finer ones than the format has are not answered: that is where focal lengths of 10^5 pixels and more
+ * most. Finer ones than the format has are not returned: that is where focal lengths of 10^5 pixels and more
  * end. A rational lens whose denominator comes below 1/2 within the picture may be off by more. For valid
  * cameras: all of a stream, in all of its frames, or some whose steps are then used for others too. */
 FVV_API void fvv_calibration_choose(const fvv_camera *cameras, size_t count, double position_step,
                                     double max_pixels, fvv_calibration_bits *bits);
-
-/* The camera at t between two moments of it, t from 0 (a) to 1 (b), as the informative part of clause 9.6 has
- * it: the rotation along the shorter arc, centre, principal point, skew and coefficients linearly, the
- * logarithms of the focal lengths linearly, the smaller r_max (smaller still where a rational lens between
- * the two folds earlier). Exactly a at 0 and b at 1; all else, name too, is a's. Between turns by 180 degrees
- * either way round is the shorter one: which it is follows from the numbers alone. For valid cameras;
- * FVV_ERROR_ARGUMENT: identifier, lens model or picture size differ, t is out of range, or the camera between
- * them is not valid. */
-FVV_API FVV_MUST_USE fvv_status fvv_camera_interpolate(const fvv_camera *a, const fvv_camera *b, double t,
-                                                       fvv_camera *camera);
 
 /* Where the cameras of a configuration that move are, chunk by chunk of their track. */
 typedef struct fvv_calibration fvv_calibration;
@@ -106,7 +96,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_calibration_create(const fvv_camera *cameras
                                                        const fvv_allocator *allocator,
                                                        fvv_calibration **calibration);
 FVV_API void fvv_calibration_destroy(fvv_calibration *calibration);
-/* As behind create: a new group begins, or something was lost. */
+/* As after create: a new group begins, or something was lost. */
 FVV_API void fvv_calibration_reset(fvv_calibration *calibration);
 /* One CALB payload, of any origin; key: the flag of its chunk. A chunk that is no key follows the one that
  * was decoded last. After an error no camera is calibrated until the next key. Offsets of diagnostics are
@@ -120,8 +110,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_calibration_camera(const fvv_calibration *ca
 /* The next payload. cameras: those that are calibrated, by rising identifier, each with the lens model and
  * the picture size that it was created with. Rotations become the nearest
  * exact ones. payload is zero-initialised or from a call before; the caller frees it. FVV_ERROR_INPUT: a
- * camera is not valid or does not fit into the steps. Without key: behind a key, with its bits, 65535 times
- * at most. The state changes only when the answer is FVV_OK. */
+ * camera is not valid or does not fit into the steps. Without key: after a key, with its bits, 65535 times
+ * at most. The state changes only on FVV_OK. */
 FVV_API FVV_MUST_USE fvv_status fvv_calibration_encode(fvv_calibration *calibration,
                                                        const fvv_calibration_bits *bits,
                                                        const fvv_camera *cameras, size_t count, int key,

@@ -105,7 +105,7 @@ typedef enum fvv_event_kind {
 
 typedef struct fvv_event {
   fvv_event_kind kind;
-  uint64_t offset;        /* of the first byte that the event speaks of */
+  uint64_t offset;        /* of the first byte that the event is about */
   fvv_chunk_header chunk; /* CHUNK; DAMAGE when has_chunk */
   const uint8_t *payload; /* CHUNK: chunk.size bytes, 8-byte aligned */
   int has_chunk;          /* DAMAGE: the header was intact, its payload was not: this chunk is lost */
@@ -116,7 +116,7 @@ typedef struct fvv_event {
   fvv_diagnostic diagnostic; /* DAMAGE */
 } fvv_event;
 
-/* limits NULL: default. start_offset: where in the stream the first pushed byte stands (0 normally). With
+/* limits NULL: default. start_offset: where in the stream the first pushed byte is (0 normally). With
  * start_offset > 0 no file header is expected but a chunk, best SCEN or GRUP; configuration, sequence number
  * and index can't be checked then. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_create(const fvv_limits *limits, const fvv_allocator *allocator,
@@ -125,7 +125,7 @@ FVV_API void fvv_reader_destroy(fvv_reader *reader);
 /* For who joins late, before the first push and with start_offset 0: what comes is an initialisation object
  * (file header and configuration block) and then the groups of a stream in order, beginning with any (clause
  * 6.4). The first sequence number is taken as it comes; everything else is checked as always, except index
- * and footer, which speak of a whole stream. Offsets count from the first byte pushed. FVV_ERROR_STATE: bytes
+ * and footer, which describe a whole stream. Offsets count from the first byte pushed. FVV_ERROR_STATE: bytes
  * were pushed, or they begin elsewhere. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_join(fvv_reader *reader);
 /* Bytes are copied. Any split of the same bytes gives the same events. */
@@ -134,7 +134,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_reader_push(fvv_reader *reader, const void *
 FVV_API void fvv_reader_finish(fvv_reader *reader);
 /* FVV_OK: *event is set. FVV_NEED_DATA. FVV_END: after finish, when all events are out. Any error (not a
  * fvv file, a version that cannot be read, an unknown critical chunk, limits, memory) is final and repeats;
- * *diagnostic tells. Damage is an event, not an error. */
+ * *diagnostic says why. Damage is an event, not an error. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_next(fvv_reader *reader, fvv_event *event,
                                                 fvv_diagnostic *diagnostic);
 
@@ -144,7 +144,7 @@ typedef struct fvv_file fvv_file;
 
 typedef enum fvv_index_state {
   FVV_INDEX_PRESENT = 1, /* footer and index are good */
-  FVV_INDEX_REBUILT = 2  /* none, or damaged: rebuilt by scanning; fvv_file_damage_count tells more */
+  FVV_INDEX_REBUILT = 2  /* none, or damaged: rebuilt by scanning; see fvv_file_damage_count */
 } fvv_index_state;
 
 typedef struct fvv_group_info {
@@ -157,7 +157,7 @@ typedef struct fvv_group_info {
   uint64_t configuration_offset; /* of the SCEN header that holds for this group */
 } fvv_group_info;
 
-/* One chunk as the group's table (GEND, clause 6.3) or the scan tells. */
+/* One chunk as the group's table (GEND, clause 6.3) or the scan lists it. */
 typedef struct fvv_chunk_info {
   uint64_t offset; /* of the chunk header */
   uint64_t size;   /* payload bytes */

@@ -134,7 +134,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise(const fvv_mesh_source *sou
  * done holds for the whole run: vertices are welded that have the same point in every frame, faces are
  * dropped that have no area in any, or the same points as another in all. So nothing that comes apart later
  * is lost, and the mesh, which has the positions of the first frame, may have vertices on one point and faces
- * without area. vertices: for each source vertex the vertex of the mesh that stands for it, UINT32_MAX where
+ * without area. vertices: for each source vertex the vertex of the mesh that represents it, UINT32_MAX where
  * none does; source->vertex_count entries, filled on success. NULL: not wanted. later may be NULL when
  * later_count is 0. The report counts once for the run; its max_error is that of the first frame. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise_run(const fvv_mesh_source *source,
@@ -158,7 +158,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t pr
 
 /* The same, with what its decoders get (decoded, free with fvv_mesh_free; empty on error) and, for each of
  * its vertices, which one of mesh it is. Several decoded vertices may be one: Draco splits vertices where the
- * surface is no manifold. Vertices that lie on one point are told apart. vertices: room for
+ * surface is no manifold. Vertices at one point are distinguished. vertices: room for
  * 3 * mesh->face_count entries, of which the first decoded->vertex_count are filled. Encodes twice. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode_mapped(const fvv_mesh *mesh, uint8_t profile, int level,
                                                        const fvv_allocator *allocator, fvv_bytes *payload,
@@ -174,7 +174,7 @@ typedef struct fvv_mesh_header {
   uint8_t profile; /* FVV_MESH_... */
   uint32_t vertex_count;
   uint32_t face_count;
-  size_t data_size;     /* bytes behind the header */
+  size_t data_size;     /* bytes after the header */
   uint8_t texture_bits; /* of a texture index; 0: no texture coordinates */
   uint8_t normal_bits;  /* of a normal index; 0: no normals */
 } fvv_mesh_header;
@@ -188,9 +188,9 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_decode(const uint8_t *payload, size_t s
                                                 const fvv_allocator *allocator, fvv_mesh *mesh,
                                                 fvv_diagnostic *diagnostic);
 
-/* ---- delta frames: clause 8.7 to 8.10 --------------------------------------------------------------- */
+/* ---- delta frames: clause 8.7 to 8.9 ---------------------------------------------------------------- */
 
-/* A key mesh and the frames behind it that have its faces and move its vertices. Encoder and decoder hold the
+/* A key mesh and the frames after it that have its faces and move its vertices. Encoder and decoder hold the
  * same state, bit for bit: what is encoded is what will be decoded, and each frame is predicted from the one
  * before as it was decoded. The vertices form levels, coarse to fine; the motion of each level is predicted
  * from that of the levels before. Handles are not thread-safe; separate ones are independent. */
@@ -208,23 +208,11 @@ FVV_API void fvv_mesh_sequence_close(fvv_mesh_sequence *sequence);
  * them, normals change with each encode or decode (sent normals turn with the faces, clause 8.13), all else
  * stays. */
 FVV_API const fvv_mesh *fvv_mesh_sequence_mesh(const fvv_mesh_sequence *sequence);
-/* Delta frames since the key mesh. */
-FVV_API uint32_t fvv_mesh_sequence_frame(const fvv_mesh_sequence *sequence);
-/* 1 to FVV_MESH_LEVELS_MAX, and the vertices of each level (0 for one that is none): some hundred in the
- * first, then about four times as many as in the one before. */
-FVV_API uint32_t fvv_mesh_sequence_level_count(const fvv_mesh_sequence *sequence);
-FVV_API uint32_t fvv_mesh_sequence_level_size(const fvv_mesh_sequence *sequence, uint32_t level);
-/* How many levels of the current frame are what the encoder holds: level_count, fewer when a frame was
- * decoded with fewer, 0 after an error. */
-FVV_API uint32_t fvv_mesh_sequence_exact_levels(const fvv_mesh_sequence *sequence);
 
-/* Decodes the next frame. levels: how many of them, UINT32_MAX for all; vertices of the others move with
- * their neighbours, which is quick, and coarser. Frames that follow can be decoded with no more levels than
- * this one (FVV_ERROR_STATE). Safe for hostile bytes. After an error of the stream every further decode is
- * FVV_ERROR_STATE, as nothing behind it can be told: go on at the next key mesh. */
+/* Decodes the next frame. Safe for hostile bytes. After an error in the stream every further decode returns
+ * FVV_ERROR_STATE, because what follows depends on this frame: continue at the next key mesh. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *payload,
-                                                         size_t size, uint32_t levels,
-                                                         fvv_diagnostic *diagnostic);
+                                                         size_t size, fvv_diagnostic *diagnostic);
 
 typedef struct fvv_mesh_delta_options {
   size_t struct_size;

@@ -20,7 +20,7 @@ extern "C" {
 /* ---- configuration -------------------------------------------------------------------------------- */
 
 /* A video track with what its frames show. tiles: tile_count > 0 exactly with FVV_SHOWS_TILES; they hold for
- * groups that have no layout of their own: ask fvv_stream_tiles. */
+ * groups that have no layout of their own: use fvv_stream_tiles. */
 typedef struct fvv_video_layout {
   uint16_t track;
   fvv_video_config config;
@@ -44,7 +44,7 @@ typedef struct fvv_configuration {
   size_t video_count;
   const fvv_text *metadata; /* JSON texts, clause 5.3; checked to be UTF-8 only */
   size_t metadata_count;
-  fvv_texturing texturing; /* defaults where the block says nothing */
+  fvv_texturing texturing; /* defaults where the block has none */
   int has_texturing;
 } fvv_configuration;
 
@@ -74,13 +74,13 @@ FVV_API const fvv_file *fvv_stream_file(const fvv_stream *stream);
 FVV_API size_t fvv_stream_frame_count(const fvv_stream *stream);
 FVV_API FVV_MUST_USE fvv_status fvv_stream_frame(fvv_stream *stream, size_t frame, fvv_frame *out,
                                                  fvv_diagnostic *diagnostic);
-/* The configuration that holds for a group. Valid until the next call with a group whose configuration stands
+/* The configuration that holds for a group. Valid until the next call with a group whose configuration is
  * elsewhere, or close. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group,
                                                          const fvv_configuration **configuration,
                                                          fvv_diagnostic *diagnostic);
 /* The tiles of a video track in a group: those of the group's GTIL, else the configuration's. FVV_END: the
- * track shows no tiles, or is none of video. Errors are answered in place of a guess, also where a damaged
+ * track shows no tiles, or is none of video. Errors are returned in place of a guess, also where a damaged
  * group may have lost its layout. Belongs to the stream; valid until the next call with another group, or
  * close. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_tiles(fvv_stream *stream, size_t group, uint16_t track,
@@ -88,8 +88,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_tiles(fvv_stream *stream, size_t grou
                                                  fvv_diagnostic *diagnostic);
 /* Decodes the mesh of a frame on one track. FVV_END: the frame has none there (*mesh is empty). The caller
  * frees it with fvv_mesh_free. A delta frame is decoded from the key mesh before it on; the stream keeps
- * where each track stands, so that frames in order cost one step each, and going back costs those since the
- * key. When a frame on the way is damaged, its error is the answer. */
+ * the position of each track, so that frames in order cost one step each, and going back costs those since
+ * the key. When a frame on the way is damaged, its error is returned. */
 FVV_API FVV_MUST_USE fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track,
                                                 fvv_mesh *mesh, fvv_diagnostic *diagnostic);
 /* A camera as it is in a frame, one that moves by the calibration of the frame. FVV_END: it moves and is not
@@ -184,7 +184,7 @@ typedef struct fvv_check_summary {
   int64_t start, end;                    /* ticks: from the first group's start to the last one's end */
   uint16_t written_major, written_minor; /* format version of the writer; 0.0 when its header is damaged */
   uint64_t configurations;               /* blocks, repetitions counted */
-  int has_footer;                        /* the stream says that it is complete */
+  int has_footer;                        /* the stream has its footer: it is complete */
   int truncated;                         /* the bytes end inside a chunk or a group, or no footer came */
 } fvv_check_summary;
 

@@ -20,7 +20,7 @@ extern "C" {
 #define FVV_API
 #endif
 
-/* What a call answers. Numbers are part of the ABI and never reused.
+/* What a call returns. Numbers are part of the ABI and never reused.
  * >= 0: nothing is wrong. -1 ... -99: the caller's doing. -100 ... -199: the stream's. -200: ours. */
 typedef int32_t fvv_status;
 enum {
@@ -29,7 +29,7 @@ enum {
   FVV_END = 2,       /* nothing further will come */
 
   FVV_ERROR_ARGUMENT = -1,         /* an argument is outside its documented range */
-  FVV_ERROR_MEMORY = -2,           /* the allocator answered NULL */
+  FVV_ERROR_MEMORY = -2,           /* the allocator returned NULL */
   FVV_ERROR_BUFFER_TOO_SMALL = -3, /* the caller's buffer; the needed size is reported */
   FVV_ERROR_IO = -4,               /* a callback of the caller reported failure */
   FVV_ERROR_STATE = -5,            /* calls in an order that the documentation forbids */
@@ -62,7 +62,7 @@ typedef struct fvv_diagnostic {
 FVV_API size_t fvv_diagnostic_format(const fvv_diagnostic *diagnostic, const char *name, char *out,
                                      size_t capacity);
 
-/* Memory. resize(user, NULL, 0, n) allocates, resize(user, p, n, 0) frees and answers NULL, anything else
+/* Memory. resize(user, NULL, 0, n) allocates, resize(user, p, n, 0) frees and returns NULL, anything else
  * moves. Alignment as malloc's. May be called from the thread that calls fvv only. */
 typedef struct fvv_allocator {
   void *(*resize)(void *user, void *pointer, size_t old_size, size_t new_size);
@@ -79,7 +79,7 @@ typedef struct fvv_bytes {
 
 FVV_API void fvv_bytes_free(fvv_bytes *bytes);
 
-/* Random-access input. read_at fills exactly size bytes from offset or answers FVV_ERROR_IO; it is never
+/* Random-access input. read_at fills exactly size bytes from offset or returns FVV_ERROR_IO; it is never
  * asked for bytes at or beyond size. */
 typedef struct fvv_input {
   fvv_status (*read_at)(void *user, uint64_t offset, void *out, size_t size);
@@ -87,7 +87,7 @@ typedef struct fvv_input {
   uint64_t size; /* bytes in all */
 } fvv_input;
 
-/* Append-only output. write takes all size bytes or answers FVV_ERROR_IO. */
+/* Append-only output. write takes all size bytes or returns FVV_ERROR_IO. */
 typedef struct fvv_output {
   fvv_status (*write)(void *user, const void *bytes, size_t size);
   void *user;

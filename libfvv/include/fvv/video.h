@@ -1,4 +1,4 @@
-/* fvv/video.h: what a video track is (VCFG) and where each camera stands in its frames (TILE).
+/* fvv/video.h: what a video track is (VCFG) and where each camera is in its frames (TILE).
  * Spec: spec/fvv.md clause 10. No pixels here: see fvv_media. */
 #ifndef FVV_VIDEO_H
 #define FVV_VIDEO_H
@@ -12,7 +12,7 @@ extern "C" {
 
 /* VCFG. codec: FVV_CODEC_...; samples are whole files for jpeg and oexr, else in MP4 sample format. record:
  * the MP4 configuration record (the payload of avcC, hvcC, vpcC or av1C), empty for jpeg and oexr.
- * codec_string: RFC 6381, as WebCodecs wants it ("avc1.640028", "hvc1.1.6.L93.B0", "vp09.00.31.08",
+ * codec_string: RFC 6381, as WebCodecs expects it ("avc1.640028", "hvc1.1.6.L93.B0", "vp09.00.31.08",
  * "av01.0.04M.08"); empty for jpeg and oexr. oexr has 16 bits, transfer 8, matrix 0 and full range. Colour by
  * ITU-T H.273 code points. Pointers are borrowed. */
 typedef struct fvv_video_config {
@@ -58,9 +58,6 @@ FVV_API FVV_MUST_USE fvv_status fvv_tiles_arrange(fvv_tile *tiles, size_t count,
  * cameras. Compares all pairs: bound count by fvv_limits.max_cameras first. */
 FVV_API FVV_MUST_USE fvv_status fvv_tiles_validate(const fvv_tile *tiles, size_t count, uint32_t frame_width,
                                                    uint32_t frame_height, fvv_diagnostic *diagnostic);
-/* Maps a point between picture and video frame, both ways, inside the tile and outside. For a valid tile. */
-FVV_API void fvv_tile_to_frame(const fvv_tile *tile, const double source[2], double frame[2]);
-FVV_API void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], double source[2]);
 
 /* Checks a configuration record and writes the codec string that belongs to it, ended by NUL. Does not parse
  * parameter sets or further than the first bits of a sequence header. FVV_ERROR_INVALID with
@@ -72,7 +69,7 @@ FVV_API void fvv_tile_to_source(const fvv_tile *tile, const double frame[2], dou
  * hvc1: HEVCDecoderConfigurationRecord (the same, 8.3.3.1): version 1, profile space 0, 4-byte lengths,
  * reserved bits set, luma and chroma of one depth, one complete array each of VPS, SPS and PPS in this order,
  * which fill it exactly.
- * vp09: VPCodecConfigurationRecord (VP Codec ISO Media File Format Binding) behind version and flags of its
+ * vp09: VPCodecConfigurationRecord (VP Codec ISO Media File Format Binding) after version and flags of its
  * box: 12 bytes, version 1, flags 0, no codec initialisation data; profile, bit depth and chroma agree.
  * av01: AV1CodecConfigurationRecord (AV1 Codec ISO Media File Format Binding): version 1, reserved bits 0,
  * OBUs with size fields that fill it exactly, one sequence header of the same profile and then metadata. */
@@ -89,7 +86,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_video_codec_string(uint32_t codec, const uin
  * (FVV_ISSUE_SAMPLE_HEVC). VP9: one frame, or a superframe whose index fills the sample, the last frame alone
  * shown, a key frame first exactly in key samples (FVV_ISSUE_SAMPLE_VP9). AV1: OBUs with size fields that
  * fill the sample, no temporal delimiter, one shown frame, a sequence header and then a shown key frame
- * exactly in key samples (FVV_ISSUE_SAMPLE_AV1). OpenEXR: key, version word 2, a header that asks for half B,
+ * exactly in key samples (FVV_ISSUE_SAMPLE_AV1). OpenEXR: key, version word 2, a header that declares half B,
  * G and R in windows of the configured size, a known compression, and blocks that fill the sample exactly
  * (FVV_ISSUE_SAMPLE_OEXR). FVV_ERROR_INVALID, for other codecs FVV_ERROR_UNSUPPORTED.
  * For a valid configuration. */
@@ -102,7 +99,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_video_sample_inspect(const fvv_video_config 
                                                          const uint8_t *sample, size_t size, int *key,
                                                          fvv_diagnostic *diagnostic);
 
-/* Records. Sizes as fvv_scene_encode. encode answers FVV_ERROR_INPUT for what decode answers
+/* Records. Sizes as fvv_scene_encode. encode returns FVV_ERROR_INPUT where decode returns
  * FVV_ERROR_INVALID or, for a codec that is not known, FVV_ERROR_UNSUPPORTED. The record is checked as by
  * fvv_video_codec_string, and the codec string must be the one that belongs to it, hexadecimal digits in
  * either case. Where the record states a bit depth, or its profile (66, 77, 88 and 100 of H.264: 8), it must

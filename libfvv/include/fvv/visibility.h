@@ -16,8 +16,8 @@ extern "C" {
 #endif
 
 /* What is known of an element (a face, or a vertex): one byte, in decoded order of the mesh. Of the domain of
- * shares there are four more, by which a vertex lies nearer to the outline of what is seen; whoever wants a
- * bit asks FVV_ELEMENT_IS_SEEN. */
+ * shares there are four more, by which a vertex lies nearer to the outline of what is seen; for a
+ * bit use FVV_ELEMENT_IS_SEEN. */
 enum {
   FVV_ELEMENT_AVERSE = 0, /* fails the facing test: counts as not seen */
   FVV_ELEMENT_HIDDEN = 1,
@@ -55,7 +55,7 @@ typedef struct fvv_visibility_header {
   uint8_t threshold;      /* cosine in 2^-8 */
   uint16_t mesh_track;    /* whose mesh of the same time is meant */
   uint32_t element_count; /* its faces or vertices */
-  uint32_t number;        /* 0: stands alone; else the n-th behind such a one, and needs the one before */
+  uint32_t number;        /* 0: decodes alone; else the n-th after such a chunk, and needs the one before */
   uint32_t camera_count;
 } fvv_visibility_header;
 
@@ -67,7 +67,7 @@ typedef struct fvv_visibility_stream {
 
 /* Reads and checks header and table. streams: camera_count entries in rising order of camera, capacity is
  * how many there is room for; NULL and 0: only the header is wanted. FVV_ERROR_BUFFER_TOO_SMALL: *header
- * tells how many. limits NULL: defaults; camera and element counts are held against them. */
+ * has their number. limits NULL: defaults; camera and element counts are held against them. */
 FVV_API FVV_MUST_USE fvv_status fvv_visibility_peek(const uint8_t *payload, size_t size,
                                                     const fvv_limits *limits, fvv_visibility_header *header,
                                                     fvv_visibility_stream *streams, size_t capacity,

@@ -1,8 +1,13 @@
-/* base/checked.h: size arithmetic that says when it overflows, in 64 bits on every platform. */
+/* base/checked.h: integer arithmetic that C leaves open: sums and products that report overflow, and
+ * division by powers of two that rounds down. */
 #ifndef FVV_BASE_CHECKED_H
 #define FVV_BASE_CHECKED_H
 
 #include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /* 1 and *result on success, else 0. */
 static inline int fvv_add_u64(uint64_t a, uint64_t b, uint64_t *result) {
@@ -18,4 +23,12 @@ static inline uint64_t fvv_padded(uint64_t size) {
   return (size + 7) & ~(uint64_t)7;
 }
 
+/* floor(value / 2^bits), bits 0 to 63. */
+static inline int64_t fvv_shift_right(int64_t value, int bits) {
+  return value < 0 ? ~(~value >> bits) : value >> bits;
+}
+
+#ifdef __cplusplus
+}
+#endif
 #endif

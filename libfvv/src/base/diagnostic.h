@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-/* Fills *diagnostic unless it is NULL or holds an error already; answers status, so that a function can end
+/* Fills *diagnostic unless it is NULL or holds an error already; returns status, so that a function can end
  * with "return fvv_fail(...)". The message is one sentence without offset or issue number. */
 fvv_status fvv_fail(fvv_diagnostic *diagnostic, fvv_status status, uint32_t issue, uint32_t chunk_type,
                     uint64_t offset, const char *format, ...) FVV_PRINTF(6, 7);

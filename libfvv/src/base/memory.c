@@ -1,3 +1,4 @@
+/* What a caller lends and grants: memory and limits. */
 #include "base/memory.h"
 
 #include <stdlib.h>
@@ -61,4 +62,34 @@ void fvv_bytes_free(fvv_bytes *bytes) {
   if (bytes->allocator.resize) fvv_release(&bytes->allocator, bytes->data, bytes->capacity);
   bytes->data = NULL;
   bytes->size = bytes->capacity = 0;
+}
+
+void fvv_limits_default(fvv_limits *limits) {
+  memset(limits, 0, sizeof *limits);
+  limits->struct_size = sizeof *limits;
+  limits->max_payload = UINT64_C(256) << 20;
+  limits->max_vertices = 4u << 20;
+  limits->max_faces = 8u << 20;
+  limits->max_cameras = 1024;
+  limits->max_tracks = 256;
+  limits->max_dimension = 16384;
+  limits->max_groups = 2u << 20;
+  limits->max_group_chunks = 1u << 20;
+  limits->max_text = 1u << 20;
+  limits->max_background = 1024;
+}
+
+fvv_limits fvv_limits_or_default(const fvv_limits *limits) {
+  fvv_limits result;
+  fvv_limits_default(&result);
+  if (limits) {
+    const size_t size = limits->struct_size < sizeof result ? limits->struct_size : sizeof result;
+    memcpy(&result, limits, size);
+    result.struct_size = sizeof result;
+  }
+  return result;
+}
+
+const char *fvv_version(void) {
+  return FVV_LIBRARY_VERSION;
 }

@@ -1,4 +1,4 @@
-/* base/memory.h: the caller's allocator, and a block that grows as its bytes arrive. */
+/* base/memory.h: the caller's allocator and limits, and a block that grows as its bytes arrive. */
 #ifndef FVV_BASE_MEMORY_H
 #define FVV_BASE_MEMORY_H
 
@@ -21,6 +21,10 @@ void fvv_release(const fvv_allocator *allocator, void *pointer, size_t size);
 /* Makes room for extra more bytes; capacity at least doubles, so that appending is linear. */
 FVV_MUST_USE fvv_status fvv_bytes_reserve(fvv_bytes *bytes, size_t extra);
 FVV_MUST_USE fvv_status fvv_bytes_append(fvv_bytes *bytes, const void *source, size_t size);
+
+/* A copy of the caller's limits, defaults for fields that its struct_size does not reach; NULL: all defaults.
+ */
+fvv_limits fvv_limits_or_default(const fvv_limits *limits);
 
 #ifdef __cplusplus
 }

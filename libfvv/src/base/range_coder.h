@@ -1,5 +1,5 @@
 /* base/range_coder.h: adaptive binary range coder. Decisions in, bytes out, and back; exact integers on every
- * machine (clause 2.4). Knows nothing of what the decisions mean.
+ * machine (clause 2.4).
  *
  * Sources: G. N. N. Martin, "Range encoding" (1979); the 32-bit range with late carry is that of LZMA (Igor
  * Pavlov, LZMA specification); the mean of a fast and a slow estimate is M. Mahoney's, and that of AV1 and
@@ -97,7 +97,7 @@ static inline int fvv_range_decoder_failed(const fvv_range_decoder *d) {
   return d->missing > FVV_RANGE_IMPLIED;
 }
 
-/* 1 when the decoder has read all bytes and exactly the implied zeros behind them. To be asked behind the
+/* 1 when the decoder has read all bytes and exactly the implied zeros after them. Valid after the
  * last decision. */
 int fvv_range_decoder_finished(const fvv_range_decoder *decoder);
 

@@ -1,8 +1,7 @@
 /* calibration/lens.c: the lens models of clause 9.1 and their inverses.
  *
- * Knows the rational Brown-Conrady model as OpenCV orders its coefficients, and the equidistant model of
- * Kannala and Brandt (A generic camera model and calibration method, PAMI 2006). Must not know pixels, poses
- * or records. */
+ * The rational Brown-Conrady model as OpenCV orders its coefficients, and the equidistant model of Kannala
+ * and Brandt (A generic camera model and calibration method, PAMI 2006). */
 #include "calibration/lens.h"
 
 #include <float.h>
@@ -36,7 +35,7 @@ static int tangential_terms(const fvv_lens *lens, double p[2]) {
 
 /* h(r) = f(r) / r, and f'(r) = h + 2 s dh/ds. */
 static double radial_factor(const fvv_lens *lens, double r, double *slope) {
-  /* A pinhole may be asked about an infinite radius, where 0 * s is not 0. */
+  /* A pinhole may be given an infinite radius, where 0 * s is not 0. */
   if (lens->model == FVV_LENS_NONE) {
     if (slope) *slope = 1;
     return 1;
@@ -194,7 +193,7 @@ double fvv_lens_radius(const fvv_lens *lens, double end, double target) {
   return r;
 }
 
-/* The q of the disc with F(q) = d if there were no T; answers f(|q|) - |d|, 0 but for rounding unless d is
+/* The q of the disc with F(q) = d if there were no T; returns f(|q|) - |d|, 0 but for rounding unless d is
  * outside. */
 static double radial_inverse(const fvv_lens *lens, double r_max, const double d[2], double q[2]) {
   const double target = fvv_lens_length(d);
@@ -211,7 +210,7 @@ static double residual(const fvv_lens *lens, const double q[2], const double d[2
   return fvv_lens_length(error);
 }
 
-/* q -= J^-1 error, cut back to the disc. Answers 0 where J cannot be inverted. */
+/* q -= J^-1 error, cut back to the disc. Returns 0 where J cannot be inverted. */
 static int newton_step(const fvv_lens *lens, double r_max, const double q[2], const double error[2],
                        double next[2]) {
   double p[2], slope;

@@ -1,9 +1,8 @@
 /* calibration/lens.h: what a lens does to directions, and how to undo it.
  *
  * A direction is a vector q: the point (x, y) at z = 1, for the fisheye the unit vector of (x, y) times the
- * angle to the axis in radians. The lens answers F(q) = h(|q|) q + T(q) in the same units, with the radial
- * function f(r) = r h(r) and the tangential part T. Knows coefficients; must not know pixels, poses or
- * records. */
+ * angle to the axis in radians. The lens returns F(q) = h(|q|) q + T(q) in the same units, with the radial
+ * function f(r) = r h(r) and the tangential part T. */
 #ifndef FVV_CALIBRATION_LENS_H
 #define FVV_CALIBRATION_LENS_H
 
@@ -38,7 +37,7 @@ double fvv_lens_invertible(const fvv_lens *lens, double end);
 /* The r in [0, end] with f(r) = target, or end when f(end) <= target. f must rise up to end. */
 double fvv_lens_radius(const fvv_lens *lens, double end, double target);
 
-/* The q with |q| <= r_max and F(q) = d. Answers 1 and |F(q) - d| <= tolerance, else 0: there is none, or it
+/* The q with |q| <= r_max and F(q) = d. Returns 1 and |F(q) - d| <= tolerance, else 0: there is none, or it
  * was not found within a fixed number of steps. */
 int fvv_lens_undistort(const fvv_lens *lens, double r_max, const double d[2], double tolerance, double q[2]);
 

@@ -1,13 +1,13 @@
-/* container/file.c: random access. Trusts the index only after its CRC and bounds, and every chunk only after
- * its own. */
+/* Random access to a stream: its groups by the index or by scanning, their chunks, and the configuration of
+ * each. Damage is listed and stepped over. */
 #include "container/file.h"
+
+#include <string.h>
 
 #include "base/bytes.h"
 #include "base/checked.h"
 #include "base/diagnostic.h"
-#include "base/limits.h"
-
-#include <string.h>
+#include "base/memory.h"
 
 static size_t group_count(const fvv_file *f) {
   return f->entries.size / sizeof(fvv_index_entry);
@@ -58,6 +58,179 @@ fvv_status fvv_file_load(fvv_file *f, uint64_t offset, fvv_chunk_header *header,
   return FVV_OK;
 }
 
+/* A stream without a usable index is read from end to end; what is found there and
+ * what an intact INDX chunk lists are joined (clause 7.5). */
+
+enum { BLOCK_SIZE = 1 << 18 };
+
+typedef struct scan_state {
+  fvv_file *file;
+  fvv_bytes *chunks; /* fvv_chunk_info of intact frame chunks */
+  fvv_bytes index;   /* fvv_index_entry of an intact INDX chunk */
+  uint64_t configuration_offset;
+  int whole_file;
+} scan_state;
+
+static fvv_index_entry *last_entry(const fvv_file *f) {
+  return group_count(f) ? (fvv_index_entry *)f->entries.data + group_count(f) - 1 : NULL;
+}
+
+/* A group without GEND ends where something else begins. */
+static void close_open_group(fvv_file *f, uint64_t offset) {
+  fvv_index_entry *last = last_entry(f);
+  if (last && !last->end_size && !last->group.size) last->group.size = offset - last->group.offset;
+}
+
+static fvv_status take_chunk(scan_state *s, const fvv_event *event) {
+  fvv_file *f = s->file;
+  const fvv_chunk_header *header = &event->chunk;
+  const fvv_place place = fvv_chunk_place(header->type);
+  if (place == FVV_PLACE_FRAME || (place == FVV_PLACE_UNKNOWN && event->group_intact)) {
+    const fvv_chunk_info info = {event->offset, header->size,  header->time,
+                                 header->type,  header->track, header->flags};
+    return fvv_bytes_append(s->chunks, &info, sizeof info);
+  }
+  if (!s->whole_file) return FVV_OK;
+  fvv_diagnostic ignored = {0};
+  fvv_index_entry *last = last_entry(f);
+  switch (header->type) {
+  case FVV_CHUNK_GROUP: {
+    close_open_group(f, event->offset);
+    if (header->size != FVV_GRUP_SIZE || group_count(f) >= f->limits.max_groups) return FVV_OK;
+    fvv_index_entry entry;
+    memset(&entry, 0, sizeof entry);
+    entry.group.offset = event->offset;
+    entry.group.start = fvv_get_i64(event->payload + FVV_GRUP_START);
+    entry.group.end = fvv_get_i64(event->payload + FVV_GRUP_END);
+    entry.group.sequence = fvv_get_u32(event->payload + FVV_GRUP_SEQUENCE);
+    entry.group.configuration_offset = s->configuration_offset;
+    return fvv_bytes_append(&f->entries, &entry, sizeof entry);
+  }
+  case FVV_CHUNK_GROUP_END:
+    if (!last || last->end_size || header->time != last->group.end) return FVV_OK;
+    last->end_size = (uint32_t)fvv_chunk_extent(header->size);
+    last->group.size = event->offset + last->end_size - last->group.offset;
+    last->group.intact = event->group_intact;
+    return FVV_OK;
+  case FVV_CHUNK_SCENE:
+    close_open_group(f, event->offset);
+    s->configuration_offset = event->offset;
+    return FVV_OK;
+  case FVV_CHUNK_INDEX:
+    close_open_group(f, event->offset);
+    if (fvv_index_decode(event->payload, (size_t)header->size, event->offset, &f->limits, &s->index,
+                         &ignored) < 0)
+      s->index.size = 0;
+    return FVV_OK;
+  default:
+    return FVV_OK;
+  }
+}
+
+static fvv_status scan_events(scan_state *s, fvv_reader *reader, fvv_diagnostic *diagnostic) {
+  fvv_event event;
+  fvv_status status;
+  while ((status = fvv_reader_next(reader, &event, diagnostic)) == FVV_OK) {
+    if (event.kind == FVV_EVENT_CHUNK)
+      status = take_chunk(s, &event);
+    else if (event.kind == FVV_EVENT_DAMAGE && s->whole_file)
+      status = fvv_bytes_append(&s->file->damage, &event.diagnostic, sizeof event.diagnostic);
+    if (status < 0) return fvv_fail(diagnostic, status, 0, 0, event.offset, "%s", fvv_status_text(status));
+  }
+  return status;
+}
+
+static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_diagnostic *diagnostic) {
+  fvv_file *f = s->file;
+  fvv_reader *reader;
+  fvv_status status = fvv_reader_create(&f->limits, &f->allocator, offset, &reader);
+  if (status < 0) return fvv_fail(diagnostic, status, 0, 0, offset, "out of memory");
+  f->buffer.size = 0;
+  status = fvv_bytes_reserve(&f->buffer, BLOCK_SIZE);
+  for (uint64_t done = 0; done < size && status >= 0;) {
+    const size_t part = size - done < BLOCK_SIZE ? (size_t)(size - done) : BLOCK_SIZE;
+    if (f->input.read_at(f->input.user, offset + done, f->buffer.data, part) != FVV_OK)
+      status = fvv_fail(diagnostic, FVV_ERROR_IO, 0, 0, offset + done, "cannot read %zu bytes at 0x%llx",
+                        part, (unsigned long long)(offset + done));
+    else if ((status = fvv_reader_push(reader, f->buffer.data, part)) >= 0)
+      status = scan_events(s, reader, diagnostic);
+    done += part;
+  }
+  if (status >= 0) {
+    fvv_reader_finish(reader);
+    status = scan_events(s, reader, diagnostic);
+  }
+  fvv_reader_destroy(reader);
+  if (status < 0) return fvv_fail(diagnostic, status, 0, 0, offset, "%s", fvv_status_text(status));
+  return FVV_OK;
+}
+
+/* Distinct times of the scanned chunks of each group, for groups without a table that could be used. */
+static void count_frames(fvv_file *f) {
+  const fvv_chunk_info *chunks = (const fvv_chunk_info *)f->scanned.data;
+  const size_t chunk_count = f->scanned.size / sizeof *chunks;
+  fvv_index_entry *entries = (fvv_index_entry *)f->entries.data;
+  size_t c = 0;
+  for (size_t g = 0; g < group_count(f); g++) {
+    const fvv_group_info *group = &entries[g].group;
+    uint32_t frames = 0;
+    int64_t last = 0;
+    while (c < chunk_count && chunks[c].offset < group->offset) c++;
+    for (; c < chunk_count && chunks[c].offset - group->offset < group->size; c++) {
+      if (!chunks[c].track || (frames && chunks[c].time == last)) continue;
+      frames++;
+      last = chunks[c].time;
+    }
+    entries[g].group.frame_count = frames;
+  }
+}
+
+/* Groups that only the index knows: their GRUP was lost, their frames may still be there. */
+static fvv_status join_index(fvv_file *f, const fvv_bytes *index) {
+  const fvv_index_entry *known = (const fvv_index_entry *)index->data;
+  const size_t known_count = index->size / sizeof *known, found_count = group_count(f);
+  fvv_bytes joined = {NULL, 0, 0, f->allocator};
+  fvv_status status = FVV_OK;
+  for (size_t k = 0, g = 0; (k < known_count || g < found_count) && status == FVV_OK;) {
+    const fvv_index_entry *found = (fvv_index_entry *)f->entries.data + g;
+    if (g < found_count && (k == known_count || found->group.offset <= known[k].group.offset)) {
+      k += k < known_count && found->group.offset == known[k].group.offset;
+      status = fvv_bytes_append(&joined, found, sizeof *found);
+      g++;
+    } else {
+      fvv_index_entry lost = known[k++];
+      lost.group.intact = 0;
+      status = fvv_bytes_append(&joined, &lost, sizeof lost);
+    }
+  }
+  fvv_bytes_free(&f->entries);
+  f->entries = joined;
+  return status;
+}
+
+/* Reads the whole stream and fills entries, scanned and damage. */
+static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  file->entries.size = file->damage.size = file->scanned.size = 0;
+  scan_state state = {file, &file->scanned, {NULL, 0, 0, file->allocator}, 0, 1};
+  fvv_status status = scan_range(&state, 0, file->input.size, diagnostic);
+  if (status == FVV_OK) {
+    close_open_group(file, file->input.size);
+    status = join_index(file, &state.index);
+  }
+  fvv_bytes_free(&state.index);
+  if (status == FVV_OK) count_frames(file);
+  return status;
+}
+
+/* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. */
+static fvv_status scan_group(fvv_file *file, const fvv_group_info *group, fvv_bytes *chunks,
+                             fvv_diagnostic *diagnostic) {
+  scan_state state = {file, chunks, {NULL, 0, 0, file->allocator}, 0, 0};
+  chunks->size = 0;
+  return scan_range(&state, group->offset, group->size, diagnostic);
+}
+
 /* Footer, then index. Any failure only means that the index has to be rebuilt. */
 static fvv_status load_index(fvv_file *f, fvv_diagnostic *diagnostic) {
   const uint64_t footer_extent = fvv_chunk_extent(FVV_FOOT_SIZE);
@@ -95,7 +268,7 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
     return status;
   }
   f->index_state = status == FVV_OK ? FVV_INDEX_PRESENT : FVV_INDEX_REBUILT;
-  if (status < 0) status = fvv_file_rebuild(f, diagnostic);
+  if (status < 0) status = rebuild(f, diagnostic);
   if (status < 0) return status;
   const size_t size = group_count(f) * sizeof(fvv_bytes);
   status = fvv_bytes_reserve(&f->tables, size);
@@ -168,7 +341,7 @@ const fvv_group_info *fvv_file_group(const fvv_file *file, size_t i) {
   return i < group_count(file) ? &entry_at(file, i)->group : NULL;
 }
 
-/* GRUP as the index tells it, and GEND with its table. */
+/* GRUP as the index has it, and GEND with its table. */
 static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_bytes *chunks,
                              fvv_diagnostic *diagnostic) {
   const fvv_group_info *group = &entry->group;
@@ -236,7 +409,7 @@ fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_i
       if (status <= FVV_ERROR_DAMAGED && status != FVV_ERROR_LIMIT) {
         entry->group.intact = 0;
         status = fvv_bytes_append(&file->damage, &why, sizeof why);
-        if (status == FVV_OK) status = fvv_file_scan_group(file, &entry->group, table, diagnostic);
+        if (status == FVV_OK) status = scan_group(file, &entry->group, table, diagnostic);
       } else if (status < 0 && diagnostic) {
         *diagnostic = why;
       }
@@ -263,5 +436,109 @@ fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info, const
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_GROUP_TABLE, header.type, info->offset,
                     "chunk is not the one that the table of its group tells of");
   *payload = file->buffer.data;
+  return FVV_OK;
+}
+
+/* The configuration of a group. Its digest in GRUP decides which block
+ * serves: the one that the index names, or any repetition of it (clause 7.4). */
+
+/* Neighbouring groups on either side whose blocks are tried when a group's own is damaged. */
+enum { NEIGHBOURS = 32 };
+
+static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic *diagnostic) {
+  for (uint64_t offset = block->offset;;) {
+    fvv_chunk_header header;
+    const int first = offset == block->offset;
+    fvv_status status = fvv_file_load(f, offset, &header, first ? diagnostic : NULL);
+    /* Perhaps only what follows the block is damaged: digests decide. */
+    if (status <= FVV_ERROR_DAMAGED && !first) return FVV_OK;
+    if (status < 0) return status;
+    const fvv_place place = fvv_chunk_place(header.type);
+    if (first != (header.type == FVV_CHUNK_SCENE) ||
+        (place != FVV_PLACE_CONFIGURATION && place != FVV_PLACE_UNKNOWN)) {
+      block->ended = !first;
+      if (!first) return FVV_OK;
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CHUNK_PLACE, header.type, offset,
+                      "a configuration block begins with SCEN");
+    }
+    if (place == FVV_PLACE_UNKNOWN && header.flags & FVV_FLAG_CRITICAL)
+      return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_UNKNOWN_CRITICAL, header.type, offset,
+                      "critical chunk of a type that this version does not know");
+    const fvv_chunk_info info = {offset, header.size, header.time, header.type, header.track, header.flags};
+    status = fvv_bytes_append(&block->chunks, &info, sizeof info);
+    if (status < 0) return status;
+    block->crc = fvv_header_chain(block->crc, &header);
+    offset += fvv_chunk_extent(header.size);
+  }
+}
+
+static fvv_status find_block(fvv_file *f, uint64_t offset, fvv_file_block **found,
+                             fvv_diagnostic *diagnostic) {
+  fvv_file_block **blocks = (fvv_file_block **)f->blocks.data;
+  for (size_t i = 0; i < f->blocks.size / sizeof *blocks; i++)
+    if (blocks[i]->offset == offset) {
+      *found = blocks[i];
+      return FVV_OK;
+    }
+  fvv_file_block *block = fvv_allocate_zeroed(&f->allocator, sizeof *block);
+  if (!block) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, offset, "out of memory");
+  block->offset = offset;
+  block->chunks.allocator = f->allocator;
+  fvv_status status = load_block(f, block, diagnostic);
+  if (status == FVV_OK) status = fvv_bytes_append(&f->blocks, &block, sizeof block);
+  if (status < 0) {
+    fvv_bytes_free(&block->chunks);
+    fvv_release(&f->allocator, block, sizeof *block);
+    return fvv_fail(diagnostic, status, 0, 0, offset, "%s", fvv_status_text(status));
+  }
+  *found = block;
+  return FVV_OK;
+}
+
+/* 1 and *digest when the group's GRUP is intact. */
+static int digest_of(fvv_file *f, const fvv_group_info *group, uint32_t *digest) {
+  fvv_chunk_header header;
+  if (fvv_file_load(f, group->offset, &header, NULL) != FVV_OK || header.type != FVV_CHUNK_GROUP ||
+      header.size != FVV_GRUP_SIZE)
+    return 0;
+  *digest = fvv_get_u32(f->buffer.data + FVV_GRUP_CONFIGURATION_CRC);
+  return 1;
+}
+
+/* The first block with the digest among those of the groups around; NULL: none. */
+static fvv_file_block *search_repetition(fvv_file *f, size_t group, uint32_t digest) {
+  const size_t count = group_count(f);
+  for (size_t distance = 1; distance <= NEIGHBOURS; distance++)
+    for (int side = 0; side < 2; side++) {
+      if (side ? distance > group : group + distance >= count) continue;
+      const fvv_group_info *other = &entry_at(f, side ? group - distance : group + distance)->group;
+      fvv_file_block *block;
+      if (find_block(f, other->configuration_offset, &block, NULL) == FVV_OK && block->crc == digest)
+        return block;
+    }
+  return NULL;
+}
+
+fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_info **chunks, size_t *count,
+                                  fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  const size_t groups = group_count(file);
+  if (group >= groups)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "group %zu of %zu", group, groups);
+  const fvv_group_info *info = &entry_at(file, group)->group;
+  uint32_t digest = 0;
+  const int known = digest_of(file, info, &digest);
+  fvv_file_block *block = NULL;
+  const fvv_status status = find_block(file, info->configuration_offset, &block, diagnostic);
+  if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_IO || status == FVV_ERROR_UNSUPPORTED) return status;
+  /* Without the digest only the end of the block shows that it is whole. */
+  if (status < 0 || (known ? block->crc != digest : !block->ended))
+    block = known ? search_repetition(file, group, digest) : NULL;
+  if (!block)
+    return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_GROUP,
+                    info->offset, "the configuration of group %u is lost", info->sequence);
+  fvv_diagnostic_clear(diagnostic);
+  *chunks = (const fvv_chunk_info *)block->chunks.data;
+  *count = block->chunks.size / sizeof **chunks;
   return FVV_OK;
 }

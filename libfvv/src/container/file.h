@@ -1,16 +1,15 @@
-/* container/file.h: the inside of fvv_file, shared by file.c (index, chunks), file_configuration.c and
- * file_scan.c (rebuilding). */
+/* container/file.h: the inside of fvv_file, for what needs more of a file than the public functions return.
+ */
 #ifndef FVV_CONTAINER_FILE_H
 #define FVV_CONTAINER_FILE_H
 
-#include "container/index.h"
-#include "container/table.h"
+#include "container/records.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* A configuration block that was asked for. */
+/* A configuration block that was requested. */
 typedef struct fvv_file_block {
   uint64_t offset;
   uint32_t crc;     /* digest as in GRUP */
@@ -34,11 +33,6 @@ struct fvv_file {
 /* Reads the chunk at offset into the buffer and checks all of it. */
 FVV_MUST_USE fvv_status fvv_file_load(fvv_file *file, uint64_t offset, fvv_chunk_header *header,
                                       fvv_diagnostic *diagnostic);
-/* Reads the whole stream and fills entries, scanned and damage. */
-FVV_MUST_USE fvv_status fvv_file_rebuild(fvv_file *file, fvv_diagnostic *diagnostic);
-/* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. */
-FVV_MUST_USE fvv_status fvv_file_scan_group(fvv_file *file, const fvv_group_info *group, fvv_bytes *chunks,
-                                            fvv_diagnostic *diagnostic);
 
 #ifdef __cplusplus
 }

@@ -70,7 +70,7 @@ uint32_t fvv_header_chain(uint32_t crc, const fvv_chunk_header *header) {
 }
 
 int fvv_header_read(fvv_chunk_header *header, const uint8_t bytes[FVV_CHUNK_HEADER_SIZE]) {
-  /* Cheap tests first: scanning asks this at every offset. */
+  /* Cheap tests first: scanning does this at every offset. */
   for (int i = 0; i < 4; i++)
     if (bytes[i] < 0x20 || bytes[i] > 0x7e) return 0;
   header->header_crc = fvv_get_u32(bytes + FVV_CHUNK_HEADER_HEADER_CRC);

@@ -1,4 +1,4 @@
-/* container/header.h: the 32 bytes in front of every payload (clause 4), and what the registry says of types.
+/* container/header.h: the 32 bytes before every payload (clause 4), and what the registry has on types.
  */
 #ifndef FVV_CONTAINER_HEADER_H
 #define FVV_CONTAINER_HEADER_H
@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-/* Where a type may stand (clause 3.3). */
+/* Where a type may be (clause 3.3). */
 typedef enum fvv_place {
   FVV_PLACE_UNKNOWN = 0, /* not in the registry */
   FVV_PLACE_CONFIGURATION,
@@ -37,7 +37,7 @@ uint32_t fvv_header_chain(uint32_t crc, const fvv_chunk_header *header);
 uint64_t fvv_chunk_extent(uint64_t size);
 
 /* The 24 bytes at the beginning (clause 3.1, 3.2). FVV_ERROR_INVALID with issue SIGNATURE: no fvv stream;
- * FVV_ERROR_UNSUPPORTED: it asks for a newer reader; FVV_ERROR_DAMAGED, other FVV_ERROR_INVALID: what follows
+ * FVV_ERROR_UNSUPPORTED: it needs a newer reader; FVV_ERROR_DAMAGED, other FVV_ERROR_INVALID: what follows
  * may still be read. */
 fvv_status fvv_file_header_check(const uint8_t bytes[FVV_FILE_HEADER_SIZE], fvv_diagnostic *diagnostic);
 

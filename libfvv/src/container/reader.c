@@ -1,5 +1,5 @@
 /* container/reader.c: push bytes, pull events. Finds chunks, checks their CRCs, passes over damage
- * (clause 7.4); which chunk may follow which is asked of sequence.h. */
+ * (clause 7.4); which chunk may follow which is up to sequence.h. */
 #include "base/bytes.h"
 #include "base/checked.h"
 #include "base/diagnostic.h"
@@ -10,7 +10,7 @@ typedef enum reader_state {
   AT_CHUNK,
   PAYLOAD_BAD, /* the chunk at head has a good header and a bad payload */
   SCANNING,    /* for the next header; head moves on, lost_offset stays */
-  STOPPED      /* a final error, or the end was told */
+  STOPPED      /* a final error, or the end was reported */
 } reader_state;
 
 /* Good headers nested in bad payloads would make the CRCs quadratic in the bytes. Damage that is not made on
@@ -29,8 +29,8 @@ struct fvv_reader {
   uint64_t wasted; /* payload bytes whose CRC was computed in vain */
   reader_state state;
   int finished, held, end_due;
-  fvv_event loss;      /* SCANNING: the DAMAGE event to be told when scanning ends */
-  fvv_event chunk;     /* held: the CHUNK event behind a DAMAGE event about it */
+  fvv_event loss;      /* SCANNING: the DAMAGE event to be reported when scanning ends */
+  fvv_event chunk;     /* held: the CHUNK event after a DAMAGE event about it */
   fvv_diagnostic stop; /* STOPPED: the final error; status 0 after a regular end */
 };
 
@@ -96,7 +96,7 @@ static const uint8_t *here(const fvv_reader *r) {
   return r->buffer.data + r->head;
 }
 
-/* Ends reading for good: the same answer from now on. */
+/* Ends reading for good: the same result from now on. */
 static fvv_status stop(fvv_reader *r, fvv_status status, uint32_t issue, uint64_t offset, const char *what) {
   r->state = STOPPED;
   if (r->stop.status >= 0) fvv_fail(&r->stop, status, issue, 0, offset, "%s", what);
@@ -140,7 +140,7 @@ static fvv_status read_file_header(fvv_reader *r, fvv_event *event) {
   return FVV_OK;
 }
 
-/* The chunk at head, moved down to a multiple of 8: after odd gaps payloads stand unaligned in the stream,
+/* The chunk at head, moved down to a multiple of 8: after odd gaps payloads are unaligned in the stream,
  * but not for the caller. What is overwritten was consumed before or is the chunk itself. */
 static const uint8_t *aligned(fvv_reader *r, uint64_t extent) {
   uint8_t *chunk = r->buffer.data + r->head;
@@ -281,7 +281,7 @@ static fvv_status scan(fvv_reader *r, fvv_event *event) {
   return FVV_OK;
 }
 
-/* A group that is open is told once, unless a cut chunk told it already. */
+/* A group that is open is reported once, unless a cut chunk was. */
 static fvv_status end_of_stream(fvv_reader *r, fvv_event *event) {
   r->state = STOPPED;
   if (!r->sequence.in_group || r->sequence.suspect) return FVV_END;

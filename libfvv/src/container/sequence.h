@@ -1,11 +1,9 @@
 /* container/sequence.h: which chunk may follow which (clauses 3.3, 4.4 to 7.2), as one state machine. The
- * writer asks it before it writes, the reader before it believes. It sees headers and the payloads of SCEN,
- * TRAK, GRUP, GEND, INDX and FOOT; it knows nothing of meshes, cameras or pixels. */
+ * writer uses it before it writes, the reader before it believes. */
 #ifndef FVV_CONTAINER_SEQUENCE_H
 #define FVV_CONTAINER_SEQUENCE_H
 
-#include "container/index.h"
-#include "container/table.h"
+#include "container/records.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,7 +14,7 @@ typedef enum fvv_configuration_state {
   FVV_CONFIGURATION_GOOD,
   FVV_CONFIGURATION_LOST,   /* bytes were lost in the block; a group's digest may still prove it whole */
   FVV_CONFIGURATION_BROKEN, /* a chunk of the block breaks a rule */
-  FVV_CONFIGURATION_UNSEEN  /* the reader joined behind it: nothing can be said */
+  FVV_CONFIGURATION_UNSEEN  /* the reader joined after it: nothing is known */
 } fvv_configuration_state;
 
 typedef struct fvv_sequence_track {
@@ -35,7 +33,7 @@ typedef struct fvv_sequence {
   int in_group;
   int suspect; /* something was lost or wrong since the last GRUP or SCEN: rules would only repeat it */
   int gaps;    /* bytes were lost anywhere, or the reader joined late: totals can't be compared */
-  int joined;  /* the stream began elsewhere: its index and footer speak of more than what comes */
+  int joined;  /* the stream began elsewhere: its index and footer describe more than what comes */
   int joining; /* joined, and no group has come yet: it may have any number */
   int index_seen, footer_seen;
   int block_has_more; /* the block holds more than SCEN and TRAK: no TRAK may follow */

@@ -1,7 +1,5 @@
-/* Draco's decoder trusts what a bitstream declares: 34 bytes can make it ask for 10 GB. This walk over the
- * bitstream (version 2.2, https://google.github.io/draco/spec/) lets through only what is in proportion to
- * its bytes, and only the few coding tools that integers of vertices need: no transforms of Draco's
- * own, metadata or anything deprecated. It knows the layout and nothing of meshes; Draco itself decodes. */
+/* Walks a Draco bitstream from outside before Draco sees it: its header and sizes, its entropy-coded parts,
+ * and what its connectivity will cost the decoder (clause 8.4). */
 #include "mesh/draco_check.h"
 
 #include <string.h>
@@ -10,8 +8,451 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/memory.h"
-#include "mesh/draco_connectivity.h"
-#include "mesh/draco_symbols.h"
+#include "fvv/types.h"
+
+/* Edgebreaker symbols in Draco's numbering (Rossignac, IEEE TVCG 5(1), 1999). */
+enum { SYMBOL_C, SYMBOL_S, SYMBOL_L, SYMBOL_R, SYMBOL_E, SYMBOL_COUNT };
+
+/* Each of the functions that skip or read moves the cursor to the end of its part and returns 1, or 0 when
+ * the part is cut or malformed. They follow the bitstream specification of Draco 2.2,
+ * https://google.github.io/draco/spec/. */
+
+/* Raw symbols are below 2^18 in every stream of Draco's encoder; the tags are numbers of bits, 0 to 32.
+ * Draco's decoder checks neither and would hold 768 bytes for each byte of such a table. */
+#define RAW_ALPHABET_MAX ((uint64_t)1 << 18)
+#define TAG_ALPHABET_MAX 33
+
+/* Probabilities of tags and of edgebreaker symbols have 12 bits, the least that Draco uses. */
+#define SMALL_PRECISION_BITS 12
+#define SMALL_PRECISION (1u << SMALL_PRECISION_BITS)
+
+static int fail(fvv_cursor *cursor) {
+  cursor->failed = 1;
+  return 0;
+}
+
+/* A sequence of bits coded by rABS: probability, size, bytes. */
+static int skip_bits(fvv_cursor *cursor) {
+  fvv_cursor_take(cursor, 1); /* probability of a zero */
+  const uint64_t size = fvv_cursor_uleb(cursor);
+  if (!size || size > SIZE_MAX) return fail(cursor);
+  return fvv_cursor_take(cursor, (size_t)size) != NULL;
+}
+
+/* Reads a probability table; probabilities, when not NULL, has room for most entries. The two low bits of an
+ * entry's first byte count the bytes that follow, 3 says that the other six count further zeros. */
+static int read_alphabet(fvv_cursor *cursor, uint64_t most, uint32_t precision, uint32_t *probabilities) {
+  const uint64_t count = fvv_cursor_uleb(cursor);
+  if (!count || count > most) return fail(cursor);
+  uint64_t sum = 0;
+  for (uint64_t i = 0; i < count; i++) {
+    const uint8_t *first = fvv_cursor_take(cursor, 1);
+    if (!first) return 0;
+    const unsigned token = *first & 3;
+    uint32_t value = *first >> 2;
+    if (token == 3) {
+      if (value >= count - i) return fail(cursor);
+      i += value;
+      continue;
+    }
+    for (unsigned b = 0; b < token; b++) {
+      const uint8_t *more = fvv_cursor_take(cursor, 1);
+      if (!more) return 0;
+      value |= (uint32_t)*more << (8 * (b + 1) - 2);
+    }
+    sum += value;
+    if (probabilities) probabilities[i] = value;
+  }
+  return sum == precision || fail(cursor);
+}
+
+/* rANS, read from the back (J. Duda, arXiv:1311.2540). */
+typedef struct rans {
+  const uint8_t *bytes;
+  size_t left;
+  uint32_t state;
+} rans;
+
+/* The two high bits of the last byte say in how many bytes the initial state lies. */
+static int open_rans(fvv_cursor *cursor, unsigned precision_bits, rans *coder) {
+  const uint64_t size = fvv_cursor_uleb(cursor);
+  if (!size || size > SIZE_MAX) return fail(cursor);
+  const uint8_t *bytes = fvv_cursor_take(cursor, (size_t)size);
+  if (!bytes) return 0;
+  const unsigned length = (bytes[size - 1] >> 6) + 1u;
+  if (size < length) return fail(cursor);
+  uint32_t state = bytes[size - 1] & 63;
+  for (unsigned i = 2; i <= length; i++) state = state << 8 | bytes[size - i];
+  const uint32_t base = 4u << precision_bits;
+  coder->bytes = bytes;
+  coder->left = (size_t)size - length;
+  coder->state = state + base;
+  return coder->state < base << 8 || fail(cursor);
+}
+
+/* A coder of tags or edgebreaker symbols with its tables. */
+typedef struct small_coder {
+  rans input;
+  uint32_t probability[TAG_ALPHABET_MAX];
+  uint32_t start[TAG_ALPHABET_MAX];
+  uint8_t value_at[SMALL_PRECISION];
+} small_coder;
+
+static int open_small(fvv_cursor *cursor, uint64_t alphabet, small_coder *coder) {
+  memset(coder, 0, sizeof *coder);
+  if (!read_alphabet(cursor, alphabet, SMALL_PRECISION, coder->probability)) return 0;
+  uint32_t sum = 0;
+  for (unsigned value = 0; value < TAG_ALPHABET_MAX; value++) {
+    coder->start[value] = sum;
+    memset(coder->value_at + sum, (int)value, coder->probability[value]);
+    sum += coder->probability[value];
+  }
+  return open_rans(cursor, SMALL_PRECISION_BITS, &coder->input);
+}
+
+static unsigned next_small(small_coder *coder) {
+  rans *input = &coder->input;
+  while (input->state < 4 * SMALL_PRECISION && input->left)
+    input->state = input->state << 8 | input->bytes[--input->left];
+  const uint32_t rest = input->state % SMALL_PRECISION;
+  const unsigned value = coder->value_at[rest];
+  input->state = input->state / SMALL_PRECISION * coder->probability[value] + rest - coder->start[value];
+  return value;
+}
+
+static int skip_tagged(fvv_cursor *cursor, uint64_t count, uint32_t components) {
+  small_coder tags;
+  if (!open_small(cursor, TAG_ALPHABET_MAX, &tags)) return 0;
+  uint64_t bits = 0;
+  for (uint64_t i = 0; i < count / components; i++) bits += (uint64_t)components * next_small(&tags);
+  const uint64_t size = bits / 8 + (bits % 8 != 0);
+  if (size > SIZE_MAX) return fail(cursor);
+  return fvv_cursor_take(cursor, (size_t)size) != NULL;
+}
+
+/* Raw symbols begin with a number of bits, which decides the precision; 0 when it is out of range. */
+static unsigned read_precision(fvv_cursor *cursor) {
+  const uint8_t *bits = fvv_cursor_take(cursor, 1);
+  if (!bits) return 0;
+  if (*bits < 1 || *bits > 18) {
+    cursor->failed = 1;
+    return 0;
+  }
+  const unsigned wanted = 3u * *bits / 2;
+  return wanted < SMALL_PRECISION_BITS ? SMALL_PRECISION_BITS : wanted > 20 ? 20 : wanted;
+}
+
+static int skip_raw(fvv_cursor *cursor) {
+  const unsigned precision_bits = read_precision(cursor);
+  if (!precision_bits) return 0;
+  rans coder;
+  return read_alphabet(cursor, RAW_ALPHABET_MAX, 1u << precision_bits, NULL) &&
+         open_rans(cursor, precision_bits, &coder);
+}
+
+/* count values in tuples of that many components, coded raw or tagged; no bytes at all for count 0. */
+static int skip_symbols(fvv_cursor *cursor, uint64_t count, uint32_t components) {
+  if (!count) return 1;
+  const uint8_t *scheme = fvv_cursor_take(cursor, 1);
+  if (!scheme) return 0;
+  switch (*scheme) {
+  case 0:
+    return skip_tagged(cursor, count, components);
+  case 1:
+    return skip_raw(cursor);
+  default:
+    return fail(cursor);
+  }
+}
+
+/* Bits from the low end of each byte on; 0 after the end, where position goes on counting. */
+typedef struct bit_reader {
+  const uint8_t *bytes;
+  uint64_t size;
+  uint64_t position;
+} bit_reader;
+
+static unsigned read_bits(bit_reader *reader, unsigned count) {
+  unsigned value = 0;
+  for (unsigned i = 0; i < count; i++, reader->position++)
+    if (reader->position / 8 < reader->size)
+      value |= (unsigned)(reader->bytes[reader->position / 8] >> (reader->position % 8) & 1) << i;
+  return value;
+}
+
+static int read_tagged(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
+  small_coder tags;
+  /* Five symbols have at most three bits. */
+  if (!open_small(cursor, 4, &tags)) return 0;
+  bit_reader reader = {cursor->data + cursor->position, cursor->size - cursor->position, 0};
+  for (uint32_t i = 0; i < count; i++) {
+    symbols[i] = (uint8_t)read_bits(&reader, next_small(&tags));
+    if (symbols[i] >= SYMBOL_COUNT) return fail(cursor);
+  }
+  const uint64_t size = (reader.position + 7) / 8;
+  if (size > reader.size) return fail(cursor);
+  return fvv_cursor_take(cursor, (size_t)size) != NULL;
+}
+
+static int read_raw(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
+  small_coder coder;
+  if (read_precision(cursor) != SMALL_PRECISION_BITS) return fail(cursor);
+  if (!open_small(cursor, SYMBOL_COUNT, &coder)) return 0;
+  for (uint32_t i = 0; i < count; i++) symbols[i] = (uint8_t)next_small(&coder);
+  return 1;
+}
+
+/* The same for count edgebreaker symbols, which go to symbols in the order of the stream. */
+static int read_symbols(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
+  if (!count) return 1;
+  const uint8_t *scheme = fvv_cursor_take(cursor, 1);
+  if (!scheme) return 0;
+  switch (*scheme) {
+  case 0:
+    return read_tagged(cursor, count, symbols);
+  case 1:
+    return read_raw(cursor, count, symbols);
+  default:
+    return fail(cursor);
+  }
+}
+
+/* The same for the symbols of standard edgebreaker: their size, then 1 bit for C and 3 for each other. */
+static int read_standard(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
+  const uint64_t size = fvv_cursor_uleb(cursor);
+  const uint8_t *bytes = size > SIZE_MAX ? NULL : fvv_cursor_take(cursor, (size_t)size);
+  if (!bytes) return fail(cursor);
+  bit_reader reader = {bytes, size, 0};
+  /* Draco reads zeros, which are C, after the end: symbols that took no bytes. */
+  for (uint32_t i = 0; i < count; i++) {
+    if (reader.position >= 8 * size) return fail(cursor);
+    symbols[i] = (uint8_t)(read_bits(&reader, 1) ? SYMBOL_S + read_bits(&reader, 2) : SYMBOL_C);
+  }
+  return (reader.position + 7) / 8 == size || fail(cursor);
+}
+
+/* Edgebreaker (Rossignac, IEEE TVCG 5(1), 1999; decoded backwards after Isenburg and Snoeyink, Spirale
+ * Reversi, 2001) on boundary loops alone. No face is built: a loop of vertices with their valences says all
+ * about what Draco's decoder will do. Its S costs as many steps as the joined vertex has faces, so that a few
+ * kilobytes of hostile symbols around one vertex take it time in the square of their number; here every
+ * symbol is one step. */
+
+/* Contexts of valence edgebreaker: valences up to 2, 3, 4, 5, 6, from 7 on. */
+#define VALENCE_CONTEXTS 6
+
+/* A handle or a hole: the symbol source leaves an edge to which the S of symbol split is glued. Both count
+ * from the last symbol backwards, as the encoder did. */
+typedef struct split_event {
+  uint32_t source;
+  uint32_t split;
+  int right; /* of the two edges of the source's face that are not active: the right one */
+} split_event;
+
+typedef struct edgebreaker_mesh {
+  uint32_t vertex_count;
+  uint32_t symbol_count;
+  uint32_t split_count; /* S among the symbols */
+  uint32_t event_count;
+  const split_event *events;
+  /* Standard: symbol_count of them in order. Valence: one less, for the first is an E; the run of context i
+   * is between begin[i] and end[i] and is used from its end. */
+  const uint8_t *symbols;
+  uint32_t begin[VALENCE_CONTEXTS];
+  uint32_t end[VALENCE_CONTEXTS];
+  int valence;
+} edgebreaker_mesh;
+
+typedef enum outcome {
+  CONNECTIVITY_SOUND,
+  CONNECTIVITY_BROKEN, /* the symbols do not fit each other or the counts */
+  CONNECTIVITY_NO_MEMORY
+} outcome;
+
+#define NONE UINT32_MAX
+
+/* Vertices carry Draco's own numbers. An edge of a boundary is named by the vertex that it leaves. */
+typedef struct boundary {
+  const edgebreaker_mesh *given;
+  uint32_t *follower; /* of each vertex along its loop */
+  uint32_t *valence;
+  uint32_t *alias;  /* the vertex that an S made this one the same as; itself otherwise */
+  uint32_t *stack;  /* active edges; the face of the next symbol is put onto the top one */
+  uint32_t *joined; /* vertices that an S made the same as another one, in order */
+  uint32_t *glued;  /* by symbol: the edge that an event keeps for this S, or NONE */
+  uint32_t made, most;
+  uint32_t height;
+  uint32_t joined_count;
+  uint32_t events_left;
+  uint32_t left[VALENCE_CONTEXTS];
+  uint64_t steps;
+} boundary;
+
+static uint32_t new_vertex(boundary *b) {
+  const uint32_t v = b->made++;
+  b->valence[v] = 2;
+  b->alias[v] = v;
+  return v;
+}
+
+/* What an edge that waits, on the stack or for its S, is called now: another S may have joined the vertex
+ * that it leaves. Never a cycle: only vertices that are on a loop, and so no aliases themselves, are joined.
+ */
+static uint32_t present_name(boundary *b, uint32_t v) {
+  while (b->alias[v] != v) v = b->alias[v] = b->alias[b->alias[v]];
+  return v;
+}
+
+/* The next symbol, SYMBOL_COUNT when its context has none left. */
+static unsigned symbol_at(boundary *b, uint32_t i) {
+  if (!b->given->valence) return b->given->symbols[i];
+  if (i == 0) return SYMBOL_E;
+  const uint32_t valence = b->valence[b->follower[b->stack[b->height - 1]]];
+  const unsigned context = valence < 2 ? 0 : valence > 7 ? 5 : valence - 2;
+  if (b->left[context] == b->given->begin[context]) return SYMBOL_COUNT;
+  return b->given->symbols[--b->left[context]];
+}
+
+/* Each of these puts one face onto the active edge p -> n; 0 when that is impossible. */
+
+static int put_c(boundary *b) {
+  const uint32_t p = b->stack[b->height - 1], n = b->follower[p], m = b->follower[n];
+  if (m == p) return 0;
+  b->follower[p] = m;
+  b->valence[p]++;
+  b->valence[m]++;
+  return 1;
+}
+
+static int put_lr(boundary *b, int right, uint32_t *tip) {
+  if (b->made == b->most) return 0;
+  const uint32_t p = b->stack[b->height - 1], n = b->follower[p], v = new_vertex(b);
+  b->follower[p] = v;
+  b->follower[v] = n;
+  b->valence[p]++;
+  b->valence[n]++;
+  if (right) b->stack[b->height - 1] = v;
+  *tip = right ? p : n;
+  return 1;
+}
+
+static int put_s(boundary *b, uint32_t i) {
+  const uint32_t second = b->stack[--b->height];
+  if (b->glued && b->glued[i] != NONE) b->stack[b->height++] = b->glued[i];
+  if (!b->height || b->joined_count == b->given->split_count) return 0;
+  const uint32_t first = present_name(b, b->stack[b->height - 1]), n = b->follower[second],
+                 m = b->follower[first];
+  if (first == second || n == first) return 0;
+  b->steps += b->valence[n];
+  b->valence[first] += b->valence[n];
+  b->valence[second]++;
+  b->valence[m]++;
+  b->follower[second] = m;
+  b->follower[first] = b->follower[n];
+  b->alias[n] = first;
+  b->joined[b->joined_count++] = n;
+  b->stack[b->height - 1] = second;
+  return 1;
+}
+
+static int put_e(boundary *b, uint32_t *tip) {
+  if (b->most - b->made < 3) return 0;
+  const uint32_t first = new_vertex(b), second = new_vertex(b), third = new_vertex(b);
+  b->follower[third] = second;
+  b->follower[second] = first;
+  b->follower[first] = third;
+  b->stack[b->height++] = third;
+  *tip = first;
+  return 1;
+}
+
+/* Events end in the order in which their sources come; those of one source belong to its E, L or R. */
+static int keep_events(boundary *b, uint32_t i, uint32_t tip) {
+  const uint32_t count = b->given->symbol_count, id = count - 1 - i;
+  for (; b->events_left; b->events_left--) {
+    const split_event *event = &b->given->events[b->events_left - 1];
+    if (event->source < id) return 1;
+    if (event->source > id || event->split >= count) return 0;
+    b->glued[count - 1 - event->split] = event->right ? tip : b->follower[b->stack[b->height - 1]];
+  }
+  return 1;
+}
+
+static int put_face(boundary *b, uint32_t i) {
+  if (b->height) b->stack[b->height - 1] = present_name(b, b->stack[b->height - 1]);
+  const unsigned symbol = b->height || i == 0 ? symbol_at(b, i) : SYMBOL_COUNT;
+  uint32_t tip;
+  if (symbol != SYMBOL_E && !b->height) return 0;
+  switch (symbol) {
+  case SYMBOL_C:
+    return put_c(b);
+  case SYMBOL_S:
+    return put_s(b, i);
+  case SYMBOL_L:
+  case SYMBOL_R:
+    return put_lr(b, symbol == SYMBOL_R, &tip) && keep_events(b, i, tip);
+  case SYMBOL_E:
+    return put_e(b, &tip) && keep_events(b, i, tip);
+  default:
+    return 0;
+  }
+}
+
+/* Draco fills each gap that a join left with the last vertex, around which it walks. */
+static void renumber(boundary *b) {
+  for (uint32_t i = 0; i < b->joined_count; i++) b->valence[b->joined[i]] = 0;
+  uint32_t count = b->made;
+  for (uint32_t i = 0; i < b->joined_count; i++) {
+    while (count && !b->valence[count - 1]) count--;
+    const uint32_t gap = b->joined[i], last = count - 1;
+    if (!count || last < gap) continue;
+    b->steps += b->valence[last];
+    b->valence[gap] = b->valence[last];
+    b->valence[last] = 0;
+  }
+}
+
+static outcome build_faces(boundary *b) {
+  const edgebreaker_mesh *given = b->given;
+  for (uint32_t i = 0; i < given->symbol_count; i++)
+    if (!put_face(b, i)) return CONNECTIVITY_BROKEN;
+  if (b->joined_count != given->split_count || b->made - b->joined_count != given->vertex_count)
+    return CONNECTIVITY_BROKEN;
+  renumber(b);
+  return CONNECTIVITY_SOUND;
+}
+
+/* Follows the symbols along the boundary. *steps: how many corners Draco will walk over besides its linear
+ * work: around both sides of every S and around every vertex that it renumbers. */
+static outcome follow_symbols(const edgebreaker_mesh *connectivity, const fvv_allocator *allocator,
+                              uint64_t *steps) {
+  const uint64_t most = (uint64_t)connectivity->vertex_count + connectivity->split_count;
+  const uint64_t symbols = connectivity->symbol_count, glued = connectivity->event_count ? symbols : 0;
+  /* All tables in one block. Each E takes one place on the stack. */
+  const uint64_t total = 3 * most + symbols + connectivity->split_count + glued;
+  if (most >= NONE) return CONNECTIVITY_BROKEN;
+  if (!symbols || total > SIZE_MAX / sizeof(uint32_t))
+    return symbols ? CONNECTIVITY_NO_MEMORY : CONNECTIVITY_BROKEN;
+  uint32_t *block = fvv_allocate(allocator, (size_t)total * sizeof(uint32_t));
+  if (!block) return CONNECTIVITY_NO_MEMORY;
+  boundary b = {.given = connectivity, .follower = block, .most = (uint32_t)most};
+  b.valence = b.follower + most;
+  b.alias = b.valence + most;
+  b.stack = b.alias + most;
+  b.joined = b.stack + symbols;
+  b.events_left = connectivity->event_count;
+  if (glued) b.glued = b.joined + connectivity->split_count;
+  for (uint64_t i = 0; i < glued; i++) b.glued[i] = NONE;
+  for (int i = 0; i < VALENCE_CONTEXTS; i++) b.left[i] = connectivity->end[i];
+  const outcome verdict = build_faces(&b);
+  *steps = b.steps;
+  fvv_release(allocator, block, (size_t)total * sizeof(uint32_t));
+  return verdict;
+}
+
+/* Draco's decoder trusts what a bitstream declares: 34 bytes can make it ask for 10 GB. This walk over the
+ * bitstream (version 2.2, https://google.github.io/draco/spec/) lets through only what is in proportion to
+ * its bytes, and only the few coding tools that integers of vertices need: no transforms of Draco's
+ * own, metadata or anything deprecated. It knows the layout and nothing of meshes; Draco itself decodes. */
 
 enum { SEQUENTIAL = 0, EDGEBREAKER = 1 };
 enum { TRAVERSAL_STANDARD = 0, TRAVERSAL_VALENCE = 2 };
@@ -42,7 +483,7 @@ typedef struct walk {
   fvv_diagnostic *diagnostic;
   const fvv_allocator *allocator;
   fvv_draco_counts counts;
-  const attribute *attributes[ATTRIBUTES_MAX]; /* in the order that clause 8.4 asks for */
+  const attribute *attributes[ATTRIBUTES_MAX]; /* in the order that clause 8.4 requires */
   unsigned attribute_count;
   uint8_t method;
   uint8_t traversal;
@@ -110,7 +551,7 @@ static fvv_status walk_sequential(walk *w) {
   const uint64_t corners = 3 * (uint64_t)w->counts.faces;
   const unsigned coding = take_u8(w);
   if (coding == 0) {
-    fvv_draco_skip_symbols(&w->cursor, corners, 1);
+    skip_symbols(&w->cursor, corners, 1);
   } else if (w->counts.vertices < 1u << 16) {
     skip(w, corners * (w->counts.vertices < 256 ? 1 : 2));
   } else if (w->counts.vertices < 1u << 21) {
@@ -121,7 +562,7 @@ static fvv_status walk_sequential(walk *w) {
   return w->cursor.failed ? broken(w, "faces") : FVV_OK;
 }
 
-static void read_events(walk *w, fvv_draco_event *events, uint32_t count) {
+static void read_events(walk *w, split_event *events, uint32_t count) {
   uint32_t source = 0;
   for (uint32_t i = 0; i < count && !w->cursor.failed; i++) {
     const uint32_t advance = take_u32(w), back = take_u32(w);
@@ -134,27 +575,27 @@ static void read_events(walk *w, fvv_draco_event *events, uint32_t count) {
   for (uint32_t i = 0; sides && i < count; i++) events[i].right = sides[i / 8] >> (i % 8) & 1;
 }
 
-static void read_valence(walk *w, fvv_draco_connectivity *c, uint8_t *symbols) {
+static void read_valence(walk *w, edgebreaker_mesh *c, uint8_t *symbols) {
   uint32_t sum = 0;
   c->valence = 1;
-  fvv_draco_skip_bits(&w->cursor); /* start faces */
-  for (int i = 0; i < FVV_DRACO_CONTEXTS && !w->cursor.failed; i++) {
+  skip_bits(&w->cursor); /* start faces */
+  for (int i = 0; i < VALENCE_CONTEXTS && !w->cursor.failed; i++) {
     const uint32_t count = take_u32(w);
     /* The first symbol is not coded. */
     if (count >= c->symbol_count - sum) w->cursor.failed = 1;
-    if (!w->cursor.failed) fvv_draco_read_symbols(&w->cursor, count, symbols + sum);
+    if (!w->cursor.failed) read_symbols(&w->cursor, count, symbols + sum);
     c->begin[i] = sum;
     c->end[i] = sum += count;
   }
   if (sum != c->symbol_count - 1) w->cursor.failed = 1;
 }
 
-static fvv_status follow(walk *w, const fvv_draco_connectivity *c) {
+static fvv_status follow(walk *w, const edgebreaker_mesh *c) {
   uint64_t steps = 0;
-  switch (fvv_draco_follow(c, w->allocator, &steps)) {
-  case FVV_DRACO_NO_MEMORY:
+  switch (follow_symbols(c, w->allocator, &steps)) {
+  case CONNECTIVITY_NO_MEMORY:
     return no_memory(w);
-  case FVV_DRACO_BROKEN:
+  case CONNECTIVITY_BROKEN:
     return FAIL(w, FVV_ISSUE_DRACO_STREAM, "%lu edgebreaker symbols do not build %lu vertices",
                 (unsigned long)c->symbol_count, (unsigned long)c->vertex_count);
   default:
@@ -165,8 +606,7 @@ static fvv_status follow(walk *w, const fvv_draco_connectivity *c) {
 }
 
 /* events and symbols have room for the counts in c. */
-static fvv_status walk_symbols(walk *w, fvv_draco_connectivity *c, fvv_draco_event *events,
-                               uint8_t *symbols) {
+static fvv_status walk_symbols(walk *w, edgebreaker_mesh *c, split_event *events, uint8_t *symbols) {
   read_events(w, events, c->event_count);
   if (w->cursor.failed) return broken(w, "topology splits");
   c->events = events;
@@ -174,8 +614,8 @@ static fvv_status walk_symbols(walk *w, fvv_draco_connectivity *c, fvv_draco_eve
   if (w->traversal == TRAVERSAL_VALENCE) {
     read_valence(w, c, symbols);
   } else {
-    fvv_draco_read_standard(&w->cursor, c->symbol_count, symbols);
-    fvv_draco_skip_bits(&w->cursor); /* start faces */
+    read_standard(&w->cursor, c->symbol_count, symbols);
+    skip_bits(&w->cursor); /* start faces */
   }
   return w->cursor.failed ? broken(w, "edgebreaker symbols") : follow(w, c);
 }
@@ -183,7 +623,7 @@ static fvv_status walk_symbols(walk *w, fvv_draco_connectivity *c, fvv_draco_eve
 static fvv_status walk_edgebreaker(walk *w) {
   if (w->traversal != TRAVERSAL_STANDARD && w->traversal != TRAVERSAL_VALENCE)
     return FAIL(w, FVV_ISSUE_DRACO_STREAM, "edgebreaker traversal %u, not standard or valence", w->traversal);
-  fvv_draco_connectivity c = {.vertex_count = w->counts.vertices};
+  edgebreaker_mesh c = {.vertex_count = w->counts.vertices};
   const unsigned seams = take_u8(w);
   c.symbol_count = take_u32(w);
   c.split_count = take_u32(w);
@@ -199,7 +639,7 @@ static fvv_status walk_edgebreaker(walk *w) {
                 (unsigned long)c.split_count, (unsigned long)c.event_count, (unsigned long)c.symbol_count);
   /* One more than needed: nothing is allocated for nothing. */
   const size_t event_room = (size_t)c.event_count + 1, symbol_room = (size_t)c.symbol_count + 1;
-  fvv_draco_event *events = fvv_allocate_array(w->allocator, event_room, sizeof *events);
+  split_event *events = fvv_allocate_array(w->allocator, event_room, sizeof *events);
   uint8_t *symbols = fvv_allocate(w->allocator, symbol_room);
   const fvv_status status = events && symbols ? walk_symbols(w, &c, events, symbols) : no_memory(w);
   fvv_release(w->allocator, events, event_room * sizeof *events);
@@ -270,7 +710,7 @@ static fvv_status walk_values(walk *w, const attribute *of) {
   const unsigned compressed = take_u8(w);
   if (compressed > 1) return broken(w, of->name);
   if (compressed) {
-    fvv_draco_skip_symbols(&w->cursor, values, components);
+    skip_symbols(&w->cursor, values, components);
   } else {
     const unsigned width = take_u8(w);
     if (width < 1 || width > 4) return broken(w, of->name);
@@ -279,7 +719,7 @@ static fvv_status walk_values(walk *w, const attribute *of) {
   for (int i = 0; i < CREASE_CONTEXTS && prediction == PREDICT_MULTI_PARALLELOGRAM; i++) {
     const uint32_t flags = take_u32(w);
     if (flags > 3 * (uint64_t)w->counts.faces) return broken(w, "crease flags");
-    if (flags) fvv_draco_skip_bits(&w->cursor);
+    if (flags) skip_bits(&w->cursor);
   }
   if (prediction != PREDICT_NONE) skip(w, 8); /* least and largest value */
   return w->cursor.failed ? broken(w, of->name) : FVV_OK;

@@ -31,7 +31,7 @@ FVV_MUST_USE fvv_status fvv_draco_read_counts(const uint8_t *data, size_t size, 
 
 /* Walks the whole bitstream: FVV_OK says that it has the declared counts, one attribute of three int32, with
  * texture and normals (0 or not) one more of two int32 each, only parts that the counts bound, symbols that
- * Draco decodes in linear time, and no byte behind. Values are not decoded: Draco may still find it wrong. */
+ * Draco decodes in linear time, and no byte after. Values are not decoded: Draco may still find it wrong. */
 FVV_MUST_USE fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts declared,
                                         int texture, int normals, const fvv_allocator *allocator,
                                         fvv_diagnostic *diagnostic);

@@ -1,6 +1,6 @@
 // The only file of libfvv that knows meshoptimizer. What is allowed to come in from a stream is
 // fast_streams.c's business, what the result must look like is check.c's.
-#include "mesh/fast_bridge.h"
+#include "mesh/fast.h"
 
 #include <new>
 #include <vector>
@@ -11,7 +11,6 @@ extern "C" {
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/memory.h"
-#include "mesh/fast_streams.h"
 }
 
 namespace {

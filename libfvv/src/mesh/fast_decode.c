@@ -1,4 +1,4 @@
-#include "mesh/fast_decode.h"
+#include "mesh/fast.h"
 
 #include <string.h>
 
@@ -6,8 +6,6 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "base/memory.h"
-#include "mesh/fast_bridge.h"
-#include "mesh/fast_streams.h"
 
 static fvv_status broken_vertices(fvv_diagnostic *diagnostic) {
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_FAST_VERTICES, FVV_CHUNK_MESH,

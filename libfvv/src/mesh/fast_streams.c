@@ -1,4 +1,4 @@
-#include "mesh/fast_streams.h"
+#include "mesh/fast.h"
 
 #include "base/bytes.h"
 #include "base/diagnostic.h"
@@ -6,9 +6,9 @@
 
 /* The codecs' bitstreams: Appendix A of the glTF extension EXT_meshopt_compression. */
 
-/* Behind the deltas stands the vertex before the first one, filled up from the front to 32 bytes. */
+/* After the deltas is the vertex before the first one, filled up from the front to 32 bytes. */
 #define VERTEX_TAIL 32
-/* Behind the codes and numbers of the faces stands a table of pairs. */
+/* After the codes and numbers of the faces is a table of pairs. */
 #define TABLE_SIZE 16
 #define TABLE_ENTRIES 14
 
@@ -79,7 +79,7 @@ static void skip_number(fvv_cursor *cursor) {
   if (fvv_cursor_uleb(cursor) > UINT32_MAX) cursor->failed = 1;
 }
 
-/* What the code of a face takes from the bytes behind the codes. */
+/* What the code of a face takes from the bytes after the codes. */
 static void skip_face(uint8_t code, fvv_cursor *cursor) {
   if (code < 0xf0) {
     if ((code & 15) == 15) skip_number(cursor);

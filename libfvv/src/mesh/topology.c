@@ -16,7 +16,7 @@ uint32_t fvv_topology_group(const fvv_topology *topology, uint32_t face) {
   return face;
 }
 
-/* The lower face leads, so that the answer does not depend on the order of joining. Path halving alone keeps
+/* The lower face leads, so that the result does not depend on the order of joining. Path halving alone keeps
  * this at n log n. */
 static void join(const fvv_topology *topology, uint32_t a, uint32_t b) {
   a = fvv_topology_group(topology, a);

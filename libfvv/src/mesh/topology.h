@@ -1,4 +1,4 @@
-/* mesh/topology.h: what faces share. Works on bare index triples; the canonicaliser alone uses it. */
+/* mesh/topology.h: what faces share. Works on bare index triples. */
 #ifndef FVV_MESH_TOPOLOGY_H
 #define FVV_MESH_TOPOLOGY_H
 
@@ -23,7 +23,7 @@ FVV_MUST_USE fvv_status fvv_topology_build(const uint32_t *faces, uint32_t face_
                                            const fvv_allocator *allocator, fvv_topology *topology);
 void fvv_topology_free(fvv_topology *topology);
 
-/* The face that stands for the group of this one: the lowest of the group. */
+/* The face that represents the group of this one: the lowest of the group. */
 uint32_t fvv_topology_group(const fvv_topology *topology, uint32_t face);
 
 /* Turns faces in place so that twins run in opposite directions wherever that is possible, and counts them.

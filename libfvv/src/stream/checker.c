@@ -1,44 +1,337 @@
-/* stream/checker.c: reads a whole stream and judges it: structure by the push reader, content by the layers
- * of tracks. */
+/* The checker: pulls every event of a stream, judges each chunk by what came before it, and counts. */
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "container/header.h"
-#include "stream/check_background.h"
-#include "stream/check_calibration.h"
-#include "stream/check_mesh.h"
-#include "stream/check_visibility.h"
-#include "stream/configuration.h"
-#include "stream/group_tiles.h"
+#include "fvv/stream.h"
+#include "stream/frames.h"
+#include "stream/tracks.h"
+
+/* Zero-initialise. */
+typedef struct checked_background {
+  uint64_t size; /* of the last intact chunk; 0: none */
+  uint32_t crc, digest;
+} checked_background;
+
+/* Zero-initialise; reset in the end. */
+typedef struct checked_calibration {
+  uint64_t block, group;    /* that are being read, both counted from 1 */
+  int64_t time;             /* of the last chunk */
+  int lost;                 /* a chunk of the group was wrong: those up to the next key cannot be judged */
+  fvv_calibration *cameras; /* of the block */
+} checked_calibration;
+
+/* Zero-initialise; reset frames in the end. */
+typedef struct checked_mesh {
+  uint64_t group; /* that is being read, counted from 1 */
+  int has_first;  /* the first mesh of the group was seen: texture_bits and normal_bits are its own */
+  uint8_t texture_bits, normal_bits;
+  int64_t time; /* of the mesh that frames holds */
+  int lost;     /* a frame of the group was wrong: delta frames after it cannot be judged */
+  fvv_mesh_frames frames;
+} checked_mesh;
+
+/* Zero-initialise; reset frames in the end. */
+typedef struct checked_visibility {
+  uint64_t group; /* that is being read, counted from 1 */
+  int lost;       /* a chunk of the group was wrong or could not be judged: those after it cannot be */
+  fvv_visibility_frames frames;
+} checked_visibility;
+
+/* What the checker knows of the layouts of a track. Zero-initialise. */
+typedef struct checked_tiles {
+  uint64_t lost_in; /* the group, counted from 1, whose layout is wrong: its samples cannot be used */
+} checked_tiles;
+
+static fvv_status judge_meshes(const fvv_background *background, const fvv_limits *limits,
+                               const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
+  fvv_status status = FVV_OK;
+  for (size_t i = 0; i < background->part_count && status == FVV_OK; i++) {
+    fvv_mesh mesh;
+    status = fvv_background_mesh(background, i, limits, allocator, &mesh, diagnostic);
+    fvv_mesh_free(&mesh);
+  }
+  return status;
+}
+
+static void count_background(const fvv_background *background, fvv_track_summary *counts) {
+  counts->parts = (uint32_t)background->part_count;
+  counts->pictures = (uint32_t)background->picture_count;
+  counts->lights = (uint32_t)background->light_count;
+  counts->vertices = counts->faces = 0;
+  for (size_t i = 0; i < background->part_count; i++) {
+    const fvv_background_part *part = &background->parts[i];
+    fvv_mesh_header header;
+    if (fvv_mesh_peek(part->mesh, part->mesh_size, NULL, &header, NULL) != FVV_OK) continue;
+    counts->vertices += header.vertex_count;
+    counts->faces += header.face_count;
+  }
+}
+
+/* Judges an intact BACK chunk; with decode, its meshes too. digest: of the configuration, from GRUP. *counts
+ * gets what it holds. Offsets of diagnostics are relative to the payload. */
+static fvv_status judge_background(checked_background *background, const fvv_event *event, uint32_t digest,
+                                   int decode, const fvv_limits *limits, const fvv_allocator *allocator,
+                                   fvv_track_summary *counts, fvv_diagnostic *diagnostic) {
+  const fvv_chunk_header *chunk = &event->chunk;
+  if (!(chunk->flags & FVV_FLAG_KEY))
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_BACKGROUND_KEY, FVV_CHUNK_BACKGROUND, 0,
+                    "the chunk does not have the key flag");
+  const int repeats = background->size && background->digest == digest;
+  const int same = background->size == chunk->size && background->crc == chunk->payload_crc;
+  if (repeats && same) return FVV_OK;
+  background->size = chunk->size;
+  background->crc = chunk->payload_crc;
+  background->digest = digest;
+  if (repeats)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_BACKGROUND_SAME, FVV_CHUNK_BACKGROUND, 0,
+                    "track %u has another background than before under the same configuration", chunk->track);
+  fvv_background decoded;
+  fvv_status status =
+      fvv_background_decode(event->payload, (size_t)chunk->size, limits, allocator, &decoded, diagnostic);
+  if (status != FVV_OK) return status;
+  count_background(&decoded, counts);
+  if (decode) status = judge_meshes(&decoded, limits, allocator, diagnostic);
+  fvv_background_free(&decoded);
+  return status;
+}
+
+static void reset_calibration(checked_calibration *calibration) {
+  fvv_calibration_destroy(calibration->cameras);
+  calibration->cameras = NULL;
+}
+
+/* Where cameras are at a time, by the chunk of the group that came last; NULL: it was of another time, or is
+ * not known. */
+static const fvv_calibration *calibration_at(const checked_calibration *calibration, uint64_t group,
+                                             int64_t time) {
+  return calibration->cameras && !calibration->lost && calibration->group == group &&
+                 calibration->time == time
+             ? calibration->cameras
+             : NULL;
+}
+
+/* Adds what an intact CALB chunk declares. */
+static void count_calibrations(fvv_track_summary *summary, const fvv_event *event,
+                               const fvv_configuration *configuration) {
+  if (event->chunk.size < FVV_CALB_SIZE) return;
+  const uint8_t *count = event->payload + FVV_CALB_COUNT;
+  const uint64_t entries = count[0] | (uint64_t)count[1] << 8;
+  uint64_t moving = 0;
+  for (size_t i = 0; i < configuration->camera_count; i++)
+    moving += (configuration->cameras[i].flags & FVV_CAMERA_MOVES) != 0;
+  summary->calibrations += entries;
+  summary->lost_calibrations += entries < moving ? moving - entries : 0;
+}
+
+/* Judges an intact CALB chunk. *whole becomes 0 when one before it is missing, which is no problem of its
+ * own. Offsets of diagnostics are relative to the payload. */
+static fvv_status judge_calibration(checked_calibration *calibration, const fvv_event *event, uint64_t block,
+                                    uint64_t group, const fvv_configuration *configuration,
+                                    const fvv_allocator *allocator, int *whole, fvv_diagnostic *diagnostic) {
+  if (calibration->block != block || !calibration->cameras) {
+    reset_calibration(calibration);
+    const fvv_status created = fvv_calibration_create(configuration->cameras, configuration->camera_count,
+                                                      allocator, &calibration->cameras);
+    if (created != FVV_OK) return created;
+    calibration->block = block;
+    calibration->lost = 0;
+  }
+  if (calibration->group != group) {
+    fvv_calibration_reset(calibration->cameras);
+    calibration->group = group;
+    calibration->lost = 0;
+  }
+  calibration->time = event->chunk.time;
+  const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
+  /* After a wrong chunk its successors are wrong in vain; after damage it is not known what is missing. */
+  if (!key && calibration->lost) {
+    *whole = 0;
+    return FVV_OK;
+  }
+  fvv_diagnostic why = {0};
+  const fvv_status status =
+      fvv_calibration_decode(calibration->cameras, event->payload, (size_t)event->chunk.size, key, &why);
+  calibration->lost = status != FVV_OK;
+  if (status == FVV_OK) return FVV_OK;
+  if (!key && why.issue == FVV_ISSUE_CALIBRATION_NUMBER && !event->group_intact) {
+    *whole = 0;
+    return FVV_OK;
+  }
+  *diagnostic = why;
+  return status;
+}
+
+static void count_tiles(fvv_track_summary *summary, const fvv_bytes *decoded) {
+  const fvv_tile *tiles = (const fvv_tile *)decoded->data;
+  uint64_t pixels = 0;
+  for (size_t i = 0; i < decoded->size / sizeof *tiles; i++)
+    pixels += (uint64_t)tiles[i].destination.width * tiles[i].destination.height;
+  if (!summary->layouts || pixels < summary->least_tile_pixels) summary->least_tile_pixels = pixels;
+  if (pixels > summary->most_tile_pixels) summary->most_tile_pixels = pixels;
+  summary->layouts++;
+}
+
+/* Judges an intact GTIL chunk, and counts it in summary. */
+static fvv_status judge_group_tiles(checked_tiles *checked, const fvv_event *event, uint64_t group,
+                                    const fvv_configuration *configuration, const fvv_limits *limits,
+                                    const fvv_allocator *allocator, fvv_track_summary *summary,
+                                    fvv_diagnostic *diagnostic) {
+  fvv_bytes tiles = {NULL, 0, 0, *allocator};
+  const fvv_status status = fvv_group_tiles_decode(configuration, event->chunk.track, event->payload,
+                                                   (size_t)event->chunk.size, limits, &tiles, diagnostic);
+  if (status == FVV_OK)
+    count_tiles(summary, &tiles);
+  else
+    checked->lost_in = group;
+  fvv_bytes_free(&tiles);
+  return status;
+}
+
+/* Where a group's beginning was lost, its meshes are compared with none. */
+static fvv_status compare_attributes(checked_mesh *mesh, const fvv_event *event,
+                                     const fvv_mesh_header *header, fvv_diagnostic *diagnostic) {
+  if (!event->group_intact) return FVV_OK;
+  if (!mesh->has_first) {
+    mesh->has_first = 1;
+    mesh->texture_bits = header->texture_bits;
+    mesh->normal_bits = header->normal_bits;
+  }
+  if (mesh->texture_bits != header->texture_bits)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_TEXTURE_GROUP, FVV_CHUNK_MESH,
+                    FVV_MESH_TEXTURE_BITS,
+                    "%u texture bits, the first mesh of the track in this group has %u", header->texture_bits,
+                    mesh->texture_bits);
+  if (mesh->normal_bits == header->normal_bits) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_NORMAL_GROUP, FVV_CHUNK_MESH,
+                  FVV_MESH_NORMAL_BITS, "%u normal bits, the first mesh of the track in this group has %u",
+                  header->normal_bits, mesh->normal_bits);
+}
+
+static fvv_status judge_mesh(checked_mesh *mesh, const fvv_event *event, const fvv_limits *limits,
+                             const fvv_allocator *allocator, int *whole, fvv_diagnostic *diagnostic) {
+  const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
+  /* After damage it is not known what is missing; a delta frame in vain is not one problem more. */
+  const int has_key = fvv_mesh_frames_current(&mesh->frames) != NULL;
+  if (!key && (mesh->lost || (!has_key && !event->group_intact))) {
+    *whole = 0;
+    return FVV_OK;
+  }
+  fvv_diagnostic why = {0};
+  const fvv_status status = fvv_mesh_frames_add(&mesh->frames, event->payload, (size_t)event->chunk.size, key,
+                                                limits, allocator, &why);
+  mesh->lost = status != FVV_OK;
+  mesh->time = event->chunk.time;
+  if (status == FVV_OK) return FVV_OK;
+  if (why.issue == FVV_ISSUE_DELTA_NUMBER && !event->group_intact) {
+    *whole = 0;
+    return FVV_OK;
+  }
+  *diagnostic = why;
+  return status;
+}
+
+/* Judges an intact MESH chunk; with decode, its content too. header is filled as far as it is good. *whole
+ * becomes 0 when a frame before this one is missing, which is no problem of its own. Offsets of diagnostics
+ * are relative to the payload. */
+static fvv_status judge_mesh_chunk(checked_mesh *mesh, const fvv_event *event, uint64_t group, int decode,
+                                   const fvv_limits *limits, const fvv_allocator *allocator,
+                                   fvv_mesh_header *header, int *whole, fvv_diagnostic *diagnostic) {
+  if (mesh->group != group) {
+    fvv_mesh_frames_reset(&mesh->frames);
+    mesh->group = group;
+    mesh->has_first = mesh->lost = 0;
+  }
+  fvv_status status = fvv_mesh_peek(event->payload, (size_t)event->chunk.size, limits, header, diagnostic);
+  if (status == FVV_OK) status = compare_attributes(mesh, event, header, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_mesh_frames_check_flag(header, event->chunk.flags & FVV_FLAG_KEY, diagnostic);
+  if (status == FVV_OK && decode) return judge_mesh(mesh, event, limits, allocator, whole, diagnostic);
+  if (status != FVV_OK) mesh->lost = 1;
+  return status;
+}
+
+/* A chunk that is no key follows one that was not decoded: only its number and key flag can be judged. */
+static fvv_status judge_structure(const fvv_event *event, const fvv_configuration *configuration,
+                                  const fvv_limits *limits, fvv_diagnostic *diagnostic) {
+  const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
+  fvv_visibility_header header;
+  fvv_visibility_frames before = {0};
+  const size_t size = (size_t)event->chunk.size;
+  const fvv_status status = fvv_visibility_peek(event->payload, size, limits, &header, NULL, 0, diagnostic);
+  if (status != FVV_OK) return status;
+  before.current.header = header;
+  before.current.header.number = header.number - 1;
+  return fvv_visibility_frames_check(&before, event->payload, size, key, configuration, limits, &header,
+                                     diagnostic);
+}
+
+static int any_moves(const fvv_configuration *configuration) {
+  for (size_t i = 0; i < configuration->camera_count; i++)
+    if (configuration->cameras[i].flags & FVV_CAMERA_MOVES) return 1;
+  return 0;
+}
+
+/* Judges an intact VISI chunk; with decode, its content too. mesh: what is known of the track that it means
+ * in this group, NULL: nothing. calibration: of the track of cameras that move, NULL: there was none. *whole
+ * becomes 0 when something before this chunk is missing, which is no problem of its own. Offsets of
+ * diagnostics are relative to the payload. */
+static fvv_status judge_visibility_chunk(checked_visibility *visibility, const fvv_event *event,
+                                         uint64_t group, int decode, const checked_mesh *mesh,
+                                         const checked_calibration *calibration,
+                                         const fvv_configuration *configuration, const fvv_limits *limits,
+                                         const fvv_allocator *allocator, int *whole,
+                                         fvv_diagnostic *diagnostic) {
+  const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
+  const size_t size = (size_t)event->chunk.size;
+  if (visibility->group != group) {
+    fvv_visibility_frames_reset(&visibility->frames);
+    visibility->group = group;
+    visibility->lost = 0;
+  }
+  if (!decode) return judge_structure(event, configuration, limits, diagnostic);
+  const fvv_mesh *current =
+      mesh && !mesh->lost && mesh->time == event->chunk.time ? fvv_mesh_frames_current(&mesh->frames) : NULL;
+  const fvv_calibration *placed = calibration ? calibration_at(calibration, group, event->chunk.time) : NULL;
+  const int placed_unknown = calibration && calibration->group == group && calibration->lost;
+  /* After damage it is not known what is missing; that mesh or calibration was wrong has been said. */
+  const int unknown = (!current && ((mesh && mesh->lost) || !event->group_intact)) ||
+                      (!placed && any_moves(configuration) && (placed_unknown || !event->group_intact)) ||
+                      (!key && (visibility->lost || !event->group_intact));
+  if (unknown) {
+    visibility->lost = 1;
+    *whole = 0;
+    return judge_structure(event, configuration, limits, diagnostic);
+  }
+  const fvv_status status = fvv_visibility_frames_add(&visibility->frames, event->payload, size, key, current,
+                                                      placed, configuration, limits, allocator, diagnostic);
+  visibility->lost = status != FVV_OK;
+  return status;
+}
+
+/* Reads a whole stream and judges it: structure by the push reader, content by the layers
+ * of tracks. */
 
 enum { KEPT_PROBLEMS = 1000 };
 
-/* The frame whose chunks are coming: whole only when something later of its group has come intact. */
-typedef struct open_frame {
-  int is_open, whole;
-  int64_t time;
-} open_frame;
-
 typedef struct checked_track {
   fvv_track_summary summary;
-  fvv_checked_mesh mesh;
-  fvv_checked_calibration calibration;
-  fvv_checked_visibility visibility;
-  fvv_checked_tiles tiles;
-  fvv_checked_background background;
+  checked_mesh mesh;
+  checked_calibration calibration;
+  checked_visibility visibility;
+  checked_tiles tiles;
+  checked_background background;
 } checked_track;
 
 struct fvv_checker {
   fvv_allocator allocator;
   fvv_limits limits;
   fvv_check_options options;
-  fvv_reader *reader;
-  fvv_configuration_builder building, complete; /* the block that comes in, and the last one that was good */
-  uint64_t block_offset;
-  int block_open, block_bad, has_configuration;
+  fvv_frames *frames;
+  const fvv_configuration *configuration; /* the last one that was good, NULL: none yet */
   fvv_check_summary summary;
   fvv_bytes problems, tracks, runs;
-  open_frame frame;
+  int frame_good;    /* no chunk of the frame that comes in was judged wrong */
   fvv_status failed; /* the final error */
   uint32_t digest;   /* of the configuration, from the last GRUP */
 };
@@ -61,10 +354,12 @@ fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits
     const size_t size = options->struct_size < sizeof c->options ? options->struct_size : sizeof c->options;
     memcpy(&c->options, options, size);
   }
-  fvv_configuration_init(&c->building, limits, &chosen);
-  fvv_configuration_init(&c->complete, limits, &chosen);
-  c->limits = c->building.limits;
-  const fvv_status status = fvv_reader_create(limits, &chosen, 0, &c->reader);
+  c->limits = fvv_limits_or_default(limits);
+  fvv_frames_options frames;
+  fvv_frames_options_default(&frames);
+  frames.eager = 0;
+  frames.detail = 1;
+  const fvv_status status = fvv_frames_create(&frames, limits, &chosen, &c->frames);
   if (status < 0) {
     fvv_checker_destroy(c);
     *checker = NULL;
@@ -75,15 +370,13 @@ fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits
 void fvv_checker_destroy(fvv_checker *checker) {
   if (!checker) return;
   const fvv_allocator allocator = checker->allocator;
-  fvv_reader_destroy(checker->reader);
+  fvv_frames_destroy(checker->frames);
   checked_track *tracks = (checked_track *)checker->tracks.data;
   for (size_t i = 0; i < fvv_checker_track_count(checker); i++) {
     fvv_mesh_frames_reset(&tracks[i].mesh.frames);
-    fvv_checked_calibration_reset(&tracks[i].calibration);
+    reset_calibration(&tracks[i].calibration);
     fvv_visibility_frames_reset(&tracks[i].visibility.frames);
   }
-  fvv_configuration_free(&checker->building);
-  fvv_configuration_free(&checker->complete);
   fvv_bytes_free(&checker->problems);
   fvv_bytes_free(&checker->tracks);
   fvv_bytes_free(&checker->runs);
@@ -93,57 +386,6 @@ void fvv_checker_destroy(fvv_checker *checker) {
 static fvv_status problem(fvv_checker *c, const fvv_diagnostic *diagnostic) {
   if (c->summary.problems++ >= KEPT_PROBLEMS) return FVV_OK;
   return fvv_bytes_append(&c->problems, diagnostic, sizeof *diagnostic);
-}
-
-static fvv_status close_frame(fvv_checker *c) {
-  const open_frame frame = c->frame;
-  memset(&c->frame, 0, sizeof c->frame);
-  if (!frame.is_open || !frame.whole) return FVV_OK;
-  const uint64_t number = c->summary.frames - 1;
-  c->summary.whole_frames++;
-  fvv_frame_run *last = c->runs.size ? (fvv_frame_run *)(c->runs.data + c->runs.size) - 1 : NULL;
-  if (last && last->first + last->count == number) {
-    last->count++;
-    last->last_time = frame.time;
-    return FVV_OK;
-  }
-  const fvv_frame_run run = {number, 1, frame.time, frame.time};
-  return fvv_bytes_append(&c->runs, &run, sizeof run);
-}
-
-/* A configuration block is judged when the first group behind it begins. */
-static fvv_status close_block(fvv_checker *c, int stream_ended) {
-  if (!c->block_open) return FVV_OK;
-  c->block_open = 0;
-  fvv_diagnostic diagnostic = {0};
-  if (c->block_bad) return FVV_OK;
-  const fvv_status status = fvv_configuration_complete(&c->building, c->block_offset, &diagnostic);
-  if (status < 0) {
-    c->block_bad = 1;
-    /* What a block lacks may stand behind the end of a stream that was cut, or is live. */
-    return stream_ended ? FVV_OK : problem(c, &diagnostic);
-  }
-  const fvv_configuration_builder former = c->complete;
-  c->complete = c->building;
-  c->building = former;
-  c->has_configuration = 1;
-  return FVV_OK;
-}
-
-static fvv_status add_configuration(fvv_checker *c, const fvv_event *event) {
-  if (event->chunk.type == FVV_CHUNK_SCENE) {
-    c->block_open = 1;
-    c->block_bad = 0;
-    c->block_offset = event->offset;
-    c->summary.configurations++;
-  }
-  if (!c->block_open || c->block_bad) return FVV_OK;
-  fvv_diagnostic diagnostic = {0};
-  const fvv_status status =
-      fvv_configuration_add(&c->building, &event->chunk, event->payload, event->offset, &diagnostic);
-  if (status >= 0) return FVV_OK;
-  c->block_bad = 1;
-  return status == FVV_ERROR_MEMORY ? status : problem(c, &diagnostic);
 }
 
 static fvv_status find_track(fvv_checker *c, uint16_t id, checked_track **track) {
@@ -198,9 +440,10 @@ static void count_visibility(fvv_track_summary *t, const fvv_visibility_header *
 static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, checked_track *track,
                                    fvv_diagnostic *diagnostic) {
   fvv_visibility_header header;
+  const fvv_configuration *configuration = fvv_frames_configuration(c->frames);
   const checked_track *tracks = (const checked_track *)c->tracks.data;
-  const fvv_checked_mesh *mesh = NULL;
-  const fvv_checked_calibration *calibration = NULL;
+  const checked_mesh *mesh = NULL;
+  const checked_calibration *calibration = NULL;
   const fvv_status status = fvv_visibility_peek(event->payload, (size_t)event->chunk.size, &c->limits,
                                                 &header, NULL, 0, diagnostic);
   if (status != FVV_OK) {
@@ -213,40 +456,42 @@ static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, check
       mesh = &tracks[i].mesh;
     if (tracks[i].summary.kind == FVV_TRACK_CALIBRATION) calibration = &tracks[i].calibration;
   }
-  return fvv_check_visibility(&track->visibility, event, c->summary.groups, c->options.decode, mesh,
-                              calibration, &c->complete.view, &c->limits, &c->allocator, &c->frame.whole,
-                              diagnostic);
+  return judge_visibility_chunk(&track->visibility, event, c->summary.groups, c->options.decode, mesh,
+                                calibration, configuration, &c->limits, &c->allocator, &c->frame_good,
+                                diagnostic);
 }
 
 /* What the chunk's own layer says of its payload. */
 static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *track,
                         fvv_diagnostic *diagnostic) {
   const size_t size = (size_t)event->chunk.size;
+  const fvv_configuration *configuration = fvv_frames_configuration(c->frames);
   if (event->chunk.type == FVV_CHUNK_MESH) {
     fvv_mesh_header header = {0};
-    const fvv_status status = fvv_check_mesh(&track->mesh, event, c->summary.groups, c->options.decode,
-                                             &c->limits, &c->allocator, &header, &c->frame.whole, diagnostic);
+    const fvv_status status =
+        judge_mesh_chunk(&track->mesh, event, c->summary.groups, c->options.decode, &c->limits, &c->allocator,
+                         &header, &c->frame_good, diagnostic);
     if (header.vertex_count) count_mesh(&track->summary, &header);
     return status;
   }
-  if (event->chunk.type == FVV_CHUNK_VISIBILITY && c->has_configuration && !c->block_bad)
+  if (event->chunk.type == FVV_CHUNK_VISIBILITY && configuration)
     return judge_visibility(c, event, track, diagnostic);
-  if (event->chunk.type == FVV_CHUNK_CALIBRATION && c->has_configuration && !c->block_bad)
-    fvv_count_calibrations(&track->summary, event, &c->complete.view);
-  if (event->chunk.type == FVV_CHUNK_GROUP_TILES && c->has_configuration && !c->block_bad)
-    return fvv_check_group_tiles(&track->tiles, event, c->summary.groups, &c->complete.view, &c->limits,
-                                 &c->allocator, &track->summary, diagnostic);
+  if (event->chunk.type == FVV_CHUNK_CALIBRATION && configuration)
+    count_calibrations(&track->summary, event, configuration);
+  if (event->chunk.type == FVV_CHUNK_GROUP_TILES && configuration)
+    return judge_group_tiles(&track->tiles, event, c->summary.groups, configuration, &c->limits,
+                             &c->allocator, &track->summary, diagnostic);
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && track->tiles.lost_in == c->summary.groups)
-    c->frame.whole = 0;
+    c->frame_good = 0;
   if (event->chunk.type == FVV_CHUNK_BACKGROUND)
-    return fvv_check_background(&track->background, event, c->digest, c->options.decode, &c->limits,
-                                &c->allocator, &track->summary, diagnostic);
-  if (!c->options.decode || !c->has_configuration || c->block_bad) return FVV_OK;
+    return judge_background(&track->background, event, c->digest, c->options.decode, &c->limits,
+                            &c->allocator, &track->summary, diagnostic);
+  if (!c->options.decode || !configuration) return FVV_OK;
   if (event->chunk.type == FVV_CHUNK_CALIBRATION)
-    return fvv_check_calibration(&track->calibration, event, c->summary.configurations, c->summary.groups,
-                                 &c->complete.view, &c->allocator, &c->frame.whole, diagnostic);
+    return judge_calibration(&track->calibration, event, c->summary.configurations, c->summary.groups,
+                             configuration, &c->allocator, &c->frame_good, diagnostic);
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET) {
-    const fvv_video_layout *video = fvv_configuration_video(&c->complete.view, event->chunk.track);
+    const fvv_video_layout *video = fvv_configuration_video(configuration, event->chunk.track);
     if (video)
       return fvv_video_sample_check(&video->config, event->chunk.flags & FVV_FLAG_KEY, event->payload, size,
                                     diagnostic);
@@ -261,18 +506,14 @@ static void count_chunk(fvv_track_summary *summary, const fvv_chunk_header *head
   if (header->size > summary->largest) summary->largest = header->size;
 }
 
-static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
+/* A chunk of a track; begins: it is the first of its frame. */
+static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int begins) {
   const fvv_chunk_header *header = &event->chunk;
   if (!header->track) return FVV_OK;
-  if (!c->frame.is_open || c->frame.time != header->time) {
-    if (!event->group_intact) c->frame.whole = 0;
-    const fvv_status status = close_frame(c);
-    if (status < 0) return status;
-    c->frame.is_open = c->frame.whole = 1;
-    c->frame.time = header->time;
+  if (begins) {
+    c->frame_good = 1;
     c->summary.frames++;
   }
-  if (!event->group_intact || c->block_bad) c->frame.whole = 0;
   c->summary.payload_bytes += header->size;
   checked_track *track;
   const fvv_status found = find_track(c, header->track, &track);
@@ -285,50 +526,60 @@ static fvv_status add_frame_chunk(fvv_checker *c, const fvv_event *event) {
   const fvv_status status = judge(c, event, track, &diagnostic);
   if (status >= 0) return FVV_OK;
   if (status == FVV_ERROR_MEMORY) return status;
-  c->frame.whole = 0;
+  c->frame_good = 0;
   fvv_diagnostic_rebase(&diagnostic, event->offset + FVV_CHUNK_HEADER_SIZE, header->type);
   return problem(c, &diagnostic);
 }
 
-static fvv_status take_chunk(fvv_checker *c, const fvv_event *event) {
-  fvv_status status;
+static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_frame) {
   c->summary.chunks++;
-  switch (fvv_chunk_place(event->chunk.type)) {
-  case FVV_PLACE_CONFIGURATION:
-    return add_configuration(c, event);
-  case FVV_PLACE_GROUP:
-    if (event->chunk.type == FVV_CHUNK_GROUP) {
-      status = close_block(c, 0);
-      c->digest = fvv_get_u32(event->payload + FVV_GRUP_CONFIGURATION_CRC);
-      if (!c->summary.groups++) c->summary.start = event->chunk.time;
-      return status;
-    }
-    if (!event->group_intact) c->frame.whole = 0;
-    c->summary.end = event->chunk.time;
-    return close_frame(c);
-  case FVV_PLACE_FRAME:
-    return add_frame_chunk(c, event);
-  case FVV_PLACE_END:
-    return close_block(c, 0);
-  default:
-    return FVV_OK;
-  }
+  if (fvv_chunk_place(event->chunk.type) == FVV_PLACE_FRAME) return take_frame_chunk(c, event, begins_frame);
+  if (event->chunk.type == FVV_CHUNK_SCENE) c->summary.configurations++;
+  if (event->chunk.type == FVV_CHUNK_GROUP && !c->summary.groups++) c->summary.start = event->chunk.time;
+  if (event->chunk.type == FVV_CHUNK_GROUP_END) c->summary.end = event->chunk.time;
+  return FVV_OK;
 }
 
-static fvv_status take_event(fvv_checker *c, const fvv_event *event) {
+static fvv_status take_read(fvv_checker *c, const fvv_event *event, int begins_frame) {
   if (c->options.event) c->options.event(c->options.user, event);
-  switch (event->kind) {
-  case FVV_EVENT_HEADER:
+  if (event->kind == FVV_EVENT_CHUNK) return take_chunk(c, event, begins_frame);
+  if (event->kind == FVV_EVENT_HEADER) {
     c->summary.written_major = event->written_major;
     c->summary.written_minor = event->written_minor;
+  }
+  if (event->kind == FVV_EVENT_DAMAGE && event->diagnostic.status == FVV_ERROR_TRUNCATED)
+    c->summary.truncated = 1;
+  return FVV_OK;
+}
+
+static fvv_status count_frame(fvv_checker *c, int64_t time) {
+  const uint64_t number = c->summary.frames - 1;
+  c->summary.whole_frames++;
+  fvv_frame_run *last = c->runs.size ? (fvv_frame_run *)(c->runs.data + c->runs.size) - 1 : NULL;
+  if (last && last->first + last->count == number) {
+    last->count++;
+    last->last_time = time;
     return FVV_OK;
-  case FVV_EVENT_CHUNK:
-    return take_chunk(c, event);
-  case FVV_EVENT_DAMAGE:
-    c->frame.whole = 0;
-    if (event->diagnostic.status == FVV_ERROR_TRUNCATED) c->summary.truncated = 1;
+  }
+  const fvv_frame_run run = {number, 1, time, time};
+  return fvv_bytes_append(&c->runs, &run, sizeof run);
+}
+
+static fvv_status take_event(fvv_checker *c, const fvv_frames_event *event) {
+  switch (event->kind) {
+  case FVV_FRAMES_READ:
+    return take_read(c, event->read, event->begins_frame);
+  case FVV_FRAMES_CONFIGURATION:
+    c->configuration = event->configuration;
+    return FVV_OK;
+  case FVV_FRAMES_GROUP:
+    c->digest = event->configuration_crc;
+    return FVV_OK;
+  case FVV_FRAMES_FRAME:
+    return event->whole && c->frame_good ? count_frame(c, event->time) : FVV_OK;
+  case FVV_FRAMES_DAMAGE:
     return problem(c, &event->diagnostic);
-  case FVV_EVENT_END:
+  case FVV_FRAMES_END:
     c->summary.has_footer = 1;
     return FVV_OK;
   default:
@@ -337,14 +588,14 @@ static fvv_status take_event(fvv_checker *c, const fvv_event *event) {
 }
 
 static fvv_status pull(fvv_checker *c) {
-  fvv_event event;
+  fvv_frames_event event;
   fvv_diagnostic diagnostic = {0};
   fvv_status status;
-  while ((status = fvv_reader_next(c->reader, &event, &diagnostic)) == FVV_OK) {
+  while ((status = fvv_frames_next(c->frames, &event, &diagnostic)) == FVV_OK) {
     status = take_event(c, &event);
     if (status < 0) {
-      fvv_fail(&diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, event.chunk.type,
-               event.offset, "%s", fvv_status_text(status));
+      fvv_fail(&diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0,
+               event.read ? event.read->chunk.type : 0, event.offset, "%s", fvv_status_text(status));
       break;
     }
   }
@@ -358,16 +609,14 @@ static fvv_status pull(fvv_checker *c) {
 fvv_status fvv_checker_push(fvv_checker *checker, const void *bytes, size_t size) {
   checker->summary.bytes += size;
   if (checker->failed) return checker->failed;
-  const fvv_status status = fvv_reader_push(checker->reader, bytes, size);
+  const fvv_status status = fvv_frames_push(checker->frames, bytes, size);
   return status < 0 ? (checker->failed = status) : pull(checker);
 }
 
 fvv_status fvv_checker_finish(fvv_checker *checker) {
   if (!checker->failed) {
-    fvv_reader_finish(checker->reader);
+    fvv_frames_finish(checker->frames);
     checker->failed = pull(checker);
-    const fvv_status status = close_block(checker, 1);
-    if (!checker->failed) checker->failed = status;
   }
   if (!checker->summary.has_footer && !checker->failed) checker->summary.truncated = 1;
   return checker->failed;
@@ -396,5 +645,5 @@ const fvv_frame_run *fvv_checker_run(const fvv_checker *checker, size_t i) {
   return i < fvv_checker_run_count(checker) ? (const fvv_frame_run *)checker->runs.data + i : NULL;
 }
 const fvv_configuration *fvv_checker_configuration(const fvv_checker *checker) {
-  return checker->has_configuration ? &checker->complete.view : NULL;
+  return checker->configuration;
 }

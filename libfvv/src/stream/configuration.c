@@ -3,7 +3,7 @@
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
-#include "base/limits.h"
+#include "base/memory.h"
 #include "base/text.h"
 
 typedef struct payload_copy {

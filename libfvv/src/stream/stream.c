@@ -1,61 +1,50 @@
-/* stream/stream.c: frames by number, through the index of the file. */
+/* Frames by number: their chunks, meshes, samples, cameras, visibility and environment. */
 #include "stream/stream.h"
+
+#include <string.h>
 
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
+#include "base/memory.h"
+#include "container/file.h"
+#include "mesh/mesh.h"
+#include "stream/tracks.h"
 
-fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, const fvv_allocator *allocator,
-                           fvv_stream **stream, fvv_diagnostic *diagnostic) {
-  fvv_diagnostic_clear(diagnostic);
-  const fvv_allocator chosen = fvv_allocator_or_default(allocator);
-  *stream = fvv_allocate_zeroed(&chosen, sizeof **stream);
-  if (!*stream) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
-  fvv_stream *s = *stream;
-  s->allocator = s->firsts.allocator = s->meshes.allocator = s->visibility.allocator = s->layouts.allocator =
-      chosen;
-  fvv_configuration_init(&s->configuration, limits, &chosen);
-  s->limits = s->configuration.limits;
-  const fvv_status status = fvv_file_open(input, limits, &chosen, &s->file, diagnostic);
-  if (status < 0) {
-    fvv_stream_close(s);
-    *stream = NULL;
-    return status;
-  }
-  for (size_t g = 0; g < fvv_file_group_count(s->file); g++) {
-    const uint64_t first = s->frame_count;
-    s->frame_count += fvv_file_group(s->file, g)->frame_count;
-    if (fvv_bytes_append(&s->firsts, &first, sizeof first) < 0) {
-      fvv_stream_close(s);
-      *stream = NULL;
-      return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
-    }
-  }
-  return FVV_OK;
-}
+/* The chunks of a frame: a run within its group's list, which begins with first. */
+typedef struct frame_chunks {
+  const fvv_chunk_info *chunks;
+  size_t count;
+  size_t group;
+  const fvv_chunk_info *first;
+} frame_chunks;
 
-void fvv_stream_close(fvv_stream *stream) {
-  if (!stream) return;
-  const fvv_allocator allocator = stream->allocator;
-  fvv_configuration_free(&stream->configuration);
-  fvv_bytes_free(&stream->firsts);
-  fvv_stream_release_cameras(stream);
-  fvv_stream_release_meshes(stream);
-  fvv_stream_release_tiles(stream);
-  fvv_stream_release_visibility(stream);
-  fvv_stream_release_background(stream);
-  fvv_file_close(stream->file);
-  fvv_release(&allocator, stream, sizeof *stream);
-}
-
-const fvv_file *fvv_stream_file(const fvv_stream *stream) {
-  return stream->file;
-}
 size_t fvv_stream_frame_count(const fvv_stream *stream) {
   return stream->frame_count;
 }
 
-fvv_status fvv_stream_find(fvv_stream *s, size_t frame, fvv_frame_chunks *found, fvv_diagnostic *diagnostic) {
+/* What is kept of a track between calls: the element of list, of elements of size bytes that begin with the
+ * track's uint16_t, which is that track's. One that is not there is added, all else of it zero. Valid until
+ * the next is added. FVV_ERROR_LIMIT: there are as many as a stream may have tracks. */
+static fvv_status kept_of(const fvv_stream *stream, fvv_bytes *list, size_t size, uint16_t track,
+                          void **element) {
+  for (size_t at = 0; at < list->size; at += size) {
+    uint16_t id;
+    memcpy(&id, list->data + at, sizeof id);
+    *element = list->data + at;
+    if (id == track) return FVV_OK;
+  }
+  if (list->size / size >= stream->limits.max_tracks) return FVV_ERROR_LIMIT;
+  const fvv_status status = fvv_bytes_reserve(list, size);
+  if (status != FVV_OK) return status;
+  *element = list->data + list->size;
+  memset(*element, 0, size);
+  memcpy(*element, &track, sizeof track);
+  list->size += size;
+  return FVV_OK;
+}
+
+static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, fvv_diagnostic *diagnostic) {
   if (frame >= s->frame_count)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "frame %zu of %zu", frame, s->frame_count);
   /* The last group that begins at or before the frame; groups without frames begin where the next one does.
@@ -96,12 +85,18 @@ fvv_status fvv_stream_find(fvv_stream *s, size_t frame, fvv_frame_chunks *found,
 
 fvv_status fvv_stream_frame(fvv_stream *stream, size_t frame, fvv_frame *out, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  fvv_frame_chunks found;
-  const fvv_status status = fvv_stream_find(stream, frame, &found, diagnostic);
+  frame_chunks found;
+  const fvv_status status = find_frame(stream, frame, &found, diagnostic);
   if (status < 0) return status;
   out->time = found.chunks[0].time;
   out->group = found.group;
   return FVV_OK;
+}
+
+static void release_cameras(fvv_stream *stream) {
+  fvv_calibration_destroy(stream->calibration);
+  stream->calibration = NULL;
+  stream->calibration_chunk = 0;
 }
 
 fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_configuration **configuration,
@@ -114,7 +109,7 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
   const uint64_t offset = info->configuration_offset;
   if (offset != stream->configuration_offset) {
     stream->configuration_offset = 0;
-    fvv_stream_release_cameras(stream); /* names are borrowed */
+    release_cameras(stream); /* names are borrowed */
     const fvv_chunk_info *chunks;
     size_t count;
     fvv_status status = fvv_file_configuration(stream->file, group, &chunks, &count, diagnostic);
@@ -134,28 +129,18 @@ fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group, const fvv_
   return FVV_OK;
 }
 
-const fvv_chunk_info *fvv_stream_chunk_of(const fvv_frame_chunks *found, uint32_t type, uint16_t track) {
+/* The frame's chunk of a type on a track; NULL: it has none. */
+static const fvv_chunk_info *chunk_of(const frame_chunks *found, uint32_t type, uint16_t track) {
   for (size_t i = 0; i < found->count; i++)
     if (found->chunks[i].type == type && found->chunks[i].track == track) return &found->chunks[i];
   return NULL;
 }
 
-fvv_status fvv_stream_kept_of(const fvv_stream *stream, fvv_bytes *list, size_t size, uint16_t track,
-                              void **element) {
-  for (size_t at = 0; at < list->size; at += size) {
-    uint16_t id;
-    memcpy(&id, list->data + at, sizeof id);
-    *element = list->data + at;
-    if (id == track) return FVV_OK;
-  }
-  if (list->size / size >= stream->limits.max_tracks) return FVV_ERROR_LIMIT;
-  const fvv_status status = fvv_bytes_reserve(list, size);
-  if (status != FVV_OK) return status;
-  *element = list->data + list->size;
-  memset(*element, 0, size);
-  memcpy(*element, &track, sizeof track);
-  list->size += size;
-  return FVV_OK;
+/* A frame and the configuration that holds for it. */
+static fvv_status find_configured(fvv_stream *s, size_t frame, frame_chunks *found,
+                                  const fvv_configuration **configuration, fvv_diagnostic *diagnostic) {
+  const fvv_status status = find_frame(s, frame, found, diagnostic);
+  return status < 0 ? status : fvv_stream_configuration(s, found->group, configuration, diagnostic);
 }
 
 fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, const uint8_t **sample,
@@ -163,16 +148,14 @@ fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, c
   fvv_diagnostic_clear(diagnostic);
   *sample = NULL;
   *size = 0;
-  fvv_frame_chunks found;
-  fvv_status status = fvv_stream_find(stream, frame, &found, diagnostic);
-  if (status < 0) return status;
-  /* The configuration first: reading it uses the buffer that the sample will stand in. */
+  /* The configuration first: reading it uses the buffer that the sample will be in. */
+  frame_chunks found;
   const fvv_configuration *configuration;
-  status = fvv_stream_configuration(stream, found.group, &configuration, diagnostic);
+  fvv_status status = find_configured(stream, frame, &found, &configuration, diagnostic);
   if (status < 0) return status;
   const fvv_video_layout *video = fvv_configuration_video(configuration, track);
   if (!video) return FVV_END;
-  const fvv_chunk_info *info = fvv_stream_chunk_of(&found, FVV_CHUNK_VIDEO_PACKET, track);
+  const fvv_chunk_info *info = chunk_of(&found, FVV_CHUNK_VIDEO_PACKET, track);
   if (!info) return FVV_END;
   const uint8_t *payload;
   status = fvv_file_read_chunk(stream->file, info, &payload, diagnostic);
@@ -186,4 +169,512 @@ fvv_status fvv_stream_sample(fvv_stream *stream, size_t frame, uint16_t track, c
   *sample = payload;
   *size = (size_t)info->size;
   return FVV_OK;
+}
+
+/* Cameras of frames by number. A CALB chunk is decoded from the key of its group on; the position of the
+ * track is kept, so that frames in order cost one step each. */
+
+static int is_calibration(const fvv_chunk_info *chunk) {
+  return chunk->type == FVV_CHUNK_CALIBRATION;
+}
+
+/* Decodes all from the key to wanted that was not decoded yet. first: the group's list, in which wanted
+ * is. */
+static fvv_status follow_cameras(fvv_stream *s, const fvv_chunk_info *first, const fvv_chunk_info *wanted,
+                                 fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *next = wanted;
+  while (next > first && next->offset != s->calibration_chunk &&
+         !(is_calibration(next) && next->flags & FVV_FLAG_KEY))
+    next--;
+  if (next->offset == s->calibration_chunk) next++;
+  s->calibration_chunk = 0;
+  for (; next <= wanted; next++) {
+    if (!is_calibration(next)) continue;
+    const uint8_t *payload;
+    fvv_status status = fvv_file_read_chunk(s->file, next, &payload, diagnostic);
+    if (status != FVV_OK) return status;
+    status = fvv_calibration_decode(s->calibration, payload, (size_t)next->size, next->flags & FVV_FLAG_KEY,
+                                    diagnostic);
+    if (status != FVV_OK) {
+      fvv_diagnostic_rebase(diagnostic, next->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_CALIBRATION);
+      return status;
+    }
+  }
+  s->calibration_chunk = wanted->offset;
+  return FVV_OK;
+}
+
+/* The calibration of a configuration begins anew with every one that is loaded, which releases it. */
+static fvv_status prepare(fvv_stream *s, const fvv_configuration *configuration, fvv_diagnostic *diagnostic) {
+  if (s->calibration) return FVV_OK;
+  const fvv_status status = fvv_calibration_create(configuration->cameras, configuration->camera_count,
+                                                   &s->allocator, &s->calibration);
+  return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");
+}
+
+/* Where the cameras of a frame that move are, decoded; belongs to the stream, valid until the next call on
+ * it. FVV_END: there is no calibration at its time. */
+static fvv_status calibration_of(fvv_stream *stream, const frame_chunks *found,
+                                 const fvv_configuration *configuration, const fvv_calibration **calibration,
+                                 fvv_diagnostic *diagnostic) {
+  for (size_t i = 0; i < found->count; i++) {
+    if (!is_calibration(&found->chunks[i])) continue;
+    fvv_status status = prepare(stream, configuration, diagnostic);
+    if (status == FVV_OK) status = follow_cameras(stream, found->first, &found->chunks[i], diagnostic);
+    if (status == FVV_OK) *calibration = stream->calibration;
+    return status;
+  }
+  return FVV_END;
+}
+
+fvv_status fvv_stream_camera(fvv_stream *stream, size_t frame, uint16_t id, fvv_camera *camera,
+                             fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  frame_chunks found;
+  const fvv_configuration *configuration;
+  fvv_status status = find_configured(stream, frame, &found, &configuration, diagnostic);
+  if (status < 0) return status;
+  const fvv_camera *constant = fvv_configuration_camera(configuration, id);
+  if (!constant) return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "camera %u is not described", id);
+  if (!(constant->flags & FVV_CAMERA_MOVES)) {
+    *camera = *constant;
+    return FVV_OK;
+  }
+  const fvv_calibration *calibration;
+  status = calibration_of(stream, &found, configuration, &calibration, diagnostic);
+  return status == FVV_OK ? fvv_calibration_camera(calibration, id, camera) : status;
+}
+
+/* The layout of a video track in a group: that of its GTIL, else that of the configuration. What was decoded
+ * last is kept for each track. */
+
+typedef struct followed_tiles {
+  uint16_t track;
+  uint64_t chunk;  /* offset of the GTIL that was decoded last; 0: none */
+  fvv_bytes tiles; /* fvv_tile */
+} followed_tiles;
+
+static void release_tiles(fvv_stream *stream) {
+  followed_tiles *tracks = (followed_tiles *)stream->layouts.data;
+  for (size_t i = 0; i < stream->layouts.size / sizeof *tracks; i++) fvv_bytes_free(&tracks[i].tiles);
+  fvv_bytes_free(&stream->layouts);
+}
+
+/* A layout that was lost would leave no trace in the list of a group whose table is lost as well, and the
+ * configuration's would be taken in its place. The continuity counter of a sample shows how many chunks of
+ * the group were before it. */
+static fvv_status check_complete(fvv_stream *s, const fvv_chunk_info *first, const fvv_chunk_info *sample,
+                                 fvv_diagnostic *diagnostic) {
+  fvv_chunk_header header;
+  const fvv_status status = fvv_file_load(s->file, sample->offset, &header, diagnostic);
+  if (status < 0) return status;
+  if (header.counter == (uint8_t)(sample - first + 1)) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_CONTINUITY, FVV_CHUNK_VIDEO_PACKET, sample->offset,
+                  "chunks in front of the first sample of track %u are missing: its layout may be among them",
+                  sample->track);
+}
+
+/* The GTIL of the group; NULL: it has none. */
+static fvv_status find_layout(fvv_stream *s, size_t group, uint16_t track, const fvv_chunk_info **layout,
+                              fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *chunks, *sample = NULL;
+  size_t count;
+  *layout = NULL;
+  const fvv_status status = fvv_file_group_chunks(s->file, group, &chunks, &count, diagnostic);
+  if (status < 0) return status;
+  for (size_t i = 0; i < count; i++) {
+    if (chunks[i].track != track) continue;
+    if (chunks[i].type == FVV_CHUNK_VIDEO_PACKET && !sample) sample = &chunks[i];
+    if (chunks[i].type != FVV_CHUNK_GROUP_TILES) continue;
+    if (*layout || sample)
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_GROUP, FVV_CHUNK_GROUP_TILES,
+                      chunks[i].offset, "layout of track %u is not the only one, or stands behind a sample",
+                      track);
+    *layout = &chunks[i];
+  }
+  if (*layout || !sample || fvv_file_group(s->file, group)->intact) return FVV_OK;
+  return check_complete(s, chunks, sample, diagnostic);
+}
+
+fvv_status fvv_stream_tiles(fvv_stream *stream, size_t group, uint16_t track, const fvv_tile **tiles,
+                            size_t *count, fvv_diagnostic *diagnostic) {
+  *tiles = NULL;
+  *count = 0;
+  const fvv_configuration *configuration;
+  fvv_status status = fvv_stream_configuration(stream, group, &configuration, diagnostic);
+  if (status < 0) return status;
+  const fvv_video_layout *video = fvv_configuration_video(configuration, track);
+  if (!video || !video->tile_count) return FVV_END;
+  const fvv_chunk_info *layout;
+  status = find_layout(stream, group, track, &layout, diagnostic);
+  if (status < 0) return status;
+  if (!layout) {
+    *tiles = video->tiles;
+    *count = video->tile_count;
+    return FVV_OK;
+  }
+  void *kept = NULL;
+  status = kept_of(stream, &stream->layouts, sizeof(followed_tiles), track, &kept);
+  if (status < 0) return fvv_fail(diagnostic, status, 0, 0, 0, "%s", fvv_status_text(status));
+  followed_tiles *followed = kept;
+  if (followed->chunk != layout->offset) {
+    followed->chunk = 0;
+    followed->tiles.allocator = stream->allocator;
+    const uint8_t *payload;
+    status = fvv_file_read_chunk(stream->file, layout, &payload, diagnostic);
+    if (status < 0) return status;
+    status = fvv_group_tiles_decode(configuration, track, payload, (size_t)layout->size, &stream->limits,
+                                    &followed->tiles, diagnostic);
+    if (status < 0) {
+      fvv_fail(diagnostic, status, 0, FVV_CHUNK_GROUP_TILES, 0, "%s", fvv_status_text(status));
+      fvv_diagnostic_rebase(diagnostic, layout->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_GROUP_TILES);
+      return status;
+    }
+    followed->chunk = layout->offset;
+  }
+  *tiles = (const fvv_tile *)followed->tiles.data;
+  *count = followed->tiles.size / sizeof(fvv_tile);
+  return FVV_OK;
+}
+
+/* Meshes of frames by number. A delta frame is decoded from the key mesh of its group on; the position of
+ * each track is kept, so that frames in order cost one step each. */
+
+typedef struct followed_track {
+  uint16_t track;
+  uint64_t key, last; /* offsets of the chunks of the key mesh and of the current frame */
+  fvv_mesh_frames frames;
+} followed_track;
+
+static void release_meshes(fvv_stream *stream) {
+  followed_track *tracks = (followed_track *)stream->meshes.data;
+  for (size_t i = 0; i < stream->meshes.size / sizeof *tracks; i++) fvv_mesh_frames_reset(&tracks[i].frames);
+  fvv_bytes_free(&stream->meshes);
+}
+
+/* Decodes the track's next chunk. */
+static fvv_status decode_mesh(fvv_stream *s, followed_track *track, const fvv_chunk_info *chunk,
+                              fvv_diagnostic *diagnostic) {
+  const uint8_t *payload;
+  const int key = (chunk->flags & FVV_FLAG_KEY) != 0;
+  fvv_status status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
+  if (status != FVV_OK) {
+    fvv_mesh_frames_reset(&track->frames);
+    return status;
+  }
+  status = fvv_mesh_frames_add(&track->frames, payload, (size_t)chunk->size, key, &s->limits, &s->allocator,
+                               diagnostic);
+  if (status != FVV_OK)
+    fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_MESH);
+  if (key) track->key = chunk->offset;
+  track->last = chunk->offset;
+  return status;
+}
+
+static int is_mesh(const fvv_chunk_info *chunk, uint16_t track) {
+  return chunk->type == FVV_CHUNK_MESH && chunk->track == track;
+}
+
+/* first: the group's list, in which wanted is. */
+static fvv_status follow_meshes(fvv_stream *s, followed_track *track, const fvv_chunk_info *first,
+                                const fvv_chunk_info *wanted, fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *key = wanted;
+  while (key > first && !(is_mesh(key, track->track) && key->flags & FVV_FLAG_KEY)) key--;
+  const fvv_chunk_info *next = key;
+  if (fvv_mesh_frames_current(&track->frames) && track->key == key->offset && track->last <= wanted->offset)
+    while (next <= wanted && next->offset <= track->last) next++;
+  else
+    fvv_mesh_frames_reset(&track->frames);
+  for (; next <= wanted; next++) {
+    if (!is_mesh(next, track->track)) continue;
+    const fvv_status status = decode_mesh(s, track, next, diagnostic);
+    if (status != FVV_OK) return status;
+  }
+  return FVV_OK;
+}
+
+static fvv_status decode_delta(fvv_stream *s, const frame_chunks *found, const fvv_chunk_info *wanted,
+                               fvv_mesh *mesh, fvv_diagnostic *diagnostic) {
+  void *kept = NULL;
+  fvv_status status = kept_of(s, &s->meshes, sizeof(followed_track), wanted->track, &kept);
+  if (status != FVV_OK)
+    return fvv_fail(diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, FVV_CHUNK_MESH,
+                    wanted->offset, "no room for the delta frames of track %u", wanted->track);
+  followed_track *track = kept;
+  status = follow_meshes(s, track, found->first, wanted, diagnostic);
+  if (status != FVV_OK) return status;
+  status = fvv_mesh_copy(fvv_mesh_frames_current(&track->frames), &s->allocator, mesh);
+  return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "no memory for a mesh");
+}
+
+static fvv_status decode_key(fvv_stream *s, const fvv_chunk_info *wanted, fvv_mesh *mesh,
+                             fvv_diagnostic *diagnostic) {
+  const uint8_t *payload;
+  fvv_status status = fvv_file_read_chunk(s->file, wanted, &payload, diagnostic);
+  if (status != FVV_OK) return status;
+  fvv_mesh_header header;
+  status = fvv_mesh_peek(payload, (size_t)wanted->size, &s->limits, &header, diagnostic);
+  if (status == FVV_OK) status = fvv_mesh_frames_check_flag(&header, 1, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_mesh_decode(payload, (size_t)wanted->size, &s->limits, &s->allocator, mesh, diagnostic);
+  if (status != FVV_OK)
+    fvv_diagnostic_rebase(diagnostic, wanted->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_MESH);
+  return status;
+}
+
+fvv_status fvv_stream_mesh(fvv_stream *stream, size_t frame, uint16_t track, fvv_mesh *mesh,
+                           fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  memset(mesh, 0, sizeof *mesh);
+  frame_chunks found;
+  const fvv_status status = find_frame(stream, frame, &found, diagnostic);
+  if (status < 0) return status;
+  const fvv_chunk_info *chunk = chunk_of(&found, FVV_CHUNK_MESH, track);
+  if (!chunk) return FVV_END;
+  return chunk->flags & FVV_FLAG_KEY ? decode_key(stream, chunk, mesh, diagnostic)
+                                     : decode_delta(stream, &found, chunk, mesh, diagnostic);
+}
+
+/* Visibility of frames by number. A chunk that is no key is decoded from the key chunk of its group on, each
+ * with its mesh; the position of each track is kept. */
+
+typedef struct followed_visibility {
+  uint16_t track;
+  uint64_t last; /* offset of the chunk that was decoded last; 0: none */
+  fvv_visibility_frames frames;
+} followed_visibility;
+
+static void release_visibility(fvv_stream *stream) {
+  followed_visibility *tracks = (followed_visibility *)stream->visibility.data;
+  for (size_t i = 0; i < stream->visibility.size / sizeof *tracks; i++)
+    fvv_visibility_frames_reset(&tracks[i].frames);
+  fvv_bytes_free(&stream->visibility);
+}
+
+static fvv_status find_chunk(fvv_stream *s, size_t frame, uint16_t track, const fvv_chunk_info **chunk,
+                             frame_chunks *found, fvv_diagnostic *diagnostic) {
+  const fvv_status status = find_frame(s, frame, found, diagnostic);
+  if (status < 0) return status;
+  *chunk = chunk_of(found, FVV_CHUNK_VISIBILITY, track);
+  return *chunk ? FVV_OK : FVV_END;
+}
+
+/* Decodes the chunk of a frame, which is the track's next one or a key. found: of the frame. */
+static fvv_status decode_visibility(fvv_stream *s, followed_visibility *track, size_t frame,
+                                    const fvv_chunk_info *chunk, const frame_chunks *found,
+                                    fvv_diagnostic *diagnostic) {
+  const int key = (chunk->flags & FVV_FLAG_KEY) != 0;
+  const uint8_t *payload;
+  const fvv_configuration *configuration;
+  fvv_visibility_header header;
+  fvv_mesh mesh = {0};
+  if (key) fvv_visibility_frames_reset(&track->frames);
+  track->last = 0;
+  fvv_status status = fvv_stream_configuration(s, found->group, &configuration, diagnostic);
+  if (status == FVV_OK) status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
+  if (status != FVV_OK) return status;
+  status = fvv_visibility_frames_check(&track->frames, payload, (size_t)chunk->size, key, configuration,
+                                       &s->limits, &header, diagnostic);
+  if (status == FVV_OK) {
+    const fvv_calibration *calibration = NULL;
+    status = fvv_stream_mesh(s, frame, header.mesh_track, &mesh, diagnostic);
+    /* Reading mesh and calibration used the buffer in which the payload stood. */
+    const int has_mesh = status == FVV_OK;
+    if (status >= 0) status = calibration_of(s, found, configuration, &calibration, diagnostic);
+    if (status >= 0) status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
+    if (status != FVV_OK) {
+      fvv_mesh_free(&mesh);
+      return status;
+    }
+    status =
+        fvv_visibility_frames_add(&track->frames, payload, (size_t)chunk->size, key, has_mesh ? &mesh : NULL,
+                                  calibration, configuration, &s->limits, &s->allocator, diagnostic);
+    fvv_mesh_free(&mesh);
+  }
+  if (status == FVV_OK)
+    track->last = chunk->offset;
+  else
+    fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_VISIBILITY);
+  return status;
+}
+
+/* From the last chunk that is decoded, or a key, to that of the frame. */
+static fvv_status follow_visibility(fvv_stream *s, followed_visibility *track, size_t frame,
+                                    fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *chunk;
+  frame_chunks found;
+  size_t from = frame;
+  for (;; from--) {
+    const fvv_status status = find_chunk(s, from, track->track, &chunk, &found, diagnostic);
+    if (status < 0) return status;
+    if (status == FVV_OK && chunk->offset == track->last) {
+      if (from++ == frame) return FVV_OK;
+      break;
+    }
+    if (!from || (status == FVV_OK && chunk->flags & FVV_FLAG_KEY)) break;
+  }
+  for (; from <= frame; from++) {
+    fvv_status status = find_chunk(s, from, track->track, &chunk, &found, diagnostic);
+    if (status == FVV_OK) status = decode_visibility(s, track, from, chunk, &found, diagnostic);
+    if (status < 0) return status;
+  }
+  return FVV_OK;
+}
+
+fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t track,
+                                 const fvv_visibility **visibility, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  *visibility = NULL;
+  const fvv_chunk_info *chunk;
+  frame_chunks found;
+  fvv_status status = find_chunk(stream, frame, track, &chunk, &found, diagnostic);
+  if (status != FVV_OK) return status;
+  void *kept = NULL;
+  status = kept_of(stream, &stream->visibility, sizeof(followed_visibility), track, &kept);
+  if (status != FVV_OK)
+    return fvv_fail(diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, FVV_CHUNK_VISIBILITY,
+                    chunk->offset, "no room for the visibility of track %u", track);
+  followed_visibility *followed = kept;
+  status = follow_visibility(stream, followed, frame, diagnostic);
+  if (status == FVV_OK) *visibility = &followed->frames.current;
+  return status;
+}
+
+/* The environment that belongs to a group: in the group itself, or where clause 18.5 says that a writer puts
+ * it. At most three tables of groups are read; the stream is never scanned. */
+
+static void release_background(fvv_stream *stream) {
+  fvv_background_free(&stream->background);
+  fvv_bytes_free(&stream->background_payload);
+  stream->background_chunk = 0;
+}
+
+/* 1 and *digest, that of the configuration block, when the group's GRUP is intact. */
+static int digest_of(fvv_stream *s, size_t group, uint32_t *digest) {
+  const fvv_group_info *info = fvv_file_group(s->file, group);
+  const fvv_chunk_info chunk = {
+      info->offset, FVV_GRUP_SIZE, info->start, FVV_CHUNK_GROUP, 0, FVV_FLAG_CRITICAL | FVV_FLAG_KEY};
+  const uint8_t *payload;
+  if (fvv_file_read_chunk(s->file, &chunk, &payload, NULL) != FVV_OK) return 0;
+  *digest = fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC);
+  return 1;
+}
+
+/* The first group after the configuration block of a group. */
+static size_t first_of_block(const fvv_stream *s, size_t group) {
+  const uint64_t block = fvv_file_group(s->file, group)->configuration_offset;
+  while (group && fvv_file_group(s->file, group - 1)->configuration_offset == block) group--;
+  return group;
+}
+
+/* The same, with all blocks before it that only repeat it. */
+static size_t first_of_configuration(fvv_stream *s, size_t group) {
+  uint32_t digest, other;
+  group = first_of_block(s, group);
+  if (!group || !digest_of(s, group, &digest)) return group;
+  while (group && digest_of(s, group - 1, &other) && other == digest) group = first_of_block(s, group - 1);
+  return group;
+}
+
+/* FVV_END: the group has none of the track. */
+static fvv_status find_background_in(fvv_stream *s, size_t group, uint16_t track,
+                                     const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic) {
+  size_t count;
+  const fvv_status status = fvv_file_group_chunks(s->file, group, chunk, &count, diagnostic);
+  if (status < 0) return status;
+  for (; count; (*chunk)++, count--)
+    if ((*chunk)->type == FVV_CHUNK_BACKGROUND && (*chunk)->track == track) return FVV_OK;
+  return FVV_END;
+}
+
+static fvv_status load_background(fvv_stream *s, const fvv_chunk_info *chunk, fvv_diagnostic *diagnostic) {
+  const uint8_t *payload;
+  release_background(s);
+  fvv_status status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
+  if (status < 0) return status;
+  s->background_payload.allocator = s->allocator;
+  if (fvv_bytes_append(&s->background_payload, payload, (size_t)chunk->size) != FVV_OK)
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_BACKGROUND, chunk->offset,
+                    "no memory for a background of %llu bytes", (unsigned long long)chunk->size);
+  status = fvv_background_decode(s->background_payload.data, (size_t)chunk->size, &s->limits, &s->allocator,
+                                 &s->background, diagnostic);
+  if (status == FVV_OK)
+    s->background_chunk = chunk->offset;
+  else
+    fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_BACKGROUND);
+  return status;
+}
+
+fvv_status fvv_stream_find_background(fvv_stream *stream, size_t group, uint16_t track,
+                                      const fvv_chunk_info **chunk, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  const fvv_configuration *configuration;
+  fvv_status status = fvv_stream_configuration(stream, group, &configuration, diagnostic);
+  if (status < 0) return status;
+  const fvv_track *declared = fvv_configuration_track(configuration, track);
+  if (!declared || declared->kind != FVV_TRACK_BACKGROUND) return FVV_END;
+  status = find_background_in(stream, group, track, chunk, diagnostic);
+  if (status == FVV_END)
+    status = find_background_in(stream, first_of_block(stream, group), track, chunk, diagnostic);
+  if (status == FVV_END)
+    status = find_background_in(stream, first_of_configuration(stream, group), track, chunk, diagnostic);
+  return status;
+}
+
+fvv_status fvv_stream_background(fvv_stream *stream, size_t group, uint16_t track,
+                                 const fvv_background **background, fvv_diagnostic *diagnostic) {
+  const fvv_chunk_info *chunk = NULL;
+  *background = NULL;
+  fvv_status status = fvv_stream_find_background(stream, group, track, &chunk, diagnostic);
+  if (status == FVV_OK && chunk->offset != stream->background_chunk)
+    status = load_background(stream, chunk, diagnostic);
+  if (status == FVV_OK) *background = &stream->background;
+  return status;
+}
+
+fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, const fvv_allocator *allocator,
+                           fvv_stream **stream, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  const fvv_allocator chosen = fvv_allocator_or_default(allocator);
+  *stream = fvv_allocate_zeroed(&chosen, sizeof **stream);
+  if (!*stream) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
+  fvv_stream *s = *stream;
+  s->allocator = s->firsts.allocator = s->meshes.allocator = s->visibility.allocator = s->layouts.allocator =
+      chosen;
+  fvv_configuration_init(&s->configuration, limits, &chosen);
+  s->limits = s->configuration.limits;
+  const fvv_status status = fvv_file_open(input, limits, &chosen, &s->file, diagnostic);
+  if (status < 0) {
+    fvv_stream_close(s);
+    *stream = NULL;
+    return status;
+  }
+  for (size_t g = 0; g < fvv_file_group_count(s->file); g++) {
+    const uint64_t first = s->frame_count;
+    s->frame_count += fvv_file_group(s->file, g)->frame_count;
+    if (fvv_bytes_append(&s->firsts, &first, sizeof first) < 0) {
+      fvv_stream_close(s);
+      *stream = NULL;
+      return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
+    }
+  }
+  return FVV_OK;
+}
+
+void fvv_stream_close(fvv_stream *stream) {
+  if (!stream) return;
+  const fvv_allocator allocator = stream->allocator;
+  fvv_configuration_free(&stream->configuration);
+  fvv_bytes_free(&stream->firsts);
+  release_cameras(stream);
+  release_meshes(stream);
+  release_tiles(stream);
+  release_visibility(stream);
+  release_background(stream);
+  fvv_file_close(stream->file);
+  fvv_release(&allocator, stream, sizeof *stream);
+}
+
+const fvv_file *fvv_stream_file(const fvv_stream *stream) {
+  return stream->file;
 }

@@ -1,9 +1,9 @@
 /* video/av1.c: AV1 as MP4 stores it: configuration record, and temporal units as samples (clause 10.9).
  *
- * Knows the AV1 Codec ISO Media File Format Binding, the OBU headers of the AV1 bitstream specification
- * (clause 5.3) and the first bits of sequence and frame headers; must not parse further. Decoders do. */
+ * Read are the AV1 Codec ISO Media File Format Binding, the OBU headers of the AV1 bitstream specification
+ * (clause 5.3) and the first bits of sequence and frame headers. The rest is up to decoders. */
 #include "base/diagnostic.h"
-#include "video/record.h"
+#include "video/codecs.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -33,7 +33,7 @@ typedef struct list_report {
   fvv_diagnostic *diagnostic;
 } list_report;
 
-/* The next OBU: FVV_OK, FVV_END behind the last. Each has a size field, so that a list that was cut is seen
+/* The next OBU: FVV_OK, FVV_END after the last. Each has a size field, so that a list that was cut is seen
  * to be. */
 static fvv_status next_obu(const list_report *to, fvv_cursor *cursor, obu *out) {
   const size_t offset = cursor->position;
@@ -111,7 +111,7 @@ static void codec_string(const uint8_t *record, char out[FVV_CODEC_STRING_CAPACI
 }
 
 /* Clause 2.4 of the binding: a sample is a sync sample when its first frame is a key frame that is shown and
- * a sequence header stands in front of it. */
+ * a sequence header is before it. */
 static fvv_status sample_inspect(const uint8_t *sample, size_t size, int *key, fvv_diagnostic *diagnostic) {
   const list_report list = {FVV_ERROR_INVALID, FVV_ISSUE_SAMPLE_AV1, FVV_CHUNK_VIDEO_PACKET, 0, diagnostic};
   fvv_cursor cursor = {sample, size, 0, 0};

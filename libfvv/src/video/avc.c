@@ -1,10 +1,9 @@
 /* video/avc.c: H.264 as MP4 stores it: configuration record and length-prefixed samples (clause 10.5).
  *
- * Knows the frame around NAL units by ISO/IEC 14496-15 and the one header byte of ITU-T H.264 clause 7.3.1;
- * must not parse what is inside them. Decoders do. */
+ * Read are the frame around NAL units by ISO/IEC 14496-15 and the one header byte of ITU-T H.264
+ * clause 7.3.1. The rest is up to decoders. */
 #include "base/diagnostic.h"
-#include "video/nal.h"
-#include "video/record.h"
+#include "video/codecs.h"
 
 #include <stdio.h>
 
@@ -52,7 +51,7 @@ static fvv_status record_inspect(const fvv_record_report *to, const uint8_t *rec
   if (p[5] >> 5 != 7)
     return fvv_record_wrong(to, 5, "the reserved bits before the number of SPS", p[5] >> 5, 7);
   if (!(p[5] & 31)) return fvv_record_wrong(to, 5, "the number of SPS", 0, 1);
-  /* An SPS repeats the three bytes of profile, compatibility and level behind its header. */
+  /* An SPS repeats the three bytes of profile, compatibility and level after its header. */
   fvv_status result = check_units(to, &cursor, p[5] & 31, NAL_SPS, 4);
   if (result != FVV_OK) return result;
   const size_t offset = cursor.position;

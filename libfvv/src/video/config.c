@@ -1,18 +1,74 @@
-/* video/config.c: the VCFG payload (clause 10.1), and which codec's rules a sample has to follow.
- *
- * Knows the bytes of the record and asks jpeg.c, oexr.c and the rules of record.h about what the codec put
- * in; must not know tiles, cameras beyond their number, or pixels. */
+/* The configuration of a video track (VCFG, clause 10.1) and its samples: what all codecs share, and which
+ * codec's rules apply. */
+#include <inttypes.h>
+#include <string.h>
+
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
-#include "base/limits.h"
+#include "base/memory.h"
 #include "base/text.h"
-#include "video/jpeg.h"
-#include "video/oexr.h"
-#include "video/record.h"
+#include "video/codecs.h"
 
-#include <inttypes.h>
-#include <string.h>
+fvv_status fvv_record_wrong(const fvv_record_report *to, size_t offset, const char *what, unsigned found,
+                            unsigned expected) {
+  return fvv_fail(to->diagnostic, to->status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG,
+                  to->base + offset, "%s record: %s is %u, expected %u", to->codec, what, found, expected);
+}
+
+fvv_status fvv_record_ends(const fvv_record_report *to, const fvv_cursor *cursor, const char *in) {
+  return fvv_fail(to->diagnostic, to->status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG,
+                  to->base + cursor->position, "%s record of %zu bytes ends within %s", to->codec,
+                  cursor->size, in);
+}
+
+fvv_status fvv_record_parameter_sets(const fvv_record_report *to, fvv_cursor *cursor,
+                                     const fvv_parameter_sets *sets) {
+  for (unsigned i = 0; i < sets->count; i++) {
+    const uint8_t *length = fvv_cursor_take(cursor, 2);
+    if (!length) return fvv_record_ends(to, cursor, "the length of a parameter set");
+    const size_t size = (size_t)length[0] << 8 | length[1], offset = cursor->position;
+    if (size < sets->least)
+      return fvv_record_wrong(to, offset - 2, "the length of a parameter set", (unsigned)size,
+                              (unsigned)sets->least);
+    const uint8_t *unit = fvv_cursor_take(cursor, size);
+    if (!unit) return fvv_record_ends(to, cursor, "a parameter set");
+    if (unit[0] & 0x80) return fvv_record_wrong(to, offset, "the forbidden bit of a parameter set", 1, 0);
+    const unsigned type = (unsigned)unit[0] >> sets->shift & sets->mask;
+    if (type != sets->type)
+      return fvv_record_wrong(to, offset, "the type of a parameter set", type, sets->type);
+  }
+  return FVV_OK;
+}
+
+/* Big-endian, as everything in MP4. */
+static uint32_t get_be32(const uint8_t *p) {
+  return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
+}
+
+fvv_status fvv_nal_next(fvv_nal_walk *walk, const uint8_t **unit, size_t *size) {
+  const uint32_t type = FVV_CHUNK_VIDEO_PACKET;
+  const size_t position = walk->position, left = walk->size - position;
+  if (!walk->size)
+    return fvv_fail(walk->diagnostic, FVV_ERROR_INVALID, walk->issue, type, 0,
+                    "%s sample has 0 bytes, expected a NAL unit", walk->codec);
+  if (!left) return FVV_END;
+  if (left < 4)
+    return fvv_fail(walk->diagnostic, FVV_ERROR_INVALID, walk->issue, type, position,
+                    "%zu bytes follow the last NAL unit, expected none or a 4-byte length", left);
+  const uint32_t length = get_be32(walk->sample + position);
+  if (length < walk->least || length > left - 4)
+    return fvv_fail(walk->diagnostic, FVV_ERROR_INVALID, walk->issue, type, position,
+                    "NAL unit of %" PRIu32 " bytes, expected %zu to %zu", length, walk->least, left - 4);
+  const uint8_t header = walk->sample[position + 4];
+  if (header & 0x80)
+    return fvv_fail(walk->diagnostic, FVV_ERROR_INVALID, walk->issue, type, position + 4,
+                    "NAL unit header is 0x%02x, expected its first bit to be 0", header);
+  *unit = walk->sample + position + 4;
+  *size = length;
+  walk->position = position + 4 + (size_t)length;
+  return FVV_OK;
+}
 
 static fvv_status unknown_codec(uint32_t codec, fvv_status status, uint32_t type,
                                 fvv_diagnostic *diagnostic) {

@@ -1,10 +1,9 @@
 /* video/hevc.c: HEVC as MP4 stores it: configuration record and length-prefixed samples (clause 10.7).
  *
- * Knows the frame around NAL units by ISO/IEC 14496-15, the two header bytes of ITU-T H.265 clause 7.3.1.2
- * and the first bit of a slice segment; must not parse further. Decoders do. */
+ * Read are the frame around NAL units by ISO/IEC 14496-15, the two header bytes of ITU-T H.265 clause 7.3.1.2
+ * and the first bit of a slice segment. The rest is up to decoders. */
 #include "base/diagnostic.h"
-#include "video/nal.h"
-#include "video/record.h"
+#include "video/codecs.h"
 
 #include <stdio.h>
 

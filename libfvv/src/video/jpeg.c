@@ -1,7 +1,6 @@
-/* video/jpeg.c: the frame header of a JPEG file (ITU-T T.81 annex B), read before a decoder sees the file.
- *
- * Knows markers and segment lengths up to the frame header; must not know pixels or how they are coded. */
-#include "video/jpeg.h"
+/* video/jpeg.c: the frame header of a JPEG file (ITU-T T.81 annex B) and the segments before it, read before
+ * a decoder sees the file. */
+#include "video/codecs.h"
 
 #include "base/bytes.h"
 #include "base/diagnostic.h"

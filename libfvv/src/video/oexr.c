@@ -1,9 +1,7 @@
 /* video/oexr.c: header, offset table and heads of the blocks of an OpenEXR file, read before a decoder sees
- * the file (OpenEXR's "File Layout", version 2).
- *
- * Knows the one kind of file that clause 10.12 allows: one part, scan lines, half B G R. Must not know
- * pixels or how they are compressed. */
-#include "video/oexr.h"
+ * the file (OpenEXR's "File Layout", version 2). Of the one kind that
+ * clause 10.12 allows: one part, scan lines, half B G R. */
+#include "video/codecs.h"
 
 #include "base/bytes.h"
 #include "base/diagnostic.h"
@@ -185,7 +183,7 @@ static fvv_status read_header(oexr_file *file) {
   return FVV_OK;
 }
 
-/* One after the other, from behind the table to the end of the sample. */
+/* One after the other, from after the table to the end of the sample. */
 static fvv_status check_blocks(oexr_file *file) {
   fvv_cursor *cursor = &file->cursor;
   const uint32_t lines = lines_of_block[file->compression];

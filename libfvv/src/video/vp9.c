@@ -1,9 +1,9 @@
 /* video/vp9.c: VP9 as MP4 stores it: configuration record, and frames or superframes (clause 10.8).
  *
- * Knows the VP Codec ISO Media File Format Binding, the first bits of the uncompressed header (VP9 bitstream
- * specification, clause 6.2) and the superframe index (annex B); must not parse further. Decoders do. */
+ * Read are the VP Codec ISO Media File Format Binding, the first bits of the uncompressed header (VP9
+ * bitstream specification, clause 6.2) and the superframe index (annex B). The rest is up to decoders. */
 #include "base/diagnostic.h"
-#include "video/record.h"
+#include "video/codecs.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -59,7 +59,7 @@ static fvv_status frame_inspect(const uint8_t *sample, size_t position, size_t s
   const uint8_t *p = sample + position;
   if (p[0] >> 6 != 2) return wrong(diagnostic, position, "the frame marker", p[0] >> 6, 2);
   const unsigned profile = (p[0] >> 5 & 1u) | (p[0] >> 4 & 1u) << 1;
-  /* Profile 3 has a reserved bit in front of show_existing_frame, frame_type, show_frame and
+  /* Profile 3 has a reserved bit before show_existing_frame, frame_type, show_frame and
    * error_resilient_mode. */
   if (profile == 3 && p[0] & 8) return wrong(diagnostic, position, "the reserved bit of profile 3", 1, 0);
   const unsigned flags = profile == 3 ? p[0] & 7u : p[0] >> 1 & 7u;

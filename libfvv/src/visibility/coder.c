@@ -1,6 +1,5 @@
-/* Bits and shares of elements that face a camera, by an adaptive range coder whose contexts count what is
- * known around (clause 17.3). Shares come in two passes: on which side of a half each vertex lies, as a bit,
- * and then how far from it, where a vertex next to it lies on the other side. */
+/* VISI payloads: header and table, the order in which elements are coded, and the coder itself
+ * (clauses 17.1 and 17.3). */
 #include <string.h>
 
 #include "base/bytes.h"
@@ -8,7 +7,212 @@
 #include "base/layout.h"
 #include "base/memory.h"
 #include "base/range_coder.h"
-#include "visibility/order.h"
+#include "fvv/visibility.h"
+#include "mesh/topology.h"
+
+/* How many elements that touch a place have been coded as hidden and as seen. */
+typedef struct element_place {
+  uint32_t count[2];
+} element_place;
+
+struct fvv_visibility_order {
+  fvv_allocator allocator;
+  uint8_t domain;
+  uint32_t vertex_count, face_count;
+  uint32_t element_count, place_count;
+  uint32_t *elements; /* in order of coding */
+  /* Elements that are vertices: v touches faces touched[first[v]] to touched[first[v + 1] - 1], rising. */
+  uint32_t *first, *touched;
+  element_place *places; /* scratch */
+};
+
+static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                              fvv_visibility_header *header, fvv_diagnostic *diagnostic) {
+  if (size < FVV_VISI_SIZE)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_PAYLOAD, FVV_CHUNK_VISIBILITY, size,
+                    "the header has %d bytes, the payload %zu", FVV_VISI_SIZE, size);
+  header->domain = payload[FVV_VISI_DOMAIN];
+  header->threshold = payload[FVV_VISI_THRESHOLD];
+  header->mesh_track = fvv_get_u16(payload + FVV_VISI_MESH_TRACK);
+  header->element_count = fvv_get_u32(payload + FVV_VISI_ELEMENT_COUNT);
+  header->number = fvv_get_u32(payload + FVV_VISI_NUMBER);
+  header->camera_count = fvv_get_u32(payload + FVV_VISI_CAMERA_COUNT);
+  if (header->domain > FVV_VISIBILITY_SHARES)
+    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_VISIBILITY_DOMAIN, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_DOMAIN, "domain %u, known are 0 to 2", header->domain);
+  /* Two bytes of the table for each camera. */
+  if (!header->camera_count || header->camera_count > (size - FVV_VISI_SIZE) / 2)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_SIZE, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_CAMERA_COUNT, "%lu cameras in a table of at most %zu bytes",
+                    (unsigned long)header->camera_count, size - FVV_VISI_SIZE);
+  if (header->camera_count > limits->max_cameras)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY, FVV_VISI_CAMERA_COUNT,
+                    "%lu cameras, the limit is %lu", (unsigned long)header->camera_count,
+                    (unsigned long)limits->max_cameras);
+  const uint32_t most = header->domain == FVV_VISIBILITY_FACES ? limits->max_faces : limits->max_vertices;
+  if (header->element_count > most)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_ELEMENT_COUNT, "%lu elements, the limit is %lu",
+                    (unsigned long)header->element_count, (unsigned long)most);
+  return FVV_OK;
+}
+
+/* Fills streams, for which there is room, or passes over the table when it is NULL. */
+static fvv_status read_table(const uint8_t *payload, size_t size, const fvv_visibility_header *header,
+                             fvv_visibility_stream *streams, fvv_diagnostic *diagnostic) {
+  fvv_cursor cursor = {payload, size, FVV_VISI_SIZE, 0};
+  uint64_t camera = 0, all = 0;
+  for (uint32_t i = 0; i < header->camera_count && !cursor.failed; i++) {
+    const size_t place = cursor.position;
+    const uint64_t more = fvv_cursor_uleb(&cursor), bytes = fvv_cursor_uleb(&cursor);
+    if (cursor.failed) break;
+    camera += more < FVV_NO_CAMERA ? more : FVV_NO_CAMERA;
+    if (camera >= FVV_NO_CAMERA || (i && !more))
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY, place,
+                      "camera %lu of the table does not rise from the one before, or is beyond 65534",
+                      (unsigned long)i);
+    const size_t taken = bytes <= size ? (size_t)bytes : size + 1;
+    if (streams) streams[i] = (fvv_visibility_stream){(uint16_t)camera, (size_t)all, taken};
+    all += taken;
+  }
+  if (cursor.failed || all != size - cursor.position)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_SIZE, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_SIZE, "the streams' sizes do not add up to the payload's");
+  for (uint32_t i = 0; i < header->camera_count && streams; i++) streams[i].offset += cursor.position;
+  return FVV_OK;
+}
+
+fvv_status fvv_visibility_peek(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                               fvv_visibility_header *header, fvv_visibility_stream *streams, size_t capacity,
+                               fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  *header = (fvv_visibility_header){0};
+  const fvv_limits chosen = fvv_limits_or_default(limits);
+  fvv_status status = read_header(payload, size, &chosen, header, diagnostic);
+  if (status == FVV_OK && streams && capacity < header->camera_count)
+    return fvv_fail(diagnostic, FVV_ERROR_BUFFER_TOO_SMALL, 0, FVV_CHUNK_VISIBILITY, FVV_VISI_CAMERA_COUNT,
+                    "%lu cameras, room for %zu", (unsigned long)header->camera_count, capacity);
+  if (status == FVV_OK) status = read_table(payload, size, header, streams, diagnostic);
+  if (status != FVV_OK && status != FVV_ERROR_BUFFER_TOO_SMALL) *header = (fvv_visibility_header){0};
+  return status;
+}
+
+/* Breadth first over the surface: what is coded next lies at the rim of what is known, so that as much as can
+ * be is known around it. */
+
+void fvv_visibility_order_close(fvv_visibility_order *order) {
+  if (!order) return;
+  const fvv_allocator a = order->allocator;
+  fvv_release(&a, order->elements, (size_t)order->element_count * sizeof *order->elements);
+  fvv_release(&a, order->first, ((size_t)order->vertex_count + 1) * sizeof *order->first);
+  fvv_release(&a, order->touched, 3 * (size_t)order->face_count * sizeof *order->touched);
+  fvv_release(&a, order->places, (size_t)order->place_count * sizeof *order->places);
+  fvv_release(&a, order, sizeof *order);
+}
+
+/* Appends an element that was not met yet. */
+static uint32_t meet(fvv_visibility_order *order, uint8_t *met, uint32_t element, uint32_t end) {
+  if (met[element]) return end;
+  met[element] = 1;
+  order->elements[end] = element;
+  return end + 1;
+}
+
+static uint32_t spread_faces(fvv_visibility_order *order, const fvv_topology *topology, uint8_t *met,
+                             uint32_t from, uint32_t end) {
+  for (uint32_t i = from; i < end; i++)
+    for (size_t c = 0; c < 3; c++) {
+      const uint32_t twin = topology->twin[3 * (size_t)order->elements[i] + c];
+      if (twin != FVV_NO_TWIN) end = meet(order, met, twin / 3, end);
+    }
+  return end;
+}
+
+static uint32_t spread_vertices(fvv_visibility_order *order, const uint32_t *faces, uint8_t *met,
+                                uint32_t from, uint32_t end) {
+  for (uint32_t i = from; i < end; i++) {
+    const uint32_t v = order->elements[i];
+    for (uint32_t k = order->first[v]; k < order->first[v + 1]; k++)
+      for (size_t c = 0; c < 3; c++) end = meet(order, met, faces[3 * (size_t)order->touched[k] + c], end);
+  }
+  return end;
+}
+
+static void list_faces_of_vertices(fvv_visibility_order *order, const uint32_t *faces) {
+  uint32_t *const first = order->first;
+  const size_t corners = 3 * (size_t)order->face_count;
+  memset(first, 0, ((size_t)order->vertex_count + 1) * sizeof *first);
+  for (size_t i = 0; i < corners; i++) first[faces[i]]++;
+  uint32_t end = 0;
+  for (uint32_t v = 0; v <= order->vertex_count; v++) {
+    end += first[v];
+    first[v] = end;
+  }
+  /* From the back, so that each list rises and first ends up where the lists begin. */
+  for (size_t i = corners; i-- > 0;) order->touched[--first[faces[i]]] = (uint32_t)(i / 3);
+}
+
+static fvv_status walk(fvv_visibility_order *order, const fvv_mesh *mesh) {
+  uint8_t *met = fvv_allocate_zeroed(&order->allocator, order->element_count);
+  fvv_topology topology = {0};
+  fvv_status status = met ? FVV_OK : FVV_ERROR_MEMORY;
+  if (status == FVV_OK && order->domain == FVV_VISIBILITY_FACES)
+    status = fvv_topology_build(mesh->faces, mesh->face_count, &order->allocator, &topology);
+  uint32_t end = 0;
+  for (uint32_t element = 0; element < order->element_count && status == FVV_OK; element++) {
+    const uint32_t from = end;
+    end = meet(order, met, element, end);
+    end = order->domain == FVV_VISIBILITY_FACES ? spread_faces(order, &topology, met, from, end)
+                                                : spread_vertices(order, mesh->faces, met, from, end);
+  }
+  fvv_topology_free(&topology);
+  fvv_release(&order->allocator, met, order->element_count);
+  return status;
+}
+
+fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const fvv_allocator *allocator,
+                                     fvv_visibility_order **order, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  *order = NULL;
+  if (domain > FVV_VISIBILITY_SHARES)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_DOMAIN, 0, 0,
+                    "domain %u, known are 0 to 2", domain);
+  if (mesh->face_count >= UINT32_C(1) << 30)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, 0, 0, "%lu faces, at most 2^30 - 1",
+                    (unsigned long)mesh->face_count);
+  const fvv_allocator chosen = fvv_allocator_or_default(allocator);
+  fvv_visibility_order *o = fvv_allocate_zeroed(&chosen, sizeof *o);
+  fvv_status status = FVV_ERROR_MEMORY;
+  if (o) {
+    const int vertices = domain != FVV_VISIBILITY_FACES;
+    o->allocator = chosen;
+    o->domain = domain;
+    o->vertex_count = mesh->vertex_count;
+    o->face_count = mesh->face_count;
+    o->element_count = vertices ? mesh->vertex_count : mesh->face_count;
+    o->place_count = vertices ? mesh->face_count : mesh->vertex_count;
+    o->elements = fvv_allocate_array(&chosen, o->element_count, sizeof *o->elements);
+    o->places = fvv_allocate_array(&chosen, o->place_count, sizeof *o->places);
+    if (vertices) {
+      o->first = fvv_allocate_array(&chosen, (size_t)o->vertex_count + 1, sizeof *o->first);
+      o->touched = fvv_allocate_array(&chosen, 3 * (size_t)o->face_count, sizeof *o->touched);
+    }
+    if (o->elements && o->places && (!vertices || (o->first && o->touched))) {
+      if (vertices) list_faces_of_vertices(o, mesh->faces);
+      status = walk(o, mesh);
+    }
+  }
+  if (status == FVV_OK) {
+    *order = o;
+    return FVV_OK;
+  }
+  fvv_visibility_order_close(o);
+  return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for visibility");
+}
+
+/* Bits and shares of elements that face a camera, by an adaptive range coder whose contexts count what is
+ * known around (clause 17.3). Shares come in two passes: on which side of a half each vertex lies, as a bit,
+ * and then how far from it, where a vertex next to it lies on the other side. */
 
 enum { CLASSES = 7, SIDES = 3, LEVELS = 3, LIKELY = 3 << 14 };
 

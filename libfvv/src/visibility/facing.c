@@ -1,10 +1,11 @@
-/* The facing test (clause 17.2): the cosine between the normal of a face and the way from its centroid to a
- * camera, compared with a threshold without a root, in integers of 64 bits. */
+/* What a camera can face (clause 17.2): the cosine between the normal of a face and the direction from its
+ * centroid to a camera, compared with a threshold without a root, in integers of 64 bits. And what players
+ * interpolate from the coded states (clause 17.4). */
 #include <string.h>
 
 #include "base/diagnostic.h"
 #include "fvv/visibility.h"
-#include "mesh/lattice.h"
+#include "mesh/mesh.h"
 
 enum {
   /* Components are below 2^11, so that squared lengths are below 3 * 2^22, the product of two of them below
@@ -72,4 +73,31 @@ void fvv_visibility_facing(const fvv_mesh *mesh, uint8_t domain, const int32_t c
   for (uint32_t f = 0; f < mesh->face_count; f++)
     if (faces_centre(mesh, f, centre, threshold))
       for (size_t c = 0; c < 3; c++) facing[mesh->faces[3 * (size_t)f + c]] = 1;
+}
+
+/* Nothing around it has a bit: a little less than half, so that other corners decide. */
+enum { UNKNOWN_SHARE = 127 };
+
+static uint8_t share_of(uint32_t seen, uint32_t hidden) {
+  const uint64_t all = (uint64_t)seen + hidden;
+  return all ? (uint8_t)((255 * (uint64_t)seen + all / 2) / all) : UNKNOWN_SHARE;
+}
+
+void fvv_visibility_shares(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states, uint32_t *counts,
+                           uint8_t *shares) {
+  if (domain != FVV_VISIBILITY_FACES) {
+    /* By state: averse, then hidden and seen in turns, ever nearer to a half. */
+    static const uint8_t of_state[] = {UNKNOWN_SHARE, 0, 255, 85, 170, 113, 142};
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+      shares[v] = states[v] || domain == FVV_VISIBILITY_SHARES ? of_state[states[v]] : 0;
+    return;
+  }
+  if (mesh->vertex_count) memset(counts, 0, 2 * (size_t)mesh->vertex_count * sizeof *counts);
+  for (uint32_t f = 0; f < mesh->face_count; f++) {
+    if (states[f] == FVV_ELEMENT_AVERSE) continue;
+    const size_t hidden = states[f] == FVV_ELEMENT_HIDDEN;
+    for (size_t k = 0; k < 3; k++) counts[2 * (size_t)mesh->faces[3 * (size_t)f + k] + hidden]++;
+  }
+  for (uint32_t v = 0; v < mesh->vertex_count; v++)
+    shares[v] = share_of(counts[2 * (size_t)v], counts[2 * (size_t)v + 1]);
 }

@@ -1,4 +1,4 @@
-/* TEXR (clause 17.5): how the colours of cameras are mixed. Knows bytes alone. */
+/* TEXR (clause 17.5): how the colours of cameras are mixed. */
 #include <math.h>
 
 #include "base/bytes.h"

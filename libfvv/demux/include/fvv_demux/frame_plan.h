@@ -3,7 +3,6 @@
 // without a trace (a table that was lost can't tell), and pictures may depend on them.
 #pragma once
 
-#include "fvv/container.h"
 #include "fvv/stream.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/input_file.h"

@@ -1,0 +1,345 @@
+/* Chunks become configurations and frames (fvv/frames.h). The one place that decides when a configuration
+ * block is complete and when a frame is whole. */
+#include "stream/frames.h"
+
+#include <string.h>
+
+#include "base/bytes.h"
+#include "base/checked.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "container/header.h"
+#include "stream/configuration.h"
+
+/* A frame as its chunks come in. Payloads lie one after the other, each from a multiple of 8 bytes on. */
+typedef struct open_frame {
+  int64_t time;
+  uint64_t offset;
+  fvv_bytes chunks, payloads; /* fvv_frame_chunk, whose payload is set when the frame is over */
+  int is_open;
+} open_frame;
+
+struct fvv_frames {
+  fvv_allocator allocator;
+  fvv_limits limits;
+  fvv_frames_options options;
+  fvv_reader *reader;
+  fvv_event_source source; /* NULL: the reader */
+  void *source_user;
+  fvv_configuration_builder building, complete; /* the block that comes in, and the last one that was good */
+  const fvv_configuration *configuration;       /* NULL: none yet */
+  uint64_t block_offset;
+  uint32_t block_digest, digest; /* of the block that comes in, and of complete */
+  int block_open, block_bad, has_digest;
+  open_frame frame;
+  int in_group, lost; /* lost: frames up to the next group are not whole */
+  fvv_event event;    /* that was read, and is not worked off yet */
+  fvv_place place;    /* of its chunk; FVV_PLACE_UNKNOWN for events of other kinds as well */
+  int has_event, is_reported, is_finished;
+  fvv_status failed; /* for want of memory */
+};
+
+void fvv_frames_options_default(fvv_frames_options *options) {
+  memset(options, 0, sizeof *options);
+  options->struct_size = sizeof *options;
+  options->eager = 1;
+}
+
+fvv_status fvv_frames_seek(fvv_frames *frames, uint64_t offset, const fvv_configuration *configuration) {
+  fvv_frames *f = frames;
+  f->source = NULL;
+  f->configuration = configuration;
+  f->lost = 1;
+  f->block_open = f->block_bad = f->has_digest = f->in_group = f->has_event = f->is_finished = 0;
+  f->failed = FVV_OK;
+  f->frame.is_open = 0;
+  fvv_reader_destroy(f->reader);
+  f->reader = NULL;
+  return fvv_reader_create(&f->limits, &f->allocator, offset, &f->reader);
+}
+
+fvv_status fvv_frames_create(const fvv_frames_options *options, const fvv_limits *limits,
+                             const fvv_allocator *allocator, fvv_frames **frames) {
+  const fvv_allocator chosen = fvv_allocator_or_default(allocator);
+  *frames = fvv_allocate_zeroed(&chosen, sizeof **frames);
+  if (!*frames) return FVV_ERROR_MEMORY;
+  fvv_frames *f = *frames;
+  f->allocator = f->frame.chunks.allocator = f->frame.payloads.allocator = chosen;
+  fvv_frames_options_default(&f->options);
+  if (options) {
+    const size_t size = options->struct_size < sizeof f->options ? options->struct_size : sizeof f->options;
+    memcpy(&f->options, options, size);
+  }
+  fvv_configuration_init(&f->building, limits, &chosen);
+  fvv_configuration_init(&f->complete, limits, &chosen);
+  f->limits = f->building.limits;
+  const fvv_status status = fvv_frames_seek(f, 0, NULL);
+  if (status < 0) {
+    fvv_frames_destroy(f);
+    *frames = NULL;
+  }
+  return status;
+}
+
+void fvv_frames_destroy(fvv_frames *frames) {
+  if (!frames) return;
+  const fvv_allocator allocator = frames->allocator;
+  fvv_reader_destroy(frames->reader);
+  fvv_configuration_free(&frames->building);
+  fvv_configuration_free(&frames->complete);
+  fvv_bytes_free(&frames->frame.chunks);
+  fvv_bytes_free(&frames->frame.payloads);
+  fvv_release(&allocator, frames, sizeof *frames);
+}
+
+fvv_status fvv_frames_push(fvv_frames *frames, const void *bytes, size_t size) {
+  return fvv_reader_push(frames->reader, bytes, size);
+}
+
+void fvv_frames_finish(fvv_frames *frames) {
+  frames->is_finished = 1;
+  fvv_reader_finish(frames->reader);
+}
+
+const fvv_configuration *fvv_frames_configuration(const fvv_frames *frames) {
+  return frames->block_bad ? NULL : frames->configuration;
+}
+
+fvv_status fvv_frames_join(fvv_frames *frames) {
+  return fvv_reader_join(frames->reader);
+}
+
+void fvv_frames_read_from(fvv_frames *frames, fvv_event_source source, void *user) {
+  frames->source = source;
+  frames->source_user = user;
+}
+
+void fvv_frames_drop_group(fvv_frames *frames) {
+  frames->lost = 1;
+}
+
+static void report_damage(fvv_frames *f, const fvv_diagnostic *diagnostic, uint64_t offset, uint64_t skipped,
+                          fvv_frames_event *out) {
+  out->kind = FVV_FRAMES_DAMAGE;
+  out->offset = offset;
+  out->diagnostic = *diagnostic;
+  out->skipped = skipped;
+  f->lost = 1;
+}
+
+/* ---- configuration ---------------------------------------------------------------------------------- */
+
+static fvv_status add_configuration(fvv_frames *f, fvv_frames_event *out) {
+  const fvv_event *event = &f->event;
+  if (event->chunk.type == FVV_CHUNK_SCENE) {
+    f->block_open = 1;
+    f->block_bad = 0;
+    f->block_offset = event->offset;
+    f->block_digest = 0;
+  }
+  if (!f->block_open || f->block_bad) return FVV_OK;
+  f->block_digest = fvv_header_chain(f->block_digest, &event->chunk);
+  fvv_diagnostic why = {0};
+  const fvv_status status =
+      fvv_configuration_add(&f->building, &event->chunk, event->payload, event->offset, &why);
+  if (status >= 0 || status == FVV_ERROR_MEMORY) return status;
+  f->block_bad = 1;
+  report_damage(f, &why, event->offset, 0, out);
+  return FVV_OK;
+}
+
+/* A block is judged when something other than configuration follows it, or at the end of the stream. There it
+ * may lack what the bytes that are missing held: that is no damage of its own. */
+static fvv_status close_block(fvv_frames *f, int stream_ended, fvv_frames_event *out) {
+  f->block_open = 0;
+  if (f->block_bad) return FVV_OK;
+  fvv_diagnostic why = {0};
+  const fvv_status status = fvv_configuration_complete(&f->building, f->block_offset, &why);
+  if (status == FVV_ERROR_MEMORY) return status;
+  if (status < 0) {
+    f->block_bad = 1;
+    if (!stream_ended) report_damage(f, &why, f->block_offset, 0, out);
+    return FVV_OK;
+  }
+  const fvv_configuration_builder former = f->complete;
+  f->complete = f->building;
+  f->building = former;
+  f->configuration = &f->complete.view;
+  out->kind = FVV_FRAMES_CONFIGURATION;
+  out->offset = f->block_offset;
+  out->configuration = f->configuration;
+  out->repeated = f->has_digest && f->digest == f->block_digest;
+  f->digest = f->block_digest;
+  f->has_digest = 1;
+  return FVV_OK;
+}
+
+/* ---- frames ----------------------------------------------------------------------------------------- */
+
+static int is_frame_chunk(const fvv_frames *f) {
+  return f->place == FVV_PLACE_FRAME && f->event.chunk.track;
+}
+
+/* The frame that comes in is over. Its bytes stay until the next one begins. */
+static void close_frame(fvv_frames *f, fvv_frames_event *out) {
+  open_frame *frame = &f->frame;
+  frame->is_open = 0;
+  if (f->lost && !f->options.detail) return;
+  fvv_frame_chunk *chunks = (fvv_frame_chunk *)frame->chunks.data;
+  out->kind = FVV_FRAMES_FRAME;
+  out->offset = frame->offset;
+  out->time = frame->time;
+  out->whole = !f->lost;
+  out->chunks = chunks;
+  out->chunk_count = frame->chunks.size / sizeof *chunks;
+  const uint8_t *payload = frame->payloads.data;
+  for (size_t i = 0; i < out->chunk_count && !f->options.detail; i++) {
+    chunks[i].payload = payload;
+    payload += fvv_padded(chunks[i].header.size);
+  }
+}
+
+static int has_chunk_of(const fvv_frames *f, uint16_t track) {
+  const fvv_frame_chunk *chunks = (const fvv_frame_chunk *)f->frame.chunks.data;
+  for (size_t i = 0; i < f->frame.chunks.size / sizeof *chunks; i++)
+    if (chunks[i].header.track == track && chunks[i].header.type != FVV_CHUNK_GROUP_TILES) return 1;
+  return 0;
+}
+
+/* Whether nothing more can belong to the frame that comes in: a chunk of every track is there, and no track
+ * has two at one time (clause 6.2). Backgrounds come at few times: with them it waits. */
+static int is_complete(const fvv_frames *f) {
+  const fvv_configuration *c = f->configuration;
+  if (f->frame.chunks.size / sizeof(fvv_frame_chunk) < c->track_count) return 0;
+  for (size_t i = 0; i < c->track_count; i++)
+    if (c->tracks[i].kind > FVV_TRACK_VISIBILITY || !has_chunk_of(f, c->tracks[i].id)) return 0;
+  return 1;
+}
+
+static fvv_status add_frame_chunk(fvv_frames *f, fvv_frames_event *out) {
+  static const uint8_t padding[8] = {0};
+  const fvv_event *event = &f->event;
+  open_frame *frame = &f->frame;
+  if (f->lost && !f->options.detail) return FVV_OK;
+  if (!frame->is_open) {
+    frame->is_open = 1;
+    frame->time = event->chunk.time;
+    frame->offset = event->offset;
+    frame->chunks.size = frame->payloads.size = 0;
+  }
+  const fvv_frame_chunk chunk = {event->chunk, event->offset, NULL};
+  const size_t size = (size_t)event->chunk.size;
+  fvv_status status = fvv_bytes_append(&frame->chunks, &chunk, sizeof chunk);
+  if (status == FVV_OK && !f->options.detail) {
+    status = fvv_bytes_append(&frame->payloads, event->payload, size);
+    if (status == FVV_OK) status = fvv_bytes_append(&frame->payloads, padding, fvv_padded(size) - size);
+  }
+  if (status == FVV_OK && f->options.eager && !f->lost && is_complete(f)) close_frame(f, out);
+  return status;
+}
+
+/* ---- groups ----------------------------------------------------------------------------------------- */
+
+static void begin_group(fvv_frames *f, fvv_frames_event *out) {
+  const fvv_event *event = &f->event;
+  f->in_group = 1;
+  f->lost = !fvv_frames_configuration(f);
+  out->kind = FVV_FRAMES_GROUP;
+  out->offset = event->offset;
+  out->time = event->chunk.time;
+  if (event->chunk.size != FVV_GRUP_SIZE) return;
+  out->end = fvv_get_i64(event->payload + FVV_GRUP_END);
+  out->sequence = fvv_get_u32(event->payload + FVV_GRUP_SEQUENCE);
+  out->configuration_crc = fvv_get_u32(event->payload + FVV_GRUP_CONFIGURATION_CRC);
+}
+
+static void end_group(fvv_frames *f, fvv_frames_event *out) {
+  if (!f->in_group) return;
+  f->in_group = 0;
+  out->kind = FVV_FRAMES_GROUP_END;
+  out->offset = f->event.offset;
+  out->whole = !f->lost;
+}
+
+/* ---- events ----------------------------------------------------------------------------------------- */
+
+/* What the event that was read ends, one thing at a time: a block, a frame, a group that has no GEND. */
+static fvv_status end_former(fvv_frames *f, fvv_frames_event *out) {
+  const fvv_chunk_header *chunk = &f->event.chunk;
+  if (f->place == FVV_PLACE_UNKNOWN) return FVV_OK;
+  if (f->block_open && (f->place == FVV_PLACE_END || chunk->type == FVV_CHUNK_GROUP)) {
+    const fvv_status status = close_block(f, 0, out);
+    if (status < 0 || out->kind) return status;
+  }
+  if (f->place == FVV_PLACE_FRAME && (!chunk->track || chunk->time == f->frame.time)) return FVV_OK;
+  if (f->frame.is_open) close_frame(f, out);
+  if (!out->kind && f->place != FVV_PLACE_FRAME && chunk->type != FVV_CHUNK_GROUP_END) end_group(f, out);
+  return FVV_OK;
+}
+
+/* What the event that was read is itself. */
+static fvv_status work_off(fvv_frames *f, fvv_frames_event *out) {
+  const fvv_event *event = &f->event;
+  if (event->kind == FVV_EVENT_DAMAGE)
+    report_damage(f, &event->diagnostic, event->offset, event->skipped, out);
+  if (event->kind == FVV_EVENT_END) {
+    out->kind = FVV_FRAMES_END;
+    out->offset = event->offset;
+  }
+  if (event->kind != FVV_EVENT_CHUNK) return FVV_OK;
+  /* The digest of a block counts chunks of types that this version does not know, too. */
+  if (f->place == FVV_PLACE_UNKNOWN) f->block_digest = fvv_header_chain(f->block_digest, &event->chunk);
+  if (f->place == FVV_PLACE_CONFIGURATION) return add_configuration(f, out);
+  if (is_frame_chunk(f)) return add_frame_chunk(f, out);
+  if (event->chunk.type == FVV_CHUNK_GROUP) begin_group(f, out);
+  if (event->chunk.type == FVV_CHUNK_GROUP_END) end_group(f, out);
+  return FVV_OK;
+}
+
+static fvv_status step(fvv_frames *f, fvv_frames_event *out) {
+  const fvv_status status = end_former(f, out);
+  if (status < 0 || out->kind) return status;
+  if (f->options.detail && !f->is_reported) {
+    f->is_reported = 1;
+    out->kind = FVV_FRAMES_READ;
+    out->offset = f->event.offset;
+    out->read = &f->event;
+    out->begins_frame = is_frame_chunk(f) && !f->frame.is_open;
+    return FVV_OK;
+  }
+  f->has_event = 0;
+  return work_off(f, out);
+}
+
+/* Reads an event. At the end of the stream a block that is open may be complete: then it is reported first.
+ */
+static fvv_status read_event(fvv_frames *f, fvv_frames_event *out, fvv_diagnostic *diagnostic) {
+  const fvv_status status = f->source ? f->source(f->source_user, &f->event, diagnostic)
+                                      : fvv_reader_next(f->reader, &f->event, diagnostic);
+  if (status == FVV_OK) {
+    f->has_event = 1;
+    f->is_reported = 0;
+    f->place = FVV_PLACE_UNKNOWN;
+    if (f->event.kind != FVV_EVENT_CHUNK) return FVV_OK;
+    f->place = fvv_chunk_place(f->event.chunk.type);
+    if (!f->event.group_intact) f->lost = 1;
+    return FVV_OK;
+  }
+  if (status == FVV_NEED_DATA || !f->is_finished || !f->block_open) return status;
+  const fvv_status closed = close_block(f, 1, out);
+  if (closed < 0 || !out->kind) return closed < 0 ? closed : status;
+  fvv_diagnostic_clear(diagnostic);
+  return FVV_OK;
+}
+
+fvv_status fvv_frames_next(fvv_frames *frames, fvv_frames_event *event, fvv_diagnostic *diagnostic) {
+  fvv_frames *f = frames;
+  fvv_diagnostic_clear(diagnostic);
+  memset(event, 0, sizeof *event);
+  fvv_status status = f->failed;
+  while (status == FVV_OK && !event->kind)
+    status = f->has_event ? step(f, event) : read_event(f, event, diagnostic);
+  if (status != FVV_ERROR_MEMORY) return status;
+  f->failed = status;
+  return fvv_fail(diagnostic, status, 0, f->event.chunk.type, f->event.offset, "out of memory");
+}

@@ -1,0 +1,283 @@
+/* What one track carries from chunk to chunk. */
+#include "stream/tracks.h"
+
+#include <string.h>
+
+#include "base/checked.h"
+#include "base/diagnostic.h"
+#include "base/layout.h"
+#include "base/memory.h"
+#include "stream/configuration.h"
+
+void fvv_mesh_frames_reset(fvv_mesh_frames *frames) {
+  fvv_mesh_sequence_close(frames->sequence);
+  fvv_mesh_free(&frames->key);
+  memset(frames, 0, sizeof *frames);
+}
+
+fvv_status fvv_mesh_frames_check_flag(const fvv_mesh_header *header, int key, fvv_diagnostic *diagnostic) {
+  if ((header->profile != FVV_MESH_DELTA) == (key != 0)) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_KEY, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
+                  key ? "a delta frame in a chunk with the key flag"
+                      : "a mesh of profile %u in a chunk without the key flag",
+                  header->profile);
+}
+
+static fvv_status add_mesh(fvv_mesh_frames *frames, const uint8_t *payload, size_t size, int key,
+                           const fvv_limits *limits, const fvv_allocator *allocator,
+                           fvv_diagnostic *diagnostic) {
+  fvv_mesh_header header;
+  fvv_status status = fvv_mesh_peek(payload, size, limits, &header, diagnostic);
+  if (status == FVV_OK) status = fvv_mesh_frames_check_flag(&header, key, diagnostic);
+  if (status != FVV_OK) return status;
+  if (key) {
+    fvv_mesh_frames_reset(frames);
+    return fvv_mesh_decode(payload, size, limits, allocator, &frames->key, diagnostic);
+  }
+  if (!frames->key.positions)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_KEY, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
+                    "a delta frame without a key mesh of its track before it in the group");
+  if (!frames->sequence)
+    status = fvv_mesh_sequence_open(&frames->key, allocator, &frames->sequence, diagnostic);
+  if (status != FVV_OK) return status;
+  return fvv_mesh_sequence_decode(frames->sequence, payload, size, diagnostic);
+}
+
+fvv_status fvv_mesh_frames_add(fvv_mesh_frames *frames, const uint8_t *payload, size_t size, int key,
+                               const fvv_limits *limits, const fvv_allocator *allocator,
+                               fvv_diagnostic *diagnostic) {
+  const fvv_status status = add_mesh(frames, payload, size, key, limits, allocator, diagnostic);
+  if (status != FVV_OK) fvv_mesh_frames_reset(frames);
+  return status;
+}
+
+const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames) {
+  if (frames->sequence) return fvv_mesh_sequence_mesh(frames->sequence);
+  return frames->key.positions ? &frames->key : NULL;
+}
+
+static fvv_status no_memory(fvv_diagnostic *diagnostic) {
+  return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+}
+
+static void free_current(const fvv_allocator *allocator, fvv_visibility *v) {
+  const size_t cameras = v->header.camera_count;
+  fvv_release(allocator, v->cameras, cameras * sizeof *v->cameras);
+  fvv_release(allocator, v->states, cameras * v->header.element_count);
+  memset(v, 0, sizeof *v);
+}
+
+static void free_order(fvv_visibility_frames *frames) {
+  fvv_visibility_order_close(frames->order);
+  fvv_release(&frames->allocator, frames->faces, 3 * (size_t)frames->face_count * sizeof *frames->faces);
+  frames->order = NULL;
+  frames->faces = NULL;
+}
+
+void fvv_visibility_frames_reset(fvv_visibility_frames *frames) {
+  if (frames->allocator.resize) {
+    free_current(&frames->allocator, &frames->current);
+    free_order(frames);
+  }
+  memset(frames, 0, sizeof *frames);
+}
+
+static fvv_status check_number(const fvv_visibility_frames *frames, const fvv_visibility_header *header,
+                               int key, fvv_diagnostic *diagnostic) {
+  const fvv_visibility_header *former = &frames->current.header;
+  if (!header->number == !key)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_NUMBER, "number %lu in a chunk %s the key flag", (unsigned long)header->number,
+                    key ? "with" : "without");
+  if (key) return FVV_OK;
+  if (!former->camera_count || header->number - 1 != former->number)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_NUMBER, "number %lu does not follow the chunk before: chunks are missing",
+                    (unsigned long)header->number);
+  if (header->domain != former->domain || header->mesh_track != former->mesh_track ||
+      header->element_count != former->element_count)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_NUMBER, "domain, mesh track or element count differ from the chunk before");
+  return FVV_OK;
+}
+
+/* A camera that moves is where its calibration says. */
+static fvv_status centre_of(const fvv_configuration *configuration, const fvv_calibration *calibration,
+                            uint16_t id, int32_t centre[3], fvv_diagnostic *diagnostic) {
+  const fvv_camera *camera = fvv_configuration_camera(configuration, id);
+  fvv_diagnostic why = {0};
+  if (!camera)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_SIZE, "camera %u is not described", id);
+  fvv_camera now;
+  if (camera->flags & FVV_CAMERA_MOVES) {
+    if (!calibration || fvv_calibration_camera(calibration, id, &now) != FVV_OK)
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
+                      FVV_VISI_SIZE, "camera %u moves and is not calibrated at this time", id);
+    camera = &now;
+  }
+  if (fvv_visibility_centre(camera, &configuration->scene, centre, &why) == FVV_OK) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
+                  FVV_VISI_SIZE, "%s", why.message);
+}
+
+/* Streams of the cameras, camera_count of them, to be released. */
+static fvv_status read_streams(const uint8_t *payload, size_t size, const fvv_limits *limits,
+                               const fvv_allocator *allocator, const fvv_visibility_header *header,
+                               fvv_visibility_stream **streams, fvv_diagnostic *diagnostic) {
+  *streams = fvv_allocate_array(allocator, header->camera_count, sizeof **streams);
+  if (!*streams) return no_memory(diagnostic);
+  fvv_visibility_header again;
+  return fvv_visibility_peek(payload, size, limits, &again, *streams, header->camera_count, diagnostic);
+}
+
+fvv_status fvv_visibility_frames_check(const fvv_visibility_frames *frames, const uint8_t *payload,
+                                       size_t size, int key, const fvv_configuration *configuration,
+                                       const fvv_limits *limits, fvv_visibility_header *header,
+                                       fvv_diagnostic *diagnostic) {
+  fvv_status status = fvv_visibility_peek(payload, size, limits, header, NULL, 0, diagnostic);
+  if (status == FVV_OK) status = check_number(frames, header, key, diagnostic);
+  if (status != FVV_OK) return status;
+  const fvv_track *track = fvv_configuration_track(configuration, header->mesh_track);
+  if (track && track->kind == FVV_TRACK_MESH) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
+                  FVV_VISI_MESH_TRACK, "track %u, whose mesh is meant, is no mesh track", header->mesh_track);
+}
+
+/* An order for the faces of mesh: the last one, where they are the same. */
+static fvv_status keep_order(fvv_visibility_frames *frames, const fvv_mesh *mesh, uint8_t domain,
+                             fvv_diagnostic *diagnostic) {
+  const size_t bytes = 3 * (size_t)mesh->face_count * sizeof *mesh->faces;
+  if (frames->order && frames->current.header.domain == domain && frames->face_count == mesh->face_count &&
+      frames->vertex_count == mesh->vertex_count && !memcmp(frames->faces, mesh->faces, bytes))
+    return FVV_OK;
+  free_order(frames);
+  frames->vertex_count = mesh->vertex_count;
+  frames->face_count = mesh->face_count;
+  frames->faces = fvv_allocate(&frames->allocator, bytes);
+  if (!frames->faces) return no_memory(diagnostic);
+  memcpy(frames->faces, mesh->faces, bytes);
+  return fvv_visibility_order_open(mesh, domain, &frames->allocator, &frames->order, diagnostic);
+}
+
+static const uint8_t *states_of(const fvv_visibility *v, uint16_t camera) {
+  for (uint32_t i = 0; i < v->header.camera_count; i++)
+    if (v->cameras[i] == camera) return v->states + (size_t)i * v->header.element_count;
+  return NULL;
+}
+
+/* next: header is filled; arrays are allocated here. */
+static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *payload,
+                                 const fvv_visibility_stream *streams, const fvv_mesh *mesh,
+                                 const fvv_calibration *calibration, const fvv_configuration *configuration,
+                                 fvv_visibility *next, fvv_diagnostic *diagnostic) {
+  const fvv_visibility_header *header = &next->header;
+  int32_t centre[3];
+  uint64_t bytes;
+  /* Two bytes of a table name a camera: before there is memory for what it sees, it has to exist. */
+  for (uint32_t i = 0; i < header->camera_count; i++) {
+    const fvv_status status = centre_of(configuration, calibration, streams[i].camera, centre, diagnostic);
+    if (status != FVV_OK) return status;
+  }
+  const int fits = fvv_multiply_u64(header->camera_count, header->element_count, &bytes) && bytes <= SIZE_MAX;
+  next->cameras = fvv_allocate_array(&frames->allocator, header->camera_count, sizeof *next->cameras);
+  next->states = fits ? fvv_allocate(&frames->allocator, (size_t)bytes) : NULL;
+  if (!next->cameras || !next->states) return no_memory(diagnostic);
+  for (uint32_t i = 0; i < header->camera_count; i++) {
+    next->cameras[i] = streams[i].camera;
+    fvv_status status = centre_of(configuration, calibration, streams[i].camera, centre, diagnostic);
+    if (status == FVV_OK)
+      status = fvv_visibility_decode(frames->order, mesh, header, payload + streams[i].offset,
+                                     streams[i].size, centre, states_of(&frames->current, streams[i].camera),
+                                     next->states + (size_t)i * header->element_count, diagnostic);
+    if (status == FVV_OK) continue;
+    if (diagnostic && diagnostic->issue == FVV_ISSUE_VISIBILITY_STREAM)
+      diagnostic->offset = streams[i].offset;
+    return status;
+  }
+  return FVV_OK;
+}
+
+static fvv_status add_visibility(fvv_visibility_frames *frames, const uint8_t *payload, size_t size, int key,
+                                 const fvv_mesh *mesh, const fvv_calibration *calibration,
+                                 const fvv_configuration *configuration, const fvv_limits *limits,
+                                 fvv_diagnostic *diagnostic) {
+  fvv_visibility next = {0};
+  fvv_status status = fvv_visibility_frames_check(frames, payload, size, key, configuration, limits,
+                                                  &next.header, diagnostic);
+  if (status != FVV_OK) return status;
+  const uint32_t elements = !mesh                                        ? 0
+                            : next.header.domain == FVV_VISIBILITY_FACES ? mesh->face_count
+                                                                         : mesh->vertex_count;
+  if (!mesh || elements != next.header.element_count)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_ELEMENT_COUNT,
+                    mesh ? "visibility of %lu elements, the mesh of its time has %lu"
+                         : "visibility of %lu elements, but its time has no mesh on that track",
+                    (unsigned long)next.header.element_count, (unsigned long)elements);
+  fvv_visibility_stream *streams = NULL;
+  status = read_streams(payload, size, limits, &frames->allocator, &next.header, &streams, diagnostic);
+  if (status == FVV_OK) status = keep_order(frames, mesh, next.header.domain, diagnostic);
+  if (status == FVV_OK)
+    status = decode_cameras(frames, payload, streams, mesh, calibration, configuration, &next, diagnostic);
+  fvv_release(&frames->allocator, streams, next.header.camera_count * sizeof *streams);
+  if (status != FVV_OK) {
+    free_current(&frames->allocator, &next);
+    return status;
+  }
+  free_current(&frames->allocator, &frames->current);
+  frames->current = next;
+  return FVV_OK;
+}
+
+fvv_status fvv_visibility_frames_add(fvv_visibility_frames *frames, const uint8_t *payload, size_t size,
+                                     int key, const fvv_mesh *mesh, const fvv_calibration *calibration,
+                                     const fvv_configuration *configuration, const fvv_limits *limits,
+                                     const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
+  if (!frames->allocator.resize) frames->allocator = fvv_allocator_or_default(allocator);
+  const fvv_status status =
+      add_visibility(frames, payload, size, key, mesh, calibration, configuration, limits, diagnostic);
+  if (status != FVV_OK) fvv_visibility_frames_reset(frames);
+  return status;
+}
+
+static int shows(const fvv_video_layout *video, uint16_t camera) {
+  for (size_t i = 0; i < video->tile_count; i++)
+    if (video->tiles[i].camera_id == camera) return 1;
+  return 0;
+}
+
+static fvv_status decode_tiles(const fvv_configuration *configuration, uint16_t track, const uint8_t *payload,
+                               size_t size, const fvv_limits *limits, fvv_bytes *tiles,
+                               fvv_diagnostic *diagnostic) {
+  tiles->size = 0;
+  const fvv_video_layout *video = fvv_configuration_video(configuration, track);
+  if (!video || video->config.shows != FVV_SHOWS_TILES)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_SHOWN, FVV_CHUNK_GROUP_TILES, 0,
+                    "track %u shows no tiles", track);
+  /* No more tiles than the payload has bytes for. */
+  const size_t most = size / FVV_TILE_ENTRY_SIZE;
+  fvv_status status = fvv_bytes_reserve(tiles, most * sizeof(fvv_tile));
+  if (status < 0) return status;
+  size_t count = 0;
+  status = fvv_tiles_decode((fvv_tile *)tiles->data, most, &count, payload, size, limits, diagnostic);
+  const fvv_tile *decoded = (const fvv_tile *)tiles->data;
+  for (size_t i = 0; i < count && status == FVV_OK; i++)
+    if (!shows(video, decoded[i].camera_id))
+      status = fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_SHOWN, FVV_CHUNK_GROUP_TILES,
+                        FVV_TILE_SIZE + i * FVV_TILE_ENTRY_SIZE,
+                        "tile %zu shows camera %u, which is not in the TILE of track %u", i,
+                        decoded[i].camera_id, track);
+  if (status == FVV_OK)
+    status = fvv_configuration_check_tiles(configuration, video, decoded, count, diagnostic);
+  if (status == FVV_OK) tiles->size = count * sizeof(fvv_tile);
+  return status;
+}
+
+fvv_status fvv_group_tiles_decode(const fvv_configuration *configuration, uint16_t track,
+                                  const uint8_t *payload, size_t size, const fvv_limits *limits,
+                                  fvv_bytes *tiles, fvv_diagnostic *diagnostic) {
+  const fvv_status status = decode_tiles(configuration, track, payload, size, limits, tiles, diagnostic);
+  if (status < 0 && diagnostic) diagnostic->chunk_type = FVV_CHUNK_GROUP_TILES;
+  return status;
+}
