@@ -57,6 +57,22 @@ expect "pkg-config --static" "$work/pc_static" "$by_number"
 by_pkg_config "$prefix" consumer_frames pc_frames
 expect "pkg-config, shared, frames" "$work/pc_frames" "$by_push" "$prefix/$LIBDIR"
 
+# encodes WAY PROGRAM: writes a stream from arrays, which fvvinfo has to call whole.
+encodes() {
+  "$2" "$work/encoded.fvv" > "$work/encoded.txt" 2>&1 || true
+  if [ "$(cat "$work/encoded.txt")" = "10 frames" ] && "$prefix/bin/fvvinfo" --check "$work/encoded.fvv" > "$work/info.txt" 2>&1; then
+    echo "$1: ok"
+  else
+    echo "$1: expected 10 frames and a whole stream; found"
+    cat "$work/encoded.txt" "$work/info.txt"
+    failed=1
+  fi
+}
+encodes "CMake package, component mux" "$work/cmake_default/consumer_encode"
+flags=$(PKG_CONFIG_PATH="$prefix/$LIBDIR/pkgconfig" "$PKG_CONFIG" --cflags --libs fvv_mux)
+"$CXX" -std=c++17 -Wall -Wextra "$here/consumer_encode.cpp" -o "$work/pc_encode" $flags
+LD_LIBRARY_PATH=$prefix/$LIBDIR encodes "pkg-config fvv_mux" "$work/pc_encode"
+
 for header in "$prefix"/include/fvv/*.h; do
   name=fvv/$(basename "$header")
   echo "#include <$name>" > "$work/alone.c"

@@ -99,4 +99,15 @@ std::vector<std::vector<Silhouette>> silhouettes(const Plan &plan, const std::ve
   return groups;
 }
 
+std::vector<Silhouette> silhouettes(const Plan &plan, const std::vector<size_t> &cameras, size_t group) {
+  std::vector<Silhouette> all(cameras.size());
+  const size_t first = plan.first_of(group);
+  for (size_t i = first; i < first + plan.frames_of(group); i++) {
+    const std::vector<Silhouette> frame =
+        boxes_of_frame(plan, cameras, plan.capture.frames.number(int64_t(i)));
+    for (size_t k = 0; k < cameras.size(); k++) all[k].add(frame[k]);
+  }
+  return all;
+}
+
 } // namespace fvv::mux

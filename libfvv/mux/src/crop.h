@@ -16,4 +16,7 @@ CropBy crop_by(const scene::Capture &capture, const scene::Camera &camera);
 // masks, and all meshes where a camera needs them.
 std::vector<std::vector<Silhouette>> silhouettes(const Plan &plan, const std::vector<size_t> &cameras);
 
+// Of one group.
+std::vector<Silhouette> silhouettes(const Plan &plan, const std::vector<size_t> &cameras, size_t group);
+
 } // namespace fvv::mux

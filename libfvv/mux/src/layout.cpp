@@ -586,4 +586,44 @@ std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole) {
   return tracks;
 }
 
+void leave_room(Plan &plan, const Tiling &tiling) {
+  for (std::vector<Silhouette> &group : plan.crop.boxes)
+    for (size_t k = 0; k < group.size(); k++) {
+      Silhouette &box = group[k];
+      if (box.empty()) continue;
+      const fvv_camera &camera = plan.capture.cameras[tiling.cameras[k]].calibration;
+      const uint32_t x = (box.right - box.left) / 8, y = (box.bottom - box.top) / 8;
+      box = {box.left - std::min(box.left, x), box.top - std::min(box.top, y),
+             std::min(camera.width, box.right + x), std::min(camera.height, box.bottom + y)};
+    }
+}
+
+void lay_out_group(Plan &plan, const std::vector<Silhouette> &boxes) {
+  for (VideoTrack &track : plan.tracks) {
+    if (track.is_atlas() || track.groups.empty()) continue;
+    Tiling whole = {track.tiling.cameras, {}};
+    std::vector<Silhouette> own;
+    for (const size_t camera : whole.cameras) {
+      const size_t k = size_t(std::find(plan.whole.cameras.begin(), plan.whole.cameras.end(), camera) -
+                              plan.whole.cameras.begin());
+      whole.tiles.push_back(plan.whole.tiles[k]);
+      own.push_back(boxes[k]);
+    }
+    const FrameLimit frame = {track.tiling.width, track.tiling.height,
+                              uint64_t(track.tiling.width) * track.tiling.height, "the stream's video frame"};
+    MaybeLayout layout;
+    for (double scale = 1; !(layout = pack_crops({own}, whole, frame)); scale *= 0.9) {
+      if (scale < 0.01) throw Error("frames in memory: the pictures of a group do not fit the video frame");
+      for (size_t k = 0; k < whole.tiles.size(); k++) {
+        const fvv_tile &full = plan.whole.tiles[size_t(
+            std::find(plan.whole.cameras.begin(), plan.whole.cameras.end(), whole.cameras[k]) -
+            plan.whole.cameras.begin())];
+        whole.tiles[k].destination.width = scaled(full.destination.width, 0.9 * scale);
+        whole.tiles[k].destination.height = scaled(full.destination.height, 0.9 * scale);
+      }
+    }
+    track.groups.push_back(std::move(layout->groups[0]));
+  }
+}
+
 } // namespace fvv::mux

@@ -70,4 +70,12 @@ FrameSize pack(std::vector<std::vector<Cell>> &sets, uint32_t least, const Frame
 // as light as it can be. Answers where each run ends. Of equal cuts the one whose first runs are longest.
 std::vector<size_t> balanced_runs(const std::vector<uint64_t> &weights, size_t count);
 
+// Widens the crops of all groups by an eighth of their sides: later groups, which are not known yet, may need
+// it. tiling: of the cameras.
+void leave_room(Plan &plan, const Tiling &tiling);
+
+// Lays out the crops of a further group, boxes of all pictures of plan.whole, in the frames of the plan's
+// tracks.
+void lay_out_group(Plan &plan, const std::vector<Silhouette> &boxes);
+
 } // namespace fvv::mux

@@ -81,6 +81,11 @@ Geometry::Geometry(const Plan &plan, const Tiling &tiles)
     : capture(plan.capture), tiling(tiles), choice(plan.decimation), group_size(plan.group_size),
       tracked(plan.tracked), normals(plan.normals.bits != 0), groups(plan.group_count()) {}
 
+void Geometry::extend(int64_t count) {
+  capture.frames.count = count;
+  groups.resize((size_t(count) + group_size - 1) / group_size);
+}
+
 geometry::Mesh Geometry::source(size_t i, scene::MeshReport *report) const {
   return scene::load_mesh(capture, capture.frames.number(int64_t(i)), nullptr, report, normals);
 }

@@ -39,6 +39,9 @@ public:
   // Several threads may call it. Throws Error.
   geometry::Mesh load(size_t i, scene::MeshReport *report, std::optional<decimate::Report> &decimation) const;
 
+  // From now on there are count frames, which end with a group. Not while other threads call load().
+  void extend(int64_t count);
+
 private:
   struct Stretch {
     size_t first; // frame
@@ -56,7 +59,7 @@ private:
   geometry::Mesh source(size_t i, scene::MeshReport *report = nullptr) const;
   decimate::Footprint cameras(size_t i) const;
 
-  const scene::Capture capture;
+  scene::Capture capture;
   const Tiling tiling;
   const DecimationChoice choice;
   const uint32_t group_size;

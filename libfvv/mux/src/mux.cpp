@@ -1,6 +1,7 @@
 #include "fvv_mux/mux.h"
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/parallel.h"
+#include "fvv_mux/encoder.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
@@ -53,14 +54,17 @@ bool warn_of_losses(const Plan &plan, int64_t frame, const decimate::Report &rep
 
 class Job {
 public:
-  // The choice of each video is made on the way, beside the first meshes.
   Job(Summary &sums, const Sink &out)
-      : plan(sums.plan), sink(out), summary(sums), visibility(plan), groups(plan.group_count()),
-        promises(plan.tracks.size()) {
+      : plan(sums.plan), sink(out), summary(sums), visibility(plan), promises(plan.tracks.size()) {
     summary.videos.resize(plan.tracks.size());
     summary.rates.resize(plan.tracks.size());
     for (std::promise<void> &promise : promises) chosen.push_back(promise.get_future());
+    // The choice of each video is made on the way, beside the first meshes.
     for (size_t track = 0; track < plan.tracks.size(); track++) add(Kind::choice, 0, track, 0, 0);
+  }
+
+  // Encodes and writes all groups of the plan.
+  void run() {
     // The first video has to wait for the choice: meshes of two groups fill the other threads' time.
     list_meshes(0);
     list_meshes(1);
@@ -70,21 +74,36 @@ public:
       list_video(group);
       list_meshes(group);
     }
+    run_listed(0);
   }
 
-  // Answers the number of bytes written.
-  uint64_t run() {
+  // Encodes and writes one group, the next one.
+  void run_group(size_t group) {
+    list_meshes(group);
+    list_video(group);
+    for (size_t &listed : group_of) listed = 0;
+    run_listed(group);
+  }
+
+  // Returns the number of bytes written.
+  uint64_t finish() { return writer->finish(); }
+
+private:
+  // first: the group that is listed as 0.
+  void run_listed(size_t first) {
+    groups.resize(plan.group_count());
     run_ordered(
         plan.options.threads, group_of, [this](size_t piece) { work(pieces[piece]); },
-        [&](size_t group) {
+        [&](size_t listed) {
+          const size_t group = first + listed;
           if (!writer) begin(groups[group]);
           write(group);
           plan.observer.progress(plan.frames_of(group));
         });
-    return writer->finish();
+    pieces.clear();
+    group_of.clear();
   }
 
-private:
   void add(Kind kind, size_t group, size_t track, size_t first, size_t count) {
     pieces.push_back({kind, track, first, count});
     group_of.push_back(group);
@@ -311,14 +330,190 @@ Muxer::Muxer(const Options &options, const Observer &observer) : start(std::chro
 }
 
 Summary Muxer::run(const Sink &sink) {
-  summary.bytes = Job(summary, sink).run();
+  Job job(summary, sink);
+  job.run();
+  summary.bytes = job.finish();
   if (warn_of_rates(summary)) summary.plan.warned = true;
+  if (summary.plan.capture.mesh_cache)
+    summary.mesh_reads = scene::mesh_reads(*summary.plan.capture.mesh_cache);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return std::move(summary);
 }
 
 void verify(Summary &summary, const InputFile &file) {
   summary.verdict = verify(summary.plan, summary.origins, file);
+}
+
+namespace {
+
+std::string words(size_t number, const char *noun) {
+  return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
+}
+
+// The configuration as a capture whose frames are in memory. Frames and calibrations that change are added to
+// it.
+scene::Capture describe(const Configuration &configuration,
+                        const std::shared_ptr<scene::MemoryFrames> &memory) {
+  scene::Capture capture;
+  capture.path = "encoder";
+  capture.name = configuration.name;
+  capture.frame_duration = configuration.frame_duration;
+  capture.frames = {0, 0, 1};
+  capture.up = configuration.up;
+  capture.scale_unknown = configuration.scale_unknown;
+  capture.memory = memory;
+  if (configuration.meshes) capture.meshes = scene::Pattern::parse("mesh %d", nullptr);
+  if (!configuration.frame_duration.numerator || !configuration.frame_duration.denominator)
+    throw Error("encoder: frame duration: expected a fraction above 0, found " +
+                    std::to_string(configuration.frame_duration.numerator) + "/" +
+                    std::to_string(configuration.frame_duration.denominator),
+                Error::usage);
+  for (size_t i = 0; i < configuration.cameras.size(); i++) {
+    const CameraInput &input = configuration.cameras[i];
+    scene::Camera camera;
+    camera.calibration = input.calibration;
+    camera.set_name(input.name);
+    fvv_diagnostic diagnostic = {};
+    check(fvv_camera_validate(&camera.calibration, &diagnostic), "encoder: camera " + std::to_string(i),
+          diagnostic);
+    for (const scene::Camera &other : capture.cameras)
+      if (other.calibration.id == camera.calibration.id)
+        throw Error("encoder: two cameras have the identifier " + std::to_string(camera.calibration.id),
+                    Error::usage);
+    const std::string id = std::to_string(camera.calibration.id);
+    if (input.pictures) {
+      camera.pictures =
+          scene::PictureSource(*scene::Pattern::parse("picture of camera " + id + ", frame %d", nullptr));
+      camera.pictures->memory_camera = i;
+      if (input.masks) {
+        camera.masks =
+            scene::PictureSource(*scene::Pattern::parse("mask of camera " + id + ", frame %d", nullptr));
+        camera.masks->memory_camera = i;
+      }
+    }
+    capture.cameras.push_back(std::move(camera));
+  }
+  return capture;
+}
+
+} // namespace
+
+struct Encoder::State {
+  Configuration configuration;
+  Options options;
+  Sink sink;
+  Observer observer;
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  std::shared_ptr<scene::MemoryFrames> memory = std::make_shared<scene::MemoryFrames>();
+  scene::Capture capture; // until the plan is made
+  Summary summary;
+  std::optional<Job> job;
+  size_t group_size = 1;
+  size_t added = 0, encoded = 0; // frames
+
+  scene::Capture &description() { return job ? summary.plan.capture : capture; }
+
+  void encode_group() {
+    const size_t count = added - encoded;
+    if (!job) {
+      capture.frames.count = int64_t(count);
+      summary.plan = make_plan(std::move(capture), options, observer);
+      job.emplace(summary, sink);
+    } else {
+      extend_plan(summary.plan, count);
+    }
+    job->run_group(encoded / group_size);
+    encoded = added;
+    memory->drop_before(int64_t(encoded));
+  }
+
+  [[noreturn]] void refuse(const std::string &what) const {
+    throw Error("frame " + std::to_string(added) + ": " + what);
+  }
+
+  void check_picture(size_t i, uint32_t width, uint32_t height, const char *kind) const {
+    const fvv_camera &camera = configuration.cameras[i].calibration;
+    if (width != camera.width || height != camera.height)
+      refuse("camera " + std::to_string(camera.id) + ": expected a " + kind + " of " +
+             std::to_string(camera.width) + "x" + std::to_string(camera.height) + " pixels, found " +
+             std::to_string(width) + "x" + std::to_string(height));
+  }
+
+  void check_frame(const Frame &frame) const {
+    const std::vector<CameraInput> &cameras = configuration.cameras;
+    if (configuration.meshes && frame.mesh.faces.empty()) refuse("expected a mesh with faces");
+    const auto check_count = [&](size_t found, const char *noun) {
+      if (found && found != cameras.size())
+        refuse("expected " + words(cameras.size(), noun) + ", one for each camera, found " +
+               std::to_string(found));
+    };
+    check_count(frame.pictures.size(), "picture");
+    check_count(frame.masks.size(), "mask");
+    check_count(frame.calibrations.size(), "calibration");
+    for (size_t i = 0; i < cameras.size(); i++) {
+      if (cameras[i].pictures) {
+        if (frame.pictures.empty()) refuse("expected pictures");
+        std::visit([&](const auto &image) { check_picture(i, image.width, image.height, "picture"); },
+                   frame.pictures[i]);
+        if (cameras[i].masks) {
+          if (frame.masks.empty()) refuse("expected masks");
+          check_picture(i, frame.masks[i].width, frame.masks[i].height, "mask");
+        }
+      }
+      if (!cameras[i].moves) continue;
+      if (frame.calibrations.empty()) refuse("expected calibrations, because cameras move");
+      fvv_diagnostic diagnostic = {};
+      check(fvv_camera_validate(&frame.calibrations[i], &diagnostic),
+            "frame " + std::to_string(added) + ": camera " + std::to_string(cameras[i].calibration.id),
+            diagnostic);
+    }
+  }
+};
+
+Encoder::Encoder(const Configuration &configuration, const Options &options, const Sink &sink,
+                 const Observer &observer)
+    : state(std::make_unique<State>()) {
+  state->configuration = configuration;
+  state->options = options;
+  state->options.frames.reset();
+  state->options.cameras.clear();
+  state->options.verify = false;
+  state->sink = sink;
+  state->observer = observer;
+  state->capture = describe(configuration, state->memory);
+  state->group_size = group_size_of(options, configuration.frame_duration);
+}
+
+Encoder::~Encoder() = default;
+
+void Encoder::add(Frame frame) {
+  State &s = *state;
+  s.observer.check_cancelled();
+  s.check_frame(frame);
+  const auto number = int64_t(s.added);
+  for (scene::Camera &camera : s.description().cameras)
+    for (size_t i = 0; i < s.configuration.cameras.size(); i++)
+      if (s.configuration.cameras[i].moves &&
+          s.configuration.cameras[i].calibration.id == camera.calibration.id) {
+        fvv_camera calibration = frame.calibrations[i];
+        calibration.name = nullptr;
+        calibration.name_size = 0;
+        camera.per_frame[number] = calibration;
+      }
+  s.memory->put(number, {std::move(frame.mesh), std::move(frame.pictures), std::move(frame.masks)});
+  s.added++;
+  if (s.added - s.encoded == s.group_size) s.encode_group();
+}
+
+Summary Encoder::finish() {
+  State &s = *state;
+  if (!s.added) throw Error("encoder: expected at least one frame before finish()", Error::usage);
+  if (s.added > s.encoded) s.encode_group();
+  s.summary.bytes = s.job->finish();
+  if (warn_of_rates(s.summary)) s.summary.plan.warned = true;
+  s.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - s.start).count();
+  s.job.reset();
+  return std::move(s.summary);
 }
 
 } // namespace fvv::mux

@@ -5,6 +5,7 @@
 #include "fvv_scene/text.h"
 #include "mux/src/background.h"
 #include "mux/src/choices.h"
+#include "mux/src/crop.h"
 #include "mux/src/layout.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
@@ -236,13 +237,19 @@ VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
 }
 
 Plan make_plan(const Options &options, const Observer &observer) {
+  scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
+  capture.mesh_cache = scene::make_mesh_cache();
+  return make_plan(std::move(capture), options, observer);
+}
+
+Plan make_plan(scene::Capture given, const Options &options, const Observer &observer) {
   Plan plan;
   plan.observer = observer;
   plan.options = options;
   plan.videos = std::make_shared<scene::Videos>(options.threads);
-  plan.capture = scene::load_capture(scene::description_file(options.capture));
-  const bool left_out = select(plan.capture, options, plan.observer);
-  plan.warned = look_at_files(plan, options.frames.has_value()) || left_out;
+  plan.capture = std::move(given);
+  plan.warned = select(plan.capture, options, plan.observer);
+  if (!plan.capture.memory) plan.warned = look_at_files(plan, options.frames.has_value()) || plan.warned;
   if (options.undistort)
     plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, options.undistort_alpha);
   if (plan.has_meshes()) {
@@ -250,11 +257,13 @@ Plan make_plan(const Options &options, const Observer &observer) {
     plan.capture.flip_faces = plan.winding.flip;
     plan.warned = warn_of_winding(plan) || plan.warned;
   }
-  plan.group_size = options.group ? options.group : frames_per_second(plan.capture.frame_duration);
+  plan.group_size = group_size_of(options, plan.capture.frame_duration);
   Tiling cameras = whole_pictures(plan.capture, options);
   if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);
+  if (plan.capture.memory) leave_room(plan, cameras);
   plan.frame_limit = frame_limit(options, plan.capture.frame_duration);
   bound(plan, cameras);
+  plan.whole = cameras;
   plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
   plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
   plan.normals = choose_normals(options, plan.capture);
@@ -279,6 +288,17 @@ Plan make_plan(const Options &options, const Observer &observer) {
     plan.warned = plan.warned || !plan.background->warnings.empty();
   }
   return plan;
+}
+
+uint32_t group_size_of(const Options &options, const fvv_rational &frame_duration) {
+  return options.group ? options.group : frames_per_second(frame_duration);
+}
+
+void extend_plan(Plan &plan, size_t frames) {
+  const size_t first = plan.frame_count();
+  plan.capture.frames.count += int64_t(frames);
+  if (plan.geometry) plan.geometry->extend(plan.capture.frames.count);
+  if (plan.crop.on) lay_out_group(plan, silhouettes(plan, plan.whole.cameras, first / plan.group_size));
 }
 
 Quality default_quality(uint32_t codec) {

@@ -2,10 +2,15 @@
 
 #include "fvv_scene/capture.h"
 #include "fvv_cxx/untrusted.h"
+#include "fvv_scene/memory_frames.h"
 #include "scene/src/gltf/pose.h"
 
 #include <algorithm>
 #include <filesystem>
+
+#include <functional>
+#include <future>
+#include <list>
 
 namespace fvv::scene {
 
@@ -64,14 +69,106 @@ double Capture::animation_time(int64_t frame) const {
          double(index * int64_t(frame_duration.numerator)) / double(frame_duration.denominator);
 }
 
+// Meshes by frame number and whether normals were asked for, the least recently used one dropped first.
+class MeshCache {
+public:
+  struct Loaded {
+    Mesh mesh;
+    MeshReport report;
+  };
+
+  std::shared_ptr<const Loaded> get(int64_t frame, bool normals, const std::function<Loaded()> &read) {
+    const Key key = {frame, normals};
+    std::unique_lock<std::mutex> lock(mutex);
+    const auto found = entries.find(key);
+    if (found != entries.end()) {
+      used.splice(used.end(), used, found->second.place);
+      const std::shared_future<std::shared_ptr<const Loaded>> result = found->second.result;
+      lock.unlock();
+      return result.get();
+    }
+    std::promise<std::shared_ptr<const Loaded>> promise;
+    used.push_back(key);
+    entries[key] = {promise.get_future().share(), std::prev(used.end()), 0};
+    reads++;
+    lock.unlock();
+    std::shared_ptr<const Loaded> loaded;
+    try {
+      loaded = std::make_shared<const Loaded>(read());
+    } catch (...) {
+      promise.set_exception(std::current_exception());
+      throw;
+    }
+    promise.set_value(loaded);
+    lock.lock();
+    const auto mine = entries.find(key);
+    if (mine == entries.end()) return loaded;
+    mine->second.bytes = bytes_of(loaded->mesh);
+    held += mine->second.bytes;
+    // One that is still being read has no bytes yet; dropping it costs a second reading, nothing else.
+    while (held > limit && used.size() > 1) {
+      const auto oldest = entries.find(used.front());
+      held -= oldest->second.bytes;
+      entries.erase(oldest);
+      used.pop_front();
+    }
+    return loaded;
+  }
+  uint64_t count() const {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return reads;
+  }
+
+private:
+  using Key = std::pair<int64_t, bool>;
+  struct Entry {
+    std::shared_future<std::shared_ptr<const Loaded>> result;
+    std::list<Key>::iterator place;
+    size_t bytes;
+  };
+  static constexpr size_t limit = size_t(128) << 20;
+
+  static size_t bytes_of(const Mesh &mesh) {
+    return 8 * (mesh.positions.size() + mesh.texture.size() + mesh.normals.size()) + 4 * mesh.faces.size();
+  }
+
+  mutable std::mutex mutex;
+  std::map<Key, Entry> entries;
+  std::list<Key> used; // the least recently used first
+  size_t held = 0;
+  uint64_t reads = 0;
+};
+
+std::shared_ptr<MeshCache> make_mesh_cache() {
+  return std::make_shared<MeshCache>();
+}
+
+uint64_t mesh_reads(const MeshCache &cache) {
+  return cache.count();
+}
+
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, MeshReport *report,
                bool normals) {
   const std::string path = capture.mesh_path(frame);
-  const bool texture = capture.atlas.has_value();
-  Mesh mesh = capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), limits, report,
-                                                          texture, normals)
-                                : read_mesh(path, limits, report, texture, normals);
-  for (double &coordinate : mesh.positions) coordinate *= capture.metres_per_unit;
+  const auto read = [&] {
+    MeshCache::Loaded loaded;
+    const bool texture = capture.atlas.has_value();
+    loaded.mesh = capture.memory      ? capture.memory->mesh(frame, normals)
+                  : capture.animation ? capture.animation->mesh(path, capture.animation_time(frame), limits,
+                                                                &loaded.report, texture, normals)
+                                      : read_mesh(path, limits, &loaded.report, texture, normals);
+    for (double &coordinate : loaded.mesh.positions) coordinate *= capture.metres_per_unit;
+    return loaded;
+  };
+  const bool cached = capture.mesh_cache && !capture.memory && !limits;
+  const std::shared_ptr<const MeshCache::Loaded> loaded =
+      cached ? capture.mesh_cache->get(frame, normals, read)
+             : std::make_shared<const MeshCache::Loaded>(read());
+  if (report) {
+    report->polygons += loaded->report.polygons;
+    report->lines_and_points += loaded->report.lines_and_points;
+  }
+  Mesh mesh = loaded->mesh;
   if (capture.flip_faces) flip_faces(mesh);
   return mesh;
 }

@@ -1,5 +1,6 @@
 #include "fvv_scene/pictures.h"
 #include "fvv_media/video_file.h"
+#include "fvv_scene/memory_frames.h"
 #include "fvv_scene/video_match.h"
 
 #include <algorithm>
@@ -127,6 +128,11 @@ VideoFacts Videos::facts(const std::string &path, std::optional<uint32_t> stream
 template <class Sample>
 media::BasicImage<Sample> Videos::read(const Capture &capture, const PictureSource &source, int64_t frame,
                                        int channels) {
+  if (capture.memory) {
+    if constexpr (std::is_same_v<Sample, uint8_t>)
+      if (channels == 1) return capture.memory->mask(frame, source.memory_camera);
+    return capture.memory->picture<Sample>(frame, source.memory_camera);
+  }
   const std::string path = capture.resolve(source.file(frame));
   if (!source.video) {
     const bool again = source.is_constant() && capture.frames.count > 1;

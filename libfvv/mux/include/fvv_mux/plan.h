@@ -129,7 +129,7 @@ struct Plan {
   bool tracked = false;    // some frames have the faces of the one before: groups may have delta frames
   LatticeChoice lattice;
   DecimationChoice decimation;
-  std::shared_ptr<const Geometry> geometry; // what meshes come through, if there are some
+  std::shared_ptr<Geometry> geometry; // what meshes come through, if there are some
   NormalChoice normals;
   WindingChoice winding;
   uint32_t texture_bits = 0;             // 0: meshes without texture coordinates
@@ -138,6 +138,7 @@ struct Plan {
   std::vector<scene::VideoReport> sources;
   bool warned = false;
   CropChoice crop;
+  Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent
   VisibilityChoice visibility;
   std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedBackground> background;      // if there is one
@@ -158,6 +159,14 @@ struct Plan {
 // All but the choice of video. Looks at every file first: a Error has a line for each problem;
 // warnings are printed.
 Plan make_plan(const Options &options, const Observer &observer);
+// The same for a capture whose frames are in memory: those that are there now are all that is looked at.
+Plan make_plan(scene::Capture capture, const Options &options, const Observer &observer);
+// Adds frames of one more group to a plan of frames in memory: how its pictures are cropped and laid out. The
+// video frame keeps its size; where the crops need more room, the group's pictures are sent smaller.
+void extend_plan(Plan &plan, size_t frames);
+
+// Frames in a group: as the options ask, or one second.
+uint32_t group_size_of(const Options &options, const fvv_rational &frame_duration);
 
 // Encodes a sample of a video track as often as it takes to find the quality, which may be long.
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track);

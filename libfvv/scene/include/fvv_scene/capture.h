@@ -95,6 +95,9 @@ struct Frames {
   std::vector<int64_t> numbers() const;
 };
 
+class MeshCache;
+class MemoryFrames; // memory_frames.h
+
 struct Capture {
   std::string path; // of capture.json; patterns are relative to its folder
   std::string name;
@@ -111,6 +114,12 @@ struct Capture {
   std::optional<Atlas> atlas; // only with meshes
   std::vector<Camera> cameras;
   std::optional<Background> background;
+
+  // Meshes that were read lately, up to 128 MiB, shared by copies; nothing: every call of load_mesh reads.
+  // The same file is read once while its mesh is held, whichever threads ask.
+  std::shared_ptr<MeshCache> mesh_cache;
+  // There when meshes and pictures are in memory in place of files; patterns then only name them in messages.
+  std::shared_ptr<MemoryFrames> memory;
 
   // What load_mesh does besides; files say nothing of it. Corners run the other way round, and positions
   // stay.
@@ -148,6 +157,10 @@ void write_capture(const Capture &capture, const std::string &path);
 // normals, if the file has them, when they are asked for. Several threads may call it for one capture.
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr, bool normals = false);
+
+std::shared_ptr<MeshCache> make_mesh_cache();
+// How often a mesh file was read through it.
+uint64_t mesh_reads(const MeshCache &cache);
 
 // The bytes of the base colour image that the glTF file of a frame number brings along.
 std::string load_embedded_atlas(const Capture &capture, int64_t frame);

@@ -55,6 +55,7 @@ public:
   // Degrees clockwise, 0, 90, 180 or 270, of what is stored. Nothing: 0 for stills, what the file says for
   // videos.
   std::optional<int> rotate;
+  size_t memory_camera = 0; // of Capture::memory, where there is one
 
   // As capture.json has it: the pattern, or the video's name.
   const std::string &text() const { return video ? video->file : pattern->text(); }

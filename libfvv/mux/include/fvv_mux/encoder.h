@@ -1,0 +1,70 @@
+// From arrays in memory to a stream: frames are pushed one after the other, and the bytes of a group are
+// passed on as soon as its last frame is there. Live sources and bindings use it; captures on disk go through
+// Muxer (mux.h).
+#pragma once
+
+#include "fvv_media/image.h"
+#include "fvv_mux/summary.h"
+#include "fvv_scene/memory_frames.h"
+
+#include <memory>
+
+namespace fvv::mux {
+
+// A camera of the rig.
+struct CameraInput {
+  fvv_camera calibration = {}; // world -> camera, metres, pixels (fvv/calibration.h); its name is not used
+  std::string name;
+  bool pictures = true; // every frame has a picture of it, of the calibration's size
+  bool masks = false;   // and a mask: what is above 127 shows the scene
+  bool moves = false;   // every frame has a calibration of its own
+};
+
+// What does not change from frame to frame.
+struct Configuration {
+  std::string name;                      // of the scene, for metadata
+  fvv_rational frame_duration = {1, 25}; // seconds
+  bool meshes = true;                    // every frame has one
+  std::vector<CameraInput> cameras;      // each with an identifier of its own
+  uint8_t up = FVV_UP_UNKNOWN;           // FVV_UP_...: the axis that points up
+  bool scale_unknown = false;            // lengths are in a unit that nobody knows
+};
+
+// One moment. All arrays are in the order of Configuration::cameras; those of cameras without them are empty
+// elements, and arrays without any element may be left out.
+struct Frame {
+  geometry::Mesh mesh; // metres
+  std::vector<scene::AnyImage>
+      pictures; // RGB; samples of 8 bits, of 16 bits for Options::bit_depth 10, or float for OpenEXR
+  std::vector<media::Image> masks;      // one channel
+  std::vector<fvv_camera> calibrations; // of this frame; used of cameras that move
+};
+
+// Decisions for the whole stream (lattice, decimation, quality, size of the video frame) are made when the
+// first group is complete, by its frames. The video frame keeps an eighth of room around what they show; a
+// group that needs more is sent smaller. The bytes depend on configuration, options other than threads, and
+// frames.
+class Encoder {
+public:
+  // options: capture, frames and cameras are not used. sink is called by add() and finish() on their thread.
+  // Throws Error for options that do not fit the configuration.
+  Encoder(const Configuration &configuration, const Options &options, const Sink &sink,
+          const Observer &observer = {});
+  ~Encoder();
+  Encoder(const Encoder &) = delete;
+  Encoder &operator=(const Encoder &) = delete;
+
+  // The next frame. When it completes a group (Options::group frames, default: one second), encodes and
+  // writes the group with Options::threads threads before it returns. Throws Error that names the frame, and
+  // whatever sink throws; the stream has to be given up then.
+  void add(Frame frame);
+
+  // Writes what is left, index and footer. At least one frame was added.
+  Summary finish();
+
+private:
+  struct State;
+  std::unique_ptr<State> state;
+};
+
+} // namespace fvv::mux

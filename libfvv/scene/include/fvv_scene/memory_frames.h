@@ -1,0 +1,43 @@
+// Meshes and pictures of a capture that are in memory in place of files.
+#pragma once
+
+#include "fvv_geometry/mesh.h"
+#include "fvv_media/image.h"
+
+#include <map>
+#include <mutex>
+#include <variant>
+#include <vector>
+
+namespace fvv::scene {
+
+// RGB of 8 or 16 bits, or linear light; empty: there is none.
+using AnyImage = std::variant<media::Image, media::DeepImage, media::LinearImage>;
+
+// Frames by number, for several threads.
+class MemoryFrames {
+public:
+  struct Frame {
+    geometry::Mesh mesh;
+    std::vector<AnyImage> pictures;  // of each camera
+    std::vector<media::Image> masks; // of each camera, one channel
+  };
+
+  void put(int64_t number, Frame frame);
+  // Frees the frames below number.
+  void drop_before(int64_t number);
+
+  // Without its normals unless they are asked for. All throw Error for a frame that is not there.
+  geometry::Mesh mesh(int64_t number, bool normals) const;
+  // Throws Error when the picture has other samples.
+  template <class Sample> media::BasicImage<Sample> picture(int64_t number, size_t camera) const;
+  media::Image mask(int64_t number, size_t camera) const;
+
+private:
+  const Frame &at(int64_t number) const;
+
+  mutable std::mutex mutex;
+  std::map<int64_t, Frame> frames;
+};
+
+} // namespace fvv::scene

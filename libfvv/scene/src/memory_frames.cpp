@@ -1,0 +1,49 @@
+#include "fvv_scene/memory_frames.h"
+
+#include "fvv_cxx/error.h"
+
+namespace fvv::scene {
+
+void MemoryFrames::put(int64_t number, Frame frame) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  frames.insert_or_assign(number, std::move(frame));
+}
+
+void MemoryFrames::drop_before(int64_t number) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  frames.erase(frames.begin(), frames.lower_bound(number));
+}
+
+const MemoryFrames::Frame &MemoryFrames::at(int64_t number) const {
+  const auto found = frames.find(number);
+  if (found == frames.end()) throw Error("frame " + std::to_string(number) + " is not in memory");
+  return found->second;
+}
+
+geometry::Mesh MemoryFrames::mesh(int64_t number, bool normals) const {
+  const std::lock_guard<std::mutex> lock(mutex);
+  geometry::Mesh mesh = at(number).mesh;
+  if (!normals) mesh.normals.clear();
+  return mesh;
+}
+
+template <class Sample> media::BasicImage<Sample> MemoryFrames::picture(int64_t number, size_t camera) const {
+  const std::lock_guard<std::mutex> lock(mutex);
+  const auto *image = std::get_if<media::BasicImage<Sample>>(&at(number).pictures.at(camera));
+  if (!image)
+    throw Error(
+        "frame " + std::to_string(number) + ": camera " + std::to_string(camera) +
+        ": expected a picture with samples as the codec and its bit depth ask for, found another kind");
+  return *image;
+}
+
+template media::Image MemoryFrames::picture(int64_t, size_t) const;
+template media::DeepImage MemoryFrames::picture(int64_t, size_t) const;
+template media::LinearImage MemoryFrames::picture(int64_t, size_t) const;
+
+media::Image MemoryFrames::mask(int64_t number, size_t camera) const {
+  const std::lock_guard<std::mutex> lock(mutex);
+  return at(number).masks.at(camera);
+}
+
+} // namespace fvv::scene

@@ -1,0 +1,163 @@
+// Frames from memory: what the encoder writes is whole, holds what was pushed, and comes a group at a time.
+#include "mux_fixture.h"
+
+#include "fvv_cxx/owned.h"
+#include "fvv_mux/encoder.h"
+
+namespace {
+
+fvv_camera camera_of(uint16_t id, double x) {
+  fvv_camera camera = {};
+  camera.id = id;
+  camera.width = 64;
+  camera.height = 48;
+  camera.fx = camera.fy = 60;
+  camera.cx = 32;
+  camera.cy = 24;
+  for (int i = 0; i < 9; i += 4) camera.rotation[i] = 1;
+  camera.translation[0] = x;
+  camera.translation[2] = 3;
+  camera.r_max = fvv_camera_r_max(&camera);
+  return camera;
+}
+
+mux::Configuration two_cameras() {
+  mux::Configuration configuration;
+  configuration.name = "pushed";
+  for (const uint16_t id : {3, 1}) {
+    mux::CameraInput camera;
+    camera.calibration = camera_of(id, id * 0.1);
+    camera.name = "camera " + std::to_string(id);
+    camera.masks = true;
+    configuration.cameras.push_back(camera);
+  }
+  return configuration;
+}
+
+// A tetrahedron that moves; its mask is a square that grows, so that later groups need more room.
+mux::Frame frame_of(int i, uint32_t side) {
+  mux::Frame frame;
+  const double x = 0.01 * i;
+  frame.mesh.positions = {x, 0, 0, x + 0.5, 0, 0, x, 0.5, 0, x, 0, 0.5};
+  frame.mesh.faces = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  for (int k = 0; k < 2; k++) {
+    frame.pictures.push_back(media::make_image(64, 48, 3, uint8_t(60 + 40 * k)));
+    media::Image mask = media::make_image(64, 48, 1, 0);
+    for (uint32_t y = 24 - side; y < 24 + side; y++)
+      for (uint32_t c = 32 - side; c < 32 + side; c++) mask.pixels[y * 64 + c] = 255;
+    frame.masks.push_back(mask);
+  }
+  return frame;
+}
+
+mux::Options jpeg_options() {
+  mux::Options options;
+  options.codec = FVV_CODEC_JPEG;
+  options.quality = {false, 90};
+  options.group = 4;
+  options.keep_geometry = true;
+  return options;
+}
+
+std::string encoded(const mux::Options &options, int count, std::vector<size_t> *sizes = nullptr) {
+  std::string bytes;
+  mux::Encoder encoder(two_cameras(), options, [&](const void *part, size_t size) {
+    bytes.append(static_cast<const char *>(part), size);
+  });
+  for (int i = 0; i < count; i++) {
+    encoder.add(frame_of(i, uint32_t(4 + i)));
+    if (sizes) sizes->push_back(bytes.size());
+  }
+  encoder.finish();
+  return bytes;
+}
+
+std::string refusal(const std::function<void(mux::Frame &)> &spoil) {
+  mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
+  mux::Frame frame = frame_of(0, 4);
+  spoil(frame);
+  try {
+    encoder.add(std::move(frame));
+  } catch (const fvv::Error &error) {
+    return error.what();
+  }
+  return "";
+}
+
+} // namespace
+
+TEST_CASE("pushed frames are a whole stream with their meshes and pictures") {
+  const Folder folder;
+  const std::string bytes = encoded(jpeg_options(), 10);
+  write_bytes(folder.path("out.fvv"), bytes.data(), bytes.size());
+  Stream stream(folder.path("out.fvv"));
+  const fvv_configuration &configuration = stream.configuration();
+  REQUIRE(configuration.camera_count == 2);
+  CHECK(configuration.cameras[0].id == 1); // by rising identifier
+  REQUIRE(stream.frames() == 10);
+  for (size_t i = 0; i < 10; i++) {
+    OwnedMesh mesh;
+    stream.mesh(i, mesh);
+    CHECK(mesh.vertex_count == 4);
+  }
+  for (const media::Image &picture : stream.pictures()) {
+    const fvv_rect &tile = configuration.videos[0].tiles[1].destination;
+    const uint8_t grey =
+        picture.pixels[3 * ((tile.y + tile.height / 2) * size_t(picture.width) + tile.x + tile.width / 2)];
+    CHECK(std::abs(grey - 60) < 4); // camera 3, which was pushed first
+  }
+}
+
+TEST_CASE("bytes come when a group is complete, and do not depend on threads") {
+  std::vector<size_t> sizes;
+  const std::string bytes = encoded(jpeg_options(), 9, &sizes);
+  for (const int i : {0, 1, 2}) CHECK(sizes[size_t(i)] == 0);
+  CHECK(sizes[3] > 0);
+  for (const int i : {4, 5, 6}) CHECK(sizes[size_t(i)] == sizes[3]);
+  CHECK(sizes[7] > sizes[3]);
+  CHECK(bytes.size() > sizes[8]);
+  mux::Options options = jpeg_options();
+  options.threads = 3;
+  CHECK(encoded(options, 9) == bytes);
+}
+
+TEST_CASE("a frame that does not fit the configuration is refused by its number") {
+  CHECK(refusal([](mux::Frame &f) { f.mesh = {}; }) == "frame 0: expected a mesh with faces");
+  CHECK(refusal([](mux::Frame &f) { f.pictures.pop_back(); }) ==
+        "frame 0: expected 2 pictures, one for each camera, found 1");
+  CHECK(refusal([](mux::Frame &f) { f.pictures[1] = media::make_image(60, 48, 3, uint8_t(1)); }) ==
+        "frame 0: camera 1: expected a picture of 64x48 pixels, found 60x48");
+  CHECK(refusal([](mux::Frame &f) { f.masks.clear(); }) == "frame 0: expected masks");
+}
+
+TEST_CASE("an index out of range is refused with frame and element, and no stream is finished") {
+  mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
+  for (int i = 0; i < 3; i++) encoder.add(frame_of(i, 4));
+  mux::Frame bad = frame_of(3, 4);
+  bad.mesh.faces[4] = 9;
+  CHECK_THROWS_WITH(encoder.add(std::move(bad)), Catch::Contains("frame 3") && Catch::Contains("9"));
+}
+
+TEST_CASE("a cancelled encoder says so") {
+  mux::Observer observer;
+  bool stop = false;
+  observer.is_cancelled = [&] { return stop; };
+  size_t done = 0;
+  observer.on_progress = [&](size_t frames) { done += frames; };
+  mux::Encoder encoder(
+      two_cameras(), jpeg_options(), [](const void *, size_t) {}, observer);
+  for (int i = 0; i < 4; i++) encoder.add(frame_of(i, 4));
+  CHECK(done == 4);
+  stop = true;
+  try {
+    encoder.add(frame_of(4, 4));
+    FAIL("expected an exception");
+  } catch (const fvv::Error &error) {
+    CHECK(error.kind == fvv::Error::cancelled);
+  }
+}
+
+TEST_CASE("finishing without a frame is an error") {
+  mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
+  CHECK_THROWS_WITH(encoder.finish(), Catch::Contains("at least one frame"));
+}

@@ -1,0 +1,100 @@
+"""The layers of tests/layers.json: no file uses a folder that its own folder may not use."""
+
+import json
+import pathlib
+import re
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+TABLE = json.loads((ROOT / "tests/layers.json").read_text())
+LAYERS = TABLE["layers"]
+# Where an include or an import may start, besides the file's own folder.
+C_ROOTS = ["libfvv/src", "libfvv", "tools", "tests", "bench", "js/decoder/wasm"] + sorted(
+    str(p.relative_to(ROOT)) for p in ROOT.glob("libfvv/**/include")
+)
+PACKAGES = {"@fvv/" + p.parent.name: f"js/{p.parent.name}/src" for p in (ROOT / "js").glob("*/package.json")}
+GENERATED_OR_FOREIGN = {"dist", "node_modules", "build"}
+
+
+def sources():
+    for folder in ["libfvv", "tools", "tests", "bench", "js", "conformance", "spec"]:
+        for path in sorted((ROOT / folder).rglob("*")):
+            parts = set(path.relative_to(ROOT).parts)
+            if path.suffix in {".c", ".h", ".cpp", ".js", ".mjs", ".ts", ".py"} and not parts & GENERATED_OR_FOREIGN:
+                yield path
+
+
+def layer_of(path):
+    """The row of the table that a file belongs to: the longest folder that holds it."""
+    relative = path.relative_to(ROOT).as_posix()
+    rows = [row for row in LAYERS if relative.startswith(row + "/")]
+    return max(rows, key=len, default=None)
+
+
+def used_by(path):
+    """The files of this project that a file includes or imports."""
+    text = path.read_text()
+    if path.suffix in {".c", ".h", ".cpp"}:
+        for name in re.findall(r'^\s*#\s*include\s+"([^"]+)"', text, re.M):
+            candidates = [path.parent / name] + [ROOT / root / name for root in C_ROOTS]
+            found = next((c for c in candidates if c.is_file()), None)
+            if found:
+                yield found.resolve()
+    elif path.suffix == ".py":
+        for name in re.findall(r"^\s*(?:from|import)\s+([\w.]+)", text, re.M):
+            for root in [path.parent, ROOT, ROOT / "conformance"]:
+                candidate = root / name.replace(".", "/")
+                found = next((c for c in [candidate.with_suffix(".py"), candidate / "__init__.py"] if c.is_file()), None)
+                if found:
+                    yield found.resolve()
+                    break
+    else:
+        # Examples in comments use other packages; types bind nobody.
+        text = re.sub(r"/\*.*?\*/|^\s*//.*?$|import type[^;]*;", "", text, flags=re.S | re.M)
+        for name in re.findall(r"""(?:^|[^\w.])(?:from|import)\s*\(?\s*["']([^"']+)["']""", text):
+            package = next((p for p in PACKAGES if name == p or name.startswith(p + "/")), None)
+            if package:
+                yield ROOT / PACKAGES[package] / "index.js"
+            elif name.startswith("."):
+                found = (path.parent / name).resolve()
+                if found.is_file() and ROOT in found.parents:
+                    yield found
+
+
+def allowed(row):
+    for entry in LAYERS[row]:
+        yield from TABLE["groups"].get(entry, [entry])
+
+
+def within(path, folder):
+    return folder == "*" or path.relative_to(ROOT).as_posix().startswith(folder + "/")
+
+
+def test_every_folder_of_sources_has_a_row():
+    missing = {p.parent.relative_to(ROOT).as_posix() for p in sources() if layer_of(p) is None}
+    assert not missing, f"tests/layers.json has no row for {sorted(missing)}"
+
+
+def test_no_row_without_files():
+    empty = [row for row in LAYERS if not any(within(p, row) for p in sources())]
+    assert not empty, empty
+
+
+def test_files_use_what_their_folder_may_use():
+    wrong, seen = [], 0
+    for path in sources():
+        row = layer_of(path)
+        for used in used_by(path):
+            seen += 1
+            if within(used, row) or any(within(used, folder) for folder in allowed(row)):
+                continue
+            wrong.append(f"{path.relative_to(ROOT)} uses {used.relative_to(ROOT)}")
+    assert seen > 1000, "the test no longer finds includes and imports"
+    assert not wrong, "\n".join(wrong)
+
+
+def test_the_core_uses_no_cxx_library():
+    core = [p for p in sources() if within(p, "libfvv/src") or within(p, "libfvv/include")]
+    assert core
+    for path in core:
+        for used in used_by(path):
+            assert within(used, "libfvv/src") or within(used, "libfvv/include"), path
