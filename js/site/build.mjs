@@ -8,10 +8,8 @@ import { fileURLToPath } from "node:url";
 
 import { bundle, bundleExample } from "../three/bundle.mjs";
 import { factsOf } from "./clip_facts.mjs";
-import { FIVE_LINES } from "./five_lines.mjs";
-import { frame } from "./frame.mjs";
 import { icon } from "./icon.mjs";
-import { writeSpecification } from "./specification.mjs";
+import { FIVE_LINES, frame, writeSpecification } from "./pages.mjs";
 
 const source = (name) => fileURLToPath(new URL(`src/${name}`, import.meta.url));
 

@@ -1,5 +1,4 @@
-// What runs in the worker, or without one beside the caller: playback, pictures, and a bounded queue of frames between
-// them and who takes them.
+// Playback, pictures, and a bounded queue of frames. Runs in the worker, or without a worker in the caller's thread.
 
 import { Cache } from "./cache.js";
 import { FvvError } from "./errors.js";
@@ -8,35 +7,35 @@ import { Playback } from "./playback.js";
 import { defaultLimits } from "./session.js";
 import { openSource } from "./sources.js";
 
-/** A file that changes more often than this is not worth it. */
-const REOPEN_MOST = 3;
+/** A file that changes more often is an error. */
+const REOPEN_MAX = 3;
 
 export class Engine {
-  /** pull(): the next bytes of a source that is a stream, or null. codec(name), background(), fallback(): compiled modules. */
+  /** pull(): the next bytes of a stream, or null. codec(name), background(), fallback(): return compiled modules. */
   constructor({ pull, codec, background, fallback }) {
     Object.assign(this, { pull, codec, background, fallback });
     Object.assign(this, { generation: 0, queue: [], waiting: null, room: null, error: null, closed: false });
-    this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
+    this.stats = { frames: 0, skipped: 0, dropped: 0, decodeMs: 0, pictures: 0 };
   }
 
-  /** tracks: as of select. held: nothing is played before the first call of that. */
-  async open({ source, module, limits, video, hasFallback, queue, tracks = null, held = false, ...want }) {
+  /** tracks: as of select. waitsForSelection: nothing is played before the first call of select. */
+  async open({ source, module, limits, video, hasFallback, queue, tracks = null, waitsForSelection = false, ...want }) {
     this.limit = Math.max(1, queue);
     this.description = source;
-    Object.assign(this, { tracks, held });
+    Object.assign(this, { tracks, waitsForSelection });
     this.settings = { module, limits, want };
     this.pictures = createPictures(video, {
-      tell: (type, error) => this.#tell(type, error),
+      emit: (type, error) => this.#emit(type, error),
       fallback: hasFallback ? this.fallback : null,
       memoryBytes: limits.memory ?? defaultLimits.memory,
     });
     await this.#openSource();
-    if (!held) this.#run(undefined);
+    if (!waitsForSelection) this.#play(undefined);
     return this.playback.about;
   }
 
   async #openSource() {
-    const warn = (error) => this.#tell("warning", error);
+    const warn = (error) => this.#emit("warning", error);
     this.source?.close?.();
     const cache = (this.cache = new Cache(() => this.#cacheRoom));
     const source = await openSource(this.description, { pull: this.pull, warn, cache });
@@ -46,20 +45,20 @@ export class Engine {
       ...this.settings,
       codec: this.codec,
       selection: this.tracks,
-      frugal: this.held,
+      frugal: this.waitsForSelection,
       background: this.background,
-      emit: (type, detail) => this.#tell(type, detail),
+      emit: (type, detail) => this.#emit(type, detail),
     });
   }
-  /** The cache gives way to what decoding takes. */
+  /** The cache may use the memory that decoding leaves. */
   get #cacheRoom() {
     const { memory, cacheBytes } = { ...defaultLimits, ...this.settings.limits };
     return this.closed ? 0 : Math.min(cacheBytes, memory - (this.playback?.session.memoryBytes ?? 0));
   }
 
-  /** Events stand in the queue between frames, so that they are told in their place. */
-  #tell(type, detail) {
-    // What is told is handed over to another thread, with the records in it.
+  /** Events are queued between frames, so that they are dispatched in order. */
+  #emit(type, detail) {
+    // The detail is transferred to another thread, with the records in it.
     if (type === "configuration") this.pictures.configure(structuredClone(detail));
     this.queue.push({ type, detail });
     this.#wake();
@@ -73,21 +72,21 @@ export class Engine {
     return this.queue.reduce((n, item) => n + (item.type === "frame" ? 1 : 0), 0) >= this.limit;
   }
 
-  async #run(place) {
+  async #play(place) {
     const generation = ++this.generation;
     this.queue.forEach((item) => item.type === "frame" && discard(item));
     this.queue = this.queue.filter((item) => item.type === "warning" || item.type === "background");
     this.room?.();
     this.abort?.abort();
     this.abort = new AbortController();
-    // Two generators in one session would take each other's bytes.
+    // Two generators in one session would consume each other's bytes.
     const former = this.running;
     let done;
     this.running = new Promise((resolve) => (done = resolve));
     this.frames?.return().catch(() => {});
     await former;
     try {
-      if (generation === this.generation) await this.#produceAnew(generation, place);
+      if (generation === this.generation) await this.#produceAcrossChanges(generation, place);
     } catch (error) {
       if (generation === this.generation) this.queue.push({ type: "error", detail: FvvError.from(error) });
     } finally {
@@ -97,20 +96,17 @@ export class Engine {
   }
 
   /** A file that changes while it is read is opened again, and played from the same time on. */
-  async #produceAnew(generation, place) {
+  async #produceAcrossChanges(generation, place) {
     for (let times = 0; ; times++) {
       try {
         return await this.#produce(generation, place);
       } catch (error) {
-        if (error.code !== "changed" || times === REOPEN_MOST || generation !== this.generation) throw error;
-        this.#tell(
-          "warning",
-          new FvvError({ code: "changed", severity: "warning", fatal: false, message: error.message }),
-        );
+        if (error.code !== "changed" || times === REOPEN_MAX || generation !== this.generation) throw error;
+        this.#emit("warning", FvvError.warning("changed", error.message));
         const { last } = this;
         await this.#openSource();
         const { about } = this.playback;
-        this.#tell("opened", about);
+        this.#emit("opened", about);
         if (last !== null) place = { time: last };
         if (!about.seekable || place?.frame >= about.frameCount) place = undefined;
       }
@@ -128,7 +124,7 @@ export class Engine {
       const pictures = this.pictures.submit(frame);
       pictures.catch(() => {});
       if (frame.skipped) {
-        this.stats.passed++;
+        this.stats.skipped++;
         pictures.then(closeAll, () => {});
         continue;
       }
@@ -170,26 +166,26 @@ export class Engine {
 
   seek(place) {
     if (!this.playback.about.seekable)
-      throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
-    this.#run(place);
+      throw new FvvError({ code: "state", fatal: false, message: "this source cannot be sought in" });
+    this.#play(place);
   }
 
-  /** [{start, end}] in ticks: what plays without the network. */
-  heldTimes() {
-    return this.playback.heldTimes();
+  /** [{start, end}] in ticks: times that can be played without the network. */
+  bufferedTimes() {
+    return this.playback.bufferedTimes();
   }
 
-  /** The configuration, as early as the source can tell. */
+  /** The configuration, if the source has it before playback begins. */
   peek() {
     return this.playback.peek();
   }
 
-  /** Tracks of video that frames come with; null: all. */
+  /** Tracks of video in frames; null: all. */
   select({ tracks }) {
     this.tracks = tracks;
     this.playback.select(tracks);
-    if (this.held) this.#run(undefined);
-    this.held = false;
+    if (this.waitsForSelection) this.#play(undefined);
+    this.waitsForSelection = false;
   }
 
   status() {

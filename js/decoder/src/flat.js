@@ -1,5 +1,5 @@
-// Reads the structs of wasm/flat.h out of the module's memory. The numbers here are its offsets, which assertions there
-// hold in place. Everything is copied: what is returned stays good when the memory grows or is overwritten.
+// Reads the structs of wasm/flat.h from the module's memory. The numbers here are its offsets, which are checked by
+// assertions there. Everything is copied: results stay valid when the memory grows or is overwritten.
 
 const text = new TextDecoder();
 
@@ -46,7 +46,7 @@ class Struct {
 const lenses = ["none", "radtan", "fisheye"];
 const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "metadata", "audio"];
 const shows = ["tiles", "camera", "atlas"];
-const domains = ["faces", "vertices", "shares"];
+const domains = ["faces", "vertices", "weights"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
 const upAxes = ["unknown", "x", "y", "z", "-x", "-y", "-z"];
 
@@ -56,7 +56,7 @@ function fourcc(code) {
 
 export const CAMERA_SIZE = 240;
 
-export function readCamera(memory, address) {
+function readCamera(memory, address) {
   const s = new Struct(memory, address);
   return {
     id: s.u32(208),
@@ -78,7 +78,7 @@ export function readCamera(memory, address) {
   };
 }
 
-/** The way back, for projection: everything but the name. */
+/** The inverse of readCamera, for projection: everything but the name. */
 export function writeCamera(memory, address, camera) {
   const view = new DataView(memory.buffer, address, CAMERA_SIZE);
   const numbers = [camera.fx, camera.fy, camera.cx, camera.cy, camera.skew, ...camera.distortion, camera.rMax];
@@ -171,7 +171,7 @@ function readVisibility(memory, address) {
     elementCount: elements,
     states: s.array(Uint8Array, 28, cameras * elements),
     vertexCount: s.u32(36),
-    shares: s.array(Uint8Array, 32, cameras * s.u32(36)),
+    weights: s.array(Uint8Array, 32, cameras * s.u32(36)),
   };
 }
 
@@ -277,7 +277,7 @@ export function readGroup(memory, address) {
   };
 }
 
-/** fvv_diagnostic of types.h, which is the same in all modules. */
+/** The size of fvv_diagnostic of types.h, which is the same in all modules. */
 export const DIAGNOSTIC_SIZE = 232;
 
 export function readDiagnostic(memory, address) {

@@ -1,26 +1,29 @@
 // A live stream over WebSocket, as fvvserve sends it (docs/fvvserve.md): each binary message is a chunk, or the file
-// header with the configuration block; text messages say why a run ends.
+// header with the configuration block; text messages report why a section ends.
 
+import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType } from "./chunks.js";
 import { FvvError } from "./errors.js";
-import { FILE_HEADER_SIZE, beginsRun, loss, wait } from "./runs.js";
 
-/** Bytes that wait here at most, when frames are not taken: what is above is dropped up to the next group. */
+/** Bytes in the queue at most, when frames are not taken: beyond that, bytes are dropped up to the next group. */
 const QUEUE_BYTES = 1 << 25;
-const GROUP = 0x50555247; // "GRUP"
-const SCENE = 0x4e454353; // "SCEN"
 const NORMAL_CLOSURE = 1000;
 
-const typeOf = (bytes) => new DataView(bytes.buffer, bytes.byteOffset).getUint32(0, true);
+async function wait(milliseconds, signal) {
+  await new Promise((resolve) => {
+    const timer = setTimeout(resolve, milliseconds);
+    signal?.addEventListener("abort", () => (clearTimeout(timer), resolve()), { once: true });
+  });
+}
 
 export class Live {
   /** reconnect: {attempts, firstMs, longestMs}. */
   static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, warn) {
     if (typeof WebSocket !== "function")
-      throw new FvvError({ code: "unsupported", message: "there is no WebSocket here: pass a constructor" });
+      throw new FvvError({ code: "unsupported", message: "this environment has no WebSocket: pass a constructor" });
     const live = new Live();
     const { attempts = 0, firstMs = 250, longestMs = 8000 } = reconnect;
     Object.assign(live, { url, protocols, WebSocket, warn, attempts, firstMs, longestMs });
-    Object.assign(live, { inRuns: true, bytesRead: 0, requests: 0, items: [], waiting: null, queued: 0 });
+    Object.assign(live, { inSections: true, bytesRead: 0, requests: 0, items: [], waiting: null, queued: 0 });
     Object.assign(live, { header: null, block: null, dropping: false, over: false });
     await live.#connect();
     return live;
@@ -39,11 +42,11 @@ export class Live {
         resolve();
       });
       socket.addEventListener("error", () => {
-        reject(new FvvError({ code: "io", message: `${this.url}: no WebSocket can be opened, or it broke` }));
+        reject(new FvvError({ code: "io", message: `${this.url}: the WebSocket could not be opened, or failed` }));
       });
       socket.addEventListener("message", ({ data }) => {
         if (socket !== this.socket) return;
-        if (typeof data === "string") this.#hear(data);
+        if (typeof data === "string") this.#takeMessage(data);
         else this.#take(new Uint8Array(data));
       });
       socket.addEventListener("close", ({ code, reason }) => {
@@ -65,10 +68,10 @@ export class Live {
 
   #take(bytes) {
     this.bytesRead += bytes.length;
-    const begins = beginsRun(bytes);
-    const type = begins ? SCENE : bytes.length >= 4 ? typeOf(bytes) : 0;
+    const begins = beginsWithFileHeader(bytes);
+    const type = begins ? SCENE : chunkType(bytes);
     if (begins) this.header = bytes.slice(0, FILE_HEADER_SIZE);
-    // What a group that is joined later needs in front of it.
+    // A reader that joins at a later group needs the latest configuration block.
     if (type === SCENE) this.block = begins ? bytes.subarray(FILE_HEADER_SIZE) : bytes;
     if (this.queued + bytes.length > QUEUE_BYTES && !this.dropping) this.#drop();
     if (this.dropping && !begins && (type !== GROUP || this.queued > QUEUE_BYTES / 2)) return;
@@ -79,14 +82,14 @@ export class Live {
   }
 
   #drop() {
-    const said = this.items.filter(({ bytes, header }) => !bytes && !header);
-    const error = loss(`frames are not taken: ${this.queued} bytes of ${this.url} were dropped`, "skipped");
-    this.items = [...said, { lost: { error } }];
+    const reports = this.items.filter(({ bytes, header }) => !bytes && !header);
+    const error = FvvError.warning("skipped", `frames are not taken: ${this.queued} bytes of ${this.url} were dropped`);
+    this.items = [...reports, { lost: { error } }];
     this.queued = 0;
     this.dropping = true;
   }
 
-  #hear(text) {
+  #takeMessage(text) {
     let message;
     try {
       message = JSON.parse(text);
@@ -94,26 +97,28 @@ export class Live {
       return;
     }
     const { type } = message ?? {};
-    const said = typeof message?.message === "string" ? message.message : "";
+    const reason = typeof message?.message === "string" ? message.message : "";
     if (type === "skip") {
       const from = /^-?\d{1,19}$/.test(message.from) ? BigInt(message.from) : undefined;
-      this.#put({ lost: { from, error: loss("this client was too slow: a part was left out", "skipped") } });
+      this.#put({
+        lost: { from, error: FvvError.warning("skipped", "this client was too slow: a part was left out") },
+      });
     } else if (type === "damage") {
-      this.#put({ lost: { error: loss(`the input of the server is damaged: ${said}`, "damaged") } });
+      this.#put({ lost: { error: FvvError.warning("damaged", `the input of the server is damaged: ${reason}`) } });
     } else if (type === "restart") {
       this.#put({ restart: true });
     } else if (type === "end") {
       this.#put({ end: true });
     } else if (type === "error") {
-      this.#put({ error: new FvvError({ code: "io", message: `${this.url}: ${said}` }) });
+      this.#put({ error: new FvvError({ code: "io", message: `${this.url}: ${reason}` }) });
     }
   }
 
   async #reconnect({ code, reason }, signal) {
     const why = `${this.url}: the connection ended (${code}${reason ? `, ${reason}` : ""})`;
     for (let attempt = 0; attempt < this.attempts; attempt++) {
-      this.warn(loss(`${why}; connecting again`, "reconnect"));
-      // Not all clients of a server that comes back at the same moment.
+      this.warn(FvvError.warning("reconnect", `${why}; connecting again`));
+      // With jitter: not all clients reconnect at the same moment.
       const delay = Math.min(this.firstMs * 2 ** attempt, this.longestMs);
       await wait(delay * (0.5 + Math.random() / 2), signal);
       if (signal?.aborted) return;
@@ -148,7 +153,7 @@ export class Live {
         else if (!item.closed) yield item;
         else {
           if (item.closed.code === NORMAL_CLOSURE && !this.attempts) return;
-          yield { lost: { error: loss(`${this.url}: the connection was lost`) } };
+          yield { lost: { error: FvvError.warning("io", `${this.url}: the connection was lost`) } };
           await this.#reconnect(item.closed, signal);
         }
       }

@@ -1,16 +1,15 @@
-// Pictures out of video samples by WebCodecs, else by a fallback in wasm, and of JPEG files by createImageBitmap. A
-// picture belongs to the frame whose sample it was made of, which its timestamp tells, not the order in which decoders
-// answer.
+// Decodes pictures from video samples by WebCodecs, else by a fallback in wasm, and from JPEG files by createImageBitmap.
+// The timestamp of a picture identifies its frame, not the order in which decoders return pictures.
 
 import { FvvError } from "./errors.js";
 import { SoftwareVideo } from "./software_video.js";
 
-/** A picture that so many later ones have overtaken does not come any more. Less than the queue of frames. */
-const OVERTAKEN_MOST = 3;
-/** How long a decoder may say nothing while pictures are waited for. */
-const PATIENCE_MS = 2000;
+/** A picture is lost when this many later pictures have arrived. Less than the length of the decoder's queue. */
+const OVERTAKEN_MAX = 3;
+/** How long a decoder may return no picture while samples are pending. */
+const TIMEOUT_MS = 2000;
 
-/** As WebCodecs wants it. */
+/** The configuration for WebCodecs. */
 const configurationOf = (layout) => ({
   codec: layout.codecString,
   codedWidth: layout.width,
@@ -41,10 +40,10 @@ class VideoTrack {
     this.waiting.delete(picture.timestamp);
     entry.resolve(picture);
     for (const [timestamp, other] of this.waiting)
-      if (timestamp < picture.timestamp && ++other.overtaken >= OVERTAKEN_MOST) this.#lose(timestamp);
+      if (timestamp < picture.timestamp && ++other.overtaken >= OVERTAKEN_MAX) this.#lose(timestamp);
     this.#watch();
   }
-  /** Decoders drop pictures without a word, and frames would wait for them for ever. */
+  /** Decoders drop pictures without an error, and frames would wait for them forever. */
   #lose(timestamp) {
     const { resolve } = this.waiting.get(timestamp);
     this.waiting.delete(timestamp);
@@ -57,7 +56,7 @@ class VideoTrack {
     this.timer = setTimeout(() => {
       this.#lose(Math.min(...this.waiting.keys()));
       this.#watch();
-    }, PATIENCE_MS);
+    }, TIMEOUT_MS);
   }
   #break(error) {
     this.broken = true;
@@ -109,8 +108,8 @@ class JpegTrack {
   close() {}
 }
 
-/** A track whose decoder has yet to be found. */
-class ComingTrack {
+/** A track whose decoder is not known yet. */
+class PendingTrack {
   constructor(found) {
     this.found = found;
   }
@@ -127,9 +126,9 @@ class ComingTrack {
 }
 
 class Pictures {
-  /** tell(type, error); fallback(): the compiled module of decoders, or null. */
-  constructor({ tell, fallback, memoryBytes }) {
-    this.tell = tell;
+  /** emit(type, error); fallback(): returns the compiled module of decoders; or null. */
+  constructor({ emit, fallback, memoryBytes }) {
+    this.emit = emit;
     this.tracks = new Map();
     this.shape = "";
     this.last = -1;
@@ -138,11 +137,11 @@ class Pictures {
   }
   #fail(code, error, layout) {
     const message = `video track ${layout.track} (${layout.codecString || layout.codec}): ${error.message}`;
-    this.tell("warning", new FvvError({ code, severity: "warning", fatal: false, message, cause: error }));
+    this.emit("warning", FvvError.warning(code, message, error));
   }
   #corrupt(error, { track, codecString }) {
     const message = `video track ${track} (${codecString}): ${error.message}`;
-    this.tell("corrupt", new FvvError({ code: "invalid", chunk: "VPKT", fatal: false, message, cause: error }));
+    this.emit("corrupt", new FvvError({ code: "invalid", chunk: "VPKT", fatal: false, message, cause: error }));
   }
   configure({ videos, timeBase }) {
     this.timeBase = timeBase;
@@ -150,30 +149,30 @@ class Pictures {
     if (shape === this.shape) return;
     this.shape = shape;
     this.close();
-    for (const layout of videos) this.tracks.set(layout.track, new ComingTrack(this.#find(layout)));
+    for (const layout of videos) this.tracks.set(layout.track, new PendingTrack(this.#find(layout)));
   }
-  /** Its track, or null after a warning. */
+  /** Returns a track, or null after a warning. */
   async #find(layout) {
     try {
       if (layout.codec === "jpeg" && typeof createImageBitmap === "function") return new JpegTrack();
       if (layout.codecString && (await isSupported(layout)))
         return new VideoTrack(layout, (error) => this.#fail("video", error, layout));
       if (layout.codecString && this.software) return await this.software.open(layout);
-      throw new Error("there is no decoder here; frames have the samples");
+      throw new Error("no decoder is available; frames have the samples");
     } catch (error) {
       this.#fail("unsupported", error, layout);
       return null;
     }
   }
-  /** Decoding goes on somewhere else. */
+  /** Decoding continues at another place of the stream. */
   restart() {
     this.shape = "";
     this.close();
   }
-  /** The pictures of a frame: [{track, image}], without those that could not be had. */
+  /** The pictures of a frame, [{track, image}], without those that could not be decoded. */
   async submit(frame) {
     const { numerator, denominator } = this.timeBase;
-    // Microseconds, and never the same twice: they are what a picture is known by.
+    // In microseconds and unique, because they identify pictures.
     const rounded = Math.round((Number(frame.time) * 1e6 * numerator) / denominator);
     const timestamp = (this.last = Math.max(this.last + 1, rounded));
     const all = frame.samples.map(async (sample) => {

@@ -36,7 +36,7 @@ async function backgroundsOf({ tracks }) {
 /** Shows a frame of a file and tells what poses are made of. */
 window.openStream = async (file, number) => {
   decoder?.close();
-  decoder = await createDecoder({ source: file, shares: true, worker: new URL("worker.js", import.meta.url) });
+  decoder = await createDecoder({ source: file, visibilityWeights: true, worker: new URL("worker.js", import.meta.url) });
   await decoder.seek({ frame: number });
   const frame = await decoder.next();
   if (!frame?.mesh) throw new Error(`${file}: no mesh in frame ${number}`);

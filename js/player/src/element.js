@@ -3,12 +3,12 @@
 
 import { createDecoder } from "@fvv/decoder";
 
-import { Bookmarks } from "./navigation/bookmarks.js";
 import { PointerControls } from "./navigation/pointer.js";
+import { Bookmarks } from "./navigation/view_text.js";
 import { Stage } from "./stage.js";
-import { element } from "./ui/dom.js";
 import { Interface } from "./ui/interface.js";
-import { styleSheets } from "./ui/style_sheets.js";
+import { styleSheets } from "./ui/style.js";
+import { element } from "./ui/widgets.js";
 import { VIEW_ATTRIBUTES, ViewpointElement } from "./viewpoint_element.js";
 
 /** The renderer keeps one picture, shows one, and one is in hand: with one that is decoded ahead four are open. */
@@ -187,7 +187,7 @@ export class FvvPlayer extends ViewpointElement {
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
       normals: true,
-      shares: true,
+      visibilityWeights: true,
       queue: QUEUE,
     });
     decoder.addEventListener("background", ({ detail }) => this._stage?.setBackgrounds(detail));

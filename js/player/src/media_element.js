@@ -1,9 +1,8 @@
 // The part of the element that is shaped like HTMLMediaElement: attributes, properties, events. What is particular to
 // free viewpoints is in element.js.
 
-import { Media } from "./playback/media.js";
+import { Media, NETWORK, READY } from "./playback/media.js";
 import { Ranges } from "./playback/ranges.js";
-import { NETWORK, READY } from "./playback/states.js";
 
 /** Where there is no document, as on a server that only imports the package, there are no elements. */
 const Base = globalThis.HTMLElement ?? class {};

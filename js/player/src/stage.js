@@ -1,9 +1,9 @@
 // The picture: a canvas, its renderer, and when they draw. Nothing is drawn, and no picture of the screen is waited for,
 // while nothing changes.
 
-import { Resolution } from "./resolution.js";
-import { dot } from "./navigation/vectors.js";
 import { Renderer } from "./renderer/index.js";
+import { Resolution } from "./resolution.js";
+import { dot } from "./vectors.js";
 
 /** Milliseconds after which what stands still is drawn as finely as can be. */
 const REST = 180;

@@ -2,6 +2,8 @@
 // <model-viewer>, the cameras of the stream, and how the scene is shown.
 
 import { MediaElement } from "./media_element.js";
+import { Navigator } from "./navigation/navigator.js";
+import { isPose, orbitOf, poseFromOrbit } from "./navigation/pose.js";
 import {
   formatFieldOfView,
   formatOrbit,
@@ -9,10 +11,8 @@ import {
   parseFieldOfView,
   parseOrbit,
   parseTarget,
-} from "./navigation/attributes.js";
-import { Navigator } from "./navigation/navigator.js";
-import { isPose, orbitOf, poseFromOrbit } from "./navigation/pose.js";
-import { MODES } from "./renderer/surface_shaders.js";
+} from "./navigation/view_text.js";
+import { MODES } from "./renderer/surface.js";
 import { QUALITIES } from "./resolution.js";
 
 const SHOW_CAMERAS = ["none", "frusta", "pictures"];

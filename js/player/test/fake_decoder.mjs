@@ -6,7 +6,7 @@ import { Media } from "../src/playback/media.js";
 const RATE = 25;
 const GROUP = 10;
 
-export class FakeDecoder extends EventTarget {
+class FakeDecoder extends EventTarget {
   #next = 0;
   #place = 0;
   inWorker = true;

@@ -10,7 +10,7 @@ import { after, before, describe, test } from "node:test";
 
 import { missingBrowser } from "../../testing/browser.mjs";
 import { tool } from "../../testing/served.mjs";
-import { handsOn, openPage } from "./hands.mjs";
+import { handsOn, openPage } from "./page_driver.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));

@@ -1,9 +1,9 @@
-// Playing, with a decoder of numbers and time by hand: events in order, frames in their time, seeks, loops, live.
+// Playback with a simulated decoder and a simulated clock: events in order, frames at their time, seeks, loops, live, buffered ranges.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { World, ready } from "./fake_decoder.mjs";
+import { ready, World } from "./fake_decoder.mjs";
 
 const upTo = (n, from = 0) => Array.from({ length: n - from }, (_, i) => from + i);
 
@@ -363,4 +363,134 @@ test("suspended, as when the page is hidden, time stands still and nothing is to
   media.suspended = false;
   await world.run(100);
   assert.ok(media.currentTime > at);
+});
+
+/** A live stream at 25 frames a second, joined a second late. */
+const liveOptions = (world) => ({
+  live: true,
+  seekable: false,
+  count: 2000,
+  prepare: (decoder, times) => {
+    const joined = world.now;
+    decoder.madeAt = (number) => joined + 40 * number - (times === 0 ? 1000 : 0);
+  },
+});
+
+test("live: catches up at 1.25 at most, then keeps its distance", async () => {
+  const world = new World();
+  const media = world.media(liveOptions(world));
+  media.load("live", { live: true });
+  await world.run(40);
+  assert.equal(media.duration, Infinity);
+  media.play();
+  await world.run(400);
+  const began = media.currentTime;
+  await world.run(1000);
+  const rate = media.currentTime - began;
+  assert.ok(rate > 1.1 && rate <= 1.26, `rate ${rate}`);
+  await world.run(8000);
+  assert.ok(media.behind < 0.45, `${media.behind} s behind`);
+  const calm = media.currentTime;
+  await world.run(1000);
+  assert.ok(Math.abs(media.currentTime - calm - 1) < 0.03, `${media.currentTime - calm}`);
+});
+
+test("live: after a short pause it hurries, after a long one it leaps", async () => {
+  const world = new World();
+  const media = world.media(liveOptions(world));
+  media.load("live", { live: true });
+  media.play();
+  await world.run(6000);
+  media.pause();
+  await world.run(2000);
+  assert.ok(media.behind > 2, `${media.behind}`);
+  media.play();
+  await world.run(12000);
+  assert.ok(media.behind < 0.5, `${media.behind} s behind`);
+  assert.equal(world.decoders.length, 1);
+  media.pause();
+  await world.run(6000);
+  world.take();
+  media.play();
+  await world.run(1000);
+  assert.equal(world.decoders.length, 2);
+  assert.ok(media.behind < 1, `${media.behind} s behind`);
+  assert.ok(world.take().includes("seeked"));
+});
+
+test("live: a stream that begins anew while it is paused stays behind, and catches up", async () => {
+  const world = new World();
+  world.showMs = 30;
+  const RUN = 200;
+  const media = world.media({ ...liveOptions(world), run: RUN });
+  media.load("live", { live: true });
+  media.play();
+  // The two frames that are in hand are of the next run; none of them is shown.
+  while (media.currentFrame < RUN - 2) await world.run(16);
+  media.pause();
+  await world.run(200);
+  assert.ok(media.currentFrame < RUN, `${media.currentFrame} is shown`);
+  const former = media.behind;
+  assert.ok(former > 0.2 && former < 1, `${former} s behind`);
+  await world.run(3000);
+  assert.ok(Math.abs(media.behind - former - 3) < 0.05, `${media.behind} s behind, after 3 s more than ${former}`);
+  media.play();
+  await world.run(500);
+  assert.ok(media.currentTime < 1, "the next run is on screen");
+  assert.ok(media.behind > 2.5 && media.behind < 4, `${media.behind} s behind`);
+  await world.run(14000);
+  assert.ok(media.behind < 0.5, `${media.behind} s behind`);
+  assert.equal(world.decoders.length, 1, "it ran, and did not leap");
+});
+
+const pairs = (ranges) => Array.from({ length: ranges.length }, (_, i) => [ranges.start(i), ranges.end(i)]);
+
+test("what is buffered: what the decoder holds and what is decoded, one range where they touch", async () => {
+  const { world, media } = await ready();
+  const [decoder] = world.decoders;
+  // The frame on screen and the next one.
+  assert.deepEqual(pairs(media.buffered), [[0, 0.08]]);
+  decoder.heldTimes = [{ start: 10n, end: 20n }, { start: 40n, end: 50n }]; // prettier-ignore
+  await media.measure();
+  assert.deepEqual(pairs(media.buffered), [[0, 0.08], [0.4, 0.8], [1.6, 2]]); // prettier-ignore
+  assert.ok(Math.abs(media.buffered.ahead(0.5) - 0.3) < 1e-9);
+  assert.equal(media.buffered.ahead(1), 0);
+  decoder.heldTimes = [{ start: 2n, end: 40n }, { start: 40n, end: 50n }]; // prettier-ignore
+  await media.measure();
+  assert.deepEqual(pairs(media.buffered), [[0, 2]]);
+});
+
+test("a source whose length is known in the end: one seeks in what has come, then in all of it, and loops", async () => {
+  const { world, media } = await ready({
+    prepare: (decoder) => {
+      decoder.whole = { groups: decoder.groups, frameCount: decoder.frameCount };
+      Object.assign(decoder, { groups: null, frameCount: null });
+    },
+  });
+  const [decoder] = world.decoders;
+  assert.equal(media.duration, Infinity);
+  assert.ok(world.take().includes("durationchange"));
+  media.play();
+  await world.run(400);
+  decoder.heldTimes = [{ start: 0n, end: 15n }];
+  await media.measure();
+  assert.deepEqual(pairs(media.seekable), [[0, 0.6]]);
+  media.currentTime = 0.2;
+  await world.run(60);
+  assert.ok(media.currentTime < 0.3);
+  media.step(-1);
+  await world.run(400);
+  assert.equal(media.currentFrame, world.numbers().at(-1));
+  media.loop = true;
+  media.play();
+  Object.assign(decoder, decoder.whole);
+  decoder.dispatchEvent(new Event("groups"));
+  await world.run(40);
+  assert.equal(media.duration, 2);
+  assert.ok(world.take().includes("durationchange"));
+  assert.deepEqual(pairs(media.seekable), [[0, 2]]);
+  await world.run(2400);
+  assert.equal(world.decoders.length, 1);
+  const numbers = world.numbers();
+  assert.ok(numbers.includes(49) && numbers.lastIndexOf(0) > numbers.indexOf(49), `${numbers}`);
 });

@@ -3,23 +3,32 @@
 import assert from "node:assert/strict";
 import { describe, test } from "node:test";
 
+import { commandOf, HeldKeys, keepsKey, takesText } from "../src/navigation/keys.js";
+import { Navigator } from "../src/navigation/navigator.js";
 import {
+  axesOf,
+  between,
+  directionsOf,
+  fromSpherical,
+  homePose,
+  orbit,
+  poseOfCamera,
+  toSpherical,
+} from "../src/navigation/pose.js";
+import {
+  findInHash,
+  formatBookmark,
   formatFieldOfView,
   formatOrbit,
   formatTarget,
+  parseBookmark,
   parseFieldOfView,
   parseOrbit,
   parseTarget,
-} from "../src/navigation/attributes.js";
-import { axesOf, fromSpherical, toSpherical } from "../src/navigation/axes.js";
-import { findInHash, formatBookmark, parseBookmark, putIntoHash } from "../src/navigation/bookmark.js";
-import { homePose } from "../src/navigation/framing.js";
-import { commandOf, keepsKey, takesText } from "../src/navigation/keys.js";
-import { HeldKeys } from "../src/navigation/held_keys.js";
-import { Navigator } from "../src/navigation/navigator.js";
-import { between, directionsOf, orbit, poseOfCamera } from "../src/navigation/pose.js";
+  putIntoHash,
+} from "../src/navigation/view_text.js";
+import { dot, length, subtract } from "../src/vectors.js";
 import { viewFromPose } from "../src/view.js";
-import { dot, length, subtract } from "../src/navigation/vectors.js";
 
 function assertClose(found, wanted, tolerance = 1e-6) {
   found.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) < tolerance, `${found} is not ${wanted}`));

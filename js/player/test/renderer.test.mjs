@@ -9,8 +9,7 @@ import { after, before, describe, test } from "node:test";
 import { missingBrowser } from "../../testing/browser.mjs";
 import { tool } from "../../testing/served.mjs";
 import { compareFile } from "../conformance/compare.mjs";
-import { posesOf } from "../conformance/poses.mjs";
-import { Session } from "../conformance/session.mjs";
+import { posesOf, Session } from "../conformance/session.mjs";
 
 /** dB away from outlines, and percent of cameras and pixels. */
 const LEAST_PSNR = 40;

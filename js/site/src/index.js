@@ -3,11 +3,8 @@
 import "@fvv/player";
 import { COMMANDS, MOVES } from "@fvv/player/keys";
 
-import { comparedWith } from "./compared.js";
-import { element } from "./dom.js";
-import { factsOf, partsOf } from "./parts.js";
+import { bytes, comparedWith, element, factsOf, partsOf } from "./facts.js";
 import "./theme.js";
-import { bytes } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const player = $("player");

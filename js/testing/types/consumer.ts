@@ -12,7 +12,7 @@ import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
 async function open(url: string): Promise<Decoder> {
   const decoder = await createDecoder({
     source: { url, credentials: "include" },
-    shares: true,
+    visibilityWeights: true,
     limits: { memory: 2 ** 28 },
     videoFallback: () => WebAssembly.compileStreaming(fetch("/video.wasm")),
   });
@@ -27,7 +27,7 @@ async function open(url: string): Promise<Decoder> {
   const start: bigint | undefined = groups[0]?.start;
   if (start !== undefined) await decoder.seek({ time: start });
   await decoder.select({ tracks: null });
-  const held: bigint = (await decoder.held()).reduce((sum, { start, end }) => sum + end - start, 0n);
+  const held: bigint = (await decoder.buffered()).reduce((sum, { start, end }) => sum + end - start, 0n);
   const { cachedBytes, cacheHits }: { cachedBytes: number; cacheHits: number } = await decoder.stats();
   console.log(held, cachedBytes, cacheHits);
   return decoder;

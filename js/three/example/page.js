@@ -153,7 +153,7 @@ async function begin() {
   new ResizeObserver(resize).observe(canvas);
   resize();
   $("title").textContent = file.replace(/^.*\//, "");
-  const decoder = await createDecoder({ source: file, shares: true, worker: new URL("worker.js", import.meta.url) });
+  const decoder = await createDecoder({ source: file, visibilityWeights: true, worker: new URL("worker.js", import.meta.url) });
   decoder.addEventListener("warning", ({ detail }) => console.info(detail.message));
   playback = new Playback(decoder, show, (error) => say(error.message));
   $("frame").max = String(Math.max(0, (decoder.frameCount ?? 1) - 1));

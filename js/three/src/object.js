@@ -1,6 +1,6 @@
 // A frame of free-viewpoint video in a scene: its mesh, coloured by the cameras that see each place best.
 
-import { MOST_SHARE_TEXELS, checkTexturing, loadPictures, texturingOf, viewsOf } from "@fvv/shading";
+import { checkTexturing, loadPictures, MOST_SHARE_TEXELS, texturingOf, viewsOf } from "@fvv/shading";
 import {
   DataArrayTexture,
   DataTexture,
@@ -14,12 +14,10 @@ import {
   Vector4,
 } from "three";
 
-import { DepthMaps } from "./depth_maps.js";
 import { MeshGeometry } from "./geometry.js";
 import { PictureTexture } from "./pictures.js";
 import { surfaceFragment, surfaceVertex } from "./shaders.js";
-import { ShareTexture } from "./shares.js";
-import { ViewTexture } from "./views.js";
+import { DepthMaps, ShareTexture, ViewTexture } from "./textures.js";
 
 /** Varyings that are not shares: point, normal, texture coordinates, and one for three. */
 const OTHER_VARYINGS = 4;

@@ -2,18 +2,19 @@
 // one is the texture itself.
 
 import {
-  Replication,
   conversionOf,
   copyFragment,
   layoutOf,
   planesFragment,
   replicatedFragment,
+  Replication,
   replicationFragment,
   replicationOf,
 } from "@fvv/shading";
 import {
   Camera,
   DataTexture,
+  GLSL3,
   LinearFilter,
   Mesh,
   NearestFilter,
@@ -23,7 +24,6 @@ import {
   RedFormat,
   Scene,
   ShaderMaterial,
-  GLSL3,
   Texture,
   UnsignedByteType,
   Vector2,
@@ -32,8 +32,8 @@ import {
   WebGLRenderTarget,
 } from "three";
 
-import { offScreen } from "./off_screen.js";
 import { wholeVertex } from "./shaders.js";
+import { offScreen } from "./textures.js";
 
 function upload(Type, ...parameters) {
   const texture = new Type(...parameters);

@@ -55,7 +55,7 @@ function part(frame, { only, pictures }) {
 window.compare = async ({ file, number, cases, only, pictures = true, turned = false, tracks = null, own = {} }) => {
   const decoder = await createDecoder({
     source: file,
-    shares: true,
+    visibilityWeights: true,
     worker: new URL("worker.js", import.meta.url),
     tracks,
   });

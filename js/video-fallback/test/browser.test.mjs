@@ -6,9 +6,10 @@ import { spawnSync } from "node:child_process";
 import { join } from "node:path";
 import { after, test } from "node:test";
 
-import { browsers, visit } from "../../decoder/test/browsers.mjs";
-import { nativePictures, root } from "../../decoder/test/native.mjs";
+import { awaitPost, browsers, visit } from "../../decoder/test/browsers.mjs";
+import { nativePictures } from "../../decoder/test/native.mjs";
 import { serve } from "../../decoder/test/server.mjs";
+import { root } from "../../testing/served.mjs";
 import { makeVideoClips } from "./clips.mjs";
 
 const names = ["hevc", "hevc10", "h264", "vp9"];
@@ -17,13 +18,9 @@ after(done);
 const here = join(root, "js/video-fallback");
 
 async function runPage(browser) {
-  let told;
-  const result = new Promise((resolve, reject) => {
-    told = resolve;
-    setTimeout(() => reject(new Error("the page does not answer")), 60000).unref();
-  });
+  const { result, post } = awaitPost(60);
   const folders = { fallback: join(here, "dist"), page: join(here, "test") };
-  const server = await serve(clips, (posted) => told(posted), folders);
+  const server = await serve(clips, post, folders);
   const leave = visit(browser, `${server.url}/page/page.html?clips=${names.join()}`);
   try {
     return await result;

@@ -2,9 +2,20 @@
 // a camera of the stream. Time comes from outside.
 
 import { viewFromCamera, viewFromPose } from "../view.js";
-import { axesOf } from "./axes.js";
-import { NOTHING, extentOf, homePose } from "./framing.js";
-import { between, dolly, level, look, move, orbit, pan, poseOfCamera } from "./pose.js";
+import {
+  axesOf,
+  between,
+  dolly,
+  extentOf,
+  homePose,
+  level,
+  look,
+  move,
+  NOTHING,
+  orbit,
+  pan,
+  poseOfCamera,
+} from "./pose.js";
 
 /** Seconds in which two thirds of what was asked for is done. */
 const SMOOTHING = 0.07;

@@ -1,8 +1,48 @@
-// Where one looks from, and what moving does to it. A pose is {eye, target, up, fov}: metres of the stream, and the
-// vertical angle of view in radians. Poses are never changed, but made anew.
+// Where the viewer is and looks: axes of a stream, poses, what movements do to them, and the first view of a scene.
 
-import { fromSpherical, toSpherical } from "./axes.js";
-import { add, cross, dot, length, mix, normalise, scale, subtract } from "./vectors.js";
+import { add, cross, dot, length, mix, normalise, scale, subtract } from "../vectors.js";
+
+const NAMED = {
+  y: { up: [0, 1, 0], front: [0, 0, 1] },
+  "-y": { up: [0, -1, 0], front: [0, 0, -1] },
+  z: { up: [0, 0, 1], front: [0, -1, 0] },
+  "-z": { up: [0, 0, -1], front: [0, 1, 0] },
+  x: { up: [1, 0, 0], front: [0, 0, 1] },
+  "-x": { up: [-1, 0, 0], front: [0, 0, 1] },
+};
+
+function axesFrom(up, front) {
+  const right = normalise(cross(up, front), [1, 0, 0]);
+  return { up, right, front: cross(right, up) };
+}
+
+/** upAxis: of the configuration; where it is unknown, cameras are taken to stand upright. */
+export function axesOf(upAxis, cameras) {
+  const named = NAMED[upAxis];
+  if (named) return axesFrom(named.up, named.front);
+  const sum = cameras.reduce((all, { rotation: r }) => add(all, [-r[3], -r[4], -r[5]]), [0, 0, 0]);
+  const up = normalise(sum, [0, 1, 0]);
+  // Any front will do that is not up.
+  return axesFrom(up, Math.abs(up[2]) < 0.9 ? [0, 0, 1] : [0, -1, 0]);
+}
+
+export function toSpherical({ up, front, right }, offset) {
+  const radius = length(offset);
+  const across = [dot(offset, right), dot(offset, front)];
+  return {
+    theta: Math.hypot(...across) > 1e-9 * radius ? Math.atan2(...across) : 0,
+    phi: Math.acos(Math.min(1, Math.max(-1, dot(offset, up) / (radius || 1)))),
+    radius,
+  };
+}
+
+export function fromSpherical({ up, front, right }, { theta, phi, radius }) {
+  const level = radius * Math.sin(phi);
+  return add(
+    scale(up, radius * Math.cos(phi)),
+    add(scale(front, level * Math.cos(theta)), scale(right, level * Math.sin(theta))),
+  );
+}
 
 /** Radians that looking straight up and down stays away from: there, nothing is level. */
 const POLE = 0.02;
@@ -104,4 +144,53 @@ export function isPose(pose) {
     pose.fov > 0 &&
     pose.fov < Math.PI
   );
+}
+
+const FIELD_OF_VIEW = (45 * Math.PI) / 180;
+/** Of the picture's width and height that the scene may take, and by how much it stands above the middle: controls are below. */
+const WIDTH = 0.9;
+const HEIGHT = 0.76;
+const RAISED = 0.06;
+
+/** Of a place where there is neither. */
+export const NOTHING = { centre: [0, 0, 0], radius: 1, low: [-1, -1, -1], high: [1, 1, 1] };
+
+/** {centre, radius, low, high} of a mesh; of the cameras where there is none. */
+export function extentOf(frame) {
+  const points = frame.mesh?.positions.length ? frame.mesh.positions : frame.cameras.flatMap(({ centre }) => centre);
+  if (!points.length) return NOTHING;
+  const low = [Infinity, Infinity, Infinity];
+  const high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < points.length; i++) {
+    low[i % 3] = Math.min(low[i % 3], points[i]);
+    high[i % 3] = Math.max(high[i % 3], points[i]);
+  }
+  return {
+    centre: low.map((x, i) => (x + high[i]) / 2),
+    radius: Math.max(length(subtract(high, low)) / 2, 1e-6),
+    low,
+    high,
+  };
+}
+
+const cornersOf = ({ low, high }) =>
+  Array.from({ length: 8 }, (_, i) => low.map((x, axis) => ((i >> axis) & 1 ? high[axis] : x)));
+
+/** aspect: width of the picture over its height. */
+export function homePose(extent, cameras, axes, aspect) {
+  const { centre } = extent;
+  const from = cameras.length ? subtract(cameras[0].centre, centre) : [1, 1, 1];
+  const { theta, phi } = toSpherical(axes, normalise(from));
+  const ahead = poseFromOrbit({ theta, phi, radius: 1 }, centre, FIELD_OF_VIEW, axes);
+  const { forward, right, up } = directionsOf(ahead);
+  const tangent = Math.tan(FIELD_OF_VIEW / 2);
+  const distances = cornersOf(extent).map((corner) => {
+    const at = subtract(corner, centre);
+    const wide = Math.abs(dot(at, right)) / (tangent * aspect * WIDTH);
+    const high = Math.abs(dot(at, up)) / (tangent * HEIGHT);
+    return Math.max(wide, high) - dot(at, forward);
+  });
+  const radius = Math.max(...distances, 1e-6);
+  const pose = poseFromOrbit({ theta, phi, radius }, centre, FIELD_OF_VIEW, axes);
+  return pan(pose, 0, -RAISED);
 }

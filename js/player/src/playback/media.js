@@ -1,13 +1,86 @@
-// What HTMLMediaElement is without a document: attributes, states, promises and events in the order that HTML gives
-// them. How frames come to be shown is the playout's.
+// HTMLMediaElement without a document: attributes, states, promises and events in the order of the HTML standard.
 
-import { Announcer } from "./announcer.js";
 import { Meter } from "./meter.js";
-import { PendingPlays } from "./pending_plays.js";
 import { Playout } from "./playout.js";
 import { Ranges } from "./ranges.js";
-import { StallWatch } from "./stall_watch.js";
-import { NETWORK, NOTHING_YET, READY, mediaError } from "./states.js";
+
+export const NETWORK = { EMPTY: 0, IDLE: 1, LOADING: 2, NO_SOURCE: 3 };
+export const READY = { NOTHING: 0, METADATA: 1, CURRENT_DATA: 2, FUTURE_DATA: 3, ENOUGH_DATA: 4 };
+const ERROR = { NETWORK: 2, DECODE: 3, SOURCE_NOT_SUPPORTED: 4 };
+const NETWORK_CODES = ["io", "changed", "reconnect", "truncated"];
+
+/** What a media element is before it has a source. */
+const NOTHING_YET = {
+  readyState: READY.NOTHING,
+  networkState: NETWORK.EMPTY,
+  error: null,
+  duration: NaN,
+  frame: null,
+  seeking: false,
+  atEnd: false,
+};
+
+/** As MediaError. cause: FvvError, or what else was thrown. playable: something of the source was. */
+function mediaError(cause, playable) {
+  const code = !playable
+    ? ERROR.SOURCE_NOT_SUPPORTED
+    : NETWORK_CODES.includes(cause.code)
+      ? ERROR.NETWORK
+      : ERROR.DECODE;
+  return Object.freeze({ code, message: cause.message, cause });
+}
+
+class Announcer extends EventTarget {
+  #turn = 0;
+
+  announce(...types) {
+    const turn = this.#turn;
+    queueMicrotask(() => {
+      if (turn === this.#turn) for (const type of types) this.dispatchEvent(new Event(type));
+    });
+  }
+  /** What has not been told yet is not told. */
+  forget() {
+    this.#turn++;
+  }
+}
+
+class PendingPlays {
+  #pending = [];
+
+  add() {
+    const promise = new Promise((resolve, reject) => this.#pending.push({ resolve, reject }));
+    // Nobody has to wait for it.
+    promise.catch(() => {});
+    return promise;
+  }
+  keep() {
+    for (const { resolve } of this.#pending.splice(0)) resolve();
+  }
+  break(name, message) {
+    for (const { reject } of this.#pending.splice(0)) reject(new DOMException(message, name));
+  }
+}
+
+const STALLED_MS = 3000;
+
+class StallWatch {
+  #stalled;
+  #timer = null;
+
+  constructor(stalled) {
+    this.#stalled = stalled;
+  }
+  /** Something has come, or is waited for from now on. */
+  begin() {
+    this.end();
+    this.#timer = setTimeout(this.#stalled, STALLED_MS);
+    this.#timer.unref?.();
+  }
+  end() {
+    clearTimeout(this.#timer);
+  }
+}
 
 const TIME_UPDATE_MS = 250;
 const FASTEST = 16;
@@ -388,7 +461,7 @@ export class Media extends Announcer {
   /** Asks the decoder for its figures, and for what it holds. */
   async measure() {
     const { decoder } = this;
-    const [figures, held] = (await Promise.all([decoder?.stats(), decoder?.held()]).catch(() => null)) ?? [];
+    const [figures, held] = (await Promise.all([decoder?.stats(), decoder?.buffered()]).catch(() => null)) ?? [];
     if (!figures || decoder !== this.decoder) return;
     this.#playout.held = held;
     if (this.meter.decoder(this.#now(), figures)) this.announce("progress");

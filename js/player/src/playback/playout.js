@@ -1,11 +1,9 @@
 // Frames of one decoder in their time: shows the one that is due, searches, loops, steps, follows a live edge. What a
 // media element tells of it is not its business: it says so to its host.
 
-import { Clock } from "./clock.js";
-import { whatIsDue } from "./due.js";
-import { LiveEdge } from "./live_edge.js";
+import { Supply } from "./frame_queue.js";
 import { groupAt, union } from "./ranges.js";
-import { Supply } from "./supply.js";
+import { Clock, LiveEdge, whatIsDue } from "./timing.js";
 
 /** Milliseconds that a search may go on when another is asked for: less, and nothing shows while one scrubs. */
 const SEARCH_PATIENCE = 250;

@@ -1,9 +1,8 @@
 // The static environment around the action: meshes in one colour or with one picture, and what shadow falls on them.
 
 import { boundsOf, joined } from "./matrices.js";
-import { MeshBuffers } from "./mesh.js";
+import { MeshBuffers, newTexture } from "./resources.js";
 import { lighting } from "./shadows.js";
-import { newTexture } from "./textures.js";
 
 const shaders = {
   vertex: /* glsl */ `

@@ -1,16 +1,48 @@
-// Draws frames of free-viewpoint video from anywhere, in WebGL 2. docs/fvvrender.md says what a picture shows; a frame's maps
-// of depth and shadow are drawn once, and a picture that would be the same as the last one is not drawn again.
+// Draws frames of free-viewpoint video from any viewpoint, in WebGL 2.
 
-import { MOST_BEST, MOST_VIEWS } from "@fvv/shading";
+import { checkTexturing, MOST_BEST, MOST_VIEWS } from "@fvv/shading";
 
 import { Content } from "./content.js";
 import { decodeBackgrounds } from "./environment.js";
-import { complete, keyOf } from "./options.js";
 import { Pipeline } from "./pipeline.js";
+import { Uploads } from "./resources.js";
 import { MOST_LIGHTS, MOST_SHADOWS } from "./shadows.js";
-import { Uploads } from "./textures.js";
+import { MODES } from "./surface.js";
 
-export { cameraColour } from "./camera_colour.js";
+const defaults = {
+  mode: "textured",
+  visibleBy: "auto",
+  cameras: null,
+  // Of these three the stream's (clause 17.5).
+  threshold: undefined,
+  best: undefined,
+  unseen: undefined,
+  soft: 0,
+  shadows: true,
+  environment: true,
+  clearColour: [0, 0, 0, 1],
+  frusta: null,
+  grid: null,
+};
+
+/** Options with everything in its place; cameras as a Set. */
+function complete(given = {}) {
+  const options = { ...defaults };
+  for (const [name, value] of Object.entries(given)) if (value !== undefined) options[name] = value;
+  if (!(options.mode in MODES)) throw new TypeError(`mode: expected one of ${Object.keys(MODES).join(", ")}`);
+  checkTexturing(options);
+  if (!(options.soft >= 0 && options.soft <= 1)) throw new RangeError(`soft: expected 0 to 1, found ${options.soft}`);
+  options.cameras = options.cameras && new Set(options.cameras);
+  return options;
+}
+
+/** The same text for the same picture of the same content; cameras of frusta are compared by who they are. */
+function keyOf(view, { cameras, frusta, ...others }) {
+  const { cameras: drawn, ...outlines } = frusta ?? {};
+  return JSON.stringify([view, cameras && [...cameras].sort(), frusta && outlines, others]);
+}
+
+export { cameraColour } from "./surface.js";
 
 const noCounters = {
   drawCalls: 0,
@@ -82,7 +114,7 @@ export class Renderer extends EventTarget {
     if (frame.mesh && !frame.mesh.normals)
       throw new TypeError("the mesh has no normals: create the decoder with normals: true");
     if (frame.visibility.some(({ shares }) => !shares))
-      throw new TypeError("visibility has no shares: create the decoder with shares: true");
+      throw new TypeError("visibility has no shares: create the decoder with visibilityWeights: true");
     const turn = ++this.#turn;
     const content = await Content.of(frame);
     if (turn !== this.#turn) return false;

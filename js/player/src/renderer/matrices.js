@@ -29,7 +29,7 @@ export function sphereOf({ least, most }) {
 }
 
 /** Least and largest depth of a box, before a viewer. */
-export function depthsOf({ least, most }, { rotation: r, translation: t }) {
+function depthsOf({ least, most }, { rotation: r, translation: t }) {
   let near = t[2];
   let far = t[2];
   for (let k = 0; k < 3; k++) {

@@ -1,7 +1,7 @@
 // What helps to find one's way: cameras as outlines of what stands a little way before each, through its lens, with their
 // pictures if wanted, and a grid on the ground.
 
-import { GrowingBuffer } from "./textures.js";
+import { GrowingBuffer } from "./resources.js";
 
 /** Points along a side: lenses bend them. */
 const STEPS = 8;

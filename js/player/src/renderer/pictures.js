@@ -1,16 +1,16 @@
 // The pictures of a frame in one texture of display values.
 
 import {
-  Replication,
   conversionOf,
   copyFragment,
   planesFragment,
   replicatedFragment,
+  Replication,
   replicationFragment,
   replicationOf,
 } from "@fvv/shading";
 
-import { DataTexture, newTexture } from "./textures.js";
+import { DataTexture, newTexture } from "./resources.js";
 
 const wholeVertex = /* glsl */ `
 void main() {

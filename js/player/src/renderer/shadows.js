@@ -1,8 +1,8 @@
 // Shadows that the mesh throws on the environment: one map for each lamp of the stream that throws some, drawn once for a
 // frame of the stream.
 
-import { Layers } from "./layers.js";
 import { lampProjection, sphereOf } from "./matrices.js";
+import { Layers } from "./resources.js";
 
 /** Lamps that count, those that throw shadows first. */
 export const MOST_LIGHTS = 8;

@@ -1,17 +1,11 @@
 // What lies over the picture, and keeps up with the player: bar, panels, messages. It knows the player by what everyone
 // may call.
 
-import { HeldKeys } from "../navigation/held_keys.js";
-import { commandOf, keepsKey } from "../navigation/keys.js";
+import { commandOf, HeldKeys, keepsKey } from "../navigation/keys.js";
 import { Bar } from "./bar.js";
-import { CamerasPanel } from "./cameras_panel.js";
 import { commandsOf } from "./commands.js";
-import { element, iconButton } from "./dom.js";
-import { helpPanel } from "./help_panel.js";
-import { icons } from "./icons.js";
-import { Panels } from "./panels.js";
-import { SettingsPanel } from "./settings_panel.js";
-import { StatsOverlay } from "./stats_overlay.js";
+import { CamerasPanel, helpPanel, Panels, SettingsPanel, StatsOverlay } from "./panels.js";
+import { element, iconButton, icons } from "./widgets.js";
 
 /** Milliseconds without a hand on it after which the controls fade, and of waiting after which that shows. */
 const IDLE = 2600;

@@ -1,4 +1,4 @@
-// The numbered board, its page in a browser, and what that page tells; memory is asked of Chromium.
+// The numbered board, its page in a browser, and what that page measures. Only Chromium reports memory.
 
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";

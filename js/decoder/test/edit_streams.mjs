@@ -1,4 +1,4 @@
-// Damaged and hostile streams, made of good ones.
+// Streams made of others: damaged, hostile, or joined.
 
 const table = Uint32Array.from({ length: 256 }, (_, n) => {
   for (let i = 0; i < 8; i++) n = n & 1 ? (n >>> 1) ^ 0x82f63b78 : n >>> 1;
@@ -10,7 +10,7 @@ export function crc32c(bytes) {
   return ~crc >>> 0;
 }
 
-/** About count streams: single flipped bits, cuts, and ranges that are missing, all over the file. */
+/** About count streams with single flipped bits, cuts, and missing ranges, all over the file. */
 export function* damaged(bytes, count) {
   const n = Math.floor(count / 3);
   for (let i = 0; i < n; i++) {
@@ -24,7 +24,7 @@ export function* damaged(bytes, count) {
   }
 }
 
-/** The stream up to its first chunk of a type, that one with another payload and good CRCs, and the rest as it was. */
+/** The stream with another payload, and good CRCs, in its first chunk of a type. */
 export function replaceFirst(type, bytes, change) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   const code = new DataView(new TextEncoder().encode(type).buffer).getUint32(0, true);
@@ -47,7 +47,7 @@ export function replaceFirst(type, bytes, change) {
   ]);
 }
 
-/** The first group up to its end, which its GEND would not fit any more, with an unknown chunk behind each mesh. */
+/** The first group without its GEND, which would no longer match, with an unknown chunk after each mesh. */
 export function withUnknown(bytes) {
   const type = (header) => String.fromCharCode(...header.subarray(0, 4));
   const sized = (at) => 32 + 8 * Math.ceil(new DataView(bytes.buffer, bytes.byteOffset + at).getUint32(16, true) / 8);
@@ -70,3 +70,66 @@ export function withUnknown(bytes) {
 }
 
 export const replaceMesh = (bytes, change) => replaceFirst("MESH", bytes, change);
+
+const HEADER = 32;
+const ENTRY = 56;
+
+function chunk(type, flags, counter, payload) {
+  const bytes = Buffer.alloc(HEADER + 8 * Math.ceil(payload.length / 8));
+  bytes.write(type, "latin1");
+  bytes[4] = flags;
+  bytes[5] = counter;
+  bytes.writeBigUInt64LE(BigInt(payload.length), 16);
+  bytes.writeUInt32LE(crc32c(payload), 24);
+  bytes.writeUInt32LE(crc32c(bytes.subarray(0, 28)), 28);
+  payload.copy(bytes, HEADER);
+  return bytes;
+}
+
+/** Configuration block and groups of a stream, each group with its entry in the index. */
+function partsOf(stream) {
+  const indexOffset = Number(stream.readBigUInt64LE(stream.length - 24));
+  const entries = indexOffset + HEADER + 8;
+  const groups = Array.from({ length: stream.readUInt32LE(indexOffset + HEADER) }, (_, i) => {
+    const entry = Buffer.from(stream.subarray(entries + i * ENTRY, entries + (i + 1) * ENTRY));
+    const [offset, size] = [0, 8].map((at) => Number(entry.readBigUInt64LE(at)));
+    return { entry, bytes: stream.subarray(offset, offset + size) };
+  });
+  return { block: stream.subarray(24, Number(groups[0].entry.readBigUInt64LE(0))), groups };
+}
+
+/** The first count groups of one stream, followed by the rest of another one of the same capture: a configuration that
+ * changes, with index and footer. */
+export function joinStreams(first, second, count) {
+  const [a, b] = [partsOf(first), partsOf(second)];
+  const pieces = [first.subarray(0, 24)];
+  const entries = [];
+  let at = 24;
+  const put = (bytes) => {
+    pieces.push(bytes);
+    at += bytes.length;
+  };
+  for (const { block, groups } of [
+    { ...a, groups: a.groups.slice(0, count) },
+    { ...b, groups: b.groups.slice(count) },
+  ]) {
+    const configuration = at;
+    put(block);
+    for (const { entry, bytes } of groups) {
+      entry.writeBigUInt64LE(BigInt(at), 0);
+      entry.writeBigUInt64LE(BigInt(configuration), 48);
+      entries.push(entry);
+      put(bytes);
+    }
+  }
+  const head = Buffer.alloc(8);
+  head.writeUInt32LE(entries.length);
+  const index = Buffer.concat([head, ...entries]);
+  const footer = Buffer.alloc(24);
+  footer.writeBigUInt64LE(BigInt(at), 0);
+  put(chunk("INDX", 0, 0, index));
+  footer.writeBigUInt64LE(BigInt(at + HEADER + footer.length), 8);
+  footer.writeUInt32LE(crc32c(index), 16);
+  put(chunk("FOOT", 1, 1, footer));
+  return Buffer.concat(pieces);
+}

@@ -1,6 +1,37 @@
-// What a clip consists of, in words: the cells of facts and the parts of its bytes.
+// The facts of a clip as elements and words: its properties, the parts of its bytes, and the comparison with WHP 235.
 
-import { bitrate, bytes, codecName, count, percent, profileName, seconds } from "./words.js";
+const number = new Intl.NumberFormat("en");
+const count = (n) => number.format(Math.round(n));
+const percent = (share) => `${(100 * share).toFixed(share < 0.0995 ? 1 : 0)} %`;
+
+/** 1923408 -> "1.92 MB" */
+export function bytes(n) {
+  if (n >= 1e6) return `${(n / 1e6).toFixed(n < 1e7 ? 2 : 1)} MB`;
+  return n >= 1e3 ? `${(n / 1e3).toFixed(n < 1e4 ? 1 : 0)} kB` : `${Math.round(n)} bytes`;
+}
+const bitrate = (bits) =>
+  bits >= 1e6 ? `${(bits / 1e6).toFixed(1)} Mbit/s` : `${(bits / 1e3).toFixed(0)} kbit/s`;
+const seconds = (s) => (s < 0.095 ? `${Math.round(1000 * s)} ms` : `${s.toFixed(2)} s`);
+
+const codecs = { avc1: "H.264", hvc1: "HEVC", vp09: "VP9", av01: "AV1", jpeg: "JPEG", oexr: "OpenEXR" };
+const codecName = (codec) => codecs[codec] ?? codec;
+
+const profiles = {
+  draco: "Draco key frames",
+  delta: "motion between them",
+  fast: "fast meshes",
+  raw: "raw meshes",
+  field: "fields",
+};
+const profileName = (profile) => profiles[profile] ?? profile;
+
+/** element("p", {class: "small"}, "text", node, ...) */
+export function element(name, attributes = {}, ...children) {
+  const node = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
+}
 
 const plural = (n, one, many = `${one}s`) => (n === 1 ? one : many);
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
@@ -68,4 +99,39 @@ export function partsOf(clip) {
     })
     .sort((a, b) => b.bytes - a.bytes);
   return parts.map((part) => ({ ...part, share: part.bytes / clip.bytes, text: percent(part.bytes / clip.bytes) }));
+}
+
+/** Of the paper's clip: two seconds, and the time to its first mesh. */
+const THEN = { seconds: 2, bytes: 27.3e6, first: 1.41 };
+
+function row(name, value, share, now) {
+  const fill = element("div", { class: now ? "fill now" : "fill" });
+  fill.style.width = `${Math.max(100 * share, 0.4)}%`;
+  return element(
+    "div",
+    { class: "row" },
+    element("span", { class: "who" }, name),
+    element("div", { class: "track" }, fill),
+    element("span", { class: "value" }, value),
+  );
+}
+
+function group(title, then, now, text) {
+  const most = Math.max(then, now ?? 0);
+  return element(
+    "div",
+    { class: "pair" },
+    element("h3", {}, title),
+    row("WHP 235", text(then), then / most, false),
+    row("This clip", now === null ? "…" : text(now), (now ?? 0) / most, true),
+  );
+}
+
+/** first: seconds until something was on screen; null: not yet. */
+export function comparedWith(clip, first) {
+  const pairs = [];
+  if (clip.frames > 1)
+    pairs.push(group("Two seconds take", THEN.bytes, (clip.bytes / clip.seconds) * THEN.seconds, bytes));
+  pairs.push(group("Until something is seen", THEN.first, first, seconds));
+  return pairs;
 }

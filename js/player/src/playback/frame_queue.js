@@ -1,5 +1,5 @@
-// The frames that come next, taken from the decoder ahead of their time. It keeps frames apart that were decoded before
-// a seek, and closes whatever it does not hand over: few pictures may be open at once.
+// The next frames, taken from the decoder ahead of their time. Drops frames that were decoded before a seek, and closes
+// every frame that it does not return: few pictures may be open at once.
 
 /** Frames in this thread: those that are in hand, and the one that is shown. */
 const MOST = 2;

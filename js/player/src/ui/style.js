@@ -1,6 +1,216 @@
-// How buttons, the bar to scrub on, switches and lists look. Whatever is touched is at least 40 pixels high.
+// The style sheets of the player: colours, layout, controls.
 
-export const controls = `
+const dark = `
+  --ground: var(--fvv-background, #14171b);
+  --panel: var(--fvv-panel, rgb(27 31 37 / 0.92));
+  --ink: var(--fvv-ink, #f0f3f6);
+  --faint: var(--fvv-faint, #aab4bf);
+  --line: var(--fvv-line, rgb(255 255 255 / 0.16));
+  --hover: var(--fvv-hover, rgb(255 255 255 / 0.12));
+  --accent: var(--fvv-accent, #5fb0ff);
+  --on-accent: var(--fvv-on-accent, #08131f);
+  --grid: var(--fvv-grid, #343b44);
+  color-scheme: dark;
+`;
+const light = `
+  --ground: var(--fvv-background, #eef0f3);
+  --panel: var(--fvv-panel, rgb(255 255 255 / 0.94));
+  --ink: var(--fvv-ink, #14181d);
+  --faint: var(--fvv-faint, #545d67);
+  --line: var(--fvv-line, rgb(20 25 30 / 0.16));
+  --hover: var(--fvv-hover, rgb(20 25 30 / 0.08));
+  --accent: var(--fvv-accent, #0a63c4);
+  --on-accent: var(--fvv-on-accent, #ffffff);
+  --grid: var(--fvv-grid, #c3c9d0);
+  color-scheme: light;
+`;
+
+const theme = `
+:host {${light}}
+:host([theme="dark"]) {${dark}}
+@media (prefers-color-scheme: dark) {
+  :host(:not([theme="light"])) {${dark}}
+}
+`;
+
+const layout = `
+:host {
+  display: block;
+  position: relative;
+  width: 100%;
+  aspect-ratio: 16 / 9;
+  overflow: hidden;
+  container-type: inline-size;
+  background: var(--ground);
+  color: var(--ink);
+  border-radius: var(--fvv-radius, 0);
+  font: 14px/1.4 var(--fvv-font, system-ui, -apple-system, "Segoe UI", Roboto, sans-serif);
+  -webkit-tap-highlight-color: transparent;
+}
+:host([hidden]) {
+  display: none;
+}
+:host(:fullscreen) {
+  aspect-ratio: auto;
+  height: 100%;
+  border-radius: 0;
+}
+*,
+::before,
+::after {
+  box-sizing: border-box;
+}
+[hidden] {
+  display: none !important;
+}
+.ground,
+.surface,
+canvas,
+.poster {
+  position: absolute;
+  inset: 0;
+  width: 100%;
+  height: 100%;
+}
+.ground {
+  background: var(--ground);
+}
+.line {
+  position: absolute;
+  width: 0;
+  height: 0;
+  background: var(--grid);
+}
+.surface {
+  touch-action: none;
+  cursor: grab;
+  outline: none;
+}
+.surface:active {
+  cursor: grabbing;
+}
+.surface:focus-visible::after {
+  content: "";
+  position: absolute;
+  inset: 3px;
+  border: 2px solid var(--accent);
+  border-radius: calc(var(--fvv-radius, 0px) + 3px);
+  pointer-events: none;
+}
+canvas {
+  display: block;
+}
+canvas.empty {
+  visibility: hidden;
+}
+.poster {
+  object-fit: cover;
+  pointer-events: none;
+}
+.middle {
+  position: absolute;
+  inset: 0;
+  display: grid;
+  place-items: center;
+  pointer-events: none;
+}
+.spinner {
+  width: 44px;
+  height: 44px;
+  border-radius: 50%;
+  border: 3px solid var(--line);
+  border-top-color: var(--accent);
+  animation: turn 0.9s linear infinite;
+}
+@keyframes turn {
+  to {
+    transform: rotate(1turn);
+  }
+}
+.message {
+  max-width: min(90%, 34rem);
+  padding: 12px 16px;
+  background: var(--panel);
+  border: 1px solid var(--line);
+  border-radius: 12px;
+  pointer-events: auto;
+  overflow-wrap: anywhere;
+}
+.message p {
+  margin: 0 0 8px;
+}
+.notice {
+  position: absolute;
+  top: 12px;
+  left: 50%;
+  transform: translateX(-50%);
+  padding: 6px 12px;
+  background: var(--panel);
+  border: 1px solid var(--line);
+  border-radius: 999px;
+  pointer-events: none;
+  white-space: nowrap;
+}
+.notice:empty {
+  display: none;
+}
+.controls {
+  position: absolute;
+  inset: 0;
+  display: flex;
+  flex-direction: column;
+  justify-content: flex-end;
+  gap: 8px;
+  padding: 12px;
+  padding-bottom: max(12px, env(safe-area-inset-bottom));
+  pointer-events: none;
+  transition: opacity 0.25s;
+}
+.controls > * {
+  pointer-events: auto;
+}
+.idle .controls:not(:focus-within) {
+  opacity: 0;
+}
+.idle .surface {
+  cursor: none;
+}
+.panels {
+  display: flex;
+  flex: 1;
+  min-height: 0;
+  justify-content: flex-end;
+  align-items: flex-end;
+  pointer-events: none;
+}
+.panel {
+  display: flex;
+  flex-direction: column;
+  width: min(340px, 100%);
+  max-height: 100%;
+  background: var(--panel);
+  border: 1px solid var(--line);
+  border-radius: 14px;
+  backdrop-filter: blur(14px);
+  pointer-events: auto;
+}
+.stats-box {
+  position: absolute;
+  top: 12px;
+  left: 12px;
+  pointer-events: none;
+}
+@media (prefers-reduced-motion: reduce) {
+  .controls {
+    transition: none;
+  }
+  .spinner {
+    animation-duration: 4s;
+  }
+}
+`;
+
+const controls = `
 .bar {
   background: var(--panel);
   border: 1px solid var(--line);
@@ -391,3 +601,57 @@ kbd {
   text-align: right;
 }
 `;
+
+const narrow = `
+@media (max-width: 560px) {
+  :host {
+    aspect-ratio: 1;
+  }
+}
+@container (max-width: 760px) {
+  .row [data-wide="3"] {
+    display: none;
+  }
+}
+@container (max-width: 560px) {
+  .row [data-wide] {
+    display: none;
+  }
+  .controls {
+    padding: 8px;
+    padding-bottom: max(8px, env(safe-area-inset-bottom));
+  }
+  .bar {
+    padding: 2px;
+  }
+  .row {
+    gap: 0;
+  }
+  .time {
+    padding: 0 2px;
+    font-size: 13px;
+  }
+  .total {
+    display: none;
+  }
+  .panels {
+    position: absolute;
+    inset: 8px;
+    z-index: 1;
+  }
+  .panel {
+    width: 100%;
+  }
+}
+`;
+
+let sheets = null;
+
+export function styleSheets() {
+  sheets ??= [theme, layout, controls, narrow].map((text) => {
+    const sheet = new CSSStyleSheet();
+    sheet.replaceSync(text);
+    return sheet;
+  });
+  return sheets;
+}

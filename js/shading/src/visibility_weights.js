@@ -1,5 +1,5 @@
-// What the file says about who sees what, as a share of 0 to 255 for each vertex and camera (clause 17.4 of the format),
-// in rows of a texture. The vertex shader reads them and hands them on as varyings, four cameras in each.
+// Visibility weights of the file, 0 to 255 for each vertex and camera (clause 17.4 of the format), as rows of a texture. The
+// vertex shader reads them and passes them on as varyings, four cameras in each.
 
 export const SHARE_COLUMNS = 2048;
 export const MOST_SHARE_TEXELS = 16;
@@ -10,8 +10,8 @@ function told(frame, mesh, camera) {
   const of = (domain) => all.find((one) => one.domain === domain);
   const found = of("shares") ?? of("faces") ?? all[0];
   if (!found) return null;
-  const shares = found.sharesOf(camera);
-  if (!shares) throw new TypeError("visibility has no shares: create the decoder with shares: true");
+  const shares = found.weightsOf(camera);
+  if (!shares) throw new TypeError("visibility has no shares: create the decoder with visibilityWeights: true");
   return shares;
 }
 

@@ -1,4 +1,4 @@
-// What a person does with the page of the player, and what one sees there.
+// Operates the page of the player as a user does, and reads what it shows.
 
 import { copyFileSync } from "node:fs";
 import { join } from "node:path";
