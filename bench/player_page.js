@@ -32,7 +32,11 @@ window.measureRate = async (source, visibleBy) => {
   const canvas = document.body.appendChild(document.createElement("canvas"));
   const renderer = new Renderer(canvas);
   const gl = canvas.getContext("webgl2");
-  const decoder = await createDecoder({ source, visibilityWeights: true, worker: new URL("worker.js", import.meta.url) });
+  const decoder = await createDecoder({
+    source,
+    visibilityWeights: true,
+    worker: new URL("worker.js", import.meta.url),
+  });
   let [began, count, up] = [0, 0, "y"];
   for await (const frame of decoder) {
     up = frame.configuration.upAxis;

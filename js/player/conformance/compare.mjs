@@ -7,15 +7,15 @@ import { parseArgs } from "node:util";
 
 import { posesOf, Session, writePng } from "./session.mjs";
 
-/** The steepest surface that is no edge: its depth changes by so many pixels' breadths from one pixel to the next. */
+/** The steepest surface that is not an edge: the change of depth from pixel to pixel, in pixel widths. */
 const STEEPEST = 8;
-/** Pixels. An outline runs through a pixel; here and in its neighbours, pictures of two rasterisers differ by chance. */
+/** Pixels from an outline: in the pixel of an outline and its neighbours, two rasterisers differ by chance. */
 const AWAY = 2;
 const LARGE = 8;
 
 /**
- * Which pixels show the mesh, and which of them are at least two pixels from its outline and from places where its depth
- * jumps. depth: of the reference, infinite where there is no mesh.
+ * The pixels that show the mesh, and those of them that are at least two pixels from its outline and from jumps of its
+ * depth. depth: of the reference, infinite outside the mesh.
  */
 function areasOf(depth, width, height, focal) {
   const surface = new Uint8Array(depth.length);
@@ -44,7 +44,8 @@ function areasOf(depth, width, height, focal) {
   return { surface, inner };
 }
 
-/** PSNR of display values in dB, share of pixels of which a component is off by more than 8 of 255, and their number. */
+/** PSNR of display values in dB, the fraction of pixels with a component that differs by more than 8 of 255, and their
+ * number. */
 function distance(drawn, wanted, area) {
   let [sum, pixels, large] = [0, 0, 0];
   for (let i = 0; i < area.length; i++) {
@@ -62,7 +63,7 @@ function distance(drawn, wanted, area) {
   return { psnr, large: pixels ? large / pixels : null, pixels };
 }
 
-/** Of visibility: how many pixels of the area are alike. drawn: of the mode "visibility", no green where unseen. */
+/** The number of pixels with equal visibility. drawn: in the mode "visibility", where unseen surface has no green. */
 function agreement(drawn, wanted, area) {
   let [alike, pixels] = [0, 0];
   for (let i = 0; i < area.length; i++) {
@@ -75,18 +76,18 @@ function agreement(drawn, wanted, area) {
 
 const usage = `usage: node compare.mjs FILE.fvv ... [options]
 --frame N       of each file (0)
---poses N       around the mesh, and up to two fifths of them where cameras stand (20)
+--poses N       around the mesh, and up to two fifths of them at camera positions (20)
 --size WxH      of the pictures (960x540)
---rays          also how far visibility agrees with ray casting
+--rays          also the agreement of visibility with ray casting
 --browser NAME  chromium or firefox
---pictures DIR  write what was drawn, the reference and their difference
+--pictures DIR  write drawn pictures, references and differences
 --json          figures as JSON`;
 
 const drawn = { shadows: false, environment: false };
 const worst = (values) => Math.min(...values);
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
-/** Of one pose and one way to know who sees what. */
+/** For one pose and one source of visibility. */
 async function comparePose(session, pose, size, visibleBy) {
   const reference = session.reference(pose, size, visibleBy);
   const picture = await session.draw(pose, size, { ...drawn, visibleBy });
@@ -96,7 +97,7 @@ async function comparePose(session, pose, size, visibleBy) {
   return { pose: pose.name, inner, all, picture, reference: reference.picture };
 }
 
-/** Which cameras show which pixels, against rays. */
+/** Compares the visibility of each camera with ray casting. */
 async function compareVisibility(session, facts, pose, size, visibleBy) {
   const { depth, visibility } = session.reference(pose, size, "rays", { visibility: true });
   const { inner } = areasOf(depth, ...size, pose.focal);
@@ -120,7 +121,7 @@ function keepPictures(folder, name, { picture, reference }) {
   writePng(join(folder, `${name}-difference8.png`), { ...picture, data });
 }
 
-/** Figures of a file: one line for each way of visibility that it has. */
+/** The figures of a file: one line for each source of visibility. */
 export async function compareFile(
   session,
   file,

@@ -20,7 +20,7 @@ function orbit(count, { bounds, upAxis }, [, height]) {
   const across = cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
   const along = cross(across, up);
   return Array.from({ length: count }, (_, i) => {
-    // A golden angle apart, from slightly below the middle to well above it.
+    // At golden angles, from slightly below the middle to well above it.
     const angle = 2.39996 * i;
     const rise = -0.1 + (0.7 * i) / Math.max(1, count - 1);
     const level = Math.sqrt(1 - rise * rise);
@@ -32,13 +32,13 @@ function orbit(count, { bounds, upAxis }, [, height]) {
   });
 }
 
-/** Without the lens, and looking through the middle of the picture. */
+/** A pose without lens distortion, with the principal point in the middle of the picture. */
 function fromCamera({ id, centre, rotation: r, fx, width }, [columns]) {
   const target = centre.map((x, k) => x + r[6 + k]);
   return { name: `camera ${id}`, eye: centre, target, up: [-r[3], -r[4], -r[5]], focal: (fx * columns) / width };
 }
 
-/** facts: of the page; at most 8 in 20 are the cameras'. */
+/** facts: of the page; at most two fifths of the poses are those of cameras. */
 export function posesOf(count, facts, size) {
   const calibrated = facts.cameras.filter((camera) => camera.calibrated);
   const own = Math.min(calibrated.length, Math.floor(0.4 * count));
@@ -46,12 +46,12 @@ export function posesOf(count, facts, size) {
   return [...orbit(count - own, facts, size), ...chosen.map((camera) => fromCamera(camera, size))];
 }
 
-/** What viewFromPose takes. */
+/** Arguments of viewFromPose. */
 function poseOf({ eye, target, up, focal }, [width, height]) {
   return { eye, target, up, fov: 2 * Math.atan(height / (2 * focal)), width, height };
 }
 
-/** What fvvrender takes. */
+/** Options of fvvrender. */
 function optionsOf({ eye, target, up, focal }, [width, height]) {
   return ["--pose", [...eye, ...target, ...up].join(), "--focal", `${focal}`, "--size", `${width}x${height}`];
 }
@@ -66,7 +66,7 @@ export function writePng(path, { width, height, data }) {
   writeFileSync(path, PNG.sync.write(Object.assign(new PNG({ width, height }), { data: Buffer.from(data) })));
 }
 
-/** A hard link where that goes: streams are large. */
+/** A hard link if possible, because streams are large. */
 function bring(from, to) {
   try {
     linkSync(from, to);
@@ -95,7 +95,7 @@ export class Session {
     mkdirSync(join(served.folder, "reference"));
   }
 
-  /** Answers the facts of the page. */
+  /** Returns the facts that the page reports. */
   async show(file, frame) {
     const name = `stream${this.streams++}.fvv`;
     bring(file, join(this.served.folder, name));
@@ -114,7 +114,7 @@ export class Session {
     return { ...rest, data: Buffer.from(data, "base64") };
   }
 
-  /** What fvvrender draws of the same: {picture, depth, visibility: Map from camera to array, or null}. */
+  /** The reference of fvvrender: {picture, depth, visibility: Map from camera to array}. */
   reference(pose, size, visibleBy, { visibility = false } = {}) {
     const at = (name) => join(this.served.folder, "reference", name);
     const more = visibility ? ["--visibility", at("visibility.exr")] : [];

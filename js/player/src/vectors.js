@@ -8,8 +8,8 @@ export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * 
 export const length = (a) => Math.hypot(...a);
 export const mix = (a, b, s) => a.map((x, i) => x + (b[i] - x) * s);
 
-/** otherwise: for what is too short to have a direction. */
+/** otherwise: the result for vectors too short to have a direction. */
 export function normalise(a, otherwise = [0, 0, 1]) {
   const size = length(a);
-  return size > 1e-12 ? scale(a, 1 / size) : otherwise;
+  return size > 1e-12 ? a.map((x) => x / size) : otherwise;
 }

@@ -10,7 +10,7 @@ import { bundle } from "../../three/bundle.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 
-/** The page of the player in a browser, and a clip beside it. live: as serveFolder takes it. close() ends all. */
+/** Opens the page of the player in a browser, with a clip. live: as serveFolder takes it. close() closes everything. */
 export async function openPage(name, clip, live) {
   const served = await serveFolder(live);
   let browser;
@@ -29,13 +29,13 @@ export async function openPage(name, clip, live) {
   }
 }
 
-/** page(): of puppeteer. screens: folder for pictures; name: of the browser, in their names. */
-export function handsOn(page, screens, name) {
+/** page(): returns puppeteer's page. screens: folder for screenshots; name: of the browser, for file names. */
+export function drivePage(page, screens, name) {
   const ask = (expression, ...values) => page().evaluate(expression, ...values);
   const until = (condition, ...values) => page().waitForFunction(condition, { timeout: 15000, polling: 50 }, ...values);
   const events = () => ask(() => window.events.splice(0).filter((type) => type !== "camera-change"));
   const screen = (what) => page().screenshot({ path: join(screens, `player-${name}-${what}.png`) });
-  /** A place in the shadow of the player, in pixels of the page. */
+  /** The box of an element in the shadow tree of the player, in pixels of the page. */
   const boxOf = (selector) =>
     ask((selector) => {
       const node = window.player.shadowRoot.querySelector(selector);
@@ -52,7 +52,7 @@ export function handsOn(page, screens, name) {
     await ask(() => window.player.shadowRoot.querySelector(".surface").focus());
     await page().keyboard.press(key);
   };
-  /** How many pixels have a colour: ground and grid have none. */
+  /** The fraction of coloured pixels; background and grid are grey. */
   const colourful = () =>
     ask(() => {
       const { data } = window.player.readPixels();
@@ -70,7 +70,7 @@ export function handsOn(page, screens, name) {
     }, frame);
     await until((frame) => !window.player.seeking && window.player.currentFrame === frame, frame);
   };
-  /** What axe-core finds, as text. */
+  /** The violations that axe-core finds, as text. */
   const accessibility = async () => {
     if (!(await ask(() => "axe" in window))) await page().addScriptTag({ url: "axe.js" });
     const found = await ask(async () => (await window.axe.run(document)).violations);

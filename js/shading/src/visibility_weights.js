@@ -1,37 +1,37 @@
 // Visibility weights of the file, 0 to 255 for each vertex and camera (clause 17.4 of the format), as rows of a texture. The
 // vertex shader reads them and passes them on as varyings, four cameras in each.
 
-export const SHARE_COLUMNS = 2048;
-export const MOST_SHARE_TEXELS = 16;
+export const WEIGHT_COLUMNS = 2048;
+export const MAX_WEIGHT_TEXELS = 16;
 
-/** Shares of a camera; those that are coded are finer than those from bits of faces, and these than from bits of vertices. */
-function told(frame, mesh, camera) {
+/** The weights of a camera. Coded weights are more precise than those derived from face bits, and these than from vertex bits. */
+function weightsFor(frame, mesh, camera) {
   const all = frame.visibility.filter((one) => one.meshTrack === mesh.track && one.cameras.includes(camera));
   const of = (domain) => all.find((one) => one.domain === domain);
-  const found = of("shares") ?? of("faces") ?? all[0];
+  const found = of("weights") ?? of("faces") ?? all[0];
   if (!found) return null;
-  const shares = found.weightsOf(camera);
-  if (!shares) throw new TypeError("visibility has no shares: create the decoder with visibilityWeights: true");
-  return shares;
+  const weights = found.weightsOf(camera);
+  if (!weights) throw new TypeError("visibility has no weights: create the decoder with visibilityWeights: true");
+  return weights;
 }
 
 /**
- * Marks the views of which the frame tells with hasShares, the first 4 x most of them, and answers how many texels
- * a vertex has: 0 when it tells of none.
+ * Sets visibilityWeights and hasVisibilityWeights of the views, for the first 4 x maxTexels of them. Returns the number of
+ * texels per vertex; 0: the frame has no visibility weights.
  */
-export function shareTexels(frame, mesh, views, most) {
+export function visibilityWeightTexels(frame, mesh, views, maxTexels) {
   views.forEach((view, i) => {
-    view.shares = i < 4 * most ? told(frame, mesh, view.camera.id) : null;
-    view.hasShares = view.shares !== null;
+    view.visibilityWeights = i < 4 * maxTexels ? weightsFor(frame, mesh, view.camera.id) : null;
+    view.hasVisibilityWeights = view.visibilityWeights !== null;
   });
-  return Math.floor((views.findLastIndex((view) => view.hasShares) + 4) / 4);
+  return Math.floor((views.findLastIndex((view) => view.hasVisibilityWeights) + 4) / 4);
 }
 
-/** Writes the shares of views that shareTexels has marked: texels of four bytes for each vertex. */
-export function packShares(views, vertexCount, texels, bytes) {
+/** Writes the weights of the views that visibilityWeightTexels has set, as texels of four bytes per vertex. */
+export function packVisibilityWeights(views, vertexCount, texels, bytes) {
   const stride = 4 * texels;
-  views.forEach(({ shares }, i) => {
-    if (!shares) return;
-    for (let v = 0, at = i; v < vertexCount; v++, at += stride) bytes[at] = shares[v];
+  views.forEach(({ visibilityWeights }, i) => {
+    if (!visibilityWeights) return;
+    for (let v = 0, at = i; v < vertexCount; v++, at += stride) bytes[at] = visibilityWeights[v];
   });
 }

@@ -9,8 +9,7 @@ export function bytes(n) {
   if (n >= 1e6) return `${(n / 1e6).toFixed(n < 1e7 ? 2 : 1)} MB`;
   return n >= 1e3 ? `${(n / 1e3).toFixed(n < 1e4 ? 1 : 0)} kB` : `${Math.round(n)} bytes`;
 }
-const bitrate = (bits) =>
-  bits >= 1e6 ? `${(bits / 1e6).toFixed(1)} Mbit/s` : `${(bits / 1e3).toFixed(0)} kbit/s`;
+const bitrate = (bits) => (bits >= 1e6 ? `${(bits / 1e6).toFixed(1)} Mbit/s` : `${(bits / 1e3).toFixed(0)} kbit/s`);
 const seconds = (s) => (s < 0.095 ? `${Math.round(1000 * s)} ms` : `${s.toFixed(2)} s`);
 
 const codecs = { avc1: "H.264", hvc1: "HEVC", vp09: "VP9", av01: "AV1", jpeg: "JPEG", oexr: "OpenEXR" };

@@ -1,14 +1,14 @@
-// A mesh that is another one in every frame, in one BufferGeometry whose arrays are written in place.
+// A mesh that changes with every frame, in one BufferGeometry whose arrays are written in place.
 
 import { Box3, BufferAttribute, BufferGeometry, Sphere } from "three";
 
-/** Room for a quarter more: meshes of other topology differ by less from frame to frame. */
+/** Allocates a quarter more: sizes of meshes with changing topology differ by less from frame to frame. */
 const SPARE = 1.25;
 
 export class MeshGeometry extends BufferGeometry {
   #extent = new Box3();
 
-  /** mesh: of a frame. Arrays are copied. */
+  /** mesh: the mesh of a frame. Its arrays are copied. */
   show(mesh) {
     this.#fill("position", mesh.positions, 3);
     this.#fill("normal", mesh.normals, 3);
@@ -30,7 +30,7 @@ export class MeshGeometry extends BufferGeometry {
     if (!attribute || attribute.array.length < values.length) {
       const room = components * Math.ceil((SPARE * values.length) / components);
       attribute = new BufferAttribute(new values.constructor(room), components);
-      // three frees the buffers of a geometry that is disposed of, and makes them anew when it is drawn.
+      // three frees the buffers of a disposed geometry, and creates them again when it is drawn.
       if (former) this.dispose();
       if (name === "index") this.setIndex(attribute);
       else this.setAttribute(name, attribute);

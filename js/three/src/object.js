@@ -1,6 +1,6 @@
-// A frame of free-viewpoint video in a scene: its mesh, coloured by the cameras that see each place best.
+// A frame of free-viewpoint video in a scene: its mesh, coloured at each point by the cameras that see it best.
 
-import { checkTexturing, loadPictures, MOST_SHARE_TEXELS, texturingOf, viewsOf } from "@fvv/shading";
+import { checkTexturing, loadPictures, MAX_WEIGHT_TEXELS, texturingOf, viewsOf } from "@fvv/shading";
 import {
   DataArrayTexture,
   DataTexture,
@@ -17,12 +17,12 @@ import {
 import { MeshGeometry } from "./geometry.js";
 import { PictureTexture } from "./pictures.js";
 import { surfaceFragment, surfaceVertex } from "./shaders.js";
-import { DepthMaps, ShareTexture, ViewTexture } from "./textures.js";
+import { DepthMaps, VisibilityWeightTexture, ViewTexture } from "./textures.js";
 
-/** Varyings that are not shares: point, normal, texture coordinates, and one for three. */
+/** Varyings other than visibility weights: point, normal, texture coordinates, and one for three. */
 const OTHER_VARYINGS = 4;
 
-// WebGL wants something in every sampler.
+// WebGL requires a texture for every sampler.
 const noTexture = new DataTexture(new Uint8Array(4), 1, 1);
 const noLayers = new DataArrayTexture(new Uint8Array(4), 1, 1, 1);
 noTexture.needsUpdate = noLayers.needsUpdate = true;
@@ -33,7 +33,7 @@ export class FvvObject3D extends Object3D {
   #geometry = new MeshGeometry();
   #pictures = new PictureTexture();
   #views = new ViewTexture();
-  #shares = new ShareTexture();
+  #visibilityWeights = new VisibilityWeightTexture();
   #depths = new DepthMaps(this.#geometry, this.#views);
   #mesh;
   #texturing;
@@ -49,16 +49,16 @@ export class FvvObject3D extends Object3D {
       vertexShader: surfaceVertex,
       fragmentShader: surfaceFragment,
       side: DoubleSide,
-      // The colours are those of photographs: they have been exposed already.
+      // The colours are those of photographs, which have been tone mapped by the camera.
       toneMapped: false,
-      defines: { SHARES: 0, BEST: 1 },
+      defines: { WEIGHT_TEXELS: 0, BEST: 1 },
       uniforms: {
         pictures: { value: noTexture },
         pictureSize: { value: new Vector2(1, 1) },
         views: { value: this.#views },
         viewCount: { value: 0 },
         atlas: { value: new Vector4() },
-        shares: { value: noTexture },
+        visibilityWeights: { value: noTexture },
         depths: { value: noLayers },
         threshold: { value: 0 },
         tolerance: { value: new Vector2() },
@@ -81,7 +81,7 @@ export class FvvObject3D extends Object3D {
     return this.#mesh;
   }
 
-  /** Whether it came to be shown: the last of several frames that are asked for at once is. */
+  /** Returns whether the frame is shown: of several concurrent calls only the last one is. */
   async show(frame) {
     if (frame.mesh && !frame.mesh.normals)
       throw new TypeError("the mesh has no normals: create the decoder with normals: true");
@@ -103,13 +103,13 @@ export class FvvObject3D extends Object3D {
       uniforms.pictures.value = this.#pictures.texture;
       uniforms.pictureSize.value.set(this.#pictures.width, this.#pictures.height);
     }
-    this.#mixAs(frame.configuration);
+    this.#setTexturing(frame.configuration);
     this.#showViews(frame, viewsOf(frame, layout));
     const atlas = frame.configuration.videos.find((video) => video.shows === "atlas" && layout.has(video.track));
     this.#setAtlas(this.viewCount === 0 && mesh.uvs ? atlas : undefined, layout);
   }
 
-  #mixAs(configuration) {
+  #setTexturing(configuration) {
     const { best, threshold, unseen, tolerance } = texturingOf(configuration, this.#texturing);
     const { uniforms } = this.#material;
     this.#define("BEST", best);
@@ -121,10 +121,10 @@ export class FvvObject3D extends Object3D {
   #showViews(frame, views) {
     const { uniforms } = this.#material;
     const gl = this.#renderer.getContext();
-    const most = Math.min(MOST_SHARE_TEXELS, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
-    const texels = this.#shares.show(frame, frame.mesh, views, most);
-    this.#define("SHARES", texels);
-    if (texels) uniforms.shares.value = this.#shares.texture;
+    const maxTexels = Math.min(MAX_WEIGHT_TEXELS, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
+    const texels = this.#visibilityWeights.show(frame, frame.mesh, views, maxTexels);
+    this.#define("WEIGHT_TEXELS", texels);
+    if (texels) uniforms.visibilityWeights.value = this.#visibilityWeights.texture;
     this.#depths.plan(views);
     this.#views.show(views);
     this.#depths.render(this.#renderer, views);
@@ -132,7 +132,7 @@ export class FvvObject3D extends Object3D {
     uniforms.viewCount.value = this.viewCount = views.length;
   }
 
-  /** A texture map takes the place of cameras where there are none. */
+  /** A texture atlas is used if there are no cameras. */
   #setAtlas(atlas, layout) {
     this.#define("ATLAS", atlas && 1);
     if (!atlas) return;
@@ -154,7 +154,7 @@ export class FvvObject3D extends Object3D {
     this.#geometry.dispose();
     this.#pictures.dispose();
     this.#views.dispose();
-    this.#shares.dispose();
+    this.#visibilityWeights.dispose();
     this.#depths.dispose();
   }
 }

@@ -1,18 +1,18 @@
-// The shaders of three's materials around those of @fvv/shading.
+// The shaders of three's materials, built from those of @fvv/shading.
 
-import { blending, projection, sharesVertex } from "@fvv/shading";
+import { blending, projection, visibilityWeightsVertex } from "@fvv/shading";
 
 export const surfaceVertex = /* glsl */ `
 out vec3 vPoint, vNormal;
 out vec2 vUv;
-${sharesVertex}
+${visibilityWeightsVertex}
 void main() {
   vPoint = position;
   vNormal = normal;
 #ifdef ATLAS
   vUv = uv;
 #endif
-  passShares();
+  passVisibilityWeights();
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
 }
 `;
@@ -35,11 +35,11 @@ void main() {
   vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
   colour = textureLod(pictures, at / pictureSize, 0.0).rgb;
 #else
-  // Front, as the faces wind, and not as the viewer sees it.
+  // The front side by the winding of the face, not as the viewer sees it.
   vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? handedness : -handedness);
   if (!blended(vPoint, faceNormal, normalize(vNormal), colour)) colour = unseen;
 #endif
-  // Cameras are mixed as display values; three goes on with light and comes back to them at its end.
+  // Cameras are mixed as display values; three continues in linear light and converts back at the end.
   outColour = sRGBTransferEOTF(vec4(colour, 1.0));
   #include <tonemapping_fragment>
   #include <colorspace_fragment>

@@ -22,15 +22,16 @@ import {
   DepthPlan,
   depthSizes,
   depthVertex,
-  MOST_VIEWS,
-  packShares,
-  SHARE_COLUMNS,
-  shareTexels,
+  MAX_VIEWS,
+  packVisibilityWeights,
+  WEIGHT_COLUMNS,
+  visibilityWeightTexels,
   VIEW_TEXELS,
   writeViews,
 } from "@fvv/shading";
 
-/** draw(): sets targets and renders; each is cleared to zeros before. */
+/** Draws into targets before the scene is drawn, and restores the renderer. draw(): sets targets and renders; each target is
+ * cleared to zeros before. */
 export function offScreen(renderer, draw) {
   const target = renderer.getRenderTarget();
   const layer = renderer.getActiveCubeFace();
@@ -52,9 +53,10 @@ export function offScreen(renderer, draw) {
   }
 }
 
+/** The table of views. */
 export class ViewTexture extends DataTexture {
   constructor() {
-    super(new Float32Array(4 * VIEW_TEXELS * MOST_VIEWS), VIEW_TEXELS, MOST_VIEWS, RGBAFormat, FloatType);
+    super(new Float32Array(4 * VIEW_TEXELS * MAX_VIEWS), VIEW_TEXELS, MAX_VIEWS, RGBAFormat, FloatType);
     this.minFilter = this.magFilter = NearestFilter;
   }
 
@@ -64,29 +66,30 @@ export class ViewTexture extends DataTexture {
   }
 }
 
-export class ShareTexture {
+/** The visibility weights of each vertex and camera. */
+export class VisibilityWeightTexture {
   #texture = null;
 
   get texture() {
     return this.#texture;
   }
 
-  /** Answers how many texels a vertex has, at most so many; 0 when the frame tells of none. */
-  show(frame, mesh, views, most) {
-    const texels = shareTexels(frame, mesh, views, most);
+  /** Returns the number of texels per vertex, at most maxTexels; 0: the frame has no visibility weights. */
+  show(frame, mesh, views, maxTexels) {
+    const texels = visibilityWeightTexels(frame, mesh, views, maxTexels);
     if (!texels) return 0;
-    packShares(views, mesh.vertexCount, texels, this.#room(texels * mesh.vertexCount));
+    packVisibilityWeights(views, mesh.vertexCount, texels, this.#room(texels * mesh.vertexCount));
     this.#texture.needsUpdate = true;
     return texels;
   }
 
   #room(texels) {
-    const rows = Math.ceil(texels / SHARE_COLUMNS);
+    const rows = Math.ceil(texels / WEIGHT_COLUMNS);
     if (!this.#texture || this.#texture.image.height < rows) {
       this.#texture?.dispose();
       const height = Math.ceil(1.25 * rows);
-      const bytes = new Uint8Array(4 * SHARE_COLUMNS * height);
-      this.#texture = new DataTexture(bytes, SHARE_COLUMNS, height, RGBAFormat, UnsignedByteType);
+      const bytes = new Uint8Array(4 * WEIGHT_COLUMNS * height);
+      this.#texture = new DataTexture(bytes, WEIGHT_COLUMNS, height, RGBAFormat, UnsignedByteType);
       this.#texture.minFilter = this.#texture.magFilter = NearestFilter;
     }
     return this.#texture.image.data;
@@ -98,6 +101,10 @@ export class ShareTexture {
   }
 }
 
+/**
+ * Depth maps of the cameras without visibility weights, in the layers of one target. They are drawn once per frame of the
+ * stream, not for each picture of the viewer.
+ */
 export class DepthMaps {
   #target = null;
   #plan = new DepthPlan();
@@ -128,9 +135,9 @@ export class DepthMaps {
     return this.#target?.texture ?? null;
   }
 
-  /** Gives every view without shares its place in the maps. */
+  /** Assigns a place in the maps to every view without visibility weights. */
   plan(views) {
-    const wanted = this.#plan.place(views, (view) => !view.hasShares);
+    const wanted = this.#plan.place(views, (view) => !view.hasVisibilityWeights);
     if (wanted) this.#resize(wanted);
   }
 

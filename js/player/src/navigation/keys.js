@@ -1,6 +1,6 @@
 // Keys and what they do: commands, and movements that last while a key is pressed.
 
-/** keys: of KeyboardEvent.key, in small letters. */
+/** The table of commands, for key presses and for the help. keys: KeyboardEvent.key in lower case. */
 export const COMMANDS = [
   { keys: [" ", "k"], shown: ["Space", "K"], says: "Play or pause", command: "togglePlay" },
   { keys: [",", "."], shown: [",", "."], says: "Frame back, frame forward", command: "step", values: [-1, 1] },
@@ -8,7 +8,7 @@ export const COMMANDS = [
   {
     keys: ["home", "end"],
     shown: ["Home", "End"],
-    says: "To the beginning, to the end",
+    says: "Go to the beginning, to the end",
     command: "jump",
     values: [0, 1],
   },
@@ -16,13 +16,13 @@ export const COMMANDS = [
   {
     keys: ["i", "o"],
     shown: ["I", "O"],
-    says: "Loop from here, up to here",
+    says: "Loop start, loop end",
     command: "markLoop",
     values: ["from", "to"],
   },
-  { keys: ["u"], shown: ["U"], says: "No loop", command: "clearLoop" },
+  { keys: ["u"], shown: ["U"], says: "Clear loop", command: "clearLoop" },
   { keys: ["g"], shown: ["G"], says: "Go live", command: "goLive" },
-  { keys: ["[", "]"], shown: ["[", "]"], says: "Camera before, next camera", command: "nextCamera", values: [-1, 1] },
+  { keys: ["[", "]"], shown: ["[", "]"], says: "Previous camera, next camera", command: "nextCamera", values: [-1, 1] },
   {
     keys: [..."123456789"],
     shown: ["1–9"],
@@ -40,14 +40,14 @@ export const COMMANDS = [
 ];
 export const MOVES = [
   { shown: ["Arrows"], says: "Orbit; with Shift, pan" },
-  { shown: ["+", "−"], says: "Nearer, further away" },
+  { shown: ["+", "−"], says: "Closer, farther away" },
   { shown: ["W", "A", "S", "D"], says: "Fly forward, left, back, right; faster with Shift" },
   { shown: ["Q", "E"], says: "Fly down, up" },
 ];
 
 const TEXT_INPUTS = /^(?!button|checkbox|radio|range|color|file|image|reset|submit)/;
 
-/** Whether keys are typed into it. */
+/** Whether an element takes text. */
 export function takesText(target) {
   if (!target?.tagName) return false;
   const { tagName } = target;
@@ -57,7 +57,7 @@ export function takesText(target) {
 const PRESSES = [" ", "enter"];
 const SLIDES = /^(arrow|home|end|page|[+\-])/;
 
-/** Whether the element that has the focus does something of its own with a key. */
+/** Whether the focused element handles a key itself. */
 export function keepsKey(target, key) {
   if (takesText(target)) return true;
   const { tagName, type } = target ?? {};
@@ -67,7 +67,7 @@ export function keepsKey(target, key) {
   return PRESSES.includes(key);
 }
 
-/** {command, value} of a key; null: it does nothing. */
+/** {command, value} of a key; null: none. */
 export function commandOf(event) {
   if (event.ctrlKey || event.metaKey || event.altKey) return null;
   const key = event.key.toLowerCase();
@@ -78,14 +78,14 @@ export function commandOf(event) {
   return null;
 }
 
-const TURN = Math.PI / 2; // radians a second
-const TOUCH = 0.07; // radians
-const PAN = 0.8; // heights of the picture a second
+const TURN = Math.PI / 2; // radians per second
+const TAP = 0.07; // radians
+const PAN = 0.8; // heights of the picture per second
 const DOLLY = 1;
-/** Sizes of the scene a second. */
+/** Sizes of the scene per second. */
 const FLY = 0.7;
 const FASTER = 3;
-/** Milliseconds until it is held. */
+/** Milliseconds until a pressed key moves continuously. */
 const HOLD = 160;
 
 const ARROWS = {
@@ -104,61 +104,63 @@ const FLIGHT = {
 };
 const NEARER = { "+": -1, "=": -1, "-": 1, _: 1 };
 
-export class HeldKeys {
+/** Keys that move the viewer: arrows, and letters at the same places on every keyboard. A tap moves a little, holding moves
+ * continuously. */
+export class MovementKeys {
   #navigator;
-  #held = new Map();
+  #pressed = new Map();
   flying = false;
 
   constructor(navigator) {
     this.#navigator = navigator;
   }
 
-  /** What a key asks for: {name: of the drift, amount: a second, touch: at once}; null: nothing. */
+  /** The movement of a key: {name, amount: per second, tap: at once}; null: none. */
   #meaning({ code, key, shiftKey }) {
     const arrow = ARROWS[code];
     if (arrow) {
       const names = shiftKey ? ["panX", "panY"] : this.flying ? ["lookTheta", "lookPhi"] : ["theta", "phi"];
       const name = names.find((one) => one in arrow);
-      const [rate, touch] = shiftKey ? [PAN, 0.04] : [TURN, TOUCH];
-      return { name, amount: arrow[name] * rate, touch: arrow[name] * touch };
+      const [rate, tap] = shiftKey ? [PAN, 0.04] : [TURN, TAP];
+      return { name, amount: arrow[name] * rate, tap: arrow[name] * tap };
     }
-    if (key in NEARER) return { name: "dolly", amount: NEARER[key] * DOLLY, touch: NEARER[key] * 0.08 };
+    if (key in NEARER) return { name: "dolly", amount: NEARER[key] * DOLLY, tap: NEARER[key] * 0.08 };
     const [name, sign] = FLIGHT[code] ?? [];
     if (!name) return null;
     const size = this.#navigator.extent.radius * sign;
-    return { name, amount: FLY * size * (shiftKey ? FASTER : 1), touch: 0.04 * size };
+    return { name, amount: FLY * size * (shiftKey ? FASTER : 1), tap: 0.04 * size };
   }
 
-  /** Whether the key was one of these. */
+  /** Returns whether the key is a movement key. */
   press(event) {
     const meaning = this.#meaning(event);
     if (!meaning) return false;
-    if (event.repeat && this.#held.has(event.code)) return true;
+    if (event.repeat && this.#pressed.has(event.code)) return true;
     this.release(event);
-    const { name, amount, touch } = meaning;
-    this.#navigator.nudge(name, touch);
-    const held = { name, amount, drifting: false };
-    held.timer = setTimeout(() => this.#drift(held), HOLD);
-    this.#held.set(event.code, held);
+    const { name, amount, tap } = meaning;
+    this.#navigator.nudge(name, tap);
+    const pressed = { name, amount, drifting: false };
+    pressed.timer = setTimeout(() => this.#drift(pressed), HOLD);
+    this.#pressed.set(event.code, pressed);
     return true;
   }
-  #drift(held) {
-    held.drifting = true;
-    this.#navigator.drift[held.name] += held.amount;
-    this.#navigator.nudge(held.name, 0);
+  #drift(pressed) {
+    pressed.drifting = true;
+    this.#navigator.drift[pressed.name] += pressed.amount;
+    this.#navigator.nudge(pressed.name, 0);
   }
   release({ code }) {
-    const held = this.#held.get(code);
-    if (!held) return;
-    clearTimeout(held.timer);
-    this.#held.delete(code);
-    if (held.drifting) this.#navigator.drift[held.name] -= held.amount;
-    if (!this.#held.size) this.releaseAll();
+    const pressed = this.#pressed.get(code);
+    if (!pressed) return;
+    clearTimeout(pressed.timer);
+    this.#pressed.delete(code);
+    if (pressed.drifting) this.#navigator.drift[pressed.name] -= pressed.amount;
+    if (!this.#pressed.size) this.releaseAll();
   }
-  /** The focus is elsewhere: nobody will tell that keys are let go. */
+  /** Without the focus, releases of keys are not reported. */
   releaseAll() {
-    for (const { timer } of this.#held.values()) clearTimeout(timer);
-    this.#held.clear();
+    for (const { timer } of this.#pressed.values()) clearTimeout(timer);
+    this.#pressed.clear();
     for (const name of Object.keys(this.#navigator.drift)) this.#navigator.drift[name] = 0;
   }
 }

@@ -21,7 +21,10 @@ function parseAll(text, kinds, autos) {
   return numbers.every(Number.isFinite) ? numbers : null;
 }
 
-/** auto: {theta, phi, radius}. null: what is written is none. */
+/**
+ * Cameras in attributes, in the manner of <model-viewer>: camera-orbit="30deg 75deg 4m", camera-target="0m 1m 0m",
+ * field-of-view="45deg". "auto" means the value of the first view. auto: {theta, phi, radius}. null: invalid text.
+ */
 export function parseOrbit(text, auto) {
   const numbers = parseAll(text, [ANGLES, ANGLES, LENGTHS], [auto.theta, auto.phi, auto.radius]);
   return numbers && numbers[2] > 0 ? { theta: numbers[0], phi: numbers[1], radius: numbers[2] } : null;
@@ -43,7 +46,10 @@ export const formatFieldOfView = degrees;
 const short = (x) => String(Number(x.toFixed(3)));
 const list = (vector) => vector.map(short).join(",");
 
-/** camera: identifier of the one that is looked through, or null. */
+/**
+ * A time and a view as a part of a URL's fragment: #fvv=t:1.28;eye:1.2,1.6,3;at:0,1,0;up:0,1,0;fov:45. Other parts of the
+ * fragment are kept. camera: identifier of the camera of the view, or null.
+ */
 export function formatBookmark({ seconds, pose, camera }) {
   const view =
     camera !== null
@@ -52,7 +58,7 @@ export function formatBookmark({ seconds, pose, camera }) {
   return `t:${short(seconds)};${view}`;
 }
 
-/** {seconds, pose, camera}, each null where it is not said or makes no sense. */
+/** {seconds, pose, camera}, each null if it is missing or invalid. */
 export function parseBookmark(text) {
   const fields = Object.fromEntries(text.split(";").map((field) => field.split(":")));
   const numbers = (name) => (fields[name] ?? "").split(",").map((word) => (word === "" ? NaN : Number(word)));
@@ -71,7 +77,7 @@ export function parseBookmark(text) {
   };
 }
 
-/** What a fragment says under a name; null: nothing. */
+/** The value of a name in a fragment; null: none. */
 export function findInHash(hash, name) {
   const part = hash
     .replace(/^#/, "")
@@ -93,8 +99,10 @@ export function putIntoHash(hash, name, text) {
   return `#${[...others, `${name}=${text}`].join("&")}`;
 }
 
+/** Seconds. */
 const JOURNEY = 0.6;
 
+/** Bookmarks of a player in the address of its page, under its id, or "fvv" without one. */
 export class Bookmarks {
   #player;
 
@@ -106,19 +114,19 @@ export class Bookmarks {
   get #name() {
     return this.#player.id || "fvv";
   }
-  get #said() {
+  get #bookmark() {
     const text = this.#player.bookmarks ? findInHash(location.hash, this.#name) : null;
     return text === null ? null : parseBookmark(text);
   }
 
-  /** Where playing begins: {seconds}, or null. */
+  /** Where playback begins: {seconds}, or null. */
   get place() {
-    const seconds = this.#said?.seconds ?? null;
+    const seconds = this.#bookmark?.seconds ?? null;
     return seconds === null ? null : { seconds };
   }
-  /** The view that the address has, once there is something to see. */
+  /** Moves to the view of the address, once there is a frame. */
   look(duration = 0) {
-    const { camera, pose } = this.#said ?? {};
+    const { camera, pose } = this.#bookmark ?? {};
     const player = this.#player;
     if (player.cameras.some(({ id, calibrated }) => id === camera && calibrated))
       player.snapToCamera(camera, { duration });
@@ -134,7 +142,7 @@ export class Bookmarks {
     const { currentTime: seconds, camera } = this.#player;
     return formatBookmark({ seconds, pose: this.#player.getPose(), camera });
   }
-  /** Answers the whole address. */
+  /** Puts the bookmark into the address and returns the address. */
   put() {
     const hash = putIntoHash(location.hash, this.#name, this.text);
     history.replaceState(history.state, "", hash);

@@ -1,10 +1,10 @@
 // The next frames, taken from the decoder ahead of their time. Drops frames that were decoded before a seek, and closes
 // every frame that it does not return: few pictures may be open at once.
 
-/** Frames in this thread: those that are in hand, and the one that is shown. */
-const MOST = 2;
+/** Maximum number of open frames in this thread, including the one being shown. */
+const MAX_OPEN = 2;
 
-export class Supply {
+export class FrameQueue {
   #decoder;
   #arrived;
   #failed;
@@ -17,10 +17,10 @@ export class Supply {
   #closed = false;
   #frames = [];
   #finished = false;
-  /** Whether the frame that was handed over is still open. */
+  /** Whether the frame that was returned by shift is still open. */
   showing = false;
 
-  /** arrived(frame): there is a frame, or, with null, the end. failed(error): nothing follows. */
+  /** arrived(frame): a frame, or null at the end. failed(error): no further frames follow. */
   constructor(decoder, arrived, failed, now) {
     this.#decoder = decoder;
     this.#arrived = arrived;
@@ -28,51 +28,51 @@ export class Supply {
     this.#now = now;
   }
 
-  /** Whether what comes belongs to the place that was sought last. */
+  /** Whether arriving frames belong to the last seek. */
   get settled() {
     return this.#settled === this.#asked;
   }
 
-  /** The next frame, until someone takes it. */
+  /** The next frame, until shift takes it. */
   get frame() {
     return this.#frames[0] ?? null;
   }
-  get held() {
+  get openFrames() {
     return this.#frames.length + (this.showing ? 1 : 0);
   }
   get ended() {
     return this.#finished && !this.#frames.length;
   }
-  /** Milliseconds that the next frame has been waited for, or was when it came. */
+  /** Milliseconds that the next frame has been awaited, or was awaited until it arrived. */
   get waited() {
     return this.#taking ? this.#now() - this.#since : this.#waited;
   }
 
-  /** Has the next frame brought, when there is room for it. */
-  want() {
-    if (this.#taking || this.held >= MOST || this.#finished || this.#closed || !this.settled) return;
+  /** Requests the next frame if there is room for it. */
+  fill() {
+    if (this.#taking || this.openFrames >= MAX_OPEN || this.#finished || this.#closed || !this.settled) return;
     this.#since = this.#now();
     this.#taking = this.#take();
   }
 
   async #take() {
     let frame = null;
-    let trouble = null;
+    let failure = null;
     try {
       frame = await this.#decoder.next();
     } catch (error) {
-      trouble = error;
+      failure = error;
     }
     this.#waited = this.waited;
     this.#taking = null;
-    // The worker answers in order: what comes before it has answered the seek is of the former place.
+    // The worker responds in order: frames before the response to the seek belong to the former place.
     if (this.#closed || !this.settled) {
       frame?.close();
       return;
     }
-    if (trouble) {
+    if (failure) {
       this.#finished = true;
-      this.#failed(trouble);
+      this.#failed(failure);
       return;
     }
     if (frame) this.#frames.push(frame);
@@ -80,32 +80,32 @@ export class Supply {
     this.#arrived(frame);
   }
 
-  /** Hands the frame over: who takes it closes it. */
+  /** Returns the next frame; the caller closes it. */
   shift() {
     return this.#frames.shift();
   }
 
   /** place: as Decoder.seek takes it. */
   async seek(place) {
-    const mine = ++this.#asked;
+    const request = ++this.#asked;
     this.#drop();
     try {
-      // Without a worker, a frame of the former place can come after the answer to the seek.
+      // Without a worker, a frame of the former place can arrive after the response to the seek.
       if (!this.#decoder.inWorker) await this.#taking;
       await this.#decoder.seek(place);
     } catch (error) {
-      if (this.#closed || mine !== this.#asked) return;
-      this.#settled = mine;
+      if (this.#closed || request !== this.#asked) return;
+      this.#settled = request;
       this.#failed(error);
       return;
     }
-    if (this.#closed || mine !== this.#asked) return;
-    this.#settled = mine;
+    if (this.#closed || request !== this.#asked) return;
+    this.#settled = request;
     this.#since = this.#now();
-    this.want();
+    this.fill();
   }
 
-  /** Nothing comes any more: the last frame is on screen already. */
+  /** No further frames: the last one is on screen. */
   finish() {
     this.#drop();
     this.#finished = true;

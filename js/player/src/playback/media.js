@@ -9,8 +9,8 @@ export const READY = { NOTHING: 0, METADATA: 1, CURRENT_DATA: 2, FUTURE_DATA: 3,
 const ERROR = { NETWORK: 2, DECODE: 3, SOURCE_NOT_SUPPORTED: 4 };
 const NETWORK_CODES = ["io", "changed", "reconnect", "truncated"];
 
-/** What a media element is before it has a source. */
-const NOTHING_YET = {
+/** The state without a source. */
+const INITIAL_STATE = {
   readyState: READY.NOTHING,
   networkState: NETWORK.EMPTY,
   error: null,
@@ -20,7 +20,7 @@ const NOTHING_YET = {
   atEnd: false,
 };
 
-/** As MediaError. cause: FvvError, or what else was thrown. playable: something of the source was. */
+/** Like MediaError. cause: FvvError or another Error. playable: part of the source could be played. */
 function mediaError(cause, playable) {
   const code = !playable
     ? ERROR.SOURCE_NOT_SUPPORTED
@@ -30,7 +30,8 @@ function mediaError(cause, playable) {
   return Object.freeze({ code, message: cause.message, cause });
 }
 
-class Announcer extends EventTarget {
+/** Dispatches events like media elements do, after the current code has run; forget cancels them. */
+class DelayedEvents extends EventTarget {
   #turn = 0;
 
   announce(...types) {
@@ -39,31 +40,33 @@ class Announcer extends EventTarget {
       if (turn === this.#turn) for (const type of types) this.dispatchEvent(new Event(type));
     });
   }
-  /** What has not been told yet is not told. */
+  /** Cancels events that have not been dispatched yet. */
   forget() {
     this.#turn++;
   }
 }
 
+/** The promises of play() that are not settled yet. */
 class PendingPlays {
   #pending = [];
 
   add() {
     const promise = new Promise((resolve, reject) => this.#pending.push({ resolve, reject }));
-    // Nobody has to wait for it.
+    // A rejection is not an error if the caller ignores the promise.
     promise.catch(() => {});
     return promise;
   }
-  keep() {
+  resolveAll() {
     for (const { resolve } of this.#pending.splice(0)) resolve();
   }
-  break(name, message) {
+  rejectAll(name, message) {
     for (const { reject } of this.#pending.splice(0)) reject(new DOMException(message, name));
   }
 }
 
 const STALLED_MS = 3000;
 
+/** Calls back if awaited data has not arrived for a while. */
 class StallWatch {
   #stalled;
   #timer = null;
@@ -71,7 +74,7 @@ class StallWatch {
   constructor(stalled) {
     this.#stalled = stalled;
   }
-  /** Something has come, or is waited for from now on. */
+  /** Data has arrived, or is awaited from now on. */
   begin() {
     this.end();
     this.#timer = setTimeout(this.#stalled, STALLED_MS);
@@ -83,9 +86,9 @@ class StallWatch {
 }
 
 const TIME_UPDATE_MS = 250;
-const FASTEST = 16;
+const MAX_RATE = 16;
 
-export class Media extends Announcer {
+export class Media extends DelayedEvents {
   #open;
   #show;
   #now;
@@ -99,7 +102,7 @@ export class Media extends Announcer {
   #suspended = false;
   #startAt = null;
   #autoplaying = true;
-  #blank = true; // nothing is to be reset
+  #initial = true; // there is nothing to reset
   #updated = -Infinity;
   #stallWatch = new StallWatch(() => this.#stall());
   #sawData = false;
@@ -108,20 +111,23 @@ export class Media extends Announcer {
   paused = true;
   autoplay = false;
   live = false;
-  leapSeconds = 5; // behind the live edge
+  maxLiveDelay = 5; // seconds
   meter = new Meter();
 
-  /** open(source): a decoder. show(frame): when it may be closed. wake(): tick is wanted. now(): milliseconds. */
+  /**
+   * open(source): resolves to a decoder. show(frame): resolves when the frame may be closed. wake(): requests a tick.
+   * now(): milliseconds.
+   */
   constructor({ open, show, wake = () => {}, now = () => performance.now() }) {
     super();
-    Object.assign(this, NOTHING_YET);
+    Object.assign(this, INITIAL_STATE);
     this.#open = open;
     this.#show = show;
     this.#wake = wake;
     this.#now = now;
   }
 
-  /** What load does at once: what is asked for from here on is asked of the next source, play() too. */
+  /** The synchronous part of load: later calls, including play(), apply to the next source. */
   reset() {
     this.forget();
     const former = this.networkState;
@@ -132,16 +138,16 @@ export class Media extends Announcer {
       this.paused = true;
       this.#range = null;
     }
-    this.#plays.break("AbortError", "another source was set");
-    Object.assign(this, NOTHING_YET);
-    this.#autoplaying = this.#blank = true;
+    this.#plays.rejectAll("AbortError", "another source was set");
+    Object.assign(this, INITIAL_STATE);
+    this.#autoplaying = this.#initial = true;
     this.#reopened = this.#sawData = false;
   }
 
-  /** source: as createDecoder takes it, or null. at: {seconds} or {frame} to begin with. */
+  /** source: as createDecoder takes it, or null. at: first position, {seconds} or {frame}. */
   load(source, { live = false, at = null } = {}) {
-    if (!this.#blank) this.reset();
-    this.#blank = false;
+    if (!this.#initial) this.reset();
+    this.#initial = false;
     this.live = live;
     this.#source = source;
     this.#startAt = at;
@@ -175,7 +181,7 @@ export class Media extends Announcer {
         shown: (shown) => this.#shown(shown),
         seeking: () => this.#beginSeek(),
         sought: () => this.#endSeek(),
-        behind: (seconds) => seconds > this.leapSeconds && this.goLive(),
+        behind: (seconds) => seconds > this.maxLiveDelay && this.goLive(),
         drained: () => this.#drain(),
         ended: () => this.#end(),
         failed: (error) => this.fail(error),
@@ -204,14 +210,14 @@ export class Media extends Announcer {
     this.#stallWatch.end();
   }
 
-  /** Nothing can be shown any more. */
+  /** Playback cannot continue. */
   fail(error) {
     const playable = this.readyState !== READY.NOTHING;
     this.error = mediaError(error, playable);
     this.networkState = playable ? NETWORK.IDLE : NETWORK.NO_SOURCE;
     this.seeking = false;
     this.#release();
-    this.#plays.break("NotSupportedError", error.message);
+    this.#plays.rejectAll("NotSupportedError", error.message);
     this.announce("error");
   }
 
@@ -261,7 +267,7 @@ export class Media extends Announcer {
 
   #notifyPlaying() {
     this.announce("playing");
-    queueMicrotask(() => !this.paused && this.#plays.keep());
+    queueMicrotask(() => !this.paused && this.#plays.resolveAll());
   }
 
   get ended() {
@@ -303,11 +309,11 @@ export class Media extends Announcer {
     if (this.paused) return;
     this.paused = true;
     this.announce("timeupdate", "pause");
-    this.#plays.break("AbortError", "pause was called");
+    this.#plays.rejectAll("AbortError", "pause was called");
     this.#run();
   }
 
-  /** Nobody sees it: nothing is decoded, and time stands still. */
+  /** While the page is hidden nothing is decoded, and time stands still. */
   set suspended(suspended) {
     this.#suspended = suspended;
     this.#run();
@@ -320,7 +326,7 @@ export class Media extends Announcer {
     if (!this.paused) {
       this.paused = true;
       this.announce("pause");
-      this.#plays.break("AbortError", "the end was reached");
+      this.#plays.rejectAll("AbortError", "the end was reached");
     }
     this.announce("ended");
     this.#run();
@@ -333,7 +339,7 @@ export class Media extends Announcer {
     this.announce("suspend");
   }
 
-  /** A source that can't be sought in, from its beginning, or from where it is live. */
+  /** Opens a source without seeking again: from its beginning, or at the live edge. */
   #reopen() {
     this.#release();
     this.#reopened = true;
@@ -345,7 +351,7 @@ export class Media extends Announcer {
     this.atEnd = false;
     this.seeking = true;
     this.networkState = NETWORK.LOADING;
-    // A place that was asked for before there was anything: told when there is.
+    // Before metadata is available, the event is dispatched later.
     if (this.readyState >= READY.METADATA) this.announce("seeking");
   }
   #endSeek() {
@@ -357,7 +363,7 @@ export class Media extends Announcer {
     return this.#playout ? this.#playout.position : (this.#startAt?.seconds ?? 0);
   }
   set currentTime(seconds) {
-    if (!Number.isFinite(seconds)) throw new TypeError(`${seconds} is no time`);
+    if (!Number.isFinite(seconds)) throw new TypeError(`currentTime: expected a number of seconds, found ${seconds}`);
     if (this.readyState === READY.NOTHING) {
       this.#startAt = { seconds };
       return;
@@ -379,7 +385,7 @@ export class Media extends Announcer {
     const at = this.#place(place);
     playout.seek(at, at.seconds ?? start + at.frame * (shown?.duration ?? 0));
   }
-  /** Shows the frame so many further on, paused. */
+  /** Pauses, and shows the frame count frames further on. */
   step(count) {
     this.pause();
     return this.#playout?.step(count) ?? false;
@@ -390,8 +396,8 @@ export class Media extends Announcer {
   }
   set playbackRate(rate) {
     if (rate === this.#rate) return;
-    if (!(rate >= 0 && rate <= FASTEST))
-      throw new DOMException(`${rate} is no rate from 0 to ${FASTEST}`, "NotSupportedError");
+    if (!(rate >= 0 && rate <= MAX_RATE))
+      throw new DOMException(`playbackRate: expected 0 to ${MAX_RATE}, found ${rate}`, "NotSupportedError");
     this.#rate = rate;
     if (this.#playout) this.#playout.rate = rate;
     this.announce("ratechange");
@@ -403,12 +409,12 @@ export class Media extends Announcer {
     this.#loop = loop;
     this.#changeLoop();
   }
-  /** {from, to} in seconds between which it plays again and again, or null. */
+  /** {from, to} in seconds: the range that is played in a loop, or null. */
   get loopRange() {
     return this.#range;
   }
   set loopRange(range) {
-    if (range && !(range.to > range.from)) throw new RangeError("a loop has to end after it begins");
+    if (range && !(range.to > range.from)) throw new RangeError("loopRange: expected to > from");
     this.#range = range && { from: range.from, to: range.to };
     this.#changeLoop();
   }
@@ -418,7 +424,7 @@ export class Media extends Announcer {
     this.#playout.unwrap();
   }
 
-  /** To where the stream is now: by another connection, which begins with its newest group. */
+  /** Moves to the live edge by another connection, which begins with the latest group. */
   goLive() {
     if (!this.live || this.#reopened || this.readyState === READY.NOTHING) return;
     this.#reopen();
@@ -435,8 +441,8 @@ export class Media extends Announcer {
   get decoder() {
     return this.#playout?.decoder ?? null;
   }
-  get heldFrames() {
-    return this.#playout?.heldFrames ?? 0;
+  get openFrames() {
+    return this.#playout?.openFrames ?? 0;
   }
   get seekable() {
     return new Ranges(this.#playout?.seekable);
@@ -445,7 +451,7 @@ export class Media extends Announcer {
     return new Ranges(this.#playout?.buffered);
   }
 
-  /** For each picture of the screen. Answers whether another tick is wanted. */
+  /** Called for each picture of the screen. Returns whether another tick is needed. */
   tick() {
     if (!this.running) return false;
     this.#playout.tick();
@@ -458,13 +464,13 @@ export class Media extends Announcer {
     return true;
   }
 
-  /** Asks the decoder for its figures, and for what it holds. */
+  /** Updates statistics and buffered times from the decoder. */
   async measure() {
     const { decoder } = this;
-    const [figures, held] = (await Promise.all([decoder?.stats(), decoder?.buffered()]).catch(() => null)) ?? [];
-    if (!figures || decoder !== this.decoder) return;
-    this.#playout.held = held;
-    if (this.meter.decoder(this.#now(), figures)) this.announce("progress");
+    const [stats, cached] = (await Promise.all([decoder?.stats(), decoder?.buffered()]).catch(() => null)) ?? [];
+    if (!stats || decoder !== this.decoder) return;
+    this.#playout.cachedTimes = cached;
+    if (this.meter.decoder(this.#now(), stats)) this.announce("progress");
   }
 
   #stall() {

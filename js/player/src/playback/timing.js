@@ -1,5 +1,6 @@
-// When frames are due: the clock of playback, the decision about the next frame, and the distance to a live edge.
+// When frames are due: the clock of playback, the decision about the next frame, and the delay behind a live edge.
 
+/** The position in seconds of the stream. The clock only runs forward. */
 export class Clock {
   #now;
   #position = 0;
@@ -24,7 +25,7 @@ export class Clock {
   get rate() {
     return this.#rate;
   }
-  /** What has passed so far passed at the former rate. */
+  /** Time that has already passed counts at the former rate. */
   set rate(rate) {
     if (rate === this.#rate) return;
     this.position = this.position;
@@ -40,45 +41,49 @@ export class Clock {
   }
 }
 
-/** Seconds that a frame may come early: half a picture of a screen, else it comes a whole one late. */
+/** Seconds that a frame may be early: half a refresh of the screen; else it would be a whole one late. */
 const EARLY = 0.004;
-/** Milliseconds after which a late frame is shown all the same: a slow picture beats none. */
-const LONGEST_BLANK = 250;
-/** Seconds, not of the stream, that decoding may lag before frames are leapt over. */
+/** Milliseconds without a new frame after which a late frame is shown anyway. */
+const MAX_BLANK = 250;
+/** Real seconds that decoding may lag before groups are skipped. */
 const LAG = 0.5;
 
 /**
- * frame: {seconds, duration}, position: of the clock. sinceShown: milliseconds. Answers
- *   "wait"  it is not due        "show"  it is
- *   "drop"  the next one is due already
- *   "lag"   decoding does not keep up: leap, or set the clock back
+ * Decides what to do with the next frame, {seconds, duration}. position: of the clock. sinceShown: milliseconds. Returns
+ *   "wait"  it is not due        "show"  it is due
+ *   "drop"  the frame after it is due already
+ *   "lag"   decoding is too slow: skip groups, or set the clock back
  */
 export function whatIsDue(frame, position, rate, sinceShown) {
   const late = position - frame.seconds;
   if (late < -EARLY * rate) return "wait";
   if (late > LAG * rate && late > frame.duration) return "lag";
-  if (late > frame.duration && sinceShown < LONGEST_BLANK) return "drop";
+  if (late > frame.duration && sinceShown < MAX_BLANK) return "drop";
   return "show";
 }
 
-/** Seconds behind the edge that playing keeps to, so that small delays of the network do not show. */
+/** The intended delay behind the edge in seconds, which hides small delays of the network. */
 const LIVE_DELAY = 0.25;
-const FASTEST = 1.25;
-const SLOWEST = 0.95;
-/** Seconds off the delay at which the rate changes, and at which it is normal again. */
-const OFF = 0.15;
-const CLOSE = 0.05;
-/** Rate a second: close to the edge it goes back to normal without a jolt. */
+const MAX_RATE = 1.25;
+const MIN_RATE = 0.95;
+/** Deviations from the delay in seconds: where a correction begins, and where it ends. */
+const CORRECT_FROM = 0.15;
+const CORRECT_TO = 0.05;
+/** Change of the rate per second of deviation: it returns to 1 smoothly. */
 const GAIN = 0.5;
 
+/**
+ * How far playback is behind a live stream, and the rate that corrects it. The edge is known once a frame had to be waited
+ * for; before that, any number of frames may be available.
+ */
 export class LiveEdge {
   #ahead = -Infinity;
   #known = false;
   #correcting = false;
-  #latest = -Infinity; // seconds of the frame that came last
-  #former = null; // the edge of the run that is on screen, while frames of the next one come already
+  #latest = -Infinity; // seconds of the frame that arrived last
+  #former = null; // the edge of the stream on screen, while frames of a restarted stream already arrive
 
-  /** A frame came. waited: as soon as the stream had it. now: milliseconds. */
+  /** A frame has arrived. waited: as soon as the stream had it. now: milliseconds. */
   observe(seconds, now, waited) {
     if (seconds < this.#latest) this.#leave();
     this.#latest = seconds;
@@ -86,28 +91,28 @@ export class LiveEdge {
     this.#ahead = waited ? ahead : Math.max(this.#ahead, ahead);
     this.#known ||= waited;
   }
-  /** Times go back: the stream begins anew. What is on screen falls behind the edge that it had. */
+  /** Times go back: the stream has restarted. The frames on screen keep their former edge. */
   #leave() {
     this.#former ??= this.#ahead;
     this.#ahead = -Infinity;
     this.#known = this.#correcting = false;
   }
-  /** The run that came last is on screen. */
+  /** The restarted stream is on screen. */
   enter() {
     this.#former = null;
   }
-  /** Seconds that position is behind, at least. */
+  /** Minimum number of seconds that position is behind the edge. */
   behind(position, now) {
     const ahead = this.#former ?? this.#ahead;
     return ahead === -Infinity ? 0 : Math.max(0, ahead + now / 1000 - position);
   }
-  /** By what to multiply the rate. */
+  /** The factor for the rate. */
   rateFor(behind) {
-    if (!this.#known) return FASTEST;
+    if (!this.#known) return MAX_RATE;
     const late = behind - LIVE_DELAY;
-    if (Math.abs(late) > OFF) this.#correcting = true;
-    if (Math.abs(late) < CLOSE) this.#correcting = false;
+    if (Math.abs(late) > CORRECT_FROM) this.#correcting = true;
+    if (Math.abs(late) < CORRECT_TO) this.#correcting = false;
     if (!this.#correcting) return 1;
-    return late > 0 ? Math.min(FASTEST, 1 + Math.max(GAIN * late, 0.02)) : SLOWEST;
+    return late > 0 ? Math.min(MAX_RATE, 1 + Math.max(GAIN * late, 0.02)) : MIN_RATE;
   }
 }

@@ -1,12 +1,12 @@
-// What of a frame stays with the renderer, also to draw it anew when a context is lost: everything but its pictures, which
-// the caller closes, and these as bytes or as a picture of its own.
+// The content of a frame that the renderer keeps, also to draw it again after the loss of a context: everything but its
+// pictures, which the caller closes. Pictures are kept as bytes or as clones.
 
 import { layoutOf, loadPictures, viewsOf } from "@fvv/shading";
 
 import { boundsOf } from "./matrices.js";
 
-/** A picture that outlives its frame. Of JPEG the file does, and is decoded again when it has to be. */
-function kept(picture, frame) {
+/** A picture that outlives its frame. Of a JPEG picture the file is kept, and decoded again if necessary. */
+function keptPicture(picture, frame) {
   const { video, image, planes } = picture;
   if (planes) return picture;
   if (typeof VideoFrame === "function" && image instanceof VideoFrame) return { video, image: image.clone() };
@@ -17,7 +17,7 @@ function kept(picture, frame) {
 export class Content {
   #kept = false;
 
-  /** pictures: what loadPictures had, and the caller may close. */
+  /** Loads the pictures of a frame. */
   static async of(frame) {
     const pictures = await loadPictures(frame);
     return new Content(frame, pictures);
@@ -33,18 +33,18 @@ export class Content {
     this.bounds = this.mesh && boundsOf(mesh.positions);
     const atlas = configuration.videos.find(({ shows, track }) => shows === "atlas" && this.layout.places.has(track));
     const place = atlas && this.layout.places.get(atlas.track);
-    // A texture map takes the place of cameras where there are none.
+    // A texture atlas is used if there are no cameras.
     this.atlas = place && mesh?.uvs && !this.views.length ? [place.x, place.y, atlas.width, atlas.height] : null;
   }
 
-  /** From here on the pictures are the renderer's own. */
+  /** Replaces the frame's pictures by copies that this object owns. */
   keep() {
     this.#kept = true;
-    this.pictures = this.pictures.map((picture) => kept(picture, this.frame));
+    this.pictures = this.pictures.map((picture) => keptPicture(picture, this.frame));
   }
 
-  /** Those that are there, and those that have to be decoded again. */
-  async again() {
+  /** The kept pictures; JPEG files are decoded again. */
+  async loadKept() {
     const decode = async ({ video, file }) => {
       const blob = new Blob([file], { type: "image/jpeg" });
       return { video, image: await createImageBitmap(blob, { colorSpaceConversion: "none" }) };

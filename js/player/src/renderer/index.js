@@ -1,19 +1,20 @@
-// Draws frames of free-viewpoint video from any viewpoint, in WebGL 2.
+// Draws frames of free-viewpoint video from any viewpoint in WebGL 2, as specified in docs/fvvrender.md. Depth and shadow
+// maps are drawn once per frame, and a picture is not drawn again if it would be the same.
 
-import { checkTexturing, MOST_BEST, MOST_VIEWS } from "@fvv/shading";
+import { checkTexturing, MAX_BEST, MAX_VIEWS } from "@fvv/shading";
 
 import { Content } from "./content.js";
 import { decodeBackgrounds } from "./environment.js";
 import { Pipeline } from "./pipeline.js";
 import { Uploads } from "./resources.js";
-import { MOST_LIGHTS, MOST_SHADOWS } from "./shadows.js";
+import { MAX_LIGHTS, MAX_SHADOWS } from "./shadows.js";
 import { MODES } from "./surface.js";
 
 const defaults = {
   mode: "textured",
   visibleBy: "auto",
   cameras: null,
-  // Of these three the stream's (clause 17.5).
+  // Defaults of these three: the stream's values (clause 17.5).
   threshold: undefined,
   best: undefined,
   unseen: undefined,
@@ -25,7 +26,7 @@ const defaults = {
   grid: null,
 };
 
-/** Options with everything in its place; cameras as a Set. */
+/** Options with defaults; cameras as a Set. */
 function complete(given = {}) {
   const options = { ...defaults };
   for (const [name, value] of Object.entries(given)) if (value !== undefined) options[name] = value;
@@ -36,7 +37,7 @@ function complete(given = {}) {
   return options;
 }
 
-/** The same text for the same picture of the same content; cameras of frusta are compared by who they are. */
+/** The same text for the same picture of the same content; the cameras of frusta are compared by identity. */
 function keyOf(view, { cameras, frusta, ...others }) {
   const { cameras: drawn, ...outlines } = frusta ?? {};
   return JSON.stringify([view, cameras && [...cameras].sort(), frusta && outlines, others]);
@@ -55,11 +56,11 @@ const noCounters = {
   drawnFrames: 0,
 };
 
-/** Of all depth maps: room for three samples along a pixel of 20 cameras of 1024x768. */
+/** Texels of all depth maps: three samples along a pixel for 20 cameras of 1024x768. */
 const DEPTH_TEXELS = 2 ** 26;
 
 export class Renderer extends EventTarget {
-  static limits = Object.freeze({ views: MOST_VIEWS, best: MOST_BEST, lights: MOST_LIGHTS, shadows: MOST_SHADOWS });
+  static limits = Object.freeze({ views: MAX_VIEWS, best: MAX_BEST, lights: MAX_LIGHTS, shadows: MAX_SHADOWS });
 
   #canvas;
   #limits;
@@ -84,7 +85,7 @@ export class Renderer extends EventTarget {
       powerPreference: "high-performance",
       ...contextAttributes,
     });
-    if (!this.#gl) throw new Error("there is no WebGL 2 here");
+    if (!this.#gl) throw new Error("WebGL 2 is not available");
     for (const [type, listener] of Object.entries(this.#listeners)) canvas.addEventListener(type, listener);
     this.#pipeline = this.#gl.isContextLost() ? null : new Pipeline(this.#gl, this.#counters, this.#limits);
   }
@@ -93,19 +94,19 @@ export class Renderer extends EventTarget {
     return this.#pipeline === null;
   }
 
-  /** A copy of what was counted; uploads and draw calls are those of the last frame. */
+  /** A copy of the counters; uploads and draw calls are those of the last frame. */
   get counters() {
     const { uploads, ...counters } = this.#counters;
     return counters;
   }
 
-  /** What of a frame is shown, {number, seconds, viewCount}; null: nothing yet. */
+  /** The frame that is shown, {number, seconds, viewCount}; null: none yet. */
   get frame() {
     const { frame, views } = this.#content ?? {};
     return frame ? { number: frame.number, seconds: frame.seconds, viewCount: views.length } : null;
   }
 
-  /** Bounds of the mesh that is shown, {least, most}; null without one. */
+  /** Bounds of the mesh that is shown, {least, most}; null: no mesh. */
   get bounds() {
     return this.#content?.bounds ?? null;
   }
@@ -113,8 +114,8 @@ export class Renderer extends EventTarget {
   async show(frame) {
     if (frame.mesh && !frame.mesh.normals)
       throw new TypeError("the mesh has no normals: create the decoder with normals: true");
-    if (frame.visibility.some(({ shares }) => !shares))
-      throw new TypeError("visibility has no shares: create the decoder with visibilityWeights: true");
+    if (frame.visibility.some(({ weights }) => !weights))
+      throw new TypeError("visibility has no weights: create the decoder with visibilityWeights: true");
     const turn = ++this.#turn;
     const content = await Content.of(frame);
     if (turn !== this.#turn) return false;
@@ -134,7 +135,7 @@ export class Renderer extends EventTarget {
     this.#changed = true;
   }
 
-  /** Of the decoder; the last of several calls wins. */
+  /** backgrounds: of the decoder. Of several concurrent calls the last one wins. */
   async setBackgrounds(backgrounds) {
     const turn = ++this.#backgroundTurn;
     const environments = await decodeBackgrounds(backgrounds);
@@ -149,10 +150,10 @@ export class Renderer extends EventTarget {
 
   /** Whether draw() would draw. */
   needsDraw(view, options) {
-    return this.#asked(view, complete(options)) !== null;
+    return this.#drawingFor(view, complete(options)) !== null;
   }
 
-  #asked(view, options) {
+  #drawingFor(view, options) {
     if (this.lost) return null;
     const key = keyOf(view, options);
     const outlined = options.frusta?.cameras ?? null;
@@ -160,11 +161,11 @@ export class Renderer extends EventTarget {
     return same ? null : { view, options, key, outlined };
   }
 
-  /** Answers whether there was something to draw. */
+  /** Returns whether anything was drawn. */
   draw(view, options) {
-    const asked = this.#asked(view, complete(options));
-    if (!asked) return false;
-    this.#last = asked;
+    const drawing = this.#drawingFor(view, complete(options));
+    if (!drawing) return false;
+    this.#last = drawing;
     this.#draw();
     return true;
   }
@@ -182,7 +183,7 @@ export class Renderer extends EventTarget {
     this.#changed = false;
   }
 
-  /** The last picture, RGBA, its top row first. It is drawn again: browsers need not keep it. */
+  /** The last picture, RGBA, top row first. It is drawn again, because browsers need not keep it. */
   readPixels() {
     if (!this.#last || this.lost) throw new Error("nothing has been drawn");
     this.#draw();
@@ -197,7 +198,7 @@ export class Renderer extends EventTarget {
   }
 
   #lose(event) {
-    // Without this the context never comes back.
+    // Otherwise the context is never restored.
     event.preventDefault();
     this.#pipeline = null;
     this.dispatchEvent(new Event("lost"));
@@ -209,8 +210,8 @@ export class Renderer extends EventTarget {
     this.#pipeline = pipeline;
     this.#changed = true;
     const content = this.#content;
-    const pictures = content ? await content.again() : [];
-    // A later frame, or another loss, may have come in between.
+    const pictures = content ? await content.loadKept() : [];
+    // Meanwhile there may have been another frame or another loss.
     if (content && content === this.#content && pipeline === this.#pipeline) this.#upload(pictures);
     this.dispatchEvent(new Event("restored"));
   }

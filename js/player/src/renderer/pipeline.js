@@ -1,4 +1,4 @@
-// All that lives in one WebGL context. When the context is lost it is gone, and another one is made.
+// Everything that belongs to one WebGL context. After the loss of the context another pipeline is created.
 
 import { Environment } from "./environment.js";
 import { clippingOf, joined, projectionOf, raysOf } from "./matrices.js";
@@ -31,7 +31,7 @@ export class Pipeline {
     this.#overlay = new Overlay(gl, this.#programs, counters);
   }
 
-  /** pictures: those of the content, on their way to the GPU. */
+  /** pictures: the loaded pictures of the content. */
   show(content, pictures) {
     this.#content = content;
     this.#pictures.show(pictures, content.layout);

@@ -1,8 +1,9 @@
 // Textures, buffers and layers of one WebGL context, and the count of uploaded bytes.
 
-/** Room for a quarter more: meshes of other topology differ by less from frame to frame. */
+/** Allocates a quarter more: sizes of meshes with changing topology differ by less from frame to frame. */
 const SPARE = 1.25;
 
+/** Counts uploaded bytes. */
 export class Uploads {
   bytes = 0;
   add(bytes) {
@@ -20,7 +21,7 @@ export function newTexture(gl, target, filter, wrap = gl.CLAMP_TO_EDGE) {
   return texture;
 }
 
-/** A texture of data, as large as the largest that it held. */
+/** A texture that data are written to. */
 export class DataTexture {
   #gl;
   #formats;
@@ -37,7 +38,7 @@ export class DataTexture {
     this.resize(1, 1);
   }
 
-  /** What was in it is lost when the size changes. */
+  /** A change of size discards the contents. */
   resize(width, height) {
     if (width === this.width && height === this.height) return;
     const gl = this.#gl;
@@ -63,7 +64,7 @@ export class DataTexture {
   }
 }
 
-/** A buffer that is written anew in every frame. */
+/** A buffer that is rewritten with every frame, and grows if necessary. */
 export class GrowingBuffer {
   #gl;
   #target;
@@ -94,7 +95,8 @@ export class GrowingBuffer {
   }
 }
 
-/** formats: {internal, attachment} of the texture; depth: format of a depth buffer beside it, or null. */
+/** Layers of an array texture that are drawn into. formats: {internal, attachment, comparison, depth}; depth: the format of an
+ * additional depth buffer, or undefined. */
 export class Layers {
   #gl;
   #formats;
@@ -138,7 +140,7 @@ export class Layers {
     Object.assign(this, { width, height, layers });
   }
 
-  /** Draws into one after the other; each is cleared to zeros, and its depth to the farthest. */
+  /** Calls draw(layer) for each layer, which is cleared to zeros, and its depth to the maximum. */
   draw(layers, draw) {
     const gl = this.#gl;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#framebuffer);
@@ -168,6 +170,7 @@ const ATTRIBUTES = [
   ["uvs", 2],
 ];
 
+/** The buffers of a mesh that changes with every frame. */
 export class MeshBuffers {
   #gl;
   #uploads;
@@ -211,7 +214,7 @@ export class MeshBuffers {
     gl.bindVertexArray(null);
   }
 
-  /** The edges of all faces; they go to the GPU when somebody looks at them. */
+  /** Draws the edges of all faces, which are uploaded on the first call. */
   drawEdges() {
     const gl = this.#gl;
     gl.bindVertexArray(this.#array);
@@ -231,7 +234,7 @@ export class MeshBuffers {
   }
 }
 
-/** An edge between two faces is drawn once: with closed surfaces one of them has its corners in falling order. */
+/** Each edge between two faces once: on closed surfaces one of the two faces has its corners in descending order. */
 function edgesOf(indices) {
   const edges = [];
   for (let face = 0; face < indices.length; face += 3)

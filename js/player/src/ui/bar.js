@@ -3,9 +3,10 @@
 import { MODES, SPEEDS } from "./commands.js";
 import { clockTime, element, iconButton, icons, rateText, select, setIcon, spokenTime } from "./widgets.js";
 
+/** The slider for seeking; buffered, played and looped ranges are drawn below it. */
 class Scrubber {
   #player;
-  #buffered = []; // one for each range
+  #buffered = []; // an element for each range
   #played = element("div", { class: "played", part: "played" });
   #loop = element("div", { class: "looped", part: "loop", hidden: true });
   #tip = element("output", { class: "tip", "aria-hidden": "true", hidden: true });
@@ -48,27 +49,27 @@ class Scrubber {
   #point(event) {
     if (this.#input.disabled || event.pointerType === "touch") return;
     const { left, width } = this.#input.getBoundingClientRect();
-    const share = Math.min(Math.max((event.clientX - left) / width, 0), 1);
+    const fraction = Math.min(Math.max((event.clientX - left) / width, 0), 1);
     const [start, end] = this.#range;
-    this.#tip.textContent = clockTime(start + share * (end - start));
+    this.#tip.textContent = clockTime(start + fraction * (end - start));
     this.#tip.hidden = false;
-    this.#tip.style.setProperty("--at", share);
+    this.#tip.style.setProperty("--at", fraction);
   }
 
   update() {
     const player = this.#player;
     const [start, end] = this.#range;
-    const share = (seconds) => Math.min(Math.max((seconds - start) / (end - start), 0), 1);
+    const fraction = (seconds) => Math.min(Math.max((seconds - start) / (end - start), 0), 1);
     const place = (node, from, to) => {
-      node.style.setProperty("--from", share(from));
-      node.style.setProperty("--to", Math.max(share(from), share(to)));
+      node.style.setProperty("--from", fraction(from));
+      node.style.setProperty("--to", Math.max(fraction(from), fraction(to)));
     };
     const input = this.#input;
     const now = player.currentTime;
     input.disabled = player.seekable.length === 0;
-    // A slider that is changed while it is dragged lets go of the mouse.
+    // Changing the slider would interrupt dragging.
     if (!this.#dragging) Object.assign(input, { min: start, max: end, value: now });
-    // While it plays, once a second is often enough to hear.
+    // During playback screen readers get an update once per second.
     const spoken = `${spokenTime(player.paused ? now : Math.floor(now))} of ${spokenTime(end)}`;
     if (input.getAttribute("aria-valuetext") !== spoken) input.setAttribute("aria-valuetext", spoken);
     place(this.#played, start, now);
@@ -86,10 +87,10 @@ class Scrubber {
   }
 }
 
-/** Seconds behind the edge from which it is said. */
+/** Seconds behind the live edge from which the delay is displayed. */
 const LATE = 1;
 
-function label(button, text) {
+function setLabel(button, text) {
   if (button.title === text) return;
   button.title = text;
   button.setAttribute("aria-label", text);
@@ -118,7 +119,7 @@ export class Bar {
         { type: "button", class: "live", part: "button live", hidden: true, onclick: commands.goLive },
         "Live",
       ),
-      loop: button("loop", "Loop from here", icons.loop, () => this.#markLoop(commands), { "data-wide": "2" }),
+      loop: button("loop", "Loop start", icons.loop, () => this.#markLoop(commands), { "data-wide": "2" }),
       speed: select(
         "Speed",
         SPEEDS.map((speed) => [speed, rateText(speed)]),
@@ -153,7 +154,7 @@ export class Bar {
     return this.#parts;
   }
 
-  /** One button for a loop: its beginning, its end, none. */
+  /** One button for a loop: sets its start, then its end, then clears it. */
   #markLoop(commands) {
     const { loopRange, seekable } = this.#player;
     if (!loopRange) commands.markLoop("from");
@@ -166,7 +167,7 @@ export class Bar {
     const { play, back, forward, live, loop, speed, mode, fullscreen } = this.#parts;
     const { paused, ended, loopRange, seekable, duration } = player;
     setIcon(play, !paused ? icons.pause : ended ? icons.replay : icons.play, paused && !ended);
-    label(play, !paused ? "Pause" : ended ? "Play again" : "Play");
+    setLabel(play, !paused ? "Pause" : ended ? "Play again" : "Play");
     back.disabled = !seekable.length;
     forward.disabled = player.readyState < 2;
     this.#now.textContent = clockTime(player.currentTime);
@@ -177,15 +178,15 @@ export class Bar {
     const late = player.paused || behind > LATE;
     live.dataset.late = String(late);
     live.textContent = late && behind > LATE ? `Live \u2212${behind.toFixed(0)} s` : "Live";
-    label(live, late ? "Go live" : "Live: at the edge");
+    setLabel(live, late ? "Go live" : "Live: at the edge");
     const to = loopRange && seekable.length && loopRange.to >= seekable.end(0) - 1e-6;
-    label(loop, !loopRange ? "Loop from here" : to ? "Loop up to here" : "No loop");
+    setLabel(loop, !loopRange ? "Loop start" : to ? "Loop end" : "Clear loop");
     loop.setAttribute("aria-pressed", String(loopRange !== null));
     loop.disabled = !seekable.length;
     speed.value = String(player.playbackRate);
     mode.value = player.viewMode;
     setIcon(fullscreen, player.isFullscreen ? icons.leaveFullscreen : icons.fullscreen);
-    label(fullscreen, player.isFullscreen ? "Leave full screen" : "Full screen");
+    setLabel(fullscreen, player.isFullscreen ? "Exit full screen" : "Full screen");
     this.#scrubber.update();
   }
 }

@@ -6,6 +6,7 @@ import { QUALITIES } from "../resolution.js";
 import { MODES, SPEEDS } from "./commands.js";
 import { bitrateText, element, iconButton, icons, megabytes, rateText, select, toggle } from "./widgets.js";
 
+/** Containers of panels: one panel is open at a time. Escape closes it, and the focus returns to where it was. */
 export class Panels {
   #panels = new Map();
   #changed;
@@ -20,7 +21,7 @@ export class Panels {
     });
   }
 
-  /** opened(): before it is shown. */
+  /** opened(): called before the panel is shown. */
   add(name, title, content, opened = () => {}) {
     const id = `panel-${name}`;
     const heading = element("h2", { id }, title);
@@ -56,7 +57,7 @@ export class Panels {
     body.focus({ preventScroll: true });
     this.#changed(name, true);
   }
-  /** Whether there was one. */
+  /** Returns whether a panel was open. */
   closeAll() {
     let closed = false;
     for (const [name, { node }] of this.#panels) {
@@ -80,6 +81,7 @@ const hex = (colour) =>
     )
     .join("")}`;
 
+/** The cameras of the stream: whether their frusta are drawn, which give colours, and views through them. */
 export class CamerasPanel {
   #player;
   #list = element("ul", { class: "cameras" });
@@ -173,17 +175,18 @@ export class CamerasPanel {
 
 const QUALITY_NAMES = { auto: "Automatic", high: "High", medium: "Medium", low: "Low" };
 const VISIBLE_BY = [
-  ["auto", "As the stream says"],
-  ["bits", "Bits of the stream"],
+  ["auto", "Automatic"],
+  ["bits", "Stream"],
   ["depth", "Depth maps"],
   ["both", "Both"],
 ];
 
+/** All settings, including those with a button in a wide bar. */
 export class SettingsPanel {
   #player;
   #inputs;
   #modes;
-  #surroundings;
+  #environmentRows;
   #copy;
 
   constructor(player, commands) {
@@ -210,7 +213,7 @@ export class SettingsPanel {
       visibleBy: choose("Visibility by", VISIBLE_BY, (value) => (player.visibleBy = value)),
       loop: flip("Loop", "loop"),
       soft: toggle("Soft transitions", false, (on) => (player.soft = on ? 0.5 : 0)),
-      environment: flip("Surroundings", "environment"),
+      environment: flip("Environment", "environment"),
       shadows: flip("Shadows", "shadows"),
       grid: flip("Ground grid", "grid"),
       fly: toggle("Fly instead of orbit", false, (on) => (player.navigation = on ? "fly" : "orbit")),
@@ -220,7 +223,7 @@ export class SettingsPanel {
     this.#modes = this.#makeModes();
     const action = (text, click) => element("button", { type: "button", class: "text", onclick: click }, text);
     this.#copy = action("Copy link to this view", () => player.copyBookmark());
-    this.#surroundings = [i.environment.row, i.shadows.row];
+    this.#environmentRows = [i.environment.row, i.shadows.row];
     this.node = element(
       "div",
       {},
@@ -229,15 +232,15 @@ export class SettingsPanel {
       element(
         "div",
         { class: "actions" },
-        action("Loop from here", () => commands.markLoop("from")),
-        action("Loop up to here", () => commands.markLoop("to")),
-        action("No loop range", commands.clearLoop),
+        action("Loop start", () => commands.markLoop("from")),
+        action("Loop end", () => commands.markLoop("to")),
+        action("Clear loop range", commands.clearLoop),
       ),
       i.loop.row,
       i.quality.row,
       i.visibleBy.row,
       i.soft.row,
-      ...this.#surroundings,
+      ...this.#environmentRows,
       i.grid.row,
       i.fly.row,
       i.stats.row,
@@ -285,10 +288,11 @@ export class SettingsPanel {
     fly.input.checked = player.navigation === "fly";
     stats.input.checked = player.showsStats;
     this.#copy.hidden = !player.bookmarks;
-    for (const row of this.#surroundings) row.hidden = !player.hasEnvironment;
+    for (const row of this.#environmentRows) row.hidden = !player.hasEnvironment;
   }
 }
 
+/** The table of keys. */
 export function helpPanel() {
   const rows = [...MOVES, ...COMMANDS].flatMap(({ shown, says }) => [
     element("dt", {}, ...shown.map((key) => element("kbd", {}, key))),
@@ -297,7 +301,7 @@ export function helpPanel() {
   const hints = element(
     "p",
     {},
-    "Drag to turn, with the right button or two fingers to move, scroll or pinch to come nearer. A click plays and pauses.",
+    "Drag to rotate, with the right button or two fingers to pan, scroll or pinch to zoom. A click plays and pauses.",
   );
   return element("div", {}, hints, element("dl", { class: "keys" }, ...rows));
 }
@@ -315,6 +319,7 @@ const ROWS = [
   ["Draw calls", ({ drawCalls }) => String(drawCalls)],
 ];
 
+/** Statistics of playback and drawing. */
 export class StatsOverlay {
   #values = ROWS.map(() => element("dd", {}));
 

@@ -1,5 +1,6 @@
 // The style sheets of the player: colours, layout, controls.
 
+/** Pages can override each colour: fvv-player { --fvv-accent: crimson; }. */
 const dark = `
   --ground: var(--fvv-background, #14171b);
   --panel: var(--fvv-panel, rgb(27 31 37 / 0.92));
@@ -33,6 +34,7 @@ const theme = `
 }
 `;
 
+/** Layout: the picture and what is over it. */
 const layout = `
 :host {
   display: block;
@@ -210,6 +212,7 @@ canvas.empty {
 }
 `;
 
+/** Buttons, slider, switches and lists. Controls are at least 40 pixels high. */
 const controls = `
 .bar {
   background: var(--panel);
@@ -602,6 +605,7 @@ kbd {
 }
 `;
 
+/** Narrow players: some controls are hidden. Has to come last, because it overrides other rules. */
 const narrow = `
 @media (max-width: 560px) {
   :host {
@@ -647,6 +651,7 @@ const narrow = `
 
 let sheets = null;
 
+/** Constructed style sheets, shared by all players, as content policies may forbid inline styles. */
 export function styleSheets() {
   sheets ??= [theme, layout, controls, narrow].map((text) => {
     const sheet = new CSSStyleSheet();

@@ -1,6 +1,9 @@
 // Elements, icons and texts of the interface.
 
-/** properties: "on..." are listeners, "class" and those with a hyphen and role are attributes, others are properties. */
+/**
+ * An element with its properties and children. No inline styles or markup, which strict content policies and trusted types
+ * forbid. properties: "on..." are listeners; class, role, part, for and names with a hyphen are attributes.
+ */
 export function element(name, properties = {}, ...children) {
   const made = document.createElement(name);
   for (const [key, value] of Object.entries(properties)) {
@@ -24,7 +27,7 @@ export function icon(path) {
   svg.append(shape);
   return svg;
 }
-/** solid: filled, as play is everywhere. */
+/** solid: filled. */
 export function setIcon(button, path, solid = false) {
   const svg = button.querySelector("svg");
   svg.querySelector("path").setAttribute("d", path);
@@ -55,6 +58,7 @@ export function select(label, choices, value, changed, properties = {}) {
   return input;
 }
 
+/** Paths of icons in a box of 24 by 24, drawn as lines. */
 export const icons = {
   play: "M8 5.6v12.8L18.5 12z",
   pause: "M8.5 6v12M15.5 6v12",
@@ -85,7 +89,7 @@ export function clockTime(seconds, whole = false) {
   return whole ? text : `${text}.${pad(hundredths % 100)}`;
 }
 
-/** For who listens: "1 minute 23.5 seconds". */
+/** For screen readers: "1 minute 23.5 seconds". */
 export function spokenTime(seconds) {
   const minutes = Math.floor(seconds / 60);
   const rest = Number((seconds - 60 * minutes).toFixed(2));

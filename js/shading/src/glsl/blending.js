@@ -1,36 +1,37 @@
-// Which cameras show a place of the surface, and with what weights: what docs/fvvrender.md says a player draws, for each
-// fragment. Stands behind projection.js.
+// Which cameras show a point of the surface, and with what weights, by the rules of docs/fvvrender.md. Follows
+// projection.js in a fragment shader.
 
-/** Behind the vertex shader's positions: shares of the vertex, four cameras in each varying. SHARES: how many. */
-export const sharesVertex = /* glsl */ `
-#if SHARES > 0
-uniform highp sampler2D shares;
-out vec4 vShares[SHARES];
+/** For vertex shaders: passes on the visibility weights of the vertex, four cameras in each of WEIGHT_TEXELS varyings. */
+export const visibilityWeightsVertex = /* glsl */ `
+#if WEIGHT_TEXELS > 0
+uniform highp sampler2D visibilityWeights;
+out vec4 vVisibility[WEIGHT_TEXELS];
 #endif
 
-void passShares() {
-#if SHARES > 0
-  for (int i = 0; i < SHARES; i++) {
-    int at = gl_VertexID * SHARES + i;
-    vShares[i] = texelFetch(shares, ivec2(at & 2047, at >> 11), 0);
+void passVisibilityWeights() {
+#if WEIGHT_TEXELS > 0
+  for (int i = 0; i < WEIGHT_TEXELS; i++) {
+    int at = gl_VertexID * WEIGHT_TEXELS + i;
+    vVisibility[i] = texelFetch(visibilityWeights, ivec2(at & 2047, at >> 11), 0);
   }
 #endif
 }
 `;
 
 /**
- * SHARES: varyings of shares. BEST: most cameras for a place. SOFT: a camera's weight falls to nothing where another takes
- * its place, or where it drops out (Buehler et al., "Unstructured Lumigraph Rendering", 2001).
+ * WEIGHT_TEXELS: number of varyings with visibility weights. BEST: maximum number of cameras at a point. SOFT: the weight
+ * of a camera falls to 0 where another one replaces it or it drops out (Buehler et al., "Unstructured Lumigraph
+ * Rendering", 2001).
  */
 export const blending = /* glsl */ `
 uniform highp sampler2D pictures;
 uniform highp sampler2DArray depths;
 uniform vec2 pictureSize;
-uniform vec2 tolerance; // in pixels' breadths, and in what the surface recedes from pixel to pixel
+uniform vec2 tolerance; // in pixel widths, and relative to the change of depth from pixel to pixel
 uniform int viewCount;
 uniform float threshold;
-#if SHARES > 0
-in vec4 vShares[SHARES];
+#if WEIGHT_TEXELS > 0
+in vec4 vVisibility[WEIGHT_TEXELS];
 #endif
 #ifdef SOFT
 uniform float soft; // 0 to 1
@@ -39,7 +40,7 @@ uniform float soft; // 0 to 1
 #define KEPT BEST
 #endif
 
-// A point of a face whose normal is given in the camera's frame; whether the mesh stands in front of it.
+// Whether the mesh hides a point of a face; point and normal are in the camera's frame.
 bool hidden(int view, vec3 at, vec3 normal) {
   vec4 plan = texel(view, 10), sizes = texel(view, 11);
   if (!(at.z >= 0.01)) return true;
@@ -49,16 +50,16 @@ bool hidden(int view, vec3 at, vec3 normal) {
   float nearest = uintBitsToFloat(bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24);
   if (nearest == 0.0) return false;
   float facing = abs(dot(normal, at)) / at.z;
-  float recede = facing > 0.0 ? at.z * length(normal.xy * sizes.zw) / facing : 0.0;
-  return at.z > nearest + tolerance.x * at.z * max(sizes.z, sizes.w) + tolerance.y * recede;
+  float slope = facing > 0.0 ? at.z * length(normal.xy * sizes.zw) / facing : 0.0;
+  return at.z > nearest + tolerance.x * at.z * max(sizes.z, sizes.w) + tolerance.y * slope;
 }
 
-uvec2 seenByShares() {
+uvec2 seenByVisibilityWeights() {
   uvec2 seen = uvec2(0u);
-#if SHARES > 0
-  for (int i = 0; i < SHARES; i++) {
+#if WEIGHT_TEXELS > 0
+  for (int i = 0; i < WEIGHT_TEXELS; i++) {
     // 127.5 of 255
-    uvec4 bits = uvec4(greaterThanEqual(vShares[i], vec4(0.5)));
+    uvec4 bits = uvec4(greaterThanEqual(vVisibility[i], vec4(0.5)));
     uint four = bits.x | bits.y << 1 | bits.z << 2 | bits.w << 3;
     if (i < 8) seen.x |= four << uint(4 * i);
     else seen.y |= four << uint(4 * (i - 8));
@@ -67,7 +68,7 @@ uvec2 seenByShares() {
   return seen;
 }
 
-// Whether a view can show the point; at: where, in texels of pictures.
+// Whether a view shows the point; at: where, in texels of pictures.
 bool shows(int view, vec3 point, vec3 faceNormal, uvec2 seen, out vec2 at) {
   vec3 inCamera = toCamera(view, point);
   vec4 source = texel(view, 8), place = texel(view, 9), centre = texel(view, 3);
@@ -78,7 +79,7 @@ bool shows(int view, vec3 point, vec3 faceNormal, uvec2 seen, out vec2 at) {
   if (!(dot(faceNormal, centre.xyz - point) > 0.0)) return false;
   at = place.xy + inTile;
   int flags = int(centre.w);
-  if ((flags & BY_SHARES) != 0 && ((view < 32 ? seen.x >> uint(view) : seen.y >> uint(view - 32)) & 1u) == 0u)
+  if ((flags & BY_WEIGHTS) != 0 && ((view < 32 ? seen.x >> uint(view) : seen.y >> uint(view - 32)) & 1u) == 0u)
     return false;
   if ((flags & BY_DEPTH) == 0) return true;
   vec3 normalInCamera = vec3(dot(texel(view, 0).xyz, faceNormal), dot(texel(view, 1).xyz, faceNormal),
@@ -94,12 +95,12 @@ float weightOf(int view, vec3 point, vec3 normal) {
   return weight >= threshold ? weight : 0.0;
 }
 
-// The best views, by falling weight: which, their weights, and where they show the point. chosen is -1 behind the last.
+// The best views by descending weight: their numbers, weights, and where they show the point. chosen is -1 after the last.
 void chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT], out float weights[KEPT],
                  out vec2 places[KEPT]) {
-  uvec2 seen = seenByShares();
+  uvec2 seen = seenByVisibilityWeights();
   for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
-  // Software computes both sides of branches and skips nothing but rounds of loops: first who may be asked, then these.
+  // Software rasterisers execute both sides of branches and skip only loop iterations: first find the candidates.
   uvec2 facing = uvec2(0u);
   for (int view = 0; view < viewCount; view++) {
     uint bit = weightOf(view, point, normal) > 0.0 ? 1u << uint(view & 31) : 0u;
@@ -111,7 +112,7 @@ void chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT],
     int view = int(log2(float(lowest)) + 0.5) + (facing.x != 0u ? 0 : 32);
     facing ^= facing.x != 0u ? uvec2(lowest, 0u) : uvec2(0u, lowest);
     float weight = weightOf(view, point, normal);
-    // Of equal weights the first is better.
+    // Of equal weights the first one wins.
     if (!(weight > weights[KEPT - 1])) continue;
     vec2 at;
     if (!shows(view, point, faceNormal, seen, at)) continue;
@@ -127,7 +128,7 @@ void chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT],
 #endif
 }
 
-/** The mean of what the best views show, in display values; false where none does. */
+/** The weighted mean of the best views, in display values; false if no view shows the point. */
 bool blended(vec3 point, vec3 faceNormal, vec3 normal, out vec3 colour) {
   int chosen[KEPT];
   float weights[KEPT];

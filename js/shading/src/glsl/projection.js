@@ -1,15 +1,15 @@
-// Projection through the cameras of the table of views, and their depth maps. Everything is in the coordinates of the
-// stream; only the viewer's matrices know of the scene around it.
+// Projection through the cameras of the table of views, and their depth maps. All coordinates are those of the stream; only
+// the viewer's matrices include the surrounding scene.
 
 /**
  * Within the ranges of clause 9.1, as libfvv projects. A view's row: 0 to 2 rotation and translation, 3 centre and flags, 4 fx
- * fy cx cy, 5 skew, rMax, lens and number, 6 and 7 distortion, 8 source, 9 place in the texture of pictures, 10 scale and offset of
- * the depth map, 11 its size and the breadth of a pixel at a distance of 1.
+ * fy cx cy, 5 skew, rMax, lens and number, 6 and 7 distortion, 8 source, 9 place in the texture of pictures, 10 scale and
+ * offset of the depth map, 11 its size and the width of a pixel at a distance of 1.
  */
 export const projection = /* glsl */ `
 uniform highp sampler2D views;
 
-const int BY_SHARES = 1, BY_DEPTH = 2, OFF = 4;
+const int BY_WEIGHTS = 1, BY_DEPTH = 2, OFF = 4;
 
 vec4 texel(int view, int i) { return texelFetch(views, ivec2(i, view), 0); }
 
@@ -18,7 +18,7 @@ vec3 toCamera(int view, vec3 point) {
   return vec3(dot(texel(view, 0), p), dot(texel(view, 1), p), dot(texel(view, 2), p));
 }
 
-// Pixel of the camera's picture. false: behind the camera or beyond its lens.
+// Pixel of the camera's picture. false: behind the camera or beyond the range of its lens.
 bool toPicture(int view, vec3 at, out vec2 pixel) {
   if (!(at.z > 0.0)) return false;
   vec4 intrinsics = texel(view, 4), more = texel(view, 5), k = texel(view, 6), l = texel(view, 7);
@@ -42,14 +42,14 @@ bool toPicture(int view, vec3 at, out vec2 pixel) {
   return true;
 }
 
-// Where a point in a view's frame stands in its layer of depth maps, clipped at 1 cm and never at the back.
+// Clip coordinates of a point in a view's frame in its layer of depth maps, clipped at 1 cm, without a far plane.
 vec4 toDepthMap(int view, vec3 at, vec2 layerSize) {
   vec4 plan = texel(view, 10);
   return vec4(2.0 * (at.xy * plan.xy + plan.zw * at.z) / layerSize - at.z, at.z - 0.02, at.z);
 }
 `;
 
-/** One view's depth, without its lens. Wants position. */
+/** Draws one view's depth map, without its lens. Needs the attribute position. */
 export const depthVertex = /* glsl */ `
 uniform int view;
 uniform vec2 layerSize;
@@ -62,7 +62,7 @@ void main() {
 }
 `;
 
-/** Linear depth as the bytes of a float: every WebGL 2 draws into such textures. 0 where there is no surface. */
+/** Linear depth as the bytes of a float: every WebGL 2 can draw into such textures. 0: no surface. */
 export const depthFragment = /* glsl */ `
 in float vDepth;
 layout(location = 0) out highp vec4 outBytes;
