@@ -12,7 +12,7 @@ const PAGES = [
   ["spec/fvv.html", "Specification"],
 ];
 
-/** page: address below the site's root; "" for the first. script: a module; content: HTML of main. */
+/** A whole page. page: address below the site's root, "" for the first; script: a module; content: HTML of main. */
 export function frame({ title, page, script, content, kind = "" }) {
   const root = "../".repeat(page.split("/").length - 1) || "./";
   const links = PAGES.map(([address, name]) => {
@@ -51,7 +51,7 @@ ${content.trimEnd()}
       <p>
         fvv, a streaming file format for free-viewpoint video, under the Apache License 2.0.
         <a href="${root}embed.html">Five lines of HTML</a> put the player into a page; <a href="${root}spec/fvv.html">the specification</a>
-        tells what is in a file.
+        describes the format.
       </p>
     </footer>
   </body>
@@ -59,6 +59,7 @@ ${content.trimEnd()}
 `;
 }
 
+/** The page that embeds the player, as short as possible; a formatter would make more lines of it. */
 export const FIVE_LINES = `<!doctype html>
 <html lang="en">
 <title>My clip</title>
@@ -74,7 +75,7 @@ const slug = (text) =>
     .replace(/[^\w\- ]/g, "")
     .replace(/ /g, "-");
 
-/** pages: names of those that there are. Links to other files of the repository become plain text. */
+/** pages: names of all pages. Links to other files of the repository become plain text. */
 function converter(pages) {
   return new Marked({
     renderer: {
@@ -87,10 +88,10 @@ function converter(pages) {
         if (pages.includes(page)) return `<a href="${page}.html${anchor}">${text}</a>`;
         return /^(#|https?:)/.test(href) ? `<a href="${href}">${text}</a>` : text;
       },
-      // Wide tables and listings scroll by themselves, also by keyboard.
+      // Wide tables and listings scroll separately, also by keyboard.
       table(token) {
         const table = Renderer.prototype.table.call(this, token);
-        // A heading without words is none.
+        // Empty headings are not accessible.
         const cells = table.replace(/<th[^>]*><\/th>/g, "<td></td>");
         return `<div class="scroll" tabindex="0" role="group" aria-label="Table">${cells}</div>`;
       },
@@ -101,7 +102,7 @@ function converter(pages) {
   });
 }
 
-/** frame(name, title, content): the page around it. */
+/** Writes the specification as pages, from its Markdown. frame(name, title, content): returns a whole page. */
 export function writeSpecification(out, frame) {
   const pages = readdirSync(folder)
     .filter((name) => name.endsWith(".md") && name !== "README.md")

@@ -262,7 +262,7 @@ export class Decoder extends EventTarget {
         throw new FvvError({
           code: "argument",
           fatal: false,
-          message: `there is no frame ${frame} of ${this.frameCount ?? "a stream whose length is not known"}`,
+          message: `frame: expected 0 to ${this.frameCount === null ? "the end" : this.frameCount - 1}, found ${frame}`,
         });
       place = { frame };
     } else if (time !== undefined) {

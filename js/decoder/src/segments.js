@@ -76,7 +76,10 @@ export class Segments {
     const bytes = new Uint8Array(await response.arrayBuffer());
     this.bytesRead += bytes.length;
     if (size !== undefined && bytes.length !== size)
-      throw new FvvError({ code: "changed", message: `${url}: ${bytes.length} bytes, the manifest says ${size}` });
+      throw new FvvError({
+        code: "changed",
+        message: `${url}: ${bytes.length} bytes, expected ${size} by the manifest`,
+      });
     return bytes;
   }
   async #file({ file, bytes: size, crc32c: expected }, signal) {
@@ -84,7 +87,10 @@ export class Segments {
     const bytes = await this.#load(url, size, signal);
     const found = crc32c(bytes).toString(16).padStart(8, "0");
     if (found !== expected)
-      throw new FvvError({ code: "damaged", message: `${url}: CRC-32C is ${found}, the manifest says ${expected}` });
+      throw new FvvError({
+        code: "damaged",
+        message: `${url}: CRC-32C is ${found}, expected ${expected} by the manifest`,
+      });
     return bytes;
   }
 

@@ -117,7 +117,7 @@ class Ranges {
         message: `${this.url} changed while it was read: ETag ${this.etag}, now ${etag}`,
       });
     if (range && response.status === 206 && Number(range[1]) !== from)
-      throw new FvvError({ code: "io", message: `${this.url}: asked for byte ${from}, got ${range[1]}` });
+      throw new FvvError({ code: "io", message: `${this.url}: expected a range from byte ${from}, found ${range[1]}` });
     return response;
   }
   /** The requested bytes, also from a response with the whole file, in case the host stops supporting Range. */

@@ -98,8 +98,7 @@ window.loseContext = () =>
   });
 
 /**
- * Makes RGB of noise as replicationOf says that browsers do, and as this one does when it is asked for RGB. Answers the
- * share of pixels that are alike.
+ * Converts noise to RGB by replicationOf's model of browsers, and by this browser. Returns the fraction of equal pixels.
  */
 window.replicate = async (matrix, fullRange) => {
   const side = 64;

@@ -49,6 +49,12 @@ for (const name of ["chromium", "firefox"])
     const driver = drivePage(() => page, screens, name);
     const { ask, until, events, screen, boxOf, click, control, press, colourful, orbit, still, seekTo } = driver;
 
+    // The end of the last frame, start + duration, may differ in the last bit.
+    const assertWholeBuffered = async () => {
+      const end = await ask(() => window.player.buffered.end(0));
+      assert.ok(Math.abs(end - DURATION) < 1e-9, `buffered up to ${end} s`);
+    };
+
     test("loads, dispatches events in order, and shows the first frame", async () => {
       await until(() => window.player.readyState === 4);
       assert.deepEqual(await events(), [
@@ -351,7 +357,7 @@ for (const name of ["chromium", "firefox"])
         await until(() => window.loops >= 4);
         await until(() => window.player.buffered.length === 1 && window.player.currentTime > 0);
         assert.deepEqual(await ask(() => [window.player.error, window.player.buffered.start(0)]), [null, 0]);
-        assert.equal(await ask(() => window.player.buffered.end(0)), DURATION);
+        await assertWholeBuffered();
         await ask(() => (window.player.currentFrame = 3));
         await until(() => window.player.currentFrame >= 3 && !window.player.seeking);
         const bars = await ask(() =>
@@ -386,7 +392,7 @@ for (const name of ["chromium", "firefox"])
       });
       await until(() => window.player.readyState === 4);
       await until(() => window.player.buffered.length === 1 && window.player.buffered.end(0) > 0.9);
-      assert.equal(await ask(() => window.player.buffered.end(0)), DURATION);
+      await assertWholeBuffered();
     });
 
     test("no errors, and no violations of the content policy", () => assert.deepEqual(browser.troubles, []));

@@ -34,7 +34,7 @@ function assertClose(found, wanted, tolerance = 1e-6) {
   found.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) < tolerance, `${found} is not ${wanted}`));
 }
 
-/** Stands at 5 m in front, a little to the side and rolled, and looks at the middle. */
+/** A camera 5 m in front of the middle, a little to the side and rolled, looking at the middle. */
 const camera = {
   id: 7,
   calibrated: true,

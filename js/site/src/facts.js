@@ -35,7 +35,7 @@ export function element(name, attributes = {}, ...children) {
 const plural = (n, one, many = `${one}s`) => (n === 1 ? one : many);
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
-/** [value, unit, explanation] of everything that a clip has. */
+/** [value, unit, explanation] of the properties of a clip. */
 export function factsOf(clip) {
   const { mesh, pictures, visibility } = clip;
   const facts = [];
@@ -43,32 +43,32 @@ export function factsOf(clip) {
     facts.push([
       count(clip.cameras),
       plural(clip.cameras, "camera"),
-      "filmed the scene at the same moments, from all sides",
+      "recorded the scene synchronously from all sides",
     ]);
   facts.push([
     count(clip.frames),
     plural(clip.frames, "frame"),
-    clip.frames === 1 ? "a moment that stands still" : `${clip.rate} a second, ${seconds(clip.seconds)} in all`,
+    clip.frames === 1 ? "a still" : `${clip.rate} per second, ${seconds(clip.seconds)} in total`,
   ]);
   if (mesh) {
-    facts.push([count(mesh.triangles), "triangles", "make up the surface of a frame, on average"]);
-    facts.push([bytes(mesh.bytes / clip.frames), "for a mesh", capital(meshWords(mesh))]);
+    facts.push([count(mesh.triangles), "triangles", "per frame on average"]);
+    facts.push([bytes(mesh.bytes / clip.frames), "per mesh", capital(meshWords(mesh))]);
   }
-  facts.push([bytes(clip.bytes), "in all", "one file, checked byte for byte while it plays"]);
-  if (clip.frames > 1) facts.push([bitrate(clip.bitrate), "on average", "what a connection has to bring"]);
+  facts.push([bytes(clip.bytes), "in total", "one file, all of it protected by checksums"]);
+  if (clip.frames > 1) facts.push([bitrate(clip.bitrate), "on average", "the bandwidth that playback needs"]);
   if (pictures)
     facts.push([
       codecName(pictures.codec),
       `${pictures.width} × ${pictures.height}`,
       pictures.shows === "tiles"
-        ? "one video: what each camera saw of the scene, side by side"
-        : "a video of the texture that lies on the mesh",
+        ? "one video with the pictures of all cameras side by side"
+        : "a video of the mesh's texture",
     ]);
   if (visibility)
     facts.push([
       visibility.bitsPerPair.toFixed(3),
       "bits",
-      "tell of a triangle and a camera whether one sees the other, so that players need not find out",
+      "per triangle and camera for visibility, which players need not compute",
     ]);
   return facts;
 }
@@ -80,16 +80,16 @@ function meshWords({ profiles }) {
 const kinds = {
   video: [
     "Pictures",
-    ({ pictures }) => (pictures.shows === "tiles" ? "what the cameras saw, as one video" : "the texture, as a video"),
+    ({ pictures }) => (pictures.shows === "tiles" ? "of the cameras, as one video" : "the texture, as a video"),
   ],
   mesh: ["Meshes", ({ mesh }) => `the surface in each frame: ${meshWords(mesh)}`],
   visibility: ["Visibility", () => "which camera sees which triangle"],
-  calibration: ["Calibration", () => "where cameras that move stand and look, frame by frame"],
-  background: ["Environment", () => "floor, walls and lamps; sent once"],
+  calibration: ["Calibration", () => "poses of moving cameras in each frame"],
+  background: ["Environment", () => "floor, walls and lamps; transmitted once"],
   container: ["Container", () => "headers with checksums, tables, the index"],
 };
 
-/** [{name, bytes, share, words}], the largest first. */
+/** The parts of a clip's bytes, [{kind, name, bytes, share, text, words}], the largest first. */
 export function partsOf(clip) {
   const parts = clip.tracks
     .map(({ kind, bytes: size }) => {
@@ -100,7 +100,7 @@ export function partsOf(clip) {
   return parts.map((part) => ({ ...part, share: part.bytes / clip.bytes, text: percent(part.bytes / clip.bytes) }));
 }
 
-/** Of the paper's clip: two seconds, and the time to its first mesh. */
+/** The paper's clip: bytes of two seconds, and seconds to its first mesh. */
 const THEN = { seconds: 2, bytes: 27.3e6, first: 1.41 };
 
 function row(name, value, share, now) {
@@ -126,11 +126,11 @@ function group(title, then, now, text) {
   );
 }
 
-/** first: seconds until something was on screen; null: not yet. */
+/** Bars that compare a clip with that of WHP 235. first: seconds to the first picture; null: not yet known. */
 export function comparedWith(clip, first) {
   const pairs = [];
   if (clip.frames > 1)
-    pairs.push(group("Two seconds take", THEN.bytes, (clip.bytes / clip.seconds) * THEN.seconds, bytes));
-  pairs.push(group("Until something is seen", THEN.first, first, seconds));
+    pairs.push(group("Size of two seconds", THEN.bytes, (clip.bytes / clip.seconds) * THEN.seconds, bytes));
+  pairs.push(group("Time to the first picture", THEN.first, first, seconds));
   return pairs;
 }

@@ -1,5 +1,5 @@
-// HEVC in browsers that have none, bit by bit as the native libavcodec decodes it, under a strict content policy; and all
-// codecs in a worker without WebCodecs.
+// HEVC in browsers without it, bit-identical to the native libavcodec, under a strict content policy; and all codecs in a
+// worker without WebCodecs.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -32,7 +32,7 @@ async function runPage(browser) {
 
 for (const [name, browser] of Object.entries(browsers)) {
   const missing = spawnSync(browser.program, ["--version"]).error;
-  test(`${name}: pictures of the fallback`, { skip: missing && `no ${browser.program} here` }, async (context) => {
+  test(`${name}: pictures of the fallback`, { skip: missing && `no ${browser.program} installed` }, async (context) => {
     const { results, violations, native, error } = await runPage(browser);
     assert.equal(error, undefined);
     assert.deepEqual(violations, []);

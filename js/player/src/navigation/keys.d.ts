@@ -2,7 +2,7 @@
 export interface KeyHelp {
   /** Keys as they are displayed. */
   shown: string[];
-  says: string;
+  description: string;
 }
 
 export const COMMANDS: readonly KeyHelp[];

@@ -197,7 +197,7 @@ export class Playout {
     if (this.#wrapped) return this.#playWrapped(frame);
     if (frame) return this.#playNext(frame);
     if (ended) {
-      // Where there is no index, the end is known when it comes.
+      // Without an index the end is known only now.
       this.end = Math.min(this.end, Math.max(this.#taken, this.#groups.at(-1)?.end ?? 0));
       if (this.#clock.position >= this.end - EPSILON) this.#finish();
     } else if (this.#missing) this.#stall();

@@ -294,9 +294,9 @@ export class SettingsPanel {
 
 /** The table of keys. */
 export function helpPanel() {
-  const rows = [...MOVES, ...COMMANDS].flatMap(({ shown, says }) => [
+  const rows = [...MOVES, ...COMMANDS].flatMap(({ shown, description }) => [
     element("dt", {}, ...shown.map((key) => element("kbd", {}, key))),
-    element("dd", {}, says),
+    element("dd", {}, description),
   ]);
   const hints = element(
     "p",

@@ -21,7 +21,7 @@ export function groupMarkOf(group) {
 export const BACKGROUND = [0, 0, 255];
 const isBackground = ([red, , blue]) => blue > 150 && red < 90;
 
-/** Straight in front of the board, y upwards. */
+/** The view: on the axis of the board, y upwards. */
 export const POSE = { distance: 2, fov: 2 * Math.atan(0.3), width: 192, height: 144 };
 
 function colourAt({ width, height, data }, { x, y }) {

@@ -105,7 +105,7 @@ class Viewer {
     const { mesh, picture } = readBoard(this.player.readPixels());
     const { currentFrame } = this.player;
     if (mesh !== currentFrame || picture !== currentFrame)
-      this.#fault(`frame ${currentFrame}: the mesh says ${mesh}, the pictures say ${picture}`);
+      this.#fault(`frame ${currentFrame}: mesh ${mesh}, pictures ${picture}`);
     if (this.#read < this.#changes) this.checked++;
     this.#read = this.#changes;
   }
