@@ -31,16 +31,21 @@ async function readBackground({ track, data }, { module, session }) {
 
 /** The environments of a stream in the order of arrival: one per background track and configuration. */
 export class Environments {
+  #module;
+  #session;
+  #emit;
   tracks = new Set();
   #configuration = null;
   /** emit("background", environment; null: the former ones are no longer valid), emit("corrupt", error). */
   constructor({ module, session, emit }) {
-    Object.assign(this, { module, session, emit });
+    this.#module = module;
+    this.#session = session;
+    this.#emit = emit;
   }
   /** configuration: the digest in the header of a group. */
   begin(configuration) {
     if (configuration === this.#configuration) return;
-    if (this.tracks.size) this.emit("background", null);
+    if (this.tracks.size) this.#emit("background", null);
     this.#configuration = configuration;
     this.tracks.clear();
   }
@@ -50,11 +55,11 @@ export class Environments {
       if (!payload || this.tracks.has(payload.track)) continue;
       this.tracks.add(payload.track);
       try {
-        this.emit("background", await readBackground(payload, this));
+        this.#emit("background", await readBackground(payload, { module: this.#module, session: this.#session }));
       } catch (error) {
         if (!(error instanceof FvvError)) throw error;
         error.fatal = false;
-        this.emit("corrupt", error);
+        this.#emit("corrupt", error);
       }
     }
   }

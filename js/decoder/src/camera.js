@@ -4,25 +4,28 @@ import { CAMERA_SIZE, writeCamera } from "./flat.js";
 
 /** Projection by the wasm module, for all cameras of a decoder. */
 export class Projector {
+  #core;
+  #camera; // address of a struct
+  #room = 0; // points that buffer has room for
+  #buffer = 0;
+
   constructor(core) {
-    this.core = core;
-    this.camera = core.exports.fvvjs_alloc(CAMERA_SIZE);
-    this.room = 0;
-    this.buffer = 0;
+    this.#core = core;
+    this.#camera = core.exports.fvvjs_alloc(CAMERA_SIZE);
   }
   /** Calls an exported function on count points: doubles in, three doubles out per point. */
   transform(name, camera, numbers, count) {
-    const { core } = this;
-    if (count > this.room) {
-      if (this.buffer) core.exports.fvvjs_free(this.buffer);
-      this.buffer = core.exports.fvvjs_alloc(48 * count);
-      this.room = this.buffer ? count : 0;
-      if (!this.buffer) throw new RangeError(`no memory to project ${count} points`);
+    const core = this.#core;
+    if (count > this.#room) {
+      if (this.#buffer) core.exports.fvvjs_free(this.#buffer);
+      this.#buffer = core.exports.fvvjs_alloc(48 * count);
+      this.#room = this.#buffer ? count : 0;
+      if (!this.#buffer) throw new RangeError(`no memory to project ${count} points`);
     }
-    writeCamera(core.memory, this.camera, camera);
-    new Float64Array(core.memory.buffer, this.buffer, numbers.length).set(numbers);
-    const out = this.buffer + 24 * count;
-    core.exports[name](this.camera, this.buffer, count, out);
+    writeCamera(core.memory, this.#camera, camera);
+    new Float64Array(core.memory.buffer, this.#buffer, numbers.length).set(numbers);
+    const out = this.#buffer + 24 * count;
+    core.exports[name](this.#camera, this.#buffer, count, out);
     return new Float64Array(core.memory.buffer, out, 3 * count).slice();
   }
 }

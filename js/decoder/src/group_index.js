@@ -9,6 +9,8 @@ const READ_MIN = 1 << 14;
 
 /** The index that the core reads, or rebuilds from the bytes that are available. */
 export class GroupIndex {
+  #source;
+  #parts;
   #reads = []; // {at, bytes} fetched for the index
   #missing = null;
   /** Of a single response: the bytes that the index was made from. */
@@ -16,20 +18,23 @@ export class GroupIndex {
   /** null: not known. Of a single response: the groups that have arrived. */
   groups = null;
   frameCount;
+  /** Set by playback. */
+  session = null;
 
   /** parts: iterates over further {at, bytes} that are available. */
   constructor(source, parts) {
-    Object.assign(this, { source, parts, session: null });
+    this.#source = source;
+    this.#parts = parts;
   }
 
   /** Serves a read of the core from available bytes; returns false and notes the read if it cannot. */
   readInto(offset, out) {
-    for (const { at, bytes } of [...this.#reads, ...this.parts])
+    for (const { at, bytes } of [...this.#reads, ...this.#parts])
       if (offset >= at && offset + out.length <= at + bytes.length) {
         out.set(bytes.subarray(offset - at, offset - at + out.length));
         return true;
       }
-    if (this.source.kept?.(offset, out)) return true;
+    if (this.#source.kept?.(offset, out)) return true;
     this.#missing = { offset, size: out.length };
     return false;
   }
@@ -40,9 +45,9 @@ export class GroupIndex {
     for (let reads = 0; !step(); reads++) {
       const { offset, size } = this.#missing;
       total += size;
-      if (reads >= READS_MAX || total > BYTES_MAX || !this.source.read) return false;
-      const wanted = Math.min(Math.max(size, READ_MIN), this.source.size - offset);
-      const bytes = await this.source.read(offset, wanted);
+      if (reads >= READS_MAX || total > BYTES_MAX || !this.#source.read) return false;
+      const wanted = Math.min(Math.max(size, READ_MIN), this.#source.size - offset);
+      const bytes = await this.#source.read(offset, wanted);
       if (bytes.length < size) throw new FvvError({ code: "io", message: `${size} bytes at ${offset} can't be read` });
       this.#reads.push({ at: offset, bytes });
     }
@@ -68,7 +73,8 @@ export class GroupIndex {
 
   /** Returns a description of what is wrong with the index, or null. */
   async open() {
-    const { source, session } = this;
+    const source = this.#source;
+    const { session } = this;
     if (source.groups) this.#number(source.groups);
     if (source.size === undefined) return null;
     if (source.bytes) this.#reads.push({ at: 0, bytes: source.bytes });
@@ -80,7 +86,8 @@ export class GroupIndex {
 
   /** Of a single response: the groups that have arrived, which can all be read again. Nothing is played meanwhile. */
   openKept() {
-    const { source, session } = this;
+    const source = this.#source;
+    const { session } = this;
     if (this.front === source.front) return;
     try {
       if (!session.open(source.front)) throw new FvvError({ code: "io", message: "bytes that have been played are no longer kept" }); // prettier-ignore
@@ -101,7 +108,7 @@ export class GroupIndex {
       first += group.frameCount;
     }
     this.frameCount = first;
-    this.source.divide?.(groups.map(({ offset }) => offset));
+    this.#source.divide?.(groups.map(({ offset }) => offset));
   }
 
   /** For {frame}: its group, and skip, the number of frames before it in the group. For {time} in ticks: the group, and

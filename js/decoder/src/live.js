@@ -16,24 +16,49 @@ async function wait(milliseconds, signal) {
 }
 
 export class Live {
+  #url;
+  #protocols;
+  #WebSocket;
+  #warn;
+  #attempts;
+  #firstMs;
+  #longestMs;
+  #socket = null;
+  #items = [];
+  #waiting = null;
+  #queued = 0; // bytes in items
+  #header = null;
+  #block = null;
+  #dropping = false;
+  #over = false;
+  inSections = true;
+  bytesRead = 0;
+  requests = 0;
+
   /** reconnect: {attempts, firstMs, longestMs}. */
   static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, warn) {
     if (typeof WebSocket !== "function")
       throw new FvvError({ code: "unsupported", message: "this environment has no WebSocket: pass a constructor" });
-    const live = new Live();
-    const { attempts = 0, firstMs = 250, longestMs = 8000 } = reconnect;
-    Object.assign(live, { url, protocols, WebSocket, warn, attempts, firstMs, longestMs });
-    Object.assign(live, { inSections: true, bytesRead: 0, requests: 0, items: [], waiting: null, queued: 0 });
-    Object.assign(live, { header: null, block: null, dropping: false, over: false });
+    const live = new Live({ url, protocols, WebSocket, ...reconnect }, warn);
     await live.#connect();
     return live;
   }
 
+  constructor({ url, protocols, WebSocket, attempts = 0, firstMs = 250, longestMs = 8000 }, warn) {
+    this.#url = url;
+    this.#protocols = protocols;
+    this.#WebSocket = WebSocket;
+    this.#attempts = attempts;
+    this.#firstMs = firstMs;
+    this.#longestMs = longestMs;
+    this.#warn = warn;
+  }
+
   #connect() {
-    const { WebSocket } = this;
-    const socket = new WebSocket(this.url, this.protocols);
+    const WebSocket = this.#WebSocket;
+    const socket = new WebSocket(this.#url, this.#protocols);
     socket.binaryType = "arraybuffer";
-    this.socket = socket;
+    this.#socket = socket;
     this.requests++;
     let opened = false;
     return new Promise((resolve, reject) => {
@@ -42,27 +67,27 @@ export class Live {
         resolve();
       });
       socket.addEventListener("error", () => {
-        reject(new FvvError({ code: "io", message: `${this.url}: the WebSocket could not be opened, or failed` }));
+        reject(new FvvError({ code: "io", message: `${this.#url}: the WebSocket could not be opened, or failed` }));
       });
       socket.addEventListener("message", ({ data }) => {
-        if (socket !== this.socket) return;
+        if (socket !== this.#socket) return;
         if (typeof data === "string") this.#takeMessage(data);
         else this.#take(new Uint8Array(data));
       });
       socket.addEventListener("close", ({ code, reason }) => {
-        if (opened && socket === this.socket) this.#put({ closed: { code, reason } });
+        if (opened && socket === this.#socket) this.#put({ closed: { code, reason } });
       });
     });
   }
 
   #put(item) {
-    this.items.push(item);
-    this.queued += item.bytes?.length ?? 0;
+    this.#items.push(item);
+    this.#queued += item.bytes?.length ?? 0;
     this.#wake();
   }
   #wake() {
-    const { waiting } = this;
-    this.waiting = null;
+    const waiting = this.#waiting;
+    this.#waiting = null;
     waiting?.();
   }
 
@@ -70,23 +95,26 @@ export class Live {
     this.bytesRead += bytes.length;
     const begins = beginsWithFileHeader(bytes);
     const type = begins ? SCENE : chunkType(bytes);
-    if (begins) this.header = bytes.slice(0, FILE_HEADER_SIZE);
+    if (begins) this.#header = bytes.slice(0, FILE_HEADER_SIZE);
     // A reader that joins at a later group needs the latest configuration block.
-    if (type === SCENE) this.block = begins ? bytes.subarray(FILE_HEADER_SIZE) : bytes;
-    if (this.queued + bytes.length > QUEUE_BYTES && !this.dropping) this.#drop();
-    if (this.dropping && !begins && (type !== GROUP || this.queued > QUEUE_BYTES / 2)) return;
-    if (begins || this.dropping) this.#put({ header: this.header });
-    if (this.dropping && !begins) this.#put({ bytes: this.block });
-    this.dropping = false;
-    this.#put({ bytes: begins ? this.block : bytes });
+    if (type === SCENE) this.#block = begins ? bytes.subarray(FILE_HEADER_SIZE) : bytes;
+    if (this.#queued + bytes.length > QUEUE_BYTES && !this.#dropping) this.#drop();
+    if (this.#dropping && !begins && (type !== GROUP || this.#queued > QUEUE_BYTES / 2)) return;
+    if (begins || this.#dropping) this.#put({ header: this.#header });
+    if (this.#dropping && !begins) this.#put({ bytes: this.#block });
+    this.#dropping = false;
+    this.#put({ bytes: begins ? this.#block : bytes });
   }
 
   #drop() {
-    const reports = this.items.filter(({ bytes, header }) => !bytes && !header);
-    const error = FvvError.warning("skipped", `frames are not taken: ${this.queued} bytes of ${this.url} were dropped`);
-    this.items = [...reports, { lost: { error } }];
-    this.queued = 0;
-    this.dropping = true;
+    const reports = this.#items.filter(({ bytes, header }) => !bytes && !header);
+    const error = FvvError.warning(
+      "skipped",
+      `frames are not taken: ${this.#queued} bytes of ${this.#url} were dropped`,
+    );
+    this.#items = [...reports, { lost: { error } }];
+    this.#queued = 0;
+    this.#dropping = true;
   }
 
   #takeMessage(text) {
@@ -110,16 +138,16 @@ export class Live {
     } else if (type === "end") {
       this.#put({ end: true });
     } else if (type === "error") {
-      this.#put({ error: new FvvError({ code: "io", message: `${this.url}: ${reason}` }) });
+      this.#put({ error: new FvvError({ code: "io", message: `${this.#url}: ${reason}` }) });
     }
   }
 
   async #reconnect({ code, reason }, signal) {
-    const why = `${this.url}: the connection ended (${code}${reason ? `, ${reason}` : ""})`;
-    for (let attempt = 0; attempt < this.attempts; attempt++) {
-      this.warn(FvvError.warning("reconnect", `${why}; connecting again`));
+    const why = `${this.#url}: the connection ended (${code}${reason ? `, ${reason}` : ""})`;
+    for (let attempt = 0; attempt < this.#attempts; attempt++) {
+      this.#warn(FvvError.warning("reconnect", `${why}; connecting again`));
       // With jitter: not all clients reconnect at the same moment.
-      const delay = Math.min(this.firstMs * 2 ** attempt, this.longestMs);
+      const delay = Math.min(this.#firstMs * 2 ** attempt, this.#longestMs);
       await wait(delay * (0.5 + Math.random() / 2), signal);
       if (signal?.aborted) return;
       try {
@@ -134,32 +162,32 @@ export class Live {
 
   async *stream(_, signal) {
     const stop = () => {
-      this.socket.close();
-      this.over = true;
+      this.#socket.close();
+      this.#over = true;
       this.#wake();
     };
     signal?.addEventListener("abort", stop, { once: true });
     try {
-      while (!this.over) {
-        if (!this.items.length) {
-          await new Promise((resolve) => (this.waiting = resolve));
+      while (!this.#over) {
+        if (!this.#items.length) {
+          await new Promise((resolve) => (this.#waiting = resolve));
           continue;
         }
-        const item = this.items.shift();
-        this.queued -= item.bytes?.length ?? 0;
+        const item = this.#items.shift();
+        this.#queued -= item.bytes?.length ?? 0;
         if (item.end) return;
         if (item.error) throw item.error;
         if (item.bytes) yield item.bytes;
         else if (!item.closed) yield item;
         else {
-          if (item.closed.code === NORMAL_CLOSURE && !this.attempts) return;
-          yield { lost: { error: FvvError.warning("io", `${this.url}: the connection was lost`) } };
+          if (item.closed.code === NORMAL_CLOSURE && !this.#attempts) return;
+          yield { lost: { error: FvvError.warning("io", `${this.#url}: the connection was lost`) } };
           await this.#reconnect(item.closed, signal);
         }
       }
     } finally {
       signal?.removeEventListener("abort", stop);
-      this.socket.close();
+      this.#socket.close();
     }
   }
 }

@@ -7,33 +7,56 @@ import { Parts } from "./parts.js";
 import { Session } from "./session.js";
 
 export class Playback {
+  #source;
+  #emit;
+  #want;
+  #selection; // tracks of video; null: all
+  #parts;
+  #index;
+  #buffered;
+  #session;
+  #environments;
+  /** {seekable, frameCount, groups} */
+  about;
+
   /**
    * emit(type, detail): events of the stream. want: {normals, visibility, visibilityWeights}. selection:
    * tracks of video, as for select. frugal: a selection will be made before the first frame.
    */
   static async open(source, { module, codec, background, limits, emit, want, selection, frugal }) {
-    const playback = new Playback();
-    const parts = new Parts(source);
-    const index = new GroupIndex(source, parts);
-    const buffered = new BufferedTimes(source, index);
-    Object.assign(playback, { source, emit, want, selection, parts, index, buffered });
+    const playback = new Playback(source, { emit, want, selection });
+    const index = playback.#index;
     source.frugal = frugal || selection !== null;
-    playback.session = await Session.create({
+    playback.#session = await Session.create({
       module,
       codec,
       limits,
       read: (offset, out) => index.readInto(offset, out),
     });
-    index.session = playback.session;
-    playback.environments = new Environments({ module: background, session: playback.session, emit });
+    index.session = playback.#session;
+    playback.#environments = new Environments({ module: background, session: playback.#session, emit });
     const problem = await index.open();
     if (problem) playback.#warn("no-index", problem);
     playback.about = playback.#describe();
     return playback;
   }
 
+  constructor(source, { emit, want, selection }) {
+    this.#source = source;
+    this.#emit = emit;
+    this.#want = want;
+    this.#selection = selection;
+    this.#parts = new Parts(source);
+    this.#index = new GroupIndex(source, this.#parts);
+    this.#buffered = new BufferedTimes(source, this.#index);
+  }
+
+  get memoryBytes() {
+    return this.#session.memoryBytes;
+  }
+
   #describe() {
-    const { index, source } = this;
+    const [index, source] = [this.#index, this.#source];
     // The length of a single response is known at its end.
     const known = source.front === undefined || (source.rewinds && source.front === index.front && source.complete);
     const { groups, frameCount = null } = known ? index : { groups: null };
@@ -41,16 +64,16 @@ export class Playback {
   }
   /** Of a single response: reports when it can no longer be sought in, and all of it when it is complete. */
   #reportResponse() {
-    if (this.source.front === undefined) return;
+    if (this.#source.front === undefined) return;
     const about = this.#describe();
     if (about.seekable === this.about.seekable && about.frameCount === this.about.frameCount) return;
     this.about = about;
-    this.emit("opened", about);
+    this.#emit("opened", about);
   }
 
   /** Environments that came with a frame, or before the start of playback. Frames don't wait for them. */
   async #takeBackgrounds(state) {
-    const { session } = this;
+    const session = this.#session;
     const found = state.backgrounds.splice(0);
     if (state.lateGroup !== null) {
       const { tracks } = session.configuration();
@@ -58,37 +81,37 @@ export class Playback {
         if (!found.some(({ track }) => track === id)) found.push(await this.#findBackground(state.lateGroup, id));
       state.lateGroup = null;
     }
-    await this.environments.take(found);
+    await this.#environments.take(found);
   }
 
   async #findBackground(group, track) {
-    if (this.environments.tracks.has(track)) return null;
-    if (this.source.inSections) return this.#loadBackground(track);
-    return this.index.find(() => this.session.findBackground(group, track));
+    if (this.#environments.tracks.has(track)) return null;
+    if (this.#source.inSections) return this.#loadBackground(track);
+    return this.#index.find(() => this.#session.findBackground(group, track));
   }
 
   /** From a source that stores environments separately. */
   async #loadBackground(track) {
     try {
-      return (await this.source.background?.(track)) ?? null;
+      return (await this.#source.background?.(track)) ?? null;
     } catch (error) {
-      this.emit("corrupt", Object.assign(FvvError.from(error), { fatal: false }));
+      this.#emit("corrupt", Object.assign(FvvError.from(error), { fatal: false }));
       return null;
     }
   }
 
   #warn(code, message) {
-    this.emit("warning", FvvError.warning(code, message));
+    this.#emit("warning", FvvError.warning(code, message));
   }
 
   /** Tracks of video in frames from the next group on; null: all. */
   select(tracks) {
-    this.selection = tracks;
+    this.#selection = tracks;
   }
 
   /** The configuration of the first group, before anything is played; null: not known yet. */
   async peek() {
-    const { session, source, index } = this;
+    const [session, source, index] = [this.#session, this.#source, this.#index];
     if (!index.groups?.length || source.inSections) return null;
     return (await index.satisfied(() => session.play(0))) ? session.configuration() : null;
   }
@@ -98,7 +121,7 @@ export class Playback {
    * Frames before the place are yielded with skipped: true and their samples, which decoders of video need.
    */
   async *frames(place, signal) {
-    const { session, source, index } = this;
+    const [session, source, index] = [this.#session, this.#source, this.#index];
     if (place && source.front !== undefined) index.openKept();
     const { group: first, skip = -1, until } = place ? index.locate(place) : { group: 0, skip: 0 };
     const state = {
@@ -117,7 +140,7 @@ export class Playback {
       whole: new Set(), // groups that cannot be picked from
       next: null, // the group to be picked from instead of being read in order
     };
-    this.parts.clear();
+    this.#parts.clear();
     for (let group = first; group !== null;)
       group = yield* this.#picks(state, group) ? this.#pick(state, group, signal) : this.#stream(state, group, signal);
     if (state.candidate) yield { ...state.candidate, skipped: false };
@@ -130,21 +153,21 @@ export class Playback {
 
   /** Whether a group should be read without some of its tracks. */
   #picks(state, group) {
-    const { source, session, selection } = this;
+    const [source, session, selection] = [this.#source, this.#session, this.#selection];
     return selection !== null && source.inParts === true && session.indexState === 1 && !state.whole.has(group);
   }
 
   /** Reads bytes in order, from a group on. Returns the group to be picked from, or null at the end. */
   async *#stream(state, first, signal) {
-    const { session, source } = this;
+    const [session, source] = [this.#session, this.#source];
     if (!source.inSections && first > 0) {
-      if (!(await this.index.satisfied(() => session.play(first))))
+      if (!(await this.#index.satisfied(() => session.play(first))))
         throw new FvvError({ code: "io", message: "the configuration of the group cannot be read" });
       state.fromIndex = true;
     } else if (!source.inSections) {
       session.start(0);
     }
-    const from = source.inSections || !first ? first : this.index.groups[first].offset;
+    const from = source.inSections || !first ? first : this.#index.groups[first].offset;
     let at = source.inSections ? null : from;
     for await (const item of source.stream(from, signal)) {
       if (!(item instanceof Uint8Array)) {
@@ -172,13 +195,13 @@ export class Playback {
 
   /** Reads a group without unselected tracks. Returns the next group, or the same one if it has to be read whole. */
   async *#pick(state, group, signal) {
-    const { session, parts, index } = this;
+    const [session, parts, index] = [this.#session, this.#parts, this.#index];
     const { reads } = index;
     state.at = null;
     const abort = new AbortController();
     const stop = () => abort.abort();
     signal?.addEventListener("abort", stop, { once: true });
-    this.source.leave();
+    this.#source.leave();
     try {
       await parts.prepare(index.groups, group, signal);
       const leftOut = (await this.#begin(state, group)) ? this.#leftOut() : [];
@@ -195,7 +218,7 @@ export class Playback {
       yield* this.#drain(state);
       if (!state.ended) throw new FvvError({ code: "io", message: "a part of a group cannot be read" });
       const ranges = [...parts.tableOf(index.groups, group), ...picked];
-      this.buffered.cover(group, index.groups[group].end, ranges, state.tracks);
+      this.#buffered.cover(group, index.groups[group].end, ranges, state.tracks);
     } finally {
       state.picking = state.ended = false;
       signal?.removeEventListener("abort", stop);
@@ -210,12 +233,12 @@ export class Playback {
 
   /** false: the group is damaged, and all of its bytes have to be read for a report. */
   async #begin(state, group) {
-    const { session } = this;
+    const session = this.#session;
     try {
-      if (!(await this.index.satisfied(() => session.pick(group)))) return false;
+      if (!(await this.#index.satisfied(() => session.pick(group)))) return false;
     } catch (error) {
       if (!["damaged", "invalid", "truncated"].includes(error.code)) throw error;
-      this.source.forget?.(this.index.groups[group].offset);
+      this.#source.forget?.(this.#index.groups[group].offset);
       return false;
     }
     state.picking = state.fromIndex = true;
@@ -225,31 +248,31 @@ export class Playback {
   }
 
   #videosLeftOut() {
-    const { videos } = this.session.configuration();
-    return videos.map(({ track }) => track).filter((track) => !this.selection.includes(track));
+    const { videos } = this.#session.configuration();
+    return videos.map(({ track }) => track).filter((track) => !this.#selection.includes(track));
   }
   /** Tracks of a group that need not be fetched: unselected video and known environments. */
   #leftOut() {
     const videos = this.#videosLeftOut();
-    return videos.length ? [...videos, ...this.environments.tracks] : [];
+    return videos.length ? [...videos, ...this.#environments.tracks] : [];
   }
 
   /** Takes an object that a source in sections yields between bytes (see sources.js). */
   async *#takeReport(state, { header, damage, lost, restart }) {
     yield* this.#endSection(state);
-    if (damage) this.emit("corrupt", damage);
+    if (damage) this.#emit("corrupt", damage);
     if (lost) state.gap ??= { from: lost.from ?? state.lastTime ?? null, error: lost.error };
-    if (restart) this.emit("restart", null);
+    if (restart) this.#emit("restart", null);
     if (!header) return;
-    this.session.join();
+    this.#session.join();
     state.inSection = true;
-    for (const _ of this.session.push(header)) yield* this.#drain(state);
+    for (const _ of this.#session.push(header)) yield* this.#drain(state);
   }
 
   /** A section may end anywhere: an incomplete last frame is not damage. */
   async *#endSection(state) {
     if (!state.inSection) return;
-    this.session.finish();
+    this.#session.finish();
     state.quiet = true;
     yield* this.#drain(state);
     state.quiet = state.inSection = state.ended = false;
@@ -257,12 +280,12 @@ export class Playback {
 
   #closeGap(state, end) {
     if (!state.gap) return;
-    this.emit("gap", { from: state.gap.from, to: end, error: state.gap.error });
+    this.#emit("gap", { from: state.gap.from, to: end, error: state.gap.error });
     state.gap = null;
   }
 
   async *#drain(state) {
-    const { session } = this;
+    const session = this.#session;
     for (;;) {
       const kind = session.next();
       if (kind === "need data") return;
@@ -272,7 +295,7 @@ export class Playback {
       }
       if (kind === "end") state.footer = true;
       if (kind === "configuration") {
-        this.emit("configuration", session.configuration());
+        this.#emit("configuration", session.configuration());
         state.fromIndex = false;
       }
       if (kind === "damage" && !state.quiet) this.#corrupt(state, session.damage());
@@ -285,17 +308,17 @@ export class Playback {
   }
 
   #corrupt(state, error) {
-    this.emit("corrupt", error);
+    this.#emit("corrupt", error);
     // The damage may have happened in transit: the bytes are fetched again when they are needed again.
-    for (const offset of [error.offset, this.index.groups?.[state.index]?.offset])
-      if (Number.isInteger(offset)) this.source.forget?.(offset);
+    for (const offset of [error.offset, this.#index.groups?.[state.index]?.offset])
+      if (Number.isInteger(offset)) this.#source.forget?.(offset);
     state.gap ??= { from: state.lastTime ?? null, error };
   }
 
   /** false: the group is to be picked from, and nothing of it was emitted. */
   #beginGroup(state, about) {
-    const { inSections } = this.source;
-    const { groups } = this.index;
+    const { inSections } = this.#source;
+    const { groups } = this.#index;
     const index =
       groups?.findIndex((group) => (inSections ? group.sequence === about.sequence : group.offset === about.offset)) ??
       -1;
@@ -308,26 +331,26 @@ export class Playback {
     state.index = index;
     if (index >= 0) state.number = groups[index].firstFrame;
     if (state.known !== about.configuration) {
-      const configuration = this.session.configuration();
+      const configuration = this.#session.configuration();
       // A configuration inside the stream was emitted when it arrived.
-      if (state.fromIndex) this.emit("configuration", configuration);
+      if (state.fromIndex) this.#emit("configuration", configuration);
       state.duration = configuration?.frameDuration ?? 0n;
       state.known = about.configuration;
     }
-    this.environments.begin(about.configuration);
+    this.#environments.begin(about.configuration);
     state.group = { sequence: about.sequence, start: about.start, end: about.end };
-    state.tracks = this.selection;
+    state.tracks = this.#selection;
     return true;
   }
 
   async *#frame(state) {
-    const { session } = this;
+    const session = this.#session;
     if (session.lacksCodecs) await session.loadCodecs();
     const started = performance.now();
     const skipped = state.skip > 0;
     let frame;
     try {
-      frame = session.decode(skipped ? null : this.want);
+      frame = session.decode(skipped ? null : this.#want);
     } catch (error) {
       if (!(error instanceof FvvError) || error.fatal) throw error;
       this.#corrupt(state, error);
@@ -363,19 +386,19 @@ export class Playback {
   /** Notes that everything up to the end of a frame is in the cache. */
   #cover({ index, at, duration, group }, time) {
     const end = time + duration;
-    if (this.source.front !== undefined) this.buffered.append(time, end);
+    if (this.#source.front !== undefined) this.#buffered.append(time, end);
     else if (index >= 0 && at !== null) {
-      const { offset, size } = this.index.groups[index];
+      const { offset, size } = this.#index.groups[index];
       const ranges = [{ from: offset, end: Math.min(at, offset + size) }];
-      this.buffered.cover(index, end < group.end ? end : group.end, ranges, null);
+      this.#buffered.cover(index, end < group.end ? end : group.end, ranges, null);
     }
   }
   /** [{start, end}] in ticks: times that can be played without the network. */
   bufferedTimes() {
-    return this.buffered.times(this.selection);
+    return this.#buffered.times(this.#selection);
   }
 
   close() {
-    this.session.close();
+    this.#session.close();
   }
 }

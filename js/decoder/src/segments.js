@@ -43,19 +43,21 @@ function groupsOf(url, manifest) {
 }
 
 export class Segments {
+  #url;
+  #init;
+  #cache;
+  #configuration = null;
+  #backgrounds = [];
+  #head = null; // bytes of the configuration
+  #current = null; // the group that was yielded last
+  inSections = true;
+  requests = 0;
+  bytesRead = 0;
+  groups = [];
+
   /** cache: for files of groups. */
   static async open({ url, init = {} }, cache) {
-    const segments = new Segments();
-    Object.assign(segments, {
-      url,
-      init,
-      cache,
-      inSections: true,
-      requests: 0,
-      bytesRead: 0,
-      head: null,
-      current: null,
-    });
+    const segments = new Segments(url, init, cache);
     const text = new TextDecoder().decode(await segments.#load(url));
     let manifest;
     try {
@@ -64,14 +66,20 @@ export class Segments {
       throw invalid(url, "not JSON");
     }
     segments.groups = groupsOf(url, manifest);
-    segments.configuration = manifest.configuration;
-    segments.backgrounds = backgroundsOf(url, manifest);
+    segments.#configuration = manifest.configuration;
+    segments.#backgrounds = backgroundsOf(url, manifest);
     return segments;
+  }
+
+  constructor(url, init, cache) {
+    this.#url = url;
+    this.#init = init;
+    this.#cache = cache;
   }
 
   async #load(url, size, signal) {
     this.requests++;
-    const response = await fetch(url, { ...this.init, signal });
+    const response = await fetch(url, { ...this.#init, signal });
     if (!response.ok) throw new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
     const bytes = new Uint8Array(await response.arrayBuffer());
     this.bytesRead += bytes.length;
@@ -83,7 +91,7 @@ export class Segments {
     return bytes;
   }
   async #file({ file, bytes: size, crc32c: expected }, signal) {
-    const url = new URL(file, this.url).href;
+    const url = new URL(file, this.#url).href;
     const bytes = await this.#load(url, size, signal);
     const found = crc32c(bytes).toString(16).padStart(8, "0");
     if (found !== expected)
@@ -96,31 +104,32 @@ export class Segments {
 
   async #group(group, signal) {
     const { offset, size } = group;
-    const kept = this.cache.take(offset, offset + size);
+    const kept = this.#cache.take(offset, offset + size);
     // A file is put there in one piece.
     if (kept?.length === size) {
-      this.cache.hits++;
+      this.#cache.hits++;
       return kept;
     }
     const bytes = await this.#file(group, signal);
-    this.cache.put(offset, bytes);
+    this.#cache.put(offset, bytes);
     return bytes;
   }
 
   /** The environment of a track, {track, data}; null: the manifest lists none. */
   async background(track, signal) {
-    const entry = this.backgrounds.find((one) => one.track === track);
+    const entry = this.#backgrounds.find((one) => one.track === track);
     if (!entry) return null;
     const bytes = await this.#file(entry, signal);
     const data = chunkPayload(bytes);
-    if (!data) throw invalid(this.url, `${entry.file} contains no complete chunk`);
+    if (!data) throw invalid(this.#url, `${entry.file} contains no complete chunk`);
     return { track, data };
   }
 
   async #begin(signal) {
-    this.head ??= await this.#file(this.configuration, signal);
-    if (!beginsWithFileHeader(this.head)) throw invalid(this.url, "the configuration does not begin as an fvv stream");
-    return [{ header: this.head.subarray(0, FILE_HEADER_SIZE) }, this.head.subarray(FILE_HEADER_SIZE)];
+    this.#head ??= await this.#file(this.#configuration, signal);
+    if (!beginsWithFileHeader(this.#head))
+      throw invalid(this.#url, "the configuration does not begin as an fvv stream");
+    return [{ header: this.#head.subarray(0, FILE_HEADER_SIZE) }, this.#head.subarray(FILE_HEADER_SIZE)];
   }
 
   /** From a group on; the next one is fetched while one is decoded. */
@@ -152,22 +161,22 @@ export class Segments {
         inSection = false;
       }
       coming = ask(i + 1);
-      this.current = groups[i];
+      this.#current = groups[i];
       if (bytes) yield bytes;
     }
   }
 
   divide(offsets) {
-    this.cache.divide(offsets);
+    this.#cache.divide(offsets);
   }
   holds(from, end) {
-    return this.cache.coveredUntil(from, end) >= end;
+    return this.#cache.coveredUntil(from, end) >= end;
   }
   /** The file that is read now has a good CRC but violates the rules. */
   forget() {
-    if (this.current) this.cache.drop(this.current.offset);
+    if (this.#current) this.#cache.drop(this.#current.offset);
   }
   close() {
-    this.cache.clear();
+    this.#cache.clear();
   }
 }

@@ -36,12 +36,13 @@ class Bytes {
 }
 
 class File {
+  #blob;
   constructor(blob) {
-    this.blob = blob;
+    this.#blob = blob;
     this.size = blob.size;
   }
   async read(offset, size) {
-    return new Uint8Array(await this.blob.slice(offset, offset + size).arrayBuffer());
+    return new Uint8Array(await this.#blob.slice(offset, offset + size).arrayBuffer());
   }
   async *stream(from) {
     for (let at = from; at < this.size; at += BLOCK) yield this.read(at, Math.min(BLOCK, this.size - at));
@@ -50,12 +51,13 @@ class File {
 
 /** Bytes in order, once. pull(): the next piece or null. */
 class Stream {
+  #pull;
   constructor(pull) {
-    this.pull = pull;
+    this.#pull = pull;
   }
   async *stream() {
     for (;;) {
-      const piece = await this.pull();
+      const piece = await this.#pull();
       if (!piece) return;
       yield piece;
     }
@@ -90,48 +92,66 @@ function noRange(url, why) {
 
 /** A host that supports Range. The first request begins at byte 0 and continues into the frames that are played. */
 class Ranges {
+  #url;
+  #init;
+  #etag;
+  #suffix;
+  #warn;
+  #cache;
+  #head = null; // the open response that begins at byte 0
+  #ignoresRange = false;
+  requests = 1;
+
   constructor(url, init, size, etag, suffix, { warn, cache }) {
-    Object.assign(this, { url, init, size, etag, suffix, warn, cache, head: null, ignoresRange: false });
-    this.requests = 1;
+    this.#url = url;
+    this.#init = init;
+    this.#etag = etag;
+    this.#suffix = suffix;
+    this.#warn = warn;
+    this.#cache = cache;
+    this.size = size;
     this.bytesRead = suffix.length;
   }
   /** From a host that returns the whole file a part is requested only once. */
   get inParts() {
-    return !this.ignoresRange;
+    return !this.#ignoresRange;
   }
   /** From here on the bytes are in suffix. */
   get #suffixAt() {
-    return this.size - this.suffix.length;
+    return this.size - this.#suffix.length;
   }
-  async fetch(from, end, signal) {
+  async #fetch(from, end, signal) {
     this.requests++;
-    const headers = { ...this.init.headers, Range: `bytes=${from}-${end - 1}` };
-    const response = await fetch(this.url, { ...this.init, headers, signal });
-    if (response.status !== 206 && response.status !== 200) throw failed(this.url, response);
+    const headers = { ...this.#init.headers, Range: `bytes=${from}-${end - 1}` };
+    const response = await fetch(this.#url, { ...this.#init, headers, signal });
+    if (response.status !== 206 && response.status !== 200) throw failed(this.#url, response);
     const etag = response.headers.get("etag");
     const range = /^bytes (\d+)-\d+\/(\d+|\*)$/.exec(response.headers.get("content-range") ?? "");
     const total = response.status === 200 ? null : range && range[2] !== "*" ? Number(range[2]) : this.size;
-    if (etag !== this.etag || (total !== null && total !== this.size))
+    if (etag !== this.#etag || (total !== null && total !== this.size))
       throw new FvvError({
         code: "changed",
-        message: `${this.url} changed while it was read: ETag ${this.etag}, now ${etag}`,
+        message: `${this.#url} changed while it was read: ETag ${this.#etag}, now ${etag}`,
       });
     if (range && response.status === 206 && Number(range[1]) !== from)
-      throw new FvvError({ code: "io", message: `${this.url}: expected a range from byte ${from}, found ${range[1]}` });
+      throw new FvvError({
+        code: "io",
+        message: `${this.#url}: expected a range from byte ${from}, found ${range[1]}`,
+      });
     return response;
   }
   /** The requested bytes, also from a response with the whole file, in case the host stops supporting Range. */
   async *#wanted(response, from, end) {
     let at = response.status === 206 ? from : 0;
-    if (response.status === 200 && !this.ignoresRange) {
-      this.ignoresRange = true;
-      this.warn(noRange(this.url, "the server no longer supports Range"));
+    if (response.status === 200 && !this.#ignoresRange) {
+      this.#ignoresRange = true;
+      this.#warn(noRange(this.#url, "the server no longer supports Range"));
     }
     // Such a response has to be read up to the requested bytes: all of it goes to the cache.
     const cacheable = Math.min(this.#suffixAt, response.status === 206 ? end : Infinity);
     for await (const piece of bodyOf(response)) {
       this.bytesRead += piece.length;
-      this.cache.put(at, piece.subarray(0, Math.max(0, cacheable - at)));
+      this.#cache.put(at, piece.subarray(0, Math.max(0, cacheable - at)));
       const part = piece.subarray(Math.max(0, from - at), Math.max(0, end - at));
       at += piece.length;
       if (part.length) yield part;
@@ -143,28 +163,28 @@ class Ranges {
     for (let at = from; at < end;) {
       // The beginning of the suffix can change meanwhile.
       const asked = Math.min(end, this.#suffixAt);
-      const kept = at < asked ? this.cache.take(at, asked) : this.suffix.subarray(at - asked, end - asked);
+      const kept = at < asked ? this.#cache.take(at, asked) : this.#suffix.subarray(at - asked, end - asked);
       if (kept) {
-        if (!reused && at < asked) this.cache.hits++;
+        if (!reused && at < asked) this.#cache.hits++;
         at += kept.length;
         yield kept;
       } else {
-        const until = this.cache.missingUntil(at, asked, ROUND_TRIP_BYTES);
-        for await (const piece of this.#wanted(await this.fetch(at, until, signal), at, until)) {
+        const until = this.#cache.missingUntil(at, asked, ROUND_TRIP_BYTES);
+        for await (const piece of this.#wanted(await this.#fetch(at, until, signal), at, until)) {
           at += piece.length;
           yield piece;
         }
         if (at < until)
-          throw new FvvError({ code: "io", message: `${this.url}: the response ends ${until - at} bytes too early` });
+          throw new FvvError({ code: "io", message: `${this.#url}: the response ends ${until - at} bytes too early` });
       }
       reused = kept !== null;
     }
   }
   /** The first bytes, at least size; their response stays open for stream. */
-  async beginning(size) {
+  async #beginning(size) {
     const abort = new AbortController();
-    this.head ??= { abort, body: this.part(0, this.size, abort.signal), pieces: [], length: 0 };
-    const { head } = this;
+    this.#head ??= { abort, body: this.part(0, this.size, abort.signal), pieces: [], length: 0 };
+    const head = this.#head;
     while (head.length < size) {
       const { done, value } = await head.body.next();
       if (done) break;
@@ -174,20 +194,20 @@ class Ranges {
     return new Uint8Array(await new Blob(head.pieces).arrayBuffer());
   }
   async read(offset, size) {
-    if (offset === 0 && !this.frugal) return (await this.beginning(size)).subarray(0, size);
+    if (offset === 0 && !this.frugal) return (await this.#beginning(size)).subarray(0, size);
     const pieces = [];
     for await (const piece of this.part(offset, offset + size)) pieces.push(piece);
     return new Uint8Array(await new Blob(pieces).arrayBuffer());
   }
   /** Aborts the request of beginning. */
   leave() {
-    this.head?.abort.abort();
-    this.head = null;
+    this.#head?.abort.abort();
+    this.#head = null;
   }
   async *stream(from, signal) {
-    const { head } = this;
+    const head = this.#head;
     if (from > 0) this.leave();
-    this.head = null;
+    this.#head = null;
     if (!head || from > 0) {
       yield* this.part(from, this.size, signal);
       return;
@@ -198,26 +218,28 @@ class Ranges {
   }
 
   divide(offsets) {
-    this.cache.divide(offsets);
+    this.#cache.divide(offsets);
   }
   kept(offset, out) {
-    return this.cache.copy(offset, out);
+    return this.#cache.copy(offset, out);
   }
   holds(from, end) {
     const asked = Math.min(end, this.#suffixAt);
-    return this.cache.coveredUntil(from, asked) >= asked;
+    return this.#cache.coveredUntil(from, asked) >= asked;
   }
   forget(offset) {
-    if (this.cache.drop(offset) > this.#suffixAt) this.suffix = new Uint8Array(0);
+    if (this.#cache.drop(offset) > this.#suffixAt) this.#suffix = new Uint8Array(0);
   }
   close() {
     this.leave();
-    this.cache.clear();
+    this.#cache.clear();
   }
 }
 
 /** A single response with the whole file. Its bytes can be read again as long as the cache has all of them. */
 class Download {
+  #abort;
+  #cache;
   #body;
   #piece = null; // promise of the next piece, which outlives a seek
   #wake = null;
@@ -229,21 +251,23 @@ class Download {
   constructor(response, abort, { cache, rewinds }) {
     const { headers } = response;
     const size = headers.get("content-encoding") ? 0 : Number(headers.get("content-length"));
-    Object.assign(this, { abort, cache, rewinds: rewinds && cache.most > 0 && size <= cache.most });
+    this.#abort = abort;
+    this.#cache = cache;
+    this.rewinds = rewinds && cache.most > 0 && size <= cache.most;
     this.#body = response.body.getReader();
   }
 
   async *stream(from, signal) {
     const stop = () => {
-      if (!this.rewinds) this.abort.abort();
+      if (!this.rewinds) this.#abort.abort();
       this.#wake?.();
     };
     signal?.addEventListener("abort", stop);
-    if (from < this.front) this.cache.hits++;
+    if (from < this.front) this.#cache.hits++;
     try {
       for (let at = from; ;) {
-        if (at >= this.front && !this.rewinds) this.cache.clear();
-        const piece = at < this.front ? this.cache.take(at, this.front) : await this.#next(signal);
+        if (at >= this.front && !this.rewinds) this.#cache.clear();
+        const piece = at < this.front ? this.#cache.take(at, this.front) : await this.#next(signal);
         if (!piece) return;
         at += piece.length;
         yield piece;
@@ -266,15 +290,15 @@ class Download {
     if (done) return null;
     this.bytesRead += value.length;
     if (this.rewinds) {
-      this.cache.put(this.front, value);
-      this.rewinds = this.cache.coveredUntil(0, 1) === 1;
+      this.#cache.put(this.front, value);
+      this.rewinds = this.#cache.coveredUntil(0, 1) === 1;
     }
     this.front += value.length;
     return value;
   }
 
   kept(offset, out) {
-    return this.cache.copy(offset, out);
+    return this.#cache.copy(offset, out);
   }
   holds(from, end) {
     return this.rewinds && end <= this.front;
@@ -284,8 +308,8 @@ class Download {
     this.rewinds = false;
   }
   close() {
-    this.abort.abort();
-    this.cache.clear();
+    this.#abort.abort();
+    this.#cache.clear();
   }
 }
 

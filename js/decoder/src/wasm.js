@@ -91,11 +91,12 @@ const STATUS_INVALID = -102;
  * with memory of its own, and bytes are copied between the memories.
  */
 class Codecs {
+  #core;
   #loaded = new Map();
 
   /** core: the instance whose memory is copied from and to. */
   constructor(core) {
-    this.core = core;
+    this.#core = core;
   }
   /** Whether a codec has to be loaded. bits: as of fvvjs_codecs. */
   lacks(bits) {
@@ -145,12 +146,12 @@ class Codecs {
     } catch {
       this.#loaded.delete(name);
       const { issue } = known.find((one) => one.name === name);
-      new DataView(this.core.memory.buffer, diagnostic).setUint32(4, issue, true);
+      new DataView(this.#core.memory.buffer, diagnostic).setUint32(4, issue, true);
       return STATUS_INVALID;
     }
   }
   #copyOut(codec, from, to, size) {
-    new Uint8Array(this.core.memory.buffer, to, size).set(new Uint8Array(codec.memory.buffer, from, size));
+    new Uint8Array(this.#core.memory.buffer, to, size).set(new Uint8Array(codec.memory.buffer, from, size));
   }
   /** Copies the input into the codec's memory, where it stays until the next one. */
   #put(codec, data, size) {
@@ -158,7 +159,7 @@ class Codecs {
     codec.input = codec.exports.fvvcodec_alloc(size);
     codec.size = size;
     if (!codec.input) return false;
-    new Uint8Array(codec.memory.buffer, codec.input, size).set(new Uint8Array(this.core.memory.buffer, data, size));
+    new Uint8Array(codec.memory.buffer, codec.input, size).set(new Uint8Array(this.#core.memory.buffer, data, size));
     return true;
   }
   #decode(codec, vertices, faces, [positions, indices, texture, normals]) {
