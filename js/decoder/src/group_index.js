@@ -90,7 +90,8 @@ export class GroupIndex {
     const { session } = this;
     if (this.front === source.front) return;
     try {
-      if (!session.open(source.front)) throw new FvvError({ code: "io", message: "bytes that have been played are no longer kept" }); // prettier-ignore
+      if (!session.open(source.front))
+        throw new FvvError({ code: "io", message: "bytes that have been played are no longer kept" });
       this.#number(session.groups());
     } catch (error) {
       if (!["damaged", "invalid", "truncated"].includes(error.code)) throw error;
@@ -118,7 +119,11 @@ export class GroupIndex {
     const holds = (group) =>
       group.frameCount && (frame === undefined ? group.start <= time : group.firstFrame <= frame);
     let i = groups.findLastIndex(holds);
-    if (i < 0) i = Math.max(0, groups.findIndex((group) => group.frameCount)); // prettier-ignore
+    if (i < 0)
+      i = Math.max(
+        0,
+        groups.findIndex((group) => group.frameCount),
+      );
     return frame === undefined ? { group: i, until: time } : { group: i, skip: frame - (groups[i]?.firstFrame ?? 0) };
   }
 }

@@ -69,7 +69,14 @@ test("the cache returns what was put, stores nothing twice, and evicts the least
   let most = 1000;
   const cache = new Cache(() => most);
   cache.divide([100, 300, 500]);
-  for (const [at, end] of [[110, 150], [100, 130], [140, 310], [700, 720], [505, 506]]) cache.put(at, bytes(at, end)); // prettier-ignore
+  for (const [at, end] of [
+    [110, 150],
+    [100, 130],
+    [140, 310],
+    [700, 720],
+    [505, 506],
+  ])
+    cache.put(at, bytes(at, end));
   assert.equal(cache.bytes, 210 + 20 + 1);
   for (let at = 100; at < 310;) {
     const piece = cache.take(at, 310);
@@ -125,14 +132,16 @@ for (const [path, requests] of [
   ["range/moving", 2],
   ["whole/moving/manifest.json", 4],
 ])
-  // prettier-ignore
   test(`${path}: a second loop and seeks make no requests`, async () => {
     const { decoder, reports } = await open(path);
     assert.deepEqual(await play(decoder), expected);
     const first = await decoder.stats();
     assert.equal(first.requests, requests);
     assert.deepEqual([first.cacheHits, first.bytesReused], [0, 0]);
-    assert.ok(first.cachedBytes > 0.5 * size && first.cachedBytes < 1.5 * size, `${first.cachedBytes} of ${size} bytes`);
+    assert.ok(
+      first.cachedBytes > 0.5 * size && first.cachedBytes < 1.5 * size,
+      `${first.cachedBytes} of ${size} bytes`,
+    );
     assert.deepEqual(await decoder.buffered(), span(decoder.groups));
     const again = await requestsOf(async () => {
       for (let round = 0; round < 2; round++) assert.deepEqual(await from(decoder, { frame: 0 }), expected);
@@ -234,7 +243,10 @@ for (const behaviour of ["whole", "gzip"])
       await assert.rejects(decoder.seek({ frame: 5 }), { code: "argument", fatal: false });
     });
     assert.deepEqual(again, []);
-    assert.deepEqual(reports.map(({ type }) => type), ["warning", "groups"]); // prettier-ignore
+    assert.deepEqual(
+      reports.map(({ type }) => type),
+      ["warning", "groups"],
+    );
     assert.equal((await decoder.stats()).requests, 1);
     decoder.close();
     assert.equal((await decoder.stats()).cachedBytes, 0);
@@ -255,7 +267,6 @@ test("a single response larger than the limit is not kept and cannot be sought i
     ["gzip", size - 1],
     ["gzip", 2000],
   ]) {
-    // prettier-ignore
     const { decoder, reports } = await open(`${behaviour}/moving`, { limits: { cacheBytes: limit } });
     assert.equal(decoder.seekable, behaviour === "gzip");
     assert.deepEqual(await play(decoder), expected);
@@ -275,7 +286,10 @@ test("a file that changes during playback: nothing of the former one is kept", a
   cpSync(clips.moving, files.swapped);
   await decoder.seek({ frame: 4 });
   assert.deepEqual(await play(decoder), expected.slice(4));
-  assert.deepEqual(reports.map(({ detail, type }) => detail?.code ?? type), ["changed", "groups"]); // prettier-ignore
+  assert.deepEqual(
+    reports.map(({ detail, type }) => detail?.code ?? type),
+    ["changed", "groups"],
+  );
   assert.deepEqual(await from(decoder, { frame: 0 }), expected);
   const { cachedBytes } = await decoder.stats();
   assert.ok(cachedBytes < 1.5 * size);

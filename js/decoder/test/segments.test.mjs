@@ -29,7 +29,8 @@ const files = Object.fromEntries(
 );
 /** The same folder with a flipped bit in one file. */
 function damage(clip, as, name) {
-  for (const [known, path] of Object.entries(files)) if (known.startsWith(`${clip}/`)) files[known.replace(clip, as)] = path; // prettier-ignore
+  for (const [known, path] of Object.entries(files))
+    if (known.startsWith(`${clip}/`)) files[known.replace(clip, as)] = path;
   const bytes = readFileSync(files[`${as}/${name}`]);
   bytes[bytes.length >> 1] ^= 1;
   files[`${as}/${name}`] = join(folder, `${as}-${name}`);
@@ -44,7 +45,17 @@ files["swapped/manifest.json"] = files["moving/manifest.json"];
 files["swapped/configuration.fvv"] = files["moving/configuration.fvv"];
 files["swapped/group-000000.fvv"] = files["moving/group-000000.fvv"];
 files["swapped/group-000001.fvv"] = join(folder, "swapped");
-tool("fvvmux", clips.moving.replace("moving.fvv", "studio"), "-o", join(folder, "other.fvv"), "--quality", "30dB", "--group", "3", "--keep-geometry"); // prettier-ignore
+tool(
+  "fvvmux",
+  clips.moving.replace("moving.fvv", "studio"),
+  "-o",
+  join(folder, "other.fvv"),
+  "--quality",
+  "30dB",
+  "--group",
+  "3",
+  "--keep-geometry",
+);
 tool("fvvmux", join(folder, "other.fvv"), "--segments", join(folder, "other"));
 cpSync(join(folder, "other/group-000001.fvv"), files["swapped/group-000001.fvv"]);
 for (const [name, text] of [
@@ -116,7 +127,10 @@ test("a file that does not match the manifest: damage, a gap, and nothing of it 
     const reports = [];
     for (const type of ["corrupt", "gap"]) decoder.addEventListener(type, ({ detail }) => reports.push([type, detail]));
     assert.deepEqual(await frames(decoder), kept);
-    assert.deepEqual(reports.map(([type]) => type), ["corrupt", "gap"]); // prettier-ignore
+    assert.deepEqual(
+      reports.map(([type]) => type),
+      ["corrupt", "gap"],
+    );
     assert.equal(reports[0][1].code, code);
     assert.match(reports[0][1].message, /group-00000\d\.fvv: .* expected/);
     assert.equal(reports[1][1].error.code, code);

@@ -57,7 +57,9 @@ function asked(since) {
 }
 
 const expected = nativeFrames(clips.tracks);
-const all = Object.keys(expected[0]).filter((what) => what.startsWith("key ")).map((what) => Number(what.split(" ")[1])); // prettier-ignore
+const all = Object.keys(expected[0])
+  .filter((what) => what.startsWith("key "))
+  .map((what) => Number(what.split(" ")[1]));
 
 test("the clip has a track for each camera", () => assert.equal(all.length, 5));
 
@@ -72,7 +74,10 @@ for (const tracks of [[all[0]], [all[1], all[3]], []])
       expected.map((hashes) => without(hashes, tracks)),
     );
     for (const frame of frames) assert.deepEqual(frame.tracks, tracks);
-    assert.deepEqual(reports.map(({ type }) => type), ["configuration", "background"]); // prettier-ignore
+    assert.deepEqual(
+      reports.map(({ type }) => type),
+      ["configuration", "background"],
+    );
     assert.deepEqual(backgroundHashes(decoder.backgrounds[0]), nativeBackground(clips.tracks));
     const [requests, bytes] = asked(before);
     const stats = await decoder.stats();
@@ -124,7 +129,10 @@ test("a selection takes effect with the next group, however it changes", async (
     changed += seen[0] !== seen[4];
   }
   assert.equal(changed, 3);
-  assert.deepEqual(reports.filter(({ type }) => type !== "configuration" && type !== "background"), []); // prettier-ignore
+  assert.deepEqual(
+    reports.filter(({ type }) => type !== "configuration" && type !== "background"),
+    [],
+  );
   decoder.close();
 });
 
@@ -161,7 +169,10 @@ test("sources without parts: unselected tracks are left out of frames", async ()
       frames.map(({ hashes }) => hashes),
       expected.map((hashes) => without(hashes, tracks)),
     );
-    assert.deepEqual(reports.filter(({ type }) => type === "corrupt" || type === "gap"), []); // prettier-ignore
+    assert.deepEqual(
+      reports.filter(({ type }) => type === "corrupt" || type === "gap"),
+      [],
+    );
     decoder.close();
   }
 });
@@ -200,7 +211,6 @@ test("a viewpoint selects the tracks that it needs", async () => {
     [url("neighbours"), wanted],
     [`${server.url}/whole/neighbours`, null],
   ]) {
-    // prettier-ignore
     const decoder = await createDecoder({ source, look, queue: 1 });
     const frames = [];
     for await (const frame of decoder) frames.push(frame);
@@ -222,7 +232,13 @@ test("damage in fetched chunks is a gap, in other chunks it has no effect", asyn
     const name = type === "VPKT" ? `${type} ${bytes.readUInt16LE(at + 6)}` : type;
     if (time >= 2 && time <= 4 && type !== "SCEN") places[name] ??= at;
   }
-  const kinds = { missing: places[`VPKT ${all[1]}`], sample: places[`VPKT ${all[0]}`], mesh: places.MESH, table: places.GEND, group: places.GRUP }; // prettier-ignore
+  const kinds = {
+    missing: places[`VPKT ${all[1]}`],
+    sample: places[`VPKT ${all[0]}`],
+    mesh: places.MESH,
+    table: places.GEND,
+    group: places.GRUP,
+  };
   for (const [name, at] of Object.entries(kinds)) {
     const flipped = Buffer.from(bytes);
     flipped[at + 40] ^= 1;
@@ -238,7 +254,8 @@ test("damage in fetched chunks is a gap, in other chunks it has no effect", asyn
     if (name === "missing") assert.deepEqual([frames.length, types], [5, []]);
     else assert.ok(types.includes("corrupt"), `${name}: ${types}`);
     // GEND follows the frames of its group, which were complete before.
-    if (name === "sample" || name === "mesh" || name === "group") assert.deepEqual([frames.length, types.at(-1)], [3, "gap"], name); // prettier-ignore
+    if (name === "sample" || name === "mesh" || name === "group")
+      assert.deepEqual([frames.length, types.at(-1)], [3, "gap"], name);
     decoder.close();
     host.close();
   }
@@ -253,7 +270,12 @@ test("a change of configuration: tracks are selected again", async () => {
   const eye = [3, 1, 0.5];
   for (const start of [0, 1, 2, 4]) {
     const before = host.requests.length;
-    const decoder = await createDecoder({ source: `${host.url}/range/changing`, visibilityWeights: true, look: { eye, target: [0, 1, 0] }, queue: 1 }); // prettier-ignore
+    const decoder = await createDecoder({
+      source: `${host.url}/range/changing`,
+      visibilityWeights: true,
+      look: { eye, target: [0, 1, 0] },
+      queue: 1,
+    });
     const reports = listen(decoder);
     if (start) await decoder.seek({ frame: start });
     const frames = await play(decoder);
@@ -261,7 +283,10 @@ test("a change of configuration: tracks are selected again", async () => {
       frames.map(({ hashes }) => hashes),
       whole.slice(start).map((hashes, i) => without(hashes, frames[i].tracks ?? all)),
     );
-    assert.deepEqual(reports.filter(({ type }) => type === "corrupt" || type === "gap"), []); // prettier-ignore
+    assert.deepEqual(
+      reports.filter(({ type }) => type === "corrupt" || type === "gap"),
+      [],
+    );
     const counts = reports.filter(({ type }) => type === "configuration").map(({ detail }) => detail.videos.length);
     assert.deepEqual(counts, start < 2 ? [3, 5] : [5]);
     const { videos } = decoder.configuration;
@@ -279,7 +304,9 @@ test("a change of configuration: tracks are selected again", async () => {
 test("damage anywhere: no wrong frame, and only FvvErrors are thrown", async () => {
   const path = `${clips.neighbours}.damaged`;
   const host = await serve({ damaged: path });
-  const [track] = Object.keys(nativeFrames(clips.neighbours)[0]).filter((what) => what.startsWith("key ")).map((what) => Number(what.split(" ")[1])); // prettier-ignore
+  const [track] = Object.keys(nativeFrames(clips.neighbours)[0])
+    .filter((what) => what.startsWith("key "))
+    .map((what) => Number(what.split(" ")[1]));
   const good = new Set(nativeFrames(clips.neighbours).map((hashes) => text(without(hashes, [track]))));
   let frames = 0;
   let corrupt = 0;

@@ -1,4 +1,5 @@
-// Playback with a simulated decoder and a simulated clock: events in order, frames at their time, seeks, loops, live, buffered ranges.
+// Playback with a simulated decoder and a simulated clock: events in order, frames at their time, seeks, loops, live,
+// buffered ranges.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -450,12 +451,22 @@ test("buffered ranges: the decoder's cache and decoded frames, joined if they to
   const [decoder] = world.decoders;
   // The frame on screen and the next one.
   assert.deepEqual(pairs(media.buffered), [[0, 0.08]]);
-  decoder.bufferedTimes = [{ start: 10n, end: 20n }, { start: 40n, end: 50n }]; // prettier-ignore
+  decoder.bufferedTimes = [
+    { start: 10n, end: 20n },
+    { start: 40n, end: 50n },
+  ];
   await media.measure();
-  assert.deepEqual(pairs(media.buffered), [[0, 0.08], [0.4, 0.8], [1.6, 2]]); // prettier-ignore
+  assert.deepEqual(pairs(media.buffered), [
+    [0, 0.08],
+    [0.4, 0.8],
+    [1.6, 2],
+  ]);
   assert.ok(Math.abs(media.buffered.ahead(0.5) - 0.3) < 1e-9);
   assert.equal(media.buffered.ahead(1), 0);
-  decoder.bufferedTimes = [{ start: 2n, end: 40n }, { start: 40n, end: 50n }]; // prettier-ignore
+  decoder.bufferedTimes = [
+    { start: 2n, end: 40n },
+    { start: 40n, end: 50n },
+  ];
   await media.measure();
   assert.deepEqual(pairs(media.buffered), [[0, 2]]);
 });

@@ -1,7 +1,7 @@
 // What shaders need to know of a frame's cameras: calibration and tile of each, as rows of floats in a texture, and the
 // parameters by which colours are mixed. The number of samplers does not depend on the number of cameras.
 
-/** Texels of a row; glsl/projection.js describes them. */
+/** Texels of a row; glsl/surface.js describes them. */
 export const VIEW_TEXELS = 12;
 export const MAX_VIEWS = 64;
 const FAR = 1e30;

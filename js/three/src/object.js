@@ -1,7 +1,19 @@
 // A frame of free-viewpoint video in a scene: its mesh, coloured at each point by the cameras that see it best.
 
-import { checkTexturing, loadPictures, MAX_WEIGHT_TEXELS, texturingOf, viewsOf } from "@fvv/shading";
 import {
+  blending,
+  checkTexturing,
+  loadPictures,
+  MAX_WEIGHT_TEXELS,
+  projection,
+  texturingOf,
+  viewsOf,
+  visibilityWeightsVertex,
+} from "@fvv/shading";
+import {
+  Box3,
+  BufferAttribute,
+  BufferGeometry,
   DataArrayTexture,
   DataTexture,
   DoubleSide,
@@ -9,15 +21,100 @@ import {
   Mesh,
   Object3D,
   ShaderMaterial,
+  Sphere,
   Vector2,
   Vector3,
   Vector4,
 } from "three";
 
-import { MeshGeometry } from "./geometry.js";
 import { PictureTexture } from "./pictures.js";
-import { surfaceFragment, surfaceVertex } from "./shaders.js";
-import { DepthMaps, VisibilityWeightTexture, ViewTexture } from "./textures.js";
+import { DepthMaps, ViewTexture, VisibilityWeightTexture } from "./textures.js";
+
+/** The shaders of three's material, built from those of @fvv/shading. */
+const surfaceVertex = /* glsl */ `
+out vec3 vPoint, vNormal;
+out vec2 vUv;
+${visibilityWeightsVertex}
+void main() {
+  vPoint = position;
+  vNormal = normal;
+#ifdef ATLAS
+  vUv = uv;
+#endif
+  passVisibilityWeights();
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+}
+`;
+
+const surfaceFragment = /* glsl */ `
+precision highp sampler2DArray;
+uniform vec4 atlas; // x y width height, in texels of pictures
+uniform float handedness;
+uniform vec3 unseen;
+in vec3 vPoint, vNormal;
+in vec2 vUv;
+layout(location = 0) out highp vec4 outColour;
+#define gl_FragColor outColour
+${projection}
+${blending}
+
+void main() {
+  vec3 colour;
+#ifdef ATLAS
+  vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
+  colour = textureLod(pictures, at / pictureSize, 0.0).rgb;
+#else
+  // The front side by the winding of the face, not as the viewer sees it.
+  vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? handedness : -handedness);
+  if (!blended(vPoint, faceNormal, normalize(vNormal), colour)) colour = unseen;
+#endif
+  // Cameras are mixed as display values; three continues in linear light and converts back at the end.
+  outColour = sRGBTransferEOTF(vec4(colour, 1.0));
+  #include <tonemapping_fragment>
+  #include <colorspace_fragment>
+}
+`;
+
+/** Allocates a quarter more: sizes of meshes with changing topology differ by less from frame to frame. */
+const SPARE = 1.25;
+
+/** A mesh that changes with every frame, in one BufferGeometry whose arrays are written in place. */
+class MeshGeometry extends BufferGeometry {
+  #extent = new Box3();
+
+  /** mesh: the mesh of a frame. Its arrays are copied. */
+  show(mesh) {
+    this.#fill("position", mesh.positions, 3);
+    this.#fill("normal", mesh.normals, 3);
+    this.#fill("uv", mesh.uvs, 2);
+    this.#fill("index", mesh.indices, 1);
+    this.setDrawRange(0, mesh.indices.length);
+    this.#extent.setFromArray(mesh.positions);
+    this.boundingBox = this.#extent.clone();
+    this.boundingSphere = this.#extent.getBoundingSphere(this.boundingSphere ?? new Sphere());
+  }
+
+  #fill(name, values, components) {
+    const former = name === "index" ? this.index : this.getAttribute(name);
+    if (!values) {
+      if (former) this.deleteAttribute(name);
+      return;
+    }
+    let attribute = former;
+    if (!attribute || attribute.array.length < values.length) {
+      const room = components * Math.ceil((SPARE * values.length) / components);
+      attribute = new BufferAttribute(new values.constructor(room), components);
+      // three frees the buffers of a disposed geometry, and creates them again when it is drawn.
+      if (former) this.dispose();
+      if (name === "index") this.setIndex(attribute);
+      else this.setAttribute(name, attribute);
+    }
+    attribute.array.set(values);
+    attribute.clearUpdateRanges();
+    attribute.addUpdateRange(0, values.length);
+    attribute.needsUpdate = true;
+  }
+}
 
 /** Varyings other than visibility weights: point, normal, texture coordinates, and one for three. */
 const OTHER_VARYINGS = 4;

@@ -32,8 +32,14 @@ import {
   WebGLRenderTarget,
 } from "three";
 
-import { wholeVertex } from "./shaders.js";
 import { offScreen } from "./textures.js";
+
+/** A quad that covers the viewport. */
+const wholeVertex = /* glsl */ `
+void main() {
+  gl_Position = vec4(position.xy, 0.0, 1.0);
+}
+`;
 
 function upload(Type, ...parameters) {
   const texture = new Type(...parameters);

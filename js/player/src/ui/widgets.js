@@ -18,7 +18,7 @@ export function element(name, properties = {}, ...children) {
 }
 
 const SVG = "http://www.w3.org/2000/svg";
-export function icon(path) {
+function icon(path) {
   const svg = document.createElementNS(SVG, "svg");
   svg.setAttribute("viewBox", "0 0 24 24");
   svg.setAttribute("aria-hidden", "true");
