@@ -9,8 +9,8 @@ const TURN = 0.01;
 
 /** A view on a circle around the scene that shows all of it. */
 function viewAt(bounds, up, turns) {
-  const centre = bounds.least.map((x, i) => (x + bounds.most[i]) / 2);
-  const radius = Math.hypot(...bounds.least.map((x, i) => bounds.most[i] - x)) / 2;
+  const centre = bounds.min.map((x, i) => (x + bounds.max[i]) / 2);
+  const radius = Math.hypot(...bounds.min.map((x, i) => bounds.max[i] - x)) / 2;
   const angle = 2 * Math.PI * turns;
   const axis = "xyz".indexOf(up.at(-1));
   const sign = up.startsWith("-") ? -1 : 1;

@@ -17,7 +17,7 @@ function extentOf(at, piece, former) {
 }
 
 export class Cache {
-  #most;
+  #limit;
   #borders = [];
   #units = new Map(); // number -> {extents in order, bytes}; the last one was used last
   /** Allocated memory, filled or not. */
@@ -26,9 +26,9 @@ export class Cache {
   hits = 0;
   bytesReused = 0;
 
-  /** most(): the current limit in bytes. */
-  constructor(most) {
-    this.#most = most;
+  /** limit(): the current limit in bytes. */
+  constructor(limit) {
+    this.#limit = limit;
   }
 
   /** borders: where units begin, in order. The bytes before the first border are a unit, too. */
@@ -38,8 +38,8 @@ export class Cache {
     this.#borders = borders;
     for (const { at, room, size } of extents) this.put(at, room.subarray(0, size));
   }
-  get most() {
-    return this.#most();
+  get limit() {
+    return this.#limit();
   }
   #unitOf(at) {
     return this.#borders.findLastIndex((border) => border <= at);
@@ -47,14 +47,14 @@ export class Cache {
 
   /** Takes ownership of the bytes. Bytes that are in the cache already are not stored twice. */
   put(at, bytes) {
-    if (!(this.#most() > 0)) return;
+    if (!(this.#limit() > 0)) return;
     for (let from = at; from < at + bytes.length;) {
       const number = this.#unitOf(from);
       const end = Math.min(at + bytes.length, this.#borders[number + 1] ?? Infinity);
       this.#fill(this.#use(number), from, bytes.subarray(from - at, end - at));
       from = end;
     }
-    this.fit();
+    this.evict();
   }
   #use(number) {
     const unit = this.#units.get(number) ?? { extents: [], bytes: 0 };
@@ -92,10 +92,10 @@ export class Cache {
   }
 
   /** Evicts units until the limit holds. */
-  fit() {
-    const most = this.#most();
+  evict() {
+    const limit = this.#limit();
     for (const number of this.#units.keys()) {
-      if (this.bytes <= most) return;
+      if (this.bytes <= limit) return;
       this.#remove(number);
     }
   }
@@ -135,13 +135,13 @@ export class Cache {
     }
     return Math.min(at, end);
   }
-  /** The end of a gap at `at`: where at least `least` contiguous bytes follow, or all bytes up to end. */
-  missingUntil(at, end, least) {
+  /** The end of a gap at `at`: where at least `minimum` contiguous bytes follow, or all bytes up to end. */
+  missingUntil(at, end, minimum) {
     for (;;) {
       const from = this.#next(at);
       if (from >= end) return end;
       at = this.coveredUntil(from, end);
-      if (at - from >= least || at === end) return from;
+      if (at - from >= minimum || at === end) return from;
     }
   }
   #next(at) {

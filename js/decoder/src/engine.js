@@ -146,7 +146,7 @@ export class Engine {
     this.#frames = this.#playback.frames(place, this.#abort.signal);
     for await (const frame of this.#frames) {
       if (!current()) return;
-      this.#cache.fit();
+      this.#cache.evict();
       const pictures = this.#pictures.submit(frame);
       pictures.catch(() => {});
       if (frame.skipped) {

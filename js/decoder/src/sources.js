@@ -253,7 +253,7 @@ class Download {
     const size = headers.get("content-encoding") ? 0 : Number(headers.get("content-length"));
     this.#abort = abort;
     this.#cache = cache;
-    this.rewinds = rewinds && cache.most > 0 && size <= cache.most;
+    this.rewinds = rewinds && cache.limit > 0 && size <= cache.limit;
     this.#body = response.body.getReader();
   }
 

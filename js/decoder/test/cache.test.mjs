@@ -66,8 +66,8 @@ async function requestsOf(act) {
 const bytes = (from, end) => Uint8Array.from({ length: end - from }, (_, i) => (from + i) % 251);
 
 test("the cache returns what was put, stores nothing twice, and evicts the least recently read unit", () => {
-  let most = 1000;
-  const cache = new Cache(() => most);
+  let limit = 1000;
+  const cache = new Cache(() => limit);
   cache.divide([100, 300, 500]);
   for (const [at, end] of [
     [110, 150],
@@ -100,7 +100,7 @@ test("the cache returns what was put, stores nothing twice, and evicts the least
   assert.equal(cache.copy(305, copied), false);
   cache.take(505, 506);
   cache.take(100, 200);
-  most = 225;
+  limit = 225;
   cache.put(20, bytes(20, 24));
   // The unit of 300 was read before those of 500 and 100.
   assert.deepEqual(
@@ -108,14 +108,14 @@ test("the cache returns what was put, stores nothing twice, and evicts the least
     [300, 720, 300],
   );
   assert.equal(cache.bytes, 200 + 20 + 1 + 4);
-  most = 210;
-  cache.fit();
+  limit = 210;
+  cache.evict();
   assert.deepEqual([cache.coveredUntil(700, 720), cache.coveredUntil(20, 24), cache.bytes], [700, 24, 204]);
   cache.drop(150);
   assert.equal(cache.bytes, 4);
-  most = 0;
+  limit = 0;
   cache.put(0, bytes(0, 4));
-  cache.fit();
+  cache.evict();
   assert.equal(cache.bytes, 0);
 });
 

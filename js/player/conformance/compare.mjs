@@ -51,13 +51,13 @@ function distance(drawn, wanted, area) {
   for (let i = 0; i < area.length; i++) {
     if (!area[i]) continue;
     pixels++;
-    let most = 0;
+    let max = 0;
     for (let k = 0; k < 3; k++) {
       const off = drawn[4 * i + k] - wanted[4 * i + k];
       sum += off * off;
-      most = Math.max(most, Math.abs(off));
+      max = Math.max(max, Math.abs(off));
     }
-    if (most > LARGE) large++;
+    if (max > LARGE) large++;
   }
   const psnr = pixels ? 10 * Math.log10((255 * 255 * 3 * pixels) / Math.max(sum, 1e-9)) : null;
   return { psnr, large: pixels ? large / pixels : null, pixels };
@@ -167,7 +167,7 @@ function table(lines) {
     ["file", (line) => line.file],
     ["by", (line) => line.visibleBy],
     ["poses", (line) => line.poses],
-    ["dB least", (line) => line.minPsnr.toFixed(1)],
+    ["dB min", (line) => line.minPsnr.toFixed(1)],
     ["mean", (line) => line.meanPsnr.toFixed(1)],
     ["> 8", (line) => `${line.largePercent.toFixed(2)} %`],
     ["all dB", (line) => line.minForegroundPsnr.toFixed(1)],

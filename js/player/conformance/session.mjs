@@ -15,8 +15,8 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 
 function orbit(count, { bounds, upAxis }, [, height]) {
   const up = ups[upAxis] ?? ups.y;
-  const centre = bounds.least.map((value, k) => (value + bounds.most[k]) / 2);
-  const radius = Math.hypot(...bounds.least.map((value, k) => bounds.most[k] - value)) / 2;
+  const centre = bounds.min.map((value, k) => (value + bounds.max[k]) / 2);
+  const radius = Math.hypot(...bounds.min.map((value, k) => bounds.max[k] - value)) / 2;
   const across = cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
   const along = cross(across, up);
   return Array.from({ length: count }, (_, i) => {

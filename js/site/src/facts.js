@@ -116,13 +116,13 @@ function row(name, value, share, now) {
 }
 
 function group(title, then, now, text) {
-  const most = Math.max(then, now ?? 0);
+  const max = Math.max(then, now ?? 0);
   return element(
     "div",
     { class: "pair" },
     element("h3", {}, title),
-    row("WHP 235", text(then), then / most, false),
-    row("This clip", now === null ? "…" : text(now), (now ?? 0) / most, true),
+    row("WHP 235", text(then), then / max, false),
+    row("This clip", now === null ? "…" : text(now), (now ?? 0) / max, true),
   );
 }
 

@@ -56,9 +56,9 @@ function frameScene(frame) {
   const up = new Vector3(...(ups[frame.configuration.upAxis] ?? [0, 1, 0]));
   const eye = frame.cameras.length ? new Vector3(...frame.cameras[0].centre) : centre.clone().addScalar(size);
   const away = eye.sub(centre).normalize();
-  const fit = size / (2 * Math.tan((viewer.fov * Math.PI) / 360)) / Math.min(1, viewer.aspect);
+  const distance = size / (2 * Math.tan((viewer.fov * Math.PI) / 360)) / Math.min(1, viewer.aspect);
   viewer.up.copy(up);
-  viewer.position.copy(centre).addScaledVector(away, 1.1 * fit);
+  viewer.position.copy(centre).addScaledVector(away, 1.1 * distance);
   controls.target.copy(centre);
   controls.update();
   grid = new GridHelper(Math.ceil(2 * size), 2 * Math.ceil(2 * size));

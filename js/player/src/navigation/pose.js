@@ -50,7 +50,7 @@ export function fromSpherical({ up, front, right }, { theta, phi, radius }) {
 /** Minimum angle to the vertical in radians: looking straight up or down, level is undefined. */
 const POLE = 0.02;
 
-const clamp = (x, least, most) => Math.min(Math.max(x, least), most);
+const clamp = (x, min, max) => Math.min(Math.max(x, min), max);
 const tilt = (phi) => clamp(phi, POLE, Math.PI - POLE);
 
 /** Right, up and forward of the picture. */

@@ -195,7 +195,7 @@ export class Media extends DelayedEvents {
     this.#startAt = null;
     if (at && decoder.seekable) playout.seek(this.#place(at), at.seconds ?? 0);
     else playout.begin();
-    this.#run();
+    this.#updateRunning();
   }
 
   #place({ seconds, frame }) {
@@ -276,7 +276,7 @@ export class Media extends DelayedEvents {
   get running() {
     return !this.paused && !this.ended && !this.#suspended && this.#playout !== null;
   }
-  #run() {
+  #updateRunning() {
     if (this.#playout) this.#playout.running = this.running;
     if (this.running) this.#wake();
   }
@@ -297,7 +297,7 @@ export class Media extends DelayedEvents {
     this.announce("play");
     if (this.readyState >= READY.FUTURE_DATA) this.#notifyPlaying();
     else this.announce("waiting");
-    this.#run();
+    this.#updateRunning();
   }
   #rewind() {
     if (this.#playout?.decoder.seekable) this.currentTime = this.seekable.start(0);
@@ -310,13 +310,13 @@ export class Media extends DelayedEvents {
     this.paused = true;
     this.announce("timeupdate", "pause");
     this.#plays.rejectAll("AbortError", "pause was called");
-    this.#run();
+    this.#updateRunning();
   }
 
   /** While the page is hidden nothing is decoded, and time stands still. */
   set suspended(suspended) {
     this.#suspended = suspended;
-    this.#run();
+    this.#updateRunning();
   }
 
   #end() {
@@ -329,7 +329,7 @@ export class Media extends DelayedEvents {
       this.#plays.rejectAll("AbortError", "the end was reached");
     }
     this.announce("ended");
-    this.#run();
+    this.#updateRunning();
   }
 
   /** All of the stream has been read. */
@@ -357,7 +357,7 @@ export class Media extends DelayedEvents {
   #endSeek() {
     this.seeking = false;
     this.announce("timeupdate", "seeked");
-    this.#run();
+    this.#updateRunning();
   }
   get currentTime() {
     return this.#playout ? this.#playout.position : (this.#startAt?.seconds ?? 0);

@@ -65,7 +65,7 @@ export class Renderer extends EventTarget {
   readonly counters: Counters;
   readonly frame: { number: number; seconds: number; viewCount: number } | null;
   /** Bounds of the current mesh in metres. */
-  readonly bounds: { least: [number, number, number]; most: [number, number, number] } | null;
+  readonly bounds: { min: [number, number, number]; max: [number, number, number] } | null;
   /**
    * Shows a frame of a decoder with normals and visibilityWeights. The frame may be closed when the promise is resolved. If
    * its pictures are not planes in memory, clones of them stay open until the next frame. Of several concurrent calls the last

@@ -164,7 +164,7 @@ export class Renderer extends EventTarget {
     return frame ? { number: frame.number, seconds: frame.seconds, viewCount: views.length } : null;
   }
 
-  /** Bounds of the mesh that is shown, {least, most}; null: no mesh. */
+  /** Bounds of the mesh that is shown, {min, max}; null: no mesh. */
   get bounds() {
     return this.#content?.bounds ?? null;
   }

@@ -2,40 +2,40 @@
 
 import { cross, dot, normalise } from "../vectors.js";
 
-/** Bounds of points x y z, [least, most] of each axis; null without points. */
+/** Bounds of points x y z, [min, max] of each axis; null without points. */
 export function boundsOf(positions) {
   if (!positions.length) return null;
-  const least = [Infinity, Infinity, Infinity];
-  const most = [-Infinity, -Infinity, -Infinity];
+  const min = [Infinity, Infinity, Infinity];
+  const max = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < positions.length; i += 3)
     for (let k = 0; k < 3; k++) {
       const value = positions[i + k];
-      if (value < least[k]) least[k] = value;
-      if (value > most[k]) most[k] = value;
+      if (value < min[k]) min[k] = value;
+      if (value > max[k]) max[k] = value;
     }
-  return { least, most };
+  return { min, max };
 }
 
 export function joined(a, b) {
   if (!a || !b) return a ?? b;
   return {
-    least: a.least.map((value, k) => Math.min(value, b.least[k])),
-    most: a.most.map((value, k) => Math.max(value, b.most[k])),
+    min: a.min.map((value, k) => Math.min(value, b.min[k])),
+    max: a.max.map((value, k) => Math.max(value, b.max[k])),
   };
 }
 
 /** {centre, radius} of the sphere around a box. */
-export function sphereOf({ least, most }) {
-  const centre = least.map((value, k) => (value + most[k]) / 2);
-  return { centre, radius: Math.hypot(...most.map((value, k) => value - least[k])) / 2 };
+export function sphereOf({ min, max }) {
+  const centre = min.map((value, k) => (value + max[k]) / 2);
+  return { centre, radius: Math.hypot(...max.map((value, k) => value - min[k])) / 2 };
 }
 
 /** Minimum and maximum depth of a box in a view. */
-function depthsOf({ least, most }, { rotation: r, translation: t }) {
+function depthsOf({ min, max }, { rotation: r, translation: t }) {
   let near = t[2];
   let far = t[2];
   for (let k = 0; k < 3; k++) {
-    const [a, b] = [r[6 + k] * least[k], r[6 + k] * most[k]];
+    const [a, b] = [r[6 + k] * min[k], r[6 + k] * max[k]];
     near += Math.min(a, b);
     far += Math.max(a, b);
   }
@@ -49,8 +49,8 @@ const NEAREST = 0.01;
 export function clippingOf(bounds, view) {
   if (!bounds) return { near: NEAREST, far: 1 };
   const { near, far } = depthsOf(bounds, view);
-  const least = Math.max(NEAREST, 1e-3 * sphereOf(bounds).radius, 0.98 * near);
-  return { near: least, far: Math.max(2 * least, 1.02 * far) };
+  const min = Math.max(NEAREST, 1e-3 * sphereOf(bounds).radius, 0.98 * near);
+  return { near: min, far: Math.max(2 * min, 1.02 * far) };
 }
 
 /** World -> clip space of a pinhole viewer. */

@@ -53,10 +53,10 @@ export class PictureTexture {
   /** layout: the result of layoutOf. */
   show(pictures, { places, width, height }) {
     const gl = this.#gl;
-    const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-    if (width > most || height > most)
+    const max = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    if (width > max || height > max)
       throw new RangeError(
-        `the pictures of a frame need ${width}x${height} texels; textures have at most ${most} per side`,
+        `the pictures of a frame need ${width}x${height} texels; textures have at most ${max} per side`,
       );
     this.#target.resize(Math.max(1, width), Math.max(1, height));
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#framebuffer);

@@ -89,7 +89,7 @@ const noShadows = { uniforms: { lightCount: 0 } };
 function overlayBounds(frusta, grid) {
   let bounds = null;
   const add = (centre, radius) => {
-    const box = { least: centre.map((x) => x - radius), most: centre.map((x) => x + radius) };
+    const box = { min: centre.map((x) => x - radius), max: centre.map((x) => x + radius) };
     bounds = joined(bounds, box);
   };
   for (const camera of frusta?.cameras ?? []) if (camera.calibrated) add(camera.centre, 3 * (frusta.length ?? 0.35));

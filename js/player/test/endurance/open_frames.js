@@ -35,11 +35,11 @@ export const moment = () => performance.timeOrigin + now();
 
 /** The maximum number of frames open at a time. changes: [[moment, change]] of all threads. */
 export function mostOpen(changes) {
-  let [open, most] = [0, 0];
+  let [open, max] = [0, 0];
   // At equal moments closing counts first, because moments are rounded.
   for (const [, change] of [...changes].sort((a, b) => a[0] - b[0] || a[1] - b[1])) {
     open += change;
-    most = Math.max(most, open);
+    max = Math.max(max, open);
   }
-  return { most, left: open };
+  return { max, left: open };
 }

@@ -173,7 +173,7 @@ window.endure = async ({ frames, actions, seed }) => {
     wrongCount,
     arrivals,
     ...wanted,
-    mostOpen: open.most,
+    mostOpen: open.max,
     shown: framesShown,
     dropped: framesDropped,
     memoryBytes,
