@@ -31,7 +31,7 @@ export function frame({ title, page, script, content, kind = "" }) {
     <script type="module" src="${root}${script}"></script>
   </head>
   <body>
-    <a class="skip" href="#content">To the content</a>
+    <a class="skip" href="#content">Skip to content</a>
     <header class="top">
       <a class="brand" href="${root}">fvv</a>
       <nav aria-label="Pages">

@@ -1,14 +1,6 @@
 // Streams made of others: damaged, hostile, or joined.
 
-const table = Uint32Array.from({ length: 256 }, (_, n) => {
-  for (let i = 0; i < 8; i++) n = n & 1 ? (n >>> 1) ^ 0x82f63b78 : n >>> 1;
-  return n;
-});
-export function crc32c(bytes) {
-  let crc = ~0;
-  for (const byte of bytes) crc = (crc >>> 8) ^ table[(crc ^ byte) & 255];
-  return ~crc >>> 0;
-}
+import { crc32c } from "../dist/chunks.js";
 
 /** About count streams with single flipped bits, cuts, and missing ranges, all over the file. */
 export function* damaged(bytes, count) {
