@@ -24,7 +24,7 @@ from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
 import wd2_human20  # noqa: E402
-from real_capture import DATA, TOOLS, read_ply, write_capture  # noqa: E402
+from real_capture import DATA, TOOLS, read_ply  # noqa: E402
 
 WORK = pathlib.Path(__file__).resolve().parent.parent / "build/bench/wd2"
 NEAREST = 7
@@ -123,7 +123,7 @@ def capture():
     if not root.exists():
         print(f"wd2: skipped: no wd2_human20 under FVV_DATA={os.path.relpath(DATA)}")
         return None
-    return write_capture(WORK, wd2_human20.describe(root)[0])
+    return wd2_human20.describe(root, WORK)
 
 
 def measure():
@@ -132,7 +132,7 @@ def measure():
     if not source:
         return {}
     root = DATA / "wd2_human20"
-    _, cameras = wd2_human20.describe(root)
+    cameras = wd2_human20.cameras(root / wd2_human20.CALIBRATION)
     middle = read_ply(root / wd2_human20.MESH)[0].mean(0)
     stream = WORK / "wd2.fvv"
     tool("fvvmux", source, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry",

@@ -7,6 +7,9 @@ import numpy as np
 import real_capture as real
 from PIL import Image, ImageFilter
 
+SOURCE = "middlebury_temple/templeRing"
+PARAMETERS = "templeR_par.txt"
+MESH = "voxels.ply"
 SIZE = (640, 480)
 # The tight box of the model, from the README of the data, with a margin.
 LOW, HIGH, MARGIN = (
@@ -94,11 +97,9 @@ def write_ply(path, positions, faces):
     path.write_bytes(header.encode() + positions.astype("<f8").tobytes() + rows.tobytes())
 
 
-def main():
-    root = real.data("middlebury_temple") / "templeRing"
-    parameters = next(root.glob("*_par.txt"))
-    source = views(parameters)
-    folder = real.WORK / "middlebury_temple"
+def describe(root, folder):
+    """Carves the mesh, has fvvimport write the capture, and returns its path."""
+    source = views(root / PARAMETERS)
     folder.mkdir(parents=True, exist_ok=True)
     masks = []
     for name, _, _ in source:
@@ -106,13 +107,21 @@ def main():
         mask.save(folder / f"mask_{name}")  # the name ends in .png
         masks.append(np.asarray(mask) > 127)
     positions, faces = voxel_surface(*carve(source, masks))
-    write_ply(folder / "voxels.ply", positions, faces)
+    write_ply(folder / MESH, positions, faces)
     capture = folder / "capture.json"
     real.tool(
-        *("fvvimport", "middlebury", parameters, "-o", capture, "--force", "--size", "640x480"),
+        *("fvvimport", "middlebury", root / PARAMETERS, "-o", capture, "--force", "--size", "640x480"),
         *("--units", "metres", "--pictures", f"{root}/{{name}}.png", "--masks", "mask_{name}.png"),
-        *("--meshes", "voxels.ply"),
+        *("--meshes", MESH),
     )
+    return capture
+
+
+def main():
+    root = real.data(SOURCE)
+    source = views(root / PARAMETERS)
+    capture = describe(root, real.WORK / "middlebury_temple")
+    positions, faces = real.read_ply(capture.with_name(MESH))
     _, info, out = real.round_trip(capture, "--quality", f"{QUALITY:g}dB")
     real.contact_sheet(capture, iou=0.85)
 

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as xml
 import numpy as np
 import real_capture as real
 
+SOURCE = "pose2sim_4cam/Demo_SinglePerson"
 FRAMES = 30  # of 100, at 60 a second
 QUALITY = 40.0
 SCALE = 0.25  # all sizes are multiples of 4
@@ -63,7 +64,7 @@ def describe(root, folder):
 
 
 def main():
-    root = real.data("pose2sim_4cam") / "Demo_SinglePerson"
+    root = real.data(SOURCE)
     path = describe(root, real.WORK / "pose2sim_4cam")
     frames = ["--frames", f"0-{FRAMES - 1}"]  # so that the pictures behind them are no surprise
     summary, _, out = real.round_trip(path, "--quality", f"{QUALITY:g}dB", "--scale", SCALE, *frames)

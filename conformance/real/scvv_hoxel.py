@@ -12,10 +12,12 @@ import numpy as np
 import real_capture as real
 from PIL import Image
 
+SOURCE = "scvv_hoxel"
 FIRST, COUNT = 855, 50
 STEP = 0.0005  # metres
 TEXTURE_BITS = 12
 TARGET = 40  # dB
+WINDING = "--winding", "flip"  # the source's faces run clockwise, seen from outside
 
 
 def read_draco(path):
@@ -55,9 +57,8 @@ def compare_frame(number, source, out):
     real.figure(f"{name}: luma PSNR of the atlas in dB", psnr, TARGET - 2, at_most=False)
 
 
-def main():
-    source = real.data("scvv_hoxel")
-    folder = real.WORK / "scvv_hoxel"
+def describe(source, folder):
+    """Links the meshes under names that fvvmux takes and returns the path of the capture."""
     folder.mkdir(parents=True, exist_ok=True)
     for path in source.glob("*.draco"):
         link = folder / f"{path.stem}.drc"
@@ -73,11 +74,15 @@ def main():
         "meshes": {"pattern": "%06d_scandycore_raw_frame.drc"},
         "atlas": {"pictures": str(source / "%06d_scandycore_raw_frame.jpg")},
     }
-    capture = real.write_capture(folder, description)
+    return real.write_capture(folder, description)
+
+
+def main():
+    source = real.data(SOURCE)
+    capture = describe(source, real.WORK / "scvv_hoxel")
     frames = ["--frames", f"{FIRST}-{FIRST + COUNT - 1}"]
     wishes = ["--step", f"{STEP}", "--texture-bits", TEXTURE_BITS, "--quality", f"{TARGET}dB"]
-    wishes += ["--winding", "flip"]  # the source's faces run clockwise, seen from outside
-    _, _, out = real.round_trip(capture, *frames, *wishes)
+    _, _, out = real.round_trip(capture, *frames, *wishes, *WINDING)
     described = json.loads((out / "capture.json").read_text())["atlas"]
     assert described == {"pictures": "atlas/%04d.png", "texture_bits": TEXTURE_BITS}, described
     for number in range(FIRST, FIRST + COUNT, 7):

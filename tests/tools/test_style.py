@@ -15,6 +15,7 @@ FOLDERS = ["libfvv", "tools", "tests", "bench"] + sorted(
     for p in (ROOT / "js").glob("[!n]*/*")
     if p.is_dir() and p.name not in {"dist", "node_modules"}
 )
+PYTHON = ["spec", "bench", "conformance", "tests", "tests/same_bytes"]
 GENERATED = {"format.h", "layout.h", "crc32c_table.h"}
 
 
@@ -34,8 +35,8 @@ def test_clang_format():
 
 
 def test_ruff():
-    run(BIN / "ruff", "check", "spec", "bench", "conformance", "tests")
-    run(BIN / "ruff", "format", "--check", "spec", "bench", "conformance", "tests")
+    run(BIN / "ruff", "check", *PYTHON)
+    run(BIN / "ruff", "format", "--check", *PYTHON)
 
 
 def test_prettier():
