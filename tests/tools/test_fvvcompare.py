@@ -5,16 +5,14 @@ import json
 
 import numpy as np
 import pytest
-from conftest import TINY, Tool, tool_path
+from conftest import TINY, Tool
 
 CELLS = 12
 
 
 @pytest.fixture(scope="module")
 def fvvcompare():
-    path = tool_path("fvvcompare")
-    assert path, "fvvcompare was not built"
-    return Tool(path)
+    return Tool("fvvcompare")
 
 
 def write_capture(folder, heights, **changes):
@@ -42,12 +40,12 @@ def write_capture(folder, heights, **changes):
 
 @pytest.fixture(scope="module")
 def planes(tmp_path_factory):
-    """Two captures of three frames that lie 1, 2 and 3 mm apart."""
+    """Two captures of three frames that are 1, 2 and 3 mm apart."""
     root = tmp_path_factory.mktemp("planes")
     return write_capture(root / "a", [0, 0, 0]), write_capture(root / "b", [0.001, 0.002, 0.003])
 
 
-def test_text_says_what_was_measured_and_how(fvvcompare, planes):
+def test_text_has_the_figures_and_their_settings(fvvcompare, planes):
     done = fvvcompare(*planes, "--samples", 1000)
     assert (done.returncode, done.stderr) == (0, b"")
     text = done.stdout.decode()
@@ -61,7 +59,7 @@ def test_text_says_what_was_measured_and_how(fvvcompare, planes):
     assert "temporal: rms 1.0000 mm, max 1.0000 mm in 2 pairs of frames" in text
 
 
-def test_json_and_csv_tell_every_frame(fvvcompare, planes, tmp_path):
+def test_json_and_csv_have_every_frame(fvvcompare, planes, tmp_path):
     table = tmp_path / "out.csv"
     done = fvvcompare(*planes, "--json", "--csv", table, "--peak", 0.5)
     assert done.returncode == 0, done.stderr
@@ -103,13 +101,13 @@ def test_bounds_make_it_fail(fvvcompare, planes):
     done = fvvcompare(*planes, "--max-rms", 0.0021)
     assert done.returncode == 1
     assert done.stderr.startswith(b"fvvcompare: symmetric rms distance is 0.00216")
-    assert done.stdout, "the figures come all the same"
+    assert done.stdout, "the figures are printed anyway"
     done = fvvcompare(*planes, "--max-distance", 0.0029)
     assert (done.returncode, done.stderr.count(b"\n")) == (1, 1)
     assert b"Hausdorff distance is 0.003" in done.stderr
 
 
-def test_what_could_not_be_compared_is_told_by_exit_code_3(fvvcompare, planes, tmp_path):
+def test_frames_without_a_partner_give_exit_code_3(fvvcompare, planes, tmp_path):
     shorter = write_capture(tmp_path / "shorter", [0.001, 0.002])
     done = fvvcompare(planes[0], shorter)
     assert done.returncode == 3
@@ -124,10 +122,9 @@ def test_what_could_not_be_compared_is_told_by_exit_code_3(fvvcompare, planes, t
 
 
 @pytest.fixture(scope="module")
-def stream(planes, tmp_path_factory):
+def stream(fvvmux, planes, tmp_path_factory):
     """The second capture as a stream of three groups with a frame each."""
     path = tmp_path_factory.mktemp("stream") / "planes.fvv"
-    fvvmux = Tool(tool_path("fvvmux"))
     done = fvvmux(planes[1], "-o", path, "--step", "1mm", "--keep-geometry", "--group", 1)
     assert done.returncode == 0, done.stderr
     return path
@@ -145,9 +142,9 @@ def test_a_cut_stream_is_compared_as_far_as_it_goes(fvvcompare, planes, stream, 
     assert b"1 of 3 frames has no partner: 2" in done.stderr
 
 
-def test_a_damaged_mesh_is_told_and_shifts_nothing(fvvcompare, planes, stream, tmp_path):
+def test_a_damaged_mesh_is_reported_and_shifts_nothing(fvvcompare, planes, stream, tmp_path):
     original = stream.read_bytes()
-    # Tables name the type too; the chunk is the first place in each group.
+    # Tables name the type too; the chunk comes first in each group.
     groups = [i for i in range(0, len(original), 8) if original[i : i + 4] == b"GRUP"][:3]
     headers = [original.index(b"MESH", group) for group in groups]
     for number in range(3):
@@ -192,7 +189,7 @@ def test_usage(fvvcompare, planes, arguments, expected):
     assert done.stdout == b""
 
 
-def test_files_that_are_no_sequences(fvvcompare, planes, tmp_path):
+def test_files_that_are_not_sequences(fvvcompare, planes, tmp_path):
     junk = tmp_path / "junk.fvv"
     junk.write_bytes(b"no stream")
     for other in junk, tmp_path / "absent.fvv", tmp_path, *sorted(TINY.glob("empty.fvv")):

@@ -5,10 +5,13 @@ import re
 
 import jsonschema
 import pytest
-import tiny
-from conftest import SPEC
+from conftest import schema
+from reference import tiny
+from reference.container import Stream
+from reference.mesh import raw_parts
+from reference.tiny import TETRAHEDRON
 
-SCHEMA = json.loads((SPEC / "fvvinfo.schema.json").read_text())
+SCHEMA = schema("fvvinfo")
 
 
 @pytest.fixture
@@ -62,14 +65,14 @@ CORNERS = [(0, 0), (1, 0), (2, 2), (0, 1)]
 
 def textured(bits_of_groups):
     """A stream of one group for each list of bits, one frame for each number."""
-    stream, time = tiny.Stream(), 0
+    stream, time = Stream(), 0
     stream.scene()
     stream.track(1, 1, "mesh")
     for frames in bits_of_groups:
         stream.begin_group(time, time + len(frames))
         for bits in frames:
-            mesh = tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES, CORNERS if bits else (), bits)
-            stream.chunk("MESH", mesh, track=1, time=time, key=True)
+            mesh = TETRAHEDRON._replace(texture=CORNERS if bits else (), texture_bits=bits)
+            stream.chunk("MESH", raw_parts(mesh), track=1, time=time, key=True)
             time += 1
         stream.end_group()
     return stream.finish()
@@ -97,7 +100,7 @@ def test_texture_coordinates_in_one_mesh_of_a_group(fvvinfo, tmp_path):
     path = put(tmp_path, textured([[12, 12, 0]]))
     done = fvvinfo(path.name, cwd=tmp_path)
     assert done.returncode == 1
-    offset = 0xD8 + 2 * (32 + 112 + 32) + 32 + 2  # behind two MESH chunks with 8 bytes more a vertex
+    offset = 0xD8 + 2 * (32 + 112 + 32) + 32 + 2  # after two MESH chunks with 8 bytes more a vertex
     assert done.stderr.decode() == (
         f"file.fvv: {offset:#x}: MESH: 0 texture bits, the first mesh of the track in this group has 12 [FVV-3016]\n"
     )
@@ -147,7 +150,7 @@ def test_json_of_cut_and_damaged_files_fits_the_schema(fvvinfo, tetrahedron, tmp
         assert file["problems"] or file["integrity"] == "truncated"
 
 
-# size of what is left, exit code, line behind the name
+# size of what is left, exit code, the line after the name
 CUTS = [
     (0, 1, "0x0: the stream is empty [FVV-1005]"),
     (23, 1, "0x17: the stream ends inside its file header [FVV-1005]"),
@@ -202,7 +205,7 @@ def test_worst_exit_code_of_several_files(fvvinfo, tetrahedron, tmp_path):
         ([tmp_path / "missing.fvv", good], 1),
     ]:
         assert fvvinfo(*paths).returncode == code, paths
-    # All are shown, also behind one that is missing.
+    # All are shown, also after one that is missing.
     done = fvvinfo(tmp_path / "missing.fvv", cut, good)
     assert f"{good}: 584 B" in done.stdout.decode() and f"{cut}: 300 B" in done.stdout.decode()
     assert len(done.stderr.splitlines()) == 2

@@ -1,4 +1,4 @@
-"""fvvimport: cameras written in five formats by formulas of the tests' own come out where they went in."""
+"""fvvimport: cameras written in five formats by independent formulas project points to the same places."""
 
 import json
 
@@ -6,16 +6,14 @@ import import_formats
 import jsonschema
 import numpy as np
 import pytest
-from conftest import SPEC, Tool, tool_path
+from conftest import Tool, schema
 
-CAPTURE_SCHEMA = json.loads((SPEC / "capture.schema.json").read_text())
+CAPTURE_SCHEMA = schema("capture")
 
 
 @pytest.fixture(scope="session")
 def fvvimport():
-    path = tool_path("fvvimport")
-    assert path, "fvvimport was not built"
-    return Tool(path)
+    return Tool("fvvimport")
 
 
 @pytest.fixture
@@ -49,7 +47,7 @@ def test_capture_is_complete_and_follows_the_schema(fvvimport, written, tmp_path
     assert document["cameras"][0]["masks"] == "m/11/%04d.png"
 
 
-def test_videos_stand_in_place_of_pictures(fvvimport, written, tmp_path):
+def test_videos_replace_pictures(fvvimport, written, tmp_path):
     arguments, cameras = written
     out = tmp_path / "out.json"
     done = fvvimport(*arguments, "-o", out, "--videos", "50%/{name}.mp4", "--frames", "0-9")
@@ -81,7 +79,7 @@ def test_units_become_metres(fvvimport, written, units, factor, stands):
         np.testing.assert_allclose(camera["translation"], truth.t * factor, rtol=1e-15)
 
 
-def test_a_suspected_mistake_is_told_and_exits_3(fvvimport, written, tmp_path):
+def test_a_suspected_mistake_is_reported_and_exits_3(fvvimport, written, tmp_path):
     arguments, cameras = written
     random = np.random.default_rng(4)
     lines = []
