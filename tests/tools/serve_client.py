@@ -1,4 +1,4 @@
-"""A running fvvserve, and the least of HTTP and WebSocket that its tests need: every byte sent is the test's own."""
+"""A running fvvserve, and as much HTTP and WebSocket as its tests need, written out so that a test controls every byte."""
 
 import base64
 import contextlib
@@ -20,7 +20,7 @@ SECRET = b"nobody may read this"
 
 
 def make_site(base):
-    """A folder to serve with what may and what may not be had below and beside it."""
+    """A folder to serve, with public and secret files in it and beside it."""
     root = base / "root"
     (root / "sub").mkdir(parents=True)
     (base / "rootless").mkdir()
@@ -51,12 +51,10 @@ class Reply:
 
 
 class Server:
-    """fvvserve on a port that the system chose. Ends with the block, and must do so in good order."""
+    """fvvserve on a port that the system chose. Ends with the block, and has to end cleanly."""
 
     def __init__(self, *arguments, stdin=subprocess.DEVNULL):
-        path = tool_path("fvvserve")
-        assert path, "fvvserve was not built"
-        command = [str(path), "--port", "0", "--verbose", *map(str, arguments)]
+        command = [str(tool_path("fvvserve")), "--port", "0", "--verbose", *map(str, arguments)]
         pipe = subprocess.PIPE
         # What AddressSanitizer keeps of freed memory would hide how much the server holds.
         environment = {"ASAN_OPTIONS": "quarantine_size_mb=1"} | os.environ
@@ -95,7 +93,7 @@ class Server:
         return connection
 
     def raw(self, request, head=False):
-        """Sends bytes, answers the reply."""
+        """Sends bytes and returns the reply."""
         with contextlib.closing(self.connect()) as connection:
             connection.sendall(request)
             return read_reply(connection.makefile("rb"), head)
@@ -124,7 +122,7 @@ def read_reply(stream, head=False):
 
 
 class Live:
-    """A WebSocket as of RFC 6455, client's side."""
+    """The client of a WebSocket (RFC 6455)."""
 
     def __init__(self, connection, name, headers):
         self.socket, self.buffer = connection, b""
@@ -157,7 +155,7 @@ class Live:
         self.socket.sendall(bytes([0x80 | kind]) + size + bytes(4) + payload)  # a mask of zeros
 
     def fill(self, size):
-        """Whether the buffer has so many bytes. A timeout leaves what is there."""
+        """Fills the buffer to a size and returns whether that worked. A timeout leaves what is there."""
         while len(self.buffer) < size:
             try:
                 data = self.socket.recv(1 << 20)
@@ -169,7 +167,7 @@ class Live:
         return True
 
     def receive(self):
-        """(kind, payload) of a whole message; pings are answered. None: the connection is gone."""
+        """Returns (kind, payload) of a whole message and answers pings. None: the connection is gone."""
         while self.fill(2):
             kind, size, begin = self.buffer[0] & 15, self.buffer[1], 2
             assert self.buffer[0] & 0xF0 == 0x80 and size < 128, "one whole unmasked frame"
