@@ -6,6 +6,7 @@ import pathlib
 import subprocess
 import sys
 
+import jsonschema
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -57,12 +58,20 @@ def run(name, *arguments, code=0, warns=False):
 
 
 def figures(name, *arguments, code=0):
-    """What a tool prints with --json."""
-    return json.loads(run(name, *arguments, "--json", code=code).stdout)
+    """What a tool prints with --json, checked against its schema where it has one."""
+    document = json.loads(run(name, *arguments, "--json", code=code).stdout)
+    if (SPEC / f"{name}.schema.json").exists():
+        validate(document, name)
+    return document
 
 
 def schema(name):
     return json.loads((SPEC / f"{name}.schema.json").read_text())
+
+
+def validate(document, name):
+    """Fails unless the document is as spec/NAME.schema.json says."""
+    jsonschema.validate(document, schema(name), cls=jsonschema.Draft202012Validator)
 
 
 @pytest.fixture(scope="session")

@@ -4,10 +4,9 @@ import json
 import shutil
 import struct
 
-import jsonschema
 import numpy as np
 import pytest
-from conftest import figures, run, schema
+from conftest import figures, run, validate
 from PIL import Image
 
 LIGHTLY = ("--codec", "jpeg", "--quality", "70")
@@ -69,7 +68,7 @@ def test_an_environment_comes_out_and_goes_in_again(stage, tmp_path):
     out, again = tmp_path / "out", tmp_path / "again.fvv"
     assert figures("fvvdemux", stream, "-o", out, "--frames", "2")["background"]
     description = json.loads((out / "capture.json").read_text())
-    jsonschema.validate(description, schema("capture"))
+    validate(description, "capture")
     assert description["background"]["file"] == "background.glb"
     assert description["background"]["lattice"]["step"] == summary["background"]["lattice"]["step"]
     before, old = glb(folder / "background.glb")

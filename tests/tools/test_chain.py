@@ -1,11 +1,10 @@
-"""The whole chain on a small generated capture: what goes into a stream comes out of it, and goes in again."""
+"""The whole chain on a small generated capture: into a stream, out of it, and in again."""
 
 import json
 
-import jsonschema
 import numpy as np
 import pytest
-from conftest import figures, run, schema
+from conftest import figures, run
 from pictures import luma
 from PIL import Image
 from real_capture import read_ply, triangle_set
@@ -25,9 +24,7 @@ def test_there_and_back(capture, tmp_path, codec, options):
     summary = figures("fvvmux", capture, "-o", stream, *wishes)
     assert summary["frames"] == 3
 
-    document = figures("fvvinfo", "--check", "--chunks", stream)
-    jsonschema.validate(document, schema("fvvinfo"))
-    info = document["files"][0]
+    info = figures("fvvinfo", "--check", "--chunks", stream)["files"][0]
     assert (info["integrity"], info["frames"], info["whole_frames"]) == ("complete", 3, 3)
     assert [t["kind"] for t in info["tracks"]] == ["mesh", "video", "visibility"]
     profiles = {name: p["chunks"] for name, p in info["tracks"][0]["mesh"]["profiles"].items()}
@@ -83,7 +80,7 @@ def test_the_same_bytes_again(capture, tmp_path):
     assert streams[0] == streams[1] == streams[2]
 
 
-def test_what_is_spread_over_tracks_is_drawn_and_unpacked_as_from_one(tmp_path):
+def test_cameras_on_several_tracks_are_drawn_and_unpacked_as_from_one(tmp_path):
     capture = tmp_path / "capture"
     run("fvvsynth", "-o", capture, "--rig", "small", "--cameras", 4, "--frames", 2, "--size", "96x54")
     description = capture / "capture.json"

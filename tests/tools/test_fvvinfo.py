@@ -1,17 +1,14 @@
-"""fvvinfo as its users see it: exit codes, what goes to which stream, and JSON by its schema."""
+"""fvvinfo from outside: exit codes, standard output and error, and JSON by its schema."""
 
 import json
 import re
 
-import jsonschema
 import pytest
-from conftest import schema
+from conftest import validate
 from reference import tiny
 from reference.container import Stream
 from reference.mesh import raw_parts
 from reference.tiny import TETRAHEDRON
-
-SCHEMA = schema("fvvinfo")
 
 
 @pytest.fixture
@@ -33,7 +30,7 @@ def flipped(content, offset, bit=0):
 
 def read_json(done):
     document = json.loads(done.stdout)
-    jsonschema.validate(document, SCHEMA, cls=jsonschema.Draft202012Validator)
+    validate(document, "fvvinfo")
     return document["files"]
 
 
@@ -221,7 +218,7 @@ def test_standard_input(fvvinfo, tetrahedron):
     assert done.stderr.startswith(b"standard input: 0xd8: MESH: ")
 
 
-def test_what_is_no_stream(fvvinfo, tmp_path):
+def test_input_that_is_not_a_stream(fvvinfo, tmp_path):
     text = put(tmp_path, b"# A page of text\n" * 9, "page.md")
     done = fvvinfo(text)
     assert done.returncode == 1

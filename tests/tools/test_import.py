@@ -3,12 +3,9 @@
 import json
 
 import import_formats
-import jsonschema
 import numpy as np
 import pytest
-from conftest import Tool, schema
-
-CAPTURE_SCHEMA = schema("capture")
+from conftest import Tool, validate
 
 
 @pytest.fixture(scope="session")
@@ -40,7 +37,7 @@ def test_capture_is_complete_and_follows_the_schema(fvvimport, written, tmp_path
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout.decode() == f"{out}: {len(cameras)} cameras from colmap, units unknown\n"
     document = json.loads(out.read_text())
-    jsonschema.validate(document, CAPTURE_SCHEMA, cls=jsonschema.Draft202012Validator)
+    validate(document, "capture")
     assert document["frames"] == {"first": 5, "count": 5, "step": 1}
     assert (document["frame_rate"], document["up"], document["units"]) == ("30000/1001", "-y", "unknown")
     assert document["cameras"][0]["pictures"] == "p/view0_11/%04d.png"
@@ -53,7 +50,7 @@ def test_videos_replace_pictures(fvvimport, written, tmp_path):
     done = fvvimport(*arguments, "-o", out, "--videos", "50%/{name}.mp4", "--frames", "0-9")
     assert (done.returncode, done.stderr) == (0, b"")
     document = json.loads(out.read_text())
-    jsonschema.validate(document, CAPTURE_SCHEMA, cls=jsonschema.Draft202012Validator)
+    validate(document, "capture")
     assert document["cameras"][0]["pictures"]["video"] == "50%/view0.mp4"
     done = fvvimport(*arguments, "-o", out, "--force", "--videos", "a.mp4")
     assert done.returncode == 2
@@ -61,7 +58,7 @@ def test_videos_replace_pictures(fvvimport, written, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("units", "factor", "stands"),
+    ("units", "factor", "written_units"),
     [
         ("feet", 0.3048, "metres"),
         ("0.25", 0.25, "metres"),
@@ -69,12 +66,12 @@ def test_videos_replace_pictures(fvvimport, written, tmp_path):
         ("metres", 1, "metres"),
     ],
 )
-def test_units_become_metres(fvvimport, written, units, factor, stands):
+def test_units_become_metres(fvvimport, written, units, factor, written_units):
     arguments, cameras = written
     done = fvvimport(*arguments, "-o", "-", "--meshes", "%d.ply", "--units", units)
     assert (done.returncode, done.stderr) == (0, b"")
     document = json.loads(done.stdout)
-    assert document["units"] == stands
+    assert document["units"] == written_units
     for camera, (_, _, truth, _) in zip(document["cameras"], cameras):
         np.testing.assert_allclose(camera["translation"], truth.t * factor, rtol=1e-15)
 
