@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Clips of real captures for the demo's page: demo_clips.py FOLDER. Captures that are absent are passed over.
+"""Clips of real captures for the demo's page: demo_clips.py FOLDER. Absent captures are skipped.
 
-A clip that is younger than what makes it is not made again.
+A clip is made again only when it is older than the muxer or a script.
 """
 
 import pathlib

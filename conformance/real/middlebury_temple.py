@@ -23,7 +23,7 @@ QUALITY = 40.0
 
 
 def views(path):
-    """Name, K and [R|t] of every view, as the file has them."""
+    """Name, K and [R|t] of every view, as in the file."""
     out = []
     for line in path.read_text().splitlines()[1:]:
         name, *numbers = line.split()
@@ -58,7 +58,7 @@ def carve(cameras, masks):
     for (_, matrix, transform), mask in zip(cameras, masks, strict=True):
         uv = np.rint(project(matrix, transform, points)).astype(int)
         inside = ((uv >= 0) & (uv < SIZE)).all(1)
-        seen = np.ones(len(points), bool)  # what is outside the picture is not judged
+        seen = np.ones(len(points), bool)  # points outside the picture count as seen
         seen[inside] = mask[uv[inside, 1], uv[inside, 0]]
         missed += ~seen
     return (missed <= MISSES).reshape(counts), low
@@ -72,7 +72,7 @@ def voxel_surface(full, low):
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
         step = np.diff(full.astype(np.int8), axis=axis)
-        for sign in (1, -1):  # 1: full behind empty along the axis, the face looks down the axis
+        for sign in (1, -1):  # 1: full after empty along the axis; the face looks down the axis
             cell = np.argwhere(step == sign)
             cell[:, axis] += 1
             corners = [cell.copy() for _ in range(4)]

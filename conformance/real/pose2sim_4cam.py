@@ -47,7 +47,7 @@ def project(matrix, lens, rotation, translation, points):
 
 
 def describe(root, folder):
-    """The path of the capture, written by fvvimport."""
+    """Has fvvimport write the capture and returns its path."""
     calibration = root / CALIBRATION
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "capture.json"
@@ -66,7 +66,7 @@ def describe(root, folder):
 def main():
     root = real.data(SOURCE)
     path = describe(root, real.WORK / "pose2sim_4cam")
-    frames = ["--frames", f"0-{FRAMES - 1}"]  # so that the pictures behind them are no surprise
+    frames = ["--frames", f"0-{FRAMES - 1}"]  # or else fvvmux warns of the pictures after them
     summary, _, out = real.round_trip(path, "--quality", f"{QUALITY:g}dB", "--scale", SCALE, *frames)
     real.contact_sheet(path)
 
@@ -79,7 +79,7 @@ def main():
     source = cameras(root / CALIBRATION)
     written = json.loads((out / "capture.json").read_text())["cameras"]
     real.figure("cameras", len(written), len(source), at_most=False)
-    # Points of the room in front of all cameras: where their axes meet.
+    # Points in front of all cameras: where their axes meet.
     points = np.array([-0.94, -0.02, 0.59]) + np.random.default_rng(1).uniform(-0.8, 0.8, (500, 3))
     reprojection = 0.0
     for (_, matrix, lens, rotation, translation), w in zip(source, written, strict=True):

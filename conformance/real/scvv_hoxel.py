@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """scvv_hoxel: fifty frames of a captured person in Draco files, each with a JPEG atlas of its own, at about 30 Hz.
 
-The meshes are read by DracoPy, which is no part of what is tested. Frames were taken 31 to 36 ms apart; a capture
-has one frame rate, 30 here, as average_fps of the recording says.
+The meshes are read by DracoPy, which is not part of what is tested. Frames were taken 31 to 36 ms apart; a capture
+has one frame rate: 30 here, the recording's average_fps.
 """
 
 import json
@@ -29,7 +29,7 @@ def read_draco(path):
 
 
 def textured_triangles(positions, faces, texture):
-    """Sorted triples of (lattice point, texture indices): the same whatever the order of vertices and faces."""
+    """Sorted triples of (lattice point, texture indices), independent of the order of vertices and faces."""
     lattice = np.rint(positions / STEP).astype(np.int64)[faces]
     indices = np.rint(np.clip(texture, 0, 1) * 2**TEXTURE_BITS).astype(np.int64)
     corners = np.concatenate([lattice, indices], axis=2)
@@ -49,7 +49,7 @@ def compare_frame(number, source, out):
     extra = textured_triangles(decoded, decoded_faces, pairs[decoded_faces]) - textured_triangles(
         positions, faces, texture
     )
-    real.figure(f"{name}: textured triangles that the source has not", len(extra), 0)
+    real.figure(f"{name}: textured triangles that the source does not have", len(extra), 0)
     difference = luma(source / f"{number:06d}_scandycore_raw_frame.jpg") - luma(
         out / f"atlas/{number:04d}.png"
     )

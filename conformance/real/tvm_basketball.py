@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""tvm_basketball_player: ten captured meshes with other connectivity in every frame, no pictures."""
+"""tvm_basketball_player: ten captured meshes with different connectivity in every frame, no pictures."""
 
 import real_capture as real
 

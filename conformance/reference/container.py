@@ -106,7 +106,7 @@ def payloads(stream, kind):
 
 
 class Part(NamedTuple):
-    """Bytes of a stream that belong together, with the name of the field and what it says."""
+    """Bytes of a stream that belong together, with the name and the meaning of the field."""
 
     data: bytes
     name: str
@@ -156,7 +156,7 @@ def spans(headers):
 
 
 class Stream:
-    """Writes a stream as clause 3.3 orders it; data() is what stands there so far."""
+    """Writes a stream as clause 3.3 orders it; data() returns what was written so far."""
 
     def __init__(self):
         version = DATA["format"]
@@ -185,7 +185,7 @@ class Stream:
         return b"".join(joined(section.parts) for section in self.sections)
 
     def chunk(self, code, payload=(), track=0, time=0, key=False):
-        """Writes one chunk and answers the offset of its header. payload: parts."""
+        """Writes one chunk of payload parts and returns the offset of its header."""
         names = set(CHUNKS[code]["flags"]) | ({"key"} if key else set())
         flags = sum(FLAGS[name] for name in names)
         self.counter = 0 if code in ("SCEN", "GRUP", "INDX") else self.counter + 1 & 255

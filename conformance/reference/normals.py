@@ -47,7 +47,7 @@ def unfold(half, a, b):
 
 
 def sent(bits, pair):
-    """The normal that a pair of indices stands for."""
+    """The normal of a pair of indices."""
     half = 2 ** (bits - 1) - 1
     vector = unfold(half, pair[0] - half, pair[1] - half)
     length = math.sqrt(dot(vector, vector))

@@ -35,7 +35,7 @@ class RangeDecoder:
         return self._decide(bound, one)
 
     def even(self):
-        # Not _decide: half of an odd range leaves one value over, which nobody uses.
+        # Not _decide: half of an odd range leaves one value unused.
         self.range //= 2
         one = self.code < self.range
         if not one:

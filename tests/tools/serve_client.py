@@ -16,7 +16,7 @@ from conftest import tool_path
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
 SIZE = 1000
 CONTENT = bytes(i * 7 % 251 for i in range(SIZE))
-SECRET = b"nobody may read this"
+SECRET = b"not for readers"
 
 
 def make_site(base):

@@ -211,7 +211,7 @@ def mux(capture, stream, *arguments):
 
 @pytest.fixture(scope="module")
 def streams(studio):
-    """As shot, without lenses, and as shot under another convention: pixel centres at whole numbers."""
+    """As shot, without lenses, and as shot but with pixel centres at whole numbers."""
     plain, straight, shifted = (studio.parent / name for name in ("plain.fvv", "straight.fvv", "shifted.fvv"))
     mux(studio, plain)
     changed = mux(studio, straight, "--undistort", "--verify")["undistorted"]
@@ -225,7 +225,7 @@ def streams(studio):
 
 
 def view(stream, eye, source, frame, out):
-    """What a camera without lens sees from there."""
+    """The picture of a camera without lens at this place."""
     place = ",".join(f"{number:.6f}" for number in eye)
     pose = [f"--pose={place},0,1,0", "--focal", 480, "--size", "640x360", "--unseen", "255,0,255"]
     run("fvvrender", stream, "-o", out, "--frame", frame, "--sources", source, *pose)
@@ -233,7 +233,7 @@ def view(stream, eye, source, frame, out):
 
 
 def shift(a, b):
-    """Pixels by which b is displaced against a, by least squares over what both show; how many pixels that are."""
+    """Displacement of b against a in pixels, by least squares over the pixels that both show, and their number."""
     known = np.ones(a.shape[:2], bool)
     for picture in (a, b):
         known &= (picture != UNSEEN).any(axis=2) & (picture.sum(axis=2) > 0)
@@ -253,7 +253,7 @@ def shift(a, b):
 
 @pytest.mark.long
 @pytest.mark.parametrize("source", LENSES)
-def test_pictures_lie_where_they_did(studio, streams, tmp_path, source):
+def test_undistorted_pictures_are_not_displaced(studio, streams, tmp_path, source):
     plain, straight, shifted = streams
     frame = 1
     (camera,) = (c for c in json.loads((studio / "capture.json").read_text())["cameras"] if c["id"] == source)
@@ -264,14 +264,14 @@ def test_pictures_lie_where_they_did(studio, streams, tmp_path, source):
     print(f"camera {source}: {dx:+.3f} {dy:+.3f} px over {pixels} pixels")
     assert pixels > 1500
     assert abs(dx) < BOUND and abs(dy) < BOUND
-    # The measure sees half a pixel of the source.
+    # The measure notices half a pixel of the source.
     (dx, dy), _ = shift(before, view(shifted, eye, source, frame, tmp_path / "shifted.png"))
     print(f"    and half a pixel of the source: {dx:+.3f} {dy:+.3f} px")
     assert np.hypot(dx, dy) > 2.5 * BOUND
 
 
 @pytest.mark.parametrize("target,sources", [(0, "1,9"), (8, "7,9")])
-def test_both_lie_where_the_camera_saw_it(studio, streams, tmp_path, target, sources):
+def test_both_agree_with_the_picture_of_a_camera(studio, streams, tmp_path, target, sources):
     """Against the picture that a camera without lens took."""
     truth = np.asarray(Image.open(studio / f"oval{target}" / "0001.png").convert("RGB")).astype(float)
     for stream in streams[:2]:

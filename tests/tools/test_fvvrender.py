@@ -42,7 +42,7 @@ def truth(capture, camera, frame):
     return luma(folder / f"{frame:04d}.png"), core
 
 
-def test_a_camera_sees_what_it_took(scene, tmp_path):
+def test_a_camera_drawn_from_itself_gives_its_picture(scene, tmp_path):
     capture, stream = scene
     for frame in 0, 1:
         out = tmp_path / f"{frame}.png"
@@ -97,7 +97,7 @@ def test_floats_are_depth_weights_and_visibility(scene, tmp_path):
     assert set(np.unique(visibility)) == {0, 1}
     shares = [(used[surface] == n).mean() for n in range(4)]
     assert np.allclose(shares, reported["share_by_cameras"], atol=1e-9)
-    # A camera shows all that itself looks at but what is turned away too far, and sees that alone.
+    # A camera sees all surface in its own view except what is turned away too far.
     assert 0.75 < visibility[2][surface].mean() < 1
 
     codes = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"), float) / 255
@@ -119,7 +119,7 @@ def test_bits_and_depth_maps_and_rays_nearly_agree(scene, tmp_path):
     for how in "bits", "depth":
         differ = (pictures[how] != pictures["rays"]).sum() / (pictures["rays"] > 0).sum()
         assert 0 < differ < 0.03, how
-    # Bits are what is taken by default.
+    # Bits are the default.
     assert drawn(stream, tmp_path / "default.png", "--camera", 1)["visible_by"] == "bits"
     assert (tmp_path / "default.png").read_bytes() == (tmp_path / "bits.png").read_bytes()
 
@@ -132,7 +132,7 @@ def test_without_bits_there_are_depth_maps(scene, tmp_path):
     assert drawn(stream, out, "--camera", 1)["visible_by"] == "depth"
     done = run("fvvrender", stream, "-o", out, "--camera", 1, "--visible-by", "bits", "--force", code=1)
     assert "there are no bits of these cameras" in done.stderr
-    # Of bits of vertices too, and when they are damaged depth maps take their place.
+    # The same with bits of vertices; depth maps replace damaged ones.
     run(*mux, "--visibility", "vertex")
     assert drawn(stream, out, "--camera", 1, "--force")["visible_by"] == "bits"
     damaged = bytearray(stream.read_bytes())
@@ -153,7 +153,7 @@ def test_any_number_of_threads_gives_the_same_files(scene, tmp_path):
     assert len(digests) == 1
 
 
-def test_a_pose_is_where_the_user_says(scene, tmp_path):
+def test_a_pose_draws_what_the_camera_there_draws(scene, tmp_path):
     capture, stream = scene
     camera = json.loads((capture / "capture.json").read_text())["cameras"][3]
     rotation, translation = np.array(camera["rotation"]), np.array(camera["translation"])

@@ -1,4 +1,4 @@
-"""What fvvmux does to meshes: decimation by a budget in pixels, winding, and mending what is not as it should be."""
+"""What fvvmux does to meshes: decimation by a budget in pixels, winding, and repair of bad meshes."""
 
 import json
 
@@ -36,14 +36,14 @@ def test_the_budget_holds_by_another_measure(captures, tmp_path, meshes):
         before = budget["triangles"]
         assert summary["lattice"]["error_pixels"] <= pixels
         assert budget["rms_pixels"] <= pixels and budget["max_pixels"] <= 6 * pixels
-        # The players stand within a few metres, so no pixel covers twice what the sharpest does.
+        # The players are within a few metres, so no pixel covers twice what the sharpest does.
         for frame in range(3):
             distances = figures("fvvcompare", capture, path, "--frames", f"{frame}-{frame}")["distance"]
             found = distances["symmetric"]
             assert found["rms"] <= 2 * pixels * budget["pixel"]
             if budget["vanished_pieces"] == 0:  # of specks that the lattice swallows nothing is near
                 assert found["max"] <= 2 * 6 * pixels * budget["pixel"]
-            # Delta frames are reckoned to do what a coarser lattice would, and do less.
+            # Delta frames are counted as a coarser lattice, and err less.
             assert (0.85 if meshes == "hull" else 0.6) < found["rms"] / budget["rms"] < 1.15
         # Fitted to the source, or chords of it.
         assert abs(budget["volume_change"]) < (0.01 if meshes == "hull" else 0.05)
@@ -62,7 +62,7 @@ def test_overrides(captures, tmp_path):
     path = tmp_path / "out.fvv"
     hull = captures / "hull"
     kept = mux(hull, path, "--keep-geometry")
-    assert kept["budget"]["reason"] == "as --keep-geometry says"
+    assert "--keep-geometry" in kept["budget"]["reason"]
     assert "triangles" not in kept["budget"]
     some = mux(hull, path, "--triangles", 3000, "--step", "2mm")
     assert some["lattice"]["step"] == 0.002
@@ -80,7 +80,7 @@ def test_what_was_lost_is_reported(captures, tmp_path):
     assert "frame 0: " in done.stderr and "of the surface are further off than 0.06 px" in done.stderr
 
 
-def test_a_capture_that_was_in_a_stream_is_left_alone(captures, tmp_path):
+def test_a_capture_from_a_stream_is_not_decimated_again(captures, tmp_path):
     mux(captures / "hull", tmp_path / "once.fvv")
     run("fvvdemux", tmp_path / "once.fvv", "-o", tmp_path / "out")
     again = mux(tmp_path / "out", tmp_path / "twice.fvv")
@@ -178,11 +178,8 @@ def middle_colour(stream, picture):
 def test_faces_with_their_backs_to_the_cameras_are_found_and_turned(tmp_path, whole):
     capture = scene(tmp_path / "turned", inside_out=True, whole=whole)
     done = pack(capture, tmp_path / "as_it_is.fvv", code=3)
-    assert done.stderr == (
-        f"fvvmux: warning: {capture / 'capture.json'}: 100 % of the surface nearest to the cameras has its back to "
-        "them: the faces are inside out, and players find no colours for them (--winding flip turns them round, "
-        "keep says that they are meant so)\n"
-    )
+    assert done.stderr.startswith(f"fvvmux: warning: {capture / 'capture.json'}: 100 % of the surface")
+    assert "--winding flip" in done.stderr and done.stderr.count("\n") == 1
     assert "winding   as in the files: 100 %" in done.stdout
     assert pack(capture, tmp_path / "meant.fvv", "--winding", "keep").stderr == ""
     done = pack(capture, tmp_path / "flipped.fvv", "--winding", "flip", "--verify")
@@ -207,9 +204,7 @@ def test_faces_that_are_right_stay(tmp_path):
         assert pack(capture, out, *options).stderr == ""
     assert outputs[0].read_bytes() == outputs[1].read_bytes()
     done = pack(capture, tmp_path / "flipped.fvv", "--winding", "flip", code=3)
-    assert (
-        "with --winding flip 100 % of the surface nearest to the cameras has its back to them" in done.stderr
-    )
+    assert "with --winding flip 100 % of the surface" in done.stderr
     assert "--winding: expected auto, keep or flip, found" in pack(
         capture, tmp_path / "x.fvv", "--winding", "turn", code=2).stderr  # fmt: skip
 
@@ -235,7 +230,7 @@ def test_normals_point_out_when_faces_are_turned(tmp_path, normals):
     assert ((sent * points).sum(1) > 0.98).all()
 
 
-# One bad mesh: fvvmux mends it and says how, or refuses it by file and element.
+# One bad mesh: fvvmux repairs it and reports that, or refuses it by file and element.
 
 TETRAHEDRON = """v 0 0 0
 v 1 0 0
@@ -250,7 +245,7 @@ FRAMES, BAD = 6, 3
 FAR = "m lies more than 2^28 steps of 0.001 m from the origin 0 m [FVV-3006]"
 
 # Name: what the mesh of frame 3 is, and what the summary counts.
-MENDED = {
+REPAIRED = {
     "duplicate vertices": (
         TETRAHEDRON.replace("f 2 3 4", "v 1 0 0\nv 0 1 0\nf 5 6 4"),
         {"welded_vertices": 2},
@@ -309,9 +304,9 @@ def mux_six(fvvmux, tmp_path):
 
 
 @pytest.mark.parametrize("profile", ["raw", "draco"])
-@pytest.mark.parametrize("name", MENDED)
-def test_a_mesh_that_can_be_mended_is_counted_and_read_back(mux_six, fvvinfo, name, profile):
-    text, changes = MENDED[name]
+@pytest.mark.parametrize("name", REPAIRED)
+def test_a_mesh_that_can_be_repaired_is_counted_and_read_back(mux_six, fvvinfo, name, profile):
+    text, changes = REPAIRED[name]
     done = mux_six(text, "--mesh-profile", profile, "--verify")
     assert (done.returncode, done.stderr) == (0, b"")
     summary = json.loads(done.stdout)

@@ -176,7 +176,7 @@ def test_a_slow_client_skips_whole_groups_and_is_informed():
         assert b"".join(pieces).startswith(data), "nothing is torn before the skip"
         to = int(skip["to"])
         assert to % FRAMES == 0 and int(skip["from"]) < to and skip["chunks"] > 100
-        # What it received and what it is said to have missed meet.
+        # The bytes received and the bytes reported as missed add up.
         assert len(data) + skip["bytes"] == len(start) + len(b"".join(groups[: to // FRAMES]))
         slow.socket.settimeout(10)
         run = start + groups[to // FRAMES]
@@ -346,7 +346,7 @@ def test_200_clients():
         assert [receive_runs(client) for client in clients] == [([(b"", {"type": "end"})], 1000)] * 200
 
 
-def test_signal_ends_clients_in_good_order(tmp_path):
+def test_a_signal_closes_clients_properly(tmp_path):
     path = tmp_path / "clip.fvv"
     path.write_bytes(b"".join(make(1)))
     with Server("--live", f"clip={path}", "--loop") as server, server.live("clip") as client:

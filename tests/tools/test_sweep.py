@@ -1,4 +1,4 @@
-"""No cut and no single flipped bit of a stream goes unseen: all of them are tried, on files of a few kB."""
+"""Every cut and every single flipped bit of a stream is found: all of them are tried, on files of a few kB."""
 
 import json
 import os
