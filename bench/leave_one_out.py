@@ -24,7 +24,7 @@ from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
 import wd2_human20  # noqa: E402
-from real_capture import DATA, TOOLS, read_ply  # noqa: E402
+from real_capture import DATA, TOOLS, luma, read_ply  # noqa: E402
 
 WORK = pathlib.Path(__file__).resolve().parent.parent / "build/bench/wd2"
 NEAREST = 7
@@ -84,8 +84,7 @@ def compare(root, camera, stream, sources, way):
     silhouette = np.asarray(Image.open(silhouette).convert("L")) > 128
     mask = silhouette & (np.asarray(Image.open(mask_file)) > 128)
     pictures = [
-        np.where(mask, wd2_human20.luma(path), GREY)
-        for path in (root / f"wd_data/WD2_{camera['id']}_00020.png", out)
+        np.where(mask, luma(path), GREY) for path in (root / f"wd_data/WD2_{camera['id']}_00020.png", out)
     ]
     error = ((pictures[0] - pictures[1])[mask] ** 2).mean()
     psnr = 10 * np.log10(255**2 / error)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 import numpy as np
+from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 TOOLS = pathlib.Path(os.environ.get("FVV_TOOLS_DIR", ROOT / "build/default/tools"))
@@ -123,6 +124,11 @@ def read_obj(path):
         [[part.split("/")[0] for part in row[1:4]] for row in rows if row[:1] == ["f"]], np.int64
     )
     return positions, faces - 1
+
+
+def luma(path):
+    """BT.709 luma of a picture, 0 to 255."""
+    return np.asarray(Image.open(path).convert("RGB"), np.float64) @ [0.2126, 0.7152, 0.0722]
 
 
 def triangle_set(positions, faces, step):

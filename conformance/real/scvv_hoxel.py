@@ -10,7 +10,6 @@ import json
 import DracoPy
 import numpy as np
 import real_capture as real
-from PIL import Image
 
 SOURCE = "scvv_hoxel"
 FIRST, COUNT = 855, 50
@@ -36,10 +35,6 @@ def textured_triangles(positions, faces, texture):
     return {tuple(sorted(map(tuple, t))) for t in corners.tolist()}
 
 
-def luma(path):
-    return np.asarray(Image.open(path).convert("RGB"), np.float64) @ [0.2126, 0.7152, 0.0722]
-
-
 def compare_frame(number, source, out):
     positions, faces, texture = read_draco(source / f"{number:06d}_scandycore_raw_frame.draco")
     decoded, decoded_faces = real.read_ply(out / f"meshes/{number:04d}.ply")
@@ -50,7 +45,7 @@ def compare_frame(number, source, out):
         positions, faces, texture
     )
     real.figure(f"{name}: textured triangles that the source does not have", len(extra), 0)
-    difference = luma(source / f"{number:06d}_scandycore_raw_frame.jpg") - luma(
+    difference = real.luma(source / f"{number:06d}_scandycore_raw_frame.jpg") - real.luma(
         out / f"atlas/{number:04d}.png"
     )
     psnr = 10 * np.log10(255**2 / np.mean(difference**2))

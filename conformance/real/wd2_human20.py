@@ -35,10 +35,6 @@ def project(matrix, k, transform, points):
     return xy @ matrix[:2, :2].T + matrix[:2, 2]
 
 
-def luma(path):
-    return np.asarray(Image.open(path).convert("RGB"), np.float64) @ np.array([0.2126, 0.7152, 0.0722])
-
-
 def describe(root, folder):
     """Returns the path of the capture."""
     description = {
@@ -102,12 +98,12 @@ def main():
 
     squares, pixels, worst = 0.0, 0, np.inf
     for c in source:
-        picture = luma(root / f"wd_data/WD2_{c['id']}_00020.png")
+        picture = real.luma(root / f"wd_data/WD2_{c['id']}_00020.png")
         mask = (
             np.asarray(Image.open(root / f"wd_segmented/WD2_{c['id']}_00020_segmented.png").convert("L"))
             > 128
         )
-        error = ((picture - luma(out / f"cam{c['id']}/0020.png")) ** 2)[mask]
+        error = ((picture - real.luma(out / f"cam{c['id']}/0020.png")) ** 2)[mask]
         worst = min(worst, 10 * np.log10(255**2 / error.mean()))
         squares, pixels = squares + error.sum(), pixels + error.size
     real.figure(

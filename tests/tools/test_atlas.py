@@ -5,9 +5,8 @@ import json
 import numpy as np
 import pytest
 from conftest import figures, run
-from pictures import luma
 from PIL import Image
-from real_capture import read_ply, read_ply_texture, triangle_set
+from real_capture import luma, read_ply, read_ply_texture, triangle_set
 
 FRAMES = 3
 SMALL = ("--rig", "small", "--frames", FRAMES)

@@ -6,8 +6,9 @@ import json
 import numpy as np
 import pytest
 from conftest import figures, run
-from pictures import luma, read_exr
+from pictures import read_exr
 from PIL import Image
+from real_capture import luma
 
 CAMERAS = 10
 
