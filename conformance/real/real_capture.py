@@ -71,7 +71,7 @@ def figure(text, value, limit, at_most=True):
 
 
 def finish():
-    print("broken: " + ", ".join(failures) if failures else "all promises hold")
+    print("broken: " + ", ".join(failures) if failures else "all limits hold")
     sys.exit(1 if failures else 0)
 
 

@@ -133,5 +133,6 @@ TEST_CASE("libfvv reads of the vectors what the plain reader of the specificatio
 }
 
 TEST_CASE("write the texturing vectors", "[.][make]") {
-  for (const bool has_chunk : {false, true}) write_vector(path_of(has_chunk, false), write(vector_stream(has_chunk)));
+  for (const bool has_chunk : {false, true})
+    write_vector(path_of(has_chunk, false), write(vector_stream(has_chunk)));
 }

@@ -58,10 +58,14 @@ def run(name, *arguments, code=0, warns=False):
 
 
 def figures(name, *arguments, code=0):
-    """What a tool prints with --json, checked against its schema where it has one."""
-    document = json.loads(run(name, *arguments, "--json", code=code).stdout)
-    if (SPEC / f"{name}.schema.json").exists():
-        validate(document, name)
+    """What a tool prints with --json."""
+    return read_json(run(name, *arguments, "--json", code=code), name)
+
+
+def read_json(done, name):
+    """The standard output of a finished tool as JSON, checked against the tool's schema."""
+    document = json.loads(done.stdout)
+    validate(document, name)
     return document
 
 

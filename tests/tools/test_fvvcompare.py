@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import TINY, Tool
+from conftest import TINY, Tool, read_json
 
 CELLS = 12
 
@@ -63,7 +63,7 @@ def test_json_and_csv_have_every_frame(fvvcompare, planes, tmp_path):
     table = tmp_path / "out.csv"
     done = fvvcompare(*planes, "--json", "--csv", table, "--peak", 0.5)
     assert done.returncode == 0, done.stderr
-    document = json.loads(done.stdout)
+    document = read_json(done, "fvvcompare")
     assert (document["peak"], document["peak_is"], document["unit"]) == (0.5, "given", "metres")
     assert document["distance"]["symmetric"]["rms"] == pytest.approx(np.sqrt(14 / 3) * 1e-3)
     assert document["temporal"]["rms"] == pytest.approx(1e-3)
@@ -85,7 +85,7 @@ def test_json_and_csv_have_every_frame(fvvcompare, planes, tmp_path):
 
 def test_equal_sequences_have_no_psnr(fvvcompare, planes):
     done = fvvcompare(planes[0], planes[0], "--json")
-    document = json.loads(done.stdout)
+    document = read_json(done, "fvvcompare")
     assert done.returncode == 0
     assert document["d1"]["symmetric"] == {"mse": 0, "psnr": None}
     assert b"equal" in fvvcompare(planes[0], planes[0]).stdout
@@ -118,7 +118,7 @@ def test_frames_without_a_partner_give_exit_code_3(fvvcompare, planes, tmp_path)
     done = fvvcompare(planes[0], shorter, "--frames", "0-1", "--json")
     assert done.returncode == 3
     assert b"0001.obj: cannot be opened" in done.stderr
-    assert len(json.loads(done.stdout)["losses"]) == 1
+    assert len(read_json(done, "fvvcompare")["losses"]) == 1
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +137,7 @@ def test_a_cut_stream_is_compared_as_far_as_it_goes(fvvcompare, planes, stream, 
     cut.write_bytes(stream.read_bytes()[:-500])  # into the third group
     done = fvvcompare(planes[1], cut, "--json")
     assert done.returncode == 3
-    assert [frame["b"]["frame"] for frame in json.loads(done.stdout)["frames"]] == [0, 1]
+    assert [frame["b"]["frame"] for frame in read_json(done, "fvvcompare")["frames"]] == [0, 1]
     assert b"the stream ends inside a chunk" in done.stderr
     assert b"1 of 3 frames has no partner: 2" in done.stderr
 
@@ -155,7 +155,7 @@ def test_a_damaged_mesh_is_reported_and_shifts_nothing(fvvcompare, planes, strea
         done = fvvcompare(planes[1], path, "--json", "--max-distance", 1e-3)
         assert done.returncode == 3
         assert b"CRC of the payload does not match" in done.stderr
-        frames = [frame["b"]["frame"] for frame in json.loads(done.stdout)["frames"]]
+        frames = [frame["b"]["frame"] for frame in read_json(done, "fvvcompare")["frames"]]
         assert frames == [n for n in range(3) if n != number]
 
 
@@ -167,7 +167,7 @@ def test_a_stream_without_its_beginning_keeps_its_times(fvvcompare, planes, stre
     done = fvvcompare(planes[1], path, "--json", "--max-distance", 1e-3)
     assert done.returncode == 3
     assert b"frames are numbered from tick 0" in done.stderr
-    assert [frame["a"]["frame"] for frame in json.loads(done.stdout)["frames"]] == [1, 2]
+    assert [frame["a"]["frame"] for frame in read_json(done, "fvvcompare")["frames"]] == [1, 2]
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,9 @@
 """fvvinfo from outside: exit codes, standard output and error, and JSON by its schema."""
 
-import json
 import re
 
 import pytest
-from conftest import validate
+from conftest import read_json
 from reference import tiny
 from reference.container import Stream
 from reference.mesh import raw_parts
@@ -28,10 +27,8 @@ def flipped(content, offset, bit=0):
     return bytes(out)
 
 
-def read_json(done):
-    document = json.loads(done.stdout)
-    validate(document, "fvvinfo")
-    return document["files"]
+def files_of(done):
+    return read_json(done, "fvvinfo")["files"]
 
 
 def test_complete_files_are_silent_on_stderr(fvvinfo, tiny_files):
@@ -90,7 +87,7 @@ def test_texture_coordinates(fvvinfo, tmp_path, bits_of_groups, text, texture):
     assert (done.returncode, done.stderr) == (0, b"")
     assert f"4 vertices, 4 triangles{text}; " in done.stdout.decode()
     for options in [], ["--check"]:
-        assert read_json(fvvinfo("--json", *options, path))[0]["tracks"][0]["mesh"].get("texture") == texture
+        assert files_of(fvvinfo("--json", *options, path))[0]["tracks"][0]["mesh"].get("texture") == texture
 
 
 def test_texture_coordinates_in_one_mesh_of_a_group(fvvinfo, tmp_path):
@@ -118,7 +115,7 @@ def test_chunk_list(fvvinfo, tiny_files):
 
 def test_json_of_complete_files(fvvinfo, tiny_files):
     names = [str(tiny_files[name]) for name in ("empty.fvv", "tetrahedron.fvv")]
-    empty, one = read_json(fvvinfo("--json", "--check", "--chunks", *names))
+    empty, one = files_of(fvvinfo("--json", "--check", "--chunks", *names))
     assert [empty["name"], one["name"]] == names
     assert [empty["integrity"], one["integrity"]] == ["complete", "complete"]
     assert [empty["tracks"], empty["frames"], empty["problems"]] == [[], 0, []]
@@ -131,7 +128,7 @@ def test_json_of_complete_files(fvvinfo, tiny_files):
 
 
 def test_json_names_the_version_of_the_format(fvvinfo, tiny_files):
-    assert read_json(fvvinfo("--json", tiny_files["empty.fvv"]))[0]["written_version"] == [0, 1]
+    assert files_of(fvvinfo("--json", tiny_files["empty.fvv"]))[0]["written_version"] == [0, 1]
 
 
 def test_json_of_cut_and_damaged_files_fits_the_schema(fvvinfo, tetrahedron, tmp_path):
@@ -139,7 +136,7 @@ def test_json_of_cut_and_damaged_files_fits_the_schema(fvvinfo, tetrahedron, tmp
     contents += [flipped(tetrahedron, offset, offset % 8) for offset in range(0, len(tetrahedron), 5)]
     contents += [tetrahedron * 2, tetrahedron[24:], b"", b"no stream at all"]
     paths = [put(tmp_path, content, f"{i}.fvv") for i, content in enumerate(contents)]
-    files = read_json(fvvinfo("--json", "--check", "--chunks", *paths))
+    files = files_of(fvvinfo("--json", "--check", "--chunks", *paths))
     assert len(files) == len(paths)
     assert {file["integrity"] for file in files} == {"truncated", "damaged", "unreadable"}
     for file in files:
@@ -212,7 +209,7 @@ def test_standard_input(fvvinfo, tetrahedron):
     done = fvvinfo("--check", "-", stdin=tetrahedron)
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout.startswith(b"standard input: 584 B")
-    assert read_json(fvvinfo("--json", "-", stdin=tetrahedron))[0]["name"] == "standard input"
+    assert files_of(fvvinfo("--json", "-", stdin=tetrahedron))[0]["name"] == "standard input"
     done = fvvinfo("-", stdin=tetrahedron[:300])
     assert done.returncode == 3
     assert done.stderr.startswith(b"standard input: 0xd8: MESH: ")
@@ -230,7 +227,7 @@ def test_input_that_is_not_a_stream(fvvinfo, tmp_path):
         done = fvvinfo(path)
         assert (done.returncode, done.stdout) == (1, b"")
         assert re.fullmatch(f"fvvinfo: {path}: cannot (open|read): {reason}\n", done.stderr.decode())
-        assert read_json(fvvinfo("--json", path)) == []
+        assert files_of(fvvinfo("--json", path)) == []
 
 
 @pytest.mark.parametrize(
@@ -262,4 +259,4 @@ def test_control_characters_of_a_name_are_not_printed(fvvinfo, tmp_path):
     assert not set(done.stdout) & (set(range(32)) - {10} | {127})
     done = fvvinfo("--json", path)
     assert not set(done.stdout) & (set(range(32)) - {10})
-    assert read_json(done)[0]["tracks"][0]["name"] == name
+    assert files_of(done)[0]["tracks"][0]["name"] == name

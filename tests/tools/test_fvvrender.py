@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import figures, run
+from conftest import figures, read_json, run
 from pictures import read_exr
 from PIL import Image
 from real_capture import luma
@@ -141,7 +141,7 @@ def test_without_bits_there_are_depth_maps(scene, tmp_path):
     stream.write_bytes(damaged)
     done = run("fvvrender", stream, "-o", out, "--camera", 1, "--force", "--json", code=3)
     assert "no visibility of track 5, depth maps take its place" in done.stderr
-    assert json.loads(done.stdout)["visible_by"] == "depth"
+    assert read_json(done, "fvvrender")["visible_by"] == "depth"
 
 
 def test_any_number_of_threads_gives_the_same_files(scene, tmp_path):
@@ -250,6 +250,6 @@ def test_faces_that_are_inside_out_are_warned_of(tmp_path):
         options = ["--camera", 0, "--json", "--force"]
         done = run("fvvrender", tmp_path / "t.fvv", "-o", tmp_path / "t.png", *options, warns=True)
         assert ("inside out" in done.stderr) == (order < 0)
-        reported = json.loads(done.stdout)
+        reported = read_json(done, "fvvrender")
         assert reported["surface"]["pixels"] > 50
         assert (reported["share_by_cameras"][0] > 0.9) == (order < 0)

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import figures, run
+from conftest import figures, read_json, run
 from PIL import Image
 
 # Decimation, judged by fvvcompare.
@@ -185,7 +185,7 @@ def test_faces_with_their_backs_to_the_cameras_are_found_and_turned(tmp_path, wh
     done = pack(capture, tmp_path / "flipped.fvv", "--winding", "flip", "--verify")
     assert done.stderr == "" and "winding   flipped: 0 %" in done.stdout
     done = pack(capture, tmp_path / "auto.fvv", "--winding", "auto", "--json")
-    winding = json.loads(done.stdout)["mesh"]["winding"]
+    winding = read_json(done, "fvvmux")["mesh"]["winding"]
     assert winding == {"flipped": True, "turned_away": 0, "by_cameras": True}
     read = {
         name: (tmp_path / f"{name}.fvv").read_bytes() for name in ("as_it_is", "meant", "flipped", "auto")
@@ -309,7 +309,7 @@ def test_a_mesh_that_can_be_repaired_is_counted_and_read_back(mux_six, fvvinfo, 
     text, changes = REPAIRED[name]
     done = mux_six(text, "--mesh-profile", profile, "--verify")
     assert (done.returncode, done.stderr) == (0, b"")
-    summary = json.loads(done.stdout)
+    summary = read_json(done, "fvvmux")
     counted = {k: v for k, v in summary["mesh"].items() if isinstance(v, dict) and v.get("count")}
     assert counted == {change: {"count": count, "frames": 1} for change, count in changes.items()}
     assert summary["verified"]["meshes"] == FRAMES
@@ -336,4 +336,4 @@ def test_an_empty_file_is_found_before_any_work(mux_six):
 def test_frames_before_a_bad_one_can_be_taken_alone(mux_six):
     done = mux_six(REFUSED["NaN"][0], "--frames", "0-2")
     assert (done.returncode, done.stderr) == (0, b"")
-    assert json.loads(done.stdout)["frames"] == BAD
+    assert read_json(done, "fvvmux")["frames"] == BAD

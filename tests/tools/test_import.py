@@ -5,7 +5,7 @@ import json
 import import_formats
 import numpy as np
 import pytest
-from conftest import Tool, validate
+from conftest import Tool, read_json, validate
 
 
 @pytest.fixture(scope="session")
@@ -94,7 +94,7 @@ def test_a_suspected_mistake_is_reported_and_exits_3(fvvimport, written, tmp_pat
     assert out[-1].startswith(
         "suspected: the principal point, or the points, count pixel centres half a pixel off (undone: rms "
     )
-    check = json.loads(fvvimport(*arguments, "--check", points, "--json").stdout)["check"]
+    check = read_json(fvvimport(*arguments, "--check", points, "--json"), "fvvimport")["check"]
     assert check["suspected"] == "half_pixel"
     assert check["rms_px_undone"]["half_pixel"] < 1e-9
     assert check["rms_px_undone"]["axes"] > 100

@@ -2,7 +2,7 @@
 
 import json
 
-from conftest import validate
+from conftest import read_json, validate
 from reference import tiny
 from reference.container import DATA, Part, Stream, crc32c
 from reference.mesh import raw_parts
@@ -52,9 +52,7 @@ def test_a_file_is_cut_up_as_it_is(fvvmux, fvvinfo, tmp_path):
     done = fvvmux(path, "--segments", tmp_path / "out", "--json")
     assert (done.returncode, done.stderr) == (0, b"")
     reported = {"folder": str(tmp_path / "out"), "groups": 3, "bytes": len(live)}
-    document = json.loads(done.stdout)
-    validate(document, "fvvmux")
-    assert document == {"fvvmux": 1, "segments": reported}
+    assert read_json(done, "fvvmux") == {"fvvmux": 1, "segments": reported}
     manifest, content = read(tmp_path / "out")
     assert content == live, "the stream without index and footer"
     assert manifest["format"] == f"{DATA['format']['major']}.{DATA['format']['minor']}"

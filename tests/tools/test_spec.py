@@ -36,8 +36,12 @@ def test_schema_is_a_schema(path):
 def test_all_schemas_are_there():
     assert [path.name for path in SCHEMAS] == [
         "capture.schema.json",
+        "fvvcompare.schema.json",
+        "fvvdemux.schema.json",
+        "fvvimport.schema.json",
         "fvvinfo.schema.json",
         "fvvmux.schema.json",
+        "fvvrender.schema.json",
         "segments.schema.json",
     ]
 
