@@ -56,7 +56,7 @@ class Server:
     def __init__(self, *arguments, stdin=subprocess.DEVNULL):
         command = [str(tool_path("fvvserve")), "--port", "0", "--verbose", *map(str, arguments)]
         pipe = subprocess.PIPE
-        # What AddressSanitizer keeps of freed memory would hide how much the server holds.
+        # Freed memory that AddressSanitizer keeps would hide the server's own.
         environment = {"ASAN_OPTIONS": "quarantine_size_mb=1"} | os.environ
         self.process = subprocess.Popen(command, stdin=stdin, stdout=pipe, stderr=pipe, env=environment)
         self.line = self.process.stdout.readline().decode()
@@ -76,7 +76,7 @@ class Server:
             self.stderr = self.process.communicate(timeout=10)[1].decode()
         finally:
             self.process.kill()
-        # Under a sanitizer a fault is a code of its own.
+        # A sanitizer that finds a fault gives another code.
         assert self.process.returncode == 0, self.stderr
 
     def memory(self):
@@ -131,7 +131,7 @@ class Live:
         lines += [f"Sec-WebSocket-Key: {key}", "Sec-WebSocket-Version: 13"]
         lines += [f"{name}: {value}" for name, value in headers.items()]
         connection.sendall("\r\n".join([*lines, "", ""]).encode())
-        # Byte by byte, so that nothing of what follows is taken.
+        # Byte by byte, so that no byte after the header is read.
         while not self.buffer.endswith(b"\r\n\r\n"):
             self.buffer += connection.recv(1)
         self.reply = read_reply(io.BytesIO(self.buffer), head=True)

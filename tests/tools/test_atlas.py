@@ -163,7 +163,7 @@ def test_into_a_stream_and_out_of_it(capture, tmp_path, options):
     off = (0.5 + summary["mesh"]["delta"]["max_error_steps"]) * step
     source_atlas = luma(capture / "atlas.png")
     for frame in range(FRAMES):
-        # Corners as points of five dimensions: a position, and where its colour is in the atlas.
+        # Corners as points in five dimensions: position and texture coordinates.
         name = f"meshes/{frame:04d}.ply"
         is_delta = frame > 0 and not options
         scale = np.array([0 if is_delta else 1 / step] * 3 + [2**bits] * 2)

@@ -62,7 +62,7 @@ def test_a_camera_that_moves_comes_back(tmp_path):
     assert np.abs(pixels(first, points) - pixels(second, points)).max() > 20 * MOVING_BOUND
 
 
-# k1 = -0.4 alone, whose fold lies within the picture.
+# A lens with k1 = -0.4 alone: its fold is within the picture.
 
 
 def test_fvvimport_stores_and_reports_where_the_lens_folds(tmp_path):
@@ -96,7 +96,7 @@ def small_studio(tmp_path_factory):
 
 
 def rewrite(folder, change):
-    """The capture with another description, beside the first one."""
+    """Writes a changed description beside the capture's own and returns its path."""
     description = json.loads((folder / "capture.json").read_text())
     change({camera["id"]: camera for camera in description["cameras"]})
     out = folder / f"{change.__name__}.json"
@@ -117,7 +117,7 @@ def near(cameras):
     """The first camera near the scene, which then fills more than a lens can show."""
     camera = cameras[0]
     camera["lens"] = {"model": "none"}
-    camera["intrinsics"].update(fx=60, fy=60, cx=20)  # the picture does not fit: only its place counts
+    camera["intrinsics"].update(fx=60, fy=60, cx=20)  # the picture does not match; only its position matters
     camera["translation"][2] = 2.1
 
 
@@ -194,7 +194,7 @@ def test_a_camera_gives_no_colours_where_its_calibration_is_lost(small_studio, t
     assert set(camera["per_frame"][1]) == {"frame", "calibrated"}
 
 
-# What is rendered from a stream with lenses and from one without lies in the same place.
+# Pictures rendered from a stream with lenses and from one without agree in position.
 
 
 @pytest.fixture(scope="module")
@@ -237,7 +237,7 @@ def shift(a, b):
     known = np.ones(a.shape[:2], bool)
     for picture in (a, b):
         known &= (picture != UNSEEN).any(axis=2) & (picture.sum(axis=2) > 0)
-    for _ in range(2):  # not beside the border of what is seen
+    for _ in range(2):  # away from the border of the visible surface
         inner = known.copy()
         for axis in (0, 1):
             for step in (1, -1):
@@ -272,7 +272,7 @@ def test_undistorted_pictures_are_not_displaced(studio, streams, tmp_path, sourc
 
 @pytest.mark.parametrize("target,sources", [(0, "1,9"), (8, "7,9")])
 def test_both_agree_with_the_picture_of_a_camera(studio, streams, tmp_path, target, sources):
-    """Against the picture that a camera without lens took."""
+    """Compares with the picture of a camera without lens."""
     truth = np.asarray(Image.open(studio / f"oval{target}" / "0001.png").convert("RGB")).astype(float)
     for stream in streams[:2]:
         out = tmp_path / f"{stream.stem}.png"

@@ -102,7 +102,7 @@ def test_cameras_on_several_tracks_are_drawn_and_unpacked_as_from_one(tmp_path):
             np.asarray(Image.open(tmp_path / rate / f"cam{k}" / "0001.png"), float) for k in range(4)
         ]
     assert cameras == {"25": None, "40000": [[0, 1], [2, 3]]}
-    # What is left of each is the codec's.
+    # The difference that remains is the codec's.
     pairs = [(drawn["25"], drawn["40000"]), *zip(unpacked["25"], unpacked["40000"])]
     for one, spread in pairs:
         assert one.std() > 10

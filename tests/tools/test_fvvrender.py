@@ -19,7 +19,7 @@ def drawn(stream, out, *arguments):
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    """Two frames of the small rig, meshes as they are, pictures nearly so: folder of the capture, stream."""
+    """Two frames of the small rig, with exact meshes and pictures of high quality: folder of the capture, stream."""
     root = tmp_path_factory.mktemp("render")
     size = ["--cameras", CAMERAS, "--size", "320x180"]
     run("fvvsynth", "-o", root / "capture", "--rig", "small", "--frames", 2, "--depth", *size)
@@ -53,7 +53,7 @@ def test_a_camera_drawn_from_itself_gives_its_picture(scene, tmp_path):
         assert reported["sources"] == [4]
         seen = core & (np.asarray(Image.open(out).convert("RGB")) != 128).any(2)  # grey: grazing faces
         assert seen.sum() > 0.75 * core.sum()
-        # The same pixels, but for the codec and the lattice.
+        # The same pixels, except for the codec and the lattice.
         assert psnr(luma(out), picture, seen) > 34
 
 
@@ -166,7 +166,7 @@ def test_a_pose_draws_what_the_camera_there_draws(scene, tmp_path):
     drawn(stream, tmp_path / "b.png", "--pose", pose, "--focal", intrinsics["fx"], "--size", "320x180",
           "--depth", depths[1])  # fmt: skip
     by_camera, by_pose = (np.isfinite(read_exr(path)["Z"]) for path in depths)
-    # The principal point alone differs, by a few pixels.
+    # Only the principal point differs, by a few pixels.
     dx, dy = round(intrinsics["cx"] - 160), round(intrinsics["cy"] - 90)
     moved = np.roll(by_pose, (dy, dx), (0, 1))
     assert (moved & by_camera).sum() > 0.93 * (moved | by_camera).sum() > 0
@@ -210,7 +210,7 @@ def test_an_existing_picture_is_kept_unless_forced(scene, tmp_path):
 
 
 def test_what_is_damaged_is_named(scene, tmp_path):
-    """A flipped byte in the video, then one in the mesh; frame 1 of JPEG is whole without the pictures of frame 0."""
+    """A flipped byte in the video, then one in the mesh; with JPEG, frame 1 is whole without the pictures of frame 0."""
     capture, _ = scene
     stream, out = tmp_path / "s.fvv", tmp_path / "out.png"
     run("fvvmux", capture, "-o", stream, "--codec", "jpeg", "--keep-geometry")

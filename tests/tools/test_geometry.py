@@ -41,7 +41,7 @@ def test_the_budget_holds_by_another_measure(captures, tmp_path, meshes):
             distances = figures("fvvcompare", capture, path, "--frames", f"{frame}-{frame}")["distance"]
             found = distances["symmetric"]
             assert found["rms"] <= 2 * pixels * budget["pixel"]
-            if budget["vanished_pieces"] == 0:  # of specks that the lattice swallows nothing is near
+            if budget["vanished_pieces"] == 0:  # specks that the lattice swallows have nothing near
                 assert found["max"] <= 2 * 6 * pixels * budget["pixel"]
             # Delta frames are counted as a coarser lattice, and err less.
             assert (0.85 if meshes == "hull" else 0.6) < found["rms"] / budget["rms"] < 1.15
@@ -218,7 +218,7 @@ def test_without_cameras_the_volume_decides(tmp_path):
 
 @pytest.mark.parametrize("normals", [1, -1])
 def test_normals_point_out_when_faces_are_turned(tmp_path, normals):
-    """Whether they were those of the faces in the file, or those of the ball beside faces that were wrong."""
+    """Normals in the file either agree with its faces or point out of the ball while the faces are inside out."""
     capture = scene(tmp_path / "turned", inside_out=True, normals=normals)
     pack(capture, tmp_path / "x.fvv", "--winding", "flip", "--normals", "always", "--verify")
     run("fvvdemux", tmp_path / "x.fvv", "-o", tmp_path / "out", "--meshes", "obj")

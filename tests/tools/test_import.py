@@ -82,7 +82,7 @@ def test_a_suspected_mistake_is_reported_and_exits_3(fvvimport, written, tmp_pat
     lines = []
     for identity, _, camera, _ in cameras:
         points = import_formats.points_before(camera, random, 20)
-        for point, pixel in zip(points, camera.project(points) - 0.5):  # counted as OpenCV does
+        for point, pixel in zip(points, camera.project(points) - 0.5):  # OpenCV's pixel convention
             lines.append(f"{import_formats.text(point)} {identity} {import_formats.text(pixel)}\n")
     points = tmp_path / "points.txt"
     points.write_text("".join(lines))

@@ -153,7 +153,7 @@ def test_generated_light_goes_beyond_white_and_comes_back_bit_for_bit(generated,
         assert (out / picture.relative_to(generated)).read_bytes() == picture.read_bytes()
     run("fvvdemux", stream, "-o", tmp_path / "png", "--pictures", "png")
     brightest = np.asarray(Image.open(tmp_path / "png/cam0/0000.png"))
-    assert (brightest == brightest.max()).sum() > 20  # what was beyond white is clipped there
+    assert (brightest == brightest.max()).sum() > 20  # light beyond white is clipped there
 
 
 def test_light_of_other_writers_survives_mux_and_demux(capture, tmp_path):
@@ -168,7 +168,7 @@ def test_light_of_other_writers_survives_mux_and_demux(capture, tmp_path):
         folder = json.loads((out / "capture.json").read_text())["cameras"][index]["pictures"].split("/")[0]
         for frame in range(FRAMES):
             codes = np.asarray(Image.open(tmp_path / f"png/{folder}/{frame:04d}.png")).astype(float)
-            # Pillow brings the 16 bits of the file to 8.
+            # Pillow reduces the 16 bits of the file to 8.
             assert np.abs(codes - 255 * display(light_of(index, frame))).max() <= 1
     run("fvvmux", capture, "-o", tmp_path / "small.fvv", "--codec", "exr", "--scale", "0.5", "--verify")
     run("fvvmux", capture, "-o", tmp_path / "jpeg.fvv", "--codec", "jpeg", "--verify")

@@ -31,7 +31,7 @@ def put(folder, content, name="clip.fvv"):
 
 
 def read(folder):
-    """The manifest and the bytes of the stream, each file against its entry."""
+    """Checks each file against its entry and returns the manifest and the bytes of the stream."""
     manifest = json.loads((folder / "manifest.json").read_text())
     validate(manifest, "segments")
     entries, content = [manifest["configuration"], *manifest["groups"]], b""

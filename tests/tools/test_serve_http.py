@@ -344,7 +344,7 @@ def test_conditions(server, etag):
     # 13.2.2: before the range.
     assert status(If_None_Match=etag, **part) == 304
     assert status(If_Match='"x"', **part) == 412
-    # 13.1.5: strong tags and the very date; else the whole.
+    # 13.1.5: strong tags and the exact date; otherwise the whole file.
     assert [status(If_Range=v, **part) for v in (etag, modified)] == [206, 206]
     others = ("W/" + etag, '"x"', before, after, "x", f"{etag}, {etag}")
     assert [status(If_Range=v, **part) for v in others] == [200] * len(others)

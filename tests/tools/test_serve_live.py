@@ -20,7 +20,7 @@ MESH = joined(raw_parts(TETRAHEDRON))
 
 @pytest.fixture(scope="module", autouse=True)
 def quick_crc():
-    """Large payloads are alike: the CRC of each is computed once, in Python that takes a second for each MiB."""
+    """Computes the CRC of equal payloads once: in Python it takes a second per MiB."""
     plain, container.crc32c = container.crc32c, functools.lru_cache(maxsize=None)(container.crc32c)
     yield
     container.crc32c = plain
@@ -33,7 +33,7 @@ def make(groups, payload=MESH, name="mesh", repeat=False, change_at=None, start=
 
     def cut():
         nonlocal seen
-        # The data from where the last piece ended, without joining everything anew.
+        # The data from where the last piece ended, without joining everything again.
         sections = [s for s in stream.sections if s.offset >= seen]
         piece, seen = b"".join(joined(s.parts) for s in sections), stream.size
         return piece
@@ -58,7 +58,7 @@ def groups_of(pieces):
 
 
 class Pipe:
-    """A server that gets its stream from us."""
+    """A server that reads its stream from the test."""
 
     def __init__(self, *arguments):
         self.server = Server("--live", "now=-", *arguments, stdin=subprocess.PIPE)
@@ -84,7 +84,7 @@ class Pipe:
 
 
 def receive_runs(client):
-    """[(bytes of a run, what ended it), ...] up to the end of the connection; whether that came in good order."""
+    """[(bytes of a run, what ended it), ...] up to the end of the connection, and the code with which it was closed."""
     runs, run = [], b""
     while (message := client.receive()) is not None:
         kind, payload = message
@@ -117,7 +117,7 @@ def test_join_in_mid_stream(fvvinfo, tmp_path):
         assert receive_bytes(early, len(header + block + groups[0])) == header + block + groups[0]
         half = len(groups[1]) // 2
         pipe.write(groups[1][:half])
-        begun = receive_bytes(early, groups[1].index(b"MESH"))  # so far the server has come
+        begun = receive_bytes(early, groups[1].index(b"MESH"))  # the server has read up to here
         with pipe.live("now") as late:
             pipe.write(groups[1][half:], groups[2], groups[3])
             late_run = header + block + groups[2] + groups[3]
@@ -126,7 +126,7 @@ def test_join_in_mid_stream(fvvinfo, tmp_path):
             ), "from the next group on, configuration first"
             rest = b"".join(groups[1:4])[len(begun) :]
             assert receive_bytes(early, len(rest)) == rest
-            # Chunks come as they are whole, not as groups are.
+            # A chunk is sent when it is whole, before its group is.
             cut = len(groups[4]) - 8
             pipe.write(groups[4][:cut])
             before_end = receive_bytes(late, groups[4].index(b"GEND"))
@@ -157,7 +157,7 @@ def test_a_slow_client_skips_whole_groups_and_is_informed():
                 before = pipe.memory()
         grown = pipe.memory() - before
         assert grown < 12 << 20, f"{grown} bytes more while 24 MB went by"
-        # It reads again: what the kernel still has, the message, and a run that is a stream.
+        # It reads again: what the kernel still holds, the message, and a run that is a stream.
         slow.socket.settimeout(0.3)
         data, skip = b"", None
         for group in groups[100:]:
