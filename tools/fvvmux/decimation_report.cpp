@@ -103,7 +103,7 @@ nlohmann::ordered_json decimation_json(const Plan &plan, const DecimationSums &s
   out["rms_pixels"] = seen ? nlohmann::ordered_json(sums.rms_pixels) : nullptr;
   out["max_pixels"] = seen ? nlohmann::ordered_json(sums.max_pixels) : nullptr;
   out["volume_change"] = sums.volume_change();
-  out["held_triangles"] = double(sums.held_faces) / frames;
+  out["locked_triangles"] = double(sums.held_faces) / frames;
   out["vanished_pieces"] = sums.vanished.pieces;
   out["vanished_area"] = sums.vanished.area;
   out["thin_area"] = sums.thin_area;

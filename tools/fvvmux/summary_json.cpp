@@ -28,7 +28,7 @@ nlohmann::ordered_json sources_json(const Summary &s) {
                    {"largest_offset", v.largest_offset},
                    {"mean_offset", v.mean_offset},
                    {"repeated", v.used_again},
-                   {"unused", {{"before", v.before}, {"between", v.between}, {"behind", v.behind}}},
+                   {"unused", {{"before", v.before}, {"between", v.between}, {"after", v.behind}}},
                    {"better_start", start}});
   }
   return out;

@@ -1,32 +1,19 @@
-"""A slow, plain decoder of visibility, written from clauses 2.4, 9.2, 9.4, 9.5 and 17 of spec/fvv.md alone.
+"""Visibility and visibility weights: clause 17 of spec/fvv.md, for raw and delta meshes and cameras that move.
 
-Knows meshes in the raw profile, delta frames behind them (delta.py) and cameras that move (calibration.py). Uses nothing of libfvv, so that prose and
-library are held against each other.
-
-    python3 spec/visibility.py STREAM.fvv     # for each VISI chunk the CRC-32C of what it says, a byte for each
-                                              # camera and element: 0 does not face, 1 not seen, 2 seen, of
-                                              # shares 3 to 6 too
+A state is 0 where an element is backfacing, 1 where it is hidden and 2 where it is seen; of visibility weights (domain 2)
+states go on to 6.
 """
 
-import pathlib
 import struct
-import sys
 from collections import defaultdict
 
-import calibration
-import delta
+from . import calibration
+from .container import FLAGS, Numbers, chunks, crc32c
+from .mesh import read_raw
+from .mesh_delta import AXES, Sequence, divide
+from .range_coder import RangeDecoder
 
-AXES = range(3)
 LEAST = (0, 1, 2, 3, 4, 7, 10)
-
-
-def chunks(stream):
-    """Type, track, time and payload of all chunks, in order; the container is taken to be in order."""
-    at = 24
-    while at < len(stream):
-        track, time, size = struct.unpack_from("<HqQ", stream, at + 6)
-        yield stream[at : at + 4], track, time, stream[at + 32 : at + 32 + size]
-        at += 32 + (size + 7) // 8 * 8
 
 
 def centre(rotation, t, lattice):
@@ -45,7 +32,7 @@ def shortened(v):
     s = 0
     while max(map(abs, v)) >= 1 << 11 + s:
         s += 1
-    return [delta.divide(x, 1 << s) for x in v]
+    return [divide(x, 1 << s) for x in v]
 
 
 def face_faces(corners, camera, threshold):
@@ -57,7 +44,7 @@ def face_faces(corners, camera, threshold):
 
 
 class Surface:
-    """Neighbours, coding order and places of the elements of a mesh."""
+    """The elements of a mesh, faces or vertices: their neighbours, places and coding order."""
 
     def __init__(self, vertex_count, faces, vertices):
         self.faces, self.vertices = faces, vertices
@@ -115,12 +102,12 @@ class LevelContexts(dict):
 
 
 def side(state):
-    """0 of an element that does not face, 1 not seen, 2 seen."""
+    """The side of a half on which a state is: 0 backfacing, 1 hidden, 2 seen."""
     return 2 - state % 2 if state else 0
 
 
 def decode_levels(decoder, surface, sides, former):
-    """States of vertices with shares: how far each is from a half, where one beside it is on the other side."""
+    """States of visibility weights: their distance from a half, where a neighbour is on the other side."""
     states, contexts = list(sides), LevelContexts()
     for vertex in surface.order:
         corners = [c for face in surface.around[vertex] for c in surface.faces[face]]
@@ -135,24 +122,24 @@ def decode_levels(decoder, surface, sides, former):
     return states
 
 
-def decode_stream(data, surface, facing, former, shares):
-    """What one camera sees: 0, 1 or 2 for each element, of shares to 6."""
+def decode_stream(data, surface, facing, former, weights):
+    """The state of each element for one camera."""
     if not data:
         return [int(f) for f in facing]
     states = [0] * surface.count
-    decoder, contexts = delta.RangeDecoder(data), Contexts()
+    decoder, contexts = RangeDecoder(data), Contexts()
     counts = [defaultdict(int), defaultdict(int)]
     for element in surface.order:
         if not facing[element]:
             continue
         places = surface.places(element)
         hidden, seen = (class_of(sum(count[place] for place in places)) for count in counts)
-        rim = shares and not all(facing[c] for face in places for c in surface.faces[face])
+        rim = weights and not all(facing[c] for face in places for c in surface.faces[face])
         bit = decoder.decision(contexts[side(former[element]), seen, hidden, rim])
         for place in places:
             counts[bit][place] += 1
         states[element] = 1 + bit
-    if shares:
+    if weights:
         states = decode_levels(decoder, surface, states, former)
     assert decoder.ends()
     return states
@@ -161,7 +148,7 @@ def decode_stream(data, surface, facing, former, shares):
 def decode_chunk(payload, positions, faces, cameras, before):
     """States of each camera of a VISI payload. cameras: centres by identifier; before: states by identifier."""
     domain, threshold, _, count, number, camera_count = struct.unpack_from("<BBHIII", payload)
-    numbers = delta.Numbers(payload, 16)
+    numbers = Numbers(payload, 16)
     table, camera = [], 0
     for _ in range(camera_count):
         camera += numbers.next()
@@ -179,9 +166,10 @@ def decode_chunk(payload, positions, faces, cameras, before):
 
 
 def decode(stream):
-    """Track, and states by camera, of each VISI chunk of a stream with one configuration block and one group."""
+    """Yields the track and the states by camera of each VISI chunk of a stream with one configuration block and one group."""
     cameras, moving, before, sequence = {}, {}, {}, None
-    for kind, track, _, payload in chunks(stream):
+    for chunk in chunks(stream):
+        kind, payload = chunk.kind, chunk.payload
         if kind == b"SCEN":
             lattice = struct.unpack_from("<4d", payload, 16)
         elif kind == b"CAMR":
@@ -196,23 +184,20 @@ def decode(stream):
         elif kind == b"CALB":
             for identifier in moving:
                 cameras.pop(identifier, None)
-            for identifier, c in followed.add(payload, payload[:2] == b"\0\0").items():
+            for identifier, c in followed.add(payload, bool(chunk.flags & FLAGS["key"])).items():
                 cameras[identifier] = centre(c["rotation"], c["translation"], lattice)
         elif kind == b"MESH" and payload[0] == 2:
             sequence.add(payload)
         elif kind == b"MESH":
-            positions, faces = delta.raw_mesh(payload)
-            sequence = delta.Sequence(positions, faces)
+            key = read_raw(payload)
+            sequence = Sequence(key)
         elif kind == b"VISI":
-            former = before.get(track, {})
-            before[track] = decode_chunk(payload, sequence.positions(), faces, cameras, former)
-            yield track, before[track]
+            former = before.get(chunk.track, {})
+            before[chunk.track] = decode_chunk(payload, sequence.positions(), key.faces, cameras, former)
+            yield chunk.track, before[chunk.track]
 
 
-def state_crcs(stream):
+def listing(stream):
+    """For each VISI chunk the CRC-32C of its states, a byte for each camera and element."""
     for _, states in decode(stream):
-        yield f"{delta.crc32c(bytes(x for camera in sorted(states) for x in states[camera])):08x}"
-
-
-if __name__ == "__main__":
-    print("\n".join(state_crcs(pathlib.Path(sys.argv[1]).read_bytes())))
+        yield f"{crc32c(bytes(x for camera in sorted(states) for x in states[camera])):08x}"

@@ -1,37 +1,19 @@
-"""A slow, plain decoder of fast meshes, written from clause 8.11 of spec/fvv.md and Appendix A of the glTF extension
-EXT_meshopt_compression alone.
+"""Fast meshes: clause 8.11 of spec/fvv.md, and Appendix A of the glTF extension EXT_meshopt_compression, which it cites.
 
-Uses nothing of libfvv and nothing of meshoptimizer, so that prose and libraries are held against each other.
-
-    python3 spec/fast.py STREAM.fvv     # of each mesh frame, the CRC-32C of its data in the raw profile
+Uses nothing of meshoptimizer either.
 """
 
-import pathlib
 import struct
-import sys
-from typing import NamedTuple
 
-from delta import Numbers, mesh_payloads
-from tiny import crc32c
+from .container import Numbers, crc32c, payloads, unzigzag
+from .mesh import NORMALS, TEXTURE, Mesh, raw_data
 
 MASK = (1 << 32) - 1
 BLOCK, GROUP, TAIL, TABLE = 256, 16, 32, 16
 
 
-class Mesh(NamedTuple):
-    """positions: (x, y, z); texture: (u, v) of each vertex, or nothing; faces: (a, b, c)."""
-
-    positions: list
-    texture: list
-    faces: list
-
-
-def unzigzag(value):
-    return value >> 1 ^ -(value & 1)
-
-
 class Vertices:
-    """Mode 0, attributes. modes: the header bits of all groups, for tests of what a stream uses."""
+    """Mode 0, attributes. modes: the header bits of all groups, so that tests can see what a stream uses."""
 
     def __init__(self, data, count, stride):
         assert data[0] == 0xA0
@@ -150,7 +132,7 @@ class Faces:
 
 
 def streams(payload):
-    """Decoders of both streams of a whole MESH payload of profile 4."""
+    """The decoded vertex and index streams of a whole MESH payload of profile 4."""
     profile, attributes, _, _, vertices, faces, _, size = struct.unpack_from("<4B4I", payload)
     assert profile == 4
     stride, rest = 12 + 8 * attributes.bit_count(), payload[20:]
@@ -159,23 +141,19 @@ def streams(payload):
 
 
 def decode(payload):
+    """The Mesh of a whole payload."""
     vertices, faces = streams(payload)
-    elements = vertices.elements
-    texture = [struct.unpack_from("<2I", e, 12) for e in elements] if payload[1] & 1 else []
-    return Mesh([struct.unpack_from("<3i", e) for e in elements], texture, faces.faces)
+    _, attributes, texture_bits, normal_bits = payload[:4]
+    pairs, at = [], 12
+    for attribute in (TEXTURE, NORMALS):
+        there = attributes & attribute
+        pairs.append([struct.unpack_from("<2I", e, at) for e in vertices.elements] if there else [])
+        at += 8 if there else 0
+    positions = [struct.unpack_from("<3i", e) for e in vertices.elements]
+    return Mesh(positions, faces.faces, pairs[0], texture_bits, pairs[1], normal_bits)
 
 
-def raw_data(mesh):
-    """What follows the header in the raw profile."""
-    parts = [struct.pack("<3i", *position) for position in mesh.positions]
-    parts += [struct.pack("<2I", *pair) for pair in mesh.texture]
-    return b"".join(parts + [struct.pack("<3I", *face) for face in mesh.faces])
-
-
-def mesh_crcs(stream):
-    for payload in mesh_payloads(stream):
+def listing(stream):
+    """For each mesh frame the CRC-32C of its data in the raw profile."""
+    for payload in payloads(stream, b"MESH"):
         yield f"{crc32c(raw_data(decode(payload))):08x}"
-
-
-if __name__ == "__main__":
-    print("\n".join(mesh_crcs(pathlib.Path(sys.argv[1]).read_bytes())))

@@ -1,18 +1,14 @@
-"""Slow, plain normals, written from clauses 8.12 and 8.13 of spec/fvv.md alone.
+"""Computed and transmitted normals: clauses 8.12 and 8.13 of spec/fvv.md.
 
-Knows raw meshes and, by delta.py, the positions of delta frames behind them. Uses nothing of libfvv, so that prose and
-library are held against each other. Python's floats are binary64, and it never fuses multiply and add.
-
-    python3 spec/normals.py STREAM.fvv     # the CRC-32C of the normals of each mesh frame
+Python's floats are binary64, and it never fuses multiply and add.
 """
 
 import math
-import pathlib
 import struct
-import sys
-from typing import NamedTuple
 
-import delta
+from . import mesh_delta
+from .container import crc32c, payloads
+from .mesh import read_raw
 
 
 def cross(a, b):
@@ -24,7 +20,7 @@ def dot(a, b):
 
 
 def computed(positions, faces, joined=True):
-    """Clause 8.12; without joined each vertex has its own faces alone."""
+    """Clause 8.12. joined: vertices on one point share their faces."""
     keys = [tuple(p) if joined else v for v, p in enumerate(positions)]
     sums = {key: [0.0, 0.0, 0.0] for key in keys}
     for face in faces:
@@ -51,6 +47,7 @@ def unfold(half, a, b):
 
 
 def sent(bits, pair):
+    """The normal of a pair of indices."""
     half = 2 ** (bits - 1) - 1
     vector = unfold(half, pair[0] - half, pair[1] - half)
     length = math.sqrt(dot(vector, vector))
@@ -80,7 +77,7 @@ def nearest(bits, vector):
 
 
 def turned(bits, pair, p, q):
-    """The indices of a key mesh's vertex in a delta frame; p, q: of its own faces in the key mesh and there."""
+    """The indices of a key mesh's vertex in a delta frame. p, q: normals of its own faces in the key mesh and there."""
     if p == [0, 0, 0] or q == [0, 0, 0]:
         return pair
     n, c, v = sent(bits, pair), dot(p, q), cross(p, q)
@@ -90,45 +87,23 @@ def turned(bits, pair, p, q):
     return nearest(bits, [c * n[k] + w[k] + t * v[k] for k in range(3)])
 
 
-class Mesh(NamedTuple):
-    positions: list
-    faces: list
-    pairs: list  # normal indices, or nothing
-    bits: int
-
-
-def raw_mesh(payload):
-    """Clause 8.3, profile 0, texture indices left out."""
-    _, attributes, _, bits, vertices = struct.unpack_from("<4BI", payload)
-    at = 16 + 12 * vertices + (8 * vertices if attributes & 1 else 0)
-    pairs = (
-        [struct.unpack_from("<2I", payload, at + 8 * v) for v in range(vertices)] if attributes & 2 else []
-    )
-    positions, faces = delta.raw_mesh(payload)
-    return Mesh(positions, faces, pairs, bits)
-
-
 def frames(stream):
-    """The normals of each mesh frame of a stream of one mesh track."""
-    for payload, positions in zip(delta.mesh_payloads(stream), delta.decode(stream)):
+    """Yields the normals of each mesh frame of a stream of one mesh track."""
+    for payload, positions in zip(payloads(stream, b"MESH"), mesh_delta.decode(stream)):
         if payload[0] == 0:
-            key = raw_mesh(payload)
+            key = read_raw(payload)
             before = computed(positions, key.faces, joined=False)
-        if not key.pairs:
+        if not key.normals:
             yield computed(positions, key.faces)
         elif payload[0] == 0:
-            yield [sent(key.bits, pair) for pair in key.pairs]
+            yield [sent(key.normal_bits, pair) for pair in key.normals]
         else:
             after = computed(positions, key.faces, joined=False)
-            now = [turned(key.bits, *three) for three in zip(key.pairs, before, after)]
-            yield [sent(key.bits, pair) for pair in now]
+            now = [turned(key.normal_bits, *three) for three in zip(key.normals, before, after)]
+            yield [sent(key.normal_bits, pair) for pair in now]
 
 
-def crcs(stream):
+def listing(stream):
     """CRC-32C of the normals of each frame as f32, x y z for each vertex."""
     for normals in frames(stream):
-        yield f"{delta.crc32c(b''.join(struct.pack('<3f', *n) for n in normals)):08x}"
-
-
-if __name__ == "__main__":
-    print("\n".join(crcs(pathlib.Path(sys.argv[1]).read_bytes())))
+        yield f"{crc32c(b''.join(struct.pack('<3f', *n) for n in normals)):08x}"

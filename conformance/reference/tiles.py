@@ -1,22 +1,8 @@
-"""A plain reader of tile layouts, written from clauses 4.1, 5, 10.2 and 10.11 of spec/fvv.md alone.
+"""Tile layouts of video frames, and those of single groups: clauses 10.2 and 10.11 of spec/fvv.md."""
 
-Uses nothing of libfvv, so that prose and library are held against each other. The container is taken to be in order.
-
-    python3 spec/tiles.py STREAM.fvv     # of each group and tile: group, camera, source, destination
-"""
-
-import pathlib
 import struct
-import sys
 
-
-def chunks(stream):
-    """Type, track and payload of all chunks, in order."""
-    at = 24
-    while at < len(stream):
-        track, _, size = struct.unpack_from("<HqQ", stream, at + 6)
-        yield stream[at : at + 4], track, stream[at + 32 : at + 32 + size]
-        at += 32 + (size + 7) // 8 * 8
+from .container import chunks
 
 
 def tiles(payload):
@@ -32,9 +18,9 @@ def tiles(payload):
 
 
 def layouts(stream):
-    """Of each group: its number, and for each video track that shows tiles the layout that holds."""
+    """Yields for each group its number, and the layout in force of each video track that has tiles."""
     configured, own, number = {}, {}, 0
-    for kind, track, payload in chunks(stream):
+    for kind, _, track, _, payload in chunks(stream):
         if kind == b"SCEN":
             configured = {}
         elif kind == b"TILE":
@@ -49,12 +35,9 @@ def layouts(stream):
             number += 1
 
 
-def lines(stream):
+def listing(stream):
+    """A line for each group and tile: group, camera, source, destination."""
     for group, by_track in layouts(stream):
         for track in sorted(by_track):
             for camera, *rectangles in by_track[track]:
                 yield "  ".join([f"{group} {camera}", *(" ".join(map(str, r)) for r in rectangles)])
-
-
-if __name__ == "__main__":
-    print("\n".join(lines(pathlib.Path(sys.argv[1]).read_bytes())))

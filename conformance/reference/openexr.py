@@ -1,22 +1,18 @@
-"""OpenEXR samples, written and read slowly from clause 10.12 of spec/fvv.md and OpenEXR's file layout alone.
+"""Video samples in OpenEXR: clause 10.12 of spec/fvv.md, and OpenEXR's file layout.
 
-Knows the compressions none, ZIPS and ZIP (zlib over bytes that were split into two halves and made differences); PIZ
-and DWA are left to OpenEXR. Uses nothing of libfvv, so that prose and library are held against each other.
-
-    python3 spec/openexr.py STREAM.fvv           # the CRC-32C of the half floats of each sample, R G B by rows
-    python3 spec/openexr.py --make STREAM.fvv    # writes the stream of conformance/openexr
+Has the compressions none, ZIPS and ZIP (zlib over bytes that were split into two halves and made differences); PIZ and DWA
+are left to OpenEXR.
 """
 
-import pathlib
 import struct
-import sys
 import zlib
 
-import tiny
+from .container import Part, Stream, crc32c, payloads, structure
 
 NONE, ZIPS, ZIP = 0, 2, 3
 LINES = {NONE: 1, ZIPS: 1, ZIP: 16, 4: 32, 8: 32, 9: 256}
-MAGIC, VERSION, HALF = bytes([0x76, 0x2F, 0x31, 0x01]), 2, 1
+MAGIC, VERSION = bytes([0x76, 0x2F, 0x31, 0x01]), 2
+HALF, FLOAT = 1, 2
 
 
 def attribute(name, kind, value):
@@ -28,7 +24,7 @@ def channel(name, kind=HALF, sampling=1):
 
 
 def header(width, height, compression, **changed):
-    """Attributes of a sample; changed: values in the place of some, None to leave one out."""
+    """Attributes of a sample. changed: other values by name, None to leave an attribute out."""
     window = struct.pack("<4i", 0, 0, width - 1, height - 1)
     values = {
         "channels": ("chlist", b"".join(map(channel, "BGR")) + b"\0"),
@@ -46,7 +42,7 @@ def header(width, height, compression, **changed):
 
 
 def packed(raw):
-    """ZIP: even bytes in front of odd ones, each byte less the one before plus 128, and zlib; raw when no smaller."""
+    """ZIP: even bytes before odd ones, each byte minus the one before plus 128, and zlib; raw when no smaller."""
     split = raw[0::2] + raw[1::2]
     differences = split[:1] + bytes((b - a + 128) & 255 for a, b in zip(split, split[1:]))
     data = zlib.compress(differences)
@@ -67,6 +63,16 @@ def unpacked(data, size):
     return bytes(raw)
 
 
+def assembled(attributes, blocks):
+    """A file of attributes and blocks, with the table of the blocks' offsets."""
+    head = MAGIC + struct.pack("<i", VERSION) + attributes
+    table, offset = b"", len(head) + 8 * len(blocks)
+    for block in blocks:
+        table += struct.pack("<Q", offset)
+        offset += len(block)
+    return head + table + b"".join(blocks)
+
+
 def write(width, height, pixels, compression=NONE, **changed):
     """A sample. pixels: height rows of width (R, G, B); changed: as of header."""
     blocks = []
@@ -78,12 +84,7 @@ def write(width, height, pixels, compression=NONE, **changed):
         )
         data = raw if compression == NONE else packed(raw)
         blocks.append(struct.pack("<2i", first, len(data)) + data)
-    head = MAGIC + struct.pack("<i", VERSION) + header(width, height, compression, **changed)
-    table, offset = b"", len(head) + 8 * len(blocks)
-    for block in blocks:
-        table += struct.pack("<Q", offset)
-        offset += len(block)
-    return head + table + b"".join(blocks)
+    return assembled(header(width, height, compression, **changed), blocks)
 
 
 def read(sample):
@@ -115,22 +116,14 @@ def read(sample):
     return b"".join(out)
 
 
-def samples(stream):
-    """The payloads of VPKT, in order."""
-    at = tiny.STRUCTURES["file header"]["size"]
-    while at < len(stream):
-        (size,) = struct.unpack_from("<Q", stream, at + 16)
-        if stream[at : at + 4] == b"VPKT":
-            yield stream[at + 32 : at + 32 + size]
-        at += 32 + (size + 7) // 8 * 8
-
-
-def crcs(stream):
-    return [f"{tiny.crc32c(read(sample)):08x}" for sample in samples(stream)]
+def listing(stream):
+    """CRC-32C of the half floats of each sample, R G B of each pixel, rows from the top."""
+    for sample in payloads(stream, b"VPKT"):
+        yield f"{crc32c(read(sample)):08x}"
 
 
 def bars(width, height, frame):
-    """Light from below black to the largest half, 65504, smallest steps among it."""
+    """Light from below black to the largest half, 65504, with the smallest steps."""
     special = [0.0, -0.0, 2.0**-24, -(2.0**-24), 2.0**-14, 1.0, -0.25, 65504.0, -65504.0, 1 + 2.0**-10]
     rows = []
     for y in range(height):
@@ -142,10 +135,10 @@ def bars(width, height, frame):
     return rows
 
 
-def make():
-    """One camera of 22 x 21 pixels, one group of three frames: none, ZIPS, ZIP."""
+def bars_stream():
+    """The stream of conformance/openexr: one camera of 22 x 21 pixels, one group of three frames: none, ZIPS, ZIP."""
     width, height = 22, 21
-    stream = tiny.Stream()
+    stream = Stream()
     stream.scene()
     stream.track(1, 2, "hdr")
     camera = {"width": width, "height": height, "fx": 20.0, "fy": 20.0, "cx": 11.0, "cy": 10.5}
@@ -154,20 +147,13 @@ def make():
         "translation": (0, 0, 2.0),
         "r_max": float("inf"),
     }
-    stream.chunk("CAMR", tiny.structure("CAMR payload", {"id": 3, **camera}))
+    stream.chunk("CAMR", structure("CAMR payload", {"id": 3, **camera}))
     video = {"codec": b"oexr", "width": width, "height": height, "shows": 1, "bit_depth": 16, "camera": 3}
     video |= {"colour_primaries": 1, "transfer_characteristics": 8, "matrix_coefficients": 0, "full_range": 1}
-    stream.chunk("VCFG", tiny.structure("VCFG payload", video), track=1)
+    stream.chunk("VCFG", structure("VCFG payload", video), track=1)
     stream.begin_group(0, 3)
     for frame, compression in enumerate((NONE, ZIPS, ZIP)):
         sample = write(width, height, bars(width, height, frame), compression)
-        stream.chunk("VPKT", [tiny.Part(sample, "sample", "OpenEXR")], track=1, time=frame, key=True)
+        stream.chunk("VPKT", [Part(sample, "sample", "OpenEXR")], track=1, time=frame, key=True)
     stream.end_group()
     return stream.finish()
-
-
-if __name__ == "__main__":
-    if sys.argv[1] == "--make":
-        pathlib.Path(sys.argv[2]).write_bytes(make())
-    else:
-        print("\n".join(crcs(pathlib.Path(sys.argv[1]).read_bytes())))

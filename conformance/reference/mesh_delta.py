@@ -1,15 +1,11 @@
-"""A slow, plain decoder of delta frames, written from clauses 2.4 and 8.7 to 8.9 of spec/fvv.md alone.
+"""Delta frames: clauses 8.7 to 8.9 of spec/fvv.md, after key meshes in the raw profile."""
 
-Knows meshes in the raw profile and delta frames behind them. Uses nothing of libfvv, so that prose and library are
-held against each other.
-
-    python3 spec/delta.py STREAM.fvv     # the CRC-32C of the positions of each mesh frame
-"""
-
-import pathlib
 import struct
-import sys
 from collections import defaultdict
+
+from .container import Numbers, crc32c, payloads
+from .mesh import read_raw
+from .range_coder import RangeDecoder
 
 STATE_MAX = 1 << 30
 AXES = range(3)
@@ -18,63 +14,6 @@ AXES = range(3)
 def divide(a, b):
     """Rounds towards 0."""
     return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
-
-
-def crc32c(data):
-    crc = 0xFFFFFFFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
-    return crc ^ 0xFFFFFFFF
-
-
-class RangeDecoder:
-    """Clause 2.4."""
-
-    def __init__(self, data):
-        self.data, self.taken, self.range, self.code = data, 0, (1 << 32) - 1, 0
-        for _ in range(4):
-            self._take()
-
-    def _take(self):
-        self.code = self.code * 256 + (self.data[self.taken] if self.taken < len(self.data) else 0)
-        self.taken += 1
-
-    def _decide(self, bound, one):
-        if one:
-            self.range = bound
-        else:
-            self.code -= bound
-            self.range -= bound
-        while self.range < 1 << 24:
-            self.range *= 256
-            self._take()
-        return int(one)
-
-    def decision(self, context):
-        fast, slow = context
-        bound = (self.range >> 12) * ((fast + slow) // 32)
-        one = self.code < bound
-        if one:
-            context[:] = fast + (65536 - fast) // 16, slow + (65536 - slow) // 128
-        else:
-            context[:] = fast - fast // 16, slow - slow // 128
-        return self._decide(bound, one)
-
-    def even(self):
-        # Not _decide: half of an odd range leaves one value over, which nobody uses.
-        self.range //= 2
-        one = self.code < self.range
-        if not one:
-            self.code -= self.range
-        while self.range < 1 << 24:
-            self.range *= 256
-            self._take()
-        return int(one)
-
-    def ends(self):
-        return self.taken == len(self.data) + 3
 
 
 class Levels:
@@ -170,19 +109,19 @@ def weights(offsets):
 
 
 class Sequence:
-    """A key mesh and the frames behind it; clause 8.9."""
+    """A key mesh and the delta frames after it: clause 8.9."""
 
-    def __init__(self, positions, faces):
-        self.states = [[4 * x for x in p] for p in positions]
-        self.hierarchy = Levels(positions, faces)
-        # Of each level, by what chooses the context.
+    def __init__(self, key):
+        self.states = [[4 * x for x in p] for p in key.positions]
+        self.hierarchy = Levels(key.positions, key.faces)
+        # One table for each level; its key is what selects the context.
         self.contexts = [defaultdict(lambda: [32768, 32768]) for _ in self.hierarchy.levels]
-        self.before = [[0] * 3 for _ in positions]
-        self.last = [[0] * 3 for _ in positions]
+        self.before = [[0] * 3 for _ in key.positions]
+        self.last = [[0] * 3 for _ in key.positions]
         self.frame = 0
 
     def positions(self):
-        """Of the frame that was added last."""
+        """The positions of the last frame."""
         return [[x + 2 >> 2 for x in state] for state in self.states]
 
     def add(self, payload):
@@ -257,60 +196,18 @@ def decode_magnitude(decoder, contexts, around):
     return magnitude
 
 
-class Numbers:
-    """ULEB128 one after the other."""
-
-    def __init__(self, data, at):
-        self.data, self.at = data, at
-
-    def next(self):
-        value = shift = 0
-        while True:
-            byte = self.data[self.at]
-            self.at += 1
-            value |= (byte & 127) << shift
-            shift += 7
-            if byte < 128:
-                return value
-
-
-def mesh_payloads(stream):
-    """Payloads of all MESH chunks, in order; the container is taken to be in order."""
-    at = 24
-    while at < len(stream):
-        size = struct.unpack_from("<Q", stream, at + 16)[0]
-        if stream[at : at + 4] == b"MESH":
-            yield stream[at + 32 : at + 32 + size]
-        at += 32 + (size + 7) // 8 * 8
-
-
-def raw_mesh(payload):
-    """Positions and faces; texture and normal indices stand between them."""
-    vertices, faces = struct.unpack_from("<2I", payload, 4)
-    between = 16 + (12 + 8 * payload[1].bit_count()) * vertices
-    return (
-        [list(struct.unpack_from("<3i", payload, 16 + 12 * v)) for v in range(vertices)],
-        [list(struct.unpack_from("<3I", payload, between + 12 * f)) for f in range(faces)],
-    )
-
-
 def decode(stream):
-    """Positions of each mesh frame of a stream of one mesh track."""
+    """Yields the positions of each mesh frame of a stream of one mesh track."""
     sequence = None
-    for payload in mesh_payloads(stream):
+    for payload in payloads(stream, b"MESH"):
         if payload[0] == 2:
             sequence.add(payload)
         else:
-            assert payload[0] == 0
-            sequence = Sequence(*raw_mesh(payload))
+            sequence = Sequence(read_raw(payload))
         yield sequence.positions()
 
 
-def position_crcs(stream):
+def listing(stream):
     """CRC-32C of the positions of each frame as i32, x y z for each vertex."""
     for positions in decode(stream):
         yield f"{crc32c(b''.join(struct.pack('<3i', *p) for p in positions)):08x}"
-
-
-if __name__ == "__main__":
-    print("\n".join(position_crcs(pathlib.Path(sys.argv[1]).read_bytes())))

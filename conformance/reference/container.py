@@ -1,8 +1,7 @@
-"""Two tiny files, written from spec/chunks.json and the prose alone.
+"""Chunks, their CRCs, and the numbers inside them: clauses 2.3 and 3 to 7 of spec/fvv.md.
 
-Knows where fields stand (chunks.json) and what they mean together (spec/fvv.md clauses 3 to 8): CRCs, counter, digest,
-chain, table, index. Uses nothing of libfvv, so that the library is checked by somebody else. generate.py prints the
-parts in Appendix A; tests build streams of their own with `Stream`.
+`chunks` takes a stream apart, `Stream` writes one: fields come from spec/chunks.json, and counter, digest, chain, table and
+index from the prose.
 """
 
 import json
@@ -11,27 +10,21 @@ import re
 import struct
 from typing import NamedTuple
 
-DATA = json.loads((pathlib.Path(__file__).parent / "chunks.json").read_text())
+SPEC = pathlib.Path(__file__).resolve().parent.parent.parent / "spec"
+DATA = json.loads((SPEC / "chunks.json").read_text())
 STRUCTURES = {s["name"]: s for s in DATA["structures"]}
 CHUNKS = {c["code"]: c for c in DATA["chunks"]}
 FLAGS = {v["name"].lower(): v["value"] for e in DATA["enums"] if e["prefix"] == "FLAG" for v in e["values"]}
 PACKED = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "i64": "q", "f64": "d"}
 
 
-class Part(NamedTuple):
-    """Bytes of a stream that belong together, with the name of the field and what it says."""
-
-    data: bytes
-    name: str
-    meaning: str
+class Broken(ValueError):
+    """A rule is broken: its number, and what was found."""
 
 
-class Section(NamedTuple):
-    """A chunk, or the file header."""
-
-    title: str
-    offset: int
-    parts: list
+def demand(condition, issue, text):
+    if not condition:
+        raise Broken(f"FVV-{issue}: {text}")
 
 
 def crc_table():
@@ -65,6 +58,67 @@ def uleb128(value):
 
 def zigzag(value):
     return 2 * value if value >= 0 else -2 * value - 1
+
+
+def unzigzag(value):
+    return value >> 1 ^ -(value & 1)
+
+
+class Numbers:
+    """ULEB128 numbers in a row."""
+
+    def __init__(self, data, at):
+        self.data, self.at = data, at
+
+    def next(self):
+        value = shift = 0
+        while True:
+            byte = self.data[self.at]
+            self.at += 1
+            value |= (byte & 127) << shift
+            shift += 7
+            if byte < 128:
+                return value
+
+
+class Chunk(NamedTuple):
+    """kind: the four bytes of the type."""
+
+    kind: bytes
+    flags: int
+    track: int
+    time: int
+    payload: bytes
+
+
+def chunks(stream):
+    """Yields each Chunk of a stream that is in order."""
+    at = STRUCTURES["file header"]["size"]
+    while at < len(stream):
+        kind, flags, _, track, time, size = struct.unpack_from("<4sBBHqQ", stream, at)
+        yield Chunk(kind, flags, track, time, stream[at + 32 : at + 32 + size])
+        at += 32 + (size + 7) // 8 * 8
+
+
+def payloads(stream, kind):
+    """The payloads of all chunks of one type, in order."""
+    return [chunk.payload for chunk in chunks(stream) if chunk.kind == kind]
+
+
+class Part(NamedTuple):
+    """Bytes of a stream that belong together, with the name and the meaning of the field."""
+
+    data: bytes
+    name: str
+    meaning: str
+
+
+class Section(NamedTuple):
+    """A chunk, or the file header."""
+
+    title: str
+    offset: int
+    parts: list
 
 
 def joined(parts):
@@ -102,7 +156,7 @@ def spans(headers):
 
 
 class Stream:
-    """Writes a stream as clause 3.3 orders it; data() is what stands there so far."""
+    """Writes a stream as clause 3.3 orders it; data() returns what was written so far."""
 
     def __init__(self):
         version = DATA["format"]
@@ -131,7 +185,7 @@ class Stream:
         return b"".join(joined(section.parts) for section in self.sections)
 
     def chunk(self, code, payload=(), track=0, time=0, key=False):
-        """Writes one chunk and answers the offset of its header. payload: parts."""
+        """Writes one chunk of payload parts and returns the offset of its header."""
         names = set(CHUNKS[code]["flags"]) | ({"key"} if key else set())
         flags = sum(FLAGS[name] for name in names)
         self.counter = 0 if code in ("SCEN", "GRUP", "INDX") else self.counter + 1 & 255
@@ -250,80 +304,3 @@ class Stream:
         values["file_size"] = self.size + 32 + STRUCTURES["FOOT payload"]["size"]
         self.chunk("FOOT", structure("FOOT payload", values, {"index_crc": "payload_crc of INDX"}))
         return self.data()
-
-
-def raw_mesh(positions, faces, texture=(), texture_bits=0, normals=(), normal_bits=0):
-    """Clause 8.3, profile 0. texture, normals: the indices of each vertex, two each (clauses 8.6, 8.13), or nothing."""
-    values = {"profile": 0, "vertex_count": len(positions), "face_count": len(faces)}
-    if texture:
-        values |= {"attributes": 1, "texture_bits": texture_bits}
-    if normals:
-        values |= {"attributes": values.get("attributes", 0) | 2, "normal_bits": normal_bits}
-    parts = structure("MESH payload", values, {"profile": "0: raw"})
-    for i, position in enumerate(positions):
-        parts.append(Part(struct.pack("<3i", *position), f"vertex {i}", str(position)))
-    for i, pair in enumerate(texture):
-        parts.append(Part(struct.pack("<2I", *pair), f"texture {i}", str(pair)))
-    for i, pair in enumerate(normals):
-        parts.append(Part(struct.pack("<2I", *pair), f"normal {i}", str(pair)))
-    for i, face in enumerate(faces):
-        parts.append(Part(struct.pack("<3I", *face), f"face {i}", str(face)))
-    return parts
-
-
-# Four corners of a cube of 200 mm; counter-clockwise seen from outside.
-TETRAHEDRON = [(100, 100, 100), (100, -100, -100), (-100, 100, -100), (-100, -100, 100)]
-TETRAHEDRON_FACES = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
-
-
-def empty():
-    stream = Stream()
-    stream.scene()
-    stream.finish()
-    return stream
-
-
-def tetrahedron(name="mesh"):
-    stream = Stream()
-    stream.scene()
-    stream.track(1, 1, name)
-    stream.begin_group(0, 1)
-    stream.chunk("MESH", raw_mesh(TETRAHEDRON, TETRAHEDRON_FACES), track=1, time=0, key=True)
-    stream.end_group()
-    stream.finish()
-    return stream
-
-
-FILES = {
-    "empty.fvv": (empty, "A stream without groups: file header, one configuration block, index, footer."),
-    "tetrahedron.fvv": (tetrahedron, "One mesh track, one group, one frame: a raw mesh of four vertices."),
-}
-
-
-def files():
-    """The bytes of each file by name."""
-    return {name: make().data() for name, (make, _) in FILES.items()}
-
-
-def appendix():
-    """Appendix A: every byte of both files."""
-    out = [
-        "The numbers in the first column are offsets in the file. The files stand in",
-        "[conformance/tiny](../conformance/tiny/README.md).",
-    ]
-    for name, (make, text) in FILES.items():
-        stream = make()
-        out += ["", f"### {name}", "", f"{text} {stream.size} bytes."]
-        for section in stream.sections:
-            out += [
-                "",
-                f"**{section.title}**",
-                "",
-                "| offset | bytes | field | meaning |",
-                "|---|---|---|---|",
-            ]
-            offset = section.offset
-            for part in section.parts:
-                out.append(f"| {offset} | `{part.data.hex(' ').upper()}` | {part.name} | {part.meaning} |")
-                offset += len(part.data)
-    return "\n".join(out)

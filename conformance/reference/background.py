@@ -1,64 +1,30 @@
-"""A slow, plain decoder of backgrounds, written from clauses 8.2, 8.3, 8.6 and 18 of spec/fvv.md alone.
-
-Knows meshes in the raw profile. Uses nothing of libfvv, so that prose and library are held against each other.
-
-    python3 spec/background.py STREAM.fvv     # what each BACK chunk says, a line for each thing
-"""
+"""Static environments and lights: clause 18 of spec/fvv.md, with meshes in the raw profile."""
 
 import math
-import pathlib
 import struct
-import sys
 import zlib
+
+from .container import FLAGS, chunks, demand
+from .mesh import read_raw
 
 LIGHTS = ("directional", "point", "spot")
 CODECS = ("jpeg", "png")
 NO_PICTURE = 2**32 - 1
 
 
-class Broken(ValueError):
-    """The number of the rule that is broken, and a sentence."""
-
-
-def demand(condition, issue, text):
-    if not condition:
-        raise Broken(f"FVV-{issue}: {text}")
-
-
-def chunks(stream):
-    """Type, flags, track, time and payload of all chunks, in order; the container is taken to be in order."""
-    at = 24
-    while at < len(stream):
-        flags, _, track, time, size = struct.unpack_from("<BBHqQ", stream, at + 4)
-        yield stream[at : at + 4], flags, track, time, stream[at + 32 : at + 32 + size]
-        at += 32 + (size + 7) // 8 * 8
-
-
-def raw_mesh(payload, origin, step):
+def read_mesh(payload, origin, step):
     """Positions in metres, texture coordinates (or none) and faces of a raw MESH payload."""
-    profile, attributes, bits, _, vertices, faces, reserved = struct.unpack_from("<4B3I", payload)
-    demand(profile in (0, 1, 4), 8005, f"mesh of profile {profile} does not stand alone")
-    if profile != 0:
+    demand(payload[0] in (0, 1, 4), 8005, f"mesh of profile {payload[0]}, which is no key mesh")
+    if payload[0] != 0:
         raise NotImplementedError("only raw meshes are decoded here")
-    textured = attributes & 1
-    demand(reserved == 0, 3001, "reserved field")
-    demand(len(payload) == 16 + 12 * vertices + 12 * faces + 8 * vertices * textured, 3004, "size")
-    numbers = struct.unpack_from(f"<{3 * vertices}i", payload, 16)
-    positions = [
-        tuple(o + step * i for o, i in zip(origin, numbers[v : v + 3])) for v in range(0, 3 * vertices, 3)
-    ]
-    at = 16 + 12 * vertices
-    texture = None
-    if textured:
-        indices = struct.unpack_from(f"<{2 * vertices}I", payload, at)
-        texture = [(u * 2.0**-bits, v * 2.0**-bits) for u, v in zip(indices[::2], indices[1::2])]
-        at += 8 * vertices
-    corners = struct.unpack_from(f"<{3 * faces}I", payload, at)
-    return positions, texture, [corners[f : f + 3] for f in range(0, 3 * faces, 3)]
+    mesh = read_raw(payload)
+    positions = [tuple(o + step * i for o, i in zip(origin, point)) for point in mesh.positions]
+    texture = [(u * 2.0**-mesh.texture_bits, v * 2.0**-mesh.texture_bits) for u, v in mesh.texture]
+    return positions, texture or None, mesh.faces
 
 
 def picture_size(codec, file):
-    """Width and height that a PNG or JPEG file tells."""
+    """Width and height according to a PNG or JPEG file."""
     if codec == 1:
         demand(file[:8] == b"\x89PNG\r\n\x1a\n" and file[12:16] == b"IHDR", 8006, "no PNG")
         demand(file[-12:-4] == b"\0\0\0\0IEND", 8006, "PNG without IEND")
@@ -78,7 +44,7 @@ def part_lines(entry, mesh, pictures, origin, step):
     demand(
         all(map(math.isfinite, (u, v))) and 0 < width < math.inf and 0 < height < math.inf, 8005, "texture"
     )
-    positions, texture, faces = raw_mesh(mesh, origin, step)
+    positions, texture, faces = read_mesh(mesh, origin, step)
     demand(picture == NO_PICTURE or texture, 8005, "a picture and no texture coordinates")
     shown = "none" if picture == NO_PICTURE else picture
     yield f"part picture {shown} colour {colour} flags {flags}"
@@ -108,7 +74,7 @@ def light_line(entry):
 
 
 def lines(payload):
-    """What a BACK payload says."""
+    """A line for each thing in a BACK payload."""
     demand(len(payload) >= 48, 8001, "header")
     *origin, step, parts, pictures, lights, reserved = struct.unpack_from("<4d4I", payload)
     demand(reserved == 0 and parts + lights > 0, 8001, "header")
@@ -132,25 +98,20 @@ def lines(payload):
         demand(picture_size(codec, file) == (width, height), 8006, "size of a picture")
         yield f"picture {CODECS[codec]} {width} x {height} of {size} bytes, CRC-32 {zlib.crc32(file):08x}"
         at += size
-    demand(at == len(payload), 8001, "bytes behind the last picture")
+    demand(at == len(payload), 8001, "bytes after the last picture")
     for i in range(lights):
         yield light_line(payload[light_table + 112 * i : light_table + 112 * (i + 1)])
 
 
-def decode(stream):
-    """What each BACK chunk says, as lines; that a track says one thing under one configuration is checked."""
-    said, digest = {}, None
+def listing(stream):
+    """The lines of each BACK chunk. Checks that a track has one background under one configuration."""
+    first, digest = {}, None
     for kind, flags, track, time, payload in chunks(stream):
         if kind == b"GRUP":
             digest = struct.unpack_from("<I", payload, 4)[0]
         if kind != b"BACK":
             continue
-        demand(flags & 2, 8003, "no key flag")
-        demand(said.setdefault((digest, track), payload) == payload, 8004, "another background than before")
+        demand(flags & FLAGS["key"], 8003, "no key flag")
+        demand(first.setdefault((digest, track), payload) == payload, 8004, "another background than before")
         yield f"track {track} time {time}"
         yield from lines(payload)
-
-
-if __name__ == "__main__":
-    for line in decode(pathlib.Path(sys.argv[1]).read_bytes()):
-        print(line)
