@@ -30,8 +30,8 @@ public:
       sequence.reset(opened);
       check(status);
     } else {
-      check(fvv_mesh_sequence_decode(sequence.get(), frame.payload.data(), frame.payload.size(),
-                                     &diagnostic));
+      check(
+          fvv_mesh_sequence_decode(sequence.get(), frame.payload.data(), frame.payload.size(), &diagnostic));
     }
     return *fvv_mesh_sequence_mesh(sequence.get());
   }
