@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Measure what the project promises, in one run, on the generated capture (./run bench [NAME...]).
+"""Measures the project's figures in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part in front of its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
+NAME is a figure or the part before its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
 import, calibration, clip, codecs, serve, wd2, js, view, player.
-Prints a table and writes build/bench.json: one flat object, figure -> number, unit in the name; a run of some figures
-keeps the others.
+Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
+figures keeps the others.
 """
 
 import argparse
@@ -30,7 +30,7 @@ STREAM = WORK / "players.fvv"
 
 
 def tool(name, *arguments):
-    """Run one of the tools; its standard output, or the end of this run with its message."""
+    """Runs a tool and returns its standard output; ends this run with its message when it fails."""
     command = [str(BUILD / "tools" / name / name), *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
@@ -86,7 +86,7 @@ def draco():
 
 
 def fast():
-    """The meshes of the stream as meshoptimizer codes them, beside Draco and raw."""
+    """The meshes of the stream as meshoptimizer encodes them, beside Draco and raw."""
     stream()
     return fvvbench("fast")
 
@@ -107,14 +107,14 @@ def tracked_stream():
 
 
 def delta():
-    """Motion of 35,000 triangles on a lattice of 1 mm, each position within 1 mm."""
+    """Motion of 35,000 triangles on a lattice of 1 mm, with every position within 1 mm."""
     return fvvbench("delta", tracked_stream())
 
 
 def visibility():
-    """Shares and bits of the clip's hulls and cameras, whole and decimated, and of wd2_human20, against rays (bench/visibility.cpp).
+    """Visibility weights and bits of the clip's hulls and cameras, whole and decimated, and of wd2_human20, against rays (bench/visibility.cpp).
 
-    visibility.error_percent and its like are of the whole hulls; names of the others tell.
+    visibility.error_percent and figures like it are of the whole hulls; the others have the case in their name.
     """
     hulls = studio(), "--cameras", ",".join(CLIP_CAMERAS), "--frames", "0-9", "--no-pictures"
     rows = {
@@ -188,7 +188,7 @@ def sweep():
 
 
 def calibration_import():
-    """How far cameras of five foreign formats project from where those formats say, at worst."""
+    """The largest distance in pixels between imported cameras and the definition of each of five formats."""
     script = ROOT / "tests/tools/import_formats.py"
     environment = {"FVV_TOOLS_DIR": str(BUILD / "tools"), "PATH": "/usr/bin:/bin"}
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, env=environment)
@@ -206,7 +206,7 @@ def studio():
 
 
 def calibration_moving():
-    """How far points are elsewhere in the camera that moves, as a stream has it, in the worst frame."""
+    """The largest reprojection error of the camera that moves, in the worst frame of a stream."""
     done = json.loads(
         tool("fvvmux", studio(), "-o", WORK / "moving.fvv", "--force", "--json", "--verify", "--cameras",
              "oval2", "--no-pictures", "--keep-geometry", "--mesh-profile", "fast")
@@ -217,7 +217,7 @@ def calibration_moving():
     }
 
 
-# Of the studio: unlike in focal length and distortion, all with texture, none moves.
+# Of the studio: they differ in focal length and distortion, all have texture, and none moves.
 CLIP_CAMERAS = ("oval0", "oval1", "oval3", "oval4", "oval6", "oval7", "oval8")
 CLIP_TILE = (480, 270)  # a sixteenth of HD, as in the paper
 
@@ -230,7 +230,7 @@ def clip_file(quality, codec):
 
 
 def mux_clip(quality, codec, *more):
-    """Summary of the clip's stream, which is clip_file."""
+    """The summary of fvvmux for the clip's stream, clip_file."""
     return json.loads(
         tool("fvvmux", studio(), "-o", clip_file(quality, codec), "--force", "--json", "--codec", codec,
              "--cameras", ",".join(CLIP_CAMERAS), "--tile", "{}x{}".format(*CLIP_TILE),
@@ -239,7 +239,7 @@ def mux_clip(quality, codec, *more):
 
 
 def tile_videos(summary):
-    """What fvvmux says of the video tracks with cameras' pictures: of one track alone it is no list."""
+    """The summaries of the video tracks with cameras' pictures; for a single track fvvmux prints no list."""
     return summary["video"] if isinstance(summary["video"], list) else [summary["video"]]
 
 
@@ -271,7 +271,7 @@ def clip():
                 figures["clip.atlas_pixel_share"] = sum(v["crop"]["pixel_share"] for v in videos)
                 figures["clip.fvv_mesh_bytes"] = done["mesh"]["bytes"]
                 figures["clip.mesh_bytes_per_frame"] = done["mesh"]["bytes"] / done["frames"]
-    # Measured by another tool than the one that chose, against the capture, both ways.
+    # Measured against the capture in both directions, by another tool than the one that chose.
     measured = json.loads(tool("fvvcompare", folder, WORK / "clip42-jpeg.fvv", "--json"))
     figures["clip.mesh_rms_mm"] = 1000 * measured["distance"]["symmetric"]["rms"]
     print(f"{'clip, bytes':12}{'mesh':>12}{'pictures':>12}{'visibility':>12}{'rest':>10}{'all':>12}")
@@ -320,7 +320,7 @@ def view():
 
 
 def played():
-    """The player; what is timed is the clip of the paper's shape."""
+    """The player, timed with the clip of the paper's shape."""
     if not clip_file(42, "h264").exists():
         mux_clip(42, "h264")
     return player.measure(clip_file(42, "h264"))
@@ -354,7 +354,7 @@ PARTS = {
 
 
 def part_of(name):
-    """Which part gives a figure: the one in front of its dot, but for figures of the table, of clips, of wasm and of the net."""
+    """The part that measures a figure: the text before its dot, except for figures of the table, clips, wasm and the network."""
     if name in (*codecs_table.FIGURES, codecs_table.TIME_FIGURE):
         return "codecs"
     part = name.split(".")[0]
@@ -362,7 +362,7 @@ def part_of(name):
 
 
 def rounded(value):
-    """Four decimals, or two digits of a figure of which these would leave nothing."""
+    """Four decimals, or two digits of a figure that would be 0 otherwise."""
     return round(value, 4) or (float(f"{value:.2g}") if value else value)
 
 

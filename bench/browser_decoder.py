@@ -1,4 +1,4 @@
-"""Time the browser's decoder in Node, and its size as it travels (./run bench js)."""
+"""Time of the browser's decoder in Node, and its compressed size (./run bench js)."""
 
 import json
 import pathlib
@@ -23,7 +23,7 @@ def node(what, path):
 
 def measure(draco, fast, delta):
     """Milliseconds a frame, without normals. first_call: of the first mesh in a fresh process, the worst of three
-    profiles; loading the modules is told apart."""
+    profiles; loading the modules is a figure of its own."""
     if not shutil.which("emcmake") or not shutil.which("node"):
         print("js.* and wasm.* are left out: no emcmake or no node here")
         return {}
@@ -63,8 +63,8 @@ def first_frames(h264, jpeg):
 
 def views(streams):
     """Bytes, requests and time of viewpoints over 8 Mbit/s and 40 ms (view.mjs). streams: by --video-tracks. Figures are those
-    of the default share, in percent of the bytes and of the time with all tracks, and requests for each second that is
-    played."""
+    of the default share, in percent of the bytes and of the time with all tracks, and requests per second of
+    playback."""
     if not shutil.which("node") or not (DECODER / "dist/core.wasm.js").exists():
         print("view.* is left out: no node, or js/decoder was not built (./run bench js)")
         return {}

@@ -25,7 +25,7 @@ KEY_STEPS = (1, 2)  # mm
 DELTA_STEPS = (1, 2, 4)
 AXES = {"x": 0, "y": 1, "z": 2}
 
-# Of the real ones: name, file or files under FVV_DATA, the axis of the height, and whether all meshes share their faces.
+# Real sequences: name, file or files under FVV_DATA, the vertical axis, and whether all meshes have the same faces.
 SEQUENCES = [
     ("crane", "csail_meshes/crane.first50.tar.xz", "y", True),
     ("horse", "csail_meshes/horse-gallop.tar.xz", "y", True),
@@ -49,7 +49,7 @@ TIME_FIGURE = "delta.decode_time_over_draco"  # a delta frame over a key frame o
 
 
 def unpacked(archive, folder):
-    """The OBJ files of an archive of nothing but meshes, below folder."""
+    """Unpacks an archive of meshes below folder and returns its OBJ files."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
     with tarfile.open(archive) as tar:
@@ -61,11 +61,11 @@ def unpacked(archive, folder):
 
 
 def found(pattern, folder):
-    """The meshes that a pattern under FVV_DATA names, in order; none when it is absent."""
+    """The meshes that match a pattern under FVV_DATA, in order; an empty list without the data."""
     files = sorted(DATA.glob(pattern))
     if files and pattern.endswith(".tar.xz"):
         return unpacked(files[0], folder)
-    if files and pattern.endswith(".draco"):  # the readers go by the usual ending
+    if files and pattern.endswith(".draco"):  # the readers expect the usual extension
         folder.mkdir(parents=True, exist_ok=True)
         for path in files[:MOST_KEYS]:
             (folder / path.name).with_suffix(".drc").write_bytes(path.read_bytes())
@@ -83,7 +83,7 @@ def measured(mode, files, axis, steps):
 
 
 def rows_of(name, files, axis, tracked):
-    """The table's lines of one sequence, which are printed."""
+    """Prints the table's lines of one sequence and returns them."""
     rows = measured("key", files[:MOST_KEYS], axis, KEY_STEPS)
     if tracked:
         rows += measured("delta", files, axis, DELTA_STEPS)
@@ -97,7 +97,7 @@ def rows_of(name, files, axis, tracked):
 
 
 def chart(rows, path):
-    """Bits a vertex over rms error, a panel for each sequence; raw is left out, it has some 290 bits."""
+    """Bits per vertex over rms error, a panel for each sequence; raw is left out, it has some 290 bits."""
     names = list(dict.fromkeys(row["sequence"] for row in rows))
     columns = min(3, len(names))
     lines = -(-len(names) // columns)
@@ -128,7 +128,7 @@ def chart(rows, path):
 
 
 def measure(work, generated):
-    """Prints the table, writes codecs.csv and codecs.png into work; the figures of it.
+    """Prints the table, writes codecs.csv and codecs.png into work, and returns the figures.
 
     generated: name -> (meshes, whether they share their faces), of captures that are made here.
     """

@@ -1,7 +1,6 @@
-// Times the browser's decoder in Node: node decoder.mjs first|warm|draco3d FILE. Prints milliseconds a frame as JSON.
-// first: of the first mesh in a fresh process, compiling the modules left out and included; warm: the median of all
-// frames, decoded often enough for the engine to have compiled them well; draco3d: the
-// same for the npm package of that name, of key frames.
+// Measures the browser's decoder in Node: node decoder.mjs first|warm|draco3d FILE. Prints milliseconds per frame as JSON.
+// first: the first mesh in a new process, without and with compilation of the modules; warm: the median of all frames, after
+// enough rounds for the engine's optimising compiler; draco3d: the same for key frames with the npm package of that name.
 
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -12,7 +11,7 @@ import { Session } from "../js/decoder/dist/session.js";
 const [what, file] = process.argv.slice(2);
 const bytes = new Uint8Array(readFileSync(file));
 const want = { normals: false, visibility: false };
-// The engine replaces its first, quick compilation in these.
+// During these rounds the engine replaces its first, quick compilation.
 const COLD_ROUNDS = 3;
 const ROUNDS = 10;
 const median = (times) => times.sort((a, b) => a - b)[Math.floor(times.length / 2)];
@@ -53,7 +52,7 @@ async function warm() {
       const time = performance.now() - begin;
       triangles = meshes[0].faceCount;
       if (round < COLD_ROUNDS) continue;
-      // The first delta frame behind a key prepares those that follow.
+      // The first delta frame after a key frame prepares the following ones.
       if (meshes[0].key) key.push(time);
       else if (former) delta.push(time);
       former = !meshes[0].key;

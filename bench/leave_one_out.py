@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Each camera of wd2_human20 drawn from the others and compared with what it took: how good a picture from a new place is.
+"""Draws each camera of wd2_human20 from the others and compares the picture with the real one: the quality of a new viewpoint.
 
-The pictures are coded at JPEG's quality 100 and the mesh is the visual hull that comes with the capture, so that what is
-measured is geometry, calibration, exposure and the method of texturing. Sources are all 19 other cameras, or the 7 whose
-rays to the middle of the mesh are nearest to the target's. PSNR and SSIM (Wang et al. 2004, Gaussian window of 11 x 11
+The pictures are coded at JPEG's quality 100 and the mesh is the visual hull that comes with the capture, so the
+figures measure geometry, calibration, exposure and the method of texturing. Sources are all 19 other cameras, or the 7 whose
+rays to the centre of the mesh are nearest to the target's. PSNR and SSIM (Wang et al. 2004, Gaussian window of 11 x 11
 pixels) are of BT.709 luma, over the pixels that belong to the silhouette and show the mesh; everything else is the same
-grey in both. What no camera shows is drawn grey, and counts. All is drawn three times: with visibility by depth maps, by the
+grey in both. Surface that no camera shows is drawn grey, and counts. Everything is drawn three times: with visibility by depth maps, by the
 bits of the stream (face bits, fvvmux --visibility face), and by rays, which are the truth.
 
     python bench/leave_one_out.py
 
-prints the table; ./run bench wd2 its means.
+prints the table; ./run bench wd2 prints its means.
 """
 
 import json
@@ -24,7 +24,7 @@ from PIL import Image
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
 import wd2_human20  # noqa: E402
-from real_capture import DATA, TOOLS, read_ply, write_capture  # noqa: E402
+from real_capture import DATA, TOOLS, luma, read_ply  # noqa: E402
 
 WORK = pathlib.Path(__file__).resolve().parent.parent / "build/bench/wd2"
 NEAREST = 7
@@ -35,7 +35,7 @@ GREY = 128.0
 def tool(name, *arguments):
     done = subprocess.run([TOOLS / name / name, *map(str, arguments)], capture_output=True, text=True)
     if done.returncode != 0:
-        sys.exit(f"leave_one_out: {name} answered {done.returncode}: {done.stderr.strip()}")
+        sys.exit(f"leave_one_out: {name} returned {done.returncode}: {done.stderr.strip()}")
     return done.stdout
 
 
@@ -49,7 +49,7 @@ def blurred(picture):
 
 
 def ssim(a, b, mask):
-    """Mean over the windows whose middle is in mask."""
+    """The mean over windows with their centre in mask."""
     mean_a, mean_b = blurred(a), blurred(b)
     variance_a, variance_b = blurred(a * a) - mean_a**2, blurred(b * b) - mean_b**2
     covariance = blurred(a * b) - mean_a * mean_b
@@ -60,7 +60,7 @@ def ssim(a, b, mask):
 
 
 def nearest(cameras, target, middle):
-    """Identifiers of the cameras that see the middle of the mesh from the directions nearest to the target's."""
+    """Identifiers of the cameras whose direction to the centre of the mesh is nearest to the target's."""
 
     def direction(camera):
         rotation, translation = camera["Rt"][:, :3], camera["Rt"][:, 3]
@@ -73,7 +73,7 @@ def nearest(cameras, target, middle):
 
 
 def compare(root, camera, stream, sources, way):
-    """One cell: PSNR, SSIM, the share of the silhouette that the mesh covers, that of the mesh that no camera shows."""
+    """One cell: PSNR, SSIM, the part of the silhouette that the mesh covers, the part of the mesh that no camera shows."""
     out, mask_file = WORK / f"{camera['id']}-{len(sources) or 'all'}-{way}.png", WORK / "mask.png"
     chosen = ["--sources", ",".join(map(str, sources))] if sources else []
     drawn = json.loads(
@@ -84,8 +84,7 @@ def compare(root, camera, stream, sources, way):
     silhouette = np.asarray(Image.open(silhouette).convert("L")) > 128
     mask = silhouette & (np.asarray(Image.open(mask_file)) > 128)
     pictures = [
-        np.where(mask, wd2_human20.luma(path), GREY)
-        for path in (root / f"wd_data/WD2_{camera['id']}_00020.png", out)
+        np.where(mask, luma(path), GREY) for path in (root / f"wd_data/WD2_{camera['id']}_00020.png", out)
     ]
     error = ((pictures[0] - pictures[1])[mask] ** 2).mean()
     psnr = 10 * np.log10(255**2 / error)
@@ -97,7 +96,7 @@ def cells_of(row):
 
 
 def figures(means):
-    """By bits, as fvvrender draws by default; and what the other ways would have given."""
+    """Figures by bits, as fvvrender draws by default, and the difference to the other ways."""
     out = {}
     for name, rows in means.items():
         by = dict(zip(WAYS, rows))
@@ -108,31 +107,31 @@ def figures(means):
         for way in "depth", "rays":
             out |= {f"wd2.{name}_by_{way}_{what}": by[way][i] for i, what in ((0, "psnr_db"), (1, "ssim"))}
         gain, similar = by["bits"][0] - by["depth"][0], by["bits"][1] - by["depth"][1]
-        # Less than that is nothing that a figure of two decimals tells.
+        # A smaller difference does not show in a figure of two decimals.
         verdict = "no worse" if gain > -0.005 and similar > -0.0005 else "WORSE"
         print(f"{name}: bits are {verdict} than depth maps: {gain:+.3f} dB, SSIM {similar:+.4f}")
     return out
 
 
-WINDING = wd2_human20.WINDING  # what fvvmux is told of the capture's faces
+WINDING = wd2_human20.WINDING
 
 
 def capture():
-    """The capture as fvvmux takes it; nothing without the data."""
+    """The path of the capture, or None without the data."""
     root = DATA / "wd2_human20"
     if not root.exists():
         print(f"wd2: skipped: no wd2_human20 under FVV_DATA={os.path.relpath(DATA)}")
         return None
-    return write_capture(WORK, wd2_human20.describe(root)[0])
+    return wd2_human20.describe(root, WORK)
 
 
 def measure():
-    """Figures for bench.py, none without the data; prints the table."""
+    """Prints the table and returns the figures for bench.py; none without the data."""
     source = capture()
     if not source:
         return {}
     root = DATA / "wd2_human20"
-    _, cameras = wd2_human20.describe(root)
+    cameras = wd2_human20.cameras(root / wd2_human20.CALIBRATION)
     middle = read_ply(root / wd2_human20.MESH)[0].mean(0)
     stream = WORK / "wd2.fvv"
     tool("fvvmux", source, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry",

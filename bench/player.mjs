@@ -1,6 +1,6 @@
-// What playing a clip costs with WebGL by software: node player.mjs CLIP.fvv [chromium|firefox]. Prints, as JSON, frames a second with
-// depth maps and with bits, what is drawn and uploaded for a frame, and the time to the first picture over 8 Mbit/s and
-// 40 ms: code has been loaded before, but is asked for anew, as fvvserve has it.
+// Measures playback of a clip with WebGL in software: node player.mjs CLIP.fvv [chromium|firefox]. Prints JSON: frames per
+// second with depth maps and with bits, draw calls and uploads per frame, and the time to the first picture over 8 Mbit/s and
+// 40 ms. Code has been loaded before, but is revalidated, as fvvserve requires.
 
 import { copyFileSync } from "node:fs";
 import { join } from "node:path";
@@ -27,7 +27,7 @@ async function firstPictures(browser, served) {
   try {
     const page = await openPage(browser, `http://127.0.0.1:${proxy.port}/`);
     const times = [];
-    // The first one brings the code; addresses differ so that nothing else is there already.
+    // The first round loads the code; URLs differ so that clips are not cached.
     for (let round = 0; round <= ROUNDS; round++)
       times.push(await page.evaluate((source) => window.measureFirst(source), `/clip.fvv?${round}`));
     return median(times.slice(1));

@@ -1,4 +1,4 @@
-"""The reference player in Chromium and Firefox, WebGL by software: how like fvvrender, how fast, how steady (./run bench player)."""
+"""The reference player in Chromium and Firefox, with WebGL in software: likeness to fvvrender, speed and steadiness (./run bench player)."""
 
 import json
 import pathlib
@@ -11,12 +11,12 @@ import player_renderer
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PLAYER = ROOT / "js/player"
-# What WHP 235 tells of its own clip and machines.
+# The figures of WHP 235, for its own clip and machines.
 SEED = {"fps": "14 to 47", "first": "1.41 s to the first mesh"}
 
 
 def node(script, *arguments):
-    """What a script prints as JSON; what it complains of goes on to the terminal."""
+    """Runs a script and returns its JSON; its messages go to the terminal."""
     done = subprocess.run(["node", script, *map(str, arguments)], stdout=subprocess.PIPE, text=True)
     if done.returncode != 0:
         sys.exit(f"bench: {script.name} failed ({done.returncode})")
@@ -70,7 +70,7 @@ def speed_in_firefox(clip):
 
 
 def endurance():
-    """The element plays 10,000 frames with 100 seeks and changes of rate, read out of what was drawn."""
+    """The element plays 10,000 frames with 100 seeks and changes of rate; figures come from the drawn pictures."""
     found = node(PLAYER / "test/endurance/measure.mjs")
     for wrong in found["wrong"]:
         print(wrong)

@@ -1,16 +1,16 @@
-// Runs in a browser: what playing costs (player.mjs asks).
+// Runs in a browser for player.mjs: measures playback.
 
 import { createDecoder } from "@fvv/decoder";
 import { FvvPlayer, Renderer, viewFromPose } from "@fvv/player";
 
 const SIZE = { width: 960, height: 540 };
-/** Of a turn, from one picture to the next. */
+/** Fraction of a turn between pictures. */
 const TURN = 0.01;
 
-/** Around the scene, as far away as shows all of it. */
+/** A view on a circle around the scene that shows all of it. */
 function viewAt(bounds, up, turns) {
-  const centre = bounds.least.map((x, i) => (x + bounds.most[i]) / 2);
-  const radius = Math.hypot(...bounds.least.map((x, i) => bounds.most[i] - x)) / 2;
+  const centre = bounds.min.map((x, i) => (x + bounds.max[i]) / 2);
+  const radius = Math.hypot(...bounds.min.map((x, i) => bounds.max[i] - x)) / 2;
   const angle = 2 * Math.PI * turns;
   const axis = "xyz".indexOf(up.at(-1));
   const sign = up.startsWith("-") ? -1 : 1;
@@ -22,17 +22,21 @@ function viewAt(bounds, up, turns) {
   return viewFromPose({ eye, target: centre, up: upwards, fov: 0.8, ...SIZE });
 }
 
-/** Draws, and waits until it is done. */
+/** Waits until drawing has finished. */
 function finish(gl) {
   gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
 }
 
-/** Every frame of a file is shown and drawn once, as fast as that goes, from a place that turns; then the last, again and again. */
+/** Shows and draws every frame of a file once, as fast as possible, from a moving viewpoint; then draws the last one N times. */
 window.measureRate = async (source, visibleBy) => {
   const canvas = document.body.appendChild(document.createElement("canvas"));
   const renderer = new Renderer(canvas);
   const gl = canvas.getContext("webgl2");
-  const decoder = await createDecoder({ source, shares: true, worker: new URL("worker.js", import.meta.url) });
+  const decoder = await createDecoder({
+    source,
+    visibilityWeights: true,
+    worker: new URL("worker.js", import.meta.url),
+  });
   let [began, count, up] = [0, 0, "y"];
   for await (const frame of decoder) {
     up = frame.configuration.upAxis;
@@ -40,7 +44,7 @@ window.measureRate = async (source, visibleBy) => {
     frame.close();
     renderer.draw(viewAt(renderer.bounds, up, TURN * count), { visibleBy });
     finish(gl);
-    // Of the first one programs are compiled.
+    // Programs are compiled for the first one.
     if (count++ === 0) began = performance.now();
   }
   const playing = (1000 * (count - 1)) / (performance.now() - began);

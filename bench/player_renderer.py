@@ -1,8 +1,8 @@
-"""How close the player's renderer comes to fvvrender, and what it sees to what rays see (./run bench player).
+"""The likeness of the player's pictures to those of fvvrender, and of its visibility to rays (./run bench player).
 
 Pictures are those of js/player/conformance/compare.mjs, from 20 places each: the generated capture, wd2_human20 and
-pose2sim_4cam where FVV_DATA has them. The last has no mesh: a solid where its person stands takes that place, which tells
-nothing of persons, but all of lenses and of real video. Visibility is that of the generated capture at three sizes.
+pose2sim_4cam where FVV_DATA has them. The last has no mesh, so a solid is put where its person is: it tests lenses
+and real video, not the look of a person. Visibility is that of the generated capture at three sizes.
 """
 
 import json
@@ -26,7 +26,7 @@ SCALES = (0.1, 1, 100)
 def run(*command):
     environment = {**os.environ, "FVV_BUILD": str(ROOT / "build/default")}
     done = subprocess.run([str(c) for c in command], capture_output=True, text=True, env=environment)
-    # 3: done, with a warning that the next step will show.
+    # 3: done with a warning, which shows in the next step.
     if done.returncode not in (0, 3):
         sys.exit(f"bench: {command[0]} failed ({done.returncode}): {done.stderr.strip()}")
     return done.stdout
@@ -39,7 +39,7 @@ def mux(capture, name, *options):
 
 
 def generated():
-    """The capture, and it again as if the action were so many metres long."""
+    """The capture, and copies of it scaled to a length in metres."""
     folder = WORK / "studio"
     if not (folder / "capture.json").exists():
         run(TOOLS / "fvvsynth/fvvsynth", "-o", folder, "--frames", "1", "--force")
@@ -53,7 +53,7 @@ def generated():
 
 
 def solid(centre, size, path):
-    """An egg with waves on it, so that it hides parts of itself; z is up."""
+    """A wavy egg, which hides parts of itself; z is up."""
     columns, rows = 48, 24
     corners, faces = [], []
     for j in range(rows + 1):
@@ -105,7 +105,7 @@ def real():
 
 
 def has_firefox():
-    """Whether it can be opened, as js/testing/browser.mjs does; says so where not."""
+    """Whether the browser can be opened as in js/testing/browser.mjs; prints a line when not."""
     for program in os.environ.get("FVV_FIREFOX", "firefox-esr"), "Xvfb":
         if not shutil.which(program):
             print(f"player.firefox_* is left out: no {program} here")
@@ -127,7 +127,7 @@ def compare(streams, *options):
 
 
 def measure():
-    """Figures for bench.py; prints a line for each stream and way."""
+    """Prints a line for each stream and way and returns the figures for bench.py."""
     if not shutil.which("node") or not shutil.which(os.environ.get("FVV_CHROMIUM", "chromium")):
         print("player.* is left out: no node or no Chromium here")
         return {}

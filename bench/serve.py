@@ -1,6 +1,6 @@
-"""fvvserve under load: replies of a file, and a live stream to many viewers of whom some don't read.
+"""fvvserve under load: replies for a file, and a live stream to many viewers, some of which do not read.
 
-The clients share the machine with the server, and are one process of Python: figures are lower bounds.
+The clients are one Python process on the server's machine, so the figures are lower bounds.
 """
 
 import base64
@@ -73,7 +73,7 @@ def replies_per_second(port, path, connections=4):
 
 
 class Viewer:
-    """Notes when which frame came; looks at the headers of messages and chunks alone."""
+    """Notes when each frame arrived; reads only the headers of messages and chunks."""
 
     def __init__(self, port, receive_buffer=None):
         self.socket = connect(port, receive_buffer)
@@ -95,7 +95,7 @@ class Viewer:
         while True:
             step = min(self.skip, size - at)
             at, self.skip = at + step, self.skip - step
-            if size - at < 26:  # the longest header of a message, and of a chunk as far as its time
+            if size - at < 26:  # the longest message header, and a chunk header up to its time
                 self.rest = bytes(room[at:size])
                 return
             kind, length, begin = room[at] & 15, room[at + 1], 2
@@ -104,7 +104,7 @@ class Viewer:
                 length = int.from_bytes(room[at + 2 : at + begin], "big")
             self.skip = begin + length
             if kind == 1:
-                self.round += 1  # nothing but restarts is told to those who keep up
+                self.round += 1  # a viewer that keeps up gets no other message
             elif room[at + begin : at + begin + 4] in (b"MESH", b"VPKT"):
                 self.seen.append((self.round, struct.unpack_from("<q", room, at + begin + 8)[0], now))
 
@@ -115,7 +115,7 @@ def peak_memory(pid):
 
 
 def live(tool, stream):
-    """Lateness against the earliest arrival of any chunk, by its time stamp; the whole stream has one time line."""
+    """Delays relative to the earliest chunk, by time stamps; the whole stream has one time line."""
     room = bytearray(1 << 20)
     with running([tool, "--port", "0", "--live", f"clip={stream}", "--loop"]) as (port, pid):
         viewers = [Viewer(port, 4096 if i < STALLED else None) for i in range(VIEWERS)]
@@ -140,7 +140,7 @@ def live(tool, stream):
 
 
 def frames_in_one_count(viewers):
-    """Rounds are counted from a viewer's first message on: those who joined in the second round have one less."""
+    """Rounds are counted from a viewer's first message: a viewer that joined in the second round has one fewer."""
     last = max(viewer.round for viewer in viewers)
     for viewer in viewers:
         for turn, frame, now in viewer.seen:

@@ -1,13 +1,13 @@
-// A link of some rate and delay in front of a port of this machine: bytes to the client leave at the rate and arrive
-// half a round trip later; those to the server are only late. TCP is ended here on both sides, so that slow start and
-// loss are left out: what is measured is the waiting for answers and for bytes.
+// A proxy for a local port that simulates a link with a rate and a delay: bytes to the client are sent at the rate and arrive
+// half a round trip later; bytes to the server are only delayed. TCP ends at the proxy on both sides, so that slow start and
+// loss have no effect: only the wait for responses and bytes is measured.
 
 import { connect, createServer } from "node:net";
 
 /** Pieces this large share the link; a browser's connections take turns. */
 const PIECE = 1460;
-/** Of a connection on the way, before its sender has to wait. */
-const MOST_PIECES = 64;
+/** Pieces of a connection in transit, before its sender has to wait. */
+const MAX_PIECES = 64;
 
 class Link {
   constructor({ bitsPerSecond, delayMs }) {
@@ -15,14 +15,14 @@ class Link {
     this.delayMs = delayMs;
     this.free = 0;
   }
-  /** When bytes that are handed over now have arrived. */
+  /** The time at which bytes that are sent now have arrived. */
   arrival(size) {
     this.free = Math.max(this.free, performance.now()) + size * this.msPerByte;
     return this.free + this.delayMs;
   }
 }
 
-/** Copies from one socket to another over a link, in order; arrived(bytes) is told of each piece. */
+/** Copies from one socket to another over a link, in order; arrived(bytes) is called for each piece. */
 function carry(from, to, link, arrived) {
   const waiting = []; // {at, piece}; without a piece: the end
   let timer = null;
@@ -36,7 +36,7 @@ function carry(from, to, link, arrived) {
         to.write(piece);
       }
     }
-    if (waiting.length < MOST_PIECES) from.resume();
+    if (waiting.length < MAX_PIECES) from.resume();
     if (waiting.length) timer = setTimeout(pass, Math.max(1, waiting[0].at - performance.now()));
   };
   const put = (piece) => {
@@ -45,13 +45,13 @@ function carry(from, to, link, arrived) {
   };
   from.on("data", (data) => {
     for (let at = 0; at < data.length; at += PIECE) put(data.subarray(at, at + PIECE));
-    if (waiting.length >= MOST_PIECES) from.pause();
+    if (waiting.length >= MAX_PIECES) from.pause();
   });
   from.on("end", () => put(null));
   from.on("error", () => to.destroy());
 }
 
-/** Answers {port, bytes(), close}; bytes: that have arrived at the client so far. */
+/** Returns {port, bytes(), close}; bytes(): the number of bytes that have arrived at the client. */
 export async function shapedProxy(target, { bitsPerSecond, roundTripMs }) {
   let bytes = 0;
   const down = new Link({ bitsPerSecond, delayMs: roundTripMs / 2 });

@@ -1,14 +1,14 @@
-// What a viewpoint costs of a file with several tracks of video: node view.mjs FILE [X,Y,Z]. All of it is played from a host that
-// keeps to Range, over 8 Mbit/s and 40 ms, with every track and then from the places of some cameras, with what look selects.
-// Prints JSON: bytes and requests that were asked for, milliseconds to the first frame and to the last, and requests
-// of a second loop.
+// Measures viewpoints of a file with several tracks of video: node view.mjs FILE [X,Y,Z]. Plays the file from a host that
+// supports Range, over 8 Mbit/s and 40 ms, with all tracks, and then from positions of cameras with the tracks that look
+// selects. Prints JSON: requested bytes, requests, milliseconds to the first and to the last frame, and requests of a second
+// loop.
 
 import { createDecoder } from "../js/decoder/dist/index.js";
 import { compileCodec, compileCore, compileProjection } from "../js/decoder/dist/modules.js";
 import { serve } from "../js/decoder/test/server.mjs";
 import { shapedProxy } from "./shaped_proxy.mjs";
 
-/** Where viewers look: in the generated captures, above the ground in the middle of the scene. */
+/** The target of viewers; default: the middle of the generated captures. */
 const target = (process.argv[3] ?? "0,1,0").split(",").map(Number);
 const SHARES = [0.8, 0.9, 1];
 
@@ -48,7 +48,7 @@ async function play(look) {
 
 const mean = (rows, value) => rows.reduce((sum, row) => sum + value(row), 0) / rows.length;
 
-await play(); // code gets warm
+await play(); // warms up the code
 const { cameras, seconds, ...whole } = await play();
 const views = [];
 for (const share of SHARES) {

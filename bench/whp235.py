@@ -2,17 +2,17 @@
 """The encoding of BBC R&D White Paper 235 (Budd, Grau, Schuebel, 2012), for any capture: the baseline that fvv is
 measured against.
 
-As the paper tells it: per frame a mesh as JavaScript arrays in text, with surface normals, nothing compressed
+As the paper describes it: per frame a mesh as JavaScript arrays in text, with surface normals, nothing compressed
 (section 3.1); per camera and frame a picture scaled to a sixteenth of the original area, JPEG at a factor of about 13
-below RGB, Base64 (section 5); calibration about 600 bytes a camera. Where the paper is silent: positions in metres to
+below RGB, Base64 (section 5); calibration about 600 bytes per camera. Where the paper is silent: positions in metres to
 the millimetre, normals to three digits, and the JPEG quality is the one that comes nearest to the factor over the first
-frame. A capture that is rendered at transmitted size already is not scaled again (--scale 1). Cameras whose pictures are
-no texture, and cameras that move, are left out. A capture that is not of PNG, JPEG, PLY and OBJ
-files is first brought into such by fvvmux and fvvdemux, with JPEG at quality 100.
+frame. A capture that has the transmitted size already is not scaled again (--scale 1). Cameras without texture and cameras
+that move are left out. A capture with other files than PNG, JPEG, PLY and OBJ is converted first by fvvmux and
+fvvdemux, with JPEG at quality 100.
 
     python bench/whp235.py CAPTURE [--scale 4 | --tile 480x270] [--cameras NAME,...] [-o FILE]
 
-prints the bytes of meshes, pictures and calibration as JSON; -o also writes all messages, one a line.
+prints the bytes of meshes, pictures and calibration as JSON; -o also writes all messages, one per line.
 """
 
 import argparse
@@ -37,7 +37,7 @@ READERS = {".ply": read_ply, ".obj": read_obj}
 
 
 def is_plain(description):
-    """Whether the files are such as are read here."""
+    """Whether this script can read the files."""
     meshes = description.get("meshes")
     if meshes and pathlib.Path(meshes.get("pattern", "")).suffix.lower() not in READERS:
         return False
@@ -46,14 +46,14 @@ def is_plain(description):
 
 
 def plain(capture, folder):
-    """The capture itself when it is plain, else what fvvmux and fvvdemux make of it in folder."""
+    """The capture itself when it is plain, else a copy in folder by fvvmux and fvvdemux."""
     description = json.loads(capture.read_text())
     if is_plain(description):
         return capture
     stream = folder / "plain.fvv"
     first = description["frames"]["first"]
     last = first + (description["frames"]["count"] - 1) * description["frames"].get("step", 1)
-    # A range of all frames: what lies beside them in videos is of no interest.
+    # A range of all frames, so that further pictures in the videos are ignored.
     best = ["--codec", "jpeg", "--quality", "100", "--mesh-profile", "raw", "--frames", f"{first}-{last}"]
     best += ["--keep-geometry", "--crop", "none", "--background", "keep"]
     if description["units"] != "unknown":
@@ -61,12 +61,12 @@ def plain(capture, folder):
     for command in (["fvvmux", capture, "-o", stream, *best], ["fvvdemux", stream, "-o", folder / "plain"]):
         done = subprocess.run([TOOLS / command[0] / command[0], *command[1:]], stdout=subprocess.DEVNULL)
         if done.returncode not in (0, 3):
-            sys.exit(f"{command[0]} answered {done.returncode}")
+            sys.exit(f"{command[0]} returned {done.returncode}")
     return folder / "plain/capture.json"
 
 
 def numbers(array, digits):
-    """A JavaScript array in as few characters as the digits allow."""
+    """A JavaScript array in as few characters as possible."""
     text = np.char.mod(f"%.{digits}f", np.asarray(array).ravel())
     if digits:
         text = np.char.rstrip(np.char.rstrip(text, "0"), ".")
@@ -98,12 +98,12 @@ def load_picture(path, turn, size_of):
 
 
 def scaled_by(factor):
-    """What makes of a picture its transmitted size."""
+    """The function from a picture to its transmitted size."""
     return lambda picture: (max(1, round(picture.width / factor)), max(1, round(picture.height / factor)))
 
 
 def chosen_cameras(description, names):
-    """Those that give texture and stand still, of these names; all names when there are none."""
+    """The cameras of these names (default: all) that have texture and do not move."""
     cameras = [
         camera
         for camera in description.get("cameras", [])
@@ -113,12 +113,12 @@ def chosen_cameras(description, names):
         return cameras
     missing = set(names) - {camera.get("name") for camera in cameras}
     if missing:
-        sys.exit(f"no such camera with texture that stands still: {', '.join(sorted(missing))}")
+        sys.exit(f"no such camera that has texture and does not move: {', '.join(sorted(missing))}")
     return [camera for camera in cameras if camera.get("name") in names]
 
 
 def pattern_of(camera):
-    """Where a camera's pictures are (nothing: in a video), and by how many degrees to turn them."""
+    """The pattern of a camera's pictures (None: a video), and the degrees by which they are turned."""
     pictures = camera["pictures"]
     if isinstance(pictures, str):
         return pictures, 0
@@ -143,7 +143,7 @@ def calibration_message(camera):
 
 
 def messages(capture, size_of, names=()):
-    """(kind, text) of everything that is transmitted. size_of tells the size that a picture is scaled to."""
+    """Yields (kind, text) of everything that is transmitted. size_of returns the size to which a picture is scaled."""
     description = json.loads(capture.read_text())
     frames = description["frames"]
     numbers_ = [frames["first"] + i * frames.get("step", 1) for i in range(frames["count"])]
@@ -165,7 +165,7 @@ def messages(capture, size_of, names=()):
 
 
 def sizes(capture, size_of, names=(), out=None):
-    """Bytes by kind and in all."""
+    """Bytes by kind and in total."""
     total = {"mesh": 0, "picture": 0, "calibration": 0}
     with tempfile.TemporaryDirectory() as folder:
         for kind, text in messages(plain(capture, pathlib.Path(folder)), size_of, names):

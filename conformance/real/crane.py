@@ -5,10 +5,11 @@ import tarfile
 
 import real_capture as real
 
+SOURCE = "csail_meshes/crane.first50.tar.xz"
 
-def main():
-    archive = real.data("csail_meshes/crane.first50.tar.xz")
-    folder = real.WORK / "crane"
+
+def describe(archive, folder):
+    """Unpacks the meshes and returns the path of the capture."""
     folder.mkdir(parents=True, exist_ok=True)
     with tarfile.open(archive) as tar:
         for member in tar:
@@ -25,7 +26,13 @@ def main():
         "up": "+y",
         "meshes": {"pattern": "mesh_%04d.obj"},
     }
-    capture = real.write_capture(folder, description)
+    return real.write_capture(folder, description)
+
+
+def main():
+    folder = real.WORK / "crane"
+    capture = describe(real.data(SOURCE), folder)
+    count = len(list(folder.glob("mesh_*.obj")))
     _, info, out = real.round_trip(capture, "--step", "1mm")
     step = info["scene"]["lattice_step"]
     for number in range(0, count, 7):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Clips of real captures for the demo's page: demo_clips.py FOLDER. Captures that are absent are passed over.
+"""Clips of real captures for the demo's page: demo_clips.py FOLDER. Absent captures are skipped.
 
-A clip that is younger than what makes it is not made again.
+A clip is made again only when it is older than the muxer or a script.
 """
 
 import pathlib
@@ -15,12 +15,11 @@ MUXER = real.TOOLS / "fvvmux/fvvmux"
 
 
 def wd2(root, folder):
-    description, _ = wd2_human20.describe(root)
-    return [real.write_capture(folder, description), *wd2_human20.WINDING, "--scale", "0.5"]
+    return [wd2_human20.describe(root, folder), *wd2_human20.WINDING, "--scale", "0.5"]
 
 
 def pose2sim(root, folder):
-    capture = pose2sim_4cam.describe(root / "Demo_SinglePerson", folder)
+    capture = pose2sim_4cam.describe(root, folder)
     return [capture, "--frames", f"0-{pose2sim_4cam.FRAMES - 1}", "--scale", pose2sim_4cam.SCALE]
 
 
@@ -40,7 +39,7 @@ def main():
     out = pathlib.Path(sys.argv[1]).resolve()
     out.mkdir(parents=True, exist_ok=True)
     for name, (prepare, module) in CLIPS.items():
-        root, clip = real.DATA / name, out / f"{name}.fvv"
+        root, clip = real.DATA / module.SOURCE, out / f"{name}.fvv"
         if not root.exists() or is_current(clip, [MUXER, __file__, module.__file__]):
             continue
         command = prepare(root, real.WORK / "demo" / name)

@@ -7,6 +7,9 @@ import numpy as np
 import real_capture as real
 from PIL import Image, ImageFilter
 
+SOURCE = "middlebury_temple/templeRing"
+PARAMETERS = "templeR_par.txt"
+MESH = "voxels.ply"
 SIZE = (640, 480)
 # The tight box of the model, from the README of the data, with a margin.
 LOW, HIGH, MARGIN = (
@@ -20,7 +23,7 @@ QUALITY = 40.0
 
 
 def views(path):
-    """Name, K and [R|t] of every view, as the file has them."""
+    """Name, K and [R|t] of every view, as in the file."""
     out = []
     for line in path.read_text().splitlines()[1:]:
         name, *numbers = line.split()
@@ -55,7 +58,7 @@ def carve(cameras, masks):
     for (_, matrix, transform), mask in zip(cameras, masks, strict=True):
         uv = np.rint(project(matrix, transform, points)).astype(int)
         inside = ((uv >= 0) & (uv < SIZE)).all(1)
-        seen = np.ones(len(points), bool)  # what is outside the picture is not judged
+        seen = np.ones(len(points), bool)  # points outside the picture count as seen
         seen[inside] = mask[uv[inside, 1], uv[inside, 0]]
         missed += ~seen
     return (missed <= MISSES).reshape(counts), low
@@ -69,7 +72,7 @@ def voxel_surface(full, low):
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
         step = np.diff(full.astype(np.int8), axis=axis)
-        for sign in (1, -1):  # 1: full behind empty along the axis, the face looks down the axis
+        for sign in (1, -1):  # 1: full after empty along the axis; the face looks down the axis
             cell = np.argwhere(step == sign)
             cell[:, axis] += 1
             corners = [cell.copy() for _ in range(4)]
@@ -94,11 +97,9 @@ def write_ply(path, positions, faces):
     path.write_bytes(header.encode() + positions.astype("<f8").tobytes() + rows.tobytes())
 
 
-def main():
-    root = real.data("middlebury_temple") / "templeRing"
-    parameters = next(root.glob("*_par.txt"))
-    source = views(parameters)
-    folder = real.WORK / "middlebury_temple"
+def describe(root, folder):
+    """Carves the mesh, has fvvimport write the capture, and returns its path."""
+    source = views(root / PARAMETERS)
     folder.mkdir(parents=True, exist_ok=True)
     masks = []
     for name, _, _ in source:
@@ -106,13 +107,21 @@ def main():
         mask.save(folder / f"mask_{name}")  # the name ends in .png
         masks.append(np.asarray(mask) > 127)
     positions, faces = voxel_surface(*carve(source, masks))
-    write_ply(folder / "voxels.ply", positions, faces)
+    write_ply(folder / MESH, positions, faces)
     capture = folder / "capture.json"
     real.tool(
-        *("fvvimport", "middlebury", parameters, "-o", capture, "--force", "--size", "640x480"),
+        *("fvvimport", "middlebury", root / PARAMETERS, "-o", capture, "--force", "--size", "640x480"),
         *("--units", "metres", "--pictures", f"{root}/{{name}}.png", "--masks", "mask_{name}.png"),
-        *("--meshes", "voxels.ply"),
+        *("--meshes", MESH),
     )
+    return capture
+
+
+def main():
+    root = real.data(SOURCE)
+    source = views(root / PARAMETERS)
+    capture = describe(root, real.WORK / "middlebury_temple")
+    positions, faces = real.read_ply(capture.with_name(MESH))
     _, info, out = real.round_trip(capture, "--quality", f"{QUALITY:g}dB")
     real.contact_sheet(capture, iou=0.85)
 

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as xml
 import numpy as np
 import real_capture as real
 
+SOURCE = "pose2sim_4cam/Demo_SinglePerson"
 FRAMES = 30  # of 100, at 60 a second
 QUALITY = 40.0
 SCALE = 0.25  # all sizes are multiples of 4
@@ -46,7 +47,7 @@ def project(matrix, lens, rotation, translation, points):
 
 
 def describe(root, folder):
-    """The path of the capture, written by fvvimport."""
+    """Has fvvimport write the capture and returns its path."""
     calibration = root / CALIBRATION
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "capture.json"
@@ -63,9 +64,9 @@ def describe(root, folder):
 
 
 def main():
-    root = real.data("pose2sim_4cam") / "Demo_SinglePerson"
+    root = real.data(SOURCE)
     path = describe(root, real.WORK / "pose2sim_4cam")
-    frames = ["--frames", f"0-{FRAMES - 1}"]  # so that the pictures behind them are no surprise
+    frames = ["--frames", f"0-{FRAMES - 1}"]  # or else fvvmux warns of the pictures after them
     summary, _, out = real.round_trip(path, "--quality", f"{QUALITY:g}dB", "--scale", SCALE, *frames)
     real.contact_sheet(path)
 
@@ -78,7 +79,7 @@ def main():
     source = cameras(root / CALIBRATION)
     written = json.loads((out / "capture.json").read_text())["cameras"]
     real.figure("cameras", len(written), len(source), at_most=False)
-    # Points of the room in front of all cameras: where their axes meet.
+    # Points in front of all cameras: where their axes meet.
     points = np.array([-0.94, -0.02, 0.59]) + np.random.default_rng(1).uniform(-0.8, 0.8, (500, 3))
     reprojection = 0.0
     for (_, matrix, lens, rotation, translation), w in zip(source, written, strict=True):

@@ -1,6 +1,6 @@
-"""What the scripts beside this file share: finding data and tools, reading the demultiplexed meshes, comparing them.
+"""Shared by the scripts beside this file: finding data and tools, reading the demultiplexed meshes, comparing them.
 
-Comparisons use NumPy and formats read here, nothing of libfvv, so that a mistake of the library shows.
+Comparisons use NumPy and readers of their own, nothing of libfvv, so that a mistake in the library shows.
 """
 
 import json
@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 import numpy as np
+from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 TOOLS = pathlib.Path(os.environ.get("FVV_TOOLS_DIR", ROOT / "build/default/tools"))
@@ -30,17 +31,17 @@ def data(name):
 
 
 def tool(name, *arguments):
-    """Run a tool, show the command; ends the run when it fails."""
+    """Shows the command, runs the tool and returns its output; ends the run when it fails."""
     print("$", name, *(str(a).replace(str(ROOT) + "/", "") for a in arguments), flush=True)
     done = subprocess.run([TOOLS / name / name, *map(str, arguments)], stdout=subprocess.PIPE, text=True)
     if done.returncode != 0:
-        print(f"failed: {name} answered {done.returncode}")
+        print(f"failed: {name} returned {done.returncode}")
         sys.exit(1)
     return done.stdout
 
 
 def round_trip(capture, *options):
-    """Pack a capture and verify it, check the stream, take it apart: the summary of fvvmux, what fvvinfo says, the folder."""
+    """Packs and verifies a capture, checks and unpacks the stream. Returns the reports of fvvmux and fvvinfo, and the folder."""
     stream, out = capture.with_name("capture.fvv"), capture.with_name("out")
     summary = json.loads(
         tool("fvvmux", capture, "-o", stream, "--verify", "--keep-geometry", "--force", "--json", *options)
@@ -51,7 +52,7 @@ def round_trip(capture, *options):
 
 
 def contact_sheet(capture, iou=None):
-    """Draw the contact sheet beside the capture, for people; with masks, hold its outlines against them."""
+    """Draws the contact sheet beside the capture, for people; with masks, compares its outlines with them."""
     sheet = capture.with_name("sheet.png")
     report = json.loads(tool("fvvmux", "--check-calibration", sheet, capture, "--force", "--json"))
     print(f"look at {str(sheet).replace(str(ROOT) + '/', '')}")
@@ -60,7 +61,7 @@ def contact_sheet(capture, iou=None):
 
 
 def figure(text, value, limit, at_most=True):
-    """Print a figure with what was promised; remember a broken promise."""
+    """Prints a figure and its limit, and notes when the limit is broken."""
     good = value <= limit if at_most else value >= limit
     if not good:
         failures.append(text)
@@ -70,7 +71,7 @@ def figure(text, value, limit, at_most=True):
 
 
 def finish():
-    print("broken: " + ", ".join(failures) if failures else "all promises hold")
+    print("broken: " + ", ".join(failures) if failures else "all limits hold")
     sys.exit(1 if failures else 0)
 
 
@@ -116,7 +117,7 @@ def read_ply_texture(path):
 
 
 def read_obj(path):
-    """Positions and triangles of an OBJ that has nothing but v and f lines of triangles."""
+    """Positions and triangles of an OBJ with only v and f lines of triangles."""
     rows = [line.split() for line in pathlib.Path(path).read_text().splitlines()]
     positions = np.array([row[1:4] for row in rows if row[:1] == ["v"]], np.float64)
     faces = np.array(
@@ -125,8 +126,13 @@ def read_obj(path):
     return positions, faces - 1
 
 
+def luma(path):
+    """BT.709 luma of a picture, 0 to 255."""
+    return np.asarray(Image.open(path).convert("RGB"), np.float64) @ [0.2126, 0.7152, 0.0722]
+
+
 def triangle_set(positions, faces, step):
-    """Triangles as sorted triples of lattice points: the same whatever the order of vertices and faces."""
+    """Triangles as sorted triples of lattice points, independent of the order of vertices and faces."""
     lattice = np.rint(positions / step).astype(np.int64)
     triples = lattice[faces]
     distinct = (
@@ -138,7 +144,7 @@ def triangle_set(positions, faces, step):
 
 
 def compare_meshes(name, source, decoded, step):
-    """Every vertex of the source has a decoded one within half a step on each axis, and no triangle is new."""
+    """Checks that every source vertex has a decoded one within half a step on each axis, and that no triangle is new."""
     (positions, faces), (out_positions, out_faces) = source, decoded
     points = {tuple(p) for p in np.rint(out_positions / step).astype(np.int64).tolist()}
     used = np.unique(faces)
@@ -148,4 +154,4 @@ def compare_meshes(name, source, decoded, step):
     figure(f"{name}: largest error on an axis, in lattice steps", error, 0.5 + 1e-9)
     figure(f"{name}: source vertices without a decoded one", len(missing), len(used) * 0.001)
     extra = triangle_set(out_positions, out_faces, step) - triangle_set(positions, faces, step)
-    figure(f"{name}: triangles that the source has not", len(extra), 0)
+    figure(f"{name}: triangles that the source does not have", len(extra), 0)

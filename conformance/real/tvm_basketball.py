@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""tvm_basketball_player: ten captured meshes with other connectivity in every frame, no pictures."""
+"""tvm_basketball_player: ten captured meshes with different connectivity in every frame, no pictures."""
 
 import real_capture as real
 
+SOURCE = "tvm_basketball_player"
 
-def main():
-    root = real.data("tvm_basketball_player")
-    folder = real.WORK / "tvm_basketball"
+
+def describe(root, folder):
+    """Returns the path of the capture."""
     description = {
         "fvv_capture": 1,
         "name": "basketball player",
@@ -16,8 +17,12 @@ def main():
         "up": "+y",
         "meshes": {"pattern": str(root / "basketball_player_fr%04d.obj")},
     }
-    capture = real.write_capture(folder, description)
-    _, info, out = real.round_trip(capture)
+    return real.write_capture(folder, description)
+
+
+def main():
+    root = real.data(SOURCE)
+    _, info, out = real.round_trip(describe(root, real.WORK / "tvm_basketball"))
     step = info["scene"]["lattice_step"]
     for number in range(11, 21):
         source = real.read_obj(root / f"basketball_player_fr{number:04d}.obj")

@@ -7,8 +7,10 @@ import numpy as np
 import real_capture as real
 from PIL import Image
 
+SOURCE = "wd2_human20"
 QUALITY = 42.0  # dB over the silhouettes
 WINDING = "--winding", "flip"  # the source's faces run clockwise, seen from outside
+CALIBRATION = "calibParamsI.txt"
 MESH = "reference/our_visual_hull_160.ply"
 
 
@@ -33,13 +35,8 @@ def project(matrix, k, transform, points):
     return xy @ matrix[:2, :2].T + matrix[:2, 2]
 
 
-def luma(path):
-    return np.asarray(Image.open(path).convert("RGB"), np.float64) @ np.array([0.2126, 0.7152, 0.0722])
-
-
-def describe(root):
-    """The capture as fvvmux wants it, and its cameras as the source has them."""
-    source = cameras(root / "calibParamsI.txt")
+def describe(root, folder):
+    """Returns the path of the capture."""
     description = {
         "fvv_capture": 1,
         "name": "wd2_human20",
@@ -68,17 +65,16 @@ def describe(root):
                 "pictures": str(root / f"wd_data/WD2_{c['id']}_%05d.png"),
                 "masks": str(root / f"wd_segmented/WD2_{c['id']}_%05d_segmented.png"),
             }
-            for c in source
+            for c in cameras(root / CALIBRATION)
         ],
     }
-    return description, source
+    return real.write_capture(folder, description)
 
 
 def main():
-    root = real.data("wd2_human20")
-    folder = real.WORK / "wd2_human20"
-    description, source = describe(root)
-    capture = real.write_capture(folder, description)
+    root = real.data(SOURCE)
+    source = cameras(root / CALIBRATION)
+    capture = describe(root, real.WORK / "wd2_human20")
     _, info, out = real.round_trip(capture, "--quality", f"{QUALITY:g}dB", *WINDING)
     real.contact_sheet(capture, iou=0.95)
 
@@ -102,12 +98,12 @@ def main():
 
     squares, pixels, worst = 0.0, 0, np.inf
     for c in source:
-        picture = luma(root / f"wd_data/WD2_{c['id']}_00020.png")
+        picture = real.luma(root / f"wd_data/WD2_{c['id']}_00020.png")
         mask = (
             np.asarray(Image.open(root / f"wd_segmented/WD2_{c['id']}_00020_segmented.png").convert("L"))
             > 128
         )
-        error = ((picture - luma(out / f"cam{c['id']}/0020.png")) ** 2)[mask]
+        error = ((picture - real.luma(out / f"cam{c['id']}/0020.png")) ** 2)[mask]
         worst = min(worst, 10 * np.log10(255**2 / error.mean()))
         squares, pixels = squares + error.sum(), pixels + error.size
     real.figure(

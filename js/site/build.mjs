@@ -1,5 +1,5 @@
-// Builds the demo site into a folder that fvvserve serves: pages, scripts, clips and what is told of them.
-// usage: node build.mjs FOLDER FVVINFO CLIP.fvv ... (the first clip is the one that pages embed)
+// Builds the demo site into a folder that fvvserve serves: pages, scripts, clips and their facts.
+// usage: node build.mjs FOLDER FVVINFO CLIP.fvv ... (pages embed the first clip)
 
 import { execFileSync } from "node:child_process";
 import { copyFileSync, linkSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -8,14 +8,12 @@ import { fileURLToPath } from "node:url";
 
 import { bundle, bundleExample } from "../three/bundle.mjs";
 import { factsOf } from "./clip_facts.mjs";
-import { FIVE_LINES } from "./five_lines.mjs";
-import { frame } from "./frame.mjs";
 import { icon } from "./icon.mjs";
-import { writeSpecification } from "./specification.mjs";
+import { FIVE_LINES, frame, writeSpecification } from "./pages.mjs";
 
 const source = (name) => fileURLToPath(new URL(`src/${name}`, import.meta.url));
 
-/** A hard link where that goes: clips are large. */
+/** A hard link if possible, because clips are large. */
 function bring(from, to) {
   rmSync(to, { force: true });
   try {
@@ -40,7 +38,7 @@ function writePages(out) {
   );
 }
 
-/** inspect(path): what fvvinfo --json says of a file. */
+/** inspect(path): returns the output of fvvinfo --json for a file. */
 export async function buildSite(out, inspect, clips) {
   mkdirSync(join(out, "clips"), { recursive: true });
   await bundle(
@@ -51,7 +49,7 @@ export async function buildSite(out, inspect, clips) {
   await bundleExample(join(out, "three"));
   writePages(out);
   for (const clip of clips) bring(clip, join(out, "clips", basename(clip)));
-  // The page of three.js looks beside itself.
+  // The page of three.js expects its clip in its own folder.
   bring(clips[0], join(out, "three/players.fvv"));
   writeFileSync(
     join(out, "clips.json"),

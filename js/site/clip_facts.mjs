@@ -1,4 +1,4 @@
-// The facts of a clip that its page tells, out of what fvvinfo says of the file.
+// The facts of a clip for its page, from the output of fvvinfo.
 
 import { readFileSync } from "node:fs";
 import { basename } from "node:path";
@@ -11,7 +11,7 @@ function bytesByKind({ tracks, container_bytes: container }) {
   return [...kinds, ["container", container]].map(([kind, bytes]) => ({ kind, bytes }));
 }
 
-/** Without what the clip has not. */
+/** null if the clip has no mesh. */
 function meshOf({ tracks }) {
   const track = tracks.find(({ kind }) => kind === "mesh");
   if (!track) return null;
@@ -27,7 +27,7 @@ function picturesOf({ tracks }) {
   return codec ? { codec, width, height, shows } : null;
 }
 
-/** Cameras that have a picture; others show outlines alone. */
+/** The number of cameras with pictures. */
 function camerasOf({ tracks }) {
   const videos = tracks.filter(({ kind }) => kind === "video").map(({ video }) => video);
   const ids = videos.flatMap(({ shows, tiles = [], camera }) =>
@@ -36,7 +36,7 @@ function camerasOf({ tracks }) {
   return new Set(ids).size;
 }
 
-/** info: what fvvinfo --json says of the file. */
+/** info: the output of fvvinfo --json for the file. */
 export function factsOf(path, info) {
   const name = basename(path, ".fvv");
   const [numerator, denominator] = info.scene.time_base;

@@ -1,4 +1,4 @@
-// The icon of the site: an eye, drawn here, since pages ask for favicon.ico even when they name none.
+// The icon of the site, an eye. Browsers request favicon.ico even if pages do not name it.
 
 import { PNG } from "pngjs";
 
@@ -9,11 +9,11 @@ const [BLUE, WHITE] = [
   [255, 255, 255],
 ];
 
-/** Colour and cover at a point, from -1 to 1 each way; null: nothing. */
+/** The colour at a point, -1 to 1 in each axis; null: transparent. */
 function paint(x, y) {
   const corner = Math.hypot(Math.max(0, Math.abs(x) - 0.55), Math.max(0, Math.abs(y) - 0.55));
   if (corner > 0.45) return null;
-  // Two arcs that meet make an eye, a disc its iris.
+  // Two arcs form the eye, a disc its iris.
   const white = Math.hypot(x, y - 0.55) < 0.95 && Math.hypot(x, y + 0.55) < 0.95;
   return white && Math.hypot(x, y) > 0.24 ? WHITE : BLUE;
 }

@@ -1,5 +1,5 @@
-// Browsers that draw WebGL 2 without a GPU and that tests drive: Chromium without a window, Firefox, which has WebGL in a
-// window only, on a screen in memory. FVV_CHROMIUM, FVV_FIREFOX: other programs than those of PATH.
+// Browsers for tests that draw WebGL 2 without a GPU: headless Chromium, and Firefox on a virtual screen, because it has no
+// headless WebGL. FVV_CHROMIUM, FVV_FIREFOX: paths of programs, if not in PATH.
 
 import { spawn, spawnSync } from "node:child_process";
 
@@ -32,19 +32,19 @@ const kinds = {
     },
   },
 };
-/** What pages say for the sake of their developers; Firefox speaks of drivers. */
+/** Hints for developers, and Firefox's messages about drivers. */
 const harmless = [/WebGL warning: .*(performance|drivers?)/i, /WEBGL_debug_renderer_info is deprecated/];
 
 const absent = (program, parameter) => spawnSync(program, [parameter]).error !== undefined;
 
-/** Why a browser can't be opened here, or false. */
+/** The reason why a browser cannot be opened, or false. */
 export function missingBrowser(name) {
   const { program, screen } = kinds[name];
-  if (absent(program, "--version")) return `no ${program} here`;
-  return screen && absent("Xvfb", "-help") ? "no Xvfb here" : false;
+  if (absent(program, "--version")) return `no ${program} installed`;
+  return screen && absent("Xvfb", "-help") ? "no Xvfb installed" : false;
 }
 
-/** A screen in memory: {display, close}. */
+/** A virtual screen: {display, close}. */
 async function openScreen() {
   const server = spawn("Xvfb", ["-displayfd", "3", "-screen", "0", "1600x1200x24", "-nolisten", "tcp"], {
     stdio: ["ignore", "ignore", "ignore", "pipe"],
@@ -57,7 +57,7 @@ async function openScreen() {
   return { display, close: () => server.kill() };
 }
 
-/** {name, newPage, troubles, close}; troubles: what the pages complain of, also of the content policy. */
+/** {name, newPage, troubles, close}; troubles: errors and warnings of the pages, including violations of the content policy. */
 export async function openBrowser(name = "chromium") {
   const { program, screen: wanted, launch } = kinds[name];
   const path = spawnSync("which", [program], { encoding: "utf8" }).stdout.trim();
@@ -79,7 +79,7 @@ export async function openBrowser(name = "chromium") {
     });
     page.on("pageerror", (error) => troubles.push(error.message));
     page.on("requestfailed", (request) => {
-      // A decoder that is closed leaves off in the middle.
+      // A closed decoder aborts its requests.
       if (!new URL(request.url()).pathname.endsWith(".fvv"))
         troubles.push(`${request.url()}: ${request.failure()?.errorText}`);
     });

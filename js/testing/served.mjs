@@ -1,4 +1,4 @@
-// What tests of pages share: tools of the native build, and a folder that fvvserve serves, under its content policy.
+// Shared by tests: the tools of the native build, and a folder that fvvserve serves under its content policy.
 
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -6,23 +6,23 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
-const root = resolve(fileURLToPath(import.meta.url), "../../..");
-const build = resolve(process.env.FVV_BUILD ?? join(root, "build/default"));
-const program = (name) => join(build, "tools", name, name);
+export const root = resolve(fileURLToPath(import.meta.url), "../../..");
+export const build = resolve(process.env.FVV_BUILD ?? join(root, "build/default"));
+export const toolPath = (name) => join(build, "tools", name, name);
 
-/** Answers what the tool prints. */
+/** Returns what the tool prints. */
 export function tool(name, ...parameters) {
-  const { status, stdout, stderr, error } = spawnSync(program(name), parameters, { encoding: "utf8" });
+  const { status, stdout, stderr, error } = spawnSync(toolPath(name), parameters, { encoding: "utf8" });
   if (error) throw error;
   if (status !== 0) throw new Error(`${name} ${parameters.join(" ")}: ${status}\n${stderr}`);
   return stdout;
 }
 
-/** {folder, url, close}. live: files that are played again and again at /live/NAME. */
+/** {folder, url, close}. live: files that are played in a loop at /live/NAME. */
 export async function serveFolder(live = {}) {
   const folder = mkdtempSync(join(tmpdir(), "fvv-page-"));
   const streams = Object.entries(live).flatMap(([name, file]) => ["--live", `${name}=${file}`]);
-  const server = spawn(program("fvvserve"), ["--root", folder, "--port", "0", "--loop", ...streams], {
+  const server = spawn(toolPath("fvvserve"), ["--root", folder, "--port", "0", "--loop", ...streams], {
     stdio: ["ignore", "pipe", "inherit"],
   });
   const url = await new Promise((listening, failed) => {

@@ -9,7 +9,7 @@ import { build } from "esbuild";
 const here = dirname(fileURLToPath(import.meta.url));
 const decoder = join(here, "../decoder/dist");
 
-/** scripts: one or several, of pages; files: what lies beside them as it is. The worker is a script of its own, and shares chunks. */
+/** scripts: one or several scripts of pages; files: copied as they are. The worker is a separate script that shares chunks. */
 export async function bundle(scripts, files, out) {
   const pages = [scripts].flat().map((script) => [basename(script, ".js"), script]);
   mkdirSync(out, { recursive: true });
@@ -20,7 +20,7 @@ export async function bundle(scripts, files, out) {
     splitting: true,
     minify: true,
     target: "es2022",
-    // Also for scripts that lie elsewhere, as those of bench.
+    // For scripts in other folders, such as bench.
     nodePaths: [join(here, "../node_modules")],
     outdir: out,
     logLevel: "warning",

@@ -52,19 +52,19 @@ static void put_camera(const fvv_camera *camera) {
   if (fvv_camera_project(camera, point, pixel, pixel + 2)) put("pixel", camera->id, pixel, sizeof pixel);
 }
 
-static void put_shares(fvv_stream *stream, size_t frame, const fvv_visibility *visibility) {
+static void put_weights(fvv_stream *stream, size_t frame, const fvv_visibility *visibility) {
   fvv_mesh mesh;
   if (fvv_stream_mesh(stream, frame, visibility->header.mesh_track, &mesh, NULL) != FVV_OK) exit(1);
   uint32_t *counts = malloc(8 * (size_t)mesh.vertex_count + 1);
-  uint8_t *shares = malloc((size_t)mesh.vertex_count + 1);
-  if (!counts || !shares) exit(1);
+  uint8_t *weights = malloc((size_t)mesh.vertex_count + 1);
+  if (!counts || !weights) exit(1);
   for (size_t i = 0; i < visibility->header.camera_count; i++) {
     fvv_visibility_shares(&mesh, visibility->header.domain,
-                          visibility->states + i * visibility->header.element_count, counts, shares);
-    put("shares", visibility->cameras[i], shares, mesh.vertex_count);
+                          visibility->states + i * visibility->header.element_count, counts, weights);
+    put("weights", visibility->cameras[i], weights, mesh.vertex_count);
   }
   free(counts);
-  free(shares);
+  free(weights);
   fvv_mesh_free(&mesh);
 }
 
@@ -146,7 +146,7 @@ static void put_track(fvv_stream *stream, size_t frame, const fvv_track *track, 
     const size_t elements = visibility->header.element_count;
     for (size_t i = 0; i < visibility->header.camera_count; i++)
       put("visibility", visibility->cameras[i], visibility->states + i * elements, elements);
-    put_shares(stream, frame, visibility);
+    put_weights(stream, frame, visibility);
   }
   if (track->kind == FVV_TRACK_VIDEO &&
       fvv_stream_sample(stream, frame, track->id, &sample, &size, &key, NULL) == FVV_OK)

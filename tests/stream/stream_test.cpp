@@ -291,16 +291,16 @@ fvv_diagnostic problem_of(const Bytes &payload) {
   return d;
 }
 
-Stream vector_stream(bool told) {
+Stream vector_stream(bool has_chunk) {
   Stream out = good_stream(2);
   out.repeat = true;
-  if (told) out.configuration.push_back(texturing_chunk());
+  if (has_chunk) out.configuration.push_back(texturing_chunk());
   return out;
 }
 
-const char *path_of(bool told, bool text) {
-  if (text) return told ? FVV_TEXTURING_VECTORS "/told.txt" : FVV_TEXTURING_VECTORS "/untold.txt";
-  return told ? FVV_TEXTURING_VECTORS "/told.fvv" : FVV_TEXTURING_VECTORS "/untold.fvv";
+const char *path_of(bool has_chunk, bool text) {
+  if (text) return has_chunk ? FVV_TEXTURING_VECTORS "/explicit.txt" : FVV_TEXTURING_VECTORS "/default.txt";
+  return has_chunk ? FVV_TEXTURING_VECTORS "/explicit.fvv" : FVV_TEXTURING_VECTORS "/default.fvv";
 }
 
 Bytes contents(const char *path) {
@@ -383,8 +383,8 @@ TEST_CASE("6101, 6102: texturing out of range, of another size, or twice") {
 }
 
 TEST_CASE("libfvv reads of the vectors what the plain reader of the specification reads") {
-  for (const bool told : {false, true}) {
-    const Bytes bytes = contents(path_of(told, false)), text = contents(path_of(told, true));
+  for (const bool has_chunk : {false, true}) {
+    const Bytes bytes = contents(path_of(has_chunk, false)), text = contents(path_of(has_chunk, true));
     Opened opened(bytes);
     std::ostringstream ours;
     for (size_t g = 0; g < 2; g++) {
@@ -400,5 +400,6 @@ TEST_CASE("libfvv reads of the vectors what the plain reader of the specificatio
 }
 
 TEST_CASE("write the texturing vectors", "[.][make]") {
-  for (const bool told : {false, true}) write_vector(path_of(told, false), write(vector_stream(told)));
+  for (const bool has_chunk : {false, true})
+    write_vector(path_of(has_chunk, false), write(vector_stream(has_chunk)));
 }

@@ -1,16 +1,20 @@
-"""What the tests of the command line share: where the tools are, how one is run, and streams to give them."""
+"""Shared by the tests of the command line: where the tools are, how one is run, and files to give them."""
 
+import json
 import os
 import pathlib
 import subprocess
 import sys
 
+import jsonschema
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SPEC = ROOT / "spec"
-TINY = ROOT / "conformance" / "tiny"
-sys.path.insert(0, str(SPEC))
+CONFORMANCE = ROOT / "conformance"
+TINY = CONFORMANCE / "tiny"
+# For `from reference import ...` and `from real_capture import ...`.
+sys.path[:0] = [str(CONFORMANCE), str(CONFORMANCE / "real")]
 
 
 def pytest_configure(config):
@@ -18,31 +22,70 @@ def pytest_configure(config):
 
 
 def tool_path(name):
-    """The tool of the build that FVV_TOOLS_DIR names, or None when it was not built."""
+    """The tool of the build that FVV_TOOLS_DIR names."""
     folder = os.environ.get("FVV_TOOLS_DIR")
     if not folder:
         raise RuntimeError(
             "set FVV_TOOLS_DIR to the folder 'tools' of a build, for instance build/default/tools"
         )
     path = pathlib.Path(folder).resolve() / name / name
-    return path if path.is_file() else None
+    assert path.is_file(), f"{name} was not built"
+    return path
 
 
 class Tool:
-    def __init__(self, path):
-        self.path = path
+    """A tool to call: returns the finished process, with stdout and stderr as bytes."""
+
+    def __init__(self, name):
+        self.path = tool_path(name)
 
     def __call__(self, *arguments, stdin=b"", cwd=None):
-        """Runs the tool; the answer has returncode, stdout and stderr, both as bytes."""
         command = [str(self.path), *map(str, arguments)]
         return subprocess.run(command, input=stdin, capture_output=True, cwd=cwd, timeout=60)
 
 
+def run(name, *arguments, code=0, warns=False):
+    """Runs a tool and returns the finished process, with stdout and stderr as text.
+
+    Its exit code has to be `code`, or one of several. Success is silent on stderr unless a warning is expected.
+    """
+    command = [str(tool_path(name)), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert done.returncode in (code if isinstance(code, tuple) else (code,)), done.stderr
+    if done.returncode == 0 and not warns:
+        assert done.stderr == ""
+    return done
+
+
+def figures(name, *arguments, code=0):
+    """What a tool prints with --json."""
+    return read_json(run(name, *arguments, "--json", code=code), name)
+
+
+def read_json(done, name):
+    """The standard output of a finished tool as JSON, checked against the tool's schema."""
+    document = json.loads(done.stdout)
+    validate(document, name)
+    return document
+
+
+def schema(name):
+    return json.loads((SPEC / f"{name}.schema.json").read_text())
+
+
+def validate(document, name):
+    """Fails unless the document is as spec/NAME.schema.json says."""
+    jsonschema.validate(document, schema(name), cls=jsonschema.Draft202012Validator)
+
+
 @pytest.fixture(scope="session")
 def fvvinfo():
-    path = tool_path("fvvinfo")
-    assert path, "fvvinfo was not built"
-    return Tool(path)
+    return Tool("fvvinfo")
+
+
+@pytest.fixture(scope="session")
+def fvvmux():
+    return Tool("fvvmux")
 
 
 @pytest.fixture(scope="session")

@@ -1,9 +1,8 @@
 """Calibrations in five formats, written from random cameras by formulas of this file alone.
 
-make() gives for each format its files, the arguments of fvvimport, and where points of the scene must appear
-by that format's own definition. measure() imports them and answers by how many pixels the cameras of the
-capture.json, projected as spec/fvv.md clause 9 says, miss these places. Run as a script it prints that as JSON
-(bench.py does). Knows nothing of libfvv's or fvvimport's code.
+A function of WRITERS writes the files of one format and returns the arguments of fvvimport and the cameras, which project
+points by that format's own definition. measure() imports the files and returns by how many pixels the cameras of the
+capture.json, projected by spec/fvv.md clause 9, miss these places. As a script it prints that as JSON for bench.py.
 """
 
 import json
@@ -34,7 +33,7 @@ RANGES = {"k1": 0.08, "k2": 0.02, "k3": 0.004, "k4": 0.03, "k5": 0.01, "k6": 0.0
 
 
 class Camera:
-    """World -> camera R, t (x right, y down, z forward); principal point by the count of the format."""
+    """World -> camera R, t (x right, y down, z forward); the principal point is in the format's pixel convention."""
 
     def __init__(self, random, keys="", fisheye=False, focal_lengths=2):
         self.fisheye = fisheye
@@ -57,7 +56,7 @@ class Camera:
         return out
 
     def project(self, points):
-        """By the count of the format."""
+        """Pixels in the format's convention."""
         x, y, z = self.r @ points.T + self.t[:, None]
         return self.c + self.f * distort(np.stack([x / z, y / z], 1), self.k, self.fisheye)
 
@@ -94,7 +93,7 @@ def distort(p, k, fisheye):
 
 
 def points_before(camera, random, count=200):
-    """World points that appear all over the picture and a little beyond, 2 to 9 units in front of it."""
+    """World points all over the picture and a little beyond, 2 to 9 units in front of the camera."""
     z = random.uniform(2, 9, count)
     xy = random.uniform(-0.5, 0.5, (count, 2)) * [WIDTH, HEIGHT] / camera.f
     return (np.column_stack([xy * z[:, None], z]) - camera.t) @ camera.r
@@ -259,7 +258,7 @@ def project_capture(camera, points):
 
 
 def measure(tool, name, folder, seed=1):
-    """The largest distance in pixels by NumPy, and by fvvimport --check."""
+    """Returns the largest distance in pixels by NumPy, and by fvvimport --check."""
     random = np.random.default_rng(seed)
     arguments, cameras = WRITERS[name](folder, random)
     out, observed = folder / "capture.json", folder / "observed.txt"

@@ -1,4 +1,4 @@
-"""A running fvvserve, and the least of HTTP and WebSocket that its tests need: every byte sent is the test's own."""
+"""A running fvvserve, and as much HTTP and WebSocket as its tests need, written out so that a test controls every byte."""
 
 import base64
 import contextlib
@@ -16,11 +16,11 @@ from conftest import tool_path
 TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
 SIZE = 1000
 CONTENT = bytes(i * 7 % 251 for i in range(SIZE))
-SECRET = b"nobody may read this"
+SECRET = b"not for readers"
 
 
 def make_site(base):
-    """A folder to serve with what may and what may not be had below and beside it."""
+    """A folder to serve, with public and secret files in it and beside it."""
     root = base / "root"
     (root / "sub").mkdir(parents=True)
     (base / "rootless").mkdir()
@@ -51,14 +51,12 @@ class Reply:
 
 
 class Server:
-    """fvvserve on a port that the system chose. Ends with the block, and must do so in good order."""
+    """fvvserve on a port that the system chose. Ends with the block, and has to end cleanly."""
 
     def __init__(self, *arguments, stdin=subprocess.DEVNULL):
-        path = tool_path("fvvserve")
-        assert path, "fvvserve was not built"
-        command = [str(path), "--port", "0", "--verbose", *map(str, arguments)]
+        command = [str(tool_path("fvvserve")), "--port", "0", "--verbose", *map(str, arguments)]
         pipe = subprocess.PIPE
-        # What AddressSanitizer keeps of freed memory would hide how much the server holds.
+        # Freed memory that AddressSanitizer keeps would hide the server's own.
         environment = {"ASAN_OPTIONS": "quarantine_size_mb=1"} | os.environ
         self.process = subprocess.Popen(command, stdin=stdin, stdout=pipe, stderr=pipe, env=environment)
         self.line = self.process.stdout.readline().decode()
@@ -78,7 +76,7 @@ class Server:
             self.stderr = self.process.communicate(timeout=10)[1].decode()
         finally:
             self.process.kill()
-        # Under a sanitizer a fault is a code of its own.
+        # A sanitizer that finds a fault gives another code.
         assert self.process.returncode == 0, self.stderr
 
     def memory(self):
@@ -95,7 +93,7 @@ class Server:
         return connection
 
     def raw(self, request, head=False):
-        """Sends bytes, answers the reply."""
+        """Sends bytes and returns the reply."""
         with contextlib.closing(self.connect()) as connection:
             connection.sendall(request)
             return read_reply(connection.makefile("rb"), head)
@@ -124,7 +122,7 @@ def read_reply(stream, head=False):
 
 
 class Live:
-    """A WebSocket as of RFC 6455, client's side."""
+    """The client of a WebSocket (RFC 6455)."""
 
     def __init__(self, connection, name, headers):
         self.socket, self.buffer = connection, b""
@@ -133,7 +131,7 @@ class Live:
         lines += [f"Sec-WebSocket-Key: {key}", "Sec-WebSocket-Version: 13"]
         lines += [f"{name}: {value}" for name, value in headers.items()]
         connection.sendall("\r\n".join([*lines, "", ""]).encode())
-        # Byte by byte, so that nothing of what follows is taken.
+        # Byte by byte, so that no byte after the header is read.
         while not self.buffer.endswith(b"\r\n\r\n"):
             self.buffer += connection.recv(1)
         self.reply = read_reply(io.BytesIO(self.buffer), head=True)
@@ -157,7 +155,7 @@ class Live:
         self.socket.sendall(bytes([0x80 | kind]) + size + bytes(4) + payload)  # a mask of zeros
 
     def fill(self, size):
-        """Whether the buffer has so many bytes. A timeout leaves what is there."""
+        """Fills the buffer to a size and returns whether that worked. A timeout leaves what is there."""
         while len(self.buffer) < size:
             try:
                 data = self.socket.recv(1 << 20)
@@ -169,7 +167,7 @@ class Live:
         return True
 
     def receive(self):
-        """(kind, payload) of a whole message; pings are answered. None: the connection is gone."""
+        """Returns (kind, payload) of a whole message and answers pings. None: the connection is gone."""
         while self.fill(2):
             kind, size, begin = self.buffer[0] & 15, self.buffer[1], 2
             assert self.buffer[0] & 0xF0 == 0x80 and size < 128, "one whole unmasked frame"

@@ -1,8 +1,7 @@
 """sweep.py FILE...: does fvvinfo --check find every cut and every flipped bit?
 
-For each file, which has to be complete: every shorter length from 0 on, and every single bit turned round. A case that
-fvvinfo calls complete, or for which it exits with 0, is silently wrong. Knows nothing of the format but the size of the
-file header. Prints {"cases": N, "silent_wrong": M}; FVV_TOOLS_DIR names the build's folder of tools.
+For each file, which has to be complete, it tries every shorter length and every single flipped bit. A case that fvvinfo
+calls complete, or for which it exits with 0, is silently wrong. Prints {"cases": N, "silent_wrong": M}; FVV_TOOLS_DIR names the build's folder of tools.
 """
 
 import argparse
@@ -33,13 +32,13 @@ class Result:
     def __init__(self):
         self.cases = 0
         self.silent_wrong = 0
-        self.unexpected = []  # found, or not, by another exit code than expected; the first 20
+        self.unexpected = []  # an exit code other than the expected one; the first 20
 
-    def take(self, answers):
-        for case, code in answers:
+    def take(self, results):
+        for case, code in results:
             if code != case.expected and len(self.unexpected) < 20:
                 self.unexpected.append(f"{case.name}: exit code {code}, expected {case.expected}")
-        self.silent_wrong += len({case.name for case, code in answers if code == 0})
+        self.silent_wrong += len({case.name for case, code in results if code == 0})
 
 
 def count(content):
@@ -50,9 +49,9 @@ def all_cases(name, content):
     for size in range(len(content)):
         yield Case(f"{name}-cut-{size}", content[:size], 3 if size >= FILE_HEADER_SIZE else 1)
     for bit in range(8 * len(content)):
-        turned = bytearray(content)
-        turned[bit // 8] ^= 1 << bit % 8
-        yield Case(f"{name}-bit-{bit}", bytes(turned), 1)
+        flipped = bytearray(content)
+        flipped[bit // 8] ^= 1 << bit % 8
+        yield Case(f"{name}-bit-{bit}", bytes(flipped), 1)
 
 
 def batches(cases):
@@ -66,7 +65,7 @@ def run(tool, *arguments, cwd):
 
 
 def judge_batch(tool, folder, cases, alone):
-    """Answers (case, exit code): one start for all, and one more each for those whose place is in alone."""
+    """Returns (case, exit code) by one run for all cases, and by a run of its own for each case in alone."""
     with tempfile.TemporaryDirectory(dir=folder) as work:
         for case in cases:
             pathlib.Path(work, case.name).write_bytes(case.content)
@@ -85,7 +84,7 @@ def judge_batch(tool, folder, cases, alone):
 
 
 def sweep(tool, folder, files, alone=250):
-    """files: name to bytes. alone: so many cases of each file are given to a start of their own as well."""
+    """files: name to bytes. alone: how many cases of each file are also run in a process of their own."""
     result = Result()
     random_numbers = random.Random(1)
     workers = os.cpu_count() or 1
@@ -110,7 +109,7 @@ def sweep(tool, folder, files, alone=250):
 
 
 def memory_folder():
-    """Where temporary files cost least; None is the system's default."""
+    """The cheapest place for temporary files; None is the system's default."""
     return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
 

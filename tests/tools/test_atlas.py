@@ -1,18 +1,12 @@
 """fvvsynth --atlas: tracked meshes with texture coordinates and a texture map, through the whole chain."""
 
 import json
-import subprocess
-import sys
 
-import jsonschema
 import numpy as np
 import pytest
-from conftest import ROOT, SPEC, tool_path
+from conftest import figures, run
 from PIL import Image
-from test_chain import luma, run
-
-sys.path.insert(0, str(ROOT / "conformance/real"))
-from real_capture import read_ply, read_ply_texture, triangle_set  # noqa: E402
+from real_capture import luma, read_ply, read_ply_texture, triangle_set
 
 FRAMES = 3
 SMALL = ("--rig", "small", "--frames", FRAMES)
@@ -36,7 +30,7 @@ def bare(tmp_path_factory):
     return folder
 
 
-def test_the_atlas_changes_meshes_in_their_vertices_alone(capture, bare):
+def test_the_atlas_changes_only_the_vertices_of_meshes(capture, bare):
     with_atlas, without = files(capture), files(bare)
     assert set(with_atlas) == set(without) | {"atlas.png"}
     description = json.loads(with_atlas["capture.json"].read_text())
@@ -46,7 +40,7 @@ def test_the_atlas_changes_meshes_in_their_vertices_alone(capture, bare):
         if name.startswith("meshes/"):
             (positions, faces), (opened, corners) = read_ply(path), read_ply(with_atlas[name])
             assert np.array_equal(positions[faces], opened[corners])
-            assert np.array_equal(opened[: len(positions)], positions), "copies stand behind the vertices"
+            assert np.array_equal(opened[: len(positions)], positions), "copies follow the vertices"
         elif name.startswith("visibility/vertices_"):
             opened = read_ply(with_atlas[name.replace("visibility/vertices_", "meshes/")[:-3] + "ply"])[0]
             seen = np.load(with_atlas[name])
@@ -56,7 +50,7 @@ def test_the_atlas_changes_meshes_in_their_vertices_alone(capture, bare):
             assert path.read_bytes() == with_atlas[name].read_bytes(), name
 
 
-def test_texture_coordinates_lie_in_the_atlas_and_are_those_of_all_frames(capture):
+def test_texture_coordinates_are_inside_the_atlas_and_the_same_in_all_frames(capture):
     first = read_ply_texture(capture / "meshes/0000.ply")
     assert first.min() > 0 and first.max() < 1
     faces = read_ply(capture / "meshes/0000.ply")[1]
@@ -83,7 +77,7 @@ def test_the_same_bytes_for_any_number_of_threads(capture, tmp_path):
         ("h264", 1000, (800, 800), "8192x8192 and 530841 pixels (H.264 level 5.2)", "0.91"),
     ],
 )
-def test_an_atlas_that_decoders_need_not_take_is_told_of(tmp_path, codec, rate, size, limit, scale):
+def test_an_atlas_beyond_the_limits_of_decoders_is_warned_of(tmp_path, codec, rate, size, limit, scale):
     Image.new("RGB", size, (90, 120, 30)).save(tmp_path / "atlas.png")
     (tmp_path / "mesh.obj").write_text(
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\n"
@@ -101,15 +95,12 @@ def test_an_atlas_that_decoders_need_not_take_is_told_of(tmp_path, codec, rate, 
         "cameras": [],
     }
     (tmp_path / "capture.json").write_text(json.dumps(description))
-    command = [tool_path("fvvmux"), tmp_path, "--codec", codec, "--quality", "40", "-o", tmp_path / "x.fvv"]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (
-        3,
-        f"fvvmux: warning: {tmp_path}/capture.json: the atlas is sent with {size[0]}x{size[1]} pixels, and not all "
-        f"players can show more than {limit} (--atlas-scale {scale} keeps it)\n",
-    )
-    done = subprocess.run([*command, "--force", "--atlas-scale", scale], capture_output=True, text=True)
-    assert (done.returncode, done.stderr) == (0, "")
+    command = ["fvvmux", tmp_path, "--codec", codec, "--quality", "40", "-o", tmp_path / "x.fvv", "--force"]
+    warning = run(*command, code=3).stderr
+    assert warning.startswith(f"fvvmux: warning: {tmp_path}/capture.json: ") and warning.count("\n") == 1
+    for value in f"{size[0]}x{size[1]} pixels", limit, f"--atlas-scale {scale}":
+        assert value in warning
+    run(*command, "--atlas-scale", scale)
 
 
 def chromaticities(picture, x, y):
@@ -119,7 +110,7 @@ def chromaticities(picture, x, y):
 
 
 def test_cameras_see_the_colours_of_the_atlas(capture):
-    """Nothing of the tools' own: pinholes and look-ups, in pictures that are lit and the atlas that is not."""
+    """By pinholes and look-ups of this test alone, in pictures that are lit and the atlas that is not."""
     atlas = Image.open(capture / "atlas.png")
     description = json.loads((capture / "capture.json").read_text())
     positions, faces = read_ply(capture / "meshes/0001.ply")
@@ -143,7 +134,7 @@ def test_cameras_see_the_colours_of_the_atlas(capture):
 
 
 def farthest(folders, name, bits):
-    """Of the vertices of the second mesh from the nearest of the first with the same texture indices, an axis."""
+    """The largest distance on an axis from a vertex of the second mesh to the nearest of the first with its texture indices."""
     there = {}
     (source, decoded) = (
         zip(np.rint(read_ply_texture(f / name) * 2**bits).astype(int).tolist(), read_ply(f / name)[0])
@@ -157,14 +148,12 @@ def farthest(folders, name, bits):
 @pytest.mark.parametrize("options", [[], pytest.param(["--no-delta"], marks=pytest.mark.long)])
 def test_into_a_stream_and_out_of_it(capture, tmp_path, options):
     stream, out = tmp_path / "players.fvv", tmp_path / "out"
-    summary = json.loads(run("fvvmux", capture, "-o", stream, "--verify", "--json", *options))
+    summary = figures("fvvmux", capture, "-o", stream, "--verify", *options)
     assert summary["mesh"]["delta"]["frames"] == (0 if options else FRAMES - 1)
     assert summary["verified"]["atlas"]["pictures"] == FRAMES
     bits = summary["atlas"]["texture_bits"]
 
-    document = json.loads(run("fvvinfo", "--check", "--json", stream))
-    jsonschema.validate(document, json.loads((SPEC / "fvvinfo.schema.json").read_text()))
-    info = document["files"][0]
+    info = figures("fvvinfo", "--check", stream)["files"][0]
     assert (info["integrity"], info["whole_frames"]) == ("complete", FRAMES)
     assert [track["kind"] for track in info["tracks"]] == ["mesh", "video", "video", "visibility"]
 
@@ -174,7 +163,7 @@ def test_into_a_stream_and_out_of_it(capture, tmp_path, options):
     off = (0.5 + summary["mesh"]["delta"]["max_error_steps"]) * step
     source_atlas = luma(capture / "atlas.png")
     for frame in range(FRAMES):
-        # Corners as points of five dimensions: a position, and where in the atlas its colour stands.
+        # Corners as points in five dimensions: position and texture coordinates.
         name = f"meshes/{frame:04d}.ply"
         is_delta = frame > 0 and not options
         scale = np.array([0 if is_delta else 1 / step] * 3 + [2**bits] * 2)
@@ -203,8 +192,6 @@ def test_into_a_stream_and_out_of_it(capture, tmp_path, options):
     ],
 )
 def test_options_that_do_not_go_together(tmp_path, arguments, message):
-    command = [tool_path("fvvsynth"), "-o", tmp_path / "out", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 2
+    done = run("fvvsynth", "-o", tmp_path / "out", *arguments, code=2)
     assert message in done.stderr
     assert not (tmp_path / "out").exists()

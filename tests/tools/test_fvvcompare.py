@@ -5,16 +5,14 @@ import json
 
 import numpy as np
 import pytest
-from conftest import TINY, Tool, tool_path
+from conftest import TINY, Tool, read_json
 
 CELLS = 12
 
 
 @pytest.fixture(scope="module")
 def fvvcompare():
-    path = tool_path("fvvcompare")
-    assert path, "fvvcompare was not built"
-    return Tool(path)
+    return Tool("fvvcompare")
 
 
 def write_capture(folder, heights, **changes):
@@ -42,12 +40,12 @@ def write_capture(folder, heights, **changes):
 
 @pytest.fixture(scope="module")
 def planes(tmp_path_factory):
-    """Two captures of three frames that lie 1, 2 and 3 mm apart."""
+    """Two captures of three frames that are 1, 2 and 3 mm apart."""
     root = tmp_path_factory.mktemp("planes")
     return write_capture(root / "a", [0, 0, 0]), write_capture(root / "b", [0.001, 0.002, 0.003])
 
 
-def test_text_says_what_was_measured_and_how(fvvcompare, planes):
+def test_text_has_the_figures_and_their_settings(fvvcompare, planes):
     done = fvvcompare(*planes, "--samples", 1000)
     assert (done.returncode, done.stderr) == (0, b"")
     text = done.stdout.decode()
@@ -61,11 +59,11 @@ def test_text_says_what_was_measured_and_how(fvvcompare, planes):
     assert "temporal: rms 1.0000 mm, max 1.0000 mm in 2 pairs of frames" in text
 
 
-def test_json_and_csv_tell_every_frame(fvvcompare, planes, tmp_path):
+def test_json_and_csv_have_every_frame(fvvcompare, planes, tmp_path):
     table = tmp_path / "out.csv"
     done = fvvcompare(*planes, "--json", "--csv", table, "--peak", 0.5)
     assert done.returncode == 0, done.stderr
-    document = json.loads(done.stdout)
+    document = read_json(done, "fvvcompare")
     assert (document["peak"], document["peak_is"], document["unit"]) == (0.5, "given", "metres")
     assert document["distance"]["symmetric"]["rms"] == pytest.approx(np.sqrt(14 / 3) * 1e-3)
     assert document["temporal"]["rms"] == pytest.approx(1e-3)
@@ -87,7 +85,7 @@ def test_json_and_csv_tell_every_frame(fvvcompare, planes, tmp_path):
 
 def test_equal_sequences_have_no_psnr(fvvcompare, planes):
     done = fvvcompare(planes[0], planes[0], "--json")
-    document = json.loads(done.stdout)
+    document = read_json(done, "fvvcompare")
     assert done.returncode == 0
     assert document["d1"]["symmetric"] == {"mse": 0, "psnr": None}
     assert b"equal" in fvvcompare(planes[0], planes[0]).stdout
@@ -103,13 +101,13 @@ def test_bounds_make_it_fail(fvvcompare, planes):
     done = fvvcompare(*planes, "--max-rms", 0.0021)
     assert done.returncode == 1
     assert done.stderr.startswith(b"fvvcompare: symmetric rms distance is 0.00216")
-    assert done.stdout, "the figures come all the same"
+    assert done.stdout, "the figures are printed anyway"
     done = fvvcompare(*planes, "--max-distance", 0.0029)
     assert (done.returncode, done.stderr.count(b"\n")) == (1, 1)
     assert b"Hausdorff distance is 0.003" in done.stderr
 
 
-def test_what_could_not_be_compared_is_told_by_exit_code_3(fvvcompare, planes, tmp_path):
+def test_frames_without_a_partner_give_exit_code_3(fvvcompare, planes, tmp_path):
     shorter = write_capture(tmp_path / "shorter", [0.001, 0.002])
     done = fvvcompare(planes[0], shorter)
     assert done.returncode == 3
@@ -120,14 +118,13 @@ def test_what_could_not_be_compared_is_told_by_exit_code_3(fvvcompare, planes, t
     done = fvvcompare(planes[0], shorter, "--frames", "0-1", "--json")
     assert done.returncode == 3
     assert b"0001.obj: cannot be opened" in done.stderr
-    assert len(json.loads(done.stdout)["losses"]) == 1
+    assert len(read_json(done, "fvvcompare")["losses"]) == 1
 
 
 @pytest.fixture(scope="module")
-def stream(planes, tmp_path_factory):
+def stream(fvvmux, planes, tmp_path_factory):
     """The second capture as a stream of three groups with a frame each."""
     path = tmp_path_factory.mktemp("stream") / "planes.fvv"
-    fvvmux = Tool(tool_path("fvvmux"))
     done = fvvmux(planes[1], "-o", path, "--step", "1mm", "--keep-geometry", "--group", 1)
     assert done.returncode == 0, done.stderr
     return path
@@ -140,14 +137,14 @@ def test_a_cut_stream_is_compared_as_far_as_it_goes(fvvcompare, planes, stream, 
     cut.write_bytes(stream.read_bytes()[:-500])  # into the third group
     done = fvvcompare(planes[1], cut, "--json")
     assert done.returncode == 3
-    assert [frame["b"]["frame"] for frame in json.loads(done.stdout)["frames"]] == [0, 1]
+    assert [frame["b"]["frame"] for frame in read_json(done, "fvvcompare")["frames"]] == [0, 1]
     assert b"the stream ends inside a chunk" in done.stderr
     assert b"1 of 3 frames has no partner: 2" in done.stderr
 
 
-def test_a_damaged_mesh_is_told_and_shifts_nothing(fvvcompare, planes, stream, tmp_path):
+def test_a_damaged_mesh_is_reported_and_shifts_nothing(fvvcompare, planes, stream, tmp_path):
     original = stream.read_bytes()
-    # Tables name the type too; the chunk is the first place in each group.
+    # Tables name the type too; the chunk comes first in each group.
     groups = [i for i in range(0, len(original), 8) if original[i : i + 4] == b"GRUP"][:3]
     headers = [original.index(b"MESH", group) for group in groups]
     for number in range(3):
@@ -158,7 +155,7 @@ def test_a_damaged_mesh_is_told_and_shifts_nothing(fvvcompare, planes, stream, t
         done = fvvcompare(planes[1], path, "--json", "--max-distance", 1e-3)
         assert done.returncode == 3
         assert b"CRC of the payload does not match" in done.stderr
-        frames = [frame["b"]["frame"] for frame in json.loads(done.stdout)["frames"]]
+        frames = [frame["b"]["frame"] for frame in read_json(done, "fvvcompare")["frames"]]
         assert frames == [n for n in range(3) if n != number]
 
 
@@ -170,7 +167,7 @@ def test_a_stream_without_its_beginning_keeps_its_times(fvvcompare, planes, stre
     done = fvvcompare(planes[1], path, "--json", "--max-distance", 1e-3)
     assert done.returncode == 3
     assert b"frames are numbered from tick 0" in done.stderr
-    assert [frame["a"]["frame"] for frame in json.loads(done.stdout)["frames"]] == [1, 2]
+    assert [frame["a"]["frame"] for frame in read_json(done, "fvvcompare")["frames"]] == [1, 2]
 
 
 @pytest.mark.parametrize(
@@ -192,7 +189,7 @@ def test_usage(fvvcompare, planes, arguments, expected):
     assert done.stdout == b""
 
 
-def test_files_that_are_no_sequences(fvvcompare, planes, tmp_path):
+def test_files_that_are_not_sequences(fvvcompare, planes, tmp_path):
     junk = tmp_path / "junk.fvv"
     junk.write_bytes(b"no stream")
     for other in junk, tmp_path / "absent.fvv", tmp_path, *sorted(TINY.glob("empty.fvv")):

@@ -1,14 +1,13 @@
-"""fvvinfo as its users see it: exit codes, what goes to which stream, and JSON by its schema."""
+"""fvvinfo from outside: exit codes, standard output and error, and JSON by its schema."""
 
-import json
 import re
 
-import jsonschema
 import pytest
-import tiny
-from conftest import SPEC
-
-SCHEMA = json.loads((SPEC / "fvvinfo.schema.json").read_text())
+from conftest import read_json
+from reference import tiny
+from reference.container import Stream
+from reference.mesh import raw_parts
+from reference.tiny import TETRAHEDRON
 
 
 @pytest.fixture
@@ -28,10 +27,8 @@ def flipped(content, offset, bit=0):
     return bytes(out)
 
 
-def read_json(done):
-    document = json.loads(done.stdout)
-    jsonschema.validate(document, SCHEMA, cls=jsonschema.Draft202012Validator)
-    return document["files"]
+def files_of(done):
+    return read_json(done, "fvvinfo")["files"]
 
 
 def test_complete_files_are_silent_on_stderr(fvvinfo, tiny_files):
@@ -62,14 +59,14 @@ CORNERS = [(0, 0), (1, 0), (2, 2), (0, 1)]
 
 def textured(bits_of_groups):
     """A stream of one group for each list of bits, one frame for each number."""
-    stream, time = tiny.Stream(), 0
+    stream, time = Stream(), 0
     stream.scene()
     stream.track(1, 1, "mesh")
     for frames in bits_of_groups:
         stream.begin_group(time, time + len(frames))
         for bits in frames:
-            mesh = tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES, CORNERS if bits else (), bits)
-            stream.chunk("MESH", mesh, track=1, time=time, key=True)
+            mesh = TETRAHEDRON._replace(texture=CORNERS if bits else (), texture_bits=bits)
+            stream.chunk("MESH", raw_parts(mesh), track=1, time=time, key=True)
             time += 1
         stream.end_group()
     return stream.finish()
@@ -90,14 +87,14 @@ def test_texture_coordinates(fvvinfo, tmp_path, bits_of_groups, text, texture):
     assert (done.returncode, done.stderr) == (0, b"")
     assert f"4 vertices, 4 triangles{text}; " in done.stdout.decode()
     for options in [], ["--check"]:
-        assert read_json(fvvinfo("--json", *options, path))[0]["tracks"][0]["mesh"].get("texture") == texture
+        assert files_of(fvvinfo("--json", *options, path))[0]["tracks"][0]["mesh"].get("texture") == texture
 
 
 def test_texture_coordinates_in_one_mesh_of_a_group(fvvinfo, tmp_path):
     path = put(tmp_path, textured([[12, 12, 0]]))
     done = fvvinfo(path.name, cwd=tmp_path)
     assert done.returncode == 1
-    offset = 0xD8 + 2 * (32 + 112 + 32) + 32 + 2  # behind two MESH chunks with 8 bytes more a vertex
+    offset = 0xD8 + 2 * (32 + 112 + 32) + 32 + 2  # after two MESH chunks with 8 bytes more a vertex
     assert done.stderr.decode() == (
         f"file.fvv: {offset:#x}: MESH: 0 texture bits, the first mesh of the track in this group has 12 [FVV-3016]\n"
     )
@@ -118,7 +115,7 @@ def test_chunk_list(fvvinfo, tiny_files):
 
 def test_json_of_complete_files(fvvinfo, tiny_files):
     names = [str(tiny_files[name]) for name in ("empty.fvv", "tetrahedron.fvv")]
-    empty, one = read_json(fvvinfo("--json", "--check", "--chunks", *names))
+    empty, one = files_of(fvvinfo("--json", "--check", "--chunks", *names))
     assert [empty["name"], one["name"]] == names
     assert [empty["integrity"], one["integrity"]] == ["complete", "complete"]
     assert [empty["tracks"], empty["frames"], empty["problems"]] == [[], 0, []]
@@ -131,7 +128,7 @@ def test_json_of_complete_files(fvvinfo, tiny_files):
 
 
 def test_json_names_the_version_of_the_format(fvvinfo, tiny_files):
-    assert read_json(fvvinfo("--json", tiny_files["empty.fvv"]))[0]["written_version"] == [0, 1]
+    assert files_of(fvvinfo("--json", tiny_files["empty.fvv"]))[0]["written_version"] == [0, 1]
 
 
 def test_json_of_cut_and_damaged_files_fits_the_schema(fvvinfo, tetrahedron, tmp_path):
@@ -139,7 +136,7 @@ def test_json_of_cut_and_damaged_files_fits_the_schema(fvvinfo, tetrahedron, tmp
     contents += [flipped(tetrahedron, offset, offset % 8) for offset in range(0, len(tetrahedron), 5)]
     contents += [tetrahedron * 2, tetrahedron[24:], b"", b"no stream at all"]
     paths = [put(tmp_path, content, f"{i}.fvv") for i, content in enumerate(contents)]
-    files = read_json(fvvinfo("--json", "--check", "--chunks", *paths))
+    files = files_of(fvvinfo("--json", "--check", "--chunks", *paths))
     assert len(files) == len(paths)
     assert {file["integrity"] for file in files} == {"truncated", "damaged", "unreadable"}
     for file in files:
@@ -147,7 +144,7 @@ def test_json_of_cut_and_damaged_files_fits_the_schema(fvvinfo, tetrahedron, tmp
         assert file["problems"] or file["integrity"] == "truncated"
 
 
-# size of what is left, exit code, line behind the name
+# size of what is left, exit code, the line after the name
 CUTS = [
     (0, 1, "0x0: the stream is empty [FVV-1005]"),
     (23, 1, "0x17: the stream ends inside its file header [FVV-1005]"),
@@ -202,7 +199,7 @@ def test_worst_exit_code_of_several_files(fvvinfo, tetrahedron, tmp_path):
         ([tmp_path / "missing.fvv", good], 1),
     ]:
         assert fvvinfo(*paths).returncode == code, paths
-    # All are shown, also behind one that is missing.
+    # All are shown, also after one that is missing.
     done = fvvinfo(tmp_path / "missing.fvv", cut, good)
     assert f"{good}: 584 B" in done.stdout.decode() and f"{cut}: 300 B" in done.stdout.decode()
     assert len(done.stderr.splitlines()) == 2
@@ -212,13 +209,13 @@ def test_standard_input(fvvinfo, tetrahedron):
     done = fvvinfo("--check", "-", stdin=tetrahedron)
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout.startswith(b"standard input: 584 B")
-    assert read_json(fvvinfo("--json", "-", stdin=tetrahedron))[0]["name"] == "standard input"
+    assert files_of(fvvinfo("--json", "-", stdin=tetrahedron))[0]["name"] == "standard input"
     done = fvvinfo("-", stdin=tetrahedron[:300])
     assert done.returncode == 3
     assert done.stderr.startswith(b"standard input: 0xd8: MESH: ")
 
 
-def test_what_is_no_stream(fvvinfo, tmp_path):
+def test_input_that_is_not_a_stream(fvvinfo, tmp_path):
     text = put(tmp_path, b"# A page of text\n" * 9, "page.md")
     done = fvvinfo(text)
     assert done.returncode == 1
@@ -230,7 +227,7 @@ def test_what_is_no_stream(fvvinfo, tmp_path):
         done = fvvinfo(path)
         assert (done.returncode, done.stdout) == (1, b"")
         assert re.fullmatch(f"fvvinfo: {path}: cannot (open|read): {reason}\n", done.stderr.decode())
-        assert read_json(fvvinfo("--json", path)) == []
+        assert files_of(fvvinfo("--json", path)) == []
 
 
 @pytest.mark.parametrize(
@@ -262,4 +259,4 @@ def test_control_characters_of_a_name_are_not_printed(fvvinfo, tmp_path):
     assert not set(done.stdout) & (set(range(32)) - {10} | {127})
     done = fvvinfo("--json", path)
     assert not set(done.stdout) & (set(range(32)) - {10})
-    assert read_json(done)[0]["tracks"][0]["name"] == name
+    assert files_of(done)[0]["tracks"][0]["name"] == name

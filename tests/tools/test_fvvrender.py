@@ -2,84 +2,30 @@
 
 import hashlib
 import json
-import os
-import pathlib
-import struct
-import subprocess
-import zlib
 
 import numpy as np
 import pytest
+from conftest import figures, read_json, run
+from pictures import read_exr
 from PIL import Image
+from real_capture import luma
 
-TOOLS = pathlib.Path(os.environ["FVV_TOOLS_DIR"])
 CAMERAS = 10
 
 
-def tool(name, *arguments, expected=0):
-    done = subprocess.run([TOOLS / name / name, *map(str, arguments)], capture_output=True, text=True)
-    assert done.returncode == expected, done.stderr
-    return done
-
-
 def drawn(stream, out, *arguments):
-    """The figures, and nothing on standard error."""
-    done = tool("fvvrender", stream, "-o", out, "--json", *arguments)
-    assert done.stderr == ""
-    return json.loads(done.stdout)
-
-
-def read_exr(path):
-    """Channels of a file with scan lines of float32 in blocks of 16 lines, ZIP, by the layout that OpenEXR documents."""
-    data = path.read_bytes()
-    assert data[:8] == struct.pack("<2I", 20000630, 2)
-    at, attributes = 8, {}
-    while data[at]:
-        name, kind, rest = data[at:].split(b"\0", 2)
-        at += len(name) + len(kind) + 2
-        (size,) = struct.unpack_from("<I", data, at)
-        attributes[name.decode()] = data[at + 4 : at + 4 + size]
-        at += 4 + size
-    assert attributes["compression"] == b"\3"
-    left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
-    width, height = right - left + 1, bottom - top + 1
-    names, rest = [], attributes["channels"]
-    while rest[0]:
-        name, rest = rest.split(b"\0", 1)
-        assert struct.unpack_from("<I", rest) == (2,)  # float
-        names.append(name.decode())
-        rest = rest[16:]
-    rows = np.zeros((height, len(names), width), np.float32)
-    blocks = (height + 15) // 16
-    for offset in struct.unpack_from(f"<{blocks}Q", data, at + 1):
-        y, size = struct.unpack_from("<2i", data, offset)
-        lines = min(16, height - y)
-        packed = data[offset + 8 : offset + 8 + size]
-        if size < lines * len(names) * width * 4:
-            bytes_ = np.frombuffer(zlib.decompress(packed), np.uint8).astype(np.int64)
-            bytes_[1:] -= 128
-            bytes_ = (np.cumsum(bytes_) & 255).astype(np.uint8)
-            half = (len(bytes_) + 1) // 2
-            packed = np.zeros_like(bytes_)
-            packed[0::2], packed[1::2] = bytes_[:half], bytes_[half:]
-            packed = packed.tobytes()
-        rows[y : y + lines] = np.frombuffer(packed, "<f4").reshape(lines, len(names), width)
-    return {name: rows[:, i] for i, name in enumerate(names)}
+    return figures("fvvrender", stream, "-o", out, *arguments)
 
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
-    """Two frames of the small rig, meshes as they are, pictures nearly so: folder of the capture, stream."""
+    """Two frames of the small rig, with exact meshes and pictures of high quality: folder of the capture, stream."""
     root = tmp_path_factory.mktemp("render")
     size = ["--cameras", CAMERAS, "--size", "320x180"]
-    tool("fvvsynth", "-o", root / "capture", "--rig", "small", "--frames", 2, "--depth", *size)
+    run("fvvsynth", "-o", root / "capture", "--rig", "small", "--frames", 2, "--depth", *size)
     stream = root / "scene.fvv"
-    tool("fvvmux", root / "capture", "-o", stream, "--codec", "h264", "--quality", 10, "--keep-geometry")
+    run("fvvmux", root / "capture", "-o", stream, "--codec", "h264", "--quality", 10, "--keep-geometry")
     return root / "capture", stream
-
-
-def luma(path):
-    return np.asarray(Image.open(path).convert("RGB"), float) @ np.array([0.2126, 0.7152, 0.0722])
 
 
 def psnr(a, b, mask):
@@ -97,17 +43,17 @@ def truth(capture, camera, frame):
     return luma(folder / f"{frame:04d}.png"), core
 
 
-def test_a_camera_sees_what_it_took(scene, tmp_path):
+def test_a_camera_drawn_from_itself_gives_its_picture(scene, tmp_path):
     capture, stream = scene
     for frame in 0, 1:
         out = tmp_path / f"{frame}.png"
-        figures = drawn(stream, out, "--frame", frame, "--camera", 4, "--sources", 4)
+        reported = drawn(stream, out, "--frame", frame, "--camera", 4, "--sources", 4)
         picture, core = truth(capture, 4, frame)
-        assert (figures["width"], figures["height"]) == (320, 180)
-        assert figures["sources"] == [4]
+        assert (reported["width"], reported["height"]) == (320, 180)
+        assert reported["sources"] == [4]
         seen = core & (np.asarray(Image.open(out).convert("RGB")) != 128).any(2)  # grey: grazing faces
         assert seen.sum() > 0.75 * core.sum()
-        # The same pixels, but for the codec and the lattice.
+        # The same pixels, except for the codec and the lattice.
         assert psnr(luma(out), picture, seen) > 34
 
 
@@ -116,8 +62,8 @@ def test_pictures_from_the_other_cameras_are_like_that_of_the_one_left_out(scene
     found = []
     for camera in range(CAMERAS):
         out = tmp_path / f"{camera}.png"
-        figures = drawn(stream, out, "--camera", camera, "--leave-one-out", "--samples", 3)
-        assert figures["sources"] == [c for c in range(CAMERAS) if c != camera]
+        reported = drawn(stream, out, "--camera", camera, "--leave-one-out", "--samples", 3)
+        assert reported["sources"] == [c for c in range(CAMERAS) if c != camera]
         picture, core = truth(capture, camera, 0)
         seen = core & (np.asarray(Image.open(out).convert("RGB")) != 128).any(2)
         assert seen.sum() > 0.9 * core.sum()
@@ -129,12 +75,12 @@ def test_pictures_from_the_other_cameras_are_like_that_of_the_one_left_out(scene
 def test_floats_are_depth_weights_and_visibility(scene, tmp_path):
     capture, stream = scene
     names = [tmp_path / f"{name}.exr" for name in ("depth", "weights", "visibility", "colour")]
-    figures = drawn(stream, tmp_path / "a.png", "--camera", 2, "--depth", names[0], "--weights", names[1],
+    reported = drawn(stream, tmp_path / "a.png", "--camera", 2, "--depth", names[0], "--weights", names[1],
                     "--visibility", names[2], "--mask", tmp_path / "mask.png")  # fmt: skip
     drawn(stream, names[3], "--camera", 2)
     depth, weights, visibility, colour = (read_exr(name) for name in names)
     depth, surface = depth["Z"], np.isfinite(depth["Z"])
-    assert surface.sum() == figures["surface"]["pixels"]
+    assert surface.sum() == reported["surface"]["pixels"]
     assert ((np.asarray(Image.open(tmp_path / "mask.png")) > 0) == surface).all()
     # fvvsynth knows the depth; the lattice moves the surface, and its outline by less than a pixel.
     exact = read_exr(next((capture / "cam2").glob("depth*0000.exr")))["Z"]
@@ -151,8 +97,8 @@ def test_floats_are_depth_weights_and_visibility(scene, tmp_path):
     assert (visibility[weights > 0] == 1).all()
     assert set(np.unique(visibility)) == {0, 1}
     shares = [(used[surface] == n).mean() for n in range(4)]
-    assert np.allclose(shares, figures["share_by_cameras"], atol=1e-9)
-    # A camera shows all that itself looks at but what is turned away too far, and sees that alone.
+    assert np.allclose(shares, reported["share_by_cameras"], atol=1e-9)
+    # A camera sees all surface in its own view except what is turned away too far.
     assert 0.75 < visibility[2][surface].mean() < 1
 
     codes = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"), float) / 255
@@ -165,16 +111,16 @@ def test_bits_and_depth_maps_and_rays_nearly_agree(scene, tmp_path):
     pictures = {}
     for how in "bits", "depth", "rays":
         path = tmp_path / f"{how}.exr"
-        figures = drawn(
+        reported = drawn(
             stream, tmp_path / f"{how}.png", "--camera", 1, "--visible-by", how, "--visibility", path
         )
-        assert figures["visible_by"] == how
-        assert figures["with_bits"] == (list(range(CAMERAS)) if how == "bits" else [])
+        assert reported["visible_by"] == how
+        assert reported["with_bits"] == (list(range(CAMERAS)) if how == "bits" else [])
         pictures[how] = np.stack(list(read_exr(path).values()))
     for how in "bits", "depth":
         differ = (pictures[how] != pictures["rays"]).sum() / (pictures["rays"] > 0).sum()
         assert 0 < differ < 0.03, how
-    # Bits are what is taken by default.
+    # Bits are the default.
     assert drawn(stream, tmp_path / "default.png", "--camera", 1)["visible_by"] == "bits"
     assert (tmp_path / "default.png").read_bytes() == (tmp_path / "bits.png").read_bytes()
 
@@ -183,19 +129,19 @@ def test_without_bits_there_are_depth_maps(scene, tmp_path):
     capture, _ = scene
     stream, out = tmp_path / "s.fvv", tmp_path / "out.png"
     mux = ["fvvmux", capture, "-o", stream, "--codec", "jpeg", "--scale", "0.5", "--force", "--frames", "0-0"]
-    tool(*mux, "--visibility", "none")
+    run(*mux, "--visibility", "none")
     assert drawn(stream, out, "--camera", 1)["visible_by"] == "depth"
-    done = tool("fvvrender", stream, "-o", out, "--camera", 1, "--visible-by", "bits", "--force", expected=1)
+    done = run("fvvrender", stream, "-o", out, "--camera", 1, "--visible-by", "bits", "--force", code=1)
     assert "there are no bits of these cameras" in done.stderr
-    # Of bits of vertices too, and when they are damaged depth maps take their place.
-    tool(*mux, "--visibility", "vertex")
+    # The same with bits of vertices; depth maps replace damaged ones.
+    run(*mux, "--visibility", "vertex")
     assert drawn(stream, out, "--camera", 1, "--force")["visible_by"] == "bits"
     damaged = bytearray(stream.read_bytes())
     damaged[damaged.index(b"VISI") + 80] ^= 1
     stream.write_bytes(damaged)
-    done = tool("fvvrender", stream, "-o", out, "--camera", 1, "--force", "--json", expected=3)
+    done = run("fvvrender", stream, "-o", out, "--camera", 1, "--force", "--json", code=3)
     assert "no visibility of track 5, depth maps take its place" in done.stderr
-    assert json.loads(done.stdout)["visible_by"] == "depth"
+    assert read_json(done, "fvvrender")["visible_by"] == "depth"
 
 
 def test_any_number_of_threads_gives_the_same_files(scene, tmp_path):
@@ -208,7 +154,7 @@ def test_any_number_of_threads_gives_the_same_files(scene, tmp_path):
     assert len(digests) == 1
 
 
-def test_a_pose_is_where_the_user_says(scene, tmp_path):
+def test_a_pose_draws_what_the_camera_there_draws(scene, tmp_path):
     capture, stream = scene
     camera = json.loads((capture / "capture.json").read_text())["cameras"][3]
     rotation, translation = np.array(camera["rotation"]), np.array(camera["translation"])
@@ -220,7 +166,7 @@ def test_a_pose_is_where_the_user_says(scene, tmp_path):
     drawn(stream, tmp_path / "b.png", "--pose", pose, "--focal", intrinsics["fx"], "--size", "320x180",
           "--depth", depths[1])  # fmt: skip
     by_camera, by_pose = (np.isfinite(read_exr(path)["Z"]) for path in depths)
-    # The principal point alone differs, by a few pixels.
+    # Only the principal point differs, by a few pixels.
     dx, dy = round(intrinsics["cx"] - 160), round(intrinsics["cy"] - 90)
     moved = np.roll(by_pose, (dy, dx), (0, 1))
     assert (moved & by_camera).sum() > 0.93 * (moved | by_camera).sum() > 0
@@ -248,7 +194,7 @@ def test_a_pose_is_where_the_user_says(scene, tmp_path):
 )
 def test_mistakes_are_named_and_nothing_is_written(scene, tmp_path, arguments, expected, text):
     _, stream = scene
-    done = tool("fvvrender", stream, "-o", tmp_path / "out.png", *arguments, expected=expected)
+    done = run("fvvrender", stream, "-o", tmp_path / "out.png", *arguments, code=expected)
     assert text in done.stderr
     assert list(tmp_path.iterdir()) == []
 
@@ -257,22 +203,22 @@ def test_an_existing_picture_is_kept_unless_forced(scene, tmp_path):
     _, stream = scene
     out = tmp_path / "out.png"
     out.write_text("mine")
-    assert "exists" in tool("fvvrender", stream, "-o", out, "--camera", 1, expected=1).stderr
+    assert "exists" in run("fvvrender", stream, "-o", out, "--camera", 1, code=1).stderr
     assert out.read_text() == "mine"
     drawn(stream, out, "--camera", 1, "--force")
     assert out.read_bytes()[:4] == b"\x89PNG"
 
 
 def test_what_is_damaged_is_named(scene, tmp_path):
-    """A flipped byte in the video, then one in the mesh; frame 1 of JPEG is whole without the pictures of frame 0."""
+    """A flipped byte in the video, then one in the mesh; with JPEG, frame 1 is whole without the pictures of frame 0."""
     capture, _ = scene
     stream, out = tmp_path / "s.fvv", tmp_path / "out.png"
-    tool("fvvmux", capture, "-o", stream, "--codec", "jpeg", "--keep-geometry")
+    run("fvvmux", capture, "-o", stream, "--codec", "jpeg", "--keep-geometry")
     whole = stream.read_bytes()
     damaged = bytearray(whole)
     damaged[whole.index(b"\xff\xd8\xff") + 2000] ^= 1
     stream.write_bytes(damaged)
-    done = tool("fvvrender", stream, "-o", out, "--camera", 1, expected=1)
+    done = run("fvvrender", stream, "-o", out, "--camera", 1, code=1)
     assert "frame 0: no picture of camera 3: " in done.stderr
     assert "no camera is left to take texture from" in done.stderr
     drawn(stream, out, "--camera", 1, "--frame", 1)
@@ -280,11 +226,11 @@ def test_what_is_damaged_is_named(scene, tmp_path):
     damaged = bytearray(whole)
     damaged[whole.index(b"MESH") + 1000] ^= 1
     stream.write_bytes(damaged)
-    assert "frame 0: " in tool("fvvrender", stream, "-o", out, "--camera", 1, expected=1).stderr
+    assert "frame 0: " in run("fvvrender", stream, "-o", out, "--camera", 1, code=1).stderr
     assert not out.exists()
 
 
-def test_faces_that_are_inside_out_are_told(tmp_path):
+def test_faces_that_are_inside_out_are_warned_of(tmp_path):
     """A tetrahedron, wound both ways: warned of once, textured once."""
     corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
     faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
@@ -299,12 +245,11 @@ def test_faces_that_are_inside_out_are_told(tmp_path):
         lines = ["v {} {} {}".format(*c) for c in corners]
         lines += ["f {} {} {}".format(*(i + 1 for i in f[::order])) for f in faces]
         (tmp_path / "0000.obj").write_text("\n".join(lines) + "\n")
-        tool("fvvmux", tmp_path, "-o", tmp_path / "t.fvv", "--keep-geometry", "--force", "--codec", "jpeg",
+        run("fvvmux", tmp_path, "-o", tmp_path / "t.fvv", "--keep-geometry", "--force", "--codec", "jpeg",
              "--winding", "keep")  # fmt: skip
-        done = tool(
-            "fvvrender", tmp_path / "t.fvv", "-o", tmp_path / "t.png", "--camera", 0, "--json", "--force"
-        )
+        options = ["--camera", 0, "--json", "--force"]
+        done = run("fvvrender", tmp_path / "t.fvv", "-o", tmp_path / "t.png", *options, warns=True)
         assert ("inside out" in done.stderr) == (order < 0)
-        figures = json.loads(done.stdout)
-        assert figures["surface"]["pixels"] > 50
-        assert (figures["share_by_cameras"][0] > 0.9) == (order < 0)
+        reported = read_json(done, "fvvrender")
+        assert reported["surface"]["pixels"] > 50
+        assert (reported["share_by_cameras"][0] > 0.9) == (order < 0)

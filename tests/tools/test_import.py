@@ -1,21 +1,16 @@
-"""fvvimport: cameras written in five formats by formulas of the tests' own come out where they went in."""
+"""fvvimport: cameras written in five formats by independent formulas project points to the same places."""
 
 import json
 
 import import_formats
-import jsonschema
 import numpy as np
 import pytest
-from conftest import SPEC, Tool, tool_path
-
-CAPTURE_SCHEMA = json.loads((SPEC / "capture.schema.json").read_text())
+from conftest import Tool, read_json, validate
 
 
 @pytest.fixture(scope="session")
 def fvvimport():
-    path = tool_path("fvvimport")
-    assert path, "fvvimport was not built"
-    return Tool(path)
+    return Tool("fvvimport")
 
 
 @pytest.fixture
@@ -42,20 +37,20 @@ def test_capture_is_complete_and_follows_the_schema(fvvimport, written, tmp_path
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout.decode() == f"{out}: {len(cameras)} cameras from colmap, units unknown\n"
     document = json.loads(out.read_text())
-    jsonschema.validate(document, CAPTURE_SCHEMA, cls=jsonschema.Draft202012Validator)
+    validate(document, "capture")
     assert document["frames"] == {"first": 5, "count": 5, "step": 1}
     assert (document["frame_rate"], document["up"], document["units"]) == ("30000/1001", "-y", "unknown")
     assert document["cameras"][0]["pictures"] == "p/view0_11/%04d.png"
     assert document["cameras"][0]["masks"] == "m/11/%04d.png"
 
 
-def test_videos_stand_in_place_of_pictures(fvvimport, written, tmp_path):
+def test_videos_replace_pictures(fvvimport, written, tmp_path):
     arguments, cameras = written
     out = tmp_path / "out.json"
     done = fvvimport(*arguments, "-o", out, "--videos", "50%/{name}.mp4", "--frames", "0-9")
     assert (done.returncode, done.stderr) == (0, b"")
     document = json.loads(out.read_text())
-    jsonschema.validate(document, CAPTURE_SCHEMA, cls=jsonschema.Draft202012Validator)
+    validate(document, "capture")
     assert document["cameras"][0]["pictures"]["video"] == "50%/view0.mp4"
     done = fvvimport(*arguments, "-o", out, "--force", "--videos", "a.mp4")
     assert done.returncode == 2
@@ -63,7 +58,7 @@ def test_videos_stand_in_place_of_pictures(fvvimport, written, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("units", "factor", "stands"),
+    ("units", "factor", "written_units"),
     [
         ("feet", 0.3048, "metres"),
         ("0.25", 0.25, "metres"),
@@ -71,23 +66,23 @@ def test_videos_stand_in_place_of_pictures(fvvimport, written, tmp_path):
         ("metres", 1, "metres"),
     ],
 )
-def test_units_become_metres(fvvimport, written, units, factor, stands):
+def test_units_become_metres(fvvimport, written, units, factor, written_units):
     arguments, cameras = written
     done = fvvimport(*arguments, "-o", "-", "--meshes", "%d.ply", "--units", units)
     assert (done.returncode, done.stderr) == (0, b"")
     document = json.loads(done.stdout)
-    assert document["units"] == stands
+    assert document["units"] == written_units
     for camera, (_, _, truth, _) in zip(document["cameras"], cameras):
         np.testing.assert_allclose(camera["translation"], truth.t * factor, rtol=1e-15)
 
 
-def test_a_suspected_mistake_is_told_and_exits_3(fvvimport, written, tmp_path):
+def test_a_suspected_mistake_is_reported_and_exits_3(fvvimport, written, tmp_path):
     arguments, cameras = written
     random = np.random.default_rng(4)
     lines = []
     for identity, _, camera, _ in cameras:
         points = import_formats.points_before(camera, random, 20)
-        for point, pixel in zip(points, camera.project(points) - 0.5):  # counted as OpenCV does
+        for point, pixel in zip(points, camera.project(points) - 0.5):  # OpenCV's pixel convention
             lines.append(f"{import_formats.text(point)} {identity} {import_formats.text(pixel)}\n")
     points = tmp_path / "points.txt"
     points.write_text("".join(lines))
@@ -99,7 +94,7 @@ def test_a_suspected_mistake_is_told_and_exits_3(fvvimport, written, tmp_path):
     assert out[-1].startswith(
         "suspected: the principal point, or the points, count pixel centres half a pixel off (undone: rms "
     )
-    check = json.loads(fvvimport(*arguments, "--check", points, "--json").stdout)["check"]
+    check = read_json(fvvimport(*arguments, "--check", points, "--json"), "fvvimport")["check"]
     assert check["suspected"] == "half_pixel"
     assert check["rms_px_undone"]["half_pixel"] < 1e-9
     assert check["rms_px_undone"]["axes"] > 100

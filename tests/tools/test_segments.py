@@ -1,32 +1,24 @@
-"""fvvmux --segments: a folder whose files are together the stream, and a manifest that says what they are."""
+"""fvvmux --segments: a folder whose files are together the stream, and a manifest that lists them."""
 
 import json
 
-import jsonschema
-import pytest
-import tiny
-from conftest import SPEC, Tool, tool_path
-
-SCHEMA = json.loads((SPEC / "segments.schema.json").read_text())
-
-
-@pytest.fixture(scope="module")
-def fvvmux():
-    path = tool_path("fvvmux")
-    assert path, "fvvmux was not built"
-    return Tool(path)
+from conftest import read_json, validate
+from reference import tiny
+from reference.container import DATA, Part, Stream, crc32c
+from reference.mesh import raw_parts
+from reference.tiny import TETRAHEDRON
 
 
 def make(groups=3, blocks=(0,), name=lambda group: "mesh"):
-    """A stream with a configuration block in front of the groups that blocks names; index and footer are left out."""
-    stream = tiny.Stream()
+    """A stream with a configuration block before each group in blocks; index and footer are left out."""
+    stream = Stream()
     for group in range(groups):
         if group in blocks:
             stream.scene()
             stream.track(1, 1, name(group))
         stream.begin_group(2 * group, 2 * group + 2)
         for time in 2 * group, 2 * group + 1:
-            mesh = tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES)
+            mesh = raw_parts(TETRAHEDRON)
             stream.chunk("MESH", mesh, track=1, time=time, key=True)
         stream.end_group()
     return stream
@@ -39,14 +31,14 @@ def put(folder, content, name="clip.fvv"):
 
 
 def read(folder):
-    """The manifest and the bytes of the stream, each file against its entry."""
+    """Checks each file against its entry and returns the manifest and the bytes of the stream."""
     manifest = json.loads((folder / "manifest.json").read_text())
-    jsonschema.validate(manifest, SCHEMA, cls=jsonschema.Draft202012Validator)
+    validate(manifest, "segments")
     entries, content = [manifest["configuration"], *manifest["groups"]], b""
     backgrounds = manifest.get("backgrounds", [])
     for entry in entries + backgrounds:
         data = (folder / entry["file"]).read_bytes()
-        assert entry["bytes"] == len(data) and entry["crc32c"] == f"{tiny.crc32c(data):08x}"
+        assert entry["bytes"] == len(data) and entry["crc32c"] == f"{crc32c(data):08x}"
         content += data if entry not in backgrounds else b""
     entries += backgrounds
     assert {p.name for p in folder.iterdir()} == {"manifest.json", *(e["file"] for e in entries)}
@@ -60,10 +52,10 @@ def test_a_file_is_cut_up_as_it_is(fvvmux, fvvinfo, tmp_path):
     done = fvvmux(path, "--segments", tmp_path / "out", "--json")
     assert (done.returncode, done.stderr) == (0, b"")
     reported = {"folder": str(tmp_path / "out"), "groups": 3, "bytes": len(live)}
-    assert json.loads(done.stdout) == {"fvvmux": 1, "segments": reported}
+    assert read_json(done, "fvvmux") == {"fvvmux": 1, "segments": reported}
     manifest, content = read(tmp_path / "out")
     assert content == live, "the stream without index and footer"
-    assert manifest["format"] == f"{tiny.DATA['format']['major']}.{tiny.DATA['format']['minor']}"
+    assert manifest["format"] == f"{DATA['format']['major']}.{DATA['format']['minor']}"
     assert manifest["time_base"] == [1, 25] and manifest["frame_duration"] == "1"
     spans = [(g["sequence"], g["start"], g["end"], g["frames"]) for g in manifest["groups"]]
     assert spans == [(0, "0", "2", 2), (1, "2", "4", 2), (2, "4", "6", 2)]
@@ -77,22 +69,22 @@ def test_streams_without_footer_and_with_repeated_configuration(fvvmux, tmp_path
     plain = make().data()
     done = fvvmux(put(tmp_path, make(blocks=(0, 1, 2)).data()), "--segments", tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, b"")
-    assert read(tmp_path / "out")[1] == plain, "the block holds for all: once is enough"
+    assert read(tmp_path / "out")[1] == plain, "one block is enough for all groups"
 
 
 def test_environments_are_files_of_their_own_too(fvvmux, tmp_path):
-    stream = tiny.Stream()
+    stream = Stream()
     stream.scene()
     stream.track(1, 1, "mesh")
     for track in 5, 7:
         stream.track(track, 5, "floor")
-    mesh = tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES)
+    mesh = raw_parts(TETRAHEDRON)
     payloads = {5: b"not looked into", 7: b"8 bytes!"}
     for group, tracks in enumerate([[], [5], [5, 7]]):
         stream.begin_group(group, group + 1)
         stream.chunk("MESH", mesh, track=1, time=group, key=True)
         for track in tracks:
-            stream.chunk("BACK", [tiny.Part(payloads[track], "", "")], track=track, time=group, key=True)
+            stream.chunk("BACK", [Part(payloads[track], "", "")], track=track, time=group, key=True)
         stream.end_group()
     done = fvvmux(put(tmp_path, stream.finish()), "--segments", tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, b"")
@@ -119,13 +111,13 @@ def test_refusals(fvvmux, tmp_path):
         (good[:-8], "the stream ends inside a chunk"),
         (good[: good.rindex(b"GEND")], "the stream ends inside group 2 [FVV-1203]"),
         (empty, "there are no groups to make segments of"),
-        (changing, "the configuration changes in front of group 2"),
+        (changing, "the configuration changes "),
         (b"no stream", "[FVV-1005]"),
     ]:
         done = fvvmux(put(tmp_path, content), "--segments", out)
         assert done.returncode == 1 and problem in done.stderr.decode()
         assert len(done.stderr.splitlines()) == 1 and done.stdout == b""
-        assert [p.name for p in tmp_path.iterdir()] == ["clip.fvv"], "nothing is left behind"
+        assert [p.name for p in tmp_path.iterdir()] == ["clip.fvv"], "no file is left over"
     path = put(tmp_path, good)
     out.mkdir()
     put(out, b"mine", "mine.txt")
@@ -141,8 +133,10 @@ def test_refusals(fvvmux, tmp_path):
 def test_of_a_capture(fvvmux, tmp_path):
     (tmp_path / "meshes").mkdir()
     for frame in range(3):
-        corners = "".join(f"v {x / 1000} {y / 1000} {(z + frame) / 1000}\n" for x, y, z in tiny.TETRAHEDRON)
-        faces = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in tiny.TETRAHEDRON_FACES)
+        corners = "".join(
+            f"v {x / 1000} {y / 1000} {(z + frame) / 1000}\n" for x, y, z in TETRAHEDRON.positions
+        )
+        faces = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in TETRAHEDRON.faces)
         (tmp_path / "meshes" / f"{frame:04}.obj").write_text(corners + faces)
     capture = {
         "fvv_capture": 1,

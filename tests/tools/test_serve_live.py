@@ -1,4 +1,4 @@
-"""fvvserve: live streams. What a client gets is held against the chunks that went in, byte for byte."""
+"""fvvserve: live streams. What a client receives is compared with the chunks that went in, byte for byte."""
 
 import contextlib
 import functools
@@ -8,31 +8,34 @@ import subprocess
 import time
 
 import pytest
-import tiny
+from reference import container
+from reference.container import Part, Stream, joined
+from reference.mesh import raw_parts
+from reference.tiny import TETRAHEDRON
 from serve_client import BINARY, CLOSE, TEXT, Server
 
 FRAMES = 3  # of a group
-MESH = tiny.joined(tiny.raw_mesh(tiny.TETRAHEDRON, tiny.TETRAHEDRON_FACES))
+MESH = joined(raw_parts(TETRAHEDRON))
 
 
 @pytest.fixture(scope="module", autouse=True)
 def quick_crc():
-    """Large payloads are alike: the CRC of each is computed once, in Python that takes a second for each MiB."""
-    plain, tiny.crc32c = tiny.crc32c, functools.lru_cache(maxsize=None)(tiny.crc32c)
+    """Computes the CRC of equal payloads once: in Python it takes a second per MiB."""
+    plain, container.crc32c = container.crc32c, functools.lru_cache(maxsize=None)(container.crc32c)
     yield
-    tiny.crc32c = plain
+    container.crc32c = plain
 
 
 def make(groups, payload=MESH, name="mesh", repeat=False, change_at=None, start=0):
     """A stream as its pieces: [file header, block of group 0, group 0, block or nothing, group 1, ...], index left out."""
-    stream = tiny.Stream()
+    stream = Stream()
     pieces, seen = [stream.data()], stream.size
 
     def cut():
         nonlocal seen
-        # The data from where the last piece ended, without joining everything anew.
+        # The data from where the last piece ended, without joining everything again.
         sections = [s for s in stream.sections if s.offset >= seen]
-        piece, seen = b"".join(tiny.joined(s.parts) for s in sections), stream.size
+        piece, seen = b"".join(joined(s.parts) for s in sections), stream.size
         return piece
 
     for group in range(groups):
@@ -43,7 +46,7 @@ def make(groups, payload=MESH, name="mesh", repeat=False, change_at=None, start=
         first = start + group * FRAMES
         stream.begin_group(first, first + FRAMES)
         for frame in range(FRAMES):
-            part = [tiny.Part(payload, "payload", "")]
+            part = [Part(payload, "payload", "")]
             stream.chunk("MESH", part, track=1, time=first + frame, key=True)
         stream.end_group()
         pieces.append(cut())
@@ -55,7 +58,7 @@ def groups_of(pieces):
 
 
 class Pipe:
-    """A server that gets its stream from us."""
+    """A server that reads its stream from the test."""
 
     def __init__(self, *arguments):
         self.server = Server("--live", "now=-", *arguments, stdin=subprocess.PIPE)
@@ -81,7 +84,7 @@ class Pipe:
 
 
 def receive_runs(client):
-    """[(bytes of a run, what ended it), ...] up to the end of the connection; whether that came in good order."""
+    """[(bytes of a run, what ended it), ...] up to the end of the connection, and the code with which it was closed."""
     runs, run = [], b""
     while (message := client.receive()) is not None:
         kind, payload = message
@@ -114,7 +117,7 @@ def test_join_in_mid_stream(fvvinfo, tmp_path):
         assert receive_bytes(early, len(header + block + groups[0])) == header + block + groups[0]
         half = len(groups[1]) // 2
         pipe.write(groups[1][:half])
-        begun = receive_bytes(early, groups[1].index(b"MESH"))  # so far the server has come
+        begun = receive_bytes(early, groups[1].index(b"MESH"))  # the server has read up to here
         with pipe.live("now") as late:
             pipe.write(groups[1][half:], groups[2], groups[3])
             late_run = header + block + groups[2] + groups[3]
@@ -123,7 +126,7 @@ def test_join_in_mid_stream(fvvinfo, tmp_path):
             ), "from the next group on, configuration first"
             rest = b"".join(groups[1:4])[len(begun) :]
             assert receive_bytes(early, len(rest)) == rest
-            # Chunks come as they are whole, not as groups are.
+            # A chunk is sent when it is whole, before its group is.
             cut = len(groups[4]) - 8
             pipe.write(groups[4][:cut])
             before_end = receive_bytes(late, groups[4].index(b"GEND"))
@@ -141,7 +144,7 @@ def test_join_in_mid_stream(fvvinfo, tmp_path):
         assert pipe.live("now").reply.status == 410, "the stream has ended for good"
 
 
-def test_slow_client_skips_whole_groups_and_is_told():
+def test_a_slow_client_skips_whole_groups_and_is_informed():
     pieces = make(110, bytes(100_000))
     start = b"".join(pieces[:2])
     groups = groups_of(pieces)
@@ -154,27 +157,27 @@ def test_slow_client_skips_whole_groups_and_is_told():
                 before = pipe.memory()
         grown = pipe.memory() - before
         assert grown < 12 << 20, f"{grown} bytes more while 24 MB went by"
-        # It reads again: what the kernel still has, the message, and a run that is a stream.
+        # It reads again: what the kernel still holds, the message, and a run that is a stream.
         slow.socket.settimeout(0.3)
-        data, told = b"", None
+        data, skip = b"", None
         for group in groups[100:]:
             with contextlib.suppress(TimeoutError):
-                while told is None:
+                while skip is None:
                     kind, message = slow.receive()
                     if kind == TEXT:
-                        told = json.loads(message)
+                        skip = json.loads(message)
                     else:
                         data += message
-            if told:
+            if skip:
                 break
             pipe.write(group)
             receive_bytes(good, len(group))
-        assert told and told["type"] == "skip"
-        assert b"".join(pieces).startswith(data), "nothing is torn in front of the skip"
-        to = int(told["to"])
-        assert to % FRAMES == 0 and int(told["from"]) < to and told["chunks"] > 100
-        # What it had and what it was told to have missed meet.
-        assert len(data) + told["bytes"] == len(start) + len(b"".join(groups[: to // FRAMES]))
+        assert skip and skip["type"] == "skip"
+        assert b"".join(pieces).startswith(data), "nothing is torn before the skip"
+        to = int(skip["to"])
+        assert to % FRAMES == 0 and int(skip["from"]) < to and skip["chunks"] > 100
+        # The bytes received and the bytes reported as missed add up.
+        assert len(data) + skip["bytes"] == len(start) + len(b"".join(groups[: to // FRAMES]))
         slow.socket.settimeout(10)
         run = start + groups[to // FRAMES]
         assert receive_bytes(slow, len(run)) == run
@@ -185,7 +188,7 @@ def test_file_is_played_in_time_and_again(tmp_path):
     pieces = make(4)  # 12 frames of 40 ms
     path.write_bytes(b"".join(pieces))
     with Server("--live", f"clip={path}") as server:
-        time.sleep(0.3)  # nobody listens: nothing is missed
+        time.sleep(0.3)  # without a listener nothing is missed
         for _ in range(2):
             begin = time.monotonic()
             with server.live("clip") as client:
@@ -212,7 +215,7 @@ def test_configuration_that_changes_or_is_repeated():
             assert receive_runs(early)[0][0][0] == b"".join(pieces[5:])
 
 
-def test_damage_is_told_and_the_next_group_opens_a_run():
+def test_damage_is_reported_and_the_next_group_opens_a_run():
     pieces = make(5)
     header, block, *_ = pieces
     groups = groups_of(pieces)
@@ -232,7 +235,7 @@ def test_damage_is_told_and_the_next_group_opens_a_run():
     assert "fvvserve: warning: /live/now: -: 0x" in pipe.server.stderr
 
 
-def test_what_is_no_stream():
+def test_input_that_is_not_a_stream():
     with Pipe() as pipe, pipe.live("now") as client:
         pipe.write(b"this is no stream, and long enough to be sure of it")
         runs, code = receive_runs(client)
@@ -320,7 +323,7 @@ def test_inbound_messages(tmp_path):
         assert server.request("/live/clip").status == 426, "still there"
 
 
-def test_a_client_that_is_silent_is_let_go():
+def test_a_silent_client_is_disconnected():
     with Pipe("--idle-timeout", "0.6") as pipe, pipe.live("now") as lively, pipe.live("now") as silent:
         begin = time.monotonic()
         lively.socket.settimeout(0.2)
@@ -343,7 +346,7 @@ def test_200_clients():
         assert [receive_runs(client) for client in clients] == [([(b"", {"type": "end"})], 1000)] * 200
 
 
-def test_signal_ends_clients_in_good_order(tmp_path):
+def test_a_signal_closes_clients_properly(tmp_path):
     path = tmp_path / "clip.fvv"
     path.write_bytes(b"".join(make(1)))
     with Server("--live", f"clip={path}", "--loop") as server, server.live("clip") as client:

@@ -1,4 +1,4 @@
-"""What is written holds together: generated files, schemas and their example, links."""
+"""The specification is consistent: generated files, schemas and their example, links."""
 
 import json
 import re
@@ -7,9 +7,10 @@ import sys
 
 import jsonschema
 import pytest
-from conftest import ROOT, SPEC
+from conftest import ROOT, SPEC, schema, validate
 
 SCHEMAS = sorted(SPEC.glob("*.schema.json"))
+EXAMPLES = re.findall(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M)
 
 
 def pages():
@@ -35,45 +36,73 @@ def test_schema_is_a_schema(path):
 def test_all_schemas_are_there():
     assert [path.name for path in SCHEMAS] == [
         "capture.schema.json",
+        "fvvcompare.schema.json",
+        "fvvdemux.schema.json",
+        "fvvimport.schema.json",
         "fvvinfo.schema.json",
+        "fvvmux.schema.json",
+        "fvvrender.schema.json",
         "segments.schema.json",
     ]
 
 
-def test_example_of_a_capture_fits_its_schema():
-    schema = json.loads((SPEC / "capture.schema.json").read_text())
-    examples = re.findall(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M)
-    assert examples
-    for example in examples:
-        jsonschema.validate(json.loads(example), schema, cls=jsonschema.Draft202012Validator)
+def test_examples_of_a_capture_fit_its_schema():
+    assert EXAMPLES
+    for example in EXAMPLES:
+        validate(json.loads(example), "capture")
+
+
+def accepts(**changes):
+    """Whether the schema of a capture accepts the first example with these changes."""
+    document = json.loads(EXAMPLES[0]) | changes
+    return jsonschema.Draft202012Validator(schema("capture")).is_valid(document)
 
 
 def test_schema_of_a_capture_refuses_what_the_page_forbids():
-    schema = json.loads((SPEC / "capture.schema.json").read_text())
-    example = re.search(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M).group(1)
+    assert accepts()
     for change in {"framerate": 25}, {"frame_rate": 29.97}, {"units": "ells"}, {"fvv_capture": 2}:
-        with pytest.raises(jsonschema.ValidationError):
-            jsonschema.validate(json.loads(example) | change, schema, cls=jsonschema.Draft202012Validator)
+        assert not accepts(**change)
 
 
 def test_schema_of_a_capture_takes_a_pattern_or_an_animated_file():
-    schema = json.loads((SPEC / "capture.schema.json").read_text())
-    example = re.search(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M).group(1)
-
-    def accepts(meshes):
-        return jsonschema.Draft202012Validator(schema).is_valid(json.loads(example) | {"meshes": meshes})
-
-    assert accepts({"pattern": "%d.glb"})
-    assert accepts({"file": "50%.glb"})
-    assert accepts({"file": "a.glb", "animation": "run", "start": "3/2"})
-    assert accepts({"file": "a.glb", "animation": 0, "start": 2})
+    assert accepts(meshes={"pattern": "%d.glb"})
+    assert accepts(meshes={"file": "50%.glb"})
+    assert accepts(meshes={"file": "a.glb", "animation": "run", "start": "3/2"})
+    assert accepts(meshes={"file": "a.glb", "animation": 0, "start": 2})
     for wrong in (
         {"file": ""},
         {"animation": 0},
         {"file": "a.glb", "pattern": "%d.ply"},
         {"file": "a.glb", "start": "-1"},
     ):
-        assert not accepts(wrong)
+        assert not accepts(meshes=wrong)
+
+
+def test_schema_of_a_capture_takes_stills_or_a_video():
+    definitions = schema("capture")["$defs"]
+    validator = jsonschema.Draft202012Validator({"$ref": "#/$defs/source", "$defs": definitions})
+    for good in [
+        "%d.png",
+        {"pattern": "%d.png", "rotate": 90},
+        {"video": "a%.mp4", "stream": 1, "start": "-1/2"},
+    ]:
+        assert validator.is_valid(good)
+    for bad in [{"pattern": "a.png", "start": 1}, {"video": ""}, {"video": "a", "rotate": 45}, {"start": 1}]:
+        assert not validator.is_valid(bad)
+
+
+def test_schema_of_a_capture_takes_an_atlas_of_stills_a_video_or_embedded_images():
+    for pictures in (
+        "%d.png",
+        "atlas.png",
+        {"pattern": "atlas.png", "rotate": 90},
+        {"video": "a.mp4", "start": 1},
+    ):
+        assert accepts(atlas={"pictures": pictures, "texture_bits": 12})
+        assert not accepts(atlas={"pictures": pictures, "embedded": True})
+    assert accepts(atlas={"embedded": True})
+    for wrong in {}, {"pictures": 1}, {"pictures": {"file": "a.png"}}, {"embedded": False}:
+        assert not accepts(atlas=wrong)
 
 
 def test_relative_links_lead_to_files():
@@ -89,36 +118,3 @@ def test_relative_links_lead_to_files():
                 missing.append(f"{page.relative_to(ROOT)}: {link}")
     assert seen > 5
     assert missing == []
-
-
-def test_schema_of_a_capture_takes_stills_or_a_video():
-    schema = json.loads((SPEC / "capture.schema.json").read_text())
-    validator = jsonschema.Draft202012Validator({"$ref": "#/$defs/source", "$defs": schema["$defs"]})
-    for good in [
-        "%d.png",
-        {"pattern": "%d.png", "rotate": 90},
-        {"video": "a%.mp4", "stream": 1, "start": "-1/2"},
-    ]:
-        assert validator.is_valid(good)
-    for bad in [{"pattern": "a.png", "start": 1}, {"video": ""}, {"video": "a", "rotate": 45}, {"start": 1}]:
-        assert not validator.is_valid(bad)
-
-
-def test_schema_of_a_capture_takes_an_atlas_of_stills_a_video_or_embedded_images():
-    schema = json.loads((SPEC / "capture.schema.json").read_text())
-    example = re.search(r"^```json\n(.*?)^```", (SPEC / "capture.md").read_text(), flags=re.S | re.M).group(1)
-
-    def accepts(atlas):
-        return jsonschema.Draft202012Validator(schema).is_valid(json.loads(example) | {"atlas": atlas})
-
-    for pictures in (
-        "%d.png",
-        "atlas.png",
-        {"pattern": "atlas.png", "rotate": 90},
-        {"video": "a.mp4", "start": 1},
-    ):
-        assert accepts({"pictures": pictures, "texture_bits": 12})
-        assert not accepts({"pictures": pictures, "embedded": True})
-    assert accepts({"embedded": True})
-    for wrong in {}, {"pictures": 1}, {"pictures": {"file": "a.png"}}, {"embedded": False}:
-        assert not accepts(wrong)

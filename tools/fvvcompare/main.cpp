@@ -13,7 +13,8 @@ constexpr const char *footer = "docs/fvvcompare.md defines every figure. Lengths
                                "of sources of unknown scale.\n"
                                "Exit code: 0 done, 1 nothing could be compared or a bound is exceeded, 2 "
                                "usage, 3 done but for frames that\n"
-                               "could not be compared.";
+                               "could not be compared.\n"
+                               "spec/fvvcompare.schema.json describes the output of --json.";
 
 struct Bounds {
   std::optional<double> rms, distance;

@@ -214,7 +214,8 @@ int main(int argc, char **argv) {
   app.footer(
       "--check takes points in the units that are written (metres unless unknown), and pixels with the\n"
       "centre of the top left one at (0.5, 0.5).\n"
-      "Exit code: 0 done, 1 failed, 2 usage, 3 done, but --check suspects a mistake in the calibration.");
+      "Exit code: 0 done, 1 failed, 2 usage, 3 done, but --check suspects a mistake in the calibration.\n"
+      "spec/fvvimport.schema.json describes the output of --json.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {

@@ -96,7 +96,8 @@ int main(int argc, char **argv) {
       ->check(CLI::Range(1, 256));
   app.set_version_flag("--version", std::string("fvvrender ") + fvv_version());
   app.footer(
-      "Exit code: 0 done, 1 nothing written, 2 usage, 3 written without cameras that the file has lost.");
+      "Exit code: 0 done, 1 nothing written, 2 usage, 3 written without cameras that the file has lost.\n"
+      "spec/fvvrender.schema.json describes the output of --json.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {

@@ -1,10 +1,10 @@
-// The static environment and the lights (clause 18), out of the payload of a BACK, by a module of their own.
+// The static environment and the lights (clause 18), decoded from the payload of a BACK chunk by a module of its own.
 
 import { FvvError } from "./errors.js";
 import { readBackgroundList, readDiagnostic, readPart } from "./flat.js";
 import { createBackground } from "./wasm.js";
 
-/** payload: {track, data}. module(): the compiled one. */
+/** payload: {track, data}. module(): the compiled module. */
 async function readBackground({ track, data }, { module, session }) {
   const { limits } = session;
   const core = await createBackground(await module(), limits.memory);
@@ -29,32 +29,37 @@ async function readBackground({ track, data }, { module, session }) {
   return { track, parts, pictures, lights };
 }
 
-/** The environments of a stream, as they come: one for each track of them, under one configuration. */
+/** The environments of a stream in the order of arrival: one per background track and configuration. */
 export class Environments {
+  #module;
+  #session;
+  #emit;
   tracks = new Set();
   #configuration = null;
-  /** emit("background", environment, or null: other ones hold), emit("corrupt", error). */
+  /** emit("background", environment; null: the former ones are no longer valid), emit("corrupt", error). */
   constructor({ module, session, emit }) {
-    Object.assign(this, { module, session, emit });
+    this.#module = module;
+    this.#session = session;
+    this.#emit = emit;
   }
-  /** configuration: the digest that a group names. */
+  /** configuration: the digest in the header of a group. */
   begin(configuration) {
     if (configuration === this.#configuration) return;
-    if (this.tracks.size) this.emit("background", null);
+    if (this.tracks.size) this.#emit("background", null);
     this.#configuration = configuration;
     this.tracks.clear();
   }
-  /** payloads: {track, data}, or null. */
+  /** payloads: each {track, data}, or null. */
   async take(payloads) {
     for (const payload of payloads) {
       if (!payload || this.tracks.has(payload.track)) continue;
       this.tracks.add(payload.track);
       try {
-        this.emit("background", await readBackground(payload, this));
+        this.#emit("background", await readBackground(payload, { module: this.#module, session: this.#session }));
       } catch (error) {
         if (!(error instanceof FvvError)) throw error;
         error.fatal = false;
-        this.emit("corrupt", error);
+        this.#emit("corrupt", error);
       }
     }
   }

@@ -1,60 +1,60 @@
-// Bytes of a source that have come, for when they are read again. They are kept, and leave, by units, which are the
-// groups of a stream: those that were read least recently leave first.
+// Bytes of a source, kept for repeated reads. They are evicted in units, which are the groups of a stream: the least
+// recently read unit first.
 
-/** Small pieces are put together in blocks of up to this size: a host that sends many of them costs no more memory. */
+/** Small pieces are joined in blocks of up to this size, so that many small pieces cost no more memory. */
 const BLOCK = 1 << 16;
 
 const endOf = ({ at, size }) => at + size;
 
-/** room: where bytes from `at` on stand, size of them so far. */
+/** room: memory for bytes from `at` on, of which size are filled. */
 function extentOf(at, piece, former) {
   if (piece.length >= BLOCK / 4 && piece.length === piece.buffer.byteLength)
     return { at, size: piece.length, room: piece };
-  // Not a view of what came together with other units: that would stay with this one.
+  // Copied: a view would keep the bytes of other units alive.
   const room = new Uint8Array(Math.max(piece.length, former ? Math.min(BLOCK, 2 * former.room.length) : 0));
   room.set(piece);
   return { at, size: piece.length, room };
 }
 
 export class Cache {
-  #most;
+  #limit;
   #borders = [];
-  #units = new Map(); // number -> {extents in order, bytes}; the one that was used last stands at the end
-  /** Memory that is taken, not only what is in it. */
+  #units = new Map(); // number -> {extents in order, bytes}; the last one was used last
+  /** Allocated memory, filled or not. */
   bytes = 0;
-  /** Reads that it answered in place of a request, and their bytes. */
+  /** Reads that were served without a request, and their bytes. */
   hits = 0;
   bytesReused = 0;
 
-  /** most(): bytes that it may take at the moment. */
-  constructor(most) {
-    this.#most = most;
+  /** limit(): the current limit in bytes. */
+  constructor(limit) {
+    this.#limit = limit;
   }
 
-  /** borders: where units begin, in order. What stands in front of the first one is a unit, too. */
+  /** borders: where units begin, in order. The bytes before the first border are a unit, too. */
   divide(borders) {
     const extents = Array.from(this.#units.values()).flatMap((unit) => unit.extents);
     this.clear();
     this.#borders = borders;
     for (const { at, room, size } of extents) this.put(at, room.subarray(0, size));
   }
-  get most() {
-    return this.#most();
+  get limit() {
+    return this.#limit();
   }
   #unitOf(at) {
     return this.#borders.findLastIndex((border) => border <= at);
   }
 
-  /** The bytes belong to the cache from now on. What it has already is not taken twice. */
+  /** Takes ownership of the bytes. Bytes that are in the cache already are not stored twice. */
   put(at, bytes) {
-    if (!(this.#most() > 0)) return;
+    if (!(this.#limit() > 0)) return;
     for (let from = at; from < at + bytes.length;) {
       const number = this.#unitOf(from);
       const end = Math.min(at + bytes.length, this.#borders[number + 1] ?? Infinity);
       this.#fill(this.#use(number), from, bytes.subarray(from - at, end - at));
       from = end;
     }
-    this.fit();
+    this.evict();
   }
   #use(number) {
     const unit = this.#units.get(number) ?? { extents: [], bytes: 0 };
@@ -66,9 +66,9 @@ export class Cache {
     const end = at + bytes.length;
     for (let from = at; from < end;) {
       const i = unit.extents.findLastIndex((extent) => extent.at <= from);
-      const held = i < 0 ? from : endOf(unit.extents[i]);
-      if (held > from) {
-        from = held;
+      const stored = i < 0 ? from : endOf(unit.extents[i]);
+      if (stored > from) {
+        from = stored;
         continue;
       }
       const until = Math.min(end, unit.extents[i + 1]?.at ?? Infinity);
@@ -76,7 +76,7 @@ export class Cache {
       from = until;
     }
   }
-  /** Behind extent i, or at its end. */
+  /** As a new extent after extent i, or in its free room. */
   #insert(unit, i, at, bytes) {
     const former = i >= 0 && endOf(unit.extents[i]) === at ? unit.extents[i] : null;
     const more = former ? Math.min(former.room.length - former.size, bytes.length) : 0;
@@ -91,11 +91,11 @@ export class Cache {
     this.bytes += extent.room.length;
   }
 
-  /** Lets units go until what is left may stay. */
-  fit() {
-    const most = this.#most();
+  /** Evicts units until the limit holds. */
+  evict() {
+    const limit = this.#limit();
     for (const number of this.#units.keys()) {
-      if (this.bytes <= most) return;
+      if (this.bytes <= limit) return;
       this.#remove(number);
     }
   }
@@ -103,7 +103,7 @@ export class Cache {
     this.bytes -= this.#units.get(number)?.bytes ?? 0;
     this.#units.delete(number);
   }
-  /** Lets the unit of a byte go. Answers where it ends. */
+  /** Removes the unit of a byte. Returns where the unit ends. */
   drop(at) {
     const number = this.#unitOf(at);
     this.#remove(number);
@@ -117,7 +117,7 @@ export class Cache {
   #find(at) {
     return this.#units.get(this.#unitOf(at))?.extents.findLast((one) => one.at <= at && endOf(one) > at);
   }
-  /** What stands together from a place on, no further than end; null: that byte is not here. To be read only. */
+  /** The contiguous bytes from an offset on, up to end at most; null: that byte is not here. Read-only. */
   take(at, end) {
     const extent = this.#find(at);
     if (!extent) return null;
@@ -126,8 +126,8 @@ export class Cache {
     this.bytesReused += bytes.length;
     return bytes;
   }
-  /** How far from a place on all bytes are here, no further than end. */
-  reach(at, end) {
+  /** The offset up to which all bytes from `at` on are here, end at most. */
+  coveredUntil(at, end) {
     while (at < end) {
       const extent = this.#find(at);
       if (!extent) break;
@@ -135,13 +135,13 @@ export class Cache {
     }
     return Math.min(at, end);
   }
-  /** What is lacking from a place on ends where at least so many bytes stand together again, or all up to end. */
-  lack(at, end, least) {
+  /** The end of a gap at `at`: where at least `minimum` contiguous bytes follow, or all bytes up to end. */
+  missingUntil(at, end, minimum) {
     for (;;) {
       const from = this.#next(at);
       if (from >= end) return end;
-      at = this.reach(from, end);
-      if (at - from >= least || at === end) return from;
+      at = this.coveredUntil(from, end);
+      if (at - from >= minimum || at === end) return from;
     }
   }
   #next(at) {
@@ -153,10 +153,10 @@ export class Cache {
     return next;
   }
 
-  /** Copies bytes that are all here to out; false: they are not. */
+  /** Copies bytes to out; false: not all of them are here. */
   copy(at, out) {
     const end = at + out.length;
-    if (this.reach(at, end) < end) return false;
+    if (this.coveredUntil(at, end) < end) return false;
     for (let from = at; from < end;) {
       const extent = this.#find(from);
       const bytes = extent.room.subarray(from - extent.at, Math.min(extent.size, end - extent.at));

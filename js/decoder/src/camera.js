@@ -1,28 +1,31 @@
-// A camera and its projection, which libfvv computes: the same numbers to the last bit as in C.
+// Cameras: projection, which libfvv computes with the same bits as in C, and the selection of cameras for a viewpoint.
 
 import { CAMERA_SIZE, writeCamera } from "./flat.js";
 
-/** Projects for all cameras of a decoder. */
+/** Projection by the wasm module, for all cameras of a decoder. */
 export class Projector {
+  #core;
+  #camera; // address of a struct
+  #room = 0; // points that buffer has room for
+  #buffer = 0;
+
   constructor(core) {
-    this.core = core;
-    this.camera = core.exports.fvvjs_alloc(CAMERA_SIZE);
-    this.room = 0;
-    this.buffer = 0;
+    this.#core = core;
+    this.#camera = core.exports.fvvjs_alloc(CAMERA_SIZE);
   }
-  /** doubles in, three doubles out for each of count. */
-  run(name, camera, numbers, count) {
-    const { core } = this;
-    if (count > this.room) {
-      if (this.buffer) core.exports.fvvjs_free(this.buffer);
-      this.buffer = core.exports.fvvjs_alloc(48 * count);
-      this.room = this.buffer ? count : 0;
-      if (!this.buffer) throw new RangeError(`no memory to project ${count} points`);
+  /** Calls an exported function on count points: doubles in, three doubles out per point. */
+  transform(name, camera, numbers, count) {
+    const core = this.#core;
+    if (count > this.#room) {
+      if (this.#buffer) core.exports.fvvjs_free(this.#buffer);
+      this.#buffer = core.exports.fvvjs_alloc(48 * count);
+      this.#room = this.#buffer ? count : 0;
+      if (!this.#buffer) throw new RangeError(`no memory to project ${count} points`);
     }
-    writeCamera(core.memory, this.camera, camera);
-    new Float64Array(core.memory.buffer, this.buffer, numbers.length).set(numbers);
-    const out = this.buffer + 24 * count;
-    core.exports[name](this.camera, this.buffer, count, out);
+    writeCamera(core.memory, this.#camera, camera);
+    new Float64Array(core.memory.buffer, this.#buffer, numbers.length).set(numbers);
+    const out = this.#buffer + 24 * count;
+    core.exports[name](this.#camera, this.#buffer, count, out);
     return new Float64Array(core.memory.buffer, out, 3 * count).slice();
   }
 }
@@ -35,23 +38,89 @@ export class Camera {
     Object.freeze(this);
   }
 
-  /** World metres -> [u, v, depth], or null where the camera does not see: behind it or beyond its lens. */
+  /** World metres -> [u, v, depth], or null behind the camera or beyond the range of its lens. */
   project(x, y, z) {
     const [u, v, depth] = this.projectPoints([x, y, z]);
     return Number.isNaN(u) ? null : [u, v, depth];
   }
-  /** x y z of any number of points -> u v depth of each, u and v NaN where the camera does not see. */
+  /** x y z of any number of points -> u v depth of each; u and v are NaN where project returns null. */
   projectPoints(points) {
-    return this.#projector.run("fvvjs_project", this, points, Math.floor(points.length / 3));
+    return this.#projector.transform("fvvjs_project", this, points, Math.floor(points.length / 3));
   }
-  /** Pixel -> the ray through it in the camera's frame, [x, y, 1], or null beyond the lens. */
+  /** Pixel -> the ray through it in the camera's frame, [x, y, 1], or null beyond the range of the lens. */
   unproject(u, v) {
-    const ray = this.#projector.run("fvvjs_unproject", this, [u, v], 1);
+    const ray = this.#projector.transform("fvvjs_unproject", this, [u, v], 1);
     return Number.isNaN(ray[0]) ? null : Array.from(ray);
   }
-  /** Where the camera stands in the world: -R^T t. */
+  /** The position of the camera in the world: -R^T t. */
   get centre() {
     const { rotation: r, translation: t } = this;
     return [0, 1, 2].map((i) => -(r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2]));
   }
+}
+
+/** Sample points on a ball in the middle of the picture; each represents the same area of the picture. */
+const POINTS = 1000;
+const GOLDEN_ANGLE = Math.PI * (3 - Math.sqrt(5));
+
+const subtract = (a, b) => a.map((x, i) => x - b[i]);
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const scaled = (a, factor) => a.map((x) => x * factor);
+const unit = (a) => scaled(a, 1 / Math.hypot(...a));
+
+/** Normals of the hemisphere that faces axis, evenly distributed over its projection. */
+function* normalsTowards(axis) {
+  const aside = unit(cross(axis, Math.abs(axis[0]) < 0.5 ? [1, 0, 0] : [0, 1, 0]));
+  const above = cross(axis, aside);
+  for (let i = 0; i < POINTS; i++) {
+    const radius = Math.sqrt((i + 0.5) / POINTS);
+    const [x, y] = [radius * Math.cos(i * GOLDEN_ANGLE), radius * Math.sin(i * GOLDEN_ANGLE)];
+    const z = Math.sqrt(1 - radius * radius);
+    yield [0, 1, 2].map((k) => x * aside[k] + y * above[k] + z * axis[k]);
+  }
+}
+
+function shows(camera, [x, y, z]) {
+  const place = camera.calibrated ? camera.project(x, y, z) : null;
+  return place !== null && place[0] >= 0 && place[0] < camera.width && place[1] >= 0 && place[1] < camera.height;
+}
+
+/**
+ * The cameras that a picture needs by the rule of docs/fvvrender.md, [{camera: id, share}], the largest share first. The
+ * picture is taken to be a ball at target, seen from eye; each of its points takes its colour from the best cameras, by
+ * the cosine between its normal and the ray to the camera, if that is at least threshold. Returns as many cameras as
+ * together give the fraction share of the picture; with 1 all that give anything. Empty if no camera shows the target.
+ */
+export function camerasFor(cameras, { eye, target, best = 3, threshold = 0.25, share = 0.9 }) {
+  [eye, target] = [Array.from(eye), Array.from(target)];
+  const axis = unit(subtract(eye, target));
+  if (axis.length !== 3 || !axis.every(Number.isFinite)) throw new TypeError("eye and target have to be two points");
+  const able = cameras
+    .filter((camera) => shows(camera, target))
+    .map((camera) => ({ camera: camera.id, ray: unit(subtract(camera.centre, target)), share: 0 }));
+  for (const normal of normalsTowards(axis)) {
+    const seen = able.map((one) => ({ one, weight: dot(normal, one.ray) })).filter(({ weight }) => weight >= threshold);
+    const used = seen.sort((a, b) => b.weight - a.weight).slice(0, best);
+    const sum = used.reduce((total, { weight }) => total + weight, 0);
+    for (const { one, weight } of used) one.share += weight / sum;
+  }
+  const all = able.reduce((total, one) => total + one.share, 0);
+  const needed = [];
+  let found = 0;
+  for (const one of able.filter((each) => each.share > 0).sort((a, b) => b.share - a.share)) {
+    if (found >= share * all) break;
+    found += one.share;
+    needed.push({ camera: one.camera, share: one.share / all });
+  }
+  return needed;
+}
+
+/** The video tracks that show at least one of these cameras, or the atlas. */
+export function tracksOf(videos, cameras) {
+  const wanted = new Set(cameras);
+  const isWanted = (video) =>
+    video.shows === "atlas" ||
+    (video.shows === "camera" ? wanted.has(video.camera) : video.tiles.some(({ camera }) => wanted.has(camera)));
+  return videos.filter(isWanted).map(({ track }) => track);
 }

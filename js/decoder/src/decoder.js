@@ -1,16 +1,15 @@
-// The public face: events, frames, seeking. The work is the engine's, in a worker or beside the caller.
+// The public decoder: events, frames, seeking. The engine does the work, in a worker or in the caller's thread.
 
-import { Camera, Projector } from "./camera.js";
+import { Camera, camerasFor, Projector, tracksOf } from "./camera.js";
 import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
 import { Frame } from "./frame.js";
-import { connect } from "./port.js";
 import { compileBackground, compileCodec, compileCore, compileProjection } from "./modules.js";
-import { camerasFor, tracksOf } from "./viewpoint.js";
+import { connect } from "./port.js";
 import { createProjection } from "./wasm.js";
 
-/** How long a worker may take to say that it is there. */
-const WORKER_PATIENCE_MS = 10000;
+/** How long a worker may take to start. */
+const WORKER_TIMEOUT_MS = 10000;
 
 export class FvvEvent extends Event {
   constructor(type, detail) {
@@ -21,7 +20,7 @@ export class FvvEvent extends Event {
 
 function startWorker(given) {
   const made = typeof given === "function" ? given() : given;
-  // Written out in one piece: bundlers look for just these words.
+  // In one expression: bundlers look for exactly this text.
   const worker =
     made instanceof Worker
       ? made
@@ -33,11 +32,11 @@ function startWorker(given) {
       worker.terminate();
       reject(new Error(why));
     };
-    const timer = setTimeout(() => fail("it does not answer"), WORKER_PATIENCE_MS);
+    const timer = setTimeout(() => fail("it does not respond"), WORKER_TIMEOUT_MS);
     worker.addEventListener("error", (event) => {
       clearTimeout(timer);
       event.preventDefault?.();
-      fail(event.message || "its script can't be loaded");
+      fail(event.message || "its script cannot be loaded");
     });
     worker.addEventListener("message", function ready({ data }) {
       if (data.result !== "ready") return;
@@ -48,7 +47,7 @@ function startWorker(given) {
   });
 }
 
-/** In this thread, as functions can't be sent to workers; the module that they find can. */
+/** In this thread: functions can't be sent to workers, but the compiled module can. */
 async function loadFallback(find) {
   const found = await find();
   return found instanceof WebAssembly.Module ? found : found.compile();
@@ -57,10 +56,10 @@ async function loadFallback(find) {
 export class Decoder extends EventTarget {
   #call;
   #worker = null;
-  #early = null;
+  #pendingWarning = null;
   #projector;
   #cameras = [];
-  #seen = []; // cameras as they were in the frame that was taken last
+  #latestCameras = []; // as they were in the frame that was taken last
   #view = null;
   #finish = [];
   #taking = Promise.resolve();
@@ -97,10 +96,10 @@ export class Decoder extends EventTarget {
       signal.addEventListener("abort", stop, { once: true });
       this.#finish.push(() => signal.removeEventListener("abort", stop));
     }
-    const { limits, normals, visibility, shares, video, queue, tracks, look } = options;
-    const wanted = { limits, normals, visibility, shares, video, queue, tracks };
-    const ways = { hasFallback: Boolean(fallback), held: look !== null };
-    const opened = await this.#call("open", { source, module, ...wanted, ...ways });
+    const { limits, normals, visibility, visibilityWeights, video, queue, tracks, look } = options;
+    const wanted = { limits, normals, visibility, visibilityWeights, video, queue, tracks };
+    const modes = { hasFallback: Boolean(fallback), waitsForSelection: look !== null };
+    const opened = await this.#call("open", { source, module, ...wanted, ...modes });
     Object.assign(this, opened);
     if (look) await this.#lookAtOnce(look, tracks);
   }
@@ -120,8 +119,8 @@ export class Decoder extends EventTarget {
         });
         return;
       } catch (error) {
-        const message = `there is no worker (${error.message}): this thread decodes`;
-        this.#early = new FvvError({ code: "worker", severity: "warning", fatal: false, message });
+        const message = `no worker could be started (${error.message}): this thread decodes`;
+        this.#pendingWarning = FvvError.warning("worker", message);
       }
     const engine = new Engine(served);
     this.#call = async (name, argument) => engine[name](argument);
@@ -135,13 +134,13 @@ export class Decoder extends EventTarget {
   #configure(configuration) {
     configuration.cameras = configuration.cameras.map((fields) => new Camera(fields, this.#projector));
     this.configuration = configuration;
-    this.#cameras = this.#seen = configuration.cameras;
-    // Tracks may have other numbers now. What fails is told by the next call.
+    this.#cameras = this.#latestCameras = configuration.cameras;
+    // Track numbers may have changed. The next call reports a failure.
     if (this.#view) this.look(this.#view).catch(() => {});
     this.dispatchEvent(new FvvEvent("configuration", configuration));
   }
 
-  /** Before anything is played, where the source tells its configuration; else as soon as it comes. */
+  /** Before anything is played, if the source has its configuration by then; else as soon as it arrives. */
   async #lookAtOnce(view, tracks) {
     const configuration = await this.#call("peek");
     this.#view = view;
@@ -162,10 +161,10 @@ export class Decoder extends EventTarget {
     return { cameras: needed, tracks };
   }
 
-  /** Tracks of video that frames come with, from the next group on; null: all. Ends what look wants. */
+  /** Tracks of video in frames from the next group on; null: all. Ends the selection by look. */
   async select({ tracks = null }) {
     if (tracks !== null && !(Array.isArray(tracks) && tracks.every(Number.isInteger)))
-      throw new FvvError({ code: "argument", fatal: false, message: "tracks is a list of numbers, or null" });
+      throw new FvvError({ code: "argument", fatal: false, message: "tracks: expected a list of numbers, or null" });
     this.#view = null;
     await this.#call("select", { tracks });
   }
@@ -175,17 +174,17 @@ export class Decoder extends EventTarget {
     camerasFor([], view);
     this.#view = view;
     if (!this.configuration) return { cameras: [], tracks: [] };
-    return this.#aim(this.#seen, this.configuration.videos);
+    return this.#aim(this.#latestCameras, this.configuration.videos);
   }
 
-  /** What is known of the source anew. */
-  #learn({ seekable, frameCount, groups }) {
+  /** The source was opened again, or more of it is known. */
+  #update({ seekable, frameCount, groups }) {
     Object.assign(this, { seekable, frameCount, groups });
     this.dispatchEvent(new FvvEvent("groups", groups));
   }
 
-  /** One more environment of the configuration that holds; null: another configuration holds. */
-  #surround(background) {
+  /** Another environment of the current configuration; null: the configuration has changed. */
+  #addBackground(background) {
     this.backgrounds = background ? [...this.backgrounds, background] : [];
     this.dispatchEvent(new FvvEvent("background", this.backgrounds));
   }
@@ -195,7 +194,7 @@ export class Decoder extends EventTarget {
     const cameras = this.#cameras.map((camera) =>
       moving.has(camera.id) ? new Camera({ ...moving.get(camera.id), name: camera.name }, this.#projector) : camera,
     );
-    this.#seen = cameras;
+    this.#latestCameras = cameras;
     return new Frame(raw, this.configuration, cameras);
   }
 
@@ -207,9 +206,9 @@ export class Decoder extends EventTarget {
   }
 
   async #take() {
-    // Before the first frame nobody has had time to listen.
-    if (this.#early) this.dispatchEvent(new FvvEvent("warning", this.#early));
-    this.#early = null;
+    // Listeners can only be added after the decoder was created.
+    if (this.#pendingWarning) this.dispatchEvent(new FvvEvent("warning", this.#pendingWarning));
+    this.#pendingWarning = null;
     while (!this.#closed && !this.#ended) {
       const item = await this.#call("next").catch((error) => {
         if (!this.#closed) throw error;
@@ -224,8 +223,8 @@ export class Decoder extends EventTarget {
       }
       const detail = this.#revive(item.detail);
       if (type === "configuration") this.#configure(detail);
-      else if (type === "opened") this.#learn(detail);
-      else if (type === "background") this.#surround(detail);
+      else if (type === "opened") this.#update(detail);
+      else if (type === "background") this.#addBackground(detail);
       else if (type === "end") this.#ended = true;
       else this.dispatchEvent(new FvvEvent(type, detail));
       if (type === "error") {
@@ -254,49 +253,49 @@ export class Decoder extends EventTarget {
     return this[Symbol.asyncIterator]();
   }
 
-  /** The frames that follow begin with this one. {frame: number}, {time: ticks as bigint} or {seconds}. */
+  /** Playback continues with this frame. {frame: number}, {time: ticks as bigint} or {seconds}. */
   async seek({ frame, time, seconds }) {
-    if (!this.seekable) throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
+    if (!this.seekable) throw new FvvError({ code: "state", fatal: false, message: "this source cannot be sought in" });
     let place;
     if (frame !== undefined) {
       if (!(Number.isInteger(frame) && frame >= 0 && frame < (this.frameCount ?? Infinity)))
         throw new FvvError({
           code: "argument",
           fatal: false,
-          message: `there is no frame ${frame} of ${this.frameCount ?? "a stream whose length is not known"}`,
+          message: `frame: expected 0 to ${this.frameCount === null ? "the end" : this.frameCount - 1}, found ${frame}`,
         });
       place = { frame };
     } else if (time !== undefined) {
       place = { time: BigInt(time) };
     } else {
-      const { numerator, denominator } = (await this.#known()).timeBase;
+      const { numerator, denominator } = (await this.#firstConfiguration()).timeBase;
       place = { time: BigInt(Math.floor((seconds * denominator) / numerator + 1e-6)) };
     }
     await this.#call("seek", place);
     this.#ended = false;
   }
 
-  /** The configuration comes in front of the first frame: times in seconds need it. */
-  async #known() {
+  /** Times in seconds need the configuration, which arrives before the first frame. */
+  async #firstConfiguration() {
     if (!this.configuration) (await this.next())?.close();
     if (!this.configuration)
       throw new FvvError({ code: "state", fatal: false, message: "the stream has no configuration" });
     return this.configuration;
   }
 
-  /** Figures since the beginning: frames, decodeMs, memoryBytes, bytesRead, requests, ... */
+  /** Statistics since the beginning: frames, decodeMs, memoryBytes, bytesRead, requests, ... */
   async stats() {
     const stats = await this.#call("status");
     this.dispatchEvent(new FvvEvent("stats", stats));
     return stats;
   }
 
-  /** [{start, end}] in ticks: what plays without the network. */
-  held() {
-    return this.#call("heldTimes");
+  /** [{start, end}] in ticks: times that can be played without the network. */
+  buffered() {
+    return this.#call("bufferedTimes");
   }
 
-  /** Ends everything; an iteration that goes on ends without an error. Frames that were handed out stay good. */
+  /** Stops everything; a running iteration ends without an error. Frames that were returned stay valid. */
   close() {
     if (this.#closed) return;
     this.#closed = true;

@@ -1,5 +1,4 @@
-// What runs in the worker, or without one beside the caller: playback, pictures, and a bounded queue of frames between
-// them and who takes them.
+// Playback, pictures, and a bounded queue of frames. Runs in the worker, or without a worker in the caller's thread.
 
 import { Cache } from "./cache.js";
 import { FvvError } from "./errors.js";
@@ -8,88 +7,114 @@ import { Playback } from "./playback.js";
 import { defaultLimits } from "./session.js";
 import { openSource } from "./sources.js";
 
-/** A file that changes more often than this is not worth it. */
-const REOPEN_MOST = 3;
+/** A file that changes more often is an error. */
+const REOPEN_MAX = 3;
 
 export class Engine {
-  /** pull(): the next bytes of a source that is a stream, or null. codec(name), background(), fallback(): compiled modules. */
+  #pull;
+  #codec;
+  #background;
+  #fallback;
+  #description; // of the source
+  #limit; // of frames in the queue
+  #settings;
+  #tracks = null;
+  #waitsForSelection = false;
+  #pictures;
+  #source;
+  #cache;
+  #playback;
+  #generation = 0; // of seeks
+  #queue = [];
+  #waiting = null; // resolves when something is in the queue
+  #room = null; // resolves when there is room in the queue
+  #running; // promise of the current generation
+  #frames; // generator
+  #abort;
+  #last = null; // time of the last frame
+  #closed = false;
+  #stats = { frames: 0, skipped: 0, decodeMs: 0, pictures: 0 };
+
+  /** pull(): the next bytes of a stream, or null. codec(name), background(), fallback(): return compiled modules. */
   constructor({ pull, codec, background, fallback }) {
-    Object.assign(this, { pull, codec, background, fallback });
-    Object.assign(this, { generation: 0, queue: [], waiting: null, room: null, error: null, closed: false });
-    this.stats = { frames: 0, passed: 0, dropped: 0, decodeMs: 0, pictures: 0 };
+    this.#pull = pull;
+    this.#codec = codec;
+    this.#background = background;
+    this.#fallback = fallback;
   }
 
-  /** tracks: as of select. held: nothing is played before the first call of that. */
-  async open({ source, module, limits, video, hasFallback, queue, tracks = null, held = false, ...want }) {
-    this.limit = Math.max(1, queue);
-    this.description = source;
-    Object.assign(this, { tracks, held });
-    this.settings = { module, limits, want };
-    this.pictures = createPictures(video, {
-      tell: (type, error) => this.#tell(type, error),
-      fallback: hasFallback ? this.fallback : null,
+  /** tracks: as of select. waitsForSelection: nothing is played before the first call of select. */
+  async open({ source, module, limits, video, hasFallback, queue, tracks = null, waitsForSelection = false, ...want }) {
+    this.#limit = Math.max(1, queue);
+    this.#description = source;
+    this.#tracks = tracks;
+    this.#waitsForSelection = waitsForSelection;
+    this.#settings = { module, limits, want };
+    this.#pictures = createPictures(video, {
+      emit: (type, error) => this.#emit(type, error),
+      fallback: hasFallback ? this.#fallback : null,
       memoryBytes: limits.memory ?? defaultLimits.memory,
     });
     await this.#openSource();
-    if (!held) this.#run(undefined);
-    return this.playback.about;
+    if (!waitsForSelection) this.#play(undefined);
+    return this.#playback.about;
   }
 
   async #openSource() {
-    const warn = (error) => this.#tell("warning", error);
-    this.source?.close?.();
-    const cache = (this.cache = new Cache(() => this.#cacheRoom));
-    const source = await openSource(this.description, { pull: this.pull, warn, cache });
-    this.source = source;
-    if (this.closed) source.close?.();
-    this.playback = await Playback.open(source, {
-      ...this.settings,
-      codec: this.codec,
-      selection: this.tracks,
-      frugal: this.held,
-      background: this.background,
-      emit: (type, detail) => this.#tell(type, detail),
+    const warn = (error) => this.#emit("warning", error);
+    this.#source?.close?.();
+    const cache = (this.#cache = new Cache(() => this.#cacheRoom));
+    const source = await openSource(this.#description, { pull: this.#pull, warn, cache });
+    this.#source = source;
+    if (this.#closed) source.close?.();
+    this.#playback = await Playback.open(source, {
+      ...this.#settings,
+      codec: this.#codec,
+      selection: this.#tracks,
+      frugal: this.#waitsForSelection,
+      background: this.#background,
+      emit: (type, detail) => this.#emit(type, detail),
     });
   }
-  /** The cache gives way to what decoding takes. */
+  /** The cache may use the memory that decoding leaves. */
   get #cacheRoom() {
-    const { memory, cacheBytes } = { ...defaultLimits, ...this.settings.limits };
-    return this.closed ? 0 : Math.min(cacheBytes, memory - (this.playback?.session.memoryBytes ?? 0));
+    const { memory, cacheBytes } = { ...defaultLimits, ...this.#settings.limits };
+    return this.#closed ? 0 : Math.min(cacheBytes, memory - (this.#playback?.memoryBytes ?? 0));
   }
 
-  /** Events stand in the queue between frames, so that they are told in their place. */
-  #tell(type, detail) {
-    // What is told is handed over to another thread, with the records in it.
-    if (type === "configuration") this.pictures.configure(structuredClone(detail));
-    this.queue.push({ type, detail });
+  /** Events are queued between frames, so that they are dispatched in order. */
+  #emit(type, detail) {
+    // The detail is transferred to another thread, with the records in it.
+    if (type === "configuration") this.#pictures.configure(structuredClone(detail));
+    this.#queue.push({ type, detail });
     this.#wake();
   }
   #wake() {
-    const { waiting } = this;
-    this.waiting = null;
+    const waiting = this.#waiting;
+    this.#waiting = null;
     waiting?.();
   }
   get #full() {
-    return this.queue.reduce((n, item) => n + (item.type === "frame" ? 1 : 0), 0) >= this.limit;
+    return this.#queue.reduce((n, item) => n + (item.type === "frame" ? 1 : 0), 0) >= this.#limit;
   }
 
-  async #run(place) {
-    const generation = ++this.generation;
-    this.queue.forEach((item) => item.type === "frame" && discard(item));
-    this.queue = this.queue.filter((item) => item.type === "warning" || item.type === "background");
-    this.room?.();
-    this.abort?.abort();
-    this.abort = new AbortController();
-    // Two generators in one session would take each other's bytes.
-    const former = this.running;
+  async #play(place) {
+    const generation = ++this.#generation;
+    this.#queue.forEach((item) => item.type === "frame" && discard(item));
+    this.#queue = this.#queue.filter((item) => item.type === "warning" || item.type === "background");
+    this.#room?.();
+    this.#abort?.abort();
+    this.#abort = new AbortController();
+    // Two generators in one session would consume each other's bytes.
+    const former = this.#running;
     let done;
-    this.running = new Promise((resolve) => (done = resolve));
-    this.frames?.return().catch(() => {});
+    this.#running = new Promise((resolve) => (done = resolve));
+    this.#frames?.return().catch(() => {});
     await former;
     try {
-      if (generation === this.generation) await this.#produceAnew(generation, place);
+      if (generation === this.#generation) await this.#produceAcrossChanges(generation, place);
     } catch (error) {
-      if (generation === this.generation) this.queue.push({ type: "error", detail: FvvError.from(error) });
+      if (generation === this.#generation) this.#queue.push({ type: "error", detail: FvvError.from(error) });
     } finally {
       done();
       this.#wake();
@@ -97,20 +122,17 @@ export class Engine {
   }
 
   /** A file that changes while it is read is opened again, and played from the same time on. */
-  async #produceAnew(generation, place) {
+  async #produceAcrossChanges(generation, place) {
     for (let times = 0; ; times++) {
       try {
         return await this.#produce(generation, place);
       } catch (error) {
-        if (error.code !== "changed" || times === REOPEN_MOST || generation !== this.generation) throw error;
-        this.#tell(
-          "warning",
-          new FvvError({ code: "changed", severity: "warning", fatal: false, message: error.message }),
-        );
-        const { last } = this;
+        if (error.code !== "changed" || times === REOPEN_MAX || generation !== this.#generation) throw error;
+        this.#emit("warning", FvvError.warning("changed", error.message));
+        const last = this.#last;
         await this.#openSource();
-        const { about } = this.playback;
-        this.#tell("opened", about);
+        const { about } = this.#playback;
+        this.#emit("opened", about);
         if (last !== null) place = { time: last };
         if (!about.seekable || place?.frame >= about.frameCount) place = undefined;
       }
@@ -118,86 +140,86 @@ export class Engine {
   }
 
   async #produce(generation, place) {
-    this.pictures.restart();
-    this.last = null;
-    const current = () => generation === this.generation;
-    this.frames = this.playback.frames(place, this.abort.signal);
-    for await (const frame of this.frames) {
+    this.#pictures.restart();
+    this.#last = null;
+    const current = () => generation === this.#generation;
+    this.#frames = this.#playback.frames(place, this.#abort.signal);
+    for await (const frame of this.#frames) {
       if (!current()) return;
-      this.cache.fit();
-      const pictures = this.pictures.submit(frame);
+      this.#cache.evict();
+      const pictures = this.#pictures.submit(frame);
       pictures.catch(() => {});
       if (frame.skipped) {
-        this.stats.passed++;
+        this.#stats.skipped++;
         pictures.then(closeAll, () => {});
         continue;
       }
-      this.last = frame.time;
-      this.stats.frames++;
-      this.stats.decodeMs += frame.decodeMs;
-      this.queue.push({ type: "frame", frame, pictures });
+      this.#last = frame.time;
+      this.#stats.frames++;
+      this.#stats.decodeMs += frame.decodeMs;
+      this.#queue.push({ type: "frame", frame, pictures });
       this.#wake();
-      while (current() && this.#full) await new Promise((resolve) => (this.room = resolve));
+      while (current() && this.#full) await new Promise((resolve) => (this.#room = resolve));
       if (!current()) return;
     }
-    await this.pictures.flush();
-    if (current()) this.queue.push({ type: "end" });
+    await this.#pictures.flush();
+    if (current()) this.#queue.push({ type: "end" });
   }
 
   /** The next frame or event: {type: "frame", frame}, {type: "gap", detail}, {type: "end"}, ... */
   async next() {
     for (;;) {
-      const { generation } = this;
-      if (!this.queue.length) {
-        await new Promise((resolve) => (this.waiting = resolve));
+      const generation = this.#generation;
+      if (!this.#queue.length) {
+        await new Promise((resolve) => (this.#waiting = resolve));
         continue;
       }
-      const item = this.queue[0];
+      const item = this.#queue[0];
       const pictures = item.type === "frame" ? await item.pictures : [];
-      if (generation !== this.generation) {
+      if (generation !== this.#generation) {
         closeAll(pictures);
         continue;
       }
-      this.queue.shift();
-      const { room } = this;
-      this.room = null;
+      this.#queue.shift();
+      const room = this.#room;
+      this.#room = null;
       room?.();
       if (item.type !== "frame") return item;
-      this.stats.pictures += pictures.length;
+      this.#stats.pictures += pictures.length;
       return { type: "frame", frame: { ...item.frame, pictures } };
     }
   }
 
   seek(place) {
-    if (!this.playback.about.seekable)
-      throw new FvvError({ code: "state", fatal: false, message: "this source can't be sought in" });
-    this.#run(place);
+    if (!this.#playback.about.seekable)
+      throw new FvvError({ code: "state", fatal: false, message: "this source cannot be sought in" });
+    this.#play(place);
   }
 
-  /** [{start, end}] in ticks: what plays without the network. */
-  heldTimes() {
-    return this.playback.heldTimes();
+  /** [{start, end}] in ticks: times that can be played without the network. */
+  bufferedTimes() {
+    return this.#playback.bufferedTimes();
   }
 
-  /** The configuration, as early as the source can tell. */
+  /** The configuration, if the source has it before playback begins. */
   peek() {
-    return this.playback.peek();
+    return this.#playback.peek();
   }
 
-  /** Tracks of video that frames come with; null: all. */
+  /** Tracks of video in frames; null: all. */
   select({ tracks }) {
-    this.tracks = tracks;
-    this.playback.select(tracks);
-    if (this.held) this.#run(undefined);
-    this.held = false;
+    this.#tracks = tracks;
+    this.#playback.select(tracks);
+    if (this.#waitsForSelection) this.#play(undefined);
+    this.#waitsForSelection = false;
   }
 
   status() {
-    const { source, playback, stats, cache } = this;
+    const [source, playback, cache] = [this.#source, this.#playback, this.#cache];
     return {
-      ...stats,
-      queued: this.queue.length,
-      memoryBytes: playback.session.memoryBytes,
+      ...this.#stats,
+      queued: this.#queue.length,
+      memoryBytes: playback.memoryBytes,
       bytesRead: source.bytesRead ?? null,
       requests: source.requests ?? null,
       cachedBytes: cache.bytes,
@@ -207,16 +229,16 @@ export class Engine {
   }
 
   async close() {
-    this.generation++;
-    this.room?.();
-    this.queue.forEach((item) => item.type === "frame" && discard(item));
-    this.queue = [{ type: "end" }];
+    this.#generation++;
+    this.#room?.();
+    this.#queue.forEach((item) => item.type === "frame" && discard(item));
+    this.#queue = [{ type: "end" }];
     this.#wake();
-    this.abort?.abort();
-    this.frames?.return().catch(() => {});
-    this.pictures?.close();
-    this.closed = true;
-    this.source?.close?.();
+    this.#abort?.abort();
+    this.#frames?.return().catch(() => {});
+    this.#pictures?.close();
+    this.#closed = true;
+    this.#source?.close?.();
   }
 }
 

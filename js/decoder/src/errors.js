@@ -1,4 +1,4 @@
-// What goes wrong, by number. Codes are those of fvv_status in types.h and some of this package.
+// Errors and warnings. Codes are the names of fvv_status in types.h, and a few of this package.
 
 const codes = new Map([
   [-1, "argument"],
@@ -17,11 +17,15 @@ const codes = new Map([
 export const IO = -4;
 
 export class FvvError extends Error {
-  /** code: "damaged", "limit", ...; issue: n of FVV-n in spec/issues.md, 0 when no rule is concerned. */
+  /** code: "damaged", "limit", ...; issue: n of FVV-n in spec/issues.md, 0 if no rule is violated. */
   constructor({ code, message, issue = 0, chunk = "", offset = null, fatal = true, severity = "error", cause }) {
     super(issue ? `${message} [FVV-${String(issue).padStart(4, "0")}]` : message, cause ? { cause } : undefined);
     this.name = "FvvError";
     Object.assign(this, { code, issue, chunk, offset, fatal, severity });
+  }
+
+  static warning(code, message, cause) {
+    return new FvvError({ code, message, severity: "warning", fatal: false, cause });
   }
 
   static fromDiagnostic(diagnostic, { fatal = true } = {}) {
@@ -29,7 +33,7 @@ export class FvvError extends Error {
     return new FvvError({ ...diagnostic, code, message: diagnostic.message || code, fatal });
   }
 
-  /** Errors lose their class and fields on the way out of a worker. */
+  /** Structured clones of errors lose their class and fields. */
   toPlain() {
     const { code, issue, chunk, offset, fatal, severity } = this;
     return { code, issue, chunk, offset, fatal, severity, message: this.message };

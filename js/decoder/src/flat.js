@@ -1,7 +1,7 @@
-// Reads structs of libfvv and of wasm/flat.h out of a module's memory. Everything is copied: what is returned stays good when the
+// Reads structs of libfvv and of wasm/flat.h from a module's memory. Everything is copied: results stay valid when the
 // memory grows or is overwritten.
 
-// Of each struct its size, and of each field its type and offset, with the number of elements or what a list holds.
+// The size of each struct, and the type and offset of each field, with the number of elements or what a list holds.
 // begin of generated tables (wasm/generate_flat.mjs)
 const layouts = {
   scene: {
@@ -181,7 +181,7 @@ const layouts = {
       elementCount: ["u32", 20],
       cameras: ["u16*", 24, 1, "cameraCount"],
       states: ["u8*", 28, "cameraCount", "elementCount"],
-      shares: ["u8*", 32, "cameraCount", "vertexCount"],
+      weights: ["u8*", 32, "cameraCount", "vertexCount"],
       vertexCount: ["u32", 36],
     },
   },
@@ -269,7 +269,7 @@ const arrays = {
   "f32*": Float32Array,
 };
 
-/** A struct as an object; structs in lists are what their own reader makes of them. */
+/** A struct as an object; a reader of its own converts each struct of a list. */
 function read(name, memory, address) {
   const { fields } = layouts[name];
   const view = new DataView(memory.buffer, address);
@@ -311,7 +311,7 @@ function read(name, memory, address) {
 const lenses = ["none", "radtan", "fisheye"];
 const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "metadata", "audio"];
 const shows = ["tiles", "camera", "atlas"];
-const domains = ["faces", "vertices", "shares"];
+const domains = ["faces", "vertices", "weights"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
 const upAxes = ["unknown", "x", "y", "z", "-x", "-y", "-z"];
 const pictureTypes = ["image/jpeg", "image/png"];
@@ -323,17 +323,17 @@ function fourcc(code) {
 }
 
 export const CAMERA_SIZE = layouts.camera.size;
-/** fvv_diagnostic of types.h, which is the same in all modules. */
+/** The size of fvv_diagnostic of types.h, which is the same in all modules. */
 export const DIAGNOSTIC_SIZE = layouts.diagnostic.size;
 
-/** Of the configuration: a camera that moves is calibrated in frames alone. */
+/** A camera of the configuration: one that moves is calibrated in frames only. */
 function readCamera(memory, address) {
   const { lens, flags, ...camera } = read("camera", memory, address);
   const moves = (flags & 1) !== 0;
   return { ...camera, lens: lenses[lens], moves, calibrated: !moves };
 }
 
-/** The way back, for projection: everything but the name. */
+/** The inverse of readCamera, for projection: everything but the name. */
 export function writeCamera(memory, address, camera) {
   const view = new DataView(memory.buffer, address, CAMERA_SIZE);
   const values = { ...camera, lens: lenses.indexOf(camera.lens), flags: 0 };

@@ -1,53 +1,59 @@
-// Groups of a source and where frames stand in them, by the index that the core reads, or makes of what is there.
+// The groups of a source: where their frames are, and which times can be played without the network.
 
 import { FvvError } from "./errors.js";
 
-/** So many reads and bytes to find the index; a file that needs more is read from front to back. */
-const READS = 64;
-const BYTES = 2 ** 26;
-const READ_LEAST = 1 << 14;
+/** Limits for finding the index; a file that needs more reads or bytes is read from front to back. */
+const READS_MAX = 64;
+const BYTES_MAX = 2 ** 26;
+const READ_MIN = 1 << 14;
 
+/** The index that the core reads, or rebuilds from the bytes that are available. */
 export class GroupIndex {
-  #reads = []; // {at, bytes} that were fetched for it
+  #source;
+  #parts;
+  #reads = []; // {at, bytes} fetched for the index
   #missing = null;
-  /** Bytes of one answer that it was made of. */
+  /** Of a single response: the bytes that the index was made from. */
   front = null;
-  /** null: the source does not tell. Of one answer: those that have gone by. */
+  /** null: not known. Of a single response: the groups that have arrived. */
   groups = null;
   frameCount;
+  /** Set by playback. */
+  session = null;
 
-  /** parts: iterates over {at, bytes} that are there besides. */
+  /** parts: iterates over further {at, bytes} that are available. */
   constructor(source, parts) {
-    Object.assign(this, { source, parts, session: null });
+    this.#source = source;
+    this.#parts = parts;
   }
 
-  /** What the core reads, out of what is there; else what is missing is noted. */
-  answer(offset, out) {
-    for (const { at, bytes } of [...this.#reads, ...this.parts])
+  /** Serves a read of the core from available bytes; returns false and notes the read if it cannot. */
+  readInto(offset, out) {
+    for (const { at, bytes } of [...this.#reads, ...this.#parts])
       if (offset >= at && offset + out.length <= at + bytes.length) {
         out.set(bytes.subarray(offset - at, offset - at + out.length));
         return true;
       }
-    if (this.source.kept?.(offset, out)) return true;
+    if (this.#source.kept?.(offset, out)) return true;
     this.#missing = { offset, size: out.length };
     return false;
   }
 
-  /** Calls step until it has what it reads; false: that would be too much. */
+  /** Calls step, and fetches what it lacks, until it succeeds; false: the limits are reached. */
   async satisfied(step) {
     let total = 0;
     for (let reads = 0; !step(); reads++) {
       const { offset, size } = this.#missing;
       total += size;
-      if (reads >= READS || total > BYTES || !this.source.read) return false;
-      const wanted = Math.min(Math.max(size, READ_LEAST), this.source.size - offset);
-      const bytes = await this.source.read(offset, wanted);
+      if (reads >= READS_MAX || total > BYTES_MAX || !this.#source.read) return false;
+      const wanted = Math.min(Math.max(size, READ_MIN), this.#source.size - offset);
+      const bytes = await this.#source.read(offset, wanted);
       if (bytes.length < size) throw new FvvError({ code: "io", message: `${size} bytes at ${offset} can't be read` });
       this.#reads.push({ at: offset, bytes });
     }
     return true;
   }
-  /** What look finds, or null. What is not there may only not have been read. */
+  /** The result of look, or null; bytes that look lacks are fetched first. */
   async find(look) {
     let found;
     const step = () => {
@@ -57,7 +63,7 @@ export class GroupIndex {
     };
     return (await this.satisfied(step)) ? found : null;
   }
-  /** Number of reads; forgetReads lets go what came behind that. */
+  /** Number of reads; forgetReads(count) drops those after the first count. */
   get reads() {
     return this.#reads.length;
   }
@@ -65,28 +71,31 @@ export class GroupIndex {
     this.#reads.length = count;
   }
 
-  /** Answers what is wrong with the index, or null. */
+  /** Returns a description of what is wrong with the index, or null. */
   async open() {
-    const { source, session } = this;
+    const source = this.#source;
+    const { session } = this;
     if (source.groups) this.#number(source.groups);
     if (source.size === undefined) return null;
     if (source.bytes) this.#reads.push({ at: 0, bytes: source.bytes });
     if (!(await this.satisfied(() => session.open(source.size))))
-      return "there is no index: the file is read from front to back";
+      return "no index was found: the file is read from front to back";
     this.#number(session.groups());
-    return session.indexState === 2 ? "there is no good index: it was rebuilt from all bytes" : null;
+    return session.indexState === 2 ? "the index is missing or damaged: it was rebuilt from all bytes" : null;
   }
 
-  /** Of one answer: the groups that have gone by, which can all be read again. The session plays nothing meanwhile. */
+  /** Of a single response: the groups that have arrived, which can all be read again. Nothing is played meanwhile. */
   openKept() {
-    const { source, session } = this;
+    const source = this.#source;
+    const { session } = this;
     if (this.front === source.front) return;
     try {
-      if (!session.open(source.front)) throw new FvvError({ code: "io", message: "what has gone by is not kept any more" }); // prettier-ignore
+      if (!session.open(source.front))
+        throw new FvvError({ code: "io", message: "bytes that have been played are no longer kept" });
       this.#number(session.groups());
     } catch (error) {
       if (!["damaged", "invalid", "truncated"].includes(error.code)) throw error;
-      // Too little has come.
+      // Too few bytes have arrived.
       this.#number([]);
     }
     this.front = source.front;
@@ -100,17 +109,65 @@ export class GroupIndex {
       first += group.frameCount;
     }
     this.frameCount = first;
-    this.source.divide?.(groups.map(({ offset }) => offset));
+    this.#source.divide?.(groups.map(({ offset }) => offset));
   }
 
-  /** Group and the frames in it to pass over, skip, for {frame}; for {time} (ticks) the frame that is shown then: the
-   * last one that is not later than until. */
+  /** For {frame}: its group, and skip, the number of frames before it in the group. For {time} in ticks: the group, and
+   * until, the time that the wanted frame is not later than. */
   locate({ frame, time }) {
     const { groups } = this;
     const holds = (group) =>
       group.frameCount && (frame === undefined ? group.start <= time : group.firstFrame <= frame);
     let i = groups.findLastIndex(holds);
-    if (i < 0) i = Math.max(0, groups.findIndex((group) => group.frameCount)); // prettier-ignore
+    if (i < 0)
+      i = Math.max(
+        0,
+        groups.findIndex((group) => group.frameCount),
+      );
     return frame === undefined ? { group: i, until: time } : { group: i, skip: frame - (groups[i]?.firstFrame ?? 0) };
+  }
+}
+
+/** The times of a stream that can be played without the network. */
+export class BufferedTimes {
+  #source;
+  #index;
+  #covered = new Map(); // group -> {ranges, until, tracks}
+  #span = null;
+
+  constructor(source, index) {
+    this.#source = source;
+    this.#index = index;
+  }
+
+  /** Group i up to a time (ticks) needs the bytes in ranges, [{from, end}], for these tracks of video; null: for all. */
+  cover(i, until, ranges, tracks) {
+    this.#covered.set(i, { until, ranges, tracks });
+  }
+  /** Of a single response: a frame from start to end has arrived. */
+  append(start, end) {
+    this.#span ??= { start, end };
+    if (end > this.#span.end) this.#span.end = end;
+  }
+
+  /** selection: tracks that are played. Returns [{start, end}] in ticks, in order. */
+  times(selection) {
+    const { groups } = this.#index;
+    const source = this.#source;
+    if (source.front !== undefined && !source.complete) return source.rewinds && this.#span ? [{ ...this.#span }] : [];
+    const holds = (from, end) => source.holds?.(from, end) ?? true;
+    const times = [];
+    groups?.forEach(({ offset, size, start, end, frameCount }, i) => {
+      const until = holds(offset, offset + size) ? end : this.#until(i, holds, selection);
+      if (!frameCount || until === null) return;
+      if (times.at(-1)?.end >= start) times.at(-1).end = until;
+      else times.push({ start, end: until });
+    });
+    return times;
+  }
+  #until(i, holds, selection) {
+    const { until, ranges, tracks } = this.#covered.get(i) ?? {};
+    const serves = tracks === null || (tracks && selection?.every((track) => tracks.includes(track)));
+    return serves && ranges.every(({ from, end }) => holds(from, end)) ? until : null;
   }
 }

@@ -1,5 +1,5 @@
-/** Where bytes come from. A URL is read by Range where the server can, else from front to back; segments and live streams
- * by their URL. */
+/** Where bytes come from. A URL is read by Range requests if the server supports them, else from front to back. Segments
+ * and live streams are recognised by their URL. */
 export type Source =
   | string
   | URL
@@ -9,16 +9,16 @@ export type Source =
       credentials?: RequestCredentials;
       /** false: one request for all of it, from front to back, and nothing is kept. Default true. */
       seekable?: boolean;
-      /** The URL is that of a manifest of segments. Default: its path ends with .json. */
+      /** The URL is that of a manifest of segments. Default: true if its path ends with .json. */
       segments?: boolean;
     }
   | {
       /** ws: or wss:, a live stream as fvvserve sends it. */
       url: string | URL;
       protocols?: string | string[];
-      /** Waits double from firstMs (250) to longestMs (8000). Default: no attempt. */
+      /** The delay doubles from firstMs (250) to longestMs (8000). Default: no attempts. */
       reconnect?: { attempts?: number; firstMs?: number; longestMs?: number };
-      /** Where there is none, as in Node before 22; then the thread of the caller decodes. */
+      /** For environments without one, such as Node before 22; the caller's thread decodes then. */
       WebSocket?: new (url: string, protocols?: string | string[]) => unknown;
     }
   | Blob
@@ -27,11 +27,11 @@ export type Source =
   | ReadableStream<Uint8Array>
   | AsyncIterable<Uint8Array | ArrayBuffer>;
 
-/** Every value can be left out. memory is that of one wasm instance in bytes; there are one or, with Draco, two. */
+/** All values are optional. */
 export interface Limits {
-  /** Bytes. Default 512 MiB. */
+  /** Bytes of one wasm instance; there is one per module in use. Default 512 MiB. */
   memory?: number;
-  /** Bytes of URLs and segments that are kept for loops and seeks; they and the instances stay below memory together.
+  /** Bytes of URLs and segments that are kept for loops and seeks. Together with the instances they stay below memory.
    * Default 64 MiB; 0: none. */
   cacheBytes?: number;
   maxPayload?: number;
@@ -47,45 +47,44 @@ export interface Options {
   source?: Source;
   limits?: Limits;
   signal?: AbortSignal;
-  /** A worker of this package by default where there are workers; false: none; or where its script lies. */
+  /** Default: a worker of this package, if the environment has workers. false: none. Or the URL of its script. */
   worker?: boolean | Worker | URL | string | (() => Worker);
-  /** Normals of the vertices, sent or computed. Default true. */
+  /** Vertex normals, transmitted or computed. Default true. */
   normals?: boolean;
   visibility?: boolean;
-  /** Shares of vertices too (clause 17.4), which shaders take. Default false. */
-  shares?: boolean;
-  /** "pictures", or "samples": encoded only. Default pictures where there is WebCodecs or videoFallback. */
+  /** Visibility weights of vertices (clause 17.4), which shaders need. Default false. */
+  visibilityWeights?: boolean;
+  /** "pictures", or "samples": encoded only. Default: pictures with WebCodecs or videoFallback. */
   video?: "pictures" | "samples";
-  /** Decoders for video that WebCodecs can't decode here, or for where there is none: () => import("@fvv/video-fallback").
+  /** Decoders for video that WebCodecs cannot decode, or for environments without it: () => import("@fvv/video-fallback").
    * Called in this thread, and only when a track needs it. Default: a warning, and frames without pictures. */
   videoFallback?: () => Promise<VideoFallback | WebAssembly.Module>;
-  /** Frames that are decoded ahead. Default 4. */
+  /** Number of frames that are decoded ahead. Default 4. */
   queue?: number;
   /** Tracks of video, as select takes them, from the first frame on. Default all. */
   tracks?: number[] | null;
-  /** The same for a viewpoint, as look takes it. */
+  /** Selects tracks for a viewpoint, as look does, from the first frame on. */
   look?: Viewpoint;
 }
 
-/** Where a viewer stands and looks, in world coordinates, and how a picture from there is textured
- * (docs/fvvrender.md). */
+/** The viewer's position and target in world coordinates, and how a picture from there is textured (docs/fvvrender.md). */
 export interface Viewpoint {
   eye: ArrayLike<number>;
   target: ArrayLike<number>;
-  /** Cameras for a point of the surface. Default 3. */
+  /** Number of cameras for a point of the surface. Default 3. */
   best?: number;
-  /** Cosine between normal and ray to the camera below which it gives no colour. Default 0.25. */
+  /** Minimum cosine between the normal and the ray to a camera that gives colour. Default 0.25. */
   threshold?: number;
-  /** Part of the picture that comes from where it would with all cameras. Default 0.9; 1: no camera is left out that
-   * gives anything. */
+  /** Fraction of the picture that has the same colour as with all cameras. Default 0.9; 1: every camera that gives any
+   * colour is selected. */
   share?: number;
 }
 
-/** Of a ball at the target, seen from eye: cameras that give the part share of it, those first that give most. None
- * when no camera shows the target. */
+/** The cameras that together colour the fraction share of a ball at the target, seen from eye; the largest share first.
+ * Empty if no camera shows the target. */
 export function camerasFor(cameras: Camera[], viewpoint: Viewpoint): { camera: number; share: number }[];
 
-/** What @fvv/video-fallback is. */
+/** The interface of @fvv/video-fallback. */
 export interface VideoFallback {
   compile(): Promise<WebAssembly.Module>;
 }
@@ -111,14 +110,14 @@ export type Code =
 
 export class FvvError extends Error {
   readonly code: Code;
-  /** n of FVV-n in spec/issues.md; 0: no rule of the format is concerned. */
+  /** n of FVV-n in spec/issues.md; 0: no rule of the format is violated. */
   readonly issue: number;
-  /** Type of the chunk, "" for none. */
+  /** Type of the chunk; "": none. */
   readonly chunk: string;
-  /** In the stream, bytes. */
+  /** Bytes from the beginning of the stream. */
   readonly offset: number | null;
   readonly severity: "error" | "warning";
-  /** Nothing follows. */
+  /** No further frames follow. */
   readonly fatal: boolean;
 }
 
@@ -133,7 +132,7 @@ export interface Rect {
   height: number;
 }
 
-/** Where a camera's picture, or a part of it, stands in the video. */
+/** Where a camera's picture, or a part of it, is in the video. */
 export interface Tile {
   camera: number;
   source: Rect;
@@ -144,18 +143,18 @@ export interface Video {
   track: number;
   /** "avc1", "hvc1", "vp09", "av01", "jpeg", "oexr" */
   codec: string;
-  /** As WebCodecs takes it; "" for pictures of their own. */
+  /** As WebCodecs takes it; "" for still pictures. */
   codecString: string;
-  /** Configuration record of MP4. */
+  /** Configuration record as in MP4. */
   record: Uint8Array;
   width: number;
   height: number;
   bitDepth: number;
   shows: "tiles" | "camera" | "atlas";
   camera: number | null;
-  /** ITU-T H.273. */
+  /** Code points of ITU-T H.273. */
   colour: { primaries: number; transfer: number; matrix: number; fullRange: boolean };
-  /** Of groups that have no layout of their own: ask frame.tiles. All cameras that the track ever shows. */
+  /** For groups without a layout of their own; use frame.tiles. Lists all cameras that the track ever shows. */
   tiles: Tile[];
 }
 
@@ -173,35 +172,35 @@ export interface Camera {
   readonly lens: "none" | "radtan" | "fisheye";
   readonly distortion: readonly number[];
   readonly rMax: number;
-  /** Row-major, 9. */
+  /** Row-major, 9 numbers. */
   readonly rotation: readonly number[];
   readonly translation: readonly number[];
   readonly moves: boolean;
-  /** false: it moves, and where it is in this frame is not known: take no colours from it. */
+  /** false: the camera moves and its calibration in this frame is unknown; it gives no colours. */
   readonly calibrated: boolean;
   readonly centre: [number, number, number];
-  /** World metres -> u, v, depth; null: behind the camera or beyond its lens. */
+  /** World metres -> u, v, depth; null: behind the camera or beyond the range of its lens. */
   project(x: number, y: number, z: number): [number, number, number] | null;
-  /** The same for x y z of many points; NaN for null. */
+  /** The same for x y z of many points; NaN instead of null. */
   projectPoints(points: ArrayLike<number>): Float64Array;
   /** Pixel -> ray in the camera's frame with z = 1. */
   unproject(u: number, v: number): [number, number, number] | null;
 }
 
 export interface Texturing {
-  /** Least cosine between the normal and the way to a camera whose colour is taken. */
+  /** Minimum cosine between the normal and the ray to a camera that gives colour. */
   threshold: number;
-  /** Cameras mixed at a place, at most. */
+  /** Maximum number of cameras that are mixed at a point. */
   best: number;
-  /** 0xRRGGBB, display values, where no camera shows the surface. */
+  /** Colour of surface that no camera shows: 0xRRGGBB, display values. */
   unseen: number;
-  /** Tolerance of depth maps: breadths of a pixel, and times what the surface recedes in a pixel. */
+  /** Tolerance of depth maps, in pixel widths, and relative to the change of depth from pixel to pixel. */
   depthBias: number;
   depthSlope: number;
 }
 
 export interface Configuration {
-  /** Seconds a tick. */
+  /** Seconds per tick. */
   timeBase: { numerator: number; denominator: number };
   frameDuration: bigint;
   /** metres = origin + step * index */
@@ -214,7 +213,7 @@ export interface Configuration {
   videos: Video[];
   /** JSON texts. */
   metadata: string[];
-  /** How the stream is meant to be coloured (TEXR), else the defaults: 0.25, 3, 0x808080, 0.2, 0.5. */
+  /** How the stream is to be coloured (TEXR). Defaults: 0.25, 3, 0x808080, 0.2, 0.5. */
   texturing: Texturing;
 }
 
@@ -228,7 +227,7 @@ export interface Mesh {
   lattice: Int32Array;
   /** x y z in metres. */
   positions: Float32Array;
-  /** Three a face, counter-clockwise from outside. */
+  /** Three per face, counter-clockwise seen from outside. */
   indices: Uint32Array;
   normals: Float32Array | null;
   /** u v, (0, 0) is the top left corner of the atlas. */
@@ -238,21 +237,21 @@ export interface Mesh {
 export interface Visibility {
   track: number;
   meshTrack: number;
-  domain: "faces" | "vertices" | "shares";
-  /** Cosine below which nothing is seen. */
+  domain: "faces" | "vertices" | "weights";
+  /** Cosine below which nothing counts as seen. */
   threshold: number;
   cameras: number[];
   elementCount: number;
   /**
-   * A row of elementCount for each camera: 0 averse, 1 hidden, 2 seen. Elements of shares are vertices; near an outline
-   * they are 3 or 5, hidden, and 4 or 6, seen: what is odd is hidden.
+   * A row of elementCount for each camera: 0 backfacing, 1 hidden, 2 seen. Elements of the domain "weights" are vertices;
+   * near an outline they are 3 or 5, hidden, or 4 or 6, seen.
    */
   states: Uint8Array;
   of(camera: number): Uint8Array | null;
-  /** A row of vertexCount for each camera, 0 to 255: seen from 127.5 on. null without the option. */
-  shares: Uint8Array | null;
+  /** A row of vertexCount visibility weights for each camera, 0 to 255: seen from 127.5 on. null without the option. */
+  weights: Uint8Array | null;
   vertexCount: number;
-  sharesOf(camera: number): Uint8Array | null;
+  weightsOf(camera: number): Uint8Array | null;
 }
 
 export interface Sample {
@@ -261,9 +260,9 @@ export interface Sample {
   data: Uint8Array;
 }
 
-/** What videoFallback decodes where there is no VideoFrame, or none of 10 bits. As a VideoFrame, with planes in memory. */
+/** A picture of videoFallback in environments without VideoFrame, or without 10-bit VideoFrame. Its planes are in memory. */
 export interface PlanarPicture {
-  /** I420P10: two bytes a sample, the lower one first. null when it is closed. */
+  /** I420P10: two bytes per sample, little-endian. null when closed. */
   readonly format: "I420" | "I420P10" | null;
   readonly codedWidth: number;
   readonly codedHeight: number;
@@ -274,14 +273,14 @@ export interface PlanarPicture {
   /** Microseconds. */
   readonly timestamp: number;
   readonly duration: null;
-  /** Names of WebCodecs; null for code points that it has no name for. */
+  /** Names of WebCodecs; null for code points without a name. */
   readonly colorSpace: {
     primaries: string | null;
     transfer: string | null;
     matrix: string | null;
     fullRange: boolean;
   };
-  /** Y, U and V one behind the other. Belongs to the picture. */
+  /** Y, U and V one after the other. Belongs to the picture. */
   readonly data: Uint8Array | null;
   allocationSize(options?: CopyOptions): number;
   copyTo(destination: BufferSource, options?: CopyOptions): Promise<{ offset: number; stride: number }[]>;
@@ -290,18 +289,18 @@ export interface PlanarPicture {
 }
 
 export interface CopyOptions {
-  /** x and y are even. Default all of it. */
+  /** x and y have to be even. Default: the whole picture. */
   rect?: Rect;
-  /** Of Y, U and V, in bytes. Default without gaps. */
+  /** Of Y, U and V, in bytes. Default: without gaps. */
   layout?: { offset: number; stride: number }[];
-  /** No other than its own. */
+  /** Has to be the format of the picture. */
   format?: "I420" | "I420P10";
 }
 
 export type Picture = VideoFrame | ImageBitmap | PlanarPicture;
 
 export interface Frame {
-  /** Exact where there is an index; else counted from the first frame that came. */
+  /** Exact if there is an index; else counted from the first frame received. */
   readonly number: number;
   /** Ticks. */
   readonly time: bigint;
@@ -314,29 +313,29 @@ export interface Frame {
   readonly visibility: Visibility[];
   /** As they are in this frame. */
   readonly cameras: Camera[];
-  /** Of the tracks that were selected. */
+  /** Of the selected tracks. */
   readonly samples: Sample[];
-  /** Tracks of video that were selected for its group; null: all. Of others there are neither samples nor tiles. */
+  /** Tracks of video that were selected for its group; null: all. Other tracks have neither samples nor tiles. */
   readonly tracks: number[] | null;
   readonly pictures: { track: number; image: Picture }[];
-  /** What meshes, visibility and calibration took. */
+  /** Time for decoding meshes, visibility and calibration. */
   readonly decodeMs: number;
   camera(id: number): Camera | null;
   picture(track?: number): Picture | null;
-  /** Where each camera's picture is in that one: the layout of the frame's group, which may be another in the next. */
+  /** Where each camera's picture is in the video: the layout of the frame's group, which may change with the next group. */
   tiles(track?: number): Tile[];
-  /** Closes the pictures; everything else stays. */
+  /** Closes the pictures; everything else stays valid. */
   close(): void;
 }
 
-/** A mesh of the environment, in one colour or with one picture. */
+/** A mesh of the environment, in one colour or textured with one picture. */
 export interface BackgroundPart {
   vertexCount: number;
   faceCount: number;
   /** Metres. */
   positions: Float32Array;
   indices: Uint32Array;
-  /** u v in the picture, (0, 0) is its top left corner; beyond 0 to 1 it begins again, or is clamped. */
+  /** u v in the picture, (0, 0) is its top left corner; beyond 0 to 1 the picture is repeated, or clamped. */
   uvs: Float32Array | null;
   /** Index in pictures. */
   picture: number | null;
@@ -351,12 +350,12 @@ export interface BackgroundPart {
 export interface Light {
   type: "directional" | "point" | "spot";
   position: [number, number, number];
-  /** In which the light travels. */
+  /** The direction in which the light travels. */
   direction: [number, number, number];
   colour: [number, number, number];
   /** Lux for directional lights, else candela. */
   intensity: number;
-  /** Metres; 0: no end. */
+  /** Metres; 0: unlimited. */
   range: number;
   /** Radians. */
   innerCone: number;
@@ -373,7 +372,7 @@ export interface Background {
 }
 
 export interface Gap {
-  /** Time of the last good frame and beginning of the next group; null: there is none. */
+  /** Time of the last good frame, and beginning of the next group; null: none. */
   from: bigint | null;
   to: bigint | null;
   error: FvvError;
@@ -381,42 +380,42 @@ export interface Gap {
 
 export interface Stats {
   frames: number;
-  /** Decoded on the way to where was sought. */
-  passed: number;
+  /** Decoded on the way to a frame that was sought. */
+  skipped: number;
   decodeMs: number;
   pictures: number;
   queued: number;
   memoryBytes: number;
-  /** From the network. */
+  /** Received from the network. */
   bytesRead: number | null;
   requests: number | null;
-  /** Memory that the cache takes; not a part of memoryBytes. */
+  /** Memory of the cache; not included in memoryBytes. */
   cachedBytes: number;
-  /** Reads that began with bytes of the cache, where a request was spared, and how many bytes came out of it. */
+  /** Reads that began with bytes of the cache and saved a request, and the number of bytes taken from the cache. */
   cacheHits: number;
   bytesReused: number;
 }
 
 export interface DecoderEvents {
   configuration: Configuration;
-  /** All that hold from here on; none when the configuration changes. */
+  /** All environments that are valid from here on; none after a change of configuration. */
   background: Background[];
   gap: Gap;
   corrupt: FvvError;
   warning: FvvError;
   error: FvvError;
   end: null;
-  /** A live stream begins anew: times go back. */
+  /** A live stream starts again: times go back. */
   restart: null;
-  /** groups, frameCount or seekable are others from here on: one answer has come as a whole, or is not kept any more, or the
-   * file has changed. */
+  /** groups, frameCount or seekable have changed: a single response is complete or no longer kept, or the file has
+   * changed. */
   groups: readonly Group[] | null;
   stats: Stats;
 }
 
-/** What the index says of a group. */
+/** A group in the index. */
 export interface Group {
-  /** Bytes from the beginning of the stream; of segments, as if their files stood behind the configuration. */
+  /** Bytes from the beginning of the stream; for segments, as if their files followed the configuration. */
   offset: number;
   size: number;
   /** Ticks: times t with start <= t < end. */
@@ -426,38 +425,38 @@ export interface Group {
   frameCount: number;
   /** false: part of it is damaged or missing. */
   intact: boolean;
-  /** Bytes of its last chunk, GEND; 0 without one. */
+  /** Size of its last chunk, GEND; 0: none. */
   endSize: number;
 }
 
 export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   /** null until the first frame. */
   readonly configuration: Configuration | null;
-  /** Environments that have come along: frames don't wait for them. */
+  /** Environments that have arrived; frames don't wait for them. */
   readonly backgrounds: Background[];
-  /** Of a host without Range as long as all that has gone by is kept. */
+  /** For a host without Range support: true as long as all received bytes are kept. */
   readonly seekable: boolean;
-  /** null: not known, or not yet. */
+  /** null: not known (yet). */
   readonly frameCount: number | null;
-  /** In the order of time; null: not known, or not yet. */
+  /** In the order of time; null: not known (yet). */
   readonly groups: readonly Group[] | null;
   readonly inWorker: boolean;
-  /** Takes the stream when there is no source. */
+  /** Takes the bytes of the stream if there is no source. */
   readonly writable: WritableStream<Uint8Array> | null;
   frames(): AsyncIterableIterator<Frame>;
   /** null at the end; rejects with a fatal FvvError. */
   next(): Promise<Frame | null>;
   seek(place: { frame: number } | { time: bigint } | { seconds: number }): Promise<void>;
-  /** Tracks of video that frames come with; null: all. Holds from the next group on at the latest; frames say which
-   * theirs are. What is left out is not decoded, and of hosts that keep to Range not fetched. */
+  /** Tracks of video in frames; null: all. Takes effect with the next group at the latest; see frame.tracks. Other tracks
+   * are not decoded, and not fetched from hosts that support Range. */
   select(wanted: { tracks: number[] | null }): Promise<void>;
-  /** Selects the tracks that a picture needs (camerasFor), and again when the configuration changes. Nothing is known
-   * before the configuration is: then both lists are empty, and it is selected with that. */
+  /** Selects the tracks that a picture needs (camerasFor), and again when the configuration changes. Before the
+   * configuration has arrived both lists are empty, and the selection is made when it arrives. */
   look(viewpoint: Viewpoint): Promise<{ cameras: { camera: number; share: number }[]; tracks: number[] }>;
   stats(): Promise<Stats>;
-  /** Times (ticks) that play without the network, in order and apart from each other: what is kept of URLs and segments, all
-   * of Blobs and bytes with an index. */
-  held(): Promise<{ start: bigint; end: bigint }[]>;
+  /** Times (ticks) that can be played without the network, in order and disjoint: the cached bytes of URLs and segments, and
+   * all of Blobs and bytes with an index. */
+  buffered(): Promise<{ start: bigint; end: bigint }[]>;
   close(): void;
   addEventListener<T extends keyof DecoderEvents>(
     type: T,

@@ -1,12 +1,12 @@
-// @fvv/decoder: free-viewpoint video out of fvv streams. index.d.ts is its documentation in types.
+// @fvv/decoder: decodes free-viewpoint video from fvv streams. index.d.ts documents the types.
 
+import { camerasFor } from "./camera.js";
 import { Decoder, FvvEvent } from "./decoder.js";
 import { FvvError } from "./errors.js";
-import { camerasFor } from "./viewpoint.js";
 
 export { FvvError, FvvEvent, camerasFor };
 
-/** A WritableStream and what takes from it, a piece at a time: who writes waits. */
+/** A WritableStream and a feed that takes one piece at a time: writers wait for it. */
 function createFeed() {
   const { readable, writable } = new TransformStream(undefined, undefined, { highWaterMark: 0 });
   return { ...feedOf(readable), writable };
@@ -30,7 +30,7 @@ function feedOf(stream) {
 function toBytes(value) {
   if (value instanceof ArrayBuffer) return new Uint8Array(value);
   if (ArrayBuffer.isView(value)) return new Uint8Array(value.buffer, value.byteOffset, value.byteLength);
-  throw new FvvError({ code: "argument", message: "a stream has to yield bytes" });
+  throw new FvvError({ code: "argument", message: "source: expected a stream of bytes" });
 }
 
 function describe(source) {
@@ -52,16 +52,24 @@ function describe(source) {
     if (source.segments ?? pathname.endsWith(".json")) return { source: { segments: { url, init } } };
     return { source: { url, seekable, init } };
   }
-  throw new FvvError({ code: "argument", message: "a source is a URL, a Blob, bytes, or a stream of them" });
+  throw new FvvError({ code: "argument", message: "source: expected a URL, a Blob, bytes, or a stream of bytes" });
 }
 
 export async function createDecoder(options = {}) {
-  const { worker, limits = {}, normals = true, visibility = true, shares = false, queue = 4, signal } = options;
+  const {
+    worker,
+    limits = {},
+    normals = true,
+    visibility = true,
+    visibilityWeights = false,
+    queue = 4,
+    signal,
+  } = options;
   const { tracks = null, look = null, videoFallback } = options;
   if (videoFallback !== undefined && typeof videoFallback !== "function")
-    throw new FvvError({ code: "argument", message: "videoFallback is a function that imports the package" });
+    throw new FvvError({ code: "argument", message: "videoFallback: expected a function that imports the package" });
   if (limits.cacheBytes !== undefined && !(limits.cacheBytes >= 0))
-    throw new FvvError({ code: "argument", message: "limits.cacheBytes is a number of bytes; 0 keeps nothing" });
+    throw new FvvError({ code: "argument", message: "limits.cacheBytes: expected a number of bytes; 0 keeps nothing" });
   const video = options.video ?? (typeof VideoDecoder === "function" || videoFallback ? "pictures" : "samples");
   return Decoder.create({
     worker,
@@ -69,7 +77,7 @@ export async function createDecoder(options = {}) {
     limits,
     normals,
     visibility,
-    shares,
+    visibilityWeights,
     video,
     videoFallback,
     queue,

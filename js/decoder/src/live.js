@@ -1,36 +1,64 @@
 // A live stream over WebSocket, as fvvserve sends it (docs/fvvserve.md): each binary message is a chunk, or the file
-// header with the configuration block; text messages say why a run ends.
+// header with the configuration block; text messages report why a section ends.
 
+import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType } from "./chunks.js";
 import { FvvError } from "./errors.js";
-import { FILE_HEADER_SIZE, beginsRun, loss, wait } from "./runs.js";
 
-/** Bytes that wait here at most, when frames are not taken: what is above is dropped up to the next group. */
+/** Bytes in the queue at most, when frames are not taken: beyond that, bytes are dropped up to the next group. */
 const QUEUE_BYTES = 1 << 25;
-const GROUP = 0x50555247; // "GRUP"
-const SCENE = 0x4e454353; // "SCEN"
 const NORMAL_CLOSURE = 1000;
 
-const typeOf = (bytes) => new DataView(bytes.buffer, bytes.byteOffset).getUint32(0, true);
+async function wait(milliseconds, signal) {
+  await new Promise((resolve) => {
+    const timer = setTimeout(resolve, milliseconds);
+    signal?.addEventListener("abort", () => (clearTimeout(timer), resolve()), { once: true });
+  });
+}
 
 export class Live {
+  #url;
+  #protocols;
+  #WebSocket;
+  #warn;
+  #attempts;
+  #firstMs;
+  #longestMs;
+  #socket = null;
+  #items = [];
+  #waiting = null;
+  #queued = 0; // bytes in items
+  #header = null;
+  #block = null;
+  #dropping = false;
+  #over = false;
+  inSections = true;
+  bytesRead = 0;
+  requests = 0;
+
   /** reconnect: {attempts, firstMs, longestMs}. */
   static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, warn) {
     if (typeof WebSocket !== "function")
-      throw new FvvError({ code: "unsupported", message: "there is no WebSocket here: pass a constructor" });
-    const live = new Live();
-    const { attempts = 0, firstMs = 250, longestMs = 8000 } = reconnect;
-    Object.assign(live, { url, protocols, WebSocket, warn, attempts, firstMs, longestMs });
-    Object.assign(live, { inRuns: true, bytesRead: 0, requests: 0, items: [], waiting: null, queued: 0 });
-    Object.assign(live, { header: null, block: null, dropping: false, over: false });
+      throw new FvvError({ code: "unsupported", message: "this environment has no WebSocket: pass a constructor" });
+    const live = new Live({ url, protocols, WebSocket, ...reconnect }, warn);
     await live.#connect();
     return live;
   }
 
+  constructor({ url, protocols, WebSocket, attempts = 0, firstMs = 250, longestMs = 8000 }, warn) {
+    this.#url = url;
+    this.#protocols = protocols;
+    this.#WebSocket = WebSocket;
+    this.#attempts = attempts;
+    this.#firstMs = firstMs;
+    this.#longestMs = longestMs;
+    this.#warn = warn;
+  }
+
   #connect() {
-    const { WebSocket } = this;
-    const socket = new WebSocket(this.url, this.protocols);
+    const WebSocket = this.#WebSocket;
+    const socket = new WebSocket(this.#url, this.#protocols);
     socket.binaryType = "arraybuffer";
-    this.socket = socket;
+    this.#socket = socket;
     this.requests++;
     let opened = false;
     return new Promise((resolve, reject) => {
@@ -39,54 +67,57 @@ export class Live {
         resolve();
       });
       socket.addEventListener("error", () => {
-        reject(new FvvError({ code: "io", message: `${this.url}: no WebSocket can be opened, or it broke` }));
+        reject(new FvvError({ code: "io", message: `${this.#url}: the WebSocket could not be opened, or failed` }));
       });
       socket.addEventListener("message", ({ data }) => {
-        if (socket !== this.socket) return;
-        if (typeof data === "string") this.#hear(data);
+        if (socket !== this.#socket) return;
+        if (typeof data === "string") this.#takeMessage(data);
         else this.#take(new Uint8Array(data));
       });
       socket.addEventListener("close", ({ code, reason }) => {
-        if (opened && socket === this.socket) this.#put({ closed: { code, reason } });
+        if (opened && socket === this.#socket) this.#put({ closed: { code, reason } });
       });
     });
   }
 
   #put(item) {
-    this.items.push(item);
-    this.queued += item.bytes?.length ?? 0;
+    this.#items.push(item);
+    this.#queued += item.bytes?.length ?? 0;
     this.#wake();
   }
   #wake() {
-    const { waiting } = this;
-    this.waiting = null;
+    const waiting = this.#waiting;
+    this.#waiting = null;
     waiting?.();
   }
 
   #take(bytes) {
     this.bytesRead += bytes.length;
-    const begins = beginsRun(bytes);
-    const type = begins ? SCENE : bytes.length >= 4 ? typeOf(bytes) : 0;
-    if (begins) this.header = bytes.slice(0, FILE_HEADER_SIZE);
-    // What a group that is joined later needs in front of it.
-    if (type === SCENE) this.block = begins ? bytes.subarray(FILE_HEADER_SIZE) : bytes;
-    if (this.queued + bytes.length > QUEUE_BYTES && !this.dropping) this.#drop();
-    if (this.dropping && !begins && (type !== GROUP || this.queued > QUEUE_BYTES / 2)) return;
-    if (begins || this.dropping) this.#put({ header: this.header });
-    if (this.dropping && !begins) this.#put({ bytes: this.block });
-    this.dropping = false;
-    this.#put({ bytes: begins ? this.block : bytes });
+    const begins = beginsWithFileHeader(bytes);
+    const type = begins ? SCENE : chunkType(bytes);
+    if (begins) this.#header = bytes.slice(0, FILE_HEADER_SIZE);
+    // A reader that joins at a later group needs the latest configuration block.
+    if (type === SCENE) this.#block = begins ? bytes.subarray(FILE_HEADER_SIZE) : bytes;
+    if (this.#queued + bytes.length > QUEUE_BYTES && !this.#dropping) this.#drop();
+    if (this.#dropping && !begins && (type !== GROUP || this.#queued > QUEUE_BYTES / 2)) return;
+    if (begins || this.#dropping) this.#put({ header: this.#header });
+    if (this.#dropping && !begins) this.#put({ bytes: this.#block });
+    this.#dropping = false;
+    this.#put({ bytes: begins ? this.#block : bytes });
   }
 
   #drop() {
-    const said = this.items.filter(({ bytes, header }) => !bytes && !header);
-    const error = loss(`frames are not taken: ${this.queued} bytes of ${this.url} were dropped`, "skipped");
-    this.items = [...said, { lost: { error } }];
-    this.queued = 0;
-    this.dropping = true;
+    const reports = this.#items.filter(({ bytes, header }) => !bytes && !header);
+    const error = FvvError.warning(
+      "skipped",
+      `frames are not taken: ${this.#queued} bytes of ${this.#url} were dropped`,
+    );
+    this.#items = [...reports, { lost: { error } }];
+    this.#queued = 0;
+    this.#dropping = true;
   }
 
-  #hear(text) {
+  #takeMessage(text) {
     let message;
     try {
       message = JSON.parse(text);
@@ -94,27 +125,29 @@ export class Live {
       return;
     }
     const { type } = message ?? {};
-    const said = typeof message?.message === "string" ? message.message : "";
+    const reason = typeof message?.message === "string" ? message.message : "";
     if (type === "skip") {
       const from = /^-?\d{1,19}$/.test(message.from) ? BigInt(message.from) : undefined;
-      this.#put({ lost: { from, error: loss("this client was too slow: a part was left out", "skipped") } });
+      this.#put({
+        lost: { from, error: FvvError.warning("skipped", "this client was too slow: a part was left out") },
+      });
     } else if (type === "damage") {
-      this.#put({ lost: { error: loss(`the input of the server is damaged: ${said}`, "damaged") } });
+      this.#put({ lost: { error: FvvError.warning("damaged", `the input of the server is damaged: ${reason}`) } });
     } else if (type === "restart") {
       this.#put({ restart: true });
     } else if (type === "end") {
       this.#put({ end: true });
     } else if (type === "error") {
-      this.#put({ error: new FvvError({ code: "io", message: `${this.url}: ${said}` }) });
+      this.#put({ error: new FvvError({ code: "io", message: `${this.#url}: ${reason}` }) });
     }
   }
 
   async #reconnect({ code, reason }, signal) {
-    const why = `${this.url}: the connection ended (${code}${reason ? `, ${reason}` : ""})`;
-    for (let attempt = 0; attempt < this.attempts; attempt++) {
-      this.warn(loss(`${why}; connecting again`, "reconnect"));
-      // Not all clients of a server that comes back at the same moment.
-      const delay = Math.min(this.firstMs * 2 ** attempt, this.longestMs);
+    const why = `${this.#url}: the connection ended (${code}${reason ? `, ${reason}` : ""})`;
+    for (let attempt = 0; attempt < this.#attempts; attempt++) {
+      this.#warn(FvvError.warning("reconnect", `${why}; connecting again`));
+      // With jitter: not all clients reconnect at the same moment.
+      const delay = Math.min(this.#firstMs * 2 ** attempt, this.#longestMs);
       await wait(delay * (0.5 + Math.random() / 2), signal);
       if (signal?.aborted) return;
       try {
@@ -129,32 +162,32 @@ export class Live {
 
   async *stream(_, signal) {
     const stop = () => {
-      this.socket.close();
-      this.over = true;
+      this.#socket.close();
+      this.#over = true;
       this.#wake();
     };
     signal?.addEventListener("abort", stop, { once: true });
     try {
-      while (!this.over) {
-        if (!this.items.length) {
-          await new Promise((resolve) => (this.waiting = resolve));
+      while (!this.#over) {
+        if (!this.#items.length) {
+          await new Promise((resolve) => (this.#waiting = resolve));
           continue;
         }
-        const item = this.items.shift();
-        this.queued -= item.bytes?.length ?? 0;
+        const item = this.#items.shift();
+        this.#queued -= item.bytes?.length ?? 0;
         if (item.end) return;
         if (item.error) throw item.error;
         if (item.bytes) yield item.bytes;
         else if (!item.closed) yield item;
         else {
-          if (item.closed.code === NORMAL_CLOSURE && !this.attempts) return;
-          yield { lost: { error: loss(`${this.url}: the connection was lost`) } };
+          if (item.closed.code === NORMAL_CLOSURE && !this.#attempts) return;
+          yield { lost: { error: FvvError.warning("io", `${this.#url}: the connection was lost`) } };
           await this.#reconnect(item.closed, signal);
         }
       }
     } finally {
       signal?.removeEventListener("abort", stop);
-      this.socket.close();
+      this.#socket.close();
     }
   }
 }

@@ -1,22 +1,21 @@
-// Parts of a file that are fetched on their own: which ones, and what has come of each.
+// Parts of a file that are fetched separately: which ones, and the bytes of each that have arrived.
 
-import { ROUND_TRIP_BYTES } from "./url.js";
+import { GROUP_SIZE } from "./chunks.js";
+import { ROUND_TRIP_BYTES } from "./sources.js";
 
-/** Requests under way at the same time; browsers have six of them with HTTP/1.1, whatever is asked for. */
+/** Concurrent requests; browsers allow six per host with HTTP/1.1. */
 const AHEAD = 6;
-/** Chunks that are no farther apart are fetched together: requests that are under way together share their round trip. */
+/** Chunks that are no farther apart are fetched together. Concurrent requests share a round trip. */
 const NEAR = Math.floor(ROUND_TRIP_BYTES / AHEAD);
-/** Bytes that are asked for and have not come, before another request is made: they delay what comes first. */
+/** Outstanding bytes at which no further request is made: they would delay the bytes that are needed first. */
 const WINDOW_FIRST = ROUND_TRIP_BYTES;
 const WINDOW = 2 * ROUND_TRIP_BYTES;
-/** Bytes from one group to the next, with a configuration between, that are fetched with what stands around them. */
+/** A gap between two groups (a configuration block) up to this size is fetched with its neighbours. */
 const BETWEEN = 1 << 16;
-/** GRUP with its header. */
-const GROUP_SIZE = 56;
-/** Room for what has come grows from here, whatever size is announced. */
+/** First size of a buffer, whatever size is announced. */
 const ROOM = 1 << 16;
 
-/** ranges: [{from, end}] in order. The fewest that hold them all and bridge no larger gap than NEAR. */
+/** ranges: [{from, end}] in order. Returns the fewest ranges that cover them and bridge no gap larger than NEAR. */
 function joinRanges(ranges) {
   const joined = [];
   for (const { from, end } of ranges) {
@@ -27,7 +26,7 @@ function joinRanges(ranges) {
   return joined;
 }
 
-/** Bytes at .. end - 1 of a source, as they come. */
+/** The bytes from .. end - 1 of a source, as they arrive. */
 class Part {
   #room;
   #filled = 0;
@@ -43,8 +42,8 @@ class Part {
   get bytes() {
     return this.#room.subarray(0, this.#filled);
   }
-  /** Bytes that have not come. */
-  get lacking() {
+  /** The number of bytes that have not arrived. */
+  get outstanding() {
     return this.#over ? 0 : this.end - this.at - this.#filled;
   }
 
@@ -69,7 +68,7 @@ class Part {
     this.#waiting?.();
   }
 
-  /** Waits for more than size bytes, or for the last ones; false: there are no more. Throws what ended fetching. */
+  /** Waits for more than size bytes or the end; false: no more bytes follow. Throws the error that ended fetching. */
   async more(size) {
     while (this.#filled <= size && !this.#over) await new Promise((resolve) => (this.#waiting = resolve));
     if (this.#error) throw this.#error;
@@ -80,10 +79,10 @@ class Part {
   }
 }
 
-/** What is fetched of one group at a time, and of the next one's table. Iterates over {at, bytes} that have come. */
+/** The parts of the current group, and the table of the next one. Iterates over {at, bytes} that have arrived. */
 export class Parts {
   #source;
-  #tables = new Map(); // group -> Part: its GEND, and with it the GRUP of the next group when that is near
+  #tables = new Map(); // group -> Part: its GEND, and the GRUP of the next group if that is near
   #ranges = new Set();
   constructor(source) {
     this.#source = source;
@@ -97,7 +96,7 @@ export class Parts {
     this.#ranges.clear();
   }
 
-  /** GRUP and GEND of group i. */
+  /** The ranges of GRUP and GEND of group i. */
   tableOf(groups, i) {
     const { offset, size, endSize } = groups[i];
     return [
@@ -113,7 +112,7 @@ export class Parts {
     return this.#tables.get(i);
   }
 
-  /** Fetches GRUP and GEND of group i; those of the next one are on their way then. */
+  /** Fetches GRUP and GEND of group i, and begins to fetch those of the next group. */
   async prepare(groups, i, signal) {
     this.#ranges.clear();
     for (const known of this.#tables.keys()) if (known < i - 1 || known > i) this.#tables.delete(known);
@@ -127,14 +126,14 @@ export class Parts {
     if (i + 1 < groups.length) this.#table(groups, i + 1, signal);
   }
 
-  /** Fetches ranges, and yields each time that more of them is there in their order. */
+  /** Fetches ranges, and yields whenever more bytes have arrived in order. */
   async *fetch(ranges, signal) {
     const wanted = joinRanges(ranges);
     const parts = [];
     for (let i = 0; i < wanted.length; i++) {
       this.#ask(wanted, parts, i, signal);
       for (let size = 0; await parts[i].more(size);) {
-        // Before what is there is made use of: more may come meanwhile.
+        // Before the caller uses the bytes: more may arrive meanwhile.
         size = parts[i].bytes.length;
         this.#ask(wanted, parts, i, signal);
         yield;
@@ -142,13 +141,13 @@ export class Parts {
       this.#ranges.delete(parts[i]);
     }
   }
-  /** Begins to fetch part i of those that are wanted, and as many behind it as the window lets through. */
+  /** Begins to fetch part i, and as many after it as the window allows. */
   #ask(wanted, parts, i, signal) {
     const window = i === 0 ? WINDOW_FIRST : WINDOW;
-    let lacking = parts.slice(i).reduce((sum, part) => sum + part.lacking, 0);
-    while (parts.length < Math.min(wanted.length, i + AHEAD) && (parts.length === i || lacking < window)) {
+    let outstanding = parts.slice(i).reduce((sum, part) => sum + part.outstanding, 0);
+    while (parts.length < Math.min(wanted.length, i + AHEAD) && (parts.length === i || outstanding < window)) {
       const part = new Part(this.#source, wanted[parts.length], signal);
-      lacking += part.lacking;
+      outstanding += part.outstanding;
       parts.push(part);
       this.#ranges.add(part);
     }

@@ -1,16 +1,15 @@
-// Pictures out of video samples by WebCodecs, else by a fallback in wasm, and of JPEG files by createImageBitmap. A
-// picture belongs to the frame whose sample it was made of, which its timestamp tells, not the order in which decoders
-// answer.
+// Decodes pictures from video samples by WebCodecs, else by a fallback in wasm, and from JPEG files by createImageBitmap.
+// The timestamp of a picture identifies its frame, not the order in which decoders return pictures.
 
 import { FvvError } from "./errors.js";
 import { SoftwareVideo } from "./software_video.js";
 
-/** A picture that so many later ones have overtaken does not come any more. Less than the queue of frames. */
-const OVERTAKEN_MOST = 3;
-/** How long a decoder may say nothing while pictures are waited for. */
-const PATIENCE_MS = 2000;
+/** A picture is lost when this many later pictures have arrived. Less than the length of the decoder's queue. */
+const OVERTAKEN_MAX = 3;
+/** How long a decoder may return no picture while samples are pending. */
+const TIMEOUT_MS = 2000;
 
-/** As WebCodecs wants it. */
+/** The configuration for WebCodecs. */
 const configurationOf = (layout) => ({
   codec: layout.codecString,
   codedWidth: layout.width,
@@ -20,79 +19,85 @@ const configurationOf = (layout) => ({
 });
 
 class VideoTrack {
+  #layout;
+  #fail;
+  #decoder;
+  #waiting = new Map(); // timestamp -> {resolve, overtaken}
+  #broken = false;
+  #needsKey = true;
+  #timer;
+
   constructor(layout, fail) {
-    this.layout = layout;
-    this.fail = fail;
-    this.waiting = new Map(); // timestamp -> {resolve, overtaken}
-    this.broken = false;
-    this.open();
+    this.#layout = layout;
+    this.#fail = fail;
+    this.#open();
   }
-  open() {
-    this.needsKey = true;
-    this.decoder = new VideoDecoder({
+  #open() {
+    this.#needsKey = true;
+    this.#decoder = new VideoDecoder({
       output: (picture) => this.#take(picture),
       error: (error) => this.#break(error),
     });
-    this.decoder.configure(configurationOf(this.layout));
+    this.#decoder.configure(configurationOf(this.#layout));
   }
   #take(picture) {
-    const entry = this.waiting.get(picture.timestamp);
+    const entry = this.#waiting.get(picture.timestamp);
     if (!entry) return picture.close();
-    this.waiting.delete(picture.timestamp);
+    this.#waiting.delete(picture.timestamp);
     entry.resolve(picture);
-    for (const [timestamp, other] of this.waiting)
-      if (timestamp < picture.timestamp && ++other.overtaken >= OVERTAKEN_MOST) this.#lose(timestamp);
+    for (const [timestamp, other] of this.#waiting)
+      if (timestamp < picture.timestamp && ++other.overtaken >= OVERTAKEN_MAX) this.#lose(timestamp);
     this.#watch();
   }
-  /** Decoders drop pictures without a word, and frames would wait for them for ever. */
+  /** Decoders drop pictures without an error, and frames would wait for them forever. */
   #lose(timestamp) {
-    const { resolve } = this.waiting.get(timestamp);
-    this.waiting.delete(timestamp);
-    this.fail(new Error(`the picture of ${timestamp} us was dropped`), this.layout);
+    const { resolve } = this.#waiting.get(timestamp);
+    this.#waiting.delete(timestamp);
+    this.#fail(new Error(`the picture of ${timestamp} us was dropped`), this.#layout);
     resolve(null);
   }
   #watch() {
-    clearTimeout(this.timer);
-    if (!this.waiting.size) return;
-    this.timer = setTimeout(() => {
-      this.#lose(Math.min(...this.waiting.keys()));
+    clearTimeout(this.#timer);
+    if (!this.#waiting.size) return;
+    this.#timer = setTimeout(() => {
+      this.#lose(Math.min(...this.#waiting.keys()));
       this.#watch();
-    }, PATIENCE_MS);
+    }, TIMEOUT_MS);
   }
   #break(error) {
-    this.broken = true;
-    this.fail(error, this.layout);
-    this.drop();
+    this.#broken = true;
+    this.#fail(error, this.#layout);
+    this.#drop();
   }
-  drop() {
-    for (const { resolve } of this.waiting.values()) resolve(null);
-    this.waiting.clear();
-    clearTimeout(this.timer);
+  #drop() {
+    for (const { resolve } of this.#waiting.values()) resolve(null);
+    this.#waiting.clear();
+    clearTimeout(this.#timer);
   }
   submit(sample, timestamp) {
-    if (this.broken) {
+    if (this.#broken) {
       if (!sample.key) return Promise.resolve(null);
-      this.broken = false;
-      this.open();
+      this.#broken = false;
+      this.#open();
     }
-    if (this.needsKey && !sample.key) return Promise.resolve(null);
-    this.needsKey = false;
-    const picture = new Promise((resolve) => this.waiting.set(timestamp, { resolve, overtaken: 0 }));
+    if (this.#needsKey && !sample.key) return Promise.resolve(null);
+    this.#needsKey = false;
+    const picture = new Promise((resolve) => this.#waiting.set(timestamp, { resolve, overtaken: 0 }));
     this.#watch();
     const type = sample.key ? "key" : "delta";
-    this.decoder.decode(new EncodedVideoChunk({ type, timestamp, data: sample.data }));
+    this.#decoder.decode(new EncodedVideoChunk({ type, timestamp, data: sample.data }));
     return picture;
   }
   async flush() {
-    if (this.decoder.state !== "configured" || !this.waiting.size) return;
-    await this.decoder.flush().catch(() => {});
-    this.needsKey = true;
-    if (this.decoder.state === "configured") for (const timestamp of [...this.waiting.keys()]) this.#lose(timestamp);
-    this.drop();
+    if (this.#decoder.state !== "configured" || !this.#waiting.size) return;
+    await this.#decoder.flush().catch(() => {});
+    this.#needsKey = true;
+    if (this.#decoder.state === "configured") for (const timestamp of [...this.#waiting.keys()]) this.#lose(timestamp);
+    this.#drop();
   }
   close() {
-    this.drop();
-    if (this.decoder.state !== "closed") this.decoder.close();
+    this.#drop();
+    if (this.#decoder.state !== "closed") this.#decoder.close();
   }
 }
 
@@ -109,75 +114,80 @@ class JpegTrack {
   close() {}
 }
 
-/** A track whose decoder has yet to be found. */
-class ComingTrack {
+/** A track whose decoder is not known yet. */
+class PendingTrack {
+  #found;
   constructor(found) {
-    this.found = found;
+    this.#found = found;
   }
   async submit(sample, timestamp) {
-    const track = await this.found;
+    const track = await this.#found;
     return track ? track.submit(sample, timestamp) : null;
   }
   async flush() {
-    await (await this.found)?.flush();
+    await (await this.#found)?.flush();
   }
   close() {
-    this.found.then((track) => track?.close());
+    this.#found.then((track) => track?.close());
   }
 }
 
 class Pictures {
-  /** tell(type, error); fallback(): the compiled module of decoders, or null. */
-  constructor({ tell, fallback, memoryBytes }) {
-    this.tell = tell;
-    this.tracks = new Map();
-    this.shape = "";
-    this.last = -1;
+  #emit;
+  #software;
+  #tracks = new Map();
+  #shape = ""; // of the configured tracks
+  #timeBase;
+  #last = -1; // timestamp
+
+  /** emit(type, error); fallback(): returns the compiled module of decoders; or null. */
+  constructor({ emit, fallback, memoryBytes }) {
+    this.#emit = emit;
     const corrupt = (error, layout) => this.#corrupt(error, layout);
-    this.software = fallback && new SoftwareVideo({ load: fallback, memoryBytes, corrupt });
+    this.#software = fallback && new SoftwareVideo({ load: fallback, memoryBytes, corrupt });
   }
   #fail(code, error, layout) {
     const message = `video track ${layout.track} (${layout.codecString || layout.codec}): ${error.message}`;
-    this.tell("warning", new FvvError({ code, severity: "warning", fatal: false, message, cause: error }));
+    this.#emit("warning", FvvError.warning(code, message, error));
   }
   #corrupt(error, { track, codecString }) {
     const message = `video track ${track} (${codecString}): ${error.message}`;
-    this.tell("corrupt", new FvvError({ code: "invalid", chunk: "VPKT", fatal: false, message, cause: error }));
+    this.#emit("corrupt", new FvvError({ code: "invalid", chunk: "VPKT", fatal: false, message, cause: error }));
   }
   configure({ videos, timeBase }) {
-    this.timeBase = timeBase;
+    this.#timeBase = timeBase;
     const shape = JSON.stringify(videos, (_, value) => (value instanceof Uint8Array ? Array.from(value) : value));
-    if (shape === this.shape) return;
-    this.shape = shape;
+    if (shape === this.#shape) return;
+    this.#shape = shape;
     this.close();
-    for (const layout of videos) this.tracks.set(layout.track, new ComingTrack(this.#find(layout)));
+    for (const layout of videos) this.#tracks.set(layout.track, new PendingTrack(this.#find(layout)));
   }
-  /** Its track, or null after a warning. */
+  /** Returns a track, or null after a warning. */
   async #find(layout) {
     try {
       if (layout.codec === "jpeg" && typeof createImageBitmap === "function") return new JpegTrack();
       if (layout.codecString && (await isSupported(layout)))
         return new VideoTrack(layout, (error) => this.#fail("video", error, layout));
-      if (layout.codecString && this.software) return await this.software.open(layout);
-      throw new Error("there is no decoder here; frames have the samples");
+      if (layout.codecString && this.#software) return await this.#software.open(layout);
+      throw new Error("no decoder is available; frames have the samples");
     } catch (error) {
       this.#fail("unsupported", error, layout);
       return null;
     }
   }
-  /** Decoding goes on somewhere else. */
+  /** Decoding continues at another place of the stream. */
   restart() {
-    this.shape = "";
+    this.#shape = "";
     this.close();
   }
-  /** The pictures of a frame: [{track, image}], without those that could not be had. */
+  /** The pictures of a frame, [{track, image}], without those that could not be decoded. */
   async submit(frame) {
-    const { numerator, denominator } = this.timeBase;
-    // Microseconds, and never the same twice: they are what a picture is known by.
+    const { numerator, denominator } = this.#timeBase;
+    // In microseconds and unique, because they identify pictures.
     const rounded = Math.round((Number(frame.time) * 1e6 * numerator) / denominator);
-    const timestamp = (this.last = Math.max(this.last + 1, rounded));
+    const timestamp = (this.#last = Math.max(this.#last + 1, rounded));
     const all = frame.samples.map(async (sample) => {
-      const track = this.tracks.get(sample.track);
+      const track = this.#tracks.get(sample.track);
       if (!track) return null;
       try {
         const image = await track.submit(sample, timestamp);
@@ -190,11 +200,11 @@ class Pictures {
     return (await Promise.all(all)).filter((picture) => picture !== null);
   }
   async flush() {
-    await Promise.all(Array.from(this.tracks.values(), (track) => track.flush()));
+    await Promise.all(Array.from(this.#tracks.values(), (track) => track.flush()));
   }
   close() {
-    for (const track of this.tracks.values()) track.close();
-    this.tracks.clear();
+    for (const track of this.#tracks.values()) track.close();
+    this.#tracks.clear();
   }
 }
 

@@ -1,9 +1,9 @@
-// A picture of planes in memory, with as much of VideoFrame's interface as readers of pixels use, for where there is no
-// VideoFrame: Node, and browsers without WebCodecs. Where there is one, that is what callers get.
+// A picture as planes in memory, with the part of VideoFrame's interface that readers of pixels use. For Node and browsers
+// without WebCodecs; elsewhere callers get a VideoFrame.
 
 import { FvvError } from "./errors.js";
 
-/** Names of WebCodecs for code points of ITU-T H.273; null for others. 2 is unspecified: clause 10.6 says BT.709. */
+/** Names of WebCodecs for code points of ITU-T H.273; null for others. 2, unspecified, means BT.709 by clause 10.6. */
 const primaries = { 1: "bt709", 2: "bt709", 5: "bt470bg", 6: "smpte170m", 9: "bt2020", 12: "smpte432" };
 const transfers = {
   1: "bt709",
@@ -26,7 +26,7 @@ function colorSpaceOf({ primaries: p, transfer, matrix, fullRange }) {
   };
 }
 
-/** Bytes a sample of the formats that there are. */
+/** Bytes per sample of the supported formats. */
 const sampleBytes = { I420: 1, I420P10: 2 };
 
 /** Width and height of Y, U and V of a rectangle, in samples. */
@@ -36,7 +36,7 @@ export function planesOf(width, height) {
 }
 
 export class PlanarPicture {
-  /** fields: format, codedWidth, codedHeight, timestamp, colorSpace, data with the planes one behind the other. */
+  /** fields: format, codedWidth, codedHeight, timestamp, colorSpace, data with the planes one after the other. */
   constructor(fields) {
     Object.assign(this, fields);
     this.duration = null;
@@ -53,7 +53,7 @@ export class PlanarPicture {
   get visibleRect() {
     return this.codedRect;
   }
-  /** What copyTo does: where each plane begins in data and comes to stand, and how many bytes that takes. */
+  /** The plan of copyTo: where each plane is in data and in the destination, and the size of the destination. */
   #plan({ rect = this.codedRect, layout, format = this.format } = {}) {
     if (!this.format) throw new FvvError({ code: "state", fatal: false, message: "the picture was closed" });
     if (format !== this.format)
@@ -65,7 +65,11 @@ export class PlanarPicture {
     const { x, y, width, height } = rect;
     const inside = x >= 0 && y >= 0 && x + width <= this.codedWidth && y + height <= this.codedHeight;
     if (!inside || x % 2 || y % 2 || !(width > 0 && height > 0))
-      throw new FvvError({ code: "argument", fatal: false, message: "a rectangle begins at an even place inside" });
+      throw new FvvError({
+        code: "argument",
+        fatal: false,
+        message: "rect: expected even coordinates inside the picture",
+      });
     const bytes = sampleBytes[this.format];
     const whole = planesOf(this.codedWidth, this.codedHeight);
     let from = 0;
@@ -93,7 +97,11 @@ export class PlanarPicture {
       ? new Uint8Array(destination.buffer, destination.byteOffset, destination.byteLength)
       : new Uint8Array(destination);
     if (out.length < size)
-      throw new FvvError({ code: "argument", fatal: false, message: `${size} bytes do not go into ${out.length}` });
+      throw new FvvError({
+        code: "argument",
+        fatal: false,
+        message: `destination: expected ${size} bytes, found ${out.length}`,
+      });
     for (const { source, offset, stride, row, rows } of planes)
       for (let i = 0; i < rows; i++) {
         const start = source.start + i * source.stride;
@@ -111,20 +119,20 @@ export class PlanarPicture {
   }
 }
 
-/** A VideoFrame where there is one that takes the format. data belongs to the picture. */
+/** A VideoFrame if the environment has one for the format, else a PlanarPicture. data belongs to the picture. */
 export function createPicture({ format, width, height, timestamp, colour, data }) {
   const fields = { format, codedWidth: width, codedHeight: height, timestamp, colorSpace: colorSpaceOf(colour) };
   if (typeof VideoFrame === "function")
     try {
       return new VideoFrame(data, { ...fields, transfer: [data.buffer] });
     } catch (error) {
-      // Not every browser that has VideoFrame has 10 bits.
+      // Not every browser with VideoFrame supports 10 bits.
       if (format === "I420") throw error;
     }
   return new PlanarPicture({ ...fields, data });
 }
 
-/** Methods get lost on the way out of a worker. */
+/** Structured clones of pictures lose their methods. */
 export function revivePicture(image) {
   return image.close ? image : new PlanarPicture(image);
 }

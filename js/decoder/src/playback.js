@@ -1,57 +1,79 @@
-// From a source to frames in order: seeks through the index, drops what is damaged, says so.
+// From a source to frames in order: seeks through the index, drops damaged frames and reports them.
 
-import { FvvError } from "./errors.js";
 import { Environments } from "./background.js";
-import { GroupIndex } from "./group_index.js";
-import { Held } from "./held.js";
+import { FvvError } from "./errors.js";
+import { BufferedTimes, GroupIndex } from "./group_index.js";
 import { Parts } from "./parts.js";
 import { Session } from "./session.js";
 
 export class Playback {
+  #source;
+  #emit;
+  #want;
+  #selection; // tracks of video; null: all
+  #parts;
+  #index;
+  #buffered;
+  #session;
+  #environments;
+  /** {seekable, frameCount, groups} */
+  about;
+
   /**
-   * emit(type, detail): events of the stream. want: {normals, visibility, shares}. selection: tracks of video, as
-   * for select. frugal: there will be one before the first frame.
+   * emit(type, detail): events of the stream. want: {normals, visibility, visibilityWeights}. selection:
+   * tracks of video, as for select. frugal: a selection will be made before the first frame.
    */
   static async open(source, { module, codec, background, limits, emit, want, selection, frugal }) {
-    const playback = new Playback();
-    const parts = new Parts(source);
-    const index = new GroupIndex(source, parts);
-    const held = new Held(source, index);
-    Object.assign(playback, { source, emit, want, selection, parts, index, held });
+    const playback = new Playback(source, { emit, want, selection });
+    const index = playback.#index;
     source.frugal = frugal || selection !== null;
-    playback.session = await Session.create({
+    playback.#session = await Session.create({
       module,
       codec,
       limits,
-      read: (offset, out) => index.answer(offset, out),
+      read: (offset, out) => index.readInto(offset, out),
     });
-    index.session = playback.session;
-    playback.environments = new Environments({ module: background, session: playback.session, emit });
-    const trouble = await index.open();
-    if (trouble) playback.#warn("no-index", trouble);
+    index.session = playback.#session;
+    playback.#environments = new Environments({ module: background, session: playback.#session, emit });
+    const problem = await index.open();
+    if (problem) playback.#warn("no-index", problem);
     playback.about = playback.#describe();
     return playback;
   }
 
+  constructor(source, { emit, want, selection }) {
+    this.#source = source;
+    this.#emit = emit;
+    this.#want = want;
+    this.#selection = selection;
+    this.#parts = new Parts(source);
+    this.#index = new GroupIndex(source, this.#parts);
+    this.#buffered = new BufferedTimes(source, this.#index);
+  }
+
+  get memoryBytes() {
+    return this.#session.memoryBytes;
+  }
+
   #describe() {
-    const { index, source } = this;
-    // Of one answer it is known in the end how many there are.
+    const [index, source] = [this.#index, this.#source];
+    // The length of a single response is known at its end.
     const known = source.front === undefined || (source.rewinds && source.front === index.front && source.complete);
     const { groups, frameCount = null } = known ? index : { groups: null };
     return { seekable: source.rewinds ?? groups !== null, frameCount, groups };
   }
-  /** Of one answer: whether what has gone by can be read again, and when it has ended all about it. */
-  #tellOfAnswer() {
-    if (this.source.front === undefined) return;
+  /** Of a single response: reports when it can no longer be sought in, and all of it when it is complete. */
+  #reportResponse() {
+    if (this.#source.front === undefined) return;
     const about = this.#describe();
     if (about.seekable === this.about.seekable && about.frameCount === this.about.frameCount) return;
     this.about = about;
-    this.emit("opened", about);
+    this.#emit("opened", about);
   }
 
-  /** Environments that came with a frame, or in front of where playing began. Frames don't wait for them. */
+  /** Environments that came with a frame, or before the start of playback. Frames don't wait for them. */
   async #takeBackgrounds(state) {
-    const { session } = this;
+    const session = this.#session;
     const found = state.backgrounds.splice(0);
     if (state.lateGroup !== null) {
       const { tracks } = session.configuration();
@@ -59,97 +81,97 @@ export class Playback {
         if (!found.some(({ track }) => track === id)) found.push(await this.#findBackground(state.lateGroup, id));
       state.lateGroup = null;
     }
-    await this.environments.take(found);
+    await this.#environments.take(found);
   }
 
   async #findBackground(group, track) {
-    if (this.environments.tracks.has(track)) return null;
-    if (this.source.inRuns) return this.#loadBackground(track);
-    return this.index.find(() => this.session.findBackground(group, track));
+    if (this.#environments.tracks.has(track)) return null;
+    if (this.#source.inSections) return this.#loadBackground(track);
+    return this.#index.find(() => this.#session.findBackground(group, track));
   }
 
-  /** Of a source that has environments apart. */
+  /** From a source that stores environments separately. */
   async #loadBackground(track) {
     try {
-      return (await this.source.background?.(track)) ?? null;
+      return (await this.#source.background?.(track)) ?? null;
     } catch (error) {
-      this.emit("corrupt", Object.assign(FvvError.from(error), { fatal: false }));
+      this.#emit("corrupt", Object.assign(FvvError.from(error), { fatal: false }));
       return null;
     }
   }
 
   #warn(code, message) {
-    this.emit("warning", new FvvError({ code, message, severity: "warning", fatal: false }));
+    this.#emit("warning", FvvError.warning(code, message));
   }
 
-  /** Tracks of video that frames come with from the next group on; null: all. */
+  /** Tracks of video in frames from the next group on; null: all. */
   select(tracks) {
-    this.selection = tracks;
+    this.#selection = tracks;
   }
 
-  /** The configuration of the first group, before anything is played; null: the source does not tell yet. */
+  /** The configuration of the first group, before anything is played; null: not known yet. */
   async peek() {
-    const { session, source, index } = this;
-    if (!index.groups?.length || source.inRuns) return null;
+    const [session, source, index] = [this.#session, this.#source, this.#index];
+    if (!index.groups?.length || source.inSections) return null;
     return (await index.satisfied(() => session.play(0))) ? session.configuration() : null;
   }
 
   /**
-   * Frames from a place on; one generator at a time. place: {frame} or {time} (ticks), or nothing for the beginning.
-   * Frames that are passed over come with skipped: true and their samples, which decoders of video need.
+   * Frames from a place on; one generator at a time. place: {frame} or {time} (ticks); undefined: the beginning.
+   * Frames before the place are yielded with skipped: true and their samples, which decoders of video need.
    */
   async *frames(place, signal) {
-    const { session, source, index } = this;
+    const [session, source, index] = [this.#session, this.#source, this.#index];
     if (place && source.front !== undefined) index.openKept();
     const { group: first, skip = -1, until } = place ? index.locate(place) : { group: 0, skip: 0 };
     const state = {
       number: first > 0 ? index.groups[first].firstFrame : 0,
-      index: -1, // of the group that is read
-      at: null, // up to where its bytes have come, from its beginning on
-      skip, // frames to pass over; -1: up to a time, until
+      index: -1, // of the current group
+      at: null, // end of its bytes that have arrived, from its beginning on
+      skip, // number of frames to skip; -1: skip up to the time until
       until,
-      held: null,
+      candidate: null, // of a seek by time: the last frame that is not later than until
       gap: null,
       group: null,
       backgrounds: [],
       lateGroup: first > 0 ? first : null,
-      known: null, // which configuration was told
-      tracks: null, // of video that this group comes with; null: all
-      whole: new Set(), // groups that can't be picked from
-      next: null, // the group that is to be picked from, in place of what is being read
+      known: null, // the configuration that was emitted
+      tracks: null, // tracks of video in this group; null: all
+      whole: new Set(), // groups that cannot be picked from
+      next: null, // the group to be picked from instead of being read in order
     };
-    this.parts.clear();
+    this.#parts.clear();
     for (let group = first; group !== null;)
       group = yield* this.#picks(state, group) ? this.#pick(state, group, signal) : this.#stream(state, group, signal);
-    if (state.held) yield { ...state.held, skipped: false };
+    if (state.candidate) yield { ...state.candidate, skipped: false };
     this.#closeGap(state, null);
     if (!state.footer && source.size !== undefined && index.groups && session.indexState === 1)
       this.#warn("truncated", "the stream ends before its footer");
     if (source.complete && source.rewinds) index.openKept();
-    this.#tellOfAnswer();
+    this.#reportResponse();
   }
 
-  /** Whether it is worth while to read a group without some of its tracks. */
+  /** Whether a group should be read without some of its tracks. */
   #picks(state, group) {
-    const { source, session, selection } = this;
+    const [source, session, selection] = [this.#source, this.#session, this.#selection];
     return selection !== null && source.inParts === true && session.indexState === 1 && !state.whole.has(group);
   }
 
-  /** What comes as bytes, from a group on: answers the group to be picked from, or null at the end. */
+  /** Reads bytes in order, from a group on. Returns the group to be picked from, or null at the end. */
   async *#stream(state, first, signal) {
-    const { session, source } = this;
-    if (!source.inRuns && first > 0) {
-      if (!(await this.index.satisfied(() => session.play(first))))
-        throw new FvvError({ code: "io", message: "the configuration of the group can't be read" });
+    const [session, source] = [this.#session, this.#source];
+    if (!source.inSections && first > 0) {
+      if (!(await this.#index.satisfied(() => session.play(first))))
+        throw new FvvError({ code: "io", message: "the configuration of the group cannot be read" });
       state.fromIndex = true;
-    } else if (!source.inRuns) {
+    } else if (!source.inSections) {
       session.start(0);
     }
-    const from = source.inRuns || !first ? first : this.index.groups[first].offset;
-    let at = source.inRuns ? null : from;
+    const from = source.inSections || !first ? first : this.#index.groups[first].offset;
+    let at = source.inSections ? null : from;
     for await (const item of source.stream(from, signal)) {
       if (!(item instanceof Uint8Array)) {
-        yield* this.#turn(state, item);
+        yield* this.#takeReport(state, item);
         continue;
       }
       if (at !== null) state.at = at += item.length;
@@ -162,8 +184,8 @@ export class Playback {
     const { next } = state;
     state.next = null;
     if (next !== null) return next;
-    if (source.inRuns) {
-      yield* this.#endRun(state);
+    if (source.inSections) {
+      yield* this.#endSection(state);
     } else {
       session.finish();
       yield* this.#drain(state);
@@ -171,15 +193,15 @@ export class Playback {
     return null;
   }
 
-  /** A group without the tracks that are not selected. Answers the next one, or itself when it has to come whole. */
+  /** Reads a group without unselected tracks. Returns the next group, or the same one if it has to be read whole. */
   async *#pick(state, group, signal) {
-    const { session, parts, index } = this;
+    const [session, parts, index] = [this.#session, this.#parts, this.#index];
     const { reads } = index;
     state.at = null;
     const abort = new AbortController();
     const stop = () => abort.abort();
     signal?.addEventListener("abort", stop, { once: true });
-    this.source.leave();
+    this.#source.leave();
     try {
       await parts.prepare(index.groups, group, signal);
       const leftOut = (await this.#begin(state, group)) ? this.#leftOut() : [];
@@ -194,9 +216,9 @@ export class Playback {
         if (state.ended) break;
       }
       yield* this.#drain(state);
-      if (!state.ended) throw new FvvError({ code: "io", message: "a part of a group can't be read" });
+      if (!state.ended) throw new FvvError({ code: "io", message: "a part of a group cannot be read" });
       const ranges = [...parts.tableOf(index.groups, group), ...picked];
-      this.held.reach(group, index.groups[group].end, ranges, state.tracks);
+      this.#buffered.cover(group, index.groups[group].end, ranges, state.tracks);
     } finally {
       state.picking = state.ended = false;
       signal?.removeEventListener("abort", stop);
@@ -204,19 +226,19 @@ export class Playback {
       index.forgetReads(reads);
     }
     if (group + 1 < index.groups.length) return group + 1;
-    // What follows was checked when the index was read.
+    // The rest was checked when the index was read.
     state.footer = true;
     return null;
   }
 
-  /** false: only all of its bytes tell what is wrong with the group. */
+  /** false: the group is damaged, and all of its bytes have to be read for a report. */
   async #begin(state, group) {
-    const { session } = this;
+    const session = this.#session;
     try {
-      if (!(await this.index.satisfied(() => session.pick(group)))) return false;
+      if (!(await this.#index.satisfied(() => session.pick(group)))) return false;
     } catch (error) {
       if (!["damaged", "invalid", "truncated"].includes(error.code)) throw error;
-      this.source.forget?.(this.index.groups[group].offset);
+      this.#source.forget?.(this.#index.groups[group].offset);
       return false;
     }
     state.picking = state.fromIndex = true;
@@ -226,44 +248,44 @@ export class Playback {
   }
 
   #videosLeftOut() {
-    const { videos } = this.session.configuration();
-    return videos.map(({ track }) => track).filter((track) => !this.selection.includes(track));
+    const { videos } = this.#session.configuration();
+    return videos.map(({ track }) => track).filter((track) => !this.#selection.includes(track));
   }
-  /** Tracks that a group needs not be fetched with: video that is not selected and environments that are known. */
+  /** Tracks of a group that need not be fetched: unselected video and known environments. */
   #leftOut() {
     const videos = this.#videosLeftOut();
-    return videos.length ? [...videos, ...this.environments.tracks] : [];
+    return videos.length ? [...videos, ...this.#environments.tracks] : [];
   }
 
-  /** What a source in runs says between bytes (runs.js). */
-  async *#turn(state, { header, damage, lost, restart }) {
-    yield* this.#endRun(state);
-    if (damage) this.emit("corrupt", damage);
+  /** Takes an object that a source in sections yields between bytes (see sources.js). */
+  async *#takeReport(state, { header, damage, lost, restart }) {
+    yield* this.#endSection(state);
+    if (damage) this.#emit("corrupt", damage);
     if (lost) state.gap ??= { from: lost.from ?? state.lastTime ?? null, error: lost.error };
-    if (restart) this.emit("restart", null);
+    if (restart) this.#emit("restart", null);
     if (!header) return;
-    this.session.join();
-    state.running = true;
-    for (const _ of this.session.push(header)) yield* this.#drain(state);
+    this.#session.join();
+    state.inSection = true;
+    for (const _ of this.#session.push(header)) yield* this.#drain(state);
   }
 
-  /** A run may end anywhere: that its last frame is not whole is no damage. */
-  async *#endRun(state) {
-    if (!state.running) return;
-    this.session.finish();
+  /** A section may end anywhere: an incomplete last frame is not damage. */
+  async *#endSection(state) {
+    if (!state.inSection) return;
+    this.#session.finish();
     state.quiet = true;
     yield* this.#drain(state);
-    state.quiet = state.running = state.ended = false;
+    state.quiet = state.inSection = state.ended = false;
   }
 
   #closeGap(state, end) {
     if (!state.gap) return;
-    this.emit("gap", { from: state.gap.from, to: end, error: state.gap.error });
+    this.#emit("gap", { from: state.gap.from, to: end, error: state.gap.error });
     state.gap = null;
   }
 
   async *#drain(state) {
-    const { session } = this;
+    const session = this.#session;
     for (;;) {
       const kind = session.next();
       if (kind === "need data") return;
@@ -273,7 +295,7 @@ export class Playback {
       }
       if (kind === "end") state.footer = true;
       if (kind === "configuration") {
-        this.emit("configuration", session.configuration());
+        this.#emit("configuration", session.configuration());
         state.fromIndex = false;
       }
       if (kind === "damage" && !state.quiet) this.#corrupt(state, session.damage());
@@ -286,53 +308,54 @@ export class Playback {
   }
 
   #corrupt(state, error) {
-    this.emit("corrupt", error);
-    // Damage may be of the way and not of the file: what is asked for again is fetched again.
-    for (const offset of [error.offset, this.index.groups?.[state.index]?.offset])
-      if (Number.isInteger(offset)) this.source.forget?.(offset);
+    this.#emit("corrupt", error);
+    // The damage may have happened in transit: the bytes are fetched again when they are needed again.
+    for (const offset of [error.offset, this.#index.groups?.[state.index]?.offset])
+      if (Number.isInteger(offset)) this.#source.forget?.(offset);
     state.gap ??= { from: state.lastTime ?? null, error };
   }
 
-  /** false: the group is to be picked from, and nothing of it was told. */
+  /** false: the group is to be picked from, and nothing of it was emitted. */
   #beginGroup(state, about) {
-    const { inRuns } = this.source;
-    const { groups } = this.index;
+    const { inSections } = this.#source;
+    const { groups } = this.#index;
     const index =
-      groups?.findIndex((group) => (inRuns ? group.sequence === about.sequence : group.offset === about.offset)) ?? -1;
+      groups?.findIndex((group) => (inSections ? group.sequence === about.sequence : group.offset === about.offset)) ??
+      -1;
     if (index >= 0 && !state.picking && this.#picks(state, index) && this.#videosLeftOut().length) {
       state.next = index;
       return false;
     }
     this.#closeGap(state, about.start);
-    this.#tellOfAnswer();
+    this.#reportResponse();
     state.index = index;
     if (index >= 0) state.number = groups[index].firstFrame;
     if (state.known !== about.configuration) {
-      const configuration = this.session.configuration();
-      // One that stands in the stream was told as it came.
-      if (state.fromIndex) this.emit("configuration", configuration);
+      const configuration = this.#session.configuration();
+      // A configuration inside the stream was emitted when it arrived.
+      if (state.fromIndex) this.#emit("configuration", configuration);
       state.duration = configuration?.frameDuration ?? 0n;
       state.known = about.configuration;
     }
-    this.environments.begin(about.configuration);
+    this.#environments.begin(about.configuration);
     state.group = { sequence: about.sequence, start: about.start, end: about.end };
-    state.tracks = this.selection;
+    state.tracks = this.#selection;
     return true;
   }
 
   async *#frame(state) {
-    const { session } = this;
+    const session = this.#session;
     if (session.lacksCodecs) await session.loadCodecs();
     const started = performance.now();
-    const passing = state.skip > 0;
+    const skipped = state.skip > 0;
     let frame;
     try {
-      frame = session.decode(passing ? null : this.want);
+      frame = session.decode(skipped ? null : this.#want);
     } catch (error) {
       if (!(error instanceof FvvError) || error.fatal) throw error;
       this.#corrupt(state, error);
       state.number++;
-      if (passing) state.skip--;
+      if (skipped) state.skip--;
       return;
     }
     const { backgrounds, ...rest } = frame;
@@ -342,40 +365,40 @@ export class Playback {
     frame.number = state.number++;
     frame.group = state.group;
     frame.tracks = state.tracks;
-    this.#reach(state, frame.time);
+    this.#cover(state, frame.time);
     if (state.tracks) frame.samples = frame.samples.filter(({ track }) => state.tracks.includes(track));
     state.lastTime = frame.time;
     if (state.skip < 0) {
-      // A time is sought: the last frame that is not later is the one.
+      // A seek by time: the last frame that is not later is wanted.
       if (frame.time <= state.until) {
-        if (state.held) yield { ...state.held, skipped: true };
-        state.held = frame;
+        if (state.candidate) yield { ...state.candidate, skipped: true };
+        state.candidate = frame;
         return;
       }
       state.skip = 0;
-      if (state.held) yield { ...state.held, skipped: false };
-      state.held = null;
+      if (state.candidate) yield { ...state.candidate, skipped: false };
+      state.candidate = null;
     }
-    if (passing) state.skip--;
-    yield { ...frame, skipped: passing };
+    if (skipped) state.skip--;
+    yield { ...frame, skipped };
   }
 
-  /** What plays again without the network up to the end of a frame. */
-  #reach({ index, at, duration, group }, time) {
+  /** Notes that everything up to the end of a frame is in the cache. */
+  #cover({ index, at, duration, group }, time) {
     const end = time + duration;
-    if (this.source.front !== undefined) this.held.pass(time, end);
+    if (this.#source.front !== undefined) this.#buffered.append(time, end);
     else if (index >= 0 && at !== null) {
-      const { offset, size } = this.index.groups[index];
+      const { offset, size } = this.#index.groups[index];
       const ranges = [{ from: offset, end: Math.min(at, offset + size) }];
-      this.held.reach(index, end < group.end ? end : group.end, ranges, null);
+      this.#buffered.cover(index, end < group.end ? end : group.end, ranges, null);
     }
   }
-  /** [{start, end}] in ticks: what plays without the network. */
-  heldTimes() {
-    return this.held.times(this.selection);
+  /** [{start, end}] in ticks: times that can be played without the network. */
+  bufferedTimes() {
+    return this.#buffered.times(this.#selection);
   }
 
   close() {
-    this.session.close();
+    this.#session.close();
   }
 }

@@ -1,9 +1,9 @@
-// Calls over a MessagePort or a Worker, both ways: each side serves some functions and calls those of the other.
+// Calls over a MessagePort or a Worker in both directions: each side serves functions and calls those of the other.
 
 import { FvvError } from "./errors.js";
 import { PlanarPicture } from "./planar_picture.js";
 
-/** What can be handed over without copying; pictures can only be handed over. */
+/** Everything that can be transferred instead of copied; pictures can only be transferred. */
 function transferables(value, found = new Set()) {
   if (ArrayBuffer.isView(value)) found.add(value.buffer);
   else if (typeof VideoFrame === "function" && value instanceof VideoFrame) found.add(value);
@@ -14,11 +14,11 @@ function transferables(value, found = new Set()) {
   return found;
 }
 
-/** serve: {name: async (argument) => result}. Answers {call(name, argument), fail(error)}: fail ends all open calls. */
+/** serve: {name: async (argument) => result}. Returns {call(name, argument), fail(error)}: fail rejects all open calls. */
 export function connect(port, serve) {
   const calls = new Map();
   let last = 0;
-  const answer = async ({ id, name, argument }) => {
+  const respond = async ({ id, name, argument }) => {
     try {
       const result = await serve[name](argument);
       port.postMessage({ id, result }, Array.from(transferables(result)));
@@ -27,7 +27,7 @@ export function connect(port, serve) {
     }
   };
   port.addEventListener("message", ({ data }) => {
-    if (data.name !== undefined) return answer(data);
+    if (data.name !== undefined) return respond(data);
     const call = calls.get(data.id);
     calls.delete(data.id);
     if (data.error) call?.reject(FvvError.fromPlain(data.error));

@@ -1,13 +1,13 @@
-// One stream in one instance of the core: bytes in, events and frames out. Synchronous, apart from fetching codecs.
+// One stream in one instance of the core: bytes in, events and frames out. Synchronous, except for loading codecs.
 
 import { FvvError, IO } from "./errors.js";
 import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroup, readSample } from "./flat.js";
 import { createCodec, createCore } from "./wasm.js";
 
 const events = ["need data", "configuration", "group", "frame", "damage", "end", "done"];
-const WANT = { floats: 1, normals: 2, visibility: 4, shares: 8 };
+const WANT = { floats: 1, normals: 2, visibility: 4, visibilityWeights: 8 };
 const END = 2;
-/** Bytes that are handed over at once. */
+/** Bytes per push. */
 const PUSH_SIZE = 1 << 18;
 
 export const defaultLimits = {
@@ -22,23 +22,30 @@ export const defaultLimits = {
 };
 
 export class Session {
-  /** module: of the core. codec(name): that of a codec, when it is needed. */
+  #codec;
+  #core;
+  #exports;
+  #decoder;
+  #buffer;
+
+  /** module: of the core. codec(name): returns the module of a codec when it is needed. */
   static async create({ module, codec, limits = {}, read }) {
     const session = new Session();
-    session.codec = codec;
+    session.#codec = codec;
     session.limits = { ...defaultLimits, ...limits };
-    session.core = await createCore(module, {
+    session.#core = await createCore(module, {
       memoryBytes: session.limits.memory,
       read,
     });
-    const { exports } = session.core;
-    session.exports = exports;
-    session.decoder = exports.fvvjs_create();
-    session.buffer = exports.fvvjs_alloc(PUSH_SIZE);
-    if (!session.decoder || !session.buffer) throw new FvvError({ code: "memory", message: "no memory to begin with" });
+    const { exports } = session.#core;
+    session.#exports = exports;
+    session.#decoder = exports.fvvjs_create();
+    session.#buffer = exports.fvvjs_alloc(PUSH_SIZE);
+    if (!session.#decoder || !session.#buffer)
+      throw new FvvError({ code: "memory", message: "out of memory while creating the decoder" });
     const l = session.limits;
     exports.fvvjs_limits(
-      session.decoder,
+      session.#decoder,
       l.maxPayload,
       l.maxVertices,
       l.maxFaces,
@@ -49,15 +56,15 @@ export class Session {
     return session;
   }
 
-  get memory() {
-    return this.core.memory;
+  get #memory() {
+    return this.#core.memory;
   }
   get memoryBytes() {
-    return this.memory.buffer.byteLength + this.core.codecs.memoryBytes;
+    return this.#memory.buffer.byteLength + this.#core.codecs.memoryBytes;
   }
 
   #diagnostic() {
-    return readDiagnostic(this.memory, this.exports.fvvjs_diagnostic(this.decoder));
+    return readDiagnostic(this.#memory, this.#exports.fvvjs_diagnostic(this.#decoder));
   }
   #check(status) {
     if (status >= 0) return status;
@@ -66,130 +73,130 @@ export class Session {
     throw FvvError.fromDiagnostic(diagnostic);
   }
 
-  /** Reads the index through read; false: fetch what read lacked and try again. */
+  /** Reads the index through read; false: fetch the bytes that read lacked and try again. */
   open(size) {
-    const status = this.exports.fvvjs_open(this.decoder, size);
+    const status = this.#exports.fvvjs_open(this.#decoder, size);
     return status === IO ? false : (this.#check(status), true);
   }
-  /** 0: none, 1: of the file, 2: rebuilt from all of its bytes. */
+  /** 0: none, 1: read from the file, 2: rebuilt from all of its bytes. */
   get indexState() {
-    return this.exports.fvvjs_index_state(this.decoder);
+    return this.#exports.fvvjs_index_state(this.#decoder);
   }
   groups() {
-    return Array.from({ length: this.exports.fvvjs_group_count(this.decoder) }, (_, i) =>
-      readGroup(this.memory, this.exports.fvvjs_group(this.decoder, i)),
+    return Array.from({ length: this.#exports.fvvjs_group_count(this.#decoder) }, (_, i) =>
+      readGroup(this.#memory, this.#exports.fvvjs_group(this.#decoder, i)),
     );
   }
-  /** From the first byte of a stream on. */
+  /** Starts at the first byte of a stream. */
   start(offset = 0) {
-    this.#check(this.exports.fvvjs_start(this.decoder, offset, 0));
+    this.#check(this.#exports.fvvjs_start(this.#decoder, offset, 0));
   }
-  /** From the file header and a configuration block on, and then from any group. */
+  /** Starts with the file header and a configuration block, and continues with any group. */
   join() {
-    this.#check(this.exports.fvvjs_join(this.decoder));
+    this.#check(this.#exports.fvvjs_join(this.#decoder));
   }
-  /** From a group of the index on; false as in open. */
+  /** Starts at a group of the index; false as in open. */
   play(group) {
-    const status = this.exports.fvvjs_play(this.decoder, group);
+    const status = this.#exports.fvvjs_play(this.#decoder, group);
     return status === IO ? false : (this.#check(status), true);
   }
 
   /**
-   * A group of the index chunk by chunk: next tells of it as read has the bytes, and nothing is pushed. false as in
-   * open. Throws where the group is damaged or against the rules: all of its bytes, pushed, tell more.
+   * Starts at a group of the index, chunk by chunk: next reports it as far as read has the bytes, and nothing is pushed.
+   * false as in open. Throws if the group is damaged or violates the rules; pushing all of its bytes gives more details.
    */
   pick(group) {
-    const status = this.exports.fvvjs_pick_group(this.decoder, group);
+    const status = this.#exports.fvvjs_pick_group(this.#decoder, group);
     return status === IO ? false : (this.#check(status), true);
   }
-  /** Passes over the chunks of these tracks. */
+  /** Skips the chunks of these tracks. */
   leaveOut(tracks) {
-    for (const track of tracks) this.#check(this.exports.fvvjs_leave_out(this.decoder, track));
+    for (const track of tracks) this.#check(this.#exports.fvvjs_leave_out(this.#decoder, track));
   }
-  /** Where the others stand: [{from, end}]. */
+  /** The ranges of the other tracks' chunks: [{from, end}]. */
   picked() {
     const ranges = [];
     for (let i = 0; ;) {
-      const address = this.exports.fvvjs_picked(this.decoder, i);
+      const address = this.#exports.fvvjs_picked(this.#decoder, i);
       if (!address) return ranges;
-      const [from, end, next] = new Float64Array(this.memory.buffer, address, 3);
+      const [from, end, next] = new Float64Array(this.#memory.buffer, address, 3);
       ranges.push({ from, end });
       i = next;
     }
   }
 
-  /** Hands bytes over piece by piece; after each one, all events have to be taken. */
+  /** Pushes bytes piece by piece; all events have to be taken after each piece. */
   *push(bytes) {
     for (let at = 0; at < bytes.length; at += PUSH_SIZE) {
       const piece = bytes.subarray(at, at + PUSH_SIZE);
-      new Uint8Array(this.memory.buffer, this.buffer, piece.length).set(piece);
-      this.#check(this.exports.fvvjs_push(this.decoder, this.buffer, piece.length));
+      new Uint8Array(this.#memory.buffer, this.#buffer, piece.length).set(piece);
+      this.#check(this.#exports.fvvjs_push(this.#decoder, this.#buffer, piece.length));
       yield piece.length;
     }
   }
   finish() {
-    this.exports.fvvjs_finish(this.decoder);
+    this.#exports.fvvjs_finish(this.#decoder);
   }
 
-  /** "need data", "frame", ...; throws what ends the stream. */
+  /** "need data", "frame", ...; throws an error that ends the stream. */
   next() {
-    return events[this.#check(this.exports.fvvjs_next(this.decoder))];
+    return events[this.#check(this.#exports.fvvjs_next(this.#decoder))];
   }
   about() {
-    return readEvent(this.memory, this.exports.fvvjs_event(this.decoder));
+    return readEvent(this.#memory, this.#exports.fvvjs_event(this.#decoder));
   }
-  /** What "damage" speaks of. */
+  /** The error of the event "damage". */
   damage() {
     return FvvError.fromDiagnostic(this.#diagnostic(), { fatal: false });
   }
   configuration() {
-    const address = this.exports.fvvjs_configuration(this.decoder);
-    return address ? readConfiguration(this.memory, address) : null;
+    const address = this.#exports.fvvjs_configuration(this.#decoder);
+    return address ? readConfiguration(this.#memory, address) : null;
   }
 
-  /** Payload of the environment that belongs to a group of the index: {data}, or null. missing(): see open. */
+  /** Payload of the environment that is valid for a group of the index: {data}; null: none; false as in open. */
   findBackground(group, track) {
-    const status = this.exports.fvvjs_find_background(this.decoder, group, track);
+    const status = this.#exports.fvvjs_find_background(this.#decoder, group, track);
     if (status === END) return null;
     if (status === IO) return false;
     this.#check(status);
-    return readSample(this.memory, this.exports.fvvjs_background(this.decoder));
+    return readSample(this.#memory, this.#exports.fvvjs_background(this.#decoder));
   }
 
-  /** Whether decode has to wait for codecs. */
+  /** Whether codecs have to be loaded before decode. */
   get lacksCodecs() {
-    return this.core.codecs.lacks(this.exports.fvvjs_codecs(this.decoder));
+    return this.#core.codecs.lacks(this.#exports.fvvjs_codecs(this.#decoder));
   }
   loadCodecs() {
-    return this.lendCodecs(this.core, this.exports.fvvjs_codecs(this.decoder));
+    return this.lendCodecs(this.#core, this.#exports.fvvjs_codecs(this.#decoder));
   }
-  /** Gives the instance of a module those that it asks for. */
+  /** Loads the codecs that an instance of a module asks for. */
   lendCodecs({ codecs }, wanted) {
-    return codecs.load(wanted, async (name) => createCodec(await this.codec(name), this.limits.memory));
+    return codecs.load(wanted, async (name) => createCodec(await this.#codec(name), this.limits.memory));
   }
 
   /**
-   * Decodes the frame that next told of. null want: only for the sake of those behind it; then only samples come
-   * back. Throws an FvvError that is not fatal when the frame is against the rules.
+   * Decodes the frame that next reported. want null: only as a reference for later frames; the result has samples only.
+   * Throws an FvvError that is not fatal if the frame violates the rules.
    */
   decode(want) {
     const flags = want
       ? WANT.floats |
         (want.normals ? WANT.normals : 0) |
         (want.visibility ? WANT.visibility : 0) |
-        (want.shares ? WANT.shares : 0)
+        (want.visibilityWeights ? WANT.visibilityWeights : 0)
       : WANT.visibility;
-    const status = this.exports.fvvjs_decode(this.decoder, flags);
+    const status = this.#exports.fvvjs_decode(this.#decoder, flags);
     if (status < 0) {
       const diagnostic = this.#diagnostic();
       throw FvvError.fromDiagnostic(diagnostic, { fatal: status === -2 });
     }
-    const address = this.exports.fvvjs_frame_data(this.decoder);
-    return readFrame(this.memory, address);
+    const address = this.#exports.fvvjs_frame_data(this.#decoder);
+    return readFrame(this.#memory, address);
   }
 
   close() {
-    this.exports.fvvjs_destroy(this.decoder);
-    this.core = this.exports = null;
+    this.#exports.fvvjs_destroy(this.#decoder);
+    this.#core = this.#exports = null;
   }
 }

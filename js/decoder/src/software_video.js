@@ -1,21 +1,20 @@
-// Video by decoders in wasm where WebCodecs has none: the module of @fvv/video-fallback, which the caller hands over.
-// A track has an instance of its own. One that traps, or takes too long, is dropped, and the next key picture gets
-// another; damaged samples give no picture.
+// Video by decoders in wasm where WebCodecs has none: the module of @fvv/video-fallback, which the caller provides.
+// Each track has an instance of its own. An instance that traps or takes too long is dropped, and the next key picture
+// gets another one. Damaged samples yield no picture.
 
-import { FvvError } from "./errors.js";
 import { createPicture, planesOf } from "./planar_picture.js";
 import { createVideo } from "./wasm.js";
 
-/** Of the functions in video-fallback/wasm/decoder.c. */
+/** Version of the functions in video-fallback/wasm/decoder.c. */
 const ABI = 1;
-/** What one sample may take: many times what the largest picture does. Only hostile ones get there. */
+/** Time limit for a sample: many times what the largest picture takes. Only hostile samples reach it. */
 const SAMPLE_MS = 4000;
-/** Instances that a track may lose one after the other. Each costs time and memory. */
-const LOST_MOST = 4;
+/** Instances that a track may lose in succession. Each costs time and memory. */
+const LOST_MAX = 4;
 
 const text = new TextDecoder();
 
-/** RangeError: the stack of JavaScript ended inside. */
+/** RangeError: the JavaScript stack overflowed inside wasm. */
 const isTrap = (error) => error instanceof WebAssembly.RuntimeError || error instanceof RangeError;
 
 class Instance {
@@ -25,7 +24,7 @@ class Instance {
     const expired = () => (performance.now() > instance.deadline ? 1 : 0);
     Object.assign(instance, await createVideo(module, memoryBytes, expired));
     const abi = instance.exports.fvvvideo_abi?.();
-    if (abi !== ABI) throw new Error(`the fallback is of another version (${abi}, not ${ABI})`);
+    if (abi !== ABI) throw new Error(`the fallback has version ${abi}, expected ${ABI}`);
     return instance;
   }
   #message() {
@@ -37,19 +36,19 @@ class Instance {
     if (!address) throw new Error(`no memory for ${bytes.length} bytes`);
     new Uint8Array(this.memory.buffer, address, bytes.length).set(bytes);
   }
-  /** Throws an Error when it can't decode such video. */
+  /** Throws an Error if it cannot decode such video. */
   open({ codec, record, width, height, bitDepth }) {
     const code = Array.from(codec).reduce((sum, c, i) => sum + c.charCodeAt(0) * 2 ** (8 * i), 0);
     this.#put(record);
     if (!this.exports.fvvvideo_open(code, width, height, bitDepth)) throw new Error(this.#message());
   }
-  /** Throws an Error of a damaged sample, or one that isTrap knows: the instance is lost. */
+  /** Throws an Error for a damaged sample, or an error for which isTrap is true: the instance is lost. */
   decode(data, restart) {
     this.#put(data);
     this.deadline = performance.now() + this.sampleMs;
     if (!this.exports.fvvvideo_decode(restart ? 1 : 0)) throw new Error(this.#message());
   }
-  /** Its planes without what lies between their rows, one behind the other. */
+  /** Its planes without padding between rows, one after the other. */
   planes({ width, height, bitDepth }) {
     const { memory, exports } = this;
     const bytes = bitDepth > 8 ? 2 : 1;
@@ -80,14 +79,14 @@ class SoftwareTrack {
     this.#layout = layout;
     this.#instance = instance;
   }
-  /** In the order of the calls, though a new instance has to be waited for. */
+  /** In the order of the calls, also while a new instance is created. */
   submit(sample, timestamp) {
     const picture = this.#before.then(() => this.#decode(sample, timestamp));
     this.#before = picture.catch(() => {});
     return picture;
   }
   async #decode(sample, timestamp) {
-    if (this.#closed || (this.#needsKey && !sample.key) || this.#lost > LOST_MOST) return null;
+    if (this.#closed || (this.#needsKey && !sample.key) || this.#lost > LOST_MAX) return null;
     try {
       this.#instance ??= await this.#video.take(this.#layout);
       this.#instance.decode(sample.data, this.#needsKey);
@@ -109,8 +108,8 @@ class SoftwareTrack {
     const { sampleMs, deadline } = this.#instance;
     const late = performance.now() > deadline;
     this.#instance = null;
-    const end = ++this.#lost > LOST_MOST ? ", and so did others before: no more pictures of this track" : "";
-    const why = late ? `takes more than ${sampleMs} ms` : `trips its decoder (${error.message})`;
+    const end = ++this.#lost > LOST_MAX ? ", like others before: no more pictures of this track" : "";
+    const why = late ? `takes more than ${sampleMs} ms` : `makes its decoder trap (${error.message})`;
     return new Error(`${sample} ${why}${end}`);
   }
   async flush() {
@@ -128,17 +127,17 @@ export class SoftwareVideo {
   #load;
   #bounds;
   #idle = [];
-  /** load(): the compiled module. corrupt(error, layout): of a sample that has no picture. */
+  /** load(): returns the compiled module. corrupt(error, layout): called for a sample without a picture. */
   constructor({ load, memoryBytes, sampleMs = SAMPLE_MS, corrupt }) {
     this.#load = load;
     this.#bounds = { memoryBytes, sampleMs };
     this.corrupt = corrupt;
   }
-  /** A track, or an Error that says why there can be none. */
+  /** Returns a track, or throws an Error. */
   async open(layout) {
     return new SoftwareTrack(this, layout, await this.take(layout));
   }
-  /** Seeking opens all tracks anew: their instances are kept. */
+  /** Seeking opens all tracks again: their instances are reused. */
   async take(layout) {
     const instance = this.#idle.pop() ?? (await Instance.create(await this.#load(), this.#bounds));
     try {

@@ -1,19 +1,24 @@
-// Where bytes come from. A source has:
+// Where bytes come from: memory, files, streams and URLs. A source has:
 //   stream(from, signal)       async iterator of Uint8Array from an offset to the end
-//   size, read(offset, size)   only where any place can be read
-//   part(from, end, signal)    only where reading less is worth requests, as long as inParts says so: as stream, to
-//                              byte end - 1; leave() before; frugal is set by who begins with that
-//   inRuns, groups             see runs.js
-//   front, rewinds, complete   of one answer: bytes that have gone by, whether they can all be read again (then stream
-//                              begins anywhere up to front), and whether these are all
-//   holds(from, end)           whether bytes need no network; where it is lacking, they never do
-//   kept(offset, out)          copies bytes that a cache has to out, or answers false
-//   divide(offsets)            tells where groups begin; forget(offset): a byte there is damaged; close()
-// openSource makes one of a plain description that can be sent to a worker.
+//   size, read(offset, size)   only if it can be read at any offset
+//   part(from, end, signal)    only if reading less is worth more requests, as long as inParts is true: as stream, up to
+//                              byte end - 1; call leave() before; frugal is set by the caller who begins with part
+//   front, rewinds, complete   of a single response: bytes that have arrived, whether they can all be read again (then
+//                              stream begins anywhere up to front), and whether the response is complete
+//   holds(from, end)           whether bytes need no network; without this method no bytes need it
+//   kept(offset, out)          copies bytes of a cache to out, or returns false
+//   divide(offsets)            sets where groups begin; forget(offset): a byte there is damaged; close()
+//   inSections, groups         a source in sections has inSections true. A section is a file header, a configuration
+//                              block and then any groups (clause 6.4). Between pieces of bytes such a source yields
+//     {header}                 a section begins; these are the bytes of its file header, the rest follows as bytes
+//     {damage: error}          damage, before the loss that it causes
+//     {lost: {error, from}}    data is missing up to the next group; from: ticks, or undefined
+//     {restart: true}          another stream begins
+//                              With groups (as readGroup returns them) it can seek: stream(group) begins with that group.
 
+import { FvvError } from "./errors.js";
 import { Live } from "./live.js";
 import { Segments } from "./segments.js";
-import { openUrl } from "./url.js";
 
 const BLOCK = 1 << 20;
 
@@ -31,35 +36,322 @@ class Bytes {
 }
 
 class File {
+  #blob;
   constructor(blob) {
-    this.blob = blob;
+    this.#blob = blob;
     this.size = blob.size;
   }
   async read(offset, size) {
-    return new Uint8Array(await this.blob.slice(offset, offset + size).arrayBuffer());
+    return new Uint8Array(await this.#blob.slice(offset, offset + size).arrayBuffer());
   }
   async *stream(from) {
     for (let at = from; at < this.size; at += BLOCK) yield this.read(at, Math.min(BLOCK, this.size - at));
   }
 }
 
-/** Bytes as they come, once. pull(): the next piece or null. */
+/** Bytes in order, once. pull(): the next piece or null. */
 class Stream {
+  #pull;
   constructor(pull) {
-    this.pull = pull;
+    this.#pull = pull;
   }
   async *stream() {
     for (;;) {
-      const piece = await this.pull();
+      const piece = await this.#pull();
       if (!piece) return;
       yield piece;
     }
   }
 }
 
+/** Enough for the index of a hundred groups. The first picture has to wait for these bytes. */
+const SUFFIX = 1 << 13;
+/** The cost of a round trip of 40 ms at 8 Mbit/s: fewer bytes are fetched again rather than split over two requests. */
+export const ROUND_TRIP_BYTES = 40000;
+
+async function* bodyOf(response) {
+  const reader = response.body.getReader();
+  try {
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      yield value;
+    }
+  } finally {
+    reader.cancel().catch(() => {});
+  }
+}
+
+function failed(url, response) {
+  return new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
+}
+
+function noRange(url, why) {
+  return FvvError.warning("no-range", `${url} is read from front to back: ${why}`);
+}
+
+/** A host that supports Range. The first request begins at byte 0 and continues into the frames that are played. */
+class Ranges {
+  #url;
+  #init;
+  #etag;
+  #suffix;
+  #warn;
+  #cache;
+  #head = null; // the open response that begins at byte 0
+  #ignoresRange = false;
+  requests = 1;
+
+  constructor(url, init, size, etag, suffix, { warn, cache }) {
+    this.#url = url;
+    this.#init = init;
+    this.#etag = etag;
+    this.#suffix = suffix;
+    this.#warn = warn;
+    this.#cache = cache;
+    this.size = size;
+    this.bytesRead = suffix.length;
+  }
+  /** From a host that returns the whole file a part is requested only once. */
+  get inParts() {
+    return !this.#ignoresRange;
+  }
+  /** From here on the bytes are in suffix. */
+  get #suffixAt() {
+    return this.size - this.#suffix.length;
+  }
+  async #fetch(from, end, signal) {
+    this.requests++;
+    const headers = { ...this.#init.headers, Range: `bytes=${from}-${end - 1}` };
+    const response = await fetch(this.#url, { ...this.#init, headers, signal });
+    if (response.status !== 206 && response.status !== 200) throw failed(this.#url, response);
+    const etag = response.headers.get("etag");
+    const range = /^bytes (\d+)-\d+\/(\d+|\*)$/.exec(response.headers.get("content-range") ?? "");
+    const total = response.status === 200 ? null : range && range[2] !== "*" ? Number(range[2]) : this.size;
+    if (etag !== this.#etag || (total !== null && total !== this.size))
+      throw new FvvError({
+        code: "changed",
+        message: `${this.#url} changed while it was read: ETag ${this.#etag}, now ${etag}`,
+      });
+    if (range && response.status === 206 && Number(range[1]) !== from)
+      throw new FvvError({
+        code: "io",
+        message: `${this.#url}: expected a range from byte ${from}, found ${range[1]}`,
+      });
+    return response;
+  }
+  /** The requested bytes, also from a response with the whole file, in case the host stops supporting Range. */
+  async *#wanted(response, from, end) {
+    let at = response.status === 206 ? from : 0;
+    if (response.status === 200 && !this.#ignoresRange) {
+      this.#ignoresRange = true;
+      this.#warn(noRange(this.#url, "the server no longer supports Range"));
+    }
+    // Such a response has to be read up to the requested bytes: all of it goes to the cache.
+    const cacheable = Math.min(this.#suffixAt, response.status === 206 ? end : Infinity);
+    for await (const piece of bodyOf(response)) {
+      this.bytesRead += piece.length;
+      this.#cache.put(at, piece.subarray(0, Math.max(0, cacheable - at)));
+      const part = piece.subarray(Math.max(0, from - at), Math.max(0, end - at));
+      at += piece.length;
+      if (part.length) yield part;
+      if (at >= end) return;
+    }
+  }
+  async *part(from, end, signal) {
+    let reused = false;
+    for (let at = from; at < end;) {
+      // The beginning of the suffix can change meanwhile.
+      const asked = Math.min(end, this.#suffixAt);
+      const kept = at < asked ? this.#cache.take(at, asked) : this.#suffix.subarray(at - asked, end - asked);
+      if (kept) {
+        if (!reused && at < asked) this.#cache.hits++;
+        at += kept.length;
+        yield kept;
+      } else {
+        const until = this.#cache.missingUntil(at, asked, ROUND_TRIP_BYTES);
+        for await (const piece of this.#wanted(await this.#fetch(at, until, signal), at, until)) {
+          at += piece.length;
+          yield piece;
+        }
+        if (at < until)
+          throw new FvvError({ code: "io", message: `${this.#url}: the response ends ${until - at} bytes too early` });
+      }
+      reused = kept !== null;
+    }
+  }
+  /** The first bytes, at least size; their response stays open for stream. */
+  async #beginning(size) {
+    const abort = new AbortController();
+    this.#head ??= { abort, body: this.part(0, this.size, abort.signal), pieces: [], length: 0 };
+    const head = this.#head;
+    while (head.length < size) {
+      const { done, value } = await head.body.next();
+      if (done) break;
+      head.pieces.push(value);
+      head.length += value.length;
+    }
+    return new Uint8Array(await new Blob(head.pieces).arrayBuffer());
+  }
+  async read(offset, size) {
+    if (offset === 0 && !this.frugal) return (await this.#beginning(size)).subarray(0, size);
+    const pieces = [];
+    for await (const piece of this.part(offset, offset + size)) pieces.push(piece);
+    return new Uint8Array(await new Blob(pieces).arrayBuffer());
+  }
+  /** Aborts the request of beginning. */
+  leave() {
+    this.#head?.abort.abort();
+    this.#head = null;
+  }
+  async *stream(from, signal) {
+    const head = this.#head;
+    if (from > 0) this.leave();
+    this.#head = null;
+    if (!head || from > 0) {
+      yield* this.part(from, this.size, signal);
+      return;
+    }
+    signal?.addEventListener("abort", () => head.abort.abort());
+    yield* head.pieces;
+    yield* head.body;
+  }
+
+  divide(offsets) {
+    this.#cache.divide(offsets);
+  }
+  kept(offset, out) {
+    return this.#cache.copy(offset, out);
+  }
+  holds(from, end) {
+    const asked = Math.min(end, this.#suffixAt);
+    return this.#cache.coveredUntil(from, asked) >= asked;
+  }
+  forget(offset) {
+    if (this.#cache.drop(offset) > this.#suffixAt) this.#suffix = new Uint8Array(0);
+  }
+  close() {
+    this.leave();
+    this.#cache.clear();
+  }
+}
+
+/** A single response with the whole file. Its bytes can be read again as long as the cache has all of them. */
+class Download {
+  #abort;
+  #cache;
+  #body;
+  #piece = null; // promise of the next piece, which outlives a seek
+  #wake = null;
+  front = 0;
+  complete = false;
+  bytesRead = 0;
+  requests = 1;
+
+  constructor(response, abort, { cache, rewinds }) {
+    const { headers } = response;
+    const size = headers.get("content-encoding") ? 0 : Number(headers.get("content-length"));
+    this.#abort = abort;
+    this.#cache = cache;
+    this.rewinds = rewinds && cache.limit > 0 && size <= cache.limit;
+    this.#body = response.body.getReader();
+  }
+
+  async *stream(from, signal) {
+    const stop = () => {
+      if (!this.rewinds) this.#abort.abort();
+      this.#wake?.();
+    };
+    signal?.addEventListener("abort", stop);
+    if (from < this.front) this.#cache.hits++;
+    try {
+      for (let at = from; ;) {
+        if (at >= this.front && !this.rewinds) this.#cache.clear();
+        const piece = at < this.front ? this.#cache.take(at, this.front) : await this.#next(signal);
+        if (!piece) return;
+        at += piece.length;
+        yield piece;
+      }
+    } finally {
+      signal?.removeEventListener("abort", stop);
+      if (!this.rewinds) this.#body.cancel().catch(() => {});
+    }
+  }
+  async #next(signal) {
+    this.#piece ??= this.#body.read();
+    await new Promise((resolve, reject) => {
+      this.#wake = resolve;
+      this.#piece.then(resolve, reject);
+    });
+    signal?.throwIfAborted();
+    const { done, value } = await this.#piece;
+    this.#piece = null;
+    this.complete = done;
+    if (done) return null;
+    this.bytesRead += value.length;
+    if (this.rewinds) {
+      this.#cache.put(this.front, value);
+      this.rewinds = this.#cache.coveredUntil(0, 1) === 1;
+    }
+    this.front += value.length;
+    return value;
+  }
+
+  kept(offset, out) {
+    return this.#cache.copy(offset, out);
+  }
+  holds(from, end) {
+    return this.rewinds && end <= this.front;
+  }
+  /** Damaged bytes are not kept, and without them the rest is useless. */
+  forget() {
+    this.rewinds = false;
+  }
+  close() {
+    this.#abort.abort();
+    this.#cache.clear();
+  }
+}
+
+/** warn(error). cache: for received bytes. seekable false: a single request, and nothing is kept. */
+async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
+  const abort = new AbortController();
+  const whole = async () => {
+    const response = await fetch(url, { ...init, signal: abort.signal });
+    if (!response.ok) throw failed(url, response);
+    return new Download(response, abort, { cache, rewinds: seekable });
+  };
+  if (!seekable) return whole();
+  const headers = { ...init.headers, Range: `bytes=-${SUFFIX}` };
+  const response = await fetch(url, { ...init, headers, signal: abort.signal });
+  if (response.status === 416) return whole();
+  if (!response.ok) throw failed(url, response);
+  const cannot = (why) => warn(noRange(url, why));
+  if (response.status !== 206) {
+    cannot(`the server responds ${response.status} to a request for a range`);
+    return new Download(response, abort, { cache, rewinds: true });
+  }
+  const range = /^bytes (\d+)-(\d+)\/(\d+)$/.exec(response.headers.get("content-range") ?? "");
+  const encoding = response.headers.get("content-encoding");
+  const suffix = new Uint8Array(await response.arrayBuffer());
+  const [first, last, size] = range ? range.slice(1).map(Number) : [];
+  const why = !range
+    ? "the response has no readable Content-Range (cross-origin hosts have to expose it)"
+    : encoding && encoding !== "identity"
+      ? `the response has Content-Encoding ${encoding}`
+      : last + 1 !== size || last - first + 1 !== suffix.length
+        ? `Content-Range ${range[0]} does not match the ${suffix.length} bytes received`
+        : null;
+  if (why) {
+    cannot(why);
+    return whole();
+  }
+  return new Ranges(url, init, size, response.headers.get("etag"), suffix, { warn, cache });
+}
+
 /**
- * description: {bytes}, {blob}, {url, init, seekable}, {segments: {url, init}}, {live: {url, ...}}, or {pull: true} with
- * a function pull. cache: for what comes from URLs, until it closes.
+ * description can be sent to a worker: {bytes}, {blob}, {url, init, seekable}, {segments: {url, init}},
+ * {live: {url, ...}}, or {pull: true} with a function pull. cache: for bytes of URLs, until the source is closed.
  */
 export async function openSource(description, { pull, warn, cache }) {
   if (description.bytes) return new Bytes(description.bytes);

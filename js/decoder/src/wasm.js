@@ -1,10 +1,10 @@
-// Instances of the wasm modules, each with memory of its own.
+// Instances of the wasm modules, each with memory of its own, and the calls of one instance into another.
 
-import { Codecs } from "./codecs.js";
 import { FvvError } from "./errors.js";
+import { DIAGNOSTIC_SIZE } from "./flat.js";
 
 const PAGE = 65536;
-/** What the modules declare: no instance can have more. */
+/** The maximum that the modules declare. */
 const MEMORY_MAX = 2 ** 31;
 const INITIAL_PAGES = 64;
 const PROJECTION_MEMORY = 2 ** 26;
@@ -16,7 +16,7 @@ function newMemory(bytes) {
   return new WebAssembly.Memory({ initial: INITIAL_PAGES, maximum });
 }
 
-// What the C library of Emscripten asks for. None of it is reached: nothing prints, reads or exits.
+// Imports of Emscripten's C library. None of them is called: nothing prints, reads or exits.
 const unused = new Proxy({}, { get: () => () => 0, has: () => true });
 
 function imports(module, memory, fvv) {
@@ -36,7 +36,7 @@ async function instantiate(module, memoryBytes, fvv) {
   return { memory, exports };
 }
 
-/** read(offset, out): fills a Uint8Array with the source's bytes and answers whether it could. */
+/** read(offset, out): fills a Uint8Array with bytes of the source and returns whether it could. */
 export async function createCore(module, { memoryBytes, read = () => false }) {
   const core = {};
   core.codecs = new Codecs(core);
@@ -48,29 +48,130 @@ export async function createCore(module, { memoryBytes, read = () => false }) {
   return Object.assign(core, await instantiate(module, memoryBytes, fvv));
 }
 
-/** The module of environments, which borrows codecs as the core does. */
+/** The module of environments, which calls codecs as the core does. */
 export const createBackground = (module, memoryBytes) => createCore(module, { memoryBytes });
 
-/** Projection alone, which needs no more memory than its points. */
+/** Projection alone: it needs memory for its points only. */
 export function createProjection(module) {
   return instantiate(module, PROJECTION_MEMORY, {});
 }
 
-/** A module that codecs.js calls. */
+/** A module that Codecs calls. */
 export async function createCodec(module, memoryBytes) {
   const codec = {};
   const number = (...call) => putNumber(codec.memory, ...call);
   return Object.assign(codec, await instantiate(module, memoryBytes, { number }));
 }
 
-/** One decoder of video. expired(): whether the call that goes on has had its time. */
+/** A decoder of video. expired(): whether the current call has exceeded its time limit. */
 export function createVideo(module, memoryBytes, expired) {
   return instantiate(module, memoryBytes, { expired });
 }
 
-/** As %g of C does, or nearly: for messages. */
+/** Approximately %g of C, for messages. */
 function putNumber(memory, value, digits, out, size) {
   const text = Number.isFinite(value) ? String(Number(value.toPrecision(digits))) : String(value);
   const { written } = new TextEncoder().encodeInto(text, new Uint8Array(memory.buffer, out, size));
   return written;
+}
+
+/** Bit n of fvvjs_codecs stands for the nth codec. issue: reported for bytes on which the instance traps. */
+const known = [
+  { name: "draco", issue: 3009 },
+  { name: "fast", issue: 3025 },
+  { name: "openexr", issue: 4206 },
+];
+
+const STATUS_MEMORY = -2;
+const STATUS_STATE = -5;
+const STATUS_INVALID = -102;
+
+/**
+ * The codecs that the core and the module of environments import (wasm/codec_imports.c). Each of them has an instance
+ * with memory of its own, and bytes are copied between the memories.
+ */
+class Codecs {
+  #core;
+  #loaded = new Map();
+
+  /** core: the instance whose memory is copied from and to. */
+  constructor(core) {
+    this.#core = core;
+  }
+  /** Whether a codec has to be loaded. bits: as of fvvjs_codecs. */
+  lacks(bits) {
+    return known.some(({ name }, n) => bits & (1 << n) && !this.#loaded.has(name));
+  }
+  /** create(name): returns an instance of that module. */
+  async load(bits, create) {
+    for (const [n, { name }] of known.entries())
+      if (bits & (1 << n) && !this.#loaded.has(name)) this.#loaded.set(name, await create(name));
+  }
+  get memoryBytes() {
+    return [...this.#loaded.values()].reduce((sum, { memory }) => sum + memory.buffer.byteLength, 0);
+  }
+
+  /** The functions that wasm imports. */
+  get imports() {
+    const check = (name, [data, size, ...more], diagnostic) =>
+      this.#call(name, diagnostic, (codec) => {
+        if (!this.#put(codec, data, size)) return STATUS_MEMORY;
+        return codec.exports.fvvcodec_check(codec.input, size, ...more);
+      });
+    return {
+      draco_check: (data, size, vertices, faces, texture, normals, diagnostic) =>
+        check("draco", [data, size, vertices, faces, texture, normals], diagnostic),
+      draco_decode: (vertices, faces, positions, indices, texture, normals, diagnostic) =>
+        this.#call("draco", diagnostic, (codec) =>
+          this.#decode(codec, vertices, faces, [positions, indices, texture, normals]),
+        ),
+      fast_decode: (data, size, vertices, faces, positions, indices, texture, normals, diagnostic) =>
+        this.#call("fast", diagnostic, (codec) => {
+          if (!this.#put(codec, data, size)) return STATUS_MEMORY;
+          return this.#decode(codec, vertices, faces, [positions, indices, texture, normals]);
+        }),
+      openexr_check: (data, size, width, height, diagnostic) =>
+        check("openexr", [data, size, width, height], diagnostic),
+    };
+  }
+
+  /** A trap leaves the instance in an unknown state: the next frame gets another one. */
+  #call(name, diagnostic, call) {
+    const codec = this.#loaded.get(name);
+    if (!codec) return STATUS_STATE;
+    try {
+      const status = call(codec);
+      if (status !== 0) this.#copyOut(codec, codec.exports.fvvcodec_why(), diagnostic, DIAGNOSTIC_SIZE);
+      return status;
+    } catch {
+      this.#loaded.delete(name);
+      const { issue } = known.find((one) => one.name === name);
+      new DataView(this.#core.memory.buffer, diagnostic).setUint32(4, issue, true);
+      return STATUS_INVALID;
+    }
+  }
+  #copyOut(codec, from, to, size) {
+    new Uint8Array(this.#core.memory.buffer, to, size).set(new Uint8Array(codec.memory.buffer, from, size));
+  }
+  /** Copies the input into the codec's memory, where it stays until the next one. */
+  #put(codec, data, size) {
+    if (codec.input) codec.exports.fvvcodec_free(codec.input);
+    codec.input = codec.exports.fvvcodec_alloc(size);
+    codec.size = size;
+    if (!codec.input) return false;
+    new Uint8Array(codec.memory.buffer, codec.input, size).set(new Uint8Array(this.#core.memory.buffer, data, size));
+    return true;
+  }
+  #decode(codec, vertices, faces, [positions, indices, texture, normals]) {
+    const { exports, input, size } = codec;
+    const status = exports.fvvcodec_decode(input, size, vertices, faces, texture ? 1 : 0, normals ? 1 : 0);
+    if (status === 0) {
+      this.#copyOut(codec, exports.fvvcodec_array(0), positions, 12 * vertices);
+      this.#copyOut(codec, exports.fvvcodec_array(1), indices, 12 * faces);
+      if (texture) this.#copyOut(codec, exports.fvvcodec_array(2), texture, 8 * vertices);
+      if (normals) this.#copyOut(codec, exports.fvvcodec_array(3), normals, 8 * vertices);
+    }
+    exports.fvvcodec_release();
+    return status;
+  }
 }

@@ -1,4 +1,4 @@
-// The decoder's worker: an engine at the other end of a port.
+// The decoder's worker: serves an engine over its port.
 
 import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
@@ -14,7 +14,7 @@ const { call } = connect(self, {
   peek: () => engine.peek(),
   select: (wanted) => engine.select(wanted),
   status: () => engine.status(),
-  heldTimes: () => engine.heldTimes(),
+  bufferedTimes: () => engine.bufferedTimes(),
   close: () => engine.close(),
 });
 

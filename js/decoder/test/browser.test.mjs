@@ -1,5 +1,5 @@
-// The same hashes in a browser, in window and worker, under a strict content policy. The page posts what it finds, so
-// that no driver is needed.
+// The same hashes in a browser, in window and worker, under a strict content policy. The page posts its results: no driver
+// is needed.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
@@ -7,19 +7,19 @@ import { readdirSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import { after, test } from "node:test";
 
-import { browsers, visit } from "./browsers.mjs";
+import { awaitPost, browsers, visit } from "./browsers.mjs";
 import { conformanceFiles, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 
 const { clips: made, done } = makeClips();
 after(done);
-/** neighbours has several tracks of video; that of tracks is for bytes, which the server tells without a browser. */
+/** neighbours has several tracks of video. tracks is for the number of requested bytes, which needs no browser. */
 const { neighbours, tracks: _, ...clips } = made;
-/** Folder and name: some names are in several folders. */
+/** Folder and name: some names exist in several folders. */
 const named = (file) => `${basename(dirname(file))}-${basename(file, ".fvv")}`;
 const files = { ...clips, ...Object.fromEntries(conformanceFiles().map((file) => [named(file), file])) };
 
-/** These come from WebSockets and as segments, too. */
+/** These are also played from WebSockets and segments. */
 const MORE = ["delta", "moving"];
 const segments = {};
 for (const name of MORE) {
@@ -29,12 +29,8 @@ for (const name of MORE) {
 }
 
 async function runPage(browser) {
-  let told;
-  const result = new Promise((resolve, reject) => {
-    told = resolve;
-    setTimeout(() => reject(new Error("the page does not answer")), 120000).unref();
-  });
-  const server = await serve({ ...files, ...segments, neighbours }, (posted) => told(posted));
+  const { result, post } = awaitPost(120);
+  const server = await serve({ ...files, ...segments, neighbours }, post);
   const leave = visit(
     browser,
     `${server.url}/test/page.html?clips=${Object.keys(files).join()}&more=${MORE.join()}&reselect=neighbours`,
@@ -47,7 +43,7 @@ async function runPage(browser) {
   }
 }
 
-/** What a page can be expected to find: samples and times are compared by the other tests. */
+/** What a page is expected to find; samples and times are compared by other tests. */
 const expected = (name) =>
   nativeFrames(files[name]).map((frame) =>
     Object.fromEntries(Object.entries(frame).filter(([key]) => !/^(time|key|sample) /.test(key))),
@@ -55,33 +51,37 @@ const expected = (name) =>
 
 for (const [name, browser] of Object.entries(browsers)) {
   const missing = spawnSync(browser.program, ["--version"]).error;
-  test(`${name}: the same frames in window and worker`, { skip: missing && `no ${browser.program} here` }, async () => {
-    const { results, reselected, violations, error } = await runPage(browser);
-    assert.equal(error, undefined);
-    assert.deepEqual(violations, []);
-    assert.equal(results.length, 2 * (5 * Object.keys(files).length + 2 * MORE.length));
-    for (const { worker, track, all, different, same } of reselected) {
-      assert.equal(all.length, 3);
-      assert.equal(different, 5 * all.length, "pictures that look alike tell nothing");
-      assert.deepEqual(same, [all, all, [track], [track], all], worker ? "worker" : "window");
-    }
-    for (const result of results) {
-      const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
-      assert.equal(result.inWorker, result.worker, what);
-      assert.deepEqual(result.frames, expected(result.name), what);
-      // Pictures of conformance files are headers without pixels, or OpenEXR, which nothing here decodes.
-      if (!(result.name in clips)) continue;
-      assert.deepEqual(
-        result.warnings.filter((text) => !/front to back|rebuilt|\(oexr\): there is no decoder/.test(text)),
-        [],
-        what,
-      );
-      const pictures = nativeFrames(files[result.name]).reduce(
-        (n, frame) => n + Object.keys(frame).filter((key) => /^(key|sample) /.test(key)).length,
-        0,
-      );
-      assert.equal(result.pictures.length, pictures, what);
-      for (const { late } of result.pictures) assert.ok(Math.abs(late) < 2, `${what}: a picture of another time`);
-    }
-  });
+  test(
+    `${name}: the same frames in window and worker`,
+    { skip: missing && `no ${browser.program} installed` },
+    async () => {
+      const { results, reselected, violations, error } = await runPage(browser);
+      assert.equal(error, undefined);
+      assert.deepEqual(violations, []);
+      assert.equal(results.length, 2 * (5 * Object.keys(files).length + 2 * MORE.length));
+      for (const { worker, track, all, different, same } of reselected) {
+        assert.equal(all.length, 3);
+        assert.equal(different, 5 * all.length, "identical pictures cannot be told apart");
+        assert.deepEqual(same, [all, all, [track], [track], all], worker ? "worker" : "window");
+      }
+      for (const result of results) {
+        const what = `${result.name} from ${result.kind}, ${result.worker ? "worker" : "window"}`;
+        assert.equal(result.inWorker, result.worker, what);
+        assert.deepEqual(result.frames, expected(result.name), what);
+        // Pictures of conformance files are headers without pixels, or OpenEXR, which browsers cannot decode.
+        if (!(result.name in clips)) continue;
+        assert.deepEqual(
+          result.warnings.filter((text) => !/front to back|rebuilt|\(oexr\): no decoder is available/.test(text)),
+          [],
+          what,
+        );
+        const pictures = nativeFrames(files[result.name]).reduce(
+          (n, frame) => n + Object.keys(frame).filter((key) => /^(key|sample) /.test(key)).length,
+          0,
+        );
+        assert.equal(result.pictures.length, pictures, what);
+        for (const { late } of result.pictures) assert.ok(Math.abs(late) < 2, `${what}: a picture of another time`);
+      }
+    },
+  );
 }

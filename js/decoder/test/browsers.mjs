@@ -1,4 +1,4 @@
-// Browsers without windows. FVV_CHROMIUM, FVV_FIREFOX: other programs than those of PATH.
+// Headless browsers, and the results that their pages post. FVV_CHROMIUM, FVV_FIREFOX: paths of programs, if not in PATH.
 
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -26,7 +26,7 @@ export const browsers = {
   },
 };
 
-/** Opens a page with a profile of its own. Answers a function that ends the browser. */
+/** Opens a page with a profile of its own. Returns a function that ends the browser. */
 export function visit({ program, parameters }, url) {
   const profile = mkdtempSync(join(tmpdir(), "fvv-browser-"));
   const browser = spawn(program, parameters(profile, url), { stdio: "ignore", detached: true });
@@ -36,4 +36,14 @@ export function visit({ program, parameters }, url) {
     await gone;
     rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
   };
+}
+
+/** {result, post}: a promise that post fulfils, and that is rejected after a while. */
+export function awaitPost(seconds) {
+  let post;
+  const result = new Promise((resolve, reject) => {
+    post = resolve;
+    setTimeout(() => reject(new Error("the page does not respond")), 1000 * seconds).unref();
+  });
+  return { result, post };
 }

@@ -1,11 +1,10 @@
-// Every frame is what libfvv makes of it, bit by bit, whichever way its bytes come.
+// Every frame is bit-identical to what libfvv decodes, from every kind of source.
 
 import assert from "node:assert/strict";
 import * as fs from "node:fs";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
-import { onlyBackground } from "./backgrounds.mjs";
 import {
   backgroundHashes,
   conformanceFiles,
@@ -13,6 +12,7 @@ import {
   makeClips,
   nativeBackground,
   nativeFrames,
+  onlyBackground,
 } from "./native.mjs";
 
 const { clips, done } = makeClips();
@@ -20,7 +20,7 @@ after(done);
 const files = [...conformanceFiles(), ...Object.values(clips)];
 
 async function decode(source, options = {}) {
-  const decoder = await createDecoder({ source, shares: true, ...options });
+  const decoder = await createDecoder({ source, visibilityWeights: true, ...options });
   const problems = [];
   for (const type of ["corrupt", "gap", "error"])
     decoder.addEventListener(type, (event) => problems.push(event.detail));
@@ -46,23 +46,23 @@ for (const file of files)
     assert.deepEqual(await decode(bytes), expected);
     assert.deepEqual(await decode(new Blob([bytes])), expected);
     assert.deepEqual(await decode(pieces(bytes, 977)), expected);
-    // Node 18 has none.
+    // Not in Node 18.
     if (fs.openAsBlob) assert.deepEqual(await decode(await fs.openAsBlob(file)), expected);
   });
 
-test("shares of visibility are named so, and what is odd of them is hidden", async () => {
+test("visibility weights have their own domain, and their odd states are hidden", async () => {
   const file = conformanceFiles().find((name) => name.endsWith("shares.fvv"));
-  const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(file)), shares: true });
+  const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(file)), visibilityWeights: true });
   const shown = [127, 0, 255, 85, 170, 113, 142];
   const met = new Set();
   for await (const frame of decoder) {
     const [visibility] = frame.visibility;
-    assert.equal(visibility.domain, "shares");
+    assert.equal(visibility.domain, "weights");
     assert.equal(visibility.elementCount, visibility.vertexCount);
     for (const camera of visibility.cameras) {
       const states = visibility.of(camera);
       assert.deepEqual(
-        Array.from(visibility.sharesOf(camera)),
+        Array.from(visibility.weightsOf(camera)),
         Array.from(states, (state) => shown[state]),
       );
       for (const state of states) met.add(state);
@@ -73,7 +73,7 @@ test("shares of visibility are named so, and what is odd of them is hidden", asy
   assert.deepEqual([...met].sort(), [0, 1, 2, 3, 4, 5, 6]);
 });
 
-test("clips have what they are to test", () => {
+test("clips contain what they are to test", () => {
   const names = (file) =>
     new Set(nativeFrames(file).flatMap((frame) => Object.keys(frame).map((key) => key.split(" ")[0])));
   assert.ok(names(clips.delta).has("uvs"));
@@ -93,7 +93,7 @@ test("clips have what they are to test", () => {
 
 test("a WritableStream takes bytes as fast as frames are taken", async () => {
   const bytes = new Uint8Array(fs.readFileSync(clips.raw));
-  const decoder = await createDecoder({ queue: 1, shares: true });
+  const decoder = await createDecoder({ queue: 1, visibilityWeights: true });
   const writer = decoder.writable.getWriter();
   let written = 0;
   const writing = (async () => {
@@ -114,7 +114,7 @@ test("a WritableStream takes bytes as fast as frames are taken", async () => {
   decoder.close();
 });
 
-/** The first byte behind the frame that comes first: where the next chunk of a frame has another time. */
+/** The first byte after the first frame: where the next chunk of a frame has another time. */
 function endOfFirstFrame(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   let time = null;
@@ -125,10 +125,10 @@ function endOfFirstFrame(bytes) {
   }
 }
 
-test("a frame that is whole does not wait for the next one", { timeout: 20000 }, async () => {
+test("a complete frame does not wait for the next one", { timeout: 20000 }, async () => {
   for (const name of ["delta", "draco", "moving"]) {
     const bytes = new Uint8Array(fs.readFileSync(clips[name]));
-    const decoder = await createDecoder({ shares: true });
+    const decoder = await createDecoder({ visibilityWeights: true });
     const writing = decoder.writable.getWriter().write(bytes.subarray(0, endOfFirstFrame(bytes)));
     assert.deepEqual(frameHashes(await decoder.next()), nativeFrames(clips[name])[0]);
     await writing;
@@ -136,10 +136,13 @@ test("a frame that is whole does not wait for the next one", { timeout: 20000 },
   }
 });
 
-test("seeking leads to the same frames", async () => {
+test("seeking yields the same frames", async () => {
   for (const name of ["delta", "draco", "moving"]) {
     const expected = nativeFrames(clips[name]);
-    const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(clips[name])), shares: true });
+    const decoder = await createDecoder({
+      source: new Uint8Array(fs.readFileSync(clips[name])),
+      visibilityWeights: true,
+    });
     assert.equal(decoder.frameCount, 5);
     for (const n of [4, 1, 3, 0, 2]) {
       await decoder.seek({ frame: n });
@@ -168,7 +171,7 @@ test("aborting ends the iteration", async () => {
   });
 });
 
-test("environments come along, whichever way their group is reached", async () => {
+test("environments are reported, however their group is reached", async () => {
   const expected = nativeBackground(clips.environment);
   assert.ok(Object.keys(expected).some((what) => what.startsWith("part-uvs")));
   assert.ok(Object.keys(expected).some((what) => what.startsWith("light")));

@@ -1,10 +1,11 @@
-// Runs in a browser: the time from createDecoder to the first frame with its decoded picture (bench/first_frame.mjs).
+// Runs in a browser: measures the time from createDecoder to the first frame with its decoded picture
+// (bench/first_frame.mjs).
 
 import { createDecoder } from "../dist/index.js";
 
 const post = (found) => fetch("/result", { method: "POST", body: JSON.stringify(found) });
 try {
-  // The package comes from the cache of a page that was here before; so does the worker's script.
+  // Loads the package and the worker's script into the browser's cache first.
   const modules = ["core", "projection", "draco"].map((name) => `../dist/${name}.wasm.js`);
   await Promise.all(modules.map((module) => import(module)));
   const warm = await createDecoder({});

@@ -1,67 +1,67 @@
-// Whatever the bytes are: an error or a gap, never a wrong frame, never an aborted instance, never more memory than
-// was allowed.
+// Damaged and hostile bytes lead to an error or a gap, never to a wrong frame, an aborted instance, or more memory than
+// the limit.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, test } from "node:test";
 
-import { FvvError, createDecoder } from "../dist/index.js";
+import { createDecoder, FvvError } from "../dist/index.js";
 import { compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
-import { damaged, replaceFirst, replaceMesh, withUnknown } from "./damage.mjs";
+import { damaged, replaceFirst, replaceMesh, withUnknown } from "./edit_streams.mjs";
 import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
 
 const { clips, done } = makeClips("delta", "moving", "draco", "fast");
 after(done);
 
-/** Frames by time, and everything that was said. */
+/** All frames, and the kinds of all reports. */
 async function survive(source, options = {}) {
   const frames = [];
-  const said = [];
+  const reports = [];
   try {
-    const decoder = await createDecoder({ source, shares: true, ...options });
-    for (const type of ["warning", "corrupt", "gap"]) decoder.addEventListener(type, () => said.push(type));
+    const decoder = await createDecoder({ source, visibilityWeights: true, ...options });
+    for (const type of ["warning", "corrupt", "gap"]) decoder.addEventListener(type, () => reports.push(type));
     for await (const frame of decoder) frames.push(frameHashes(frame));
     decoder.close();
   } catch (error) {
     assert.ok(error instanceof FvvError, `${error.stack}`);
-    said.push(error.code);
+    reports.push(error.code);
   }
-  return { frames, said };
+  return { frames, reports };
 }
 
 for (const file of [...conformanceFiles(), clips.delta, clips.moving])
-  test(`${file.split("/").at(-1)}: flipped bits and cuts never give a wrong frame`, async () => {
+  test(`${file.split("/").at(-1)}: flipped bits and cuts never yield a wrong frame`, async () => {
     const whole = new Uint8Array(readFileSync(file));
     const good = new Map(nativeFrames(file).map((frame) => [frame["time 0"], frame]));
-    let told = 0;
+    let reported = 0;
     const cases = [...damaged(whole, 60)];
     for (const bytes of cases) {
       // As bytes with an index, and as a stream without.
       for (const source of [bytes, new Blob([bytes]).stream()]) {
-        const { frames, said } = await survive(source);
+        const { frames, reports } = await survive(source);
         for (const frame of frames) assert.deepEqual(frame, good.get(frame["time 0"]));
-        if (said.length) told++;
+        if (reports.length) reported++;
       }
     }
-    assert.ok(told > cases.length / 2, `${told} of ${2 * cases.length} were told`);
+    assert.ok(reported > cases.length / 2, `${reported} of ${2 * cases.length} were reported`);
   });
 
-test("who can't open a stream ends its worker", async () => {
+test("the worker ends if a stream cannot be opened", async () => {
   const started = [];
   globalThis.Worker = class extends EventTarget {
     terminated = false;
     constructor() {
       super();
       started.push(this);
-      queueMicrotask(() => this.#say({ id: 0, result: "ready" }));
+      queueMicrotask(() => this.#post({ id: 0, result: "ready" }));
     }
-    #say(data) {
+    #post(data) {
       this.dispatchEvent(Object.assign(new Event("message"), { data }));
     }
     postMessage({ id }) {
       const error = new FvvError({ code: "io", message: "gone" }).toPlain();
-      queueMicrotask(() => this.#say({ id, error }));
+      queueMicrotask(() => this.#post({ id, error }));
     }
     terminate() {
       this.terminated = true;
@@ -78,13 +78,13 @@ test("who can't open a stream ends its worker", async () => {
   );
 });
 
-test("an unknown chunk in the middle of a frame leaves it whole", async () => {
+test("an unknown chunk in the middle of a frame does not affect it", async () => {
   const { frames } = await survive(new Blob([withUnknown(new Uint8Array(readFileSync(clips.delta)))]).stream());
   assert.ok(frames.length >= 2, `${frames.length} frames`);
   assert.deepEqual(frames, nativeFrames(clips.delta).slice(0, frames.length));
 });
 
-test("a lost group leaves a gap, and playing goes on behind it", async () => {
+test("a lost group leaves a gap, and playback continues after it", async () => {
   const bytes = new Uint8Array(readFileSync(clips.delta));
   const session = await Session.create({
     module: await compileCore(),
@@ -116,7 +116,7 @@ test("meshes of Draco with good CRCs and bad bits", async () => {
   }
 });
 
-/** Issues of what is corrupt when a bit of the first such chunk is another one. at: negative from the end. */
+/** Issues that are reported if a bit of the first such chunk is flipped. at: negative counts from the end. */
 async function issuesOf(file, type, at) {
   const changed = replaceFirst(type, new Uint8Array(readFileSync(file)), (payload) => {
     payload[at < 0 ? payload.length + at : at] ^= 0x40;
@@ -129,16 +129,16 @@ async function issuesOf(file, type, at) {
   return issues;
 }
 
-test("codecs of few streams check what they get, as libfvv does", async () => {
+test("rarely used codecs check their input, as libfvv does", async () => {
   const picture = conformanceFiles().find((file) => file.endsWith("bars.fvv"));
-  // Behind a header of 16 bytes and a size of 4 stands the first byte of the vertex stream; the index stream ends in
-  // its table; a picture begins with a magic number.
+  // The first byte of the vertex stream follows a header of 16 bytes and a size of 4; the index stream ends with its
+  // table; a picture begins with a magic number.
   assert.equal((await issuesOf(clips.fast, "MESH", 20))[0], 3025);
   assert.equal((await issuesOf(clips.fast, "MESH", -1))[0], 3026);
   assert.equal((await issuesOf(picture, "VPKT", 0))[0], 4206);
 });
 
-test("counts that are not there cost no memory", async () => {
+test("counts without data cost no memory", async () => {
   const bytes = new Uint8Array(readFileSync(clips.draco));
   for (const count of [2 ** 22, 2 ** 23, 2 ** 32 - 1]) {
     const changed = replaceMesh(bytes, (payload) => {
@@ -158,7 +158,7 @@ test("no instance grows beyond limits.memory", async () => {
   const vertices = 400000;
   const tetrahedron = conformanceFiles().find((file) => file.endsWith("tetrahedron.fvv"));
   const large = replaceMesh(new Uint8Array(readFileSync(tetrahedron)), (payload) => {
-    // A raw mesh that is as large as it says.
+    // A raw mesh that is as large as it claims.
     const faces = vertices / 4;
     const out = new Uint8Array(payload.length - 12 * 8 + 12 * (vertices + faces));
     out.set(payload.subarray(0, payload.length - 12 * 8));
@@ -167,18 +167,18 @@ test("no instance grows beyond limits.memory", async () => {
     view.setUint32(8, faces, true);
     return out;
   });
-  const { frames, said } = await survive(large, { limits: { memory: 2 ** 23 } });
+  const { frames, reports } = await survive(large, { limits: { memory: 2 ** 23 } });
   assert.deepEqual(frames, []);
-  assert.ok(said.includes("memory"), said.join());
+  assert.ok(reports.includes("memory"), reports.join());
   await assert.rejects(createDecoder({ source: large, limits: { memory: 1000 } }), { code: "argument" });
 });
 
-test("limits are kept", async () => {
-  const { said } = await survive(new Uint8Array(readFileSync(clips.draco)), { limits: { maxVertices: 100 } });
-  assert.ok(said.includes("corrupt"));
+test("limits are enforced", async () => {
+  const { reports } = await survive(new Uint8Array(readFileSync(clips.draco)), { limits: { maxVertices: 100 } });
+  assert.ok(reports.includes("corrupt"));
 });
 
-test("what is no fvv file is said to be none", async () => {
+test("other files are rejected", async () => {
   for (const bytes of [new Uint8Array(0), new TextEncoder().encode("<!doctype html><title>404</title>".repeat(9))])
     await assert.rejects(
       async () => {

@@ -1,17 +1,18 @@
-// Live streams over WebSocket: as fvvserve sends them, and what a server may do besides.
+// Live streams over WebSocket, from fvvserve and from scripted servers.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { after, test } from "node:test";
 
+import { toolPath } from "../../testing/served.mjs";
 import { createDecoder } from "../dist/index.js";
-import { WebSocket, WebSocketServer, messagesOf } from "./messages.mjs";
-import { frameHashes, makeClips, nativeFrames, toolPath } from "./native.mjs";
+import { frameHashes, makeClips, nativeFrames } from "./native.mjs";
+import { messagesOf, WebSocket, WebSocketServer } from "./server.mjs";
 
 const { clips, done } = makeClips("delta", "raw");
 after(done);
 
-/** script(socket, n): what the nth connection is sent. */
+/** script(socket, n): serves the nth connection. */
 async function scripted(script) {
   let connections = 0;
   const server = new WebSocketServer({ port: 0, host: "127.0.0.1" });
@@ -25,7 +26,7 @@ async function scripted(script) {
 }
 
 async function play(url, { frames: most = Infinity, ...more } = {}) {
-  const decoder = await createDecoder({ source: { url, WebSocket, ...more }, shares: true });
+  const decoder = await createDecoder({ source: { url, WebSocket, ...more }, visibilityWeights: true });
   const events = [];
   for (const type of ["corrupt", "gap", "restart", "warning", "end"])
     decoder.addEventListener(type, ({ detail }) => events.push({ type, detail }));
@@ -44,13 +45,13 @@ async function play(url, { frames: most = Infinity, ...more } = {}) {
 const send = (socket, ...parts) => parts.flat().forEach((part) => socket.send(part));
 const say = (socket, message) => socket.send(JSON.stringify(message));
 
-test("fvvserve: a file from its first frame, again and again", async () => {
+test("fvvserve: a file from its first frame, in a loop", async () => {
   const server = spawn(toolPath("fvvserve"), ["--port", "0", "--loop", "--live", `clip=${clips.delta}`]);
   try {
     const [, port] = await new Promise((found) => {
-      let said = "";
+      let output = "";
       server.stdout.on("data", (part) => {
-        const match = /:(\d+)\/live/.exec((said += part));
+        const match = /:(\d+)\/live/.exec((output += part));
         if (match) found(match);
       });
     });
@@ -63,11 +64,11 @@ test("fvvserve: a file from its first frame, again and again", async () => {
   }
 });
 
-test("who joins late begins with any group", async () => {
+test("a late client begins with any group", async () => {
   const { head, groups } = messagesOf(clips.delta);
   const server = await scripted((socket) => {
     send(socket, head, groups[1]);
-    say(socket, { type: "unheard of" });
+    say(socket, { type: "unknown type" });
     say(socket, { type: "end" });
     socket.close(1000);
   });
@@ -77,12 +78,12 @@ test("who joins late begins with any group", async () => {
   assert.deepEqual(types, ["end"]);
 });
 
-test("what a server leaves out is a gap", async () => {
+test("data that the server leaves out is a gap", async () => {
   const { head, groups } = messagesOf(clips.delta);
   const times = nativeFrames(clips.delta);
   for (const type of ["skip", "damage"]) {
     const server = await scripted((socket) => {
-      // In the midst of the third frame.
+      // In the middle of the third frame.
       send(socket, head, groups[0].slice(0, -3));
       say(socket, { type, from: "1", to: "3", chunks: 7, bytes: 999, message: "-: CRC" });
       send(socket, head, groups[1]);
@@ -102,7 +103,7 @@ test("what a server leaves out is a gap", async () => {
   }
 });
 
-test("a connection that breaks is made again, as often as was asked for", async () => {
+test("a broken connection is opened again, as often as configured", async () => {
   const { head, groups } = messagesOf(clips.delta);
   const server = await scripted((socket, n) => {
     send(socket, head, groups[n]);
@@ -120,13 +121,13 @@ test("a connection that breaks is made again, as often as was asked for", async 
   await assert.rejects(play(broken.url, { reconnect: { attempts: 2, firstMs: 10 } }), { code: "io", fatal: true });
 });
 
-test("an error of the server ends playing", async () => {
+test("an error of the server ends playback", async () => {
   const server = await scripted((socket) => say(socket, { type: "error", message: "-: no stream" }));
   await assert.rejects(play(server.url), { code: "io", message: /no stream/ });
   server.close();
 });
 
-test("frames that nobody takes are dropped by groups, and memory stays bounded", async () => {
+test("frames that are not taken are dropped in groups, and memory stays bounded", async () => {
   const { head, groups } = messagesOf(clips.raw);
   const bytes = groups.flat().reduce((n, part) => n + part.length, 0);
   const rounds = Math.ceil(2 ** 26 / bytes);

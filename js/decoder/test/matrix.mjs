@@ -1,6 +1,6 @@
-// Whether bundlers take the package as it is: packs it, unpacks it into a project for each of them, builds that without
-// any configuration of the package, serves the result under a strict content policy, and decodes in Chromium. Three more
-// do what the README asks for: a worker bundled apart for esbuild and Rollup, and Vite's development server.
+// Tests the package with bundlers: packs it, unpacks it into a project for each of them, builds the project without any
+// configuration for the package, serves the result under a strict content policy, and decodes in Chromium. Three more
+// projects follow the README: a separately bundled worker for esbuild and Rollup, and Vite's development server.
 // usage: node matrix.mjs [vite|webpack|esbuild|rollup|plain|esbuild-worker|rollup-worker|vite-dev ...]. Needs npm,
 // chromium, and the packages of js.
 
@@ -10,23 +10,25 @@ import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-import { makeClips, nativeFrames, root } from "./native.mjs";
+import { root } from "../../testing/served.mjs";
+import { awaitPost, browsers, visit } from "./browsers.mjs";
+import { makeClips, nativeFrames } from "./native.mjs";
 
 const page = (script) =>
   `<!doctype html><meta charset="utf-8"><title>x</title><script type="module" src="${script}"></script>`;
-/** more: options of the decoder, as text; to: where results are posted. */
+/** more: options of the decoder, as text; to: origin that results are posted to. */
 const mainModule = ({ more = "", to = "" } = {}) => `
 import { createDecoder } from "@fvv/decoder";
 const warnings = [];
-const tell = (result) => fetch("${to}/result", { method: "POST", body: JSON.stringify(result) });
+const post = (result) => fetch("${to}/result", { method: "POST", body: JSON.stringify(result) });
 let frames = 0, vertices = 0, decoder;
 try {
   decoder = await createDecoder({ source: "/clip.fvv"${more} });
   decoder.addEventListener("warning", (event) => warnings.push(event.detail.message));
   for await (const frame of decoder) { frames++; vertices += frame.mesh.vertexCount; frame.close(); }
-  await tell({ frames, vertices, inWorker: decoder.inWorker, warnings });
+  await post({ frames, vertices, inWorker: decoder.inWorker, warnings });
 } catch (error) {
-  await tell({ error: error.stack });
+  await post({ error: error.stack });
 }
 `;
 const ownWorker = { more: ', worker: "/fvv-worker.js"', worker: true, script: 'import "@fvv/decoder/worker";' };
@@ -71,23 +73,19 @@ const bundlers = {
   },
 };
 
-const chromium = process.env.FVV_CHROMIUM ?? "chromium";
+const chromium = browsers.chromium.program;
 const policy = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'";
 const types = { html: "text/html", js: "text/javascript" };
 
-/** What pages of a folder, and those that post from elsewhere, are served and answer. */
+/** Serves a folder and a clip, and takes the result that a page posts, also a page from another origin. */
 async function listen(folder, clip) {
-  let told;
-  const result = new Promise((resolve, reject) => {
-    told = resolve;
-    setTimeout(() => reject(new Error("the page does not answer")), 60000).unref();
-  });
+  const { result, post } = awaitPost(60);
   const server = createServer((request, response) => {
     const { pathname } = new URL(request.url, "http://x");
     if (pathname === "/result") {
       const parts = [];
       request.on("data", (part) => parts.push(part));
-      request.on("end", () => told(JSON.parse(Buffer.concat(parts))));
+      request.on("end", () => post(JSON.parse(Buffer.concat(parts))));
       return response.writeHead(200, { "Access-Control-Allow-Origin": "*" }).end();
     }
     try {
@@ -108,26 +106,19 @@ async function listen(folder, clip) {
   return { url: `http://127.0.0.1:${server.address().port}`, port: server.address().port, result, close };
 }
 
-async function visit(url, result) {
-  const profile = mkdtempSync(join(tmpdir(), "fvv-matrix-"));
-  const browser = spawn(
-    chromium,
-    ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-sync",
-     "--disable-component-update", "--no-first-run", `--user-data-dir=${profile}`, url],
-    { stdio: "ignore", detached: true },
-  ); // prettier-ignore
+/** The result that the page at a URL posts. */
+async function resultAt(url, result) {
+  const leave = visit(browsers.chromium, url);
   try {
     return await result;
   } finally {
-    process.kill(-browser.pid);
-    await new Promise((gone) => browser.once("exit", gone));
-    rmSync(profile, { recursive: true, force: true, maxRetries: 5 });
+    await leave();
   }
 }
 
 const tool = (name) => join(root, "js/node_modules/.bin", name);
 
-/** Unpacks the package into a project and builds that; answers the folder to be served. to: as of mainModule. */
+/** Unpacks the package into a project and builds it; returns the folder to be served. to: see mainModule. */
 function prepare(name, work, archive, to) {
   const { build, page: script, out, more, script: worker, configuration } = bundlers[name];
   const project = join(work, name);
@@ -143,7 +134,7 @@ function prepare(name, work, archive, to) {
   if (worker) write("fvv-worker.js", worker);
   if (configuration) write("vite.config.js", configuration);
   if (name === "plain") {
-    // No bundler, and so no bare names: what an import map would say.
+    // Without a bundler there are no bare names; this is what an import map does.
     const entry = "./node_modules/@fvv/decoder/dist/index.js";
     write("main.js", mainModule().replace('"@fvv/decoder"', `"${entry}"`));
   }
@@ -154,7 +145,7 @@ function prepare(name, work, archive, to) {
   return join(project, out);
 }
 
-/** A development server of the bundler's own; the clip lies where it looks for files. */
+/** The bundler's own development server; the clip is copied to its public folder. */
 async function runServer(name, project, clip, { port, result }) {
   mkdirSync(join(project, "public"));
   cpSync(clip, join(project, "public/clip.fvv"));
@@ -169,7 +160,7 @@ async function runServer(name, project, clip, { port, result }) {
       server.stdout.on("data", (text) => /127\.0\.0\.1/.test(text) && ready());
       server.once("exit", (code) => reject(new Error(`${program} ended: ${code}`)));
     });
-    return await visit(`http://127.0.0.1:${port + 1}/`, result);
+    return await resultAt(`http://127.0.0.1:${port + 1}/`, result);
   } finally {
     process.kill(-server.pid);
   }
@@ -181,7 +172,7 @@ async function attempt(name, work, archive, clip) {
   try {
     const ownServer = bundlers[name].serve !== undefined;
     folder = prepare(name, work, archive, ownServer ? host.url : "");
-    return await (ownServer ? runServer(name, folder, clip, host) : visit(`${host.url}/`, host.result));
+    return await (ownServer ? runServer(name, folder, clip, host) : resultAt(`${host.url}/`, host.result));
   } catch (error) {
     return { error: `${error.message}\n${error.stdout ?? ""}` };
   } finally {
@@ -190,7 +181,7 @@ async function attempt(name, work, archive, clip) {
 }
 
 if (spawnSync(chromium, ["--version"]).error) {
-  console.log(`skipped: no ${chromium} here`);
+  console.log(`skipped: no ${chromium} installed`);
   process.exit(0);
 }
 const names = process.argv.length > 2 ? process.argv.slice(2) : Object.keys(bundlers);

@@ -1,14 +1,14 @@
-// What the tests share: the tools of the native build, clips that they make, and what libfvv decodes of a file.
+// What the tests share: tools of the native build, clips that they make, and what libfvv decodes of a file.
 
+import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { mkdtempSync, readdirSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join, resolve } from "node:path";
-import { fileURLToPath } from "node:url";
+import { join } from "node:path";
 
-export const root = resolve(fileURLToPath(import.meta.url), "../../../..");
-const build = resolve(process.env.FVV_BUILD ?? join(root, "build/default"));
+import { build, root, toolPath } from "../../testing/served.mjs";
+import { createDecoder } from "../dist/index.js";
 
 function run(program, ...parameters) {
   const { status, stdout, stderr, error } = spawnSync(program, parameters, { maxBuffer: 2 ** 30 });
@@ -16,20 +16,19 @@ function run(program, ...parameters) {
   if (status !== 0 && status !== 3) throw new Error(`${program} ${parameters.join(" ")}: ${status}\n${stderr}`);
   return stdout;
 }
-export const toolPath = (name) => join(build, "tools", name, name);
 export const tool = (name, ...parameters) => run(toolPath(name), ...parameters);
 
 const sha256 = (bytes) => createHash("sha256").update(bytes).digest("hex");
 
 const known = new Map();
 
-/** Frames as libfvv decodes them: maps from "lattice 1" and the like to SHA-256. */
+/** The frames as libfvv decodes them: maps from "lattice 1" and similar names to SHA-256. */
 export function nativeFrames(file) {
   if (!known.has(file)) known.set(file, decodeNatively(file));
   return known.get(file);
 }
 
-/** Pairs of "lattice 1" and the like and their hash. */
+/** Pairs of a name such as "lattice 1" and a hash. */
 function* nativeItems(program, ...parameters) {
   const bytes = run(join(build, "tests/js", program), ...parameters);
   for (let at = 0; at < bytes.length;) {
@@ -49,10 +48,10 @@ function decodeNatively(file) {
   return frames;
 }
 
-/** The environment that belongs to the last group. */
+/** The environment of the last group. */
 export const nativeBackground = (file) => Object.fromEntries(nativeItems("frame_bytes", "--background", file));
 
-/** Of every picture of a file's video the track and the hash of its planes, as the installed libavcodec decodes them. */
+/** The track and the hash of the planes of every video picture, as the installed libavcodec decodes them. */
 export const nativePictures = (file) =>
   Array.from(nativeItems("picture_bytes", file), ([name, hash]) => ({ track: Number(name.split(" ")[1]), hash }));
 
@@ -83,7 +82,7 @@ function tileNumbers(tiles) {
   return Uint32Array.from(tiles.flatMap((tile) => [tile.camera, ...rect(tile.source), ...rect(tile.destination)]));
 }
 
-/** The same of a frame of the decoder under test. */
+/** The same for a frame of the decoder under test. */
 export function frameHashes(frame) {
   const hashes = { "time 0": sha256(raw(BigInt64Array.of(frame.time))) };
   const { threshold, depthBias, depthSlope, best, unseen } = frame.configuration.texturing;
@@ -94,7 +93,7 @@ export function frameHashes(frame) {
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) {
       hashes[`visibility ${camera}`] = sha256(visibility.of(camera));
-      hashes[`shares ${camera}`] = sha256(visibility.sharesOf(camera));
+      hashes[`weights ${camera}`] = sha256(visibility.weightsOf(camera));
     }
   for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);
   for (const { track, shows } of frame.configuration.videos)
@@ -116,7 +115,7 @@ export function conformanceFiles() {
     .sort();
 }
 
-/** Small clips of every kind, or those that are named; remove them with done. */
+/** Small clips of every kind, or the named ones; done removes them. */
 export function makeClips(...wanted) {
   const folder = mkdtempSync(join(tmpdir(), "fvv-js-"));
   const captures = new Map();
@@ -152,4 +151,16 @@ export function makeClips(...wanted) {
     tool("fvvmux", source(), "-o", clips[name], "--quality", quality, ...group, ...options);
   }
   return { clips, done: () => rmSync(folder, { recursive: true, force: true }) };
+}
+
+/** Plays to the end, from frame start on if given, and returns the environment, which has to be reported exactly once. */
+export async function onlyBackground(source, start) {
+  const decoder = await createDecoder({ source });
+  let count = 0;
+  decoder.addEventListener("background", ({ detail }) => (count += detail.length));
+  if (start) await decoder.seek({ frame: start });
+  for await (const frame of decoder) frame.close();
+  assert.equal(count, 1);
+  decoder.close();
+  return decoder.backgrounds[0];
 }

@@ -18,7 +18,7 @@ async function hashes(frame) {
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) {
       out[`visibility ${camera}`] = await sha256(visibility.of(camera));
-      out[`shares ${camera}`] = await sha256(visibility.sharesOf(camera));
+      out[`weights ${camera}`] = await sha256(visibility.weightsOf(camera));
     }
   for (const { track, shows } of frame.configuration.videos)
     if (shows === "tiles")
@@ -36,7 +36,7 @@ async function hashes(frame) {
   return out;
 }
 
-/** Of some clips only: names that the page is told. */
+/** For some clips only, which are listed in the page's parameters. */
 const more = {
   live: (name) => new URL(`/live/${name}`, location.href.replace("http", "ws")),
   segments: (name) => `/whole/${name}/manifest.json`,
@@ -53,7 +53,7 @@ const sources = {
 async function decode(name, kind, worker) {
   const decoder = await createDecoder({
     source: await sources[kind](name),
-    shares: true,
+    visibilityWeights: true,
     worker: worker ? undefined : false,
   });
   const warnings = [];
@@ -80,8 +80,8 @@ async function pixels(image) {
 }
 
 /**
- * Plays a clip with groups of two frames: whole, then with one track of several in the second group, and all again in the
- * third. Answers of each frame what pictures of which tracks are those of the whole clip.
+ * Plays a clip with groups of two frames: with all tracks, then with one track in the second group and all in the third.
+ * Returns for each frame the tracks whose pictures are the same as with all tracks.
  */
 async function reselect(name, worker) {
   const play = async (onFrame) => {
@@ -109,7 +109,7 @@ async function reselect(name, worker) {
   return { worker, track, all: Object.keys(whole[0].pictures).map(Number), different, same };
 }
 
-/** Ends while a frame is waited for: the iteration ends too. */
+/** Aborting while a frame is awaited ends the iteration. */
 async function abort(worker) {
   const controller = new AbortController();
   const source = new ReadableStream({ pull: () => new Promise(() => {}) });

@@ -1,5 +1,5 @@
-// Pictures belong to frames by their timestamps, however a decoder of video answers: late, in another order, or not at
-// all. Node has no VideoDecoder: a stand-in takes its place.
+// Pictures are assigned to frames by their timestamps, even if a decoder of video returns them late, in another order, or
+// not at all. Node has no VideoDecoder: the tests install a fake one.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -23,8 +23,8 @@ class Picture {
   }
 }
 
-/** answer(chunks, put): what the stand-in makes of the chunks that it has, whenever one more comes. */
-function installDecoder(answer) {
+/** decodeChunks(chunks, put): called whenever a chunk arrives, with all chunks that are pending. */
+function installDecoder(decodeChunks) {
   globalThis.EncodedVideoChunk = class {
     constructor(fields) {
       Object.assign(this, fields);
@@ -41,10 +41,10 @@ function installDecoder(answer) {
     put = (chunk) => queueMicrotask(() => this.output(new Picture(chunk.timestamp)));
     decode(chunk) {
       this.chunks.push(chunk);
-      answer(this.chunks, this.put, this);
+      decodeChunks(this.chunks, this.put, this);
     }
     async flush() {
-      answer(this.chunks, this.put, this, true);
+      decodeChunks(this.chunks, this.put, this, true);
       await new Promise((resolve) => setTimeout(resolve, 5));
     }
     close() {
@@ -79,10 +79,10 @@ test("late and in another order", async () => {
   assert.equal(open, 0);
 });
 
-test("what a decoder drops is told, and no other picture takes its place", async () => {
+test("a dropped picture is reported, and no other picture replaces it", async () => {
   let n = 0;
   installDecoder((chunks, put) => {
-    // The second never comes; the fourth comes twice, and one of no frame.
+    // The second is never returned; the fourth is returned twice, with another one of no frame.
     for (const chunk of chunks.splice(0)) {
       n++;
       if (n === 2) continue;
@@ -102,7 +102,7 @@ test("what a decoder drops is told, and no other picture takes its place", async
   assert.equal(open, 0);
 });
 
-test("a decoder that fails goes on with the next key picture", async () => {
+test("after an error decoding continues with the next key picture", async () => {
   let failed = false;
   installDecoder((chunks, put, decoder) => {
     const [chunk] = chunks.splice(0);

@@ -1,14 +1,21 @@
-// Streams as folders: from the beginning, from any time, and with files that are missing.
+// Streams as folders: from the beginning, from any time, and with missing or wrong files.
 
 import assert from "node:assert/strict";
-import { cpSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { cpSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
-import { onlyBackground } from "./backgrounds.mjs";
-import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames, tool } from "./native.mjs";
+import {
+  backgroundHashes,
+  frameHashes,
+  makeClips,
+  nativeBackground,
+  nativeFrames,
+  onlyBackground,
+  tool,
+} from "./native.mjs";
 import { serve } from "./server.mjs";
 
 const { clips, done } = makeClips("moving", "environment");
@@ -20,9 +27,10 @@ const files = Object.fromEntries(
     readdirSync(join(folder, clip)).map((name) => [`${clip}/${name}`, join(folder, clip, name)]),
   ),
 );
-/** The same folder with a bit of one file turned over. */
+/** The same folder with a flipped bit in one file. */
 function damage(clip, as, name) {
-  for (const [known, path] of Object.entries(files)) if (known.startsWith(`${clip}/`)) files[known.replace(clip, as)] = path; // prettier-ignore
+  for (const [known, path] of Object.entries(files))
+    if (known.startsWith(`${clip}/`)) files[known.replace(clip, as)] = path;
   const bytes = readFileSync(files[`${as}/${name}`]);
   bytes[bytes.length >> 1] ^= 1;
   files[`${as}/${name}`] = join(folder, `${as}-${name}`);
@@ -32,12 +40,22 @@ damage("moving", "flipped", "group-000000.fvv");
 damage("moving", "lost", "configuration.fvv");
 const [background] = readdirSync(join(folder, "environment")).filter((name) => name.startsWith("background"));
 damage("environment", "bare", background);
-// Another group that is good in itself.
+// Another group, valid in itself.
 files["swapped/manifest.json"] = files["moving/manifest.json"];
 files["swapped/configuration.fvv"] = files["moving/configuration.fvv"];
 files["swapped/group-000000.fvv"] = files["moving/group-000000.fvv"];
 files["swapped/group-000001.fvv"] = join(folder, "swapped");
-tool("fvvmux", clips.moving.replace("moving.fvv", "studio"), "-o", join(folder, "other.fvv"), "--quality", "30dB", "--group", "3", "--keep-geometry"); // prettier-ignore
+tool(
+  "fvvmux",
+  clips.moving.replace("moving.fvv", "studio"),
+  "-o",
+  join(folder, "other.fvv"),
+  "--quality",
+  "30dB",
+  "--group",
+  "3",
+  "--keep-geometry",
+);
 tool("fvvmux", join(folder, "other.fvv"), "--segments", join(folder, "other"));
 cpSync(join(folder, "other/group-000001.fvv"), files["swapped/group-000001.fvv"]);
 for (const [name, text] of [
@@ -66,9 +84,10 @@ async function frames(decoder) {
 
 test("the same frames, in order and from any of them", async () => {
   const expected = nativeFrames(clips.moving);
-  const decoder = await createDecoder({ source: `${server.url}/whole/moving/manifest.json`, shares: true });
-  const said = [];
-  for (const type of ["corrupt", "gap", "warning"]) decoder.addEventListener(type, ({ detail }) => said.push(detail));
+  const decoder = await createDecoder({ source: `${server.url}/whole/moving/manifest.json`, visibilityWeights: true });
+  const reports = [];
+  for (const type of ["corrupt", "gap", "warning"])
+    decoder.addEventListener(type, ({ detail }) => reports.push(detail));
   assert.equal(decoder.seekable, true);
   assert.equal(decoder.frameCount, 5);
   assert.deepEqual(await frames(decoder), expected);
@@ -80,12 +99,12 @@ test("the same frames, in order and from any of them", async () => {
     await decoder.seek({ time: frame.time });
     assert.equal((await decoder.next()).number, n);
   }
-  assert.deepEqual(said, []);
+  assert.deepEqual(reports, []);
   decoder.close();
 });
 
-test("a group that is missing is a gap", async () => {
-  const decoder = await createDecoder({ source: `${server.url}/whole/lossy/manifest.json`, shares: true });
+test("a missing group is a gap", async () => {
+  const decoder = await createDecoder({ source: `${server.url}/whole/lossy/manifest.json`, visibilityWeights: true });
   const gaps = [];
   decoder.addEventListener("gap", ({ detail }) => gaps.push(detail));
   assert.deepEqual(await frames(decoder), nativeFrames(clips.moving).slice(3));
@@ -94,28 +113,34 @@ test("a group that is missing is a gap", async () => {
   decoder.close();
 });
 
-test("a file that is not the manifest's: damage, a gap, and nothing of it is shown", async () => {
+test("a file that does not match the manifest: damage, a gap, and nothing of it is shown", async () => {
   const expected = nativeFrames(clips.moving);
   const kinds = [
     ["flipped", "damaged", expected.slice(3)],
     ["swapped", "changed", expected.slice(0, 3)],
   ];
   for (const [name, code, kept] of kinds) {
-    const decoder = await createDecoder({ source: `${server.url}/whole/${name}/manifest.json`, shares: true });
-    const said = [];
-    for (const type of ["corrupt", "gap"]) decoder.addEventListener(type, ({ detail }) => said.push([type, detail]));
+    const decoder = await createDecoder({
+      source: `${server.url}/whole/${name}/manifest.json`,
+      visibilityWeights: true,
+    });
+    const reports = [];
+    for (const type of ["corrupt", "gap"]) decoder.addEventListener(type, ({ detail }) => reports.push([type, detail]));
     assert.deepEqual(await frames(decoder), kept);
-    assert.deepEqual(said.map(([type]) => type), ["corrupt", "gap"]); // prettier-ignore
-    assert.equal(said[0][1].code, code);
-    assert.match(said[0][1].message, /group-00000\d\.fvv: .* the manifest says/);
-    assert.equal(said[1][1].error.code, code);
+    assert.deepEqual(
+      reports.map(([type]) => type),
+      ["corrupt", "gap"],
+    );
+    assert.equal(reports[0][1].code, code);
+    assert.match(reports[0][1].message, /group-00000\d\.fvv: .* expected/);
+    assert.equal(reports[1][1].error.code, code);
     decoder.close();
   }
   const decoder = await createDecoder({ source: `${server.url}/whole/lost/manifest.json` });
   await assert.rejects(decoder.next(), { code: "damaged", fatal: true });
 });
 
-test("environments come behind a seek, too", async () => {
+test("environments are also reported after a seek", async () => {
   const expected = nativeBackground(clips.environment);
   assert.ok(Object.keys(expected).length > 3);
   for (const start of [0, 4]) {
@@ -133,7 +158,7 @@ test("environments come behind a seek, too", async () => {
   decoder.close();
 });
 
-test("manifests that are none", async () => {
+test("invalid manifests", async () => {
   for (const name of ["none", "other", "escaping"])
     await assert.rejects(createDecoder({ source: `${server.url}/whole/${name}.json` }), { code: "invalid" });
 });

@@ -1,11 +1,11 @@
-// A web server with the habits of good and bad hosts, chosen by the first part of the path:
-//   /dist /test        this package, under a strict content policy; other folders as the caller wants
-//   /range/NAME        keeps to Range
-//   /whole/NAME        answers 200 to everything
+// A web server that behaves as good and bad hosts do, by the first part of the path:
+//   /dist /test        this package, under a strict content policy; more folders can be given
+//   /range/NAME        supports Range
+//   /whole/NAME        responds 200 to every request
 //   /wrong/NAME        a Content-Range whose total is wrong
-//   /gzip/NAME         compresses on the way
+//   /gzip/NAME         compresses the response
 //   /changing/NAME     another ETag from the third request on
-//   /tiring/NAME       200 from the third request on
+//   /unranged/NAME     200 from the third request on
 //   /live/NAME         a WebSocket: the whole stream at once
 //   /growing/NAME      another total from the third request on
 
@@ -14,8 +14,7 @@ import { createServer } from "node:http";
 import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
-
-import { WebSocketServer, messagesOf } from "./messages.mjs";
+import { createRequire } from "node:module";
 
 const home = resolve(fileURLToPath(import.meta.url), "../..");
 const types = { html: "text/html", js: "text/javascript", mjs: "text/javascript" };
@@ -29,19 +28,20 @@ function rangeOf(request, size) {
   return { from: Number(from), to: to === "" ? size : Math.min(size, Number(to) + 1) };
 }
 
-/** files: name to path. results: takes what a page posts to /result. folders: more, name to path. Answers {url, requests,
- * close}. */
+/** files: name to path. results(value): called with what a page posts to /result. folders: more folders, name to path.
+ * Returns {url, requests, close}. */
 export async function serve(files, results = () => {}, folders = {}) {
   const served = { dist: join(home, "dist"), test: join(home, "test"), ...folders };
   const requests = [];
   const counts = new Map();
-  const clip = (habit, name, request, response) => {
+  const clip = (behaviour, name, request, response) => {
     const bytes = readFileSync(files[name]);
     const count = (counts.get(request.url) ?? 0) + 1;
     counts.set(request.url, count);
-    const etag = habit === "changing" && count > 2 ? '"b"' : '"a"';
-    const range = habit === "whole" || (habit === "tiring" && count > 2) ? null : rangeOf(request, bytes.length);
-    if (habit === "gzip") {
+    const etag = behaviour === "changing" && count > 2 ? '"b"' : '"a"';
+    const range =
+      behaviour === "whole" || (behaviour === "unranged" && count > 2) ? null : rangeOf(request, bytes.length);
+    if (behaviour === "gzip") {
       response.writeHead(200, { "Content-Encoding": "gzip", ETag: etag });
       return response.end(gzipSync(bytes));
     }
@@ -49,7 +49,7 @@ export async function serve(files, results = () => {}, folders = {}) {
       response.writeHead(200, { "Content-Length": bytes.length, ETag: etag });
       return response.end(bytes);
     }
-    const total = habit === "wrong" || (habit === "growing" && count === 3) ? bytes.length + 5 : bytes.length;
+    const total = behaviour === "wrong" || (behaviour === "growing" && count === 3) ? bytes.length + 5 : bytes.length;
     response.writeHead(206, { "Content-Range": `bytes ${range.from}-${range.to - 1}/${total}`, ETag: etag });
     response.end(bytes.subarray(range.from, range.to));
   };
@@ -91,4 +91,27 @@ export async function serve(files, results = () => {}, folders = {}) {
     server.close();
   };
   return { url: `http://127.0.0.1:${server.address().port}`, requests, close };
+}
+
+// Debian's package node-ws; Node has no client of its own before version 22, and no server at all.
+export const { WebSocket, WebSocketServer } = createRequire(import.meta.url)("/usr/share/nodejs/ws");
+
+/** Header with configuration block, and the chunks of each group, as fvvserve sends them in messages. */
+export function messagesOf(file) {
+  const bytes = readFileSync(file);
+  const groups = [];
+  let at = 24;
+  let head;
+  while (at < bytes.length) {
+    const type = bytes.toString("latin1", at, at + 4);
+    const end = at + 32 + 8 * Math.ceil(bytes.readUInt32LE(at + 16) / 8);
+    if (type === "INDX" || type === "FOOT") break;
+    if (type === "GRUP") {
+      head ??= bytes.subarray(0, at);
+      groups.push([]);
+    }
+    groups.at(-1)?.push(bytes.subarray(at, end));
+    at = end;
+  }
+  return { head, groups };
 }

@@ -1,13 +1,12 @@
-// Only some tracks of video: what is fetched, from which frame on, and that frames stay what they are.
+// Selection of video tracks: which bytes are fetched, from which frame on, and that frames are otherwise unchanged.
 
 import assert from "node:assert/strict";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { after, test } from "node:test";
 
-import { FvvError, camerasFor, createDecoder } from "../dist/index.js";
+import { camerasFor, createDecoder, FvvError } from "../dist/index.js";
 import { Parts } from "../dist/parts.js";
-import { damaged } from "./damage.mjs";
-import { joinStreams } from "./join_streams.mjs";
+import { damaged, joinStreams } from "./edit_streams.mjs";
 import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 
@@ -20,7 +19,7 @@ after(() => {
 const url = (name = "tracks") => `${server.url}/range/${name}`;
 const size = statSync(clips.tracks).size;
 
-/** What is expected of a frame when these tracks of video are selected. */
+/** The expected hashes of a frame if these tracks of video are selected. */
 const without = (hashes, tracks) =>
   Object.fromEntries(
     Object.entries(hashes).filter(([what]) => {
@@ -29,7 +28,7 @@ const without = (hashes, tracks) =>
     }),
   );
 
-/** As frameHashes; layouts that are not there have no hash. */
+/** As frameHashes, but without hashes of missing layouts. */
 function hashesOf(frame) {
   const hashes = frameHashes(frame);
   for (const { track } of frame.configuration.videos) if (!frame.tiles(track).length) delete hashes[`tiles ${track}`];
@@ -45,45 +44,50 @@ async function play(decoder) {
 const text = (hashes) => JSON.stringify(Object.entries(hashes).sort());
 
 function listen(decoder) {
-  const said = [];
+  const reports = [];
   for (const type of ["corrupt", "gap", "warning", "configuration", "background"])
-    decoder.addEventListener(type, ({ detail }) => said.push({ type, detail }));
-  return said;
+    decoder.addEventListener(type, ({ detail }) => reports.push({ type, detail }));
+  return reports;
 }
 
-/** Bytes that requests since then asked for: [requests, bytes]. */
+/** Requests since then, and the number of bytes that they requested: [requests, bytes]. */
 function asked(since) {
   const ranges = server.requests.slice(since).map((line) => /bytes=(\d*)-(\d*)/.exec(line).slice(1));
   return [ranges.length, ranges.reduce((sum, [from, to]) => sum + (from === "" ? Number(to) : to - from + 1), 0)];
 }
 
 const expected = nativeFrames(clips.tracks);
-const all = Object.keys(expected[0]).filter((what) => what.startsWith("key ")).map((what) => Number(what.split(" ")[1])); // prettier-ignore
+const all = Object.keys(expected[0])
+  .filter((what) => what.startsWith("key "))
+  .map((what) => Number(what.split(" ")[1]));
 
 test("the clip has a track for each camera", () => assert.equal(all.length, 5));
 
 for (const tracks of [[all[0]], [all[1], all[3]], []])
   test(`${tracks.length} of 5 tracks from the first frame on: the others are not fetched`, async () => {
     const before = server.requests.length;
-    const decoder = await createDecoder({ source: url(), shares: true, tracks });
-    const said = listen(decoder);
+    const decoder = await createDecoder({ source: url(), visibilityWeights: true, tracks });
+    const reports = listen(decoder);
     const frames = await play(decoder);
     assert.deepEqual(
       frames.map(({ hashes }) => hashes),
       expected.map((hashes) => without(hashes, tracks)),
     );
     for (const frame of frames) assert.deepEqual(frame.tracks, tracks);
-    assert.deepEqual(said.map(({ type }) => type), ["configuration", "background"]); // prettier-ignore
+    assert.deepEqual(
+      reports.map(({ type }) => type),
+      ["configuration", "background"],
+    );
     assert.deepEqual(backgroundHashes(decoder.backgrounds[0]), nativeBackground(clips.tracks));
     const [requests, bytes] = asked(before);
     const stats = await decoder.stats();
     assert.equal(stats.requests, requests);
     assert.equal(stats.bytesRead, bytes);
-    // Meshes, visibility and the environment are there whatever is selected, and small gaps are bridged.
+    // Meshes, visibility and the environment are always fetched, and small gaps are bridged.
     const samples = nativeSampleBytes(tracks);
     console.log(`${tracks.length} of 5 tracks: ${bytes} of ${size} bytes, ${requests} requests, 5 frames, 3 groups`);
     assert.ok(bytes < size - (samples.all - samples.selected) / 4, `${bytes} of ${size} bytes`);
-    // Beginning, index, a table for each group, and for each frame a part with its mesh and one for each track at most.
+    // Beginning, index, a table per group, and per frame at most a part with its mesh and one per track.
     assert.ok(requests <= 4 + 3 + (1 + tracks.length) * 5, `${requests} requests`);
     decoder.close();
   });
@@ -103,9 +107,9 @@ function nativeSampleBytes(tracks) {
   return sums;
 }
 
-test("a selection holds from the next group on, whichever way it changes", async () => {
-  const decoder = await createDecoder({ source: url(), shares: true, queue: 1 });
-  const said = listen(decoder);
+test("a selection takes effect with the next group, however it changes", async () => {
+  const decoder = await createDecoder({ source: url(), visibilityWeights: true, queue: 1 });
+  const reports = listen(decoder);
   const selections = [null, [all[2]], [all[0], all[2]], null];
   let changed = 0;
   for (let round = 1; round < selections.length; round++) {
@@ -117,7 +121,7 @@ test("a selection holds from the next group on, whichever way it changes", async
       assert.deepEqual(hashesOf(frame), without(expected[n], frame.tracks ?? all), `frame ${n}`);
       seen.push(JSON.stringify(frame.tracks));
     }
-    // Within a group nothing changes, and the group behind the one at hand has the new selection at the latest.
+    // Within a group nothing changes, and the group after the current one has the new selection at the latest.
     assert.equal(seen[0], seen[1]);
     assert.equal(seen[2], seen[3]);
     assert.equal(seen[4], JSON.stringify(selections[round]));
@@ -125,13 +129,16 @@ test("a selection holds from the next group on, whichever way it changes", async
     changed += seen[0] !== seen[4];
   }
   assert.equal(changed, 3);
-  assert.deepEqual(said.filter(({ type }) => type !== "configuration" && type !== "background"), []); // prettier-ignore
+  assert.deepEqual(
+    reports.filter(({ type }) => type !== "configuration" && type !== "background"),
+    [],
+  );
   decoder.close();
 });
 
 test("seeking with a selection", async () => {
   const tracks = [all[4]];
-  const decoder = await createDecoder({ source: url(), shares: true, tracks });
+  const decoder = await createDecoder({ source: url(), visibilityWeights: true, tracks });
   for (const n of [4, 1, 3, 0, 2]) {
     await decoder.seek({ frame: n });
     const frame = await decoder.next();
@@ -148,21 +155,24 @@ test("seeking with a selection", async () => {
   decoder.close();
 });
 
-test("sources that come as a whole: what is not selected is left out of frames", async () => {
+test("sources without parts: unselected tracks are left out of frames", async () => {
   const tracks = [all[1]];
   const bytes = new Uint8Array(readFileSync(clips.tracks));
   const stream = async function* () {
     yield bytes;
   };
   for (const source of [bytes, new Blob([bytes]), stream(), `${server.url}/whole/tracks`]) {
-    const decoder = await createDecoder({ source, shares: true, tracks });
-    const said = listen(decoder);
+    const decoder = await createDecoder({ source, visibilityWeights: true, tracks });
+    const reports = listen(decoder);
     const frames = await play(decoder);
     assert.deepEqual(
       frames.map(({ hashes }) => hashes),
       expected.map((hashes) => without(hashes, tracks)),
     );
-    assert.deepEqual(said.filter(({ type }) => type === "corrupt" || type === "gap"), []); // prettier-ignore
+    assert.deepEqual(
+      reports.filter(({ type }) => type === "corrupt" || type === "gap"),
+      [],
+    );
     decoder.close();
   }
 });
@@ -173,14 +183,14 @@ test("a viewpoint selects the tracks that it needs", async () => {
   const first = await plain.next();
   const [camera] = first.cameras;
   const look = { eye: camera.centre, target };
-  // From where a camera stands that one gives most, and the farther away it looks from, the less a camera gives.
+  // Seen from the position of a camera, that camera has the largest share; more distant cameras have smaller ones.
   const needed = camerasFor(first.cameras, look);
   assert.equal(needed[0].camera, camera.id);
   assert.ok(needed.length < first.cameras.length);
   const every = camerasFor(first.cameras, { ...look, share: 1 });
   assert.ok(Math.abs(every.reduce((sum, { share }) => sum + share, 0) - 1) < 1e-9);
   assert.deepEqual(every.slice(0, needed.length), needed);
-  // A camera that stands behind the scene sees nothing that is seen from the front.
+  // A camera on the opposite side sees nothing that is visible from the front.
   const opposite = camerasFor(first.cameras, { eye: camera.centre.map((x, i) => 2 * target[i] - x), target, share: 1 });
   assert.ok(!opposite.some((one) => one.camera === camera.id));
   assert.deepEqual(camerasFor(first.cameras, { eye: camera.centre, target: [0, 500, 0] }), []);
@@ -196,12 +206,11 @@ test("a viewpoint selects the tracks that it needs", async () => {
   assert.deepEqual(last.tracks, wanted);
   plain.close();
 
-  // From the beginning, where the source has an index and where it does not.
+  // From the first frame on, with and without an index.
   for (const [source, tracksOfFirst] of [
     [url("neighbours"), wanted],
     [`${server.url}/whole/neighbours`, null],
   ]) {
-    // prettier-ignore
     const decoder = await createDecoder({ source, look, queue: 1 });
     const frames = [];
     for await (const frame of decoder) frames.push(frame);
@@ -212,7 +221,7 @@ test("a viewpoint selects the tracks that it needs", async () => {
   await assert.rejects(plain.select({ tracks: "2" }), { code: "argument" });
 });
 
-test("damage: of what is fetched a gap, of what is left out nothing", async () => {
+test("damage in fetched chunks is a gap, in other chunks it has no effect", async () => {
   const bytes = readFileSync(clips.tracks);
   const tracks = [all[0]];
   const places = {};
@@ -223,29 +232,36 @@ test("damage: of what is fetched a gap, of what is left out nothing", async () =
     const name = type === "VPKT" ? `${type} ${bytes.readUInt16LE(at + 6)}` : type;
     if (time >= 2 && time <= 4 && type !== "SCEN") places[name] ??= at;
   }
-  const kinds = { missing: places[`VPKT ${all[1]}`], sample: places[`VPKT ${all[0]}`], mesh: places.MESH, table: places.GEND, group: places.GRUP }; // prettier-ignore
+  const kinds = {
+    missing: places[`VPKT ${all[1]}`],
+    sample: places[`VPKT ${all[0]}`],
+    mesh: places.MESH,
+    table: places.GEND,
+    group: places.GRUP,
+  };
   for (const [name, at] of Object.entries(kinds)) {
     const flipped = Buffer.from(bytes);
     flipped[at + 40] ^= 1;
     const path = `${clips.tracks}.${name}`;
     writeFileSync(path, flipped);
     const host = await serve({ damaged: path });
-    const decoder = await createDecoder({ source: `${host.url}/range/damaged`, shares: true, tracks });
-    const said = listen(decoder);
+    const decoder = await createDecoder({ source: `${host.url}/range/damaged`, visibilityWeights: true, tracks });
+    const reports = listen(decoder);
     const frames = await play(decoder);
-    const types = said.map(({ type }) => type).filter((type) => type === "corrupt" || type === "gap");
+    const types = reports.map(({ type }) => type).filter((type) => type === "corrupt" || type === "gap");
     const good = expected.map((hashes) => text(without(hashes, tracks)));
     for (const { hashes } of frames) assert.ok(good.includes(text(hashes)), `${name}: a wrong frame`);
     if (name === "missing") assert.deepEqual([frames.length, types], [5, []]);
     else assert.ok(types.includes("corrupt"), `${name}: ${types}`);
-    // GEND comes behind the frames that it ends: they were whole before.
-    if (name === "sample" || name === "mesh" || name === "group") assert.deepEqual([frames.length, types.at(-1)], [3, "gap"], name); // prettier-ignore
+    // GEND follows the frames of its group, which were complete before.
+    if (name === "sample" || name === "mesh" || name === "group")
+      assert.deepEqual([frames.length, types.at(-1)], [3, "gap"], name);
     decoder.close();
     host.close();
   }
 });
 
-test("a configuration that changes: tracks are selected anew", async () => {
+test("a change of configuration: tracks are selected again", async () => {
   const path = `${clips.tracks}.changing`;
   writeFileSync(path, joinStreams(readFileSync(clips.neighbours), readFileSync(clips.tracks), 1));
   tool("fvvinfo", "--check", path);
@@ -254,22 +270,30 @@ test("a configuration that changes: tracks are selected anew", async () => {
   const eye = [3, 1, 0.5];
   for (const start of [0, 1, 2, 4]) {
     const before = host.requests.length;
-    const decoder = await createDecoder({ source: `${host.url}/range/changing`, shares: true, look: { eye, target: [0, 1, 0] }, queue: 1 }); // prettier-ignore
-    const said = listen(decoder);
+    const decoder = await createDecoder({
+      source: `${host.url}/range/changing`,
+      visibilityWeights: true,
+      look: { eye, target: [0, 1, 0] },
+      queue: 1,
+    });
+    const reports = listen(decoder);
     if (start) await decoder.seek({ frame: start });
     const frames = await play(decoder);
     assert.deepEqual(
       frames.map(({ hashes }) => hashes),
       whole.slice(start).map((hashes, i) => without(hashes, frames[i].tracks ?? all)),
     );
-    assert.deepEqual(said.filter(({ type }) => type === "corrupt" || type === "gap"), []); // prettier-ignore
-    const told = said.filter(({ type }) => type === "configuration").map(({ detail }) => detail.videos.length);
-    assert.deepEqual(told, start < 2 ? [3, 5] : [5]);
+    assert.deepEqual(
+      reports.filter(({ type }) => type === "corrupt" || type === "gap"),
+      [],
+    );
+    const counts = reports.filter(({ type }) => type === "configuration").map(({ detail }) => detail.videos.length);
+    assert.deepEqual(counts, start < 2 ? [3, 5] : [5]);
     const { videos } = decoder.configuration;
     const shown = videos.filter(({ track }) => frames.at(-1).tracks.includes(track));
     assert.ok(shown.length > 0 && shown.length < videos.length, `frame ${start}: ${shown.length} tracks`);
-    // The environment came with the first configuration and goes with it.
-    const backgrounds = said.filter(({ type }) => type === "background").map(({ detail }) => detail.length);
+    // The environment belongs to the first configuration.
+    const backgrounds = reports.filter(({ type }) => type === "background").map(({ detail }) => detail.length);
     assert.deepEqual(backgrounds, start < 2 ? [1, 0] : []);
     assert.ok(host.requests.length > before);
     decoder.close();
@@ -277,33 +301,39 @@ test("a configuration that changes: tracks are selected anew", async () => {
   host.close();
 });
 
-test("damage anywhere: no wrong frame, and whatever is thrown says what is wrong", async () => {
+test("damage anywhere: no wrong frame, and only FvvErrors are thrown", async () => {
   const path = `${clips.neighbours}.damaged`;
   const host = await serve({ damaged: path });
-  const [track] = Object.keys(nativeFrames(clips.neighbours)[0]).filter((what) => what.startsWith("key ")).map((what) => Number(what.split(" ")[1])); // prettier-ignore
+  const [track] = Object.keys(nativeFrames(clips.neighbours)[0])
+    .filter((what) => what.startsWith("key "))
+    .map((what) => Number(what.split(" ")[1]));
   const good = new Set(nativeFrames(clips.neighbours).map((hashes) => text(without(hashes, [track]))));
   let frames = 0;
   let corrupt = 0;
   for (const bytes of damaged(new Uint8Array(readFileSync(clips.neighbours)), 45)) {
     writeFileSync(path, bytes);
     try {
-      const decoder = await createDecoder({ source: `${host.url}/range/damaged`, shares: true, tracks: [track] });
-      const said = listen(decoder);
+      const decoder = await createDecoder({
+        source: `${host.url}/range/damaged`,
+        visibilityWeights: true,
+        tracks: [track],
+      });
+      const reports = listen(decoder);
       for await (const frame of decoder) {
         assert.ok(good.has(text(hashesOf(frame))), "a wrong frame");
         frames++;
       }
-      corrupt += said.some(({ type }) => type === "corrupt");
+      corrupt += reports.some(({ type }) => type === "corrupt");
       decoder.close();
     } catch (error) {
       if (!(error instanceof FvvError)) throw error;
     }
   }
   host.close();
-  assert.ok(frames > 50 && corrupt > 10, `${frames} frames, ${corrupt} streams with damage that was told`);
+  assert.ok(frames > 50 && corrupt > 10, `${frames} frames, ${corrupt} streams with reported damage`);
 });
 
-test("what comes while a frame waits to be taken is made use of", async () => {
+test("bytes that arrive while a frame waits to be taken are used", async () => {
   const source = {
     async *part(from, end) {
       for (let at = from; at < end; at += 50) {

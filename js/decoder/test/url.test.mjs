@@ -1,4 +1,4 @@
-// URLs: few requests where the host keeps to Range, and the same frames where it does not.
+// URLs: few requests to hosts that support Range, and the same frames from others.
 
 import assert from "node:assert/strict";
 import { statSync } from "node:fs";
@@ -16,7 +16,7 @@ after(() => {
 });
 
 async function open(path, limits) {
-  const decoder = await createDecoder({ source: `${server.url}/${path}`, shares: true, limits });
+  const decoder = await createDecoder({ source: `${server.url}/${path}`, visibilityWeights: true, limits });
   const warnings = [];
   decoder.addEventListener("warning", (event) => warnings.push(event.detail.code));
   return { decoder, warnings };
@@ -28,7 +28,7 @@ async function frames(decoder) {
   return all;
 }
 
-test("a host that keeps to Range: two requests, and seeking", async () => {
+test("a host that supports Range: two requests, and seeking", async () => {
   const { decoder, warnings } = await open("range/moving", { cacheBytes: 0 });
   assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
   assert.deepEqual(warnings, []);
@@ -41,9 +41,9 @@ test("a host that keeps to Range: two requests, and seeking", async () => {
   decoder.close();
 });
 
-for (const habit of ["whole", "wrong", "gzip"])
-  test(`a host that does not (${habit}): a warning, and the same frames`, async () => {
-    const { decoder, warnings } = await open(`${habit}/moving`, { cacheBytes: 0 });
+for (const behaviour of ["whole", "wrong", "gzip"])
+  test(`a host without Range support (${behaviour}): a warning, and the same frames`, async () => {
+    const { decoder, warnings } = await open(`${behaviour}/moving`, { cacheBytes: 0 });
     assert.equal(decoder.seekable, false);
     assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
     assert.deepEqual(warnings, ["no-range"]);
@@ -51,9 +51,9 @@ for (const habit of ["whole", "wrong", "gzip"])
     decoder.close();
   });
 
-for (const habit of ["changing", "growing"])
-  test(`a file that changes while it is read (${habit}) is opened again, not mixed`, async () => {
-    const { decoder, warnings } = await open(`${habit}/moving`, { cacheBytes: 0 });
+for (const behaviour of ["changing", "growing"])
+  test(`a file that changes while it is read (${behaviour}) is opened again, not mixed`, async () => {
+    const { decoder, warnings } = await open(`${behaviour}/moving`, { cacheBytes: 0 });
     assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
     await decoder.seek({ time: 0n });
     assert.deepEqual(await frames(decoder), nativeFrames(clips.moving));
@@ -62,8 +62,8 @@ for (const habit of ["changing", "growing"])
     decoder.close();
   });
 
-test("a host that stops keeping to Range: a warning, and the same frames", async () => {
-  const { decoder, warnings } = await open("tiring/moving", { cacheBytes: 0 });
+test("a host that stops supporting Range: a warning, and the same frames", async () => {
+  const { decoder, warnings } = await open("unranged/moving", { cacheBytes: 0 });
   await frames(decoder);
   await decoder.seek({ frame: 1 });
   assert.deepEqual(await frames(decoder), nativeFrames(clips.moving).slice(1));
@@ -71,6 +71,6 @@ test("a host that stops keeping to Range: a warning, and the same frames", async
   decoder.close();
 });
 
-test("what is not there is an error that says so", async () => {
+test("a missing file is an error with its status", async () => {
   await assert.rejects(open("range/nothing"), { code: "io", message: /404/ });
 });

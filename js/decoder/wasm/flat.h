@@ -34,7 +34,7 @@ typedef struct flat_mesh {
   const float *texture;
 } flat_mesh;
 
-/* states, shares: a row for each camera. */
+/* states, weights: a row for each camera. */
 typedef struct flat_visibility {
   uint32_t track;
   uint32_t mesh_track;
@@ -47,7 +47,7 @@ typedef struct flat_visibility {
   /* camera_count x element_count, or 0 */
   const uint8_t *states;
   /* camera_count x vertex_count, or 0 */
-  const uint8_t *shares;
+  const uint8_t *weights;
   uint32_t vertex_count;
 } flat_visibility;
 

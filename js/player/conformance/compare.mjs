@@ -1,28 +1,93 @@
-// Compares what the player's renderer draws with what fvvrender does.
+// Compares what the player's renderer draws with what fvvrender draws.
 // usage: node compare.mjs FILE.fvv ... [--frame N] [--poses N] [--size WxH] [--rays] [--browser NAME] [--pictures DIR] [--json]
 
 import { mkdirSync } from "node:fs";
 import { basename, join } from "node:path";
 import { parseArgs } from "node:util";
 
-import { agreement, areasOf, distance } from "./measure.mjs";
-import { posesOf } from "./poses.mjs";
-import { Session, writePng } from "./session.mjs";
+import { posesOf, Session, writePng } from "./session.mjs";
+
+/** The steepest surface that is not an edge: the change of depth from pixel to pixel, in pixel widths. */
+const STEEPEST = 8;
+/** Pixels from an outline: in the pixel of an outline and its neighbours, two rasterisers differ by chance. */
+const AWAY = 2;
+const LARGE = 8;
+
+/**
+ * The pixels that show the mesh, and those of them that are at least two pixels from its outline and from jumps of its
+ * depth. depth: of the reference, infinite outside the mesh.
+ */
+function areasOf(depth, width, height, focal) {
+  const surface = new Uint8Array(depth.length);
+  const edge = new Uint8Array(depth.length);
+  for (let i = 0; i < depth.length; i++) surface[i] = Number.isFinite(depth[i]) ? 1 : 0;
+  for (let y = 0; y < height; y++)
+    for (let x = 0; x < width; x++) {
+      const i = y * width + x;
+      if (!surface[i]) continue;
+      const jumps = (k) => !surface[k] || Math.abs(depth[k] - depth[i]) > (STEEPEST * depth[i]) / focal;
+      if (
+        (x > 0 && jumps(i - 1)) ||
+        (x < width - 1 && jumps(i + 1)) ||
+        (y > 0 && jumps(i - width)) ||
+        (y < height - 1 && jumps(i + width))
+      )
+        edge[i] = 1;
+    }
+  const inner = surface.slice();
+  for (let y = 0; y < height; y++)
+    for (let x = 0; x < width; x++) {
+      if (!edge[y * width + x]) continue;
+      for (let v = Math.max(0, y - AWAY + 1); v < Math.min(height, y + AWAY); v++)
+        for (let u = Math.max(0, x - AWAY + 1); u < Math.min(width, x + AWAY); u++) inner[v * width + u] = 0;
+    }
+  return { surface, inner };
+}
+
+/** PSNR of display values in dB, the fraction of pixels with a component that differs by more than 8 of 255, and their
+ * number. */
+function distance(drawn, wanted, area) {
+  let [sum, pixels, large] = [0, 0, 0];
+  for (let i = 0; i < area.length; i++) {
+    if (!area[i]) continue;
+    pixels++;
+    let max = 0;
+    for (let k = 0; k < 3; k++) {
+      const off = drawn[4 * i + k] - wanted[4 * i + k];
+      sum += off * off;
+      max = Math.max(max, Math.abs(off));
+    }
+    if (max > LARGE) large++;
+  }
+  const psnr = pixels ? 10 * Math.log10((255 * 255 * 3 * pixels) / Math.max(sum, 1e-9)) : null;
+  return { psnr, large: pixels ? large / pixels : null, pixels };
+}
+
+/** The number of pixels with equal visibility. drawn: in the mode "visibility", where unseen surface has no green. */
+function agreement(drawn, wanted, area) {
+  let [alike, pixels] = [0, 0];
+  for (let i = 0; i < area.length; i++) {
+    if (!area[i]) continue;
+    pixels++;
+    alike += drawn[4 * i + 1] > 0 === wanted[i] > 0.5;
+  }
+  return { alike, pixels };
+}
 
 const usage = `usage: node compare.mjs FILE.fvv ... [options]
 --frame N       of each file (0)
---poses N       around the mesh, and up to two fifths of them where cameras stand (20)
+--poses N       around the mesh, and up to two fifths of them at camera positions (20)
 --size WxH      of the pictures (960x540)
---rays          also how far visibility agrees with ray casting
+--rays          also the agreement of visibility with ray casting
 --browser NAME  chromium or firefox
---pictures DIR  write what was drawn, the reference and their difference
+--pictures DIR  write drawn pictures, references and differences
 --json          figures as JSON`;
 
 const drawn = { shadows: false, environment: false };
 const worst = (values) => Math.min(...values);
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
-/** Of one pose and one way to know who sees what. */
+/** For one pose and one source of visibility. */
 async function comparePose(session, pose, size, visibleBy) {
   const reference = session.reference(pose, size, visibleBy);
   const picture = await session.draw(pose, size, { ...drawn, visibleBy });
@@ -32,8 +97,8 @@ async function comparePose(session, pose, size, visibleBy) {
   return { pose: pose.name, inner, all, picture, reference: reference.picture };
 }
 
-/** Which cameras show which pixels, against rays. */
-export async function compareVisibility(session, facts, pose, size, visibleBy) {
+/** Compares the visibility of each camera with ray casting. */
+async function compareVisibility(session, facts, pose, size, visibleBy) {
   const { depth, visibility } = session.reference(pose, size, "rays", { visibility: true });
   const { inner } = areasOf(depth, ...size, pose.focal);
   let [alike, pixels] = [0, 0];
@@ -56,7 +121,7 @@ function keepPictures(folder, name, { picture, reference }) {
   writePng(join(folder, `${name}-difference8.png`), { ...picture, data });
 }
 
-/** Figures of a file: one line for each way of visibility that it has. */
+/** The figures of a file: one line for each source of visibility. */
 export async function compareFile(
   session,
   file,
@@ -102,7 +167,7 @@ function table(lines) {
     ["file", (line) => line.file],
     ["by", (line) => line.visibleBy],
     ["poses", (line) => line.poses],
-    ["dB least", (line) => line.minPsnr.toFixed(1)],
+    ["dB min", (line) => line.minPsnr.toFixed(1)],
     ["mean", (line) => line.meanPsnr.toFixed(1)],
     ["> 8", (line) => `${line.largePercent.toFixed(2)} %`],
     ["all dB", (line) => line.minForegroundPsnr.toFixed(1)],

@@ -1,4 +1,4 @@
-// The OpenEXR files that fvvrender writes: one part, scan lines, channels of 32-bit floats, ZIP in blocks of 16 rows.
+// Reads the OpenEXR files of fvvrender: one part, scan lines, channels of 32-bit floats, ZIP in blocks of 16 rows.
 
 import { readFileSync } from "node:fs";
 import { inflateSync } from "node:zlib";
@@ -37,7 +37,7 @@ function channelsOf(list, path) {
   return names;
 }
 
-/** Undoes ZIP's predictor and its two halves of bytes. */
+/** Undoes OpenEXR's predictor and the separation of even and odd bytes. */
 function unpacked(packed) {
   const bytes = inflateSync(packed);
   for (let i = 1; i < bytes.length; i++) bytes[i] = bytes[i - 1] + bytes[i] - 128;
@@ -66,7 +66,7 @@ export function readExr(path) {
     const expected = 4 * width * rows * names.length;
     const size = file.readInt32LE(at + 4);
     const data = file.subarray(at + 8, at + 8 + size);
-    // Blocks that compression makes larger are stored as they are.
+    // Blocks are stored uncompressed if compression would make them larger.
     const bytes = size < expected ? unpacked(data) : data;
     let from = 0;
     for (let y = first; y < first + rows; y++)

@@ -1,4 +1,4 @@
-// Renders frames of a stream from poses that the runner hands in, for it to compare them.
+// Renders frames of a stream from poses that the runner provides and compares.
 
 import { createDecoder } from "@fvv/decoder";
 import { replicationOf } from "@fvv/shading";
@@ -23,7 +23,7 @@ function pixels() {
   return { width, height, data: base64(data) };
 }
 
-/** Environments come behind the second frame. */
+/** Environments are reported after the first frame. */
 async function backgroundsOf({ tracks }) {
   while (tracks.some(({ kind }) => kind === "background") && !decoder.backgrounds.length) {
     const frame = await decoder.next();
@@ -33,10 +33,14 @@ async function backgroundsOf({ tracks }) {
   return decoder.backgrounds;
 }
 
-/** Shows a frame of a file and tells what poses are made of. */
+/** Shows a frame of a file and returns the facts that poses are made from. */
 window.openStream = async (file, number) => {
   decoder?.close();
-  decoder = await createDecoder({ source: file, shares: true, worker: new URL("worker.js", import.meta.url) });
+  decoder = await createDecoder({
+    source: file,
+    visibilityWeights: true,
+    worker: new URL("worker.js", import.meta.url),
+  });
   await decoder.seek({ frame: number });
   const frame = await decoder.next();
   if (!frame?.mesh) throw new Error(`${file}: no mesh in frame ${number}`);
@@ -63,7 +67,7 @@ window.openStream = async (file, number) => {
   return facts;
 };
 
-/** Asks for two frames at once. */
+/** Shows two frames concurrently. */
 window.showTwo = async () => {
   await decoder.seek({ frame: 0 });
   const frames = [await decoder.next(), await decoder.next()];
@@ -72,7 +76,7 @@ window.showTwo = async () => {
   return { shown, number: renderer.frame.number, wanted: frames[1].number };
 };
 
-/** Frusta are those of the frame's cameras. */
+/** Draws with the frusta of the frame's cameras. */
 function drawn(pose, { frusta, ...options }) {
   return renderer.draw(viewFromPose(pose), { ...options, frusta: frusta && { ...frusta, cameras } });
 }
@@ -81,10 +85,10 @@ window.draw = (pose, options) => {
   drawn(pose, options);
   return pixels();
 };
-/** Without reading what was drawn. */
+/** Without reading pixels. */
 window.drawOnly = (pose, options) => ({ drew: drawn(pose, options), ...renderer.counters });
 
-/** What is drawn after the context was lost and has come back. */
+/** Loses and restores the context. */
 window.loseContext = () =>
   new Promise((resolve) => {
     const extension = canvas.getContext("webgl2").getExtension("WEBGL_lose_context");
@@ -94,8 +98,7 @@ window.loseContext = () =>
   });
 
 /**
- * Makes RGB of noise as replicationOf says that browsers do, and as this one does when it is asked for RGB. Answers the
- * share of pixels that are alike.
+ * Converts noise to RGB by replicationOf's model of browsers, and by this browser. Returns the fraction of equal pixels.
  */
 window.replicate = async (matrix, fullRange) => {
   const side = 64;

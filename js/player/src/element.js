@@ -1,20 +1,19 @@
-// <fvv-player>: the element. It puts playback, picture, navigation and controls together, and has the attributes and
-// methods that other media have not: where one looks from, and how the scene is shown.
+// The element <fvv-player>: connects playback, picture, navigation and controls.
 
 import { createDecoder } from "@fvv/decoder";
 
-import { Bookmarks } from "./navigation/bookmarks.js";
 import { PointerControls } from "./navigation/pointer.js";
+import { Bookmarks } from "./navigation/view_text.js";
 import { Stage } from "./stage.js";
-import { element } from "./ui/dom.js";
 import { Interface } from "./ui/interface.js";
-import { styleSheets } from "./ui/style_sheets.js";
+import { styleSheets } from "./ui/style.js";
+import { element } from "./ui/widgets.js";
 import { VIEW_ATTRIBUTES, ViewpointElement } from "./viewpoint_element.js";
 
-/** The renderer keeps one picture, shows one, and one is in hand: with one that is decoded ahead four are open. */
+/** Frames that are decoded ahead. The renderer keeps one picture, shows one, and one is in the queue: four are open. */
 const QUEUE = 1;
 const RECONNECT = { attempts: 10, firstMs: 250, longestMs: 8000 };
-/** Seconds that the view takes to where an attribute moves it. */
+/** Duration in seconds of a change of view by attributes. */
 const JOURNEY = 0.5;
 
 export class FvvPlayer extends ViewpointElement {
@@ -39,10 +38,10 @@ export class FvvPlayer extends ViewpointElement {
   #poster;
   #surface;
   #parts;
-  #alive = null; // AbortController of what listens while it is in a document
+  #connected = null; // AbortController of listeners while the element is in a document
   #loading = false;
   #bookmarks = null;
-  /** Options for createDecoder besides: limits, and where the script of the worker lies. */
+  /** Further options for createDecoder. */
   decoderOptions = {};
   hasPlayed = false;
 
@@ -64,9 +63,9 @@ export class FvvPlayer extends ViewpointElement {
   }
 
   connectedCallback() {
-    if (this.#alive) return;
-    this.#alive = new AbortController();
-    const { signal } = this.#alive;
+    if (this.#connected) return;
+    this.#connected = new AbortController();
+    const { signal } = this.#connected;
     this.#build(signal);
     const dark = matchMedia("(prefers-color-scheme: dark)");
     const calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -81,13 +80,13 @@ export class FvvPlayer extends ViewpointElement {
   }
 
   disconnectedCallback() {
-    // What is only moved to another place plays on.
+    // An element that is moved within the document continues to play.
     queueMicrotask(() => {
-      if (this.isConnected || !this.#alive) return;
+      if (this.isConnected || !this.#connected) return;
       this.#media.load(null);
-      this.#alive.abort();
+      this.#connected.abort();
       this._stage?.close();
-      this.#alive = this._stage = this.#interface = null;
+      this.#connected = this._stage = this.#interface = null;
       this.#parts.remove();
     });
   }
@@ -104,7 +103,7 @@ export class FvvPlayer extends ViewpointElement {
     this.#poster = element("img", { class: "poster", part: "poster", alt: "", hidden: true });
     this.#parts = element("div", { class: "frame" }, ground, line, this.#surface, this.#poster);
     this.shadowRoot.append(this.#parts);
-    this.#name();
+    this.#updateLabel();
     this.#interface = new Interface(this, this.#parts, this.#surface, this._navigator, signal);
     try {
       this._stage = new Stage(canvas, this.#media, this._navigator);
@@ -122,11 +121,8 @@ export class FvvPlayer extends ViewpointElement {
     this.#readColours();
   }
 
-  #name() {
-    this.#surface?.setAttribute(
-      "aria-label",
-      `${this.getAttribute("aria-label") ?? "Scene"}, seen from anywhere. H: keys`,
-    );
+  #updateLabel() {
+    this.#surface?.setAttribute("aria-label", `${this.getAttribute("aria-label") ?? "Scene"}, free viewpoint. H: keys`);
   }
   #readColours() {
     const [ground, line] = [".ground", ".line"].map((name) => this.shadowRoot.querySelector(name));
@@ -145,7 +141,7 @@ export class FvvPlayer extends ViewpointElement {
     const value = this.getAttribute(name);
     if (name === "autoplay" || name === "loop") this.#media[name] = value !== null;
     else if (name === "theme") this.#readColours();
-    else if (name === "aria-label") this.#name();
+    else if (name === "aria-label") this.#updateLabel();
     else if (name === "poster") this.#showPoster();
     else if (name === "navigation" && this.#pointer) this.#pointer.flying = value === "fly";
     else if (name === "view-mode") this._chooseDrawing();
@@ -158,9 +154,9 @@ export class FvvPlayer extends ViewpointElement {
     this.dispatchEvent(new Event("optionschange"));
   }
 
-  /** Loads what src or srcObject names, as soon as whoever sets attributes is done. */
+  /** Loads src or srcObject, after the current code has set all attributes. */
   load() {
-    if (this.#loading || !this.#alive) return;
+    if (this.#loading || !this.#connected) return;
     this.#loading = true;
     this.#media.reset();
     this.#media.playbackRate = this.defaultPlaybackRate;
@@ -187,7 +183,7 @@ export class FvvPlayer extends ViewpointElement {
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
       normals: true,
-      shares: true,
+      visibilityWeights: true,
       queue: QUEUE,
     });
     decoder.addEventListener("background", ({ detail }) => this._stage?.setBackgrounds(detail));
@@ -221,11 +217,11 @@ export class FvvPlayer extends ViewpointElement {
     done?.catch(() => this.#interface.notify("Full screen is not allowed here"));
   }
 
-  /** Whether the view is on its way, or will be drawn again in a moment. */
+  /** Whether the view moves, or is about to be drawn again. */
   get isMoving() {
     return this._stage?.busy ?? false;
   }
-  /** What is on the canvas, RGBA from the top: {width, height, data}. */
+  /** The canvas as RGBA, top row first: {width, height, data}. */
   readPixels() {
     return this._stage.renderer.readPixels();
   }
@@ -233,9 +229,9 @@ export class FvvPlayer extends ViewpointElement {
   get showsStats() {
     return this.#interface?.showsStats ?? false;
   }
-  /** Figures of playing and drawing. */
+  /** Statistics of playback and drawing. */
   get stats() {
-    const { meter, heldFrames, currentTime, frameCount, currentFrame } = this.#media;
+    const { meter, openFrames, currentTime, frameCount, currentFrame } = this.#media;
     const now = performance.now();
     const counters = this._stage?.renderer.counters ?? {};
     const canvas = this.#surface?.querySelector("canvas");
@@ -243,7 +239,7 @@ export class FvvPlayer extends ViewpointElement {
       framesShown: meter.framesShown,
       framesDropped: meter.framesDropped,
       framesPerSecond: meter.framesPerSecond(now),
-      openVideoFrames: heldFrames + meter.queued,
+      openVideoFrames: openFrames + meter.queued,
       decodeMs: meter.decodeMs,
       showMs: meter.showMs,
       bufferedSeconds: this.buffered.ahead(currentTime),
@@ -257,14 +253,14 @@ export class FvvPlayer extends ViewpointElement {
     };
   }
 
-  /** This moment and this view, as a part of the page's address. */
+  /** The current time and view, as text for the page's address. */
   get bookmark() {
     return this.#bookmarks?.text ?? "";
   }
   get bookmarks() {
     return this.hasAttribute("bookmarks");
   }
-  /** Puts the bookmark into the page's address, and that into the clipboard. */
+  /** Puts the bookmark into the page's address, and copies the address to the clipboard. */
   async copyBookmark() {
     const url = this.#bookmarks.put();
     try {

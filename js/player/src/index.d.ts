@@ -14,14 +14,14 @@ export interface Pose {
   fov: number;
 }
 
-/** Shaped like TimeRanges. */
+/** Like TimeRanges. */
 export interface Ranges {
   readonly length: number;
   start(index: number): number;
   end(index: number): number;
 }
 
-/** Shaped like MediaError: 2 network, 3 decoding, 4 the source can't be played. */
+/** Like MediaError: 2 network, 3 decoding, 4 the source cannot be played. */
 export interface PlayerError {
   readonly code: 2 | 3 | 4;
   readonly message: string;
@@ -33,19 +33,19 @@ export interface Stats extends Partial<Counters> {
   framesDropped: number;
   /** Over the last two seconds. */
   framesPerSecond: number;
-  /** In the player's hands and in the decoder's queue, when it was asked last; without the clone that the renderer keeps. */
+  /** Open frames of the player and in the decoder's queue at the last update; without the clone that the renderer keeps. */
   openVideoFrames: number;
-  /** Milliseconds a frame, smoothed: meshes, visibility and calibration; and on the way to the screen. */
+  /** Smoothed milliseconds per frame: decoding of meshes, visibility and calibration; and showing. */
   decodeMs: number;
   showMs: number;
   bufferedSeconds: number;
-  /** Bits a second that came over the last two. */
+  /** Received bits per second over the last two seconds. */
   bitrate: number;
-  /** Of the decoder's wasm. */
+  /** Of the decoder's wasm instances. */
   memoryBytes: number;
   frame: number;
   frameCount: number;
-  /** Of the canvas, pixels. */
+  /** Of the canvas, in pixels. */
   width: number;
   height: number;
 }
@@ -67,7 +67,7 @@ export class FvvPlayer extends HTMLElement {
   static readonly HAVE_ENOUGH_DATA: 4;
 
   src: string;
-  /** Goes before src. */
+  /** Takes precedence over src. */
   srcObject: Source | null;
   readonly currentSrc: string;
   poster: string;
@@ -77,10 +77,10 @@ export class FvvPlayer extends HTMLElement {
   muted: boolean;
   defaultMuted: boolean;
   load(): void;
-  /** Rejects with AbortError when pause() comes first, with NotSupportedError when it can't be played. */
+  /** Rejects with AbortError if pause() is called first, with NotSupportedError if the source cannot be played. */
   play(): Promise<void>;
   pause(): void;
-  /** Pauses, and shows the frame so many further on. false: that can't be had. */
+  /** Pauses, and shows the frame count frames further on. Returns false if that is impossible. */
   step(count?: number): boolean;
   canPlayType(type: string): "" | "maybe";
   /** Seconds of the stream. */
@@ -103,26 +103,26 @@ export class FvvPlayer extends HTMLElement {
   /** 0 to 16. */
   playbackRate: number;
   defaultPlaybackRate: number;
-  /** Seconds between which it plays again and again. */
+  /** The range in seconds that is played in a loop. */
   loopRange: { from: number; to: number } | null;
   readonly live: boolean;
   goLive(): void;
-  /** Seconds behind the live edge, as far as is known. */
+  /** Seconds behind the live edge, as far as known. */
   readonly liveLatency: number;
 
-  /** As the attributes of these names. */
+  /** Reflect the attributes camera-orbit, camera-target and field-of-view. */
   cameraOrbit: string;
   cameraTarget: string;
   fieldOfView: string;
-  /** What they would say for the view as it is. */
+  /** Their values for the current view. */
   getCameraAttributes(): { cameraOrbit: string; cameraTarget: string; fieldOfView: string };
   getPose(): Pose;
-  /** What is left out stays. Promises whether it arrived: a hand may take over. */
+  /** Omitted fields are kept. Resolves to false if the user interrupts the movement. */
   setPose(pose: Partial<Pose>, journey?: Journey): Promise<boolean>;
   resetView(journey?: Journey): Promise<boolean>;
-  /** Throws RangeError where the frame on screen has no such calibrated camera. */
+  /** Throws RangeError if the frame on screen has no such calibrated camera. */
   snapToCamera(id: number, journey?: Journey): Promise<boolean>;
-  /** Identifier of the camera that is looked through. */
+  /** Identifier of the camera of the view. */
   readonly camera: number | null;
   /** As they are in the frame on screen. */
   readonly cameras: readonly Camera[];
@@ -131,34 +131,34 @@ export class FvvPlayer extends HTMLElement {
   viewMode: Mode;
   quality: "auto" | "high" | "medium" | "low";
   visibleBy: "auto" | "bits" | "depth" | "both";
-  /** 0 to 1: how gently one camera takes another's place. */
+  /** Softness of transitions between cameras, 0 to 1. */
   soft: number;
-  /** Colour of surface that no camera shows, 0xRRGGBB as displayed; null: the stream's. */
+  /** Colour of surface that no camera shows, 0xRRGGBB as displayed; null: the stream's value. */
   unseen: number | null;
   shadows: boolean;
   environment: boolean;
   readonly hasEnvironment: boolean;
   grid: boolean;
-  /** Identifiers of those that may give colours; null: all. */
+  /** Identifiers of the cameras that may give colours; null: all. */
   colourCameras: readonly number[] | null;
   showCameras: "none" | "frusta" | "pictures";
   selectedCamera: number | null;
 
-  /** This moment and this view, as a part of a URL's fragment. */
+  /** The current time and view, as a part of a URL's fragment. */
   readonly bookmark: string;
   readonly bookmarks: boolean;
-  /** Puts it into the page's address, and that into the clipboard. */
+  /** Puts the bookmark into the page's address, and copies the address to the clipboard. */
   copyBookmark(): Promise<string>;
 
   worker: string | null;
-  /** For createDecoder besides; they hold from the next load() on. */
+  /** Further options for createDecoder, applied by the next load(). */
   decoderOptions: Pick<Options, "limits" | "signal">;
   readonly isFullscreen: boolean;
   toggleFullscreen(): void;
   readonly stats: Stats;
-  /** A picture is about to be drawn. */
+  /** Whether a picture is about to be drawn. */
   readonly isMoving: boolean;
-  /** What is on the canvas, RGBA from its top row on. */
+  /** The canvas as RGBA, top row first. */
   readPixels(): { width: number; height: number; data: Uint8ClampedArray };
 }
 

@@ -1,4 +1,4 @@
-// @fvv/player: <fvv-player>, and the parts that it is made of for who builds a player of their own.
+// @fvv/player: the element <fvv-player>, and its parts for other players.
 
 import { FvvPlayer } from "./element.js";
 

@@ -1,11 +1,9 @@
-// The part of the element that is shaped like HTMLMediaElement: attributes, properties, events. What is particular to
-// free viewpoints is in element.js.
+// The part of the element with the interface of HTMLMediaElement: attributes, properties, events.
 
-import { Media } from "./playback/media.js";
+import { Media, NETWORK, READY } from "./playback/media.js";
 import { Ranges } from "./playback/ranges.js";
-import { NETWORK, READY } from "./playback/states.js";
 
-/** Where there is no document, as on a server that only imports the package, there are no elements. */
+/** Environments without a document, such as servers that import the package, have no HTMLElement. */
 const Base = globalThis.HTMLElement ?? class {};
 
 const EVENTS =
@@ -14,7 +12,7 @@ const EVENTS =
 
 export class MediaElement extends Base {
   #media;
-  #source = null; // what srcObject was set to
+  #source = null; // srcObject
   #muted = false;
   #defaultPlaybackRate = 1;
 
@@ -35,7 +33,7 @@ export class MediaElement extends Base {
     for (const type of EVENTS.split(" "))
       media.addEventListener(type, () => {
         this.dispatchEvent(new Event(type));
-        // What is shown of buffers and rates is as old as this at most.
+        // Updates buffered times and rates.
         if (type === "timeupdate" || type === "canplay") media.measure();
       });
     media.addEventListener("frame", () => this.dispatchEvent(new Event("framechange")));
@@ -52,7 +50,7 @@ export class MediaElement extends Base {
   set src(src) {
     this.setAttribute("src", src);
   }
-  /** Anything that a decoder takes: a Blob, bytes, a stream, {url, headers}. It goes before src. */
+  /** Any source of a decoder: a Blob, bytes, a stream, {url, headers}. Takes precedence over src. */
   get srcObject() {
     return this.#source;
   }
@@ -64,7 +62,7 @@ export class MediaElement extends Base {
     const source = this.#source ?? this.src;
     return typeof source === "string" ? source : String(source?.url ?? "");
   }
-  /** What is played: as createDecoder takes it, or null. */
+  /** The source for createDecoder, or null. */
   get _source() {
     return this.#source ?? (this.src || null);
   }
@@ -75,7 +73,7 @@ export class MediaElement extends Base {
   pause() {
     this.#media.pause();
   }
-  /** Shows the frame so many further on and pauses. Answers whether that can be had. */
+  /** Pauses, and shows the frame count frames further on. Returns false if that is impossible. */
   step(count = 1) {
     return this.#media.step(count);
   }
@@ -174,7 +172,7 @@ export class MediaElement extends Base {
   set poster(poster) {
     this.setAttribute("poster", poster);
   }
-  /** Streams have no sound yet; pages that ask for autoplay set it all the same. */
+  /** Streams have no sound yet, but pages with autoplay set it. */
   get muted() {
     return this.#muted;
   }
@@ -190,7 +188,7 @@ export class MediaElement extends Base {
     this.toggleAttribute("muted", muted);
   }
 
-  /** ws: and wss: are live; of other addresses the attribute says so. */
+  /** ws: and wss: are live; for other URLs the attribute decides. */
   get live() {
     return this.hasAttribute("live") || /^wss?:/.test(this.currentSrc);
   }

@@ -1,19 +1,19 @@
-// How many pixels are drawn for one of the page: as many as the screen has, up to two, and fewer while the pictures would
-// come too slowly.
+// How many pixels are drawn per pixel of the page: as many as the screen has, up to two, and fewer while drawing is too
+// slow.
 
 export const QUALITIES = ["auto", "high", "medium", "low"];
 const MOST = 2;
 const FIXED = { high: 2, medium: 1, low: 0.5 };
 const STEPS = [1, 0.84, 0.7, 0.6, 0.5, 0.4];
-/** Milliseconds from one picture to the next that are too many, and those that are few. */
+/** Milliseconds between pictures that are too slow, and fast. */
 const SLOW = 40;
 const FAST = 21;
-/** Pictures that decide, and the most milliseconds between two that belong together. */
+/** Numbers of pictures before a change, and the maximum milliseconds between consecutive pictures. */
 const SLOW_COUNT = 4;
 const FAST_COUNT = 90;
-const APART = 3000;
-/** Milliseconds from which on it goes down by leaps. */
-const CRAWL = 120;
+const MAX_INTERVAL = 3000;
+/** Milliseconds above which the resolution is reduced by two steps. */
+const VERY_SLOW = 120;
 
 export class Resolution {
   #step = 0;
@@ -22,32 +22,32 @@ export class Resolution {
   #since = 0;
   quality = "auto";
 
-  /** Of the pixels that the screen has. */
+  /** Relative to the pixels of the screen. */
   get scale() {
     return this.quality === "auto" ? STEPS[this.#step] : 1;
   }
 
-  /** now: milliseconds of a picture of the screen. goesOn: another one follows at once. */
-  observe(now, goesOn) {
+  /** now: milliseconds of a picture of the screen. continues: another one follows immediately. */
+  observe(now, continues) {
     const passed = this.#last === null ? Infinity : now - this.#last;
-    this.#last = goesOn ? now : null;
-    if (passed > APART) {
+    this.#last = continues ? now : null;
+    if (passed > MAX_INTERVAL) {
       this.#since = 0;
       return;
     }
     this.#mean += 0.25 * (passed - this.#mean);
     this.#since++;
-    if (this.#mean > SLOW && this.#since >= SLOW_COUNT) this.#go(this.#mean > CRAWL ? 2 : 1);
-    else if (this.#mean < FAST && this.#since >= FAST_COUNT) this.#go(-1);
+    if (this.#mean > SLOW && this.#since >= SLOW_COUNT) this.#change(this.#mean > VERY_SLOW ? 2 : 1);
+    else if (this.#mean < FAST && this.#since >= FAST_COUNT) this.#change(-1);
   }
-  #go(by) {
+  #change(by) {
     this.#step = Math.min(Math.max(this.#step + by, 0), STEPS.length - 1);
     this.#since = 0;
   }
 
-  /** hurried: while something moves. */
-  ratio(devicePixelRatio, hurried) {
+  /** moving: during playback and movements. */
+  ratio(devicePixelRatio, moving) {
     const ratio = Math.min(devicePixelRatio, FIXED[this.quality] ?? MOST);
-    return hurried ? ratio * this.scale : ratio;
+    return moving ? ratio * this.scale : ratio;
   }
 }

@@ -1,16 +1,16 @@
-// The picture: a canvas, its renderer, and when they draw. Nothing is drawn, and no picture of the screen is waited for,
-// while nothing changes.
+// The canvas, its renderer, and when they draw. Nothing is drawn, and no animation frame is requested, while nothing
+// changes.
 
-import { Resolution } from "./resolution.js";
-import { dot } from "./navigation/vectors.js";
 import { Renderer } from "./renderer/index.js";
+import { Resolution } from "./resolution.js";
+import { dot } from "./vectors.js";
 
-/** Milliseconds after which what stands still is drawn as finely as can be. */
+/** Milliseconds without movement after which the picture is drawn at full resolution. */
 const REST = 180;
-/** Of the scene's size. */
+/** Length of frusta, relative to the scene's size. */
 const FRUSTUM = 0.28;
 
-/** The largest of 1, 2, 5, 10, 20, ... that is not above it. */
+/** The largest of 1, 2, 5, 10, 20, ... that is not greater than x. */
 function roundDown(x) {
   const power = 10 ** Math.floor(Math.log10(x));
   return power * [5, 2, 1].find((digit) => digit * power <= x * (1 + 1e-9));
@@ -29,7 +29,7 @@ export class Stage extends EventTarget {
   #renderer;
   #asked = 0;
   #settle = null;
-  #frame = null; // of the frame on screen: {cameras}
+  #frame = null; // {cameras} of the frame on screen
   #ground = null;
   #empty = true;
   #outlined = { cameras: null, without: null, found: null };
@@ -103,10 +103,10 @@ export class Stage extends EventTarget {
     this.#ground = { centre: centre.map((x, i) => x - down * up[i]), up, extent, step };
     this.dispatchEvent(new Event("begin"));
   }
-  /** Another source: the next frame tells where to look from. */
+  /** Another source: the next frame defines the first view. */
   forget() {
     this.#empty = true;
-    // What is on it is of the former source.
+    // The canvas shows the former source.
     this.#canvas.classList.add("empty");
     this.setBackgrounds([]);
   }
@@ -116,7 +116,7 @@ export class Stage extends EventTarget {
     if (await this.#renderer.setBackgrounds(backgrounds)) this.wake();
   }
 
-  /** surface, line: elements whose colours are those of what is empty, and of the grid. */
+  /** surface, line: elements whose background colours are those of the empty scene and of the grid. */
   readColours(surface, line) {
     this.#colours = {
       clear: readColour(getComputedStyle(surface).backgroundColor),
@@ -138,25 +138,25 @@ export class Stage extends EventTarget {
     this.#asked = 0;
     const plays = this.#media.tick();
     const moves = this.#navigator.step(now);
-    const goesOn = plays || moves;
-    this.resolution.observe(now, goesOn);
-    if (!this.#empty) this.#draw(goesOn);
-    if (goesOn) this.wake();
+    const continues = plays || moves;
+    this.resolution.observe(now, continues);
+    if (!this.#empty) this.#draw(continues);
+    if (continues) this.wake();
   }
 
-  #draw(hurried) {
+  #draw(moving) {
     clearTimeout(this.#settle);
     this.#settle = null;
     const { clientWidth, clientHeight } = this.#canvas;
     const finest = this.resolution.ratio(devicePixelRatio, false);
-    const ratio = hurried ? this.resolution.ratio(devicePixelRatio, true) : finest;
+    const ratio = moving ? this.resolution.ratio(devicePixelRatio, true) : finest;
     const width = Math.max(1, Math.round(clientWidth * ratio));
     const height = Math.max(1, Math.round(clientHeight * ratio));
     this.#navigator.aspect = width / height;
     if (this.#renderer.draw(this.#navigator.view(width, height), this.#drawing()))
       this.#canvas.classList.remove("empty");
-    // One picture more, when it has been still for a while.
-    if (hurried && ratio < finest) this.#settle = setTimeout(() => this.wake(), REST);
+    // Another picture at full resolution after a while without movement.
+    if (moving && ratio < finest) this.#settle = setTimeout(() => this.wake(), REST);
   }
 
   #drawing() {
@@ -172,7 +172,7 @@ export class Stage extends EventTarget {
     };
   }
 
-  /** Without the one that is looked through: it would frame everything. The same array while nothing changes. */
+  /** Without the camera of the view, whose frustum would enclose the picture. The same array while nothing changes. */
   #outlines() {
     const { cameras } = this.#frame;
     const without = this.#navigator.camera;

@@ -1,8 +1,8 @@
 import { Camera } from "@fvv/decoder";
 
-/** World -> view: R x + t, x right, y down, z forward; the rest in pixels, whose centres are at +0.5. */
+/** World -> view: R x + t, x right, y down, z forward. Other values in pixels; pixel centres are at +0.5. */
 export interface View {
-  /** Row-major, 9. */
+  /** Row-major, 9 numbers. */
   rotation: readonly number[];
   translation: readonly number[];
   fx: number;
@@ -24,6 +24,6 @@ export function viewFromPose(pose: {
   width: number;
   height: number;
 }): View;
-/** Without the camera's lens; the whole of its picture fits into width x height. */
+/** Without lens distortion; the camera's whole picture fits into width x height. */
 export function viewFromCamera(camera: Camera, width?: number, height?: number): View;
 export function eyeOf(view: View): [number, number, number];

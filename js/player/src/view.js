@@ -1,20 +1,18 @@
-// Where the viewer stands and what of the world the picture shows: a pinhole camera in the conventions of the format, world ->
-// view, x right, y down, z forward, pixel centres at +0.5.
+// The viewer as a pinhole camera in the conventions of the format: world -> view, x right, y down, z forward, pixel centres
+// at +0.5.
 
-const minus = (a, b) => a.map((x, i) => x - b[i]);
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+import { cross, dot, length, subtract } from "./vectors.js";
 
-function normalised(a, what) {
-  const length = Math.hypot(...a);
-  if (!(length > 1e-12)) throw new RangeError(what);
-  return a.map((x) => x / length);
+function direction(a, problem) {
+  const size = length(a);
+  if (!(size > 1e-12)) throw new RangeError(problem);
+  return a.map((x) => x / size);
 }
 
 /** eye looks at target; fov: vertical, radians; width, height: of the picture in pixels. */
 export function viewFromPose({ eye, target, up, fov, width, height }) {
-  const z = normalised(minus(target, eye), "eye and target are the same point");
-  const x = normalised(cross(z, normalised(up, "up has no length")), "up points along the line of sight");
+  const z = direction(subtract(target, eye), "eye and target are the same point");
+  const x = direction(cross(z, direction(up, "up has no length")), "up points along the line of sight");
   const y = cross(z, x);
   const focal = height / (2 * Math.tan(fov / 2));
   const translation = [x, y, z].map((row) => -dot(row, eye));
@@ -31,8 +29,8 @@ export function viewFromPose({ eye, target, up, fov, width, height }) {
 }
 
 /**
- * What a camera of the stream sees, without the distortion of its lens and its skew: the whole of its picture, as large as it
- * fits into width x height, in the middle.
+ * The view of a camera of the stream, without its lens distortion and skew: its whole picture, centred in width x height and
+ * as large as possible.
  */
 export function viewFromCamera(camera, width = camera.width, height = camera.height) {
   const scale = Math.min(width / camera.width, height / camera.height);
@@ -48,7 +46,7 @@ export function viewFromCamera(camera, width = camera.width, height = camera.hei
   };
 }
 
-/** Where the viewer stands in the world. */
+/** The position of the viewer in the world. */
 export function eyeOf({ rotation: r, translation: t }) {
   return [0, 1, 2].map((i) => -(r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2]));
 }

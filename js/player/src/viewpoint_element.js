@@ -1,7 +1,9 @@
-// The part of the element that media without free viewpoints have not: where one looks from, in the manner of
-// <model-viewer>, the cameras of the stream, and how the scene is shown.
+// The part of the element for free viewpoints: the view, in the manner of <model-viewer>, the cameras of the stream, and the
+// drawing options.
 
 import { MediaElement } from "./media_element.js";
+import { Navigator } from "./navigation/navigator.js";
+import { isPose, orbitOf, poseFromOrbit } from "./navigation/pose.js";
 import {
   formatFieldOfView,
   formatOrbit,
@@ -9,10 +11,8 @@ import {
   parseFieldOfView,
   parseOrbit,
   parseTarget,
-} from "./navigation/attributes.js";
-import { Navigator } from "./navigation/navigator.js";
-import { isPose, orbitOf, poseFromOrbit } from "./navigation/pose.js";
-import { MODES } from "./renderer/surface_shaders.js";
+} from "./navigation/view_text.js";
+import { MODES } from "./renderer/surface.js";
 import { QUALITIES } from "./resolution.js";
 
 const SHOW_CAMERAS = ["none", "frusta", "pictures"];
@@ -22,17 +22,17 @@ export class ViewpointElement extends MediaElement {
   _navigator = new Navigator(() => this._stage?.wake());
   _stage = null;
   #selected = null;
-  /** What the stage draws, also before there is one. */
+  /** Drawing options, kept also while there is no stage. */
   #drawing = { visibleBy: "auto", soft: 0, unseen: null, shadows: true, environment: true, grid: true, cameras: null };
   #showCameras = "none";
 
-  /** Where one looks from at first: the stream's own view, but for what attributes say. */
+  /** The first view: the stream's own view, overridden by attributes. */
   get _firstPose() {
     const { home, axes } = this._navigator;
-    const say = (name, parse, auto) => (this.hasAttribute(name) && parse(this.getAttribute(name), auto)) || auto;
-    const orbit = say("camera-orbit", parseOrbit, orbitOf(home, axes));
-    const target = say("camera-target", parseTarget, home.target);
-    return poseFromOrbit(orbit, target, say("field-of-view", parseFieldOfView, home.fov), axes);
+    const valueOf = (name, parse, auto) => (this.hasAttribute(name) && parse(this.getAttribute(name), auto)) || auto;
+    const orbit = valueOf("camera-orbit", parseOrbit, orbitOf(home, axes));
+    const target = valueOf("camera-target", parseTarget, home.target);
+    return poseFromOrbit(orbit, target, valueOf("field-of-view", parseFieldOfView, home.fov), axes);
   }
 
   get cameraOrbit() {
@@ -53,7 +53,7 @@ export class ViewpointElement extends MediaElement {
   set fieldOfView(text) {
     this.setAttribute("field-of-view", text);
   }
-  /** What the attributes would have to say for the view as it is. */
+  /** The values of the attributes for the current view. */
   getCameraAttributes() {
     const { pose, axes } = this._navigator;
     return {
@@ -67,27 +67,29 @@ export class ViewpointElement extends MediaElement {
     const { eye, target, up, fov } = this._navigator.pose;
     return { eye: [...eye], target: [...target], up: [...up], fov };
   }
-  /** What is left out stays. duration: seconds. Promises whether it arrived: a hand may take over. */
+  /** Omitted fields are kept. duration: seconds. Resolves to false if the user interrupts the movement. */
   setPose(pose, { duration = 0 } = {}) {
     const whole = { ...this.getPose(), ...pose };
     if (!isPose(whole))
-      throw new TypeError("a pose is {eye, target, up, fov}: three numbers each, and radians below pi");
+      throw new TypeError(
+        "pose: expected {eye, target, up, fov}: three vectors of three numbers, and radians below pi",
+      );
     return this._navigator.goTo(whole, duration);
   }
   resetView({ duration = 0 } = {}) {
     return this._navigator.goTo(this._firstPose, duration);
   }
-  /** Looks through a camera of the stream. */
+  /** Moves to the view of a camera of the stream. */
   snapToCamera(id, { duration = 0 } = {}) {
     const camera = this.cameras.find((one) => one.id === id && one.calibrated);
-    if (!camera) throw new RangeError(`there is no calibrated camera ${id} in this frame`);
+    if (!camera) throw new RangeError(`no calibrated camera ${id} in this frame`);
     return this._navigator.lookThrough(camera, duration);
   }
-  /** Identifier of the camera that is looked through, or null. */
+  /** Identifier of the camera of the view, or null. */
   get camera() {
     return this._navigator.camera;
   }
-  /** As they are in the frame on screen. */
+  /** The cameras as they are in the frame on screen. */
   get cameras() {
     return this._stage?.cameras ?? [];
   }
@@ -113,7 +115,7 @@ export class ViewpointElement extends MediaElement {
     this.setAttribute("quality", quality);
   }
 
-  /** The stage is there: it draws what has been chosen. */
+  /** Applies the drawing options to the stage. */
   _chooseDrawing() {
     const how = this.#showCameras;
     const outlines = { frusta: how !== "none", picturePlanes: how === "pictures", selected: this.#selected };
@@ -136,7 +138,7 @@ export class ViewpointElement extends MediaElement {
   set soft(soft) {
     this.#choose({ soft });
   }
-  /** 0xRRGGBB, or null: as the stream says. */
+  /** 0xRRGGBB, or null: the stream's value. */
   get unseen() {
     return this.#drawing.unseen;
   }
@@ -161,7 +163,7 @@ export class ViewpointElement extends MediaElement {
   set grid(grid) {
     this.#choose({ grid });
   }
-  /** Identifiers of those that may give colours, or null for all. */
+  /** Identifiers of the cameras that may give colours; null: all. */
   get colourCameras() {
     return this.#drawing.cameras;
   }
@@ -172,7 +174,7 @@ export class ViewpointElement extends MediaElement {
     return this.#showCameras;
   }
   set showCameras(how) {
-    if (!SHOW_CAMERAS.includes(how)) throw new TypeError(`showCameras is one of ${SHOW_CAMERAS.join(", ")}`);
+    if (!SHOW_CAMERAS.includes(how)) throw new TypeError(`showCameras: expected one of ${SHOW_CAMERAS.join(", ")}`);
     this.#showCameras = how;
     this._chooseDrawing();
   }

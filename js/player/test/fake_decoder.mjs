@@ -1,22 +1,22 @@
-// A decoder whose frames are numbers, and a media element on it whose time goes by hand. What is decoded takes as long
-// as the test says.
+// A fake decoder whose frames are numbers, and a media element with a simulated clock. The test sets the duration of
+// decoding and showing.
 
 import { Media } from "../src/playback/media.js";
 
 const RATE = 25;
 const GROUP = 10;
 
-export class FakeDecoder extends EventTarget {
+class FakeDecoder extends EventTarget {
   #next = 0;
   #place = 0;
   inWorker = true;
   configuration = null;
   closed = false;
 
-  /** run: frames after which times begin at 0 again. */
-  constructor(world, { count = 50, seekable = true, run = Infinity } = {}) {
+  /** restartAfter: number of frames after which times restart at 0. */
+  constructor(world, { count = 50, seekable = true, restartAfter = Infinity } = {}) {
     super();
-    Object.assign(this, { world, count, seekable, run, frameCount: seekable ? count : null });
+    Object.assign(this, { world, count, seekable, restartAfter, frameCount: seekable ? count : null });
     this.groups = seekable
       ? Array.from({ length: Math.ceil(count / GROUP) }, (_, i) => ({
           start: BigInt(i * GROUP),
@@ -35,16 +35,16 @@ export class FakeDecoder extends EventTarget {
     const number = this.#next++;
     const place = this.#place;
     if (world.decodeMs > 0) await world.wait(world.decodeMs);
-    // A worker that is told to seek answers with what is there.
+    // After a seek the worker responds with frames of the new place.
     if (place !== this.#place) return this.next();
-    // Live: not before it was made.
+    // Live: not before it was captured.
     if (this.madeAt) await world.waitUntil(this.madeAt(number));
     world.open++;
     world.mostOpen = Math.max(world.mostOpen, world.open);
     let closed = false;
     return {
       number,
-      seconds: (number % this.run) / RATE,
+      seconds: (number % this.restartAfter) / RATE,
       duration: 1 / RATE,
       decodeMs: 1,
       samples: [{}],
@@ -65,17 +65,17 @@ export class FakeDecoder extends EventTarget {
   async stats() {
     return { bytesRead: 100 * this.#next, memoryBytes: 1, queued: 0 };
   }
-  /** What the test says. */
-  heldTimes = [];
-  async held() {
-    return this.heldTimes;
+  /** Set by tests. */
+  bufferedTimes = [];
+  async buffered() {
+    return this.bufferedTimes;
   }
   close() {
     this.closed = true;
   }
 }
 
-/** Time in steps of 4 ms; everything that is due happens in between. */
+/** The simulated clock: advances in steps of 4 ms and runs timers that are due. */
 export class World {
   now = 0;
   decodeMs = 0;
@@ -83,7 +83,7 @@ export class World {
   open = 0;
   mostOpen = 0;
   seeks = 0;
-  /** Whether the picture of a frame is lost. */
+  /** lost(number): whether the picture of a frame is lost. */
   lost = () => false;
   shown = [];
   events = [];
@@ -121,11 +121,11 @@ export class World {
   wait(milliseconds) {
     return this.waitUntil(this.now + milliseconds);
   }
-  /** Promises of this moment. */
+  /** Lets all pending promises settle. */
   async settle() {
     for (let i = 0; i < 3; i++) await new Promise((done) => setImmediate(done));
   }
-  async run(milliseconds) {
+  async advance(milliseconds) {
     const end = this.now + milliseconds;
     await this.settle();
     while (this.now < end) {
@@ -147,11 +147,11 @@ export class World {
   }
 }
 
-/** A media element that shows the first frame. */
+/** A media element that has shown the first frame. */
 export async function ready(options) {
   const world = new World();
   const media = world.media(options);
   media.load("clip", options);
-  await world.run(40);
+  await world.advance(40);
   return { world, media };
 }

@@ -1,5 +1,5 @@
-// A live stream of fvvserve in Chromium and Firefox: it goes on while one walks around a moment that stands still, and the
-// player is where it goes on soon afterwards.
+// A live stream of fvvserve in Chromium and Firefox: it continues while the player is paused and the view moves, and the
+// player catches up afterwards.
 
 import assert from "node:assert/strict";
 import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
@@ -10,7 +10,7 @@ import { after, before, describe, test } from "node:test";
 
 import { missingBrowser } from "../../testing/browser.mjs";
 import { tool } from "../../testing/served.mjs";
-import { handsOn, openPage } from "./hands.mjs";
+import { drivePage, openPage } from "./page_driver.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
@@ -36,10 +36,10 @@ for (const name of ["chromium", "firefox"])
       page = opened.page;
     });
     after(() => opened?.close());
-    const { ask, until, screen, control, click, press, colourful, orbit } = handsOn(() => page, screens, name);
+    const { ask, until, screen, control, click, press, colourful, orbit } = drivePage(() => page, screens, name);
     const badge = () => ask((part) => window.player.shadowRoot.querySelector(part).textContent, control("live"));
 
-    test("plays what is sent, stands still, and catches up", async () => {
+    test("plays, pauses, and catches up", async () => {
       await until(() => "player" in window);
       // The address of a live stream depends on the port.
       await ask(() => {
@@ -56,8 +56,8 @@ for (const name of ["chromium", "firefox"])
       const [frame, [azimuth]] = [await ask(() => window.player.currentFrame), await orbit()];
       await press("ArrowLeft");
       await wait(1500);
-      assert.notEqual((await orbit())[0], azimuth, "nothing turns");
-      assert.equal(await ask(() => window.player.currentFrame), frame, "the moment does not stand still");
+      assert.notEqual((await orbit())[0], azimuth, "the view does not move");
+      assert.equal(await ask(() => window.player.currentFrame), frame, "the frame changes during the pause");
       assert.ok((await ask(() => window.player.liveLatency)) > 1.2);
       await until(
         (part) => /^Live \u2212[1-9] s$/.test(window.player.shadowRoot.querySelector(part).textContent),
@@ -71,19 +71,19 @@ for (const name of ["chromium", "firefox"])
       });
       await press("k");
       await until(() => !window.player.paused && window.player.liveLatency < 0.6 && window.shownFrames.length > 8);
-      // From where it stood, each soon after the one before: a leap would pass over the nine that have come meanwhile.
+      // From the paused frame on, without gaps: skipping would pass over the nine frames that have arrived meanwhile.
       const steps = (await ask(() => window.shownFrames))
         .slice(0, 8)
         .map((shown, i, all) => shown - (all[i - 1] ?? frame));
       assert.ok(
         steps.every((step) => step > 0 && step < 6),
-        `it leaps, and does not run: ${steps}`,
+        `it skips instead of catching up: ${steps}`,
       );
-      // The bar is drawn anew a moment after.
+      // The bar is updated a moment later.
       await until((part) => window.player.shadowRoot.querySelector(part).textContent === "Live", control("live"));
     });
 
-    test("goes live at once when it is asked to", async () => {
+    test("goes live immediately on request", async () => {
       await press("k");
       await wait(1500);
       assert.ok((await ask(() => window.player.liveLatency)) > 1.2);

@@ -1,31 +1,40 @@
-// Where one looks from: turning, travelling, looking through cameras, and how all that is written.
+// Navigation: rotations, journeys, views of cameras, and their text forms.
 
 import assert from "node:assert/strict";
 import { describe, test } from "node:test";
 
+import { commandOf, MovementKeys, keepsKey, takesText } from "../src/navigation/keys.js";
+import { Navigator } from "../src/navigation/navigator.js";
 import {
+  axesOf,
+  between,
+  directionsOf,
+  fromSpherical,
+  homePose,
+  orbit,
+  poseOfCamera,
+  toSpherical,
+} from "../src/navigation/pose.js";
+import {
+  findInHash,
+  formatBookmark,
   formatFieldOfView,
   formatOrbit,
   formatTarget,
+  parseBookmark,
   parseFieldOfView,
   parseOrbit,
   parseTarget,
-} from "../src/navigation/attributes.js";
-import { axesOf, fromSpherical, toSpherical } from "../src/navigation/axes.js";
-import { findInHash, formatBookmark, parseBookmark, putIntoHash } from "../src/navigation/bookmark.js";
-import { homePose } from "../src/navigation/framing.js";
-import { commandOf, keepsKey, takesText } from "../src/navigation/keys.js";
-import { HeldKeys } from "../src/navigation/held_keys.js";
-import { Navigator } from "../src/navigation/navigator.js";
-import { between, directionsOf, orbit, poseOfCamera } from "../src/navigation/pose.js";
+  putIntoHash,
+} from "../src/navigation/view_text.js";
+import { dot, length, subtract } from "../src/vectors.js";
 import { viewFromPose } from "../src/view.js";
-import { dot, length, subtract } from "../src/navigation/vectors.js";
 
 function assertClose(found, wanted, tolerance = 1e-6) {
   found.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) < tolerance, `${found} is not ${wanted}`));
 }
 
-/** Stands at 5 m in front, a little to the side and rolled, and looks at the middle. */
+/** A camera 5 m in front of the middle, a little to the side and rolled, looking at the middle. */
 const camera = {
   id: 7,
   calibrated: true,
@@ -71,13 +80,13 @@ describe("axes", () => {
       const offset = [1, 2, 3];
       assertClose(fromSpherical(axes, toSpherical(axes, offset)), offset);
     });
-  test("unknown: cameras stand upright", () => {
+  test("unknown: cameras are upright", () => {
     const { up } = axesOf("unknown", [upright, camera]);
     assertClose(up, [-0.6 / Math.hypot(0.6, 1.8), 1.8 / Math.hypot(0.6, 1.8), 0]);
   });
 });
 
-test("the first view has the whole scene in it, from the side of the first camera", () => {
+test("the first view shows the whole scene from the direction of the first camera", () => {
   const axes = axesOf("y", []);
   const extent = { centre: [0, 1, 0], radius: 2, low: [-2, 0, -1], high: [2, 2, 1] };
   for (const aspect of [16 / 9, 0.5]) {
@@ -95,7 +104,7 @@ test("the first view has the whole scene in it, from the side of the first camer
   }
 });
 
-test("orbits keep their distance, stay level and stop short of the poles", () => {
+test("orbits keep their distance, stay level and avoid the poles", () => {
   const axes = axesOf("z", []);
   const pose = { eye: [0, -4, 1], target: [0, 0, 1], up: [0, 0, 1], fov: 0.8 };
   const turned = orbit(pose, { theta: Math.PI / 2, phi: 0 }, axes);
@@ -105,7 +114,7 @@ test("orbits keep their distance, stay level and stop short of the poles", () =>
   assert.ok(length(subtract([above.eye[0], above.eye[1], 0], [0, 0, 0])) > 0.05);
 });
 
-test("journeys go around what is looked at, the short way", () => {
+test("journeys go around the target, the short way", () => {
   const axes = axesOf("y", []);
   const at = (degrees) => {
     const angle = (degrees * Math.PI) / 180;
@@ -121,7 +130,7 @@ test("journeys go around what is looked at, the short way", () => {
 });
 
 describe("navigator", () => {
-  test("what hands ask for is done smoothly, and all of it", () => {
+  test("movements by the user are smooth and complete", () => {
     const made = navigator();
     const before = toSpherical(made.axes, subtract(made.pose.eye, made.pose.target));
     made.orbitBy(0.5, 0.1);
@@ -133,7 +142,7 @@ describe("navigator", () => {
     assertClose([after.theta, after.phi, after.radius], [before.theta + 0.5, before.phi + 0.1, before.radius]);
     assert.equal(made.source, "user");
   });
-  test("at once for who asked for calm", () => {
+  test("at once with reduced motion", () => {
     const made = navigator();
     made.calm = true;
     made.orbitBy(0.5, 0);
@@ -145,7 +154,7 @@ describe("navigator", () => {
     assert.equal(made.step(32), false);
     assertClose(made.pose.eye, [0, 1, 9]);
   });
-  test("nearer and further away, within limits", () => {
+  test("zoom within limits", () => {
     const made = navigator();
     made.dollyBy(-100);
     settle(made);
@@ -154,7 +163,7 @@ describe("navigator", () => {
     settle(made);
     assert.ok(length(subtract(made.pose.eye, made.pose.target)) <= made.limits.farthest * 1.001);
   });
-  test("a journey takes its time, and ends where a hand takes over", async () => {
+  test("a journey has a duration, and ends when the user moves", async () => {
     const made = navigator();
     const goal = { eye: [5, 1, 0], target: [0, 1, 0], up: [0, 1, 0], fov: 1 };
     const arrived = made.goTo(goal, 1);
@@ -169,7 +178,7 @@ describe("navigator", () => {
     made.panBy(0.1, 0);
     assert.equal(await left, false);
   });
-  test("looks through a camera exactly, and comes out of it level", async () => {
+  test("the view of a camera is exact, and becomes level after it", async () => {
     const made = navigator();
     made.lookThrough(camera, 0.5);
     assert.equal(made.camera, 7);
@@ -186,7 +195,7 @@ describe("navigator", () => {
     assertClose([free.cx, free.cy], [320, 240], 1e-9);
     assert.ok(Math.abs(free.rotation[1]) < 0.05, `rolled: ${free.rotation}`);
   });
-  test("a camera that moves takes along who looks through it", () => {
+  test("the view follows a moving camera", () => {
     const made = navigator();
     made.lookThrough(camera, 0);
     settle(made);
@@ -240,7 +249,7 @@ describe("keys", () => {
     assert.equal(commandOf({ key: "f", ctrlKey: true }), null);
     assert.equal(commandOf({ key: "z" }), null);
   });
-  test("what is typed stays where it is typed", () => {
+  test("typed keys stay in text inputs", () => {
     for (const type of ["text", "search", "number", "email"]) assert.ok(takesText({ tagName: "INPUT", type }));
     assert.ok(takesText({ tagName: "TEXTAREA" }));
     assert.ok(takesText({ tagName: "DIV", isContentEditable: true }));
@@ -252,10 +261,10 @@ describe("keys", () => {
     assert.ok(keepsKey({ tagName: "INPUT", type: "range" }, "arrowleft"));
     assert.ok(!keepsKey({ tagName: "DIV" }, "arrowleft"));
   });
-  test("a touch moves a little, holding goes on until the key is let go", (t) => {
+  test("a tap moves a little, holding moves until the key is released", (t) => {
     t.mock.timers.enable({ apis: ["setTimeout"] });
     const made = navigator();
-    const keys = new HeldKeys(made);
+    const keys = new MovementKeys(made);
     const theta = () => toSpherical(made.axes, subtract(made.pose.eye, made.pose.target)).theta;
     const key = { code: "ArrowRight", key: "ArrowRight" };
     const before = theta();

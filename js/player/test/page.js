@@ -1,4 +1,4 @@
-// One player, and a record of the events of media elements that it tells of.
+// One player, and a record of its events.
 
 import "@fvv/player";
 

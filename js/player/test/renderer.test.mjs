@@ -1,4 +1,4 @@
-// The renderer in Chromium and in Firefox, against pictures that fvvrender makes of the same frames.
+// The renderer in Chromium and in Firefox, compared with pictures of fvvrender of the same frames.
 
 import assert from "node:assert/strict";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -9,12 +9,11 @@ import { after, before, describe, test } from "node:test";
 import { missingBrowser } from "../../testing/browser.mjs";
 import { tool } from "../../testing/served.mjs";
 import { compareFile } from "../conformance/compare.mjs";
-import { posesOf } from "../conformance/poses.mjs";
-import { Session } from "../conformance/session.mjs";
+import { posesOf, Session } from "../conformance/session.mjs";
 
 /** dB away from outlines, and percent of cameras and pixels. */
 const LEAST_PSNR = 40;
-/** Where one camera alone colours a place, or a strong colour none, seams are as sharp as outlines. */
+/** With one camera per point, or a strong colour for unseen surface, seams are as sharp as outlines. */
 const LEAST_PSNR_SEAMS = 35;
 const LEAST_AGREEMENT = 99.5;
 const size = [480, 270];
@@ -30,12 +29,12 @@ function makeStreams() {
   mux("studio", "studio", "--visibility", "face");
   synth("many", "--rig", "small", "--cameras", "40", "--frames", "1", "--size", "160x120");
   mux("many", "many", "--visibility", "face", "--codec", "jpeg", "--quality", "90");
-  // Of so few pixels that a thousand faces do: all its shares fit into one row of their texture.
+  // A thousand faces, so that all visibility weights fit into one row of their texture.
   synth("few", "--rig", "small", "--cameras", "4", "--frames", "1", "--size", "160x120");
   mux("few", "few", "--visibility", "vertex", "--codec", "vp9");
-  const told = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
-  mux("studio", "told", "--visibility", "face", "--no-background", "--frames", "0-0", ...told);
-  // The same scene, as if its longest side were so many metres.
+  const texturing = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
+  mux("studio", "texturing", "--visibility", "face", "--no-background", "--frames", "0-0", ...texturing);
+  // The same scene, scaled so that its longest side has this length.
   const capture = JSON.parse(readFileSync(at("studio/capture.json"), "utf8"));
   delete capture.background;
   for (const metres of scales) {
@@ -45,28 +44,28 @@ function makeStreams() {
   }
 }
 
-/** How many pixels have that colour. */
+/** The number of pixels of a colour. */
 function countOf([r, g, b], { data }) {
   let count = 0;
   for (let i = 0; i < data.length; i += 4) count += data[i] === r && data[i + 1] === g && data[i + 2] === b;
   return count;
 }
 
-/** Brightness of a picture, its mean over all pixels. */
+/** The mean brightness of a picture. */
 function brightness({ data }) {
   let sum = 0;
   for (let i = 0; i < data.length; i += 4) sum += data[i] + data[i + 1] + data[i + 2];
   return sum / (0.75 * data.length);
 }
 
-async function assertOutlivesLoss(session, stream) {
+async function assertSurvivesLoss(session, stream) {
   const facts = await session.show(at(`${stream}.fvv`), 0);
   const [pose] = posesOf(1, facts, size);
   const before = await session.draw(pose, size, {});
   assert.ok(brightness(before) > 2, "the picture is black");
   await session.page.evaluate(() => window.loseContext());
-  const behind = await session.draw(pose, size, {});
-  assert.ok(before.data.equals(behind.data));
+  const restored = await session.draw(pose, size, {});
+  assert.ok(before.data.equals(restored.data));
 }
 
 before(makeStreams);
@@ -79,7 +78,7 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
 
   const drawOnly = (pose, options) =>
     session.page.evaluate((where, what) => window.drawOnly(where, what), pose, options);
-  /** As viewFromPose takes them, from all around. */
+  /** Arguments of viewFromPose, from an angle around the scene. */
   const around = (angle) => ({
     eye: [5 * Math.sin(angle), 1.6, 5 * Math.cos(angle)],
     target: [0, 0.9, 0],
@@ -101,21 +100,21 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
     assert.deepEqual(session.browser.troubles, []);
   }
 
-  test("draws what fvvrender draws, by bits and by depth maps", async () =>
+  test("draws the same as fvvrender, by bits and by depth maps", async () =>
     assertAlike(await compareFile(session, at("studio.fvv"), { frame: 1, poses: 5, size }), ["bits", "depth"]));
 
-  test("draws what fvvrender draws of few faces, by bits of vertices", async () =>
+  test("draws the same as fvvrender for few faces, by vertex bits", async () =>
     assertAlike(await compareFile(session, at("few.fvv"), { poses: 2, size }), ["bits", "depth"]));
 
-  test("mixes as the stream says, and otherwise where that is asked for", async () => {
-    const lines = await compareFile(session, at("told.fvv"), { poses: 3, size });
+  test("texturing parameters of the stream, and overrides", async () => {
+    const lines = await compareFile(session, at("texturing.fvv"), { poses: 3, size });
     assertAlike(lines, ["bits", "depth"], LEAST_PSNR_SEAMS);
-    const facts = await session.show(at("told.fvv"), 0);
+    const facts = await session.show(at("texturing.fvv"), 0);
     const [pose] = posesOf(1, facts, size);
-    const said = await session.draw(pose, size, { best: 1, threshold: 0.5 });
-    assert.ok(said.data.equals((await session.draw(pose, size, {})).data));
+    const explicit = await session.draw(pose, size, { best: 1, threshold: 0.5 });
+    assert.ok(explicit.data.equals((await session.draw(pose, size, {})).data));
     for (const own of [{ best: 3 }, { threshold: 0.25 }])
-      assert.ok(!said.data.equals((await session.draw(pose, size, own)).data), JSON.stringify(own));
+      assert.ok(!explicit.data.equals((await session.draw(pose, size, own)).data), JSON.stringify(own));
     for (const mode of ["textured", "weights"]) {
       const hidden = { mode, cameras: [] };
       const [theirs, own] = [
@@ -128,14 +127,14 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
   });
 
   for (const metres of scales)
-    test(`sees what rays see, in a scene of ${metres} m`, async () => {
+    test(`visibility agrees with ray casting, in a scene of ${metres} m`, async () => {
       const lines = await compareFile(session, at(`scale${metres}.fvv`), { poses: 2, size, rays: true });
       assertAlike(lines, ["depth"]);
       const [{ agreementPercent }] = lines;
       assert.ok(agreementPercent > LEAST_AGREEMENT, `${agreementPercent.toFixed(2)} % as rays`);
     });
 
-  test("draws maps of depth and shadow once for a frame, and nothing twice", async () => {
+  test("draws depth and shadow maps once per frame, and no picture twice", async () => {
     await session.show(at("studio.fvv"), 0);
     const first = await drawOnly(around(0), { visibleBy: "depth" });
     const { views } = await session.show(at("studio.fvv"), 0);
@@ -152,13 +151,13 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
     }
     const same = await drawOnly(around(3), { visibleBy: "depth" });
     assert.equal(same.drew, false);
-    // A camera that gives no colours any more costs a table and no maps.
+    // Switching off a camera updates the table but no maps.
     const without = await drawOnly(around(3), { visibleBy: "depth", cameras: [1, 2] });
     assert.equal(without.drew, true);
     assert.equal(without.depthPasses, again.depthPasses);
   });
 
-  test("has as many samplers for 40 cameras as for 12", async () => {
+  test("has the same number of samplers for 40 cameras as for 12", async () => {
     await session.show(at("studio.fvv"), 0);
     const few = await drawOnly(around(0), { visibleBy: "both" });
     const { views } = await session.show(at("many.fvv"), 0);
@@ -176,12 +175,12 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
   });
 
   for (const stream of ["studio", "many"])
-    test(`draws the same when a context was lost: ${stream}`, async () => {
-      await assertOutlivesLoss(session, stream);
-      session.browser.troubles.splice(0); // Chromium tells of the loss
+    test(`draws the same after the loss of a context: ${stream}`, async () => {
+      await assertSurvivesLoss(session, stream);
+      session.browser.troubles.splice(0); // Chromium reports the loss
     });
 
-  test("knows how browsers make RGB of replicated chroma", async () => {
+  test("computes RGB from replicated chroma as browsers do", async () => {
     for (const matrix of ["bt709", "smpte170m", "bt470bg", "bt2020-ncl"])
       for (const fullRange of [false, true]) {
         const share = await session.page.evaluate((...colours) => window.replicate(...colours), matrix, fullRange);
@@ -207,13 +206,13 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
     pictures.forEach((picture, i) => {
       assert.ok(brightness(picture) > 1, `picture ${i} is black`);
       for (const other of pictures.slice(0, i))
-        assert.ok(!picture.data.equals(other.data), `picture ${i} is another's`);
+        assert.ok(!picture.data.equals(other.data), `picture ${i} equals another one`);
     });
     const [lit, shadowed] = [false, true].map((shadows) => session.draw(pose, size, { shadows }));
     const loss = brightness(await lit) - brightness(await shadowed);
     assert.ok(loss > 0.05 && loss < 10, `shadows take ${loss}`);
     await assert.rejects(session.draw(pose, size, { mode: "pretty" }), /mode: expected one of/);
-    await assert.rejects(session.draw(pose, size, { best: 9 }), /best: expected a whole number from 1 to 8/);
+    await assert.rejects(session.draw(pose, size, { best: 9 }), /best: expected .* 1 to 8/);
     await assert.rejects(session.draw(pose, size, { unseen: 2 ** 24 }), /unseen: expected a colour from 0 to 0xffffff/);
     assert.deepEqual(session.browser.troubles, []);
   });
@@ -224,9 +223,9 @@ describe("renderer in Firefox", { skip: missingBrowser("firefox") }, () => {
   before(async () => (session = await Session.open("firefox")));
   after(() => session?.close());
 
-  // It converts video itself, and what that lost has to be found again; JPEG it decodes as fvvrender does.
+  // Firefox converts video to RGB, which has to be undone; JPEG it decodes as fvvrender does.
   for (const [stream, frame] of Object.entries({ studio: 1, few: 0, many: 0 }))
-    test(`draws what fvvrender draws: ${stream}`, async () => {
+    test(`draws the same as fvvrender: ${stream}`, async () => {
       const lines = await compareFile(session, at(`${stream}.fvv`), { frame, poses: 2, size });
       assert.equal(lines.length, 2);
       for (const { visibleBy, minPsnr } of lines)
@@ -234,8 +233,8 @@ describe("renderer in Firefox", { skip: missingBrowser("firefox") }, () => {
       assert.deepEqual(session.browser.troubles, []);
     });
 
-  test("draws the same when a context was lost", async () => {
-    await assertOutlivesLoss(session, "studio");
+  test("draws the same after the loss of a context", async () => {
+    await assertSurvivesLoss(session, "studio");
     session.browser.troubles.splice(0);
   });
 });

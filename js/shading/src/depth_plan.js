@@ -1,16 +1,16 @@
-// Where the depth map of each camera stands in the layers of one texture, and how large these have to be. Maps are drawn
-// without the lens, wide enough for all that its tile shows.
+// Where the depth map of each camera is in the layers of one texture, and how large the layers have to be. Maps are drawn
+// without lens distortion, wide enough for everything that the camera's tile shows.
 
-/** Samples along a pixel of the tile, where there is room for them. */
+/** Samples along a pixel of the tile, if there is room for them. */
 const SAMPLES = 3;
-/** x / z and y / z: a lens that shows more than 76 degrees off its axis has no such map. */
+/** Limit of x / z and y / z: a lens that shows more than 76 degrees off its axis gets no map. */
 const WIDEST = 4;
 const BORDER_STEPS = 32;
-/** Of all maps together, four bytes each, unless somebody says otherwise. */
-const MOST_TEXELS = 2 ** 24;
-const LARGEST_SIDE = 4096;
+/** Default limit of all maps together; a texel has four bytes. */
+const MAX_TEXELS = 2 ** 24;
+const MAX_SIDE = 4096;
 
-/** Bounds of x / z and y / z that the border of a rectangle of the picture encloses, as the lens shows it. */
+/** Bounds of x / z and y / z inside the border of a rectangle of the picture, through the lens. */
 function fieldOf(camera, { x, y, width, height }) {
   const { rMax, lens } = camera;
   const rim = lens === "fisheye" ? Math.tan(Math.min(rMax, 1.5)) : rMax;
@@ -21,7 +21,7 @@ function fieldOf(camera, { x, y, width, height }) {
     field.top = Math.min(field.top, v);
     field.bottom = Math.max(field.bottom, v);
   };
-  const look = (u, v) => {
+  const addPixel = (u, v) => {
     const ray = camera.unproject(u, v);
     if (ray) return add(ray[0], ray[1]);
     add(-rim, -rim);
@@ -29,26 +29,26 @@ function fieldOf(camera, { x, y, width, height }) {
   };
   for (let i = 0; i <= BORDER_STEPS; i++) {
     const [u, v] = [x + (width * i) / BORDER_STEPS, y + (height * i) / BORDER_STEPS];
-    look(u, y);
-    look(u, y + height);
-    look(x, v);
-    look(x + width, v);
+    addPixel(u, y);
+    addPixel(u, y + height);
+    addPixel(x, v);
+    addPixel(x + width, v);
   }
   return field;
 }
 
-/** Layouts of groups differ a little: room that was made is kept. had: null, or {width, height, layers}. */
-export function depthSizes(wanted, had) {
-  const larger = (name) => Math.max(wanted[name], had?.[name] ?? 0);
+/** Layouts of groups differ slightly: sizes never shrink. former: null, or {width, height, layers}. */
+export function depthSizes(wanted, former) {
+  const larger = (name) => Math.max(wanted[name], former?.[name] ?? 0);
   return { width: larger("width"), height: larger("height"), layers: larger("layers") };
 }
 
 export class DepthPlan {
-  #mostTexels;
-  #fields = new WeakMap(); // camera -> {key, field}; cameras that stand still are the same object in every frame
+  #maxTexels;
+  #fields = new WeakMap(); // camera -> {key, field}; a camera that does not move is the same object in every frame
 
-  constructor(mostTexels = MOST_TEXELS) {
-    this.#mostTexels = mostTexels;
+  constructor(maxTexels = MAX_TEXELS) {
+    this.#maxTexels = maxTexels;
   }
 
   #field(camera, source) {
@@ -61,8 +61,8 @@ export class DepthPlan {
   }
 
   /**
-   * Gives every view that needs(view) one its place in the maps, view.depth. A layer belongs to the view of the same
-   * number. Answers the least size of them, {width, height, layers}, or null when there are none.
+   * Sets view.depth, the place in the maps, of every view for which needs(view) is true. Layer i belongs to view i.
+   * Returns the minimum size of the maps, {width, height, layers}, or null if no view needs one.
    */
   place(views, needs) {
     const wanted = [];
@@ -82,10 +82,10 @@ export class DepthPlan {
     const rows = Math.max(...wanted.map((one) => one.rows)) + 2;
     const samples = Math.min(
       SAMPLES,
-      Math.sqrt(this.#mostTexels / (views.length * columns * rows)),
-      LARGEST_SIDE / Math.max(columns, rows),
+      Math.sqrt(this.#maxTexels / (views.length * columns * rows)),
+      MAX_SIDE / Math.max(columns, rows),
     );
-    // A sample may be farther away than the tolerance allows for when there is less than one to a pixel.
+    // With less than one sample per pixel the tolerance has to cover a whole sample.
     const breadth = Math.max(1, 1 / samples);
     for (const { view, field, fx, fy, ...own } of wanted)
       view.depth = {

@@ -1,13 +1,13 @@
 import { Camera, Configuration, Frame, Mesh, Rect, Video } from "@fvv/decoder";
 
-export const MOST_VIEWS: number;
+export const MAX_VIEWS: number;
 /** Texels of a row of the table of views, four floats each. */
 export const VIEW_TEXELS: number;
-/** Texels of a row of the texture of shares, four bytes each. */
-export const SHARE_COLUMNS: number;
-export const MOST_SHARE_TEXELS: number;
+/** Texels of a row of the texture of visibility weights, four bytes each. */
+export const WEIGHT_COLUMNS: number;
+export const MAX_WEIGHT_TEXELS: number;
 
-/** Where a camera's depth map stands in its layer. */
+/** Where a camera's depth map is in its layer. */
 export interface DepthPlace {
   scale: [number, number];
   offset: [number, number];
@@ -15,13 +15,13 @@ export interface DepthPlace {
   breadth: [number, number];
 }
 
-/** A camera that gives colours: source is what its tile shows of its picture, place where the tile is in the texture. */
+/** A camera that gives colours. source: the part of its picture that its tile shows; place: where the tile is in the texture. */
 export interface View {
   camera: Camera;
   source: Rect;
   place: Rect;
   depth?: DepthPlace | null;
-  hasShares?: boolean;
+  hasVisibilityWeights?: boolean;
   off?: boolean;
 }
 
@@ -48,31 +48,31 @@ export function layoutOf(pictures: Picture[]): {
   height: number;
 };
 export function conversionOf(colour: Video["colour"]): { kr: number; kb: number; range: [number, number, number] };
-/** Uniforms of replicatedFragment and replicationFragment, beside those of conversionOf. */
+/** Uniforms of replicatedFragment and replicationFragment, in addition to those of conversionOf. */
 export function replicationOf(picture: Image): { mixing: number[]; luma: number[] };
-/** Whether browsers have converted pictures themselves, with the nearest sample of chroma; asked of each track until it is known. */
+/** Detects pictures that the browser has converted to RGB with the nearest chroma sample, for each track. */
 export class Replication {
-  /** test: draws the picture with replicationFragment and answers its pixels, RGBA. */
+  /** test: draws the picture with replicationFragment and returns its RGBA pixels. */
   isSeenIn(picture: Image, test: () => Uint8Array): boolean;
 }
 export function viewsOf(frame: Frame, places: Map<number, { x: number; y: number }>): View[];
 export function writeViews(views: View[], array: Float32Array): void;
-export function shareTexels(frame: Frame, mesh: Mesh, views: View[], most: number): number;
-export function packShares(views: View[], vertexCount: number, texels: number, bytes: Uint8Array): void;
+export function visibilityWeightTexels(frame: Frame, mesh: Mesh, views: View[], maxTexels: number): number;
+export function packVisibilityWeights(views: View[], vertexCount: number, texels: number, bytes: Uint8Array): void;
 export class DepthPlan {
-  /** Of all maps together, four bytes each. Default 2^24. */
-  constructor(mostTexels?: number);
+  /** Limit of all maps together; a texel has four bytes. Default 2^24. */
+  constructor(maxTexels?: number);
   place(views: View[], needs: (view: View) => boolean): LayerSizes | null;
 }
-export function depthSizes(wanted: LayerSizes, had: LayerSizes | null): LayerSizes;
+export function depthSizes(wanted: LayerSizes, former: LayerSizes | null): LayerSizes;
 
-/** Most cameras for a place that the shaders mix. */
-export const MOST_BEST: number;
-export function checkTexturing(own: { threshold?: number; best?: number; unseen?: number | null }): void;
-/** What the shaders' uniforms and BEST are: the stream's constants, but for those that are given. */
+/** Maximum number of cameras that the shaders mix at a point. */
+export const MAX_BEST: number;
+export function checkTexturing(overrides: { threshold?: number; best?: number; unseen?: number | null }): void;
+/** The values of the shaders' uniforms and of BEST: the stream's constants, unless overridden. */
 export function texturingOf(
   configuration: Configuration,
-  own?: { threshold?: number; best?: number; unseen?: number | null },
+  overrides?: { threshold?: number; best?: number; unseen?: number | null },
 ): {
   threshold: number;
   best: number;
@@ -82,11 +82,11 @@ export function texturingOf(
   tolerance: [number, number];
 };
 
-/** GLSL ES 3.00 without a version line: what each wants defined and named stands in its source. */
+/** GLSL ES 3.00 without a version line; the sources document the names that each needs. */
 export const projection: string;
 export const depthVertex: string;
 export const depthFragment: string;
-export const sharesVertex: string;
+export const visibilityWeightsVertex: string;
 export const blending: string;
 export const planesFragment: string;
 export const copyFragment: string;

@@ -1,9 +1,13 @@
+// @fvv/shading: what WebGL 2 players of fvv have in common. index.d.ts documents the types.
+
 export { DepthPlan, depthSizes } from "./depth_plan.js";
-export { blending, sharesVertex } from "./glsl/blending.js";
 export { copyFragment, planesFragment, replicatedFragment, replicationFragment } from "./glsl/pictures.js";
-export { depthFragment, depthVertex, projection } from "./glsl/projection.js";
-export { conversionOf, layoutOf, loadPicture, loadPictures } from "./pictures.js";
-export { Replication, replicationOf } from "./replication.js";
-export { MOST_SHARE_TEXELS, SHARE_COLUMNS, packShares, shareTexels } from "./shares.js";
-export { MOST_BEST, checkTexturing, texturingOf } from "./texturing.js";
-export { MOST_VIEWS, VIEW_TEXELS, viewsOf, writeViews } from "./views.js";
+export { blending, depthFragment, depthVertex, projection, visibilityWeightsVertex } from "./glsl/surface.js";
+export { Replication, conversionOf, layoutOf, loadPicture, loadPictures, replicationOf } from "./pictures.js";
+export { MAX_BEST, MAX_VIEWS, VIEW_TEXELS, checkTexturing, texturingOf, viewsOf, writeViews } from "./views.js";
+export {
+  MAX_WEIGHT_TEXELS,
+  WEIGHT_COLUMNS,
+  packVisibilityWeights,
+  visibilityWeightTexels,
+} from "./visibility_weights.js";

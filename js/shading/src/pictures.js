@@ -1,12 +1,12 @@
-// The pictures of a frame on their way to one texture of display values. A picture that lies on the GPU, or is RGB, can go
-// there as it is. One of planes in memory is uploaded plane by plane and converted by a shader: browsers take the nearest
-// sample of colour for each pixel, and matrix and range from wherever they like.
+// The pictures of a frame on their way into one texture of display values. A picture on the GPU, or in RGB, can be uploaded
+// as it is. Planes in memory are uploaded one by one and converted by a shader: browsers use the nearest chroma sample for
+// each pixel, and are not consistent in matrix and range.
 
-/** Kr and Kb of ITU-T H.273's matrix coefficients; others, and 2, are taken for BT.709. */
+/** Kr and Kb of ITU-T H.273's matrix coefficients; others, and 2, mean BT.709. */
 const luma = { 4: [0.3, 0.11], 5: [0.299, 0.114], 6: [0.299, 0.114], 7: [0.212, 0.087], 9: [0.2627, 0.0593] };
 const bt709 = [0.2126, 0.0722];
 
-/** The nearest of 8 bits to samples of 10: black, white and grey stay what they are. */
+/** Rounds samples of 10 bits to 8; black, white and grey are exact. */
 function narrow(bytes) {
   const wide = new Uint16Array(bytes.buffer);
   const out = new Uint8Array(wide.length);
@@ -14,10 +14,10 @@ function narrow(bytes) {
   return out;
 }
 
-/** A PlanarPicture of @fvv/decoder can't be uploaded as a VideoFrame can. */
+/** A PlanarPicture of @fvv/decoder, which cannot be uploaded like a VideoFrame. */
 const isPlanar10 = (image) => image?.format === "I420P10" && image.data;
 
-/** {video, image} or, of planes in memory, {video, planes}; they have to be waited for. */
+/** Returns {video, image} or, for planes in memory, {video, planes}. */
 export async function loadPicture(video, image) {
   if (image?.format !== "I420" && !isPlanar10(image)) return { video, image };
   const { width, height } = image.visibleRect;
@@ -41,13 +41,13 @@ export async function loadPicture(video, image) {
   return { video, planes };
 }
 
-/** Of all videos of a frame that have a picture. */
+/** The pictures of all videos of a frame that have one. */
 export async function loadPictures(frame) {
   const pictures = frame.configuration.videos.map((video) => loadPicture(video, frame.picture(video.track)));
   return (await Promise.all(pictures)).filter(({ image, planes }) => image || planes);
 }
 
-/** Where the picture of each track stands, one below the other, in a texture of width x height. */
+/** Where the picture of each track is, one below the other, in a texture of width x height. */
 export function layoutOf(pictures) {
   const places = new Map();
   let width = 0;
@@ -60,8 +60,68 @@ export function layoutOf(pictures) {
   return { places, width, height };
 }
 
-/** Uniforms of planesFragment for the colours of a video: range is black, and scales of luma and chroma. */
+/** Uniforms of planesFragment for the colours of a video. range: black, and the scales of luma and chroma. */
 export function conversionOf({ matrix, fullRange }) {
   const [kr, kb] = luma[matrix] ?? bt709;
   return { kr, kb, range: fullRange ? [0, 1, 1] : [16 / 255, 255 / 219, 255 / 224] };
+}
+
+/** The minimum number of significant pixels, and the minimum fraction of them that equals libyuv's result exactly; with
+ * interpolated chroma it is less than half. */
+const MIN_SIGNIFICANT = 256;
+const MIN_EQUAL = 0.9;
+
+/** Matrix coefficients of ITU-T H.273 by their names in WebCodecs. */
+const matrices = { bt709: 1, bt470bg: 5, smpte170m: 6, "bt2020-ncl": 9 };
+
+/** libyuv's step of Y and offset of Y = 0, in 64ths; its 255 / 219 has fewer digits for older matrices. */
+const lumaOf = (matrix, fullRange) => {
+  const scale = fullRange ? 16320 : matrix === matrices["bt2020-ncl"] ? 19003 : 18997;
+  return [(257 * scale) / 65536, fullRange ? 32 : -1160];
+};
+
+/** Uniforms of replicatedFragment and replicationFragment, in addition to those of conversionOf. */
+export function replicationOf({ video, image }) {
+  // The browser's choice, which may differ from the file's.
+  const { matrix, fullRange } = image.colorSpace ?? {};
+  const used = {
+    matrix: matrices[matrix] ?? video.colour.matrix,
+    fullRange: fullRange ?? video.colour.fullRange,
+  };
+  const { kr, kb, range } = conversionOf(used);
+  const [u, v] = [kb, kr].map((k) => 64 * 2 * (1 - k) * range[2]);
+  const green = 1 - kr - kb;
+  // libyuv has signed bytes, at most 128.
+  const mixing = [(u * kb) / green, Math.min(128, u), v, (v * kr) / green].map(Math.round);
+  return { mixing, luma: lumaOf(used.matrix, used.fullRange) };
+}
+
+/** Whether chroma was replicated, by the RGBA pixels that replicationFragment draws; null: too little colour to decide. */
+function isReplicated(pixels) {
+  let [significant, equal] = [0, 0];
+  for (let i = 0; i < pixels.length; i += 4) {
+    significant += pixels[i] >> 7;
+    equal += pixels[i + 1] >> 7;
+  }
+  return significant < MIN_SIGNIFICANT ? null : equal > MIN_EQUAL * significant;
+}
+
+/**
+ * Detects replicated chroma in the tracks of a stream. Firefox returns the video that it decodes as RGB, for which libyuv
+ * has used each chroma sample for four pixels, in integers. That costs 6 dB and can be undone: the samples are recovered,
+ * except those of colours outside RGB, and converted like those of planes.
+ */
+export class Replication {
+  #tracks = new Map(); // track -> {replicated, frames}
+
+  /** Whether the chroma of a picture was replicated. test(): draws it with replicationFragment and returns RGBA pixels. */
+  isSeenIn({ video, image }, test) {
+    if (typeof VideoFrame !== "function" || !(image instanceof VideoFrame)) return false;
+    if (!this.#tracks.has(video.track)) this.#tracks.set(video.track, { replicated: null, frames: 0 });
+    const known = this.#tracks.get(video.track);
+    // Reading back is slow: until the question is decided, only the frames 1, 2, 4, 8 ... are tested.
+    if (known.replicated === null && Number.isInteger(Math.log2(++known.frames)))
+      known.replicated = isReplicated(test());
+    return known.replicated === true;
+  }
 }

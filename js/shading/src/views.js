@@ -1,17 +1,17 @@
-// Which cameras a frame can take colours from: each with its calibration and its tile of this frame, as rows of
-// floats in a texture, which the shaders read. How many cameras there are costs no samplers.
+// What shaders need to know of a frame's cameras: calibration and tile of each, as rows of floats in a texture, and the
+// parameters by which colours are mixed. The number of samplers does not depend on the number of cameras.
 
-/** Texels of a row; glsl/projection.js says what stands in them. */
+/** Texels of a row; glsl/surface.js describes them. */
 export const VIEW_TEXELS = 12;
-export const MOST_VIEWS = 64;
+export const MAX_VIEWS = 64;
 const FAR = 1e30;
 const lenses = ["none", "radtan", "fisheye"];
 /** Flags of a view. */
-const BY_SHARES = 1;
+const BY_WEIGHTS = 1;
 const BY_DEPTH = 2;
 const OFF = 4;
 
-/** layout: Map from track to {x, y}, where the picture of a track stands in the texture of all of them. */
+/** The cameras that give colours in a frame. layout: Map from track to {x, y}, the place of its picture in the texture. */
 export function viewsOf(frame, layout) {
   const views = [];
   for (const video of frame.configuration.videos) {
@@ -19,7 +19,7 @@ export function viewsOf(frame, layout) {
     if (!at || video.shows === "atlas") continue;
     for (const tile of tilesOf(frame, video)) {
       const camera = frame.camera(tile.camera);
-      if (!camera?.calibrated || views.length === MOST_VIEWS) continue;
+      if (!camera?.calibrated || views.length === MAX_VIEWS) continue;
       const { x, y, width, height } = tile.destination;
       views.push({ camera, source: tile.source, place: { x: at.x + x, y: at.y + y, width, height } });
     }
@@ -27,7 +27,7 @@ export function viewsOf(frame, layout) {
   return views;
 }
 
-/** A video of one camera is all of its picture. */
+/** A video of one camera is a single tile. */
 function tilesOf(frame, video) {
   if (video.shows === "tiles") return frame.tiles(video.track);
   const camera = frame.camera(video.camera);
@@ -37,13 +37,13 @@ function tilesOf(frame, video) {
 }
 
 /**
- * Fills the rows of a texture of VIEW_TEXELS x MOST_VIEWS texels of four floats. Of a view: depth, its place in the depth
- * maps, or null; hasShares: whether the file says what it sees; off: it gives no colours.
+ * Fills the rows of a texture of VIEW_TEXELS x MAX_VIEWS texels of four floats. Of a view: depth, its place in the depth
+ * maps, or null; hasVisibilityWeights: the file has visibility weights for it; off: it gives no colours.
  */
 export function writeViews(views, array) {
-  views.forEach(({ camera, source, place, depth, hasShares, off }, i) => {
+  views.forEach(({ camera, source, place, depth, hasVisibilityWeights, off }, i) => {
     const { rotation: r, translation: t, distortion } = camera;
-    const flags = (hasShares ? BY_SHARES : 0) | (depth ? BY_DEPTH : 0) | (off ? OFF : 0);
+    const flags = (hasVisibilityWeights ? BY_WEIGHTS : 0) | (depth ? BY_DEPTH : 0) | (off ? OFF : 0);
     const row = [r[0], r[1], r[2], t[0], r[3], r[4], r[5], t[1], r[6], r[7], r[8], t[2]];
     row.push(...camera.centre, flags);
     row.push(camera.fx, camera.fy, camera.cx, camera.cy);
@@ -54,4 +54,33 @@ export function writeViews(views, array) {
     row.push(...(depth ? [...depth.scale, ...depth.offset, ...depth.size, ...depth.breadth] : Array(8).fill(0)));
     array.set(row, 4 * VIEW_TEXELS * i);
   });
+}
+
+/** Limit of the shaders; larger values of a stream are reduced to it. */
+export const MAX_BEST = 8;
+
+/** Display values, 0 to 1, of 0xRRGGBB. */
+const displayed = (colour) => [16, 8, 0].map((shift) => ((colour >> shift) & 255) / 255);
+
+/** Throws for invalid options; undefined, and null for the colour, mean the stream's value. */
+export function checkTexturing({ threshold = 0, best = 1, unseen }) {
+  if (!(threshold >= 0 && threshold <= 1)) throw new RangeError(`threshold: expected 0 to 1, found ${threshold}`);
+  if (!(Number.isInteger(best) && best >= 1 && best <= MAX_BEST))
+    throw new RangeError(`best: expected an integer from 1 to ${MAX_BEST}, found ${best}`);
+  const colour = unseen ?? 0;
+  if (!(Number.isInteger(colour) && colour >= 0 && colour <= 0xffffff))
+    throw new RangeError(`unseen: expected a colour from 0 to 0xffffff, found ${unseen}`);
+}
+
+/**
+ * How colours are mixed: as the stream specifies (clause 17.5), in the units of the shaders. overrides: {threshold, best,
+ * unseen}, each replaces the stream's value.
+ */
+export function texturingOf({ texturing }, overrides = {}) {
+  return {
+    threshold: overrides.threshold ?? texturing.threshold,
+    best: overrides.best ?? Math.min(texturing.best, MAX_BEST),
+    unseen: displayed(overrides.unseen ?? texturing.unseen),
+    tolerance: [texturing.depthBias, texturing.depthSlope],
+  };
 }

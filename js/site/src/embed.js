@@ -1,4 +1,4 @@
-// The page that shows how to embed: its listing is the very page that it links.
+// The page that shows how to embed the player. Its listing is the text of the page that it links.
 
 import "@fvv/player";
 

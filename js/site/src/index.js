@@ -1,13 +1,10 @@
-// The front page: the player, a choice of clips, and what is in the one that plays.
+// The front page: the player, a choice of clips, and the facts of the current clip.
 
 import "@fvv/player";
 import { COMMANDS, MOVES } from "@fvv/player/keys";
 
-import { comparedWith } from "./compared.js";
-import { element } from "./dom.js";
-import { factsOf, partsOf } from "./parts.js";
+import { bytes, comparedWith, element, factsOf, partsOf } from "./facts.js";
 import "./theme.js";
-import { bytes } from "./words.js";
 
 const $ = (id) => document.getElementById(id);
 const player = $("player");
@@ -52,9 +49,9 @@ function play(clip) {
     () => $("compared").replaceChildren(...comparedWith(clip, (performance.now() - began) / 1000)),
     { once: true },
   );
-  // Without a mesh there is nothing else to see.
+  // Without a mesh there is nothing else to show.
   player.showCameras = clip.mesh ? "none" : "pictures";
-  // One frame would be drawn over and over, and by slow machines coarsely.
+  // A single frame would be drawn again and again, at low resolution on slow machines.
   player.autoplay = clip.frames > 1;
   if (!player.autoplay) player.pause();
   player.src = clip.file;
@@ -76,8 +73,13 @@ function offer(clips, chosen) {
 }
 
 $("keys").replaceChildren(
-  ...[...MOVES, ...COMMANDS].map(({ shown, says }) =>
-    element("div", {}, element("dt", {}, ...shown.map((key) => element("kbd", {}, key))), element("dd", {}, says)),
+  ...[...MOVES, ...COMMANDS].map(({ shown, description }) =>
+    element(
+      "div",
+      {},
+      element("dt", {}, ...shown.map((key) => element("kbd", {}, key))),
+      element("dd", {}, description),
+    ),
   ),
 );
 const response = await fetch("clips.json");

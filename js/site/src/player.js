@@ -1,3 +1,3 @@
-// What a page includes that embeds the player, and nothing else.
+// The script of pages that embed the player.
 
 import "@fvv/player";

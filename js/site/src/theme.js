@@ -1,4 +1,4 @@
-// Dark or light: as the system has it, until someone chooses; players follow.
+// Dark or light theme: the system's preference until the user chooses. Players follow.
 
 const KEY = "fvv-theme";
 const root = document.documentElement;

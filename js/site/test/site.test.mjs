@@ -1,5 +1,5 @@
-// The demo site as fvvserve serves it, under its content policy: every page in Chromium, wide and narrow, light and dark.
-// FVV_PICTURES=FOLDER keeps what was seen.
+// The demo site, served by fvvserve under its content policy: every page in Chromium, wide and narrow, light and dark.
+// FVV_PICTURES=FOLDER keeps screenshots.
 
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync } from "node:fs";
@@ -50,7 +50,7 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     mkdirSync(pictures, { recursive: true });
     await page.screenshot({ path: join(pictures, `${name}.png`), fullPage: true });
   }
-  /** Until a frame of the player is drawn: what differs in colour from the rest of the picture. */
+  /** Waits until the player has drawn a frame, and returns the number of colours. */
   async function seen(page) {
     await page.waitForFunction(() => document.querySelector("fvv-player").readyState >= 2, { timeout: 30000 });
     const player = await page.$("fvv-player");
@@ -91,13 +91,13 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
       await keep(page, `${name}-${size[0]}-${scheme}`);
       const [wide, room] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
       assert.ok(wide <= room, `${wide} pixels in ${room}`);
-      // Of five lines it would ask for more.
+      // A page of five lines cannot meet all rules.
       if (name !== "five") assert.deepEqual(await faults(page), []);
       await page.close();
       assert.deepEqual(browser.troubles.splice(0), []);
     });
 
-  test("facts are those of the clip that is chosen", async () => {
+  test("facts are those of the chosen clip", async () => {
     const page = await open("", NARROW, "dark");
     await seen(page);
     const facts = () => page.$$eval("#facts dt", (all) => all.map(({ textContent }) => textContent));
@@ -108,11 +108,11 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     assert.equal(
       players.tracks.reduce((sum, { bytes }) => sum + bytes, 0) <= players.bytes,
       true,
-      "the parts are more than the whole",
+      "the parts are larger than the file",
     );
     const former = await facts();
     assert.ok(former.includes("7 cameras") && former.includes("6 frames"), former.join(", "));
-    assert.doesNotMatch(former.join(" "), /\.\d{4}/, "a number that nobody reads");
+    assert.doesNotMatch(former.join(" "), /\.\d{4}/, "too many digits");
     assert.ok((await parts()).includes("Environment"));
     assert.match(await page.$eval("#compared", ({ textContent }) => textContent), /27\.3 MB.*1\.41 s.*\d (s|ms)/);
     await page.click('#chooser label:has([value="still"])');
@@ -125,7 +125,7 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     assert.deepEqual(browser.troubles.splice(0), []);
   });
 
-  test("dark and light by the button, for the player too, and kept", async () => {
+  test("the button switches dark and light, also for the player, and the choice is kept", async () => {
     const page = await open("", NARROW, "light");
     const ground = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
     const light = await ground();
@@ -141,7 +141,7 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     await page.close();
   });
 
-  test("the listing is the page that it links, in five lines", async () => {
+  test("the listing is the linked page, in five lines", async () => {
     const page = await open("embed.html", WIDE, "light");
     await page.waitForFunction(() => document.getElementById("lines").textContent !== "");
     const lines = await page.$eval("#lines", ({ textContent }) => textContent);
@@ -150,7 +150,7 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     await page.close();
   });
 
-  test("nothing is asked of another host", () => {
+  test("no requests to other hosts", () => {
     assert.deepEqual(
       [...requested].filter((origin) => origin !== "null"),
       [new URL(served.url).origin],

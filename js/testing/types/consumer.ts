@@ -1,4 +1,4 @@
-// What a program in TypeScript does with the packages: tsc has to accept it, and their declarations with it.
+// A TypeScript program that uses the packages. tsc has to accept it and their declarations.
 
 import { FvvError, camerasFor, createDecoder } from "@fvv/decoder";
 import type { Decoder, Frame, FvvEvent, Gap, Group } from "@fvv/decoder";
@@ -12,7 +12,7 @@ import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
 async function open(url: string): Promise<Decoder> {
   const decoder = await createDecoder({
     source: { url, credentials: "include" },
-    shares: true,
+    visibilityWeights: true,
     limits: { memory: 2 ** 28 },
     videoFallback: () => WebAssembly.compileStreaming(fetch("/video.wasm")),
   });
@@ -27,9 +27,9 @@ async function open(url: string): Promise<Decoder> {
   const start: bigint | undefined = groups[0]?.start;
   if (start !== undefined) await decoder.seek({ time: start });
   await decoder.select({ tracks: null });
-  const held: bigint = (await decoder.held()).reduce((sum, { start, end }) => sum + end - start, 0n);
+  const buffered: bigint = (await decoder.buffered()).reduce((sum, { start, end }) => sum + end - start, 0n);
   const { cachedBytes, cacheHits }: { cachedBytes: number; cacheHits: number } = await decoder.stats();
-  console.log(held, cachedBytes, cacheHits);
+  console.log(buffered, cachedBytes, cacheHits);
   return decoder;
 }
 
@@ -45,7 +45,7 @@ async function drawAll(decoder: Decoder, canvas: HTMLCanvasElement): Promise<voi
     console.log(tolerance[0], viewsOf(frame, new Map()).length, camera?.project(0, 1, 2)?.[0]);
     frame.close();
   }
-  // @ts-expect-error there is no such mode
+  // @ts-expect-error no such mode
   renderer.draw(viewFromPose({ ...from, width: 1, height: 1 }), { mode: "pretty" });
   renderer.close();
 }

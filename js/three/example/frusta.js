@@ -1,8 +1,8 @@
-// The cameras of a stream as outlines: what stands a little way before each, through its lens.
+// The cameras of a stream as frusta: lines through the border of each picture, as the lens bends them.
 
 import { BufferGeometry, Float32BufferAttribute, LineBasicMaterial, LineSegments } from "three";
 
-/** Points along a side: lenses bend them. */
+/** Points along a side of the picture. */
 const STEPS = 6;
 
 function border({ width, height }) {
@@ -28,7 +28,7 @@ export class CameraFrusta extends LineSegments {
     this.visible = false;
   }
 
-  /** length: of a frustum, in metres. Cameras that stand still are drawn once. */
+  /** length: of a frustum, in metres. Lines are made again only if cameras move. */
   show(cameras, length) {
     const calibrated = cameras.filter((camera) => camera.calibrated);
     const state = calibrated.map(({ translation, rotation, fx }) => [...translation, ...rotation, fx].join()).join();

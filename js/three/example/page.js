@@ -1,4 +1,4 @@
-// The example: one stream, its scene, and a few controls. ?file=NAME.fvv says which; players.fvv without.
+// The example: one stream in a scene with a few controls. ?file=NAME.fvv selects the stream; default players.fvv.
 
 import { createDecoder } from "@fvv/decoder";
 import { FvvObject3D, lookThrough } from "@fvv/three";
@@ -24,12 +24,12 @@ const frusta = new CameraFrusta(0x2f8fe8);
 const box = new Box3();
 let grid = null;
 let playback = null;
-let current = null; // what of the last frame the controls need
+let current = null; // number and cameras of the last frame, for the controls
 
 controls.enableDamping = true;
 scene.add(object, frusta);
 
-function say(text) {
+function showMessage(text) {
   $("message").textContent = text;
 }
 
@@ -47,7 +47,7 @@ function resize() {
   viewer.updateProjectionMatrix();
 }
 
-/** Where the first frame stands in the picture as a whole, seen from between the cameras. */
+/** Moves the viewer so that all of the first frame is in the picture, seen from the direction of the first camera. */
 function frameScene(frame) {
   if (object.mesh.visible) box.copy(object.mesh.geometry.boundingBox);
   else box.setFromCenterAndSize(new Vector3(), new Vector3(2, 2, 2));
@@ -56,9 +56,9 @@ function frameScene(frame) {
   const up = new Vector3(...(ups[frame.configuration.upAxis] ?? [0, 1, 0]));
   const eye = frame.cameras.length ? new Vector3(...frame.cameras[0].centre) : centre.clone().addScalar(size);
   const away = eye.sub(centre).normalize();
-  const fit = size / (2 * Math.tan((viewer.fov * Math.PI) / 360)) / Math.min(1, viewer.aspect);
+  const distance = size / (2 * Math.tan((viewer.fov * Math.PI) / 360)) / Math.min(1, viewer.aspect);
   viewer.up.copy(up);
-  viewer.position.copy(centre).addScaledVector(away, 1.1 * fit);
+  viewer.position.copy(centre).addScaledVector(away, 1.1 * distance);
   controls.target.copy(centre);
   controls.update();
   grid = new GridHelper(Math.ceil(2 * size), 2 * Math.ceil(2 * size));
@@ -84,7 +84,7 @@ async function show(frame) {
   if (first) {
     frameScene(frame);
     listCameras(frame);
-    say("");
+    showMessage("");
   }
   $("frame").value = String(frame.number);
   $("number").value = `${frame.number}${Number($("frame").max) > 0 ? ` / ${$("frame").max}` : ""}`;
@@ -100,7 +100,7 @@ function draw(milliseconds) {
   const camera = id === "" ? null : current?.cameras.find((one) => one.id === Number(id) && one.calibrated);
   if (camera) {
     lookThrough(viewer, camera);
-    // The whole of its picture, whatever the shape of the window.
+    // All of its picture, in a window of any shape.
     const shape = viewer.aspect / (camera.width / camera.height);
     viewer.projectionMatrix.premultiply(shapeMatrix(shape));
     viewer.projectionMatrixInverse.copy(viewer.projectionMatrix).invert();
@@ -153,9 +153,13 @@ async function begin() {
   new ResizeObserver(resize).observe(canvas);
   resize();
   $("title").textContent = file.replace(/^.*\//, "");
-  const decoder = await createDecoder({ source: file, shares: true, worker: new URL("worker.js", import.meta.url) });
+  const decoder = await createDecoder({
+    source: file,
+    visibilityWeights: true,
+    worker: new URL("worker.js", import.meta.url),
+  });
   decoder.addEventListener("warning", ({ detail }) => console.info(detail.message));
-  playback = new Playback(decoder, show, (error) => say(error.message));
+  playback = new Playback(decoder, show, (error) => showMessage(error.message));
   $("frame").max = String(Math.max(0, (decoder.frameCount ?? 1) - 1));
   $("frame").disabled = !decoder.seekable;
   $("play").disabled = false;
@@ -166,6 +170,6 @@ async function begin() {
 }
 
 begin().catch((error) => {
-  say(error.message);
+  showMessage(error.message);
   console.error(error);
 });

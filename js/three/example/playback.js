@@ -1,7 +1,7 @@
-// Frames in their time: takes them from the decoder, shows the one that is due, begins anew at the end.
+// Playback: takes frames from the decoder, shows the one that is due, and starts again at the end.
 
-/** Behind by more than this, the clock waits for the decoder. */
-const PATIENCE_SECONDS = 0.25;
+/** If frames are later than this, the clock waits for the decoder. */
+const MAX_LATE_SECONDS = 0.25;
 
 export class Playback {
   #decoder;
@@ -9,12 +9,12 @@ export class Playback {
   #fail;
   #next = null; // a frame that is not due yet
   #busy = false;
-  #wanted = null; // a frame number that is sought
-  #began = null; // on the clock, in seconds: when time 0 of the stream would have been shown
+  #wanted = null; // number of the frame that is sought
+  #began = null; // clock time in seconds at which time 0 of the stream would have been shown
   #ended = false;
   playing = false;
 
-  /** show(frame): is called with a frame that is due; it is closed when what show answers is resolved. */
+  /** show(frame): called with a frame that is due; the frame is closed when the returned promise is resolved. */
   constructor(decoder, show, fail) {
     this.#decoder = decoder;
     this.#show = show;
@@ -26,14 +26,14 @@ export class Playback {
     this.#began = null;
   }
 
-  /** Shows a frame, by its number; the last that is asked for wins. */
+  /** Shows a frame by its number; the last call wins. */
   seek(number) {
     this.#wanted = number;
-    this.#run();
+    this.#advance();
   }
 
-  /** due: a frame to show. One of these runs at a time; frames are closed when they have been shown. */
-  async #run(due = null) {
+  /** due: a frame to show. Only one call is active at a time; frames are closed when they have been shown. */
+  async #advance(due = null) {
     if (this.#busy) return;
     this.#busy = true;
     try {
@@ -48,7 +48,7 @@ export class Playback {
       this.#fail(error);
     }
     this.#busy = false;
-    if (this.#wanted !== null) this.#run();
+    if (this.#wanted !== null) this.#advance();
   }
 
   async #find(number) {
@@ -67,14 +67,14 @@ export class Playback {
     frame.close();
   }
 
-  /** Once for each picture of the screen. now: seconds. */
+  /** Called for each picture of the screen. now: seconds. */
   tick(now) {
     if (!this.playing || this.#busy) return;
     const frame = this.#next;
-    if (!frame) return this.#ended && this.#decoder.seekable ? this.seek(0) : this.#run();
-    if (this.#began === null || now - this.#began - frame.seconds > PATIENCE_SECONDS) this.#began = now - frame.seconds;
+    if (!frame) return this.#ended && this.#decoder.seekable ? this.seek(0) : this.#advance();
+    if (this.#began === null || now - this.#began - frame.seconds > MAX_LATE_SECONDS) this.#began = now - frame.seconds;
     if (now - this.#began < frame.seconds) return;
     this.#next = null;
-    this.#run(frame);
+    this.#advance(frame);
   }
 }

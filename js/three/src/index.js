@@ -1,4 +1,4 @@
-// @fvv/three: free-viewpoint video as an object of a three.js scene. index.d.ts is its documentation in types.
+// @fvv/three: free-viewpoint video as an object of a three.js scene. index.d.ts documents the types.
 
 export { FvvObject3D } from "./object.js";
 export { lookThrough } from "./look_through.js";

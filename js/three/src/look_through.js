@@ -1,12 +1,13 @@
-// Puts three's camera where a camera of the stream stands.
+// Sets three's camera to the view of a camera of the stream.
 
 import { Matrix4 } from "three";
 
 const turned = new Matrix4();
 
 /**
- * viewer: a PerspectiveCamera in the coordinates of the stream: a child of the FvvObject3D, or of what stands as it does. Its matrices become those of the camera, apart from the
- * distortion of its lens; projectionMatrix holds until updateProjectionMatrix is called.
+ * viewer: a PerspectiveCamera in the coordinates of the stream, i.e. a child of the FvvObject3D or of an object with the
+ * same transform. Its matrices become those of the camera, without the distortion of the lens; projectionMatrix is valid
+ * until updateProjectionMatrix is called.
  */
 export function lookThrough(viewer, camera) {
   const { rotation: r, translation: t, width, height, fx, fy, cx, cy, skew } = camera;

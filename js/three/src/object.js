@@ -1,7 +1,19 @@
-// A frame of free-viewpoint video in a scene: its mesh, coloured by the cameras that see each place best.
+// A frame of free-viewpoint video in a scene: its mesh, coloured at each point by the cameras that see it best.
 
-import { MOST_SHARE_TEXELS, checkTexturing, loadPictures, texturingOf, viewsOf } from "@fvv/shading";
 import {
+  blending,
+  checkTexturing,
+  loadPictures,
+  MAX_WEIGHT_TEXELS,
+  projection,
+  texturingOf,
+  viewsOf,
+  visibilityWeightsVertex,
+} from "@fvv/shading";
+import {
+  Box3,
+  BufferAttribute,
+  BufferGeometry,
   DataArrayTexture,
   DataTexture,
   DoubleSide,
@@ -9,22 +21,105 @@ import {
   Mesh,
   Object3D,
   ShaderMaterial,
+  Sphere,
   Vector2,
   Vector3,
   Vector4,
 } from "three";
 
-import { DepthMaps } from "./depth_maps.js";
-import { MeshGeometry } from "./geometry.js";
 import { PictureTexture } from "./pictures.js";
-import { surfaceFragment, surfaceVertex } from "./shaders.js";
-import { ShareTexture } from "./shares.js";
-import { ViewTexture } from "./views.js";
+import { DepthMaps, ViewTexture, VisibilityWeightTexture } from "./textures.js";
 
-/** Varyings that are not shares: point, normal, texture coordinates, and one for three. */
+/** The shaders of three's material, built from those of @fvv/shading. */
+const surfaceVertex = /* glsl */ `
+out vec3 vPoint, vNormal;
+out vec2 vUv;
+${visibilityWeightsVertex}
+void main() {
+  vPoint = position;
+  vNormal = normal;
+#ifdef ATLAS
+  vUv = uv;
+#endif
+  passVisibilityWeights();
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+}
+`;
+
+const surfaceFragment = /* glsl */ `
+precision highp sampler2DArray;
+uniform vec4 atlas; // x y width height, in texels of pictures
+uniform float handedness;
+uniform vec3 unseen;
+in vec3 vPoint, vNormal;
+in vec2 vUv;
+layout(location = 0) out highp vec4 outColour;
+#define gl_FragColor outColour
+${projection}
+${blending}
+
+void main() {
+  vec3 colour;
+#ifdef ATLAS
+  vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
+  colour = textureLod(pictures, at / pictureSize, 0.0).rgb;
+#else
+  // The front side by the winding of the face, not as the viewer sees it.
+  vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? handedness : -handedness);
+  if (!blended(vPoint, faceNormal, normalize(vNormal), colour)) colour = unseen;
+#endif
+  // Cameras are mixed as display values; three continues in linear light and converts back at the end.
+  outColour = sRGBTransferEOTF(vec4(colour, 1.0));
+  #include <tonemapping_fragment>
+  #include <colorspace_fragment>
+}
+`;
+
+/** Allocates a quarter more: sizes of meshes with changing topology differ by less from frame to frame. */
+const SPARE = 1.25;
+
+/** A mesh that changes with every frame, in one BufferGeometry whose arrays are written in place. */
+class MeshGeometry extends BufferGeometry {
+  #extent = new Box3();
+
+  /** mesh: the mesh of a frame. Its arrays are copied. */
+  show(mesh) {
+    this.#fill("position", mesh.positions, 3);
+    this.#fill("normal", mesh.normals, 3);
+    this.#fill("uv", mesh.uvs, 2);
+    this.#fill("index", mesh.indices, 1);
+    this.setDrawRange(0, mesh.indices.length);
+    this.#extent.setFromArray(mesh.positions);
+    this.boundingBox = this.#extent.clone();
+    this.boundingSphere = this.#extent.getBoundingSphere(this.boundingSphere ?? new Sphere());
+  }
+
+  #fill(name, values, components) {
+    const former = name === "index" ? this.index : this.getAttribute(name);
+    if (!values) {
+      if (former) this.deleteAttribute(name);
+      return;
+    }
+    let attribute = former;
+    if (!attribute || attribute.array.length < values.length) {
+      const room = components * Math.ceil((SPARE * values.length) / components);
+      attribute = new BufferAttribute(new values.constructor(room), components);
+      // three frees the buffers of a disposed geometry, and creates them again when it is drawn.
+      if (former) this.dispose();
+      if (name === "index") this.setIndex(attribute);
+      else this.setAttribute(name, attribute);
+    }
+    attribute.array.set(values);
+    attribute.clearUpdateRanges();
+    attribute.addUpdateRange(0, values.length);
+    attribute.needsUpdate = true;
+  }
+}
+
+/** Varyings other than visibility weights: point, normal, texture coordinates, and one for three. */
 const OTHER_VARYINGS = 4;
 
-// WebGL wants something in every sampler.
+// WebGL requires a texture for every sampler.
 const noTexture = new DataTexture(new Uint8Array(4), 1, 1);
 const noLayers = new DataArrayTexture(new Uint8Array(4), 1, 1, 1);
 noTexture.needsUpdate = noLayers.needsUpdate = true;
@@ -35,7 +130,7 @@ export class FvvObject3D extends Object3D {
   #geometry = new MeshGeometry();
   #pictures = new PictureTexture();
   #views = new ViewTexture();
-  #shares = new ShareTexture();
+  #visibilityWeights = new VisibilityWeightTexture();
   #depths = new DepthMaps(this.#geometry, this.#views);
   #mesh;
   #texturing;
@@ -51,16 +146,16 @@ export class FvvObject3D extends Object3D {
       vertexShader: surfaceVertex,
       fragmentShader: surfaceFragment,
       side: DoubleSide,
-      // The colours are those of photographs: they have been exposed already.
+      // The colours are those of photographs, which have been tone mapped by the camera.
       toneMapped: false,
-      defines: { SHARES: 0, BEST: 1 },
+      defines: { WEIGHT_TEXELS: 0, BEST: 1 },
       uniforms: {
         pictures: { value: noTexture },
         pictureSize: { value: new Vector2(1, 1) },
         views: { value: this.#views },
         viewCount: { value: 0 },
         atlas: { value: new Vector4() },
-        shares: { value: noTexture },
+        visibilityWeights: { value: noTexture },
         depths: { value: noLayers },
         threshold: { value: 0 },
         tolerance: { value: new Vector2() },
@@ -83,7 +178,7 @@ export class FvvObject3D extends Object3D {
     return this.#mesh;
   }
 
-  /** Whether it came to be shown: the last of several frames that are asked for at once is. */
+  /** Returns whether the frame is shown: of several concurrent calls only the last one is. */
   async show(frame) {
     if (frame.mesh && !frame.mesh.normals)
       throw new TypeError("the mesh has no normals: create the decoder with normals: true");
@@ -105,13 +200,13 @@ export class FvvObject3D extends Object3D {
       uniforms.pictures.value = this.#pictures.texture;
       uniforms.pictureSize.value.set(this.#pictures.width, this.#pictures.height);
     }
-    this.#mixAs(frame.configuration);
+    this.#setTexturing(frame.configuration);
     this.#showViews(frame, viewsOf(frame, layout));
     const atlas = frame.configuration.videos.find((video) => video.shows === "atlas" && layout.has(video.track));
     this.#setAtlas(this.viewCount === 0 && mesh.uvs ? atlas : undefined, layout);
   }
 
-  #mixAs(configuration) {
+  #setTexturing(configuration) {
     const { best, threshold, unseen, tolerance } = texturingOf(configuration, this.#texturing);
     const { uniforms } = this.#material;
     this.#define("BEST", best);
@@ -123,10 +218,10 @@ export class FvvObject3D extends Object3D {
   #showViews(frame, views) {
     const { uniforms } = this.#material;
     const gl = this.#renderer.getContext();
-    const most = Math.min(MOST_SHARE_TEXELS, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
-    const texels = this.#shares.show(frame, frame.mesh, views, most);
-    this.#define("SHARES", texels);
-    if (texels) uniforms.shares.value = this.#shares.texture;
+    const maxTexels = Math.min(MAX_WEIGHT_TEXELS, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
+    const texels = this.#visibilityWeights.show(frame, frame.mesh, views, maxTexels);
+    this.#define("WEIGHT_TEXELS", texels);
+    if (texels) uniforms.visibilityWeights.value = this.#visibilityWeights.texture;
     this.#depths.plan(views);
     this.#views.show(views);
     this.#depths.render(this.#renderer, views);
@@ -134,7 +229,7 @@ export class FvvObject3D extends Object3D {
     uniforms.viewCount.value = this.viewCount = views.length;
   }
 
-  /** A texture map takes the place of cameras where there are none. */
+  /** A texture atlas is used if there are no cameras. */
   #setAtlas(atlas, layout) {
     this.#define("ATLAS", atlas && 1);
     if (!atlas) return;
@@ -156,7 +251,7 @@ export class FvvObject3D extends Object3D {
     this.#geometry.dispose();
     this.#pictures.dispose();
     this.#views.dispose();
-    this.#shares.dispose();
+    this.#visibilityWeights.dispose();
     this.#depths.dispose();
   }
 }

@@ -1,19 +1,20 @@
-// The pictures of a frame as one texture of display values. Most streams have one video with all cameras: an ImageBitmap of
-// one is the texture itself.
+// The pictures of a frame as one texture of display values. Most streams have one video with all cameras: if its picture is
+// an ImageBitmap, it is the texture itself.
 
 import {
-  Replication,
   conversionOf,
   copyFragment,
   layoutOf,
   planesFragment,
   replicatedFragment,
+  Replication,
   replicationFragment,
   replicationOf,
 } from "@fvv/shading";
 import {
   Camera,
   DataTexture,
+  GLSL3,
   LinearFilter,
   Mesh,
   NearestFilter,
@@ -23,7 +24,6 @@ import {
   RedFormat,
   Scene,
   ShaderMaterial,
-  GLSL3,
   Texture,
   UnsignedByteType,
   Vector2,
@@ -32,12 +32,18 @@ import {
   WebGLRenderTarget,
 } from "three";
 
-import { offScreen } from "./off_screen.js";
-import { wholeVertex } from "./shaders.js";
+import { offScreen } from "./textures.js";
+
+/** A quad that covers the viewport. */
+const wholeVertex = /* glsl */ `
+void main() {
+  gl_Position = vec4(position.xy, 0.0, 1.0);
+}
+`;
 
 function upload(Type, ...parameters) {
   const texture = new Type(...parameters);
-  // Tiles are found by their rows from the top, and ImageBitmaps can't be turned over.
+  // Tiles are addressed by rows from the top, and ImageBitmaps cannot be flipped.
   texture.flipY = false;
   texture.colorSpace = NoColorSpace;
   texture.generateMipmaps = false;
@@ -55,7 +61,7 @@ export class PictureTexture {
   texture = null;
   width = 1;
   height = 1;
-  #sources = new Map(); // key -> texture that is uploaded to
+  #sources = new Map(); // key -> texture for uploads
   #target = null;
   #scene = new Scene();
   #quad;
@@ -68,14 +74,14 @@ export class PictureTexture {
     this.#scene.add(this.#quad);
   }
 
-  /** Uploads what loadPictures had. Answers where the picture of each track stands: Map from track to {x, y}. */
+  /** Uploads the pictures of loadPictures. Returns where the picture of each track is: Map from track to {x, y}. */
   show(renderer, pictures) {
     const { places, width, height } = layoutOf(pictures);
     if (!pictures.length) return places;
     Object.assign(this, { width, height });
     if (pictures.length === 1 && pictures[0].image instanceof ImageBitmap) {
       this.texture = this.#source("image", Texture, pictures[0].image, ...sizeOf(pictures[0].image));
-      // Now: the caller may close the frame as soon as it has been shown.
+      // Uploaded now, because the caller may close the frame afterwards.
       renderer.initTexture(this.texture);
     } else {
       this.#resize(width, height);
@@ -87,7 +93,7 @@ export class PictureTexture {
     return places;
   }
 
-  /** A texture of a size is kept, and gets the next picture. */
+  /** A texture is reused for the next picture of the same size. */
   #source(key, Type, image, width, height) {
     const known = this.#sources.get(key);
     if (known && known.width === width && known.height === height) {

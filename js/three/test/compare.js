@@ -1,4 +1,4 @@
-// Draws frames of a stream as its cameras see them, and measures how far that is from pictures of fvvrender.
+// Draws frames of a stream as its cameras see them, and measures the difference from pictures of fvvrender.
 
 import { createDecoder } from "@fvv/decoder";
 import { FvvObject3D, lookThrough } from "@fvv/three";
@@ -20,8 +20,8 @@ async function reference(name, size) {
 }
 
 /**
- * PSNR inside the mask, in display values; of how many pixels; how many of these are grey, the colour of surface that
- * no camera shows; and how many are drawn beyond the mask.
+ * PSNR inside the mask, in display values; the number of its pixels; how many of these are grey, the colour of surface that
+ * no camera shows; and how many pixels outside the mask are drawn.
  */
 function measure(drawn, wanted, mask) {
   let [sum, count, grey, outside] = [0, 0, 0, 0];
@@ -38,7 +38,7 @@ function measure(drawn, wanted, mask) {
   return { psnr: 10 * Math.log10((255 * 255 * 3 * count) / sum), count, grey, outside };
 }
 
-/** The frame, with the cameras and pictures that are asked for. */
+/** The frame with the requested cameras and pictures only. */
 function part(frame, { only, pictures }) {
   const { configuration, cameras, mesh, visibility, number, seconds } = frame;
   const camera = (id) => (only === undefined || only === id ? frame.camera(id) : null);
@@ -48,14 +48,13 @@ function part(frame, { only, pictures }) {
 }
 
 /**
- * cases: [{camera, picture, mask}], of fvvrender. only: a camera that alone gives colour; pictures: false when they are
- * lost; turned: the object is somewhere else in the scene, and larger; tracks: of video, those that are selected; own:
- * options of the object.
+ * cases: [{camera, picture, mask}], of fvvrender. only: the only camera that gives colour; pictures: false if they are lost;
+ * turned: the object is moved, rotated and scaled; tracks: the selected tracks of video; own: options of the object.
  */
 window.compare = async ({ file, number, cases, only, pictures = true, turned = false, tracks = null, own = {} }) => {
   const decoder = await createDecoder({
     source: file,
-    shares: true,
+    visibilityWeights: true,
     worker: new URL("worker.js", import.meta.url),
     tracks,
   });

@@ -1,5 +1,5 @@
-// The object as Chromium draws it, against pictures that fvvrender makes of the same frames; and the example page. Both
-// are served by fvvserve, under its content policy.
+// The object as drawn by Chromium, compared with pictures of fvvrender of the same frames; and the example page. Both are
+// served by fvvserve under its content policy.
 
 import assert from "node:assert/strict";
 import { cpSync, readFileSync, writeFileSync } from "node:fs";
@@ -31,8 +31,8 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     mux("small", "spread", "--video-tracks", "3");
     mux("small", "vertices", "--visibility", "vertex", "--codec", "vp9");
     mux("small", "maps", "--visibility", "none", "--codec", "jpeg", "--quality", "90");
-    const told = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
-    mux("small", "told", "--visibility", "none", "--frames", "0-0", ...told);
+    const texturing = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
+    mux("small", "texturing", "--visibility", "none", "--frames", "0-0", ...texturing);
     synth("studio", "--frames", "2", "--size", "480x270", "--meshes", "hull", "--hull-cells", "50");
     mux("studio", "studio");
     synth("many", "--rig", "small", "--cameras", "64", "--frames", "1", "--size", "320x200");
@@ -40,7 +40,7 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     const mapped = ["--cameras", "3", "--atlas", "--atlas-size", "512"];
     synth("mapped", "--rig", "small", "--frames", "1", "--size", "320x240", ...mapped);
     mux("mapped", "mapped");
-    // Colours come from wrong places, but from the same as with fvvrender.
+    // Colours are taken from wrong places, but from the same ones as in fvvrender.
     cpSync(at("small"), at("bent"), { recursive: true });
     const capture = JSON.parse(readFileSync(at("bent/capture.json"), "utf8"));
     for (const camera of capture.cameras)
@@ -93,7 +93,7 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
   const bits = { render: ["--visible-by", "bits"] };
   const maps = { render: ["--visible-by", "depth"] };
 
-  test("cameras in several tracks, of which some are left out", async () => {
+  test("cameras in several tracks, some of which are left out", async () => {
     const { tracks } = await compare("spread", 1, []);
     assert.equal(tracks.length, 3);
     const ids = ({ tiles }) => tiles.map(({ camera }) => camera);
@@ -107,19 +107,19 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     assertAlike(found);
   });
 
-  test("H.264, visibility by shares", async () => {
+  test("H.264, visibility by weights", async () => {
     const found = await compare("bits", 1, [0, 2, 3], bits);
-    assert.equal(found.visibility, "shares");
+    assert.equal(found.visibility, "weights");
     assert.equal(found.views, 7);
     assertAlike(found);
   });
-  test("mixed as the stream says, and otherwise where that is asked for", async () => {
-    assertAlike(await compare("told", 0, [0, 2], maps), LEAST_PSNR_SEAMS);
+  test("texturing parameters of the stream, and overrides", async () => {
+    assertAlike(await compare("texturing", 0, [0, 2], maps), LEAST_PSNR_SEAMS);
     const own = { threshold: 0.3, best: 3, unseen: 0x0ac83c };
     const asked = ["--threshold", "0.3", "--best", "3", "--unseen", "10,200,60"];
-    assertAlike(await compare("told", 0, [0, 2], { render: [...maps.render, ...asked], own }), LEAST_PSNR_SEAMS);
+    assertAlike(await compare("texturing", 0, [0, 2], { render: [...maps.render, ...asked], own }), LEAST_PSNR_SEAMS);
     for (const [name, value] of Object.entries({ threshold: 0.25, best: 3, unseen: 0x808080 })) {
-      const { results } = await compare("told", 0, [0, 2], { ...maps, own: { [name]: value } });
+      const { results } = await compare("texturing", 0, [0, 2], { ...maps, own: { [name]: value } });
       const worst = Math.min(...results.map(({ psnr }) => psnr));
       assert.ok(worst < LEAST_PSNR_SEAMS - 0.5, `${name} makes no difference: ${worst.toFixed(1)} dB`);
     }
@@ -134,12 +134,12 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     assert.equal(found.visibility, null);
     assertAlike(found);
   });
-  test("a group whose tiles stand elsewhere", async () => {
+  test("a group with another layout of tiles", async () => {
     const [first, second] = [await compare("maps", 1, [0], maps), await compare("maps", 3, [0, 2, 3], maps)];
     assert.notDeepEqual(first.tiles, second.tiles);
     assertAlike(second);
   });
-  test("cameras that distort and move, of several sizes", async () =>
+  test("cameras of several sizes that distort and move", async () =>
     assertAlike(await compare("studio", 1, [0, 6, 11], bits)));
   test("64 cameras", async () => {
     const found = await compare("many", 0, [0, 40], bits);
@@ -148,10 +148,10 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
   });
   test("several video tracks", async () => assertAlike(await compare("mapped", 0, [0, 1], bits)));
   test("fisheye lenses", async () => assertAlike(await compare("bent", 1, [0], maps)));
-  test("an object that is turned and scaled", async () => {
+  test("an object that is rotated and scaled", async () => {
     assertAlike(await compare("maps", 0, [0, 3], { ...maps, turned: true }));
   });
-  test("each camera gives colours of its own", async () => {
+  test("each camera gives its own colours", async () => {
     const greys = [];
     for (const only of [0, 2]) {
       const found = await compare("maps", 0, [0], { render: [...maps.render, "--sources", `${only}`], only });
@@ -219,7 +219,7 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
       await drawn(3);
       await example.select("#view", "3");
       await example.click("#play");
-      await drawn(0); // begins anew behind the last frame
+      await drawn(0); // starts again after the last frame
       await example.click("#play");
       assert.deepEqual(browser.troubles, []);
       await example.close();

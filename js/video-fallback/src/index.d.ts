@@ -1,2 +1,2 @@
-/** The module for createDecoder({ videoFallback: () => import("@fvv/video-fallback") }); once for all decoders. */
+/** The module for createDecoder({ videoFallback: () => import("@fvv/video-fallback") }), compiled once for all decoders. */
 export function compile(): Promise<WebAssembly.Module>;

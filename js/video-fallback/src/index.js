@@ -1,5 +1,5 @@
-// @fvv/video-fallback: libavcodec's decoders as a wasm module, compiled for whoever asks. What drives it is in
-// @fvv/decoder, so that its worker needs nothing of this package but the module.
+// @fvv/video-fallback: libavcodec's decoders as a wasm module. The code that uses it is in @fvv/decoder, so that the decoder's
+// worker needs only the compiled module of this package.
 
 import { base64 } from "./video.wasm.js";
 

@@ -1,3 +1,6 @@
 // The decoder's worker as in a browser without WebCodecs.
-import "./without_webcodecs.mjs";
-import "/dist/worker.js";
+
+delete globalThis.VideoDecoder;
+delete globalThis.VideoFrame;
+
+await import("/dist/worker.js");

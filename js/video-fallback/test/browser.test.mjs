@@ -1,14 +1,15 @@
-// HEVC in browsers that have none, bit by bit as the native libavcodec decodes it, under a strict content policy; and all
-// codecs in a worker without WebCodecs.
+// HEVC in browsers without it, bit-identical to the native libavcodec, under a strict content policy; and all codecs in a
+// worker without WebCodecs.
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
 import { join } from "node:path";
 import { after, test } from "node:test";
 
-import { browsers, visit } from "../../decoder/test/browsers.mjs";
-import { nativePictures, root } from "../../decoder/test/native.mjs";
+import { awaitPost, browsers, visit } from "../../decoder/test/browsers.mjs";
+import { nativePictures } from "../../decoder/test/native.mjs";
 import { serve } from "../../decoder/test/server.mjs";
+import { root } from "../../testing/served.mjs";
 import { makeVideoClips } from "./clips.mjs";
 
 const names = ["hevc", "hevc10", "h264", "vp9"];
@@ -17,13 +18,9 @@ after(done);
 const here = join(root, "js/video-fallback");
 
 async function runPage(browser) {
-  let told;
-  const result = new Promise((resolve, reject) => {
-    told = resolve;
-    setTimeout(() => reject(new Error("the page does not answer")), 60000).unref();
-  });
+  const { result, post } = awaitPost(60);
   const folders = { fallback: join(here, "dist"), page: join(here, "test") };
-  const server = await serve(clips, (posted) => told(posted), folders);
+  const server = await serve(clips, post, folders);
   const leave = visit(browser, `${server.url}/page/page.html?clips=${names.join()}`);
   try {
     return await result;
@@ -35,7 +32,7 @@ async function runPage(browser) {
 
 for (const [name, browser] of Object.entries(browsers)) {
   const missing = spawnSync(browser.program, ["--version"]).error;
-  test(`${name}: pictures of the fallback`, { skip: missing && `no ${browser.program} here` }, async (context) => {
+  test(`${name}: pictures of the fallback`, { skip: missing && `no ${browser.program} installed` }, async (context) => {
     const { results, violations, native, error } = await runPage(browser);
     assert.equal(error, undefined);
     assert.deepEqual(violations, []);

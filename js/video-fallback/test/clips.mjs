@@ -1,4 +1,4 @@
-// Small clips in every codec and depth that the module decodes, and one that it does not.
+// Small clips in every codec and bit depth that the module decodes, and one that it does not.
 
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

@@ -1,5 +1,4 @@
-// Node has no decoders of video of its own: with the fallback it has pictures, and they are the native library's to the
-// last bit.
+// Pictures in Node, which has no video decoders of its own, by the fallback: bit-identical to the native library.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
@@ -23,12 +22,12 @@ async function bytesOf(image) {
   return bytes;
 }
 
-/** Everything of a stream: hashes of pictures by frame, and what was said. */
+/** Plays a stream: hashes of the pictures of each frame, and all reports. */
 async function play(options, each = () => {}) {
   const decoder = await createDecoder({ videoFallback, ...options });
-  const said = [];
+  const reports = [];
   for (const type of ["warning", "corrupt", "gap"])
-    decoder.addEventListener(type, ({ detail }) => said.push({ type, detail }));
+    decoder.addEventListener(type, ({ detail }) => reports.push({ type, detail }));
   const frames = [];
   for await (const frame of decoder) {
     const pictures = [];
@@ -41,20 +40,20 @@ async function play(options, each = () => {}) {
     frame.close();
   }
   decoder.close();
-  return { frames, said };
+  return { frames, reports };
 }
 
 for (const name of ["h264", "hevc", "hevc10", "vp9", "vp910"])
   test(`${name}: the pictures of the native libavcodec`, async () => {
-    const { frames, said } = await play({ source: read(name) });
-    assert.deepEqual(said, []);
+    const { frames, reports } = await play({ source: read(name) });
+    assert.deepEqual(reports, []);
     const pictures = frames.flatMap((frame) => frame.pictures);
     assert.equal(frames.length, 5);
     assert.deepEqual(pictures, nativePictures(clips[name]));
-    assert.equal(new Set(pictures.map(({ hash }) => hash)).size, pictures.length, "they all differ");
+    assert.equal(new Set(pictures.map(({ hash }) => hash)).size, pictures.length, "some pictures are equal");
   });
 
-test("seeking gives the picture of that frame, whatever was decoded before", async () => {
+test("seeking yields the picture of that frame, whatever was decoded before", async () => {
   const expected = nativePictures(clips.hevc);
   const decoder = await createDecoder({ source: read("hevc"), videoFallback });
   for (const n of [4, 1, 3, 0, 2]) {
@@ -67,7 +66,7 @@ test("seeking gives the picture of that frame, whatever was decoded before", asy
   decoder.close();
 });
 
-test("a compiled module does as well as the package", async () => {
+test("a compiled module works like the package", async () => {
   const wasm = await WebAssembly.compile(readFileSync(new URL("../dist/video.wasm", import.meta.url)));
   const { frames } = await play({ source: read("vp9"), videoFallback: async () => wasm });
   assert.deepEqual(
@@ -76,31 +75,31 @@ test("a compiled module does as well as the package", async () => {
   );
 });
 
-test("what can't be decoded is told once, with the codec, and frames come without pictures", async () => {
+test("a codec that cannot be decoded is reported once, and frames have no pictures", async () => {
   const unloadable = () => Promise.reject(new Error("404"));
   const cases = [
     [{ source: read("av1") }, /av01.*not in it/],
     [{ source: read("hevc"), videoFallback: unloadable }, /hvc1.*404/],
-    [{ source: read("hevc"), videoFallback: undefined, video: "pictures" }, /hvc1.*no decoder here/],
+    [{ source: read("hevc"), videoFallback: undefined, video: "pictures" }, /hvc1.*no decoder/],
   ];
   for (const [options, expected] of cases) {
-    const { frames, said } = await play(options);
+    const { frames, reports } = await play(options);
     assert.deepEqual(
       frames.map(({ pictures }) => pictures),
       [[], [], [], [], []],
     );
     assert.deepEqual(
-      said.map(({ type, detail }) => `${type} ${detail.code}`),
+      reports.map(({ type, detail }) => `${type} ${detail.code}`),
       ["warning unsupported"],
     );
-    assert.match(said[0].detail.message, expected);
+    assert.match(reports[0].detail.message, expected);
   }
   await assert.rejects(createDecoder({ source: read("hevc"), videoFallback: "@fvv/video-fallback" }), {
     code: "argument",
   });
 });
 
-test("a picture of planes has what VideoFrame has", async () => {
+test("a planar picture has the interface of VideoFrame", async () => {
   let checked = 0;
   await play({ source: read("hevc10") }, async (frame) => {
     if (frame.number > 0) return;

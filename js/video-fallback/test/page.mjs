@@ -1,12 +1,12 @@
-// Runs in a browser: decodes clips with the fallback and posts the hashes of their pictures. In a worker and in the
-// window; and as if there were no WebCodecs at all.
+// Runs in a browser: decodes clips with the fallback and posts the hashes of their pictures. In a worker, in the window, and
+// in a worker without WebCodecs.
 
 import { createDecoder } from "/dist/index.js";
 
 const videoFallback = () => import("/fallback/index.js");
 const hex = (buffer) => Array.from(new Uint8Array(buffer), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
-/** The planes without what a browser may leave between their rows. */
+/** The planes without padding between rows. */
 async function bytesOf(image) {
   const { width, height } = image.visibleRect;
   const bytes = image.format === "I420P10" ? 2 : 1;
@@ -32,7 +32,7 @@ async function decode(name, how, options) {
       const { format, timestamp } = image;
       const late = timestamp - Math.round(frame.seconds * 1e6);
       const isFrame = typeof VideoFrame === "function" && image instanceof VideoFrame;
-      // A browser's own decoder may hand out RGB.
+      // A browser's own decoder may return RGB.
       const hash = /^I420/.test(format) ? hex(await crypto.subtle.digest("SHA-256", await bytesOf(image))) : null;
       pictures.push({ track, hash, format, late, isFrame });
     }

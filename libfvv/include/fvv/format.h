@@ -17,11 +17,11 @@
 #define FVV_NORMAL_BITS_MAX 12
 /* more levels of motion than any mesh can have (clause 8.8). */
 #define FVV_MESH_LEVELS_MAX 32
-/* in VCFG: the frame does not show one single camera (clause 10.1). */
+/* in VCFG: the frame does not show a single camera (clause 10.1). */
 #define FVV_NO_CAMERA 65535
 /* in a part of a background: it has no picture (clause 18.2). */
 #define FVV_NO_PICTURE 4294967295
-/* pixels: macroblocks of H.264 do not straddle two tiles (clause 10.2). */
+/* pixels, so that no H.264 macroblock straddles two tiles (clause 10.2). */
 #define FVV_TILE_ALIGNMENT 16
 
 /* Chunk types: four characters as a little-endian u32. */
@@ -81,7 +81,7 @@ enum {
 /* Track kinds, clause 5.2. */
 enum {
   FVV_TRACK_MESH = 1, /* MESH chunks */
-  FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG, with tiles one TILE, and GTIL */
+  FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG; with tiles also one TILE, and GTIL */
   FVV_TRACK_CALIBRATION = 3, /* CALB chunks, of all cameras that move */
   FVV_TRACK_VISIBILITY = 4, /* VISI chunks */
   FVV_TRACK_BACKGROUND = 5, /* BACK chunks */
@@ -91,11 +91,11 @@ enum {
 
 /* Mesh profiles, clause 8.3. */
 enum {
-  FVV_MESH_RAW = 0, /* integers as they are */
+  FVV_MESH_RAW = 0, /* plain integers */
   FVV_MESH_DRACO = 1, /* Draco 2.2 bitstream of integers */
-  FVV_MESH_DELTA = 2, /* motion: the connectivity of the key mesh before it, other positions */
+  FVV_MESH_DELTA = 2, /* motion: the connectivity of the preceding key mesh, with new positions */
   FVV_MESH_FIELD = 3, /* reserved: hull of a regular grid */
-  FVV_MESH_FAST = 4, /* codec of meshoptimizer, for fast decoding */
+  FVV_MESH_FAST = 4, /* meshoptimizer's codec, for fast decoding */
 };
 
 /* Mesh attributes, clause 8.3. */
@@ -106,21 +106,21 @@ enum {
 
 /* Camera flags, clause 9.4. */
 enum {
-  FVV_CAMERA_MOVES = 1, /* CALB chunks say where the camera is and how it sees */
+  FVV_CAMERA_MOVES = 1, /* CALB chunks give the camera's calibration */
 };
 
 /* Visibility domains, clause 17.1. */
 enum {
   FVV_VISIBILITY_FACES = 0, /* one bit for each face */
   FVV_VISIBILITY_VERTICES = 1, /* one bit for each vertex */
-  FVV_VISIBILITY_SHARES = 2, /* a share for each vertex, of six values */
+  FVV_VISIBILITY_SHARES = 2, /* a visibility weight for each vertex, of six values */
 };
 
 /* Background part flags, clause 18.2. */
 enum {
-  FVV_PART_UNLIT = 1, /* shown in the colours that it has, whatever the lights */
-  FVV_PART_DOUBLE_SIDED = 2, /* faces show from behind too */
-  FVV_PART_CLAMPED = 4, /* beyond its edge the picture goes on with its last pixel; without the flag it begins again */
+  FVV_PART_UNLIT = 1, /* shown in its own colours, unaffected by lights */
+  FVV_PART_DOUBLE_SIDED = 2, /* faces are visible from both sides */
+  FVV_PART_CLAMPED = 4, /* beyond its edge the picture continues with its last pixel; without the flag it repeats */
 };
 
 /* Background picture codecs, clause 18.3. */
@@ -132,13 +132,13 @@ enum {
 /* Light types, clause 18.4. */
 enum {
   FVV_LIGHT_DIRECTIONAL = 0, /* from infinitely far, all rays parallel */
-  FVV_LIGHT_POINT = 1, /* from a place into all directions */
-  FVV_LIGHT_SPOT = 2, /* from a place into a cone */
+  FVV_LIGHT_POINT = 1, /* from a point in all directions */
+  FVV_LIGHT_SPOT = 2, /* from a point into a cone */
 };
 
 /* Light flags, clause 18.4. */
 enum {
-  FVV_LIGHT_CASTS_SHADOWS = 1, /* players that draw shadows draw those of this light */
+  FVV_LIGHT_CASTS_SHADOWS = 1, /* players that draw shadows draw the shadows of this light */
 };
 
 /* Lens models, clause 9.1. */
@@ -150,7 +150,7 @@ enum {
 
 /* What a video frame shows, clause 10.1. */
 enum {
-  FVV_SHOWS_TILES = 0, /* cameras by the TILE of the track, or the GTIL of the group */
+  FVV_SHOWS_TILES = 0, /* cameras, laid out by the TILE of the track or the GTIL of the group */
   FVV_SHOWS_CAMERA = 1, /* one camera's whole picture */
   FVV_SHOWS_ATLAS = 2, /* a texture atlas addressed by UV coordinates */
 };

@@ -89,7 +89,7 @@ static nlohmann::ordered_json decimation_json(const Plan &plan, const Decimation
   out["rms_pixels"] = seen ? nlohmann::ordered_json(sums.rms_pixels) : nullptr;
   out["max_pixels"] = seen ? nlohmann::ordered_json(sums.max_pixels) : nullptr;
   out["volume_change"] = sums.volume_change();
-  out["held_triangles"] = double(sums.held_faces) / frames;
+  out["locked_triangles"] = double(sums.held_faces) / frames;
   out["vanished_pieces"] = sums.vanished.pieces;
   out["vanished_area"] = sums.vanished.area;
   out["thin_area"] = sums.thin_area;
@@ -316,7 +316,7 @@ nlohmann::ordered_json sources_json(const Summary &s) {
                    {"largest_offset", v.largest_offset},
                    {"mean_offset", v.mean_offset},
                    {"repeated", v.used_again},
-                   {"unused", {{"before", v.before}, {"between", v.between}, {"behind", v.behind}}},
+                   {"unused", {{"before", v.before}, {"between", v.between}, {"after", v.behind}}},
                    {"better_start", start}});
   }
   return out;

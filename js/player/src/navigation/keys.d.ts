@@ -1,10 +1,10 @@
-/** What keys do, as people read it. */
+/** The help text of keys. */
 export interface KeyHelp {
-  /** Keys as they are written. */
+  /** Keys as they are displayed. */
   shown: string[];
-  says: string;
+  description: string;
 }
 
 export const COMMANDS: readonly KeyHelp[];
-/** Keys that move while they are held. */
+/** Keys that move the viewer while they are pressed. */
 export const MOVES: readonly KeyHelp[];

@@ -1,16 +1,27 @@
-// The viewer's place as it changes: what hands and keys ask for, smoothed, journeys to other places, and looking through
-// a camera of the stream. Time comes from outside.
+// The viewer's pose over time: smoothed movements by pointer and keys, journeys to other poses, and views through a camera
+// of the stream. The caller provides the time.
 
 import { viewFromCamera, viewFromPose } from "../view.js";
-import { axesOf } from "./axes.js";
-import { NOTHING, extentOf, homePose } from "./framing.js";
-import { between, dolly, level, look, move, orbit, pan, poseOfCamera } from "./pose.js";
+import {
+  axesOf,
+  between,
+  dolly,
+  extentOf,
+  homePose,
+  level,
+  look,
+  move,
+  EMPTY_EXTENT,
+  orbit,
+  pan,
+  poseOfCamera,
+} from "./pose.js";
 
-/** Seconds in which two thirds of what was asked for is done. */
+/** Time constant of smoothing in seconds. */
 const SMOOTHING = 0.07;
-/** What is left below this share of a unit is done at once. */
+/** A remaining movement below this is made at once. */
 const REST = 2e-4;
-/** Times the size of the scene. */
+/** Limits of the distance, relative to the size of the scene. */
 const NEAREST = 0.02;
 const FARTHEST = 30;
 
@@ -33,24 +44,24 @@ export class Navigator extends EventTarget {
   #journey = null;
   #last = null;
   #source = "script";
-  #lens = { camera: null, share: 0, leaving: false };
+  #lens = { camera: null, weight: 0, leaving: false };
   #home = null;
   axes = axesOf("y", []);
-  extent = NOTHING;
+  extent = EMPTY_EXTENT;
   pose = homePose(this.extent, [], this.axes, 16 / 9);
   aspect = 16 / 9;
-  /** Nothing goes on by itself when someone has asked for calm. */
+  /** No animation, for users who prefer reduced motion. */
   calm = false;
-  /** What held keys ask for in a second, in the same units. */
+  /** Movement per second by pressed keys. */
   drift = still();
 
-  /** wake(): steps are wanted. */
+  /** wake(): requests steps. */
   constructor(wake = () => {}) {
     super();
     this.wake = wake;
   }
 
-  /** The scene, as the first frame shows it. */
+  /** Takes the extent and axes of the scene from its first frame. */
   begin(frame) {
     const calibrated = frame.cameras.filter((camera) => camera.calibrated);
     this.axes = axesOf(frame.configuration.upAxis, calibrated);
@@ -72,7 +83,7 @@ export class Navigator extends EventTarget {
     return this.#lens.leaving ? null : (this.#lens.camera?.id ?? null);
   }
 
-  // What hands ask for: radians, shares of the picture's height, natural logarithm of the distance, metres.
+  // Movements by the user: radians, fractions of the picture's height, natural logarithm of the distance, metres.
   orbitBy(theta, phi) {
     this.#ask({ theta, phi });
   }
@@ -88,30 +99,38 @@ export class Navigator extends EventTarget {
   moveBy(right, up, forward) {
     this.#ask({ right, up, forward });
   }
-  /** One of them by its name, as keys do. */
+  /** One of these movements by its name. */
   nudge(name, amount) {
     this.#ask({ [name]: amount });
   }
   #ask(amounts) {
-    this.#leave();
+    this.#endJourney();
     this.#lens.leaving = true;
     for (const [name, amount] of Object.entries(amounts)) this.#pending[name] += amount;
     this.wake();
   }
-  /** A journey ends where a hand takes over. */
-  #leave() {
+  /** The user's movement ends a journey. */
+  #endJourney() {
     this.#journey?.done(false);
     this.#journey = null;
   }
 
-  /** seconds: 0 is at once. Promises whether it arrived. */
+  /** seconds: duration; 0: at once. Resolves to whether the pose was reached. */
   goTo(pose, seconds = 0, camera = null) {
-    this.#leave();
+    this.#endJourney();
     this.#pending = still();
     return new Promise((done) => {
-      const share = this.#lens.share;
-      this.#journey = { from: this.pose, to: pose, camera, share, seconds: this.calm ? 0 : seconds, began: null, done };
-      if (camera) this.#lens = { camera, leaving: false, share: camera.id === this.#lens.camera?.id ? share : 0 };
+      const weight = this.#lens.weight;
+      this.#journey = {
+        from: this.pose,
+        to: pose,
+        camera,
+        weight,
+        seconds: this.calm ? 0 : seconds,
+        began: null,
+        done,
+      };
+      if (camera) this.#lens = { camera, leaving: false, weight: camera.id === this.#lens.camera?.id ? weight : 0 };
       this.wake();
     });
   }
@@ -122,7 +141,7 @@ export class Navigator extends EventTarget {
     return this.goTo(poseOfCamera(camera, this.extent.centre), seconds, camera);
   }
 
-  /** Cameras of the frame that is shown: the one that is looked through may have moved. */
+  /** Takes the cameras of the current frame: the camera of the view may have moved. */
   follow(cameras) {
     const { camera } = this.#lens;
     const now = camera && cameras.find(({ id }) => id === camera.id);
@@ -130,30 +149,30 @@ export class Navigator extends EventTarget {
     this.#lens.camera = now;
     const moved = poseOfCamera(now, this.extent.centre);
     if (this.#journey?.camera) Object.assign(this.#journey, { to: moved, camera: now });
-    else if (this.#lens.share === 1) {
+    else if (this.#lens.weight === 1) {
       this.pose = moved;
       this.#changed("script");
     }
   }
 
-  /** now: milliseconds. Answers whether it goes on. */
+  /** now: milliseconds. Returns whether the movement continues. */
   step(now) {
     const passed = this.#last === null ? 0.016 : Math.min((now - this.#last) / 1000, 0.1);
-    const goesOn = this.#journey ? this.#travel(now) : this.#drive(passed);
-    this.#last = goesOn ? now : null;
-    return goesOn;
+    const continues = this.#journey ? this.#travel(now) : this.#drive(passed);
+    this.#last = continues ? now : null;
+    return continues;
   }
 
   #travel(now) {
     const journey = this.#journey;
     journey.began ??= now;
-    const { from, to, camera, share, seconds } = journey;
+    const { from, to, camera, weight, seconds } = journey;
     const s = seconds > 0 ? Math.min((now - journey.began) / (1000 * seconds), 1) : 1;
     this.pose = between(from, to, ease(s), this.axes);
-    this.#lens.share = camera ? share + (1 - share) * ease(s) : share * (1 - ease(s));
+    this.#lens.weight = camera ? weight + (1 - weight) * ease(s) : weight * (1 - ease(s));
     if (s === 1) {
       this.#journey = null;
-      if (!camera) this.#lens = { camera: null, share: 0, leaving: false };
+      if (!camera) this.#lens = { camera: null, weight: 0, leaving: false };
       journey.done(true);
     }
     this.#changed("script");
@@ -170,17 +189,17 @@ export class Navigator extends EventTarget {
     }
     const rolled = this.#unroll(passed);
     const all = this.calm || Object.values(pending).every((amount) => Math.abs(amount) < REST);
-    const share = all ? 1 : 1 - Math.exp(-passed / SMOOTHING);
-    if (Object.values(pending).some((amount) => amount !== 0)) this.#apply(share);
+    const fraction = all ? 1 : 1 - Math.exp(-passed / SMOOTHING);
+    if (Object.values(pending).some((amount) => amount !== 0)) this.#apply(fraction);
     else if (rolled) this.#changed("user");
     return !all || drifts || rolled;
   }
 
-  #apply(share) {
+  #apply(fraction) {
     const part = {};
     this.#lens.leaving = true;
     for (const name of Object.keys(this.#pending)) {
-      part[name] = this.#pending[name] * share;
+      part[name] = this.#pending[name] * fraction;
       this.#pending[name] -= part[name];
     }
     let { pose } = this;
@@ -194,18 +213,18 @@ export class Navigator extends EventTarget {
     this.#changed("user");
   }
 
-  /** Out of a camera's view: its lens and its roll go as one moves on. */
+  /** After a camera's view, its lens and its roll fade out while the user moves. */
   #unroll(passed) {
     const moved = Object.values(this.#pending).some((amount) => amount !== 0);
-    const { share } = this.#lens;
+    const { weight } = this.#lens;
     const rolled = this.pose.up !== this.axes.up;
-    if ((share === 1 || share === 0) && !moved) return false;
-    if (share === 0 && !rolled) return false;
+    if ((weight === 1 || weight === 0) && !moved) return false;
+    if (weight === 0 && !rolled) return false;
     const step = this.calm ? 1 : 1 - Math.exp(-passed / (2 * SMOOTHING));
-    // Level, one can't look straight down, as cameras can.
+    // orbit keeps the minimum angle to the vertical, which cameras need not have.
     this.pose = orbit(level(this.pose, step, this.axes), { theta: 0, phi: 0 }, this.axes);
-    this.#lens.share = share * (1 - step) < 1e-3 ? 0 : share * (1 - step);
-    if (this.#lens.share === 0) this.#lens.camera = null;
+    this.#lens.weight = weight * (1 - step) < 1e-3 ? 0 : weight * (1 - step);
+    if (this.#lens.weight === 0) this.#lens.camera = null;
     return true;
   }
 
@@ -213,19 +232,19 @@ export class Navigator extends EventTarget {
     this.#source = source;
     this.dispatchEvent(new Event("change"));
   }
-  /** Who moved last: "user" or "script". */
+  /** The origin of the last movement: "user" or "script". */
   get source() {
     return this.#source;
   }
 
-  /** As the renderer takes it. */
+  /** The view for the renderer. */
   view(width, height) {
     const free = viewFromPose({ ...this.pose, width, height });
-    const { camera, share } = this.#lens;
-    if (!camera || share === 0) return free;
+    const { camera, weight } = this.#lens;
+    if (!camera || weight === 0) return free;
     const through = viewFromCamera(camera, width, height);
-    if (share === 1) return through;
-    const mixed = (name) => free[name] + (through[name] - free[name]) * share;
+    if (weight === 1) return through;
+    const mixed = (name) => free[name] + (through[name] - free[name]) * weight;
     return { ...free, fx: mixed("fx"), fy: mixed("fy"), cx: mixed("cx"), cy: mixed("cy") };
   }
 }

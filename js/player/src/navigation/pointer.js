@@ -1,12 +1,12 @@
-// Mouse, pen and fingers on the picture. One finger or the left button turns, two fingers or the right button move, and
-// pinch or wheel come nearer. In the way of flying, turning turns the head.
+// Mouse, pen and touch on the picture. One finger or the left button rotates, two fingers or the right button pan, and pinch
+// or wheel zoom. When flying, rotation is around the eye.
 
-/** Radians over the height of the picture. */
+/** Radians per height of the picture. */
 const TURN = Math.PI;
 const LOOK = Math.PI / 2;
 const WHEEL = 0.0015;
 const LINE = 16;
-/** Pixels and milliseconds up to which it was a click. */
+/** Limits of a click in pixels and milliseconds. */
 const CLICK_PIXELS = 5;
 const CLICK_MS = 350;
 
@@ -24,7 +24,7 @@ export class PointerControls {
   #pressed = null;
   flying = false;
 
-  /** clicked(event): pressed and let go without moving. */
+  /** clicked(event): pressed and released without movement. */
   constructor(surface, navigator, clicked, signal) {
     this.#surface = surface;
     this.#navigator = navigator;
@@ -76,7 +76,7 @@ export class PointerControls {
   #wheel(event) {
     event.preventDefault();
     const pixels = event.deltaY * (event.deltaMode === 1 ? LINE : event.deltaMode === 2 ? 20 * LINE : 1);
-    // What trackpads send for a pinch has small numbers.
+    // Trackpads send small values for a pinch.
     const amount = Math.max(-1, Math.min(1, WHEEL * pixels * (event.ctrlKey ? 6 : 1)));
     if (this.flying) this.#navigator.moveBy(0, 0, -amount * this.#navigator.extent.radius);
     else this.#navigator.dollyBy(amount);

@@ -1,18 +1,94 @@
-// What HTMLMediaElement is without a document: attributes, states, promises and events in the order that HTML gives
-// them. How frames come to be shown is the playout's.
+// HTMLMediaElement without a document: attributes, states, promises and events in the order of the HTML standard.
 
-import { Announcer } from "./announcer.js";
 import { Meter } from "./meter.js";
-import { PendingPlays } from "./pending_plays.js";
 import { Playout } from "./playout.js";
 import { Ranges } from "./ranges.js";
-import { StallWatch } from "./stall_watch.js";
-import { NETWORK, NOTHING_YET, READY, mediaError } from "./states.js";
+
+export const NETWORK = { EMPTY: 0, IDLE: 1, LOADING: 2, NO_SOURCE: 3 };
+export const READY = { NOTHING: 0, METADATA: 1, CURRENT_DATA: 2, FUTURE_DATA: 3, ENOUGH_DATA: 4 };
+const ERROR = { NETWORK: 2, DECODE: 3, SOURCE_NOT_SUPPORTED: 4 };
+const NETWORK_CODES = ["io", "changed", "reconnect", "truncated"];
+
+/** The state without a source. */
+const INITIAL_STATE = {
+  readyState: READY.NOTHING,
+  networkState: NETWORK.EMPTY,
+  error: null,
+  duration: NaN,
+  frame: null,
+  seeking: false,
+  atEnd: false,
+};
+
+/** Like MediaError. cause: FvvError or another Error. playable: part of the source could be played. */
+function mediaError(cause, playable) {
+  const code = !playable
+    ? ERROR.SOURCE_NOT_SUPPORTED
+    : NETWORK_CODES.includes(cause.code)
+      ? ERROR.NETWORK
+      : ERROR.DECODE;
+  return Object.freeze({ code, message: cause.message, cause });
+}
+
+/** Dispatches events like media elements do, after the current code has run; forget cancels them. */
+class DelayedEvents extends EventTarget {
+  #turn = 0;
+
+  announce(...types) {
+    const turn = this.#turn;
+    queueMicrotask(() => {
+      if (turn === this.#turn) for (const type of types) this.dispatchEvent(new Event(type));
+    });
+  }
+  /** Cancels events that have not been dispatched yet. */
+  forget() {
+    this.#turn++;
+  }
+}
+
+/** The promises of play() that are not settled yet. */
+class PendingPlays {
+  #pending = [];
+
+  add() {
+    const promise = new Promise((resolve, reject) => this.#pending.push({ resolve, reject }));
+    // A rejection is not an error if the caller ignores the promise.
+    promise.catch(() => {});
+    return promise;
+  }
+  resolveAll() {
+    for (const { resolve } of this.#pending.splice(0)) resolve();
+  }
+  rejectAll(name, message) {
+    for (const { reject } of this.#pending.splice(0)) reject(new DOMException(message, name));
+  }
+}
+
+const STALLED_MS = 3000;
+
+/** Calls back if awaited data has not arrived for a while. */
+class StallWatch {
+  #stalled;
+  #timer = null;
+
+  constructor(stalled) {
+    this.#stalled = stalled;
+  }
+  /** Data has arrived, or is awaited from now on. */
+  begin() {
+    this.end();
+    this.#timer = setTimeout(this.#stalled, STALLED_MS);
+    this.#timer.unref?.();
+  }
+  end() {
+    clearTimeout(this.#timer);
+  }
+}
 
 const TIME_UPDATE_MS = 250;
-const FASTEST = 16;
+const MAX_RATE = 16;
 
-export class Media extends Announcer {
+export class Media extends DelayedEvents {
   #open;
   #show;
   #now;
@@ -26,7 +102,7 @@ export class Media extends Announcer {
   #suspended = false;
   #startAt = null;
   #autoplaying = true;
-  #blank = true; // nothing is to be reset
+  #initial = true; // there is nothing to reset
   #updated = -Infinity;
   #stallWatch = new StallWatch(() => this.#stall());
   #sawData = false;
@@ -35,20 +111,23 @@ export class Media extends Announcer {
   paused = true;
   autoplay = false;
   live = false;
-  leapSeconds = 5; // behind the live edge
+  maxLiveDelay = 5; // seconds
   meter = new Meter();
 
-  /** open(source): a decoder. show(frame): when it may be closed. wake(): tick is wanted. now(): milliseconds. */
+  /**
+   * open(source): resolves to a decoder. show(frame): resolves when the frame may be closed. wake(): requests a tick.
+   * now(): milliseconds.
+   */
   constructor({ open, show, wake = () => {}, now = () => performance.now() }) {
     super();
-    Object.assign(this, NOTHING_YET);
+    Object.assign(this, INITIAL_STATE);
     this.#open = open;
     this.#show = show;
     this.#wake = wake;
     this.#now = now;
   }
 
-  /** What load does at once: what is asked for from here on is asked of the next source, play() too. */
+  /** The synchronous part of load: later calls, including play(), apply to the next source. */
   reset() {
     this.forget();
     const former = this.networkState;
@@ -59,16 +138,16 @@ export class Media extends Announcer {
       this.paused = true;
       this.#range = null;
     }
-    this.#plays.break("AbortError", "another source was set");
-    Object.assign(this, NOTHING_YET);
-    this.#autoplaying = this.#blank = true;
+    this.#plays.rejectAll("AbortError", "another source was set");
+    Object.assign(this, INITIAL_STATE);
+    this.#autoplaying = this.#initial = true;
     this.#reopened = this.#sawData = false;
   }
 
-  /** source: as createDecoder takes it, or null. at: {seconds} or {frame} to begin with. */
+  /** source: as createDecoder takes it, or null. at: first position, {seconds} or {frame}. */
   load(source, { live = false, at = null } = {}) {
-    if (!this.#blank) this.reset();
-    this.#blank = false;
+    if (!this.#initial) this.reset();
+    this.#initial = false;
     this.live = live;
     this.#source = source;
     this.#startAt = at;
@@ -102,7 +181,7 @@ export class Media extends Announcer {
         shown: (shown) => this.#shown(shown),
         seeking: () => this.#beginSeek(),
         sought: () => this.#endSeek(),
-        behind: (seconds) => seconds > this.leapSeconds && this.goLive(),
+        behind: (seconds) => seconds > this.maxLiveDelay && this.goLive(),
         drained: () => this.#drain(),
         ended: () => this.#end(),
         failed: (error) => this.fail(error),
@@ -116,7 +195,7 @@ export class Media extends Announcer {
     this.#startAt = null;
     if (at && decoder.seekable) playout.seek(this.#place(at), at.seconds ?? 0);
     else playout.begin();
-    this.#run();
+    this.#updateRunning();
   }
 
   #place({ seconds, frame }) {
@@ -131,14 +210,14 @@ export class Media extends Announcer {
     this.#stallWatch.end();
   }
 
-  /** Nothing can be shown any more. */
+  /** Playback cannot continue. */
   fail(error) {
     const playable = this.readyState !== READY.NOTHING;
     this.error = mediaError(error, playable);
     this.networkState = playable ? NETWORK.IDLE : NETWORK.NO_SOURCE;
     this.seeking = false;
     this.#release();
-    this.#plays.break("NotSupportedError", error.message);
+    this.#plays.rejectAll("NotSupportedError", error.message);
     this.announce("error");
   }
 
@@ -188,7 +267,7 @@ export class Media extends Announcer {
 
   #notifyPlaying() {
     this.announce("playing");
-    queueMicrotask(() => !this.paused && this.#plays.keep());
+    queueMicrotask(() => !this.paused && this.#plays.resolveAll());
   }
 
   get ended() {
@@ -197,7 +276,7 @@ export class Media extends Announcer {
   get running() {
     return !this.paused && !this.ended && !this.#suspended && this.#playout !== null;
   }
-  #run() {
+  #updateRunning() {
     if (this.#playout) this.#playout.running = this.running;
     if (this.running) this.#wake();
   }
@@ -218,7 +297,7 @@ export class Media extends Announcer {
     this.announce("play");
     if (this.readyState >= READY.FUTURE_DATA) this.#notifyPlaying();
     else this.announce("waiting");
-    this.#run();
+    this.#updateRunning();
   }
   #rewind() {
     if (this.#playout?.decoder.seekable) this.currentTime = this.seekable.start(0);
@@ -230,14 +309,14 @@ export class Media extends Announcer {
     if (this.paused) return;
     this.paused = true;
     this.announce("timeupdate", "pause");
-    this.#plays.break("AbortError", "pause was called");
-    this.#run();
+    this.#plays.rejectAll("AbortError", "pause was called");
+    this.#updateRunning();
   }
 
-  /** Nobody sees it: nothing is decoded, and time stands still. */
+  /** While the page is hidden nothing is decoded, and time stands still. */
   set suspended(suspended) {
     this.#suspended = suspended;
-    this.#run();
+    this.#updateRunning();
   }
 
   #end() {
@@ -247,10 +326,10 @@ export class Media extends Announcer {
     if (!this.paused) {
       this.paused = true;
       this.announce("pause");
-      this.#plays.break("AbortError", "the end was reached");
+      this.#plays.rejectAll("AbortError", "the end was reached");
     }
     this.announce("ended");
-    this.#run();
+    this.#updateRunning();
   }
 
   /** All of the stream has been read. */
@@ -260,7 +339,7 @@ export class Media extends Announcer {
     this.announce("suspend");
   }
 
-  /** A source that can't be sought in, from its beginning, or from where it is live. */
+  /** Opens a source without seeking again: from its beginning, or at the live edge. */
   #reopen() {
     this.#release();
     this.#reopened = true;
@@ -272,19 +351,19 @@ export class Media extends Announcer {
     this.atEnd = false;
     this.seeking = true;
     this.networkState = NETWORK.LOADING;
-    // A place that was asked for before there was anything: told when there is.
+    // Before metadata is available, the event is dispatched later.
     if (this.readyState >= READY.METADATA) this.announce("seeking");
   }
   #endSeek() {
     this.seeking = false;
     this.announce("timeupdate", "seeked");
-    this.#run();
+    this.#updateRunning();
   }
   get currentTime() {
     return this.#playout ? this.#playout.position : (this.#startAt?.seconds ?? 0);
   }
   set currentTime(seconds) {
-    if (!Number.isFinite(seconds)) throw new TypeError(`${seconds} is no time`);
+    if (!Number.isFinite(seconds)) throw new TypeError(`currentTime: expected a number of seconds, found ${seconds}`);
     if (this.readyState === READY.NOTHING) {
       this.#startAt = { seconds };
       return;
@@ -306,7 +385,7 @@ export class Media extends Announcer {
     const at = this.#place(place);
     playout.seek(at, at.seconds ?? start + at.frame * (shown?.duration ?? 0));
   }
-  /** Shows the frame so many further on, paused. */
+  /** Pauses, and shows the frame count frames further on. */
   step(count) {
     this.pause();
     return this.#playout?.step(count) ?? false;
@@ -317,8 +396,8 @@ export class Media extends Announcer {
   }
   set playbackRate(rate) {
     if (rate === this.#rate) return;
-    if (!(rate >= 0 && rate <= FASTEST))
-      throw new DOMException(`${rate} is no rate from 0 to ${FASTEST}`, "NotSupportedError");
+    if (!(rate >= 0 && rate <= MAX_RATE))
+      throw new DOMException(`playbackRate: expected 0 to ${MAX_RATE}, found ${rate}`, "NotSupportedError");
     this.#rate = rate;
     if (this.#playout) this.#playout.rate = rate;
     this.announce("ratechange");
@@ -330,12 +409,12 @@ export class Media extends Announcer {
     this.#loop = loop;
     this.#changeLoop();
   }
-  /** {from, to} in seconds between which it plays again and again, or null. */
+  /** {from, to} in seconds: the range that is played in a loop, or null. */
   get loopRange() {
     return this.#range;
   }
   set loopRange(range) {
-    if (range && !(range.to > range.from)) throw new RangeError("a loop has to end after it begins");
+    if (range && !(range.to > range.from)) throw new RangeError("loopRange: expected to > from");
     this.#range = range && { from: range.from, to: range.to };
     this.#changeLoop();
   }
@@ -345,7 +424,7 @@ export class Media extends Announcer {
     this.#playout.unwrap();
   }
 
-  /** To where the stream is now: by another connection, which begins with its newest group. */
+  /** Moves to the live edge by another connection, which begins with the latest group. */
   goLive() {
     if (!this.live || this.#reopened || this.readyState === READY.NOTHING) return;
     this.#reopen();
@@ -362,8 +441,8 @@ export class Media extends Announcer {
   get decoder() {
     return this.#playout?.decoder ?? null;
   }
-  get heldFrames() {
-    return this.#playout?.heldFrames ?? 0;
+  get openFrames() {
+    return this.#playout?.openFrames ?? 0;
   }
   get seekable() {
     return new Ranges(this.#playout?.seekable);
@@ -372,7 +451,7 @@ export class Media extends Announcer {
     return new Ranges(this.#playout?.buffered);
   }
 
-  /** For each picture of the screen. Answers whether another tick is wanted. */
+  /** Called for each picture of the screen. Returns whether another tick is needed. */
   tick() {
     if (!this.running) return false;
     this.#playout.tick();
@@ -385,13 +464,13 @@ export class Media extends Announcer {
     return true;
   }
 
-  /** Asks the decoder for its figures, and for what it holds. */
+  /** Updates statistics and buffered times from the decoder. */
   async measure() {
     const { decoder } = this;
-    const [figures, held] = (await Promise.all([decoder?.stats(), decoder?.held()]).catch(() => null)) ?? [];
-    if (!figures || decoder !== this.decoder) return;
-    this.#playout.held = held;
-    if (this.meter.decoder(this.#now(), figures)) this.announce("progress");
+    const [stats, cached] = (await Promise.all([decoder?.stats(), decoder?.buffered()]).catch(() => null)) ?? [];
+    if (!stats || decoder !== this.decoder) return;
+    this.#playout.cachedTimes = cached;
+    if (this.meter.decoder(this.#now(), stats)) this.announce("progress");
   }
 
   #stall() {

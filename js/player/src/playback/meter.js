@@ -1,6 +1,6 @@
-// Figures of playing: what was shown and dropped, and rates over the last seconds.
+// Statistics of playback: frames shown and dropped, and rates over the last seconds.
 
-/** Milliseconds that rates are taken over. */
+/** Milliseconds over which rates are averaged. */
 const WINDOW = 2000;
 
 class Rate {
@@ -12,7 +12,7 @@ class Rate {
   #forget(now) {
     while (this.#events.length && now - this.#events[0][0] > WINDOW) this.#events.shift();
   }
-  /** A second. */
+  /** Per second. */
   at(now) {
     this.#forget(now);
     if (this.#events.length < 2) return 0;
@@ -28,7 +28,7 @@ export class Meter {
   #read = null;
   framesShown = 0;
   framesDropped = 0;
-  /** Milliseconds of the frame that was shown last: meshes, visibility and calibration; and all of showing. */
+  /** Smoothed milliseconds per frame: decoding of meshes, visibility and calibration; and showing. */
   decodeMs = 0;
   showMs = 0;
   memoryBytes = 0;
@@ -38,15 +38,14 @@ export class Meter {
   shown(now, { decodeMs, showMs }) {
     this.framesShown++;
     this.#shown.add(now, 1);
-    // Smoothed: figures that jump with every frame can't be read.
-    const share = this.framesShown === 1 ? 1 : 0.1;
-    this.decodeMs += share * (decodeMs - this.decodeMs);
-    this.showMs += share * (showMs - this.showMs);
+    const weight = this.framesShown === 1 ? 1 : 0.1;
+    this.decodeMs += weight * (decodeMs - this.decodeMs);
+    this.showMs += weight * (showMs - this.showMs);
   }
   dropped(count = 1) {
     this.framesDropped += count;
   }
-  /** Of Decoder.stats. Answers whether bytes have come. */
+  /** Takes Decoder.stats. Returns whether bytes have arrived. */
   decoder(now, { bytesRead, memoryBytes, queued }) {
     const more = bytesRead !== null && bytesRead !== this.#read;
     if (bytesRead !== null && this.#read !== null && bytesRead >= this.#read)
@@ -55,14 +54,14 @@ export class Meter {
     Object.assign(this, { bytesRead, memoryBytes, queued });
     return more;
   }
-  /** The next figures are those of another decoder. */
+  /** The next statistics are those of another decoder. */
   begin() {
     this.#read = null;
   }
   framesPerSecond(now) {
     return this.#shown.at(now);
   }
-  /** Bits a second that came. */
+  /** Received bits per second. */
   bitrate(now) {
     return 8 * this.#bytes.at(now);
   }

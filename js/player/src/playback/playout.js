@@ -1,21 +1,20 @@
-// Frames of one decoder in their time: shows the one that is due, searches, loops, steps, follows a live edge. What a
-// media element tells of it is not its business: it says so to its host.
+// Shows the frames of one decoder at their time: playback, seeks, loops, steps, live edge. States and events of a media
+// element are up to its host.
 
-import { Clock } from "./clock.js";
-import { whatIsDue } from "./due.js";
-import { LiveEdge } from "./live_edge.js";
+import { FrameQueue } from "./frame_queue.js";
 import { groupAt, union } from "./ranges.js";
-import { Supply } from "./supply.js";
+import { Clock, LiveEdge, whatIsDue } from "./timing.js";
 
-/** Milliseconds that a search may go on when another is asked for: less, and nothing shows while one scrubs. */
-const SEARCH_PATIENCE = 250;
-/** Milliseconds that the supply may be empty before playing waits for it, and after which a frame came from afar. */
+/** Milliseconds that a search may continue after another seek; with less nothing is shown while the user scrubs. */
+const SEARCH_TIMEOUT = 250;
+/** Milliseconds with an empty queue after which playback stalls. */
 const STALL = 250;
+/** Milliseconds after which a frame counts as waited for. */
 const WAITED = 12;
 const EPSILON = 1e-6;
-/** Milliseconds that a frame stays on screen rather than one without its pictures. */
+/** Milliseconds that a frame stays on screen instead of one that lacks pictures. */
 const KEEP = 1000;
-/** Decoders of video lose pictures, also where a machine is too busy to answer in time. */
+/** Decoders of video lose pictures, for example on a busy machine. */
 const lacksPictures = ({ pictures, samples }) => pictures.length < samples.length;
 
 export class Playout {
@@ -23,25 +22,25 @@ export class Playout {
   #now;
   #host;
   #meter;
-  #supply;
+  #queue;
   #clock;
   #edge = new LiveEdge();
   #running = false;
   #stalled = false;
   #closed = false;
   #learned = false;
-  #wrapped = false; // the supply is at the beginning of the loop already
-  #goal = null; // what is sought last: {place, position, number}
-  #search = null; // what is searched for at the moment: {goal, began}
-  #patience = null;
-  #taken = 0; // seconds where the last frame ends that was shown or dropped
+  #wrapped = false; // the queue is already at the beginning of the loop
+  #goal = null; // the last seek: {place, position, number}
+  #search = null; // the current search: {goal, began}
+  #searchTimer = null;
+  #taken = 0; // end in seconds of the last frame that was shown or dropped
   #shownAt = -Infinity;
   #rate = 1;
   #groups = [];
-  #seconds = null; // of ticks
-  #held = [];
-  #again = false; // pictures of the first frame were asked for again
-  #whole = false; // the frame on screen has its pictures
+  #seconds = null; // converts ticks
+  #cached = []; // [start, end] in seconds
+  #retried = false; // the first frame lacked pictures and was requested again
+  #complete = false; // the frame on screen has all its pictures
   live = false;
   loop = false;
   /** {from, to} in seconds, or null. */
@@ -52,8 +51,8 @@ export class Playout {
   end = Infinity;
 
   /**
-   * show(frame): answers when the frame may be closed. host: {metadata, duration, ready, shown, seeking, sought, behind,
-   * drained, ended, failed, wake}; ready(1): the frame of the place is missing, (2): the next one, (4): nothing.
+   * show(frame): resolves when the frame may be closed. host: {metadata, duration, ready, shown, seeking, sought, behind,
+   * drained, ended, failed, wake}; ready(1): the current frame is missing, (2): the next one is missing, (4): none is.
    */
   constructor({ decoder, show, now, host, meter, live }) {
     Object.assign(this, { decoder, live });
@@ -62,18 +61,18 @@ export class Playout {
     this.#host = host;
     this.#meter = meter;
     this.#clock = new Clock(now);
-    this.#supply = new Supply(
+    this.#queue = new FrameQueue(
       decoder,
       (frame) => this.#arrive(frame),
       (error) => host.failed(error),
       now,
     );
-    // Of some sources it is known in the end how long they are.
+    // The length of some sources is known only at their end.
     decoder.addEventListener("groups", () => this.#seconds && this.#learnGroups());
   }
 
   begin() {
-    this.#supply.want();
+    this.#queue.fill();
   }
 
   get position() {
@@ -91,9 +90,9 @@ export class Playout {
     this.#rate = rate;
     this.#clock.rate = rate;
   }
-  /** Frames of which the pictures are open in this thread: one that is shown, or two that come next. */
-  get heldFrames() {
-    return this.#supply.held;
+  /** Number of frames with open pictures in this thread. */
+  get openFrames() {
+    return this.#queue.openFrames;
   }
   get behind() {
     return this.live ? this.#edge.behind(this.position, this.#now()) : 0;
@@ -102,16 +101,16 @@ export class Playout {
     return this.#groups;
   }
 
-  /** Up to where time goes on without another frame. */
+  /** The position that playback can reach without another frame. */
   get #limit() {
     if (this.#search || !this.shown) return Infinity;
     if (this.#wrapped) return this.#wrapAt;
-    if (this.#supply.frame && this.#supply.settled) return Infinity;
+    if (this.#queue.frame && this.#queue.settled) return Infinity;
     return this.#taken;
   }
-  /** The frame that is due has not come for a while. */
+  /** Whether the frame that is due has been missing for a while. */
   get #missing() {
-    return this.#supply.waited > STALL && this.#clock.position > this.#limit;
+    return this.#queue.waited > STALL && this.#clock.position > this.#limit;
   }
   get #inRange() {
     return this.range !== null && (!this.shown || this.shown.seconds < this.range.to - EPSILON);
@@ -129,7 +128,7 @@ export class Playout {
   }
 
   #arrive(frame) {
-    if (frame && this.live) this.#edge.observe(frame.seconds, this.#now(), this.#supply.waited > WAITED);
+    if (frame && this.live) this.#edge.observe(frame.seconds, this.#now(), this.#queue.waited > WAITED);
     if (frame && !this.#learned) this.#learn(frame);
     this.#evaluate();
     this.#host.wake();
@@ -170,20 +169,20 @@ export class Playout {
   }
 
   #evaluate() {
-    const supply = this.#supply;
-    if (supply.showing || this.#closed || !supply.settled) return;
-    const { frame, ended } = supply;
-    if (this.#search) this.#answer(frame, ended);
+    const queue = this.#queue;
+    if (queue.showing || this.#closed || !queue.settled) return;
+    const { frame, ended } = queue;
+    if (this.#search) this.#takeFound(frame, ended);
     else if (!this.shown) {
-      if (frame && this.#asksAgain(frame, this.#again)) this.#again = true;
+      if (frame && this.#retries(frame, this.#retried)) this.#retried = true;
       else if (frame) this.#present();
-      else if (ended) this.#host.failed(new Error("there are no frames in this stream"));
+      else if (ended) this.#host.failed(new Error("the stream has no frames"));
     } else {
       if (frame || ended) this.#unstall();
       if (this.#running) this.#play(frame, ended);
     }
-    if (supply.ended && !supply.showing && !this.#wrapped) this.#host.drained();
-    supply.want();
+    if (queue.ended && !queue.showing && !this.#wrapped) this.#host.drained();
+    queue.fill();
   }
 
   #unstall() {
@@ -198,7 +197,7 @@ export class Playout {
     if (this.#wrapped) return this.#playWrapped(frame);
     if (frame) return this.#playNext(frame);
     if (ended) {
-      // Where there is no index, the end is known when it comes.
+      // Without an index the end is known only now.
       this.end = Math.min(this.end, Math.max(this.#taken, this.#groups.at(-1)?.end ?? 0));
       if (this.#clock.position >= this.end - EPSILON) this.#finish();
     } else if (this.#missing) this.#stall();
@@ -218,42 +217,42 @@ export class Playout {
   }
 
   #playNext(frame) {
-    // Time that goes back: a live stream that began anew.
+    // Times go back: a live stream has restarted.
     if (frame.seconds < this.shown.seconds) this.#clock.position = frame.seconds;
     const { position, rate } = this.#clock;
-    // Where decoding is what takes long, a frame that is not shown makes no other one come sooner.
+    // If decoding is the bottleneck, dropping a frame does not make the next one arrive sooner.
     const last = frame.number + 1 === this.decoder.frameCount;
-    const spared = !last && this.#supply.waited * rate < 1000 * frame.duration;
+    const spared = !last && this.#queue.waited * rate < 1000 * frame.duration;
     const sinceShown = this.#now() - this.#shownAt;
     let due = whatIsDue(frame, position, rate, spared ? sinceShown : Infinity);
-    if (due === "show" && this.#whole && lacksPictures(frame) && sinceShown < KEEP) due = "drop";
+    if (due === "show" && this.#complete && lacksPictures(frame) && sinceShown < KEEP) due = "drop";
     if (due === "show") this.#present();
     if (due === "drop") {
-      const dropped = this.#supply.shift();
+      const dropped = this.#queue.shift();
       this.#taken = dropped.seconds + dropped.duration;
       dropped.close();
       this.#meter.dropped();
     }
-    if (due === "lag" && !this.#leap(frame)) {
+    if (due === "lag" && !this.#skipToDue(frame)) {
       this.#clock.position = frame.seconds;
       this.#present();
     }
   }
 
-  /** On to the group that is due, over those that would only be decoded late. */
-  #leap(frame) {
+  /** Skips to the group that is due. */
+  #skipToDue(frame) {
     const group = this.#groups[groupAt(this.#groups, this.#clock.position)];
     if (!this.decoder.seekable || !(group?.firstFrame > frame.number + 1)) return false;
     this.#meter.dropped(group.firstFrame - frame.number);
-    this.#seekSupply({ frame: group.firstFrame });
+    this.#seekQueue({ frame: group.firstFrame });
     return true;
   }
 
-  /** The beginning of the loop is decoded while the end is still on screen. */
+  /** Begins to decode the beginning of the loop while its end is still on screen. */
   #wrap() {
     this.#wrapped = true;
     const from = this.range ? Math.max(this.range.from, this.start) : this.start;
-    this.#seekSupply({ seconds: from });
+    this.#seekQueue({ seconds: from });
   }
   #playWrapped(frame) {
     const at = this.#wrapAt;
@@ -268,36 +267,36 @@ export class Playout {
     this.#present(() => this.#host.sought());
   }
 
-  /** The loop has changed: what is decoded ahead is not what comes next any more. */
+  /** The loop has changed: frames that were decoded ahead may be the wrong ones. */
   unwrap() {
     if (!this.#wrapped) return this.#evaluate();
     this.#wrapped = false;
     const next = this.shown.number + 1;
-    if (next < (this.decoder.frameCount ?? Infinity)) this.#seekSupply({ frame: next });
-    else this.#supply.finish();
+    if (next < (this.decoder.frameCount ?? Infinity)) this.#seekQueue({ frame: next });
+    else this.#queue.finish();
     this.#evaluate();
   }
 
   async #present(done) {
-    const frame = this.#supply.shift();
+    const frame = this.#queue.shift();
     const { number, seconds, duration, decodeMs } = frame;
-    this.#whole = !lacksPictures(frame);
-    // The position is that of the new run already.
+    this.#complete = !lacksPictures(frame);
+    // The position is already that of the restarted stream.
     if (seconds < this.shown?.seconds) this.#edge.enter();
     const began = this.#now();
     this.#taken = seconds + duration;
-    this.#supply.showing = true;
-    this.#supply.want();
-    let trouble = null;
+    this.#queue.showing = true;
+    this.#queue.fill();
+    let failure = null;
     try {
       await this.#show(frame);
     } catch (error) {
-      trouble = error;
+      failure = error;
     }
     frame.close();
-    this.#supply.showing = false;
+    this.#queue.showing = false;
     if (this.#closed) return;
-    if (trouble) return this.#host.failed(trouble);
+    if (failure) return this.#host.failed(failure);
     this.shown = { number, seconds, duration };
     this.#shownAt = this.#now();
     this.#meter.shown(this.#shownAt, { decodeMs, showMs: this.#shownAt - began });
@@ -307,7 +306,7 @@ export class Playout {
     this.#evaluate();
   }
 
-  /** place: as Decoder.seek takes it. position: seconds where it is, as far as is known. */
+  /** place: as Decoder.seek takes it. position: its seconds, as far as known. */
   seek(place, position) {
     this.#goal = { place, position, number: place.frame ?? null };
     this.#wrapped = false;
@@ -315,35 +314,35 @@ export class Playout {
     this.#clock.position = position;
     this.#host.seeking();
     const spent = this.#search ? this.#now() - this.#search.began : Infinity;
-    clearTimeout(this.#patience);
-    if (spent >= SEARCH_PATIENCE) this.#beginSearch();
-    else this.#patience = setTimeout(() => this.#beginSearch(), SEARCH_PATIENCE - spent);
+    clearTimeout(this.#searchTimer);
+    if (spent >= SEARCH_TIMEOUT) this.#beginSearch();
+    else this.#searchTimer = setTimeout(() => this.#beginSearch(), SEARCH_TIMEOUT - spent);
   }
   #beginSearch() {
-    clearTimeout(this.#patience);
+    clearTimeout(this.#searchTimer);
     this.#search = { goal: this.#goal, began: this.#now() };
     this.#stalled = false;
     this.#host.ready(1);
-    this.#seekSupply(this.#goal.place);
+    this.#seekQueue(this.#goal.place);
   }
-  #seekSupply(place) {
-    this.#supply.seek(place).then(() => this.#evaluate());
+  #seekQueue(place) {
+    this.#queue.seek(place).then(() => this.#evaluate());
   }
 
-  #answer(frame, ended) {
+  #takeFound(frame, ended) {
     const search = this.#search;
-    if (frame && this.#asksAgain(frame, search.again)) search.again = true;
+    if (frame && this.#retries(frame, search.retried)) search.retried = true;
     else if (frame) this.#present(() => this.#found(search));
     else if (ended) this.#found(search);
   }
-  /** One that stays on screen is worth a second attempt. */
-  #asksAgain(frame, asked) {
-    if (asked || !this.decoder.seekable || !lacksPictures(frame)) return false;
-    this.#seekSupply({ frame: frame.number });
+  /** A frame that stays on screen but lacks pictures is requested once more. */
+  #retries(frame, retried) {
+    if (retried || !this.decoder.seekable || !lacksPictures(frame)) return false;
+    this.#seekQueue({ frame: frame.number });
     return true;
   }
   #found(search) {
-    // Another one may have begun while the frame was on its way to the screen.
+    // Another search may have begun while the frame was being shown.
     if (search !== this.#search) return;
     const { goal } = search;
     if (goal !== this.#goal) return this.#beginSearch();
@@ -353,13 +352,13 @@ export class Playout {
     this.#host.sought();
   }
 
-  /** Frames forward or back from the one that is shown, or sought. False: that can't be had. */
+  /** Moves count frames forward or back from the frame that is shown or sought. Returns false if that is impossible. */
   step(count) {
     if (!this.shown) return false;
     const { decoder, shown } = this;
-    const supply = this.#supply;
+    const queue = this.#queue;
     const from = this.#goal?.number ?? shown.number;
-    const next = supply.settled && !this.#search && !this.#wrapped && !supply.showing ? supply.frame : null;
+    const next = queue.settled && !this.#search && !this.#wrapped && !queue.showing ? queue.frame : null;
     if (count === 1 && next && (!decoder.seekable || next.number === from + 1)) {
       this.#host.seeking();
       this.#clock.position = next.seconds;
@@ -372,17 +371,17 @@ export class Playout {
     return true;
   }
 
-  /** As Decoder.held tells it. */
-  set held(times) {
+  /** times: the result of Decoder.buffered. */
+  set cachedTimes(times) {
     const seconds = this.#seconds;
-    if (seconds) this.#held = times.map(({ start, end }) => [seconds(start), seconds(end)]);
+    if (seconds) this.#cached = times.map(({ start, end }) => [seconds(start), seconds(end)]);
   }
-  /** [[start, end]]: what plays without the network, as was told last, and what is decoded. */
+  /** [[start, end]]: times in the decoder's cache at the last update, and decoded frames. */
   get buffered() {
-    const decoded = this.shown ? [this.shown, this.#supply.frame].filter(Boolean) : [];
-    return union([...this.#held, ...decoded.map(({ seconds, duration }) => [seconds, seconds + duration])]);
+    const decoded = this.shown ? [this.shown, this.#queue.frame].filter(Boolean) : [];
+    return union([...this.#cached, ...decoded.map(({ seconds, duration }) => [seconds, seconds + duration])]);
   }
-  /** The same of where one can seek to: where the end is not known, as far as it has played or is held. */
+  /** [[start, end]]: times that can be sought; if the end is not known, as far as it was played or is buffered. */
   get seekable() {
     if (!this.decoder.seekable || !this.shown) return [];
     const end = Number.isFinite(this.end) ? this.end : Math.max(this.#taken, this.buffered.at(-1)[1]);
@@ -391,7 +390,7 @@ export class Playout {
 
   close() {
     this.#closed = true;
-    clearTimeout(this.#patience);
-    this.#supply.close();
+    clearTimeout(this.#searchTimer);
+    this.#queue.close();
   }
 }

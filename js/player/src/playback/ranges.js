@@ -1,4 +1,4 @@
-// Ranges of time, shaped like TimeRanges, and which of them can be played without waiting for the network.
+// Ranges of time with the interface of TimeRanges.
 
 export class Ranges {
   #pairs;
@@ -16,32 +16,33 @@ export class Ranges {
   end(i) {
     return this.#at(i)[1];
   }
-  /** Seconds from a time on without a gap. */
+  /** Number of seconds from a time on without a gap. */
   ahead(seconds) {
     const range = this.#pairs.find(([start, end]) => start <= seconds && end > seconds);
     return range ? range[1] - seconds : 0;
   }
   #at(i) {
-    if (!(i in this.#pairs)) throw new DOMException(`there is no range ${i} of ${this.length}`, "IndexSizeError");
+    if (!(i in this.#pairs)) throw new DOMException(`no range ${i} of ${this.length}`, "IndexSizeError");
     return this.#pairs[i];
   }
 }
 
-/** Frames that follow each other don't end to the last bit where the next one begins. */
-const TOUCH = 1e-6;
+/** Tolerance in seconds: the end of a frame does not exactly equal the beginning of the next one. */
+const TOLERANCE = 1e-6;
 
-/** Pairs of seconds in any order, as few as possible that cover the same. */
+/** The union of pairs of seconds in any order, as sorted disjoint pairs. */
 export function union(pairs) {
   const joined = [];
   for (const [start, end] of pairs.filter((pair) => pair[1] > pair[0]).sort((a, b) => a[0] - b[0])) {
     const last = joined.at(-1);
-    if (last && start <= last[1] + TOUCH) last[1] = Math.max(last[1], end);
+    if (last && start <= last[1] + TOLERANCE) last[1] = Math.max(last[1], end);
     else joined.push([start, end]);
   }
   return joined;
 }
 
+/** The number of the group that is shown at a time. */
 export function groupAt(groups, seconds) {
-  const i = groups.findLastIndex(({ start }) => start <= seconds + 1e-6);
+  const i = groups.findLastIndex(({ start }) => start <= seconds + TOLERANCE);
   return Math.max(0, i);
 }

@@ -1,9 +1,8 @@
-// The static environment around the action: meshes in one colour or with one picture, and what shadow falls on them.
+// The static environment: meshes in one colour or with one picture, and the shadows on them.
 
 import { boundsOf, joined } from "./matrices.js";
-import { MeshBuffers } from "./mesh.js";
+import { MeshBuffers, newTexture } from "./resources.js";
 import { lighting } from "./shadows.js";
-import { newTexture } from "./textures.js";
 
 const shaders = {
   vertex: /* glsl */ `
@@ -39,7 +38,7 @@ void main() {
 `,
 };
 
-/** Pictures of all environments, decoded: [{parts, lights, images}] of backgrounds of the decoder. */
+/** Decodes the pictures of all environments. Returns [{parts, lights, images}]. */
 export function decodeBackgrounds(backgrounds) {
   return Promise.all(
     backgrounds.map(async ({ parts, lights, pictures }) => {
@@ -72,7 +71,7 @@ export class Environment {
     return this.#parts.length === 0;
   }
 
-  /** environments: of decodeBackgrounds. */
+  /** environments: the result of decodeBackgrounds. */
   show(environments) {
     this.#clear();
     for (const { parts, images } of environments)
@@ -104,7 +103,7 @@ export class Environment {
   draw({ worldToClip }, shadows) {
     const gl = this.#gl;
     gl.enable(gl.DEPTH_TEST);
-    // At equal depth the action stays.
+    // At equal depth the mesh of the frame wins.
     gl.depthFunc(gl.LESS);
     for (const { part, mesh, texture } of this.#parts) {
       if (!part.doubleSided) gl.enable(gl.CULL_FACE);

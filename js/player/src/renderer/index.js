@@ -1,16 +1,107 @@
-// Draws frames of free-viewpoint video from anywhere, in WebGL 2. docs/fvvrender.md says what a picture shows; a frame's maps
-// of depth and shadow are drawn once, and a picture that would be the same as the last one is not drawn again.
+// Draws frames of free-viewpoint video from any viewpoint in WebGL 2, as specified in docs/fvvrender.md. Depth and shadow
+// maps are drawn once per frame, and a picture is not drawn again if it would be the same.
 
-import { MOST_BEST, MOST_VIEWS } from "@fvv/shading";
+import { checkTexturing, layoutOf, loadPictures, MAX_BEST, MAX_VIEWS, viewsOf } from "@fvv/shading";
 
-import { Content } from "./content.js";
 import { decodeBackgrounds } from "./environment.js";
-import { complete, keyOf } from "./options.js";
+import { boundsOf } from "./matrices.js";
 import { Pipeline } from "./pipeline.js";
-import { MOST_LIGHTS, MOST_SHADOWS } from "./shadows.js";
-import { Uploads } from "./textures.js";
+import { Uploads } from "./resources.js";
+import { MAX_LIGHTS, MAX_SHADOWS } from "./shadows.js";
+import { MODES } from "./surface.js";
 
-export { cameraColour } from "./camera_colour.js";
+/** A picture that outlives its frame. Of a JPEG picture the file is kept, and decoded again if necessary. */
+function keptPicture(picture, frame) {
+  const { video, image, planes } = picture;
+  if (planes) return picture;
+  if (typeof VideoFrame === "function" && image instanceof VideoFrame) return { video, image: image.clone() };
+  const sample = frame.samples.find(({ track }) => track === video.track);
+  return { video, file: sample?.data ?? null };
+}
+
+/**
+ * The content of a frame that the renderer keeps, also to draw it again after the loss of a context: everything but its
+ * pictures, which the caller closes. Pictures are kept as bytes or as clones.
+ */
+class Content {
+  #kept = false;
+
+  /** Loads the pictures of a frame. */
+  static async of(frame) {
+    const pictures = await loadPictures(frame);
+    return new Content(frame, pictures);
+  }
+
+  constructor(frame, pictures) {
+    const { mesh, configuration } = frame;
+    this.frame = frame;
+    this.pictures = pictures;
+    this.mesh = mesh?.faceCount ? mesh : null;
+    this.layout = layoutOf(pictures);
+    this.views = viewsOf(frame, this.layout.places);
+    this.bounds = this.mesh && boundsOf(mesh.positions);
+    const atlas = configuration.videos.find(({ shows, track }) => shows === "atlas" && this.layout.places.has(track));
+    const place = atlas && this.layout.places.get(atlas.track);
+    // A texture atlas is used if there are no cameras.
+    this.atlas = place && mesh?.uvs && !this.views.length ? [place.x, place.y, atlas.width, atlas.height] : null;
+  }
+
+  /** Replaces the frame's pictures by copies that this object owns. */
+  keep() {
+    this.#kept = true;
+    this.pictures = this.pictures.map((picture) => keptPicture(picture, this.frame));
+  }
+
+  /** The kept pictures; JPEG files are decoded again. */
+  async loadKept() {
+    const decode = async ({ video, file }) => {
+      const blob = new Blob([file], { type: "image/jpeg" });
+      return { video, image: await createImageBitmap(blob, { colorSpaceConversion: "none" }) };
+    };
+    const there = this.pictures.filter(({ image, planes, file }) => image || planes || file);
+    return Promise.all(there.map((picture) => (picture.file ? decode(picture) : picture)));
+  }
+
+  close() {
+    if (!this.#kept) return;
+    for (const { image } of this.pictures) image?.close();
+  }
+}
+
+const defaults = {
+  mode: "textured",
+  visibleBy: "auto",
+  cameras: null,
+  // Defaults of these three: the stream's values (clause 17.5).
+  threshold: undefined,
+  best: undefined,
+  unseen: undefined,
+  soft: 0,
+  shadows: true,
+  environment: true,
+  clearColour: [0, 0, 0, 1],
+  frusta: null,
+  grid: null,
+};
+
+/** Options with defaults; cameras as a Set. */
+function complete(given = {}) {
+  const options = { ...defaults };
+  for (const [name, value] of Object.entries(given)) if (value !== undefined) options[name] = value;
+  if (!(options.mode in MODES)) throw new TypeError(`mode: expected one of ${Object.keys(MODES).join(", ")}`);
+  checkTexturing(options);
+  if (!(options.soft >= 0 && options.soft <= 1)) throw new RangeError(`soft: expected 0 to 1, found ${options.soft}`);
+  options.cameras = options.cameras && new Set(options.cameras);
+  return options;
+}
+
+/** The same text for the same picture of the same content; the cameras of frusta are compared by identity. */
+function keyOf(view, { cameras, frusta, ...others }) {
+  const { cameras: drawn, ...outlines } = frusta ?? {};
+  return JSON.stringify([view, cameras && [...cameras].sort(), frusta && outlines, others]);
+}
+
+export { cameraColour } from "./surface.js";
 
 const noCounters = {
   drawCalls: 0,
@@ -23,11 +114,11 @@ const noCounters = {
   drawnFrames: 0,
 };
 
-/** Of all depth maps: room for three samples along a pixel of 20 cameras of 1024x768. */
+/** Texels of all depth maps: three samples along a pixel for 20 cameras of 1024x768. */
 const DEPTH_TEXELS = 2 ** 26;
 
 export class Renderer extends EventTarget {
-  static limits = Object.freeze({ views: MOST_VIEWS, best: MOST_BEST, lights: MOST_LIGHTS, shadows: MOST_SHADOWS });
+  static limits = Object.freeze({ views: MAX_VIEWS, best: MAX_BEST, lights: MAX_LIGHTS, shadows: MAX_SHADOWS });
 
   #canvas;
   #limits;
@@ -52,7 +143,7 @@ export class Renderer extends EventTarget {
       powerPreference: "high-performance",
       ...contextAttributes,
     });
-    if (!this.#gl) throw new Error("there is no WebGL 2 here");
+    if (!this.#gl) throw new Error("WebGL 2 is not available");
     for (const [type, listener] of Object.entries(this.#listeners)) canvas.addEventListener(type, listener);
     this.#pipeline = this.#gl.isContextLost() ? null : new Pipeline(this.#gl, this.#counters, this.#limits);
   }
@@ -61,19 +152,19 @@ export class Renderer extends EventTarget {
     return this.#pipeline === null;
   }
 
-  /** A copy of what was counted; uploads and draw calls are those of the last frame. */
+  /** A copy of the counters; uploads and draw calls are those of the last frame. */
   get counters() {
     const { uploads, ...counters } = this.#counters;
     return counters;
   }
 
-  /** What of a frame is shown, {number, seconds, viewCount}; null: nothing yet. */
+  /** The frame that is shown, {number, seconds, viewCount}; null: none yet. */
   get frame() {
     const { frame, views } = this.#content ?? {};
     return frame ? { number: frame.number, seconds: frame.seconds, viewCount: views.length } : null;
   }
 
-  /** Bounds of the mesh that is shown, {least, most}; null without one. */
+  /** Bounds of the mesh that is shown, {min, max}; null: no mesh. */
   get bounds() {
     return this.#content?.bounds ?? null;
   }
@@ -81,8 +172,8 @@ export class Renderer extends EventTarget {
   async show(frame) {
     if (frame.mesh && !frame.mesh.normals)
       throw new TypeError("the mesh has no normals: create the decoder with normals: true");
-    if (frame.visibility.some(({ shares }) => !shares))
-      throw new TypeError("visibility has no shares: create the decoder with shares: true");
+    if (frame.visibility.some(({ weights }) => !weights))
+      throw new TypeError("visibility has no weights: create the decoder with visibilityWeights: true");
     const turn = ++this.#turn;
     const content = await Content.of(frame);
     if (turn !== this.#turn) return false;
@@ -102,7 +193,7 @@ export class Renderer extends EventTarget {
     this.#changed = true;
   }
 
-  /** Of the decoder; the last of several calls wins. */
+  /** backgrounds: of the decoder. Of several concurrent calls the last one wins. */
   async setBackgrounds(backgrounds) {
     const turn = ++this.#backgroundTurn;
     const environments = await decodeBackgrounds(backgrounds);
@@ -117,10 +208,10 @@ export class Renderer extends EventTarget {
 
   /** Whether draw() would draw. */
   needsDraw(view, options) {
-    return this.#asked(view, complete(options)) !== null;
+    return this.#drawingFor(view, complete(options)) !== null;
   }
 
-  #asked(view, options) {
+  #drawingFor(view, options) {
     if (this.lost) return null;
     const key = keyOf(view, options);
     const outlined = options.frusta?.cameras ?? null;
@@ -128,11 +219,11 @@ export class Renderer extends EventTarget {
     return same ? null : { view, options, key, outlined };
   }
 
-  /** Answers whether there was something to draw. */
+  /** Returns whether anything was drawn. */
   draw(view, options) {
-    const asked = this.#asked(view, complete(options));
-    if (!asked) return false;
-    this.#last = asked;
+    const drawing = this.#drawingFor(view, complete(options));
+    if (!drawing) return false;
+    this.#last = drawing;
     this.#draw();
     return true;
   }
@@ -150,7 +241,7 @@ export class Renderer extends EventTarget {
     this.#changed = false;
   }
 
-  /** The last picture, RGBA, its top row first. It is drawn again: browsers need not keep it. */
+  /** The last picture, RGBA, top row first. It is drawn again, because browsers need not keep it. */
   readPixels() {
     if (!this.#last || this.lost) throw new Error("nothing has been drawn");
     this.#draw();
@@ -165,7 +256,7 @@ export class Renderer extends EventTarget {
   }
 
   #lose(event) {
-    // Without this the context never comes back.
+    // Otherwise the context is never restored.
     event.preventDefault();
     this.#pipeline = null;
     this.dispatchEvent(new Event("lost"));
@@ -177,8 +268,8 @@ export class Renderer extends EventTarget {
     this.#pipeline = pipeline;
     this.#changed = true;
     const content = this.#content;
-    const pictures = content ? await content.again() : [];
-    // A later frame, or another loss, may have come in between.
+    const pictures = content ? await content.loadKept() : [];
+    // Meanwhile there may have been another frame or another loss.
     if (content && content === this.#content && pipeline === this.#pipeline) this.#upload(pictures);
     this.dispatchEvent(new Event("restored"));
   }

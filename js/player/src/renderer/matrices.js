@@ -1,54 +1,56 @@
-// Matrices of WebGL, by columns, out of what a viewer or a lamp is.
+// Matrices for WebGL, by columns, from viewers and lamps.
 
-/** Bounds of points x y z, [least, most] of each axis; null without points. */
+import { cross, dot, normalise } from "../vectors.js";
+
+/** Bounds of points x y z, [min, max] of each axis; null without points. */
 export function boundsOf(positions) {
   if (!positions.length) return null;
-  const least = [Infinity, Infinity, Infinity];
-  const most = [-Infinity, -Infinity, -Infinity];
+  const min = [Infinity, Infinity, Infinity];
+  const max = [-Infinity, -Infinity, -Infinity];
   for (let i = 0; i < positions.length; i += 3)
     for (let k = 0; k < 3; k++) {
       const value = positions[i + k];
-      if (value < least[k]) least[k] = value;
-      if (value > most[k]) most[k] = value;
+      if (value < min[k]) min[k] = value;
+      if (value > max[k]) max[k] = value;
     }
-  return { least, most };
+  return { min, max };
 }
 
 export function joined(a, b) {
   if (!a || !b) return a ?? b;
   return {
-    least: a.least.map((value, k) => Math.min(value, b.least[k])),
-    most: a.most.map((value, k) => Math.max(value, b.most[k])),
+    min: a.min.map((value, k) => Math.min(value, b.min[k])),
+    max: a.max.map((value, k) => Math.max(value, b.max[k])),
   };
 }
 
 /** {centre, radius} of the sphere around a box. */
-export function sphereOf({ least, most }) {
-  const centre = least.map((value, k) => (value + most[k]) / 2);
-  return { centre, radius: Math.hypot(...most.map((value, k) => value - least[k])) / 2 };
+export function sphereOf({ min, max }) {
+  const centre = min.map((value, k) => (value + max[k]) / 2);
+  return { centre, radius: Math.hypot(...max.map((value, k) => value - min[k])) / 2 };
 }
 
-/** Least and largest depth of a box, before a viewer. */
-export function depthsOf({ least, most }, { rotation: r, translation: t }) {
+/** Minimum and maximum depth of a box in a view. */
+function depthsOf({ min, max }, { rotation: r, translation: t }) {
   let near = t[2];
   let far = t[2];
   for (let k = 0; k < 3; k++) {
-    const [a, b] = [r[6 + k] * least[k], r[6 + k] * most[k]];
+    const [a, b] = [r[6 + k] * min[k], r[6 + k] * max[k]];
     near += Math.min(a, b);
     far += Math.max(a, b);
   }
   return { near, far };
 }
 
-/** Nothing nearer than this is drawn: fvvrender's near plane. */
+/** fvvrender's near plane. */
 const NEAREST = 0.01;
 
-/** Planes that hold what is drawn and no more: depth buffers have few bits. */
+/** Near and far planes that enclose the drawn objects tightly, because depth buffers have few bits. */
 export function clippingOf(bounds, view) {
   if (!bounds) return { near: NEAREST, far: 1 };
   const { near, far } = depthsOf(bounds, view);
-  const least = Math.max(NEAREST, 1e-3 * sphereOf(bounds).radius, 0.98 * near);
-  return { near: least, far: Math.max(2 * least, 1.02 * far) };
+  const min = Math.max(NEAREST, 1e-3 * sphereOf(bounds).radius, 0.98 * near);
+  return { near: min, far: Math.max(2 * min, 1.02 * far) };
 }
 
 /** World -> clip space of a pinhole viewer. */
@@ -79,24 +81,20 @@ export function raysOf({ rotation: r, fx, fy, cx, cy, height }) {
   return matrix;
 }
 
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const normalised = (a) => a.map((x) => x / Math.hypot(...a));
-
-/** A rotation whose z is a direction. */
+/** A rotation whose z axis is a direction. */
 function lookingAlong(direction) {
-  const z = normalised(direction);
-  const x = normalised(cross(Math.abs(z[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], z));
+  const z = normalise(direction);
+  const x = normalise(cross(Math.abs(z[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], z));
   return [x, cross(z, x), z];
 }
 
-/** World -> clip space of a lamp that shines on a sphere; null: it stands within. */
+/** World -> clip space of a lamp that illuminates a sphere; null: the lamp is inside the sphere. */
 export function lampProjection(light, { centre, radius }) {
   const distant = light.type === "directional";
   const towards = centre.map((value, k) => value - light.position[k]);
   const distance = Math.hypot(...towards);
   if (!distant && distance < 1.05 * radius) return null;
   const rows = lookingAlong(distant ? light.direction : towards);
-  const dot = (row, at) => row[0] * at[0] + row[1] * at[1] + row[2] * at[2];
   const origin = distant ? centre.map((value, k) => value - 2 * radius * rows[2][k]) : light.position;
   const view = { rotation: rows.flat(), translation: rows.map((row) => -dot(row, origin)), width: 2, height: 2 };
   if (distant) {

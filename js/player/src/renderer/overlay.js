@@ -1,9 +1,10 @@
-// What helps to find one's way: cameras as outlines of what stands a little way before each, through its lens, with their
-// pictures if wanted, and a grid on the ground.
+// Overlays for orientation: cameras as frusta, bent by their lenses, optionally with their pictures, and a grid on the
+// ground.
 
-import { GrowingBuffer } from "./textures.js";
+import { cross, normalise } from "../vectors.js";
+import { GrowingBuffer } from "./resources.js";
 
-/** Points along a side: lenses bend them. */
+/** Points along a side of a picture. */
 const STEPS = 8;
 const OTHER = [0.45, 0.55, 0.65, 1];
 const SELECTED = [1, 0.68, 0.2, 1];
@@ -53,7 +54,7 @@ function place({ rotation: r, translation: t }, ray, depth) {
   return [0, 1, 2].map((i) => r[i] * at[0] + r[3 + i] * at[1] + r[6 + i] * at[2]);
 }
 
-/** Seven floats a corner: place and colour. */
+/** Seven floats per vertex: position and colour. */
 function frustumLines(camera, length, colour) {
   const { width, height } = camera;
   const rim = [];
@@ -74,7 +75,7 @@ function frustumLines(camera, length, colour) {
   return out;
 }
 
-/** What the tile of a view shows, as triangles. */
+/** The tile of a view as triangles. */
 function pictureTriangles({ camera, source, place: tile }, length) {
   const corner = (i, j) => {
     const ray = camera.unproject(source.x + (source.width * i) / STEPS, source.y + (source.height * j) / STEPS);
@@ -90,11 +91,9 @@ function pictureTriangles({ camera, source, place: tile }, length) {
   return out;
 }
 
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-
 function gridLines({ centre, up = [0, 1, 0], extent = 3, step = 0.5, colour = GRID }) {
   const side = cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]);
-  const across = side.map((x) => x / Math.hypot(...side));
+  const across = normalise(side);
   const along = cross(across, up);
   const at = (u, v) => centre.map((x, k) => x + u * across[k] + v * along[k]);
   const count = Math.round(extent / step);
@@ -137,12 +136,12 @@ export class Overlay {
     return { array, buffer, count: 0 };
   }
 
-  /** The frame's views are others. */
+  /** The views have changed. */
   forget() {
     this.#shown = null;
   }
 
-  /** length: of frusta in metres; views: of the frame. */
+  /** views: of the frame. */
   prepare({ frusta, grid }, views) {
     const shown = JSON.stringify([frusta?.length, frusta?.selected, frusta?.picturePlanes, grid]);
     if (this.#shown?.key === shown && this.#shown.cameras === frusta?.cameras) return;

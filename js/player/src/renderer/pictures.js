@@ -1,16 +1,16 @@
 // The pictures of a frame in one texture of display values.
 
 import {
-  Replication,
   conversionOf,
   copyFragment,
   planesFragment,
   replicatedFragment,
+  Replication,
   replicationFragment,
   replicationOf,
 } from "@fvv/shading";
 
-import { DataTexture, newTexture } from "./textures.js";
+import { DataTexture, newTexture } from "./resources.js";
 
 const wholeVertex = /* glsl */ `
 void main() {
@@ -50,13 +50,13 @@ export class PictureTexture {
     return [this.#target.width, this.#target.height];
   }
 
-  /** layout: of all of them, as layoutOf tells. */
+  /** layout: the result of layoutOf. */
   show(pictures, { places, width, height }) {
     const gl = this.#gl;
-    const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-    if (width > most || height > most)
+    const max = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    if (width > max || height > max)
       throw new RangeError(
-        `the pictures of a frame take ${width}x${height}; textures here have at most ${most} a side`,
+        `the pictures of a frame need ${width}x${height} texels; textures have at most ${max} per side`,
       );
     this.#target.resize(Math.max(1, width), Math.max(1, height));
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.#framebuffer);
@@ -108,7 +108,7 @@ export class PictureTexture {
     if (!this.#images.has(track)) this.#images.set(track, newTexture(gl, gl.TEXTURE_2D, gl.NEAREST));
     const texture = this.#images.get(track);
     gl.bindTexture(gl.TEXTURE_2D, texture);
-    // Tiles are found by their rows from the top, and colours are those of the file.
+    // Tiles are addressed by rows from the top, and colours are those of the file.
     gl.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
     gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, image);

@@ -1,4 +1,4 @@
-// All that lives in one WebGL context. When the context is lost it is gone, and another one is made.
+// Everything that belongs to one WebGL context. After the loss of the context another pipeline is created.
 
 import { Environment } from "./environment.js";
 import { clippingOf, joined, projectionOf, raysOf } from "./matrices.js";
@@ -31,7 +31,7 @@ export class Pipeline {
     this.#overlay = new Overlay(gl, this.#programs, counters);
   }
 
-  /** pictures: those of the content, on their way to the GPU. */
+  /** pictures: the loaded pictures of the content. */
   show(content, pictures) {
     this.#content = content;
     this.#pictures.show(pictures, content.layout);
@@ -89,7 +89,7 @@ const noShadows = { uniforms: { lightCount: 0 } };
 function overlayBounds(frusta, grid) {
   let bounds = null;
   const add = (centre, radius) => {
-    const box = { least: centre.map((x) => x - radius), most: centre.map((x) => x + radius) };
+    const box = { min: centre.map((x) => x - radius), max: centre.map((x) => x + radius) };
     bounds = joined(bounds, box);
   };
   for (const camera of frusta?.cameras ?? []) if (camera.calibrated) add(camera.centre, 3 * (frusta.length ?? 0.35));

@@ -1,4 +1,4 @@
-// Programs of one context, made when they are first used. Uniforms and samplers are set by name.
+// Shader programs of one context, compiled at first use. Uniforms and samplers are set by name.
 
 const HEADER = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2DArray;\n";
 
@@ -9,7 +9,7 @@ function compile(gl, type, source) {
   return shader;
 }
 
-/** How a uniform of a type is set: (gl, location, value). */
+/** Functions (location, value) that set uniforms, by type. */
 function settersOf(gl) {
   return new Map([
     [gl.INT, (at, value) => gl.uniform1i(at, value)],
@@ -70,7 +70,7 @@ class Program {
     return this.#units.size;
   }
 
-  /** uniforms: by name; textures: of samplers, by name. What the program does not have is passed over. */
+  /** uniforms: by name; textures: of samplers, by name. Names that the program does not have are ignored. */
   use(uniforms, textures = {}) {
     const gl = this.#gl;
     gl.useProgram(this.#program);

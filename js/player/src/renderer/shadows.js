@@ -1,12 +1,12 @@
-// Shadows that the mesh throws on the environment: one map for each lamp of the stream that throws some, drawn once for a
-// frame of the stream.
+// Shadows of the mesh on the environment: a shadow map for each lamp of the stream that casts shadows, drawn once per frame
+// of the stream.
 
-import { Layers } from "./layers.js";
 import { lampProjection, sphereOf } from "./matrices.js";
+import { Layers } from "./resources.js";
 
-/** Lamps that count, those that throw shadows first. */
-export const MOST_LIGHTS = 8;
-export const MOST_SHADOWS = 4;
+/** Maximum number of lamps; those that cast shadows come first. */
+export const MAX_LIGHTS = 8;
+export const MAX_SHADOWS = 4;
 const SIDE = 1024;
 
 const shaders = {
@@ -21,19 +21,19 @@ void main() { gl_Position = worldToLamp * vec4(position, 1.0); }
 const kinds = ["directional", "point", "spot"];
 
 /**
- * How much of the light at a place of the environment arrives. Its pictures have been lit already, so shadow takes away
- * what the lamps that are hidden give, in proportion to all lamps and to light from everywhere, of which files don't tell.
+ * The fraction of the light that reaches a point of the environment. Its pictures include the light, so a shadow removes the
+ * part of the hidden lamps, relative to all lamps and ambient light, which files do not describe.
  */
 export const lighting = /* glsl */ `
-const int MOST_LIGHTS = ${MOST_LIGHTS}, MOST_SHADOWS = ${MOST_SHADOWS};
-const float AMBIENT = 0.6; // of what the lamps give together
+const int MAX_LIGHTS = ${MAX_LIGHTS}, MAX_SHADOWS = ${MAX_SHADOWS};
+const float AMBIENT = 0.6; // relative to the light of all lamps
 uniform highp sampler2DArrayShadow shadowMaps;
 uniform int lightCount;
-uniform vec4 lightPlaces[MOST_LIGHTS]; // and kind
-uniform vec4 lightDirections[MOST_LIGHTS]; // and range
-uniform vec4 lightColours[MOST_LIGHTS]; // and layer of its shadow map, or -1
-uniform vec4 lightCones[MOST_LIGHTS]; // cosines: inner, outer
-uniform mat4 worldToLamps[MOST_SHADOWS];
+uniform vec4 lightPlaces[MAX_LIGHTS]; // and kind
+uniform vec4 lightDirections[MAX_LIGHTS]; // and range
+uniform vec4 lightColours[MAX_LIGHTS]; // and layer of its shadow map, or -1
+uniform vec4 lightCones[MAX_LIGHTS]; // cosines: inner, outer
+uniform mat4 worldToLamps[MAX_SHADOWS];
 
 vec3 irradiance(int i, vec3 point, vec3 normal) {
   vec4 place = lightPlaces[i], direction = lightDirections[i];
@@ -48,7 +48,7 @@ vec3 irradiance(int i, vec3 point, vec3 normal) {
   return colour * strength;
 }
 
-// The share of a lamp that nothing hides; edges are soft over a few texels of the map.
+// The visible fraction of a lamp; edges are soft over a few texels of the map.
 float lit(int layer, vec3 point) {
   vec4 at = worldToLamps[layer] * vec4(point, 1.0);
   if (!(at.w > 0.0)) return 1.0;
@@ -102,29 +102,29 @@ export class Shadows {
 
   setLights(lights) {
     const casting = lights.filter((light) => light.castsShadows);
-    this.#lights = [...casting, ...lights.filter((light) => !light.castsShadows)].slice(0, MOST_LIGHTS);
+    this.#lights = [...casting, ...lights.filter((light) => !light.castsShadows)].slice(0, MAX_LIGHTS);
     this.forget();
   }
 
-  /** The mesh is another one. */
+  /** The mesh has changed. */
   forget() {
     this.#drawn = false;
   }
 
-  /** mesh: MeshBuffers, or null where there is none; bounds: of it. */
+  /** mesh: MeshBuffers, or null; bounds: of the mesh. */
   prepare(mesh, bounds) {
     if (this.#drawn) return;
     this.#drawn = true;
     const matrices = [];
     const layerOf = this.#lights.map((light) => {
-      if (!mesh || !light.castsShadows || matrices.length === MOST_SHADOWS) return -1;
+      if (!mesh || !light.castsShadows || matrices.length === MAX_SHADOWS) return -1;
       const matrix = lampProjection(light, sphereOf(bounds));
       return matrix ? matrices.push(matrix) - 1 : -1;
     });
-    this.#tell(layerOf, matrices);
+    this.#setUniforms(layerOf, matrices);
     if (!matrices.length) return;
     const gl = this.#gl;
-    this.#layers.resize({ width: SIDE, height: SIDE, layers: MOST_SHADOWS });
+    this.#layers.resize({ width: SIDE, height: SIDE, layers: MAX_SHADOWS });
     const program = this.#programs.get(shaders);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 2);
@@ -136,9 +136,9 @@ export class Shadows {
     gl.disable(gl.POLYGON_OFFSET_FILL);
   }
 
-  #tell(layerOf, matrices) {
+  #setUniforms(layerOf, matrices) {
     const table = (row) => new Float32Array(this.#lights.flatMap(row));
-    const all = new Float32Array(16 * MOST_SHADOWS);
+    const all = new Float32Array(16 * MAX_SHADOWS);
     matrices.forEach((matrix, i) => all.set(matrix, 16 * i));
     this.#uniforms = {
       lightCount: this.#lights.length,

@@ -1,26 +1,160 @@
-// The mesh of a frame, coloured by its cameras: the table of these, what they see, and the drawing of it all.
+// The mesh of a frame, coloured by its cameras: the shaders, the table of cameras, and the passes that draw it.
 
 import {
-  DepthPlan,
-  MOST_SHARE_TEXELS,
-  MOST_VIEWS,
-  SHARE_COLUMNS,
-  VIEW_TEXELS,
+  blending,
   depthFragment,
+  DepthPlan,
   depthSizes,
   depthVertex,
-  packShares,
-  shareTexels,
+  MAX_WEIGHT_TEXELS,
+  MAX_VIEWS,
+  packVisibilityWeights,
+  projection,
+  WEIGHT_COLUMNS,
+  visibilityWeightsVertex,
+  visibilityWeightTexels,
   texturingOf,
+  VIEW_TEXELS,
   writeViews,
 } from "@fvv/shading";
 
-import { Layers } from "./layers.js";
-import { MeshBuffers } from "./mesh.js";
-import { MODES, cover, surface, wires } from "./surface_shaders.js";
-import { DataTexture } from "./textures.js";
+import { DataTexture, Layers, MeshBuffers } from "./resources.js";
 
-/** Varyings that are not shares: point, normal, texture coordinates, depth. */
+/** MODE of the fragment shader. */
+export const MODES = { textured: 0, weights: 1, visibility: 2, normals: 3, depth: 4, wireframe: 5 };
+
+const vertex = /* glsl */ `
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec2 uv;
+uniform mat4 worldToClip;
+invariant gl_Position;
+out vec3 vPoint, vNormal;
+out vec2 vUv;
+out float vDepth;
+${visibilityWeightsVertex}
+void main() {
+  vPoint = position;
+  vNormal = normal;
+  vUv = uv;
+  passVisibilityWeights();
+  gl_Position = worldToClip * vec4(position, 1.0);
+  vDepth = gl_Position.w;
+}
+`;
+
+const fragment = /* glsl */ `
+uniform vec4 atlas; // x y width height, in texels of pictures
+uniform vec2 depthRange;
+uniform vec3 unseen, eye;
+uniform mat3 pixelToRay; // of gl_FragCoord
+in vec3 vPoint, vNormal;
+in vec2 vUv;
+in float vDepth;
+layout(location = 0) out highp vec4 outColour;
+${projection}
+${blending}
+
+// The intersection of the face with the ray through the middle of the pixel. Rasterisers round vertices to a sixteenth of a
+// pixel, and interpolated values have errors of that size.
+vec3 exactPoint(vec3 faceNormal) {
+  vec3 ray = pixelToRay * vec3(gl_FragCoord.xy, 1.0);
+  vec3 point = eye + ray * (dot(faceNormal, vPoint - eye) / dot(faceNormal, ray));
+  // Not for faces that are seen edge-on.
+  return distance(point, vPoint) < 0.1 * (length(dFdx(vPoint)) + length(dFdy(vPoint))) ? point : vPoint;
+}
+
+// A different colour for each camera: hues a golden section apart.
+vec3 cameraColour(int view) {
+  float hue = fract(texel(view, 5).w * 0.61803399);
+  return 0.15 + 0.8 * clamp(abs(fract(hue + vec3(0.0, 2.0, 1.0) / 3.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
+}
+
+#if MODE == 0
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+#ifdef ATLAS
+  vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
+  return textureLod(pictures, at / pictureSize, 0.0).rgb;
+#else
+  vec3 colour;
+  return blended(point, faceNormal, normal, colour) ? colour : unseen;
+#endif
+}
+#elif MODE == 1
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+  int chosen[KEPT];
+  float weights[KEPT];
+  vec2 places[KEPT];
+  chooseViews(point, faceNormal, normal, chosen, weights, places);
+  vec3 colour = vec3(0.0);
+  float sum = 0.0;
+  for (int i = 0; i < BEST && weights[i] > 0.0; i++) {
+    colour += weights[i] * cameraColour(chosen[i]);
+    sum += weights[i];
+  }
+  return sum > 0.0 ? colour / sum : unseen;
+}
+#elif MODE == 2
+// The number of cameras that show the point, from blue to yellow; dark red, without green, for none.
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+  uvec2 seen = seenByVisibilityWeights();
+  int count = 0, all = 0;
+  for (int view = 0; view < viewCount; view++) {
+    all += (int(texel(view, 3).w) & OFF) == 0 ? 1 : 0;
+    vec2 at;
+    if (weightOf(view, point, normal) > 0.0 && shows(view, point, faceNormal, seen, at)) count++;
+  }
+  float fraction = float(count) / float(max(all, 1));
+  return count == 0 ? vec3(0.4, 0.0, 0.0) : mix(vec3(0.05, 0.25, 0.75), vec3(1.0, 0.9, 0.2), min(1.0, 2.0 * fraction));
+}
+#elif MODE == 3
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) { return 0.5 + 0.5 * normal; }
+#elif MODE == 4
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+  return vec3(mix(1.0, 0.08, clamp((vDepth - depthRange.x) / (depthRange.y - depthRange.x), 0.0, 1.0)));
+}
+#else
+vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
+  return vec3(0.10, 0.11, 0.13) * (0.5 + abs(dot(faceNormal, normalize(eye - point))));
+}
+#endif
+
+void main() {
+  // The front side by the winding of the face, not as the viewer sees it.
+  vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? 1.0 : -1.0);
+  outColour = vec4(shaded(exactPoint(faceNormal), faceNormal, normalize(vNormal)), 1.0);
+}
+`;
+
+const surface = { vertex, fragment };
+
+/** Draws depth only, because the colours of hidden fragments would be expensive. */
+const cover = {
+  vertex,
+  fragment: /* glsl */ `
+layout(location = 0) out highp vec4 outColour;
+void main() { outColour = vec4(0.0); }
+`,
+};
+
+const wires = {
+  vertex,
+  fragment: /* glsl */ `
+layout(location = 0) out highp vec4 outColour;
+void main() { outColour = vec4(0.62, 0.74, 0.85, 1.0); }
+`,
+};
+
+/** The colour of a camera in the mode "weights", [r, g, b] of 0 to 1; the same as in the shader. */
+export function cameraColour(id) {
+  const hue = (id * 0.61803399) % 1;
+  return [0, 2, 1].map((third) => {
+    const wave = Math.abs(((hue + third / 3) % 1) * 6 - 3) - 1;
+    return 0.15 + 0.8 * Math.min(1, Math.max(0, wave));
+  });
+}
+
+/** Varyings other than visibility weights: point, normal, texture coordinates, depth. */
 const OTHER_VARYINGS = 4;
 const VISIBLE_BY = ["auto", "bits", "depth", "both"];
 
@@ -32,14 +166,14 @@ export class Surface {
   #counters;
   #mesh;
   #views;
-  #shares;
+  #visibilityWeights;
   #depths;
   #plan;
   #content = null;
-  #texels = 0; // of shares, for each vertex
+  #texels = 0; // of visibility weights, per vertex
   #visibleBy = null;
   #off = null;
-  #table = new Float32Array(4 * VIEW_TEXELS * MOST_VIEWS);
+  #table = new Float32Array(4 * VIEW_TEXELS * MAX_VIEWS);
 
   constructor(gl, programs, counters, depthTexels) {
     this.#gl = gl;
@@ -51,9 +185,9 @@ export class Surface {
     const floats = { internal: gl.RGBA32F, format: gl.RGBA, type: gl.FLOAT, texelBytes: 16, filter: gl.NEAREST };
     const bytes = { internal: gl.RGBA8, format: gl.RGBA, type: gl.UNSIGNED_BYTE, texelBytes: 4, filter: gl.NEAREST };
     this.#views = new DataTexture(gl, uploads, floats);
-    this.#views.resize(VIEW_TEXELS, MOST_VIEWS);
-    this.#shares = new DataTexture(gl, uploads, bytes);
-    this.#shares.resize(SHARE_COLUMNS, 1);
+    this.#views.resize(VIEW_TEXELS, MAX_VIEWS);
+    this.#visibilityWeights = new DataTexture(gl, uploads, bytes);
+    this.#visibilityWeights.resize(WEIGHT_COLUMNS, 1);
     this.#depths = new Layers(gl, {
       internal: gl.RGBA8,
       attachment: gl.COLOR_ATTACHMENT0,
@@ -65,28 +199,28 @@ export class Surface {
     return this.#mesh;
   }
 
-  /** content: a frame's mesh, its views, and what the file says that they see. */
+  /** content: the mesh, views and visibility weights of a frame. */
   show(content) {
     this.#content = content;
     this.#visibleBy = this.#off = null;
     this.#mesh.show(content.mesh);
     const { views, frame, mesh } = content;
-    const most = Math.min(MOST_SHARE_TEXELS, this.#gl.getParameter(this.#gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
-    this.#texels = shareTexels(frame, mesh, views, most);
-    if (this.#texels) this.#writeShares(views, mesh.vertexCount);
+    const maxTexels = Math.min(MAX_WEIGHT_TEXELS, this.#gl.getParameter(this.#gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
+    this.#texels = visibilityWeightTexels(frame, mesh, views, maxTexels);
+    if (this.#texels) this.#writeVisibilityWeights(views, mesh.vertexCount);
   }
 
-  #writeShares(views, vertexCount) {
-    const rows = Math.ceil((this.#texels * vertexCount) / SHARE_COLUMNS);
-    if (this.#shares.height < rows) this.#shares.resize(SHARE_COLUMNS, Math.ceil(1.25 * rows));
-    const bytes = new Uint8Array(4 * SHARE_COLUMNS * rows);
-    packShares(views, vertexCount, this.#texels, bytes);
-    this.#shares.write(bytes, SHARE_COLUMNS, rows);
+  #writeVisibilityWeights(views, vertexCount) {
+    const rows = Math.ceil((this.#texels * vertexCount) / WEIGHT_COLUMNS);
+    if (this.#visibilityWeights.height < rows) this.#visibilityWeights.resize(WEIGHT_COLUMNS, Math.ceil(1.25 * rows));
+    const bytes = new Uint8Array(4 * WEIGHT_COLUMNS * rows);
+    packVisibilityWeights(views, vertexCount, this.#texels, bytes);
+    this.#visibilityWeights.write(bytes, WEIGHT_COLUMNS, rows);
   }
 
-  /** Sees to it that the maps and the table are those of the frame and the options, once for each. */
+  /** Updates depth maps and the table of views, if the frame or the options have changed. */
   prepare({ visibleBy, cameras }) {
-    if (!VISIBLE_BY.includes(visibleBy)) throw new TypeError(`visibleBy is one of ${VISIBLE_BY.join(", ")}`);
+    if (!VISIBLE_BY.includes(visibleBy)) throw new TypeError(`visibleBy: expected one of ${VISIBLE_BY.join(", ")}`);
     const { views } = this.#content;
     const off = cameras && views.map((view) => !cameras.has(view.camera.id)).join();
     if (visibleBy === this.#visibleBy && off === this.#off) return;
@@ -95,9 +229,9 @@ export class Surface {
     this.#off = off;
     for (const view of views) {
       view.off = cameras !== null && !cameras.has(view.camera.id);
-      view.hasShares = view.shares !== null && visibleBy !== "depth";
+      view.hasVisibilityWeights = view.visibilityWeights !== null && visibleBy !== "depth";
     }
-    const wanted = this.#plan.place(views, (view) => visibleBy === "both" || !view.hasShares);
+    const wanted = this.#plan.place(views, (view) => visibleBy === "both" || !view.hasVisibilityWeights);
     writeViews(views, this.#table);
     if (views.length)
       this.#views.write(this.#table.subarray(0, 4 * VIEW_TEXELS * views.length), VIEW_TEXELS, views.length);
@@ -116,7 +250,7 @@ export class Surface {
     });
   }
 
-  /** pictures: the texture of all of them. */
+  /** pictures: the PictureTexture. */
   draw(pictures, { worldToClip, pixelToRay, depthRange, eye }, options) {
     const gl = this.#gl;
     const { views, atlas, frame } = this.#content;
@@ -135,20 +269,20 @@ export class Surface {
     const textures = {
       pictures: pictures.texture,
       views: this.#views.texture,
-      shares: this.#shares.texture,
+      visibilityWeights: this.#visibilityWeights.texture,
       depths: this.#depths.texture,
     };
-    const defines = { MODE: MODES[options.mode], SHARES: this.#texels, BEST: best };
+    const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best };
     if (options.soft > 0) defines.SOFT = 1;
     if (atlas) defines.ATLAS = 1;
     const wired = options.mode === "wireframe";
-    // Edges lie on the faces, and would be drawn in part.
+    // Edges coincide with the faces, and would be drawn only in part.
     if (wired) gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LESS);
     gl.colorMask(false, false, false, false);
-    this.#programs.get(cover, { SHARES: 0 }).use(uniforms);
+    this.#programs.get(cover, { WEIGHT_TEXELS: 0 }).use(uniforms);
     this.#draw();
     gl.colorMask(true, true, true, true);
     gl.depthFunc(gl.LEQUAL);
@@ -165,7 +299,7 @@ export class Surface {
   }
 
   #drawWires(uniforms) {
-    this.#programs.get(wires, { SHARES: 0 }).use(uniforms);
+    this.#programs.get(wires, { WEIGHT_TEXELS: 0 }).use(uniforms);
     this.#mesh.drawEdges();
     this.#counters.drawCalls++;
   }
@@ -173,7 +307,7 @@ export class Surface {
   close() {
     this.#mesh.close();
     this.#views.close();
-    this.#shares.close();
+    this.#visibilityWeights.close();
     this.#depths.close();
   }
 }

@@ -1,15 +1,96 @@
-// The bar of controls: what everyone looks for, in the order of other players.
+// The bar of controls, with the slider for seeking.
 
 import { MODES, SPEEDS } from "./commands.js";
-import { element, iconButton, select, setIcon } from "./dom.js";
-import { icons } from "./icons.js";
-import { Scrubber } from "./scrubber.js";
-import { clockTime, rateText } from "./text.js";
+import { clockTime, element, iconButton, icons, rateText, select, setIcon, spokenTime } from "./widgets.js";
 
-/** Seconds behind the edge from which it is said. */
+/** The slider for seeking; buffered, played and looped ranges are drawn below it. */
+class Scrubber {
+  #player;
+  #buffered = []; // an element for each range
+  #played = element("div", { class: "played", part: "played" });
+  #loop = element("div", { class: "looped", part: "loop", hidden: true });
+  #tip = element("output", { class: "tip", "aria-hidden": "true", hidden: true });
+  #track;
+  #input;
+  #dragging = false;
+
+  constructor(player) {
+    this.#player = player;
+    this.#input = element("input", {
+      type: "range",
+      "aria-label": "Seek",
+      min: 0,
+      max: 1,
+      step: "any",
+      value: 0,
+      disabled: true,
+      oninput: () => this.#scrub(),
+      onpointerdown: () => (this.#dragging = true),
+      onpointerup: () => (this.#dragging = false),
+      onpointercancel: () => (this.#dragging = false),
+      onpointermove: (event) => this.#point(event),
+      onpointerleave: () => (this.#tip.hidden = true),
+    });
+    this.#track = element("div", { class: "track" }, this.#loop, this.#played);
+    this.node = element("div", { class: "scrubber", part: "scrubber" }, this.#track, this.#input, this.#tip);
+  }
+
+  get #range() {
+    const { seekable, duration } = this.#player;
+    if (seekable.length) return [seekable.start(0), seekable.end(0)];
+    return [0, Number.isFinite(duration) && duration > 0 ? duration : 1];
+  }
+
+  #scrub() {
+    this.#player.currentTime = Number(this.#input.value);
+    this.update();
+  }
+
+  #point(event) {
+    if (this.#input.disabled || event.pointerType === "touch") return;
+    const { left, width } = this.#input.getBoundingClientRect();
+    const fraction = Math.min(Math.max((event.clientX - left) / width, 0), 1);
+    const [start, end] = this.#range;
+    this.#tip.textContent = clockTime(start + fraction * (end - start));
+    this.#tip.hidden = false;
+    this.#tip.style.setProperty("--at", fraction);
+  }
+
+  update() {
+    const player = this.#player;
+    const [start, end] = this.#range;
+    const fraction = (seconds) => Math.min(Math.max((seconds - start) / (end - start), 0), 1);
+    const place = (node, from, to) => {
+      node.style.setProperty("--from", fraction(from));
+      node.style.setProperty("--to", Math.max(fraction(from), fraction(to)));
+    };
+    const input = this.#input;
+    const now = player.currentTime;
+    input.disabled = player.seekable.length === 0;
+    // Changing the slider would interrupt dragging.
+    if (!this.#dragging) Object.assign(input, { min: start, max: end, value: now });
+    // During playback screen readers get an update once per second.
+    const spoken = `${spokenTime(player.paused ? now : Math.floor(now))} of ${spokenTime(end)}`;
+    if (input.getAttribute("aria-valuetext") !== spoken) input.setAttribute("aria-valuetext", spoken);
+    place(this.#played, start, now);
+    const { buffered, loopRange } = player;
+    for (const node of this.#buffered.splice(buffered.length)) node.remove();
+    for (let i = 0; i < buffered.length; i++) {
+      this.#buffered[i] ??= this.#track.insertBefore(
+        element("div", { class: "buffered", part: "buffered" }),
+        this.#loop,
+      );
+      place(this.#buffered[i], buffered.start(i), buffered.end(i));
+    }
+    this.#loop.hidden = loopRange === null;
+    if (loopRange) place(this.#loop, loopRange.from, loopRange.to);
+  }
+}
+
+/** Seconds behind the live edge from which the delay is displayed. */
 const LATE = 1;
 
-function label(button, text) {
+function setLabel(button, text) {
   if (button.title === text) return;
   button.title = text;
   button.setAttribute("aria-label", text);
@@ -38,7 +119,7 @@ export class Bar {
         { type: "button", class: "live", part: "button live", hidden: true, onclick: commands.goLive },
         "Live",
       ),
-      loop: button("loop", "Loop from here", icons.loop, () => this.#markLoop(commands), { "data-wide": "2" }),
+      loop: button("loop", "Loop start", icons.loop, () => this.#markLoop(commands), { "data-wide": "2" }),
       speed: select(
         "Speed",
         SPEEDS.map((speed) => [speed, rateText(speed)]),
@@ -73,7 +154,7 @@ export class Bar {
     return this.#parts;
   }
 
-  /** One button for a loop: its beginning, its end, none. */
+  /** One button for a loop: sets its start, then its end, then clears it. */
   #markLoop(commands) {
     const { loopRange, seekable } = this.#player;
     if (!loopRange) commands.markLoop("from");
@@ -86,7 +167,7 @@ export class Bar {
     const { play, back, forward, live, loop, speed, mode, fullscreen } = this.#parts;
     const { paused, ended, loopRange, seekable, duration } = player;
     setIcon(play, !paused ? icons.pause : ended ? icons.replay : icons.play, paused && !ended);
-    label(play, !paused ? "Pause" : ended ? "Play again" : "Play");
+    setLabel(play, !paused ? "Pause" : ended ? "Play again" : "Play");
     back.disabled = !seekable.length;
     forward.disabled = player.readyState < 2;
     this.#now.textContent = clockTime(player.currentTime);
@@ -97,15 +178,15 @@ export class Bar {
     const late = player.paused || behind > LATE;
     live.dataset.late = String(late);
     live.textContent = late && behind > LATE ? `Live \u2212${behind.toFixed(0)} s` : "Live";
-    label(live, late ? "Go live" : "Live: at the edge");
+    setLabel(live, late ? "Go live" : "Live: at the edge");
     const to = loopRange && seekable.length && loopRange.to >= seekable.end(0) - 1e-6;
-    label(loop, !loopRange ? "Loop from here" : to ? "Loop up to here" : "No loop");
+    setLabel(loop, !loopRange ? "Loop start" : to ? "Loop end" : "Clear loop");
     loop.setAttribute("aria-pressed", String(loopRange !== null));
     loop.disabled = !seekable.length;
     speed.value = String(player.playbackRate);
     mode.value = player.viewMode;
     setIcon(fullscreen, player.isFullscreen ? icons.leaveFullscreen : icons.fullscreen);
-    label(fullscreen, player.isFullscreen ? "Leave full screen" : "Full screen");
+    setLabel(fullscreen, player.isFullscreen ? "Exit full screen" : "Full screen");
     this.#scrubber.update();
   }
 }

@@ -1,4 +1,4 @@
-// What buttons and keys do, in terms of the player. navigation/keys.js names these.
+// The commands of buttons and keys. navigation/keys.js assigns keys to them.
 
 export const SPEEDS = [0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 2, 4];
 export const MODES = [
@@ -9,6 +9,7 @@ export const MODES = [
   ["normals", "Normals"],
   ["depth", "Depth"],
 ];
+/** Seconds. */
 const JOURNEY = 0.7;
 
 /** panels: {toggle(name)}; player: the element. */

@@ -1,24 +1,20 @@
-// What lies over the picture, and keeps up with the player: bar, panels, messages. It knows the player by what everyone
-// may call.
+// The interface over the picture: bar, panels, messages, keys. It uses the public interface of the player.
 
-import { HeldKeys } from "../navigation/held_keys.js";
-import { commandOf, keepsKey } from "../navigation/keys.js";
+import { commandOf, MovementKeys, keepsKey } from "../navigation/keys.js";
 import { Bar } from "./bar.js";
-import { CamerasPanel } from "./cameras_panel.js";
 import { commandsOf } from "./commands.js";
-import { element, iconButton } from "./dom.js";
-import { helpPanel } from "./help_panel.js";
-import { icons } from "./icons.js";
-import { Panels } from "./panels.js";
-import { SettingsPanel } from "./settings_panel.js";
-import { StatsOverlay } from "./stats_overlay.js";
+import { CamerasPanel, helpPanel, Panels, SettingsPanel, StatsOverlay } from "./panels.js";
+import { element, iconButton, icons } from "./widgets.js";
 
-/** Milliseconds without a hand on it after which the controls fade, and of waiting after which that shows. */
-const IDLE = 2600;
-const PATIENCE = 350;
-const NOTICE = 1800;
-const STATS = 500;
-const AGEING = 1000;
+/** Milliseconds without input after which the controls fade. */
+const IDLE_MS = 2600;
+/** Milliseconds of waiting after which the spinner is shown. */
+const SPINNER_DELAY_MS = 350;
+/** How long a notice is shown. */
+const NOTICE_MS = 1800;
+/** Intervals of updates of the statistics, and of the live delay. */
+const STATS_MS = 500;
+const LIVE_MS = 1000;
 const EVENTS =
   "play pause playing waiting seeking seeked timeupdate ended ratechange loadstart loadedmetadata canplay emptied error " +
   "progress durationchange framechange volumechange camera-change optionschange";
@@ -33,27 +29,27 @@ export class Interface {
   #stats = new StatsOverlay();
   #statsBox;
   #commands;
-  #held;
+  #movement;
   #spinner = element("div", { class: "spinner", role: "status", "aria-label": "Loading", hidden: true });
   #big;
   #message;
   #notice = element("div", { class: "notice", role: "status" });
   #controls;
-  #idle = null;
-  #waiting = null;
-  #noticing = null;
-  #polling = null;
+  #idleTimer = null;
+  #spinnerTimer = null;
+  #noticeTimer = null;
+  #statsTimer = null;
   #updating = false;
-  #ageing = null;
+  #liveTimer = null;
 
-  /** root: of the shadow; stage: what the controls lie over. */
+  /** root: container of the interface; surface: the element below the controls. */
   constructor(player, root, surface, navigator, signal) {
     this.#player = player;
     this.#root = root;
     this.#panels = new Panels((name, open) => this.#expanded(name, open));
     const panels = { toggle: (name) => (name === "stats" ? this.#toggleStats() : this.#panels.toggle(name)) };
     this.#commands = commandsOf(player, panels);
-    this.#held = new HeldKeys(navigator);
+    this.#movement = new MovementKeys(navigator);
     this.#bar = new Bar(player, this.#commands);
     this.#cameras = new CamerasPanel(player);
     this.#settings = new SettingsPanel(player, this.#commands);
@@ -84,14 +80,14 @@ export class Interface {
 
   #listen(surface, signal) {
     const player = this.#player;
-    for (const type of EVENTS.split(" ")) player.addEventListener(type, () => this.#soon(), { signal });
+    for (const type of EVENTS.split(" ")) player.addEventListener(type, () => this.#scheduleUpdate(), { signal });
     const awake = () => this.#wake();
     for (const type of ["pointermove", "pointerdown", "keydown", "focusin"])
       player.addEventListener(type, awake, { signal, passive: true });
     player.addEventListener("keydown", (event) => this.#press(event), { signal });
-    player.addEventListener("keyup", (event) => this.#held.release(event), { signal });
-    player.addEventListener("focusout", () => this.#held.releaseAll(), { signal });
-    addEventListener("blur", () => this.#held.releaseAll(), { signal });
+    player.addEventListener("keyup", (event) => this.#movement.release(event), { signal });
+    player.addEventListener("focusout", () => this.#movement.releaseAll(), { signal });
+    addEventListener("blur", () => this.#movement.releaseAll(), { signal });
     surface.addEventListener("pointerdown", () => this.#panels.closeAll(), { signal });
     signal.addEventListener("abort", () => this.#close());
   }
@@ -100,11 +96,11 @@ export class Interface {
     const target = event.composedPath()[0];
     if (event.defaultPrevented || !this.#player.keys || keepsKey(target, event.key.toLowerCase())) return;
     if (event.key === "Escape" && this.#panels.closeAll()) return event.preventDefault();
-    this.#held.flying = this.#player.navigation === "fly";
+    this.#movement.flying = this.#player.navigation === "fly";
     const plain = !event.ctrlKey && !event.metaKey && !event.altKey;
     const command = commandOf(event);
     if (command) this.#commands[command.command](command.value);
-    else if (!(plain && this.#held.press(event))) return;
+    else if (!(plain && this.#movement.press(event))) return;
     event.preventDefault();
   }
 
@@ -116,34 +112,34 @@ export class Interface {
     const open = this.#statsBox.hidden;
     this.#statsBox.hidden = !open;
     this.#bar.buttons.stats.setAttribute("aria-pressed", String(open));
-    clearInterval(this.#polling);
-    if (open) this.#polling = setInterval(() => this.#readStats(), STATS);
+    clearInterval(this.#statsTimer);
+    if (open) this.#statsTimer = setInterval(() => this.#readStats(), STATS_MS);
     if (open) this.#readStats();
-    this.#soon();
+    this.#scheduleUpdate();
   }
   #readStats() {
     this.#stats.update(this.#player.stats);
   }
 
-  /** Someone is there. */
+  /** Shows the controls, and hides them after a while without input. */
   #wake() {
     this.#root.classList.remove("idle");
-    clearTimeout(this.#idle);
-    this.#idle = setTimeout(() => {
+    clearTimeout(this.#idleTimer);
+    this.#idleTimer = setTimeout(() => {
       const busy = this.#player.paused || this.#panels.anyOpen;
       this.#root.classList.toggle("idle", !busy);
-    }, IDLE);
+    }, IDLE_MS);
   }
 
-  /** A word that goes away again, which screen readers say. */
+  /** Shows a text for a while; screen readers announce it. */
   notify(text) {
     this.#notice.textContent = text;
-    clearTimeout(this.#noticing);
-    this.#noticing = setTimeout(() => (this.#notice.textContent = ""), NOTICE);
+    clearTimeout(this.#noticeTimer);
+    this.#noticeTimer = setTimeout(() => (this.#notice.textContent = ""), NOTICE_MS);
   }
 
-  /** Once for all that happens at the same time. */
-  #soon() {
+  /** Updates once for all events of the same moment. */
+  #scheduleUpdate() {
     if (this.#updating) return;
     this.#updating = true;
     queueMicrotask(() => {
@@ -155,22 +151,23 @@ export class Interface {
   update() {
     const player = this.#player;
     const { controls, error, paused, readyState } = player;
-    // What is live goes on while one stands still.
-    if (player.live && !error) this.#ageing ??= setInterval(() => this.#soon(), AGEING);
+    // A live stream continues while the player is paused.
+    if (player.live && !error) this.#liveTimer ??= setInterval(() => this.#scheduleUpdate(), LIVE_MS);
     else {
-      clearInterval(this.#ageing);
-      this.#ageing = null;
+      clearInterval(this.#liveTimer);
+      this.#liveTimer = null;
     }
     this.#controls.hidden = !controls;
     if (paused) this.#root.classList.remove("idle");
     this.#big.hidden = !controls || !paused || error !== null || player.hasPlayed || readyState < 2;
-    const waits = error === null && player.networkState !== 0 && (readyState < 3 || player.seeking) && !player.ended;
-    if (!waits) {
-      clearTimeout(this.#waiting);
-      this.#waiting = null;
+    const isWaiting =
+      error === null && player.networkState !== 0 && (readyState < 3 || player.seeking) && !player.ended;
+    if (!isWaiting) {
+      clearTimeout(this.#spinnerTimer);
+      this.#spinnerTimer = null;
       this.#spinner.hidden = true;
-    } else this.#waiting ??= setTimeout(() => (this.#spinner.hidden = false), PATIENCE);
-    this.#tell(error);
+    } else this.#spinnerTimer ??= setTimeout(() => (this.#spinner.hidden = false), SPINNER_DELAY_MS);
+    this.#showError(error);
     if (controls) {
       this.#bar.update();
       if (this.#panels.isOpen("cameras")) this.#cameras.update();
@@ -178,18 +175,18 @@ export class Interface {
     }
   }
 
-  #tell(error) {
+  #showError(error) {
     if (this.#message.hidden === (error === null) && this.#message.dataset.text === (error?.message ?? "")) return;
     this.#message.hidden = error === null;
     this.#message.dataset.text = error?.message ?? "";
     if (!error) return this.#message.replaceChildren();
     const again = element("button", { type: "button", class: "text", onclick: () => this.#player.load() }, "Try again");
-    this.#message.replaceChildren(element("p", {}, `This can't be played: ${error.message}`), again);
+    this.#message.replaceChildren(element("p", {}, `Cannot play this: ${error.message}`), again);
   }
 
   #close() {
-    for (const timer of [this.#idle, this.#waiting, this.#noticing]) clearTimeout(timer);
-    clearInterval(this.#polling);
-    clearInterval(this.#ageing);
+    for (const timer of [this.#idleTimer, this.#spinnerTimer, this.#noticeTimer]) clearTimeout(timer);
+    clearInterval(this.#statsTimer);
+    clearInterval(this.#liveTimer);
   }
 }

@@ -1,5 +1,5 @@
-// A capture in which every frame says its number twice: the mesh by where its squares stand, the pictures by what is painted
-// there. A picture of it tells whether both are of one frame.
+// A capture in which every frame encodes its number twice: the mesh by the positions of its squares, the pictures by their
+// brightness. A drawn picture shows whether both are of the same frame.
 
 import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -9,7 +9,7 @@ import { PNG } from "pngjs";
 import { BITS, RATE, cellOf, groupMarkOf } from "./board_layout.js";
 
 const [WIDTH, HEIGHT, FOCAL, DISTANCE] = [160, 120, 300, 3];
-/** Beside each other, in metres. */
+/** Positions of the cameras in metres. */
 const CAMERAS = [-0.03, 0.03];
 const [DARK, LIGHT, GREY] = [30, 225, 128];
 
@@ -45,7 +45,7 @@ function meshOf(n, group) {
   ].join("\n");
 }
 
-/** What a camera at x sees of the wall that says n: a stripe for each bit, light or dark. */
+/** The picture of a camera at x for number n: a light or dark stripe for each bit. */
 function pictureOf(n, x) {
   const png = new PNG({ width: WIDTH, height: HEIGHT });
   const [first, second] = [cellOf(0, 0).x, cellOf(1, 0).x];
@@ -53,7 +53,7 @@ function pictureOf(n, x) {
     const there = ((column + 0.5 - WIDTH / 2) * DISTANCE) / FOCAL + x;
     const bit = Math.round((there - first) / (second - first));
     for (let row = 0; row < HEIGHT; row++) {
-      // Above the mark, which is grey.
+      // Above the group mark, which is grey.
       const painted = row < 0.7 * HEIGHT && bit >= 0 && bit < BITS;
       const value = painted ? ((n >> bit) & 1 ? LIGHT : DARK) : GREY;
       png.data.set([value, value, value, 255], 4 * (row * WIDTH + column));
@@ -62,7 +62,7 @@ function pictureOf(n, x) {
   return PNG.sync.write(png, { filterType: 0, deflateLevel: 1 });
 }
 
-/** pictureNumber(n): what the pictures of frame n say. Others than n are what a test has to find. */
+/** pictureNumber(n): the number in the pictures of frame n; tests use wrong numbers as well. */
 export function writeBoard(folder, { frames, group, pictureNumber = (n) => n }) {
   const name = (n) => String(n).padStart(4, "0");
   for (const part of ["meshes", ...CAMERAS.map((_, i) => `cam${i}`)])

@@ -1,4 +1,5 @@
-// Where the squares of the numbered board stand, in metres on the plane z = 0, and how its number is read out of a picture.
+// The positions of the squares of the numbered board, in metres on the plane z = 0, and how its number is read from a
+// picture.
 
 export const BITS = 12;
 /** Frames a second. */
@@ -11,16 +12,16 @@ export function cellOf(bit, value) {
   return { x: (bit - (BITS - 1) / 2) * PITCH, y: value ? 0.4 : 0.15, half: HALF };
 }
 
-/** A square that stands elsewhere in each group of frames, so that crops and layouts differ. */
+/** A square at another position in each group of frames, so that crops and layouts differ. */
 export function groupMarkOf(group) {
   return { x: 0.5 * Math.sin(2.4 * group), y: -0.35 - 0.1 * Math.cos(1.7 * group), half: 0.04 };
 }
 
-/** What the board is drawn before, display values: no colour of its own. */
+/** The background colour in display values, which does not occur on the board. */
 export const BACKGROUND = [0, 0, 255];
 const isBackground = ([red, , blue]) => blue > 150 && red < 90;
 
-/** Straight in front of the board, y upwards. */
+/** The view: on the axis of the board, y upwards. */
 export const POSE = { distance: 2, fov: 2 * Math.atan(0.3), width: 192, height: 144 };
 
 function colourAt({ width, height, data }, { x, y }) {
@@ -30,7 +31,7 @@ function colourAt({ width, height, data }, { x, y }) {
   return data.slice(4 * (row * width + column), 4 * (row * width + column) + 3);
 }
 
-/** {mesh, picture}: the numbers that both say; null where one can't be read. */
+/** {mesh, picture}: the numbers of both; null if one cannot be read. */
 export function readBoard(pixels) {
   let [mesh, picture] = [0, 0];
   for (let bit = 0; bit < BITS; bit++) {

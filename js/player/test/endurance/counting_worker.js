@@ -1,4 +1,4 @@
-// The decoder's worker, which tells the page of every VideoFrame that it opens and closes.
+// The decoder's worker, which reports every VideoFrame that it opens and closes to the page.
 
 import { countOpenFrames, moment } from "./open_frames.js";
 

@@ -1,4 +1,5 @@
-// Plays the numbered board for long and prints what was found as JSON: node measure.mjs [FRAMES [SEEKS [BROWSER]]], 10000, 100 and chromium.
+// Plays the numbered board for a long time and prints the results as JSON.
+// usage: node measure.mjs [FRAMES [SEEKS [BROWSER]]], default 10000 100 chromium
 
 import { Session, endure } from "./session.mjs";
 

@@ -1,6 +1,6 @@
-// Plays the numbered board in a <fvv-player> for long, with seeks and changes of rate, and reads out of every picture that is
-// drawn whether the mesh and the pictures in it are of one frame. The element is used as pages use it; only its time and the
-// pictures of its screen go on by hand, as fast as frames come.
+// Plays the numbered board in a <fvv-player> for a long time, with seeks and changes of rate, and checks in every drawn
+// picture that mesh and pictures are of the same frame. The element is used as on other pages, except that its clock and
+// animation frames are simulated, as fast as frames arrive.
 
 import { FvvPlayer } from "@fvv/player";
 
@@ -10,8 +10,8 @@ import { countOpenFrames, moment, mostOpen } from "./open_frames.js";
 /** Milliseconds from one picture of the screen to the next. */
 const REFRESH = 10;
 const RATES = [0.25, 0.5, 1, 1, 2, 4, 8];
-/** Real milliseconds that are waited for a frame to come. */
-const PATIENCE = 50;
+/** Real milliseconds to wait for a frame. */
+const TIMEOUT = 50;
 const MOST_WRONG = 5;
 
 const changes = [];
@@ -30,14 +30,14 @@ window.requestAnimationFrame = (callback) => {
 window.cancelAnimationFrame = (unwanted) => (callbacks = callbacks.filter(({ id }) => id !== unwanted));
 
 const { port1, port2 } = new MessageChannel();
-/** Lets everything happen that is waiting, without the 4 ms of a timer. */
+/** Runs pending tasks, without the 4 ms of a timer. */
 const turn = () =>
   new Promise((resolve) => {
     port1.onmessage = resolve;
     port2.postMessage(null);
   });
 
-/** Numbers from 0 to 1 that are the same in every run. */
+/** Pseudo-random numbers from 0 to 1, the same in every run. */
 function randomOf(seed) {
   let state = seed;
   return () => {
@@ -56,7 +56,7 @@ class Viewer {
   failed = null;
   #sought = null;
   #changes = 0; // of the frame on screen
-  #read = 0; // of these, the one that was read last
+  #read = 0; // the one of these that was read last
 
   constructor(source) {
     const player = (this.player = new FvvPlayer());
@@ -93,7 +93,7 @@ class Viewer {
     this.#sought = null;
   }
 
-  /** A picture of the screen. */
+  /** Simulates an animation frame. */
   refresh() {
     if (this.failed) throw this.failed;
     time += REFRESH;
@@ -105,15 +105,15 @@ class Viewer {
     const { mesh, picture } = readBoard(this.player.readPixels());
     const { currentFrame } = this.player;
     if (mesh !== currentFrame || picture !== currentFrame)
-      this.#fault(`frame ${currentFrame}: the mesh says ${mesh}, the pictures say ${picture}`);
+      this.#fault(`frame ${currentFrame}: mesh ${mesh}, pictures ${picture}`);
     if (this.#read < this.#changes) this.checked++;
     this.#read = this.#changes;
   }
 
-  /** Until the frame that is due is there, or for as long as patience lasts. */
-  async wait(patience = PATIENCE) {
+  /** Waits until the frame that is due has arrived, or the timeout. */
+  async wait(timeout = TIMEOUT) {
     const { player } = this;
-    const end = realNow() + patience;
+    const end = realNow() + timeout;
     const isDue = () => player.seeking || player.currentTime * RATE >= player.currentFrame + 1 - 1e-6;
     do await turn();
     while (isDue() && realNow() < end);
@@ -133,7 +133,7 @@ window.begin = async (source) => {
   return { frameCount: player.frameCount };
 };
 
-/** Plays until so many frames more were drawn; actions: seeks and changes of rate each, spread over them. */
+/** Plays until a number of further frames was drawn. actions: number of seeks, and of changes of rate, during that. */
 window.endure = async ({ frames, actions, seed }) => {
   const random = randomOf(seed);
   const { player } = viewer;
@@ -146,7 +146,7 @@ window.endure = async ({ frames, actions, seed }) => {
       next += frames / actions;
       wanted.seeks++;
       seek();
-      // The last of several wins.
+      // The last of several seeks wins.
       if (random() < 0.3) {
         await turn();
         viewer.refresh();
@@ -157,14 +157,14 @@ window.endure = async ({ frames, actions, seed }) => {
       player.playbackRate = rate;
     }
     viewer.refresh();
-    // Now and then time does not wait for what is decoded.
+    // Sometimes time does not wait for decoding.
     if (random() < 0.9) await viewer.wait();
     else await turn();
   }
   while (player.seeking) await viewer.wait();
   const { checked, wrong, wrongCount, arrivals } = viewer;
   const open = mostOpen(changes);
-  // What is counted takes room itself.
+  // The list of changes would grow.
   changes.splice(0, changes.length, [0, open.left]);
   const { framesShown, framesDropped, memoryBytes, ...counters } = player.stats;
   return {
@@ -173,7 +173,7 @@ window.endure = async ({ frames, actions, seed }) => {
     wrongCount,
     arrivals,
     ...wanted,
-    mostOpen: open.most,
+    mostOpen: open.max,
     shown: framesShown,
     dropped: framesDropped,
     memoryBytes,

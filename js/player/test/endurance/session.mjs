@@ -1,4 +1,4 @@
-// The numbered board, its page in a browser, and what that page tells; memory is asked of Chromium.
+// The numbered board, its page in a browser, and what that page measures. Only Chromium reports memory.
 
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -10,7 +10,7 @@ import { writeBoard } from "./board.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 
-/** Bytes that JavaScript holds in a thread, when all has gone that nobody needs. */
+/** The size of a thread's JavaScript heap in bytes after garbage collection. */
 async function heapOf(client) {
   for (let i = 0; i < 2; i++) await client.send("HeapProfiler.collectGarbage");
   const { usedSize, backingStorageSize = 0 } = await client.send("Runtime.getHeapUsage");
@@ -33,7 +33,7 @@ export class Session {
     Object.assign(this, { served, browser, page: null });
   }
 
-  /** A stream of the board; more: as writeBoard takes it. */
+  /** Makes a stream of the board; more: options of writeBoard. */
   makeStream(name, { frames, group, ...more }) {
     const folder = join(this.served.folder, name);
     writeBoard(folder, { frames, group, ...more });
@@ -51,7 +51,7 @@ export class Session {
   endure(options) {
     return this.page.evaluate((wanted) => window.endure(wanted), options);
   }
-  /** Bytes, of the page and of its worker; null where the browser does not tell. */
+  /** Bytes of the page and its worker; null: not reported by the browser. */
   async heap() {
     if (!this.client) return null;
     const threads = [this.client, ...this.page.workers().map(({ client }) => client)];
@@ -66,18 +66,18 @@ export class Session {
   }
 }
 
-/** Frames that the page plays for one answer: browsers are not waited for without end. */
+/** Frames per call to the page, because calls have a timeout. */
 const PART = 500;
 
-/** The heap may settle in the first frames. */
+/** Plays and measures; the heap is measured after the first frames. */
 export async function endure(session, { frames, actions, seed = 1 }) {
   const warm = await session.endure({ frames: Math.min(PART, Math.ceil(frames / 5)), actions: 5, seed });
   const before = await session.heap();
   const parts = Math.ceil(frames / PART);
   const all = [];
   for (let i = 1; i <= parts; i++) {
-    const share = { frames: Math.ceil(frames / parts), actions: Math.ceil(actions / parts) };
-    all.push(await session.endure({ ...share, seed: seed + i }));
+    const portion = { frames: Math.ceil(frames / parts), actions: Math.ceil(actions / parts) };
+    all.push(await session.endure({ ...portion, seed: seed + i }));
   }
   const after = await session.heap();
   const found = all.at(-1);

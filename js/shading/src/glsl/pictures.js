@@ -1,8 +1,8 @@
-// Pictures into the texture of all of them, pixel by pixel. place: of the picture's corner in the target.
+// Draws pictures into the texture of all of them, pixel by pixel. place: the picture's corner in the target.
 
-/** Samples of 4:2:0, of 0 to 1, to display values. */
+/** Converts 4:2:0 samples, 0 to 1, to display values. */
 const display = /* glsl */ `
-uniform vec3 range; // black, and scales of luma and chroma
+uniform vec3 range; // black, and the scales of luma and chroma
 uniform float kr, kb;
 layout(location = 0) out highp vec4 outColour;
 
@@ -15,8 +15,8 @@ vec4 display(float luma, vec2 chroma) {
 `;
 
 /**
- * 4:2:0 to RGB. Chroma is interpolated and stands in the middle of four pixels, as in all that fvvmux writes: browsers do
- * not tell where.
+ * 4:2:0 to RGB. Chroma is interpolated. Its samples are in the middle of four pixels, as in all files of fvvmux; browsers
+ * do not report their position.
  */
 export const planesFragment = /* glsl */ `
 uniform sampler2D Y, U, V;
@@ -39,28 +39,28 @@ void main() {
 }
 `;
 
-/** The samples of 4:2:0, of 0 to 255, that libyuv made RGB of; ../replication.js says how it does. */
+/** Recovers the 4:2:0 samples, 0 to 255, from libyuv's RGB (see Replication in ../pictures.js). */
 const samples = /* glsl */ `
 uniform sampler2D picture;
 uniform vec2 place;
-uniform vec4 mixing; // 64ths that U takes from green and adds to blue, that V adds to red and takes from green
-uniform vec2 luma; // 64ths of a step of Y, and of Y = 0
+uniform vec4 mixing; // in 64ths: U subtracts from green, adds to blue; V adds to red, subtracts from green
+uniform vec2 luma; // in 64ths: a step of Y, and the offset of Y = 0
 
 vec3 pixel(ivec2 at) {
   return round(255.0 * texelFetch(picture, clamp(at, ivec2(0), textureSize(picture, 0) - 1), 0).rgb);
 }
 
-// Of a component that was cut off there is nothing to learn, unless there is no other.
+// Clipped components carry no information and are used only if all are clipped.
 vec3 certainty(vec3 rgb) {
   return 1e-4 + vec3(greaterThan(rgb, vec3(0.0))) * vec3(lessThan(rgb, vec3(255.0)));
 }
 
-// What chroma adds to red, green and blue.
+// The contribution of chroma to red, green and blue.
 vec3 added(vec2 uv) {
   return vec3(mixing.z * uv.y, -mixing.x * uv.x - mixing.w * uv.y, mixing.y * uv.x);
 }
 
-// U and V of a square of four pixels, less 128.
+// U and V of a square of four pixels, minus 128.
 vec2 chromaOf(ivec2 square) {
   vec3 sum = vec3(0.0);
   for (int i = 0; i < 4; i++) {
@@ -68,7 +68,7 @@ vec2 chromaOf(ivec2 square) {
     vec3 certain = certainty(rgb);
     sum += min(certain.r, min(certain.g, certain.b)) * vec3(rgb.b - rgb.g, rgb.r - rgb.g, 1.0);
   }
-  vec2 over = 64.0 * sum.xy / sum.z; // blue and red, over green
+  vec2 over = 64.0 * sum.xy / sum.z; // blue and red, minus green
   mat2 more = mat2(mixing.x + mixing.y, mixing.x, mixing.w, mixing.z + mixing.w);
   return clamp(round(inverse(more) * over), -128.0, 127.0);
 }
@@ -80,7 +80,7 @@ float lumaOf(vec3 rgb, vec2 uv) {
 }
 `;
 
-/** RGB whose chroma was replicated, with its chroma interpolated as planesFragment does. */
+/** For RGB with replicated chroma: interpolates chroma as planesFragment does. */
 export const replicatedFragment = /* glsl */ `
 ${samples}
 ${display}
@@ -89,14 +89,14 @@ void main() {
   ivec2 last = (textureSize(picture, 0) + 1) / 2 - 1;
   vec2 between = at / 2.0 - 0.5;
   ivec2 first = ivec2(floor(between));
-  vec2 share = between - vec2(first);
+  vec2 fraction = between - vec2(first);
   vec2 chroma = vec2(0.0);
   vec2 own = vec2(0.0);
   for (int i = 0; i < 4; i++) {
     ivec2 corner = ivec2(i & 1, i >> 1);
     ivec2 square = clamp(first + corner, ivec2(0), last);
     vec2 uv = chromaOf(square);
-    vec2 weight = mix(1.0 - share, share, vec2(corner));
+    vec2 weight = mix(1.0 - fraction, fraction, vec2(corner));
     chroma += weight.x * weight.y * uv;
     if (square == ivec2(at) / 2) own = uv;
   }
@@ -104,7 +104,7 @@ void main() {
 }
 `;
 
-/** Red: chroma changes here, so that pixels tell how it was made. Green: this one is what replication makes of it. */
+/** Red: the pixel is significant, because chroma changes here. Green: the pixel equals the result of replication. */
 export const replicationFragment = /* glsl */ `
 ${samples}
 layout(location = 0) out highp vec4 outColour;

@@ -1,0 +1,213 @@
+"""Delta frames: clauses 8.7 to 8.9 of spec/fvv.md, after key meshes in the raw profile."""
+
+import struct
+from collections import defaultdict
+
+from .container import Numbers, crc32c, payloads
+from .mesh import read_raw
+from .range_coder import RangeDecoder
+
+STATE_MAX = 1 << 30
+AXES = range(3)
+
+
+def divide(a, b):
+    """Rounds towards 0."""
+    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
+
+
+class Levels:
+    """Clause 8.8: levels of vertices in coding order, and stencils of (node, weight)."""
+
+    def __init__(self, positions, faces):
+        self.positions = positions
+        self.stencils = [[] for _ in positions]
+        point = {}
+        node = [point.setdefault(tuple(p), vertex) for vertex, p in enumerate(positions)]
+        self.twins = [vertex for vertex in range(len(positions)) if node[vertex] != vertex]
+        self.neighbours = {vertex: set() for vertex in point.values()}
+        for corners in faces:
+            for a, b in zip(corners, corners[1:] + corners[:1]):
+                self._join(node[a], node[b])
+        passes = []
+        while len(passes) < 48:
+            taken = self._choose()
+            connected = sum(1 for around in self.neighbours.values() if around)
+            if connected <= 24 or len(taken) < connected // 6:
+                break
+            for vertex in taken:
+                self._take_out(vertex)
+            passes.append(taken)
+        survivors = sorted(self.neighbours)
+        for former, vertex in zip(survivors, survivors[1:]):
+            self.stencils[vertex] = [(former, 1 << 16)]
+        for vertex in self.twins:
+            self.stencils[vertex] = [(node[vertex], 1 << 16)]
+        self.levels = [survivors]
+        for number in range(len(passes), 0, -1):
+            if number % 3 == 0:
+                self.levels.append([])
+            self.levels[-1] += passes[number - 1]
+        if self.twins:
+            self.levels.append(self.twins)
+
+    def _join(self, a, b):
+        if a != b:
+            self.neighbours[a].add(b)
+            self.neighbours[b].add(a)
+
+    def _choose(self):
+        taken = set()
+        for vertex, around in sorted(self.neighbours.items()):
+            if 1 <= len(around) <= 8 and not around & taken:
+                taken.add(vertex)
+        return sorted(taken)
+
+    def _take_out(self, vertex):
+        around = self.neighbours.pop(vertex)
+        nearest = sorted(around, key=lambda node: (self._squared(vertex, node), node))
+        for other in nearest:
+            self.neighbours[other].remove(vertex)
+            self._join(nearest[0], other)
+        differences = [self._difference(vertex, node) for node in nearest[:6]]
+        shift = max(0, max(abs(x) for u in differences for x in u).bit_length() - 9)
+        offsets = [[x >> shift for x in u] for u in differences]
+        self.stencils[vertex] = list(zip(nearest, weights(offsets)))
+
+    def _difference(self, vertex, node):
+        return [self.positions[node][a] - self.positions[vertex][a] for a in AXES]
+
+    def _squared(self, vertex, node):
+        return sum(d * d for d in self._difference(vertex, node))
+
+
+def weights(offsets):
+    q = [(1 << 30) // (1 + sum(x * x for x in u)) for u in offsets]
+    w = [(x << 12) // sum(q) for x in q]
+    w[0] += (1 << 12) - sum(w)
+    m = [sum(x * u[a] for x, u in zip(w, offsets)) for a in AXES]
+    c = [[(sum(x * u[a] * u[b] for x, u in zip(w, offsets)) << 12) - m[a] * m[b] for b in AXES] for a in AXES]
+    trace = sum(c[a][a] for a in AXES)
+    h = 0
+    while trace >> h >= 1 << 17:
+        h += 1
+    k = [[c[a][b] + (trace // 32 + 1 if a == b else 0) >> h for b in AXES] for a in AXES]
+
+    def minor(a, b):
+        a1, a2, b1, b2 = (a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3
+        return k[a1][b1] * k[a2][b2] - k[a1][b2] * k[a2][b1]
+
+    d = sum(k[0][b] * minor(0, b) for b in AXES) >> 16
+    g = [divide(-sum(minor(a, b) * m[b] for b in AXES), d) if d > 0 else 0 for a in AXES]
+    result = []
+    for x, u in zip(w, offsets):
+        correction = sum(((u[a] << 12) - m[a]) * g[a] for a in AXES) >> h
+        correction = max(-(1 << 18), min(1 << 18, correction))
+        result.append(x * ((1 << 16) + correction) >> 12)
+    result[0] += (1 << 16) - sum(result)
+    return result
+
+
+class Sequence:
+    """A key mesh and the delta frames after it: clause 8.9."""
+
+    def __init__(self, key):
+        self.states = [[4 * x for x in p] for p in key.positions]
+        self.hierarchy = Levels(key.positions, key.faces)
+        # One table for each level; its key is what selects the context.
+        self.contexts = [defaultdict(lambda: [32768, 32768]) for _ in self.hierarchy.levels]
+        self.before = [[0] * 3 for _ in key.positions]
+        self.last = [[0] * 3 for _ in key.positions]
+        self.frame = 0
+
+    def positions(self):
+        """The positions of the last frame."""
+        return [[x + 2 >> 2 for x in state] for state in self.states]
+
+    def add(self, payload):
+        """Decodes a whole MESH payload of profile 2."""
+        numbers = Numbers(payload, 16)
+        self.frame += 1
+        assert numbers.next() == self.frame
+        assert numbers.next() == len(self.hierarchy.levels)
+        coded = [(numbers.next(), numbers.next()) for _ in self.hierarchy.levels]
+        self.motion = [[0] * 3 for _ in self.states]
+        self.now = [[0] * 3 for _ in self.states]
+        at = numbers.at
+        for level, contexts, (step, size) in zip(self.hierarchy.levels, self.contexts, coded):
+            decoder = RangeDecoder(payload[at : at + size]) if size else None
+            at += size
+            for vertex in level:
+                self._move(vertex, decoder, contexts, step)
+            assert not decoder or decoder.ends()
+        assert at == len(payload)
+        self.before = self.now
+
+    def _move(self, vertex, decoder, contexts, step):
+        stencil = self.hierarchy.stencils[vertex]
+        around = [node for node, weight in stencil[:4] if weight]
+        before_axis = 0
+        for a in AXES:
+            former = self.states[vertex][a]
+            state = former + (
+                sum(weight * self.motion[node][a] for node, weight in stencil) + (1 << 15) >> 16
+            )
+            multiple = max(g for g in (1, 2, 4) if step % g == 0)
+            state = (state + multiple // 2) // multiple * multiple
+            state = max(-STATE_MAX, min(STATE_MAX, state))
+            if decoder:
+                residual = self._residual(vertex, a, around, before_axis, decoder, contexts)
+                self.now[vertex][a] = residual
+                if residual:
+                    self.last[vertex][a] = sign(residual)
+                before_axis += abs(residual)
+                state += residual * step
+            assert abs(state) <= STATE_MAX
+            self.states[vertex][a] = state
+            self.motion[vertex][a] = min(state - former, (1 << 31) - 1)
+
+    def _residual(self, vertex, a, around, before_axis, decoder, contexts):
+        near = [self.now[node][a] for node in around]
+        magnitudes = around_class(sum(min(abs(x), 15) for x in near))
+        some = (a, magnitudes, min(abs(self.before[vertex][a]), 2), min(before_axis, 2))
+        if not decoder.decision(contexts["some", some]):
+            return 0
+        magnitude = decode_magnitude(decoder, contexts, magnitudes)
+        signs = (a, self.last[vertex][a], sign(sum(sign(x) for x in near)))
+        return -magnitude if decoder.decision(contexts["negative", signs]) else magnitude
+
+
+def sign(x):
+    return (x > 0) - (x < 0)
+
+
+def around_class(total):
+    return total if total < 3 else 3 if total < 5 else 4 if total < 9 else 5
+
+
+def decode_magnitude(decoder, contexts, around):
+    digits = 0
+    while decoder.decision(contexts["more", around, digits]):
+        digits += 1
+        assert digits < 30
+    magnitude = 1
+    for i in range(digits):
+        magnitude = 2 * magnitude + (decoder.even() if i else decoder.decision(contexts["first", digits]))
+    return magnitude
+
+
+def decode(stream):
+    """Yields the positions of each mesh frame of a stream of one mesh track."""
+    sequence = None
+    for payload in payloads(stream, b"MESH"):
+        if payload[0] == 2:
+            sequence.add(payload)
+        else:
+            sequence = Sequence(read_raw(payload))
+        yield sequence.positions()
+
+
+def listing(stream):
+    """CRC-32C of the positions of each frame as i32, x y z for each vertex."""
+    for positions in decode(stream):
+        yield f"{crc32c(b''.join(struct.pack('<3i', *p) for p in positions)):08x}"

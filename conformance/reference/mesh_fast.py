@@ -1,0 +1,159 @@
+"""Fast meshes: clause 8.11 of spec/fvv.md, and Appendix A of the glTF extension EXT_meshopt_compression, which it cites.
+
+Uses nothing of meshoptimizer either.
+"""
+
+import struct
+
+from .container import Numbers, crc32c, payloads, unzigzag
+from .mesh import NORMALS, TEXTURE, Mesh, raw_data
+
+MASK = (1 << 32) - 1
+BLOCK, GROUP, TAIL, TABLE = 256, 16, 32, 16
+
+
+class Vertices:
+    """Mode 0, attributes. modes: the header bits of all groups, so that tests can see what a stream uses."""
+
+    def __init__(self, data, count, stride):
+        assert data[0] == 0xA0
+        assert not any(data[len(data) - TAIL : len(data) - stride])
+        self.data, self.at, self.modes = data, 1, []
+        before, self.elements = list(data[len(data) - stride :]), []
+        for first in range(0, count, BLOCK):
+            size = min(BLOCK, count - first)
+            columns = [self._deltas(-(-size // GROUP))[:size] for _ in range(stride)]
+            for deltas in zip(*columns):
+                before = [(byte + unzigzag(delta)) % 256 for byte, delta in zip(before, deltas)]
+                self.elements.append(bytes(before))
+        assert self.at == len(data) - TAIL
+
+    def _take(self, size):
+        taken = self.data[self.at : self.at + size]
+        assert len(taken) == size
+        self.at += size
+        return taken
+
+    def _deltas(self, groups):
+        header = self._take(-(-groups // 4))
+        modes = [header[g // 4] >> 2 * (g % 4) & 3 for g in range(groups)]
+        self.modes += modes
+        return [delta for mode in modes for delta in self._group(mode)]
+
+    def _group(self, mode):
+        if mode == 0:
+            return [0] * GROUP
+        if mode == 3:
+            return list(self._take(GROUP))
+        bits = 2 * mode
+        packed = int.from_bytes(self._take(GROUP * bits // 8), "big")
+        small = [packed >> bits * (GROUP - 1 - i) & (1 << bits) - 1 for i in range(GROUP)]
+        return [self._take(1)[0] if value == (1 << bits) - 1 else value for value in small]
+
+
+class Fifo:
+    """The last 16 entries; 0 is the newest."""
+
+    def __init__(self, empty):
+        self.entries = [empty] * 16
+
+    def push(self, entry):
+        self.entries = [entry, *self.entries[:15]]
+
+    def __getitem__(self, index):
+        return self.entries[index]
+
+
+class Faces:
+    """Mode 1, triangles."""
+
+    def __init__(self, data, count):
+        assert data[0] == 0xE1
+        self.codes, self.table = data[1 : 1 + count], data[len(data) - TABLE :]
+        assert self.table[14:] == bytes(2)
+        assert not any(15 in (pair >> 4, pair & 15) for pair in self.table)
+        self.numbers = Numbers(data[: len(data) - TABLE], 1 + count)
+        self.next_vertex = self.last = 0
+        self.edges, self.recent = Fifo((MASK, MASK)), Fifo(MASK)
+        self.faces = [self._on_edge(code) if code < 0xF0 else self._free(code) for code in self.codes]
+        assert self.numbers.at == len(data) - TABLE
+
+    def _new(self):
+        self.next_vertex = self.next_vertex + 1 & MASK
+        return self.next_vertex - 1 & MASK
+
+    def _far(self):
+        begin = self.numbers.at
+        number = self.numbers.next()
+        assert number <= MASK and self.numbers.at - begin == max(1, -(-number.bit_length() // 7))
+        self.last = self.last + unzigzag(number) & MASK
+        return self.last
+
+    def _on_edge(self, code):
+        a, b = self.edges[code >> 4]
+        what = code & 15
+        if what == 0:
+            c = self._new()
+        elif what < 13:
+            c = self.recent[what]
+        elif what == 15:
+            c = self._far()
+        else:
+            c = self.last = self.last + (1 if what == 14 else -1) & MASK
+        if what == 0 or what >= 13:
+            self.recent.push(c)
+        self.edges.push((c, b))
+        self.edges.push((a, c))
+        return a, b, c
+
+    def _free(self, code):
+        if code < 0xFE:
+            pair = self.table[code & 15]
+            a = self._new()
+        else:
+            pair = self.numbers.data[self.numbers.at]
+            self.numbers.at += 1
+            if pair == 0:
+                self.next_vertex = 0
+            a = self._new() if code == 0xFE else self._far()
+        b, c = (self._corner(half) for half in (pair >> 4, pair & 15))
+        self.recent.push(a)
+        for half, vertex in (pair >> 4, b), (pair & 15, c):
+            if half in (0, 15):
+                self.recent.push(vertex)
+        for edge in (b, a), (c, b), (a, c):
+            self.edges.push(edge)
+        return a, b, c
+
+    def _corner(self, half):
+        if half == 0:
+            return self._new()
+        return self._far() if half == 15 else self.recent[half - 1]
+
+
+def streams(payload):
+    """The decoded vertex and index streams of a whole MESH payload of profile 4."""
+    profile, attributes, _, _, vertices, faces, _, size = struct.unpack_from("<4B4I", payload)
+    assert profile == 4
+    stride, rest = 12 + 8 * attributes.bit_count(), payload[20:]
+    assert 33 + stride * -(-vertices // 64) <= size <= len(rest) and 17 + faces <= len(rest) - size
+    return Vertices(rest[:size], vertices, stride), Faces(rest[size:], faces)
+
+
+def decode(payload):
+    """The Mesh of a whole payload."""
+    vertices, faces = streams(payload)
+    _, attributes, texture_bits, normal_bits = payload[:4]
+    pairs, at = [], 12
+    for attribute in (TEXTURE, NORMALS):
+        there = attributes & attribute
+        pairs.append([struct.unpack_from("<2I", e, at) for e in vertices.elements] if there else [])
+        at += 8 if there else 0
+    positions = [struct.unpack_from("<3i", e) for e in vertices.elements]
+    return Mesh(positions, faces.faces, pairs[0], texture_bits, pairs[1], normal_bits)
+
+
+def listing(stream):
+    """For each mesh frame the CRC-32C of its data in the raw profile."""
+    for payload in payloads(stream, b"MESH"):
+        yield f"{crc32c(raw_data(decode(payload))):08x}"

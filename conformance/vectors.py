@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+"""Writes the listing beside each vector, and the vectors that need no libfvv, by the readers and writers in reference/.
+
+A listing (.crc or .txt) is what a reader finds in the stream of the same name. Streams of conformance/tiny and
+conformance/openexr are written too; the others come from `test_stream '[make]'`. --check writes nothing and exits with 1
+when a file differs. --list KIND STREAM prints the listing of any stream.
+"""
+
+import argparse
+import pathlib
+import sys
+
+from reference import (
+    background,
+    calibration,
+    mesh_delta,
+    mesh_fast,
+    normals,
+    openexr,
+    texturing,
+    tiles,
+    tiny,
+    visibility,
+)
+
+ROOT = pathlib.Path(__file__).resolve().parent
+READERS = {
+    "background": background,
+    "calibration": calibration,
+    "delta": mesh_delta,
+    "fast": mesh_fast,
+    "normals": normals,
+    "openexr": openexr,
+    "texturing": texturing,
+    "tiles": tiles,
+    "visibility": visibility,
+}
+TEXT = {"background", "texturing", "tiles"}  # others list CRCs
+
+
+def streams():
+    """The bytes of the streams that are written here, by path."""
+    made = {ROOT / "tiny" / name: stream for name, stream in tiny.files().items()}
+    return {**made, ROOT / "openexr/bars.fvv": openexr.bars_stream()}
+
+
+def listings():
+    """The bytes of the listing of each vector, by path."""
+    out = {}
+    for kind, reader in READERS.items():
+        for path in sorted((ROOT / kind).glob("*.fvv")):
+            text = "".join(line + "\n" for line in reader.listing(path.read_bytes()))
+            out[path.with_suffix(".txt" if kind in TEXT else ".crc")] = text.encode()
+    return out
+
+
+def write(files, check):
+    """Writes the files that differ and returns their paths; with check it only returns them."""
+    differing = [path for path, content in files.items() if not path.exists() or path.read_bytes() != content]
+    if not check:
+        for path in differing:
+            path.write_bytes(files[path])
+    return differing
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 when a file differs")
+    parser.add_argument("--list", nargs=2, metavar=("KIND", "STREAM"), help=f"KIND: {', '.join(READERS)}")
+    arguments = parser.parse_args()
+    if arguments.list:
+        kind, path = arguments.list
+        if kind not in READERS:
+            parser.error(f"--list: expected one of {', '.join(READERS)}, found {kind}")
+        print("\n".join(READERS[kind].listing(pathlib.Path(path).read_bytes())))
+        return 0
+    differing = write(streams(), arguments.check)
+    differing += write(listings(), arguments.check)  # after the streams that they list
+    for path in differing:
+        state = "differs: run conformance/vectors.py" if arguments.check else "written"
+        print(f"{path.relative_to(ROOT.parent)}: {state}", file=sys.stderr)
+    return 1 if arguments.check and differing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

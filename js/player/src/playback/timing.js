@@ -1,0 +1,118 @@
+// When frames are due: the clock of playback, the decision about the next frame, and the delay behind a live edge.
+
+/** The position in seconds of the stream. The clock only runs forward. */
+export class Clock {
+  #now;
+  #position = 0;
+  #rate = 1;
+  #since = null;
+
+  /** now(): milliseconds, as performance.now() has them. */
+  constructor(now) {
+    this.#now = now;
+  }
+
+  get running() {
+    return this.#since !== null;
+  }
+  get position() {
+    return this.running ? this.#position + ((this.#now() - this.#since) / 1000) * this.#rate : this.#position;
+  }
+  set position(seconds) {
+    this.#position = seconds;
+    if (this.running) this.#since = this.#now();
+  }
+  get rate() {
+    return this.#rate;
+  }
+  /** Time that has already passed counts at the former rate. */
+  set rate(rate) {
+    if (rate === this.#rate) return;
+    this.position = this.position;
+    this.#rate = rate;
+  }
+
+  start() {
+    if (!this.running) this.#since = this.#now();
+  }
+  stop() {
+    this.#position = this.position;
+    this.#since = null;
+  }
+}
+
+/** Seconds that a frame may be early: half a refresh of the screen; else it would be a whole one late. */
+const EARLY = 0.004;
+/** Milliseconds without a new frame after which a late frame is shown anyway. */
+const MAX_BLANK = 250;
+/** Real seconds that decoding may lag before groups are skipped. */
+const LAG = 0.5;
+
+/**
+ * Decides what to do with the next frame, {seconds, duration}. position: of the clock. sinceShown: milliseconds. Returns
+ *   "wait"  it is not due        "show"  it is due
+ *   "drop"  the frame after it is due already
+ *   "lag"   decoding is too slow: skip groups, or set the clock back
+ */
+export function whatIsDue(frame, position, rate, sinceShown) {
+  const late = position - frame.seconds;
+  if (late < -EARLY * rate) return "wait";
+  if (late > LAG * rate && late > frame.duration) return "lag";
+  if (late > frame.duration && sinceShown < MAX_BLANK) return "drop";
+  return "show";
+}
+
+/** The intended delay behind the edge in seconds, which hides small delays of the network. */
+const LIVE_DELAY = 0.25;
+const MAX_RATE = 1.25;
+const MIN_RATE = 0.95;
+/** Deviations from the delay in seconds: where a correction begins, and where it ends. */
+const CORRECT_FROM = 0.15;
+const CORRECT_TO = 0.05;
+/** Change of the rate per second of deviation: it returns to 1 smoothly. */
+const GAIN = 0.5;
+
+/**
+ * How far playback is behind a live stream, and the rate that corrects it. The edge is known once a frame had to be waited
+ * for; before that, any number of frames may be available.
+ */
+export class LiveEdge {
+  #ahead = -Infinity;
+  #known = false;
+  #correcting = false;
+  #latest = -Infinity; // seconds of the frame that arrived last
+  #former = null; // the edge of the stream on screen, while frames of a restarted stream already arrive
+
+  /** A frame has arrived. waited: as soon as the stream had it. now: milliseconds. */
+  observe(seconds, now, waited) {
+    if (seconds < this.#latest) this.#leave();
+    this.#latest = seconds;
+    const ahead = seconds - now / 1000;
+    this.#ahead = waited ? ahead : Math.max(this.#ahead, ahead);
+    this.#known ||= waited;
+  }
+  /** Times go back: the stream has restarted. The frames on screen keep their former edge. */
+  #leave() {
+    this.#former ??= this.#ahead;
+    this.#ahead = -Infinity;
+    this.#known = this.#correcting = false;
+  }
+  /** The restarted stream is on screen. */
+  enter() {
+    this.#former = null;
+  }
+  /** Minimum number of seconds that position is behind the edge. */
+  behind(position, now) {
+    const ahead = this.#former ?? this.#ahead;
+    return ahead === -Infinity ? 0 : Math.max(0, ahead + now / 1000 - position);
+  }
+  /** The factor for the rate. */
+  rateFor(behind) {
+    if (!this.#known) return MAX_RATE;
+    const late = behind - LIVE_DELAY;
+    if (Math.abs(late) > CORRECT_FROM) this.#correcting = true;
+    if (Math.abs(late) < CORRECT_TO) this.#correcting = false;
+    if (!this.#correcting) return 1;
+    return late > 0 ? Math.min(MAX_RATE, 1 + Math.max(GAIN * late, 0.02)) : MIN_RATE;
+  }
+}

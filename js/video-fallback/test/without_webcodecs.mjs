@@ -1,2 +1,0 @@
-delete globalThis.VideoDecoder;
-delete globalThis.VideoFrame;

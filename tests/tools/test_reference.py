@@ -1,0 +1,289 @@
+"""The readers of conformance/reference and the vectors: listings agree, vectors use what their clauses have, fvvinfo reads them."""
+
+import itertools
+import math
+import subprocess
+import sys
+
+import pytest
+from conftest import CONFORMANCE, figures, run
+from real_capture import read_ply
+from reference import (
+    background,
+    calibration,
+    container,
+    mesh,
+    mesh_delta,
+    mesh_fast,
+    normals,
+    texturing,
+    tiles,
+    visibility,
+)
+
+VECTORS = sorted(CONFORMANCE.glob("*/*.fvv"))
+
+
+def stream(name):
+    return (CONFORMANCE / f"{name}.fvv").read_bytes()
+
+
+def listed(name, suffix=".crc"):
+    return (CONFORMANCE / f"{name}{suffix}").read_text().splitlines()
+
+
+def test_vectors_and_listings_are_what_the_reference_makes():
+    done = subprocess.run(
+        [sys.executable, CONFORMANCE / "vectors.py", "--check"], capture_output=True, text=True
+    )
+    assert (done.stderr, done.returncode) == ("", 0)
+
+
+def test_every_vector_has_a_listing():
+    with_listing = [path for path in VECTORS if path.parent.name != "tiny"]
+    assert len(with_listing) == 12
+    for path in with_listing:
+        assert path.with_suffix(".crc").exists() != path.with_suffix(".txt").exists(), path
+
+
+@pytest.mark.parametrize(
+    "name, distinct",
+    [
+        ("calibration/moving", 38),
+        ("delta/field", 6),  # the fourth frame stands still
+        ("fast/shapes", 4),
+        ("normals/cube", 10),
+        ("openexr/bars", 3),
+        ("visibility/moving", 5),
+        ("visibility/shares", 5),
+        ("visibility/sheet", 10),
+        ("texturing/explicit", 2),
+        ("texturing/default", 2),
+    ],
+)
+def test_lines_of_a_listing_differ(name, distinct):
+    suffix = ".txt" if name.startswith("texturing") else ".crc"
+    assert len(set(listed(name, suffix))) == distinct
+
+
+@pytest.mark.parametrize("path", VECTORS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_fvvinfo_finds_every_frame_whole(path):
+    (file,) = figures("fvvinfo", "--check", path)["files"]
+    assert (file["integrity"], file["whole_frames"]) == ("complete", file["frames"])
+
+
+def info(name):
+    return figures("fvvinfo", "--check", CONFORMANCE / f"{name}.fvv")["files"][0]
+
+
+def text(name):
+    return run("fvvinfo", CONFORMANCE / f"{name}.fvv").stdout
+
+
+# Meshes.
+
+
+def test_the_delta_vector_uses_what_the_profile_has():
+    payloads = container.payloads(stream("delta/field"), b"MESH")
+    key = mesh.read_raw(payloads[0])
+    hierarchy = mesh_delta.Levels(key.positions, key.faces)
+    assert len(hierarchy.levels) >= 4 and hierarchy.twins
+    steps, sizes = set(), set()
+    for payload in payloads[1:]:
+        numbers = container.Numbers(payload, 18)
+        for _ in hierarchy.levels:
+            steps.add(numbers.next())
+            sizes.add(numbers.next())
+    assert steps == {4, 6, 9, 15} and 0 in sizes
+
+
+def test_the_fast_vector_uses_what_the_profile_has():
+    modes, codes, sizes = set(), set(), []
+    for payload in container.payloads(stream("fast/shapes"), b"MESH"):
+        vertices, faces = mesh_fast.streams(payload)
+        modes.update(vertices.modes)
+        codes.update(faces.codes)
+        sizes.append((len(vertices.elements), bool(payload[1])))
+    assert modes == {0, 1, 2, 3}
+    assert {code & 15 for code in codes if code < 0xF0} == set(range(16))
+    assert {code >> 4 for code in codes} == set(range(16))
+    assert codes >= set(range(0xF0, 0x100))
+    assert any(size > 256 for size, _ in sizes) and {textured for _, textured in sizes} == {False, True}
+
+
+def test_fvvinfo_names_the_fast_profile():
+    (track,) = info("fast/shapes")["tracks"]
+    assert track["mesh"]["profiles"] == {"fast": {"chunks": 4, "bytes": track["bytes"]}}
+    assert ": 4 fast of " in text("fast/shapes")
+
+
+def test_fvvdemux_writes_fast_meshes_in_their_order(tmp_path):
+    run("fvvdemux", CONFORMANCE / "fast/shapes.fvv", "-o", tmp_path / "out")
+    payloads = container.payloads(stream("fast/shapes"), b"MESH")
+    for number, decoded in enumerate(map(mesh_fast.decode, payloads)):
+        positions, faces = read_ply(tmp_path / "out/meshes" / f"{number:04}.ply")
+        assert (positions == [[0.001 * index for index in position] for position in decoded.positions]).all()
+        assert (faces == decoded.faces).all()
+    assert number == 3
+
+
+def test_normals_have_length_1_or_0():
+    lengths = {round(math.hypot(*n), 6) for n in itertools.chain(*normals.frames(stream("normals/cube")))}
+    assert lengths == {0, 1}
+
+
+@pytest.mark.parametrize("bits", [2, 3, 6])
+def test_indices_of_normals_come_back_but_for_the_rim(bits):
+    last = 2**bits - 2
+    for pair in itertools.product(range(last + 1), repeat=2):
+        again = normals.nearest(bits, normals.sent(bits, pair))
+        assert again == pair or {0, last} & set(pair)
+        assert normals.sent(bits, again) == pytest.approx(normals.sent(bits, pair), abs=1e-12)
+
+
+def test_fvvinfo_reports_normals():
+    (track,) = info("normals/cube")["tracks"]
+    assert track["mesh"]["normals"] == {"chunks": 5, "bits": [9, 9]}
+    assert "normals of 9 bits in 5 chunks" in text("normals/cube")
+
+
+# Cameras.
+
+
+def test_the_calibration_vector_uses_what_the_track_has():
+    frames = list(calibration.decode(stream("calibration/moving")))
+    assert {tuple(cameras) for _, cameras in frames} == {(2, 9, 300), (2, 300)}
+    pans = [cameras[2]["rotation"] for _, cameras in frames]
+    assert min(rotation[0] for rotation in pans) < -0.97  # about 180 degrees
+    zooms = [cameras[300]["intrinsics"][0] for _, cameras in frames]
+    assert max(zooms) > 7 * min(zooms)
+    assert {cameras[2]["r_max"] for _, cameras in frames} == {1.5, float("inf")}
+
+
+def test_fvvinfo_reports_cameras_that_move():
+    file = info("calibration/moving")
+    assert [camera["moves"] for camera in file["cameras"]] == [True] * 3
+    (track,) = file["tracks"]
+    assert (track["kind"], track["chunks"], track["key_chunks"]) == ("calibration", 14, 2)
+
+
+def test_the_tiles_vector_uses_what_clause_10_11_has():
+    found = [by_track[2] for _, by_track in tiles.layouts(stream("tiles/crops"))]
+    assert found[0] == found[3]
+    assert len({str(layout) for layout in found}) == 4
+    assert [camera for camera, *_ in found[2]] == [1]
+    assert any(source[2:] != destination[2:] for layout in found for _, source, destination in layout)
+    assert "3 layouts of groups" in text("tiles/crops")
+
+
+def test_fvvinfo_counts_openexr_samples():
+    (track,) = info("openexr/bars")["tracks"]
+    assert track["chunks"] == 3
+
+
+# Visibility and texturing.
+
+
+def test_cameras_that_are_lost_have_no_bits():
+    decoded = [states for _, states in visibility.decode(stream("visibility/moving"))]
+    assert [sorted(states) for states in decoded] == [[2, 7, 9], [2, 7, 9], [2, 7], [2, 7, 9], [2, 7, 9]]
+    # The sheet waves; cameras that move add to what turns.
+    turned = [sum(bool(a) != bool(b) for a, b in zip(decoded[0][c], decoded[4][c])) for c in (2, 7, 9)]
+    assert min(turned[1:]) > turned[0]
+
+
+def test_the_visibility_vector_uses_what_clause_17_has():
+    decoded = list(visibility.decode(stream("visibility/sheet")))
+    assert {track for track, _ in decoded} == {2, 3}
+    for _, states in decoded:
+        assert sorted(states) == [2, 7, 300]
+        assert {state for row in states.values() for state in row} == {0, 1, 2}
+        assert len({tuple(row) for row in states.values()}) == 3
+    payloads = container.payloads(stream("visibility/sheet"), b"VISI")
+    assert {(p[0], p[1]) for p in payloads} == {(0, 64), (1, 10)}
+    assert [p[8] for p in payloads] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
+
+
+def test_the_vector_of_visibility_weights_has_every_state():
+    decoded = list(visibility.decode(stream("visibility/shares")))
+    assert len(decoded) == 5
+    assert {s for _, states in decoded for row in states.values() for s in row} == set(range(7))
+    payloads = container.payloads(stream("visibility/shares"), b"VISI")
+    assert [(p[0], p[8]) for p in payloads] == [(2, n) for n in range(5)]
+
+
+@pytest.mark.parametrize("name", ["sheet", "moving", "shares"])
+def test_fvvinfo_names_visibility(name):
+    assert "visibility" in text(f"visibility/{name}").lower()
+
+
+def test_facing_is_decided_by_the_cosine():
+    camera = [3000, -1000, 2500]
+    for corners in ([0, 0, 0], [900, 40, 10], [30, 800, -20]), ([5, 5, 5], [6, 900, 70], [-700, 3, 400]):
+        u, v, w = ([corners[i][a] - corners[0][a] for a in range(3)] for i in (1, 2, 0))
+        n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+        w = [camera[a] - sum(c[a] for c in corners) / 3 for a in range(3)]
+        cosine = sum(map(math.prod, zip(n, w))) / math.hypot(*n) / math.hypot(*w)
+        assert 0.1 < cosine < 0.99
+        passes = [visibility.face_faces(corners, camera, t) for t in range(256)]
+        assert abs(sum(passes) - 256 * cosine) < 2
+        assert passes == sorted(passes, reverse=True)
+
+
+def test_the_texturing_vectors_have_all_constants_and_none():
+    explicit, default = (
+        set(texturing.groups(stream(f"texturing/{name}"))) for name in ("explicit", "default")
+    )
+    assert default == {texturing.Texturing()}
+    (constants,) = explicit
+    assert all(a != b for a, b in zip(constants, texturing.Texturing()))
+    assert info("texturing/explicit")["texturing"] == {
+        **constants._asdict(),
+        "unseen": list(constants.unseen),
+    }
+    assert "texturing" not in info("texturing/default")
+
+
+def test_weights_are_those_of_clause_17_5():
+    cosines = {1: 0.5, 2: 0.2, 3: 1.0, 4: 0.3, 5: 0.7}
+    assert texturing.weights(texturing.Texturing(), cosines) == pytest.approx(
+        {3: 1 / 2.2, 5: 0.7 / 2.2, 1: 0.5 / 2.2}
+    )
+    assert texturing.weights(texturing.Texturing(threshold=0.7, best=1), cosines) == {3: 1}
+    assert texturing.weights(texturing.Texturing(), {2: 0.2}) is None
+
+
+def test_broken_rules_of_texturing_have_their_numbers():
+    (good,) = set(container.payloads(stream("texturing/explicit"), b"TEXR"))
+    texturing.decode(good)
+    for bad, issue in (
+        (good + b"\0", 6101),
+        (good[:31] + b"\1", 6101),
+        (good[:24] + b"\0" + good[25:], 6102),
+        (b"\0" * 6 + b"\xf8\x7f" + good[8:], 6102),
+    ):
+        with pytest.raises(container.Broken, match=f"FVV-{issue}"):
+            texturing.decode(bad)
+
+
+# Background.
+
+
+def test_the_background_vector_has_each_type_of_light():
+    assert sum(line.startswith("light") for line in listed("background/stage", ".txt")) == 3
+
+
+@pytest.mark.parametrize(
+    "at, byte, issue",
+    [(44, 1, 8001), (31, 0x80, 8002), (52, 9, 8005), (144, 2, 8007), (149, 9, 8006), (176, 3, 8008)],
+)
+def test_broken_rules_of_a_background_have_their_numbers(at, byte, issue):
+    broken = bytearray(container.payloads(stream("background/stage"), b"BACK")[0])
+    broken[at] = byte
+    with pytest.raises(container.Broken, match=f"FVV-{issue}"):
+        list(background.lines(bytes(broken)))
+
+
+def test_fvvinfo_reports_the_background():
+    (track,) = (t for t in info("background/stage")["tracks"] if t["kind"] == "background")
+    assert track["background"] == {"parts": 2, "vertices": 8, "triangles": 4, "pictures": 2, "lights": 3}
