@@ -118,10 +118,10 @@ def visibility():
     """
     hulls = studio(), "--cameras", ",".join(CLIP_CAMERAS), "--frames", "0-9", "--no-pictures"
     rows = {
-        "": (*hulls, "--keep-geometry", "--visibility", "share"),
+        "": (*hulls, "--keep-geometry", "--visibility", "weight"),
         "face.": (*hulls, "--keep-geometry", "--visibility", "face"),
         "vertex.": (*hulls, "--keep-geometry", "--visibility", "vertex"),
-        "decimated.": (*hulls, "--max-error", 0.3, "--visibility", "share"),
+        "decimated.": (*hulls, "--max-error", 0.3, "--visibility", "weight"),
     }
     moving = WORK / "moving-seven"
     if not (moving / "capture.json").exists():
@@ -139,12 +139,12 @@ def visibility():
             12,
             "--force",
         )
-    tracked = moving, "--no-pictures", "--step", "1mm", "--keep-geometry", "--visibility", "share"
-    rows |= {"tracked.": tracked, "smooth.": (*tracked, "--visibility-smooth")}
+    tracked = moving, "--no-pictures", "--step", "1mm", "--keep-geometry", "--visibility", "weight"
+    rows |= {"tracked.": tracked}
     wd2 = leave_one_out.capture()
     if wd2:
         real = wd2, "--no-pictures", "--keep-geometry", *leave_one_out.WINDING
-        rows["wd2."] = *real, "--visibility", "share"
+        rows["wd2."] = *real, "--visibility", "weight"
         rows["wd2_face."] = *real, "--visibility", "face"
     figures = {}
     print(

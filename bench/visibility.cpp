@@ -72,7 +72,7 @@ double elsewhere(const std::vector<double> &ours, const std::vector<double> &the
 void compare_colours(const std::vector<std::vector<Candidate>> &places, Sums &sums) {
   for (const std::vector<Candidate> &candidates : places) {
     const std::vector<double> truth = given(candidates, &Candidate::truth);
-    sums.coloured += std::any_of(truth.begin(), truth.end(), [](double share) { return share > 0; });
+    sums.coloured += std::any_of(truth.begin(), truth.end(), [](double weight) { return weight > 0; });
     sums.by_bits += elsewhere(given(candidates, &Candidate::bits), truth);
     sums.by_map += elsewhere(given(candidates, &Candidate::map), truth);
   }
@@ -91,7 +91,7 @@ void compare(const Frame &frame, const View &view, const uint8_t *states, uint8_
     const bool by_map = found->front && !map.hidden(found->where, frame.surface.face_normal(place.face));
     candidates[i].push_back({found->weight, found->bits, by_map, found->truth});
     sums.bits.add(found->bits, found->truth);
-    if (domain == FVV_VISIBILITY_FACES && states[place.face] != FVV_ELEMENT_AVERSE)
+    if (domain == FVV_VISIBILITY_FACES && states[place.face] != FVV_ELEMENT_BACKFACING)
       sums.faces.add(states[place.face] == FVV_ELEMENT_SEEN, found->truth);
     sums.map.add(by_map, found->truth);
   }
@@ -180,7 +180,7 @@ std::unique_ptr<Frame> add_frame(fvv_stream *stream, size_t number, uint16_t tra
 // error_of_all_percent: the same beside all pairs of a camera and a place, as bits are counted beside all
 // pairs of a camera and a face; where a camera is not asked for a place nothing can be wrong.
 // colour_elsewhere_percent: of the colour of the places that some camera shows, by the three best of those
-// that see them, the share that comes from other cameras than by rays. depth_map: the same with the
+// that see them, the weight that comes from other cameras than by rays. depth_map: the same with the
 // reference's depth map at the size of the picture.
 nlohmann::ordered_json visibility(const char *path) {
   Bytes source = read_file(path);

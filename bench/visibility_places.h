@@ -73,10 +73,10 @@ inline Vec3 mixed(const Place &place, Vec3 a, Vec3 b, Vec3 c) {
 }
 
 // As fvv.md, clause 17.4, tells players.
-inline bool says(const std::vector<uint8_t> &shares, const Surface &surface, const Place &place) {
+inline bool says(const std::vector<uint8_t> &weights, const Surface &surface, const Place &place) {
   double seen = 0;
   for (size_t i = 0; i < 3; i++)
-    seen += shares[surface.mesh.faces[3 * size_t(place.face) + i]] * place.weight[i];
+    seen += weights[surface.mesh.faces[3 * size_t(place.face) + i]] * place.weight[i];
   return seen >= 127.5;
 }
 
@@ -84,15 +84,15 @@ inline bool says(const std::vector<uint8_t> &shares, const Surface &surface, con
 struct View {
   fvv_camera camera;
   Vec3 centre;
-  std::vector<uint8_t> shares;
+  std::vector<uint8_t> weights;
 
   View(const fvv_camera &chosen, const Surface &surface, uint8_t domain, const uint8_t *states)
-      : camera(chosen), shares(surface.mesh.vertex_count) {
+      : camera(chosen), weights(surface.mesh.vertex_count) {
     double at[3];
     fvv_camera_centre(&camera, at);
     centre = {at[0], at[1], at[2]};
     std::vector<uint32_t> counts(2 * size_t(surface.mesh.vertex_count));
-    fvv_visibility_shares(&surface.mesh, domain, states, counts.data(), shares.data());
+    fvv_visibility_weights(&surface.mesh, domain, states, counts.data(), weights.data());
   }
 
   struct Judgement {
@@ -117,7 +117,7 @@ struct View {
         pixel[0] >= camera.width || pixel[1] >= camera.height)
       return {};
     const bool front = dot(surface.face_normal(place.face), centre - where) > 0;
-    return Judgement{where, weight, front, front && says(shares, surface, place),
+    return Judgement{where, weight, front, front && says(weights, surface, place),
                      front && !hidden_by_rays(centre, where, place.face, rays)};
   }
 };

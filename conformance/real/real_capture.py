@@ -54,7 +54,7 @@ def round_trip(capture, *options):
 def contact_sheet(capture, iou=None):
     """Draws the contact sheet beside the capture, for people; with masks, compares its outlines with them."""
     sheet = capture.with_name("sheet.png")
-    report = json.loads(tool("fvvmux", "--check-calibration", sheet, capture, "--force", "--json"))
+    report = json.loads(tool("fvvimport", "capture", capture, "--sheet", sheet, "--force", "--json"))
     print(f"look at {str(sheet).replace(str(ROOT) + '/', '')}")
     if iou is not None:
         figure("median overlap of mesh and silhouettes", report["median_iou"], iou, at_most=False)

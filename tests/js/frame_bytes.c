@@ -59,8 +59,8 @@ static void put_weights(fvv_stream *stream, size_t frame, const fvv_visibility *
   uint8_t *weights = malloc((size_t)mesh.vertex_count + 1);
   if (!counts || !weights) exit(1);
   for (size_t i = 0; i < visibility->header.camera_count; i++) {
-    fvv_visibility_shares(&mesh, visibility->header.domain,
-                          visibility->states + i * visibility->header.element_count, counts, weights);
+    fvv_visibility_weights(&mesh, visibility->header.domain,
+                           visibility->states + i * visibility->header.element_count, counts, weights);
     put("weights", visibility->cameras[i], weights, mesh.vertex_count);
   }
   free(counts);

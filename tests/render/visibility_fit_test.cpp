@@ -53,25 +53,25 @@ struct Scene {
   Bits fitted(const FitSettings &settings, const uint8_t *former = nullptr) const {
     return VisibilityFit(mesh, rays, FVV_VISIBILITY_FACES, settings).seen(camera, asked, former);
   }
-  Bits shares(const FitSettings &settings, const uint8_t *former = nullptr) const {
-    return VisibilityFit(mesh, rays, FVV_VISIBILITY_SHARES, settings)
+  Bits weights(const FitSettings &settings, const uint8_t *former = nullptr) const {
+    return VisibilityFit(mesh, rays, FVV_VISIBILITY_WEIGHTS, settings)
         .seen(camera, Bits(mesh.vertex_count, 1), former);
   }
   Bits plain() const { return seen_faces(camera, mesh, rays, asked); }
 
-  // Per cent of the places, many to a face, where shares do not say what the ray does.
+  // Per cent of the places, many to a face, where weights do not say what the ray does.
   double error(const Bits &seen, uint8_t domain = FVV_VISIBILITY_FACES) const {
     Bits states(seen.size());
     for (size_t i = 0; i < seen.size(); i++) states[i] = seen[i] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
-    if (domain == FVV_VISIBILITY_SHARES) states = seen;
+    if (domain == FVV_VISIBILITY_WEIGHTS) states = seen;
     fvv_mesh decoded = {};
     std::vector<uint32_t> faces = shape.faces;
     decoded.faces = faces.data();
     decoded.face_count = uint32_t(mesh.face_count);
     decoded.vertex_count = uint32_t(mesh.vertex_count);
     std::vector<uint32_t> counts(2 * mesh.vertex_count);
-    Bits shares(mesh.vertex_count);
-    fvv_visibility_shares(&decoded, domain, states.data(), counts.data(), shares.data());
+    Bits weights(mesh.vertex_count);
+    fvv_visibility_weights(&decoded, domain, states.data(), counts.data(), weights.data());
     double wrong = 0, all = 0;
     for (uint32_t f = 0; f < mesh.face_count; f++)
       for (int i = 0; i < 20; i++) {
@@ -80,14 +80,14 @@ struct Scene {
         if (u + v > 1) u = 1 - u, v = 1 - v;
         const double weight[3] = {1 - u - v, u, v};
         Vec3 place = {0, 0, 0};
-        double share = 0;
+        double weight = 0;
         for (size_t k = 0; k < 3; k++) {
           const uint32_t vertex = shape.faces[3 * size_t(f) + k];
           const float *p = &shape.positions[3 * size_t(vertex)];
           place = place + Vec3{p[0], p[1], p[2]} * weight[k];
-          share += shares[vertex] * weight[k];
+          weight += weights[vertex] * weight[k];
         }
-        wrong += (share >= 127.5) == hidden_by_rays({0.2, 0.1, -5}, place, f, rays);
+        wrong += (weight >= 127.5) == hidden_by_rays({0.2, 0.1, -5}, place, f, rays);
         all++;
       }
     return 100 * wrong / all;
@@ -133,40 +133,40 @@ TEST_CASE("fit: players err less by fitted bits than by what most of each face i
   CHECK(fitted_sum < 0.85 * plain_sum);
 }
 
-TEST_CASE("fit: players err less by shares than by bits, the more so the less a bit costs") {
-  std::printf("angle  faces %%  shares %%  free of price %%\n");
-  double faces_sum = 0, shares_sum = 0, free_sum = 0;
+TEST_CASE("fit: players err less by weights than by bits, the more so the less a bit costs") {
+  std::printf("angle  faces %%  weights %%  free of price %%\n");
+  double faces_sum = 0, weights_sum = 0, free_sum = 0;
   FitSettings free;
   free.bit = 0;
   for (const double angle : {0.1, 0.3, 0.5, 0.7}) {
     const Scene scene(shaded_floor(angle));
-    const Bits shares = scene.shares({});
+    const Bits weights = scene.weights({});
     const double faces = scene.error(scene.fitted({})),
-                 by_shares = scene.error(shares, FVV_VISIBILITY_SHARES),
-                 at_any_price = scene.error(scene.shares(free), FVV_VISIBILITY_SHARES);
-    std::printf("%5.1f %8.3f %9.3f %16.3f\n", angle, faces, by_shares, at_any_price);
+                 by_weights = scene.error(weights, FVV_VISIBILITY_WEIGHTS),
+                 at_any_price = scene.error(scene.weights(free), FVV_VISIBILITY_WEIGHTS);
+    std::printf("%5.1f %8.3f %9.3f %16.3f\n", angle, faces, by_weights, at_any_price);
     // Levels near a half are for outlines alone.
     const auto near =
-        std::count_if(shares.begin(), shares.end(), [](uint8_t s) { return s > FVV_ELEMENT_SEEN; });
+        std::count_if(weights.begin(), weights.end(), [](uint8_t s) { return s > FVV_ELEMENT_SEEN; });
     CHECK(near > 0);
     CHECK(near < 200);
-    CHECK(std::count(shares.begin(), shares.end(), FVV_ELEMENT_AVERSE) == 0);
+    CHECK(std::count(weights.begin(), weights.end(), FVV_ELEMENT_BACKFACING) == 0);
     faces_sum += faces;
-    shares_sum += by_shares;
+    weights_sum += by_weights;
     free_sum += at_any_price;
   }
-  CHECK(shares_sum < 0.95 * faces_sum);
-  CHECK(free_sum < shares_sum);
+  CHECK(weights_sum < 0.95 * faces_sum);
+  CHECK(free_sum < weights_sum);
 }
 
-TEST_CASE("fit: a price of changes keeps shares of the time before") {
+TEST_CASE("fit: a price of changes keeps weights of the time before") {
   const Scene before(shaded_floor(0.3)), after(shaded_floor(0.3, 0.004));
-  const Bits former = before.shares({});
+  const Bits former = before.weights({});
   FitSettings settings;
-  const Bits free = after.shares(settings, former.data());
+  const Bits free = after.weights(settings, former.data());
   settings.change = 0.4;
-  const Bits held = after.shares(settings, former.data());
-  INFO(differing(former, free) << " shares changed, held " << differing(former, held));
+  const Bits held = after.weights(settings, former.data());
+  INFO(differing(former, free) << " weights changed, held " << differing(former, held));
   CHECK(differing(former, free) > 20);
   CHECK(3 * differing(former, held) < 2 * differing(former, free));
 }
@@ -200,7 +200,7 @@ TEST_CASE("fit: a price of changes keeps bits of the time before") {
   CHECK(2 * differing(bits, held) < differing(bits, free));
   CHECK(after.error(held) < after.error(after.plain()));
   // No price keeps what has none.
-  std::fill(former.begin(), former.end(), uint8_t(FVV_ELEMENT_AVERSE));
+  std::fill(former.begin(), former.end(), uint8_t(FVV_ELEMENT_BACKFACING));
   CHECK(after.fitted(settings, former.data()) == free);
 }
 

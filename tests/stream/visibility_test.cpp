@@ -621,7 +621,7 @@ TEST_CASE("visibility of cameras that move is that of the decoder that was writt
 
 } // namespace moving_cameras
 
-// ---- Shares in a stream: with frames behind others, as the decoder that was written from the specification
+// ---- Weights in a stream: with frames behind others, as the decoder that was written from the specification
 // reads them.
 
 namespace weights {
@@ -641,7 +641,7 @@ fvv_camera camera_of(uint16_t id) {
 
 // All levels on both sides of a line that moves with t.
 uint8_t wanted(const fvv_mesh &mesh, size_t vertex, size_t camera, int t) {
-  const bool seen = is_seen(mesh, FVV_VISIBILITY_SHARES, vertex, camera, t);
+  const bool seen = is_seen(mesh, FVV_VISIBILITY_WEIGHTS, vertex, camera, t);
   const size_t level = (vertex + size_t(t) * (vertex % 5 == 0)) % 3;
   return uint8_t((seen ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN) + 2 * level);
 }
@@ -650,24 +650,24 @@ uint8_t wanted(const fvv_mesh &mesh, size_t vertex, size_t camera, int t) {
 Bytes payload_of(const fvv_mesh &mesh, int t, Bytes &former) {
   const size_t count = mesh.vertex_count;
   const fvv_scene scene = {{1, 25}, 2, {0, 0, 0}, 0.001, FVV_UP_Y, 0};
-  std::vector<Bytes> shares(camera_ids.size(), Bytes(count));
+  std::vector<Bytes> weights(camera_ids.size(), Bytes(count));
   std::vector<fvv_visibility_view> views;
   former.resize(count * camera_ids.size());
   for (size_t c = 0; c < camera_ids.size(); c++) {
-    for (size_t v = 0; v < count; v++) shares[c][v] = wanted(mesh, v, c, t);
+    for (size_t v = 0; v < count; v++) weights[c][v] = wanted(mesh, v, c, t);
     uint8_t *states = former.data() + c * count;
-    fvv_visibility_view view = {camera_ids[c], {}, shares[c].data(), states, states};
+    fvv_visibility_view view = {camera_ids[c], {}, weights[c].data(), states, states};
     const fvv_camera camera = camera_of(camera_ids[c]);
     REQUIRE(fvv_visibility_centre(&camera, &scene, view.centre, nullptr) == FVV_OK);
     views.push_back(view);
   }
   const fvv_visibility_header header = {
-      FVV_VISIBILITY_SHARES, FVV_VISIBILITY_THRESHOLD, mesh_track, 0, uint32_t(t), 0};
+      FVV_VISIBILITY_WEIGHTS, FVV_VISIBILITY_THRESHOLD, mesh_track, 0, uint32_t(t), 0};
   return encoded(mesh, header, views);
 }
 
 // One group of raw meshes of the same faces.
-Stream share_stream() {
+Stream weight_stream() {
   Stream out;
   out.configuration = {scene_chunk(), track_chunk(mesh_track, FVV_TRACK_MESH),
                        track_chunk(track, FVV_TRACK_VISIBILITY)};
@@ -690,8 +690,8 @@ Stream share_stream() {
 
 } // namespace
 
-TEST_CASE("a stream with shares is whole, and its shares are those that were asked for near an outline") {
-  const Bytes bytes = write(share_stream());
+TEST_CASE("a stream with weights is whole, and its weights are those that were asked for near an outline") {
+  const Bytes bytes = write(weight_stream());
   const Checked checked(bytes);
   CHECK(checked.status == FVV_OK);
   CHECK(checked.summary().problems == 0);
@@ -719,13 +719,13 @@ TEST_CASE("a stream with shares is whole, and its shares are those that were ask
 }
 
 // Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
-TEST_CASE("write the vector of shares", "[.][make]") {
-  write_vector(FVV_VISIBILITY_VECTORS "/shares.fvv", write(share_stream()));
+TEST_CASE("write the vector of weights", "[.][make]") {
+  write_vector(FVV_VISIBILITY_VECTORS "/weights.fvv", write(weight_stream()));
 }
 
-TEST_CASE("shares of the vector are those of the decoder that was written from the specification") {
-  std::ifstream file(FVV_VISIBILITY_VECTORS "/shares.fvv", std::ios::binary);
-  std::ifstream list(FVV_VISIBILITY_VECTORS "/shares.crc");
+TEST_CASE("weights of the vector are those of the decoder that was written from the specification") {
+  std::ifstream file(FVV_VISIBILITY_VECTORS "/weights.fvv", std::ios::binary);
+  std::ifstream list(FVV_VISIBILITY_VECTORS "/weights.crc");
   Opened opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   size_t count = 0;

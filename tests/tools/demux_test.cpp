@@ -1,7 +1,7 @@
 // What fvvdemux writes of whole streams.
-#include "fvv_cxx/input_file.h"
 #include "demux_fixture.h"
 #include "display_codecs.h"
+#include "fvv_cxx/input_file.h"
 #include "fvv_demux/views.h"
 #include "fvv_scene/capture.h"
 #include "fvvdemux/demux.h"

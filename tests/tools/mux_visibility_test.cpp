@@ -33,7 +33,7 @@ FileOptions balls_on_disk(const Folder &folder, Shape shape = {}) {
   return options;
 }
 
-// How many faces or vertices of the first frame are averse, hidden and seen for a camera.
+// How many faces or vertices of the first frame are backfacing, hidden and seen for a camera.
 std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
   const InputFile file(path);
   const fvv_input input = file.input();
@@ -47,7 +47,7 @@ std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
     if (found->cameras[i] == camera)
       for (size_t k = 0; k < count; k++) {
         const uint8_t state = found->states[i * count + k];
-        out[!state                       ? FVV_ELEMENT_AVERSE
+        out[!state                       ? FVV_ELEMENT_BACKFACING
             : FVV_ELEMENT_IS_SEEN(state) ? FVV_ELEMENT_SEEN
                                          : FVV_ELEMENT_HIDDEN]++;
       }
@@ -57,11 +57,11 @@ std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
 
 } // namespace
 
-TEST_CASE("bits of faces and vertices, and shares, say who is hidden, and are what was read back") {
+TEST_CASE("bits of faces and vertices, and weights, say who is hidden, and are what was read back") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);
   options.verify = true;
-  for (const Visibility domain : {Visibility::faces, Visibility::vertices, Visibility::shares}) {
+  for (const Visibility domain : {Visibility::faces, Visibility::vertices, Visibility::weights}) {
     options.visibility = domain;
     const mux::Summary summary = mux_file(options);
     CHECK(summary.plan.visibility.on);
@@ -77,7 +77,7 @@ TEST_CASE("bits of faces and vertices, and shares, say who is hidden, and are wh
     const nlohmann::ordered_json json = json_of(summary);
     CHECK(json["visibility"]["domain"] == (domain == Visibility::faces      ? "face"
                                            : domain == Visibility::vertices ? "vertex"
-                                                                            : "share"));
+                                                                            : "weight"));
     CHECK(json["visibility"]["bits_per_pair"] < 1.5);
     CHECK(json["visibility"]["bytes"] == summary.visibility.bytes);
     CHECK(json["verified"]["visibility"] == 5);
@@ -86,7 +86,7 @@ TEST_CASE("bits of faces and vertices, and shares, say who is hidden, and are wh
 
 namespace {
 
-// Of all bits that a face has in two frames of a group, the share that are not the same; all cameras.
+// Of all bits that a face has in two frames of a group, the weight that are not the same; all cameras.
 double flips(const std::string &path) {
   const InputFile file(path);
   const fvv_input input = file.input();
@@ -100,7 +100,7 @@ double flips(const std::string &path) {
     const std::vector<uint8_t> now(found->states,
                                    found->states + found->header.camera_count * found->header.element_count);
     for (size_t i = 0; found->header.number && i < now.size(); i++) {
-      if (before[i] == FVV_ELEMENT_AVERSE || now[i] == FVV_ELEMENT_AVERSE) continue;
+      if (before[i] == FVV_ELEMENT_BACKFACING || now[i] == FVV_ELEMENT_BACKFACING) continue;
       turned += before[i] != now[i];
       all++;
     }
@@ -213,5 +213,5 @@ TEST_CASE("a camera that is too far away for the lattice has no bits, and is not
 TEST_CASE("the option --visibility names what it takes") {
   CHECK(mux::parse_visibility("vertex") == Visibility::vertices);
   CHECK_THROWS_WITH(mux::parse_visibility("faces"),
-                    "--visibility: expected auto, face, vertex, share or none, found \"faces\"");
+                    "--visibility: expected auto, face, vertex, weight or none, found \"faces\"");
 }

@@ -9,6 +9,10 @@ TEST_CASE("sheet: a right calibration fits its masks, and the bytes are the same
   CHECK(report.warnings.empty());
   CHECK(report.frame == 11);
   CHECK(report.outlined == fvvimport::Outlined::mesh);
+  fvvimport::SheetOptions by_masks = options;
+  by_masks.meshes = false;
+  by_masks.output = folder.path("hull.png");
+  CHECK(fvvimport::check_calibration(by_masks).outlined == fvvimport::Outlined::hull);
   REQUIRE(report.cameras.size() == ring_cameras);
   for (const fvvimport::SheetCamera &camera : report.cameras) {
     CHECK(camera.picture);

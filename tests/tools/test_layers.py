@@ -19,7 +19,10 @@ def sources():
     for folder in ["libfvv", "tools", "tests", "bench", "js", "conformance", "spec"]:
         for path in sorted((ROOT / folder).rglob("*")):
             parts = set(path.relative_to(ROOT).parts)
-            if path.suffix in {".c", ".h", ".cpp", ".js", ".mjs", ".ts", ".py"} and not parts & GENERATED_OR_FOREIGN:
+            if (
+                path.suffix in {".c", ".h", ".cpp", ".js", ".mjs", ".ts", ".py"}
+                and not parts & GENERATED_OR_FOREIGN
+            ):
                 yield path
 
 
@@ -43,7 +46,10 @@ def used_by(path):
         for name in re.findall(r"^\s*(?:from|import)\s+([\w.]+)", text, re.M):
             for root in [path.parent, ROOT, ROOT / "conformance"]:
                 candidate = root / name.replace(".", "/")
-                found = next((c for c in [candidate.with_suffix(".py"), candidate / "__init__.py"] if c.is_file()), None)
+                found = next(
+                    (c for c in [candidate.with_suffix(".py"), candidate / "__init__.py"] if c.is_file()),
+                    None,
+                )
                 if found:
                     yield found.resolve()
                     break

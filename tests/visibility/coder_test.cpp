@@ -92,12 +92,12 @@ TEST_CASE("a camera that sees nothing takes no bytes, an outline few") {
   CHECK(outline.size() < 400);
 }
 
-TEST_CASE("shares cost what bits do but where an outline passes, and their sides are the bits") {
+TEST_CASE("weights cost what bits do but where an outline passes, and their sides are the bits") {
   const auto mesh = canonical(torus(80, 60, 0.2));
-  const Order bits(*mesh, FVV_VISIBILITY_VERTICES), shares(*mesh, FVV_VISIBILITY_SHARES);
+  const Order bits(*mesh, FVV_VISIBILITY_VERTICES), weights(*mesh, FVV_VISIBILITY_WEIGHTS);
   std::vector<States> sides, states;
   const auto by_bits = payload_of(bits, *mesh, FVV_VISIBILITY_VERTICES, 100, 0, &sides);
-  const auto by_shares = payload_of(shares, *mesh, FVV_VISIBILITY_SHARES, 100, 0, &states);
+  const auto by_weights = payload_of(weights, *mesh, FVV_VISIBILITY_WEIGHTS, 100, 0, &states);
   size_t near = 0;
   for (size_t c = 0; c < centres.size(); c++)
     for (size_t v = 0; v < mesh->vertex_count; v++) {
@@ -106,8 +106,8 @@ TEST_CASE("shares cost what bits do but where an outline passes, and their sides
     }
   CHECK(near > 100);
   // Two decisions of about even odds for those, some for what is beside them and is all or nothing.
-  CHECK(8 * by_shares.size() < 8 * by_bits.size() + 4 * near);
-  CHECK(by_shares.size() > by_bits.size());
+  CHECK(8 * by_weights.size() < 8 * by_bits.size() + 4 * near);
+  CHECK(by_weights.size() > by_bits.size());
 }
 
 TEST_CASE("every element is coded once, next to one that is known where there is one") {
@@ -118,7 +118,7 @@ TEST_CASE("every element is coded once, next to one that is known where there is
     uint32_t state = 7;
     for (uint8_t &s : seen) {
       s = (state = state * 1664525 + 1013904223) >> 31;
-      if (domain == FVV_VISIBILITY_SHARES) s = uint8_t(1 + (state >> 8) % 6);
+      if (domain == FVV_VISIBILITY_WEIGHTS) s = uint8_t(1 + (state >> 8) % 6);
     }
     const Order order(*mesh, domain);
     fvv_visibility_view view = {5, {9000, 500, 300}, seen.data(), nullptr, nullptr};

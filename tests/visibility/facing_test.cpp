@@ -111,7 +111,7 @@ TEST_CASE("6003: a camera stands within the lattice, at its nearest point") {
   CHECK(std::string(d.message).find("camera 4") != std::string::npos);
 }
 
-// ---- What players interpolate: shares of the faces around a vertex, worked out by hand.
+// ---- What players interpolate: weights of the faces around a vertex, worked out by hand.
 
 namespace {
 
@@ -119,42 +119,45 @@ namespace {
 std::vector<int32_t> positions(21);
 std::vector<uint32_t> faces = {0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5};
 
-std::vector<uint8_t> shares(uint8_t domain, const std::vector<uint8_t> &states) {
+std::vector<uint8_t> weights(uint8_t domain, const std::vector<uint8_t> &states) {
   const fvv_mesh mesh = mesh_of(positions, faces);
   std::vector<uint32_t> counts(14, 77);
   std::vector<uint8_t> out(7, 99);
-  fvv_visibility_shares(&mesh, domain, states.data(),
-                        domain == FVV_VISIBILITY_FACES ? counts.data() : nullptr, out.data());
+  fvv_visibility_weights(&mesh, domain, states.data(),
+                         domain == FVV_VISIBILITY_FACES ? counts.data() : nullptr, out.data());
   return out;
 }
 
-constexpr uint8_t averse = FVV_ELEMENT_AVERSE, hidden = FVV_ELEMENT_HIDDEN, seen = FVV_ELEMENT_SEEN;
-using Shares = std::vector<uint8_t>;
+constexpr uint8_t backfacing = FVV_ELEMENT_BACKFACING, hidden = FVV_ELEMENT_HIDDEN, seen = FVV_ELEMENT_SEEN;
+using Weights = std::vector<uint8_t>;
 
 } // namespace
 
-TEST_CASE("the share of a vertex is that of the faces around it that have a bit") {
-  CHECK(shares(FVV_VISIBILITY_FACES, {seen, seen, hidden, hidden}) == Shares{128, 255, 255, 128, 0, 0, 127});
-  CHECK(shares(FVV_VISIBILITY_FACES, {seen, hidden, hidden, hidden}) == Shares{64, 255, 128, 0, 0, 0, 127});
-  CHECK(shares(FVV_VISIBILITY_FACES, {seen, seen, seen, hidden}) == Shares{191, 255, 255, 255, 128, 0, 127});
+TEST_CASE("the weight of a vertex is that of the faces around it that have a bit") {
+  CHECK(weights(FVV_VISIBILITY_FACES, {seen, seen, hidden, hidden}) ==
+        Weights{128, 255, 255, 128, 0, 0, 127});
+  CHECK(weights(FVV_VISIBILITY_FACES, {seen, hidden, hidden, hidden}) == Weights{64, 255, 128, 0, 0, 0, 127});
+  CHECK(weights(FVV_VISIBILITY_FACES, {seen, seen, seen, hidden}) ==
+        Weights{191, 255, 255, 255, 128, 0, 127});
 }
 
 TEST_CASE(
     "faces without a bit take what is seen around them, and nothing around is a little less than half") {
-  CHECK(shares(FVV_VISIBILITY_FACES, {seen, averse, averse, averse}) ==
-        Shares{255, 255, 255, 127, 127, 127, 127});
-  CHECK(shares(FVV_VISIBILITY_FACES, {averse, averse, averse, averse}) == Shares(7, 127));
-  CHECK(shares(FVV_VISIBILITY_FACES, {hidden, averse, averse, seen}) ==
-        Shares{128, 0, 0, 127, 255, 255, 127});
+  CHECK(weights(FVV_VISIBILITY_FACES, {seen, backfacing, backfacing, backfacing}) ==
+        Weights{255, 255, 255, 127, 127, 127, 127});
+  CHECK(weights(FVV_VISIBILITY_FACES, {backfacing, backfacing, backfacing, backfacing}) == Weights(7, 127));
+  CHECK(weights(FVV_VISIBILITY_FACES, {hidden, backfacing, backfacing, seen}) ==
+        Weights{128, 0, 0, 127, 255, 255, 127});
 }
 
-TEST_CASE("coded shares are what they say, and a vertex without one is a little less than half") {
-  CHECK(shares(FVV_VISIBILITY_SHARES, {averse, hidden, seen, FVV_ELEMENT_HIDDEN_NEAR, FVV_ELEMENT_SEEN_NEAR,
-                                       FVV_ELEMENT_HIDDEN_NEARER, FVV_ELEMENT_SEEN_NEARER}) ==
-        Shares{127, 0, 255, 85, 170, 113, 142});
+TEST_CASE("coded weights are what they say, and a vertex without one is a little less than half") {
+  CHECK(weights(FVV_VISIBILITY_WEIGHTS,
+                {backfacing, hidden, seen, FVV_ELEMENT_HIDDEN_NEAR, FVV_ELEMENT_SEEN_NEAR,
+                 FVV_ELEMENT_HIDDEN_NEARER, FVV_ELEMENT_SEEN_NEARER}) ==
+        Weights{127, 0, 255, 85, 170, 113, 142});
 }
 
 TEST_CASE("vertices that have bits are seen or not") {
-  CHECK(shares(FVV_VISIBILITY_VERTICES, {seen, averse, hidden, seen, averse, seen, hidden}) ==
-        Shares{255, 0, 0, 255, 0, 255, 0});
+  CHECK(weights(FVV_VISIBILITY_VERTICES, {seen, backfacing, hidden, seen, backfacing, seen, hidden}) ==
+        Weights{255, 0, 0, 255, 0, 255, 0});
 }

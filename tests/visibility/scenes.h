@@ -1,4 +1,4 @@
-// Meshes, camera centres and bits that the tests of visibility share.
+// Meshes, camera centres and bits that the tests of visibility weight.
 #pragma once
 
 #include "fvv/visibility.h"
@@ -12,7 +12,7 @@
 using Centre = std::array<int32_t, 3>;
 using States = std::vector<uint8_t>;
 
-constexpr uint8_t domains[] = {FVV_VISIBILITY_FACES, FVV_VISIBILITY_VERTICES, FVV_VISIBILITY_SHARES};
+constexpr uint8_t domains[] = {FVV_VISIBILITY_FACES, FVV_VISIBILITY_VERTICES, FVV_VISIBILITY_WEIGHTS};
 
 inline size_t elements(const fvv_mesh &mesh, uint8_t domain) {
   return domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
@@ -37,7 +37,7 @@ inline States facing(const fvv_mesh &mesh, uint8_t domain, const Centre &centre,
 }
 
 // Seen is what lies on one side of a plane that moves with t: an outline across the surface, as shadows have.
-// Shares are of all levels on both sides.
+// Weights are of all levels on both sides.
 inline States seen_beside(const fvv_mesh &mesh, uint8_t domain, int32_t t) {
   States out(elements(mesh, domain));
   for (size_t i = 0; i < out.size(); i++) {
@@ -45,22 +45,22 @@ inline States seen_beside(const fvv_mesh &mesh, uint8_t domain, int32_t t) {
     const int32_t *p = mesh.positions + 3 * size_t(vertex);
     const int32_t beyond = p[0] + 2 * p[1] + p[2] - t;
     out[i] = beyond < 0;
-    if (domain == FVV_VISIBILITY_SHARES)
+    if (domain == FVV_VISIBILITY_WEIGHTS)
       out[i] =
           uint8_t((beyond < 0 ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN) + 2 * (std::abs(beyond) / 50 % 3));
   }
   return out;
 }
 
-// What decoders get. A share without one of the other side in its faces is all or nothing.
+// What decoders get. A weight without one of the other side in its faces is all or nothing.
 inline States states_of(const fvv_mesh &mesh, uint8_t domain, const States &facing, const States &seen) {
   States out(facing.size());
   for (size_t i = 0; i < out.size(); i++)
     if (facing[i]) {
       out[i] = seen[i] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
-      if (seen[i] && domain == FVV_VISIBILITY_SHARES) out[i] = seen[i];
+      if (seen[i] && domain == FVV_VISIBILITY_WEIGHTS) out[i] = seen[i];
     }
-  if (domain != FVV_VISIBILITY_SHARES) return out;
+  if (domain != FVV_VISIBILITY_WEIGHTS) return out;
   States whole(out);
   for (size_t i = 0; i < whole.size(); i++)
     if (whole[i]) whole[i] = 2 - whole[i] % 2;

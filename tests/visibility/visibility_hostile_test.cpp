@@ -93,7 +93,7 @@ TEST_CASE("counts beyond the limits are refused, and a table for which there is 
 }
 
 TEST_CASE("no change of a payload reads or writes outside") {
-  const uint8_t domain = GENERATE(uint8_t(FVV_VISIBILITY_FACES), uint8_t(FVV_VISIBILITY_SHARES));
+  const uint8_t domain = GENERATE(uint8_t(FVV_VISIBILITY_FACES), uint8_t(FVV_VISIBILITY_WEIGHTS));
   const auto mesh = canonical(torus(20, 12));
   const Order order(*mesh, domain);
   // Behind a frame of which the states are of no kind, too.

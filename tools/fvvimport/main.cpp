@@ -200,6 +200,8 @@ int main(int argc, char **argv) {
       ->check(CLI::Range(120, 2048))
       ->capture_default_str()
       ->needs(sheet);
+  app.add_flag("!--no-meshes", a.sheet.meshes, "outline the hull of the masks in place of the mesh")
+      ->needs(sheet);
   app.add_option("--cameras", a.sheet.cameras,
                  "cameras of the sheet, by identifier, range or name: 0-3,7,overhead")
       ->delimiter(',')

@@ -127,7 +127,7 @@ Loaded mask_of(const SheetInput &input, size_t i) {
 }
 
 Subject subject_of(const SheetInput &input, const SheetOptions &options) {
-  if (input.capture.meshes) return {mesh_of(input), Outlined::mesh, std::nullopt};
+  if (input.capture.meshes && options.meshes) return {mesh_of(input), Outlined::mesh, std::nullopt};
   return hull_of_masks(input, options.threads);
 }
 

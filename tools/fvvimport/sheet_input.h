@@ -14,6 +14,7 @@ struct SheetOptions {
   uint32_t width = 480;             // of a panel's picture, at most, in pixels
   std::optional<fvv::Range> frames; // the middle one of these is shown; numbers as in file names
   std::vector<std::string> cameras; // identifiers, ranges of them (2-5) or names; empty: all
+  bool meshes = true;               // else the hull of the masks is outlined
   uint32_t threads = 1;
   bool force = false;
 };

@@ -100,9 +100,9 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
       if (track.kind == FVV_TRACK_CALIBRATION)
         t["calibration"] = {{"entries", s->calibrations}, {"lost", s->lost_calibrations}};
       if (s->max_cameras)
-        t["visibility"] = {{"face_chunks", s->chunks - s->of_vertices - s->of_shares},
+        t["visibility"] = {{"face_chunks", s->chunks - s->of_vertices - s->of_weights},
                            {"vertex_chunks", s->of_vertices},
-                           {"share_chunks", s->of_shares},
+                           {"weight_chunks", s->of_weights},
                            {"cameras", {s->min_cameras, s->max_cameras}},
                            {"pairs", s->pairs},
                            {"bits_per_pair", s->pairs ? 8 * double(s->bytes) / double(s->pairs) : 0}};

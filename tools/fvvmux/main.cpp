@@ -124,8 +124,9 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
                  "has its back to them: they are inside out). Default: keep, with a warning in that case");
   app.add_option(
          "--visibility", texts.visibility,
-         "send what cameras see: auto (share, unless it takes more than a tenth of the pictures' bytes, or "
-         "one camera is alone), share (a share of each vertex, errs least), face, vertex (a bit of each, "
+         "send what cameras see: auto (weight, unless it takes more than a tenth of the pictures' bytes, or "
+         "one camera is alone), weight (a visibility weight of each vertex, errs least), face, vertex (a bit "
+         "of each, "
          "fewest bytes) or none (docs/fvvmux-visibility.md)")
       ->capture_default_str();
   app.add_option(

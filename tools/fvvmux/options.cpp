@@ -203,9 +203,9 @@ Visibility parse_visibility(const std::string &text) {
   if (text == "auto") return Visibility::automatic;
   if (text == "face") return Visibility::faces;
   if (text == "vertex") return Visibility::vertices;
-  if (text == "share") return Visibility::shares;
+  if (text == "weight") return Visibility::weights;
   if (text == "none") return Visibility::none;
-  refuse("--visibility", "auto, face, vertex, share or none", text);
+  refuse("--visibility", "auto, face, vertex, weight or none", text);
 }
 
 } // namespace fvv::mux

@@ -227,7 +227,7 @@ const fvv_camera *Frame::camera(uint16_t id) const {
   return found == cameras.end() ? nullptr : &*found;
 }
 
-const CameraShares *Frame::bits_of(uint16_t camera) const {
+const CameraWeights *Frame::bits_of(uint16_t camera) const {
   const auto found =
       std::find_if(bits.begin(), bits.end(), [&](const auto &b) { return b.camera == camera; });
   return found == bits.end() ? nullptr : &*found;

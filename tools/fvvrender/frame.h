@@ -28,7 +28,7 @@ struct Frame {
   uint8_t up = 0;                    // FVV_UP_...
   fvv_texturing texturing = {};      // as the stream says, else the defaults
   std::vector<render::Vec3> normals; // of vertices, where the stream sends some or has seams; else none
-  std::vector<CameraShares> bits;
+  std::vector<CameraWeights> bits;
   std::vector<render::EnvironmentPart> environment; // empty: there is none
   std::vector<std::string>
       losses; // whole lines: pictures and visibility of this frame that are lost or not there
@@ -36,9 +36,9 @@ struct Frame {
   render::Mesh mesh() const {
     return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
   }
-  const fvv_camera *camera(uint16_t id) const;        // NULL: there is none
-  const CameraShares *bits_of(uint16_t camera) const; // likewise
-  std::string camera_ids() const;                     // "0, 1, 3"
+  const fvv_camera *camera(uint16_t id) const;         // NULL: there is none
+  const CameraWeights *bits_of(uint16_t camera) const; // likewise
+  std::string camera_ids() const;                      // "0, 1, 3"
 };
 
 // Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), has no

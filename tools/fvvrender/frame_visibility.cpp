@@ -9,18 +9,18 @@ namespace fvv::rendering {
 
 namespace {
 
-// Shares that are coded are finer than those of bits of faces, and these than those of vertices.
+// Weights that are coded are finer than those of bits of faces, and these than those of vertices.
 int fineness(uint8_t domain) {
-  return domain == FVV_VISIBILITY_SHARES ? 2 : domain == FVV_VISIBILITY_FACES;
+  return domain == FVV_VISIBILITY_WEIGHTS ? 2 : domain == FVV_VISIBILITY_FACES;
 }
 
-void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraShares> &out) {
+void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraWeights> &out) {
   const size_t count = found.header.element_count;
   std::vector<uint32_t> counts(2 * size_t(mesh.vertex_count));
   for (size_t i = 0; i < found.header.camera_count; i++) {
-    CameraShares camera = {found.cameras[i], found.header.domain, std::vector<uint8_t>(mesh.vertex_count)};
-    fvv_visibility_shares(&mesh, camera.domain, found.states + i * count, counts.data(),
-                          camera.shares.data());
+    CameraWeights camera = {found.cameras[i], found.header.domain, std::vector<uint8_t>(mesh.vertex_count)};
+    fvv_visibility_weights(&mesh, camera.domain, found.states + i * count, counts.data(),
+                           camera.weights.data());
     const auto same =
         std::find_if(out.begin(), out.end(), [&](const auto &c) { return c.camera == camera.camera; });
     if (same == out.end())
@@ -32,13 +32,13 @@ void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraSh
 
 } // namespace
 
-std::vector<CameraShares> load_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &mesh,
-                                          const fvv_configuration &configuration, uint16_t mesh_track,
-                                          const std::string &where, std::vector<std::string> &losses) {
+std::vector<CameraWeights> load_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &mesh,
+                                           const fvv_configuration &configuration, uint16_t mesh_track,
+                                           const std::string &where, std::vector<std::string> &losses) {
   std::vector<uint16_t> tracks;
   for (size_t i = 0; i < configuration.track_count; i++)
     if (configuration.tracks[i].kind == FVV_TRACK_VISIBILITY) tracks.push_back(configuration.tracks[i].id);
-  std::vector<CameraShares> out;
+  std::vector<CameraWeights> out;
   for (const uint16_t track : tracks) {
     const fvv_visibility *found = nullptr;
     fvv_diagnostic diagnostic = {};

@@ -46,7 +46,7 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
       continue;
     render::SourceView source = {picture.camera, picture.image.pixels.data()};
     if (!picture.wide.pixels.empty()) source.wide_pixels = picture.wide.pixels.data();
-    if (const CameraShares *bits = frame.bits_of(id)) source.visible_vertices = bits->shares.data();
+    if (const CameraWeights *bits = frame.bits_of(id)) source.visible_vertices = bits->shares.data();
     out.push_back(source);
   }
   if (out.empty()) throw Error(options.input + ": no camera is left to take texture from");

@@ -51,7 +51,7 @@ for (const file of files)
   });
 
 test("visibility weights have their own domain, and their odd states are hidden", async () => {
-  const file = conformanceFiles().find((name) => name.endsWith("shares.fvv"));
+  const file = conformanceFiles().find((name) => name.endsWith("weights.fvv"));
   const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(file)), visibilityWeights: true });
   const shown = [127, 0, 255, 85, 170, 113, 142];
   const met = new Set();

@@ -17,7 +17,7 @@ enum {
   FVVJS_WANT_FLOATS = 1, /* positions and texture coordinates */
   FVVJS_WANT_NORMALS = 2,
   FVVJS_WANT_VISIBILITY = 4,
-  FVVJS_WANT_SHARES = 8 /* of vertices, with visibility */
+  FVVJS_WANT_WEIGHTS = 8 /* of vertices, with visibility */
 };
 
 /* What is kept of a track between frames. */
@@ -28,7 +28,7 @@ typedef struct fvvjs_track {
   fvv_visibility_frames visibility;
   fvv_bytes positions, normals, texture; /* floats of the current frame */
   fvv_bytes tiles;                       /* fvv_tile: the layout of the group; empty: it has none */
-  fvv_bytes shares, counts;              /* of visibility, and to work in */
+  fvv_bytes weights, counts;             /* of visibility, and to work in */
 } fvvjs_track;
 
 /* The group that is read through the index, while on. next: 0 is its GRUP, 1 the first of its chunks. */

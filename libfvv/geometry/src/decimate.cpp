@@ -3,8 +3,8 @@
 #include "fvv_geometry/decimate.h"
 #include "fvv_geometry/mesh.h"
 #include "fvv_geometry/pieces.h"
-#include "geometry/src/simplify.h"
 #include "geometry/src/fit.h"
+#include "geometry/src/simplify.h"
 #include "geometry/src/trial.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// The simplifier: edge collapses by quadric error metrics (Garland and Heckbert 1997), which are meshoptimizer's.
+// The simplifier: edge collapses by quadric error metrics (Garland and Heckbert 1997), which are
+// meshoptimizer's.
 #pragma once
 
 #include "fvv_geometry/mesh.h"

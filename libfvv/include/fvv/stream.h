@@ -165,7 +165,7 @@ typedef struct fvv_track_summary {
   uint32_t parts, pictures, lights;         /* background tracks: of the last chunk; vertices and faces too */
   uint64_t pairs;                    /* visibility tracks: of an element and a camera, all chunks together */
   uint64_t of_vertices;              /* visibility chunks with a bit for each vertex, not face */
-  uint64_t of_shares;                /* visibility chunks with a share for each vertex */
+  uint64_t of_weights;               /* visibility chunks with a weight for each vertex */
   uint32_t min_cameras, max_cameras; /* visibility tracks: cameras of a chunk */
 } fvv_track_summary;
 

@@ -16,15 +16,15 @@ extern "C" {
 #endif
 
 /* What is known of an element (a face, or a vertex): one byte, in decoded order of the mesh. Of the domain of
- * shares there are four more, by which a vertex lies nearer to the outline of what is seen; for a
+ * weights there are four more, by which a vertex lies nearer to the outline of what is seen; for a
  * bit use FVV_ELEMENT_IS_SEEN. */
 enum {
-  FVV_ELEMENT_AVERSE = 0, /* fails the facing test: counts as not seen */
+  FVV_ELEMENT_BACKFACING = 0, /* fails the facing test: counts as not seen */
   FVV_ELEMENT_HIDDEN = 1,
   FVV_ELEMENT_SEEN = 2,
-  FVV_ELEMENT_HIDDEN_NEAR = 3, /* shares of 85 and 170 */
+  FVV_ELEMENT_HIDDEN_NEAR = 3, /* weights of 85 and 170 */
   FVV_ELEMENT_SEEN_NEAR = 4,
-  FVV_ELEMENT_HIDDEN_NEARER = 5, /* shares of 113 and 142 */
+  FVV_ELEMENT_HIDDEN_NEARER = 5, /* weights of 113 and 142 */
   FVV_ELEMENT_SEEN_NEARER = 6
 };
 
@@ -51,7 +51,7 @@ FVV_API void fvv_visibility_facing(const fvv_mesh *mesh, uint8_t domain, const i
 /* ---- payloads, clause 17.1 -------------------------------------------------------------------------- */
 
 typedef struct fvv_visibility_header {
-  uint8_t domain;         /* FVV_VISIBILITY_FACES, _VERTICES or _SHARES */
+  uint8_t domain;         /* FVV_VISIBILITY_FACES, _VERTICES or _WEIGHTS */
   uint8_t threshold;      /* cosine in 2^-8 */
   uint16_t mesh_track;    /* whose mesh of the same time is meant */
   uint32_t element_count; /* its faces or vertices */
@@ -91,7 +91,7 @@ FVV_API void fvv_visibility_order_close(fvv_visibility_order *order);
 typedef struct fvv_visibility_view {
   uint16_t camera;
   int32_t centre[3];     /* fvv_visibility_centre */
-  const uint8_t *seen;   /* for each element, not 0: seen; of shares FVV_ELEMENT_..., where what is beside no
+  const uint8_t *seen;   /* for each element, not 0: seen; of weights FVV_ELEMENT_..., where what is beside no
                             vertex of the other side becomes HIDDEN or SEEN. What fails the facing test is not
                             read */
   const uint8_t *former; /* FVV_ELEMENT_... of the frame before, or NULL; not read when number is 0 */
@@ -118,12 +118,12 @@ FVV_API FVV_MUST_USE fvv_status fvv_visibility_decode(fvv_visibility_order *orde
 
 /* ---- for players, clause 17.4 ----------------------------------------------------------------------- */
 
-/* What a camera sees of the surface around each vertex, 0 to 255: of face bits the share of those around it,
- * of vertex bits all or nothing, of shares what is coded. Interpolated over a face, a place is seen from
+/* What a camera sees of the surface around each vertex, 0 to 255: of face bits the weight of those around it,
+ * of vertex bits all or nothing, of weights what is coded. Interpolated over a face, a place is seen from
  * 127.5 on. states: of one camera, an entry for each element. counts: 2 x vertex_count, to work in; read for
- * faces alone, may be NULL else. shares: vertex_count. mesh: faces index its vertices. */
-FVV_API void fvv_visibility_shares(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states,
-                                   uint32_t *counts, uint8_t *shares);
+ * faces alone, may be NULL else. weights: vertex_count. mesh: faces index its vertices. */
+FVV_API void fvv_visibility_weights(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states,
+                                    uint32_t *counts, uint8_t *weights);
 
 /* ---- texturing, clause 17.5 ------------------------------------------------------------------------- */
 

@@ -167,7 +167,7 @@ namespace {
 constexpr uint32_t sent_bits = 8; // 0.34 degrees off on average
 // Smooth surfaces stay well below both: by how source and decoder weigh faces, normals of coarse meshes
 // differ by up to 10 degrees, where edges are hard by 35 to 90.
-constexpr double hard_degrees = 20, hard_share = 0.01, odd_share = 0.5;
+constexpr double hard_degrees = 20, hard_fraction = 0.01, odd_fraction = 0.5;
 
 // The mesh on a lattice so fine that rounding to it turns nothing, with normals.
 void place(const geometry::Mesh &source, const std::string &name, fvv_mesh &mesh) {
@@ -221,13 +221,13 @@ template <class Number> bool near(const float *sent, const Number *computed) {
   return std::abs(dot) >= std::cos(hard_degrees * std::acos(-1.0) / 180) * std::sqrt(length);
 }
 
-// Shares of vertices. hard: the own faces have the vertex's normal, all around its point together do not.
-// odd: not even the own faces have it. Some captures hold normals that belong to no vertex of theirs.
-struct Shares {
+// Fractions of the vertices. hard: the own faces have the vertex's normal, all around its point together do
+// not. odd: not even the own faces have it. Some captures hold normals that belong to no vertex of theirs.
+struct Fractions {
   double hard, odd;
 };
 
-Shares shares_of(const fvv_mesh &mesh, const std::string &name) {
+Fractions fractions_of(const fvv_mesh &mesh, const std::string &name) {
   const size_t count = mesh.vertex_count;
   std::vector<float> sent(3 * count), computed(3 * count);
   fvv_mesh bare = mesh;
@@ -251,16 +251,16 @@ NormalChoice judge(const geometry::Mesh &source, const std::string &name) {
   if (source.normals.empty()) return {0, "the source has none"};
   OwnedMesh holder;
   place(source, name, holder);
-  const Shares shares = shares_of(holder, name);
+  const Fractions fractions = fractions_of(holder, name);
   char reason[160];
-  if (shares.odd > odd_share)
+  if (fractions.odd > odd_fraction)
     std::snprintf(reason, sizeof reason,
                   "%.3g %% of the first mesh's are more than %g degrees off those of their own faces",
-                  100 * shares.odd, hard_degrees);
+                  100 * fractions.odd, hard_degrees);
   else
     std::snprintf(reason, sizeof reason, "%.3g %% of the first mesh's vertices lie on hard edges",
-                  100 * shares.hard);
-  return {shares.odd <= odd_share && shares.hard > hard_share ? sent_bits : 0, reason};
+                  100 * fractions.hard);
+  return {fractions.odd <= odd_fraction && fractions.hard > hard_fraction ? sent_bits : 0, reason};
 }
 
 } // namespace
@@ -379,7 +379,7 @@ std::string winding_text(const WindingChoice &choice) {
 namespace {
 
 // Of the pictures' bytes. A player without bits loses no picture, only time for depth maps.
-constexpr double most_share = 0.1;
+constexpr double most_fraction = 0.1;
 
 } // namespace
 
@@ -436,13 +436,13 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
 void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictures) {
   if (!choice.open) return;
   choice.open = false;
-  choice.on = double(bytes) <= most_share * double(pictures);
+  choice.on = double(bytes) <= most_fraction * double(pictures);
   char text[160];
   std::snprintf(
       text, sizeof text,
-      "shares of vertices, which err least: %.2g %% of the pictures' bytes in the first group, %s %g %%",
+      "weights of vertices, which err least: %.2g %% of the pictures' bytes in the first group, %s %g %%",
       pictures ? 100 * double(bytes) / double(pictures) : 100.0, choice.on ? "at most" : "more than",
-      100 * most_share);
+      100 * most_fraction);
   choice.reason = text;
 }
 

@@ -251,9 +251,9 @@ void verdict_lines(std::string &out, const Summary &s) {
 
 std::string visibility_text(const Summary &s) {
   char text[100];
-  const bool shares = s.plan.visibility.domain == FVV_VISIBILITY_SHARES;
+  const bool weights = s.plan.visibility.domain == FVV_VISIBILITY_WEIGHTS;
   std::snprintf(text, sizeof text, "%.3f bits a %s and camera, %zu cameras", s.visibility.bits_per_pair(),
-                shares ? "vertex with a share" : domain_text(s), s.visibility.cameras.size());
+                weights ? "vertex with a weight" : domain_text(s), s.visibility.cameras.size());
   return text;
 }
 

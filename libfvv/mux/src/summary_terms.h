@@ -76,7 +76,7 @@ inline const char *domain_text(const Summary &s) {
   case FVV_VISIBILITY_VERTICES:
     return "vertex";
   default:
-    return "share";
+    return "weight";
   }
 }
 

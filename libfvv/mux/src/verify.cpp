@@ -105,8 +105,8 @@ std::vector<fvv_camera> cameras_in(fvv_stream *stream, size_t frame, const Plan 
 
 // As a decoder should have it.
 uint8_t state_of(const CameraView &view, uint8_t domain, size_t element) {
-  if (!view.facing[element]) return FVV_ELEMENT_AVERSE;
-  if (domain == FVV_VISIBILITY_SHARES) return view.seen[element];
+  if (!view.facing[element]) return FVV_ELEMENT_BACKFACING;
+  if (domain == FVV_VISIBILITY_WEIGHTS) return view.seen[element];
   return view.seen[element] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
 }
 

@@ -13,7 +13,7 @@
 namespace fvv::mux {
 
 // What one camera sees of a mesh: an entry for each face or vertex, not 0 where it is seen, or
-// FVV_ELEMENT_... of shares.
+// FVV_ELEMENT_... of weights.
 struct CameraView {
   uint16_t camera;
   int32_t centre[3]; // on the lattice

@@ -7,7 +7,7 @@ namespace fvv::render {
 namespace {
 
 constexpr int state_count = 7;
-constexpr int shares[state_count] = {127, 0, 255, 85, 170, 113, 142}; // of states, as fvv_visibility_shares
+constexpr int shares[state_count] = {127, 0, 255, 85, 170, 113, 142}; // of states, as fvv_visibility_weights
 // What is learned begins with so many decisions of those odds that contexts begin with.
 constexpr double prior_sides = 4, prior_levels = 6;
 

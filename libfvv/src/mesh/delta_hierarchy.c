@@ -7,7 +7,7 @@
 #include "mesh/hash.h"
 
 enum {
-  SHARE_BITS = 12,   /* of the uncorrected weights */
+  WEIGHT_BITS = 12,  /* of the uncorrected weights */
   MATRIX_BITS = 17,  /* of the trace: products of three entries and a mean stay below 2^63 */
   INVERSE_BITS = 16, /* fraction of the solution */
   RIDGE = 32,
@@ -15,7 +15,7 @@ enum {
 };
 
 /* Inverse squared distances that add up to 2^12; the nearest one takes what rounding leaves. */
-static void shares_of(int32_t offsets[][3], uint32_t count, int64_t *shares) {
+static void weights_of(int32_t offsets[][3], uint32_t count, int64_t *shares) {
   uint64_t inverse[FVV_DELTA_NEIGHBOURS], sum = 0;
   for (uint32_t i = 0; i < count; i++) {
     uint64_t squared = 1;
@@ -23,9 +23,9 @@ static void shares_of(int32_t offsets[][3], uint32_t count, int64_t *shares) {
     inverse[i] = (UINT64_C(1) << 30) / squared;
     sum += inverse[i];
   }
-  int64_t rest = 1 << SHARE_BITS;
+  int64_t rest = 1 << WEIGHT_BITS;
   for (uint32_t i = 0; i < count; i++) {
-    shares[i] = (int64_t)((inverse[i] << SHARE_BITS) / sum);
+    shares[i] = (int64_t)((inverse[i] << WEIGHT_BITS) / sum);
     rest -= shares[i];
   }
   shares[0] += rest;
@@ -40,7 +40,7 @@ static int solve(int32_t offsets[][3], uint32_t count, const int64_t *shares, co
     for (int b = 0; b < 3; b++) {
       int64_t sum = 0;
       for (uint32_t i = 0; i < count; i++) sum += shares[i] * offsets[i][a] * offsets[i][b];
-      s[a][b] = sum * (1 << SHARE_BITS) - mean[a] * mean[b];
+      s[a][b] = sum * (1 << WEIGHT_BITS) - mean[a] * mean[b];
     }
   const int64_t trace = s[0][0] + s[1][1] + s[2][2];
   *shift = 0;
@@ -65,7 +65,7 @@ static int solve(int32_t offsets[][3], uint32_t count, const int64_t *shares, co
 
 void fvv_delta_weights(int32_t offsets[][3], uint32_t count, int32_t *weights) {
   int64_t shares[FVV_DELTA_NEIGHBOURS] = {0}, mean[3] = {0, 0, 0}, solution[3];
-  shares_of(offsets, count, shares);
+  weights_of(offsets, count, shares);
   for (uint32_t i = 0; i < count; i++)
     for (int a = 0; a < 3; a++) mean[a] += shares[i] * offsets[i][a];
   int shift;
@@ -74,12 +74,12 @@ void fvv_delta_weights(int32_t offsets[][3], uint32_t count, int32_t *weights) {
   for (uint32_t i = 0; i < count; i++) {
     int64_t correction = 0;
     for (int a = 0; solved && a < 3; a++)
-      correction += ((int64_t)offsets[i][a] * (1 << SHARE_BITS) - mean[a]) * solution[a];
+      correction += ((int64_t)offsets[i][a] * (1 << WEIGHT_BITS) - mean[a]) * solution[a];
     if (solved) correction = fvv_shift_right(correction, shift);
     if (correction > CORRECTION_MAX) correction = CORRECTION_MAX;
     if (correction < -CORRECTION_MAX) correction = -CORRECTION_MAX;
     weights[i] =
-        (int32_t)fvv_shift_right(shares[i] * ((1 << FVV_DELTA_WEIGHT_BITS) + correction), SHARE_BITS);
+        (int32_t)fvv_shift_right(shares[i] * ((1 << FVV_DELTA_WEIGHT_BITS) + correction), WEIGHT_BITS);
     rest -= weights[i];
   }
   weights[0] += (int32_t)rest;

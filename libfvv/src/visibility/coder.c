@@ -37,7 +37,7 @@ static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_lim
   header->element_count = fvv_get_u32(payload + FVV_VISI_ELEMENT_COUNT);
   header->number = fvv_get_u32(payload + FVV_VISI_NUMBER);
   header->camera_count = fvv_get_u32(payload + FVV_VISI_CAMERA_COUNT);
-  if (header->domain > FVV_VISIBILITY_SHARES)
+  if (header->domain > FVV_VISIBILITY_WEIGHTS)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_VISIBILITY_DOMAIN, FVV_CHUNK_VISIBILITY,
                     FVV_VISI_DOMAIN, "domain %u, known are 0 to 2", header->domain);
   /* Two bytes of the table for each camera. */
@@ -174,7 +174,7 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
                                      fvv_visibility_order **order, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *order = NULL;
-  if (domain > FVV_VISIBILITY_SHARES)
+  if (domain > FVV_VISIBILITY_WEIGHTS)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_DOMAIN, 0, 0,
                     "domain %u, known are 0 to 2", domain);
   if (mesh->face_count >= UINT32_C(1) << 30)
@@ -210,8 +210,8 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
   return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for visibility");
 }
 
-/* Bits and shares of elements that face a camera, by an adaptive range coder whose contexts count what is
- * known around (clause 17.3). Shares come in two passes: on which side of a half each vertex lies, as a bit,
+/* Bits and weights of elements that face a camera, by an adaptive range coder whose contexts count what is
+ * known around (clause 17.3). Weights come in two passes: on which side of a half each vertex lies, as a bit,
  * and then how far from it, where a vertex next to it lies on the other side. */
 
 enum { CLASSES = 7, SIDES = 3, LEVELS = 3, LIKELY = 3 << 14 };
@@ -221,12 +221,13 @@ typedef struct visibility_model {
   fvv_probability level[LEVELS + 1][CLASSES][LEVELS - 1]; /* former level, others around, level - 1 */
 } visibility_model;
 
-/* FVV_ELEMENT_AVERSE, HIDDEN or SEEN, also of what is nearer to a half; of a state that there is not, averse.
+/* FVV_ELEMENT_BACKFACING, HIDDEN or SEEN, also of what is nearer to a half; of a state that there is not,
+ * backfacing.
  */
 static inline uint32_t side_of(uint8_t state) {
-  return !state || state > 2 * LEVELS ? FVV_ELEMENT_AVERSE : 2 - (state & 1u);
+  return !state || state > 2 * LEVELS ? FVV_ELEMENT_BACKFACING : 2 - (state & 1u);
 }
-/* 1: all or nothing, then nearer to a half; 0 of averse elements. */
+/* 1: all or nothing, then nearer to a half; 0 of backfacing elements. */
 static inline uint32_t level_of(uint8_t state) {
   return side_of(state) ? (state + 1u) / 2 : 0;
 }
@@ -277,7 +278,7 @@ static uint32_t class_around(const fvv_visibility_order *order, touched_places t
 /* Whether vertices around one do not face the camera. Of bits that is no context. */
 static int at_rim(const fvv_visibility_order *order, const fvv_mesh *mesh, touched_places touched,
                   const uint8_t *known) {
-  for (uint32_t i = 0; i < touched.count && order->domain == FVV_VISIBILITY_SHARES; i++)
+  for (uint32_t i = 0; i < touched.count && order->domain == FVV_VISIBILITY_WEIGHTS; i++)
     for (size_t c = 0; c < 3; c++)
       if (!known[mesh->faces[3 * (size_t)touched.place[i] + c]]) return 1;
   return 0;
@@ -295,7 +296,7 @@ static fvv_probability *side_context(visibility_model *model, const fvv_visibili
 static fvv_probability *level_contexts(visibility_model *model, const fvv_visibility_order *order,
                                        touched_places touched, uint8_t known) {
   const uint32_t others = class_around(order, touched, FVV_ELEMENT_HIDDEN + FVV_ELEMENT_SEEN - (known & 3u));
-  return order->domain == FVV_VISIBILITY_SHARES && others ? model->level[known >> 2][others] : NULL;
+  return order->domain == FVV_VISIBILITY_WEIGHTS && others ? model->level[known >> 2][others] : NULL;
 }
 
 /* Keeps the side of an element, and the level that it had if it was on that side before: what is known of it
@@ -331,7 +332,7 @@ fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *me
   fvv_range_decoder_init(&d, data, size);
   for (uint32_t i = 0; i < order->element_count && !fvv_range_decoder_failed(&d); i++) {
     const uint32_t element = order->elements[i];
-    const uint8_t before = former && header->number ? former[element] : FVV_ELEMENT_AVERSE;
+    const uint8_t before = former && header->number ? former[element] : FVV_ELEMENT_BACKFACING;
     if (!known[element]) continue;
     const touched_places touched = places_of(order, mesh, element);
     uint32_t side = FVV_ELEMENT_HIDDEN;
@@ -357,7 +358,7 @@ fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *me
 static fvv_status encode_view(fvv_visibility_order *order, const fvv_mesh *mesh,
                               const fvv_visibility_header *header, const fvv_visibility_view *view,
                               uint8_t *known, fvv_bytes *data) {
-  const int shares = order->domain == FVV_VISIBILITY_SHARES;
+  const int weights = order->domain == FVV_VISIBILITY_WEIGHTS;
   const size_t begin = data->size;
   fvv_visibility_facing(mesh, order->domain, view->centre, header->threshold, known);
   memset(order->places, 0, (size_t)order->place_count * sizeof *order->places);
@@ -368,11 +369,11 @@ static fvv_status encode_view(fvv_visibility_order *order, const fvv_mesh *mesh,
   int some = 0;
   for (uint32_t i = 0; i < order->element_count; i++) {
     const uint32_t element = order->elements[i];
-    const uint8_t before = view->former && header->number ? view->former[element] : FVV_ELEMENT_AVERSE;
+    const uint8_t before = view->former && header->number ? view->former[element] : FVV_ELEMENT_BACKFACING;
     if (!known[element]) continue;
     const touched_places touched = places_of(order, mesh, element);
     const uint8_t wanted = view->seen[element];
-    const int seen = shares ? side_of(wanted) == FVV_ELEMENT_SEEN : wanted != 0;
+    const int seen = weights ? side_of(wanted) == FVV_ELEMENT_SEEN : wanted != 0;
     fvv_range_encode(&e, side_context(&model, order, mesh, touched, known, before), seen);
     note(order, touched, seen ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN, before, &known[element]);
     some |= seen;

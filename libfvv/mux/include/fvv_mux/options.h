@@ -74,7 +74,7 @@ enum class Crop { automatic, none };
 enum class Background { automatic, keep, flat, smooth };
 
 // automatic: faces, where that takes few bytes beside the pictures.
-enum class Visibility { automatic, faces, vertices, shares, none };
+enum class Visibility { automatic, faces, vertices, weights, none };
 
 struct Options {
   std::string capture; // capture.json or its folder

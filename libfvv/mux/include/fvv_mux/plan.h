@@ -57,7 +57,7 @@ struct WindingChoice {
 struct VisibilityChoice {
   bool on = false;
   bool open = false; // whether it pays is found out by the first group
-  uint8_t domain = FVV_VISIBILITY_SHARES, threshold = FVV_VISIBILITY_THRESHOLD;
+  uint8_t domain = FVV_VISIBILITY_WEIGHTS, threshold = FVV_VISIBILITY_THRESHOLD;
   double cosine = 0.25;        // for which places players use a camera
   std::vector<size_t> cameras; // indices in Capture::cameras
   std::string reason;

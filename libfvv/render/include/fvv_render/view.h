@@ -36,7 +36,7 @@ struct SourceView {
   // face, not 0 where the camera sees it:
   const uint8_t *visible_faces = nullptr;
   // An entry for each vertex, 0 to 255, interpolated over the face: seen from 127.5 on
-  // (fvv_visibility_shares). Fronts are asked for as with depth maps.
+  // (fvv_visibility_weights). Fronts are asked for as with depth maps.
   const uint8_t *visible_vertices = nullptr;
   const float *wide_pixels = nullptr;
 };
