@@ -180,7 +180,7 @@ std::unique_ptr<Frame> add_frame(fvv_stream *stream, size_t number, uint16_t tra
 // error_of_all_percent: the same beside all pairs of a camera and a place, as bits are counted beside all
 // pairs of a camera and a face; where a camera is not asked for a place nothing can be wrong.
 // colour_elsewhere_percent: of the colour of the places that some camera shows, by the three best of those
-// that see them, the weight that comes from other cameras than by rays. depth_map: the same with the
+// that see them, the fraction that comes from other cameras than by rays. depth_map: the same with the
 // reference's depth map at the size of the picture.
 nlohmann::ordered_json visibility(const char *path) {
   Bytes source = read_file(path);

@@ -80,14 +80,14 @@ struct Scene {
         if (u + v > 1) u = 1 - u, v = 1 - v;
         const double weight[3] = {1 - u - v, u, v};
         Vec3 place = {0, 0, 0};
-        double weight = 0;
+        double visible = 0;
         for (size_t k = 0; k < 3; k++) {
           const uint32_t vertex = shape.faces[3 * size_t(f) + k];
           const float *p = &shape.positions[3 * size_t(vertex)];
           place = place + Vec3{p[0], p[1], p[2]} * weight[k];
-          weight += weights[vertex] * weight[k];
+          visible += weights[vertex] * weight[k];
         }
-        wrong += (weight >= 127.5) == hidden_by_rays({0.2, 0.1, -5}, place, f, rays);
+        wrong += (visible >= 127.5) == hidden_by_rays({0.2, 0.1, -5}, place, f, rays);
         all++;
       }
     return 100 * wrong / all;

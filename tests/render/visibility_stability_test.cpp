@@ -69,7 +69,7 @@ fvv_camera in_front() {
   return looking({0, 0, -5}, {0, 0, 0}, 240, 240, 500);
 }
 
-// Weight of the faces that turn to the camera by a quarter where the map does not say what rays do.
+// Fraction of the faces that turn to the camera by a quarter where the map does not say what rays do.
 struct Wrong {
   double hidden = 0, shown = 0;
 };

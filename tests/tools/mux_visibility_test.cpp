@@ -86,7 +86,7 @@ TEST_CASE("bits of faces and vertices, and weights, say who is hidden, and are w
 
 namespace {
 
-// Of all bits that a face has in two frames of a group, the weight that are not the same; all cameras.
+// Of all bits that a face has in two frames of a group, the fraction that are not the same; all cameras.
 double flips(const std::string &path) {
   const InputFile file(path);
   const fvv_input input = file.input();

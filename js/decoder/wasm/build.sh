@@ -8,7 +8,7 @@ mkdir -p "$1"
 build=$(cd "$1" && pwd)
 "$here/fetch_sources.sh" "$build/sources" draco=libdraco-dev meshoptimizer=libmeshoptimizer-dev
 # Debian's emcc looks for the modules of its optimiser there.
-export NODE_PATH=${NODE_PATH:-/usr/weight/nodejs}
+export NODE_PATH=${NODE_PATH:-/usr/share/nodejs}
 version=$(sed -n 's/^project(fvv VERSION \([0-9.]*\).*/\1/p' "$here/../../../CMakeLists.txt")
 node "$here/generate_flat.mjs" --check
 emcmake cmake -S "$here" -B "$build/modules" -G Ninja -DCMAKE_BUILD_TYPE=None \

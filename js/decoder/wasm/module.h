@@ -1,4 +1,4 @@
-/* module.h: what the modules weight: how a function is exported, and the codecs that are modules of their
+/* module.h: what the modules share: how a function is exported, and the codecs that are modules of their
  * own, as JavaScript loads them. */
 #ifndef FVV_JS_MODULE_H
 #define FVV_JS_MODULE_H

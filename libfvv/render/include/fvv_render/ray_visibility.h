@@ -27,7 +27,7 @@ std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh
 // element does is for the player to find out, so that nothing is lost at the picture's border. Fronts are not
 // asked for either: asked comes from fvv_visibility_facing.
 
-// A face is seen when nothing stands in front of most of it: of its centroid, and where a face that weights a
+// A face is seen when nothing stands in front of most of it: of its centroid, and where a face that shares a
 // vertex is seen otherwise, of most of nine places, the middles of nine equal parts.
 std::vector<uint8_t> seen_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
                                 const std::vector<uint8_t> &asked);
