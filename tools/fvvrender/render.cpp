@@ -2,7 +2,7 @@
 
 #include "cli/cli.h"
 #include "fvv_cxx/parallel.h"
-#include "fvv_render/winding.h"
+#include "fvv_render/normals.h"
 
 #include <chrono>
 #include <cmath>

@@ -2,8 +2,7 @@
 
 #include "face_places.h"
 #include "fvv_render/normals.h"
-#include "share_search.h"
-#include "threshold_accepting.h"
+#include "visibility_weights.h"
 
 #include <algorithm>
 #include <utility>
@@ -31,7 +30,7 @@ VisibilityFit::VisibilityFit(const Mesh &seen, const RayCaster &caster, uint8_t 
   std::vector<uint32_t> next(first.begin(), first.end() - 1);
   for (size_t i = 0; i < around.size(); i++) around[next[mesh.faces[i]]++] = uint32_t(i / 3);
   if (domain == FVV_VISIBILITY_SHARES)
-    neighbours = std::make_unique<const ShareNeighbours>(mesh, first, around);
+    neighbours = std::make_unique<const WeightNeighbours>(mesh, first, around);
 }
 
 VisibilityFit::~VisibilityFit() = default;
@@ -42,14 +41,14 @@ public:
   Search(const VisibilityFit &shared, Viewer &eye, const FacePlaces &looked, std::vector<uint8_t> &bits,
          const std::vector<uint8_t> &wanted, const uint8_t *last)
       : fit(shared), viewer(eye), places(looked), seen(bits), asked(wanted), former(last),
-        counts(2 * (fit.faces ? fit.mesh.vertex_count : fit.mesh.face_count)), share(fit.mesh.vertex_count),
+        counts(2 * (fit.faces ? fit.mesh.vertex_count : fit.mesh.face_count)), weight(fit.mesh.vertex_count),
         weighs(fit.mesh.face_count, unknown), stamp(fit.mesh.face_count) {
     for (uint32_t e = 0; e < seen.size(); e++)
       if (asked[e]) count(e, 1);
     if (fit.faces)
-      for (uint32_t v = 0; v < share.size(); v++) share[v] = share_of(v);
+      for (uint32_t v = 0; v < weight.size(); v++) weight[v] = weight_of(v);
     else
-      for (uint32_t v = 0; v < share.size(); v++) share[v] = seen[v] ? 255 : 0;
+      for (uint32_t v = 0; v < weight.size(); v++) weight[v] = seen[v] ? 255 : 0;
   }
 
   void run() {
@@ -60,7 +59,7 @@ public:
 private:
   static constexpr uint16_t unknown = 1 << 15;
 
-  // worse: by how much the sum may grow with one bit. Answers whether any was turned.
+  // worse: by how much the sum may grow with one bit. Returns whether any was turned.
   bool improve(const std::vector<uint32_t> &elements, double worse) {
     bool changed = false;
     for (const uint32_t e : elements) {
@@ -87,7 +86,7 @@ private:
   }
 
   // As fvv_visibility_shares.
-  int share_of(uint32_t v) const {
+  int weight_of(uint32_t v) const {
     const uint32_t a = counts[2 * size_t(v)], b = counts[2 * size_t(v) + 1];
     return a + b ? int((255 * a + (a + b) / 2) / (a + b)) : 127;
   }
@@ -97,12 +96,12 @@ private:
     seen[e] = !seen[e];
     count(e, 1);
     if (fit.faces)
-      each_place(e, [&](uint32_t v) { share[v] = share_of(v); });
+      each_place(e, [&](uint32_t v) { weight[v] = weight_of(v); });
     else
-      share[e] = seen[e] ? 255 : 0;
+      weight[e] = seen[e] ? 255 : 0;
   }
 
-  // Faces that the element's bit has a say in.
+  // Faces that the element's bit affects.
   void gather(uint32_t e) {
     affected.clear();
     now++;
@@ -121,7 +120,7 @@ private:
     if (weighs[f] == unknown) weighs[f] = fit.places_that_weigh(viewer, f, ninths, place_count);
     if (!weighs[f]) return 0;
     const uint32_t *face = fit.mesh.faces + 3 * size_t(f);
-    const int s[3] = {share[face[0]], share[face[1]], share[face[2]]};
+    const int s[3] = {weight[face[0]], weight[face[1]], weight[face[2]]};
     unsigned says = 0;
     if (s[0] > 127 && s[1] > 127 && s[2] > 127)
       says = all_places;
@@ -163,7 +162,7 @@ private:
   const std::vector<uint8_t> &asked;
   const uint8_t *former;
   std::vector<uint32_t> counts; // of bits of 1 and 0 around each place that elements touch
-  std::vector<int> share;       // of each vertex
+  std::vector<int> weight;      // of each vertex
   std::vector<uint16_t> weighs; // of each face: the places that count
   std::vector<uint32_t> stamp, affected;
   uint32_t now = 0;
@@ -204,9 +203,9 @@ uint16_t VisibilityFit::places_that_weigh(Viewer &viewer, uint32_t f, const int 
   return out;
 }
 
-std::vector<uint8_t> VisibilityFit::shares(Viewer &viewer, const std::vector<uint8_t> &asked,
-                                           const uint8_t *former) const {
-  const SharePlaces places(viewer, mesh, faces_to_judge(viewer, asked), first, around);
+std::vector<uint8_t> VisibilityFit::weights(Viewer &viewer, const std::vector<uint8_t> &asked,
+                                            const uint8_t *former) const {
+  const WeightPlaces places(viewer, mesh, faces_to_judge(viewer, asked), first, around);
   // Where no outline is near nothing changes, and nothing has to be counted.
   std::vector<uint8_t> near(mesh.vertex_count);
   std::vector<uint16_t> weighs(mesh.face_count);
@@ -218,15 +217,15 @@ std::vector<uint8_t> VisibilityFit::shares(Viewer &viewer, const std::vector<uin
   for (uint32_t f = 0; f < mesh.face_count; f++) {
     const uint32_t *face = mesh.faces + 3 * size_t(f);
     if (places.judged[f] && (near[face[0]] || near[face[1]] || near[face[2]]))
-      weighs[f] = places_that_weigh(viewer, f, twelfths, share_place_count);
+      weighs[f] = places_that_weigh(viewer, f, twelfths, weight_place_count);
   }
-  return ShareSearch(mesh, *neighbours, first, around, area, places, weighs, asked, former, settings).run();
+  return WeightSearch(mesh, *neighbours, first, around, area, places, weighs, asked, former, settings).run();
 }
 
 std::vector<uint8_t> VisibilityFit::seen(const fvv_camera &camera, const std::vector<uint8_t> &asked,
                                          const uint8_t *former) const {
   Viewer viewer(camera, mesh, rays);
-  if (neighbours) return shares(viewer, asked, former);
+  if (neighbours) return weights(viewer, asked, former);
   const FacePlaces places(viewer, mesh, faces_to_judge(viewer, asked));
   std::vector<uint8_t> bits(asked.size());
   if (!faces) bits = seen_vertices(camera, mesh, rays, asked);
