@@ -4,8 +4,8 @@
 #include "fvv_demux/frame_plan.h"
 #include "fvv_demux/meshes.h"
 #include "fvv_demux/views.h"
+#include "fvv_media/colour.h"
 #include "fvv_media/frame.h"
-#include "fvv_media/srgb.h"
 #include "fvv_media/video.h"
 
 #include <algorithm>

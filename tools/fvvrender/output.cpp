@@ -2,8 +2,8 @@
 #include "fvvrender/render.h"
 
 #include "cli/cli.h"
+#include "fvv_media/colour.h"
 #include "fvv_media/exr.h"
-#include "fvv_media/srgb.h"
 
 #include <algorithm>
 #include <cmath>
