@@ -1,17 +1,23 @@
-// One frame of a stream, decoded: its mesh in metres, and the picture of every camera that it shows. Knows
-// streams and tiles; knows nothing of drawing.
+// One frame of a stream, decoded: its mesh in metres, the picture of every camera that it shows, and what its
+// cameras see of the mesh.
 #pragma once
 
 #include "fvv/stream.h"
 #include "fvv_media/image.h"
 #include "fvv_render/environment.h"
 #include "fvv_render/rasteriser.h"
-#include "fvvrender/frame_visibility.h"
 
 #include <string>
 #include <vector>
 
 namespace fvv::rendering {
+
+// What one camera sees around each vertex of the frame's mesh (fvv_visibility_shares).
+struct CameraWeights {
+  uint16_t camera;
+  uint8_t domain; // that they come from: FVV_VISIBILITY_...
+  std::vector<uint8_t> weights;
+};
 
 struct Picture {
   fvv_camera camera; // of these pixels (demux::camera_of_tile)
@@ -28,7 +34,7 @@ struct Frame {
   uint8_t up = 0;                    // FVV_UP_...
   fvv_texturing texturing = {};      // as the stream says, else the defaults
   std::vector<render::Vec3> normals; // of vertices, where the stream sends some or has seams; else none
-  std::vector<CameraShares> bits;
+  std::vector<CameraWeights> bits;
   std::vector<render::EnvironmentPart> environment; // empty: there is none
   std::vector<std::string>
       losses; // whole lines: pictures and visibility of this frame that are lost or not there
@@ -36,9 +42,9 @@ struct Frame {
   render::Mesh mesh() const {
     return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
   }
-  const fvv_camera *camera(uint16_t id) const;        // NULL: there is none
-  const CameraShares *bits_of(uint16_t camera) const; // likewise
-  std::string camera_ids() const;                     // "0, 1, 3"
+  const fvv_camera *camera(uint16_t id) const;         // NULL: there is none
+  const CameraWeights *bits_of(uint16_t camera) const; // likewise
+  std::string camera_ids() const;                      // "0, 1, 3"
 };
 
 // Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), has no
