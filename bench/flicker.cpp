@@ -1,6 +1,6 @@
 #include "visibility_places.h"
 
-#include "fvv_render/closest.h"
+#include "fvv_render/triangle_tree.h"
 
 namespace visibility_bench {
 

@@ -1,7 +1,7 @@
 // fvv_media/exr.h, srgb.h, and OpenEXR as pictures. Files are written and read back by OpenEXR itself.
 #include "exr_files.h"
 
-#include "fvv_media/srgb.h"
+#include "fvv_media/colour.h"
 
 #include <boost/multiprecision/cpp_int.hpp>
 

@@ -1,7 +1,7 @@
 // Light beyond white: pictures of linear light, and video of OpenEXR files that holds them.
+#include "fvv_media/colour.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
-#include "fvv_media/srgb.h"
 #include "fvv_media/video.h"
 #include "pictures.h"
 

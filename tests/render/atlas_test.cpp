@@ -3,7 +3,6 @@
 
 #include "fvv_render/picture.h"
 #include "fvvsynth/atlas.h"
-#include "fvvsynth/bake.h"
 
 #include <algorithm>
 #include <cmath>

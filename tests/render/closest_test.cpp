@@ -1,7 +1,7 @@
 // Nearest points against all triangles one by one, by another method.
 #include "fvv_catch.h"
 
-#include "fvv_render/closest.h"
+#include "fvv_render/triangle_tree.h"
 #include "fvvsynth/random.h"
 
 #include <algorithm>

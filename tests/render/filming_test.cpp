@@ -2,8 +2,6 @@
 #include "fvv_catch.h"
 
 #include "fvvsynth/filming.h"
-#include "fvvsynth/label.h"
-#include "fvvsynth/sensor.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,6 @@
 #include "fvv_media/exr.h"
 #include "fvv_render/ray_visibility.h"
 #include "fvvsynth/capture_writer.h"
-#include "fvvsynth/truth.h"
 
 #include <cstring>
 #include <filesystem>

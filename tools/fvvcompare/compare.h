@@ -1,10 +1,8 @@
-// fvvcompare/compare.h: two sequences held against each other, frame by frame and as a whole. Knows what is
-// measured and how frames make up the whole; arguments and output of text are others'.
+// Two sequences compared, frame by frame and as a whole.
 #pragma once
 
-#include "fvvcompare/match.h"
 #include "fvvcompare/measure.h"
-#include "fvvcompare/temporal.h"
+#include "fvvcompare/sequence.h"
 
 #include <array>
 #include <optional>
@@ -41,7 +39,7 @@ struct FrameResult {
   int64_t number_a = 0, number_b = 0;
   size_t vertices_a = 0, faces_a = 0, vertices_b = 0, faces_b = 0;
   Errors errors = {};
-  std::optional<MotionError> motion; // against the frame in front
+  std::optional<MotionError> motion; // against the frame before
 };
 
 // Over all pairs of frames that follow each other while neither sequence changes its faces.
@@ -65,8 +63,7 @@ struct Result {
 // 10 log10(peak^2 / mse); infinite for 0.
 double psnr(double peak, double mse);
 
-// Error, or Error, when nothing can be compared; result then tells the losses all the
-// same. result: a fresh one.
+// Throws Error when nothing can be compared; result has the losses all the same. result: a fresh one.
 void compare(const Options &options, Result &result);
 
 } // namespace fvv::compare

@@ -2,6 +2,7 @@
 #include "fvvcompare/report.h"
 
 #include <CLI/CLI.hpp>
+
 #include <cstdio>
 #include <thread>
 

@@ -1,11 +1,46 @@
-// fvvcompare/measure.h: how far two surfaces are apart. docs/fvvcompare.md has the formulas and their
-// sources. Knows surfaces; knows nothing of sequences. Every function is pure and may run on any thread.
+// How far two surfaces are apart, and whether two sequences of constant topology move alike.
+// docs/fvvcompare.md has the formulas and their sources. Every function is pure and may run on any thread.
 #pragma once
 
 #include "fvv_geometry/surface.h"
-#include "fvvcompare/spread.h"
+#include "fvv_scene/mesh_file.h"
+
+#include <cstdint>
+#include <map>
+#include <vector>
 
 namespace fvv::compare {
+
+struct Figures {
+  double rms = 0, mean = 0, p99 = 0, max = 0;
+};
+
+// Counts in bins whose width is at most 2^-10 of their values (the first bits of a double), so that those of
+// many frames can be added in any order and kept in little memory.
+class Histogram {
+public:
+  void add(double value); // 0 or more, finite
+  void add(const Histogram &other);
+  uint64_t count() const { return total; }
+  // The smallest value that is not below a share of all (nearest rank), or up to 2^-10 of it less: the lower
+  // bound of its bin. 0 when there are none.
+  double quantile(double share) const;
+
+private:
+  std::map<uint32_t, uint64_t> bins;
+  uint64_t total = 0;
+};
+
+class Spread {
+public:
+  void add(double value);  // 0 or more, finite
+  Figures figures() const; // all 0 without values
+  const Histogram &histogram() const { return bins; }
+
+private:
+  double sum = 0, squares = 0, largest = 0;
+  Histogram bins;
+};
 
 // Which points D1 and D2 are measured at: the vertices, or these and the samples of the surface.
 enum class Points { vertices, samples };
@@ -25,5 +60,23 @@ struct Measure {
 
 // samples > 0: of each surface. Both have an area.
 Measure measure(const Surface &a, const Surface &b, size_t samples, Points points);
+
+// Which vertex of A each vertex of B is, for a run of frames over which neither changes its faces.
+struct Correspondence {
+  std::vector<uint32_t> of_a; // by vertices of B
+  bool by_order = false;      // both have the same faces; otherwise the nearest vertex counts
+  double furthest = 0;        // distance of any vertex of B from its vertex of A, in the frame that was used
+};
+Correspondence correspondence(const geometry::Mesh &a, const geometry::Mesh &b);
+
+// Of one frame against the one before it, over all vertices of B that faces use.
+struct MotionError {
+  double rms = 0, max = 0; // |motion of B - motion of A|
+  double motion = 0;       // rms motion of A, to compare with
+};
+// The meshes of both frames have the faces that match was made for.
+MotionError motion_error(const geometry::Mesh &a_before, const geometry::Mesh &a,
+                         const geometry::Mesh &b_before, const geometry::Mesh &b,
+                         const Correspondence &match);
 
 } // namespace fvv::compare

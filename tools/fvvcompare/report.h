@@ -1,4 +1,4 @@
-// fvvcompare/report.h: what was measured, for people and for programs. Knows results; measures nothing.
+// The results as text, JSON and CSV.
 #pragma once
 
 #include "fvvcompare/compare.h"

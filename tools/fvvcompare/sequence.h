@@ -1,14 +1,16 @@
-// fvvcompare/sequence.h: a capture or a stream as a sequence of surfaces in one unit. Knows where meshes come
-// from; knows nothing of what they are compared with.
+// A capture or a stream as a sequence of surfaces in one unit, and which frame of one is compared with which
+// of another.
 #pragma once
 
 #include "cli/cli.h"
 #include "fvv/stream.h"
 #include "fvv_cxx/input_file.h"
+#include "fvv_cxx/range.h"
 #include "fvv_scene/capture.h"
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +19,7 @@ namespace fvv::compare {
 class Sequence {
 public:
   // path: a capture.json (any name that ends in .json), the folder of one, or a stream.
-  // Error or Error when it cannot be opened or holds no meshes.
+  // Error when it cannot be opened or holds no meshes.
   explicit Sequence(const std::string &path);
   Sequence(const Sequence &) = delete;
   Sequence &operator=(const Sequence &) = delete;
@@ -36,7 +38,7 @@ public:
   const std::vector<Frame> &frames() const { return list; } // both numbers rise
 
   // Positions in metres, or units of the source when the scale is unknown. i: index in frames(). Throws
-  // Error or Error, also when the frame has no mesh or an empty one. With the
+  // Error, also when the frame has no mesh or an empty one. With the
   // normals that a stream sends; with those of a capture's file, if it has some, when they are asked for.
   // Several threads may call it.
   geometry::Mesh mesh(size_t i, bool normals = false) const;
@@ -58,5 +60,20 @@ private:
   mutable std::mutex one_at_a_time; // a stream's handle is not thread-safe
   uint16_t track = 0;
 };
+
+struct FramePair {
+  size_t a, b; // indices in frames()
+};
+
+struct Matching {
+  std::vector<FramePair> pairs;      // in order
+  std::vector<std::string> warnings; // frames that have no partner, a sentence for each sequence
+};
+
+// Frames of two captures belong together when they have the same number, otherwise when they come as many
+// frame durations after the first ones. frames: only these numbers of A. start: the number in A of the frame
+// that B's first one shows. Error when units or frame rates are unlike, or no frame has a partner.
+Matching match(const Sequence &a, const Sequence &b, const std::optional<fvv::Range> &frames,
+               std::optional<int64_t> start);
 
 } // namespace fvv::compare

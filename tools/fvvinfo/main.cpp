@@ -2,6 +2,7 @@
 #include "fvvinfo/report.h"
 
 #include <CLI/CLI.hpp>
+
 #include <cstdio>
 
 using namespace fvv;

@@ -1,12 +1,12 @@
-// What fvvinfo knows of one input, and the two ways to show it. Reading is libfvv's fvv_checker; nothing here
-// knows bytes of the format.
+// What fvvinfo reports of one input, and the two ways to show it.
 #pragma once
 
 #include "cli/cli.h"
 #include "fvv/stream.h"
 
-#include <memory>
 #include <nlohmann/json.hpp>
+
+#include <memory>
 #include <string>
 #include <vector>
 

@@ -1,17 +1,23 @@
-// One frame of a stream, decoded: its mesh in metres, and the picture of every camera that it shows. Knows
-// streams and tiles; knows nothing of drawing.
+// One frame of a stream, decoded: its mesh in metres, the picture of every camera that it shows, and what its
+// cameras see of the mesh.
 #pragma once
 
 #include "fvv/stream.h"
 #include "fvv_media/image.h"
 #include "fvv_render/environment.h"
 #include "fvv_render/rasteriser.h"
-#include "fvvrender/frame_visibility.h"
 
 #include <string>
 #include <vector>
 
 namespace fvv::rendering {
+
+// What one camera sees around each vertex of the frame's mesh (fvv_visibility_weights).
+struct CameraWeights {
+  uint16_t camera;
+  uint8_t domain; // that they come from: FVV_VISIBILITY_...
+  std::vector<uint8_t> weights;
+};
 
 struct Picture {
   fvv_camera camera; // of these pixels (demux::camera_of_tile)

@@ -4,6 +4,7 @@
 #include "fvvrender/render.h"
 
 #include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <cstdio>
 #include <stdexcept>

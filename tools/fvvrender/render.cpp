@@ -1,14 +1,214 @@
+// The camera of the picture, drawing, and the files: pictures as PNG, floats as OpenEXR, figures as JSON.
 #include "fvvrender/render.h"
 
 #include "cli/cli.h"
 #include "fvv_cxx/parallel.h"
-#include "fvv_render/winding.h"
+#include "fvv_demux/views.h"
+#include "fvv_media/colour.h"
+#include "fvv_media/exr.h"
+#include "fvv_render/normals.h"
 
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <limits>
 #include <memory>
 
 namespace fvv::rendering {
+
+namespace {
+
+using render::Vec3;
+
+[[noreturn]] void refuse(const std::string &line) {
+  throw Error(line, Error::usage);
+}
+
+void take_size(const std::string &text, uint32_t &width, uint32_t &height) {
+  if (text.empty()) return;
+  cli::parse_size("--size", text, width, height);
+  if (width < 1 || height < 1 || width > media::max_dimension || height > media::max_dimension)
+    refuse("--size: expected sides of 1 to " + std::to_string(media::max_dimension) + ", found " + text);
+}
+
+fvv_camera of_stream(const Target &target, const Frame &frame) {
+  const fvv_camera *camera = frame.camera(*target.camera);
+  if (!camera)
+    refuse("--camera: camera " + std::to_string(*target.camera) + " is not in the stream, which has " +
+           frame.camera_ids());
+  if (camera->width > media::max_dimension || camera->height > media::max_dimension)
+    refuse("--camera: camera " + std::to_string(camera->id) + " has sides above " +
+           std::to_string(media::max_dimension));
+  uint32_t width = camera->width, height = camera->height;
+  take_size(target.size, width, height);
+  const fvv_rect whole = {0, 0, uint16_t(camera->width), uint16_t(camera->height)};
+  return demux::camera_of_tile(*camera, {camera->id, whole, {0, 0, uint16_t(width), uint16_t(height)}});
+}
+
+Vec3 up_of(uint8_t axis) {
+  switch (axis) {
+  case FVV_UP_X:
+    return {1, 0, 0};
+  case FVV_UP_Z:
+    return {0, 0, 1};
+  case FVV_UP_MINUS_X:
+    return {-1, 0, 0};
+  case FVV_UP_MINUS_Y:
+    return {0, -1, 0};
+  case FVV_UP_MINUS_Z:
+    return {0, 0, -1};
+  default:
+    return {0, 1, 0};
+  }
+}
+
+fvv_camera of_pose(const Target &target, const Frame &frame) {
+  const std::vector<double> &p = target.pose;
+  if (p.size() != 6 && p.size() != 9)
+    refuse("--pose: expected 6 numbers, eye and target, or 9 with up, found " + std::to_string(p.size()));
+  for (const double value : p)
+    if (!(std::abs(value) <= 1e9)) refuse("--pose: expected numbers within 1e9");
+  const Vec3 eye = {p[0], p[1], p[2]}, at = {p[3], p[4], p[5]};
+  const Vec3 up = p.size() == 9 ? Vec3{p[6], p[7], p[8]} : up_of(frame.up);
+  const Vec3 z = render::normalised(at - eye), side = render::cross(z, render::normalised(up));
+  if (!(render::length(z) > 0)) refuse("--pose: eye and target are the same point");
+  if (!(render::length(side) > 1e-6)) refuse("--pose: up points along the line of sight");
+  const Vec3 x = render::normalised(side), y = render::cross(z, x);
+  fvv_camera camera = {};
+  camera.lens = FVV_LENS_NONE;
+  camera.r_max = std::numeric_limits<double>::infinity();
+  camera.width = default_width;
+  camera.height = default_height;
+  take_size(target.size, camera.width, camera.height);
+  camera.fx = camera.fy = target.focal.value_or(camera.width);
+  camera.cx = camera.width / 2.0;
+  camera.cy = camera.height / 2.0;
+  const Vec3 rows[3] = {x, y, z};
+  for (int i = 0; i < 3; i++) {
+    camera.rotation[3 * i] = rows[i].x;
+    camera.rotation[3 * i + 1] = rows[i].y;
+    camera.rotation[3 * i + 2] = rows[i].z;
+    camera.translation[i] = -render::dot(rows[i], eye);
+  }
+  return camera;
+}
+
+// The camera of the picture. A camera of the stream is scaled to size. Error (usage) for a camera that
+// is not there, sizes out of range, and poses that look nowhere.
+fvv_camera target_camera(const Target &target, const Frame &frame) {
+  if (target.camera && target.focal) refuse("--focal: expected with --pose only");
+  if (target.camera.has_value() == !target.pose.empty())
+    refuse("expected one of --camera and --pose, found " + std::string(target.camera ? "both" : "neither"));
+  return target.camera ? of_stream(target, frame) : of_pose(target, frame);
+}
+
+media::FloatImage float_image(const render::ViewPicture &picture, std::vector<std::string> channels) {
+  media::FloatImage out;
+  out.width = picture.width;
+  out.height = picture.height;
+  out.channels = std::move(channels);
+  out.samples.resize(size_t(out.width) * out.height * out.channels.size());
+  return out;
+}
+
+std::vector<std::string> channels_of(const std::vector<uint16_t> &sources) {
+  std::vector<std::string> out;
+  for (const uint16_t id : sources) out.push_back("camera." + std::to_string(id));
+  return out;
+}
+
+// Whether the name asks for OpenEXR; Error (usage) for an extension that is neither png
+// nor exr, or, without png, not exr. The option is named in the message.
+bool is_exr(const std::string &option, const std::string &path, bool png) {
+  const std::string extension = std::filesystem::path(path).extension();
+  if (extension != ".exr" && !(png && extension == ".png"))
+    throw Error(option + ": expected a name that ends in " + (png ? ".png or " : "") + ".exr, found " + path,
+                Error::usage);
+  return extension == ".exr";
+}
+
+// Colour as display values, rounded to 8 bits, or as linear light in R G B, with 1 for white.
+std::vector<uint8_t> colour_file(const render::ViewPicture &picture, bool exr) {
+  if (exr) {
+    media::FloatImage image = float_image(picture, {"R", "G", "B"});
+    for (size_t i = 0; i < picture.rgb.size(); i++)
+      image.samples[i] = float(media::linear_of_srgb(double(picture.rgb[i])));
+    return media::encode_exr(image);
+  }
+  media::Image image = media::make_image(picture.width, picture.height, 3, 0);
+  for (size_t i = 0; i < picture.rgb.size(); i++)
+    image.pixels[i] = uint8_t(std::floor(std::clamp(double(picture.rgb[i]), 0.0, 1.0) * 255 + 0.5));
+  return media::encode_png(image);
+}
+
+std::vector<uint8_t> depth_file(const render::ViewPicture &picture) {
+  media::FloatImage image = float_image(picture, {"Z"});
+  image.samples = picture.depth;
+  return media::encode_exr(image);
+}
+
+// Grey: 255 where at least half of the samples show the mesh.
+std::vector<uint8_t> mask_file(const render::ViewPicture &picture) {
+  media::Image image = media::make_image(picture.width, picture.height, 1, 0);
+  for (size_t i = 0; i < picture.coverage.size(); i++)
+    if (picture.coverage[i] >= 0.5f) image.pixels[i] = 255;
+  return media::encode_png(image);
+}
+
+// A channel for each source, "camera.ID".
+std::vector<uint8_t> weights_file(const render::ViewPicture &picture, const std::vector<uint16_t> &sources) {
+  media::FloatImage image = float_image(picture, channels_of(sources));
+  for (size_t i = 0; i < picture.contributions.size(); i++) {
+    const render::Contribution &one = picture.contributions[i];
+    if (one.source != render::no_source)
+      image.samples[i / picture.best * sources.size() + one.source] = one.weight;
+  }
+  return media::encode_exr(image);
+}
+
+std::vector<uint8_t> visibility_file(const render::ViewPicture &picture,
+                                     const std::vector<uint16_t> &sources) {
+  media::FloatImage image = float_image(picture, channels_of(sources));
+  for (size_t i = 0; i < picture.visible.size(); i++) image.samples[i] = picture.visible[i];
+  return media::encode_exr(image);
+}
+
+} // namespace
+
+std::string json(const Options &options, const Result &result) {
+  nlohmann::ordered_json target;
+  if (options.target.camera)
+    target = {{"camera", *options.target.camera}};
+  else
+    target = {{"pose", options.target.pose}};
+  const auto share = [&](uint64_t pixels) {
+    return result.surface ? double(pixels) / double(result.surface) : 0.0;
+  };
+  nlohmann::ordered_json shares = nlohmann::ordered_json::array();
+  for (const uint64_t pixels : result.by_cameras) shares.push_back(share(pixels));
+  const double all = double(result.width) * result.height;
+  const nlohmann::ordered_json document = {
+      {"fvvrender", 1},
+      {"file", options.input},
+      {"frame", options.frame},
+      {"target", target},
+      {"width", result.width},
+      {"height", result.height},
+      {"sources", result.sources},
+      {"visible_by", result.visibility == render::Visibility::given  ? "bits"
+                     : result.visibility == render::Visibility::rays ? "rays"
+                                                                     : "depth"},
+      {"with_bits", result.with_bits},
+      {"surface", {{"pixels", result.surface}, {"share", double(result.surface) / all}}},
+      {"share_by_cameras", shares},
+      {"seconds", {{"load", result.load}, {"prepare", result.prepare}, {"draw", result.draw}}},
+      {"losses", result.losses},
+      {"warnings", result.warnings}};
+  return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 namespace {
 
@@ -46,7 +246,7 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
       continue;
     render::SourceView source = {picture.camera, picture.image.pixels.data()};
     if (!picture.wide.pixels.empty()) source.wide_pixels = picture.wide.pixels.data();
-    if (const CameraWeights *bits = frame.bits_of(id)) source.visible_vertices = bits->shares.data();
+    if (const CameraWeights *bits = frame.bits_of(id)) source.visible_vertices = bits->weights.data();
     out.push_back(source);
   }
   if (out.empty()) throw Error(options.input + ": no camera is left to take texture from");

@@ -1,12 +1,22 @@
-// The work of fvvrender: a frame, a target, the picture. Knows which cameras are asked for and which file
-// gets what; the method is fvv_render/view.h's.
+// The work of fvvrender: a frame, a target, the picture and the files of it. The method is that of
+// fvv_render/view.h.
 #pragma once
 
 #include "fvv_demux/selection.h"
 #include "fvv_render/view.h"
-#include "fvvrender/target.h"
+#include "fvvrender/frame.h"
+
+#include <optional>
 
 namespace fvv::rendering {
+
+struct Target {
+  std::optional<uint16_t> camera; // of the stream, with its lens; else pose
+  std::vector<double> pose;       // eye, the point looked at, and maybe up: 6 or 9 numbers, metres
+  std::optional<double> focal;    // pixels, with pose only; default: the width, 53 degrees across
+  std::string size;               // "480x270"; empty: the camera's, or default_width x default_height
+};
+constexpr uint32_t default_width = 960, default_height = 540;
 
 struct Options {
   std::string input, output;
@@ -16,14 +26,14 @@ struct Options {
   std::optional<demux::Selection> excluded; // of these
   bool leave_one_out = false;               // the camera that the picture is taken from is no source
   render::ViewOptions view; // executor, and what the stream says of texturing, are set by run()
-  // In place of what the stream says.
+  // In place of what the stream has.
   std::optional<double> threshold;
   std::optional<uint32_t> best;
   std::optional<render::Vec3> unseen;
   std::string depth, weights, visibility, mask; // files; empty: none
   bool force = false;
   uint32_t threads = 1;
-  bool visible_by_default = true; // view.visibility is not asked for: bits where the frame has them
+  bool visible_by_default = true; // view.visibility is not given: bits where the frame has them
   bool environment = true;        // draw the stream's background, if it has one
 };
 
@@ -40,21 +50,9 @@ struct Result {
   std::vector<std::string> losses;        // whole lines
 };
 
-// Throws Error, Error; warnings and losses so far are in result then.
+// Throws Error; warnings and losses so far are in result then.
 void run(const Options &options, Result &result);
 
-// output.cpp. Whether the name asks for OpenEXR; Error (usage) for an extension that is neither png
-// nor exr, or, without png, not exr. The option is named in the message.
-bool is_exr(const std::string &option, const std::string &path, bool png);
-// Colour as display values, rounded to 8 bits, or as linear light in R G B, with 1 for white.
-std::vector<uint8_t> colour_file(const render::ViewPicture &picture, bool exr);
-std::vector<uint8_t> depth_file(const render::ViewPicture &picture);
-// Grey: 255 where at least half of the samples show the mesh.
-std::vector<uint8_t> mask_file(const render::ViewPicture &picture);
-// A channel for each source, "camera.ID".
-std::vector<uint8_t> weights_file(const render::ViewPicture &picture, const std::vector<uint16_t> &sources);
-std::vector<uint8_t> visibility_file(const render::ViewPicture &picture,
-                                     const std::vector<uint16_t> &sources);
 std::string json(const Options &options, const Result &result);
 
 } // namespace fvv::rendering

@@ -1,11 +1,11 @@
-// fvvserve/http_session.h: one connection: requests in, replies out, files by sendfile; a WebSocket is handed
-// on. Knows deadlines; what is answered is reply.h's.
+// One connection: requests in, replies out, files by sendfile; live streams by WebSocket.
 #pragma once
 
-#include "fvvserve/live_channel.h"
+#include "fvvserve/live_stream.h"
 #include "fvvserve/reply.h"
 
 #include <boost/asio/ip/tcp.hpp>
+
 #include <map>
 
 namespace fvv::serve {

@@ -3,6 +3,7 @@
 #include "fvvserve/server.h"
 
 #include <CLI/CLI.hpp>
+
 #include <cstdio>
 
 using namespace fvv;

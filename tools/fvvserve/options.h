@@ -1,4 +1,4 @@
-// fvvserve/options.h: what the user asked for. Knows no socket.
+// What the user asked for.
 #pragma once
 
 #include <chrono>

@@ -3,14 +3,15 @@
 #include "cli/cli.h"
 #include "fvvserve/http_session.h"
 
-#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <sys/resource.h>
+
+#include <algorithm>
 #include <csignal>
 #include <sstream>
-#include <sys/resource.h>
 
 namespace asio = boost::asio;
 using asio::ip::tcp;

@@ -1,13 +1,48 @@
-// A player as a triangle mesh that its bones carry, and the ball. Knows the figure and the skeleton; knows no
-// motion and no colour.
+// Players and ball as triangle meshes. The rest shape of a player is an implicit surface: rounded cones, each
+// carried by a bone, joined smoothly within a layer (skin, shorts, jersey, shoes).
 #pragma once
 
-#include "fvvsynth/field.h"
-#include "fvvsynth/surface_nets.h"
+#include "fvv_geometry/hull.h"
+#include "fvvsynth/skeleton.h"
 
 #include <array>
+#include <limits>
+#include <vector>
 
 namespace fvv::synth {
+
+using hull::Surface;
+
+enum Layer : uint8_t { skin, hair, shorts, jersey, shoes, layer_count };
+
+// The points whose distance from segment a-b is below a radius that goes from radius_a to radius_b.
+struct Part {
+  Joint bone;
+  Layer layer;
+  Vec3 a, b;
+  double radius_a, radius_b;
+  Vec3 squash_axis{0, 0, 1}; // unit vector, across which
+  double squash = 1;         // the part is this much thinner
+  // The part ends at the plane dot(cut_normal, p) = cut_offset; the default cuts nothing off.
+  Vec3 cut_normal{};
+  double cut_offset = std::numeric_limits<double>::infinity();
+};
+
+enum class Hair { short_cut, afro };
+
+class Figure {
+public:
+  explicit Figure(Hair hair);
+  // About the distance from the surface in metres, negative inside.
+  double distance(Vec3 p) const;
+  // Unit vector of its steepest rise: outwards.
+  Vec3 outwards(Vec3 p) const;
+  // The bone that carries the surface there: that of the nearest part.
+  Joint bone(Vec3 p) const;
+
+private:
+  std::vector<Part> parts;
+};
 
 struct Influence { // of bones on a vertex; weights sum to 1
   std::array<Joint, 4> joint;

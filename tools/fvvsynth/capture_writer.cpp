@@ -1,25 +1,179 @@
-// Writing a capture folder.
+// The files of a capture folder.
 #include "fvvsynth/capture_writer.h"
 
 #include "fvv_cxx/parallel.h"
 #include "fvv_geometry/hull.h"
 #include "fvv_media/exr.h"
+#include "fvv_media/image.h"
+#include "fvv_render/ray_visibility.h"
+#include "fvv_scene/environment.h"
 #include "fvvsynth/atlas.h"
-#include "fvvsynth/environment.h"
+#include "fvvsynth/paint.h"
 #include "fvvsynth/remesh.h"
-#include "fvvsynth/truth.h"
+#include "fvvsynth/scene.h"
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
+#include <string>
 
 namespace fvv::synth {
 
 namespace {
+
+// The head of a .npy file, version 1.0, whose Booleans follow row by row:
+// https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
+std::vector<uint8_t> npy_head(size_t rows, size_t columns) {
+  std::string text = "{'descr': '|b1', 'fortran_order': False, 'shape': (" + std::to_string(rows) + ", " +
+                     std::to_string(columns) + "), }";
+  constexpr size_t before = 10, alignment = 64;
+  text.append(alignment - 1 - (before + text.size()) % alignment, ' ');
+  text += '\n';
+  const std::string magic("\x93NUMPY\x01\x00", 8);
+  std::vector<uint8_t> bytes(magic.begin(), magic.end());
+  bytes.push_back(uint8_t(text.size()));
+  bytes.push_back(uint8_t(text.size() >> 8));
+  bytes.insert(bytes.end(), text.begin(), text.end());
+  return bytes;
+}
+
+} // namespace
+
+std::vector<uint8_t> depth_exr(const render::Picture &picture) {
+  media::FloatImage image;
+  image.width = picture.width;
+  image.height = picture.height;
+  image.channels = {"Z"};
+  image.samples = picture.depth;
+  return media::encode_exr(image);
+}
+
+VisibilityFiles visibility_files(const std::vector<fvv_camera> &cameras, const std::vector<float> &positions,
+                                 const std::vector<uint32_t> &faces, const std::vector<uint32_t> *copies) {
+  const render::Mesh mesh = {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};
+  const render::RayCaster rays(mesh);
+  VisibilityFiles files = {npy_head(cameras.size(), mesh.face_count),
+                           npy_head(cameras.size(), copies ? copies->size() : mesh.vertex_count)};
+  const auto append = [](std::vector<uint8_t> &to, const std::vector<uint8_t> &row) {
+    to.insert(to.end(), row.begin(), row.end());
+  };
+  for (const fvv_camera &camera : cameras) {
+    append(files.faces, render::visible_faces(camera, mesh, rays));
+    const std::vector<uint8_t> seen = render::visible_vertices(camera, mesh, rays);
+    if (copies)
+      for (const uint32_t vertex : *copies) files.vertices.push_back(seen[vertex]);
+    else
+      append(files.vertices, seen);
+  }
+  return files;
+}
+
+namespace {
+
+constexpr uint32_t floor_columns = 768, wall_columns = 640;
+constexpr int quality = 80;
+constexpr double lux = 1000; // of all lamps together, about
+
+// A painted rectangle of width x height metres into rows of a picture; t grows with the rows, or against
+// them.
+void paint(const Texture &texture, double width, double height, bool upwards, uint32_t top, uint32_t rows,
+           media::Image &picture) {
+  const double across = width / picture.width, along = height / rows;
+  for (uint32_t y = 0; y < rows; y++)
+    for (uint32_t x = 0; x < picture.width; x++) {
+      const double t = (y + 0.5) * along;
+      const Rgb light = texture.at((x + 0.5) * across, upwards ? height - t : t, std::max(across, along));
+      uint8_t *pixel = &picture.pixels[3 * (size_t(top + y) * picture.width + x)];
+      pixel[0] = render::to_display(light.x);
+      pixel[1] = render::to_display(light.y);
+      pixel[2] = render::to_display(light.z);
+    }
+}
+
+std::string jpeg(const media::Image &picture) {
+  const std::vector<uint8_t> bytes = media::encode_jpeg(picture, quality, media::Subsampling::yuv420);
+  return {bytes.begin(), bytes.end()};
+}
+
+// Corners counter-clockwise as seen, the first at the top left of its rectangle of the picture.
+void add_quad(geometry::Mesh &mesh, const Vec3 (&corners)[4], double top, double bottom) {
+  const uint32_t base = uint32_t(mesh.vertex_count());
+  const double uv[4][2] = {{0, top}, {0, bottom}, {1, bottom}, {1, top}};
+  for (size_t i = 0; i < 4; i++) {
+    mesh.positions.insert(mesh.positions.end(), {corners[i].x, corners[i].y, corners[i].z});
+    mesh.texture.insert(mesh.texture.end(), {uv[i][0], uv[i][1]});
+  }
+  mesh.faces.insert(mesh.faces.end(), {base, base + 1, base + 2, base, base + 2, base + 3});
+}
+
+constexpr double x = room_length / 2, z = room_width / 2, h = room_height;
+
+scene::EnvironmentPart shown_as_it_is(size_t picture) {
+  scene::EnvironmentPart part;
+  part.picture = picture;
+  part.unlit = part.clamped = true;
+  return part;
+}
+
+void add_floor(uint32_t key, uint32_t threads, scene::Environment &out) {
+  const auto row = [key](double t) { return [=](double s) { return floor_colour(s - x, t - z, key); }; };
+  const double texel = room_length / floor_columns / 2;
+  media::Image picture =
+      media::make_image<uint8_t>(floor_columns, uint32_t(floor_columns * room_width / room_length), 3, 0);
+  paint({room_length, room_width, texel, row, threads}, room_length, room_width, false, 0, picture.height,
+        picture);
+  scene::EnvironmentPart part = shown_as_it_is(out.pictures.size());
+  add_quad(part.mesh, {{-x, 0, -z}, {-x, 0, z}, {x, 0, z}, {x, 0, -z}}, 0, 1);
+  out.pictures.push_back(jpeg(picture));
+  out.parts.push_back(std::move(part));
+}
+
+// One picture of four strips. A wall is written as seen from inside, left to right.
+void add_walls(uint32_t key, uint32_t threads, scene::Environment &out) {
+  constexpr uint32_t rows = 272;
+  const Vec3 left[4] = {{x, 0, -z}, {-x, 0, z}, {x, 0, z}, {-x, 0, -z}},
+             right[4] = {{x, 0, z}, {-x, 0, -z}, {-x, 0, z}, {x, 0, -z}};
+  const Vec3 up{0, h, 0};
+  media::Image picture = media::make_image<uint8_t>(wall_columns, 4 * rows, 3, 0);
+  scene::EnvironmentPart part = shown_as_it_is(out.pictures.size());
+  for (int wall = 0; wall < 4; wall++) {
+    const double width = wall < 2 ? room_width : room_length;
+    const auto row = [=](double t) { return [=](double s) { return wall_colour(wall, s, t, key); }; };
+    const uint32_t top = rows * uint32_t(wall);
+    paint({width, h, h / rows / 2, row, threads}, width, h, true, top, rows, picture);
+    // Half a pixel inside, so that strips do not run into each other.
+    add_quad(part.mesh, {left[wall] + up, left[wall], right[wall], right[wall] + up},
+             (top + 0.5) / (4.0 * rows), (top + rows - 0.5) / (4.0 * rows));
+  }
+  out.pictures.push_back(jpeg(picture));
+  out.parts.push_back(std::move(part));
+}
+
+// A GLB of two parts, floor and walls, that show what they send out (unlit), and a directional light for each
+// lamp. The same bytes for any number of threads.
+std::string environment_glb(const Scene &scene, uint32_t threads) {
+  scene::Environment out;
+  add_floor(scene.paint_key(), threads, out);
+  add_walls(scene.paint_key(), threads, out);
+  for (const Lamp &lamp : studio_lamps()) {
+    fvv_light light = {};
+    light.type = FVV_LIGHT_DIRECTIONAL;
+    light.flags = FVV_LIGHT_CASTS_SHADOWS;
+    const Vec3 direction = -lamp.towards;
+    light.direction[0] = direction.x;
+    light.direction[1] = direction.y;
+    light.direction[2] = direction.z;
+    for (double &part : light.colour) part = 1;
+    light.intensity = lux * lamp.share;
+    out.lights.push_back(light);
+  }
+  return scene::format_environment(out, {{0, 0, 0}, 0.001}, "background.glb");
+}
 
 constexpr uint32_t samples = 3;
 constexpr const char *atlas_file = "atlas.png"; // one for all frames

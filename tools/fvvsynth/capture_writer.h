@@ -1,12 +1,30 @@
-// A capture folder from the scene: capture.json, meshes, pictures, masks. Knows files and their formats; what
-// they show is the scene's affair.
+// A capture folder from the scene: capture.json, meshes, pictures, masks, and files for measurements (depth,
+// visibility).
 #pragma once
 
 #include "cli/cli.h"
 #include "fvv_geometry/hull.h"
+#include "fvv_render/picture.h"
 #include "fvvsynth/filming.h"
 
+#include <vector>
+
 namespace fvv::synth {
+
+// An OpenEXR file with the one channel Z, float32: the depth of the picture as it is.
+std::vector<uint8_t> depth_exr(const render::Picture &picture);
+
+// NumPy files (format 1.0) of Boolean arrays [cameras, faces] and [cameras, vertices].
+struct VisibilityFiles {
+  std::vector<uint8_t> faces, vertices;
+};
+
+// What the cameras see of a mesh, by fvv_render/ray_visibility.h. positions in metres, three indices a face.
+// copies: what the columns of vertices are, each a vertex of this mesh (a seam gives one several); NULL: its
+// vertices as they are.
+VisibilityFiles visibility_files(const std::vector<fvv_camera> &cameras, const std::vector<float> &positions,
+                                 const std::vector<uint32_t> &faces,
+                                 const std::vector<uint32_t> *copies = nullptr);
 
 // "25" or "30000/1001". Error (usage) when text is not a positive number or fraction of such.
 FrameRate parse_frame_rate(const std::string &text);
@@ -32,7 +50,7 @@ struct Recording {
   uint32_t threads = 1;     // the bytes written do not depend on it
 };
 
-// The grid that hulls are carved from: over the space of the action, with so many cells along its longest
+// The grid that hulls are carved from: over the space of the action, with that many cells along its longest
 // side, x. The floor y = 0 lies half a cell above its lowest points.
 hull::Grid hull_grid(size_t cells);
 

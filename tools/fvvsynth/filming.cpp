@@ -1,11 +1,99 @@
 #include "fvvsynth/filming.h"
 
-#include "fvvsynth/label.h"
-#include "fvvsynth/sensor.h"
+#include "fvvsynth/look.h"
+#include "fvvsynth/random.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <utility>
 
 namespace fvv::synth {
+
+render::Rgb exposure_gains(uint64_t seed, uint16_t camera, double spread) {
+  Random random(seed * 0x9e3779b97f4a7c15u ^ (uint64_t(camera) + 1) << 32);
+  const double stops = random.between(-spread, spread), red = random.between(-spread, spread) / 3,
+               blue = random.between(-spread, spread) / 3;
+  return {std::exp2(stops + red), std::exp2(stops), std::exp2(stops + blue)};
+}
+
+double noise_variance(double level, double strength) {
+  const double read = read_electrons / white_electrons;
+  return strength * strength * (std::max(0.0, level) / white_electrons + read * read);
+}
+
+namespace {
+
+// put(i, level): of each value of light, in order.
+template <class Put>
+void expose(const render::LightField &light, render::Rgb gains, double strength, uint64_t key,
+            const Put &put) {
+  const double gain[3] = {gains.x, gains.y, gains.z};
+  if (strength == 0) {
+    for (size_t i = 0; i < light.size(); i++) put(i, double(light[i]) * gain[i % 3]);
+    return;
+  }
+  Random random(key);
+  // Four numbers of 16 bits have the mean 2 * 65535 and the variance (65536^2 - 1) / 3.
+  constexpr double mean = 2 * 65535.0, deviation = 37837.22723720648;
+  for (size_t i = 0; i < light.size(); i++) {
+    const double level = double(light[i]) * gain[i % 3];
+    const uint64_t bits = random.next();
+    const uint64_t sum = (bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) + (bits >> 48);
+    const double normal = (double(sum) - mean) * (1 / deviation);
+    put(i, level + std::sqrt(noise_variance(level, strength)) * normal);
+  }
+}
+
+} // namespace
+
+std::vector<uint8_t> develop(const render::LightField &light, render::Rgb gains, double strength,
+                             uint64_t key) {
+  std::vector<uint8_t> out(light.size());
+  expose(light, gains, strength, key, [&](size_t i, double level) { out[i] = render::to_display(level); });
+  return out;
+}
+
+render::LightField develop_linear(const render::LightField &light, render::Rgb gains, double strength,
+                                  uint64_t key) {
+  render::LightField out(light.size());
+  expose(light, gains, strength, key, [&](size_t i, double level) { out[i] = float(level); });
+  return out;
+}
+
+std::string label_text(uint16_t camera, size_t frame) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%02u %04zu", unsigned(camera), frame);
+  return text;
+}
+
+LabelPlace label_place(const render::Picture &picture) {
+  const double height = std::max(10.0, picture.height / 22.0);
+  return {0.7 * height, 0.7 * height, 0.74 * height, height};
+}
+
+void draw_label(render::Picture &picture, uint16_t camera, size_t frame) {
+  const std::string text = label_text(camera, frame);
+  const LabelPlace place = label_place(picture);
+  constexpr double margin = 0.35, stroke = 0.075; // of the height
+  const double right = place.left + place.cell_width * double(text.size()), edge = margin * place.height;
+  const auto end = [](double at, uint32_t side) { return std::min(side, uint32_t(at) + 1); };
+  for (uint32_t y = uint32_t(place.top - edge); y < end(place.top + place.height + edge, picture.height); y++)
+    for (uint32_t x = uint32_t(place.left - edge); x < end(right + edge, picture.width); x++) {
+      const double along = (x + 0.5 - place.left) / place.cell_width;
+      const size_t cell = size_t(std::clamp(along, 0.0, double(text.size()) - 0.001));
+      double distance = 1e9; // from the stroke, in pixels
+      if (text[cell] != ' ')
+        distance =
+            (number_distance(text[cell] - '0', (along - double(cell) - 0.5) * place.cell_width / place.height,
+                             0.5 - (y + 0.5 - place.top) / place.height) -
+             stroke) *
+            place.height;
+      const double white = std::clamp(0.5 - distance, 0.0, 1.0);
+      for (size_t i = 0; i < 3; i++)
+        picture.rgb[3 * (size_t(y) * picture.width + x) + i] = uint8_t(235 * white + 16 * (1 - white) + 0.5);
+    }
+}
 
 double frame_time(FrameRate rate, size_t frame) {
   return double(frame) * rate.denominator / rate.numerator;

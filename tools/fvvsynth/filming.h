@@ -1,10 +1,47 @@
-// Pictures of a scene as real cameras take them: motion blur, exposure differences, noise, a label. Knows the
-// scene and its times; knows no files.
+// Pictures of a scene as real cameras take them: motion blur, exposure differences, noise, a label.
 #pragma once
 
+#include "fvv_render/picture.h"
 #include "fvvsynth/scene.h"
 
+#include <cstdint>
+#include <string>
+#include <vector>
+
 namespace fvv::synth {
+
+// At strength 1 white is 8,000 electrons in each channel, and reading them errs by 5 electrons.
+constexpr double white_electrons = 8000, read_electrons = 5;
+
+// Factors of red, green and blue of one camera. Green is 2^e with e even over +-spread stops; red and blue
+// are up to a third of spread stops more or less than green. A spread of 0: all 1.
+render::Rgb exposure_gains(uint64_t seed, uint16_t camera, double spread);
+
+// Variance of the noise at a level of linear light (1 is white), both in units of white.
+double noise_variance(double level, double strength);
+
+// Display values of light times gains, with noise: about normal (the sum of four uniform numbers),
+// independent in every pixel and channel. key: unlike for each picture. strength 0: no noise.
+std::vector<uint8_t> develop(const render::LightField &light, render::Rgb gains, double strength,
+                             uint64_t key);
+
+// The same as linear light, neither clipped nor rounded to 8 bits.
+render::LightField develop_linear(const render::LightField &light, render::Rgb gains, double strength,
+                                  uint64_t key);
+
+// Camera and frame numbers in the top left corner of a picture. Their digits are those of the jerseys
+// (look.h), drawn with soft edges at any size; the bitmap font of the calibration sheet could not draw the
+// same. "03 0012": at least two digits for the camera and four for the frame.
+std::string label_text(uint16_t camera, size_t frame);
+
+// Where a label's text lies, in pixels: its characters are cells of cell_width x height, from left on.
+struct LabelPlace {
+  double left, top, cell_width, height;
+};
+LabelPlace label_place(const render::Picture &picture);
+
+// Draws white digits on black, as far as the picture reaches.
+void draw_label(render::Picture &picture, uint16_t camera, size_t frame);
 
 struct FrameRate { // frames per second, in lowest terms
   uint32_t numerator = 25, denominator = 1;
@@ -22,7 +59,7 @@ constexpr double default_noise = 1, default_exposure = 0.3, default_shutter = 0.
 // One frame, seen by any camera. Several frames may be filmed at the same time, one by one thread each.
 class Filming {
 public:
-  // Motion blur is the mean of so many moments, at equal distances over the time that the shutter is open.
+  // Motion blur is the mean of this many moments, at equal distances over the time that the shutter is open.
   // The middle one is the frame's own, to which masks, depth, meshes and calibration belong. As many as there
   // are samples in a pixel: each gives the colour of one of them.
   static constexpr int blur_moments = 9;

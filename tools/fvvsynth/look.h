@@ -1,9 +1,9 @@
 // What players and ball look like: solid textures (Perlin, "An image synthesizer", 1985) over the rest shape,
-// so that no unwrapping is needed and no seam shows. Knows rest coordinates; knows no motion.
+// so that no unwrapping is needed and no seam shows.
 #pragma once
 
 #include "fvv_render/picture.h"
-#include "fvvsynth/field.h"
+#include "fvvsynth/body.h"
 #include "fvvsynth/random.h"
 
 #include <array>

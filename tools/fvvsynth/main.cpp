@@ -5,6 +5,7 @@
 #include "fvvsynth/capture_writer.h"
 
 #include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <cstdio>
 #include <map>

@@ -1,10 +1,39 @@
 // What the surfaces of the studio look like: a floor of boards with painted lines, curtains and slats with
-// lettered boards in front of them, bricks with banners above. Knows places on them; knows no cameras.
+// lettered boards on them, bricks with banners above.
 #pragma once
 
 #include "fvv_render/picture.h"
 
+#include <cstdint>
+#include <functional>
+#include <vector>
+
 namespace fvv::synth {
+
+using render::Rgb;
+
+// A painted rectangle, averaged in advance to all scales (mip map; Williams, "Pyramidal parametrics", 1983),
+// so that large surroundings are drawn fast and without aliasing.
+class Texture {
+public:
+  using Row = std::function<Rgb(double s)>;
+  // width x height metres in squares of texel metres. paint(t) gives the painter of the row at t; the colour
+  // at (s, t) is linear light. Rows are painted on several threads.
+  Texture(double width, double height, double texel, const std::function<Row(double t)> &paint,
+          uint32_t threads);
+  // The mean over about footprint metres around (s, t), linear; the rim goes on beyond the rectangle.
+  Rgb at(double s, double t, double footprint) const;
+
+private:
+  struct Level {
+    size_t columns, rows;
+    std::vector<uint8_t> rgb; // display values: as fine in the dark as in the light
+  };
+  Rgb bilinear(const Level &level, double column, double row) const;
+
+  double spacing; // of texels of the finest level, metres
+  std::vector<Level> levels;
+};
 
 // Inner size of the studio, metres: x and z from minus half to plus half, y from 0.
 constexpr double room_length = 18, room_width = 15, room_height = 7.5;

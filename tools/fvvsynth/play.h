@@ -1,12 +1,64 @@
-// What the two players do: a closed cycle of dribbling, stepping, passing and catching, from keyed values and
-// the path of the ball. Knows skeletons and the ball; knows no meshes and no pictures.
+// What the two players and the ball do: a closed cycle of dribbling, stepping, passing and catching. Metres,
+// seconds, y up.
 #pragma once
 
-#include "fvvsynth/ball_path.h"
+#include "fvv_render/vector.h"
 #include "fvvsynth/random.h"
 #include "fvvsynth/skeleton.h"
 
+#include <array>
+#include <vector>
+
 namespace fvv::synth {
+
+using render::Mat3;
+using render::Vec3;
+
+constexpr double ball_radius = 0.12;
+// Each player handles the ball for half of a cycle: dribbles, gathers it and passes it by way of the floor.
+constexpr double half_cycle = 2.0, cycle = 2 * half_cycle;
+
+// Times within a half cycle, from the moment when the handler's hand meets the rising ball.
+struct Timing {
+  double push_end = 0.20; // the ball leaves the hand downwards
+  double gather = 0;      // it is back at the hand; follows from the fall
+  double pass = 1.00;     // it leaves both hands
+  double bounce = 1.32;   // it meets the floor
+  double take = 1.70;     // the other player catches it
+};
+
+// A player's own axes on the floor.
+struct Place {
+  Vec3 home, left, forward;
+  Vec3 at(Vec3 left_up_forward) const {
+    return home + left * left_up_forward.x + Vec3{0, left_up_forward.y, 0} + forward * left_up_forward.z;
+  }
+  Vec3 direction(Vec3 left_up_forward) const { return at(left_up_forward) - home; }
+};
+
+class BallPath {
+public:
+  explicit BallPath(const std::array<Place, 2> &places);
+  const Timing &timing() const { return times; }
+  Vec3 position(double time) const;
+  Mat3 rotation(double time) const;
+
+private:
+  struct Span { // of one kind of motion
+    double start, duration;
+    bool flight;
+    Vec3 from, velocity_from, to, velocity_to;
+    double spin; // radians per second
+  };
+  const Span &span(double time_in_cycle) const;
+  void add_half(const Place &handler, const Place &receiver, double start);
+  void fly(double start, double duration, Vec3 from, Vec3 to, double spin);
+  void hold(double start, double duration, Vec3 from, Vec3 velocity_from, Vec3 to, Vec3 velocity_to);
+
+  Timing times;
+  std::vector<Span> spans;
+  Vec3 spin_axis;
+};
 
 class Play {
 public:

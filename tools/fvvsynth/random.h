@@ -1,5 +1,5 @@
 // Random numbers and noise that are the same on every machine: integers, and one multiplication for the
-// double. Knows nothing of the scene.
+// double.
 #pragma once
 
 #include "fvv_render/vector.h"

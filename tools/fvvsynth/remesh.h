@@ -1,5 +1,5 @@
 // The same surface with other triangles: where grid lines enter and leave closed surfaces, and marching cubes
-// over that. Knows triangles; knows nothing of the scene.
+// over that.
 #pragma once
 
 #include "fvv_geometry/hull.h"

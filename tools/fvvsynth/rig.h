@@ -1,4 +1,4 @@
-// The cameras around the scene. Knows the space that the action takes, nothing else.
+// The cameras around the scene.
 #pragma once
 
 #include "fvv/calibration.h"

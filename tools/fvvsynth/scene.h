@@ -1,12 +1,10 @@
 // The whole scene: players, ball, studio, light and cameras from one seed; meshes and pictures of any moment.
-// Knows no files.
 #pragma once
 
 #include "fvvsynth/body.h"
 #include "fvvsynth/look.h"
 #include "fvvsynth/play.h"
 #include "fvvsynth/rig.h"
-#include "fvvsynth/shadow.h"
 #include "fvvsynth/studio.h"
 
 #include <memory>

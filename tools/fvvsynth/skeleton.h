@@ -1,5 +1,5 @@
-// The joints of a player, how they move and how they carry the skin (linear-blend skinning). Knows no shape
-// and no scene. Metres; at rest the player stands on y = 0 facing +z, his left is +x, arms spread downwards.
+// The joints of a player, how they move and how they carry the skin (linear-blend skinning). Metres; at rest
+// the player stands on y = 0 facing +z, his left is +x, arms spread downwards.
 #pragma once
 
 #include "fvv_render/vector.h"

@@ -1,14 +1,85 @@
-// The studio around the action: floor, walls and the things that stand there. Still; part of the pictures,
-// not of the meshes. Knows its surfaces and the places of the cameras; knows no players.
+// The studio around the action: floor, walls, still things, and the shadows of the players on the floor. It
+// is part of the pictures, not of the meshes.
 #pragma once
 
 #include "fvv/calibration.h"
-#include "fvvsynth/props.h"
-#include "fvvsynth/texture.h"
+#include "fvv_render/picture.h"
+#include "fvvsynth/paint.h"
 
 #include <array>
+#include <cstdint>
+#include <vector>
 
 namespace fvv::synth {
+
+struct Lamp {
+  render::Vec3 towards; // unit vector to the lamp
+  double share;         // of the floor's light that comes from it
+  double softness;      // half the width of the penumbra, metres
+};
+
+// The shadow of the players on the floor: a shadow map (Williams, "Casting curved shadows on curved
+// surfaces", 1978) of the mesh in the light of a distant lamp, for the plane y = 0 alone.
+class Shadow {
+public:
+  Shadow(const render::Mesh &mesh, const Lamp &lamp);
+  // Darkens what camera sees of the floor. What stands on it is expected to be drawn afterwards.
+  void cast(const render::Projection &camera, render::LightField &picture) const;
+
+private:
+  double covered(render::Vec3 on_floor) const;
+
+  Lamp light;
+  render::Projection view;         // of the lamp
+  std::vector<float> blocked;      // share of the light for each of its pixels
+  double left, top, right, bottom; // where any is blocked
+};
+
+using render::Rgb;
+using render::Vec3;
+
+// A dark place on the floor, below a thing.
+struct Spot {
+  double x, z, radius, depth; // depth: share of the light that is missing in the middle
+};
+
+// Still things: the other cameras on their tripods, a hoop, lamps on a truss and on stands, benches, balls.
+class Props {
+public:
+  Props();
+  // A camera on a tripod with its lens at centre, looking along forward (unit vector).
+  void add_camera(Vec3 centre, Vec3 forward);
+
+  const std::vector<Spot> &spots() const { return stains; }
+  // Draws all but camera number own (SIZE_MAX: all) over background. part as for render::illuminate.
+  render::LightField draw(const render::Projection &camera, size_t own, const render::Light &light,
+                          render::LightField background, render::SampleBuffer &buffer,
+                          std::optional<uint32_t> part) const;
+
+private:
+  // axes: half the sides of the box.
+  void box(Vec3 centre, Vec3 x, Vec3 y, Vec3 z, Rgb colour);
+  void block(Vec3 centre, Vec3 half, Rgb colour) {
+    box(centre, {half.x, 0, 0}, {0, half.y, 0}, {0, 0, half.z}, colour);
+  }
+  // A closed cone from a to b with these radii; end: the colour of the cap at b.
+  void tube(Vec3 a, Vec3 b, double radius_a, double radius_b, Rgb colour, Rgb end);
+  void tube(Vec3 a, Vec3 b, double radius, Rgb colour) { tube(a, b, radius, radius, colour, colour); }
+  void ball(Vec3 centre, double radius, Rgb colour);
+  void hoop();
+  void truss();
+  void stand(Vec3 foot);
+  void bench(Vec3 middle);
+
+  uint32_t vertex(Vec3 at, Vec3 normal, Rgb colour);
+  void quad(uint32_t a, uint32_t b, uint32_t c, uint32_t d);
+
+  std::vector<float> positions, normals, colours; // three per vertex
+  std::vector<uint32_t> faces;
+  std::vector<size_t> camera_ends; // in faces; the first camera begins at still_end
+  size_t still_end = 0;
+  std::vector<Spot> stains;
+};
 
 class Studio {
 public:

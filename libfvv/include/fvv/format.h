@@ -113,7 +113,7 @@ enum {
 enum {
   FVV_VISIBILITY_FACES = 0, /* one bit for each face */
   FVV_VISIBILITY_VERTICES = 1, /* one bit for each vertex */
-  FVV_VISIBILITY_SHARES = 2, /* a visibility weight for each vertex, of six values */
+  FVV_VISIBILITY_WEIGHTS = 2, /* a visibility weight for each vertex, of six values */
 };
 
 /* Background part flags, clause 18.2. */

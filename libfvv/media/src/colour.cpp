@@ -1,18 +1,152 @@
-/* RGB <-> YCbCr 4:2:0 in integers. See fvv_media/colour.h; equations: ITU-T H.273 clause 8.3. */
+// sRGB and linear light; RGB and YCbCr 4:2:0 in integers (ITU-T H.273 clause 8.3).
 #include "fvv_media/colour.h"
 
 #include "codecs.h"
 
+#include <half.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
 namespace fvv::media {
+
+namespace {
+
+float float_of(uint32_t bits) {
+  float value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+// Whether the curve at x (not negative) is at least (2 code - 1) / (2 largest).
+bool reaches(double x, uint32_t code, uint32_t largest) {
+  const double odd = 2.0 * code - 1, both = 2.0 * largest;
+  // 12.92 x up to 0.04045: 12.92 = 323 / 25, and all of this is exact.
+  if (odd <= 0.04045 * both) return x * 323 * both >= odd * 25;
+  // ((v + 0.055) / 1.055)^2.4 behind it.
+  const double root = (odd * 1000 + both * 55) / (both * 1055);
+  const double square = root * root, fourth = square * square;
+  return x * x * x * x * x >= fourth * fourth * fourth;
+}
+
+} // namespace
+
+std::vector<float> srgb_thresholds(uint32_t largest) {
+  constexpr uint32_t one = 0x3f800000; // bits of 1.0f; those of positive floats are in their order
+  std::vector<float> thresholds;
+  thresholds.reserve(largest);
+  uint32_t below = 0;
+  for (uint32_t code = 1; code <= largest; code++) {
+    uint32_t reached = one;
+    while (reached - below > 1) {
+      const uint32_t middle = below + (reached - below) / 2;
+      (reaches(double(float_of(middle)), code, largest) ? reached : below) = middle;
+    }
+    thresholds.push_back(float_of(reached));
+    below = reached - 1; // the next threshold may be the same float, were codes that fine
+  }
+  return thresholds;
+}
+
+std::vector<float> linear_of_codes(uint32_t largest) {
+  std::vector<float> values;
+  values.reserve(size_t(largest) + 1);
+  for (uint32_t code = 0; code <= largest; code++) {
+    const double v = double(code) / largest;
+    if (v <= 0.04045) {
+      values.push_back(float(v / 12.92));
+      continue;
+    }
+    // x^5 = root^12 by Newton's method, from above.
+    const double root = (v + 0.055) / 1.055, square = root * root, fourth = square * square;
+    const double twelfth = fourth * fourth * fourth;
+    double x = 1;
+    for (;;) {
+      const double x4 = x * x * x * x, next = x - (x4 * x - twelfth) / (5 * x4);
+      if (!(next < x)) break;
+      x = next;
+    }
+    values.push_back(float(x));
+  }
+  return values;
+}
+
+double srgb_of_linear(double linear) {
+  const double x = std::fabs(linear);
+  const double v = x <= 0.0031308 ? x * 12.92 : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+  return std::copysign(v, linear);
+}
+
+double linear_of_srgb(double display) {
+  const double v = std::fabs(display);
+  const double x = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  return std::copysign(x, display);
+}
+
+namespace {
+
+template <class Sample> const std::vector<float> &thresholds() {
+  static const std::vector<float> table = srgb_thresholds(std::numeric_limits<Sample>::max());
+  return table;
+}
+
+// A picture of the same shape, each sample made of one.
+template <class To, class From, class Convert>
+BasicImage<To> converted(const BasicImage<From> &image, const Convert &convert) {
+  BasicImage<To> out = make_image<To>(image.width, image.height, image.channels, 0);
+  std::transform(image.pixels.begin(), image.pixels.end(), out.pixels.begin(), convert);
+  return out;
+}
+
+} // namespace
+
+LinearImage linear_of(const DeepImage &image) {
+  static const std::vector<float> table = linear_of_codes(65535);
+  return converted<float>(image, [](uint16_t code) { return table[code]; });
+}
+
+template <class Sample> BasicImage<Sample> display_of(const LinearImage &image) {
+  const std::vector<float> &table = thresholds<Sample>();
+  return converted<Sample>(image, [&](float value) {
+    return Sample(std::upper_bound(table.begin(), table.end(), value) - table.begin());
+  });
+}
+
+template Image display_of(const LinearImage &image);
+template DeepImage display_of(const LinearImage &image);
+
+float srgb_of_half(float linear) {
+  static const std::vector<float> table = [] {
+    std::vector<float> values;
+    for (uint32_t bits = 0; bits < 65536; bits++) {
+      Imath::half value;
+      value.setBits(uint16_t(bits));
+      values.push_back(float(srgb_of_linear(double(float(value)))));
+    }
+    return values;
+  }();
+  return table[Imath::half(linear).bits()];
+}
+
+void check_finite(const LinearImage &image, const std::string &name) {
+  const auto found = std::find_if_not(image.pixels.begin(), image.pixels.end(),
+                                      [](float value) { return std::isfinite(value); });
+  if (found == image.pixels.end()) return;
+  const size_t index = size_t(found - image.pixels.begin()), channels = size_t(image.channels);
+  const size_t pixel = index / channels;
+  throw Error(name, std::string("channel ") + (channels == 1 ? 'Y' : "RGB"[index % channels]) +
+                        " of pixel (" + std::to_string(pixel % image.width) + ", " +
+                        std::to_string(pixel / image.width) + ") is " +
+                        (std::isnan(*found) ? "not a number" : "infinite"));
+}
+
 namespace {
 
 struct Luminance {
-  double red, blue; /* KR, KB */
+  double red, blue; // KR, KB
 };
 
 Luminance luminance_of(const Colour &colour) {
@@ -20,9 +154,9 @@ Luminance luminance_of(const Colour &colour) {
   return {0.299, 0.114};
 }
 
-/* Fixed point between two kinds of samples. 16 fractional bits in 32-bit integers do for 8 bits on both
- * sides. With more on either, an error of half a unit in a coefficient must stay far below one code when
- * multiplied by the largest sample: 2^-33 * 65535 forwards, 2^-33 * 1023 backwards. Sums stay below 2^54. */
+// Fixed point between two kinds of samples. 16 fractional bits in 32-bit integers do for 8 bits on both
+// sides. With more on either, an error of half a unit in a coefficient must stay far below one code when
+// multiplied by the largest sample: 2^-33 * 65535 forwards, 2^-33 * 1023 backwards. Sums stay below 2^54.
 template <class From, class To> struct Fixed {
   using Wide = std::conditional_t<sizeof(From) == 1 && sizeof(To) == 1, int32_t, int64_t>;
   static constexpr int fraction = sizeof(Wide) == 4 ? 16 : 32;
@@ -34,10 +168,10 @@ template <class Sample, class Wide> Sample clipped(Wide value, int shift, int mo
   return Sample(std::min<Wide>(value >> shift, most));
 }
 
-/* Codes of YCbCr, from the definitions for 8 bits (ITU-T H.273 equations 20 to 25 and 29 to 31). */
+// Codes of YCbCr, from the definitions for 8 bits (ITU-T H.273 equations 20 to 25 and 29 to 31).
 struct Codes {
   int most, black, middle;
-  double luma, chroma; /* from black to white, and from the bluest to the yellowest */
+  double luma, chroma; // from black to white, and from the bluest to the yellowest
 
   Codes(const Colour &colour, int bit_depth) {
     const int unit = 1 << (bit_depth - 8);
@@ -93,8 +227,7 @@ template <class Sample, class Wanted> struct Backward {
   }
 };
 
-/* One row of chroma at full width, 16 times the code: 3:1 to the nearer row, then 3:1 to the nearer column.
- */
+// One row of chroma at full width, 16 times the code: 3:1 to the nearer row, then 3:1 to the nearer column.
 template <class Sample>
 void interpolate(const Sample *near, const Sample *far, size_t count, size_t width,
                  std::vector<int32_t> &column, int32_t *out) {

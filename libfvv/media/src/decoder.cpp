@@ -1,10 +1,8 @@
-/* Decoding sample by sample. See fvv_media/video.h. */
+// Decoding sample by sample. See fvv_media/video.h.
 #include "fvv_media/video.h"
 
 #include "codecs.h"
-#include "exr_file.h"
 #include "ffmpeg.h"
-#include "linear.h"
 
 #include <algorithm>
 #include <climits>
@@ -32,7 +30,7 @@ std::string size_text(uint32_t width, uint32_t height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-/* What is kept of a configuration: its pointers are only borrowed. */
+// What is kept of a configuration: its pointers are only borrowed.
 struct Picture {
   uint32_t width, height;
   Colour colour;
@@ -118,7 +116,7 @@ private:
   fvv_video_config config_;
 };
 
-/* A decoder of libavcodec, and whether the record is its extradata: VP9's says nothing that it needs. */
+// A decoder of libavcodec, and whether the record is its extradata: VP9's says nothing that it needs.
 struct Library {
   uint32_t codec;
   const char *name;

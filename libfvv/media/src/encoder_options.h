@@ -2,7 +2,7 @@
 #ifndef FVV_MEDIA_ENCODER_OPTIONS_H
 #define FVV_MEDIA_ENCODER_OPTIONS_H
 
-#include "bitstream.h"
+#include "codecs.h"
 #include "ffmpeg.h"
 
 namespace fvv::media {

@@ -1,4 +1,4 @@
-/* See ffmpeg.h. */
+// See ffmpeg.h.
 #include "ffmpeg.h"
 
 extern "C" {

@@ -1,8 +1,7 @@
-/* Files, formats and channels: what all still pictures have in common. See fvv_media/image.h. */
+// Files, formats and channels: what all still pictures have in common. See fvv_media/image.h.
 #include "fvv_media/image.h"
 
 #include "codecs.h"
-#include "linear.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -14,11 +13,12 @@
 #include <type_traits>
 
 namespace fvv::media {
+
 namespace {
 
-/* No picture within max_dimension needs more, and a device file must not be read for ever. */
+// No picture within max_dimension needs more, and a device file must not be read for ever.
 constexpr size_t max_file_size = size_t(1) << 30;
-/* Enough for the header of nearly every file; those with long profiles or thumbnails take another round. */
+// Enough for the header of nearly every file; those with long profiles or thumbnails take another round.
 constexpr size_t probe_size = 65536;
 
 struct CloseFile {
@@ -32,7 +32,7 @@ File open_file(const std::string &path) {
   return file;
 }
 
-/* Appends until bytes has wanted bytes or the file ends; answers whether the file has ended. */
+// Appends until bytes has wanted bytes or the file ends; answers whether the file has ended.
 bool read_until(FILE *file, const std::string &path, size_t wanted, std::vector<uint8_t> &bytes) {
   while (bytes.size() < wanted) {
     const size_t before = bytes.size();
@@ -55,11 +55,11 @@ ImageInfo probe_bytes(const uint8_t *bytes, size_t size, const std::string &name
   throw Error(name, size == 0 ? "is empty" : "is neither a PNG nor a JPEG nor an OpenEXR file");
 }
 
-/* BT.709, 16 fractional bits; the three add up to 65536, so that grey stays grey. */
+// BT.709, 16 fractional bits; the three add up to 65536, so that grey stays grey.
 constexpr uint32_t luma_r = 13933, luma_g = 46871, luma_b = 4732;
 static_assert(luma_r + luma_g + luma_b == 65536, "white must map to white");
 
-/* At most 65536 * 65535: 16 bits leave room for rounding in 32. */
+// At most 65536 * 65535: 16 bits leave room for rounding in 32.
 template <class Sample> uint32_t luma16(const Sample *rgb) {
   return luma_r * rgb[0] + luma_g * rgb[1] + luma_b * rgb[2];
 }
@@ -71,7 +71,7 @@ template <> float grey_of(const float *rgb) {
   return float((luma_r * double(rgb[0]) + luma_g * double(rgb[1]) + luma_b * double(rgb[2])) / 65536);
 }
 
-/* White of this sample type over white of 8 bits. */
+// White of this sample type over white of 8 bits.
 template <class Sample> constexpr uint32_t step = std::numeric_limits<Sample>::max() / 255;
 
 } // namespace
@@ -107,7 +107,7 @@ template LinearImage with_channels(LinearImage image, int channels);
 
 namespace {
 
-/* Luma in 1/256 of a code of 8 bits, rounded. */
+// Luma in 1/256 of a code of 8 bits, rounded.
 template <int channels, class Sample> int32_t luma_of(const Sample *pixel) {
   constexpr uint32_t unit = (channels == 1 ? 1 : 256) * step<Sample>;
   return int32_t(((channels == 1 ? 256u * *pixel : luma16(pixel)) + unit / 2) / unit);
@@ -265,5 +265,29 @@ template LinearImage decode_image<float>(const uint8_t *, size_t, int, const std
 template LumaError luma_error(const Image &, const Image &, const Image *);
 template LumaError luma_error(const DeepImage &, const DeepImage &, const Image *);
 template LumaError luma_error(const LinearImage &, const LinearImage &, const Image *);
+
+template <class Sample> BasicImage<Sample> rotate(BasicImage<Sample> image, int degrees) {
+  check_image(image);
+  if (degrees != 0 && degrees != 90 && degrees != 180 && degrees != 270)
+    throw Error("a picture cannot be turned by " + std::to_string(degrees) +
+                " degrees, expected 0, 90, 180 or 270");
+  if (degrees == 0) return image;
+  const bool on_its_side = degrees != 180;
+  BasicImage<Sample> out = make_image<Sample>(on_its_side ? image.height : image.width,
+                                              on_its_side ? image.width : image.height, image.channels, 0);
+  const size_t channels = size_t(image.channels);
+  for (size_t y = 0; y < out.height; y++)
+    for (size_t x = 0; x < out.width; x++) {
+      const size_t from_x = degrees == 90 ? y : degrees == 180 ? image.width - 1 - x : image.width - 1 - y;
+      const size_t from_y = degrees == 90 ? image.height - 1 - x : degrees == 180 ? image.height - 1 - y : x;
+      const Sample *from = &image.pixels[(from_y * image.width + from_x) * channels];
+      std::copy_n(from, channels, &out.pixels[(y * out.width + x) * channels]);
+    }
+  return out;
+}
+
+template Image rotate(Image image, int degrees);
+template DeepImage rotate(DeepImage image, int degrees);
+template LinearImage rotate(LinearImage image, int degrees);
 
 } // namespace fvv::media

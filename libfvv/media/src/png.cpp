@@ -1,5 +1,5 @@
-/* PNG by libpng. libpng reports errors by longjmp, so no object with a destructor lives in a function that
- * calls setjmp. */
+// PNG by libpng. libpng reports errors by longjmp, so no object with a destructor lives in a function that
+// calls setjmp.
 #include "codecs.h"
 
 #include <png.h>
@@ -14,7 +14,7 @@
 namespace fvv::media {
 namespace {
 
-/* Samples of 16 bits are big-endian in the file. */
+// Samples of 16 bits are big-endian in the file.
 void swap_if_needed(png_structp png) {
   const uint16_t one = 1;
   if (*reinterpret_cast<const uint8_t *>(&one)) png_set_swap(png);

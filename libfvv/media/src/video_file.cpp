@@ -1,17 +1,280 @@
-/* Pictures of a video file at random: from the key before on, and onwards while they are asked for in order.
- * See fvv_media/video_file.h. */
+// Video files: packets by libavformat, the index of pictures, and pictures at random places. libavformat is
+// given bytes, not a name: a file called "http:..." or "a%d.png" is that file, and nothing that a file refers
+// to is opened.
 #include "fvv_media/video_file.h"
 
 #include "codecs.h"
-#include "demuxer.h"
-#include "linear.h"
+#include "ffmpeg.h"
 #include "video_rgb.h"
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cmath>
 #include <cstdio>
+#include <cstring>
+#include <numeric>
+
+extern "C" {
+#include <libavformat/avformat.h>
+#include <libavutil/display.h>
+}
 
 namespace fvv::media {
+
+namespace {
+
+class Demuxer {
+public:
+  Demuxer(const std::string &path, std::optional<uint32_t> stream);
+  ~Demuxer();
+  Demuxer(const Demuxer &) = delete;
+
+  const AVStream &stream() const { return *stream_; }
+  // The next packet of the stream that holds anything; false at the end of the file. Error for what is cut or
+  // damaged as far as the container can tell.
+  bool read(AVPacket *packet);
+  // To a key at or before a decoding time, as far as the container knows; false when it cannot.
+  bool seek(int64_t dts);
+
+private:
+  struct Source;
+  void open();
+  void choose(std::optional<uint32_t> wanted);
+
+  const std::string path_;
+  std::unique_ptr<Source> source_;
+  AVFormatContext *context_ = nullptr;
+  AVStream *stream_ = nullptr;
+};
+
+struct VideoIndex {
+  struct Entry {
+    int64_t pts, dts; // dts may be AV_NOPTS_VALUE
+    bool key;
+  };
+  VideoInfo info;
+  std::vector<Entry> packets;    // as they are stored, those too that are decoded but not shown
+  std::vector<size_t> packet_of; // by picture, as they are shown
+
+  int64_t pts(size_t picture) const { return packets[packet_of[picture]].pts; }
+};
+
+struct Demuxer::Source {
+  FILE *file;
+  AVIOContext *io = nullptr;
+
+  explicit Source(const std::string &path) : file(fopen(path.c_str(), "rb")) {
+    if (!file) throw Error(path, std::string("cannot be opened: ") + strerror(errno));
+    constexpr int buffer_size = 65536;
+    auto *buffer = static_cast<uint8_t *>(av_malloc(buffer_size));
+    if (buffer) io = avio_alloc_context(buffer, buffer_size, 0, this, read, nullptr, seek);
+    if (io) return;
+    av_free(buffer);
+    fclose(file);
+    throw std::bad_alloc();
+  }
+  Source(const Source &) = delete;
+  ~Source() {
+    av_free(io->buffer);
+    avio_context_free(&io);
+    fclose(file);
+  }
+
+  static int read(void *source, uint8_t *bytes, int size) {
+    FILE *from = static_cast<Source *>(source)->file;
+    const size_t got = fread(bytes, 1, size_t(size), from);
+    if (got) return int(got);
+    return ferror(from) ? AVERROR(EIO) : AVERROR_EOF;
+  }
+  static int64_t seek(void *source, int64_t offset, int whence) {
+    FILE *in = static_cast<Source *>(source)->file;
+    whence &= ~AVSEEK_FORCE;
+    if (whence != AVSEEK_SIZE) return fseeko(in, offset, whence) ? AVERROR(errno) : int64_t(ftello(in));
+    const off_t here = ftello(in);
+    if (fseeko(in, 0, SEEK_END)) return AVERROR(errno);
+    const off_t size = ftello(in);
+    return fseeko(in, here, SEEK_SET) ? AVERROR(errno) : int64_t(size);
+  }
+};
+
+int refuse_open(AVFormatContext *, AVIOContext **, const char *, int, AVDictionary **) {
+  return AVERROR(EPERM);
+}
+
+// Formats that are but a list of other files.
+bool is_list(const char *format) {
+  for (const char *list : {"concat", "dash", "hls", "imf", "sdp", "webm_dash_manifest"})
+    if (!strcmp(format, list)) return true;
+  return false;
+}
+
+Demuxer::Demuxer(const std::string &path, std::optional<uint32_t> stream)
+    : path_(path), source_(std::make_unique<Source>(path)) {
+  quiet_log();
+  clear_log();
+  try {
+    open();
+    choose(stream);
+  } catch (...) {
+    avformat_close_input(&context_);
+    throw;
+  }
+}
+
+Demuxer::~Demuxer() {
+  avformat_close_input(&context_);
+}
+
+void Demuxer::open() {
+  context_ = avformat_alloc_context();
+  if (!context_) throw std::bad_alloc();
+  context_->pb = source_->io;
+  context_->flags |= AVFMT_FLAG_CUSTOM_IO; // its owner is source_
+  context_->io_open = refuse_open;
+  context_->error_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
+  const AVInputFormat *format = nullptr;
+  int code = av_probe_input_buffer2(source_->io, &format, "", context_, 0, 0);
+  if (code < 0) fail(path_ + ": is no video file, or is cut or damaged", code);
+  if (is_list(format->name))
+    throw Error(path_,
+                std::string("is a list of other files (") + format->name + "), which are not looked at");
+  code = avformat_open_input(&context_, "", format, nullptr); // frees the context when it fails
+  if (code < 0) fail(path_ + ": is no video file, or is cut or damaged", code);
+  code = avformat_find_stream_info(context_, nullptr);
+  // It decodes as well, and what a decoder says of a file that begins within a group does not count yet.
+  if (code < 0 || log_has_demuxer_error()) fail(path_ + ": is cut or damaged", code);
+}
+
+void Demuxer::choose(std::optional<uint32_t> wanted) {
+  const auto is_video = [](const AVStream &stream) {
+    return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
+           !(stream.disposition & AV_DISPOSITION_ATTACHED_PIC);
+  };
+  for (unsigned i = 0; i < context_->nb_streams; i++) {
+    AVStream &stream = *context_->streams[i];
+    stream.discard = AVDISCARD_ALL;
+    if (!stream_ && (wanted ? i == *wanted : is_video(stream))) stream_ = &stream;
+  }
+  if (!stream_)
+    throw Error(path_, wanted ? "has " + std::to_string(context_->nb_streams) + " streams, stream " +
+                                    std::to_string(*wanted) + " is not among them"
+                              : "has no video stream");
+  if (!is_video(*stream_)) throw Error(path_, "stream " + std::to_string(*wanted) + " is no video");
+  stream_->discard = AVDISCARD_DEFAULT;
+}
+
+bool Demuxer::read(AVPacket *packet) {
+  clear_log();
+  for (;;) {
+    av_packet_unref(packet);
+    const int code = av_read_frame(context_, packet);
+    // Demuxers tell of a file that ends too early by a message, and then by a plain end.
+    if (log_has_error() || (code < 0 && code != AVERROR_EOF)) fail(path_ + ": is cut or damaged", code);
+    if (code == AVERROR_EOF) return false;
+    if (packet->stream_index != stream_->index || packet->size == 0) continue;
+    if (packet->flags & AV_PKT_FLAG_CORRUPT) throw Error(path_, "is cut or damaged");
+    return true;
+  }
+}
+
+bool Demuxer::seek(int64_t dts) {
+  const bool found = av_seek_frame(context_, stream_->index, dts, AVSEEK_FLAG_BACKWARD) >= 0;
+  clear_log();
+  return found;
+}
+
+// Why pictures with this transfer cannot be taken; NULL when they can.
+const char *refused_transfer(AVColorTransferCharacteristic transfer) {
+  switch (transfer) {
+  case AVCOL_TRC_SMPTE2084:
+    return "is HDR video (PQ, SMPTE ST 2084): its samples cannot be shown as sRGB, convert it first";
+  case AVCOL_TRC_ARIB_STD_B67:
+    return "is HDR video (HLG, ARIB STD-B67): its samples cannot be shown as sRGB, convert it first";
+  default:
+    return nullptr;
+  }
+}
+
+// Clockwise; nothing for a matrix that is no turn by quarters.
+std::optional<int> rotation_of(const AVStream &stream) {
+  const uint8_t *bytes = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+  if (!bytes) return 0;
+  const auto *m = reinterpret_cast<const int32_t *>(bytes);
+  const double angle = av_display_rotation_get(m); // counter-clockwise, as seen on a screen
+  const double quarters = std::isnan(angle) ? 0.5 : -angle / 90;
+  const int64_t determinant_sign = int64_t(m[0]) * m[4] > int64_t(m[1]) * m[3] ? 1 : -1; // negative: mirrored
+  if (std::fabs(quarters - std::round(quarters)) > 1e-6 || determinant_sign < 0) return {};
+  return (int(std::lround(quarters)) % 4 + 4) % 4 * 90;
+}
+
+std::string ratio(AVRational value) {
+  return std::to_string(value.num) + ":" + std::to_string(value.den);
+}
+
+VideoInfo info_of(const AVStream &stream, const std::string &path) {
+  const AVCodecParameters &codec = *stream.codecpar;
+  VideoInfo info;
+  check_dimensions(uint32_t(std::max(codec.width, 0)), uint32_t(std::max(codec.height, 0)), path);
+  info.width = uint32_t(codec.width);
+  info.height = uint32_t(codec.height);
+  if (const char *reason = refused_transfer(codec.color_trc)) throw Error(path, reason);
+  if (stream.time_base.num <= 0 || stream.time_base.den <= 0)
+    throw Error(path, "has the time base " + std::to_string(stream.time_base.num) + "/" +
+                          std::to_string(stream.time_base.den) + ", expected a number > 0");
+  const int divisor = std::gcd(stream.time_base.num, stream.time_base.den);
+  info.tick = {uint32_t(stream.time_base.num / divisor), uint32_t(stream.time_base.den / divisor)};
+  info.rotation = rotation_of(stream);
+  const AVRational of_stream = stream.sample_aspect_ratio, of_codec = codec.sample_aspect_ratio;
+  const AVRational pixel = of_stream.num > 0 ? of_stream : of_codec;
+  if (pixel.num > 0 && pixel.den > 0 && pixel.num != pixel.den)
+    info.warnings.push_back("has pixels of " + ratio(pixel) +
+                            ", which are not square: they are taken as they are stored");
+  if (codec.field_order != AV_FIELD_UNKNOWN && codec.field_order != AV_FIELD_PROGRESSIVE)
+    info.warnings.push_back("is interlaced: its fields are taken as one picture");
+  return info;
+}
+
+// VP8 alone has pictures of their own in the container that are never shown (alternate references).
+bool is_hidden(const AVStream &stream, const AVPacket &packet) {
+  return stream.codecpar->codec_id == AV_CODEC_ID_VP8 && !(packet.data[0] & 0x10);
+}
+
+// Reads demuxer, which was just opened, to its end.
+VideoIndex make_index(Demuxer &demuxer, const std::string &path) {
+  VideoIndex index;
+  index.info = info_of(demuxer.stream(), path);
+  const Packet packet = make_packet();
+  while (demuxer.read(packet.get())) {
+    const std::string number = "packet " + std::to_string(index.packets.size());
+    if (packet->pts == AV_NOPTS_VALUE)
+      throw Error(path, number + " has no presentation time: wrap the video into MP4 or Matroska");
+    if (std::abs(packet->pts) > INT64_MAX / 8)
+      throw Error(path, number + " has the presentation time " + std::to_string(packet->pts) +
+                            ", which is too far out");
+    if (index.packets.size() == max_video_pictures)
+      throw Error(path, "holds more than " + std::to_string(max_video_pictures) + " pictures");
+    // What an edit list leaves out is decoded, for what follows, and not shown.
+    if (!(packet->flags & AV_PKT_FLAG_DISCARD) && !is_hidden(demuxer.stream(), *packet))
+      index.packet_of.push_back(index.packets.size());
+    index.packets.push_back({packet->pts, packet->dts, (packet->flags & AV_PKT_FLAG_KEY) != 0});
+  }
+  if (index.packet_of.empty()) throw Error(path, "holds no picture");
+  std::stable_sort(index.packet_of.begin(), index.packet_of.end(),
+                   [&](size_t a, size_t b) { return index.packets[a].pts < index.packets[b].pts; });
+  constexpr int64_t longest = int64_t(1) << 53; // 104 days in nanoseconds
+  if (index.pts(index.packet_of.size() - 1) - index.pts(0) > longest)
+    throw Error(path, "has presentation times that are too far apart");
+  for (size_t i = 0; i < index.packet_of.size(); i++) {
+    index.info.times.push_back(index.pts(i) - index.pts(0));
+    if (i && index.info.times[i] == index.info.times[i - 1])
+      throw Error(path, "pictures " + std::to_string(i - 1) + " and " + std::to_string(i) +
+                            " have the same presentation time");
+  }
+  return index;
+}
+
+} // namespace
 
 class VideoFile::Reader {
 public:
@@ -64,8 +327,8 @@ private:
     frame_ = make_frame();
   }
 
-  /* Keys at or before the picture in both orders: what is shown before a key but stored behind it (the
-   * leading pictures of an open group) needs the key before. The first packet counts as one. */
+  // Keys at or before the picture in both orders: what is shown before a key but stored behind it (the
+  // leading pictures of an open group) needs the key before. The first packet counts as one.
   size_t key_before(size_t packet, int64_t pts) const {
     while (packet > 0 && !(index_->packets[packet].key && index_->packets[packet].pts <= pts)) packet--;
     return packet;
@@ -98,7 +361,7 @@ private:
     position_ = picture + 1;
   }
 
-  /* The packet of that number is the next one to be decoded, by a decoder that knows nothing. */
+  // The packet of that number is the next one to be decoded, by a decoder that knows nothing.
   void start_at(size_t number) {
     avcodec_flush_buffers(context_.get());
     damaged_ = leading_damaged_ = SIZE_MAX;
@@ -114,7 +377,7 @@ private:
     pending_ = true;
   }
 
-  /* Reads as far as the packet. false when the container cannot go there. */
+  // Reads as far as the packet. false when the container cannot go there.
   bool seek(size_t number) {
     const VideoIndex::Entry &wanted = index_->packets[number];
     if (!demuxer_->seek(wanted.dts != AV_NOPTS_VALUE ? wanted.dts : wanted.pts)) return false;
@@ -128,7 +391,7 @@ private:
 
   [[noreturn]] void changed() const { throw Error(path_, "has changed while it was read"); }
 
-  /* Leaves the target in frame_, or answers why it cannot be had. */
+  // Leaves the target in frame_, or answers why it cannot be had.
   std::string decode_until(size_t target) {
     const int64_t wanted = index_->packets[target].pts;
     for (;;) {
@@ -168,7 +431,7 @@ private:
     return "";
   }
 
-  /* Sends one more packet, or the end. false when that cannot be. */
+  // Sends one more packet, or the end. false when that cannot be.
   bool feed() {
     int code;
     if (!pending_ && !drained_ && !demuxer_->read(packet_.get())) {
@@ -187,8 +450,8 @@ private:
     return true;
   }
 
-  /* Remembers what went wrong since the log was cleared. Whatever is shown before the key that decoding began
-   * with may lack what it refers to, and nothing that is shown later refers to it. */
+  // Remembers what went wrong since the log was cleared. Whatever is shown before the key that decoding began
+  // with may lack what it refers to, and nothing that is shown later refers to it.
   void note(int code) {
     if (code >= 0 && !log_has_error()) return;
     const size_t packet = next_ - 1;

@@ -1,4 +1,4 @@
-/* See video_rgb.h. */
+// See video_rgb.h.
 #include "video_rgb.h"
 
 #include "codecs.h"
@@ -16,7 +16,7 @@ namespace {
 
 constexpr int high_definition = 720; // lines from which unspecified video is taken as BT.709
 
-/* libswscale's name of a matrix; the one of RGB is never used. */
+// libswscale's name of a matrix; the one of RGB is never used.
 int matrix_of(const AVFrame &frame) {
   switch (frame.colorspace) {
   case AVCOL_SPC_UNSPECIFIED:
@@ -39,7 +39,7 @@ int matrix_of(const AVFrame &frame) {
   }
 }
 
-/* YUVJ formats say full range by their name, and libswscale wants to hear it by the range alone. */
+// YUVJ formats say full range by their name, and libswscale wants to hear it by the range alone.
 AVPixelFormat plain_format(int format, bool &full_range) {
   full_range = true;
   switch (format) {
@@ -59,8 +59,8 @@ AVPixelFormat plain_format(int format, bool &full_range) {
   }
 }
 
-/* Where chroma stands, in 1/256 of the distance of two luma samples; -513: libswscale's default, for formats
- * without subsampling. */
+// Where chroma stands, in 1/256 of the distance of two luma samples; -513: libswscale's default, for formats
+// without subsampling.
 struct Siting {
   int x = -513, y = -513;
 };

@@ -1,4 +1,4 @@
-/* Pictures of any pixel format to RGB, by libswscale. Internal to fvv_media. */
+// Pictures of any pixel format to RGB, by libswscale. Internal to fvv_media.
 #ifndef FVV_MEDIA_VIDEO_RGB_H
 #define FVV_MEDIA_VIDEO_RGB_H
 
@@ -14,8 +14,8 @@ public:
   ~RgbConverter();
   RgbConverter(const RgbConverter &) = delete;
 
-  /* As VideoFile::picture says. Keeps what it has set up while pictures and sample type are alike. Error
-   * without a name. */
+  // As VideoFile::picture says. Keeps what it has set up while pictures and sample type are alike. Error
+  // without a name.
   template <class SampleType> BasicImage<SampleType> convert(const AVFrame &frame);
 
 private:

@@ -1,7 +1,7 @@
-// What a camera sees of nine places of each face, by rays. Knows cameras, triangles and rays.
+// What a camera sees of nine places of each face, by rays.
 #pragma once
 
-#include "fvv_render/ray.h"
+#include "fvv_render/triangle_tree.h"
 
 #include <array>
 #include <bitset>
@@ -28,7 +28,7 @@ public:
   Vec3 way_from(Vec3 place) const { return centre - place; }
   bool in_picture(Vec3 at) const;
   bool in_picture(uint32_t vertex); // projects it once
-  // Whether a part of the face may stand in the picture: a corner or its middle does.
+  // Whether a part of the face may be in the picture: a corner or its middle is.
   bool face_in_picture(const uint32_t *face);
   bool free(Vec3 place) const { return !rays.blocked(centre, place); }
   bool free(Vec3 place, uint32_t face) const;
@@ -42,8 +42,8 @@ private:
   std::vector<uint8_t> shown; // each vertex
 };
 
-// Of the faces that are asked for: bit i of free is set when nothing stands in front of place i. The middle
-// answers for all of a face unless one that shares a vertex has another answer.
+// Of the faces that are asked for: bit i of free is set when nothing is in front of place i. The middle
+// decides for all of a face unless the middle of a face with a common vertex differs.
 struct FacePlaces {
   std::vector<uint8_t> judged; // each face: asked for, and in the picture
   std::vector<uint16_t> free;  // each face

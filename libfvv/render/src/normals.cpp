@@ -23,4 +23,19 @@ std::vector<Vec3> vertex_normals(const Mesh &mesh) {
   return normals;
 }
 
+bool inside_out(const Mesh &mesh) {
+  Vec3 middle;
+  for (uint32_t i = 0; i < mesh.vertex_count; i++)
+    middle += position(mesh, i) * (1.0 / double(mesh.vertex_count));
+  double volume = 0, size = 0;
+  for (size_t i = 0; i < 3 * mesh.face_count; i += 3) {
+    const Vec3 a = position(mesh, mesh.faces[i]) - middle, b = position(mesh, mesh.faces[i + 1]) - middle,
+               c = position(mesh, mesh.faces[i + 2]) - middle;
+    const double part = dot(a, cross(b, c));
+    volume += part;
+    size += std::abs(part);
+  }
+  return volume < -1e-3 * size;
+}
+
 } // namespace fvv::render

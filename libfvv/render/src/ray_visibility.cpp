@@ -1,23 +1,26 @@
+// Visibility of faces, of vertices and of places on faces, by casting rays.
 #include "fvv_render/ray_visibility.h"
 
+#include "face_places.h"
 #include "fvv_render/normals.h"
+#include "fvv_render/occlusion.h"
 
 namespace fvv::render {
 
 namespace {
 
-Vec3 position(const Mesh &mesh, uint32_t vertex) {
+Vec3 position_of(const Mesh &mesh, uint32_t vertex) {
   const float *p = mesh.positions + size_t(3) * vertex;
   return {p[0], p[1], p[2]};
 }
 
 // Twice the area long.
 Vec3 normal(const Mesh &mesh, const uint32_t *face) {
-  const Vec3 a = position(mesh, face[0]);
-  return cross(position(mesh, face[1]) - a, position(mesh, face[2]) - a);
+  const Vec3 a = position_of(mesh, face[0]);
+  return cross(position_of(mesh, face[1]) - a, position_of(mesh, face[2]) - a);
 }
 
-bool in_picture(const fvv_camera &camera, Vec3 at) {
+bool projects_into(const fvv_camera &camera, Vec3 at) {
   const double world[3] = {at.x, at.y, at.z};
   double pixel[2];
   return fvv_camera_project(&camera, world, pixel, nullptr) == 1 && pixel[0] >= 0 &&
@@ -32,14 +35,68 @@ Vec3 centre_of(const fvv_camera &camera) {
 
 } // namespace
 
+Viewer::Viewer(const fvv_camera &chosen, const Mesh &seen, const RayCaster &caster)
+    : camera(chosen), mesh(seen), rays(caster), centre(centre_of(chosen)), shown(seen.vertex_count, unknown) {
+}
+
+Vec3 Viewer::position(uint32_t vertex) const {
+  return position_of(mesh, vertex);
+}
+
+Vec3 Viewer::at(const uint32_t *face, int a, int b, int c) const {
+  return (position(face[0]) * a + position(face[1]) * b + position(face[2]) * c) * (1.0 / (a + b + c));
+}
+
+bool Viewer::in_picture(Vec3 at) const {
+  return projects_into(camera, at);
+}
+
+// A corner is used by six faces or so.
+bool Viewer::in_picture(uint32_t vertex) {
+  if (shown[vertex] == unknown) shown[vertex] = in_picture(position(vertex));
+  return shown[vertex] != 0;
+}
+
+// The middle of a face that is larger than the picture is in it where no corner is.
+bool Viewer::face_in_picture(const uint32_t *face) {
+  return in_picture(face[0]) || in_picture(face[1]) || in_picture(face[2]) || in_picture(at(face, 3, 3, 3));
+}
+
+bool Viewer::free(Vec3 place, uint32_t face) const {
+  return !hidden_by_rays(centre, place, face, rays);
+}
+
+FacePlaces::FacePlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &asked)
+    : judged(mesh.face_count), free(mesh.face_count), mixed(mesh.vertex_count) {
+  std::vector<uint8_t> around(mesh.vertex_count); // bit 0: a hidden face uses the vertex; bit 1: a seen one
+  for (uint32_t i = 0; i < mesh.face_count; i++) {
+    const uint32_t *face = mesh.faces + size_t(3) * i;
+    if (!asked[i] || !viewer.face_in_picture(face)) continue;
+    judged[i] = 1;
+    const bool seen = viewer.free(viewer.at(face, 3, 3, 3), i);
+    free[i] = seen ? all_places : 0;
+    for (int k = 0; k < 3; k++) around[face[k]] |= uint8_t(1 << seen);
+  }
+  for (size_t v = 0; v < around.size(); v++) mixed[v] = around[v] == 3;
+  for (uint32_t i = 0; i < mesh.face_count; i++) {
+    const uint32_t *face = mesh.faces + size_t(3) * i;
+    if (!judged[i] || !touches_mixed(face)) continue;
+    free[i] = 0;
+    for (int p = 0; p < place_count; p++) {
+      const auto &[a, b, c] = ninths[p];
+      free[i] |= uint16_t(viewer.free(viewer.at(face, a, b, c), i) << p);
+    }
+  }
+}
+
 std::vector<uint8_t> visible_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays) {
   const Vec3 centre = centre_of(camera);
   std::vector<uint8_t> seen(mesh.face_count);
   for (size_t i = 0; i < mesh.face_count; i++) {
     const uint32_t *face = mesh.faces + 3 * i;
     const Vec3 middle =
-        (position(mesh, face[0]) + position(mesh, face[1]) + position(mesh, face[2])) * (1.0 / 3);
-    seen[i] = dot(normal(mesh, face), centre - middle) > 0 && in_picture(camera, middle) &&
+        (position_of(mesh, face[0]) + position_of(mesh, face[1]) + position_of(mesh, face[2])) * (1.0 / 3);
+    seen[i] = dot(normal(mesh, face), centre - middle) > 0 && projects_into(camera, middle) &&
               !rays.blocked(centre, middle, uint32_t(i));
   }
   return seen;
@@ -50,10 +107,29 @@ std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh
   const std::vector<Vec3> normals = vertex_normals(mesh);
   std::vector<uint8_t> seen(mesh.vertex_count);
   for (size_t i = 0; i < mesh.vertex_count; i++) {
-    const Vec3 lifted = position(mesh, uint32_t(i)) + normals[i] * vertex_lift;
-    seen[i] =
-        dot(normals[i], centre - lifted) > 0 && in_picture(camera, lifted) && !rays.blocked(centre, lifted);
+    const Vec3 lifted = position_of(mesh, uint32_t(i)) + normals[i] * vertex_lift;
+    seen[i] = dot(normals[i], centre - lifted) > 0 && projects_into(camera, lifted) &&
+              !rays.blocked(centre, lifted);
   }
+  return seen;
+}
+
+std::vector<uint8_t> seen_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
+                                const std::vector<uint8_t> &asked) {
+  Viewer viewer(camera, mesh, rays);
+  const FacePlaces places(viewer, mesh, asked);
+  std::vector<uint8_t> seen(mesh.face_count);
+  for (size_t i = 0; i < seen.size(); i++) seen[i] = count_of(places.free[i]) > place_count / 2;
+  return seen;
+}
+
+std::vector<uint8_t> seen_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
+                                   const std::vector<uint8_t> &asked) {
+  Viewer viewer(camera, mesh, rays);
+  const std::vector<Vec3> normals = vertex_normals(mesh);
+  std::vector<uint8_t> seen(mesh.vertex_count);
+  for (uint32_t i = 0; i < mesh.vertex_count; i++)
+    seen[i] = asked[i] && viewer.in_picture(i) && viewer.free(viewer.position(i) + normals[i] * vertex_lift);
   return seen;
 }
 

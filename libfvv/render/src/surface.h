@@ -1,8 +1,7 @@
-// What stands at each sample of a target's picture: rasterised without a lens, met by rays with one. Knows
-// one mesh; knows nothing of its colours.
+// What a target camera sees at each sample of its picture: rasterised without a lens, by rays with one.
 #pragma once
 
-#include "fvv_render/ray.h"
+#include "fvv_render/triangle_tree.h"
 
 #include <limits>
 #include <optional>

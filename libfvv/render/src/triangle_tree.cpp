@@ -1,8 +1,9 @@
-// Building the hierarchy.
+// The hierarchy of triangles: building it, searching for nearest points, casting rays.
 #include "fvv_render/triangle_tree.h"
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace fvv::render {
 
@@ -24,6 +25,10 @@ Vec3 lower(Vec3 a, Vec3 b) {
 }
 Vec3 higher(Vec3 a, Vec3 b) {
   return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
+bool finite(const TriangleTree::Triangle &t) {
+  return finite(t[0]) && finite(t[1]) && finite(t[2]);
 }
 
 constexpr Vec3 lowest{-infinity, -infinity, -infinity}, highest{infinity, infinity, infinity};
@@ -56,8 +61,8 @@ TriangleTree::TriangleTree(const std::vector<Triangle> &source) {
   entries.reserve(source.size());
   Extent extent;
   for (size_t i = 0; i < source.size(); i++) {
+    if (!finite(source[i])) continue;
     const auto &[a, b, c] = source[i];
-    if (!finite(a) || !finite(b) || !finite(c)) continue;
     entries.push_back({{lower(a, lower(b, c)), higher(a, higher(b, c))}, uint32_t(i)});
     extent.add(entries.back());
   }
@@ -89,7 +94,7 @@ uint32_t TriangleTree::build(std::vector<Entry> &entries, size_t first, size_t e
   return index;
 }
 
-// Orders the entries so that those in front of the index that is answered go into the first child. centres:
+// Orders the entries so that those before the returned index go into the first child. centres:
 // of the entries; parts: of the children.
 size_t TriangleTree::split(std::vector<Entry> &entries, size_t first, size_t end, int depth,
                            const Box &centres, std::array<Extent, 2> &parts) {
@@ -149,6 +154,336 @@ size_t TriangleTree::split(std::vector<Entry> &entries, size_t first, size_t end
   });
   for (auto entry = begin; entry != stop; ++entry) parts[entry < half ? 0 : 1].add(*entry);
   return size_t(half - entries.begin());
+}
+
+namespace {
+
+// Height over longest edge, squared twice over, below which a triangle's normal says nothing.
+constexpr double flat = 1e-20;
+
+TriangleTree::Box box_of(const TriangleTree::Triangle &t) {
+  const auto least = [](double a, double b, double c) { return std::min(std::min(a, b), c); };
+  const auto most = [](double a, double b, double c) { return std::max(std::max(a, b), c); };
+  return {{least(t[0].x, t[1].x, t[2].x), least(t[0].y, t[1].y, t[2].y), least(t[0].z, t[1].z, t[2].z)},
+          {most(t[0].x, t[1].x, t[2].x), most(t[0].y, t[1].y, t[2].y), most(t[0].z, t[1].z, t[2].z)}};
+}
+
+// A triangle as seen from the point.
+struct Candidate {
+  Vec3 a, b, c;
+  double squared = std::numeric_limits<double>::infinity();
+  Vec3 offset = {};
+  std::array<double, 3> weights = {};
+  TriangleTree::Box box = box_of({a, b, c});
+
+  void offer(Vec3 q, std::array<double, 3> w) {
+    q = {std::clamp(q.x, box.low.x, box.high.x), std::clamp(q.y, box.low.y, box.high.y),
+         std::clamp(q.z, box.low.z, box.high.z)};
+    const double d = dot(q, q);
+    if (!(d < squared)) return;
+    squared = d;
+    offset = q;
+    weights = w;
+  }
+
+  // How far along an edge its nearest point lies, 0 to 1.
+  static double along(Vec3 start, Vec3 edge) {
+    const double size = dot(edge, edge), t = -dot(start, edge);
+    return t <= 0 || !(size > 0) ? 0 : t >= size ? 1 : t / size;
+  }
+
+  void search() {
+    const Vec3 ab = b - a, ca = a - c, bc = c - b, normal = cross(ca, ab);
+    const double longest = std::max({dot(ab, ab), dot(ca, ca), dot(bc, bc)});
+    // On which side of each edge the point lies: below 0 the triangle is on the other.
+    double u = -1, v = -1, w = -1;
+    if (dot(normal, normal) > flat * longest * longest) {
+      u = dot(normal, cross(b, c)), v = dot(normal, cross(c, a)), w = dot(normal, cross(a, b));
+      if (u > 0 && v > 0 && w > 0) {
+        const double sum = u + v + w;
+        u /= sum, v /= sum, w /= sum;
+        return offer(a * u + b * v + c * w, {u, v, w});
+      }
+    }
+    // What is nearest to a point beside a convex shape lies on an edge that has the point on its outer side.
+    if (!(w > 0)) {
+      const double t = along(a, ab);
+      offer(a * (1 - t) + b * t, {1 - t, t, 0});
+    }
+    if (!(u > 0)) {
+      const double t = along(b, bc);
+      offer(b * (1 - t) + c * t, {0, 1 - t, t});
+    }
+    if (!(v > 0)) {
+      const double t = along(c, ca);
+      offer(c * (1 - t) + a * t, {t, 0, 1 - t});
+    }
+  }
+};
+
+// From a point, each coordinate four times, to four boxes, squared. No coordinate of closest_on_triangle()'s
+// point comes nearer, because differences are rounded monotonically and it is clamped to the corners: no
+// margin is needed. One operation a loop and a function of its own: so GCC computes several at once.
+[[gnu::noinline]] void squared_distances(const double from[12], const double low[12], const double high[12],
+                                         double squared[4]) {
+  double d[12];
+  for (int i = 0; i < 12; i++) d[i] = low[i] - from[i];
+  for (int i = 0; i < 12; i++) {
+    const double above = from[i] - high[i];
+    d[i] = d[i] > above ? d[i] : above;
+  }
+  for (int i = 0; i < 12; i++) d[i] = d[i] > 0 ? d[i] : 0;
+  for (int i = 0; i < 4; i++) squared[i] = d[i] * d[i] + d[4 + i] * d[4 + i] + d[8 + i] * d[8 + i];
+}
+
+// Nodes of which the boxes have not been looked into yet: three at each level and one more.
+constexpr size_t stack_size = 3 * TriangleTree::stack_size + 1;
+
+// In proportion to the surface.
+double size_of(const TriangleTree::Box &box) {
+  const Vec3 side = box.high - box.low;
+  return side.x * side.y + side.y * side.z + side.z * side.x;
+}
+
+} // namespace
+
+ClosestPoint closest_on_triangle(Vec3 from, const TriangleTree::Triangle &triangle) {
+  Candidate candidate{triangle[0] - from, triangle[1] - from, triangle[2] - from};
+  candidate.search();
+  return {0, candidate.squared, from + candidate.offset, candidate.weights};
+}
+
+ClosestFinder::ClosestFinder(const std::vector<TriangleTree::Triangle> &source, const ClosestFinder *like) {
+  if (like && refit(source, *like)) return;
+  TriangleTree tree(source);
+  nodes.reserve(tree.nodes.size() * 2 / 3 + 1); // leaves, which are half of them, and a third as many above
+  if (!tree.nodes.empty()) gather(tree, 0);
+  order = std::move(tree.order);
+  triangles = std::move(tree.triangles);
+  slots.assign(source.size(), UINT32_MAX);
+  for (size_t i = 0; i < order.size(); i++) slots[order[i]] = uint32_t(i);
+}
+
+bool ClosestFinder::refit(const std::vector<TriangleTree::Triangle> &source, const ClosestFinder &like) {
+  if (like.slots.size() != source.size() || like.order.size() != source.size()) return false;
+  if (!std::all_of(source.begin(), source.end(), [](const auto &t) { return finite(t); })) return false;
+  nodes = like.nodes;
+  order = like.order;
+  slots = like.slots;
+  triangles.reserve(order.size());
+  for (const uint32_t face : order) triangles.push_back(source[face]);
+  // A node stands in front of its children.
+  for (size_t i = nodes.size(); i-- > 0;) {
+    Node &node = nodes[i];
+    const uint32_t count = std::exchange(node.count, 0);
+    for (uint32_t k = 0; k < count; k++)
+      fill(node, node.leaf ? box_of(triangles[node.child[k]]) : box_around(nodes[node.child[k]]),
+           node.child[k]);
+  }
+  return true;
+}
+
+TriangleTree::Box ClosestFinder::box_around(const Node &node) {
+  const auto least = [&](size_t axis) {
+    return *std::min_element(&node.low[4 * axis], &node.low[4 * axis] + node.count);
+  };
+  const auto most = [&](size_t axis) {
+    return *std::max_element(&node.high[4 * axis], &node.high[4 * axis] + node.count);
+  };
+  return {{least(0), least(1), least(2)}, {most(0), most(1), most(2)}};
+}
+
+void ClosestFinder::fill(Node &node, const TriangleTree::Box &box, uint32_t child) {
+  for (int axis = 0; axis < 3; axis++) {
+    node.low[4 * axis + int(node.count)] = axis_of(box.low, axis);
+    node.high[4 * axis + int(node.count)] = axis_of(box.high, axis);
+  }
+  node.child[node.count++] = child;
+}
+
+// Makes one node of four out of several of two, the largest first, as Dammertz et al., "Shallow bounding
+// volume hierarchies for fast SIMD ray tracing of incoherent rays" (2008), do. Returns its index.
+uint32_t ClosestFinder::gather(const TriangleTree &tree, uint32_t top) {
+  Node node = {};
+  const TriangleTree::Node &root = tree.nodes[top];
+  const uint32_t index = uint32_t(nodes.size());
+  nodes.emplace_back();
+  if ((node.leaf = root.count > 0)) {
+    for (uint32_t i = root.first; i < root.first + root.count; i++) fill(node, box_of(tree.triangles[i]), i);
+    nodes[index] = node;
+    return index;
+  }
+  std::array<uint32_t, 4> parts = {top + 1, root.second};
+  size_t count = 2;
+  while (count < parts.size()) {
+    size_t widest = count;
+    for (size_t i = 0; i < count; i++) {
+      const TriangleTree::Node &part = tree.nodes[parts[i]];
+      if (!part.count && (widest == count || size_of(part.box) > size_of(tree.nodes[parts[widest]].box)))
+        widest = i;
+    }
+    if (widest == count) break;
+    const uint32_t part = parts[widest];
+    parts[widest] = part + 1;
+    parts[count++] = tree.nodes[part].second;
+  }
+  for (size_t i = 0; i < count; i++) fill(node, tree.nodes[parts[i]].box, gather(tree, parts[i]));
+  nodes[index] = node;
+  return index;
+}
+
+ClosestPoint ClosestFinder::nearest(Vec3 from, uint32_t guess, double enough) const {
+  ClosestPoint best;
+  if (nodes.empty() || !std::isfinite(dot(from, from))) return best;
+  const auto look_at = [&](uint32_t slot) {
+    const TriangleTree::Triangle &t = triangles[slot];
+    Candidate candidate{t[0] - from, t[1] - from, t[2] - from};
+    candidate.search();
+    if (candidate.squared > best.squared) return;
+    if (candidate.squared == best.squared && order[slot] >= best.face) return;
+    best = {order[slot], candidate.squared, candidate.offset, candidate.weights};
+  };
+  if (guess < slots.size() && slots[guess] != UINT32_MAX) look_at(slots[guess]);
+  struct Waiting {
+    uint32_t node;
+    double squared;
+  };
+  const Vec3 f = from;
+  const double at[12] = {f.x, f.x, f.x, f.x, f.y, f.y, f.y, f.y, f.z, f.z, f.z, f.z};
+  std::array<Waiting, stack_size> stack;
+  size_t waiting = 0;
+  stack[waiting++] = {0, 0};
+  while (waiting && !(best.squared <= enough)) {
+    const auto [index, squared] = stack[--waiting];
+    if (squared > best.squared) continue;
+    const Node &node = nodes[index];
+    double distance[4];
+    squared_distances(at, node.low, node.high, distance);
+    if (node.leaf) {
+      for (size_t i = 0; i < node.count; i++)
+        if (!(distance[i] > best.squared)) look_at(node.child[i]);
+      continue;
+    }
+    const size_t first = waiting;
+    for (size_t i = 0; i < node.count; i++) {
+      if (distance[i] > best.squared) continue;
+      // The nearest is looked into first.
+      size_t place = waiting++;
+      for (; place > first && stack[place - 1].squared < distance[i]; place--)
+        stack[place] = stack[place - 1];
+      stack[place] = {node.child[i], distance[i]};
+    }
+  }
+  best.point = from + best.point; // relative up to here
+  return best;
+}
+
+namespace {
+
+// 1 + 2 gamma(3) of Ize: what three roundings can take from the far end of an interval.
+constexpr double margin = 1 + 8 * std::numeric_limits<double>::epsilon();
+
+std::vector<TriangleTree::Triangle> triangles_of(const Mesh &mesh) {
+  std::vector<TriangleTree::Triangle> out(mesh.face_count);
+  for (size_t i = 0; i < 3 * mesh.face_count; i++) {
+    const float *p = mesh.positions + size_t(3) * mesh.faces[i];
+    out[i / 3][i % 3] = {p[0], p[1], p[2]};
+  }
+  return out;
+}
+
+} // namespace
+
+RayCaster::RayCaster(const Mesh &mesh) : tree(triangles_of(mesh)) {}
+
+struct RayCaster::Ray {
+  Vec3 origin, inverse;
+  bool backwards[3];
+  int x, y, z; // z: the axis along which the ray is longest
+  double shear_x, shear_y, scale;
+
+  Ray(Vec3 from, Vec3 direction) : origin(from) {
+    inverse = {1 / direction.x, 1 / direction.y, 1 / direction.z};
+    const double size[3] = {std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)};
+    z = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
+    x = (z + 1) % 3;
+    y = (x + 1) % 3;
+    for (int axis = 0; axis < 3; axis++) backwards[axis] = std::signbit(axis_of(direction, axis));
+    scale = 1 / axis_of(direction, z);
+    shear_x = axis_of(direction, x) * scale;
+    shear_y = axis_of(direction, y) * scale;
+  }
+
+  bool meets(const TriangleTree::Box &box, double least, double most) const {
+    for (int axis = 0; axis < 3; axis++) {
+      const double from = axis_of(origin, axis), by = axis_of(inverse, axis);
+      const double low = (axis_of(box.low, axis) - from) * by, high = (axis_of(box.high, axis) - from) * by;
+      const double enter = backwards[axis] ? high : low, leave = (backwards[axis] ? low : high) * margin;
+      // NaN (a ray within the plane of a side) keeps what there is.
+      if (enter > least) least = enter;
+      if (leave < most) most = leave;
+    }
+    return least <= most;
+  }
+
+  // Distance and weights, or false.
+  bool meets(const TriangleTree::Triangle &triangle, RayHit &hit) const {
+    double px[3], py[3], pz[3];
+    for (size_t i = 0; i < 3; i++) {
+      const Vec3 p = triangle[i] - origin;
+      pz[i] = axis_of(p, z);
+      px[i] = axis_of(p, x) - shear_x * pz[i];
+      py[i] = axis_of(p, y) - shear_y * pz[i];
+    }
+    // The faces on both sides of an edge get the same products with opposite signs. 0 is inside.
+    const double u = px[2] * py[1] - py[2] * px[1], v = px[0] * py[2] - py[0] * px[2],
+                 w = px[1] * py[0] - py[1] * px[0];
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
+    const double sum = u + v + w;
+    if (!(sum != 0)) return false;
+    hit.distance = (u * pz[0] + v * pz[1] + w * pz[2]) * scale / sum;
+    hit.barycentric = {u / sum, v / sum, w / sum};
+    return true;
+  }
+};
+
+template <bool any> RayHit RayCaster::cast(const Ray &ray, double least, double most, uint32_t except) const {
+  RayHit best;
+  if (tree.nodes.empty() || !std::isfinite(ray.scale) || !finite(ray.origin)) return best;
+  std::array<uint32_t, TriangleTree::stack_size> stack;
+  size_t waiting = 0;
+  stack[waiting++] = 0;
+  while (waiting) {
+    const uint32_t index = stack[--waiting];
+    const TriangleTree::Node &node = tree.nodes[index];
+    if (!ray.meets(node.box, least, most)) continue;
+    if (!node.count) {
+      stack[waiting++] = node.second;
+      stack[waiting++] = index + 1;
+      continue;
+    }
+    for (size_t i = node.first; i < size_t(node.first) + node.count; i++) {
+      RayHit hit;
+      if (tree.order[i] == except || !ray.meets(tree.triangles[i], hit)) continue;
+      if (!(hit.distance > least && hit.distance <= most)) continue;
+      // most is the caller's until a face is found, then that face's distance.
+      if (best.face == no_face ? hit.distance == most : hit.distance == most && tree.order[i] > best.face)
+        continue;
+      hit.face = tree.order[i];
+      best = hit;
+      most = hit.distance;
+      if (any) return best;
+    }
+  }
+  return best;
+}
+
+RayHit RayCaster::nearest(Vec3 origin, Vec3 direction, double least, double most, uint32_t except) const {
+  return cast<false>(Ray(origin, direction), least, most, except);
+}
+
+bool RayCaster::blocked(Vec3 from, Vec3 to, uint32_t except) const {
+  return cast<true>(Ray(from, to - from), 0, 1, except).face != no_face;
 }
 
 } // namespace fvv::render

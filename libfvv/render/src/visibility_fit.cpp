@@ -2,8 +2,7 @@
 
 #include "face_places.h"
 #include "fvv_render/normals.h"
-#include "share_search.h"
-#include "threshold_accepting.h"
+#include "visibility_weights.h"
 
 #include <algorithm>
 #include <utility>
@@ -31,7 +30,7 @@ VisibilityFit::VisibilityFit(const Mesh &seen, const RayCaster &caster, uint8_t 
   std::vector<uint32_t> next(first.begin(), first.end() - 1);
   for (size_t i = 0; i < around.size(); i++) around[next[mesh.faces[i]]++] = uint32_t(i / 3);
   if (domain == FVV_VISIBILITY_WEIGHTS)
-    neighbours = std::make_unique<const ShareNeighbours>(mesh, first, around);
+    neighbours = std::make_unique<const WeightNeighbours>(mesh, first, around);
 }
 
 VisibilityFit::~VisibilityFit() = default;
@@ -47,7 +46,7 @@ public:
     for (uint32_t e = 0; e < seen.size(); e++)
       if (asked[e]) count(e, 1);
     if (fit.faces)
-      for (uint32_t v = 0; v < weight.size(); v++) weight[v] = share_of(v);
+      for (uint32_t v = 0; v < weight.size(); v++) weight[v] = weight_of(v);
     else
       for (uint32_t v = 0; v < weight.size(); v++) weight[v] = seen[v] ? 255 : 0;
   }
@@ -60,7 +59,7 @@ public:
 private:
   static constexpr uint16_t unknown = 1 << 15;
 
-  // worse: by how much the sum may grow with one bit. Answers whether any was turned.
+  // worse: by how much the sum may grow with one bit. Returns whether any was turned.
   bool improve(const std::vector<uint32_t> &elements, double worse) {
     bool changed = false;
     for (const uint32_t e : elements) {
@@ -87,7 +86,7 @@ private:
   }
 
   // As fvv_visibility_weights.
-  int share_of(uint32_t v) const {
+  int weight_of(uint32_t v) const {
     const uint32_t a = counts[2 * size_t(v)], b = counts[2 * size_t(v) + 1];
     return a + b ? int((255 * a + (a + b) / 2) / (a + b)) : 127;
   }
@@ -97,12 +96,12 @@ private:
     seen[e] = !seen[e];
     count(e, 1);
     if (fit.faces)
-      each_place(e, [&](uint32_t v) { weight[v] = share_of(v); });
+      each_place(e, [&](uint32_t v) { weight[v] = weight_of(v); });
     else
       weight[e] = seen[e] ? 255 : 0;
   }
 
-  // Faces that the element's bit has a say in.
+  // Faces that the element's bit affects.
   void gather(uint32_t e) {
     affected.clear();
     now++;
@@ -206,7 +205,7 @@ uint16_t VisibilityFit::places_that_weigh(Viewer &viewer, uint32_t f, const int 
 
 std::vector<uint8_t> VisibilityFit::weights(Viewer &viewer, const std::vector<uint8_t> &asked,
                                             const uint8_t *former) const {
-  const SharePlaces places(viewer, mesh, faces_to_judge(viewer, asked), first, around);
+  const WeightPlaces places(viewer, mesh, faces_to_judge(viewer, asked), first, around);
   // Where no outline is near nothing changes, and nothing has to be counted.
   std::vector<uint8_t> near(mesh.vertex_count);
   std::vector<uint16_t> weighs(mesh.face_count);
@@ -218,9 +217,9 @@ std::vector<uint8_t> VisibilityFit::weights(Viewer &viewer, const std::vector<ui
   for (uint32_t f = 0; f < mesh.face_count; f++) {
     const uint32_t *face = mesh.faces + 3 * size_t(f);
     if (places.judged[f] && (near[face[0]] || near[face[1]] || near[face[2]]))
-      weighs[f] = places_that_weigh(viewer, f, twelfths, share_place_count);
+      weighs[f] = places_that_weigh(viewer, f, twelfths, weight_place_count);
   }
-  return ShareSearch(mesh, *neighbours, first, around, area, places, weighs, asked, former, settings).run();
+  return WeightSearch(mesh, *neighbours, first, around, area, places, weighs, asked, former, settings).run();
 }
 
 std::vector<uint8_t> VisibilityFit::seen(const fvv_camera &camera, const std::vector<uint8_t> &asked,

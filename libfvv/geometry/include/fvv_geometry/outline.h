@@ -24,7 +24,7 @@ public:
   ViewedSurface(const std::vector<double> &positions, std::vector<uint32_t> faces);
   bool empty() const { return faces.empty(); }
 
-  // Whether its faces alone say that their insides are out (fvv_render/winding.h).
+  // Whether its faces alone say that their insides are out (fvv_render/normals.h).
   bool inside_out() const;
 
   // The face that each pixel's centre sees, or render::no_face.

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "fvv_geometry/mesh.h"
-#include "fvv_render/closest.h"
+#include "fvv_render/triangle_tree.h"
 
 #include <vector>
 

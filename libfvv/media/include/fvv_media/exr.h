@@ -1,6 +1,6 @@
-/* fvv_media/exr.h: OpenEXR files as float samples. It knows files of one part with scan lines or tiles; it
- * converts no colours (image.h does, for pictures). A FloatImage takes any float, NaN and infinities among
- * them. */
+// fvv_media/exr.h: OpenEXR files as float samples. It knows files of one part with scan lines or tiles; it
+// converts no colours (image.h does, for pictures). A FloatImage takes any float, NaN and infinities among
+// them.
 #ifndef FVV_MEDIA_EXR_H
 #define FVV_MEDIA_EXR_H
 
@@ -13,37 +13,37 @@
 
 namespace fvv::media {
 
-/* Rows from top to bottom, channels interleaved, no padding: samples.size() is width * height *
- * channels.size(). */
+// Rows from top to bottom, channels interleaved, no padding: samples.size() is width * height *
+// channels.size().
 struct FloatImage {
   uint32_t width = 0, height = 0;
-  std::vector<std::string> channels; /* "R" "G" "B", "Y", "Z", ... in the order of the samples */
+  std::vector<std::string> channels; // "R" "G" "B", "Y", "Z", ... in the order of the samples
   std::vector<float> samples;
 };
 
-/* Reads R G B, with A if there is one; without them Y, with A if there is one; else Z. Further channels are
- * left out. half or float, any line order, the finest level of a tiled file; a pixel aspect ratio is ignored.
- *
- * Errors: several parts, deep data, channels that are subsampled, of 32-bit integers, or luminance with
- * chroma (RY, BY); a data window unlike the display window; sides above max_dimension; the lossy compressions
- * DWAA and DWAB, whose decoders do not give the same samples on every machine; a file that is cut,
- * incomplete, or cannot hold what its header announces. OpenEXR has no checksum but that of zlib (ZIP, ZIPS,
- * PXR24): other damage may go unseen. name stands in front of messages. */
+// Reads R G B, with A if there is one; without them Y, with A if there is one; else Z. Further channels are
+// left out. half or float, any line order, the finest level of a tiled file; a pixel aspect ratio is ignored.
+//
+// Errors: several parts, deep data, channels that are subsampled, of 32-bit integers, or luminance with
+// chroma (RY, BY); a data window unlike the display window; sides above max_dimension; the lossy compressions
+// DWAA and DWAB, whose decoders do not give the same samples on every machine; a file that is cut,
+// incomplete, or cannot hold what its header announces. OpenEXR has no checksum but that of zlib (ZIP, ZIPS,
+// PXR24): other damage may go unseen. name stands in front of messages.
 FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name);
 FloatImage read_exr(const std::string &path);
 
-/* A whole file: float channels, scan lines, ZIP, the same bytes for the same image and zlib. Error unless
- * channels have different names of 1 to 31 bytes and samples the size that follows. */
+// A whole file: float channels, scan lines, ZIP, the same bytes for the same image and zlib. Error unless
+// channels have different names of 1 to 31 bytes and samples the size that follows.
 std::vector<uint8_t> encode_exr(const FloatImage &image);
 
-/* Error, naming channel and pixel, unless all values are finite as half floats: -65504 to 65504. */
+// Error, naming channel and pixel, unless all values are finite as half floats: -65504 to 65504.
 void check_halves(const LinearImage &image, const std::string &name);
 
-/* Of OpenEXR's quality of DWA, whose own default is 45. */
+// Of OpenEXR's quality of DWA, whose own default is 45.
 constexpr int max_dwa_level = 500;
 
-/* An RGB picture as a sample of video (clause 10.12 of the format): half floats, scan lines, rounded to the
- * nearest. dwa_level 0: lossless, PIZ; else DWAA, the lossier the higher. Error as check_halves. */
+// An RGB picture as a sample of video (clause 10.12 of the format): half floats, scan lines, rounded to the
+// nearest. dwa_level 0: lossless, PIZ; else DWAA, the lossier the higher. Error as check_halves.
 std::vector<uint8_t> encode_half_exr(const LinearImage &image, int dwa_level = 0);
 
 } // namespace fvv::media

@@ -1,9 +1,9 @@
-/* fvv_media/image.h: still pictures: reading, writing, scaling, comparing.
- *
- * It knows PNG, JPEG and OpenEXR files and samples of 8 or 16 bits, or of linear light, in memory. It knows
- * nothing of cameras, tiles or video, and converts no colours but linear light and the sRGB curve: samples of
- * the others are taken as sRGB whatever a gAMA chunk or an ICC profile says, and Exif orientation is ignored,
- * because calibration refers to the rows and columns as they are stored. */
+// fvv_media/image.h: still pictures: reading, writing, scaling, comparing.
+//
+// It knows PNG, JPEG and OpenEXR files and samples of 8 or 16 bits, or of linear light, in memory. It knows
+// nothing of cameras, tiles or video, and converts no colours but linear light and the sRGB curve: samples of
+// the others are taken as sRGB whatever a gAMA chunk or an ICC profile says, and Exif orientation is ignored,
+// because calibration refers to the rows and columns as they are stored.
 #ifndef FVV_MEDIA_IMAGE_H
 #define FVV_MEDIA_IMAGE_H
 
@@ -16,25 +16,25 @@
 
 namespace fvv::media {
 
-/* Largest width or height that is read or written, as the default of fvv_limits.max_dimension. */
+// Largest width or height that is read or written, as the default of fvv_limits.max_dimension.
 constexpr uint32_t max_dimension = 16384;
 
-/* Rows from top to bottom, channels interleaved, no padding: pixels.size() is width * height * channels.
- * White is the largest number of SampleType, so that 8 bits become 16 by times 257. Templates over SampleType
- * exist for uint8_t, uint16_t and, but for PNG, float; where an argument does not tell, they take uint8_t. */
+// Rows from top to bottom, channels interleaved, no padding: pixels.size() is width * height * channels.
+// White is the largest number of SampleType, so that 8 bits become 16 by times 257. Templates over SampleType
+// exist for uint8_t, uint16_t and, but for PNG, float; where an argument does not tell, they take uint8_t.
 template <class SampleType> struct BasicImage {
   using Value = SampleType;
   uint32_t width = 0, height = 0;
-  int channels = 0; /* 1: grey, 3: RGB */
+  int channels = 0; // 1: grey, 3: RGB
   std::vector<SampleType> pixels;
 };
 using Image = BasicImage<uint8_t>;
-/* For pictures of more than 8 bits. */
+// For pictures of more than 8 bits.
 using DeepImage = BasicImage<uint16_t>;
-/* For light beyond white: linear, 1.0 for white, any finite value. Scaled, cropped and compared as such. */
+// For light beyond white: linear, 1.0 for white, any finite value. Scaled, cropped and compared as such.
 using LinearImage = BasicImage<float>;
 
-/* A picture of one value. Error when a side is 0 or above max_dimension or channels is not 1 or 3. */
+// A picture of one value. Error when a side is 0 or above max_dimension or channels is not 1 or 3.
 template <class SampleType = uint8_t>
 BasicImage<SampleType> make_image(uint32_t width, uint32_t height, int channels,
                                   typename BasicImage<SampleType>::Value value);
@@ -43,72 +43,72 @@ enum class ImageFormat { png, jpeg, exr };
 
 struct ImageInfo {
   uint32_t width, height;
-  int channels; /* 1 or 3: what the file holds, alpha not counted, a palette counted as RGB */
+  int channels; // 1 or 3: what the file holds, alpha not counted, a palette counted as RGB
   ImageFormat format;
-  uint8_t orientation = 1; /* what Exif in a JPEG file says, 1 (upright) to 8; read_image ignores it */
+  uint8_t orientation = 1; // what Exif in a JPEG file says, 1 (upright) to 8; read_image ignores it
 };
 
-/* From the file's header alone; the format by content, never by the name's extension. */
+// From the file's header alone; the format by content, never by the name's extension.
 ImageInfo probe_image(const std::string &path);
 
-/* channels: 1 or 3, converted to if the file holds the other. Grey from RGB is BT.709 luma of the samples.
- * PNG: every colour type, depth and interlacing; 16 bits are rounded to 8 for an Image, and all others
- * become 16, exactly, for a DeepImage; alpha is dropped, colour under it stays. JPEG: grey, YCbCr, RGB;
- * whatever libjpeg would only warn about (a cut file, above all) is an error.
- * OpenEXR: R G B or Y as decode_exr reads them (exr.h), linear light with the primaries of Rec.709 and 1.0
- * for white, clipped to 0 ... 1 and brought to the sRGB curve (srgb.h); A is dropped. Other chromaticities,
- * NaN and infinities are errors. A LinearImage has the values of an OpenEXR file as they are, and all others
- * by the inverse of the curve, from their 16 bits. */
+// channels: 1 or 3, converted to if the file holds the other. Grey from RGB is BT.709 luma of the samples.
+// PNG: every colour type, depth and interlacing; 16 bits are rounded to 8 for an Image, and all others
+// become 16, exactly, for a DeepImage; alpha is dropped, colour under it stays. JPEG: grey, YCbCr, RGB;
+// whatever libjpeg would only warn about (a cut file, above all) is an error.
+// OpenEXR: R G B or Y as decode_exr reads them (exr.h), linear light with the primaries of Rec.709 and 1.0
+// for white, clipped to 0 ... 1 and brought to the sRGB curve (srgb.h); A is dropped. Other chromaticities,
+// NaN and infinities are errors. A LinearImage has the values of an OpenEXR file as they are, and all others
+// by the inverse of the curve, from their 16 bits.
 template <class SampleType = uint8_t>
 BasicImage<SampleType> read_image(const std::string &path, int channels);
 
-/* The same from memory; name stands in front of error messages. */
+// The same from memory; name stands in front of error messages.
 template <class SampleType = uint8_t>
 BasicImage<SampleType> decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name);
 
-/* small: libpng's defaults. fast: Paeth's filter and run lengths with Huffman codes alone, about six times as
- * fast; files of drawn pictures are up to a sixth larger, of noisy ones no larger. */
+// small: libpng's defaults. fast: Paeth's filter and run lengths with Huffman codes alone, about six times as
+// fast; files of drawn pictures are up to a sixth larger, of noisy ones no larger.
 enum class PngEffort { small, fast };
 
-/* A whole PNG file, grey or RGB, of 8 or 16 bits as the image has, not interlaced, marked sRGB. */
+// A whole PNG file, grey or RGB, of 8 or 16 bits as the image has, not interlaced, marked sRGB.
 template <class SampleType>
 std::vector<uint8_t> encode_png(const BasicImage<SampleType> &image, PngEffort effort = PngEffort::small);
 
 enum class Subsampling { yuv420, yuv444 };
 
-/* A whole JFIF file, baseline. quality: libjpeg's 1 ... 100. Grey pictures have no chroma to subsample. */
+// A whole JFIF file, baseline. quality: libjpeg's 1 ... 100. Grey pictures have no chroma to subsample.
 std::vector<uint8_t> encode_jpeg(const Image &image, int quality, Subsampling subsampling);
 
-/* Area average: every output sample is the mean of the source rectangle that it covers, exact in integers and
- * rounded once, so equal on every machine and mean-preserving. Meant for making pictures smaller: enlarged
- * pictures come out in blocks. */
+// Area average: every output sample is the mean of the source rectangle that it covers, exact in integers and
+// rounded once, so equal on every machine and mean-preserving. Meant for making pictures smaller: enlarged
+// pictures come out in blocks.
 template <class SampleType>
 BasicImage<SampleType> scale(const BasicImage<SampleType> &image, uint32_t width, uint32_t height);
 
-/* Turned clockwise by 0, 90, 180 or 270 degrees. */
+// Turned clockwise by 0, 90, 180 or 270 degrees.
 template <class SampleType> BasicImage<SampleType> rotate(BasicImage<SampleType> image, int degrees);
 
-/* The rectangle of image. Error unless it lies inside and is not empty. */
+// The rectangle of image. Error unless it lies inside and is not empty.
 template <class SampleType>
 BasicImage<SampleType> crop(const BasicImage<SampleType> &image, uint32_t x, uint32_t y, uint32_t width,
                             uint32_t height);
 
-/* Sum of squared differences of BT.709 luma (of the samples as they are, to 1/256 of a code of 8 bits) over
- * the pixels whose mask is > 127, and their number. Sums of several pictures may be added before asking for
- * the PSNR. A code is 1/255 of white for every sample type: a DeepImage's luma is divided by 257, so that
- * figures of 8 and of more bits can be compared, and an Image widened to 16 bits has the same error. Linear
- * light is rounded to half floats and brought to srgb_of_linear (srgb.h), which goes on beyond white; luma
- * beyond 16 times white counts as that. */
+// Sum of squared differences of BT.709 luma (of the samples as they are, to 1/256 of a code of 8 bits) over
+// the pixels whose mask is > 127, and their number. Sums of several pictures may be added before asking for
+// the PSNR. A code is 1/255 of white for every sample type: a DeepImage's luma is divided by 257, so that
+// figures of 8 and of more bits can be compared, and an Image widened to 16 bits has the same error. Linear
+// light is rounded to half floats and brought to srgb_of_linear (srgb.h), which goes on beyond white; luma
+// beyond 16 times white counts as that.
 struct LumaError {
-  uint64_t squares = 0; /* unit: 1/65536 of a code squared */
+  uint64_t squares = 0; // unit: 1/65536 of a code squared
   uint64_t pixels = 0;
-  double psnr() const; /* dB, peak 255 (white); infinity when squares is 0. Error when no pixel counts. */
+  double psnr() const; // dB, peak 255 (white); infinity when squares is 0. Error when no pixel counts.
 };
 template <class SampleType>
 LumaError luma_error(const BasicImage<SampleType> &a, const BasicImage<SampleType> &b,
                      const Image *mask = nullptr);
 
-/* luma_error(...).psnr(). a and b have the same size and channels; mask is grey and of that size. */
+// luma_error(...).psnr(). a and b have the same size and channels; mask is grey and of that size.
 template <class SampleType>
 double psnr_luma(const BasicImage<SampleType> &a, const BasicImage<SampleType> &b,
                  const Image *mask = nullptr) {

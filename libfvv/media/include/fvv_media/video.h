@@ -1,9 +1,8 @@
-/* fvv_media/video.h: video groups: encoding a whole group, decoding sample by sample, choosing the quality.
- *
- * It knows six codecs, JPEG and OpenEXR per frame, H.264, HEVC, VP9 and AV1, and their samples and records
- * as fvv carries them. It knows nothing of tracks, chunks or time beyond the frame rate that encoders want to
- * hear.
- */
+// fvv_media/video.h: video groups: encoding a whole group, decoding sample by sample, choosing the quality.
+//
+// It knows six codecs, JPEG and OpenEXR per frame, H.264, HEVC, VP9 and AV1, and their samples and records
+// as fvv carries them. It knows nothing of tracks, chunks or time beyond the frame rate that encoders want to
+// hear.
 #ifndef FVV_MEDIA_VIDEO_H
 #define FVV_MEDIA_VIDEO_H
 
@@ -18,128 +17,127 @@
 namespace fvv::media {
 
 struct VideoCodec {
-  uint32_t code;           /* FVV_CODEC_... */
-  const char *option;      /* "h264", for command lines */
-  const char *name;        /* "H.264", for people */
-  const char *scale;       /* what its quality numbers are: "quality" by libjpeg, "CRF" or "DWA level" */
-  int finest, coarsest;    /* their ends: best picture, fewest bytes; OpenEXR's 0 is lossless */
-  int shallowest, deepest; /* bits a sample: 8 and 8 or 10; 16, half floats, of OpenEXR */
+  uint32_t code;           // FVV_CODEC_...
+  const char *option;      // "h264", for command lines
+  const char *name;        // "H.264", for people
+  const char *scale;       // what its quality numbers are: "quality" by libjpeg, "CRF" or "DWA level"
+  int finest, coarsest;    // their ends: best picture, fewest bytes; OpenEXR's 0 is lossless
+  int shallowest, deepest; // bits a sample: 8 and 8 or 10; 16, half floats, of OpenEXR
 
-  /* Every sample a file of its own: any frames may be encoded apart. */
+  // Every sample a file of its own: any frames may be encoded apart.
   bool is_stills() const { return code == FVV_CODEC_JPEG || code == FVV_CODEC_OEXR; }
 };
 
-/* All codecs; JPEG first. */
+// All codecs; JPEG first.
 const std::vector<VideoCodec> &video_codecs();
-/* NULL when there is none with this code. */
+// NULL when there is none with this code.
 const VideoCodec *find_video_codec(uint32_t code);
-/* Error, with the reason, unless bit_depth is the codec's shallowest or deepest. */
+// Error, with the reason, unless bit_depth is the codec's shallowest or deepest.
 void check_bit_depth(const VideoCodec &codec, int bit_depth);
 
-/* What work answers for a sample of the type that video is coded from: uint8_t, uint16_t (more than 8 bits)
- * or float (OpenEXR). */
+// What work answers for a sample of the type that video is coded from: uint8_t, uint16_t (more than 8 bits)
+// or float (OpenEXR).
 template <class Work> auto with_sample_type(uint32_t codec, int bit_depth, const Work &work) {
   if (codec == FVV_CODEC_OEXR) return work(float());
   return bit_depth > 8 ? work(uint16_t()) : work(uint8_t());
 }
 
 struct VideoSettings {
-  uint32_t codec;          /* one of video_codecs() */
-  uint32_t width, height;  /* of every frame; even but for stills, at least 16 for HEVC */
-  int quality;             /* between finest and coarsest of the codec */
-  fvv_rational frame_rate; /* as a time base: seconds per frame, 1/25 for 25 Hz */
-  int bit_depth = 8;       /* the codec's shallowest or deepest */
-  /* Not 0: the bits a second that a group may take. Its quality is then searched, from quality on. */
+  uint32_t codec;          // one of video_codecs()
+  uint32_t width, height;  // of every frame; even but for stills, at least 16 for HEVC
+  int quality;             // between finest and coarsest of the codec
+  fvv_rational frame_rate; // as a time base: seconds per frame, 1/25 for 25 Hz
+  int bit_depth = 8;       // the codec's shallowest or deepest
+  // Not 0: the bits a second that a group may take. Its quality is then searched, from quality on.
   uint64_t bit_rate = 0;
-  /* Where the codec can (H.264): in a fifth of the time, some tenths of a dB worse and a good part larger.
-   * For searches. */
+  // Where the codec can (H.264): in a fifth of the time, some tenths of a dB worse and a good part larger.
+  // For searches.
   bool draft = false;
 };
 
 struct Sample {
   std::vector<uint8_t> bytes;
-  bool key; /* decodable with the record alone */
+  bool key; // decodable with the record alone
 };
 
 struct EncodedGroup {
-  std::vector<Sample> samples; /* one per frame, in order; the first is a key */
-  std::vector<uint8_t> record; /* as fvv_video_config has it; empty for stills */
-  std::string codec_string;    /* RFC 6381, "avc1.640028"; empty for stills */
-  double quality = 0;     /* that it has; under a bit_rate parts of the scale's units where it has them */
-  bool over_rate = false; /* the coarsest quality, which this is, takes more than bit_rate */
+  std::vector<Sample> samples; // one per frame, in order; the first is a key
+  std::vector<uint8_t> record; // as fvv_video_config has it; empty for stills
+  std::string codec_string;    // RFC 6381, "avc1.640028"; empty for stills
+  double quality = 0;          // that it has; under a bit_rate parts of the scale's units where it has them
+  bool over_rate = false;      // the coarsest quality, which this is, takes more than bit_rate
 };
 
-/* The bytes that bit_rate leaves to all samples of a group with so many frames. */
+// The bytes that bit_rate leaves to all samples of a group with so many frames.
 uint64_t rate_budget(const VideoSettings &settings, size_t frames);
 
-/* Code points that encode_group gives to a codec's pictures. */
+// Code points that encode_group gives to a codec's pictures.
 Colour colour_of_codec(uint32_t codec);
 
-/* One closed group of RGB frames. A pure function: the same settings and frames give the same bytes, on one
- * thread, without looking at other groups; the same settings give the same record and codec_string.
- * JPEG: every sample a JFIF file, 4:2:0, every one a key.
- * OpenEXR: every sample a file of encode_half_exr, every one a key.
- * All others: 4:2:0, one sample a frame in the order of display, the first the only key; no frame is hidden
- * in a sample. All keep the rules of fvv_video_sample_check.
- * H.264 (libx264, High profile) and HEVC (libx265, Main, or Main 10): slices behind 4-byte big-endian
- * lengths; parameter sets stand in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile
- * 0, or 2 for 10 bits): one frame a sample. AV1 (libaom, Main): no temporal delimiters; the sequence header
- * stands in the record and the key. Images are coded with 8 bits, DeepImages with 10,
- * LinearImages as OpenEXR: Error when settings say otherwise.
- * With a bit_rate the group takes at most rate_budget: the finest quality that keeps it, or a few per cent
- * less; JPEG mixes two neighbouring qualities. Two to six encodings, the fewer the better settings.quality
- * was. */
+// One closed group of RGB frames. A pure function: the same settings and frames give the same bytes, on one
+// thread, without looking at other groups; the same settings give the same record and codec_string.
+// JPEG: every sample a JFIF file, 4:2:0, every one a key.
+// OpenEXR: every sample a file of encode_half_exr, every one a key.
+// All others: 4:2:0, one sample a frame in the order of display, the first the only key; no frame is hidden
+// in a sample. All keep the rules of fvv_video_sample_check.
+// H.264 (libx264, High profile) and HEVC (libx265, Main, or Main 10): slices behind 4-byte big-endian
+// lengths; parameter sets stand in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile
+// 0, or 2 for 10 bits): one frame a sample. AV1 (libaom, Main): no temporal delimiters; the sequence header
+// stands in the record and the key. Images are coded with 8 bits, DeepImages with 10,
+// LinearImages as OpenEXR: Error when settings say otherwise.
+// With a bit_rate the group takes at most rate_budget: the finest quality that keeps it, or a few per cent
+// less; JPEG mixes two neighbouring qualities. Two to six encodings, the fewer the better settings.quality
+// was.
 template <class SampleType = uint8_t>
 EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames);
 
 class SampleDecoder;
 
-/* Decodes the samples of a track in order. Movable; one per thread of decoding. */
+// Decodes the samples of a track in order. Movable; one per thread of decoding.
 class Decoder {
 public:
-  /* Copies what it needs of config. Error when the codec, depth, colour or record cannot be decoded. */
+  // Copies what it needs of config. Error when the codec, depth, colour or record cannot be decoded.
   explicit Decoder(const fvv_video_config &config);
   ~Decoder();
   Decoder(Decoder &&) noexcept;
   Decoder &operator=(Decoder &&) noexcept;
 
-  /* One sample in, its RGB picture out, at once, in the primaries and transfer of config. The first sample
-   * and the first after an Error must be a key; a key may come at any time (seeking). Error when the bytes
-   * are malformed or damaged in any way the codec can see, when the picture has another size than config
-   * says, or when the stream states another matrix or range than config does. Damage that a codec cannot see
-   * (most flipped bits that still parse, a VP9 frame that ends early, a sample left out) is the container's
-   * to find: CRC and continuity.
-   * SampleType uint8_t or uint16_t, whatever the depth of the video: 10 bits are rounded to 8 once, at the
-   * end, and 8 bits are computed with 16 (JPEG, whose decoder gives 8: times 257). float: linear light, of
-   * OpenEXR as it is, of others from 16 bits. OpenEXR as uint8_t or uint16_t is clipped to 0 ... 1 and
-   * brought to the sRGB curve; a sample with a value that is not finite is damaged.
-   */
+  // One sample in, its RGB picture out, at once, in the primaries and transfer of config. The first sample
+  // and the first after an Error must be a key; a key may come at any time (seeking). Error when the bytes
+  // are malformed or damaged in any way the codec can see, when the picture has another size than config
+  // says, or when the stream states another matrix or range than config does. Damage that a codec cannot see
+  // (most flipped bits that still parse, a VP9 frame that ends early, a sample left out) is the container's
+  // to find: CRC and continuity.
+  // SampleType uint8_t or uint16_t, whatever the depth of the video: 10 bits are rounded to 8 once, at the
+  // end, and 8 bits are computed with 16 (JPEG, whose decoder gives 8: times 257). float: linear light, of
+  // OpenEXR as it is, of others from 16 bits. OpenEXR as uint8_t or uint16_t is clipped to 0 ... 1 and
+  // brought to the sRGB curve; a sample with a value that is not finite is damaged.
   template <class SampleType = uint8_t> BasicImage<SampleType> decode(const uint8_t *bytes, size_t size);
 
 private:
   std::unique_ptr<SampleDecoder> decoder_;
 };
 
-/* fvv_video_config that decodes group: pointers are into group. shows is FVV_SHOWS_TILES. */
+// fvv_video_config that decodes group: pointers are into group. shows is FVV_SHOWS_TILES.
 fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &group);
 
-/* A group and how near it comes to its frames. */
+// A group and how near it comes to its frames.
 struct MeasuredGroup {
   EncodedGroup group;
-  double psnr = 0; /* dB of luma, squared errors pooled over all frames */
+  double psnr = 0; // dB of luma, squared errors pooled over all frames
 };
 
-/* The frames encoded as one group, decoded and compared. masks: empty, or one grey picture per frame: > 127
- * counts (see compose_masks). */
+// The frames encoded as one group, decoded and compared. masks: empty, or one grey picture per frame: > 127
+// counts (see compose_masks).
 template <class SampleType = uint8_t>
 MeasuredGroup encode_measured(const VideoSettings &settings,
                               const std::vector<BasicImage<SampleType>> &frames,
                               const std::vector<Image> &masks = {});
 
-/* The same at the cheapest quality that reaches target_db (settings.quality is not looked at). Found by
- * interpolation, two to six encodings; of H.264 two to six drafts and mostly one encoding: the next cheaper
- * quality is not tried where the drafts leave no doubt. Error, saying what was reached, when the best quality
- * does not reach target_db. */
+// The same at the cheapest quality that reaches target_db (settings.quality is not looked at). Found by
+// interpolation, two to six encodings; of H.264 two to six drafts and mostly one encoding: the next cheaper
+// quality is not tried where the drafts leave no doubt. Error, saying what was reached, when the best quality
+// does not reach target_db.
 template <class SampleType = uint8_t>
 MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
                              double target_db, const std::vector<Image> &masks = {});

@@ -1,8 +1,8 @@
-/* fvv_media/video_file.h: the pictures of a video file, at random.
- *
- * It knows whatever libavformat and libavcodec read. It knows nothing of frames of a capture: which picture
- * belongs to which frame is for others to decide, by the times that it names. Pictures come out as they are
- * stored, not rotated. */
+// fvv_media/video_file.h: the pictures of a video file, at random.
+//
+// It knows whatever libavformat and libavcodec read. It knows nothing of frames of a capture: which picture
+// belongs to which frame is for others to decide, by the times that it names. Pictures come out as they are
+// stored, not rotated.
 #ifndef FVV_MEDIA_VIDEO_FILE_H
 #define FVV_MEDIA_VIDEO_FILE_H
 
@@ -16,49 +16,48 @@
 
 namespace fvv::media {
 
-/* 37 hours at 30 Hz. An index entry takes 40 bytes. */
+// 37 hours at 30 Hz. An index entry takes 40 bytes.
 constexpr size_t max_video_pictures = 4'000'000;
 
 struct VideoInfo {
-  uint32_t width = 0, height = 0; /* as stored */
-  fvv_rational tick = {1, 1};     /* seconds, the unit of times */
+  uint32_t width = 0, height = 0; // as stored
+  fvv_rational tick = {1, 1};     // seconds, the unit of times
   std::vector<int64_t> times;     /* of the pictures, as they are shown: from 0, strictly rising, at most
                                    2^53 */
-  /* Degrees clockwise that the container's display matrix turns pictures by: 0, 90, 180, 270; nothing when it
-   * does anything else, mirroring above all. Orientation inside the bitstream is not looked at. */
+  // Degrees clockwise that the container's display matrix turns pictures by: 0, 90, 180, 270; nothing when it
+  // does anything else, mirroring above all. Orientation inside the bitstream is not looked at.
   std::optional<int> rotation = 0;
-  std::vector<std::string> warnings; /* what is odd: parts of sentences whose subject is the file */
+  std::vector<std::string> warnings; // what is odd: parts of sentences whose subject is the file
 };
 
-/* One file, opened, for one thread at a time. */
+// One file, opened, for one thread at a time.
 class VideoFile {
 public:
-  /* Reads the whole file once, without decoding, for the times of its pictures. stream: index among all of
-   * the file's streams; nothing: the first video stream. The name is a file's, never a URL's, and a file
-   * that refers to others (a playlist) is not followed. Error for a file that cannot be read, is cut, has
-   * no video, no decoder, pictures without or with equal presentation times, sides above max_dimension,
-   * more than max_video_pictures, a PQ or HLG transfer (its pictures would come out dull and wrong). */
+  // Reads the whole file once, without decoding, for the times of its pictures. stream: index among all of
+  // the file's streams; nothing: the first video stream. The name is a file's, never a URL's, and a file
+  // that refers to others (a playlist) is not followed. Error for a file that cannot be read, is cut, has
+  // no video, no decoder, pictures without or with equal presentation times, sides above max_dimension,
+  // more than max_video_pictures, a PQ or HLG transfer (its pictures would come out dull and wrong).
   explicit VideoFile(const std::string &path, std::optional<uint32_t> stream = {});
   ~VideoFile();
   VideoFile(VideoFile &&) noexcept;
 
-  /* The same file opened once more, with the same index; for another thread. */
+  // The same file opened once more, with the same index; for another thread.
   VideoFile another() const;
 
   const VideoInfo &info() const;
 
-  /* Picture index < info().times.size(), counted as they are shown. channels: 1 or 3, as read_image.
-   *
-   * RGB by the matrix and range that the stream states. Unspecified: BT.709 from 720 lines on, else
-   * BT.601, limited range unless the pixel format says otherwise; chroma of 4:2:0 as MPEG-2 has it (left).
-   * Primaries and transfer are not converted. Samples deeper than SampleType are rounded, not
-   * dithered; uint8_t, uint16_t and float (linear light, from 16 bits) are there.
-   *
-   * In rising order each picture is decoded once; otherwise decoding begins at the key before. Error for a
-   * picture that is damaged, or that follows a damaged one up to the next key: libavcodec would conceal that.
-   */
+  // Picture index < info().times.size(), counted as they are shown. channels: 1 or 3, as read_image.
+  //
+  // RGB by the matrix and range that the stream states. Unspecified: BT.709 from 720 lines on, else
+  // BT.601, limited range unless the pixel format says otherwise; chroma of 4:2:0 as MPEG-2 has it (left).
+  // Primaries and transfer are not converted. Samples deeper than SampleType are rounded, not
+  // dithered; uint8_t, uint16_t and float (linear light, from 16 bits) are there.
+  //
+  // In rising order each picture is decoded once; otherwise decoding begins at the key before. Error for a
+  // picture that is damaged, or that follows a damaged one up to the next key: libavcodec would conceal that.
   template <class SampleType = uint8_t> BasicImage<SampleType> picture(size_t index, int channels);
-  /* One more than the index of the last picture, 0 before: asking for this one is cheapest. */
+  // One more than the index of the last picture, 0 before: asking for this one is cheapest.
   size_t position() const;
 
 private:

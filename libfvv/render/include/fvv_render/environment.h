@@ -1,6 +1,5 @@
-// fvv_render/environment.h: the static environment around the action as the reference picture shows it
-// (fvv.md clause 18): meshes in one colour or with one picture, unlit. Lights and shadows are the player's.
-// Knows meshes and pixels; knows no files or streams.
+// The static environment around the action as the reference picture shows it (fvv.md clause 18): meshes in
+// one colour or with one picture, unlit. Lights and shadows are the player's.
 #pragma once
 
 #include "fvv_render/rasteriser.h"

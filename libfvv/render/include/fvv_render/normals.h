@@ -1,4 +1,4 @@
-// fvv_render/normals.h: normals of vertices from the faces around them. Knows triangles alone.
+// Normals of vertices, and on which side of its faces a mesh has its outside.
 #pragma once
 
 #include "fvv_render/rasteriser.h"
@@ -8,5 +8,10 @@ namespace fvv::render {
 // For each vertex the sum of its faces' normals weighted with their areas, of unit length; zero where nothing
 // is left of it. A vertex is an index: where charts of an atlas meet, the two sides have a normal each.
 std::vector<Vec3> vertex_normals(const Mesh &mesh);
+
+// Whether the faces enclose a negative volume: they run anticlockwise seen from within. Of open surfaces,
+// which enclose none, the volume towards the middle of their vertices counts, and only if it is no rounding
+// error.
+bool inside_out(const Mesh &mesh);
 
 } // namespace fvv::render

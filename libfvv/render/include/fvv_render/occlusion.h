@@ -1,9 +1,8 @@
-// fvv_render/occlusion.h: whether anything of the mesh stands between a point of its surface and a camera.
-// Two ways that answer the same question: a depth map for each camera, as players have it, and rays, which
-// are the truth. Knows cameras and triangles; knows no pictures.
+// Whether anything of the mesh stands between a point of its surface and a camera. Two ways that answer the
+// same question: a depth map for each camera, as players have it, and rays, which are the truth.
 #pragma once
 
-#include "fvv_render/ray.h"
+#include "fvv_render/triangle_tree.h"
 
 #include <optional>
 

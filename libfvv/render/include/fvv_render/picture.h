@@ -1,5 +1,4 @@
-// fvv_render/picture.h: colour, depth and mask of a textured, lit mesh in front of a background. Knows the
-// rasteriser; knows no scene: materials are callbacks, light is a few numbers.
+// Colour, depth and mask of a textured, lit mesh in front of a background.
 #pragma once
 
 #include "fvv_render/rasteriser.h"

@@ -1,5 +1,5 @@
-// fvv_render/projection.h: a camera as the rasteriser needs it: points to pixels, and pixels to rays fast
-// enough to be asked for every sample. Knows fvv/calibration.h; knows no triangles.
+// A camera as the rasteriser needs it: points to pixels, and pixels to rays fast enough to be asked for every
+// sample.h; knows no triangles.
 #pragma once
 
 #include "fvv/calibration.h"

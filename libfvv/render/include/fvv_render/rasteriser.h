@@ -1,5 +1,4 @@
-// fvv_render/rasteriser.h: which face of a mesh each sample of a picture sees, and how far away. Knows
-// cameras and triangles; knows nothing of colour, files or streams. The reference for depth and
+// Which face of a mesh each sample of a picture sees, and how far away. The reference for depth and
 // visibility: exact coverage, no tolerance, the same result on every machine with IEEE doubles.
 #pragma once
 

@@ -1,8 +1,8 @@
-// fvv_render/ray_visibility.h: which faces and vertices of a mesh a camera sees, by casting rays: the truth
-// that faster ways are measured by, and the bits that streams carry. Knows cameras and rays; knows no files.
+// Which faces and vertices of a mesh a camera sees, by casting rays: the truth
+// that faster ways are measured by, and the bits that streams carry.
 #pragma once
 
-#include "fvv_render/ray.h"
+#include "fvv_render/triangle_tree.h"
 
 namespace fvv::render {
 
@@ -23,16 +23,16 @@ std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh
 
 // ---- bits for players, fvv.md clause 17 ---------------------------------------------------------------
 // What a player takes for all of an element, asked for those alone whose entry in asked (one for each face or
-// vertex) is not 0. Others are 0, as are those of which no part stands in the picture. Whether a place of an
-// element does is for the player to find out, so that nothing is lost at the picture's border. Fronts are not
+// vertex) is not 0. Others are 0, as are those of which no part is in the picture. The player finds out
+// whether a place of an element is in it, so that nothing is lost at the picture's border. Fronts are not
 // asked for either: asked comes from fvv_visibility_facing.
 
-// A face is seen when nothing stands in front of most of it: of its centroid, and where a face that shares a
-// vertex is seen otherwise, of most of nine places, the middles of nine equal parts.
+// A face is seen when nothing is in front of most of it: of its centroid, and where the result differs for a
+// face with a common vertex, of most of nine places, the middles of nine equal parts.
 std::vector<uint8_t> seen_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
                                 const std::vector<uint8_t> &asked);
 
-// A vertex is seen when nothing stands in front of the point vertex_lift away from it along its normal.
+// A vertex is seen when nothing is in front of the point vertex_lift away from it along its normal.
 std::vector<uint8_t> seen_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
                                    const std::vector<uint8_t> &asked);
 

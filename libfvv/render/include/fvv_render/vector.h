@@ -1,5 +1,4 @@
-// fvv_render/vector.h: vectors and matrices of three doubles. Knows nothing of cameras or meshes; units and
-// axes are the caller's.
+// Vectors and matrices of three doubles.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// fvv_render/view.h: the picture of a mesh from anywhere, textured from the cameras that see each point best:
-// the reference that players are compared with. Knows meshes, cameras and pixels; knows no files or streams.
+// The picture of a mesh from anywhere, textured from the cameras that see each point best: the reference that
+// players are compared with.
 //
 // The method is that of Budd, Grau, Schuebel, "Web delivery of free-viewpoint video of sport events" (BBC R&D
 // White Paper 235, 2012), section 4, point by point of the surface:

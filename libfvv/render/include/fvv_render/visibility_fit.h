@@ -1,6 +1,5 @@
-// fvv_render/visibility_fit.h: bits and weights of visibility chosen so that players, who interpolate them
-// (fvv.md, clause 17.4), err least against rays, and take few bytes. Knows meshes, cameras and rays; knows no
-// payloads.
+// Visibility bits and weights chosen for the least error against rays after the interpolation that players do
+// (fvv.md, clause 17.4), and for few bytes.
 #pragma once
 
 #include "fvv/visibility.h"
@@ -11,7 +10,7 @@
 namespace fvv::render {
 
 class Viewer;
-struct ShareNeighbours;
+struct WeightNeighbours;
 
 // Prices count in faces of mean area that a player would show wrongly or hide wrongly.
 struct FitSettings {
@@ -20,7 +19,7 @@ struct FitSettings {
   double bit = 0.0275;    // of a bit of the stream, with weights, in place of edge
   double change = 0;      // of a bit that is not the former one; a quarter where a weight stays on its side
   double tolerance = 0.2; // of the search: so much worse may be taken first
-  double share_tolerance = 0.05; // the same with weights, whose steps are smaller
+  double weight_tolerance = 0.05; // the same with weights, whose steps are smaller
 };
 
 // Of one mesh, for any number of cameras.
@@ -33,15 +32,15 @@ public:
   // For each face or vertex 1 where its bit is to say that the camera sees it; with weights FVV_ELEMENT_...
   // of each vertex. Begins with what rays say of most of each element, and turns bits as long as that makes
   // the sum of errors and prices less. asked: by fvv_visibility_facing. former: NULL, or for each element
-  // FVV_ELEMENT_... of the time before, backfacing where there is none. The same on every machine for any
-  // order of cameras.
+  // FVV_ELEMENT_... of the time before, FVV_ELEMENT_BACKFACING where there is none. The same on every machine for
+  // any order of cameras.
   std::vector<uint8_t> seen(const fvv_camera &camera, const std::vector<uint8_t> &asked,
                             const uint8_t *former) const;
 
 private:
   class Search;
-  // Faces that may be used for a camera though none asks for them: that turn to it by less, and by normals of
-  // vertices enough.
+  // Faces that may be used for a camera though they are not in asked: those that face it by less, but enough
+  // by the normals of their vertices.
   std::vector<uint8_t> faces_to_judge(const Viewer &viewer, const std::vector<uint8_t> &asked) const;
   // count places of barycentric coordinates, at most sixteen.
   uint16_t places_that_weigh(Viewer &viewer, uint32_t face, const int (*at)[3], int count) const;
@@ -52,10 +51,10 @@ private:
   const RayCaster &rays;
   const bool faces; // have bits
   const FitSettings settings;
-  std::vector<Vec3> normals;                         // of vertices
-  std::vector<double> area;                          // of faces, in those of mean area
-  std::vector<uint32_t> first, around;               // of each vertex the faces that use it
-  std::unique_ptr<const ShareNeighbours> neighbours; // of weights
+  std::vector<Vec3> normals;                          // of vertices
+  std::vector<double> area;                           // of faces, in those of mean area
+  std::vector<uint32_t> first, around;                // of each vertex the faces that use it
+  std::unique_ptr<const WeightNeighbours> neighbours; // of weights
 };
 
 } // namespace fvv::render

@@ -1,17 +1,131 @@
-#include "fvvserve/live_source.h"
+#include "fvvserve/live_stream.h"
 
 #include "cli/cli.h"
 #include "fvv/container.h"
 
-#include <cerrno>
-#include <cstring>
 #include <fcntl.h>
-#include <optional>
+#include <nlohmann/json.hpp>
 #include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+#include <optional>
+
 namespace fvv::serve {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string line(const Json &json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+} // namespace
+
+void ClientQueue::put(Message message) {
+  bytes_waiting += message.bytes->size();
+  messages.push_back(std::move(message));
+}
+
+void ClientQueue::say(const std::string &json, const Missed &told) {
+  put({std::make_shared<const std::string>(json), Message::Kind::text, 0, told});
+}
+
+bool ClientQueue::fits(size_t size) const {
+  // Or a chunk above the limit would never pass: what was put just before it may still be on its way.
+  return bytes_waiting <= limit_bytes / 8 || bytes_waiting + size <= limit_bytes;
+}
+
+// The client gets nothing of what it did not take in time: what it would get late is of no use to it.
+void ClientQueue::drop_waiting(int64_t time, size_t size) {
+  if (!skipping) missed = {time, 0, 0};
+  skipping = true;
+  in_run = false;
+  const auto add = [this](int64_t from, uint64_t chunks, uint64_t bytes) {
+    missed.from = from; // from back to front: the earliest stays
+    missed.chunks += chunks;
+    missed.bytes += bytes;
+  };
+  missed.chunks++;
+  missed.bytes += size;
+  const size_t kept = sending ? 1 : 0;
+  while (messages.size() > kept) {
+    const Message &last = messages.back();
+    if (last.kind == Message::Kind::media) add(last.time, 1, last.bytes->size());
+    // A skip that the client will not hear of is a part of this one.
+    if (last.missed.chunks) add(last.missed.from, last.missed.chunks, last.missed.bytes);
+    bytes_waiting -= last.bytes->size();
+    messages.pop_back();
+  }
+}
+
+void ClientQueue::group(const Opening &opening, int64_t time, const Bytes &bytes) {
+  if (end_told) return;
+  // Half of the queue has to be free, or the next chunks would only be skipped again.
+  const size_t needed = bytes->size() + opening.header->size() + opening.configuration->size();
+  if (!fits(needed) || (skipping && bytes_waiting > limit_bytes / 2))
+    return drop_waiting(time, bytes->size());
+  if (!in_run) {
+    if (skipping)
+      say(line({{"type", "skip"},
+                {"from", std::to_string(missed.from)},
+                {"to", std::to_string(time)},
+                {"chunks", missed.chunks},
+                {"bytes", missed.bytes}}),
+          missed);
+    else if (restarted)
+      say(line({{"type", "restart"}}));
+    put({std::make_shared<const std::string>(*opening.header + *opening.configuration),
+         Message::Kind::opening, time});
+  } else if (version != opening.version || opening.repeated) {
+    put({opening.configuration, Message::Kind::opening, time});
+  }
+  in_run = true;
+  skipping = restarted = false;
+  version = opening.version;
+  put({bytes, Message::Kind::media, time});
+}
+
+void ClientQueue::chunk(int64_t time, const Bytes &bytes) {
+  if (end_told || (!in_run && !skipping)) return;
+  if (skipping || !fits(bytes->size())) return drop_waiting(time, bytes->size());
+  put({bytes, Message::Kind::media, time});
+}
+
+void ClientQueue::restart() {
+  restarted = restarted || in_run;
+  in_run = false;
+}
+
+void ClientQueue::damage(const std::string &message) {
+  if (end_told) return;
+  if (in_run) say(line({{"type", "damage"}, {"message", message}}));
+  in_run = false;
+}
+
+void ClientQueue::end(const std::string &message) {
+  if (end_told) return;
+  end_told = true;
+  if (message.empty())
+    say(line({{"type", "end"}}));
+  else
+    say(line({{"type", "error"}, {"message", message}}));
+}
+
+const Message *ClientQueue::next() {
+  if (messages.empty()) return nullptr;
+  sending = true;
+  return &messages.front();
+}
+
+void ClientQueue::sent() {
+  bytes_waiting -= messages.front().bytes->size();
+  messages.pop_front();
+  sending = false;
+}
 
 namespace {
 
@@ -297,6 +411,67 @@ void LiveSource::wait_until_due(int64_t time, Reader &reader) {
   }
   reader.anchor = now;
   reader.anchor_time = time;
+}
+
+LiveChannel::LiveChannel(const Options &options, const LiveInput &input, Post to_network)
+    : name(input.name), post(std::move(to_network)), source(options, input, [this](Piece piece) {
+        auto shared = std::make_shared<const Piece>(std::move(piece));
+        post([this, shared] {
+          receive(*shared);
+          source.taken();
+        });
+      }) {}
+
+bool LiveChannel::join(Listener &listener) {
+  if (over) return false;
+  listeners.insert(&listener);
+  source.audience(listeners.size());
+  return true;
+}
+
+void LiveChannel::leave(Listener &listener) {
+  if (listeners.erase(&listener)) source.audience(listeners.size());
+}
+
+void LiveChannel::close() {
+  over = true;
+  for (Listener *listener : listeners) {
+    listener->queue.end("");
+    listener->wake();
+  }
+}
+
+void LiveChannel::receive(const Piece &piece) {
+  switch (piece.kind) {
+  case Piece::Kind::header:
+    opening = {piece.bytes, nullptr, opening.version + 1, false};
+    for (Listener *listener : listeners) listener->queue.restart();
+    return;
+  case Piece::Kind::configuration:
+    opening.repeated = opening.configuration && *opening.configuration == *piece.bytes;
+    if (!opening.repeated) opening.version++;
+    opening.configuration = piece.bytes;
+    return;
+  case Piece::Kind::group:
+    // Without a file header the stream has lost its beginning: nobody can be let in.
+    if (opening.header && opening.configuration)
+      for (Listener *listener : listeners) listener->queue.group(opening, piece.time, piece.bytes);
+    opening.repeated = false;
+    break;
+  case Piece::Kind::chunk:
+    for (Listener *listener : listeners) listener->queue.chunk(piece.time, piece.bytes);
+    break;
+  case Piece::Kind::damage:
+    cli::warn("/live/" + name + ": " + piece.text);
+    for (Listener *listener : listeners) listener->queue.damage(piece.text);
+    break;
+  case Piece::Kind::end:
+    if (!piece.text.empty()) cli::warn("/live/" + name + ": " + piece.text);
+    over = piece.last;
+    for (Listener *listener : listeners) listener->queue.end(piece.text);
+    break;
+  }
+  for (Listener *listener : listeners) listener->wake();
 }
 
 } // namespace fvv::serve

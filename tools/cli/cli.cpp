@@ -2,9 +2,18 @@
 
 #include "cli/temporary.h"
 
+#include <boost/timer/progress_display.hpp>
+#include <unistd.h>
+
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <iostream>
 #include <new>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace fvv::cli {
 
@@ -47,6 +56,36 @@ int run(const char *tool, const std::function<Exit()> &body) {
     std::fprintf(stderr, "%s: %s\n", tool, exception.what());
   }
   return failed;
+}
+
+struct Progress::Bar {
+  Bar(const std::string &label, uint64_t steps) : display(steps, std::cerr, label + "\n") {}
+  boost::timer::progress_display display;
+};
+
+Progress::Progress(const std::string &label, uint64_t steps) {
+  if (steps && isatty(STDERR_FILENO)) bar = std::make_unique<Bar>(label, steps);
+}
+
+Progress::~Progress() = default;
+
+void Progress::step(uint64_t n) {
+  if (bar) bar->display += n;
+}
+
+void parse_size(const std::string &option, const std::string &text, uint32_t &width, uint32_t &height) {
+  int used = 0;
+  if (text.size() > 11 || text.find_first_not_of("0123456789x") != std::string::npos ||
+      std::sscanf(text.c_str(), "%5ux%5u%n", &width, &height, &used) != 2 || size_t(used) != text.size())
+    throw Error(option + ": expected WIDTHxHEIGHT like 480x270, found \"" + text + "\"", Error::usage);
+}
+
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  constexpr int megabyte = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, 32 * megabyte); // the most that glibc takes
+  mallopt(M_TRIM_THRESHOLD, 64 * megabyte);
+#endif
 }
 
 } // namespace fvv::cli

@@ -1,14 +1,14 @@
-#include "share_search.h"
-
-#include "threshold_accepting.h"
+#include "visibility_weights.h"
 
 namespace fvv::render {
 
 namespace {
 
+constexpr int probes = 3; // the corners' parts; the middle is known by then
+
 constexpr int state_count = 7;
-constexpr int shares[state_count] = {127, 0, 255, 85, 170, 113, 142}; // of states, as fvv_visibility_weights
-// What is learned begins with so many decisions of those odds that contexts begin with.
+constexpr int weights[state_count] = {127, 0, 255, 85, 170, 113, 142}; // of states, as fvv_visibility_weights
+// How many decisions with the initial odds of a context the statistics begin with.
 constexpr double prior_sides = 4, prior_levels = 6;
 
 int class_of(uint32_t count) {
@@ -31,8 +31,53 @@ double bits_of(double probability) {
 
 } // namespace
 
-ShareNeighbours::ShareNeighbours(const Mesh &mesh, const std::vector<uint32_t> &starts,
-                                 const std::vector<uint32_t> &around)
+WeightPlaces::WeightPlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &asked,
+                           const std::vector<uint32_t> &first, const std::vector<uint32_t> &around)
+    : judged(mesh.face_count), free(mesh.face_count), mixed(mesh.vertex_count) {
+  const auto look = [&](uint32_t f, int from, int to) {
+    for (int p = from; p < to; p++) {
+      const auto &[a, b, c] = twelfths[p];
+      const bool seen = viewer.free(viewer.at(mesh.faces + size_t(3) * f, a, b, c), f);
+      free[f] = uint16_t((free[f] & ~(1u << p)) | unsigned(seen) << p);
+    }
+  };
+  std::vector<uint8_t> sides(mesh.vertex_count); // bit 0: of a hidden place around it; bit 1: of a seen one
+  const auto side_of = [&](uint32_t f) {
+    return uint8_t(free[f] == all_weight_places ? 2 : free[f] ? 3 : 1);
+  };
+  std::vector<uint32_t> queue; // vertices that an outline passes by
+  const auto note = [&](uint32_t f) {
+    for (int k = 0; k < 3; k++) {
+      const uint32_t v = mesh.faces[size_t(3) * f + size_t(k)];
+      const uint8_t before = sides[v];
+      sides[v] |= side_of(f);
+      if (before != 3 && sides[v] == 3) queue.push_back(v);
+    }
+  };
+  for (uint32_t f = 0; f < mesh.face_count; f++) {
+    const uint32_t *face = mesh.faces + size_t(3) * f;
+    if (!asked[f] || !viewer.face_in_picture(face)) continue;
+    judged[f] = 1;
+    free[f] = viewer.free(viewer.at(face, 4, 4, 4), f) ? all_weight_places : 0;
+    note(f);
+  }
+  // Outlines are followed from face to face; queue grows meanwhile.
+  std::vector<uint8_t> looked(mesh.face_count);
+  for (size_t i = 0; i < queue.size(); i++)
+    for (uint32_t k = first[queue[i]]; k < first[queue[i] + 1]; k++) {
+      const uint32_t f = around[k];
+      if (!judged[f] || looked[f]) continue;
+      looked[f] = 1;
+      look(f, 0, probes);
+      if (side_of(f) != 3) continue;
+      look(f, probes + 1, weight_place_count);
+      note(f);
+    }
+  for (const uint32_t v : queue) mixed[v] = 1;
+}
+
+WeightNeighbours::WeightNeighbours(const Mesh &mesh, const std::vector<uint32_t> &starts,
+                                   const std::vector<uint32_t> &around)
     : first(mesh.vertex_count + 1), rank(mesh.vertex_count) {
   beside.reserve(2 * around.size());
   std::vector<uint32_t> order; // breadth first
@@ -58,10 +103,11 @@ ShareNeighbours::ShareNeighbours(const Mesh &mesh, const std::vector<uint32_t> &
   }
 }
 
-ShareSearch::ShareSearch(const Mesh &seen, const ShareNeighbours &shared, const std::vector<uint32_t> &starts,
-                         const std::vector<uint32_t> &of_vertices, const std::vector<double> &areas,
-                         const SharePlaces &looked, const std::vector<uint16_t> &counting,
-                         const std::vector<uint8_t> &asked, const uint8_t *last, const FitSettings &chosen)
+WeightSearch::WeightSearch(const Mesh &seen, const WeightNeighbours &shared,
+                           const std::vector<uint32_t> &starts, const std::vector<uint32_t> &of_vertices,
+                           const std::vector<double> &areas, const WeightPlaces &looked,
+                           const std::vector<uint16_t> &counting, const std::vector<uint8_t> &asked,
+                           const uint8_t *last, const FitSettings &chosen)
     : mesh(seen), neighbours(shared), first(starts), around(of_vertices), area(areas), places(looked),
       weighs(counting), facing(asked), former(last), settings(chosen), shown(shown_by_states()),
       states(seen.vertex_count), rim(seen.vertex_count), all(seen.vertex_count), before(seen.vertex_count) {
@@ -69,13 +115,13 @@ ShareSearch::ShareSearch(const Mesh &seen, const ShareNeighbours &shared, const 
 }
 
 // Which places clause 17.4 shows, for each three states.
-std::vector<uint16_t> ShareSearch::shown_by_states() {
+std::vector<uint16_t> WeightSearch::shown_by_states() {
   std::vector<uint16_t> out;
-  for (const int a : shares)
-    for (const int b : shares)
-      for (const int c : shares) {
+  for (const int a : weights)
+    for (const int b : weights)
+      for (const int c : weights) {
         unsigned places = 0;
-        for (int p = 0; p < share_place_count; p++) {
+        for (int p = 0; p < weight_place_count; p++) {
           const auto &[i, j, k] = twelfths[p];
           places |= unsigned(2 * (i * a + j * b + k * c) >= 12 * 255) << p;
         }
@@ -84,13 +130,13 @@ std::vector<uint16_t> ShareSearch::shown_by_states() {
   return out;
 }
 
-template <class Body> void ShareSearch::each_beside(uint32_t v, Body body) const {
+template <class Body> void WeightSearch::each_beside(uint32_t v, Body body) const {
   for (uint32_t i = neighbours.first[v]; i < neighbours.first[v + 1]; i++)
     if (states[neighbours.beside[i]]) body(neighbours.beside[i]);
 }
 
 // All or nothing, as most of what is around each vertex.
-void ShareSearch::begin() {
+void WeightSearch::begin() {
   for (uint32_t v = 0; v < states.size(); v++) {
     if (!facing[v]) continue;
     int seen = 0, count = 0;
@@ -99,7 +145,7 @@ void ShareSearch::begin() {
       const uint32_t f = around[k];
       if (!places.judged[f]) continue;
       for (int c = 0; c < 3; c++) near |= places.mixed[mesh.faces[size_t(3) * f + size_t(c)]] != 0;
-      const unsigned counting = weighs[f] ? weighs[f] : all_share_places;
+      const unsigned counting = weighs[f] ? weighs[f] : all_weight_places;
       seen += count_of(places.free[f] & counting);
       count += count_of(counting);
     }
@@ -120,12 +166,12 @@ void ShareSearch::begin() {
   }
 }
 
-uint32_t ShareSearch::others(uint32_t v) const {
+uint32_t WeightSearch::others(uint32_t v) const {
   return uint32_t(class_of(all[v][size_t(!side_of(states[v]))]));
 }
 
 // What decisions cost, by how often they are made in each context now.
-void ShareSearch::learn() {
+void WeightSearch::learn() {
   constexpr double least[classes] = {0, 1, 2, 3, 4, 7, 10};
   double sides[2][classes][classes][2], of_levels[classes][levels];
   for (auto &at : sides)
@@ -152,16 +198,16 @@ void ShareSearch::learn() {
       bits_of_level[c][l] = bits_of(of_levels[c][l] / (of_levels[c][0] + of_levels[c][1] + of_levels[c][2]));
 }
 
-double ShareSearch::side_bits(uint32_t v) const {
+double WeightSearch::side_bits(uint32_t v) const {
   return bits_of_side[rim[v]][class_of(before[v][1])][class_of(before[v][0])][side_of(states[v])];
 }
 
-double ShareSearch::level_bits(uint32_t v) const {
+double WeightSearch::level_bits(uint32_t v) const {
   return bits_of_level[others(v)][(states[v] - 1) / 2];
 }
 
-// A vertex that two faces share stands in the list of what is beside twice.
-double ShareSearch::price(uint32_t v, bool of_side) const {
+// A vertex of two common faces is in the list of what is beside twice.
+double WeightSearch::price(uint32_t v, bool of_side) const {
   double bits = level_bits(v), change = 0;
   if (of_side) {
     bits += side_bits(v);
@@ -175,20 +221,20 @@ double ShareSearch::price(uint32_t v, bool of_side) const {
   return settings.bit * bits + change;
 }
 
-double ShareSearch::wrong(uint32_t f) const {
+double WeightSearch::wrong(uint32_t f) const {
   const uint32_t *face = mesh.faces + size_t(3) * f;
   const size_t says = size_t(states[face[0]]) * state_count * state_count +
                       size_t(states[face[1]]) * state_count + states[face[2]];
-  return area[f] * count_of(unsigned(shown[says] ^ places.free[f]) & weighs[f]) / share_place_count;
+  return area[f] * count_of(unsigned(shown[says] ^ places.free[f]) & weighs[f]) / weight_place_count;
 }
 
-double ShareSearch::wrong_around(uint32_t v) const {
+double WeightSearch::wrong_around(uint32_t v) const {
   double sum = 0;
   for (uint32_t k = first[v]; k < first[v + 1]; k++) sum += wrong(around[k]);
   return sum;
 }
 
-void ShareSearch::set(uint32_t v, uint8_t state) {
+void WeightSearch::set(uint32_t v, uint8_t state) {
   const auto was = size_t(side_of(states[v])), is = size_t(side_of(state));
   states[v] = state;
   if (was == is) return;
@@ -201,7 +247,7 @@ void ShareSearch::set(uint32_t v, uint8_t state) {
   });
 }
 
-bool ShareSearch::attempt(uint32_t v, uint8_t state, double worse) {
+bool WeightSearch::attempt(uint32_t v, uint8_t state, double worse) {
   const uint8_t old = states[v];
   const bool of_side = side_of(old) != side_of(state);
   const double sum = wrong_around(v) + price(v, of_side);
@@ -211,8 +257,8 @@ bool ShareSearch::attempt(uint32_t v, uint8_t state, double worse) {
   return false;
 }
 
-// worse: by how much the sum may grow with one share. Answers whether any was changed.
-bool ShareSearch::improve(double worse) {
+// worse: by how much the sum may grow with one weight. Returns whether any was changed.
+bool WeightSearch::improve(double worse) {
   bool changed = false;
   for (const uint32_t v : doubtful) {
     if (!others(v) && wrong_around(v) == 0) continue;
@@ -225,8 +271,8 @@ bool ShareSearch::improve(double worse) {
   return changed;
 }
 
-std::vector<uint8_t> ShareSearch::run() {
-  accept_by_threshold(settings.share_tolerance, [&](double worse) {
+std::vector<uint8_t> WeightSearch::run() {
+  accept_by_threshold(settings.weight_tolerance, [&](double worse) {
     // In the end prices stand still, so that the sum only falls.
     if (worse > 0) learn();
     return improve(worse);

@@ -1,0 +1,190 @@
+// A live stream: the thread that reads its input and cuts it into whole chunks whose CRCs are right, the
+// channel that passes them on in the thread of the network, and the bounded queue of each client.
+#pragma once
+
+#include "fvvserve/options.h"
+#include "fvvserve/site.h"
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+
+struct fvv_event;
+
+namespace fvv::serve {
+
+// Shared by all clients that wait for them.
+using Bytes = std::shared_ptr<const std::string>;
+
+// What a client needs in front of a group.
+struct Opening {
+  Bytes header;          // file header of the stream
+  Bytes configuration;   // the block that holds
+  uint64_t version = 0;  // another one: another block, or another stream
+  bool repeated = false; // the block stands in front of this very group
+};
+
+// What a client was spared.
+struct Missed {
+  int64_t from = 0; // ticks; of the first chunk
+  uint64_t chunks = 0, bytes = 0;
+};
+
+struct Message {
+  enum class Kind { opening, media, text };
+  Bytes bytes;
+  Kind kind;
+  int64_t time;       // ticks; of media
+  Missed missed = {}; // text: what it tells of
+};
+
+// What is put makes runs: file header, configuration, whole groups with further configurations between them.
+// Each run is a stream by itself for a reader that joins late. A text message ends a run.
+
+class ClientQueue {
+public:
+  // limit: bytes that wait at most, what is being sent included. One message may be larger when little
+  // alone.
+  explicit ClientQueue(size_t limit) : limit_bytes(limit) {}
+
+  // A group begins at this time; bytes: its first chunk.
+  void group(const Opening &opening, int64_t time, const Bytes &bytes);
+  void chunk(int64_t time, const Bytes &bytes);
+  // The group at hand will not be finished.
+  void damage(const std::string &message);
+  // Another stream begins: a file begins anew, or its writer does.
+  void restart();
+  // No more will come. message: why, or empty.
+  void end(const std::string &message);
+
+  // What is to be sent next, or NULL. It is being sent from this call on.
+  const Message *next();
+  void sent();
+  size_t waiting_bytes() const { return bytes_waiting; }
+  bool ended() const { return end_told; }
+
+private:
+  void put(Message message);
+  void say(const std::string &json, const Missed &missed = {});
+  bool fits(size_t size) const;
+  void drop_waiting(int64_t time, size_t size);
+
+  std::deque<Message> messages; // front: being sent, when sending
+  size_t limit_bytes, bytes_waiting = 0;
+  uint64_t version = 0; // of the opening that was put last
+  bool in_run = false;  // else nothing is put before the next group, which opens a run
+  bool restarted = false, skipping = false, sending = false, end_told = false;
+  Missed missed; // while skipping
+};
+
+struct Piece {
+  enum class Kind {
+    header,        // a stream begins: its file header
+    configuration, // a whole block
+    group,         // first chunk of a group that is intact so far
+    chunk,         // any further one, the last with it
+    damage,        // text; the group at hand, if any, will not be finished
+    end,           // of the stream; text: what went wrong, or empty. last: there will not be another stream
+  };
+  explicit Piece(Kind of) : kind(of) {}
+  Kind kind;
+  int64_t time = 0; // ticks; of group and chunk
+  Bytes bytes;
+  std::string text;
+  bool last = false;
+};
+
+class LiveSource {
+public:
+  using Sink = std::function<void(Piece)>;
+
+  // Opens the input; throws Error when that is not possible. sink is called in the thread of the
+  // source, and for each piece the receiver calls taken() once, when it is through with it.
+  LiveSource(const Options &options, const LiveInput &input, Sink sink);
+  ~LiveSource() { halt(); }
+  LiveSource(const LiveSource &) = delete;
+  LiveSource &operator=(const LiveSource &) = delete;
+
+  void start();
+  void halt(); // returns when the thread has ended
+  // How many listen now. A file that is played begins when the first one comes.
+  void audience(size_t listeners);
+  void taken();
+
+private:
+  enum class Input { played_file, growing_file, pipe, fifo };
+
+  void run();
+  bool play_once(); // false: there will not be another stream
+  bool wait_for_audience();
+  bool wait_for_input();                    // of a pipe; false: stopped
+  size_t read_some(char *out, size_t size); // 0: the end, or stopped
+  bool drain(struct Reader &reader);        // false: the stream is over
+  void take(const fvv_event &event, struct Reader &reader);
+  void take_chunk(const fvv_event &event, struct Reader &reader);
+  void begin_block(const fvv_event &event, struct Reader &reader);
+  void wait_until_due(int64_t time, struct Reader &reader);
+  void give(Piece piece);
+  bool stopped();
+
+  const Options &options;
+  const std::string name, path;
+  Sink sink;
+  Input input;
+  Descriptor descriptor;
+  bool catching_up = false; // of a growing file: what was there before we came is not sent
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool stop = false, wanted = false;
+  size_t listeners = 0, untaken = 0;
+  std::thread thread;
+};
+
+class LiveChannel;
+
+// One client. The channel borrows it between join and leave.
+class Listener {
+public:
+  explicit Listener(size_t queue_bytes) : queue(queue_bytes) {}
+  virtual ~Listener() = default;
+  // Something was put into the queue.
+  virtual void wake() = 0;
+
+  ClientQueue queue;
+};
+
+class LiveChannel {
+public:
+  // post: runs its argument in the thread of the network.
+  using Post = std::function<void(std::function<void()>)>;
+  LiveChannel(const Options &options, const LiveInput &input, Post post);
+
+  void start() { source.start(); }
+  // No piece comes in any more. To be called while what post needs is still there.
+  void halt() { source.halt(); }
+  // False: the stream has ended for good.
+  bool join(Listener &listener);
+  void leave(Listener &listener);
+  // Tells everybody that no more will come.
+  void close();
+  bool ended() const { return over; }
+
+private:
+  void receive(const Piece &piece);
+
+  const std::string name;
+  Post post;
+  Opening opening;
+  bool over = false;
+  std::set<Listener *> listeners;
+  LiveSource source; // last: its thread ends first
+};
+
+} // namespace fvv::serve
