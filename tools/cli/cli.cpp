@@ -41,7 +41,7 @@ void warn(const std::string &text) {
 int run(const char *tool, const std::function<Exit()> &body) {
   tool_name = tool;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, interrupted);
-  // A full disk and a closed pipe are errors of write(2), told in one line, not deaths by signal.
+  // A full disk and a closed pipe are errors of write(2), reported in one line, not deaths by signal.
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
   try {
     const Exit exit = body();

@@ -104,7 +104,7 @@ public:
   Comparison(const Options &chosen, Result &out)
       : options(chosen), result(out), a(chosen.a), b(chosen.b),
         matching(match(a, b, chosen.frames, chosen.start)), slots(matching.pairs.size()) {
-    // Refused before the work, not behind it.
+    // Refused before the work, not after it.
     if (!options.heatmap.empty()) folder.emplace(options.heatmap, options.force);
     result.scale_unknown = a.scale_unknown();
     result.frames_a = a.frames().size();
@@ -146,7 +146,7 @@ private:
     FrameResult frame;
     Surface::Box box = {};
     std::string loss;      // why this frame could not be compared; empty: it was
-    bool constant = false; // both have the faces of the slot in front, which is the frame in front
+    bool constant = false; // both have the faces of the slot before, which is the frame before
   };
   struct Meshes {
     geometry::Mesh a, b;
@@ -205,7 +205,7 @@ private:
     }
   }
 
-  // Whether there is no frame between this one and the one in front, in either sequence.
+  // Whether there is no frame between this one and the slot before, in either sequence.
   bool follows(size_t i) const {
     const FramePair &before = matching.pairs[i - 1], &here = matching.pairs[i];
     return before.a + 1 == here.a && before.b + 1 == here.b;

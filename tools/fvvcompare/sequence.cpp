@@ -69,7 +69,7 @@ void Sequence::open_stream() {
   number_frames(uint64_t(configuration->scene.frame_duration), count);
 }
 
-// By their times, so that a frame that is missing in between shifts none of those behind it. Where the first
+// By their times, so that a frame that is missing in between shifts none of those after it. Where the first
 // groups are missing, writers mostly begin at tick 0.
 void Sequence::number_frames(uint64_t ticks, size_t count) {
   const bool beheaded = fvv_file_group(fvv_stream_file(stream.get()), 0)->sequence > 0;

@@ -39,8 +39,8 @@ struct Result {
   std::vector<std::string> warnings;
 };
 
-// Error, and no folder, when nothing could be written; result then tells the losses all the same.
-// Other failures as the tools' libraries tell them. result: a fresh one.
+// Error, and no folder, when nothing could be written; result then has the losses all the same.
+// result: a fresh one.
 void demux(const std::string &input, const std::string &folder, const Options &options, Result &result);
 
 } // namespace fvv::demux

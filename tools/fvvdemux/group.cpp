@@ -45,7 +45,7 @@ public:
       : shown(track), files(files_of(pictures, track.video->config)),
         deep(files == Pictures::png && track.video->config.bit_depth > 8) {}
 
-  // The frame's picture into picture, nothing when the frame has none; answers why it is lost, or "". wanted
+  // The frame's picture into picture, nothing when the frame has none; returns why it is lost, or "". wanted
   // false: decodes only what later frames may need.
   std::string decode(fvv_stream *stream, size_t frame, bool wanted, std::optional<Picture> &picture) {
     const uint8_t *sample;
@@ -99,7 +99,7 @@ public:
         tracks.emplace_back(track, options.pictures);
   }
 
-  // Where pictures stand in the frames of this group: before any is unpacked.
+  // Where pictures are in the frames of this group: before any is unpacked.
   fvv_status find_tiles(size_t group, fvv_diagnostic &diagnostic) {
     for (const TrackDecoder &track : tracks)
       for (const View &view : track.track().views) {

@@ -35,7 +35,7 @@ using FilePath = std::function<std::string(const std::string &folder, int64_t nu
 Pictures files_of(Pictures wanted, const fvv_video_config &config);
 const char *extension_of(Pictures pictures);
 
-// plan: one whose stream is opened from the same file. Error or fvv::Error when a file can't be
+// plan: one whose stream is opened from the same file. Error when a file can't be
 // written.
 GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,
                          LazySurvey &survey, const FilePath &path);
@@ -47,11 +47,11 @@ struct FileNumbers {
 };
 
 // From {"frame_numbers": {"first": ..., "step": ...}} in the metadata; from 0, with a warning, when what
-// stands there would not name count frames by different numbers from 0 to 2147483647.
+// is there would not name count frames by different numbers from 0 to 2147483647.
 FileNumbers file_numbers(const fvv_configuration &configuration, int64_t count,
                          std::vector<std::string> &warnings);
 
-// Scene and cameras as capture.json tells them, with the patterns of the files; no frames yet.
+// Scene and cameras as capture.json has them, with the patterns of the files; no frames yet.
 scene::Capture describe_scene(const fvv_configuration &configuration, const Options &options);
 
 // Gives the cameras of a capture that move, by its configuration, their calibrations by file number, and the

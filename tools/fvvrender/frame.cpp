@@ -60,7 +60,7 @@ std::vector<CameraWeights> load_visibility(fvv_stream *stream, size_t frame, con
   return out;
 }
 
-// Where a frame stands: those of its group before it may be needed to decode it.
+// Where a frame is: those of its group before it may be needed to decode it.
 struct Place {
   size_t group, first, frame;
 };
@@ -174,7 +174,7 @@ private:
       out.normals.push_back({normals[i], normals[i + 1], normals[i + 2]});
   }
 
-  // Where the camera stands in the frames of the group; answers why that is lost, or "".
+  // Where the camera is in the frames of the group; returns why that is lost, or "".
   std::string find_tile(const fvv_video_layout &video, const demux::View &view,
                         std::optional<fvv_tile> &tile) {
     fvv_diagnostic diagnostic = {};

@@ -61,7 +61,7 @@ public:
   }
 
   void accept(const Request &request) {
-    // Before the answer: what comes in behind it must not be missed.
+    // Before the response: what comes in after it must not be missed.
     if (!channel->join(*this)) queue.end("");
     socket.async_accept(request, [self = shared_from_this()](beast::error_code error) {
       if (error) return self->finish("handshake");
@@ -103,7 +103,7 @@ private:
   }
 
   void close() {
-    writing = true; // nothing goes out behind the close frame
+    writing = true; // nothing goes out after the close frame
     socket.async_close(websocket::close_code::normal,
                        [self = shared_from_this()](beast::error_code) { self->finish("end of stream"); });
   }
@@ -121,11 +121,11 @@ private:
   std::shared_ptr<LiveChannel> channel;
   std::function<void(const char *)> done;
   beast::flat_buffer inbound{largest_inbound};
-  bool writing = true, finished = false; // writing: the answer to the handshake, at first
+  bool writing = true, finished = false; // writing: the response to the handshake, at first
   const char *why = "gone";
 };
 
-// Answers the upgrade and lives on until the client goes, is silent for Options::idle, sends a message above
+// Accepts the upgrade and lives on until the client goes, is silent for Options::idle, sends a message above
 // 4 KiB, or the stream ends. done is called once, at the end.
 void serve_live(beast::tcp_stream &&stream, const Request &request, const Options &options,
                 std::shared_ptr<LiveChannel> channel, std::function<void(const char *why)> done) {
@@ -172,7 +172,7 @@ public:
 private:
   void answer(beast::error_code error) {
     if (error == http::error::header_limit) return refuse_unread(431, "the header is longer than 8 KiB");
-    // Errors of the parser: what came is no request. All others: nobody is there to be told.
+    // Errors of the parser: what came is no request. All others: the client is gone.
     if (error && error.category() == make_error_code(http::error::bad_version).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message)
       return refuse_unread(400, "expected a request without a body");

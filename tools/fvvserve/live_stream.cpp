@@ -148,7 +148,7 @@ struct ReaderDeleter {
 // A stream while it is read.
 struct Reader {
   std::unique_ptr<fvv_reader, ReaderDeleter> handle;
-  std::string bytes;                                                 // pushed, and not yet behind us
+  std::string bytes;                                                 // pushed, and not yet consumed
   uint64_t offset = 0;                                               // of their first in the stream
   enum class Where { nowhere, block, group } where = Where::nowhere; // group: one that is handed on
   std::string configuration;                                         // the block, as far as it has come
@@ -344,7 +344,7 @@ void LiveSource::take(const fvv_event &event, Reader &reader) {
     Piece piece(Piece::Kind::damage);
     piece.text = text;
     give(std::move(piece));
-    // Of a block in which something is missing nothing is used; the one in front of it may still hold.
+    // Of a block in which something is missing nothing is used; the one before it may still hold.
     reader.configuration.clear();
     reader.where = Reader::Where::nowhere;
   }
@@ -370,7 +370,7 @@ void LiveSource::take_chunk(const fvv_event &event, Reader &reader) {
     }
     reader.where = catching_up ? Where::nowhere : Where::group;
   }
-  if (reader.where != Where::group || !event.group_intact) return; // why, was told as damage
+  if (reader.where != Where::group || !event.group_intact) return; // the reason was reported as damage
   // The end of a group has nothing to wait for.
   const bool ends = chunk.type == FVV_CHUNK_GROUP_END;
   if (!ends) {
@@ -390,7 +390,7 @@ void LiveSource::begin_block(const fvv_event &event, Reader &reader) {
   fvv_scene scene;
   fvv_diagnostic diagnostic;
   if (fvv_scene_decode(&scene, event.payload, event.chunk.size, &diagnostic) < 0)
-    return; // told by the reader
+    return; // reported by the reader
   reader.seconds_per_tick = double(scene.time_base.numerator) / scene.time_base.denominator;
   reader.frame_duration = scene.frame_duration;
 }
@@ -453,7 +453,7 @@ void LiveChannel::receive(const Piece &piece) {
     opening.configuration = piece.bytes;
     return;
   case Piece::Kind::group:
-    // Without a file header the stream has lost its beginning: nobody can be let in.
+    // Without a file header the stream has lost its beginning: no client can join.
     if (opening.header && opening.configuration)
       for (Listener *listener : listeners) listener->queue.group(opening, piece.time, piece.bytes);
     opening.repeated = false;

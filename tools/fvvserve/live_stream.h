@@ -22,12 +22,12 @@ namespace fvv::serve {
 // Shared by all clients that wait for them.
 using Bytes = std::shared_ptr<const std::string>;
 
-// What a client needs in front of a group.
+// What a client needs before a group.
 struct Opening {
   Bytes header;          // file header of the stream
   Bytes configuration;   // the block that holds
   uint64_t version = 0;  // another one: another block, or another stream
-  bool repeated = false; // the block stands in front of this very group
+  bool repeated = false; // the block is right before this group
 };
 
 // What a client was spared.
@@ -41,7 +41,7 @@ struct Message {
   Bytes bytes;
   Kind kind;
   int64_t time;       // ticks; of media
-  Missed missed = {}; // text: what it tells of
+  Missed missed = {}; // text: what it reports
 };
 
 // What is put makes runs: file header, configuration, whole groups with further configurations between them.

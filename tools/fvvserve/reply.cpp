@@ -20,7 +20,7 @@ bool ends_with(std::string_view text, std::string_view end) {
   return text.size() > end.size() && same_text(text.substr(text.size() - end.size()), end);
 }
 
-// "name:port" without port; "" when what stands behind the name is no port.
+// "name:port" without port; "" when what follows the name is no port.
 std::string_view without_port(std::string_view host) {
   const size_t bracket = host.empty() || host[0] != '[' ? 0 : host.find(']');
   if (bracket == std::string_view::npos) return {};

@@ -38,7 +38,7 @@ struct Reply {
 // A refusal or an error in one line of plain text; the headers that every reply has are added.
 Reply plain_reply(const Request &request, unsigned status, const std::string &line, bool keep_alive);
 
-// The header of a reply without the file: checks what holds for every request, WebSocket too. Answers nothing
+// The header of a reply without the file: checks what holds for every request, WebSocket too. Returns nothing
 // when the request may go on.
 std::optional<Reply> refuse(const Options &options, const Request &request);
 

@@ -53,7 +53,7 @@ bool has_tag(std::string_view list, const std::string &etag, bool weak) {
   return false;
 }
 
-// 1*DIGIT; what is too large for 64 bits lies behind the end of every file.
+// 1*DIGIT; what is too large for 64 bits is after the end of every file.
 std::optional<uint64_t> parse_position(std::string_view text) {
   constexpr uint64_t largest = std::numeric_limits<uint64_t>::max();
   if (text.empty()) return std::nullopt;

@@ -10,7 +10,7 @@
 
 namespace fvv::serve {
 
-// What tells one state of a file from another.
+// What distinguishes one state of a file from another.
 struct Validators {
   std::string etag; // strong, with its quotes
   std::time_t modified = 0;
@@ -61,7 +61,7 @@ struct SiteFile {
   const char *type = ""; // media type
 };
 
-enum class Lookup { found, missing, folder }; // folder: the same with a slash behind is what is meant
+enum class Lookup { found, missing, folder }; // folder: the same path with a slash at the end is meant
 
 class Site {
 public:

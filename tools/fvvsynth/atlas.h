@@ -48,7 +48,7 @@ struct Layout {
   double density;               // texels per metre of the charts' planes, the same for all
   std::vector<ChartBox> places; // of the charts, which do not overlap
   // The surface, opened at the borders of charts: of each vertex the one that it is a copy of. First come all
-  // vertices of the surface in their order, behind them further copies.
+  // vertices of the surface in their order, after them further copies.
   std::vector<uint32_t> source;
   std::vector<uint32_t> faces; // as the surface's, of these vertices
   std::vector<Flat> texels;    // of each vertex: x to the right and y down from the top left corner

@@ -1,4 +1,3 @@
-// See ffmpeg.h.
 #include "ffmpeg.h"
 
 extern "C" {

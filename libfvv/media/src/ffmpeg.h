@@ -1,6 +1,5 @@
-// libavcodec's objects with owners, and its log. Internal to fvv_media; nothing above knows FFmpeg.
-#ifndef FVV_MEDIA_FFMPEG_H
-#define FVV_MEDIA_FFMPEG_H
+// libavcodec's objects with owners, and its log. Internal to fvv_media.
+#pragma once
 
 #include "fvv_media/colour.h"
 
@@ -51,5 +50,3 @@ bool log_has_demuxer_error();
 [[noreturn]] void fail(const std::string &what, int code);
 
 } // namespace fvv::media
-
-#endif

@@ -1,4 +1,3 @@
-// See video_rgb.h.
 #include "video_rgb.h"
 
 #include "codecs.h"

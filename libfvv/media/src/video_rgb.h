@@ -1,6 +1,5 @@
 // Pictures of any pixel format to RGB, by libswscale. Internal to fvv_media.
-#ifndef FVV_MEDIA_VIDEO_RGB_H
-#define FVV_MEDIA_VIDEO_RGB_H
+#pragma once
 
 #include "ffmpeg.h"
 
@@ -24,5 +23,3 @@ private:
 };
 
 } // namespace fvv::media
-
-#endif

@@ -197,7 +197,7 @@ void SampleBuffer::resize(uint32_t w, uint32_t h) {
   width = w;
   height = h;
   columns = size_t(w) * samples;
-  // What is in front of the new end is clear already.
+  // What is before the new end is clear already.
   face.resize(columns * h * samples, no_face);
   depth.resize(columns * h * samples, std::numeric_limits<float>::infinity());
 }

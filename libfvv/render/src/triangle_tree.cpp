@@ -272,7 +272,7 @@ bool ClosestFinder::refit(const std::vector<TriangleTree::Triangle> &source, con
   slots = like.slots;
   triangles.reserve(order.size());
   for (const uint32_t face : order) triangles.push_back(source[face]);
-  // A node stands in front of its children.
+  // A node is before its children.
   for (size_t i = nodes.size(); i-- > 0;) {
     Node &node = nodes[i];
     const uint32_t count = std::exchange(node.count, 0);

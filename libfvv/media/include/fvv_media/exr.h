@@ -1,8 +1,6 @@
-// fvv_media/exr.h: OpenEXR files as float samples. It knows files of one part with scan lines or tiles; it
-// converts no colours (image.h does, for pictures). A FloatImage takes any float, NaN and infinities among
-// them.
-#ifndef FVV_MEDIA_EXR_H
-#define FVV_MEDIA_EXR_H
+// OpenEXR files of one part, with scan lines or tiles, as float samples. Colours are not converted (image.h
+// does that, for pictures). A FloatImage takes any float, NaN and infinities among them.
+#pragma once
 
 #include "fvv_media/image.h"
 
@@ -47,5 +45,3 @@ constexpr int max_dwa_level = 500;
 std::vector<uint8_t> encode_half_exr(const LinearImage &image, int dwa_level = 0);
 
 } // namespace fvv::media
-
-#endif

@@ -1,8 +1,6 @@
-// fvv_media/frame.h: the picture of a video track made of the cameras' pictures, and the way back.
-//
-// It knows fvv_tile and pixels. It knows nothing of codecs; where tiles go is decided by fvv_tiles_arrange.
-#ifndef FVV_MEDIA_FRAME_H
-#define FVV_MEDIA_FRAME_H
+// The picture of a video track made of the cameras' pictures, and the way back. fvv_tiles_arrange decides
+// where tiles go.
+#pragma once
 
 #include "fvv/video.h"
 #include "fvv_media/image.h"
@@ -57,5 +55,3 @@ template <class SampleType> void fill_smoothly(BasicImage<SampleType> &image, co
 template <class SampleType> void flatten(BasicImage<SampleType> &image, const Image &mask, uint32_t margin);
 
 } // namespace fvv::media
-
-#endif

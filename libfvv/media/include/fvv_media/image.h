@@ -1,11 +1,7 @@
-// fvv_media/image.h: still pictures: reading, writing, scaling, comparing.
-//
-// It knows PNG, JPEG and OpenEXR files and samples of 8 or 16 bits, or of linear light, in memory. It knows
-// nothing of cameras, tiles or video, and converts no colours but linear light and the sRGB curve: samples of
-// the others are taken as sRGB whatever a gAMA chunk or an ICC profile says, and Exif orientation is ignored,
-// because calibration refers to the rows and columns as they are stored.
-#ifndef FVV_MEDIA_IMAGE_H
-#define FVV_MEDIA_IMAGE_H
+// Still pictures: reading and writing PNG, JPEG and OpenEXR files, scaling, comparing. Samples have 8 or 16
+// bits, or are linear light. Samples are taken as sRGB whatever a gAMA chunk or an ICC profile says, and Exif
+// orientation is ignored, because calibration refers to the rows and columns as they are stored.
+#pragma once
 
 #include "fvv_cxx/error.h"
 
@@ -116,5 +112,3 @@ double psnr_luma(const BasicImage<SampleType> &a, const BasicImage<SampleType> &
 }
 
 } // namespace fvv::media
-
-#endif

@@ -1,7 +1,5 @@
-// fvv_media/resample.h: a picture as another camera would have it, by a map from its pixels to those of the
-// source. It knows nothing of cameras: the map is the caller's.
-#ifndef FVV_MEDIA_RESAMPLE_H
-#define FVV_MEDIA_RESAMPLE_H
+// A picture as another camera would have it, by a map from its pixels to those of the source.
+#pragma once
 
 #include "fvv_media/image.h"
 
@@ -23,5 +21,3 @@ BasicImage<SampleType> resample(const BasicImage<SampleType> &source, uint32_t w
                                 const PixelMap &map);
 
 } // namespace fvv::media
-
-#endif

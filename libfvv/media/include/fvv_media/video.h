@@ -1,10 +1,7 @@
-// fvv_media/video.h: video groups: encoding a whole group, decoding sample by sample, choosing the quality.
-//
-// It knows six codecs, JPEG and OpenEXR per frame, H.264, HEVC, VP9 and AV1, and their samples and records
-// as fvv carries them. It knows nothing of tracks, chunks or time beyond the frame rate that encoders want to
-// hear.
-#ifndef FVV_MEDIA_VIDEO_H
-#define FVV_MEDIA_VIDEO_H
+// Groups of video frames: encoding a whole group, decoding sample by sample, choosing the quality. The codecs
+// are JPEG and OpenEXR for each frame, H.264, HEVC, VP9 and AV1, with samples and records as fvv carries
+// them.
+#pragma once
 
 #include "fvv/video.h"
 #include "fvv_media/colour.h"
@@ -143,5 +140,3 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<Ba
                              double target_db, const std::vector<Image> &masks = {});
 
 } // namespace fvv::media
-
-#endif

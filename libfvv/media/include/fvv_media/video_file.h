@@ -1,10 +1,6 @@
-// fvv_media/video_file.h: the pictures of a video file, at random.
-//
-// It knows whatever libavformat and libavcodec read. It knows nothing of frames of a capture: which picture
-// belongs to which frame is for others to decide, by the times that it names. Pictures come out as they are
-// stored, not rotated.
-#ifndef FVV_MEDIA_VIDEO_FILE_H
-#define FVV_MEDIA_VIDEO_FILE_H
+// The pictures of a video file at random places, of every format that libavformat and libavcodec read, by
+// their times. Pictures are returned as they are stored, not rotated.
+#pragma once
 
 #include "fvv/types.h"
 #include "fvv_media/image.h"
@@ -67,5 +63,3 @@ private:
 };
 
 } // namespace fvv::media
-
-#endif

@@ -1,5 +1,5 @@
-// Whether anything of the mesh stands between a point of its surface and a camera. Two ways that answer the
-// same question: a depth map for each camera, as players have it, and rays, which are the truth.
+// Whether anything of the mesh is between a point of its surface and a camera. Two ways to find
+// out: a depth map for each camera, as players have it, and rays, which are the truth.
 #pragma once
 
 #include "fvv_render/triangle_tree.h"
@@ -27,7 +27,7 @@ public:
   DepthMap(const fvv_camera &camera, const Mesh &mesh, const DepthTest &test);
 
   // Whether the lens shows so much that no plane can hold it (more than 76 degrees off the axis, a side of
-  // more than 16384 pixels, 2^28 samples): then there is no map, and rays have to answer.
+  // more than 16384 pixels, 2^28 samples): then there is no map, and rays decide.
   bool too_wide() const { return !projection; }
 
   // A point of the surface, and the normal (of any length) of the face that it lies on. A point outside the

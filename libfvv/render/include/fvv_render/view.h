@@ -4,7 +4,7 @@
 // The method is that of Budd, Grau, Schuebel, "Web delivery of free-viewpoint video of sport events" (BBC R&D
 // White Paper 235, 2012), section 4, point by point of the surface:
 //   - A camera can show the point when it lies in front of it, within the lens' r_max and within the camera's
-//     pixels, the face turns its front to the camera, and nothing of the mesh stands between (occlusion.h).
+//     pixels, the face turns its front to the camera, and nothing of the mesh is between (occlusion.h).
 //     The paper asks for the depth alone; a face seen from behind, next to an outline, is as far away as its
 //     neighbour that hides it, and no tolerance tells the two apart.
 //   - Its weight is the cosine of the angle between the surface's normal and the ray to the camera. Normals
@@ -84,7 +84,7 @@ struct ViewPicture {
   std::vector<float> coverage;             // share of samples with surface
   std::vector<float> depth;                // z_c in metres, linear; +inf: no surface
   std::vector<uint32_t> face;              // no_face: no surface
-  std::vector<Contribution> contributions; // best a pixel, by falling weight, no_source behind the last
+  std::vector<Contribution> contributions; // best a pixel, by falling weight, no_source after the last
   // A byte for each pixel and source: 1 when the camera can show the point and its weight reaches the
   // threshold, be it among the best or not. Empty unless asked for.
   std::vector<uint8_t> visible;
