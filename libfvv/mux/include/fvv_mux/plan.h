@@ -71,7 +71,7 @@ struct Tiling {
   uint32_t width = 0, height = 0; // of the video frame
 };
 
-class SampleFrames; // sample_frames.h
+class SampleFrames; // pictures.cpp
 
 struct VideoChoice {
   media::VideoSettings settings = {};
@@ -158,9 +158,6 @@ struct Plan {
 // All but the choice of video. Looks at every file first: a Error has a line for each problem;
 // warnings are printed.
 Plan make_plan(const Options &options, const Observer &observer);
-
-// Encodes a sample of a video track as often as it takes to find the quality, which may be long.
-VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
 
 // Cameras whose pictures are transmitted, at the size in which they are; without any, all cameras. frame: its
 // number in file names. tiling: of the cameras.
