@@ -7,13 +7,14 @@
 #include "rate.h"
 
 #include <cstring>
+#include <optional>
 #include <type_traits>
+#include <utility>
 
 namespace fvv::media {
 namespace {
 
-template <class Sample>
-void check_settings(const VideoSettings &settings, const std::vector<BasicImage<Sample>> &frames) {
+template <class Sample> void check_settings(const VideoSettings &settings, size_t frames) {
   const VideoCodec *codec = find_video_codec(settings.codec);
   if (!codec) refuse_codec(settings.codec);
   check_bit_depth(*codec, settings.bit_depth);
@@ -25,16 +26,44 @@ void check_settings(const VideoSettings &settings, const std::vector<BasicImage<
     throw Error("pictures of " + std::to_string(8 * sizeof(Sample)) + " bits came for video of " +
                 std::to_string(settings.bit_depth) + " bits a sample");
   check_dimensions(settings.width, settings.height, "a video frame");
-  if (frames.empty()) throw Error("a group needs at least one frame");
-  for (size_t i = 0; i < frames.size(); i++) {
-    check_image(frames[i]);
-    if (frames[i].width != settings.width || frames[i].height != settings.height || frames[i].channels != 3)
-      throw Error("frame " + std::to_string(i) + " of the group is " + std::to_string(frames[i].width) +
-                  " x " + std::to_string(frames[i].height) + " x " + std::to_string(frames[i].channels) +
-                  ", expected " + std::to_string(settings.width) + " x " + std::to_string(settings.height) +
-                  " x 3");
-  }
+  if (!frames) throw Error("a group needs at least one frame");
 }
+
+/* Loads one frame of a group. */
+template <class Sample>
+std::shared_ptr<const BasicImage<Sample>> load(const VideoSettings &settings,
+                                               const GroupSource<Sample> &frames, size_t i) {
+  std::shared_ptr<const BasicImage<Sample>> image = frames.load(i).image;
+  check_image(*image);
+  if (image->width != settings.width || image->height != settings.height || image->channels != 3)
+    throw Error("frame " + std::to_string(i) + " of the group is " + std::to_string(image->width) + " x " +
+                std::to_string(image->height) + " x " + std::to_string(image->channels) + ", expected " +
+                std::to_string(settings.width) + " x " + std::to_string(settings.height) + " x 3");
+  return image;
+}
+
+/* What an encoder takes of every frame. Each is made once: all of them are kept where there are several
+ * passes over the group, else one at a time. */
+template <class Input> class Inputs {
+public:
+  Inputs(size_t count, bool keep, std::function<Input(size_t frame)> make)
+      : make_(std::move(make)), count_(count), inputs_(keep ? count : 1) {}
+
+  size_t count() const { return count_; }
+  const Input &at(size_t frame) {
+    std::optional<Input> &input = inputs_[frame % inputs_.size()];
+    if (!input || inputs_.size() < count_) {
+      input.reset();
+      input = make_(frame);
+    }
+    return *input;
+  }
+
+private:
+  const std::function<Input(size_t frame)> make_;
+  const size_t count_;
+  std::vector<std::optional<Input>> inputs_;
+};
 
 std::vector<uint8_t> encode_still(const Image &frame, int quality) {
   return encode_jpeg(frame, quality, Subsampling::yuv420);
@@ -44,10 +73,10 @@ std::vector<uint8_t> encode_still(const LinearImage &frame, int quality) {
 }
 
 template <class SampleType>
-EncodedGroup encode_stills(int quality, const std::vector<BasicImage<SampleType>> &frames) {
+EncodedGroup encode_stills(int quality, Inputs<std::shared_ptr<const BasicImage<SampleType>>> &images) {
   EncodedGroup group;
-  for (const BasicImage<SampleType> &frame : frames)
-    group.samples.push_back({encode_still(frame, quality), true});
+  for (size_t i = 0; i < images.count(); i++)
+    group.samples.push_back({encode_still(*images.at(i), quality), true});
   return group;
 }
 
@@ -59,9 +88,7 @@ void copy_plane(AVFrame *frame, int plane, const std::vector<Sample> &samples, s
 }
 
 template <class Sample>
-AvFrame make_picture(const AVCodecContext *context, const Colour &colour, const BasicImage<Sample> &image,
-                     int64_t index) {
-  const BasicFrame<Sample> yuv = to_yuv(image, colour);
+AvFrame make_picture(const AVCodecContext *context, const BasicFrame<Sample> &yuv, int64_t index) {
   AvFrame frame = make_frame();
   frame->format = context->pix_fmt;
   frame->width = context->width;
@@ -84,7 +111,7 @@ public:
         context_(open_encoder(encoder, settings, crf, pass, statistics)), packet_(make_packet()) {}
 
   /* What a first pass finds out for the second. */
-  template <class SampleType> std::string look(const std::vector<BasicImage<SampleType>> &frames) {
+  template <class SampleType> std::string look(Inputs<BasicFrame<SampleType>> &frames) {
     send(frames, [this] {
       while (avcodec_receive_packet(context_.get(), packet_.get()) >= 0) av_packet_unref(packet_.get());
     });
@@ -92,11 +119,11 @@ public:
     return context_->stats_out;
   }
 
-  template <class SampleType> EncodedGroup encode(const std::vector<BasicImage<SampleType>> &frames) {
+  template <class SampleType> EncodedGroup encode(Inputs<BasicFrame<SampleType>> &frames) {
     send(frames, [this] { receive_samples(); });
-    if (group_.samples.size() != frames.size())
+    if (group_.samples.size() != frames.count())
       throw Error(library_ + " gave " + std::to_string(group_.samples.size()) + " samples for " +
-                  std::to_string(frames.size()) + " frames");
+                  std::to_string(frames.count()) + " frames");
     make_record();
     check_samples();
     return std::move(group_);
@@ -104,10 +131,9 @@ public:
 
 private:
   template <class SampleType, class Receive>
-  void send(const std::vector<BasicImage<SampleType>> &frames, const Receive &receive) {
-    const Colour colour = colour_of_codec(settings_.codec);
-    for (size_t i = 0; i < frames.size(); i++) {
-      const AvFrame picture = make_picture(context_.get(), colour, frames[i], int64_t(i));
+  void send(Inputs<BasicFrame<SampleType>> &frames, const Receive &receive) {
+    for (size_t i = 0; i < frames.count(); i++) {
+      const AvFrame picture = make_picture(context_.get(), frames.at(i), int64_t(i));
       const int code = avcodec_send_frame(context_.get(), picture.get());
       if (code < 0) fail(library_ + " cannot encode frame " + std::to_string(i), code);
       receive();
@@ -165,30 +191,61 @@ private:
 } // namespace
 
 template <class SampleType>
-EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames) {
-  check_settings(settings, frames);
-  std::string statistics; // of a first pass, which does not depend on the quality
-  const auto encode_at = [&](double quality) {
-    EncodedGroup group;
-    const VideoEncoder *encoder = find_encoder(settings.codec);
-    if constexpr (!std::is_same_v<SampleType, float>)
-      if (encoder) {
+GroupSource<SampleType> GroupSource<SampleType>::borrowed(const std::vector<BasicImage<SampleType>> &frames,
+                                                          const std::vector<Image> &masks) {
+  if (!masks.empty() && masks.size() != frames.size())
+    throw Error(std::to_string(masks.size()) + " masks came with " + std::to_string(frames.size()) +
+                " frames");
+  const auto lent = [](const auto &image) {
+    using Lent = std::remove_reference_t<decltype(image)>;
+    return std::shared_ptr<Lent>(&image, [](Lent *) {});
+  };
+  return {frames.size(), [&, lent](size_t i) {
+            return GroupFrame<SampleType>{lent(frames[i]), masks.empty() ? nullptr : lent(masks[i])};
+          }};
+}
+
+template <class SampleType>
+EncodedGroup encode_group(const VideoSettings &settings, const GroupSource<SampleType> &frames) {
+  check_settings<SampleType>(settings, frames.count);
+  const VideoEncoder *encoder = find_encoder(settings.codec);
+  const bool again = settings.bit_rate || (encoder && encoder->two_passes);
+  const auto loaded = [&](size_t i) { return load(settings, frames, i); };
+  std::function<EncodedGroup(double quality)> encode_at;
+  if constexpr (!std::is_same_v<SampleType, uint16_t>)
+    if (!encoder)
+      encode_at = [images =
+                       Inputs<std::shared_ptr<const BasicImage<SampleType>>>(frames.count, again, loaded)](
+                      double quality) mutable { return encode_stills(int(quality), images); };
+  if constexpr (!std::is_same_v<SampleType, float>)
+    if (encoder)
+      encode_at = [&,
+                   planes = Inputs<BasicFrame<SampleType>>(
+                       frames.count, again,
+                       [&](size_t i) { return to_yuv(*loaded(i), colour_of_codec(settings.codec)); }),
+                   // Of a first pass, which does not depend on the quality.
+                   statistics = std::string()](double quality) mutable {
         if (encoder->two_passes && statistics.empty())
-          statistics = GroupEncoder(*encoder, settings, quality, AV_CODEC_FLAG_PASS1).look(frames);
+          statistics = GroupEncoder(*encoder, settings, quality, AV_CODEC_FLAG_PASS1).look(planes);
         const int pass = encoder->two_passes ? AV_CODEC_FLAG_PASS2 : 0;
-        group = GroupEncoder(*encoder, settings, quality, pass, statistics).encode(frames);
-      }
-    if constexpr (!std::is_same_v<SampleType, uint16_t>)
-      if (!encoder) group = encode_stills(int(quality), frames);
+        return GroupEncoder(*encoder, settings, quality, pass, statistics).encode(planes);
+      };
+  const auto with_quality = [&](double quality) {
+    EncodedGroup group = encode_at(quality);
     group.quality = quality;
     return group;
   };
-  return settings.bit_rate ? encode_to_rate(settings, frames.size(), encode_at) : encode_at(settings.quality);
+  return settings.bit_rate ? encode_to_rate(settings, frames.count, with_quality)
+                           : with_quality(settings.quality);
 }
 
-template EncodedGroup encode_group(const VideoSettings &, const std::vector<Image> &);
-template EncodedGroup encode_group(const VideoSettings &, const std::vector<DeepImage> &);
-template EncodedGroup encode_group(const VideoSettings &, const std::vector<LinearImage> &);
+#define FVV_INSTANTIATE(Sample)                                                                              \
+  template class GroupSource<Sample>;                                                                        \
+  template EncodedGroup encode_group(const VideoSettings &, const GroupSource<Sample> &);
+FVV_INSTANTIATE(uint8_t)
+FVV_INSTANTIATE(uint16_t)
+FVV_INSTANTIATE(float)
+#undef FVV_INSTANTIATE
 
 fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &group) {
   const Colour colour = colour_of_codec(settings.codec);

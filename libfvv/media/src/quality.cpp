@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <iterator>
 #include <map>
+#include <utility>
 
 namespace fvv::media {
 namespace {
@@ -32,6 +33,16 @@ public:
 
   bool done() const { return bad.step - good.step <= 1; }
   int step() const { return next; } // to be tried now
+  // The line through the last two tries ends beside the last one: its error there is a small part of a step.
+  bool is_sure() const {
+    return before.step >= 0 && std::isfinite(last.db) && std::isfinite(before.db) && before.db != last.db &&
+           std::abs(ahead() - last.step) <= 1;
+  }
+  // The best step by what is known.
+  int ahead() const {
+    const double steps_ahead = std::clamp((last.db - target) / fall, -1000.0, 1000.0);
+    return last.step + int(std::floor(steps_ahead));
+  }
 
   // What that came to. Answers whether it is good.
   bool take(double db) {
@@ -43,9 +54,8 @@ public:
     const Tried from = both ? good : last, to = both ? bad : now;
     const double found = (from.db - to.db) / (to.step - from.step);
     if (from.step >= 0 && std::isfinite(found) && found > 0) fall = found;
-    const double ahead = std::clamp((now.db - target) / fall, -1000.0, 1000.0);
-    next = std::clamp(next + int(std::floor(ahead)), good.step + 1, std::max(good.step + 1, bad.step - 1));
-    last = now;
+    before = std::exchange(last, now);
+    next = std::clamp(ahead(), good.step + 1, std::max(good.step + 1, bad.step - 1));
     return db >= target;
   }
 
@@ -62,7 +72,7 @@ private:
   };
   const int steps;
   const double target;
-  Tried good = {-1, 0}, bad, last = {-1, 0};
+  Tried good = {-1, 0}, bad, last = {-1, 0}, before = {-1, 0};
   double fall;
   int next;
 };
@@ -75,19 +85,15 @@ bool has_drafts(uint32_t codec) {
 } // namespace
 
 template <class SampleType>
-MeasuredGroup encode_measured(const VideoSettings &settings,
-                              const std::vector<BasicImage<SampleType>> &frames,
-                              const std::vector<Image> &masks) {
-  if (!masks.empty() && masks.size() != frames.size())
-    throw Error(std::to_string(masks.size()) + " masks came with " + std::to_string(frames.size()) +
-                " frames");
+MeasuredGroup encode_measured(const VideoSettings &settings, const GroupSource<SampleType> &frames) {
   MeasuredGroup out = {encode_group(settings, frames), 0};
   Decoder decoder(config_of(settings, out.group));
   LumaError sum;
-  for (size_t i = 0; i < frames.size(); i++) {
+  for (size_t i = 0; i < frames.count; i++) {
     const std::vector<uint8_t> &bytes = out.group.samples[i].bytes;
-    const LumaError one = luma_error(frames[i], decoder.decode<SampleType>(bytes.data(), bytes.size()),
-                                     masks.empty() ? nullptr : &masks[i]);
+    const GroupFrame<SampleType> frame = frames.load(i);
+    const LumaError one =
+        luma_error(*frame.image, decoder.decode<SampleType>(bytes.data(), bytes.size()), frame.mask.get());
     sum.squares += one.squares;
     sum.pixels += one.pixels;
   }
@@ -96,8 +102,8 @@ MeasuredGroup encode_measured(const VideoSettings &settings,
 }
 
 template <class SampleType>
-MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
-                             double target_db, const std::vector<Image> &masks) {
+MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<SampleType> &frames,
+                             double target_db) {
   const VideoCodec *codec = find_video_codec(settings.codec);
   if (!codec) refuse_codec(settings.codec);
   const int direction = codec->coarsest < codec->finest ? -1 : 1;
@@ -111,12 +117,12 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<Ba
     tried.draft = true;
     Search search(steps, target_db - draft_loss, first, fall);
     std::map<int, double> db; // of the steps that were tried
-    while (!search.done()) {
+    while (!search.done() && !search.is_sure()) {
       const int step = search.step();
       tried.quality = quality_of(step);
-      search.take(db[step] = encode_measured(tried, frames, masks).psnr);
+      search.take(db[step] = encode_measured(tried, frames).psnr);
     }
-    first = drafted = search.best();
+    first = drafted = search.done() ? search.best() : search.ahead();
     // The least between neighbours: with noise in a small picture falls are uneven.
     fall = INFINITY;
     for (auto to = std::next(db.begin()); to != db.end(); ++to) {
@@ -132,7 +138,7 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<Ba
   };
   while (!search.done() && !settled()) {
     tried.quality = quality_of(search.step());
-    MeasuredGroup group = encode_measured(tried, frames, masks);
+    MeasuredGroup group = encode_measured(tried, frames);
     if (search.take(group.psnr)) chosen = std::move(group);
   }
   if (search.best() < 0) {
@@ -145,10 +151,8 @@ MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<Ba
 }
 
 #define FVV_INSTANTIATE(Sample)                                                                              \
-  template MeasuredGroup encode_measured(const VideoSettings &, const std::vector<BasicImage<Sample>> &,     \
-                                         const std::vector<Image> &);                                        \
-  template MeasuredGroup choose_quality(const VideoSettings &, const std::vector<BasicImage<Sample>> &,      \
-                                        double, const std::vector<Image> &);
+  template MeasuredGroup encode_measured(const VideoSettings &, const GroupSource<Sample> &);                \
+  template MeasuredGroup choose_quality(const VideoSettings &, const GroupSource<Sample> &, double);
 FVV_INSTANTIATE(uint8_t)
 FVV_INSTANTIATE(uint16_t)
 FVV_INSTANTIATE(float)

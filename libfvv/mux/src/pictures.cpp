@@ -2,9 +2,15 @@
 #include "fvv_cxx/error.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
-#include "mux/src/sample_frames.h"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <optional>
 #include <type_traits>
+#include <utility>
+#include <variant>
 
 namespace fvv::mux {
 
@@ -101,27 +107,189 @@ template Picture<uint8_t> load_picture(const Plan &, const VideoTrack &, size_t,
 template Picture<uint16_t> load_picture(const Plan &, const VideoTrack &, size_t, bool);
 template Picture<float> load_picture(const Plan &, const VideoTrack &, size_t, bool);
 
+// What the choice of a quality has made already, kept until the frames' turn: video frames that it has
+// composed, or, where the sample is a group of the stream, that group.
+class SampleFrames {
+public:
+  template <class Sample> void keep(size_t frame, std::shared_ptr<const media::BasicImage<Sample>> image) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    images.insert_or_assign(frame, std::move(image));
+  }
+
+  // Removes what it returns; NULL when the frame is not there, or no longer.
+  template <class Sample> std::shared_ptr<const media::BasicImage<Sample>> take(size_t frame) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto node = images.extract(frame);
+    if (node.empty()) return nullptr;
+    return std::get<std::shared_ptr<const media::BasicImage<Sample>>>(std::move(node.mapped()));
+  }
+
+  // Frames first ... first + group.samples.size() - 1, with the settings of the choice.
+  void keep_encoded(size_t first, media::EncodedGroup group) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    encoded_first = first;
+    encoded = std::move(group);
+  }
+
+  // What encoding frames first ... first + count - 1 together would give; removes what it returns.
+  std::optional<media::EncodedGroup> take_encoded(size_t first, size_t count) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!encoded || encoded_first != first || encoded->samples.size() != count) return std::nullopt;
+    return std::exchange(encoded, std::nullopt);
+  }
+
+private:
+  std::mutex mutex;
+  size_t encoded_first = 0;
+  std::optional<media::EncodedGroup> encoded;
+  std::map<size_t, std::variant<std::shared_ptr<const media::Image>, std::shared_ptr<const media::DeepImage>,
+                                std::shared_ptr<const media::LinearImage>>>
+      images;
+};
+
 namespace {
+
+constexpr size_t sample_size = 25; // frames
+// What the samples of all tracks may keep in memory. Frames beyond are loaded again whenever they are needed.
+constexpr size_t sample_bytes = size_t(160) << 20;
+
+// The frames by which the quality of a track is chosen or judged.
+template <class SampleType> class Sample {
+public:
+  Sample(const Plan &from, const VideoTrack &of) : plan(from), track(of) {
+    // What a bit rate leaves to a group is for all of its frames. A quality is judged by a whole group, too,
+    // because pictures get better in its course, and by one from the middle, when the action is on.
+    const size_t group = plan.options.bit_rate ? 0 : plan.group_count() / 2;
+    first = plan.first_of(group);
+    count = plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(group), sample_size);
+    whole_group = count == plan.frames_of(group);
+    size_t bytes = 0;
+    for (size_t i = 0; i < count; i++) {
+      const media::GroupFrame<SampleType> frame = read(i);
+      if (frame.mask) {
+        const std::vector<uint8_t> &mask = frame.mask->pixels;
+        masked = masked || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
+        bytes += mask.size();
+      }
+      bytes += frame.image->pixels.size() * sizeof(SampleType);
+      if (bytes <= sample_bytes / plan.tracks.size()) kept.push_back(frame);
+    }
+  }
+
+  media::GroupSource<SampleType> source() const {
+    return {count, [this](size_t i) {
+              media::GroupFrame<SampleType> frame = i < kept.size() ? kept[i] : read(i);
+              // Nobody is on stage yet: then all that can be judged is the whole picture.
+              if (!masked) frame.mask = nullptr;
+              return frame;
+            }};
+  }
+
+  void keep_images(SampleFrames &frames) const {
+    for (size_t i = 0; i < kept.size(); i++) frames.keep<SampleType>(first + i, kept[i].image);
+  }
+
+  size_t first, count;
+  bool whole_group;    // of the stream
+  bool masked = false; // only pixels in masks count
+
+private:
+  media::GroupFrame<SampleType> read(size_t i) const {
+    Picture<SampleType> picture = load_picture<SampleType>(plan, track, first + i, true);
+    media::GroupFrame<SampleType> frame;
+    frame.image = std::make_shared<media::BasicImage<SampleType>>(std::move(picture.image));
+    if (!picture.mask.pixels.empty()) frame.mask = std::make_shared<media::Image>(std::move(picture.mask));
+    return frame;
+  }
+
+  const Plan &plan;
+  const VideoTrack &track;
+  std::vector<media::GroupFrame<SampleType>> kept; // the first ones
+};
+
+// Of the bits that are for all tracks; by the pixels.
+uint64_t share_of_rate(const Plan &plan, const VideoTrack &track) {
+  const auto pixels = [](const VideoTrack &one) { return uint64_t(one.tiling.width) * one.tiling.height; };
+  uint64_t all = 0;
+  for (const VideoTrack &one : plan.tracks) all += pixels(one);
+  return uint64_t(double(plan.options.bit_rate) * double(pixels(track)) / double(all));
+}
+
+// Where a search begins that knows nothing yet: the middle of the codec's scale.
+int middle_quality(uint32_t codec) {
+  const media::VideoCodec &known = *media::find_video_codec(codec);
+  return (known.finest + known.coarsest) / 2;
+}
+
+template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoTrack &track) {
+  const Options &options = plan.options;
+  VideoChoice choice;
+  choice.settings = {options.codec,
+                     track.tiling.width,
+                     track.tiling.height,
+                     int(options.quality.value),
+                     plan.capture.frame_duration,
+                     options.bit_depth,
+                     share_of_rate(plan, track)};
+  const Sample<SampleType> sample(plan, track);
+  choice.masks = sample.masked;
+  choice.sample_frames = uint32_t(sample.count);
+  media::EncodedGroup encoded;
+  try {
+    if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
+    const bool search = options.quality.is_psnr && !options.bit_rate;
+    media::MeasuredGroup measured =
+        search ? media::choose_quality(choice.settings, sample.source(), options.quality.value)
+               : media::encode_measured(choice.settings, sample.source());
+    choice.settings.quality = int(std::lround(measured.group.quality));
+    choice.sample_psnr = measured.psnr;
+    choice.record = measured.group.record;
+    choice.codec_string = measured.group.codec_string;
+    encoded = std::move(measured.group);
+  } catch (const Error &error) {
+    throw Error(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
+                std::to_string(sample.count) + " frames: " + error.what());
+  }
+  choice.frames = std::make_shared<SampleFrames>();
+  // A rate is searched anew from the quality found here, which may come to another one; stills are encoded
+  // one by one.
+  if (!options.bit_rate && !media::find_video_codec(options.codec)->is_stills() && sample.whole_group)
+    choice.frames->keep_encoded(sample.first, std::move(encoded));
+  else
+    sample.keep_images(*choice.frames);
+  return choice;
+}
 
 template <class Sample>
 media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
   if (std::optional<media::EncodedGroup> known = track.choice.frames->take_encoded(first, count))
     return *known;
-  std::vector<media::BasicImage<Sample>> images;
-  for (size_t i = first; i < first + count; i++) {
-    std::optional<media::BasicImage<Sample>> kept = track.choice.frames->take<Sample>(i);
-    images.push_back(kept ? std::move(*kept) : load_picture<Sample>(plan, track, i, false).image);
-  }
+  bool loading = false; // whose errors name their frame
+  const media::GroupSource<Sample> frames(count, [&](size_t i) {
+    media::GroupFrame<Sample> frame = {track.choice.frames->template take<Sample>(first + i), nullptr};
+    if (frame.image) return frame;
+    loading = true;
+    frame.image = std::make_shared<media::BasicImage<Sample>>(
+        load_picture<Sample>(plan, track, first + i, false).image);
+    loading = false;
+    return frame;
+  });
   try {
-    return media::encode_group(track.choice.settings, images);
+    return media::encode_group(track.choice.settings, frames);
   } catch (const Error &error) {
-    const scene::Frames &frames = plan.capture.frames;
-    throw Error(plan.capture.path + ": frames " + std::to_string(frames.number(int64_t(first))) + " to " +
-                std::to_string(frames.number(int64_t(first + count - 1))) + ": " + error.what());
+    if (loading) throw;
+    const scene::Frames &numbers = plan.capture.frames;
+    throw Error(plan.capture.path + ": frames " + std::to_string(numbers.number(int64_t(first))) + " to " +
+                std::to_string(numbers.number(int64_t(first + count - 1))) + ": " + error.what());
   }
 }
 
 } // namespace
+
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
+  return media::with_sample_type(plan.options.codec, plan.options.bit_depth,
+                                 [&](auto sample) { return choose_as<decltype(sample)>(plan, track); });
+}
 
 media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
   return media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {

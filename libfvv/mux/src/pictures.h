@@ -1,5 +1,5 @@
-// fvvmux/frames.h: the pictures of a frame of a capture as the stream has them, in one video frame. Every
-// function is pure and may run on any thread. Knows nothing of the container.
+// The pictures of a capture as the stream has them: video frames, their quality, and groups of them encoded.
+// Every function may run on any thread.
 #pragma once
 
 #include "fvv_mux/plan.h"
@@ -29,6 +29,9 @@ media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene
 
 // The picture of the capture's atlas, for the same samples. frame: its number in file names.
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
+
+// Encodes a sample of a video track as often as it takes to find the quality, which may be long.
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
 
 // Encodes frames first ... first + count - 1 of a track as one group.
 media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count);

@@ -9,7 +9,6 @@
 #include "mux/src/layout.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
-#include "mux/src/sample_frames.h"
 #include "mux/src/visibility.h"
 
 #include <algorithm>
@@ -72,8 +71,6 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
   return left_out;
 }
 
-constexpr size_t sample_size = 25; // frames
-
 // True when there was a warning.
 bool look_at_files(Plan &plan, bool sub_range) {
   const scene::Capture &capture = plan.capture;
@@ -108,12 +105,6 @@ uint32_t frames_per_second(const fvv_rational &duration) {
   const double rate = double(duration.denominator) / duration.numerator;
   return uint32_t(std::clamp(std::round(rate), 1.0, 1000.0));
 }
-
-template <class SampleType> struct Sample {
-  std::vector<size_t> frames;
-  std::vector<media::BasicImage<SampleType>> images;
-  std::vector<media::Image> masks; // empty: whole pictures count
-};
 
 // The whole picture of the first frame; the others are to have the same size. Chroma of two pixels a side
 // needs even sides, which scaling gives: texture coordinates are fractions of the picture.
@@ -150,91 +141,7 @@ bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
   return true;
 }
 
-template <class SampleType> Sample<SampleType> load_sample(const Plan &plan, const VideoTrack &track) {
-  Sample<SampleType> sample;
-  bool foreground = false;
-  // What a bit rate leaves to a group is for all of its frames. A quality is judged by a whole group, too,
-  // because pictures get better in its course, and by one from the middle, when the action is on.
-  const size_t group = plan.options.bit_rate ? 0 : plan.group_count() / 2;
-  const size_t count =
-      plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(group), sample_size);
-  for (size_t i = plan.first_of(group); i < plan.first_of(group) + count; i++) {
-    Picture<SampleType> picture = load_picture<SampleType>(plan, track, i, true);
-    sample.frames.push_back(i);
-    sample.images.push_back(std::move(picture.image));
-    if (picture.mask.pixels.empty()) continue;
-    const std::vector<uint8_t> &mask = picture.mask.pixels;
-    foreground = foreground || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
-    sample.masks.push_back(std::move(picture.mask));
-  }
-  // Nobody is on stage yet: then all that can be judged is the whole picture.
-  if (!foreground) sample.masks.clear();
-  return sample;
-}
-
-// Of the bits that are for all tracks; by the pixels.
-uint64_t share_of_rate(const Plan &plan, const VideoTrack &track) {
-  const auto pixels = [](const VideoTrack &one) { return uint64_t(one.tiling.width) * one.tiling.height; };
-  uint64_t all = 0;
-  for (const VideoTrack &one : plan.tracks) all += pixels(one);
-  return uint64_t(double(plan.options.bit_rate) * double(pixels(track)) / double(all));
-}
-
-// Where a search begins that knows nothing yet: the middle of the codec's scale.
-int middle_quality(uint32_t codec) {
-  const media::VideoCodec &known = *media::find_video_codec(codec);
-  return (known.finest + known.coarsest) / 2;
-}
-
-template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoTrack &track) {
-  const Options &options = plan.options;
-  VideoChoice choice;
-  choice.settings = {options.codec,
-                     track.tiling.width,
-                     track.tiling.height,
-                     int(options.quality.value),
-                     plan.capture.frame_duration,
-                     options.bit_depth,
-                     share_of_rate(plan, track)};
-  Sample<SampleType> sample = load_sample<SampleType>(plan, track);
-  choice.masks = !sample.masks.empty();
-  choice.sample_frames = uint32_t(sample.images.size());
-  media::EncodedGroup encoded;
-  try {
-    if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
-    const bool search = options.quality.is_psnr && !options.bit_rate;
-    media::MeasuredGroup measured =
-        search ? media::choose_quality(choice.settings, sample.images, options.quality.value, sample.masks)
-               : media::encode_measured(choice.settings, sample.images, sample.masks);
-    choice.settings.quality = int(std::lround(measured.group.quality));
-    choice.sample_psnr = measured.psnr;
-    choice.record = measured.group.record;
-    choice.codec_string = measured.group.codec_string;
-    encoded = std::move(measured.group);
-  } catch (const Error &error) {
-    throw Error(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +
-                std::to_string(sample.images.size()) + " frames: " + error.what());
-  }
-  choice.frames = std::make_shared<SampleFrames>();
-  // A rate is searched anew from the quality found here, which may come to another one; stills are encoded
-  // one by one.
-  const size_t group = sample.frames[0] / plan.group_size;
-  if (!options.bit_rate && !media::find_video_codec(options.codec)->is_stills() &&
-      sample.frames.size() == plan.frames_of(group)) {
-    choice.frames->keep_encoded(sample.frames[0], std::move(encoded));
-    return choice;
-  }
-  for (size_t k = 0; k < sample.frames.size(); k++)
-    choice.frames->keep(sample.frames[k], std::move(sample.images[k]));
-  return choice;
-}
-
 } // namespace
-
-VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
-  return media::with_sample_type(plan.options.codec, plan.options.bit_depth,
-                                 [&](auto sample) { return choose_as<decltype(sample)>(plan, track); });
-}
 
 Plan make_plan(const Options &options, const Observer &observer) {
   scene::Capture capture = scene::load_capture(scene::description_file(options.capture));

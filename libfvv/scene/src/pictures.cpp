@@ -4,9 +4,12 @@
 #include "fvv_scene/video_match.h"
 
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <tuple>
 
 namespace fvv::scene {
 
@@ -81,9 +84,62 @@ template <class Sample> struct Constants {
   }
 };
 
+// Masks as they are read, in runs of equal values: of one shape some kilobytes. What is full takes no more,
+// and forgets nothing: passes go through the frames in the same order, and the first ones stay.
+class Masks {
+public:
+  // Path, stream of a video, picture of a video, degrees.
+  using Key = std::tuple<std::string, std::optional<uint32_t>, size_t, int>;
+
+  // Nothing when it is not here.
+  std::optional<media::Image> find(const Key &key) {
+    std::unique_lock<std::mutex> lock(mutex);
+    const auto found = masks.find(key);
+    if (found == masks.end()) return std::nullopt;
+    const Runs &runs = found->second; // stays where it is
+    lock.unlock();
+    media::Image mask = media::make_image<uint8_t>(runs.width, runs.height, 1, 0);
+    auto out = mask.pixels.begin();
+    for (const Run &run : runs.runs) out = std::fill_n(out, run.length, run.value);
+    return mask;
+  }
+
+  void keep(const Key &key, const media::Image &mask) {
+    Runs runs = {mask.width, mask.height, {}};
+    for (auto at = mask.pixels.begin(); at != mask.pixels.end();) {
+      const auto longest = mask.pixels.end() - at > UINT16_MAX ? at + UINT16_MAX : mask.pixels.end();
+      const auto end = std::find_if(at, longest, [&](uint8_t value) { return value != *at; });
+      runs.runs.push_back({*at, uint16_t(end - at)});
+      at = end;
+    }
+    runs.runs.shrink_to_fit();
+    const std::lock_guard<std::mutex> lock(mutex);
+    const size_t size =
+        runs.runs.size() * sizeof(Run) + std::get<0>(key).size() + 200; // 200: of the map's node
+    if (bytes + size > most_bytes) return;
+    if (masks.emplace(key, std::move(runs)).second) bytes += size;
+  }
+
+private:
+  static constexpr size_t most_bytes = size_t(64) << 20;
+  struct Run {
+    uint8_t value;
+    uint16_t length;
+  };
+  struct Runs {
+    uint32_t width, height;
+    std::vector<Run> runs;
+  };
+  std::mutex mutex;
+  std::map<Key, Runs> masks;
+  size_t bytes = 0;
+};
+
 } // namespace
 
 struct Videos::Shared {
+  Masks masks;
+  std::atomic<uint64_t> pictures_read = 0, masks_read = 0;
   Constants<uint8_t> constants;
   Constants<uint16_t> deep_constants;
   Constants<float> linear_constants;
@@ -134,17 +190,30 @@ media::BasicImage<Sample> Videos::read(const Capture &capture, const PictureSour
     return capture.memory->picture<Sample>(frame, source.memory_camera);
   }
   const std::string path = capture.resolve(source.file(frame));
-  if (!source.video) {
-    const bool again = source.is_constant() && capture.frames.count > 1;
-    const media::BasicImage<Sample> still =
-        again ? shared->constant<Sample>(path, channels) : media::read_image<Sample>(path, channels);
-    return media::rotate(still, source.rotate.value_or(0));
-  }
-  Video &video = shared->video(path, source.video->stream);
-  const size_t picture = FrameClock(capture, *source.video).nearest(video.facts.times, frame);
-  const int turned = source.rotate.value_or(video.facts.rotation.value_or(0));
-  Loan reader(video, picture, shared->most_of_each());
-  return media::rotate((*reader).picture<Sample>(picture, channels), turned);
+  const bool constant = !source.video && source.is_constant() && capture.frames.count > 1;
+  Video *video = source.video ? &shared->video(path, source.video->stream) : nullptr;
+  const size_t picture = video ? FrameClock(capture, *source.video).nearest(video->facts.times, frame) : 0;
+  const int turned = source.rotate.value_or(video ? video->facts.rotation.value_or(0) : 0);
+  const auto read_anew = [&] {
+    if (constant) return media::rotate(shared->constant<Sample>(path, channels), turned);
+    (channels == 1 ? shared->masks_read : shared->pictures_read)++;
+    if (!video) return media::rotate(media::read_image<Sample>(path, channels), turned);
+    Loan reader(*video, picture, shared->most_of_each());
+    return media::rotate((*reader).picture<Sample>(picture, channels), turned);
+  };
+  if constexpr (std::is_same_v<Sample, uint8_t>)
+    if (channels == 1 && !constant) {
+      const Masks::Key key(path, source.video ? source.video->stream : std::nullopt, picture, turned);
+      if (std::optional<media::Image> mask = shared->masks.find(key)) return *mask;
+      media::Image mask = read_anew();
+      shared->masks.keep(key, mask);
+      return mask;
+    }
+  return read_anew();
+}
+
+PictureReads Videos::reads() const {
+  return {shared->pictures_read, shared->masks_read};
 }
 
 template media::Image Videos::read(const Capture &, const PictureSource &, int64_t, int);

@@ -7,6 +7,7 @@
 #include "fvv_media/colour.h"
 #include "fvv_media/image.h"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -65,15 +66,35 @@ struct EncodedGroup {
   bool over_rate = false;      // the coarsest quality, which this is, takes more than bit_rate
 };
 
+// A frame of a group, shared with whoever keeps it.
+template <class SampleType> struct GroupFrame {
+  std::shared_ptr<const BasicImage<SampleType>> image;
+  std::shared_ptr<const Image> mask; // NULL, or grey: pixels > 127 count in a comparison (see compose_masks)
+};
+
+// The frames of a group, each loaded when it is needed. load is called on the calling thread.
+template <class SampleType> class GroupSource {
+public:
+  GroupSource(size_t frames, std::function<GroupFrame<SampleType>(size_t frame)> loader)
+      : count(frames), load(std::move(loader)) {}
+  // Frames that are in memory, and stay there. masks: none, or one a frame, else Error.
+  static GroupSource borrowed(const std::vector<BasicImage<SampleType>> &frames,
+                              const std::vector<Image> &masks = {});
+
+  size_t count;
+  std::function<GroupFrame<SampleType>(size_t frame)> load;
+};
+
 // The bytes that bit_rate leaves to all samples of a group with so many frames.
 uint64_t rate_budget(const VideoSettings &settings, size_t frames);
 
 // Code points that encode_group gives to a codec's pictures.
 Colour colour_of_codec(uint32_t codec);
 
-// One closed group of RGB frames. A pure function: the same settings and frames give the same bytes, on one
-// thread, without looking at other groups; the same settings give the same record and codec_string.
-// JPEG: every sample a JFIF file, 4:2:0, every one a key.
+// One closed group of RGB frames. Loads every frame once, in order, and holds no more than one, but for VP9
+// and with a bit_rate, which keep all of them, without masks and where they can as 4:2:0. A pure function:
+// the same settings and frames give the same bytes, on one thread, without looking at other groups; the same
+// settings give the same record and codec_string. JPEG: every sample a JFIF file, 4:2:0, every one a key.
 // OpenEXR: every sample a file of encode_half_exr, every one a key.
 // All others: 4:2:0, one sample a frame in the order of display, the first the only key; no frame is hidden
 // in a sample. All keep the rules of fvv_video_sample_check.
@@ -85,8 +106,12 @@ Colour colour_of_codec(uint32_t codec);
 // With a bit_rate the group takes at most rate_budget: the finest quality that keeps it, or a few per cent
 // less; JPEG mixes two neighbouring qualities. Two to six encodings, the fewer the better settings.quality
 // was.
+template <class SampleType>
+EncodedGroup encode_group(const VideoSettings &settings, const GroupSource<SampleType> &frames);
 template <class SampleType = uint8_t>
-EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames);
+EncodedGroup encode_group(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames) {
+  return encode_group(settings, GroupSource<SampleType>::borrowed(frames));
+}
 
 class SampleDecoder;
 
@@ -124,19 +149,21 @@ struct MeasuredGroup {
   double psnr = 0; // dB of luma, squared errors pooled over all frames
 };
 
-// The frames encoded as one group, decoded and compared. masks: empty, or one grey picture per frame: > 127
-// counts (see compose_masks).
-template <class SampleType = uint8_t>
-MeasuredGroup encode_measured(const VideoSettings &settings,
-                              const std::vector<BasicImage<SampleType>> &frames,
-                              const std::vector<Image> &masks = {});
+// The frames encoded as one group, decoded and compared. Loads every frame twice. All have masks or none.
+template <class SampleType>
+MeasuredGroup encode_measured(const VideoSettings &settings, const GroupSource<SampleType> &frames);
 
 // The same at the cheapest quality that reaches target_db (settings.quality is not looked at). Found by
 // interpolation, two to six encodings; of H.264 two to six drafts and mostly one encoding: the next cheaper
 // quality is not tried where the drafts leave no doubt. Error, saying what was reached, when the best quality
 // does not reach target_db.
+template <class SampleType>
+MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<SampleType> &frames,
+                             double target_db);
 template <class SampleType = uint8_t>
 MeasuredGroup choose_quality(const VideoSettings &settings, const std::vector<BasicImage<SampleType>> &frames,
-                             double target_db, const std::vector<Image> &masks = {});
+                             double target_db, const std::vector<Image> &masks = {}) {
+  return choose_quality(settings, GroupSource<SampleType>::borrowed(frames, masks), target_db);
+}
 
 } // namespace fvv::media

@@ -71,7 +71,7 @@ struct Tiling {
   uint32_t width = 0, height = 0; // of the video frame
 };
 
-class SampleFrames; // sample_frames.h
+class SampleFrames; // pictures.cpp
 
 struct VideoChoice {
   media::VideoSettings settings = {};
@@ -167,9 +167,6 @@ void extend_plan(Plan &plan, size_t frames);
 
 // Frames in a group: as the options ask, or one second.
 uint32_t group_size_of(const Options &options, const fvv_rational &frame_duration);
-
-// Encodes a sample of a video track as often as it takes to find the quality, which may be long.
-VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
 
 // Cameras whose pictures are transmitted, at the size in which they are; without any, all cameras. frame: its
 // number in file names. tiling: of the cameras.

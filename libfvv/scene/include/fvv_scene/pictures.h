@@ -1,5 +1,5 @@
-// fvvmux/videos.h: pictures of a capture's files, stills and videos, for several threads. Keeps videos open,
-// a bounded number of times each, and stills that all frames share; knows nothing of tiles.
+// The pictures of a capture's files, stills and videos, for several threads. Keeps videos open, a bounded
+// number of times each, stills that all frames share, and masks, a bounded amount of them.
 #pragma once
 
 #include "fvv_media/image.h"
@@ -8,6 +8,11 @@
 #include <memory>
 
 namespace fvv::scene {
+
+// How many pictures and grey pictures (masks) were decoded from files, but for stills that frames share.
+struct PictureReads {
+  uint64_t pictures, masks;
+};
 
 class Videos {
 public:
@@ -19,11 +24,14 @@ public:
   VideoFacts facts(const std::string &path, std::optional<uint32_t> stream);
 
   // The picture of a frame number, turned as capture.json or the video says. A still that several frames
-  // share is read once, and again only for other samples or channels. Waits while all readers of a video are
-  // in use; threads that go through frames in order each find the one that stands where they left off.
+  // share is read once, and again only for other samples or channels; a grey picture of 8 bits is read once,
+  // too, as long as all of them take little memory. Waits while all readers of a video are in use; threads
+  // that go through frames in order each find the one that stands where they left off.
   template <class Sample = uint8_t>
   media::BasicImage<Sample> read(const Capture &capture, const PictureSource &source, int64_t frame,
                                  int channels);
+
+  PictureReads reads() const;
 
 private:
   struct Shared;
