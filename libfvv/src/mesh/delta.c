@@ -8,6 +8,36 @@
 #include "base/layout.h"
 #include "base/memory.h"
 #include "mesh/mesh.h"
+#include "mesh/normals.h"
+
+static void turn_normals(fvv_mesh_sequence *s) {
+  const unsigned bits = s->mesh.normal_bits;
+  fvv_normals_of_faces(&s->mesh, NULL, s->face_normals);
+  for (size_t v = 0; v < s->mesh.vertex_count; v++) {
+    double normal[3];
+    uint32_t *index = s->mesh.normals + 2 * v;
+    memcpy(index, s->sent_normals + 2 * v, 2 * sizeof *index);
+    fvv_octahedral_vector(bits, index, normal);
+    if (fvv_normal_turn(s->key_normals + 3 * v, s->face_normals + 3 * v, normal))
+      fvv_octahedral_index(bits, normal, index);
+  }
+}
+
+/* The frame is done: positions in canonical order, normals turned with them (clause 8.13), residuals become
+ * those of the frame before. */
+static void end_frame(fvv_mesh_sequence *s) {
+  const int32_t half = 1 << (FVV_DELTA_FRACTION_BITS - 1);
+  const int32_t *from = s->place;
+  for (uint32_t i = 0; i < s->mesh.vertex_count; i++, from += 3) {
+    int32_t *to = s->mesh.positions + 3 * (size_t)s->hierarchy.order[i];
+    for (int a = 0; a < 3; a++) to[a] = (int32_t)fvv_shift_right(from[a] + half, FVV_DELTA_FRACTION_BITS);
+  }
+  if (s->sent_normals) turn_normals(s);
+  fvv_delta_residuals *const former = s->before;
+  s->before = s->now;
+  s->now = former;
+  s->frame++;
+}
 
 /* Levels of delta payloads -> frames of a sequence (clause 8.8, 8.9). Work and memory are bounded by the key
  * mesh, whatever the bytes say. */
@@ -94,7 +124,7 @@ fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequence, const uint8_t *
     s->broken = 1;
     return status;
   }
-  fvv_delta_end_frame(s);
+  end_frame(s);
   return FVV_OK;
 }
 
@@ -261,6 +291,6 @@ fvv_status fvv_mesh_sequence_encode(fvv_mesh_sequence *sequence, const int32_t *
     return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for a delta frame of %lu vertices",
                     (unsigned long)s->mesh.vertex_count);
   }
-  fvv_delta_end_frame(s);
+  end_frame(s);
   return FVV_OK;
 }

@@ -197,10 +197,6 @@ static inline uint32_t fvv_delta_level_begin(const struct fvv_mesh_sequence *s, 
 /* A level without residuals: all vertices of it take their prediction. */
 void fvv_delta_follow(struct fvv_mesh_sequence *sequence, uint32_t level, uint32_t step);
 
-/* The frame is done: positions in canonical order, normals turned with them (clause 8.13), residuals become
- * those of the frame before. */
-void fvv_delta_end_frame(struct fvv_mesh_sequence *sequence);
-
 /* What a delta payload says of its levels (clause 8.7). */
 
 typedef struct fvv_delta_level {

@@ -110,16 +110,21 @@ fvv_status encode(const fvv_mesh &mesh, int level, fvv_draco_coding coding, fvv_
 }
 
 // Values lie in coding order; the mapping says which vertex has which. values: vertices x components.
-fvv_status copy_attribute(const draco::Mesh &decoded, draco::GeometryAttribute::Type type, uint8_t components,
-                          uint32_t vertices, void *values, fvv_diagnostic *diagnostic) {
+template <int components, typename T>
+fvv_status copy_attribute(const draco::Mesh &decoded, draco::GeometryAttribute::Type type, uint32_t vertices,
+                          T *values, fvv_diagnostic *diagnostic) {
+  constexpr size_t size = components * sizeof(T);
   const draco::PointAttribute *attribute = decoded.GetNamedAttribute(type);
-  if (!attribute || attribute->data_type() != draco::DT_INT32 || attribute->num_components() != components)
+  if (!attribute || attribute->data_type() != draco::DT_INT32 || attribute->num_components() != components ||
+      attribute->byte_stride() != int64_t(size))
     return broken(diagnostic, FVV_ISSUE_DRACO_ATTRIBUTE, "Draco yields other attributes than were declared");
+  const uint8_t *const coded = attribute->GetAddress(draco::AttributeValueIndex(0));
+  const size_t count = attribute->size();
   for (uint32_t v = 0; v < vertices; v++) {
-    const draco::AttributeValueIndex value = attribute->mapped_index(draco::PointIndex(v));
-    if (value.value() >= attribute->size())
+    const size_t value = attribute->mapped_index(draco::PointIndex(v)).value();
+    if (value >= count)
       return broken(diagnostic, FVV_ISSUE_DRACO_STREAM, "a vertex of the Draco bitstream lacks an attribute");
-    attribute->GetValue(value, static_cast<int32_t *>(values) + components * size_t(v));
+    std::memcpy(values + components * size_t(v), coded + size * value, size);
   }
   return FVV_OK;
 }
@@ -129,12 +134,12 @@ fvv_status copy_attributes(const draco::Mesh &decoded, fvv_mesh *mesh, fvv_diagn
     return broken(diagnostic, FVV_ISSUE_DRACO_ATTRIBUTE, "Draco yields other attributes than were declared");
   const uint32_t count = mesh->vertex_count;
   fvv_status status =
-      copy_attribute(decoded, draco::GeometryAttribute::POSITION, 3, count, mesh->positions, diagnostic);
+      copy_attribute<3>(decoded, draco::GeometryAttribute::POSITION, count, mesh->positions, diagnostic);
   if (status == FVV_OK && mesh->texture)
     status =
-        copy_attribute(decoded, draco::GeometryAttribute::TEX_COORD, 2, count, mesh->texture, diagnostic);
+        copy_attribute<2>(decoded, draco::GeometryAttribute::TEX_COORD, count, mesh->texture, diagnostic);
   if (status == FVV_OK && mesh->normals)
-    status = copy_attribute(decoded, draco::GeometryAttribute::NORMAL, 2, count, mesh->normals, diagnostic);
+    status = copy_attribute<2>(decoded, draco::GeometryAttribute::NORMAL, count, mesh->normals, diagnostic);
   return status;
 }
 
@@ -153,10 +158,8 @@ fvv_status decode(const uint8_t *data, size_t size, fvv_mesh *mesh, fvv_diagnost
         "Draco yields %lu vertices and %lu faces, the MESH header declares %lu and %lu",
         static_cast<unsigned long>(decoded.num_points()), static_cast<unsigned long>(decoded.num_faces()),
         static_cast<unsigned long>(mesh->vertex_count), static_cast<unsigned long>(mesh->face_count));
-  for (uint32_t f = 0; f < mesh->face_count; f++) {
-    const draco::Mesh::Face &face = decoded.face(draco::FaceIndex(f));
-    for (int c = 0; c < 3; c++) mesh->faces[3 * size_t(f) + c] = face[c].value();
-  }
+  static_assert(sizeof(draco::Mesh::Face) == 3 * sizeof *mesh->faces, "faces have three indices in a row");
+  std::memcpy(mesh->faces, &decoded.face(draco::FaceIndex(0)), mesh->face_count * sizeof(draco::Mesh::Face));
   return copy_attributes(decoded, mesh, diagnostic);
 }
 

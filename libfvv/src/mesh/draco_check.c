@@ -110,8 +110,8 @@ static int open_small(fvv_cursor *cursor, uint64_t alphabet, small_coder *coder)
   return open_rans(cursor, SMALL_PRECISION_BITS, &coder->input);
 }
 
-static unsigned next_small(small_coder *coder) {
-  rans *input = &coder->input;
+/* input: of the coder, in a variable of the caller's, so that it stays in registers. */
+static unsigned next_small(const small_coder *coder, rans *input) {
   while (input->state < 4 * SMALL_PRECISION && input->left)
     input->state = input->state << 8 | input->bytes[--input->left];
   const uint32_t rest = input->state % SMALL_PRECISION;
@@ -123,8 +123,9 @@ static unsigned next_small(small_coder *coder) {
 static int skip_tagged(fvv_cursor *cursor, uint64_t count, uint32_t components) {
   small_coder tags;
   if (!open_small(cursor, TAG_ALPHABET_MAX, &tags)) return 0;
+  rans input = tags.input;
   uint64_t bits = 0;
-  for (uint64_t i = 0; i < count / components; i++) bits += (uint64_t)components * next_small(&tags);
+  for (uint64_t i = 0; i < count / components; i++) bits += (uint64_t)components * next_small(&tags, &input);
   const uint64_t size = bits / 8 + (bits % 8 != 0);
   if (size > SIZE_MAX) return fail(cursor);
   return fvv_cursor_take(cursor, (size_t)size) != NULL;
@@ -184,9 +185,10 @@ static int read_tagged(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
   small_coder tags;
   /* Five symbols have at most three bits. */
   if (!open_small(cursor, 4, &tags)) return 0;
+  rans input = tags.input;
   bit_reader reader = {cursor->data + cursor->position, cursor->size - cursor->position, 0};
   for (uint32_t i = 0; i < count; i++) {
-    symbols[i] = (uint8_t)read_bits(&reader, next_small(&tags));
+    symbols[i] = (uint8_t)read_bits(&reader, next_small(&tags, &input));
     if (symbols[i] >= SYMBOL_COUNT) return fail(cursor);
   }
   const uint64_t size = (reader.position + 7) / 8;
@@ -198,7 +200,8 @@ static int read_raw(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
   small_coder coder;
   if (read_precision(cursor) != SMALL_PRECISION_BITS) return fail(cursor);
   if (!open_small(cursor, SYMBOL_COUNT, &coder)) return 0;
-  for (uint32_t i = 0; i < count; i++) symbols[i] = (uint8_t)next_small(&coder);
+  rans input = coder.input;
+  for (uint32_t i = 0; i < count; i++) symbols[i] = (uint8_t)next_small(&coder, &input);
   return 1;
 }
 

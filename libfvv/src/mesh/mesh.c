@@ -174,22 +174,30 @@ static fvv_status check_normals(const fvv_mesh *mesh, fvv_mesh_origin origin, fv
   return FVV_OK;
 }
 
+static fvv_status bad_face(const fvv_mesh *mesh, fvv_mesh_origin origin, size_t f,
+                           fvv_diagnostic *diagnostic) {
+  const uint32_t *face = mesh->faces + 3 * f;
+  const uint64_t offset = face_offset(origin, mesh, f);
+  for (int c = 0; c < 3; c++)
+    if (face[c] >= mesh->vertex_count)
+      return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_INDEX, FVV_CHUNK_MESH, offset,
+                      "face %zu: index %lu of %lu vertices", f, (unsigned long)face[c],
+                      (unsigned long)mesh->vertex_count);
+  return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_INDEX, FVV_CHUNK_MESH, offset,
+                  "face %zu: corners %lu, %lu and %lu are not three different vertices", f,
+                  (unsigned long)face[0], (unsigned long)face[1], (unsigned long)face[2]);
+}
+
+/* What the loop reads is in variables: a store of a byte may change anything that is in memory. */
 static fvv_status check_faces(const fvv_mesh *mesh, fvv_mesh_origin origin, uint8_t *used,
                               fvv_diagnostic *diagnostic) {
-  for (size_t f = 0; f < mesh->face_count; f++) {
-    const uint32_t *face = mesh->faces + 3 * f;
-    const uint64_t offset = face_offset(origin, mesh, f);
-    for (int c = 0; c < 3; c++) {
-      if (face[c] >= mesh->vertex_count)
-        return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_INDEX, FVV_CHUNK_MESH, offset,
-                        "face %zu: index %lu of %lu vertices", f, (unsigned long)face[c],
-                        (unsigned long)mesh->vertex_count);
-      used[face[c]] = 1;
-    }
-    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0])
-      return fvv_fail(diagnostic, status_of(origin), FVV_ISSUE_MESH_INDEX, FVV_CHUNK_MESH, offset,
-                      "face %zu: corners %lu, %lu and %lu are not three different vertices", f,
-                      (unsigned long)face[0], (unsigned long)face[1], (unsigned long)face[2]);
+  const uint32_t *face = mesh->faces;
+  const uint32_t vertices = mesh->vertex_count, faces = mesh->face_count;
+  for (uint32_t f = 0; f < faces; f++, face += 3) {
+    const uint32_t a = face[0], b = face[1], c = face[2];
+    if ((a >= vertices) | (b >= vertices) | (c >= vertices) | (a == b) | (b == c) | (c == a))
+      return bad_face(mesh, origin, f, diagnostic);
+    used[a] = used[b] = used[c] = 1;
   }
   return FVV_OK;
 }

@@ -112,34 +112,6 @@ void fvv_delta_follow(fvv_mesh_sequence *sequence, uint32_t level, uint32_t step
   }
 }
 
-static void turn_normals(fvv_mesh_sequence *s) {
-  const unsigned bits = s->mesh.normal_bits;
-  fvv_normals_of_faces(&s->mesh, NULL, s->face_normals);
-  for (size_t v = 0; v < s->mesh.vertex_count; v++) {
-    double normal[3];
-    uint32_t *index = s->mesh.normals + 2 * v;
-    memcpy(index, s->sent_normals + 2 * v, 2 * sizeof *index);
-    fvv_octahedral_vector(bits, index, normal);
-    if (fvv_normal_turn(s->key_normals + 3 * v, s->face_normals + 3 * v, normal))
-      fvv_octahedral_index(bits, normal, index);
-  }
-}
-
-void fvv_delta_end_frame(fvv_mesh_sequence *sequence) {
-  fvv_mesh_sequence *s = sequence;
-  const int32_t half = 1 << (FVV_DELTA_FRACTION_BITS - 1);
-  const int32_t *from = s->place;
-  for (uint32_t i = 0; i < s->mesh.vertex_count; i++, from += 3) {
-    int32_t *to = s->mesh.positions + 3 * (size_t)s->hierarchy.order[i];
-    for (int a = 0; a < 3; a++) to[a] = (int32_t)fvv_shift_right(from[a] + half, FVV_DELTA_FRACTION_BITS);
-  }
-  if (s->sent_normals) turn_normals(s);
-  fvv_delta_residuals *const former = s->before;
-  s->before = s->now;
-  s->now = former;
-  s->frame++;
-}
-
 fvv_status fvv_delta_read_header(const fvv_mesh_sequence *s, const uint8_t *payload, size_t size,
                                  fvv_delta_frame *frame, fvv_diagnostic *diagnostic) {
   fvv_limits limits;
