@@ -18,6 +18,10 @@
 
 namespace fvv::mux {
 
+uint16_t scaled(uint32_t size, double scale) {
+  return uint16_t(std::max(1.0, std::round(size * scale)));
+}
+
 namespace {
 
 constexpr uint32_t texture_side = 8192; // WebGL 2 in the browsers of today
@@ -319,10 +323,6 @@ constexpr uint32_t margin = 4;          // pixels of the transmitted picture aro
 // A step of the crop in transmitted pixels, so that the crop has exactly the scale of the whole picture.
 // Where the ratio of the sizes needs a longer one, the scale is rounded to whole pixels.
 constexpr uint32_t longest_step = 16;
-
-uint16_t scaled(uint32_t size, double scale) {
-  return uint16_t(std::max(1.0, std::round(size * scale)));
-}
 
 // One axis: part of a picture and the pixels that it becomes.
 struct Span {

@@ -11,6 +11,9 @@
 
 namespace fvv::mux {
 
+// A side of a picture at a scale, at least 1.
+uint16_t scaled(uint32_t size, double scale);
+
 // A tile for every camera with pictures, of its whole picture, in the size that the options ask for, without
 // a place. Error (usage) when a picture would have to grow.
 Tiling whole_pictures(const scene::Capture &capture, const Options &options);

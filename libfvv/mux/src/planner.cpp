@@ -97,10 +97,6 @@ bool look_at_files(Plan &plan, bool sub_range) {
   return !warnings.empty();
 }
 
-uint16_t scaled(uint32_t size, double scale) {
-  return uint16_t(std::max(1.0, std::round(size * scale)));
-}
-
 uint32_t frames_per_second(const fvv_rational &duration) {
   const double rate = double(duration.denominator) / duration.numerator;
   return uint32_t(std::clamp(std::round(rate), 1.0, 1000.0));
