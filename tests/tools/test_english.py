@@ -40,7 +40,7 @@ PHRASES = [
     r"lets? go",
     r"who(?:so)?ever",
     r"whatever it is",
-    r"backfacing",
+    r"averse",
     r"without a word",
     r"as it stands",
     r"breadths? of",
