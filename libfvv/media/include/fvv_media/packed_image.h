@@ -33,18 +33,21 @@ public:
   }
 
   BasicImage<SampleType> image() const {
-    BasicImage<SampleType> image = {width_, height_, channels_, {}};
     const size_t step = size_t(channels_);
-    image.pixels.reserve(size_t(width_) * height_ * step);
-    auto next = distinct_.begin();
+    BasicImage<SampleType> image = {width_, height_, channels_, {}};
+    image.pixels.resize(size_t(width_) * height_ * step);
+    const SampleType *from = distinct_.data();
+    SampleType *to = image.pixels.data();
     for (const Run &run : runs_) {
-      const auto end = next + std::ptrdiff_t(run.distinct * step);
-      image.pixels.insert(image.pixels.end(), next, end);
-      next = end;
-      if (!run.repeated) continue;
-      SampleType last[3];
-      std::copy(image.pixels.end() - channels_, image.pixels.end(), last);
-      for (size_t i = 0; i < run.repeated; i++) image.pixels.insert(image.pixels.end(), last, last + step);
+      to = std::copy_n(from, run.distinct * step, to);
+      from += run.distinct * step;
+      // What is repeated already is copied as a whole.
+      const SampleType *const last = to - step;
+      for (size_t left = run.repeated * step; left;) {
+        const size_t length = std::min<size_t>(left, size_t(to - last));
+        to = std::copy_n(last, length, to);
+        left -= length;
+      }
     }
     return image;
   }
