@@ -1,5 +1,6 @@
 // fvv_media/image.h: reading, writing, scaling, comparing still pictures.
 #include "fvv_catch.h"
+#include "fvv_media/packed_image.h"
 #include "pictures.h"
 
 #include <png.h>
@@ -159,6 +160,30 @@ TEST_CASE("grey from RGB is BT.709 luma and RGB from grey repeats it") {
   Image grey = make_image(1, 1, 1, 77);
   const std::vector<uint8_t> grey_file = encode_png(grey);
   CHECK(decode_image(grey_file.data(), grey_file.size(), 3, "").pixels == std::vector<uint8_t>{77, 77, 77});
+}
+
+TEST_CASE("a packed picture is the same again, and small where it is flat") {
+  const auto packed = [](const auto &image) {
+    using Sample = typename std::decay_t<decltype(image)>::Value;
+    const PackedImage<Sample> kept(image);
+    const BasicImage<Sample> again = kept.image();
+    CHECK(again.width == image.width);
+    CHECK(again.height == image.height);
+    CHECK(again.channels == image.channels);
+    CHECK(again.pixels == image.pixels);
+    return kept.bytes();
+  };
+  packed(scene(40, 30, 0));
+  packed(Image());
+  // Runs of either kind that are longer than one can be: 90,000 pixels.
+  CHECK(packed(make_image(300, 300, 1, 77)) < 200);
+  CHECK(packed(make_image<uint16_t>(300, 300, 3, 5)) < 200);
+  LinearImage varied = make_image<float>(300, 300, 3, 0);
+  for (size_t i = 0; i < varied.pixels.size(); i++) varied.pixels[i] = float(i);
+  packed(varied);
+  Image mask = make_image(300, 300, 1, 0);
+  for (uint32_t y = 100; y < 200; y++) std::fill_n(&mask.pixels[300 * y + 120], 50, uint8_t(255));
+  CHECK(packed(mask) < 2000);
 }
 
 TEST_CASE("every cut of a PNG or JPEG file is an error that names the file") {

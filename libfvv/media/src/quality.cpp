@@ -33,11 +33,13 @@ public:
 
   bool done() const { return bad.step - good.step <= 1; }
   int step() const { return next; } // to be tried now
+
   // The line through the last two tries ends beside the last one: its error there is a small part of a step.
   bool is_sure() const {
     return before.step >= 0 && std::isfinite(last.db) && std::isfinite(before.db) && before.db != last.db &&
            std::abs(ahead() - last.step) <= 1;
   }
+
   // The best step by what is known.
   int ahead() const {
     const double steps_ahead = std::clamp((last.db - target) / fall, -1000.0, 1000.0);

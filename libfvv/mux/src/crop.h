@@ -1,5 +1,4 @@
-// fvvmux/crop.h: which part of each camera's picture shows the scene, group by group. Knows the masks, meshes
-// and cameras of a capture; knows nothing of the video frame.
+// Which part of each camera's picture shows the scene, group by group.
 #pragma once
 
 #include "fvv_mux/plan.h"

@@ -2,6 +2,7 @@
 #include "fvv_cxx/error.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
+#include "fvv_media/packed_image.h"
 
 #include <algorithm>
 #include <cmath>
@@ -111,17 +112,17 @@ template Picture<float> load_picture(const Plan &, const VideoTrack &, size_t, b
 // composed, or, where the sample is a group of the stream, that group.
 class SampleFrames {
 public:
-  template <class Sample> void keep(size_t frame, std::shared_ptr<const media::BasicImage<Sample>> image) {
+  template <class Sample> void keep(size_t frame, media::PackedImage<Sample> image) {
     const std::lock_guard<std::mutex> lock(mutex);
     images.insert_or_assign(frame, std::move(image));
   }
 
-  // Removes what it returns; NULL when the frame is not there, or no longer.
-  template <class Sample> std::shared_ptr<const media::BasicImage<Sample>> take(size_t frame) {
+  // Removes what it returns; nothing when the frame is not there, or no longer.
+  template <class Sample> std::optional<media::PackedImage<Sample>> take(size_t frame) {
     const std::lock_guard<std::mutex> lock(mutex);
     const auto node = images.extract(frame);
-    if (node.empty()) return nullptr;
-    return std::get<std::shared_ptr<const media::BasicImage<Sample>>>(std::move(node.mapped()));
+    if (node.empty()) return std::nullopt;
+    return std::get<media::PackedImage<Sample>>(std::move(node.mapped()));
   }
 
   // Frames first ... first + group.samples.size() - 1, with the settings of the choice.
@@ -142,8 +143,8 @@ private:
   std::mutex mutex;
   size_t encoded_first = 0;
   std::optional<media::EncodedGroup> encoded;
-  std::map<size_t, std::variant<std::shared_ptr<const media::Image>, std::shared_ptr<const media::DeepImage>,
-                                std::shared_ptr<const media::LinearImage>>>
+  std::map<size_t,
+           std::variant<media::PackedImage<uint8_t>, media::PackedImage<uint16_t>, media::PackedImage<float>>>
       images;
 };
 
@@ -151,7 +152,7 @@ namespace {
 
 constexpr size_t sample_size = 25; // frames
 // What the samples of all tracks may keep in memory. Frames beyond are loaded again whenever they are needed.
-constexpr size_t sample_bytes = size_t(160) << 20;
+constexpr size_t sample_bytes = size_t(128) << 20;
 
 // The frames by which the quality of a track is chosen or judged.
 template <class SampleType> class Sample {
@@ -165,28 +166,32 @@ public:
     whole_group = count == plan.frames_of(group);
     size_t bytes = 0;
     for (size_t i = 0; i < count; i++) {
-      const media::GroupFrame<SampleType> frame = read(i);
-      if (frame.mask) {
-        const std::vector<uint8_t> &mask = frame.mask->pixels;
-        masked = masked || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
-        bytes += mask.size();
-      }
-      bytes += frame.image->pixels.size() * sizeof(SampleType);
-      if (bytes <= sample_bytes / plan.tracks.size()) kept.push_back(frame);
+      const Picture<SampleType> picture = load_picture<SampleType>(plan, track, first + i, true);
+      const std::vector<uint8_t> &mask = picture.mask.pixels;
+      masked = masked || std::any_of(mask.begin(), mask.end(), [](uint8_t m) { return m > 127; });
+      if (kept.size() < i) continue;
+      Kept frame = {media::PackedImage<SampleType>(picture.image), media::PackedImage<uint8_t>(picture.mask)};
+      bytes += frame.image.bytes() + frame.mask.bytes();
+      if (bytes <= sample_bytes / plan.tracks.size()) kept.push_back(std::move(frame));
     }
   }
 
   media::GroupSource<SampleType> source() const {
     return {count, [this](size_t i) {
-              media::GroupFrame<SampleType> frame = i < kept.size() ? kept[i] : read(i);
+              Picture<SampleType> picture =
+                  i < kept.size() ? Picture<SampleType>{kept[i].image.image(),
+                                                        masked ? kept[i].mask.image() : media::Image()}
+                                  : load_picture<SampleType>(plan, track, first + i, masked);
+              media::GroupFrame<SampleType> frame;
+              frame.image = std::make_shared<media::BasicImage<SampleType>>(std::move(picture.image));
               // Nobody is on stage yet: then all that can be judged is the whole picture.
-              if (!masked) frame.mask = nullptr;
+              if (masked) frame.mask = std::make_shared<media::Image>(std::move(picture.mask));
               return frame;
             }};
   }
 
   void keep_images(SampleFrames &frames) const {
-    for (size_t i = 0; i < kept.size(); i++) frames.keep<SampleType>(first + i, kept[i].image);
+    for (size_t i = 0; i < kept.size(); i++) frames.keep(first + i, kept[i].image);
   }
 
   size_t first, count;
@@ -194,17 +199,13 @@ public:
   bool masked = false; // only pixels in masks count
 
 private:
-  media::GroupFrame<SampleType> read(size_t i) const {
-    Picture<SampleType> picture = load_picture<SampleType>(plan, track, first + i, true);
-    media::GroupFrame<SampleType> frame;
-    frame.image = std::make_shared<media::BasicImage<SampleType>>(std::move(picture.image));
-    if (!picture.mask.pixels.empty()) frame.mask = std::make_shared<media::Image>(std::move(picture.mask));
-    return frame;
-  }
-
+  struct Kept {
+    media::PackedImage<SampleType> image;
+    media::PackedImage<uint8_t> mask;
+  };
   const Plan &plan;
   const VideoTrack &track;
-  std::vector<media::GroupFrame<SampleType>> kept; // the first ones
+  std::vector<Kept> kept; // the first ones
 };
 
 // Of the bits that are for all tracks; by the pixels.
@@ -266,13 +267,12 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t 
     return *known;
   bool loading = false; // whose errors name their frame
   const media::GroupSource<Sample> frames(count, [&](size_t i) {
-    media::GroupFrame<Sample> frame = {track.choice.frames->template take<Sample>(first + i), nullptr};
-    if (frame.image) return frame;
+    const auto kept = track.choice.frames->template take<Sample>(first + i);
     loading = true;
-    frame.image = std::make_shared<media::BasicImage<Sample>>(
-        load_picture<Sample>(plan, track, first + i, false).image);
+    media::BasicImage<Sample> image =
+        kept ? kept->image() : load_picture<Sample>(plan, track, first + i, false).image;
     loading = false;
-    return frame;
+    return media::GroupFrame<Sample>{std::make_shared<media::BasicImage<Sample>>(std::move(image)), nullptr};
   });
   try {
     return media::encode_group(track.choice.settings, frames);

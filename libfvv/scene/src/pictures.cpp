@@ -1,4 +1,5 @@
 #include "fvv_scene/pictures.h"
+#include "fvv_media/packed_image.h"
 #include "fvv_media/video_file.h"
 #include "fvv_scene/memory_frames.h"
 #include "fvv_scene/video_match.h"
@@ -84,8 +85,8 @@ template <class Sample> struct Constants {
   }
 };
 
-// Masks as they are read, in runs of equal values: of one shape some kilobytes. What is full takes no more,
-// and forgets nothing: passes go through the frames in the same order, and the first ones stay.
+// Masks as they are read. When it is full it takes no more, and forgets nothing: passes go through the frames
+// in the same order, and the first ones stay.
 class Masks {
 public:
   // Path, stream of a video, picture of a video, degrees.
@@ -96,42 +97,23 @@ public:
     std::unique_lock<std::mutex> lock(mutex);
     const auto found = masks.find(key);
     if (found == masks.end()) return std::nullopt;
-    const Runs &runs = found->second; // stays where it is
+    const media::PackedImage<uint8_t> &mask = found->second; // stays where it is
     lock.unlock();
-    media::Image mask = media::make_image<uint8_t>(runs.width, runs.height, 1, 0);
-    auto out = mask.pixels.begin();
-    for (const Run &run : runs.runs) out = std::fill_n(out, run.length, run.value);
-    return mask;
+    return mask.image();
   }
 
   void keep(const Key &key, const media::Image &mask) {
-    Runs runs = {mask.width, mask.height, {}};
-    for (auto at = mask.pixels.begin(); at != mask.pixels.end();) {
-      const auto longest = mask.pixels.end() - at > UINT16_MAX ? at + UINT16_MAX : mask.pixels.end();
-      const auto end = std::find_if(at, longest, [&](uint8_t value) { return value != *at; });
-      runs.runs.push_back({*at, uint16_t(end - at)});
-      at = end;
-    }
-    runs.runs.shrink_to_fit();
+    media::PackedImage<uint8_t> packed(mask);
+    const size_t size = packed.bytes() + std::get<0>(key).size() + 200; // 200: of the map's node
     const std::lock_guard<std::mutex> lock(mutex);
-    const size_t size =
-        runs.runs.size() * sizeof(Run) + std::get<0>(key).size() + 200; // 200: of the map's node
     if (bytes + size > most_bytes) return;
-    if (masks.emplace(key, std::move(runs)).second) bytes += size;
+    if (masks.emplace(key, std::move(packed)).second) bytes += size;
   }
 
 private:
   static constexpr size_t most_bytes = size_t(64) << 20;
-  struct Run {
-    uint8_t value;
-    uint16_t length;
-  };
-  struct Runs {
-    uint32_t width, height;
-    std::vector<Run> runs;
-  };
   std::mutex mutex;
-  std::map<Key, Runs> masks;
+  std::map<Key, media::PackedImage<uint8_t>> masks;
   size_t bytes = 0;
 };
 
