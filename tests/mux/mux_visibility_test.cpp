@@ -86,31 +86,6 @@ TEST_CASE("bits of faces and vertices, and weights, say who is hidden, and are w
 
 namespace {
 
-// Of all bits that a face has in two frames of a group, the fraction that are not the same; all cameras.
-double flips(const std::string &path) {
-  const InputFile file(path);
-  const fvv_input input = file.input();
-  fvv_stream *stream = nullptr;
-  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
-  std::vector<uint8_t> before;
-  double turned = 0, all = 0;
-  for (size_t frame = 0; frame < fvv_stream_frame_count(stream); frame++) {
-    const fvv_visibility *found = nullptr;
-    REQUIRE(fvv_stream_visibility(stream, frame, mux::visibility_track, &found, nullptr) == FVV_OK);
-    const std::vector<uint8_t> now(found->states,
-                                   found->states + found->header.camera_count * found->header.element_count);
-    for (size_t i = 0; found->header.number && i < now.size(); i++) {
-      if (before[i] == FVV_ELEMENT_BACKFACING || now[i] == FVV_ELEMENT_BACKFACING) continue;
-      turned += before[i] != now[i];
-      all++;
-    }
-    before = now;
-  }
-  fvv_stream_close(stream);
-  REQUIRE(all > 1000);
-  return turned / all;
-}
-
 } // namespace
 
 TEST_CASE("a bit that is not what a camera sees is found") {

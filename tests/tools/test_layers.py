@@ -43,7 +43,7 @@ def used_by(path):
             if found:
                 yield found.resolve()
     elif path.suffix == ".py":
-        for name in re.findall(r"^\s*(?:from|import)\s+([\w.]+)", text, re.M):
+        for name in re.findall(r"^\s*(?:from|import)\s+\.?(\w[\w.]*)", text, re.M):
             for root in [path.parent, ROOT, ROOT / "conformance"]:
                 candidate = root / name.replace(".", "/")
                 found = next(

@@ -55,7 +55,7 @@ def test_every_vector_has_a_listing():
         ("normals/cube", 10),
         ("openexr/bars", 3),
         ("visibility/moving", 5),
-        ("visibility/shares", 5),
+        ("visibility/weights", 5),
         ("visibility/sheet", 10),
         ("texturing/explicit", 2),
         ("texturing/default", 2),
@@ -205,14 +205,14 @@ def test_the_visibility_vector_uses_what_clause_17_has():
 
 
 def test_the_vector_of_visibility_weights_has_every_state():
-    decoded = list(visibility.decode(stream("visibility/shares")))
+    decoded = list(visibility.decode(stream("visibility/weights")))
     assert len(decoded) == 5
     assert {s for _, states in decoded for row in states.values() for s in row} == set(range(7))
-    payloads = container.payloads(stream("visibility/shares"), b"VISI")
+    payloads = container.payloads(stream("visibility/weights"), b"VISI")
     assert [(p[0], p[8]) for p in payloads] == [(2, n) for n in range(5)]
 
 
-@pytest.mark.parametrize("name", ["sheet", "moving", "shares"])
+@pytest.mark.parametrize("name", ["sheet", "moving", "weights"])
 def test_fvvinfo_names_visibility(name):
     assert "visibility" in text(f"visibility/{name}").lower()
 

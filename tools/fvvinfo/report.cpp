@@ -276,10 +276,10 @@ std::string track_text(const Report &report, const fvv_track &track) {
                        (unsigned long long)found->faces, found->pictures, found->lights);
   if (found->max_cameras) {
     const uint64_t of_vertices = found->of_vertices + found->of_weights;
-    const char *element = !of_vertices                        ? "face"
+    const char *element = !of_vertices                         ? "face"
                           : found->of_weights == found->chunks ? "vertex with a weight"
-                          : of_vertices == found->chunks      ? "vertex"
-                                                              : "face or vertex";
+                          : of_vertices == found->chunks       ? "vertex"
+                                                               : "face or vertex";
     out += ": " + range(found->min_cameras, found->max_cameras) +
            fvv::format(" cameras, %.3f bits a %s and camera",
                        found->pairs ? 8 * double(found->bytes) / double(found->pairs) : 0, element);

@@ -26,7 +26,7 @@ void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraWe
   for (size_t i = 0; i < found.header.camera_count; i++) {
     CameraWeights camera = {found.cameras[i], found.header.domain, std::vector<uint8_t>(mesh.vertex_count)};
     fvv_visibility_weights(&mesh, camera.domain, found.states + i * count, counts.data(),
-                          camera.weights.data());
+                           camera.weights.data());
     const auto same =
         std::find_if(out.begin(), out.end(), [&](const auto &c) { return c.camera == camera.camera; });
     if (same == out.end())

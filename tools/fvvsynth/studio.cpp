@@ -14,7 +14,7 @@ namespace fvv::synth {
 namespace {
 
 constexpr uint32_t map_side = 448;
-constexpr double map_cell = 0.0125;  // metres of a pixel of the map
+constexpr double map_cell = 0.0125;   // metres of a pixel of the map
 constexpr double lamp_distance = 100; // to the lamp, so far that its rays are nearly parallel
 
 fvv_camera at_lamp(Vec3 towards) {

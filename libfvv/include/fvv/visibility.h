@@ -118,8 +118,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_visibility_decode(fvv_visibility_order *orde
 
 /* ---- for players, clause 17.4 ----------------------------------------------------------------------- */
 
-/* What a camera sees of the surface around each vertex, 0 to 255: of face bits the fraction of those around it,
- * of vertex bits all or nothing, of weights what is coded. Interpolated over a face, a place is seen from
+/* What a camera sees of the surface around each vertex, 0 to 255: of face bits the fraction of those around
+ * it, of vertex bits all or nothing, of weights what is coded. Interpolated over a face, a place is seen from
  * 127.5 on. states: of one camera, an entry for each element. counts: 2 x vertex_count, to work in; read for
  * faces alone, may be NULL else. weights: vertex_count. mesh: faces index its vertices. */
 FVV_API void fvv_visibility_weights(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states,

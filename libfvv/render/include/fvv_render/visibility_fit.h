@@ -32,8 +32,8 @@ public:
   // For each face or vertex 1 where its bit is to say that the camera sees it; with weights FVV_ELEMENT_...
   // of each vertex. Begins with what rays say of most of each element, and turns bits as long as that makes
   // the sum of errors and prices less. asked: by fvv_visibility_facing. former: NULL, or for each element
-  // FVV_ELEMENT_... of the time before, FVV_ELEMENT_BACKFACING where there is none. The same on every machine for
-  // any order of cameras.
+  // FVV_ELEMENT_... of the time before, FVV_ELEMENT_BACKFACING where there is none. The same on every machine
+  // for any order of cameras.
   std::vector<uint8_t> seen(const fvv_camera &camera, const std::vector<uint8_t> &asked,
                             const uint8_t *former) const;
 
