@@ -84,9 +84,7 @@ TEST_CASE("bits of faces and vertices, and weights, say who is hidden, and are w
   }
 }
 
-namespace {
-
-} // namespace
+namespace {} // namespace
 
 TEST_CASE("a bit that is not what a camera sees is found") {
   const Folder folder;

@@ -1,4 +1,4 @@
-import { Camera, Configuration, Frame, Mesh, Rect, Video } from "@fvv/decoder";
+import type { Camera, Configuration, Frame, Mesh, Rect, Video } from "@fvv/decoder";
 
 export const MAX_VIEWS: number;
 /** Texels of a row of the table of views, four floats each. */
