@@ -29,7 +29,7 @@ TEST_CASE("sheet: a right calibration fits its masks, and the bytes are the same
   options.threads = 1;
   fvvimport::check_calibration(options);
   CHECK(read_bytes(options.output) == bytes);
-  CHECK(folder.entries() == 2);
+  CHECK(folder.entries() == 3);
 }
 
 TEST_CASE("sheet: the camera with a shifted principal point is named, and its offset told") {

@@ -377,6 +377,7 @@ void VideoVerdict::add(const VideoVerdict &other) {
 }
 
 Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins, const InputFile &file) {
+  if (plan.capture.mesh_cache) scene::clear(*plan.capture.mesh_cache);
   Verdict verdict;
   verdict.videos.resize(plan.tracks.size());
   Reader reader(plan, origins, file);

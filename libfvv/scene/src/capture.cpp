@@ -114,6 +114,12 @@ public:
     }
     return loaded;
   }
+  void clear() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    entries.clear();
+    used.clear();
+    held = 0;
+  }
   uint64_t count() const {
     const std::lock_guard<std::mutex> lock(mutex);
     return reads;
@@ -141,6 +147,10 @@ private:
 
 std::shared_ptr<MeshCache> make_mesh_cache() {
   return std::make_shared<MeshCache>();
+}
+
+void clear(MeshCache &cache) {
+  cache.clear();
 }
 
 uint64_t mesh_reads(const MeshCache &cache) {

@@ -159,6 +159,8 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits =
                MeshReport *report = nullptr, bool normals = false);
 
 std::shared_ptr<MeshCache> make_mesh_cache();
+// Drops the meshes that it holds, for those who have to see what the files are now.
+void clear(MeshCache &cache);
 // How often a mesh file was read through it.
 uint64_t mesh_reads(const MeshCache &cache);
 
