@@ -1,5 +1,4 @@
-// fvvdemux as a library: a stream as the files of a capture. Knows which files there are and what is written
-// when something is lost; arguments and output of text are main's.
+// fvvdemux as a library: a stream as the files of a capture.
 #pragma once
 
 #include "fvv_demux/selection.h"

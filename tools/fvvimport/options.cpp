@@ -1,4 +1,4 @@
-// fvvimport/options.cpp: strict parsing of what stands behind the options.
+// Strict parsing of what stands behind the options.
 #include "fvvimport/options.h"
 
 #include "cli/cli.h"

@@ -1,5 +1,4 @@
-// fvvimport/options.h: the words of the command line as the parts of a capture. Error (usage) names the
-// option. Knows no calibration format.
+// The words of the command line as the parts of a capture. Error (usage) names the option.
 #pragma once
 
 #include "fvv_scene/capture.h"

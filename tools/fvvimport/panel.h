@@ -1,5 +1,4 @@
-// fvvmux/overlay.h: marks on a picture that show on any background. Knows colours, lines and pixels; knows no
-// camera and no mesh.
+// Marks on a picture that show on any background.
 #pragma once
 
 #include "fvv/calibration.h"

@@ -1,5 +1,4 @@
-// fvvmux/rig_space.h: where a rig of cameras looks, and the hull that masks leave there. Knows cameras and
-// masks; knows no files.
+// Where a rig of cameras looks, and the hull that masks leave there.
 #pragma once
 
 #include "fvv/calibration.h"

@@ -1,4 +1,4 @@
-// fvvimport/summary.cpp: results as text and JSON.
+// Results as text and JSON.
 #include "fvvimport/summary.h"
 
 #include "fvv_scene/capture.h"

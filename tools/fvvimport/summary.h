@@ -1,4 +1,4 @@
-// fvvimport/summary.h: what a run tells of its work, for people and as JSON.
+// What a run tells of its work, for people and as JSON.
 #pragma once
 
 #include "fvv_scene/import.h"

@@ -1,3 +1,4 @@
+// What a pixel covers, and how far a decimated surface is from its source.
 #include "fvv_geometry/decimate.h"
 #include "fvv_geometry/pieces.h"
 #include "fvv_render/vector.h"

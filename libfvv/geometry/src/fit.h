@@ -1,5 +1,4 @@
-// decimate/fit.h: vertices of a decimated surface are moved to where the whole surface fits its source best.
-// Knows two surfaces; knows no pixels.
+// Vertices of a decimated surface are moved to where the whole surface fits its source best.
 //
 // A surface of chords cuts every convex corner: left on vertices of the source, hulls lose a hundredth of
 // their volume at the default budget. Each vertex moves by the mean of what is missing around it, from the

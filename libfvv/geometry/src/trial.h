@@ -1,6 +1,5 @@
-// decimate/trial.h: a quick look at a decimated surface before it is fitted and measured: what is beyond a
-// limit, without the distances of all that is not. Knows a source and the tries so far; decides nothing that
-// a measurement does not confirm.
+// A quick look at a decimated surface before it is fitted and measured: what is beyond a limit, without the
+// distances of all that is not.
 #pragma once
 
 #include "fvv_geometry/decimate.h"

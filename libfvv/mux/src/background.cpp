@@ -1,6 +1,4 @@
-// fvvmux/picture_file.h: picture files of an environment made fit for a stream: without what their cameras
-// and editors wrote into them, and no larger than every reader takes.
-
+// The environment of a capture as the payload of a BACK chunk, with its picture files made fit for it.
 #include "fvv/background.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"

@@ -1,5 +1,4 @@
-// fvvmux/background.h: the environment of a capture as the payload of a BACK chunk. Knows lattices, mesh
-// codecs and picture files; knows nothing of frames.
+// The environment of a capture as the payload of a BACK chunk.
 #pragma once
 
 #include "fvv_scene/capture.h"

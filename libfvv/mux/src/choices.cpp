@@ -1,5 +1,4 @@
-// The lattice step: as fine as the cameras can see, and no finer.
-
+// What is chosen once for a stream: lattice step, normals, winding, and what is sent of visibility.
 #include "mux/src/choices.h"
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"

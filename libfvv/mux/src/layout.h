@@ -1,5 +1,5 @@
-// fvvmux/layout.h: where each camera's picture stands in the video frame: whole pictures in a grid, or what a
-// group shows of the scene, packed. Knows sizes and rectangles; no pixels.
+// Where each camera's picture is in the video frame: whole pictures in a grid, or what a group shows of the
+// scene, packed into frames that decoders take.
 #pragma once
 
 #include "fvv_mux/options.h"

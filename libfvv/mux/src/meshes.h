@@ -1,5 +1,5 @@
-// fvvmux/connectivity.h: do two frames have the same faces and differ in nothing but where their vertices
-// lie?
+// Meshes of a capture as payloads of MESH, key and delta frames: decimated by the plan's budget, matched by
+// connectivity, brought onto the lattice. Every function may run on any thread.
 #pragma once
 
 #include "fvv/mesh.h"

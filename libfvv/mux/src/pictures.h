@@ -1,5 +1,5 @@
-// The pictures of a capture as the stream has them: video frames, their quality, and groups of them encoded.
-// Every function may run on any thread.
+// The pictures of a frame in one video frame, and the choice of their quality. Every function may run on any
+// thread.
 #pragma once
 
 #include "fvv_mux/plan.h"

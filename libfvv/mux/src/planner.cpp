@@ -1,3 +1,4 @@
+// From options and a capture to a plan.
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"

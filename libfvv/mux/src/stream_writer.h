@@ -1,5 +1,5 @@
-// fvvmux/moving.h: the calibration track of a stream, of all cameras that move. Knows the capture's
-// calibrations and libfvv's encoder; nothing of the container.
+// The chunks of a plan's stream in their order, through libfvv's writer, with the calibration track of
+// cameras that move.
 #pragma once
 
 #include "fvv/container.h"

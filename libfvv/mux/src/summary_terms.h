@@ -1,4 +1,4 @@
-// fvvmux/summary_terms.h: what the summary says in both of its forms, as text and as JSON.
+// What the summary says in both of its forms, as text and as JSON.
 #pragma once
 
 #include "fvv_cxx/format.h"

@@ -1,3 +1,4 @@
+// Reads a stream back and compares it with the capture.
 #include "mux/src/verify.h"
 #include "fvv/stream.h"
 #include "fvv_cxx/error.h"

@@ -1,5 +1,4 @@
-// fvvmux/visibility.h: what the cameras of a stream see of its meshes, as payloads of VISI. Knows decoded
-// meshes and calibrations, for bits are those of what decoders get; knows nothing of the container.
+// What the cameras of a stream see of its meshes, as payloads of VISI.
 #pragma once
 
 #include "fvv_mux/summary.h"

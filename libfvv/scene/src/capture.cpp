@@ -1,5 +1,4 @@
-// capture/capture.cpp: paths and meshes of a capture.
-
+// Paths and meshes of a capture, the cache of meshes, and the choice of frames and cameras.
 #include "fvv_scene/capture.h"
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/memory_frames.h"

@@ -1,5 +1,4 @@
-// capture/video_check.h: one video of a capture, looked at before any work starts. Internal to check_files.
-
+// Looks at every file that a capture names before any work starts.
 #include "fvv_scene/capture.h"
 #include "fvv_scene/picture_source.h"
 #include "fvv_scene/video_match.h"

@@ -1,5 +1,5 @@
-// values of a capture.json that several of its parts have. Each fails by naming the
-// value's place, what was expected and what was found.
+// Values of a capture.json that several of its parts have. Each fails by naming the value's place, what was
+// expected and what was found.
 #pragma once
 
 #include "fvv_scene/capture.h"

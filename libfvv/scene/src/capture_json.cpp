@@ -1,3 +1,4 @@
+// Reads capture.json.
 #include "fvv_scene/environment.h"
 #include "fvv_scene/text.h"
 #include "fvv_scene/vocabulary.h"

@@ -1,4 +1,4 @@
-// capture/capture_write.cpp: Capture -> capture.json, one line per matrix, so that people can read it.
+// Capture -> capture.json, one line per matrix, so that people can read it.
 
 #include "fvv_scene/capture.h"
 #include "fvv_scene/text.h"

@@ -1,6 +1,5 @@
-// capture/drc_header.h: what a Draco file declares, read without libdraco: the decoder allocates by these
-// counts before it looks at anything else.
-
+// Draco files (DRC). The header is read without libdraco first, because the decoder allocates by its counts
+// before it looks at anything else.
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/mesh_file.h"
 #include "fvv_scene/text.h"

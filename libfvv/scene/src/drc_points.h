@@ -1,5 +1,5 @@
-// capture/drc_points.h: a Draco mesh as the points that graphics interfaces draw, each with a value of every
-// attribute, as KHR_draco_mesh_compression of glTF wants it. Knows nothing of glTF's files.
+// A Draco mesh as the points that graphics interfaces draw, each with a value of every attribute, as
+// KHR_draco_mesh_compression of glTF wants it.
 #pragma once
 
 #include "fvv/types.h"

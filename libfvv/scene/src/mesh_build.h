@@ -1,5 +1,5 @@
-// capture/mesh_check.h: what the mesh readers and writers share: growing a mesh within limits, splitting it
-// at the seams of its atlas and at hard edges, and refusing one that no file should hold.
+// What the mesh readers and writers share: growing a mesh within limits, splitting it at the seams of its
+// atlas and at hard edges, and refusing one that no file should hold.
 #pragma once
 
 #include "fvv_scene/mesh_file.h"

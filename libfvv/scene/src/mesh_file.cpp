@@ -1,4 +1,4 @@
-// capture/mesh_file.cpp: which reader and writer belongs to which file name, and what all of them share.
+// Which reader and writer belongs to which file name, and what all of them share.
 
 #include "fvv_scene/mesh_file.h"
 #include "fvv_cxx/untrusted.h"

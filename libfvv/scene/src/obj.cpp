@@ -1,5 +1,5 @@
-// capture/obj.cpp: Wavefront OBJ, as far as polygon meshes go (Wavefront's "Advanced Visualizer" manual,
-// appendix B1). Strict: a line that is not understood is an error, never a guess.
+// Wavefront OBJ, as far as polygon meshes go (Wavefront's "Advanced Visualizer" manual, appendix B1). Strict:
+// a line that is not understood is an error, never a guess.
 
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/text.h"

@@ -1,5 +1,4 @@
-// capture/pattern.cpp: names of frames' files.
-
+// Patterns of file names, and what capture.json says of pictures.
 #include "fvv_scene/picture_source.h"
 #include "fvv_scene/text.h"
 #include "scene/src/capture_fields.h"

@@ -1,5 +1,4 @@
-// fvvmux/pinhole.h: which part of the plane in front of a camera with a lens a picture without a lens shows.
-// Knows camera models; reads and writes no pixels.
+// Which part of the plane in front of a camera with a lens a picture without a lens shows.
 #pragma once
 
 #include "fvv/calibration.h"

@@ -1,4 +1,4 @@
-// capture/strict_json.cpp: strict parsing and typed access.
+// Strict parsing and typed access.
 
 #include "scene/src/strict_json.h"
 #include "fvv_scene/text.h"

@@ -1,6 +1,5 @@
-// capture/strict_json.h: JSON that has to be exactly what was asked for. Parses with nlohmann-json, refuses
-// duplicate keys, and hands out values that name their JSON pointer (RFC 6901) when they are not as expected.
-// Knows no key of a capture.
+// JSON that has to be exactly what was asked for. Parses with nlohmann-json, refuses duplicate keys, and
+// hands out values that name their JSON pointer (RFC 6901) when they are not as expected.
 #pragma once
 
 #include "fvv_scene/text.h"

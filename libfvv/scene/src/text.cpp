@@ -1,5 +1,4 @@
-// capture/text_scan.cpp: tokens and numbers of text files.
-
+// Whole files in and out; tokens and numbers of text files.
 #include "fvv_scene/text.h"
 
 #include <cerrno>

@@ -1,3 +1,4 @@
+// Pinhole cameras in place of cameras with a lens, and their pictures.
 #include "fvv_scene/undistort.h"
 #include "fvv_cxx/error.h"
 #include "fvv_media/resample.h"

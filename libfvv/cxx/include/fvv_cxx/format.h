@@ -1,4 +1,4 @@
-// text by a pattern of printf, of any length. C++17 has no std::format.
+// Text by a pattern of printf, of any length. C++17 has no std::format.
 #pragma once
 
 #include <cstdarg>

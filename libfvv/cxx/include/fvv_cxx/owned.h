@@ -1,4 +1,4 @@
-// what libfvv allocated, freed at the end of a scope.
+// What libfvv allocated, freed at the end of a scope.
 #pragma once
 
 #include "fvv/mesh.h"

@@ -1,5 +1,4 @@
-// numbers from one to another, as users of all tools write them. Knows nothing of what is
-// numbered.
+// Numbers from one to another, as users of all tools write them.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,5 @@
-// What is certain in a damaged file: reads all of it once, with the push reader, and tells for each group how
-// many of its first frames are whole beyond doubt. Behind the first damage of a group chunks may be missing
-// without a trace (a table that was lost can't tell), and pictures may depend on them.
+// Which frames a file has, as far as that can be known, in which group they are, and what of a damaged file
+// is certain. Numbers stay those of the undamaged stream: what is lost keeps its numbers.
 #pragma once
 
 #include "fvv/stream.h"

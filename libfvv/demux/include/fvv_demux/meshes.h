@@ -1,5 +1,5 @@
-// A decoded mesh as files have it: metres, texture coordinates as fractions, normals as vectors. Knows the
-// integers of fvv/mesh.h; knows no stream and no file.
+// Decoded meshes and environments as files have them: metres, texture coordinates as fractions, normals as
+// vectors.
 #pragma once
 
 #include "fvv/mesh.h"

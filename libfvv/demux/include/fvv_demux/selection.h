@@ -1,4 +1,4 @@
-// Lists of numbers as users write them: "25", "0-9,25". Knows nothing of what is numbered.
+// Lists of numbers as users write them: "25", "0-9,25".
 #pragma once
 
 #include "fvv_cxx/range.h"

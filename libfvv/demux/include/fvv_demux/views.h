@@ -1,6 +1,5 @@
 // Which pictures a configuration yields: every camera and the atlas that a video track shows, where in the
-// frame, and the calibration that holds for the picture that is cut out. Knows configurations; decodes
-// nothing.
+// frame, and the calibration that holds for the picture that is cut out.
 #pragma once
 
 #include "fvv/stream.h"

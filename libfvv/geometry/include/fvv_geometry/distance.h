@@ -1,5 +1,5 @@
 // Distances in a picture of two kinds of pixels, exact, in time proportional to the picture (Felzenszwalb and
-// Huttenlocher, "Distance transforms of sampled functions", 2012). Knows one mask; knows no camera.
+// Huttenlocher, "Distance transforms of sampled functions", 2012).
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// decimate/pieces.h: what a mesh consists of: which vertices are one place, which faces hang together, how
-// much room a surface encloses. Knows triangles; knows no cameras and no simplifier.
+// What a mesh consists of: which vertices are one place, which faces hang together, how much room a surface
+// encloses.
 #pragma once
 
 #include "fvv_geometry/mesh.h"

@@ -1,5 +1,4 @@
-// packing/rect_pack.h: stb_rect_pack, the same on every machine. Each source file that includes this has its
-// own.
+// stb_rect_pack, the same on every machine. Each source file that includes this has its own.
 #pragma once
 
 #include <algorithm>

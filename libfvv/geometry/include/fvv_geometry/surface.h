@@ -1,5 +1,5 @@
-// fvvcompare/surface.h: one mesh, ready to be measured: normals, areas, a tree to look up nearest points in,
-// and points that stand for it. Knows geometry; knows no files.
+// One mesh, ready to be measured: normals, areas, a tree to look up nearest points in, and points that stand
+// for it.
 #pragma once
 
 #include "fvv_geometry/mesh.h"

@@ -1,6 +1,5 @@
-// fvvmux/plan.h: everything that is decided before the first byte is written: which frames, where each
-// camera's picture stands, how fine the lattice is, which quality the codec gets. Knows capture, options and
-// how good a sample of pictures comes out; writes nothing but warnings.
+// Everything that is decided before the first byte is written: which frames, where each camera's picture
+// stands, how fine the lattice is, which quality the codec gets.
 #pragma once
 
 #include "fvv/visibility.h"

@@ -1,5 +1,5 @@
-// capture/mesh_animation.h: one animated glTF file as the meshes of a whole sequence. Reads the file once,
-// whoever asks first; knows nothing of frames.
+// A recorded scene as capture.json describes it (spec/capture.md): where its meshes and pictures are, when
+// they were taken, and its cameras.
 #pragma once
 
 #include "fvv/calibration.h"

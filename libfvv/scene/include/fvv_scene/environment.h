@@ -1,6 +1,5 @@
-// capture/environment.h: the static environment around the action, from and to glTF: meshes, each in one
-// colour or with one picture, and lights. Knows files; knows nothing of frames, lattices of streams or
-// pixels.
+// The static environment around the action, from and to glTF: meshes, each in one colour or with one picture,
+// and lights.
 #pragma once
 
 #include "fvv/background.h"

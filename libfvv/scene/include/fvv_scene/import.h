@@ -1,6 +1,4 @@
-// import/import.h: cameras out of the calibration files of other programs, in the conventions of fvv. Knows
-// their formats and what their numbers mean (docs/calibration.md); knows nothing of pictures, frames or
-// streams.
+// Cameras out of the calibration files of other programs, in the conventions of fvv.
 #pragma once
 
 #include "fvv_scene/capture.h"

@@ -1,13 +1,12 @@
-// capture/mesh_file.h: triangle meshes from and to OBJ, PLY and Draco (DRC) files, and from glTF. Knows those
-// formats; knows nothing of frames, units or fvv's own mesh coding.
+// Triangle meshes from and to OBJ, PLY and Draco (DRC) files, and from glTF.
 //
 // OBJ and PLY have readers of their own here because the ready ones are not strict: tinyobjloader turns a
 // number that it cannot read into 0 without a word, and Debian packages no PLY library that checks counts
 // against the file before it allocates. A capture of thousands of files needs an error that names file, line
 // and what was expected. Draco files go through libdraco, glTF through gltf/.
 //
-// Every function throws Error (capture/file.h). Vertices and faces in messages of PLY and DRC count from
-// 0, in messages of OBJ from 1, as in the files.
+// Every function throws Error (capture/file.h). Vertices and faces in messages of PLY and DRC count from 0,
+// in messages of OBJ from 1, as in the files.
 #pragma once
 
 #include "fvv/types.h"

@@ -1,5 +1,5 @@
-// The pictures of a capture's files, stills and videos, for several threads. Keeps videos open, a bounded
-// number of times each, stills that all frames share, and masks, a bounded amount of them.
+// Pictures of a capture's files, stills and videos, for several threads: keeps videos open, a bounded number
+// of times each, and caches what is read twice.
 #pragma once
 
 #include "fvv_media/image.h"

@@ -1,5 +1,5 @@
-// capture/gltf/transform.h: affine transforms and quaternions in double, with nothing but the four operations
-// and the square root, so that every machine gets the same bits.
+// Affine transforms and quaternions in double, with nothing but the four operations and the square root, so
+// that every machine gets the same bits.
 #pragma once
 
 #include <array>

@@ -1,5 +1,4 @@
-// fvvmux/undistort.h: cameras with a lens become cameras without, and their pictures with them (--undistort).
-// Knows captures and pixels; nothing of tiles and streams.
+// Cameras with a lens become cameras without, and their pictures with them (--undistort).
 #pragma once
 
 #include "fvv_media/image.h"

@@ -1,5 +1,5 @@
-// capture/video_match.h: which picture of a video belongs to which frame of a capture, by times alone,
-// exactly; and what a user should hear about it. Knows no file.
+// Which picture of a video belongs to which frame of a capture, by times alone, exactly; and what a user
+// should hear about it.
 #pragma once
 
 #include "fvv_scene/capture.h"

@@ -1,4 +1,4 @@
-// the words of capture.json that stand for values, for reader and writer alike.
+// The words of capture.json that stand for values, for reader and writer alike.
 #pragma once
 
 #include "fvv/format.h"

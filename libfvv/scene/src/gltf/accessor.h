@@ -1,5 +1,4 @@
-// capture/gltf/accessor.h: accessors (glTF 2.0 clause 3.6.2) as numbers: strided, normalised, sparse, or
-// without any bytes. Knows what is asked of the data of each purpose; knows nothing of meshes or animations.
+// Accessors (glTF 2.0 clause 3.6.2) as numbers: strided, normalised, sparse, or without any bytes.
 #pragma once
 
 #include "scene/src/gltf/container.h"

@@ -1,4 +1,4 @@
-// capture/gltf/container.cpp: GLB, JSON and buffers.
+// GLB, JSON and buffers.
 
 #include "scene/src/gltf/container.h"
 #include "fvv_cxx/untrusted.h"

@@ -1,6 +1,5 @@
-// capture/gltf/container.h: the outer shell of glTF 2.0 (clauses 2 to 4 of the Khronos specification): the
-// JSON text, alone or in a GLB, and the bytes of buffers, be they in the GLB, in data: URIs or in files
-// beside it. Knows ranges of bytes; knows no accessor, mesh or animation, and looks into no image.
+// The outer shell of glTF 2.0 (clauses 2 to 4 of the Khronos specification): the JSON text, alone or in a
+// GLB, and the bytes of buffers, be they in the GLB, in data: URIs or in files beside it.
 //
 // Debian's one small library for glTF, tinygltf 2.7, is not used: it takes the last of two equal keys,
 // replaces values of the wrong type by defaults, checks no range of a view or an accessor, and opens "../" in

@@ -1,5 +1,4 @@
-// capture/gltf/environment.cpp: a glTF file as an environment: geometry through the scene's reader, materials
-// and lights from here.
+// A glTF file as an environment: geometry through the scene's reader, materials and lights from here.
 
 #include "fvv_scene/environment.h"
 #include "fvv_cxx/untrusted.h"

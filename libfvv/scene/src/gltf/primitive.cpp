@@ -1,5 +1,5 @@
-// capture/gltf/material.cpp: the base colour of a primitive (glTF 2.0 clause 3.9.2): which image, and where
-// on it. Nothing else of a material matters to an atlas.
+// The base colour of a primitive (glTF 2.0 clause 3.9.2): which image, and where on it. Nothing else of a
+// material matters to an atlas.
 
 #include "fvv_cxx/untrusted.h"
 #include "scene/src/drc_points.h"

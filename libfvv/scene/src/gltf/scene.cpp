@@ -1,4 +1,4 @@
-// capture/gltf/scene.cpp: nodes, skins and the animation of a file.
+// Nodes, skins and the animation of a file.
 
 #include "scene/src/gltf/scene.h"
 #include "fvv_scene/text.h"

@@ -1,6 +1,5 @@
-// capture/gltf/scene.h: what of a glTF file draws, as plain numbers: nodes, triangles, skins, and one
-// animation. Everything is checked while it is read; posing it (pose.h) needs no file and cannot meet an
-// index out of range.
+// What of a glTF file draws, as plain numbers: nodes, triangles, skins, and one animation. Everything is
+// checked while it is read; posing it (pose.h) needs no file and cannot meet an index out of range.
 #pragma once
 
 #include "fvv_scene/mesh_file.h"

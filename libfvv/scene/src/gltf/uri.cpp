@@ -1,4 +1,4 @@
-// capture/gltf/uri.cpp: URIs of buffers.
+// URIs of buffers.
 
 #include "scene/src/gltf/uri.h"
 

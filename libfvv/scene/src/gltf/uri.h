@@ -1,5 +1,5 @@
-// capture/gltf/uri.h: the two kinds of URI that a buffer may have, read so that a stranger's file reaches
-// nothing but its own folder.
+// The two kinds of URI that a buffer may have, read so that a stranger's file reaches nothing but its own
+// folder.
 #pragma once
 
 #include <optional>

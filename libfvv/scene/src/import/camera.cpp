@@ -1,4 +1,4 @@
-// import/camera.cpp: poses, lenses, names and checks.
+// Poses, lenses, names and checks.
 
 #include "scene/src/import/camera.h"
 #include "fvv_scene/text.h"

@@ -1,5 +1,4 @@
-// import/camera.h: what all readers do alike: poses into fvv's axes, names from file names, the last checks.
-// Knows no file format.
+// What all readers do alike: poses into fvv's axes, names from file names, the last checks.
 #pragma once
 
 #include "fvv_scene/import.h"

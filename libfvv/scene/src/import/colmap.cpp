@@ -1,5 +1,5 @@
-// import/colmap.cpp: COLMAP's text model (https://colmap.github.io/format.html, models as in its
-// sensor/models.h). Its axes, its pixel centres (+0.5) and its order of coefficients are those of fvv.
+// COLMAP's text model (https://colmap.github.io/format.html, models as in its sensor/models.h). Its axes, its
+// pixel centres (+0.5) and its order of coefficients are those of fvv.
 
 #include "fvv_scene/text.h"
 #include "scene/src/import/camera.h"

@@ -1,4 +1,4 @@
-// import/diagnose.cpp: reprojection errors, as given and with one mistake undone.
+// Reprojection errors, as given and with one mistake undone.
 
 #include "fvv_scene/import.h"
 #include "scene/src/import/camera.h"

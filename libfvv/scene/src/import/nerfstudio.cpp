@@ -1,5 +1,5 @@
-// import/nerfstudio.cpp: transforms.json of nerfstudio and instant-ngp. Poses go from the camera to the world
-// in OpenGL's axes; intrinsics stand at the top or in a frame, which then counts.
+// transforms.json of nerfstudio and instant-ngp. Poses go from the camera to the world in OpenGL's axes;
+// intrinsics stand at the top or in a frame, which then counts.
 
 #include "scene/src/import/camera.h"
 #include "scene/src/strict_json.h"

@@ -1,5 +1,5 @@
-// import/opencv.cpp: what OpenCV's calibration programs write with cv::FileStorage, one camera in each file.
-// Its axes and coefficients are those of fvv; its pixel centres lie at integers.
+// What OpenCV's calibration programs write with cv::FileStorage, one camera in each file. Its axes and
+// coefficients are those of fvv; its pixel centres lie at integers.
 
 #include "fvv_scene/text.h"
 #include "scene/src/import/camera.h"

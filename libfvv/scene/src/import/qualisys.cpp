@@ -1,5 +1,5 @@
-// import/qualisys.cpp: calibrations of Qualisys Track Manager. Lengths in millimetres, pixels in units of
-// 1/64, r11 ... r33 from the world to a camera with y up and z backwards, x y z the place where it stands.
+// Calibrations of Qualisys Track Manager. Lengths in millimetres, pixels in units of 1/64, r11 ... r33 from
+// the world to a camera with y up and z backwards, x y z the place where it stands.
 
 #include "fvv_scene/text.h"
 #include "scene/src/import/camera.h"

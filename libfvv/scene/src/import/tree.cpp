@@ -1,4 +1,4 @@
-// import/tree.cpp: looking things up in a tree.
+// Looking things up in a tree.
 
 #include "scene/src/import/tree.h"
 #include "fvv_scene/text.h"

@@ -1,6 +1,6 @@
-// import/tree.h: XML and YAML documents as a tree of names and texts with line numbers, read defensively: no
-// document type, no entities but XML's five and character references, no anchors and aliases, bounded size,
-// depth and count. Parsing is libexpat's and yaml-cpp's; this knows no calibration.
+// XML and YAML documents as a tree of names and texts with line numbers, read defensively: no document type,
+// no entities but XML's five and character references, no anchors and aliases, bounded size, depth and count.
+// Parsing is libexpat's and yaml-cpp's; this knows no calibration.
 #pragma once
 
 #include "scene/src/import/camera.h"
