@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures the project's figures in one run, on the generated capture (./run bench [NAME...]).
 
-NAME is a figure or the part before its dot: synth, mux, demux, draco, fast, delta, visibility, container, sweep,
+NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
 import, calibration, clip, codecs, serve, wd2, js, view, player.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
@@ -9,6 +9,7 @@ figures keeps the others.
 
 import argparse
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -64,15 +65,71 @@ def synth():
     return {"synth.seconds": time.perf_counter() - begin}
 
 
+def packed(source, *options):
+    """Packs a capture: the summary, the wall time in seconds and the peak of resident memory in MiB."""
+    command = [
+        BUILD / "tools/fvvmux/fvvmux",
+        source,
+        "-o",
+        WORK / "packed.fvv",
+        "--force",
+        "--json",
+        *options,
+    ]
+    begin = time.perf_counter()
+    with open(WORK / "packed.json", "w+") as out:
+        child = subprocess.Popen([str(c) for c in command], stdout=out)
+        _, status, usage = os.wait4(child.pid, 0)
+        if os.waitstatus_to_exitcode(status) not in (0, 3):
+            sys.exit(f"bench: fvvmux {source} failed")
+        out.seek(0)
+        return json.load(out), time.perf_counter() - begin, usage.ru_maxrss / 1024
+
+
 def mux():
-    """Frames a second of the whole fvvmux, quality search and start included; default options."""
-    source = capture()
-    times = []
-    for _ in range(3):
-        begin = time.perf_counter()
-        summary = json.loads(tool("fvvmux", source, "-o", WORK / "default.fvv", "--force", "--json"))
-        times.append(time.perf_counter() - begin)
-    return {"mux.frames_per_s": summary["frames"] / sorted(times)[1]}
+    """Frames a second of the whole fvvmux, quality search and start included; default options.
+
+    mesh_reads_per_frame: mesh files that were read, for each frame. picture_reads_per_frame: picture and mask files that
+    were decoded, for each such file; 1 means each once.
+    """
+    runs = [packed(capture()) for _ in range(3)]
+    summary = runs[0][0]
+    reads, files = summary["reads"], 2 * summary["video"]["cameras"] * summary["frames"]
+    figures = {
+        "mux.frames_per_s": summary["frames"] / sorted(seconds for _, seconds, _ in runs)[1],
+        "mux.mesh_reads_per_frame": reads["meshes"] / summary["frames"],
+        "mux.picture_reads_per_frame": (reads["pictures"] + reads["masks"]) / files,
+    }
+    demo = WORK / "synth"  # as ./run demo packs it
+    if not (demo / "capture.json").exists():
+        tool("fvvsynth", "-o", demo, "--force")
+    summary, seconds, _ = packed(demo, "--scale", "0.5", "--background", "flat")
+    figures["mux.demo_png_frames_per_s"] = summary["frames"] / seconds
+    return figures
+
+
+def memory():
+    """Peak memory of fvvmux: it should not grow with the length of a capture. Takes some minutes."""
+    figures = {}
+    for frames in (100, 1000):
+        folder = WORK / f"long{frames}"
+        if not (folder / "capture.json").exists():
+            size = "--rig", "small", "--cameras", 2, "--size", "64x48", "--meshes", "tracked"
+            tool("fvvsynth", "-o", folder, *size, "--frames", frames, "--force")
+        figures[f"memory.peak_mib_{frames}_frames"] = packed(folder)[2]
+    return figures
+
+
+def house():
+    """The size of the house: sources that are not generated, and the median of their lines."""
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.split()
+    suffixes = {".c", ".h", ".cpp", ".js", ".mjs", ".ts", ".py", ".sh"}
+    lines = sorted(
+        len((ROOT / f).read_text().splitlines()) for f in listed if pathlib.Path(f).suffix in suffixes
+    )
+    return {"house.sources": len(lines), "house.median_lines": lines[len(lines) // 2]}
 
 
 def demux():
@@ -334,6 +391,8 @@ def served():
 PARTS = {
     "synth": synth,
     "mux": mux,
+    "memory": memory,
+    "house": house,
     "demux": demux,
     "draco": draco,
     "fast": fast,

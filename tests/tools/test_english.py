@@ -24,6 +24,8 @@ PLACES = [
     "js/[!n]*/**/*.mjs",
     "js/[!n]*/**/*.ts",
     "libfvv/include/fvv/*.h",
+    "libfvv/*/include/*/*.h",
+    "tools/*/main.cpp",
     "spec/*.json",
     "spec/*.md",
     "spec/*.py",

@@ -1,4 +1,4 @@
-// Strict parsing of what stands behind the options.
+// Strict parsing of the values of options.
 #include "fvvimport/options.h"
 
 #include "cli/cli.h"

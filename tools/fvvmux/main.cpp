@@ -88,10 +88,11 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   auto *sides =
       app.add_option("--video-size", texts.video_size, "the same by the sides of the frame: 1920x1088")
           ->excludes(pixels);
-  app.add_option("--video-tracks", texts.video_tracks,
-                 "spread the cameras over so many video tracks, neighbours together, or camera: one for "
-                 "each. Players "
-                 "can then leave out what a viewpoint does not need (docs/fvvmux-tiles.md)")
+  app.add_option(
+         "--video-tracks", texts.video_tracks,
+         "spread the cameras over this number of video tracks, neighbours together, or camera: one for "
+         "each. Players "
+         "can then leave out what a viewpoint does not need (docs/fvvmux-tiles.md)")
       ->capture_default_str()
       ->excludes(pixels)
       ->excludes(sides);
@@ -103,9 +104,9 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option("--step", texts.step,
                  "step of the lattice of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the "
                  "capture's units. Default: the capture's, else by --max-error");
-  auto *triangles =
-      app.add_option("--triangles", options.triangles, "decimate every frame to so many, whatever that costs")
-          ->check(CLI::Range(1, 1000000000));
+  auto *triangles = app.add_option("--triangles", options.triangles,
+                                   "decimate every frame to this number, whatever the error")
+                        ->check(CLI::Range(1, 1000000000));
   app.add_flag("--keep-geometry", options.keep_geometry, "decimate nothing")->excludes(triangles);
   app.add_option("--group", options.group, "frames in a group; default: one second")
       ->check(CLI::Range(1, 100000));
@@ -142,7 +143,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
                  "128,128,128");
   app.add_option("--texture-depth-bias", options.texture_depth_bias,
                  "tell players that make depth maps by how much a place may lie behind one and still be "
-                 "seen, in breadths of a pixel. Players' default: 0.2")
+                 "seen, in widths of a pixel. Players' default: 0.2")
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--texture-depth-slope", options.texture_depth_slope,
                  "the same, times what the surface recedes from one pixel to the next. Players' default: 0.5")

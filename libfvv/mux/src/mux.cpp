@@ -336,6 +336,7 @@ Summary Muxer::run(const Sink &sink) {
   if (warn_of_rates(summary)) summary.plan.warned = true;
   if (summary.plan.capture.mesh_cache)
     summary.mesh_reads = scene::mesh_reads(*summary.plan.capture.mesh_cache);
+  summary.picture_reads = summary.plan.videos->reads();
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return std::move(summary);
 }

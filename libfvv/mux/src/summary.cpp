@@ -470,6 +470,8 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
   if (plan.undistortion) out["undistorted"] = plan.undistortion->json();
   for (const scene::LensGap &gap : scene::lens_gaps(plan.capture))
     out["lens_gaps"].push_back({{"camera", gap.camera}, {"r_max", gap.r_max}, {"share", gap.share}});
+  out["reads"] = {
+      {"meshes", s.mesh_reads}, {"pictures", s.picture_reads.pictures}, {"masks", s.picture_reads.masks}};
   out["seconds"] = s.seconds;
   out["frames_per_second"] = per_second(s);
   if (s.verdict) out["verified"] = verdict_json(s);

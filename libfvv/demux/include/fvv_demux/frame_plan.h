@@ -30,7 +30,7 @@ public:
   Group group(uint64_t offset) const;
 
 private:
-  std::map<uint64_t, Group> groups; // key 0: what stands in front of the first group
+  std::map<uint64_t, Group> groups; // key 0: what comes before the first group
 };
 
 struct CloseStream {

@@ -38,7 +38,7 @@ struct VideoViews {
 };
 
 // Of all video tracks in order; a camera or an atlas that is shown twice counts where it comes first, tracks
-// with neither an atlas nor a chosen camera are left out. what is left out otherwise is told in warnings.
+// with neither an atlas nor a chosen camera are left out. warnings name what is left out otherwise.
 std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
                                  std::vector<std::string> *warnings);
 

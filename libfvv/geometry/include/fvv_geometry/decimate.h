@@ -27,7 +27,7 @@ public:
   bool empty() const { return views.empty(); }
 
   // Of the cameras in whose picture the place lies; where it lies in none, of those that would see it if
-  // their pictures went on, so that what is just outside is not treated as if nobody looked. Perspective,
+  // their pictures went on, so that what is just outside is not treated as unseen. Perspective,
   // skew and the lens count: the answer comes from the derivative of the projection, whose largest singular
   // value is that of a displacement across the ray in its worst direction.
   Sight look(const double point[3]) const;

@@ -30,8 +30,8 @@ constexpr Colour colour_of_exr = {1, 8, 0, true};
 // (BT.709 and BT.601 video is shown as sRGB everywhere on the web), matrix 1, 5 or 6.
 void check_colour(const Colour &colour);
 
-// Planar 4:2:0; bit_depth bits stand at the low end of a sample. Chroma planes are (width + 1) / 2 by (height
-// + 1) / 2, no padding. Chroma stands in the middle of its 2 x 2 pixels (chroma_sample_loc_type 1), as in
+// Planar 4:2:0; bit_depth bits are at the low end of a sample. Chroma planes are (width + 1) / 2 by (height
+// + 1) / 2, no padding. Chroma is in the middle of its 2 x 2 pixels (chroma_sample_loc_type 1), as in
 // JFIF: averaging then stays inside a tile.
 template <class SampleType> struct BasicFrame {
   static constexpr int bit_depth = sizeof(SampleType) == 1 ? 8 : 10;

@@ -26,7 +26,7 @@ struct FloatImage {
 // chroma (RY, BY); a data window unlike the display window; sides above max_dimension; the lossy compressions
 // DWAA and DWAB, whose decoders do not give the same samples on every machine; a file that is cut,
 // incomplete, or cannot hold what its header announces. OpenEXR has no checksum but that of zlib (ZIP, ZIPS,
-// PXR24): other damage may go unseen. name stands in front of messages.
+// PXR24): other damage may go unseen. name begins messages.
 FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name);
 FloatImage read_exr(const std::string &path);
 

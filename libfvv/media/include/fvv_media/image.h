@@ -58,7 +58,7 @@ ImageInfo probe_image(const std::string &path);
 template <class SampleType = uint8_t>
 BasicImage<SampleType> read_image(const std::string &path, int channels);
 
-// The same from memory; name stands in front of error messages.
+// The same from memory; name begins error messages.
 template <class SampleType = uint8_t>
 BasicImage<SampleType> decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name);
 

@@ -66,7 +66,7 @@ struct EncodedGroup {
   bool over_rate = false;      // the coarsest quality, which this is, takes more than bit_rate
 };
 
-// A frame of a group, shared with whoever keeps it.
+// A frame of a group, shared by all who keep it.
 template <class SampleType> struct GroupFrame {
   std::shared_ptr<const BasicImage<SampleType>> image;
   std::shared_ptr<const Image> mask; // NULL, or grey: pixels > 127 count in a comparison (see compose_masks)
@@ -85,7 +85,7 @@ public:
   std::function<GroupFrame<SampleType>(size_t frame)> load;
 };
 
-// The bytes that bit_rate leaves to all samples of a group with so many frames.
+// The bytes that bit_rate leaves to all samples of a group with that number of frames.
 uint64_t rate_budget(const VideoSettings &settings, size_t frames);
 
 // Code points that encode_group gives to a codec's pictures.
@@ -99,13 +99,12 @@ Colour colour_of_codec(uint32_t codec);
 // All others: 4:2:0, one sample a frame in the order of display, the first the only key; no frame is hidden
 // in a sample. All keep the rules of fvv_video_sample_check.
 // H.264 (libx264, High profile) and HEVC (libx265, Main, or Main 10): slices behind 4-byte big-endian
-// lengths; parameter sets stand in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile
+// lengths; parameter sets are in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile
 // 0, or 2 for 10 bits): one frame a sample. AV1 (libaom, Main): no temporal delimiters; the sequence header
-// stands in the record and the key. Images are coded with 8 bits, DeepImages with 10,
-// LinearImages as OpenEXR: Error when settings say otherwise.
-// With a bit_rate the group takes at most rate_budget: the finest quality that keeps it, or a few per cent
-// less; JPEG mixes two neighbouring qualities. Two to six encodings, the fewer the better settings.quality
-// was.
+// is in the record and the key. Images are coded with 8 bits, DeepImages with 10, LinearImages as OpenEXR:
+// Error when settings say otherwise. With a bit_rate the group takes at most rate_budget: the finest quality
+// that keeps it, or a few per cent less; JPEG mixes two neighbouring qualities. Two to six encodings, the
+// fewer the better settings.quality was.
 template <class SampleType>
 EncodedGroup encode_group(const VideoSettings &settings, const GroupSource<SampleType> &frames);
 template <class SampleType = uint8_t>

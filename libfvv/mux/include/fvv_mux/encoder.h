@@ -27,7 +27,7 @@ struct Configuration {
   bool meshes = true;                    // every frame has one
   std::vector<CameraInput> cameras;      // each with an identifier of its own
   uint8_t up = FVV_UP_UNKNOWN;           // FVV_UP_...: the axis that points up
-  bool scale_unknown = false;            // lengths are in a unit that nobody knows
+  bool scale_unknown = false;            // lengths are in an unknown unit
 };
 
 // One moment. All arrays are in the order of Configuration::cameras; those of cameras without them are empty

@@ -114,7 +114,7 @@ struct VideoTrack {
   }
 };
 
-// What players are told of colours, or nothing.
+// What the stream tells players about colours, or nothing.
 std::optional<fvv_texturing> texturing_of(const Options &options);
 
 class Geometry;          // meshes.h

@@ -92,9 +92,10 @@ struct Summary {
   DecimationSums decimation;
   std::optional<Verdict> verdict; // with Options::verify
   VisibilitySums visibility;
-  double seconds = 0;      // from the first look at the capture to the last byte
-  uint64_t mesh_reads = 0; // how often a mesh file was read
-  size_t layouts = 0;      // groups with a layout of their own
+  double seconds = 0;                     // from the first look at the capture to the last byte
+  uint64_t mesh_reads = 0;                // of mesh files
+  scene::PictureReads picture_reads = {}; // of picture and mask files
+  size_t layouts = 0;                     // groups with a layout of their own
 
   // Bits a second of the payload of a video track.
   double bit_rate(size_t track) const;

@@ -14,7 +14,7 @@ namespace fvv::mux {
 // What the encoder says of a mesh, to be held against its source.
 struct MeshOrigins {
   std::shared_ptr<const std::vector<uint32_t>> vertices; // MeshFrame::origins
-  uint32_t flipped_faces;                                // at most so many run the other way round
+  uint32_t flipped_faces;                                // at most this number are reversed
 };
 
 struct MeshVerdict {

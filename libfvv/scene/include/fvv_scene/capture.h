@@ -181,7 +181,7 @@ using PictureProbe = std::function<PictureSize(const std::string &path)>;
 // What a video file holds, all of its pictures looked at. Throws any std::exception for a file that is none.
 using VideoProbe = std::function<VideoFacts(const std::string &path, std::optional<uint32_t> stream)>;
 
-// What stands in the way of work, and what is merely odd; sentences without the path of capture.json, in the
+// What prevents work, and what is merely odd; sentences without the path of capture.json, in the
 // order meshes, cameras as listed.
 struct Findings {
   std::vector<std::string> problems;

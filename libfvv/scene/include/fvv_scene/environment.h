@@ -23,7 +23,7 @@ struct EnvironmentPart {
 
 struct Environment {
   std::vector<EnvironmentPart> parts;
-  std::vector<std::string> pictures; // files of PNG or JPEG, which nobody has looked into
+  std::vector<std::string> pictures; // files of PNG or JPEG, not decoded yet
   std::vector<fvv_light> lights;
   std::vector<std::string> notes; // what the file has and this does not: sentences
 

@@ -1,7 +1,7 @@
 // Triangle meshes from and to OBJ, PLY and Draco (DRC) files, and from glTF.
 //
 // OBJ and PLY have readers of their own here because the ready ones are not strict: tinyobjloader turns a
-// number that it cannot read into 0 without a word, and Debian packages no PLY library that checks counts
+// number that it cannot read into 0 silently, and Debian packages no PLY library that checks counts
 // against the file before it allocates. A capture of thousands of files needs an error that names file, line
 // and what was expected. Draco files go through libdraco, glTF through gltf/.
 //
@@ -70,7 +70,7 @@ Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits
 // with KHR_texture_transform unless that rotates; base colours from unlike images are an error.
 Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
                 MeshReport *report = nullptr, bool texture = false, bool normals = false);
-// The bytes of the base colour image (PNG or JPEG, which nobody has looked at) of all that the default scene
+// The bytes of the base colour image (PNG or JPEG, not decoded) of all that the default scene
 // of a glTF file draws: out of the file, or of a file in its folder or below.
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
 

@@ -104,7 +104,7 @@ private:
   std::vector<FrameRange> found;
 };
 
-// When the pictures of a video are shown: from 0, strictly rising, in ticks of so many seconds. At least one,
+// When the pictures of a video are shown: from 0, strictly rising, in ticks of tick seconds. At least one,
 // none above 2^53 ticks.
 struct PictureTimes {
   fvv_rational tick = {1, 1};

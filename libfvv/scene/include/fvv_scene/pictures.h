@@ -26,7 +26,7 @@ public:
   // The picture of a frame number, turned as capture.json or the video says. A still that several frames
   // share is read once, and again only for other samples or channels; a grey picture of 8 bits is read once,
   // too, as long as all of them take little memory. Waits while all readers of a video are in use; threads
-  // that go through frames in order each find the one that stands where they left off.
+  // that go through frames in order each get the reader that is where they left off.
   template <class Sample = uint8_t>
   media::BasicImage<Sample> read(const Capture &capture, const PictureSource &source, int64_t frame,
                                  int channels);
