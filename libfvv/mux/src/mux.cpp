@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <future>
 #include <mutex>
@@ -440,9 +441,27 @@ struct Encoder::State {
              std::to_string(width) + "x" + std::to_string(height));
   }
 
+  // What readers of mesh files guarantee: the planner looks at meshes before the canonicaliser does.
+  void check_mesh(const geometry::Mesh &mesh) const {
+    if (mesh.faces.empty()) refuse("expected a mesh with faces");
+    if (mesh.positions.size() % 3 || mesh.faces.size() % 3)
+      refuse("expected multiples of 3, found " + words(mesh.positions.size(), "coordinate") + " and " +
+             words(mesh.faces.size(), "corner"));
+    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
+      refuse("expected a normal for each of " + std::to_string(mesh.vertex_count()) + " vertices" +
+             ", found " + words(mesh.normals.size(), "coordinate"));
+    for (size_t i = 0; i < mesh.faces.size(); i++)
+      if (mesh.faces[i] >= mesh.vertex_count())
+        refuse("face " + std::to_string(i / 3) + ": index " + std::to_string(mesh.faces[i]) + " of " +
+               std::to_string(mesh.vertex_count()) + " vertices");
+    for (const std::vector<double> *values : {&mesh.positions, &mesh.normals})
+      for (size_t i = 0; i < values->size(); i++)
+        if (!std::isfinite((*values)[i])) refuse("vertex " + std::to_string(i / 3) + " is not finite");
+  }
+
   void check_frame(const Frame &frame) const {
     const std::vector<CameraInput> &cameras = configuration.cameras;
-    if (configuration.meshes && frame.mesh.faces.empty()) refuse("expected a mesh with faces");
+    if (configuration.meshes) check_mesh(frame.mesh);
     const auto check_count = [&](size_t found, const char *noun) {
       if (found && found != cameras.size())
         refuse("expected " + words(cameras.size(), noun) + ", one for each camera, found " +
