@@ -70,3 +70,13 @@ TEST_CASE("vertices that touch in the first frame only are not joined") {
     CHECK((z[0] == z[1] && z[1] == z[2]));
   }
 }
+
+TEST_CASE("with a number of triangles, what a frame loses is counted for that frame alone") {
+  // Far more is asked than the budget in pixels allows: all frames have places beyond it.
+  decimate::Budget wanted = budget(2);
+  wanted.triangles = 20;
+  const Run run(frames_of(4, [](size_t) { return stretched(0); }), wanted, 0);
+  const double lost = run.apply(stretched(0), 0).report.thin_area;
+  CHECK(lost > 0);
+  for (size_t i = 1; i < 4; i++) CHECK(run.apply(stretched(0), i).report.thin_area == Approx(lost));
+}

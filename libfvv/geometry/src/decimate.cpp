@@ -382,6 +382,7 @@ bool Run::try_faces(const Frames &frames, const Budget &budget, const Reference 
     std::vector<uint32_t> vertices;
     const geometry::Mesh mesh = compact(source, faces, vertices);
     if (!sound(mesh)) return false;
+    outliers = {}; // those of frames before this one were mapped already, and were within the limit
     Report &report = reports[i];
     report = look_at(Reference(source, frames.footprint(i), &like), mesh, budget, outliers);
     report.vanished = vanished(source, mesh, vertices, budget);
