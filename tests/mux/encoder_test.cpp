@@ -138,6 +138,113 @@ TEST_CASE("an index out of range is refused with frame and element, and no strea
   CHECK_THROWS_WITH(encoder.add(std::move(bad)), Catch::Contains("frame 3") && Catch::Contains("9"));
 }
 
+TEST_CASE("samples that were encoded before are sent as they are, with the meshes beside them") {
+  const Folder folder;
+  mux::Options options = jpeg_options();
+  options.codec = FVV_CODEC_AVC1;
+  options.quality = {false, 20};
+  const std::string once = encoded(options, 6);
+  write_bytes(folder.path("once.fvv"), once.data(), once.size());
+  Stream first(folder.path("once.fvv"));
+  const auto &video = first.configuration().videos[0];
+
+  mux::Configuration configuration = two_cameras();
+  for (mux::CameraInput &camera : configuration.cameras) camera.pictures = camera.masks = false;
+  mux::EncodedTrack track;
+  track.config = video.config;
+  track.record.assign(video.config.record, video.config.record + video.config.record_size);
+  track.tiles.assign(video.tiles, video.tiles + video.tile_count);
+  configuration.encoded = {track};
+  std::string twice;
+  const auto sink = [&](const void *part, size_t size) {
+    twice.append(static_cast<const char *>(part), size);
+  };
+  mux::Encoder encoder(configuration, options, sink);
+  for (size_t i = 0; i < 6; i++) {
+    mux::Frame frame = frame_of(int(i), 4);
+    frame.pictures.clear();
+    frame.masks.clear();
+    int key = 0;
+    frame.samples = {first.sample(i, key)};
+    encoder.add(std::move(frame));
+  }
+  const mux::Summary summary = encoder.finish();
+  CHECK(mux::summary_text(summary, "twice.fvv").find("encoded before") != std::string::npos);
+  write_bytes(folder.path("twice.fvv"), twice.data(), twice.size());
+  Stream second(folder.path("twice.fvv"));
+  REQUIRE(second.frames() == 6);
+  for (size_t i = 0; i < 6; i++) {
+    int key = 0, key_before = 0;
+    CHECK(second.sample(i, key) == first.sample(i, key_before));
+    CHECK(key == key_before);
+  }
+  CHECK(second.configuration().videos[0].tile_count == 2);
+  CHECK(std::string(second.configuration().videos[0].config.codec_string,
+                    second.configuration().videos[0].config.codec_string_size) ==
+        std::string(video.config.codec_string, video.config.codec_string_size));
+}
+
+TEST_CASE("encoded samples that do not fit are refused") {
+  mux::Configuration configuration = two_cameras();
+  mux::EncodedTrack track;
+  track.config.codec = FVV_CODEC_JPEG;
+  track.config.width = track.config.height = 64;
+  track.config.bit_depth = 8;
+  track.tiles = {{3, {0, 0, 64, 48}, {0, 0, 64, 48}}};
+  configuration.encoded = {track};
+  const auto open = [&] { mux::Encoder(configuration, jpeg_options(), [](const void *, size_t) {}); };
+  CHECK_THROWS_WITH(open(), Catch::Contains("camera 3 has pictures besides"));
+  configuration.cameras[0].pictures = configuration.cameras[0].masks = false;
+  configuration.encoded[0].tiles[0].source.width = 65;
+  CHECK_THROWS_WITH(open(), Catch::Contains("not inside"));
+  configuration.encoded[0].tiles[0].source.width = 64;
+  configuration.encoded[0].tiles[0].camera_id = 9;
+  CHECK_THROWS_WITH(open(), Catch::Contains("camera 9 is not configured"));
+  configuration.encoded[0].tiles[0].camera_id = 3;
+  mux::Encoder encoder(configuration, jpeg_options(), [](const void *, size_t) {});
+  mux::Frame frame = frame_of(0, 4);
+  CHECK_THROWS_WITH(encoder.add(frame), Catch::Contains("expected 1 encoded sample, found 0"));
+  frame.samples = {{1, 2, 3}};
+  CHECK_THROWS_WITH(encoder.add(frame), Catch::Contains("frame 0: encoded track 0"));
+}
+
+TEST_CASE("a camera that moves in every frame keeps its calibrations over all groups") {
+  const Folder folder;
+  mux::Configuration configuration = two_cameras();
+  configuration.cameras[1].moves = true;
+  std::string bytes;
+  std::vector<fvv_camera> pushed;
+  mux::Encoder encoder(configuration, jpeg_options(), [&](const void *part, size_t size) {
+    bytes.append(static_cast<const char *>(part), size);
+  });
+  for (int i = 0; i < 10; i++) {
+    mux::Frame frame = frame_of(i, 4);
+    fvv_camera camera = configuration.cameras[1].calibration;
+    const double angle = 0.02 * i; // to the side, and later groups zoom in
+    camera.rotation[0] = camera.rotation[8] = std::cos(angle);
+    camera.rotation[2] = std::sin(angle);
+    camera.rotation[6] = -std::sin(angle);
+    camera.translation[0] += 0.02 * i;
+    camera.fx = camera.fy = 60 + 2 * i;
+    frame.calibrations = {configuration.cameras[0].calibration, camera};
+    pushed.push_back(camera);
+    encoder.add(std::move(frame));
+  }
+  encoder.finish();
+  write_bytes(folder.path("out.fvv"), bytes.data(), bytes.size());
+  Stream stream(folder.path("out.fvv"));
+  REQUIRE(stream.frames() == 10);
+  for (size_t i = 0; i < 10; i++) {
+    const fvv_camera got = stream.camera(i, pushed[i].id);
+    const double at[3] = {0.1, 0.2, 0.3};
+    double wanted[2], found[2];
+    REQUIRE(fvv_camera_project(&pushed[i], at, wanted, nullptr) == 1);
+    REQUIRE(fvv_camera_project(&got, at, found, nullptr) == 1);
+    CAPTURE(i);
+    CHECK(std::hypot(wanted[0] - found[0], wanted[1] - found[1]) < 0.05);
+  }
+}
+
 TEST_CASE("a cancelled encoder says so") {
   mux::Observer observer;
   bool stop = false;

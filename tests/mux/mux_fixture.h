@@ -234,6 +234,11 @@ public:
     REQUIRE(fvv_stream_sample(stream, frame, 2, &bytes, &size, &key, nullptr) == FVV_OK);
     return {bytes, bytes + size};
   }
+  fvv_camera camera(size_t frame, uint16_t id) {
+    fvv_camera camera;
+    REQUIRE(fvv_stream_camera(stream, frame, id, &camera, nullptr) == FVV_OK);
+    return camera;
+  }
   // All pictures; tile k of frame i is pictures()[i], extracted.
   std::vector<media::Image> pictures() {
     media::Decoder decoder(configuration().videos[0].config);

@@ -146,14 +146,11 @@ TEST_CASE("DRC: a writer that would leave the lattice says so, and unusable mesh
   CHECK(refusal({{0, 0, 0, 1, 0, 0, 0, 1e39, 0}, {0, 1, 2}}, millimetres) ==
         "m.drc: vertex 2: y = 1e+39 as float32 falls onto another lattice point (step 0.001): write PLY or "
         "OBJ");
-  CHECK(refusal({{0, 0, 0}, {}}, millimetres) == "m.drc: the mesh to write has no face");
-  CHECK(refusal({{0, 0, nan}, {0, 0, 0}}, millimetres) ==
-        "m.drc: vertex 0 of the mesh to write is not finite");
-  CHECK(refusal({{0, 0, 0}, {0, 0, 1}}, millimetres) ==
-        "m.drc: face 0 of the mesh to write has index 1 of 1 vertices");
+  CHECK(refusal({{0, 0, 0}, {}}, millimetres) == "m.drc: expected a mesh with faces");
+  CHECK(refusal({{0, 0, nan}, {0, 0, 0}}, millimetres) == "m.drc: a coordinate of vertex 0 is not finite");
+  CHECK(refusal({{0, 0, 0}, {0, 0, 1}}, millimetres) == "m.drc: face 0 has index 1 of 1 vertices");
   CHECK(refusal({{0, 0, 0, 0}, {0, 0, 0}}, millimetres) ==
-        "m.drc: the mesh to write has 4 coordinates and 3 corners, expected multiples of 3 and at most "
-        "2147483647 vertices");
+        "m.drc: expected multiples of 3 and at most 2147483647 vertices, found 4 coordinates and 3 corners");
   CHECK(refusal({{0, 0, 0}, {0, 0, 0}}, {{0, 0, 0}, 0}) == "m.drc: expected a lattice step > 0");
   // Degenerate and repeated faces pass through as they are.
   const Mesh odd = {{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0}, {0, 1, 2, 0, 0, 1, 2, 1, 0, 0, 1, 2}};

@@ -119,7 +119,7 @@ TEST_CASE("what is written with normals is read with the same ones") {
   }
   textured.normals.pop_back();
   CHECK(message([&] { format_ply(textured, "m.ply"); }) ==
-        "m.ply: the mesh to write has 23 coordinates of normals, expected three for each of 8 vertices");
+        "m.ply: expected 3 normal coordinates for each of 8 vertices, found 23");
 }
 
 TEST_CASE("glTF: normals stand upright on what is stretched, mirrored, bent and morphed") {

@@ -138,10 +138,9 @@ TEST_CASE("texture coordinates: every writer writes what its reader reads") {
   }
   mesh.texture.pop_back();
   CHECK(message([&] { format_obj(mesh, "a"); }) ==
-        "a: the mesh to write has 7 texture coordinates, expected two for each of 4 vertices");
+        "a: expected 2 texture coordinates for each of 4 vertices, found 7");
   mesh.texture.push_back(NAN);
-  CHECK(message([&] { format_ply(mesh, "a"); }) ==
-        "a: a texture coordinate of vertex 3 of the mesh to write is not finite");
+  CHECK(message([&] { format_ply(mesh, "a"); }) == "a: a texture coordinate of vertex 3 is not finite");
 }
 
 TEST_CASE("texture coordinates: nobody asks, nobody reads them") {

@@ -1,6 +1,8 @@
 #include "fvv_geometry/mesh.h"
+#include "fvv_cxx/error.h"
 
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
 namespace fvv::geometry {
@@ -27,7 +29,34 @@ bool oppose_faces(const Mesh &mesh) {
   return balance < 0;
 }
 
+// per_vertex: values that each vertex has; "a coordinate of vertex 3".
+void check_values(const std::vector<double> &values, size_t per_vertex, size_t vertices, const char *noun,
+                  const std::string &name) {
+  if (values.size() != per_vertex * vertices)
+    throw Error(name + ": expected " + std::to_string(per_vertex) + " " + noun + "s for each of " +
+                std::to_string(vertices) + " vertices, found " + std::to_string(values.size()));
+  for (size_t i = 0; i < values.size(); i++)
+    if (!std::isfinite(values[i]))
+      throw Error(name + ": a " + noun + " of vertex " + std::to_string(i / per_vertex) + " is not finite");
+}
+
 } // namespace
+
+void check(const Mesh &mesh, const std::string &name) {
+  if (mesh.faces.empty()) throw Error(name + ": expected a mesh with faces");
+  if (mesh.positions.size() % 3 || mesh.faces.size() % 3 || mesh.vertex_count() > INT32_MAX)
+    throw Error(name + ": expected multiples of 3 and at most 2147483647 vertices, found " +
+                std::to_string(mesh.positions.size()) + " coordinates and " +
+                std::to_string(mesh.faces.size()) + " corners");
+  const size_t vertices = mesh.vertex_count();
+  check_values(mesh.positions, 3, vertices, "coordinate", name);
+  if (!mesh.texture.empty()) check_values(mesh.texture, 2, vertices, "texture coordinate", name);
+  if (!mesh.normals.empty()) check_values(mesh.normals, 3, vertices, "normal coordinate", name);
+  for (size_t i = 0; i < mesh.faces.size(); i++)
+    if (mesh.faces[i] >= vertices)
+      throw Error(name + ": face " + std::to_string(i / 3) + " has index " + std::to_string(mesh.faces[i]) +
+                  " of " + std::to_string(vertices) + " vertices");
+}
 
 void flip_faces(Mesh &mesh) {
   for (size_t f = 0; f < mesh.faces.size(); f += 3) std::swap(mesh.faces[f + 1], mesh.faces[f + 2]);

@@ -599,27 +599,28 @@ void leave_room(Plan &plan, const Tiling &tiling) {
 }
 
 void lay_out_group(Plan &plan, const std::vector<Silhouette> &boxes) {
+  constexpr double smaller = 0.9, smallest = 0.01;
   for (VideoTrack &track : plan.tracks) {
-    if (track.is_atlas() || track.groups.empty()) continue;
-    Tiling whole = {track.tiling.cameras, {}};
+    if (track.groups.empty()) continue;
+    std::vector<fvv_tile> full;
     std::vector<Silhouette> own;
-    for (const size_t camera : whole.cameras) {
+    for (const size_t camera : track.tiling.cameras) {
       const size_t k = size_t(std::find(plan.whole.cameras.begin(), plan.whole.cameras.end(), camera) -
                               plan.whole.cameras.begin());
-      whole.tiles.push_back(plan.whole.tiles[k]);
+      full.push_back(plan.whole.tiles[k]);
       own.push_back(boxes[k]);
     }
     const FrameLimit frame = {track.tiling.width, track.tiling.height,
                               uint64_t(track.tiling.width) * track.tiling.height, "the stream's video frame"};
+    Tiling whole = {track.tiling.cameras, full};
     MaybeLayout layout;
-    for (double scale = 1; !(layout = pack_crops({own}, whole, frame)); scale *= 0.9) {
-      if (scale < 0.01) throw Error("frames in memory: the pictures of a group do not fit the video frame");
-      for (size_t k = 0; k < whole.tiles.size(); k++) {
-        const fvv_tile &full = plan.whole.tiles[size_t(
-            std::find(plan.whole.cameras.begin(), plan.whole.cameras.end(), whole.cameras[k]) -
-            plan.whole.cameras.begin())];
-        whole.tiles[k].destination.width = scaled(full.destination.width, 0.9 * scale);
-        whole.tiles[k].destination.height = scaled(full.destination.height, 0.9 * scale);
+    for (double scale = 1; !(layout = pack_crops({own}, whole, frame));) {
+      scale *= smaller;
+      if (scale < smallest)
+        throw Error("frames in memory: the pictures of a group do not fit the video frame");
+      for (size_t k = 0; k < full.size(); k++) {
+        whole.tiles[k].destination.width = scaled(full[k].destination.width, scale);
+        whole.tiles[k].destination.height = scaled(full[k].destination.height, scale);
       }
     }
     track.groups.push_back(std::move(layout->groups[0]));

@@ -79,11 +79,18 @@ bool has_runs(const scene::Capture &capture) {
 
 Geometry::Geometry(const Plan &plan, const Tiling &tiles)
     : capture(plan.capture), tiling(tiles), choice(plan.decimation), group_size(plan.group_size),
-      tracked(plan.tracked), normals(plan.normals.bits != 0), groups(plan.group_count()) {}
+      tracked(plan.tracked), normals(plan.normals.bits != 0) {}
 
-void Geometry::extend(int64_t count) {
-  capture.frames.count = count;
-  groups.resize((size_t(count) + group_size - 1) / group_size);
+void Geometry::forget(size_t group) {
+  const std::lock_guard<std::mutex> lock(mutex);
+  groups.erase(group);
+}
+
+std::shared_ptr<Geometry::Group> Geometry::group_at(size_t index) const {
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::shared_ptr<Group> &group = groups[index];
+  if (!group) group = std::make_shared<Group>();
+  return group;
 }
 
 geometry::Mesh Geometry::source(size_t i, scene::MeshReport *report) const {
@@ -133,16 +140,16 @@ geometry::Mesh Geometry::load(size_t i, scene::MeshReport *report,
   geometry::Mesh mesh = source(i, report);
   if (!choice.on) return mesh;
   const size_t index = i / group_size, first = index * group_size;
-  Group &group = groups[index];
-  std::call_once(group.known, [&] {
-    find_runs(group, first, std::min<size_t>(group_size, size_t(capture.frames.count) - first));
+  const std::shared_ptr<Group> group = group_at(index);
+  std::call_once(group->known, [&] {
+    find_runs(*group, first, std::min<size_t>(group_size, size_t(capture.frames.count) - first));
   });
-  const size_t of = group.run_of[i - first];
+  const size_t of = group->run_of[i - first];
   decimate::Decimated out;
   if (of == SIZE_MAX) {
     out = decimate::decimate(mesh, cameras(i), choice.budget, choice.reach);
   } else {
-    const Stretch &run = group.runs[of];
+    const Stretch &run = group->runs[of];
     const std::vector<uint32_t> &order = run.orders[i - run.first];
     if (!order.empty()) mesh = reordered(mesh, order, source(run.first));
     out = run.run.apply(mesh, i - run.first);

@@ -6,7 +6,7 @@
 #include "fvv_mux/plan.h"
 #include "fvv_scene/capture.h"
 
-#include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -40,7 +40,10 @@ public:
   geometry::Mesh load(size_t i, scene::MeshReport *report, std::optional<decimate::Report> &decimation) const;
 
   // From now on there are count frames, which end with a group. Not while other threads call load().
-  void extend(int64_t count);
+  void extend(int64_t count) { capture.frames.count = count; }
+
+  // Frees what is known of a group. load() finds it out again, should it be called for one of its frames.
+  void forget(size_t group);
 
 private:
   struct Stretch {
@@ -53,6 +56,7 @@ private:
     std::vector<Stretch> runs;
     std::vector<size_t> run_of; // for each frame of the group; SIZE_MAX: none
   };
+  std::shared_ptr<Group> group_at(size_t index) const;
   void find_runs(Group &group, size_t first, size_t count) const;
   void add_run(Group &group, size_t group_first, size_t first,
                std::vector<std::vector<uint32_t>> orders) const;
@@ -64,7 +68,8 @@ private:
   const DecimationChoice choice;
   const uint32_t group_size;
   const bool tracked, normals; // otherwise nobody looks for runs; reads normals
-  mutable std::deque<Group> groups;
+  mutable std::mutex mutex;    // of groups
+  mutable std::map<size_t, std::shared_ptr<Group>> groups;
 };
 
 struct MeshFrame {

@@ -53,6 +53,28 @@ bool warn_of_losses(const Plan &plan, int64_t frame, const decimate::Report &rep
   return report.vanished.pieces || report.thin_area > 0;
 }
 
+// A rate that is too low even for the worst picture is no failure: the stream is whole.
+bool warn_of_rates(const Summary &summary) {
+  bool warned = false;
+  for (size_t track = 0; track < summary.rates.size(); track++) {
+    const RateResult &rate = summary.rates[track];
+    if (!rate.over) continue;
+    const VideoTrack &video = summary.plan.tracks[track];
+    const media::VideoCodec &codec = *media::find_video_codec(video.choice.settings.codec);
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "--bitrate: %zu of %zu groups of the %s take more than %.4g kbit/s even at %s %d; in all it "
+        "is %.4g kbit/s",
+        rate.over, rate.groups, name_of(summary, video).c_str(),
+        double(video.choice.settings.bit_rate) / 1000, codec.scale, codec.coarsest,
+        summary.bit_rate(track) / 1000);
+    summary.plan.observer.warn(summary.plan.capture.path + ": " + text);
+    warned = true;
+  }
+  return warned;
+}
+
 class Job {
 public:
   Job(Summary &sums, const Sink &out)
@@ -86,8 +108,14 @@ public:
     run_listed(group);
   }
 
-  // Returns the number of bytes written.
-  uint64_t finish() { return writer->finish(); }
+  // Writes index and footer and completes the summary. start: of the whole run.
+  void finish(std::chrono::steady_clock::time_point start) {
+    summary.bytes = writer->finish();
+    if (warn_of_rates(summary)) plan.warned = true;
+    if (plan.capture.mesh_cache) summary.mesh_reads = scene::mesh_reads(*plan.capture.mesh_cache);
+    summary.picture_reads = plan.videos->reads();
+    summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
 
 private:
   // first: the group that is listed as 0.
@@ -241,9 +269,11 @@ private:
         summary.background.add(writer->background(first + i));
     }
     writer->end_group();
+    if (plan.geometry && !plan.options.verify) plan.geometry->forget(index);
     const media::VideoCodec &codec = *media::find_video_codec(plan.options.codec);
     for (size_t track = 0; track < plan.tracks.size(); track++)
-      summary.rates[track].add(codec, group.videos[track].quality, group.videos[track].over_rate);
+      if (!plan.tracks[track].encoded)
+        summary.rates[track].add(codec, group.videos[track].quality, group.videos[track].over_rate);
   }
 
   Plan &plan;
@@ -300,32 +330,6 @@ void MeshChanges::add(const scene::MeshReport &source, const fvv_mesh_report &re
   max_error = std::max(max_error, report.max_error);
 }
 
-namespace {
-
-// A rate that is too low even for the worst picture is no failure: the stream is whole.
-bool warn_of_rates(const Summary &summary) {
-  bool warned = false;
-  for (size_t track = 0; track < summary.rates.size(); track++) {
-    const RateResult &rate = summary.rates[track];
-    if (!rate.over) continue;
-    const VideoTrack &video = summary.plan.tracks[track];
-    const media::VideoCodec &codec = *media::find_video_codec(video.choice.settings.codec);
-    char text[200];
-    std::snprintf(
-        text, sizeof text,
-        "--bitrate: %zu of %zu groups of the %s take more than %.4g kbit/s even at %s %d; in all it "
-        "is %.4g kbit/s",
-        rate.over, rate.groups, name_of(summary, video).c_str(),
-        double(video.choice.settings.bit_rate) / 1000, codec.scale, codec.coarsest,
-        summary.bit_rate(track) / 1000);
-    summary.plan.observer.warn(summary.plan.capture.path + ": " + text);
-    warned = true;
-  }
-  return warned;
-}
-
-} // namespace
-
 Muxer::Muxer(const Options &options, const Observer &observer) : start(std::chrono::steady_clock::now()) {
   summary.plan = make_plan(options, observer);
 }
@@ -333,12 +337,7 @@ Muxer::Muxer(const Options &options, const Observer &observer) : start(std::chro
 Summary Muxer::run(const Sink &sink) {
   Job job(summary, sink);
   job.run();
-  summary.bytes = job.finish();
-  if (warn_of_rates(summary)) summary.plan.warned = true;
-  if (summary.plan.capture.mesh_cache)
-    summary.mesh_reads = scene::mesh_reads(*summary.plan.capture.mesh_cache);
-  summary.picture_reads = summary.plan.videos->reads();
-  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  job.finish(start);
   return std::move(summary);
 }
 
@@ -350,6 +349,27 @@ namespace {
 
 std::string words(size_t number, const char *noun) {
   return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
+}
+
+// Refuses tiles that do not fit their frame or their cameras.
+void check_tiles(const Configuration &configuration, const EncodedTrack &track, const std::string &name) {
+  if (!media::find_video_codec(track.config.codec)) throw Error(name + ": unknown codec", Error::usage);
+  fvv_diagnostic diagnostic = {};
+  check(fvv_tiles_validate(track.tiles.data(), track.tiles.size(), track.config.width, track.config.height,
+                           &diagnostic),
+        name, diagnostic);
+  for (const fvv_tile &tile : track.tiles) {
+    const auto camera =
+        std::find_if(configuration.cameras.begin(), configuration.cameras.end(),
+                     [&](const CameraInput &one) { return one.calibration.id == tile.camera_id; });
+    const std::string which = name + ": camera " + std::to_string(tile.camera_id);
+    if (camera == configuration.cameras.end()) throw Error(which + " is not configured", Error::usage);
+    if (camera->pictures) throw Error(which + " has pictures besides", Error::usage);
+    const fvv_rect &part = tile.source;
+    if (uint32_t(part.x) + part.width > camera->calibration.width ||
+        uint32_t(part.y) + part.height > camera->calibration.height)
+      throw Error(which + ": the tile's source is not inside of its picture", Error::usage);
+  }
 }
 
 // The configuration as a capture whose frames are in memory. Frames and calibrations that change are added to
@@ -395,6 +415,8 @@ scene::Capture describe(const Configuration &configuration,
     }
     capture.cameras.push_back(std::move(camera));
   }
+  for (size_t i = 0; i < configuration.encoded.size(); i++)
+    check_tiles(configuration, configuration.encoded[i], "encoder: encoded track " + std::to_string(i));
   return capture;
 }
 
@@ -419,7 +441,7 @@ struct Encoder::State {
     const size_t count = added - encoded;
     if (!job) {
       capture.frames.count = int64_t(count);
-      summary.plan = make_plan(std::move(capture), options, observer);
+      summary.plan = make_plan(std::move(capture), configuration.encoded, options, observer);
       job.emplace(summary, sink);
     } else {
       extend_plan(summary.plan, count);
@@ -441,27 +463,34 @@ struct Encoder::State {
              std::to_string(width) + "x" + std::to_string(height));
   }
 
-  // What readers of mesh files guarantee: the planner looks at meshes before the canonicaliser does.
-  void check_mesh(const geometry::Mesh &mesh) const {
-    if (mesh.faces.empty()) refuse("expected a mesh with faces");
-    if (mesh.positions.size() % 3 || mesh.faces.size() % 3)
-      refuse("expected multiples of 3, found " + words(mesh.positions.size(), "coordinate") + " and " +
-             words(mesh.faces.size(), "corner"));
-    if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
-      refuse("expected a normal for each of " + std::to_string(mesh.vertex_count()) + " vertices" +
-             ", found " + words(mesh.normals.size(), "coordinate"));
-    for (size_t i = 0; i < mesh.faces.size(); i++)
-      if (mesh.faces[i] >= mesh.vertex_count())
-        refuse("face " + std::to_string(i / 3) + ": index " + std::to_string(mesh.faces[i]) + " of " +
-               std::to_string(mesh.vertex_count()) + " vertices");
-    for (const std::vector<double> *values : {&mesh.positions, &mesh.normals})
-      for (size_t i = 0; i < values->size(); i++)
-        if (!std::isfinite((*values)[i])) refuse("vertex " + std::to_string(i / 3) + " is not finite");
+  // What the tracks have of a frame.
+  std::vector<media::Sample> samples_of(Frame &frame) const {
+    if (frame.samples.size() != configuration.encoded.size())
+      refuse("expected " + words(configuration.encoded.size(), "encoded sample") + ", found " +
+             std::to_string(frame.samples.size()));
+    std::vector<media::Sample> out;
+    for (size_t i = 0; i < frame.samples.size(); i++) {
+      fvv_video_config config = configuration.encoded[i].config;
+      config.record = configuration.encoded[i].record.data();
+      config.record_size = configuration.encoded[i].record.size();
+      const std::string name = "frame " + std::to_string(added) + ": encoded track " + std::to_string(i);
+      fvv_diagnostic diagnostic = {};
+      int key = 0;
+      check(fvv_video_sample_inspect(&config, frame.samples[i].data(), frame.samples[i].size(), &key,
+                                     &diagnostic),
+            name, diagnostic);
+      if (!key && added % group_size == 0)
+        throw Error(name + ": expected a key frame, because a group of " + std::to_string(group_size) +
+                    " frames begins");
+      out.push_back({std::move(frame.samples[i]), key != 0});
+    }
+    return out;
   }
 
   void check_frame(const Frame &frame) const {
     const std::vector<CameraInput> &cameras = configuration.cameras;
-    if (configuration.meshes) check_mesh(frame.mesh);
+    // The planner sees meshes before the canonicaliser does.
+    if (configuration.meshes) geometry::check(frame.mesh, "frame " + std::to_string(added));
     const auto check_count = [&](size_t found, const char *noun) {
       if (found && found != cameras.size())
         refuse("expected " + words(cameras.size(), noun) + ", one for each camera, found " +
@@ -510,6 +539,7 @@ void Encoder::add(Frame frame) {
   State &s = *state;
   s.observer.check_cancelled();
   s.check_frame(frame);
+  std::vector<media::Sample> samples = s.samples_of(frame);
   const auto number = int64_t(s.added);
   for (scene::Camera &camera : s.description().cameras)
     for (size_t i = 0; i < s.configuration.cameras.size(); i++)
@@ -520,7 +550,8 @@ void Encoder::add(Frame frame) {
         calibration.name_size = 0;
         camera.per_frame[number] = calibration;
       }
-  s.memory->put(number, {std::move(frame.mesh), std::move(frame.pictures), std::move(frame.masks)});
+  s.memory->put(
+      number, {std::move(frame.mesh), std::move(frame.pictures), std::move(frame.masks), std::move(samples)});
   s.added++;
   if (s.added - s.encoded == s.group_size) s.encode_group();
 }
@@ -529,9 +560,7 @@ Summary Encoder::finish() {
   State &s = *state;
   if (!s.added) throw Error("encoder: expected at least one frame before finish()", Error::usage);
   if (s.added > s.encoded) s.encode_group();
-  s.summary.bytes = s.job->finish();
-  if (warn_of_rates(s.summary)) s.summary.plan.warned = true;
-  s.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - s.start).count();
+  s.job->finish(s.start);
   s.job.reset();
   return std::move(s.summary);
 }

@@ -212,7 +212,8 @@ private:
 uint64_t share_of_rate(const Plan &plan, const VideoTrack &track) {
   const auto pixels = [](const VideoTrack &one) { return uint64_t(one.tiling.width) * one.tiling.height; };
   uint64_t all = 0;
-  for (const VideoTrack &one : plan.tracks) all += pixels(one);
+  for (const VideoTrack &one : plan.tracks)
+    if (!one.encoded) all += pixels(one);
   return uint64_t(double(plan.options.bit_rate) * double(pixels(track)) / double(all));
 }
 
@@ -287,11 +288,20 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t 
 } // namespace
 
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
+  if (track.encoded) return track.choice;
   return media::with_sample_type(plan.options.codec, plan.options.bit_depth,
                                  [&](auto sample) { return choose_as<decltype(sample)>(plan, track); });
 }
 
 media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
+  if (track.encoded) {
+    media::EncodedGroup group;
+    for (size_t i = first; i < first + count; i++)
+      group.samples.push_back(
+          plan.capture.memory->sample(plan.capture.frames.number(int64_t(i)), track.sample));
+    group.record = track.choice.record;
+    return group;
+  }
   return media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
     return encode_as<decltype(sample)>(plan, track, first, count);
   });

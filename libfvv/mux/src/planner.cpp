@@ -138,15 +138,49 @@ bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
   return true;
 }
 
+// By the record; that of stills is empty.
+std::string codec_string_of(const EncodedTrack &track) {
+  if (media::find_video_codec(track.config.codec)->is_stills()) return "";
+  char text[FVV_CODEC_STRING_CAPACITY];
+  fvv_diagnostic diagnostic = {};
+  fvv::check(
+      fvv_video_codec_string(track.config.codec, track.record.data(), track.record.size(), text, &diagnostic),
+      "encoded track", diagnostic);
+  return text;
+}
+
+// As many tracks as there are, with the cameras that their tiles name.
+std::vector<VideoTrack> encoded_tracks(const scene::Capture &capture,
+                                       const std::vector<EncodedTrack> &encoded) {
+  std::vector<VideoTrack> tracks;
+  for (const EncodedTrack &one : encoded) {
+    VideoTrack track = {FVV_SHOWS_TILES, {{}, one.tiles, one.config.width, one.config.height}, {}, {}};
+    for (const fvv_tile &tile : one.tiles)
+      for (size_t i = 0; i < capture.cameras.size(); i++)
+        if (capture.cameras[i].calibration.id == tile.camera_id) track.tiling.cameras.push_back(i);
+    track.choice.settings.codec = one.config.codec;
+    track.choice.settings.width = one.config.width;
+    track.choice.settings.height = one.config.height;
+    track.choice.settings.bit_depth = one.config.bit_depth;
+    track.choice.record = one.record;
+    track.choice.codec_string = codec_string_of(one);
+    track.encoded = std::make_shared<const EncodedTrack>(one);
+    track.sample = tracks.size();
+    tracks.push_back(std::move(track));
+  }
+  return tracks;
+}
+
 } // namespace
 
 Plan make_plan(const Options &options, const Observer &observer) {
   scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
   capture.mesh_cache = scene::make_mesh_cache();
-  return make_plan(std::move(capture), options, observer);
+  return make_plan(std::move(capture), {}, options, observer);
 }
 
-Plan make_plan(scene::Capture given, const Options &options, const Observer &observer) {
+Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, const Options &options,
+               const Observer &observer) {
   Plan plan;
   plan.observer = observer;
   plan.options = options;
@@ -168,6 +202,12 @@ Plan make_plan(scene::Capture given, const Options &options, const Observer &obs
   plan.frame_limit = frame_limit(options, plan.capture.frame_duration);
   bound(plan, cameras);
   plan.whole = cameras;
+  const std::vector<VideoTrack> sent = encoded_tracks(plan.capture, encoded);
+  for (const VideoTrack &track : sent) {
+    const auto append = [](auto &to, const auto &from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(cameras.cameras, track.tiling.cameras);
+    append(cameras.tiles, track.tiling.tiles);
+  }
   plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
   plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
   plan.normals = choose_normals(options, plan.capture);
@@ -176,7 +216,11 @@ Plan make_plan(scene::Capture given, const Options &options, const Observer &obs
     plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);
-  plan.tracks = tile_tracks(plan, cameras);
+  plan.tracks = tile_tracks(plan, plan.whole);
+  for (const VideoTrack &track : sent) {
+    plan.tracks.push_back(track);
+    plan.tracks.back().part = plan.tracks.size() - 1;
+  }
   if (plan.capture.atlas) {
     plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}, {}});
     plan.warned = warn_of_atlas(plan, plan.tracks.back().tiling) || plan.warned;

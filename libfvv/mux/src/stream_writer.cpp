@@ -188,6 +188,13 @@ void StreamWriter::write_video(const VideoTrack &track) {
   group.record = track.choice.record;
   group.codec_string = track.choice.codec_string;
   fvv_video_config config = media::config_of(track.choice.settings, group);
+  if (track.encoded) {
+    const fvv_video_config &given = track.encoded->config;
+    config.colour_primaries = given.colour_primaries;
+    config.transfer_characteristics = given.transfer_characteristics;
+    config.matrix_coefficients = given.matrix_coefficients;
+    config.full_range = given.full_range;
+  }
   config.shows = track.shows;
   configure(FVV_CHUNK_VIDEO_CONFIG, track_id(track),
             record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {

@@ -133,8 +133,11 @@ std::string codec_choice(const Summary &s, size_t index) {
   const media::VideoCodec &codec = *media::find_video_codec(v.codec);
   const std::string quality = quality_text(s, index);
   const bool lossless = codec.code == FVV_CODEC_OEXR && quality == "0";
-  return std::string(codec.name) + " " + (lossless ? "lossless" : codec.scale + (" " + quality)) + ", " +
-         std::to_string(v.bit_depth) + " bits, " +
+  return std::string(codec.name) + " " +
+         (track.encoded ? "encoded before"
+          : lossless    ? "lossless"
+                        : codec.scale + (" " + quality)) +
+         ", " + std::to_string(v.bit_depth) + " bits, " +
          (track.is_atlas() ? "" : std::to_string(track.tiling.tiles.size()) + " tiles in ") +
          std::to_string(v.width) + "x" + std::to_string(v.height);
 }
@@ -145,7 +148,7 @@ void crop_lines(std::string &out, const Summary &s) {
   size_t tiles = 0;
   double share = 0;
   for (const VideoTrack &track : s.plan.tracks) {
-    if (track.is_atlas()) continue;
+    if (track.is_atlas() || track.encoded) continue;
     tiles += track.tiling.tiles.size();
     share += pixel_share(s, track);
   }
@@ -165,6 +168,7 @@ void crop_lines(std::string &out, const Summary &s) {
 void video_lines(std::string &out, const Summary &s, size_t index) {
   const VideoTrack &track = s.plan.tracks[index];
   const VideoChoice &video = track.choice;
+  if (track.encoded) return;
   char wish[40] = "";
   if (s.plan.options.bit_rate)
     line(out, "  rate      %.1f kbit/s of the %s (asked for %.1f)", s.bit_rate(index) / 1000,
@@ -383,15 +387,16 @@ nlohmann::ordered_json visibility_json(const Summary &s) {
 nlohmann::ordered_json video_json(const Summary &s, size_t index) {
   const VideoTrack &track = s.plan.tracks[index];
   nlohmann::ordered_json out = track_json(s.videos[index]);
-  out["codec"] = codec_text(s);
+  out["codec"] = media::find_video_codec(track.choice.settings.codec)->option;
   out["bit_depth"] = track.choice.settings.bit_depth;
-  out["quality"] = track.choice.settings.quality;
+  if (!track.encoded) out["quality"] = track.choice.settings.quality;
   out["width"] = track.tiling.width;
   out["height"] = track.tiling.height;
   if (track.is_atlas())
     out["texture_bits"] = s.plan.texture_bits;
   else
     out["cameras"] = track.tiling.tiles.size();
+  if (track.encoded) return out;
   if (!track.is_atlas())
     out["crop"] = {{"cropped", s.plan.crop.on},
                    {"reason", s.plan.crop.reason},

@@ -350,7 +350,7 @@ DrcPoints parse_drc_points(std::string_view bytes, const std::string &name, cons
 }
 
 std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::string &name) {
-  check_writable(mesh, name);
+  geometry::check(mesh, name);
   if (!(lattice.step > 0)) throw Error(name + ": expected a lattice step > 0");
   return guarded(name, [&] { return encode(mesh, lattice, name); });
 }

@@ -6,7 +6,7 @@ namespace fvv::scene {
 
 void MemoryFrames::put(int64_t number, Frame frame) {
   const std::lock_guard<std::mutex> lock(mutex);
-  frames.insert_or_assign(number, std::move(frame));
+  frames.insert_or_assign(number, std::make_shared<const Frame>(std::move(frame)));
 }
 
 void MemoryFrames::drop_before(int64_t number) {
@@ -14,22 +14,22 @@ void MemoryFrames::drop_before(int64_t number) {
   frames.erase(frames.begin(), frames.lower_bound(number));
 }
 
-const MemoryFrames::Frame &MemoryFrames::at(int64_t number) const {
+std::shared_ptr<const MemoryFrames::Frame> MemoryFrames::at(int64_t number) const {
+  const std::lock_guard<std::mutex> lock(mutex);
   const auto found = frames.find(number);
   if (found == frames.end()) throw Error("frame " + std::to_string(number) + " is not in memory");
   return found->second;
 }
 
 geometry::Mesh MemoryFrames::mesh(int64_t number, bool normals) const {
-  const std::lock_guard<std::mutex> lock(mutex);
-  geometry::Mesh mesh = at(number).mesh;
+  geometry::Mesh mesh = at(number)->mesh;
   if (!normals) mesh.normals.clear();
   return mesh;
 }
 
 template <class Sample> media::BasicImage<Sample> MemoryFrames::picture(int64_t number, size_t camera) const {
-  const std::lock_guard<std::mutex> lock(mutex);
-  const auto *image = std::get_if<media::BasicImage<Sample>>(&at(number).pictures.at(camera));
+  const std::shared_ptr<const Frame> frame = at(number);
+  const auto *image = std::get_if<media::BasicImage<Sample>>(&frame->pictures.at(camera));
   if (!image)
     throw Error(
         "frame " + std::to_string(number) + ": camera " + std::to_string(camera) +
@@ -42,8 +42,11 @@ template media::DeepImage MemoryFrames::picture(int64_t, size_t) const;
 template media::LinearImage MemoryFrames::picture(int64_t, size_t) const;
 
 media::Image MemoryFrames::mask(int64_t number, size_t camera) const {
-  const std::lock_guard<std::mutex> lock(mutex);
-  return at(number).masks.at(camera);
+  return at(number)->masks.at(camera);
+}
+
+media::Sample MemoryFrames::sample(int64_t number, size_t track) const {
+  return at(number)->samples.at(track);
 }
 
 } // namespace fvv::scene

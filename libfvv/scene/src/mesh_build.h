@@ -1,5 +1,5 @@
 // What the mesh readers and writers share: growing a mesh within limits, splitting it at the seams of its
-// atlas and at hard edges, and refusing one that no file should hold.
+// atlas and at hard edges.
 #pragma once
 
 #include "fvv_scene/mesh_file.h"
@@ -15,8 +15,5 @@ void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &re
 // uses get (0, 0) and (0, 0, 0). Error when there would be more than limits.max_vertices.
 void split_seams(Mesh &mesh, const std::vector<double> &texture, const std::vector<double> &normals,
                  const fvv_limits &limits, const std::string &name);
-
-// Error "name: what" when the mesh has no face, an index out of range or a coordinate that is not finite.
-void check_writable(const Mesh &mesh, const std::string &name);
 
 } // namespace fvv::scene

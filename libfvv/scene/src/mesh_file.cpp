@@ -82,38 +82,7 @@ void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &re
     mesh.faces.insert(mesh.faces.end(), {corners[0], corners[i], corners[i + 1]});
 }
 
-void check_writable(const Mesh &mesh, const std::string &name) {
-  if (mesh.faces.empty()) throw Error(name + ": the mesh to write has no face");
-  if (mesh.positions.size() % 3 || mesh.faces.size() % 3 || mesh.vertex_count() > INT32_MAX)
-    throw Error(name + ": the mesh to write has " + std::to_string(mesh.positions.size()) +
-                " coordinates and " + std::to_string(mesh.faces.size()) +
-                " corners, expected multiples of 3 and at most 2147483647 vertices");
-  for (size_t i = 0; i < mesh.positions.size(); i++)
-    if (!std::isfinite(mesh.positions[i]))
-      throw Error(name + ": vertex " + std::to_string(i / 3) + " of the mesh to write is not finite");
-  if (!mesh.texture.empty() && mesh.texture.size() != mesh.vertex_count() * 2)
-    throw Error(name + ": the mesh to write has " + std::to_string(mesh.texture.size()) +
-                " texture coordinates, expected two for each of " + std::to_string(mesh.vertex_count()) +
-                " vertices");
-  for (size_t i = 0; i < mesh.texture.size(); i++)
-    if (!std::isfinite(mesh.texture[i]))
-      throw Error(name + ": a texture coordinate of vertex " + std::to_string(i / 2) +
-                  " of the mesh to write is not finite");
-  if (!mesh.normals.empty() && mesh.normals.size() != mesh.positions.size())
-    throw Error(name + ": the mesh to write has " + std::to_string(mesh.normals.size()) +
-                " coordinates of normals, expected three for each of " + std::to_string(mesh.vertex_count()) +
-                " vertices");
-  for (size_t i = 0; i < mesh.normals.size(); i++)
-    if (!std::isfinite(mesh.normals[i]))
-      throw Error(name + ": the normal of vertex " + std::to_string(i / 3) +
-                  " of the mesh to write is not finite");
-  for (size_t i = 0; i < mesh.faces.size(); i++)
-    if (mesh.faces[i] >= mesh.vertex_count())
-      throw Error(name + ": face " + std::to_string(i / 3) + " of the mesh to write has index " +
-                  std::to_string(mesh.faces[i]) + " of " + std::to_string(mesh.vertex_count()) + " vertices");
-}
-
-// capture/mesh_seams.cpp: from texture coordinates and normals per corner, as modelling programs store them,
+// From texture coordinates and normals per corner, as modelling programs store them,
 // to one of each per vertex, as graphics interfaces and fvv want them.
 
 void split_seams(Mesh &mesh, const std::vector<double> &texture, const std::vector<double> &normals,

@@ -264,7 +264,7 @@ Mesh parse_obj(std::string_view bytes, const std::string &name, const fvv_limits
 }
 
 std::string format_obj(const Mesh &mesh, const std::string &name) {
-  check_writable(mesh, name);
+  geometry::check(mesh, name);
   std::string out;
   for (size_t i = 0; i < mesh.positions.size(); i += 3) {
     out += 'v';

@@ -599,7 +599,7 @@ Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits
 }
 
 std::string format_ply(const Mesh &mesh, const std::string &name) {
-  check_writable(mesh, name);
+  geometry::check(mesh, name);
   const bool has_texture = !mesh.texture.empty(), has_normals = !mesh.normals.empty();
   const std::string header =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertex_count()) +

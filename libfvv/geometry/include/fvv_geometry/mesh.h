@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace fvv::geometry {
@@ -27,6 +28,10 @@ struct Lattice {
   double origin[3];
   double step;
 };
+
+// Throws Error "name: what is wrong" for a mesh without faces, with arrays that do not fit each other, an
+// index out of range, or a number that is not finite. What readers of mesh files guarantee.
+void check(const Mesh &mesh, const std::string &name);
 
 // Reverses all faces: their first corner stays, the others change places. Normals are reversed too when most
 // of them would point to the wrong side then; in some files the normals are right and only the faces are

@@ -26,8 +26,10 @@ struct Configuration {
   fvv_rational frame_duration = {1, 25}; // seconds
   bool meshes = true;                    // every frame has one
   std::vector<CameraInput> cameras;      // each with an identifier of its own
-  uint8_t up = FVV_UP_UNKNOWN;           // FVV_UP_...: the axis that points up
-  bool scale_unknown = false;            // lengths are in an unknown unit
+  // Every frame has a sample of each. The cameras that their tiles show have no pictures besides.
+  std::vector<EncodedTrack> encoded = {};
+  uint8_t up = FVV_UP_UNKNOWN; // FVV_UP_...: the axis that points up
+  bool scale_unknown = false;  // lengths are in an unknown unit
 };
 
 // One moment. All arrays are in the order of Configuration::cameras; those of cameras without them are empty
@@ -38,6 +40,9 @@ struct Frame {
       pictures; // RGB; samples of 8 bits, of 16 bits for Options::bit_depth 10, or float for OpenEXR
   std::vector<media::Image> masks;      // one channel
   std::vector<fvv_camera> calibrations; // of this frame; used of cameras that move
+  // Of each of Configuration::encoded: a still's whole file, else a sample as MP4 has it that shows this
+  // frame, a key frame of the codec where a group begins.
+  std::vector<std::vector<uint8_t>> samples = {};
 };
 
 // Decisions for the whole stream (lattice, decimation, quality, size of the video frame) are made when the

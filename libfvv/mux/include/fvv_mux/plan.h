@@ -100,13 +100,23 @@ struct CropChoice {
       boxes; // of each group and camera with pictures: what is seen of the scene
 };
 
+// A video track whose samples come encoded with the frames, from cameras or a GPU, and are sent as they are.
+struct EncodedTrack {
+  // Codec, size, bit depth and colours. shows, record and codec_string are not used.
+  fvv_video_config config = {};
+  std::vector<uint8_t> record; // the codec's configuration record (fvv/video.h)
+  std::vector<fvv_tile> tiles; // where each camera's picture is; the same in all frames
+};
+
 // Tracks differ in what they show, and have a quality each.
 struct VideoTrack {
   uint8_t shows; // FVV_SHOWS_TILES or FVV_SHOWS_ATLAS
   Tiling tiling; // of groups that have no layout of their own
   VideoChoice choice;
-  std::vector<std::vector<fvv_tile>> groups; // the tiles of each group; empty: those of tiling
-  size_t part = 0;                           // of the tracks that show tiles, counted from 0
+  std::vector<std::vector<fvv_tile>> groups;        // the tiles of each group; empty: those of tiling
+  size_t part = 0;                                  // of the tracks that show tiles, counted from 0
+  std::shared_ptr<const EncodedTrack> encoded = {}; // NULL: pictures are encoded here
+  size_t sample = 0;                                // of a frame's samples
 
   bool is_atlas() const { return shows == FVV_SHOWS_ATLAS; }
   const std::vector<fvv_tile> &tiles_of(size_t group) const {
@@ -159,7 +169,9 @@ struct Plan {
 // warnings are printed.
 Plan make_plan(const Options &options, const Observer &observer);
 // The same for a capture whose frames are in memory: those that are there now are all that is looked at.
-Plan make_plan(scene::Capture capture, const Options &options, const Observer &observer);
+// encoded: tracks whose samples are among them.
+Plan make_plan(scene::Capture capture, const std::vector<EncodedTrack> &encoded, const Options &options,
+               const Observer &observer);
 // Adds frames of one more group to a plan of frames in memory: how its pictures are cropped and laid out. The
 // video frame keeps its size; where the crops need more room, the group's pictures are sent smaller.
 void extend_plan(Plan &plan, size_t frames);

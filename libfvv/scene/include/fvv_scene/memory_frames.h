@@ -3,8 +3,10 @@
 
 #include "fvv_geometry/mesh.h"
 #include "fvv_media/image.h"
+#include "fvv_media/video.h"
 
 #include <map>
+#include <memory>
 #include <mutex>
 #include <variant>
 #include <vector>
@@ -19,8 +21,9 @@ class MemoryFrames {
 public:
   struct Frame {
     geometry::Mesh mesh;
-    std::vector<AnyImage> pictures;  // of each camera
-    std::vector<media::Image> masks; // of each camera, one channel
+    std::vector<AnyImage> pictures;          // of each camera
+    std::vector<media::Image> masks;         // of each camera, one channel
+    std::vector<media::Sample> samples = {}; // of each video track that was encoded before
   };
 
   void put(int64_t number, Frame frame);
@@ -32,12 +35,13 @@ public:
   // Throws Error when the picture has other samples.
   template <class Sample> media::BasicImage<Sample> picture(int64_t number, size_t camera) const;
   media::Image mask(int64_t number, size_t camera) const;
+  media::Sample sample(int64_t number, size_t track) const;
 
 private:
-  const Frame &at(int64_t number) const;
+  std::shared_ptr<const Frame> at(int64_t number) const; // copies are made without the lock
 
   mutable std::mutex mutex;
-  std::map<int64_t, Frame> frames;
+  std::map<int64_t, std::shared_ptr<const Frame>> frames;
 };
 
 } // namespace fvv::scene

@@ -324,7 +324,7 @@ private:
   }
 
   void add(const EnvironmentPart &part) {
-    check_writable(part.mesh, name);
+    geometry::check(part.mesh, name);
     check_positions(part);
     Json attributes = {{"POSITION", floats(part.mesh.positions, 3, true)}};
     if (!part.mesh.normals.empty()) attributes["NORMAL"] = floats(part.mesh.normals, 3, false);
