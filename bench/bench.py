@@ -9,7 +9,6 @@ figures keeps the others.
 
 import argparse
 import json
-import os
 import pathlib
 import subprocess
 import sys
@@ -21,6 +20,7 @@ import leave_one_out
 import player
 import serve
 import whp235
+from muxing import Muxing
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/default"
@@ -65,59 +65,16 @@ def synth():
     return {"synth.seconds": time.perf_counter() - begin}
 
 
-def packed(source, *options):
-    """Packs a capture: the summary, the wall time in seconds and the peak of resident memory in MiB."""
-    command = [
-        BUILD / "tools/fvvmux/fvvmux",
-        source,
-        "-o",
-        WORK / "packed.fvv",
-        "--force",
-        "--json",
-        *options,
-    ]
-    begin = time.perf_counter()
-    with open(WORK / "packed.json", "w+") as out:
-        child = subprocess.Popen([str(c) for c in command], stdout=out)
-        _, status, usage = os.wait4(child.pid, 0)
-        if os.waitstatus_to_exitcode(status) not in (0, 3):
-            sys.exit(f"bench: fvvmux {source} failed")
-        out.seek(0)
-        return json.load(out), time.perf_counter() - begin, usage.ru_maxrss / 1024
+def muxing():
+    return Muxing(BUILD / "tools/fvvmux/fvvmux", tool, WORK)
 
 
 def mux():
-    """Frames a second of the whole fvvmux, quality search and start included; default options.
-
-    mesh_reads_per_frame: mesh files that were read, for each frame. picture_reads_per_frame: picture and mask files that
-    were decoded, for each such file; 1 means each once.
-    """
-    runs = [packed(capture()) for _ in range(3)]
-    summary = runs[0][0]
-    reads, files = summary["reads"], 2 * summary["video"]["cameras"] * summary["frames"]
-    figures = {
-        "mux.frames_per_s": summary["frames"] / sorted(seconds for _, seconds, _ in runs)[1],
-        "mux.mesh_reads_per_frame": reads["meshes"] / summary["frames"],
-        "mux.picture_reads_per_frame": (reads["pictures"] + reads["masks"]) / files,
-    }
-    demo = WORK / "synth"  # as ./run demo packs it
-    if not (demo / "capture.json").exists():
-        tool("fvvsynth", "-o", demo, "--force")
-    summary, seconds, _ = packed(demo, "--scale", "0.5", "--background", "flat")
-    figures["mux.demo_png_frames_per_s"] = summary["frames"] / seconds
-    return figures
+    return muxing().speed(capture())
 
 
 def memory():
-    """Peak memory of fvvmux: it should not grow with the length of a capture. Takes some minutes."""
-    figures = {}
-    for frames in (100, 1000):
-        folder = WORK / f"long{frames}"
-        if not (folder / "capture.json").exists():
-            size = "--rig", "small", "--cameras", 2, "--size", "64x48", "--meshes", "tracked"
-            tool("fvvsynth", "-o", folder, *size, "--frames", frames, "--force")
-        figures[f"memory.peak_mib_{frames}_frames"] = packed(folder)[2]
-    return figures
+    return muxing().memory()
 
 
 def house():
