@@ -99,8 +99,9 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option(
       "--max-error", texts.max_error,
       "error of the geometry in pixels of the transmitted pictures, at the camera that sees a place "
-      "sharpest: decides the lattice step and how far meshes are decimated (docs/fvvmux-budget.md). Default "
-      "0.15");
+      "sharpest, or as a length (1mm, 0.1cm): decides the lattice step, motion and how far meshes are "
+      "decimated (docs/fvvmux-budget.md). Default: 0.15; without cameras 1/8192 of a mesh's diagonal, and no "
+      "decimation");
   app.add_option("--step", texts.step,
                  "step of the lattice of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the "
                  "capture's units. Default: the capture's, else by --max-error");

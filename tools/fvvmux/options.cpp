@@ -90,7 +90,10 @@ uint64_t parse_pixels(const std::string &text) {
   return parse_amount("--video-pixels", "pixels such as 300k, 2M or 100000, from 4k to 200M", text, 4e3, 2e8);
 }
 
-Length parse_length(const std::string &text) {
+namespace {
+
+// A length above 0 with its unit, or a plain number; false when it is neither.
+bool read_length(const std::string &text, Length &length) {
   struct Unit {
     const char *name;
     double per_metre;
@@ -100,17 +103,30 @@ Length parse_length(const std::string &text) {
     if (!ends_with(text, name)) continue;
     double value;
     // Division by a power of ten gives the double that the decimal in metres would give.
-    if (!scene::parse_double(text.substr(0, text.size() - name.size()), value) || !(value > 0)) break;
-    return {value / unit.per_metre, !name.empty()};
+    if (!scene::parse_double(text.substr(0, text.size() - name.size()), value) || !(value > 0)) return false;
+    length = {value / unit.per_metre, !name.empty()};
+    return true;
   }
-  refuse("--step", "a length above 0 such as 1.5mm, 0.2cm, 0.002m or 0.002", text);
+  return false;
 }
 
-double parse_max_error(const std::string &text) {
-  double value;
-  if (!scene::parse_double(text, value) || !(value > 0) || value > 1000)
-    refuse("--max-error", "pixels, above 0 and at most 1000", text);
-  return value;
+} // namespace
+
+Length parse_length(const std::string &text) {
+  Length length = {};
+  if (!read_length(text, length))
+    refuse("--step", "a length above 0 such as 1.5mm, 0.2cm, 0.002m or 0.002", text);
+  return length;
+}
+
+MaxError parse_max_error(const std::string &text) {
+  Length length = {};
+  const bool pixels = ends_with(text, "px");
+  if (!read_length(pixels ? text.substr(0, text.size() - 2) : text, length) || (pixels && length.metric) ||
+      length.value > 1000)
+    refuse("--max-error",
+           "pixels such as 0.15, or a length such as 1mm, 0.1cm or 0.001m, above 0 and at most 1000", text);
+  return {length.value, pixels ? MaxError::pixels : length.metric ? MaxError::metres : MaxError::plain};
 }
 
 namespace {

@@ -12,7 +12,7 @@ int parse_bit_depth(const std::string &text,
 Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23", "lossless"
 uint64_t parse_bit_rate(const std::string &text);                // "4M", "800k", "64000"
 Length parse_length(const std::string &text);                    // "1.5mm", "0.2cm", "0.002m", "0.002"
-double parse_max_error(const std::string &text);                 // "0.15"
+MaxError parse_max_error(const std::string &text);               // "0.15", "1mm"
 TileSize parse_tile(const std::string &text);                    // "480x270"
 double parse_scale(const char *option, const std::string &text); // "0.5"
 uint8_t parse_profile(const std::string &text);                  // "draco", "raw", "fast"

@@ -30,7 +30,14 @@ void Footprint::add(const fvv_camera &camera, double scale_x, double scale_y) {
   views.push_back(view);
 }
 
+Footprint Footprint::uniform(double metres_per_pixel) {
+  Footprint footprint;
+  footprint.size = metres_per_pixel;
+  return footprint;
+}
+
 Sight Footprint::look(const double point[3]) const {
+  if (std::isfinite(size)) return {size, 0, 0};
   Sight inside, outside;
   const Vec3 at = {point[0], point[1], point[2]};
   for (const View &view : views) {

@@ -1,6 +1,7 @@
 #include "fvv_geometry/mesh.h"
 #include "fvv_cxx/error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -56,6 +57,28 @@ void check(const Mesh &mesh, const std::string &name) {
     if (mesh.faces[i] >= vertices)
       throw Error(name + ": face " + std::to_string(i / 3) + " has index " + std::to_string(mesh.faces[i]) +
                   " of " + std::to_string(vertices) + " vertices");
+}
+
+double typical_diagonal(const Mesh &mesh) {
+  constexpr double outermost = 0.005;
+  std::vector<bool> used(mesh.vertex_count());
+  for (const uint32_t v : mesh.faces) used[v] = true;
+  double squared = 0;
+  std::vector<double> values;
+  for (size_t axis = 0; axis < 3; axis++) {
+    values.clear();
+    for (size_t v = 0; v < used.size(); v++)
+      if (used[v] && std::isfinite(mesh.positions[3 * v + axis]))
+        values.push_back(mesh.positions[3 * v + axis]);
+    if (values.empty()) continue;
+    const auto skipped = std::ptrdiff_t(outermost * double(values.size()));
+    std::nth_element(values.begin(), values.begin() + skipped, values.end());
+    const double low = values[size_t(skipped)];
+    std::nth_element(values.begin(), values.end() - 1 - skipped, values.end());
+    const double side = *(values.end() - 1 - skipped) - low;
+    squared += side * side;
+  }
+  return std::sqrt(squared);
 }
 
 void flip_faces(Mesh &mesh) {

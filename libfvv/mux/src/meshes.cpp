@@ -1,6 +1,7 @@
 #include "mux/src/meshes.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
+#include "mux/src/budget.h"
 
 #include <algorithm>
 #include <cmath>
@@ -67,14 +68,16 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
   return out;
 }
 
-bool has_runs(const scene::Capture &capture) {
-  const int64_t count = capture.frames.count;
-  for (const int64_t first : {int64_t(0), count / 2 - 1, count - 2}) {
-    if (first < 0 || first + 1 >= count) continue;
-    const auto load = [&](int64_t i) { return scene::load_mesh(capture, capture.frames.number(i)); };
-    if (same_connectivity(load(first), load(first + 1))) return true;
+double share_of_runs(const scene::Capture &capture) {
+  constexpr int64_t most = 8; // pairs
+  const int64_t pairs = capture.frames.count - 1, looked_at = std::min(most, pairs);
+  int64_t same = 0;
+  const auto load = [&](int64_t i) { return scene::load_mesh(capture, capture.frames.number(i)); };
+  for (int64_t k = 0; k < looked_at; k++) {
+    const int64_t i = looked_at > 1 ? k * (pairs - 1) / (looked_at - 1) : 0;
+    same += same_connectivity(load(i), load(i + 1)).has_value();
   }
-  return false;
+  return looked_at > 0 ? double(same) / double(looked_at) : 0;
 }
 
 Geometry::Geometry(const Plan &plan, const Tiling &tiles)
@@ -98,7 +101,7 @@ geometry::Mesh Geometry::source(size_t i, scene::MeshReport *report) const {
 }
 
 decimate::Footprint Geometry::cameras(size_t i) const {
-  return footprint(capture, tiling, capture.frames.number(int64_t(i)));
+  return footprint(capture, tiling, capture.frames.number(int64_t(i)), choice.is_length);
 }
 
 void Geometry::add_run(Group &group, size_t group_first, size_t first,
@@ -196,6 +199,7 @@ MeshFrame encode_alone(const Plan &plan, size_t i, const Source &source) {
   MeshFrame frame;
   frame.source = source.report;
   frame.decimation = source.decimation;
+  frame.vanished = source.vanished;
   OwnedMesh holder;
   canonicalise(plan, i, source, holder, frame.report);
   OwnedBytes payload;
@@ -221,6 +225,7 @@ public:
     Later next;
     next.source = candidate.report;
     next.decimation = candidate.decimation;
+    next.vanished = candidate.vanished;
     const size_t i = first + size();
     const geometry::Mesh &mesh = candidate.mesh;
     const std::optional<std::vector<uint32_t>> there = same_connectivity(source.mesh, mesh);
@@ -253,6 +258,7 @@ public:
     std::vector<MeshFrame> frames(1);
     frames[0].source = source.report;
     frames[0].decimation = source.decimation;
+    frames[0].vanished = source.vanished;
     frames[0].report.struct_size = sizeof frames[0].report;
     fvv_diagnostic diagnostic = {};
     OwnedMesh mesh, decoded;
@@ -276,6 +282,7 @@ private:
   struct Later {
     scene::MeshReport source;
     std::optional<decimate::Report> decimation;
+    double vanished = 0;
     std::vector<int32_t> lattice; // in the order of the first frame's vertices
     std::vector<uint32_t> order;  // vertex of the first frame -> vertex of this one
     double rounding = 0;          // metres, by which the lattice differs from the file
@@ -319,6 +326,7 @@ private:
       frame.key = false;
       frame.source = loaded[i].source;
       frame.decimation = loaded[i].decimation;
+      frame.vanished = loaded[i].vanished;
       frame.report = frames[0].report;
       frame.report.max_error = loaded[i].rounding + off * plan.lattice.lattice.step;
       frame.payload = payload.copy();
@@ -343,6 +351,7 @@ Source load_source(const Plan &plan, size_t i) {
   if (plan.normals.bits && source.mesh.normals.empty())
     throw Error(name_of(plan, i) + ": expected a normal for every corner as in the first frame, found " +
                 "none (--normals never sends none)");
+  source.vanished = vanished_share(source.mesh, plan.lattice.lattice);
   return source;
 }
 

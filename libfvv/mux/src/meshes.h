@@ -23,8 +23,8 @@ std::optional<std::vector<uint32_t>> same_connectivity(const geometry::Mesh &a, 
 geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t> &order,
                          const geometry::Mesh &like);
 
-// Looks at three pairs of neighbouring frames, first, middle and last: does any share its connectivity?
-bool has_runs(const scene::Capture &capture);
+// Of some pairs of neighbouring frames, evenly over the capture, the share that has the same connectivity.
+double share_of_runs(const scene::Capture &capture);
 
 // Frames of a group that follow each other and have the same connectivity (connectivity.h) are a run, and
 // have the same faces after decimation, in the order of the first one's vertices: they could not be coded as
@@ -77,6 +77,7 @@ struct MeshFrame {
   bool key = true;
   scene::MeshReport source;
   std::optional<decimate::Report> decimation; // when the plan is to decimate
+  double vanished = 0;                        // share of the area that has none on the lattice
   fvv_mesh_report report = {};
   // In a run of frames with the same connectivity: for each vertex of the decoded mesh, which vertex of the
   // frame's source it is. Otherwise nothing.
@@ -89,6 +90,7 @@ struct Source {
   geometry::Mesh mesh;
   scene::MeshReport report;
   std::optional<decimate::Report> decimation;
+  double vanished = 0;
 };
 Source load_source(const Plan &plan, size_t i);
 

@@ -2,6 +2,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_mux/encoder.h"
+#include "mux/src/budget.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
@@ -48,9 +49,18 @@ bool warn_of_losses(const Plan &plan, int64_t frame, const decimate::Report &rep
                        area_text(plan, report.vanished.area) + " together vanish in decimation");
   if (report.thin_area > 0)
     plan.observer.warn(name + area_text(plan, report.thin_area) + " of the surface are further off than " +
-                       fvv::format("%g px", decimate::max_over_rms * plan.decimation.budget.pixels) +
-                       " after decimation");
+                       budget_text(plan, decimate::max_over_rms) + " after decimation");
   return report.vanished.pieces || report.thin_area > 0;
+}
+
+// The same for what rounding to the lattice took away.
+bool warn_of_vanished(const Plan &plan, int64_t frame, double share) {
+  if (!(share > most_vanished)) return false;
+  plan.observer.warn(plan.capture.mesh_path(frame) + ": frame " + std::to_string(frame) + ": faces with " +
+                     fvv::format("%.3g %% of the area vanish on the lattice, whose step is ", 100 * share) +
+                     length_text(plan, plan.lattice.lattice.step) + ", " + plan.lattice.reason +
+                     " (--max-error or --step asks for a finer one)");
+  return true;
 }
 
 // A rate that is too low even for the worst picture is no failure: the stream is whole.
@@ -242,9 +252,10 @@ private:
         summary.changes.add(mesh.source, mesh.report);
         if (plan.options.verify)
           summary.origins.push_back({std::move(mesh.origins), mesh.report.flipped_faces});
+        const int64_t number = plan.capture.frames.number(int64_t(first + i));
+        if (warn_of_vanished(plan, number, mesh.vanished)) plan.warned = true;
         if (mesh.decimation) {
           summary.decimation.add(*mesh.decimation);
-          const int64_t number = plan.capture.frames.number(int64_t(first + i));
           if (warn_of_losses(plan, number, *mesh.decimation)) plan.warned = true;
         }
       }

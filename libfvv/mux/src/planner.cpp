@@ -5,6 +5,7 @@
 #include "fvv_mux/plan.h"
 #include "fvv_scene/text.h"
 #include "mux/src/background.h"
+#include "mux/src/budget.h"
 #include "mux/src/choices.h"
 #include "mux/src/crop.h"
 #include "mux/src/layout.h"
@@ -208,11 +209,16 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
     append(cameras.cameras, track.tiling.cameras);
     append(cameras.tiles, track.tiling.tiles);
   }
-  plan.tracked = options.delta && plan.has_meshes() && has_runs(plan.capture);
-  plan.lattice = choose_lattice(options, plan.capture, cameras, plan.tracked ? plan.group_size - 1 : 0);
+  const double shared = options.delta && plan.has_meshes() ? share_of_runs(plan.capture) : 0;
+  plan.tracked = shared > 0;
+  plan.error = choose_budget(options, plan.capture, cameras);
+  plan.lattice = choose_lattice(options, plan.capture, cameras, plan.error, plan.tracked,
+                                std::min(shared / (1 - shared), plan.group_size - 1.0));
+  plan.warned = warn_of_lattice(plan) || plan.warned;
   plan.normals = choose_normals(options, plan.capture);
   if (plan.has_meshes()) {
-    plan.decimation = choose_decimation(options, plan.capture, cameras, plan.lattice, plan.normals);
+    plan.decimation =
+        choose_decimation(options, plan.capture, cameras, plan.error, plan.lattice, plan.normals);
     plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);

@@ -1,6 +1,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_scene/capture.h"
 #include "mux/src/background.h"
+#include "mux/src/budget.h"
 #include "mux/src/choices.h"
 #include "mux/src/layout.h"
 #include "mux/src/stream_writer.h"
@@ -45,8 +46,9 @@ double DecimationSums::volume_change() const {
 
 static std::string decimation_text(const Plan &plan, const DecimationSums &sums) {
   const DecimationChoice &choice = plan.decimation;
-  std::string out = fvv::format("  budget    %g px", choice.budget.pixels);
-  if (std::isfinite(choice.pixel))
+  std::string out = "  budget    " + budget_text(plan);
+  const bool seen = std::isfinite(choice.pixel) && !choice.is_length;
+  if (seen)
     out += (choice.budget.pixels == 1 ? " is " : " are ") +
            length_text(plan, choice.budget.pixels * choice.pixel) + " where cameras see sharpest";
   if (!choice.on) return out + "; all triangles are kept: " + choice.reason + "\n";
@@ -57,14 +59,13 @@ static std::string decimation_text(const Plan &plan, const DecimationSums &sums)
   if (sums.kept < sums.frames) {
     out += "            off by " + length_text(plan, sums.rms()) + " rms, " + length_text(plan, sums.max) +
            " at most, lattice included; the worst frame";
-    if (std::isfinite(choice.pixel))
-      out += fvv::format(" %.3f px rms, %.2f px at most;", sums.rms_pixels, sums.max_pixels);
+    if (seen) out += fvv::format(" %.3f px rms, %.2f px at most;", sums.rms_pixels, sums.max_pixels);
     out += fvv::format(" volume %+.2f %%\n", 100 * sums.volume_change());
   }
   if (sums.held_faces)
-    out +=
-        fvv::format("            %.0f triangles a frame stay, or silhouettes would move by more than %g px\n",
-                    double(sums.held_faces) / frames, decimate::max_over_rms * choice.budget.pixels);
+    out += fvv::format("            %.0f triangles a frame stay, or places would be off by more than ",
+                       double(sums.held_faces) / frames) +
+           budget_text(plan, decimate::max_over_rms) + "\n";
   if (sums.kept)
     out += fvv::format("            %llu frames are as they were: fewer triangles would break the budget\n",
                        (unsigned long long)sums.kept);
@@ -73,8 +74,11 @@ static std::string decimation_text(const Plan &plan, const DecimationSums &sums)
 
 static nlohmann::ordered_json decimation_json(const Plan &plan, const DecimationSums &sums) {
   const DecimationChoice &choice = plan.decimation;
-  const bool seen = std::isfinite(choice.pixel);
-  nlohmann::ordered_json out = {{"max_error", choice.budget.pixels},
+  const bool seen = std::isfinite(choice.pixel) && !choice.is_length;
+  nlohmann::ordered_json out = {{"max_error", plan.error.value},
+                                {"unit", !choice.is_length            ? "pixels"
+                                         : plan.capture.scale_unknown ? "units"
+                                                                      : "metres"},
                                 {"pixel", nullptr},
                                 {"reason", choice.reason},
                                 {"decimated_frames", sums.frames - sums.kept},

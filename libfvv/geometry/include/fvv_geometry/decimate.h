@@ -24,7 +24,9 @@ public:
   // scale_x, scale_y: pixels of the transmitted picture per pixel of the camera's. For a valid camera, of
   // which all but the name is copied.
   void add(const fvv_camera &camera, double scale_x, double scale_y);
-  bool empty() const { return views.empty(); }
+  // A pixel has this size everywhere, whatever cameras see: for a budget that is a length.
+  static Footprint uniform(double metres_per_pixel);
+  bool empty() const { return views.empty() && !std::isfinite(size); }
 
   // Of the cameras in whose picture the place lies; where it lies in none, of those that would see it if
   // their pictures went on, so that what is just outside is not treated as unseen. Perspective,
@@ -38,6 +40,7 @@ private:
     double centre[3], scale_x, scale_y;
   };
   std::vector<View> views;
+  double size = INFINITY; // of a pixel, when it is uniform
 };
 
 // Distances between surfaces, from all vertices of the source to the decimated surface and from samples of

@@ -30,8 +30,16 @@ struct TileSize {
   uint16_t width, height;
 };
 
-// Of geometry, in pixels of the transmitted pictures.
-constexpr double default_max_error = 0.15;
+// How far decoded geometry may be from its source. pixels: of the transmitted pictures. plain: pixels where
+// there are cameras, else in the units of a capture whose scale is unknown.
+struct MaxError {
+  enum Unit { plain, pixels, metres };
+  double value;
+  Unit unit = plain;
+};
+constexpr double default_max_error = 0.15; // pixels
+// Where no camera tells how large a pixel is: parts of a typical mesh's diagonal, 0.25 mm for a person.
+constexpr double default_max_error_parts = 8192;
 
 // Takes the next bytes of a stream. May throw.
 using Sink = std::function<void(const void *bytes, size_t size)>;
@@ -88,11 +96,11 @@ struct Options {
   uint32_t texture_bits = 0;    // of texture indices; 0: as the capture says, else libfvv's default
   Background background = Background::automatic;
   std::optional<Length> step;
-  std::optional<double> max_error; // pixels; else default_max_error
-  uint32_t triangles = 0;          // of a frame, whatever that costs; 0: max_error decides
-  bool keep_geometry = false;      // no decimation
-  uint32_t group = 0;              // frames; 0: one second
-  int mesh_level = 9;              // of Draco: a twentieth smaller than 7 and a third slower to decode
+  std::optional<MaxError> max_error; // else the defaults above
+  uint32_t triangles = 0;            // of a frame, whatever that costs; 0: max_error decides
+  bool keep_geometry = false;        // no decimation
+  uint32_t group = 0;                // frames; 0: one second
+  int mesh_level = 9;                // of Draco: a twentieth smaller than 7 and a third slower to decode
   uint8_t mesh_profile = FVV_MESH_DRACO;
   bool delta = true; // frames that share their faces with the one before as motion
   Normals normals = Normals::automatic;

@@ -16,6 +16,14 @@
 
 namespace fvv::mux {
 
+// How far decoded geometry may be from its source.
+struct ErrorBudget {
+  double value =
+      default_max_error; // pixels; of a length metres, or units of a capture whose scale is unknown
+  bool is_length = false;
+  std::string reason; // of a length
+};
+
 struct LatticeChoice {
   geometry::Lattice lattice = {{0, 0, 0}, 0.001};
   std::string reason;
@@ -34,6 +42,7 @@ struct DecimationChoice {
   decimate::Budget budget;
   double pixel = INFINITY; // metres that the sharpest pixel covers on the first, middle and last mesh
   double reach = 0;        // of the simplifier, where every frame begins
+  bool is_length = false;  // the budget: budget.pixels are metres
   std::string reason;
 };
 
@@ -136,6 +145,7 @@ struct Plan {
   scene::Capture capture;  // frames restricted, cameras by rising identifier, unwanted patterns removed
   uint32_t group_size = 1; // frames
   bool tracked = false;    // some frames have the faces of the one before: groups may have delta frames
+  ErrorBudget error;
   LatticeChoice lattice;
   DecimationChoice decimation;
   std::shared_ptr<Geometry> geometry; // what meshes come through, if there are some
@@ -182,15 +192,5 @@ uint32_t group_size_of(const Options &options, const fvv_rational &frame_duratio
 // Cameras whose pictures are transmitted, at the size in which they are; without any, all cameras. frame: its
 // number in file names. tiling: of the cameras.
 decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame);
-
-// By the option, the capture, or the budget in pixels. capture as in the plan, tiling of the cameras.
-// delta_frames: how many may follow a key frame; they take fewest bytes on a lattice finer than the error
-// allowed, for which the key frame pays.
-LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const Tiling &tiling,
-                             size_t delta_frames);
-// By the options, for a lattice that is chosen. Decimates three frames on trial.
-DecimationChoice choose_decimation(const Options &options, const scene::Capture &capture,
-                                   const Tiling &tiling, const LatticeChoice &lattice,
-                                   const NormalChoice &normals);
 
 } // namespace fvv::mux

@@ -1,0 +1,251 @@
+#include "mux/src/budget.h"
+#include "fvv_cxx/error.h"
+#include "fvv_cxx/format.h"
+#include "mux/src/summary_terms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace fvv::mux {
+
+namespace {
+
+// Steps of error that leave room for rounding to the lattice within an error; metres.
+uint32_t steps_within(double error, double step) {
+  return uint32_t(std::clamp(error / step - 0.5 + 1e-9, 0.0, 32767.0)); // libfvv takes no more
+}
+
+// The sharpest look at any of some vertices, enough of them to find it.
+decimate::Sight sharpest(const geometry::Mesh &mesh, const decimate::Footprint &cameras) {
+  constexpr size_t enough = 20000;
+  const size_t stride = 1 + mesh.vertex_count() / enough;
+  decimate::Sight best;
+  for (size_t v = 0; v < mesh.vertex_count(); v += stride) {
+    const decimate::Sight sight = cameras.look(&mesh.positions[3 * v]);
+    if (sight.metres_per_pixel < best.metres_per_pixel) best = sight;
+  }
+  return best;
+}
+
+} // namespace
+
+decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame,
+                              bool is_length) {
+  return is_length ? decimate::Footprint::uniform(1) : footprint(capture, tiling, frame);
+}
+
+decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame) {
+  decimate::Footprint cameras;
+  // Nobody sees the mesh through a camera that is lost; where all are, what they saw at another time counts.
+  bool empty = true;
+  for (const bool lost : {false, true}) {
+    const auto add = [&](const scene::Camera &camera, double across, double down) {
+      if (camera.is_calibrated(frame) == lost) return;
+      cameras.add(lost ? camera.calibration : camera.calibration_at(frame), across, down);
+      empty = false;
+    };
+    for (size_t i = 0; i < tiling.tiles.size(); i++) {
+      const fvv_tile &tile = tiling.tiles[i];
+      add(capture.cameras[tiling.cameras[i]], double(tile.destination.width) / tile.source.width,
+          double(tile.destination.height) / tile.source.height);
+    }
+    if (tiling.tiles.empty())
+      for (const scene::Camera &camera : capture.cameras) add(camera, 1, 1);
+    if (!empty) break;
+  }
+  return cameras;
+}
+
+namespace {
+
+// Frames that stand for all: first, middle and last.
+std::set<int64_t> samples(const scene::Capture &capture) {
+  const int64_t count = capture.frames.count;
+  std::set<int64_t> numbers;
+  for (const int64_t i : {int64_t(0), count / 2, count - 1}) numbers.insert(capture.frames.number(i));
+  return numbers;
+}
+
+// One frame that is far larger or smaller than the others does not decide.
+double typical_diagonal(const scene::Capture &capture) {
+  std::vector<double> diagonals;
+  for (const int64_t number : samples(capture))
+    diagonals.push_back(geometry::typical_diagonal(scene::load_mesh(capture, number)));
+  std::sort(diagonals.begin(), diagonals.end());
+  return diagonals[(diagonals.size() - 1) / 2];
+}
+
+const char *unit_of(const scene::Capture &capture) {
+  return capture.scale_unknown ? "units" : "m";
+}
+
+} // namespace
+
+ErrorBudget choose_budget(const Options &options, const scene::Capture &capture, const Tiling &tiling) {
+  ErrorBudget error;
+  if (!capture.meshes) return error;
+  const scene::Frames &frames = capture.frames;
+  const bool seen = std::isfinite(
+      sharpest(scene::load_mesh(capture, frames.first), footprint(capture, tiling, frames.first))
+          .metres_per_pixel);
+  if (const std::optional<MaxError> &wanted = options.max_error) {
+    error.value = wanted->value;
+    if (wanted->unit == MaxError::metres && capture.scale_unknown)
+      throw Error("--max-error: expected pixels or, without cameras, a plain number of the capture's units, "
+                  "because its scale is unknown",
+                  Error::usage);
+    error.is_length = wanted->unit == MaxError::metres ||
+                      (wanted->unit == MaxError::plain && !seen && capture.scale_unknown);
+    error.reason = "as --max-error says";
+    if (!error.is_length && !seen)
+      throw Error(
+          fvv::format("--max-error: expected a length such as 1mm, because %s, found %g pixels",
+                      capture.cameras.empty() ? "there are no cameras" : "no camera sees the first mesh",
+                      wanted->value),
+          Error::usage);
+    return error;
+  }
+  if (seen) return error;
+  const double diagonal = typical_diagonal(capture);
+  error.is_length = true;
+  error.value = diagonal / default_max_error_parts;
+  error.reason =
+      fvv::format("1/%g of a typical mesh's diagonal of %.4g ", default_max_error_parts, diagonal) +
+      unit_of(capture);
+  return error;
+}
+
+LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const Tiling &tiling,
+                             const ErrorBudget &error, bool tracked, double delta_frames) {
+  // A lattice of a fifth of the step costs a key 7 bits a vertex, one of a third 5; each saves a delta frame
+  // about 2.
+  constexpr double many = 6, some = 1;
+  LatticeChoice choice;
+  if (capture.lattice) choice.lattice = *capture.lattice;
+  const bool chosen = options.step || capture.lattice;
+  if (options.step) {
+    if (options.step->metric && capture.scale_unknown)
+      throw Error("--step: expected a plain number of the capture's units, because its scale is "
+                  "unknown",
+                  Error::usage);
+    choice.lattice.step = options.step->value;
+    choice.reason = "as --step says";
+  } else if (capture.lattice) {
+    choice.reason = "as the capture says";
+  }
+  if (!capture.meshes) {
+    if (!chosen) choice.reason = "there are no meshes";
+    return choice;
+  }
+  const int64_t first = capture.frames.first;
+  const decimate::Sight nearest =
+      sharpest(scene::load_mesh(capture, first), footprint(capture, tiling, first));
+  const bool seen = std::isfinite(nearest.metres_per_pixel);
+  const double allowed = error.is_length ? error.value : error.value * nearest.metres_per_pixel;
+  if (!chosen) {
+    const double wanted = 2 * allowed;
+    if (!std::isfinite(wanted) || !(wanted > 1e-20) || wanted > 1e20)
+      throw Error(capture.mesh_path(first) +
+                  ": expected a mesh with some extent to choose the lattice by; give "
+                  "--step");
+    choice.lattice.step = geometry::round_down_125(wanted / (delta_frames >= many   ? 5
+                                                             : delta_frames >= some ? 3
+                                                                                    : 1));
+    choice.reason =
+        error.is_length
+            ? fvv::format("for an error of %.3g ", error.value * (capture.scale_unknown ? 1 : 1000)) +
+                  (capture.scale_unknown ? "units, " : "mm, ") + error.reason
+            : fvv::format("for %g px at camera %u, %.3g ", error.value, nearest.camera, nearest.distance) +
+                  unit_of(capture) + " from the first mesh";
+  }
+  if (tracked) choice.delta_error = steps_within(allowed, choice.lattice.step);
+  if (seen) choice.pixels = choice.error() / nearest.metres_per_pixel;
+  return choice;
+}
+
+bool warn_of_lattice(const Plan &plan) {
+  const LatticeChoice &lattice = plan.lattice;
+  if (!plan.options.max_error || !plan.capture.meshes) return false;
+  const bool over = plan.error.is_length ? 0.5 * lattice.lattice.step > plan.error.value * (1 + 1e-9)
+                                         : lattice.pixels > plan.error.value * (1 + 1e-9);
+  if (over)
+    plan.observer.warn(plan.capture.path + ": the lattice step of " +
+                       length_text(plan, lattice.lattice.step) + ", " + lattice.reason +
+                       ", errs by more than --max-error allows, " + budget_text(plan));
+  return over;
+}
+
+DecimationChoice choose_decimation(const Options &options, const scene::Capture &capture,
+                                   const Tiling &tiling, const ErrorBudget &error,
+                                   const LatticeChoice &lattice, const NormalChoice &normals) {
+  DecimationChoice choice;
+  choice.budget.pixels = error.value;
+  choice.is_length = error.is_length;
+  choice.budget.triangles = options.triangles;
+  choice.budget.min_piece = options.min_component;
+  // Delta frames leave errors like those of a coarser lattice.
+  choice.budget.lattice = lattice.lattice;
+  choice.budget.lattice.step = 2 * lattice.error();
+  std::vector<geometry::Mesh> meshes;
+  std::vector<decimate::Footprint> cameras;
+  for (const int64_t number : samples(capture)) {
+    meshes.push_back(scene::load_mesh(capture, number));
+    cameras.push_back(footprint(capture, tiling, number, error.is_length));
+    choice.pixel = std::min(choice.pixel, sharpest(meshes.back(), cameras.back()).metres_per_pixel);
+  }
+  if (options.keep_geometry) {
+    choice.reason = "as --keep-geometry says";
+  } else if (options.triangles) {
+    choice.on = true;
+    choice.reason = "as --triangles says";
+  } else if (error.is_length && !options.max_error) {
+    choice.reason = "no camera tells how large a pixel is, and --max-error does not say how much may change";
+  } else if (capture.lattice && !options.max_error) {
+    choice.reason = "the capture brings its lattice, as meshes do that have been in a stream";
+  } else if (capture.atlas && !options.max_error) {
+    choice.reason = "there is an atlas, and how far texture slides is not measured";
+  } else if (normals.bits && !options.max_error) {
+    choice.reason = "normals are sent, and how far they turn is not measured";
+  } else {
+    choice.reach = INFINITY;
+    for (size_t i = 0; i < meshes.size() && choice.reach > 0; i++)
+      choice.reach = decimate::find_reach(meshes[i], cameras[i], choice.budget, choice.reach);
+    choice.on = choice.reach > 0;
+    choice.reason = choice.on ? "for the budget" : "no decimation keeps the budget, the lattice included";
+  }
+  return choice;
+}
+
+std::string budget_text(const Plan &plan, double times) {
+  const double value = times * plan.error.value;
+  return plan.error.is_length ? length_text(plan, value) : fvv::format("%g px", value);
+}
+
+double vanished_share(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
+  double whole = 0, vanished = 0;
+  for (size_t f = 0; f < mesh.face_count(); f++) {
+    double p[3][3], q[3][3];
+    for (size_t c = 0; c < 3; c++)
+      for (size_t k = 0; k < 3; k++) {
+        p[c][k] = mesh.positions[3 * size_t(mesh.faces[3 * f + c]) + k];
+        q[c][k] = std::nearbyint((p[c][k] - lattice.origin[k]) / lattice.step);
+      }
+    const auto area = [](const double corner[3][3]) {
+      double sum = 0;
+      for (size_t k = 0; k < 3; k++) {
+        const size_t i = (k + 1) % 3, j = (k + 2) % 3;
+        const double across = (corner[1][i] - corner[0][i]) * (corner[2][j] - corner[0][j]) -
+                              (corner[1][j] - corner[0][j]) * (corner[2][i] - corner[0][i]);
+        sum += across * across;
+      }
+      return std::sqrt(sum);
+    };
+    const double here = area(p);
+    whole += here;
+    if (!(area(q) > 0)) vanished += here;
+  }
+  return whole > 0 ? vanished / whole : 0;
+}
+
+} // namespace fvv::mux
