@@ -132,6 +132,21 @@ def test_millimetres_that_are_called_metres_lose_nothing(tmp_path):
     ] * math.sqrt(3)
 
 
+def test_coordinates_of_maps_get_an_origin_near_them(tmp_path):
+    vertices, faces = sphere()
+    east, north = 500123.4, 5400321.7
+    capture = write_capture(tmp_path / "map", [(vertices + (east, north, 100), faces)] * 2)
+    summary = mux(capture, "--verify")
+    assert summary["lattice"]["origin"] == [500123, 5400322, 100]
+    for found, count in decoded(capture):
+        assert count == len(faces)
+        # Doubles of OBJ and of the source are a nanometre apart there.
+        off = off_by(found, (east, north, 100)).max()
+        assert off <= summary["budget"]["max_error"] * math.sqrt(3) + 1e-8
+    near = mux(write_capture(tmp_path / "near", [(vertices + (100, 0, 0), faces)]))
+    assert near["lattice"]["origin"] == [0, 0, 0]
+
+
 def test_a_step_that_swallows_faces_is_reported_with_its_frames(tmp_path):
     capture = write_capture(tmp_path / "coarse", [sphere()] * 2)
     done = run("fvvmux", capture, "-o", tmp_path / "out.fvv", "--step", "20cm", code=3)

@@ -59,11 +59,15 @@ void check(const Mesh &mesh, const std::string &name) {
                   " of " + std::to_string(vertices) + " vertices");
 }
 
-double typical_diagonal(const Mesh &mesh) {
+double TypicalBox::diagonal() const {
+  return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+}
+
+TypicalBox typical_box(const Mesh &mesh) {
   constexpr double outermost = 0.005;
   std::vector<bool> used(mesh.vertex_count());
   for (const uint32_t v : mesh.faces) used[v] = true;
-  double squared = 0;
+  TypicalBox box;
   std::vector<double> values;
   for (size_t axis = 0; axis < 3; axis++) {
     values.clear();
@@ -72,13 +76,13 @@ double typical_diagonal(const Mesh &mesh) {
         values.push_back(mesh.positions[3 * v + axis]);
     if (values.empty()) continue;
     const auto skipped = std::ptrdiff_t(outermost * double(values.size()));
-    std::nth_element(values.begin(), values.begin() + skipped, values.end());
-    const double low = values[size_t(skipped)];
-    std::nth_element(values.begin(), values.end() - 1 - skipped, values.end());
-    const double side = *(values.end() - 1 - skipped) - low;
-    squared += side * side;
+    const auto low = values.begin() + skipped, high = values.end() - 1 - skipped;
+    std::nth_element(values.begin(), low, values.end());
+    box.low[axis] = *low;
+    std::nth_element(values.begin(), high, values.end());
+    box.high[axis] = *high;
   }
-  return std::sqrt(squared);
+  return box;
 }
 
 void flip_faces(Mesh &mesh) {

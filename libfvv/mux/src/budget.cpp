@@ -71,13 +71,26 @@ std::set<int64_t> samples(const scene::Capture &capture) {
 double typical_diagonal(const scene::Capture &capture) {
   std::vector<double> diagonals;
   for (const int64_t number : samples(capture))
-    diagonals.push_back(geometry::typical_diagonal(scene::load_mesh(capture, number)));
+    diagonals.push_back(geometry::typical_box(scene::load_mesh(capture, number)).diagonal());
   std::sort(diagonals.begin(), diagonals.end());
   return diagonals[(diagonals.size() - 1) / 2];
 }
 
 const char *unit_of(const scene::Capture &capture) {
   return capture.scale_unknown ? "units" : "m";
+}
+
+// Beyond this number of steps a coordinate has no float of its own.
+constexpr double far_from_origin = 1 << 24;
+
+// Coordinates of maps lie hundreds of kilometres from 0, where a lattice from there does not reach, and where
+// floats are coarse. The origin moves to whole units near the mesh then.
+void place_origin(const geometry::Mesh &mesh, geometry::Lattice &lattice) {
+  const geometry::TypicalBox box = geometry::typical_box(mesh);
+  double furthest = 0;
+  for (size_t k = 0; k < 3; k++) furthest = std::max({furthest, std::abs(box.low[k]), std::abs(box.high[k])});
+  if (furthest <= far_from_origin * lattice.step || furthest <= box.diagonal()) return;
+  for (size_t k = 0; k < 3; k++) lattice.origin[k] = std::round((box.low[k] + box.high[k]) / 2);
 }
 
 } // namespace
@@ -139,8 +152,8 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
     return choice;
   }
   const int64_t first = capture.frames.first;
-  const decimate::Sight nearest =
-      sharpest(scene::load_mesh(capture, first), footprint(capture, tiling, first));
+  const geometry::Mesh mesh = scene::load_mesh(capture, first);
+  const decimate::Sight nearest = sharpest(mesh, footprint(capture, tiling, first));
   const bool seen = std::isfinite(nearest.metres_per_pixel);
   const double allowed = error.is_length ? error.value : error.value * nearest.metres_per_pixel;
   if (!chosen) {
@@ -159,6 +172,7 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
             : fvv::format("for %g px at camera %u, %.3g ", error.value, nearest.camera, nearest.distance) +
                   unit_of(capture) + " from the first mesh";
   }
+  if (!capture.lattice) place_origin(mesh, choice.lattice);
   if (tracked) choice.delta_error = steps_within(allowed, choice.lattice.step);
   if (seen) choice.pixels = choice.error() / nearest.metres_per_pixel;
   return choice;

@@ -38,9 +38,14 @@ void check(const Mesh &mesh, const std::string &name);
 // wrong.
 void flip_faces(Mesh &mesh);
 
-// Diagonal of the box around the vertices that faces use, without the lowest and highest 0.5 % on each axis:
-// a few that are far off do not count. Coordinates that are not finite are left out. 0 without any.
-double typical_diagonal(const Mesh &mesh);
+// Around the vertices that faces use, without the lowest and highest 0.5 % on each axis: a few that are far
+// off do not count. Coordinates that are not finite are left out. All 0 without any.
+struct TypicalBox {
+  double low[3] = {}, high[3] = {};
+
+  double diagonal() const;
+};
+TypicalBox typical_box(const Mesh &mesh);
 
 // Largest of ... 0.001, 0.002, 0.005, 0.01 ... that is not above value; 0 < value, finite.
 double round_down_125(double value);
