@@ -73,9 +73,12 @@ TEST_CASE("all problems of the files are told before any work, one a line") {
   fs::remove(capture.mesh_path(4));
   write_png(capture.picture_path(capture.cameras[1], 2), media::make_image(63, 48, 3, 9));
   const std::string where = "fvvmux: " + capture.path + ": ";
-  check_refused(folder, arguments(folder), 1,
-                where + "2 of 5 meshes are missing: 1, 4 (first: meshes/0001.ply)\n" + where +
-                    "camera 13: 1 of 5 pictures is not 64 x 48, first: cam1/0002.png is 63 x 48\n");
+  check_refused(
+      folder, arguments(folder), 1,
+      where + "2 of 5 meshes are missing: 1, 4 (first: meshes/0001.ply)\n" + where +
+          "camera 13: 1 of 5 pictures is not 64 x 48, first: cam1/0002.png is 63 x 48 (cut or padded? "
+          "give the camera the pictures' width and height, and subtract from cx and cy what was cut off at "
+          "the left and at the top)\n");
   fs::remove(capture.path);
   check_refused(folder, arguments(folder), 1,
                 "fvvmux: " + capture.path + ": cannot be opened: No such file or directory\n");

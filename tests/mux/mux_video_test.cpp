@@ -129,5 +129,6 @@ TEST_CASE("pictures are turned as the video says, unless the capture says otherw
   CHECK(run.exit == 1);
   CHECK(run.err ==
         "fvvmux: " + scene.capture.path +
-            ": camera 13: pictures 1a.mp4: is 48 x 64, turned by 90 degrees, the camera is 64 x 48\n");
+            ": camera 13: pictures 1a.mp4: is 48 x 64, turned by 90 degrees, the camera is 64 x 48 "
+            "(turned? state \"rotate\": 90 or 270)\n");
 }

@@ -89,7 +89,10 @@ TEST_CASE("all missing, empty, unreadable and unlike files are reported at once,
                   "camera 4: 1 of 5 pictures is unreadable, first: " +
                       (folder.root / "frames/0016/b.png").string() + ": is no picture",
                   "camera 4: 1 of 5 masks is missing: 18 (first: frames/0018/mask.png)",
-                  "camera 4: 1 of 5 masks is not 480 x 270, first: frames/0010/mask.png is 480 x 271"});
+                  "camera 4: 1 of 5 masks is not 480 x 270, first: frames/0010/mask.png is 480 x 271"
+                  " (cut or padded? give the camera the pictures' width and height, and subtract from cx and "
+                  "cy what was "
+                  "cut off at the left and at the top)"});
   CHECK(findings.warnings == Sentences{});
   // Without a probe sizes are not looked at.
   CHECK(check_files(folder.capture, nullptr).problems.size() == 3);
@@ -199,7 +202,8 @@ TEST_CASE("a video is refused where it is missing, is none, or has another size"
   CHECK(found([](const auto &, auto) -> VideoFacts { throw fvv::Error("a.mp4: is no video"); }) ==
         Sentences{"camera 3: pictures: a.mp4: is no video"});
   CHECK(found([&](const auto &, auto) { return facts; }) ==
-        Sentences{"camera 3: pictures a.mp4: is 270 x 480, turned by 90 degrees, the camera is 480 x 270"});
+        Sentences{"camera 3: pictures a.mp4: is 270 x 480, turned by 90 degrees, the camera is 480 x 270"
+                  " (turned? state \"rotate\": 90 or 270)"});
   folder.capture.cameras[0].pictures->rotate = 0;
   CHECK(found([&](const auto &, auto) { return facts; }) == Sentences{});
 }
@@ -235,6 +239,30 @@ TEST_CASE("videos and turned stills are read and written") {
     CHECK_THROWS_WITH(source(value), place + message);
 }
 
+TEST_CASE("stills may be counted from another number than frames") {
+  const Pattern plain = Pattern::parse("a/%03d.png", nullptr).value();
+  Pattern pattern = plain;
+  pattern.offset = 3;
+  CHECK(pattern.file(10) == "a/013.png");
+  CHECK(pattern.frame("a/013.png") == 10);
+  CHECK(!pattern.frame("a/002.png")); // of no frame
+  pattern.offset = -3;
+  CHECK((pattern.file(10) == "a/007.png" && pattern.frame("a/000.png") == 3));
+  const std::string text = R"({"fvv_capture": 1, "frame_rate": 25, "frames": {"first": 3, "count": 2},
+    "units": "metres", "cameras": [{"id": 1, "width": 4, "height": 4,
+    "intrinsics": {"fx": 1, "fy": 1, "cx": 2, "cy": 2}, "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    "translation": [0, 0, 0], "pictures": )";
+  const auto parse = [&](const std::string &value) { return parse_capture(text + value + "}]}", "c.json"); };
+  const Capture again =
+      parse_capture(format_capture(parse(R"({"pattern": "%d.png", "offset": -3})")), "c.json");
+  CHECK(again.cameras[0].pictures->file(4) == "1.png");
+  CHECK_THROWS_WITH(
+      parse(R"({"pattern": "%d.png", "offset": -4})"),
+      "c.json: /cameras/0/pictures/offset: expected at least -3, because frame 3 has no file otherwise, "
+      "found -4");
+  CHECK_THROWS_WITH(parse(R"({"video": "v", "offset": 1})"), Catch::Contains("offset"));
+}
+
 TEST_CASE("an atlas picture for all frames is one file") {
   Folder folder;
   folder.capture.atlas = Atlas{folder.pattern("atlas.png").value(), {}};
@@ -258,5 +286,6 @@ TEST_CASE("atlas pictures have one size, whichever way they are turned") {
   CHECK(check_files(folder.capture, probe).problems == Sentences{});
   folder.write("atlas_14.png", "32 64");
   CHECK(check_files(folder.capture, probe).problems ==
-        Sentences{"atlas: 1 of 5 pictures is not 64 x 32, first: atlas_14.png is 32 x 64"});
+        Sentences{"atlas: 1 of 5 pictures is not 64 x 32, first: atlas_14.png is 32 x 64"
+                  " (turned? state \"rotate\": 90 or 270)"});
 }

@@ -83,11 +83,17 @@ def test_schema_of_a_capture_takes_stills_or_a_video():
     validator = jsonschema.Draft202012Validator({"$ref": "#/$defs/source", "$defs": definitions})
     for good in [
         "%d.png",
-        {"pattern": "%d.png", "rotate": 90},
+        {"pattern": "%d.png", "offset": -3, "rotate": 90},
         {"video": "a%.mp4", "stream": 1, "start": "-1/2"},
     ]:
         assert validator.is_valid(good)
-    for bad in [{"pattern": "a.png", "start": 1}, {"video": ""}, {"video": "a", "rotate": 45}, {"start": 1}]:
+    for bad in [
+        {"pattern": "a.png", "start": 1},
+        {"video": ""},
+        {"video": "a", "rotate": 45},
+        {"start": 1},
+        {"video": "a", "offset": 1},
+    ]:
         assert not validator.is_valid(bad)
 
 

@@ -40,6 +40,19 @@ void report_times(const std::string &subject, const VideoReport &report, Finding
                               " behind the last one are not used");
 }
 
+// What to do about a picture whose size is not the camera's, where that can be guessed.
+std::string size_advice(uint32_t width, uint32_t height, uint32_t expected_width, uint32_t expected_height) {
+  constexpr uint32_t most = 64; // pixels that encoders add or cut, to a multiple of their blocks
+  if (width == expected_height && height == expected_width && width != height)
+    return " (turned? state \"rotate\": 90 or 270)";
+  const auto apart = [](uint32_t a, uint32_t b) { return a > b ? a - b : b - a; };
+  if (apart(width, expected_width) < most && apart(height, expected_height) < most)
+    return " (cut or padded? give the camera the pictures' width and height, and subtract from cx and cy "
+           "what was "
+           "cut off at the left and at the top)";
+  return "";
+}
+
 // camera: whose the source is; NULL: the atlas', whose size is that of its pictures. kind: "pictures" or
 // "masks". Adds to findings.
 void check_video(const Capture &capture, const Camera *camera, const std::string &kind,
@@ -73,7 +86,8 @@ void check_video(const Capture &capture, const Camera *camera, const std::string
     findings.problems.push_back(
         subject + "is " + std::to_string(facts.width) + " x " + std::to_string(facts.height) +
         (rotate ? ", turned by " + std::to_string(rotate) + " degrees" : "") + ", the camera is " +
-        std::to_string(camera->calibration.width) + " x " + std::to_string(camera->calibration.height));
+        std::to_string(camera->calibration.width) + " x " + std::to_string(camera->calibration.height) +
+        size_advice(facts.width, facts.height, camera->calibration.width, camera->calibration.height));
   VideoReport report = match_video(capture, *source.video, facts.times);
   if (camera) report.camera = camera->calibration.id;
   report.masks = kind == "masks";
@@ -236,7 +250,8 @@ private:
       PictureSize size = probe(path);
       if (rotate && *rotate % 180) std::swap(size.width, size.height);
       if (expected.width && (size.width != expected.width || size.height != expected.height))
-        unlike.add(file + " is " + std::to_string(size.width) + " x " + std::to_string(size.height));
+        unlike.add(file + " is " + std::to_string(size.width) + " x " + std::to_string(size.height) +
+                   size_advice(size.width, size.height, expected.width, expected.height));
       if (size.orientation != 1 && !rotate)
         turned.add(file + " has orientation " + std::to_string(size.orientation));
     } catch (const std::exception &error) {

@@ -40,7 +40,7 @@ std::optional<Pattern> Pattern::parse(const std::string &text, std::string *what
 
 std::string Pattern::file(int64_t frame) const {
   if (!numbered) return prefix;
-  const std::string digits = std::to_string(frame);
+  const std::string digits = std::to_string(frame + offset);
   return prefix + std::string(digits.size() < width ? width - digits.size() : 0, '0') + digits + suffix;
 }
 
@@ -48,9 +48,9 @@ std::optional<int64_t> Pattern::frame(std::string_view name) const {
   int64_t number;
   if (!numbered || name.size() <= prefix.size() + suffix.size() ||
       !parse_integer(name.substr(prefix.size(), name.size() - prefix.size() - suffix.size()), number) ||
-      number < 0 || file(number) != name)
+      number < 0 || number < offset || file(number - offset) != name)
     return std::nullopt;
-  return number;
+  return number - offset;
 }
 
 namespace {
@@ -88,7 +88,7 @@ VideoSource read_video(const JsonValue &value, const Frames &frames) {
 
 bool PictureSource::has_same_pictures(const PictureSource &other) const {
   if (bool(video) != bool(other.video) || text() != other.text()) return false;
-  return !video || video->stream == other.video->stream;
+  return video ? video->stream == other.video->stream : pattern->offset == other.pattern->offset;
 }
 
 PictureSource read_picture_source(const JsonValue &value, const Frames &frames, bool constant) {
@@ -99,15 +99,23 @@ PictureSource read_picture_source(const JsonValue &value, const Frames &frames, 
   if (!value.is_object())
     value.fail("expected a pattern as text, or an object with a pattern or a video, found " + value.found());
   const bool is_video = value.find("video").has_value();
-  if (!is_video) value.allow_keys({"pattern", "video", "rotate"});
+  if (!is_video) value.allow_keys({"pattern", "video", "offset", "rotate"});
   PictureSource source =
       is_video ? PictureSource(read_video(value, frames)) : PictureSource(stills(value.at("pattern")));
+  if (const auto offset = is_video ? std::nullopt : value.find("offset")) {
+    source.pattern->offset = offset->integer(-int64_t(UINT32_MAX), UINT32_MAX);
+    if (source.is_constant()) offset->fail("expected a pattern with a number, because there is an offset");
+    if (frames.first + source.pattern->offset < 0)
+      offset->fail("expected at least " + std::to_string(-frames.first) + ", because frame " +
+                   std::to_string(frames.first) + " has no file otherwise, found " + offset->found());
+  }
   if (const auto rotate = value.find("rotate")) source.rotate = read_rotation(*rotate);
   return source;
 }
 
 std::string format_picture_source(const PictureSource &source, std::string (*quoted)(const std::string &)) {
-  if (source.pattern && !source.rotate) return quoted(source.text());
+  const int64_t offset = source.pattern ? source.pattern->offset : 0;
+  if (source.pattern && !source.rotate && !offset) return quoted(source.text());
   std::string out = std::string(source.video ? "{\"video\": " : "{\"pattern\": ") + quoted(source.text());
   if (source.video) {
     const VideoSource &video = *source.video;
@@ -115,6 +123,7 @@ std::string format_picture_source(const PictureSource &source, std::string (*quo
     out += ", \"start\": \"" + std::to_string(video.start.numerator) + "/" +
            std::to_string(video.start.denominator) + "\"";
   }
+  if (offset) out += ", \"offset\": " + std::to_string(offset);
   if (source.rotate) out += ", \"rotate\": " + std::to_string(*source.rotate);
   return out + "}";
 }

@@ -21,6 +21,8 @@ public:
   std::string file(int64_t frame) const;             // frame >= 0
   // The frame whose file this is, if there is one: the inverse of file().
   std::optional<int64_t> frame(std::string_view file) const;
+  // Added to a frame's number, for a camera that counts otherwise. No number in a name is below 0.
+  int64_t offset = 0;
 
 private:
   std::string source, prefix, suffix; // around the number, %% resolved
@@ -66,8 +68,8 @@ public:
   bool has_same_pictures(const PictureSource &other) const;
 };
 
-// Text (a pattern), {"pattern", "rotate"} or {"video", "stream", "start", "rotate"}. constant: a pattern may
-// do without a number, which names one picture for all frames. Error.
+// Text (a pattern), {"pattern", "offset", "rotate"} or {"video", "stream", "start", "rotate"}. constant: a
+// pattern may do without a number, which names one picture for all frames. Error.
 PictureSource read_picture_source(const JsonValue &value, const Frames &frames, bool constant = false);
 // As JSON; quoted: a text in JSON.
 std::string format_picture_source(const PictureSource &source, std::string (*quoted)(const std::string &));
