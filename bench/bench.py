@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, serve, wd2, js, view, player.
+import, calibration, clip, codecs, meshonly, serve, wd2, js, view, player.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -17,6 +17,7 @@ import time
 import browser_decoder
 import codecs_table
 import leave_one_out
+import mesh_only
 import player
 import serve
 import whp235
@@ -297,7 +298,12 @@ def clip():
 def codecs():
     """Mesh codecs by size, error and time; the generated capture and those of FVV_DATA."""
     meshes = sorted((tracked_capture().parent / "meshes").iterdir())
-    return codecs_table.measure(WORK, {"tracked": (meshes, True)})
+    return {**codecs_table.measure(WORK, {"tracked": (meshes, True)}), **meshonly()}
+
+
+def meshonly():
+    """fvvmux on meshes without cameras: whole real sequences, mixed connectivity, a large mesh."""
+    return mesh_only.measure(tool, WORK)
 
 
 def js():
@@ -361,6 +367,7 @@ PARTS = {
     "calibration": calibration_moving,
     "clip": clip,
     "codecs": codecs,
+    "meshonly": meshonly,
     "serve": served,
     "wd2": leave_one_out.measure,
     "js": js,
@@ -374,7 +381,14 @@ def part_of(name):
     if name in (*codecs_table.FIGURES, codecs_table.TIME_FIGURE):
         return "codecs"
     part = name.split(".")[0]
-    return {"clip42": "clip", "clip36": "clip", "wasm": "js", "net": "js"}.get(part, part)
+    return {
+        "clip42": "clip",
+        "clip36": "clip",
+        "wasm": "js",
+        "net": "js",
+        "mixed": "meshonly",
+        "decimate": "meshonly",
+    }.get(part, part)
 
 
 def rounded(value):
