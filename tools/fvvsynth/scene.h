@@ -58,7 +58,7 @@ public:
     return render::displayed(light(camera, moment, buffer));
   }
 
-  // With which floor and walls are painted (paint.h).
+  // The key of floor_colour() and wall_colour().
   uint32_t paint_key() const { return studio_key; }
 
 private:

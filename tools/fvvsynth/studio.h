@@ -4,7 +4,7 @@
 
 #include "fvv/calibration.h"
 #include "fvv_render/picture.h"
-#include "fvvsynth/paint.h"
+#include "fvvsynth/look.h"
 
 #include <array>
 #include <cstdint>
