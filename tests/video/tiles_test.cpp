@@ -156,7 +156,7 @@ TEST_CASE("a frame is no larger than asked for, and what does not fit is named")
   CHECK(std::string(refused(same(7, 480, 270), 1087).message) ==
         "7 tiles of together 913920 pixels do not fit a frame of 1072 x 1072 in rows: make them smaller");
   CHECK(std::string(refused({tile(1, 16, 16), tile(9, 100, 300)}, 256).message) ==
-        "the tile of camera 9 takes 112 x 304 pixels, a frame has at most 256 a side");
+        "the tile of camera 9 takes 112 x 304 pixels, a frame can have at most 256 a side");
   CHECK(refused(same(1, 16, 16), 0).status == FVV_ERROR_INPUT);
   CHECK(refused(same(1, 65535, 16), UINT32_MAX).status == FVV_ERROR_INPUT);
   // More pixels than any frame has are refused before rows are tried.
