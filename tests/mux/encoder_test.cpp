@@ -138,7 +138,7 @@ TEST_CASE("an index out of range is refused with frame and element, and no strea
   CHECK_THROWS_WITH(encoder.add(std::move(bad)), Catch::Contains("frame 3") && Catch::Contains("9"));
 }
 
-TEST_CASE("a cancelled encoder says so") {
+TEST_CASE("a cancelled encoder reports it") {
   mux::Observer observer;
   bool stop = false;
   observer.is_cancelled = [&] { return stop; };
