@@ -1,4 +1,4 @@
-// tools/capture: the files that a capture names, looked at before any work starts.
+// fvv_scene: the files that a capture names are checked before any work starts.
 #include "fvv_catch.h"
 
 #include "fvv_scene/capture.h"
@@ -91,7 +91,7 @@ TEST_CASE("all missing, empty, unreadable and unlike files are reported at once,
                   "camera 4: 1 of 5 masks is missing: 18 (first: frames/0018/mask.png)",
                   "camera 4: 1 of 5 masks is not 480 x 270, first: frames/0010/mask.png is 480 x 271"});
   CHECK(findings.warnings == Sentences{});
-  // Without a probe sizes are not looked at.
+  // Without a probe sizes are not checked.
   CHECK(check_files(folder.capture, nullptr).problems.size() == 3);
 }
 
