@@ -93,8 +93,7 @@ static fvv_status check_picture(const fvv_background_picture *picture, uint64_t 
   return FVV_OK;
 }
 
-/* The size in the first frame header; 0 when there is none. fvv_jpeg_inspect reports faults.
- */
+/* The size in the first frame header; 0 when there is none. fvv_jpeg_inspect reports faults. */
 static void find_jpeg_size(fvv_background_picture *picture) {
   const uint8_t *p = picture->data;
   size_t at = 2;
@@ -377,8 +376,7 @@ fvv_status fvv_background_mesh(const fvv_background *background, size_t part, co
   return status;
 }
 
-/* BACK payloads, written (clause 18). The decoder checks the result, so that there is one set of rules.
- */
+/* BACK payloads, written (clause 18). The decoder checks the result, so that there is one set of rules. */
 
 static void put_vector(uint8_t *p, const double *values, int count) {
   for (int k = 0; k < count; k++) fvv_put_f64(p + 8 * k, values[k]);

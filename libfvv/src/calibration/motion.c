@@ -209,8 +209,7 @@ void fvv_calibration_choose(const fvv_camera *cameras, size_t count, double posi
 }
 
 /* Payloads of CALB chunks (clause 9.4). Work and memory are bounded by the number of cameras, not by the
- * payload.
- */
+ * payload. */
 
 typedef struct moving_camera {
   fvv_camera now;             /* and its constant fields */

@@ -440,8 +440,8 @@ fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info, const
   return FVV_OK;
 }
 
-/* The configuration of a group. The digest in GRUP decides which block
- * is used: the one that the index names, or any repetition of it (clause 7.4). */
+/* The configuration of a group. The digest in GRUP decides which block is used: the one that the index names,
+ * or any repetition of it (clause 7.4). */
 
 /* Neighbouring groups on either side whose blocks are tried when a group's own is damaged. */
 enum { NEIGHBOURS = 32 };

@@ -1,5 +1,5 @@
-/* container/reader.c: push bytes, pull events. Finds chunks, checks their CRCs, skips damage
- * (clause 7.4); which chunk may follow which is up to sequence.h. */
+/* container/reader.c: push bytes, pull events. Finds chunks, checks their CRCs, skips damage (clause 7.4);
+ * which chunk may follow which is up to sequence.h. */
 #include "base/bytes.h"
 #include "base/checked.h"
 #include "base/diagnostic.h"
@@ -13,8 +13,8 @@ typedef enum reader_state {
   STOPPED      /* a final error, or the end was reported */
 } reader_state;
 
-/* Good headers nested in bad payloads would make the CRCs quadratic in the bytes. Accidental
- * damage wastes each byte once. */
+/* Good headers nested in bad payloads would make the CRCs quadratic in the bytes. Accidental damage wastes
+ * each byte once. */
 enum { WASTE_RATIO = 4 };
 static const uint64_t WASTE_ALLOWED = UINT64_C(64) << 20;
 

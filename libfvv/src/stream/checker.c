@@ -211,8 +211,8 @@ static fvv_status compare_attributes(checked_mesh *mesh, const fvv_event *event,
 static fvv_status judge_mesh(checked_mesh *mesh, const fvv_event *event, const fvv_limits *limits,
                              const fvv_allocator *allocator, int *whole, fvv_diagnostic *diagnostic) {
   const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
-  /* After damage it is not known what is missing; a delta frame that cannot be decoded is no further problem.
-   */
+  /* After damage it is not known what is missing; a delta frame that cannot be decoded is no further
+   * problem. */
   const int has_key = fvv_mesh_frames_current(&mesh->frames) != NULL;
   if (!key && (mesh->lost || (!has_key && !event->group_intact))) {
     *whole = 0;

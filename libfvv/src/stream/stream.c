@@ -538,8 +538,8 @@ fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t trac
   return status;
 }
 
-/* The environment of a group: in the group itself, or where clause 18.5 has a writer put
- * it. At most three tables of groups are read; the stream is never scanned. */
+/* The environment of a group: in the group itself, or where clause 18.5 has a writer put it. At most three
+ * tables of groups are read; the stream is never scanned. */
 
 static void release_background(fvv_stream *stream) {
   fvv_background_free(&stream->background);

@@ -146,5 +146,5 @@ static fvv_status sample_inspect(const uint8_t *sample, size_t size, int *key, f
 }
 
 const fvv_codec_rules fvv_av1_rules = {
-    FVV_CODEC_AV01, FVV_ISSUE_SAMPLE_AV1, "AV1",     "key frame behind a sequence header",
+    FVV_CODEC_AV01, FVV_ISSUE_SAMPLE_AV1, "AV1",     "key frame after a sequence header",
     record_inspect, codec_string,         bit_depth, sample_inspect};

@@ -16,8 +16,7 @@ static fvv_status check_units(const fvv_record_report *to, fvv_cursor *cursor, u
 }
 
 /* Clause 5.3.3.1.2 has further fields for profiles other than Baseline, Main and Extended; old writers omit
- * them.
- */
+ * them. */
 static fvv_status check_extension(const fvv_record_report *to, fvv_cursor *cursor, unsigned profile) {
   const size_t offset = cursor->position;
   if (offset == cursor->size) return FVV_OK;

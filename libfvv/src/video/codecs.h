@@ -53,8 +53,8 @@ typedef struct fvv_nal_walk {
   fvv_diagnostic *diagnostic;
 } fvv_nal_walk;
 
-/* The next unit: FVV_OK, FVV_END after the last, FVV_ERROR_INVALID with issue. A sample has at
- * least one unit. */
+/* The next unit: FVV_OK, FVV_END after the last, FVV_ERROR_INVALID with issue. A sample has at least one
+ * unit. */
 fvv_status fvv_nal_next(fvv_nal_walk *walk, const uint8_t **unit, size_t *size);
 
 /* The rules of clause 10.4 for a sample: FVV_ERROR_INVALID, FVV_ISSUE_SAMPLE_JPEG. */

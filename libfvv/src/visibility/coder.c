@@ -222,8 +222,8 @@ typedef struct visibility_model {
   fvv_probability level[LEVELS + 1][CLASSES][LEVELS - 1]; /* former level, others around, level - 1 */
 } visibility_model;
 
-/* FVV_ELEMENT_BACKFACING, HIDDEN or SEEN of a state, or of the level nearer to a half that it stands for;
- * backfacing for states that do not exist. */
+/* FVV_ELEMENT_BACKFACING, HIDDEN or SEEN of a state, or of the level nearer to a half; backfacing for states
+ * that do not exist. */
 static inline uint32_t side_of(uint8_t state) {
   return !state || state > 2 * LEVELS ? FVV_ELEMENT_BACKFACING : 2 - (state & 1u);
 }
@@ -232,9 +232,8 @@ static inline uint32_t level_of(uint8_t state) {
   return side_of(state) ? (state + 1u) / 2 : 0;
 }
 
-/* Each context begins with the estimate that it stands for: as many seen and hidden as the least counts of
- * its classes, and four for the state of the frame before. There are too many of them to adapt in each frame.
- */
+/* Each context begins with an estimate: as many seen and hidden as the least counts of its classes, and four
+ * for the state of the frame before. There are too many of them to adapt in each frame. */
 static void reset(visibility_model *model) {
   static const uint32_t least[CLASSES] = {0, 1, 2, 3, 4, 7, 10};
   for (uint32_t f = 0; f < SIDES; f++)

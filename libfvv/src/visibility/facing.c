@@ -1,6 +1,6 @@
 /* What a camera can face (clause 17.2): the cosine between the normal of a face and the direction from its
- * centroid to a camera, compared with a threshold without a root, in integers of 64 bits. Also the
- * weights of coded states, which players interpolate (clause 17.4). */
+ * centroid to a camera, compared with a threshold without a root, in integers of 64 bits. Also the weights of
+ * coded states, which players interpolate (clause 17.4). */
 #include <string.h>
 
 #include "base/diagnostic.h"
