@@ -44,7 +44,7 @@ public:
   // at (s, t) is linear light. Rows are painted on several threads.
   Texture(double width, double height, double texel, const std::function<Row(double t)> &paint,
           uint32_t threads);
-  // The mean over about footprint metres around (s, t), linear; the rim goes on beyond the rectangle.
+  // The mean over about footprint metres around (s, t), linear; the rim continues beyond the rectangle.
   Rgb at(double s, double t, double footprint) const;
 
 private:

@@ -81,7 +81,7 @@ private:
   std::vector<render::LightField> backgrounds; // of the cameras that stand still
 };
 
-// What throws the shadows on the floor.
+// The lamps that cast shadows on the floor.
 const std::array<Lamp, 2> &studio_lamps();
 
 } // namespace fvv::synth
