@@ -224,7 +224,7 @@ TEST_CASE("OpenEXR windows are those of the configuration, however large") {
   CHECK(complaint(sample, sample.size(), 1, c) == ""); // one line of a block may have 12 GiB, and has 7 bytes
 }
 
-TEST_CASE("OpenEXR attributes stand there once, with their types, within the sample") {
+TEST_CASE("OpenEXR attributes occur once, with their types, within the sample") {
   const std::vector<Attribute> needed = File().attributes;
   for (size_t i = 0; i < needed.size(); i++) {
     const std::string name = needed[i].name;
@@ -258,7 +258,7 @@ TEST_CASE("OpenEXR attributes stand there once, with their types, within the sam
   }
 }
 
-TEST_CASE("OpenEXR blocks lie one behind the other, in their order") {
+TEST_CASE("OpenEXR blocks follow each other in their order") {
   CHECK(changed([](File &f) { f.attributes.push_back({"chunkCount", "int", words({3})}); }) == "");
   CHECK(changed([](File &f) {
           f.attributes.push_back({"chunkCount", "int", words({4})});

@@ -117,7 +117,7 @@ TEST_CASE("where every frame is long, the most nearly square one is taken, not t
   CHECK((f.width == 1600 && f.height == 32)); // 1632 x 16 has half the area
 }
 
-TEST_CASE("tiles of different sizes stand in rows, the same each time") {
+TEST_CASE("tiles of different sizes are placed in rows, the same each time") {
   std::mt19937 random(3);
   for (int n = 0; n < 300; n++) {
     CAPTURE(n);
@@ -136,7 +136,7 @@ TEST_CASE("tiles of different sizes stand in rows, the same each time") {
   }
 }
 
-TEST_CASE("a frame is no larger than asked for, and what does not fit is named") {
+TEST_CASE("a frame is no larger than the limit, and a tile that does not fit is named") {
   tiles_t all = same(7, 480, 270);
   frame f = arranged(all, 1088);
   CHECK(f.height == 1088);
@@ -333,7 +333,7 @@ TEST_CASE("every rule of TILE has its number") {
   CHECK(d.issue == FVV_ISSUE_TILE_PAYLOAD);
 }
 
-TEST_CASE("more tiles than cameras are allowed are refused before they are looked at") {
+TEST_CASE("more tiles than cameras are refused before they are checked") {
   fvv_limits limits;
   fvv_limits_default(&limits);
   limits.max_cameras = 3;
