@@ -4,7 +4,7 @@
 //   fvvbench demux FILE.fvv    push reader with all CRCs, over the file's chunks repeated to some 400 MB
 //   fvvbench draco FILE.fvv    Draco coding of the file's meshes at level 7
 //   fvvbench fast FILE.fvv     the same meshes as meshoptimizer codes them, beside Draco and raw
-//   fvvbench delta FILE.fvv    the file's meshes, which share their triangles, as delta frames behind the
+//   fvvbench delta FILE.fvv    the file's meshes, which share their triangles, as delta frames after the
 //                              first, off by one step of the lattice at most
 //   fvvbench visibility FILE.fvv
 //                              which faces and vertices of its meshes its cameras see (visibility.cpp)
@@ -12,7 +12,7 @@
 
 namespace {
 
-// The groups of the file again and again, as one long stream.
+// The groups of the file repeated as one long stream.
 Bytes long_stream(Bytes &source, size_t wanted) {
   fvv_diagnostic d{};
   fvv_file *file = nullptr;

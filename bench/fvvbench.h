@@ -1,4 +1,4 @@
-// What the parts of fvvbench share: a file in memory, times, and errors that end the run.
+// Shared by the parts of fvvbench: a file in memory, times, and errors that end the run.
 #pragma once
 
 #include "fvv/stream.h"

@@ -1,10 +1,10 @@
 // fvvcodecs: bytes, error and time of mesh codecs over a sequence of mesh files, each at several settings, as
 // a JSON array with one object a line of the table. codecs_table.py runs it and lays the tables out.
 //   fvvcodecs key|delta [--height METRES] [--up 0|1|2] --step MILLIMETRES[,...] FILE...
-// key: every file by itself. delta: files behind the first as delta frames; all have the faces of the first,
+// key: every file by itself. delta: files after the first as delta frames; all have the faces of the first,
 // and bytes and times are those of the delta frames alone. --height scales the sequence so that the first
-// mesh is so high along the axis --up. Times are for one thread, a mean over the frames of the faster of two
-// runs (delta frames: of one).
+// mesh has this height along the axis --up. Times are for one thread, a mean over the frames of the faster of
+// two runs (delta frames: of one).
 #include "fvvcodecs.h"
 
 #include "fvv/mesh.h"
@@ -64,7 +64,7 @@ const struct Key {
 constexpr int plain_levels[] = {7, 10};
 
 // Errors in steps of the lattice. With an error of e the quantiser of motion has 2 e + 1 steps of it: all are
-// off by half a step of the quantiser at most, on each axis and from the lattice point asked for.
+// off by half a step of the quantiser at most, on each axis and from the requested lattice point.
 constexpr uint32_t delta_errors[] = {0, 1, 2, 4};
 constexpr size_t measure_each = 7; // frames of a tracked sequence
 
@@ -198,7 +198,7 @@ std::vector<std::vector<int32_t>> on_lattice(const std::vector<Mesh> &frames, do
   return out;
 }
 
-// For each vertex of the decoded key mesh the first vertex of the source that it stands for.
+// For each vertex of the decoded key mesh the first vertex of the source that it represents.
 std::vector<uint32_t> source_vertices(const Mesh &source, const std::vector<std::vector<int32_t>> &later,
                                       double step, Holder &key) {
   Holder mesh;

@@ -1,4 +1,4 @@
-// What the parts of fvvcodecs share: meshes that were read, one line of its table, and the clock.
+// Shared by the parts of fvvcodecs: meshes, one line of its table, and the clock.
 #pragma once
 
 #include "fvv_scene/mesh_file.h"
@@ -45,11 +45,11 @@ template <class Body> double seconds(const Body &body) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// Draco's own encoder as its command line drives it: corners of the faces in single precision, alike ones
-// joined, positions quantised over the box of the mesh.
+// Draco's own encoder as its command line drives it: corners of the faces in single precision, identical ones
+// merged, positions quantised over the box of the mesh.
 struct PlainDraco {
   explicit PlainDraco(const Mesh &mesh);
-  // The most bits whose step is no finer than this one; answers that step too.
+  // The largest number of bits whose step is no finer than this one; returns that step too.
   int bits_for(double step, double *coarser) const;
   // level: 0 (fastest) to 10 (smallest). bits: of a coordinate.
   std::string encode(const Mesh &mesh, int bits, int level) const;

@@ -6,7 +6,7 @@ figures measure geometry, calibration, exposure and the method of texturing. Sou
 rays to the centre of the mesh are nearest to the target's. PSNR and SSIM (Wang et al. 2004, Gaussian window of 11 x 11
 pixels) are of BT.709 luma, over the pixels that belong to the silhouette and show the mesh; everything else is the same
 grey in both. Surface that no camera shows is drawn grey, and counts. Everything is drawn three times: with visibility by depth maps, by the
-bits of the stream (face bits, fvvmux --visibility face), and by rays, which are the truth.
+bits of the stream (face bits, fvvmux --visibility face), and by rays, which are exact.
 
     python bench/leave_one_out.py
 

@@ -1,4 +1,4 @@
-// Draco without libfvv: what its command line would make of a mesh.
+// Draco without libfvv, as its command line encodes a mesh.
 #include "fvvcodecs.h"
 
 #include <cmath>

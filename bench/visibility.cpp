@@ -1,5 +1,5 @@
-// Visibility of a file as players use it: how often its bits, and depth maps in their place, are not what
-// rays say, and what bits cost in time.
+// Visibility of a file as players use it: how often its bits, or depth maps in their place, differ from rays,
+// and the time that bits take.
 #include "visibility_places.h"
 
 #include "fvv_render/visibility_fit.h"
@@ -36,15 +36,15 @@ struct Candidate {
 };
 
 struct Sums {
-  Pairs bits, faces, map;         // faces: the bit of the face as it stands, where it has one
+  Pairs bits, faces, map;         // faces: the bit of the face itself, if it has one
   double pairs = 0;               // of place and camera, also where the camera is no candidate
   double face_pairs = 0;          // of face and camera
   double coloured = 0;            // places that some camera shows
-  double by_bits = 0, by_map = 0; // of their colour, what comes from other cameras than by rays
+  double by_bits = 0, by_map = 0; // the part of their colour that comes from other cameras than by rays
   double frames = 0, look = 0, order = 0, encode = 0, decode = 0; // seconds
 };
 
-// What each candidate gives to the colour of its place.
+// The contribution of each candidate to the colour of its place.
 std::vector<double> given(const std::vector<Candidate> &candidates, bool Candidate::*seen) {
   std::vector<size_t> order;
   for (size_t i = 0; i < candidates.size(); i++)
@@ -59,7 +59,7 @@ std::vector<double> given(const std::vector<Candidate> &candidates, bool Candida
   return out;
 }
 
-// A place without any colour differs by all of it.
+// A place without colour differs entirely.
 double elsewhere(const std::vector<double> &ours, const std::vector<double> &theirs) {
   double more = 0, less = 0;
   for (size_t i = 0; i < ours.size(); i++) {
@@ -78,7 +78,7 @@ void compare_colours(const std::vector<std::vector<Candidate>> &places, Sums &su
   }
 }
 
-// Bits, as they stand and as players use them, and a depth map, against rays.
+// Bits, alone and as players use them, and a depth map, against rays.
 void compare(const Frame &frame, const View &view, const uint8_t *states, uint8_t domain,
              std::vector<std::vector<Candidate>> &candidates, Sums &sums) {
   const DepthMap map(view.camera, frame.surface.view(), {});
@@ -97,7 +97,7 @@ void compare(const Frame &frame, const View &view, const uint8_t *states, uint8_
   }
 }
 
-// What coder and decoder take, for one frame without the one before.
+// The time of encoder and decoder for one frame without the one before.
 void time_coding(const Surface &surface, const fvv_visibility_header &coded,
                  const std::vector<fvv_camera> &cameras, const fvv_scene &scene, const RayCaster &rays,
                  Sums &sums) {
@@ -142,7 +142,7 @@ void time_coding(const Surface &surface, const fvv_visibility_header &coded,
   fvv_visibility_order_close(order);
 }
 
-// Nothing when the frame has no visibility.
+// None if the frame has no visibility.
 std::unique_ptr<Frame> add_frame(fvv_stream *stream, size_t number, uint16_t track, Sums &sums) {
   fvv_diagnostic d{};
   const fvv_configuration *configuration = nullptr;
@@ -174,14 +174,14 @@ std::unique_ptr<Frame> add_frame(fvv_stream *stream, size_t number, uint16_t tra
 
 } // namespace
 
-// error_percent: of the pairs of a camera and a place, with places spread over the surface by area, that
-// stand in the picture and whose weight reaches 0.25, those where a player would show the camera's picture
-// though something hides the place, or not show it though nothing does. The truth is the ray to that place.
+// error_percent: of the pairs of a camera and a place, with places spread over the surface by area, that lie
+// in the picture and whose weight reaches 0.25, those where a player would show the camera's picture though
+// something hides the place, or not show it though nothing does. The reference is the ray to that place.
 // error_of_all_percent: the same beside all pairs of a camera and a place, as bits are counted beside all
-// pairs of a camera and a face; where a camera is not asked for a place nothing can be wrong.
-// colour_elsewhere_percent: of the colour of the places that some camera shows, by the three best of those
-// that see them, the fraction that comes from other cameras than by rays. depth_map: the same with the
-// reference's depth map at the size of the picture.
+// pairs of a camera and a face; a pair that is not tested cannot be wrong. colour_elsewhere_percent: of the
+// colour of the places that some camera shows, by the three best of those that see them, the fraction that
+// comes from other cameras than by rays. depth_map: the same with the reference's depth map at the size of
+// the picture.
 nlohmann::ordered_json visibility(const char *path) {
   Bytes source = read_file(path);
   fvv_diagnostic d{};

@@ -1,5 +1,5 @@
-// Places spread over the surface of a frame, and what bits and rays say of them: shared by the measurements
-// of visibility.
+// Places spread over the surface of a frame, and their visibility by bits and by rays: shared by the
+// measurements of visibility.
 #pragma once
 
 #include "fvvbench.h"
@@ -72,7 +72,7 @@ inline Vec3 mixed(const Place &place, Vec3 a, Vec3 b, Vec3 c) {
   return a * place.weight[0] + b * place.weight[1] + c * place.weight[2];
 }
 
-// As fvv.md, clause 17.4, tells players.
+// By fvv.md, clause 17.4, as players do.
 inline bool says(const std::vector<uint8_t> &weights, const Surface &surface, const Place &place) {
   double seen = 0;
   for (size_t i = 0; i < 3; i++)
@@ -80,7 +80,7 @@ inline bool says(const std::vector<uint8_t> &weights, const Surface &surface, co
   return seen >= 127.5;
 }
 
-// What one camera is said to see of a surface.
+// The visibility of a surface from one camera.
 struct View {
   fvv_camera camera;
   Vec3 centre;
@@ -101,7 +101,7 @@ struct View {
     bool front, bits, truth; // truth: the front, and a ray to the place itself
   };
 
-  // Nothing unless the weight, by the interpolated normal, reaches the threshold and the place stands in the
+  // None unless the weight, by the interpolated normal, reaches the threshold and the place lies in the
   // picture.
   std::optional<Judgement> judge(const Surface &surface, const RayCaster &rays, const Place &place) const {
     const uint32_t *face = surface.mesh.faces + 3 * size_t(place.face);
@@ -122,7 +122,7 @@ struct View {
   }
 };
 
-// Of one frame all that is asked.
+// All results of one frame.
 struct Frame {
   Surface surface;
   RayCaster rays;
@@ -132,12 +132,12 @@ struct Frame {
       : surface(stream, number, scene), rays(surface.view()), places(places_on(surface)) {}
 };
 
-// How often what is said of a place is not what was said the frame before of the same place or, where faces
-// differ, of the nearest one.
+// How often the visibility of a place differs from that in the frame before, of the same place or, where
+// faces differ, of the nearest one.
 class Flicker {
 public:
   void add(const Frame &before, const Frame &now);
-  void report(nlohmann::ordered_json &out) const; // nothing for a single frame
+  void report(nlohmann::ordered_json &out) const; // none for a single frame
 
 private:
   double all = 0, bits = 0, rays = 0, needless = 0;

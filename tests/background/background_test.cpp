@@ -1,4 +1,4 @@
-// Environments and lights: what goes in comes out, and whatever breaks clause 18 has its number.
+// Environments and lights: the round trip, and the number of each broken rule of clause 18.
 #include "background_fixture.h"
 
 #include <cmath>
@@ -201,7 +201,7 @@ TEST_CASE("a changed byte of a background is refused or harmless") {
   CHECK(decoded_count > good.size() / 2); // numbers of any value, and what only decoding shows
 }
 
-TEST_CASE("limits of backgrounds hold before memory is asked for") {
+TEST_CASE("limits of backgrounds hold before memory is allocated") {
   const Bytes payload = Environment().payload();
   const auto refused = [&](auto member, auto value) {
     fvv_limits limits;
@@ -234,7 +234,7 @@ TEST_CASE("limits of pixels count all pictures of a background") {
   CHECK(diagnostic.issue == FVV_ISSUE_BACKGROUND_PICTURE);
 }
 
-TEST_CASE("a background without memory leaves nothing behind") {
+TEST_CASE("a background without memory leaks nothing") {
   struct Memory {
     int left, live = 0;
     static void *resize(void *user, void *pointer, size_t old_size, size_t new_size) {
@@ -255,7 +255,7 @@ TEST_CASE("a background without memory leaves nothing behind") {
   }
 }
 
-TEST_CASE("a picture file tells its codec and size") {
+TEST_CASE("codec and size of a picture file are read") {
   for (const Bytes &file : {jpeg_file(32, 16), png_file(32, 16)}) {
     fvv_background_picture picture = {99, 0, 0, file.data(), file.size()};
     REQUIRE(fvv_background_picture_inspect(&picture, nullptr) == FVV_OK);

@@ -84,7 +84,7 @@ TEST_CASE("LEB128 and zigzag come back, and only in the shortest form") {
   CHECK(cursor.failed);
 }
 
-TEST_CASE("checked arithmetic says when it overflows") {
+TEST_CASE("checked arithmetic reports overflow") {
   uint64_t result;
   CHECK(fvv_multiply_u64(1u << 31, 3, &result));
   CHECK(result == UINT64_C(6442450944));
@@ -152,7 +152,7 @@ std::vector<uint8_t> encoded(const std::vector<Decision> &decisions) {
   return out;
 }
 
-// Decodes from a block of exactly that size; the answer says how it ended.
+// Decodes from a block of exactly that size; returns how it ended.
 struct Decoded {
   size_t wrong = 0;
   bool failed = false, finished = false;
@@ -244,7 +244,7 @@ TEST_CASE("carries run through long rows of 255") {
   }
 }
 
-TEST_CASE("a decoder that runs out of bytes takes zeros, says so, and reads nothing else") {
+TEST_CASE("a decoder that runs out of bytes takes zeros, reports it, and reads nothing else") {
   const auto decisions = random_decisions(0.5, 4000, 9);
   const auto bytes = encoded(decisions);
   for (size_t cut = 0; cut + 1 < bytes.size(); cut += 3) {
@@ -254,7 +254,7 @@ TEST_CASE("a decoder that runs out of bytes takes zeros, says so, and reads noth
   }
 }
 
-TEST_CASE("estimates stay within what the header says") {
+TEST_CASE("estimates stay within the documented range") {
   for (const int bit : {0, 1}) {
     fvv_probability p;
     fvv_probability_reset(&p);

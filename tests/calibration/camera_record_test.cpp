@@ -74,7 +74,7 @@ TEST_CASE("a camera's record comes back byte for byte and value for value") {
   }
 }
 
-TEST_CASE("fields stand where clause 9.2 says") {
+TEST_CASE("fields have the offsets of clause 9.2") {
   const fvv_camera c = named("A", 1);
   const bytes p = encoded(c);
   CHECK(fvv_get_u16(&p[0]) == 7);
@@ -90,7 +90,7 @@ TEST_CASE("fields stand where clause 9.2 says") {
   CHECK(p[224] == 'A');
 }
 
-TEST_CASE("a buffer that is too small is told what it needs and left alone") {
+TEST_CASE("with a buffer that is too small the needed size is returned, and the buffer is not changed") {
   const fvv_camera c = named("side", 4);
   uint8_t out[FVV_CAMR_SIZE + 3];
   memset(out, 0xa5, sizeof out);

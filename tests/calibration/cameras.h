@@ -71,7 +71,7 @@ inline void to_world(const fvv_camera &c, const double camera_point[3], double w
     world[i] = c.rotation[i] * d[0] + c.rotation[3 + i] * d[1] + c.rotation[6 + i] * d[2];
 }
 
-// Clause 9.1 written out anew, in long double: camera frame -> pixel.
+// Clause 9.1 implemented again, in long double: camera frame -> pixel.
 inline void reference_pixel(const fvv_camera &c, const double p[3], long double pixel[2]) {
   const long double x = (long double)p[0] / p[2], y = (long double)p[1] / p[2], r2 = x * x + y * y;
   const double *k = c.distortion;

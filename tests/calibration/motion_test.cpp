@@ -99,7 +99,7 @@ constexpr fvv_calibration_bits some_bits = {20, 12, 8, 20};
 
 } // namespace
 
-TEST_CASE("cameras that move come back within the pixels that were asked for") {
+TEST_CASE("cameras that move come back within the given pixels") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   for (const double bound : {0.5, 0.01, 0.001})
@@ -156,7 +156,7 @@ TEST_CASE("a camera that turns through 180 degrees and zooms tenfold is followed
   CHECK(longest < 60);
 }
 
-TEST_CASE("the values of a payload mean what clause 9.5 says") {
+TEST_CASE("the values of a payload have the meaning of clause 9.5") {
   // 8 bits: q = (192, 0, 0, 192), n = 73728: a turn by 90 degrees about z. Centre (2, -1, 0.5), fx 100,
   // fy 50.
   const std::vector<uint8_t> payload = {0,    0, 8, 1, 0, 0,    1, 0,   3,  0x80, 3, 0, 0,
@@ -177,7 +177,7 @@ TEST_CASE("the values of a payload mean what clause 9.5 says") {
   CHECK(camera.width == base.width);
 }
 
-TEST_CASE("a camera that is not calibrated at a time says so, and goes on from its last values") {
+TEST_CASE("a camera may lack a calibration at a time, and continues from its last values") {
   const fvv_camera a = moving(camera_with(FVV_LENS_NONE, {}), 2),
                    b = moving(camera_with(FVV_LENS_NONE, {}), 9);
   const fvv_camera still = camera_with(FVV_LENS_NONE, {});
@@ -346,7 +346,8 @@ void compare(const fvv_camera &before, const fvv_camera &after, Outcome &outcome
     if (a[0] < -margin || a[1] < -margin || a[0] > before.width + margin || a[1] > before.height + margin)
       continue;
     if (!fvv_camera_project(&after, point, b, nullptr)) continue; // within the last step of r_max
-    // The centre is off by a share of a millimetre, which is many pixels where the scene touches the camera.
+    // The centre is off by a fraction of a millimetre, which is many pixels where the scene touches the
+    // camera.
     const double off = std::hypot(a[0] - b[0], a[1] - b[1]);
     if (depth > 2)
       outcome.worst = std::fmax(outcome.worst, off);

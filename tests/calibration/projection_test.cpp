@@ -167,7 +167,7 @@ TEST_CASE("points from which Newton's method alone runs to the rim and stays the
   }
 }
 
-TEST_CASE("a lens with a pole is undone in front of it, even when r_max stands on it") {
+TEST_CASE("a lens with a pole is inverted below it, even when r_max is at the pole") {
   for (const double tangential : {0.0, 0.19}) {
     fvv_camera c = camera_with(
         FVV_LENS_RADTAN, {1.67822, 0.0662941, -0.268252 * tangential, tangential, 0, 0.662941, -0.894173, 0});
@@ -238,7 +238,7 @@ TEST_CASE("points behind the camera, beyond r_max or not finite have no pixel") 
   }
 }
 
-TEST_CASE("near the camera plane an unbounded pinhole answers finite pixels or none") {
+TEST_CASE("near the camera plane an unbounded pinhole returns finite pixels or none") {
   fvv_camera c = camera_with(FVV_LENS_NONE, {});
   c.r_max = infinity;
   for (int i = 0; i < 9; i++) c.rotation[i] = i % 4 == 0;
@@ -315,10 +315,10 @@ TEST_CASE("r_max is where the derivative has its first zero") {
   // 1 + 3 k1 r^2 + 5 k2 r^4 = 0, the lesser of two zeros.
   const double s = (1.2 - std::sqrt(1.44 - 20 * 0.06)) / (10 * 0.06);
   CHECK(wide(FVV_LENS_RADTAN, {-0.4, 0.06}).r_max == Approx(std::sqrt(s)).epsilon(1e-12));
-  // The two zeros are 5e-4 apart: nothing but luck would find them by sampling.
+  // The two zeros are 5e-4 apart: sampling would mostly miss them.
   const double k2 = 1.44 / 20 - 1e-8, near = (1.2 - std::sqrt(1.44 - 20 * k2)) / (10 * k2);
   CHECK(wide(FVV_LENS_RADTAN, {-0.4, k2}).r_max == Approx(std::sqrt(near)).epsilon(1e-9));
-  // The denominator 1 + k4 r^2 has a zero, in front of which f rises without bound.
+  // The denominator 1 + k4 r^2 has a zero, below which f rises without bound.
   CHECK(accepts(wide(FVV_LENS_RADTAN, {0.2, 0, 0, 0, 0, -0.5}), std::sqrt(2.0) * 0.999) == FVV_OK);
   CHECK(accepts(wide(FVV_LENS_RADTAN, {0.2, 0, 0, 0, 0, -0.5}), std::sqrt(2.0) * 1.001) == FVV_ERROR_INVALID);
   // Numerator and denominator vanish together: f(r) = r but for the hole, which is refused.

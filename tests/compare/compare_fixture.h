@@ -74,7 +74,7 @@ struct Shown {
   fvv_rational duration = {1, 25};
 };
 
-// Writes a capture without cameras into folder/leaf and answers its path. meshes: one for each frame.
+// Writes a capture without cameras into folder/leaf and returns its path. meshes: one for each frame.
 inline std::string make_capture(const Folder &folder, const std::string &leaf,
                                 const std::vector<Mesh> &meshes, Shown shown = {}) {
   fvv::scene::Capture capture;

@@ -1,4 +1,4 @@
-// Distances, PSNR, normals and motion where the answer is known without measuring.
+// Distances, PSNR, normals and motion where the result is known.
 #include "compare_fixture.h"
 
 #include <algorithm>
@@ -206,7 +206,7 @@ TEST_CASE("a still mesh that swims has the error of motion of its noise") {
         Approx(deviation * std::sqrt(6)).epsilon(0.02));
 
   // Its vertices in another order are found by their places, and nothing else changes. The seam and the poles
-  // of the sphere have several vertices in one place, which noise of their own tells apart.
+  // of the sphere have several vertices in one place, which their own noise separates.
   const Mesh apart = noisy(still, deviation, 9);
   const Correspondence nearest = correspondence(apart, reversed(apart));
   CHECK(!nearest.by_order);

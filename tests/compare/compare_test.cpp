@@ -24,7 +24,7 @@ std::string failure_of(const std::string &a, const std::string &b, Options optio
 TEST_CASE("a capture is at no distance of itself") {
   const Folder folder;
   const std::string path = make_capture(folder, "in", balls(3));
-  const Result result = compared(path, folder.path("in")); // the folder says the same
+  const Result result = compared(path, folder.path("in")); // the folder gives the same result
   CHECK(result.frames.size() == 3);
   CHECK(result.errors.distance[symmetric].max < rounding);
   CHECK(result.errors.d1[symmetric] == 0);
@@ -36,12 +36,12 @@ TEST_CASE("a capture is at no distance of itself") {
   CHECK(result.temporal->motion == Approx(0.05)); // the ball's
   CHECK(result.warnings.empty());
   CHECK(result.losses.empty());
-  // The ball is 1 m in every direction and moves by 0.1 m; its mesh comes to both poles only.
+  // The ball is 1 m in every direction and moves by 0.1 m; its mesh touches both poles only.
   const double width = 1.1;
   CHECK(result.peak == Approx(std::sqrt(width * width + 1 + 1)));
 }
 
-TEST_CASE("normals that a stream sends are held against those of the capture") {
+TEST_CASE("normals of a stream are compared with those of the capture") {
   const Folder folder;
   Mesh flat = plane(8, 0);
   const std::string plain = make_capture(folder, "plain", {flat});
@@ -157,7 +157,7 @@ TEST_CASE("motion is compared only where both keep their faces") {
              .temporal);
 }
 
-TEST_CASE("captures meet by frame number, streams by time, and --start says otherwise") {
+TEST_CASE("captures are matched by frame number, streams by time, unless --start is given") {
   const Folder folder;
   const std::vector<Mesh> all = balls(8);
   const std::string whole = make_capture(folder, "whole", all, {{100, 1, 2}});
@@ -196,7 +196,7 @@ TEST_CASE("captures meet by frame number, streams by time, and --start says othe
              Contains("no frame in common"));
 }
 
-TEST_CASE("frames that cannot be compared are told, the others are compared") {
+TEST_CASE("frames that cannot be compared are reported, the others are compared") {
   const Folder folder;
   const std::string a = make_capture(folder, "a", balls(4)), b = make_capture(folder, "b", balls(4));
   fs::remove(folder.path("b/0001.ply"));

@@ -1,5 +1,5 @@
-// A small stream in memory, chunks put together by hand, and what a reader says of bytes: shared by the tests
-// here.
+// A small stream in memory, chunks put together by hand, and what a reader reports for bytes: shared by the
+// tests here.
 #pragma once
 
 #include "fvv_catch.h"
@@ -17,7 +17,7 @@ extern "C" {
 
 using Bytes = std::vector<uint8_t>;
 
-// An allocator that answers NULL from the n-th growing call on, and counts what is held.
+// An allocator that returns NULL from the n-th growing call on, and counts allocated bytes.
 struct Budget {
   int left;
   long bytes;

@@ -1,5 +1,4 @@
-// What damage does to a stream: nothing of it may pass unnoticed, and what is told intact must be what was
-// written.
+// Damaged streams: all damage has to be noticed, and what is reported as intact must be what was written.
 #include "container_fixture.h"
 
 #include <map>
@@ -75,7 +74,7 @@ TEST_CASE("every range of chunks taken out, doubled or moved is noticed") {
         CHECK_FALSE(reading.good());
         CHECK(silently_wrong(truth, reading) == 0);
       }
-      if (b + 1 < edges.size()) { // exchanged with the chunk behind
+      if (b + 1 < edges.size()) { // exchanged with the next chunk
         Bytes moved(stream.begin(), from);
         const auto next = stream.begin() + long(edges[b + 1]);
         moved.insert(moved.end(), to, next);

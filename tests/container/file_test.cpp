@@ -9,7 +9,7 @@ struct MemoryInput {
   static fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
     auto *self = static_cast<MemoryInput *>(user);
     if (self->answer != FVV_OK) return self->answer;
-    // Never asked for bytes at or beyond the size.
+    // Never called for bytes at or beyond the size.
     REQUIRE(offset <= self->bytes.size());
     REQUIRE(size <= self->bytes.size() - offset);
     memcpy(out, self->bytes.data() + offset, size);
@@ -131,7 +131,7 @@ TEST_CASE("a live file has its index rebuilt") {
   CHECK(f.payloads() == expected(6));
 }
 
-TEST_CASE("rebuilt and present index tell the same") {
+TEST_CASE("a rebuilt index equals the one in the file") {
   const Bytes whole = small_stream(4, true, true);
   Bytes cut = whole;
   cut.resize(cut.size() - 8);
@@ -195,7 +195,7 @@ TEST_CASE("a group whose GRUP or GEND is lost still gives its chunks") {
   }
 }
 
-TEST_CASE("every truncation opens with what is left, or says that it is no stream") {
+TEST_CASE("every truncation opens with the rest, or is reported as no stream") {
   const Bytes stream = small_stream(2);
   const auto truth = expected(4);
   for (size_t size = 0; size < stream.size(); size++) {

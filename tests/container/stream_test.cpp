@@ -1,5 +1,5 @@
-// Writer and push reader on good streams: what goes in comes out, whatever the split of the bytes, from the
-// beginning or joined late (clause 6.4).
+// Writer and push reader on good streams: the round trip for any split of the bytes, from the beginning or
+// joined late (clause 6.4).
 #include "container_fixture.h"
 
 #include <algorithm>
@@ -68,7 +68,7 @@ TEST_CASE("a live stream without index is clean, but has no end") {
   CHECK_FALSE(reading.good());
 }
 
-TEST_CASE("a reader can join at any group and knows when it did") {
+TEST_CASE("a reader can join at any group, and reports that it did") {
   const Bytes stream = small_stream(3, true, true);
   for (const size_t at : chunk_offsets(stream)) {
     const uint32_t type = fvv_get_u32(stream.data() + at);
@@ -150,7 +150,7 @@ TEST_CASE("the writer refuses what a reader would refuse, and writes nothing of 
   CHECK(read_stream(memory.bytes).good());
 }
 
-TEST_CASE("an output that fails is told and ends the writing") {
+TEST_CASE("a failing output is reported and ends the writing") {
   struct Failing {
     size_t left;
     static fvv_status write(void *user, const void *, size_t size) {
@@ -249,7 +249,7 @@ uint32_t issue_of(const Reading &reading) {
 
 } // namespace
 
-TEST_CASE("a reader that joins takes any group behind the configuration, with index and footer") {
+TEST_CASE("a reader that joins takes any group after the configuration, with index and footer") {
   const Bytes stream = small_stream(4);
   const std::vector<size_t> groups = group_offsets(stream);
   const Bytes head = part(stream, 0, groups[0]);
@@ -263,12 +263,12 @@ TEST_CASE("a reader that joins takes any group behind the configuration, with in
     for (const Seen &seen : reading.events)
       if (seen.event.chunk.type == FVV_CHUNK_MESH) CHECK(seen.event.group_intact == 1);
     CHECK(join_stream(joined, 7).events == reading.events);
-    // A reader of the whole stream misses what is in front.
+    // A reader of the whole stream misses the groups before.
     CHECK(issue_of(read_stream(joined)) == uint32_t(first ? FVV_ISSUE_GROUP_SEQUENCE : 0));
   }
 }
 
-TEST_CASE("behind the group with which it joined a reader misses groups as always") {
+TEST_CASE("after the group with which it joined a reader reports missing groups as always") {
   const Bytes stream = small_stream(4, false);
   const std::vector<size_t> groups = group_offsets(stream);
   const Bytes head = part(stream, 0, groups[0]), third = part(stream, groups[2], groups[3]);

@@ -12,7 +12,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// A square of 8 steps a side at a height of its own, in one colour or with a picture, and a light.
+// A square of 8 steps a side at a given height, in one colour or with a picture, and a light.
 Bytes square(double step, int32_t height, const std::vector<uint8_t> &picture, double intensity) {
   int32_t positions[12] = {0, 0, height, 8, 0, height, 8, 8, height, 0, 8, height};
   uint32_t faces[6] = {0, 1, 2, 0, 2, 3}, texture[8] = {0, 0, 16, 0, 16, 16, 0, 16};

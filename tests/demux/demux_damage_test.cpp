@@ -173,7 +173,7 @@ TEST_CASE("a lost sample takes the pictures that depend on it, not those of othe
     CHECK(mentions(outcome.result, "[FVV-1103]"));
     CHECK(outcome.result.losses.size() == 1);
     CHECK(!outcome.result.capture);
-    // Whoever wants meshes only gets all of them; whoever wants other frames has lost nothing.
+    // With meshes only, all of them are written; with other frames only, nothing is lost.
     demux::Options choice;
     choice.pictures = demux::Pictures::none;
     CHECK(attempt(scratch, stream, choice).result.meshes == 6);
@@ -216,13 +216,13 @@ TEST_CASE("a lost group keeps its numbers") {
   CHECK(doubled.result.frames_written == 12);
   CHECK(!doubled.result.losses.empty());
 
-  // Without the first group only times tell how many frames were in front.
+  // Without the first group the number of frames before follows only from times.
   Bytes headless = stream;
   headless[groups[0] + 8] ^= 1;
   const Outcome cut = attempt(scratch, headless);
   REQUIRE(!cut.failed);
   CHECK(cut.result.frames_written == 9);
   CHECK(!cut.result.capture);
-  CHECK(mentions(cut.result, "the first group is not there"));
+  CHECK(mentions(cut.result, "the first group is missing"));
   check_good(cut, all, scratch.path("attempt"));
 }

@@ -228,7 +228,7 @@ inline Bytes make_stream(const StreamOptions &options = {}) {
   return memory.bytes;
 }
 
-// A folder of its own for each test, gone at its end.
+// A temporary folder for each test.
 class Scratch {
 public:
   Scratch() {

@@ -163,7 +163,7 @@ TEST_CASE("pictures are what decoding and cutting out gives") {
   }
 }
 
-TEST_CASE("as JPEG pictures have 8 bits, whatever the video has") {
+TEST_CASE("as JPEG pictures have 8 bits, for any depth of the video") {
   const Scratch scratch;
   StreamOptions stream;
   stream.codec = FVV_CODEC_VP09;

@@ -38,7 +38,7 @@ TEST_CASE("a run has the same faces and source vertices in every frame, each wit
 }
 
 TEST_CASE("a later frame decides when it needs more triangles") {
-  // Flat in the first frame: nothing there tells that it will be bent.
+  // Flat in the first frame, and bent later.
   const auto bent = [](size_t frame) {
     return sheet(30, false, [&](double x, double y) {
       return 0.04 * double(frame) * std::sin(6 * x) * std::cos(5 * y);

@@ -7,7 +7,7 @@ using namespace shapes;
 using decimate::Decimated;
 using decimate::find_reach;
 
-TEST_CASE("a pixel covers what the camera's focal length says, seen obliquely less") {
+TEST_CASE("the size of a pixel follows from the focal length, and is smaller at an angle") {
   decimate::Footprint cameras;
   CHECK(!std::isfinite(cameras.look(std::array<double, 3>{0, 0, 5}.data()).metres_per_pixel));
   cameras.add(camera(1000), 0.5, 0.5);
@@ -95,7 +95,7 @@ TEST_CASE("fitting takes a good part of the error away") {
   CHECK(std::abs(1 - decimate::enclosed_volume(coarse) / decimate::enclosed_volume(ball)) < missing / 2);
 }
 
-TEST_CASE("a thin part is held, and told when it is not") {
+TEST_CASE("a thin part is preserved, and reported when it is not") {
   // A sheet with a needle 60 mm high, a cell wide.
   const Mesh needle = sheet(40, false, [](double x, double y) {
     return std::abs(x - 0.5) < 1e-9 && std::abs(y - 0.5) < 1e-9 ? 0.06 : 0.002 * std::sin(9 * x) * y;
@@ -105,12 +105,12 @@ TEST_CASE("a thin part is held, and told when it is not") {
     for (size_t v = 0; v < mesh.vertex_count(); v++) z = std::max(z, mesh.positions[3 * v + 2]);
     return z;
   };
-  const Decimated held = decimate::decimate(needle, millimetre_pixels(), budget(3), 0.2);
-  CHECK(top(held.mesh) > 0.06 - 6 * 3e-3);
-  CHECK(held.report.error.max_pixels <= 18);
-  CHECK(held.report.thin_area == 0);
-  CHECK(held.report.held_faces > 0);
-  CHECK(held.report.faces_after < needle.face_count() / 4);
+  const Decimated preserved = decimate::decimate(needle, millimetre_pixels(), budget(3), 0.2);
+  CHECK(top(preserved.mesh) > 0.06 - 6 * 3e-3);
+  CHECK(preserved.report.error.max_pixels <= 18);
+  CHECK(preserved.report.thin_area == 0);
+  CHECK(preserved.report.locked_faces > 0);
+  CHECK(preserved.report.faces_after < needle.face_count() / 4);
   decimate::Budget wanted = budget(3);
   wanted.triangles = 170;
   const Decimated lost = decimate::decimate(needle, millimetre_pixels(), wanted, 0);
@@ -175,9 +175,9 @@ TEST_CASE("seams of an atlas stay seams") {
 
 TEST_CASE("what cannot be decimated comes back as it was") {
   Mesh ball = sphere(0.5, 3);
-  const decimate::Footprint nobody;
-  CHECK(decimate::decimate(ball, nobody, budget(1), 0.01).report.kept);
-  CHECK(find_reach(ball, nobody, budget(1)) == 0);
+  const decimate::Footprint no_cameras;
+  CHECK(decimate::decimate(ball, no_cameras, budget(1), 0.01).report.kept);
+  CHECK(find_reach(ball, no_cameras, budget(1)) == 0);
   // A lattice of 20 mm alone is off by 5.8 mm and more.
   CHECK(find_reach(ball, millimetre_pixels(), budget(1, 0.02)) == 0);
   const Decimated kept = decimate::decimate(ball, millimetre_pixels(), budget(1, 0.02), 0.01);
@@ -186,7 +186,7 @@ TEST_CASE("what cannot be decimated comes back as it was") {
   CHECK(kept.mesh.positions == ball.positions);
   decimate::Budget wanted = budget(1);
   wanted.triangles = 100;
-  CHECK(decimate::decimate(ball, nobody, wanted, 0).report.faces_after <= 100);
+  CHECK(decimate::decimate(ball, no_cameras, wanted, 0).report.faces_after <= 100);
   ball.positions[5] = NAN;
   CHECK(decimate::decimate(ball, millimetre_pixels(), budget(1), 0.01).mesh.faces == ball.faces);
 }

@@ -1,4 +1,4 @@
-// The quick look at what decimation has cut off, against every face one by one.
+// The quick check of decimated surfaces against all faces, one by one.
 #include "decimate_fixture.h"
 
 #include "fvv_geometry/pieces.h"
@@ -37,12 +37,12 @@ Mesh source() {
   });
 }
 
-// Every so-many-th face is held, so that the result differs in places.
-std::vector<uint32_t> thinned(const Mesh &mesh, size_t held_row) {
-  std::vector<bool> held(mesh.face_count());
-  for (size_t f = 0; f < 40; f++) held[held_row * 48 + f] = true;
+// 40 faces of a row are locked, so that the result differs in places.
+std::vector<uint32_t> thinned(const Mesh &mesh, size_t locked_row) {
+  std::vector<bool> locked(mesh.face_count());
+  for (size_t f = 0; f < 40; f++) locked[locked_row * 48 + f] = true;
   const decimate::Simplifier simplifier(mesh, decimate::first_alike(mesh, true));
-  return simplifier.simplify({0.02, 0}, held);
+  return simplifier.simplify({0.02, 0}, locked);
 }
 
 template <class T> std::vector<T> unique(std::vector<T> values) {

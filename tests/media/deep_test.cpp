@@ -30,7 +30,7 @@ bool is_rounded(double exact, int found, double least, double most) {
   return std::abs(std::min(std::max(exact, least), most) - found) <= 0.5 + 1e-4;
 }
 
-// ITU-T H.273 clause 8.3 for so many bits.
+// ITU-T H.273 clause 8.3 for a number of bits.
 struct Definition {
   double kr, kb, black, luma, chroma, middle, most;
 

@@ -111,7 +111,7 @@ TEST_CASE("records and codec strings say 10 bits, and libfvv holds VCFG to it") 
   const struct {
     uint32_t codec;
     const char *string;
-    size_t offset; // of a byte of the record that tells the profile, and what it must be under the mask
+    size_t offset; // of the byte of the record with the profile, and its expected value under the mask
     unsigned mask, profile;
     size_t depth_offset; // the same of the depth
     unsigned depth_mask, depth;
@@ -151,7 +151,7 @@ TEST_CASE("a stream of another depth than its configuration is found, not believ
     const VideoSettings settings = settings_of(FVV_CODEC_VP09, 30, deep ? 10 : 8);
     const EncodedGroup group =
         deep ? encode_group(settings, ramps(1)) : encode_group(settings, narrowed(ramps(1)));
-    // A frame of VP9 says its depth, of which its record knows nothing.
+    // A frame of VP9 states its depth, which is not in its record.
     EncodedGroup other = group;
     other.record[4] = deep ? 0 : 2;
     other.record[6] = uint8_t((deep ? 8 : 10) << 4);

@@ -26,7 +26,7 @@ struct ExrKind {
 /* What write_exr writes: 0 ... 1, exact in half and float. */
 float exr_sample(const std::string &channel, uint32_t x, uint32_t y);
 
-/* A file of exr_width x exr_height; answers its name. */
+/* Writes a file of exr_width x exr_height; returns its name. */
 std::string write_exr(const std::string &name, const ExrKind &kind);
 void write_two_parts(const std::string &name);
 void write_deep(const std::string &name);

@@ -29,7 +29,7 @@ std::vector<ExrKind> kinds() {
   return all;
 }
 
-// Where the value of an attribute begins: name, type and size stand before it.
+// Where the value of an attribute begins: name, type and size precede it.
 size_t value_of(const std::vector<uint8_t> &file, const std::string &name, const std::string &type) {
   const std::string key = name + '\0' + type + '\0';
   const auto found = std::search(file.begin(), file.end(), key.begin(), key.end());
@@ -47,11 +47,11 @@ TEST_CASE("every cut of an OpenEXR file is an error that names the file") {
   for (const ExrKind &kind : kinds()) {
     CAPTURE(int(kind.compression), kind.tile);
     std::vector<uint8_t> file = bytes_of(write_exr("whole.exr", kind));
-    // Tiles of coarser levels lie behind the finest one, and are not read.
+    // Tiles of coarser levels follow the finest one, and are not read.
     const size_t needed = kind.tile ? file.size() * 2 / 3 : file.size();
     for (size_t size = 0; size < needed; size += size < 420 || size + 20 > needed ? 1 : 13) {
       CAPTURE(size, file.size());
-      // A block of exactly that size: a sanitizer sees whoever reads on.
+      // A block of exactly that size, so that a sanitizer detects any read beyond it.
       const std::vector<uint8_t> cut(file.begin(), file.begin() + std::ptrdiff_t(size));
       CHECK_THAT(error_of([&] { decode_image(cut.data(), cut.size(), 3, "cut.exr"); }),
                  Contains("cut.exr: "));

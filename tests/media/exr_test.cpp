@@ -171,7 +171,7 @@ TEST_CASE("OpenEXR pictures are probed and made grey or RGB") {
   CHECK(read_image("grey.exr", 3).pixels[17] == grey.pixels[5]);
 }
 
-TEST_CASE("a header of OpenEXR behind much other data is found") {
+TEST_CASE("a header of OpenEXR after much other data is found") {
   ExrKind kind;
   kind.comment = 300000;
   CHECK(probe_image(write_exr("long.exr", kind)).width == exr_width);

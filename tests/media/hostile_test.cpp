@@ -51,13 +51,13 @@ TEST_CASE("every cut of a sample is an error, or in VP9 a picture") {
       CAPTURE(size, whole.size());
       const Sample cut = {{whole.begin(), whole.begin() + std::ptrdiff_t(size)}, true};
       const Outcome outcome = decode(config_of(one.settings, one.group), {cut});
-      // VP9 has no lengths around its last tile: behind the headers decoders read zeros past the end.
+      // VP9 has no lengths around its last tile: after the headers decoders read zeros past the end.
       if (codec.code != FVV_CODEC_VP09 || size < 20) CHECK(outcome.errors == 1);
     }
   }
 }
 
-TEST_CASE("an H.264 slice that ends early is an error though its length says so") {
+TEST_CASE("an H.264 slice that ends early is an error even if its length agrees") {
   const Clip one(FVV_CODEC_AVC1);
   for (const double part : {0.02, 0.3, 0.6, 0.9}) {
     std::vector<uint8_t> bytes = one.group.samples[0].bytes;
@@ -122,7 +122,7 @@ TEST_CASE("H.264 records that lie are named") {
   CHECK_THAT(error_of([&] { Decoder decoder(config); }), Contains("version is 0, expected 1"));
 }
 
-TEST_CASE("a picture of another size than the configuration says is an error") {
+TEST_CASE("a picture of another size than in the configuration is an error") {
   for (const VideoCodec &codec : display_codecs()) {
     CAPTURE(codec.name);
     const Clip one(codec.code);

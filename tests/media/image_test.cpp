@@ -247,8 +247,8 @@ TEST_CASE("files that are no pictures, or too large, are refused before anything
              Contains("quality is 101"));
 }
 
-TEST_CASE("a header behind much other data is found") {
-  // JPEG: an APP1 segment of 64 kB three times in front of the frame header.
+TEST_CASE("a header after much other data is found") {
+  // JPEG: an APP1 segment of 64 kB three times before the frame header.
   const std::vector<uint8_t> jpeg = encode_jpeg(scene(33, 21, 0), 80, Subsampling::yuv420);
   std::vector<uint8_t> padded(jpeg.begin(), jpeg.begin() + 2);
   for (int i = 0; i < 3; i++) {
@@ -270,7 +270,7 @@ TEST_CASE("scaling averages areas exactly") {
   // 4 -> 3: thirds of 4/3 pixels; (0 * 3 + 10) / 4 = 2.5 rounds up to 3.
   CHECK(scale(crop(image, 0, 0, 4, 1), 3, 1).pixels == std::vector<uint8_t>{3, 15, 28});
   CHECK(scale(crop(image, 0, 0, 2, 1), 4, 1).pixels == std::vector<uint8_t>{0, 0, 10, 10});
-  // The mean survives, whatever the factor.
+  // The mean survives for any factor.
   const Image large = scene(211, 157, 1);
   const auto mean = [](const Image &of) {
     double sum = 0;
@@ -323,7 +323,7 @@ TEST_CASE("pictures are turned clockwise by quarters") {
   CHECK_THAT(error_of([&] { rotate(image, 45); }), Contains("expected 0, 90, 180 or 270"));
 }
 
-TEST_CASE("Exif orientation of a JPEG file is told, in either byte order, and not obeyed") {
+TEST_CASE("Exif orientation of a JPEG file is reported, in either byte order, and not applied") {
   const std::vector<uint8_t> plain = encode_jpeg(scene(16, 8, 0), 90, Subsampling::yuv420);
   const auto with_exif = [&](std::vector<uint8_t> tiff) {
     std::vector<uint8_t> segment = {0xff, 0xe1, 0, uint8_t(8 + tiff.size()), 'E', 'x', 'i', 'f', 0, 0};

@@ -110,7 +110,7 @@ TEST_CASE("DWA is smaller the higher its level, and keeps light beyond white") {
     CHECK(psnr_luma(picture, decoded(settings, encode_group<float>(settings, {picture}))) < wanted);
   }
   CHECK(choose_quality<float>(settings_of(0), {picture}, 100).group.quality ==
-        0); // nothing but lossless reaches that
+        0); // only lossless reaches that
   CHECK_THAT(error_of([&] { encode_group<float>(settings_of(501), {picture}); }),
              Contains("the DWA level is 501, expected 0 (lossless) to 500"));
 }
@@ -128,7 +128,7 @@ TEST_CASE("pictures of the wrong kind are refused") {
              Contains("10 bits a sample, expected 16 for OpenEXR"));
 }
 
-TEST_CASE("OpenEXR video is clipped where display values are asked for, and other video becomes light") {
+TEST_CASE("OpenEXR video is clipped for display values, and other video becomes linear light") {
   const VideoSettings settings = settings_of(0);
   LinearImage picture = room();
   picture.pixels[0] = -0.5f;
@@ -279,7 +279,7 @@ TEST_CASE("samples of the vector are those of the decoder that was written from 
   const std::vector<uint8_t> bytes(std::istreambuf_iterator<char>(file), {});
   size_t count = 0;
   std::string wanted;
-  for (size_t at = 24; at + 32 <= bytes.size();) { // chunks behind the file header
+  for (size_t at = 24; at + 32 <= bytes.size();) { // chunks after the file header
     uint64_t size;
     memcpy(&size, &bytes[at + 16], 8);
     if (!memcmp(&bytes[at], "VPKT", 4)) {

@@ -18,7 +18,7 @@ void draw(AVFrame *frame, int number, int depth) {
   for (int y = 0; y < frame->height; y++)
     for (int x = 0; x < frame->width; x++) {
       const bool corner = x < frame->width / 2 && y < frame->height / 2;
-      // Something to encode, beside what is looked at.
+      // Content to encode, beside the measured part.
       const int texture = !corner && x >= frame->width / 4 && x < frame->width * 3 / 4
                               ? (x * 37 + y * 91 + (x ^ y) * number * 13) % 64
                               : 0;

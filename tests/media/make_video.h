@@ -1,5 +1,6 @@
 /* Video files for tests, written by libavformat and libavcodec directly, without fvv_media. Each picture is
- * of one luma that tells its number, so that a wrong picture shows; its top left quarter is brighter. */
+ * of one luma that identifies its number, so that a wrong picture is noticed; its top left quarter is
+ * brighter. */
 #ifndef FVV_TESTS_MEDIA_MAKE_VIDEO_H
 #define FVV_TESTS_MEDIA_MAKE_VIDEO_H
 

@@ -58,7 +58,7 @@ TEST_CASE("what the source does not show is 0, but for half a pixel at its borde
   for (uint32_t x = 0; x < 20; x++) CHECK(holes.pixels[x] == (x < 10 ? 255 : 0));
 }
 
-TEST_CASE("along a curved map a smooth picture is what the map says") {
+TEST_CASE("along a curved map a smooth picture follows the map") {
   Image image = make_image(300, 200, 1, 0);
   const auto wave = [](double x, double y) { return 128 + 100 * std::sin(x * 0.4) * std::cos(y * 0.3); };
   for (uint32_t y = 0; y < 200; y++)

@@ -98,7 +98,7 @@ TEST_CASE("times are exact, start at 0 and may be irregular") {
   check_all(file);
 }
 
-TEST_CASE("the display matrix is told as clockwise degrees") {
+TEST_CASE("the display matrix is reported as clockwise degrees") {
   for (const int degrees : {0, 90, 180, 270}) {
     Clip clip;
     clip.times = steady(2, 3000);
@@ -138,7 +138,7 @@ TEST_CASE("ten bits are rounded to eight") {
   CHECK(between > 1000);
 }
 
-TEST_CASE("what would give wrong pictures is refused, what is odd gives a warning") {
+TEST_CASE("files that would give wrong pictures are refused, unusual ones give a warning") {
   Clip clip;
   clip.times = steady(3, 3000);
   clip.transfer = AVCOL_TRC_SMPTE2084;
@@ -164,10 +164,10 @@ TEST_CASE("what would give wrong pictures is refused, what is odd gives a warnin
   const std::string list = "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nwide.mp4\n#EXT-X-ENDLIST\n";
   write_file("list.m3u8", {list.begin(), list.end()});
   CHECK(error_of([] { VideoFile("list.m3u8"); }) ==
-        "list.m3u8: is a list of other files (hls), which are not looked at");
+        "list.m3u8: is a list of other files (hls), which are not read");
 }
 
-TEST_CASE("a name is a file's name, whatever it looks like") {
+TEST_CASE("a name is always a file's name") {
   Clip clip;
   clip.times = steady(2, 3000);
   write_video("plain.mp4", clip);

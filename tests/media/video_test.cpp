@@ -138,7 +138,7 @@ TEST_CASE("a hard cut inside a group opens no other key") {
   }
 }
 
-TEST_CASE("H.264 samples are slices behind lengths, IDR first and only first") {
+TEST_CASE("H.264 samples are slices after lengths, IDR first and only first") {
   const EncodedGroup group = encode_group(settings_of(FVV_CODEC_AVC1, 24), clip(width, height, 60));
   for (size_t i = 0; i < group.samples.size(); i++) {
     const std::vector<int> types = unit_types(group.samples[i].bytes);
@@ -189,7 +189,7 @@ TEST_CASE("libfvv's own rules accept what the encoders make") {
   }
 }
 
-TEST_CASE("a decoder goes on at any key and only there") {
+TEST_CASE("a decoder continues at any key and only there") {
   for (const uint32_t codec : inter_codecs) {
     CAPTURE(codec);
     const VideoSettings settings = settings_of(codec, 24);
@@ -230,7 +230,8 @@ TEST_CASE("an H.264 sample that is damaged within makes the decoder wait for a k
 
 namespace {
 
-// What libavcodec's H.264 decoder knows of the second of two samples, with its own settings and concealment.
+// The result of libavcodec's H.264 decoder for the second of two samples, with its own settings and
+// concealment.
 bool witness_misses_blocks(const EncodedGroup &group, const std::vector<uint8_t> &second) {
   const AVCodec *codec = avcodec_find_decoder(AV_CODEC_ID_H264);
   AVCodecContext *context = avcodec_alloc_context3(codec);

@@ -329,7 +329,7 @@ TEST_CASE("options out of range are the caller's error") {
   CHECK(fvv_mesh_canonicalise(&source, &o, nullptr, &mesh, &report, nullptr) == FVV_ERROR_ARGUMENT);
 }
 
-TEST_CASE("options of an earlier version have defaults behind their end") {
+TEST_CASE("options of an earlier version have defaults after their end") {
   fvv_mesh_options o = options();
   o.min_component_faces = 1000;
   o.struct_size = offsetof(fvv_mesh_options, min_component_faces);
@@ -361,11 +361,11 @@ TEST_CASE("the canonicaliser survives every failed allocation") {
     status = fvv_mesh_canonicalise(&source, &o, &allocator, &mesh, nullptr, &diagnostic);
     memory::reset();
     const bool empty = !mesh.positions && !mesh.faces && !mesh.vertex_count;
-    const bool told = diagnostic.status == status;
+    const bool reported = diagnostic.status == status;
     fvv_mesh_free(&mesh);
     const bool leaked = memory::state.live != before;
     CHECK(empty == (status != FVV_OK));
-    CHECK(told);
+    CHECK(reported);
     CHECK_FALSE(leaked);
   }
   CHECK(status == FVV_OK);

@@ -1,5 +1,5 @@
-// Delta payloads that are wrong: each rule has its number, and whatever the bytes are, work and memory stay
-// within what the key mesh bounds.
+// Delta payloads that are wrong: each rule has its number, and for any bytes work and memory stay within what
+// the key mesh bounds.
 #include "fvv_catch.h"
 
 #include <algorithm>
@@ -41,7 +41,7 @@ uint32_t issue_of(const Corpus &c, const Payload &payload, fvv_status expected =
   const fvv_status status = decoder.decode(payload, &diagnostic);
   if (status == FVV_OK) return 0;
   CHECK(status == expected);
-  // Nothing behind it decodes.
+  // Nothing after it decodes.
   CHECK(decoder.decode(c.frames[1]) == FVV_ERROR_STATE);
   return diagnostic.issue;
 }
@@ -137,7 +137,7 @@ TEST_CASE("each rule of a delta payload has its issue") {
   std::fill(ones.begin() + long(header.data), ones.end(), uint8_t(0));
   CHECK(issue_of(c, ones) == FVV_ISSUE_DELTA_STREAM);
   CHECK(issue_of(c, changed([](DeltaHeader &h) { h.levels[0][0] = 262143; })) == 0);
-  // A payload of another profile does not go on with a sequence, nor does a delta frame begin one.
+  // A payload of another profile does not continue a sequence, nor does a delta frame begin one.
   CHECK(issue_of(c, spoilt(0, 9), FVV_ERROR_UNSUPPORTED) == FVV_ISSUE_MESH_PROFILE);
   CHECK(issue_of(c, encoded(*c.key, FVV_MESH_RAW, 0), FVV_ERROR_ARGUMENT) == 0);
   Mesh mesh;
@@ -198,8 +198,8 @@ TEST_CASE("random damage to a delta payload is survived") {
   CHECK(judge.refused > mutations / 2);
 }
 
-TEST_CASE("4 KiB of key and delta cost little, whatever they say") {
-  // The flat grid is what 3 KiB of Draco hold most vertices of; random bits go on longest in the last level.
+TEST_CASE("4 KiB of key and delta cost little, for any content") {
+  // The flat grid has most vertices for 3 KiB of Draco; random bits last longest in the last level.
   Shape shape = grid(2, 0);
   for (uint32_t n = 300; n > 2; n -= 8) {
     shape = grid(n, 0);

@@ -335,7 +335,7 @@ TEST_CASE("smooth motion takes a small part of a key frame") {
   CHECK(bits < of_key / 5);
 }
 
-TEST_CASE("a mesh that stands still takes a header") {
+TEST_CASE("a mesh that does not move takes a header only") {
   const auto key = key_of(sphere(60, 40));
   Sequence encoder(*key), decoder(*key);
   const std::vector<int32_t> still(key->positions, key->positions + 3 * size_t(key->vertex_count));

@@ -1,5 +1,5 @@
 // A plain encoder of fast meshes, by the specification and without meshoptimizer: every delta as a byte,
-// every index as a number. What the tests want wrong is changed in its parts.
+// every index as a number. Tests change its parts to make invalid payloads.
 #ifndef FVV_TESTS_MESH_FAST_PLAIN_H
 #define FVV_TESTS_MESH_FAST_PLAIN_H
 
@@ -17,7 +17,7 @@ struct FastPlain {
   std::vector<uint8_t> payload() const;
 
   static void put_number(std::vector<uint8_t> &out, uint32_t value);
-  // A number for index behind the one that came last.
+  // A code for index after the last one.
   static uint32_t difference(uint32_t last, uint32_t index);
 
 private:

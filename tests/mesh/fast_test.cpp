@@ -1,4 +1,4 @@
-// The fast profile: what meshoptimizer yields is what the specification says, and every rule has its issue.
+// The fast profile: meshoptimizer's output follows the specification, and every rule has its issue.
 #include "fvv_catch.h"
 
 #include <algorithm>
@@ -128,7 +128,7 @@ TEST_CASE("a fast mesh is the key of delta frames") {
   }
 }
 
-TEST_CASE("3023: the vertex stream has its size in front and fits") {
+TEST_CASE("3023: the vertex stream follows its size and fits") {
   const auto mesh = canonical(tetrahedron());
   const Payload payload = FastPlain(*mesh).payload();
   for (size_t size = 16; size < 20; size++)
@@ -242,7 +242,7 @@ TEST_CASE("a fast mesh keeps the rules of every mesh") {
   check_issue(FastPlain(*textured).payload(), 3015);
 }
 
-TEST_CASE("3005: entries of the FIFOs that nobody wrote are no vertices") {
+TEST_CASE("3005: entries of the FIFOs that were never written are no vertices") {
   const auto mesh = canonical(tetrahedron());
   // An edge, a vertex, and two vertices by the table, before there are any.
   for (const int code : {0x00, 0x70, 0xe0, 0xf1}) {
@@ -263,7 +263,7 @@ TEST_CASE("fast meshes survive every failed allocation") {
       const size_t before = memory::state.live;
       fvv_status status = FVV_ERROR_MEMORY;
       int64_t n = 0;
-      bool leaked = false, told = true, empty = true;
+      bool leaked = false, reported = true, empty = true;
       for (; status == FVV_ERROR_MEMORY && n < 1000 && !leaked; n++) {
         fvv_mesh back = {};
         fvv_bytes bytes = {};
@@ -273,7 +273,7 @@ TEST_CASE("fast meshes survive every failed allocation") {
                           : fvv_mesh_decode(payload.data(), payload.size(), nullptr, &allocator, &back,
                                             &diagnostic);
         memory::reset();
-        told = told && diagnostic.status == status;
+        reported = reported && diagnostic.status == status;
         if (status != FVV_OK) empty = empty && !bytes.size && !back.positions && !back.texture;
         fvv_mesh_free(&back);
         fvv_bytes_free(&bytes);
@@ -282,7 +282,7 @@ TEST_CASE("fast meshes survive every failed allocation") {
       INFO((encoding ? "encoding " : "decoding ") << n);
       CHECK(status == FVV_OK);
       CHECK(n > (encoding ? 10 : 3));
-      CHECK(told);
+      CHECK(reported);
       CHECK(empty);
       CHECK_FALSE(leaked);
     }

@@ -1,5 +1,5 @@
-// Hostile MESH payloads of at most 4 KiB: whatever they hold, they cost at most 64 MiB and little time, and
-// what decodes is a mesh.
+// Hostile MESH payloads of at most 4 KiB: with any content they cost at most 64 MiB and little time, and what
+// decodes is a mesh.
 #include "fvv_catch.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ constexpr int mutations = 300000, symbol_strings = 3000, stride = 1;
 
 using Payload = std::vector<uint8_t>;
 
-// Looks at every case alike and keeps the worst.
+// Runs every case and keeps the worst.
 struct Judge {
   size_t peak = 0;
   double seconds = 0;
@@ -147,7 +147,7 @@ void declare(Payload &payload, fvv_draco_counts counts) {
   fvv_put_u32(&payload[8], counts.faces);
 }
 
-// What a clever attacker does: the MESH header repeats what the damaged Draco header says.
+// As an attacker would do: the MESH header agrees with the damaged Draco header.
 void repair(Payload &payload) {
   fvv_draco_counts counts;
   fvv_diagnostic diagnostic = {};
@@ -307,7 +307,7 @@ TEST_CASE("hostile connectivity is survived") {
   judge.report("connectivity");
 }
 
-TEST_CASE("counts at the bound of the density are refused or held within it") {
+TEST_CASE("counts at the bound of the density are refused or stay within it") {
   Judge judge;
   for (const Case &c : corpus()) {
     if (c.payload[0] != FVV_MESH_DRACO) continue;

@@ -14,7 +14,7 @@ void reset(int64_t fail_after, size_t least) {
   state.least = least;
 }
 
-// The size stands in front of the block; 16 bytes keep it aligned.
+// The size precedes the block; 16 bytes keep it aligned.
 static const size_t head = 16;
 
 static void *take(size_t size) {

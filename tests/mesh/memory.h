@@ -17,7 +17,7 @@ struct State {
 };
 extern State state;
 
-// Forgets the peak; after so many allocations every further one fails until the next reset.
+// Resets the peak; after this number of allocations every further one fails until the next reset.
 void reset(int64_t fail_after = -1, size_t least = 0);
 fvv_allocator allocator();
 } // namespace memory

@@ -420,7 +420,7 @@ TEST_CASE("3030, 3031: normal bits and indices are in range") {
   CHECK(diagnostic.issue == 3031);
 }
 
-TEST_CASE("3010: a Draco bitstream has normals exactly when the header says so") {
+TEST_CASE("3010: a Draco bitstream has normals exactly when the header has normal bits") {
   const auto with = with_normals(hard_cube(2), 8), without = with_normals(hard_cube(2), 0);
   auto missing = encoded(*without, FVV_MESH_DRACO, 5), extra = encoded(*with, FVV_MESH_DRACO, 5);
   missing[1] = FVV_MESH_HAS_NORMALS;
@@ -462,7 +462,7 @@ TEST_CASE("sent normals turn with the faces of a moving mesh") {
     REQUIRE(fvv_mesh_sequence_open(&decoded, nullptr, &decoder, &diagnostic) == FVV_OK);
     std::vector<int32_t> moved(3 * size_t(decoded.vertex_count));
     for (int frame = 1; frame <= 4; frame++) {
-      // About z; sides that stand on it turn with it, as the least rotation does.
+      // About z; sides upright on it turn with it, by the smallest rotation.
       const double turn = 0.4 * frame, c = std::cos(turn), s = std::sin(turn);
       const auto rotate = [&](Vector p) { return Vector{c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]}; };
       for (size_t v = 0; v < decoded.vertex_count; v++) {
@@ -483,7 +483,7 @@ TEST_CASE("sent normals turn with the faces of a moving mesh") {
       double worst = 0;
       for (size_t v = 0; v < now->vertex_count; v++) {
         const Vector before = sent(decoded, v), found = sent(*now, v);
-        const bool level = std::abs(before[2]) > 0.9; // top and bottom do not turn as far as normals can tell
+        const bool level = std::abs(before[2]) > 0.9; // the normals of top and bottom do not turn
         worst = std::max(worst, degrees(found, level ? before : rotate(before)));
       }
       CHECK(worst < 0.5); // of rounding to the lattice and of two times 12 bits

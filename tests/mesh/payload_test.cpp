@@ -100,7 +100,7 @@ TEST_CASE("the raw profile keeps the order of vertices and faces") {
   CHECK(memcmp(back.faces, mesh->faces, 12 * size_t(mesh->face_count)) == 0);
 }
 
-TEST_CASE("Draco splits vertices where the surface is no manifold, and the header says so") {
+TEST_CASE("Draco splits vertices where the surface is no manifold, and the header counts them") {
   const auto bow = canonical(bow_tie());
   CHECK(bow->vertex_count == 7);
   const auto payload = encoded(*bow, FVV_MESH_DRACO, 7);
@@ -208,19 +208,19 @@ TEST_CASE("encoder and decoder survive every failed allocation, Draco's too") {
       const size_t before = memory::state.live;
       fvv_status status = FVV_ERROR_MEMORY;
       int64_t n = 0;
-      bool leaked = false, told = true, empty = true;
+      bool leaked = false, reported = true, empty = true;
       for (; status == FVV_ERROR_MEMORY && n < 100000 && !leaked; n++) {
         fvv_mesh back = {};
         fvv_bytes bytes = {};
         fvv_diagnostic diagnostic = {};
         // A destructor of Draco 1.5's encoder allocates 16 bytes (RAnsBitEncoder): when these fail the
-        // process ends whatever we do, so that encoding is tested with failures of larger blocks.
+        // process ends in any case, so that encoding is tested with failures of larger blocks.
         memory::reset(n, encoding ? 32 : 0);
         status = encoding ? fvv_mesh_encode(mesh.get(), profile, 10, &allocator, &bytes, &diagnostic)
                           : fvv_mesh_decode(payload.data(), payload.size(), nullptr, &allocator, &back,
                                             &diagnostic);
         memory::reset();
-        told = told && diagnostic.status == status;
+        reported = reported && diagnostic.status == status;
         if (status != FVV_OK) empty = empty && !bytes.size && !back.positions && !back.vertex_count;
         fvv_mesh_free(&back);
         fvv_bytes_free(&bytes);
@@ -229,7 +229,7 @@ TEST_CASE("encoder and decoder survive every failed allocation, Draco's too") {
       INFO("profile " << int(profile) << (encoding ? " encoding " : " decoding ") << n);
       CHECK(status == FVV_OK);
       CHECK(n > (profile == FVV_MESH_RAW ? 1 : 30));
-      CHECK(told);
+      CHECK(reported);
       CHECK(empty);
       CHECK_FALSE(leaked);
     }

@@ -23,7 +23,7 @@ std::vector<uint32_t> mapped(const Shape &shape, Mesh &mesh, uint32_t least_face
   return vertices;
 }
 
-// Every source vertex lies where its vertex lies, and every vertex stands for one at least.
+// Every source vertex lies where its vertex lies, and every vertex represents at least one.
 void check_map(const Shape &shape, const Mesh &mesh, const std::vector<uint32_t> &vertices) {
   std::vector<bool> stands(mesh.vertex_count);
   std::vector<int32_t> indices(shape.positions.size());
@@ -59,7 +59,7 @@ TEST_CASE("welded vertices share one, dropped ones have none") {
   const auto vertices = mapped(shape, mesh);
   check_map(shape, mesh, vertices);
   CHECK(vertices == std::vector<uint32_t>{0, 1, 2, 3, UINT32_MAX, 0});
-  // With the speck its vertices go, and those behind move up.
+  // With the small piece its vertices are dropped, and later ones move up.
   Shape two = tetrahedron();
   for (size_t i = 0; i < 12; i++) two.positions[i] += 50;
   for (const double x : torus(20, 12).positions) two.positions.push_back(x);
@@ -105,7 +105,7 @@ TEST_CASE("a run is welded and thinned by all its frames") {
   CHECK(run.face_count == alone.face_count + 1);
 }
 
-TEST_CASE("the order of decoded vertices is told, also of those that lie on one point") {
+TEST_CASE("the order of decoded vertices is reported, also of those that lie on one point") {
   Shape folded = torus(20, 12); // all on a few points: as a key that opens later
   for (double &x : folded.positions) x = std::round(x * 10) / 10;
   std::vector<int32_t> apart(folded.positions.size());

@@ -42,8 +42,8 @@ Shape grid(uint32_t n, double height = 0.05);
 Shape two_components();
 // A torus with holes of all sizes: every share-th face is missing, picked at random.
 Shape ragged(uint32_t u, uint32_t v, uint32_t share);
-// A ring of holes between two vertices of so many faces each: edgebreaker joins pieces around them over and
-// over.
+// A ring of holes between two vertices of that number of faces each: edgebreaker joins pieces around them
+// over and over.
 Shape holed_hubs(uint32_t faces);
 // The surface of unit cubes that fill each cell of an n x n x n block with the given probability: handles,
 // cavities and edges of four faces by the hundred.
@@ -72,7 +72,7 @@ struct Bytes : fvv_bytes {
   std::vector<uint8_t> copy() const { return {data, data + size}; }
 };
 
-// Canonicalises at so many metres a step from origin 0; a failure is a failed REQUIRE.
+// Canonicalises with a step in metres from origin 0; a failure is a failed REQUIRE.
 std::unique_ptr<Mesh> canonical(const Shape &shape, double step = 0.001, fvv_mesh_report *report = nullptr,
                                 uint32_t normal_bits = 0);
 std::vector<uint8_t> encoded(const fvv_mesh &mesh, uint8_t profile, int level);
@@ -92,7 +92,7 @@ std::vector<Triangle> triangles(const fvv_mesh &mesh);
 std::unique_ptr<Mesh> key_of(const Shape &shape, double step = 0.001);
 
 // Positions of frame t: the mesh bends and twists about the y axis, walks, and every vertex trembles by up to
-// so many steps.
+// that number of steps.
 std::vector<int32_t> moved(const fvv_mesh &key, int t, int tremble = 0);
 
 struct Sequence {
@@ -107,7 +107,7 @@ struct Sequence {
   std::vector<int32_t> positions() const;
 };
 
-// What stands in front of the data of a delta payload.
+// The header of a delta payload.
 struct DeltaHeader {
   uint64_t number = 0;
   std::vector<std::array<uint64_t, 2>> levels; // step, bytes

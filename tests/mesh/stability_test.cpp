@@ -197,7 +197,7 @@ bool flat(const Corners &t) {
   return a[1] * b[2] == a[2] * b[1] && a[2] * b[0] == a[0] * b[2] && a[0] * b[1] == a[1] * b[0];
 }
 
-// The faces with an area on the lattice, whatever their winding, each once.
+// The faces with an area on the lattice, with any winding, each once.
 template <class Position>
 std::vector<Corners> surface(const uint32_t *faces, size_t count, const Position &position) {
   std::vector<Corners> all;
@@ -329,7 +329,7 @@ TEST_CASE("500 frames of a mesh with defects stay as near to the source in metre
     double early = 0, late = 0;
     for (int t = 1; t <= 500; t++) {
       INFO("error of " << error << ", frame " << t);
-      // Slow motion, a small part of a step a frame: what a coder would lose that looks at differences alone.
+      // Slow motion, a small part of a step a frame: a coder of differences alone would lose it.
       std::vector<double> source(count), now(count);
       for (size_t i = 0; i < count; i++)
         source[i] =

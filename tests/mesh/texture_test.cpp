@@ -41,7 +41,7 @@ fvv_mesh_report empty_report() {
   return report;
 }
 
-// Each face has vertices of its own with texture coordinates at random: nothing but seams.
+// Each face has vertices of its own with texture coordinates at random: only seams.
 Shape confetti(Shape shape) {
   Shape out;
   uint32_t state = 5;
@@ -229,7 +229,7 @@ TEST_CASE("texture coordinates outside the picture are refused by name, but for 
   CHECK((low->texture[3] == 0 && report.clamped_vertices == 1));
   const auto high = with_bits(at(3, 1 + tolerance), 16, &report);
   CHECK((high->texture[3] == 65536 && report.clamped_vertices == 1));
-  // Where they are left out nobody looks.
+  // Not used without coordinates.
   (void)with_bits(at(5, std::nan("")), 0);
   CHECK(refusal(shape, options(17), 0, FVV_ERROR_ARGUMENT) == "17 bits for a texture index, at most 16");
   refusal(shape, options(UINT32_MAX), 0, FVV_ERROR_ARGUMENT);
@@ -307,7 +307,7 @@ TEST_CASE("texture coordinates and failed allocations") {
     const size_t before = memory::state.live;
     fvv_status status = FVV_ERROR_MEMORY;
     int64_t n = 0;
-    bool leaked = false, told = true, empty = true;
+    bool leaked = false, reported = true, empty = true;
     for (; status == FVV_ERROR_MEMORY && n < 100000 && !leaked; n++) {
       fvv_mesh back = {};
       fvv_bytes bytes = {};
@@ -321,7 +321,7 @@ TEST_CASE("texture coordinates and failed allocations") {
       else
         status = fvv_mesh_decode(payload.data(), payload.size(), nullptr, &allocator, &back, &diagnostic);
       memory::reset();
-      told = told && diagnostic.status == status;
+      reported = reported && diagnostic.status == status;
       if (status != FVV_OK) empty = empty && !bytes.size && !back.positions && !back.texture;
       fvv_mesh_free(&back);
       fvv_bytes_free(&bytes);
@@ -330,7 +330,7 @@ TEST_CASE("texture coordinates and failed allocations") {
     INFO("case " << what << ", " << n << " allocations");
     CHECK(status == FVV_OK);
     CHECK(n > 3);
-    CHECK(told);
+    CHECK(reported);
     CHECK(empty);
     CHECK_FALSE(leaked);
   }

@@ -1,4 +1,4 @@
-// fvvmux, and fvvdemux behind it: meshes with texture coordinates, and the atlas that they address.
+// fvvmux, then fvvdemux: meshes with texture coordinates, and the atlas that they address.
 #include "gltf_fixture.h"
 #include "make_video.h"
 #include "mux_fixture.h"
@@ -347,7 +347,7 @@ TEST_CASE("an atlas may be a video, met and turned as those of cameras are") {
     CHECK(number_in(media::read_image(folder.path("out/atlas/000" + std::to_string(i) + ".png"), 3), 60,
                     44) == 5 + i);
 
-  describe({}); // as the video says
+  describe({}); // by the video
   const mux::Summary turned = mux_file(options);
   CHECK((turned.plan.tracks[0].tiling.width == 48 && turned.plan.tracks[0].tiling.height == 64));
 

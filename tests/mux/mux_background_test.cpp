@@ -1,4 +1,4 @@
-// fvvmux --verify: the environment of a stream is held against the capture's.
+// fvvmux --verify: the environment of a stream is compared with the capture's.
 #include "mux_fixture.h"
 
 #include "fvv_mux/summary.h"

@@ -1,4 +1,4 @@
-// fvvmux as a program: exit codes, messages, and that a run which does not succeed leaves nothing behind.
+// fvvmux as a program: exit codes, messages, and that a failed run leaves no files.
 #include "mux_fixture.h"
 
 #include <chrono>
@@ -66,7 +66,7 @@ TEST_CASE("standard output as a stream, and --json") {
   CHECK(run_tool({folder.path("in"), "-o", "-", "--verify"}).exit == 2);
 }
 
-TEST_CASE("all problems of the files are told before any work, one a line") {
+TEST_CASE("all problems of the files are reported before any work, one a line") {
   const Folder folder;
   const scene::Capture capture = make_capture(folder);
   fs::remove(capture.mesh_path(1));
@@ -137,7 +137,7 @@ TEST_CASE("an existing file stays unless --force is given") {
   CHECK(folder.entries() == 2);
 }
 
-TEST_CASE("frames that are not taken give a warning and exit code 3, with --frames they are meant") {
+TEST_CASE("frames that are not taken give a warning and exit code 3, with --frames they are intended") {
   const Folder folder;
   const scene::Capture capture = make_capture(folder);
   scene::write_mesh(ball(5), {}, capture.mesh_path(5));

@@ -121,7 +121,7 @@ TEST_CASE("every group shows its own silhouettes with a margin, and no more") {
   CHECK(track.tiling.width * track.tiling.height < 3 * 64 * 64);
 }
 
-TEST_CASE("without masks the mesh tells, and without both pictures stay whole") {
+TEST_CASE("without masks the mesh is used, and without both pictures stay whole") {
   const Folder folder;
   Shape shape;
   make_capture(folder, shape);

@@ -77,7 +77,7 @@ TEST_CASE("10 bits keep what pictures of 16 bits have between the codes of 8") {
   }
 }
 
-TEST_CASE("a PSNR of 10 bits is asked for, found and verified as one of 8 is") {
+TEST_CASE("a target PSNR is reached and verified with 10 bits as with 8") {
   const Folder folder;
   Shape shape;
   shape.masks = true;

@@ -1,5 +1,5 @@
 // Runs of frames with the same connectivity: fvvmux finds them, codes key and delta frames, and --verify
-// tells when they are wrong.
+// detects wrong ones.
 #include "mux_fixture.h"
 
 #include "mux/src/meshes.h"
@@ -77,7 +77,7 @@ TEST_CASE("frames that differ in the order of their vertices are a run") {
   CHECK(keys_of(options.output) == "kddddd");
 }
 
-TEST_CASE("a run that is decimated stays one, whatever the order of its vertices") {
+TEST_CASE("a run that is decimated stays one, for any order of its vertices") {
   const Folder folder;
   Frames frames = balls(12);
   for (uint32_t i = 1; i < 12; i += 2) frames[i] = shuffled(frames[i], i);

@@ -36,7 +36,7 @@ public:
   size_t entries() const {
     return size_t(std::distance(fs::directory_iterator(root), fs::directory_iterator()));
   }
-  // What an interrupted run would leave behind.
+  // The files that an interrupted run would leave.
   bool has_partial() const {
     for (const auto &entry : fs::directory_iterator(root))
       if (entry.path().extension() == ".partial") return true;
@@ -142,7 +142,7 @@ inline void write_png(const std::string &path, const media::Image &image) {
   write_bytes(path, bytes.data(), bytes.size());
 }
 
-// Writes capture.json and its files into folder/in, and answers what was described.
+// Writes capture.json and its files into folder/in, and returns its description.
 inline scene::Capture make_capture(const Folder &folder, const Shape &shape = {}) {
   scene::Capture capture;
   capture.path = folder.path("in/capture.json");

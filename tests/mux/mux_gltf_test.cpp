@@ -67,7 +67,7 @@ TEST_CASE("ten frames of an animated glTF file become ten meshes of one topology
   }
 }
 
-TEST_CASE("frames behind the end of an animation are done with a warning") {
+TEST_CASE("frames after the end of an animation are written with a warning") {
   const Folder folder;
   fs::create_directories(folder.path("in"));
   const std::string glb = gltf_fixture::tube().glb();
@@ -80,7 +80,7 @@ TEST_CASE("frames behind the end of an animation are done with a warning") {
             ": meshes: the animation ends at 1.000 s, the last 2 of 12 frames, from 10, repeat its end\n") !=
         run.err.npos);
   CHECK(run_tool({folder.path("in"), "-o", folder.path("part.fvv"), "--frames", "2-9"}).exit == cli::done);
-  // That frames are left out is what was asked for; that some are not there is not.
+  // Frames left out by an option give no warning, missing ones do.
   CHECK(run_tool({folder.path("in"), "-o", folder.path("part.fvv"), "--force", "--frames", "9-11"}).exit ==
         cli::loss);
   fs::remove(folder.path("in/tube.glb"));

@@ -39,7 +39,7 @@ TEST_CASE("the step follows the budget in pixels at the nearest camera") {
   FileOptions options = options_for(folder);
   options.capture = capture.path;
   options.delta = false;
-  // Camera 0 stands at z = +3 (3 m along its own axis), the ball's box ends at 0.5: 2.5 m, by 70.5 px.
+  // Camera 0 is at z = +3 (3 m along its own axis), the ball's box ends at 0.5: 2.5 m, by 70.5 px.
   const Plan whole = make_plan(options, {});
   CHECK(whole.lattice.lattice.step == 0.01); // of 2 * 0.15 * 2.5 / 70.5 = 0.01064
   CHECK(whole.lattice.pixels == Approx(0.005 * 70.5 / 2.5).epsilon(1e-3));
@@ -47,12 +47,12 @@ TEST_CASE("the step follows the budget in pixels at the nearest camera") {
   options.scale = 0.5; // half the pixels: twice the step
   CHECK(make_plan(options, {}).lattice.lattice.step == 0.02);
   options.scale = 1;
-  options.pictures = false; // the cameras still tell
+  options.pictures = false; // the cameras are still used
   CHECK(make_plan(options, {}).lattice.lattice.step == 0.01);
   options.step = parse_length("1.5mm");
-  const LatticeChoice asked = make_plan(options, {}).lattice;
-  CHECK(asked.lattice.step == 0.0015);
-  CHECK(asked.pixels == Approx(0.00075 * 70.5 / 2.5).epsilon(1e-3));
+  const LatticeChoice given = make_plan(options, {}).lattice;
+  CHECK(given.lattice.step == 0.0015);
+  CHECK(given.pixels == Approx(0.00075 * 70.5 / 2.5).epsilon(1e-3));
 }
 
 TEST_CASE("without cameras the first mesh's size decides, without meshes nothing does") {

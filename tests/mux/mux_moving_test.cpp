@@ -1,4 +1,4 @@
-// fvvmux, and fvvdemux behind it: cameras that move.
+// fvvmux, then fvvdemux: cameras that move.
 #include "mux_fixture.h"
 
 #include "fvvdemux/demux.h"
@@ -153,12 +153,12 @@ TEST_CASE("verification notices a camera that moves elsewhere") {
   const Folder folder;
   moving_capture(folder);
   FileOptions options = options_for(folder);
-  options.verify = true; // told.origins
-  const mux::Summary told = mux_file(options);
-  CHECK_NOTHROW(mux::verify(told.plan, told.origins, InputFile(options.output)));
-  mux::Plan wrong = told.plan;
+  options.verify = true; // written.origins
+  const mux::Summary written = mux_file(options);
+  CHECK_NOTHROW(mux::verify(written.plan, written.origins, InputFile(options.output)));
+  mux::Plan wrong = written.plan;
   wrong.capture.cameras[1].per_frame.at(3).cx += 0.1;
-  CHECK_THROWS_WITH(mux::verify(wrong, told.origins, InputFile(options.output)),
+  CHECK_THROWS_WITH(mux::verify(wrong, written.origins, InputFile(options.output)),
                     Catch::Contains("frame 3: camera 13 is not the camera of the capture"));
 }
 
@@ -219,7 +219,7 @@ TEST_CASE("frames in which a camera lost its calibration are frames without it, 
   REQUIRE(back.cameras.size() == 3);
   CHECK(back.cameras[1].lost == std::set<int64_t>{0, 1, 3});
   CHECK(difference(source.cameras[1].calibration_at(4), back.cameras[1].calibration_at(4), 4) < 0.05);
-  // A stream that calibrates it all the same is found out.
+  // A stream that calibrates it nevertheless is detected.
   mux::Plan wrong = summary.plan;
   wrong.capture.cameras[1].lost.insert(2);
   CHECK_THROWS_WITH(mux::verify(wrong, summary.origins, InputFile(options.output)),

@@ -1,4 +1,4 @@
-// fvvmux, and fvvdemux behind it: when normals are sent, and that they arrive.
+// fvvmux, then fvvdemux: when normals are sent, and that they arrive.
 #include "mux_fixture.h"
 
 #include "fvv_mux/summary.h"
@@ -134,10 +134,11 @@ TEST_CASE("smooth normals are left to players") {
   options.normals = mux::Normals::always;
   const mux::Summary sent = mux_file(options);
   CHECK(sent.plan.normals.bits == 8);
-  CHECK(sent.verdict->mesh.max_normal_error < 6); // a ball of 12 x 16 cells turned by nothing but its lattice
+  CHECK(sent.verdict->mesh.max_normal_error <
+        6); // a ball of 12 x 16 cells whose normals only the lattice turns
 }
 
-TEST_CASE("normals that are asked for have to be there") {
+TEST_CASE("requested normals have to be there") {
   const Folder folder;
   FileOptions options = frames_on_disk(folder, balls(3));
   CHECK(mux_file(options).plan.normals.reason == "the source has none");

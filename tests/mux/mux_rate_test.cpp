@@ -1,4 +1,4 @@
-// fvvmux --bitrate: the rate that is asked for, whatever the codec and the number of threads.
+// fvvmux --bitrate: every codec reaches the target bit rate, with any number of threads.
 #include "display_codecs.h"
 #include "fvv_mux/summary.h"
 #include "mux_fixture.h"
@@ -42,19 +42,19 @@ TEST_CASE("a bit rate is kept over a clip by every codec, and reported") {
     FileOptions options = options_of(folder, codec);
     options.quality = {false, codec.code == FVV_CODEC_JPEG ? 70.0 : 30.0};
     mux_file(options);
-    const double asked = std::floor(rate_in(options.output) * 1.02);
-    CAPTURE(codec.name, asked);
-    options.bit_rate = uint64_t(asked);
+    const double target = std::floor(rate_in(options.output) * 1.02);
+    CAPTURE(codec.name, target);
+    options.bit_rate = uint64_t(target);
     const mux::Summary summary = mux_file(options);
     CHECK(!summary.plan.warned);
     const double reached = rate_in(options.output);
-    CHECK(reached <= asked);
-    CHECK(reached > 0.92 * asked);
+    CHECK(reached <= target);
+    CHECK(reached > 0.92 * target);
     const nlohmann::ordered_json rate = json_of(summary)["video"]["bit_rate"];
-    CHECK(rate["asked"] == uint64_t(asked));
+    CHECK(rate["target"] == uint64_t(target));
     CHECK(rate["reached"].get<double>() == Approx(reached));
     CHECK(rate["groups_over"] == 0);
-    CHECK(text_of(summary).find(" (asked for ") != std::string::npos);
+    CHECK(text_of(summary).find(" (target ") != std::string::npos);
   }
 }
 

@@ -1,4 +1,4 @@
-// fvvmux as a library: what goes in comes out, whatever the capture consists of.
+// fvvmux as a library: the round trip of any kind of capture.
 #include "mux_fixture.h"
 
 #include "display_codecs.h"
@@ -125,7 +125,7 @@ TEST_CASE("within a frame the mesh comes first, and every group begins with key 
   }
   fvv_file_close(opened);
   CHECK(frame == 5);
-  CHECK(configurations.size() == 3); // one in front of each group
+  CHECK(configurations.size() == 3); // one before each group
 }
 
 TEST_CASE("the bytes do not depend on the number of threads") {
@@ -148,7 +148,7 @@ TEST_CASE("the bytes do not depend on the number of threads") {
   }
 }
 
-TEST_CASE("JPEG samples are files of their own, of the quality asked for") {
+TEST_CASE("JPEG samples are separate files, with the given quality") {
   const Folder folder;
   make_capture(folder);
   FileOptions options = options_for(folder);

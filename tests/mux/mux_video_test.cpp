@@ -32,7 +32,7 @@ struct Scene {
     }
   }
   scene::VideoSource &video(size_t k) { return *capture.cameras[k].pictures->video; }
-  // Writes capture.json, packs, and answers which picture each frame shows at a corner of each camera's tile.
+  // Writes capture.json, packs, and returns which picture each frame shows at a corner of each camera's tile.
   std::vector<std::vector<int>> numbers(mux::Summary &summary, uint32_t x, uint32_t y, unsigned threads = 2) {
     scene::write_capture(capture, capture.path);
     FileOptions options = options_for(folder);
@@ -113,7 +113,7 @@ TEST_CASE("offsets that are all alike suggest a start") {
   CHECK(!summary.plan.sources[1].better_start);
 }
 
-TEST_CASE("pictures are turned as the video says, unless the capture says otherwise") {
+TEST_CASE("pictures are turned by the video's matrix, unless the capture overrides it") {
   Clip clip;
   clip.times = steady(20, 3000);
   clip.display_rotation = 90;

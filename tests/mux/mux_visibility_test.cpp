@@ -66,7 +66,7 @@ TEST_CASE("bits of faces and vertices, and weights, say who is hidden, and are w
     const mux::Summary summary = mux_file(options);
     CHECK(summary.plan.visibility.on);
     CHECK(summary.visibility.frames == 5);
-    // Groups of 2: the frames behind the first have its faces.
+    // Groups of 2: the frames after the first have its faces.
     CHECK(summary.visibility.keys == 3);
     CHECK(summary.verdict->visible == 5);
     const auto front = states_of(options.output, 3), side = states_of(options.output, 13);
@@ -112,7 +112,7 @@ TEST_CASE("visibility is the same for any number of threads") {
     }
 }
 
-TEST_CASE("visibility that does not pay is left out, and the reason is told") {
+TEST_CASE("visibility that does not pay is left out, and the reason is reported") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);
   options.visibility = Visibility::automatic;
@@ -151,13 +151,13 @@ TEST_CASE("visibility pays up to a tenth of the pictures") {
     CHECK(choice.on == (bytes == 100));
     CHECK(!choice.open);
   }
-  // What is asked for stays.
+  // Explicit choices stay.
   choice.on = true;
   mux::settle_visibility(choice, 5000, 1000);
   CHECK(choice.on);
 }
 
-TEST_CASE("whoever asks gets the visibility of cameras without pictures too") {
+TEST_CASE("on request there is visibility of cameras without pictures too") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);
   options.pictures = false;

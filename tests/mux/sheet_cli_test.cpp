@@ -30,8 +30,8 @@ TEST_CASE("sheet command: a summary, and a JSON whose keys are documented") {
   CHECK(json.at("width") == media::probe_image(folder.path("sheet.png")).width);
   CHECK(json.at("median_iou").is_number());
   CHECK(json.at("median_distance").is_number());
-  CHECK(json.at("standing_out") == nlohmann::json::array());
-  CHECK(json.at("left_out").is_null());
+  CHECK(json.at("outliers") == nlohmann::json::array());
+  CHECK(json.at("excluded").is_null());
   CHECK(json.at("suspected").is_null());
   CHECK(json.at("warnings") == nlohmann::json::array());
   CHECK(json.size() == 14);

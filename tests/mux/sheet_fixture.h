@@ -44,7 +44,7 @@ inline fvv_camera ring_camera(size_t k) {
   c.distortion[2] = 0.002;
   const double around = 2 * M_PI * double(k) / ring_cameras, up = k % 3 ? 0.3 : -0.4;
   const double s = std::sin(around), co = std::cos(around), n = std::hypot(1, up);
-  // Rows: right, down, forward; the camera stands at -3 forward.
+  // Rows: right, down, forward; the camera is at -3 forward.
   const double forward[3] = {-s / n, -up / n, -co / n};
   const double right[3] = {co, 0, -s};
   const double down[3] = {forward[1] * right[2] - forward[2] * right[1],
@@ -84,11 +84,11 @@ inline media::Image ball_mask(const fvv_camera &c) {
 struct SheetShape {
   bool meshes = true, masks = true;
   size_t cameras = ring_cameras;
-  // Changes what capture.json says of camera k, after its masks were drawn.
+  // Changes camera k in capture.json after its masks were drawn.
   std::function<void(size_t k, fvv_camera &)> mistake = [](size_t, fvv_camera &) {};
 };
 
-// Writes folder/in with three frames, all alike, and answers its description.
+// Writes folder/in with three frames, all alike, and returns its description.
 inline scene::Capture make_sheet_capture(const Folder &folder, const SheetShape &shape = {}) {
   scene::Capture capture;
   capture.path = folder.path("in/capture.json");

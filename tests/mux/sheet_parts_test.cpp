@@ -1,4 +1,4 @@
-// The parts of a contact sheet: outlines, guides, numbers, words, layout, each against arithmetic of its own.
+// The parts of a calibration sheet: outlines, guides, numbers, words, layout, each against plain arithmetic.
 #include "sheet_fixture.h"
 
 #include "fvvimport/panel.h"
@@ -66,36 +66,36 @@ TEST_CASE("sheet parts: the outline lies where rays graze the ball, through the 
 
 TEST_CASE("sheet parts: numbers of shifted squares") {
   const Mask here = square(30, 20);
-  const geometry::Fit same = geometry::compare(here, here, 80, 60);
+  const geometry::SilhouetteMatch same = geometry::compare(here, here, 80, 60);
   CHECK(*same.iou == 1);
   CHECK(*same.distance == Approx(0).margin(1e-6));
-  const geometry::Fit right = geometry::compare(square(34, 20), here, 80, 60);
+  const geometry::SilhouetteMatch right = geometry::compare(square(34, 20), here, 80, 60);
   CHECK(*right.iou == Approx(16.0 / 24));
   CHECK((*right.offset)[0] == Approx(4).margin(0.3));
   CHECK((*right.offset)[1] == Approx(0).margin(0.3));
   // Two of four sides are 4 px off, the other two coincide but for their ends.
   CHECK(*right.distance > 1.8);
   CHECK(*right.distance < 2.4);
-  const geometry::Fit empty = geometry::compare(Mask(80 * 60), Mask(80 * 60), 80, 60);
+  const geometry::SilhouetteMatch empty = geometry::compare(Mask(80 * 60), Mask(80 * 60), 80, 60);
   CHECK(!empty.iou);
   CHECK(!empty.distance);
-  const geometry::Fit lost = geometry::compare(Mask(80 * 60), here, 80, 60);
+  const geometry::SilhouetteMatch lost = geometry::compare(Mask(80 * 60), here, 80, 60);
   CHECK(*lost.iou == 0);
   CHECK(*lost.distance == 100);
   CHECK(!lost.offset);
 }
 
-TEST_CASE("sheet parts: who stands out") {
+TEST_CASE("sheet parts: outliers") {
   const auto with = [](std::vector<double> distances) {
-    std::vector<geometry::Measured> cameras;
+    std::vector<geometry::CameraMatch> cameras;
     for (const double d : distances) cameras.push_back({{0.9, d, std::nullopt}, 1000});
-    return geometry::standing_out(cameras);
+    return geometry::outlier_cameras(cameras);
   };
   CHECK(with({1, 1.2, 0.9, 1.1}).empty());
   CHECK(with({1, 1.2, 3.5, 1.1}) == std::vector<size_t>{2});
   CHECK(with({1, 9, 1.1, 12, 1}) == std::vector<size_t>{3, 1});
   CHECK(with({0.01, 0.9, 0.01}).empty()); // less than a pixel more is nothing
-  CHECK(with({1, 50}).empty());           // which of two is wrong, nobody can say
+  CHECK(with({1, 50}).empty());           // of two cameras neither is an outlier
   CHECK(*geometry::median({4, 1, 3, 2}) == 2.5);
   CHECK(!geometry::median({}));
 }

@@ -16,11 +16,11 @@ TEST_CASE("sheet: a right calibration fits its masks, and the bytes are the same
   REQUIRE(report.cameras.size() == ring_cameras);
   for (const fvvimport::SheetCamera &camera : report.cameras) {
     CHECK(camera.picture);
-    CHECK(*camera.fit.iou > 0.98);
-    CHECK(*camera.fit.distance < 0.25);
-    CHECK(std::hypot((*camera.fit.offset)[0], (*camera.fit.offset)[1]) < 0.1);
+    CHECK(*camera.match.iou > 0.98);
+    CHECK(*camera.match.distance < 0.25);
+    CHECK(std::hypot((*camera.match.offset)[0], (*camera.match.offset)[1]) < 0.1);
   }
-  CHECK(report.standing_out.empty());
+  CHECK(report.outliers.empty());
   CHECK(report.suspicion == geometry::Suspicion::nothing);
   const media::ImageInfo info = media::probe_image(options.output);
   CHECK(info.width == report.width);
@@ -32,7 +32,7 @@ TEST_CASE("sheet: a right calibration fits its masks, and the bytes are the same
   CHECK(folder.entries() == 3);
 }
 
-TEST_CASE("sheet: the camera with a shifted principal point is named, and its offset told") {
+TEST_CASE("sheet: the camera with a shifted principal point is named, and its offset reported") {
   const Folder folder;
   SheetShape shape;
   shape.mistake = [](size_t k, fvv_camera &c) {
@@ -40,15 +40,15 @@ TEST_CASE("sheet: the camera with a shifted principal point is named, and its of
   };
   make_sheet_capture(folder, shape);
   const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
-  CHECK(report.standing_out == std::vector<size_t>{4});
-  CHECK(*report.cameras[4].fit.iou < 0.9);
-  CHECK(*report.cameras[3].fit.iou > 0.98);
-  CHECK((*report.cameras[4].fit.offset)[0] == Approx(6).margin(0.2));
-  CHECK((*report.cameras[4].fit.offset)[1] == Approx(-3).margin(0.2));
+  CHECK(report.outliers == std::vector<size_t>{4});
+  CHECK(*report.cameras[4].match.iou < 0.9);
+  CHECK(*report.cameras[3].match.iou > 0.98);
+  CHECK((*report.cameras[4].match.offset)[0] == Approx(6).margin(0.2));
+  CHECK((*report.cameras[4].match.offset)[1] == Approx(-3).margin(0.2));
   CHECK(fvvimport::sheet_text(report).find("camera 5 (ring 5) stands out") != std::string::npos);
 }
 
-TEST_CASE("sheet: a camera with another one's pose stands out") {
+TEST_CASE("sheet: a camera with another one's pose is an outlier") {
   const Folder folder;
   SheetShape shape;
   shape.mistake = [](size_t k, fvv_camera &c) {
@@ -56,8 +56,8 @@ TEST_CASE("sheet: a camera with another one's pose stands out") {
   };
   make_sheet_capture(folder, shape);
   const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
-  CHECK(report.standing_out == std::vector<size_t>{2});
-  CHECK(*report.cameras[2].fit.iou < 0.8);
+  CHECK(report.outliers == std::vector<size_t>{2});
+  CHECK(*report.cameras[2].match.iou < 0.8);
 }
 
 TEST_CASE("sheet: half a pixel in all cameras is suspected, a third is not") {
@@ -68,7 +68,7 @@ TEST_CASE("sheet: half a pixel in all cameras is suspected, a third is not") {
     make_sheet_capture(folder, shape);
     const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
     CHECK((report.suspicion == geometry::Suspicion::half_pixel) == (std::abs(shift) == 0.5));
-    CHECK(report.standing_out.empty());
+    CHECK(report.outliers.empty());
   }
 }
 
@@ -91,9 +91,9 @@ TEST_CASE("sheet: without meshes the outline is that of the masks' hull") {
   fvvimport::SheetOptions options = sheet_options(folder);
   const fvvimport::SheetReport report = fvvimport::check_calibration(options);
   CHECK(report.outlined == fvvimport::Outlined::hull);
-  CHECK(!report.left_out);
-  CHECK(report.standing_out.empty());
-  for (const fvvimport::SheetCamera &camera : report.cameras) CHECK(*camera.fit.iou > 0.95);
+  CHECK(!report.excluded);
+  CHECK(report.outliers.empty());
+  for (const fvvimport::SheetCamera &camera : report.cameras) CHECK(*camera.match.iou > 0.95);
   const std::string bytes = read_bytes(options.output);
   options.threads = 3;
   fvvimport::check_calibration(options);
@@ -109,10 +109,10 @@ TEST_CASE("sheet: one wrong camera does not spoil the hull, it is named") {
   };
   make_sheet_capture(folder, shape);
   const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
-  CHECK(report.left_out == std::optional<size_t>(7));
-  CHECK(report.standing_out == std::vector<size_t>{7});
-  CHECK((*report.cameras[7].fit.offset)[0] == Approx(-7).margin(0.4));
-  CHECK(*report.cameras[0].fit.iou > 0.95);
+  CHECK(report.excluded == std::optional<size_t>(7));
+  CHECK(report.outliers == std::vector<size_t>{7});
+  CHECK((*report.cameras[7].match.offset)[0] == Approx(-7).margin(0.4));
+  CHECK(*report.cameras[0].match.iou > 0.95);
 }
 
 TEST_CASE("sheet: with two masks there is no hull, but axes and cameras") {
@@ -123,7 +123,7 @@ TEST_CASE("sheet: with two masks there is no hull, but axes and cameras") {
   make_sheet_capture(folder, shape);
   const fvvimport::SheetReport report = fvvimport::check_calibration(sheet_options(folder));
   CHECK(report.outlined == fvvimport::Outlined::nothing);
-  CHECK(!report.cameras[0].fit.iou);
+  CHECK(!report.cameras[0].match.iou);
   CHECK(!report.median_iou);
   CHECK(report.warnings.empty());
 }
@@ -141,10 +141,10 @@ TEST_CASE("sheet: a mesh far from the origin in a small unit is drawn as well") 
   for (size_t i = 0; i < mesh.positions.size(); i += 3) mesh.positions[i] += shift;
   scene::write_mesh(mesh, {}, capture.mesh_path(11));
   for (const fvvimport::SheetCamera &camera : fvvimport::check_calibration(sheet_options(folder)).cameras)
-    CHECK(*camera.fit.iou > 0.98);
+    CHECK(*camera.match.iou > 0.98);
 }
 
-TEST_CASE("sheet: cameras and frames may be chosen, and a camera that moves stands where the frame has it") {
+TEST_CASE("sheet: cameras and frames may be chosen, and a camera that moves has the pose of the frame") {
   const Folder folder;
   scene::Capture capture = make_sheet_capture(folder);
   scene::Camera &camera = capture.cameras[1];
@@ -157,11 +157,11 @@ TEST_CASE("sheet: cameras and frames may be chosen, and a camera that moves stan
   scene::write_capture(capture, capture.path);
   fvvimport::SheetOptions options = sheet_options(folder);
   options.cameras = {"2-4"};
-  CHECK(fvvimport::check_calibration(options).standing_out.empty());
+  CHECK(fvvimport::check_calibration(options).outliers.empty());
   options.frames = fvv::Range{12, 12};
   const fvvimport::SheetReport report = fvvimport::check_calibration(options);
   CHECK(report.frame == 12);
   REQUIRE(report.cameras.size() == 3);
   CHECK(report.cameras[0].id == 2);
-  CHECK(report.standing_out == std::vector<size_t>{0});
+  CHECK(report.outliers == std::vector<size_t>{0});
 }

@@ -200,7 +200,7 @@ TEST_CASE("no triangle shrinks to less than a third of its size on the body, nor
 
 TEST_CASE("a colour that changes evenly over the body is found again at the centre of every face", "[long]") {
   const Layout &layout = atlas().layout;
-  // Within the display range over the height and breadth of the figures; the ball is 2 m wide here.
+  // Within the display range over the height and width of the figures; the ball is 2 m wide here.
   const auto colour = [&](Vec3 at) {
     return Rgb{0.5 + 0.25 * at.x, 0.2 + 0.25 * std::fabs(at.y), 0.5 + 0.25 * at.z};
   };

@@ -172,7 +172,7 @@ TEST_CASE("a capture has the same bytes for any number of threads") {
   CHECK(one == three);
 }
 
-TEST_CASE("hulls are the same for any number of threads, and their grid stands beside them") {
+TEST_CASE("hulls are the same for any number of threads, and their grid is written beside them") {
   const Scratch scratch;
   Settings settings;
   settings.rig = RigKind::small;

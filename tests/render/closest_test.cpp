@@ -92,7 +92,7 @@ TEST_CASE("the nearest point is the one that looking at every triangle finds, to
   }
 }
 
-TEST_CASE("a hierarchy of the same triangles at other places changes no answer") {
+TEST_CASE("a hierarchy of the same triangles at other places changes no result") {
   const std::vector<Triangle> before = soup(8, 700);
   std::vector<Triangle> after = before;
   Random random(9);
@@ -117,7 +117,7 @@ TEST_CASE("a hierarchy of the same triangles at other places changes no answer")
   }
 }
 
-TEST_CASE("a guess changes no answer, and a search that may end early answers whether anything is so near") {
+TEST_CASE("a guess changes no result, and a search that may end early finds whether anything is so near") {
   std::vector<Triangle> triangles = soup(6, 700);
   triangles[99][1].y = std::numeric_limits<double>::quiet_NaN();
   const ClosestFinder finder(triangles);

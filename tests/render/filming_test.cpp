@@ -52,7 +52,7 @@ std::string read_label(const Picture &picture, size_t characters) {
 
 } // namespace
 
-TEST_CASE("the variance of noise is a share of the signal and a constant, in linear light") {
+TEST_CASE("the variance of noise is a fraction of the signal and a constant, in linear light") {
   constexpr size_t count = 120000;
   for (const double strength : {1.0, 2.0})
     for (const double level : {0.05, 0.2, 0.6}) {
@@ -157,7 +157,7 @@ TEST_CASE("motion blur is the mean over the time that the shutter is open, and s
     }
     INFO("camera " << camera << " off " << off / double(mean.size()) << " moved "
                    << moved / double(mean.size()) << " kept " << kept);
-    // One sample of nine stands for each moment's colour: cloth is a little noisier, the rest the same.
+    // One sample of nine gives each moment's colour: cloth is a little noisier, the rest the same.
     CHECK(off < (scene.moves(camera) ? 0.08 : 0.6) * moved);
     CHECK(off < 6.0 * double(mean.size()));
     if (!scene.moves(camera))

@@ -45,7 +45,7 @@ Reflectance white(uint32_t, Vec3) {
 
 } // namespace
 
-TEST_CASE("a pixel is masked from half coverage on, and its colour is the mean of its samples") {
+TEST_CASE("a pixel is mevaluated from half coverage on, and its colour is the mean of its samples") {
   LightField red;
   for (int i = 0; i < 64; i++) red.insert(red.end(), {1, 0, 0});
   // Samples of a pixel lie at 1/6, 3/6, 5/6: an edge at 0.4 leaves two of three columns, at 0.6 one.
@@ -65,22 +65,22 @@ TEST_CASE("a pixel is masked from half coverage on, and its colour is the mean o
     }
 }
 
-TEST_CASE("the material is asked at the texture coordinates of the sample") {
+TEST_CASE("the material is evaluated at the texture coordinates of the sample") {
   double worst = 0;
-  std::vector<Vec3> asked;
+  std::vector<Vec3> evaluated;
   const auto remember = [&](uint32_t, Vec3 texture) {
-    asked.push_back(texture);
+    evaluated.push_back(texture);
     return Reflectance{{0, 0, 0}, 0};
   };
   Square(0).draw(remember, {});
-  REQUIRE(asked.size() == 24 * 24);
+  REQUIRE(evaluated.size() == 24 * 24);
   size_t i = 0;
   for (int y = 0; y < 8; y++)
     for (int x = 0; x < 8; x++)
       for (int b = 0; b < 3; b++)
         for (int a = 0; a < 3; a++, i++) {
           const Vec3 expected = {(x + (a + 0.5) / 3) / 4, (y + (b + 0.5) / 3) / 4, 0};
-          worst = std::max(worst, length(asked[i] - expected));
+          worst = std::max(worst, length(evaluated[i] - expected));
         }
   CHECK(worst < 1e-6);
 }

@@ -158,7 +158,7 @@ TEST_CASE("a room around the camera is seen once in every direction, through the
   }
 }
 
-TEST_CASE("a triangle from behind the camera is drawn in front of the near plane alone") {
+TEST_CASE("of a triangle from behind the camera only the part beyond the near plane is drawn") {
   const fvv_camera camera = straight(32, 32, 16);
   Triangles floor; // y = 0.5 below the camera, from 4 m behind to 4 m in front
   const uint32_t a = floor.add(-8, 0.5, -4), b = floor.add(8, 0.5, -4), c = floor.add(0, 0.5, 4);
@@ -208,7 +208,7 @@ TEST_CASE("depth is that of the plane, and barycentric coordinates are perspecti
   CHECK(drawn > 10000);
 }
 
-TEST_CASE("what is behind the camera, without area or not finite is not drawn") {
+TEST_CASE("triangles behind the camera, without area or not finite are not drawn") {
   const fvv_camera camera = straight(16, 16, 16);
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   const std::vector<std::vector<float>> bad = {
@@ -319,7 +319,7 @@ TEST_CASE("a buffer that takes another size is clear") {
   }
 }
 
-TEST_CASE("through a lens a tilted sheet is seen where its outline says, at its depth") {
+TEST_CASE("through a lens a tilted sheet is seen within its outline, at its depth") {
   fvv_camera camera = straight(320, 240, 300);
   camera.lens = FVV_LENS_RADTAN;
   const double distortion[8] = {-0.2, 0.04, 0.001, -0.0008};

@@ -152,7 +152,7 @@ TEST_CASE("rays slip through no edge and no vertex of a closed mesh", "[long]") 
   CHECK(lost == 0);
 }
 
-TEST_CASE("odd meshes and rays meet nothing, and coincident faces the first") {
+TEST_CASE("degenerate meshes and rays meet nothing, and of coincident faces the first is met") {
   const RayCaster none(Mesh{});
   CHECK(none.nearest({0, 0, 0}, {0, 0, 1}, 0, infinity).face == no_face);
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -170,7 +170,7 @@ TEST_CASE("odd meshes and rays meet nothing, and coincident faces the first") {
   CHECK(rays.blocked({0.25, 0.25, 0}, {0.25, 0.25, 1.001}));
   CHECK(rays.nearest({0.25, 0.25, 0}, {0, 0, 0}, 0, infinity).face == no_face);
   CHECK(rays.nearest({0.25, 0.25, 0}, {0, nan, 1}, 0, infinity).face == no_face);
-  // So many equal boxes that no plane parts them.
+  // Equal boxes that no plane separates.
   Triangles same;
   same.positions = {0, 0, 1, 1, 0, 1, 0, 1, 1};
   for (int i = 0; i < 5000; i++) same.faces.insert(same.faces.end(), {0, 1, 2});
@@ -255,7 +255,7 @@ TEST_CASE("visibility by rays agrees with the rasteriser at the centroids", "[lo
     const Mesh mesh = {moment.positions.data(), scene.vertex_count(), scene.faces().data(),
                        scene.faces().size() / 3};
     const RayCaster rays(mesh);
-    size_t asked = 0, seen_count = 0, unlike = 0, broad = 0, broad_unlike = 0;
+    size_t tested = 0, seen_count = 0, unlike = 0, broad = 0, broad_unlike = 0;
     for (size_t number = 0; number < 2; number++) {
       const fvv_camera &camera = scene.cameras()[number];
       const std::vector<uint8_t> seen = visible_faces(camera, mesh, rays);
@@ -283,7 +283,7 @@ TEST_CASE("visibility by rays agrees with the rasteriser at the centroids", "[lo
         if (pixel[0] < 0 || pixel[1] < 0 || pixel[0] >= camera.width || pixel[1] >= camera.height) continue;
         const size_t at = size_t(pixel[1] * 7) * buffer.columns + size_t(pixel[0] * 7);
         const bool drawn = buffer.face[at] == f;
-        asked++;
+        tested++;
         seen_count += seen[f];
         unlike += drawn != bool(seen[f]);
         if (cosine < 0.25) continue;
@@ -293,9 +293,9 @@ TEST_CASE("visibility by rays agrees with the rasteriser at the centroids", "[lo
     }
     // Centroid and sample are up to 0.1 pixels apart, which matters to faces that are narrow in the picture.
     const auto share = [](size_t part, size_t of) { return double(part) / double(of); };
-    CAPTURE(asked, seen_count, unlike, broad, broad_unlike);
-    CHECK(asked > 30000);
-    CHECK(share(unlike, asked) < 0.04);
+    CAPTURE(tested, seen_count, unlike, broad, broad_unlike);
+    CHECK(tested > 30000);
+    CHECK(share(unlike, tested) < 0.04);
     CHECK(share(broad_unlike, broad) < 0.003); // 0.0007 and 0.0011
   }
 }

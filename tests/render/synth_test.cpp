@@ -45,7 +45,7 @@ TEST_CASE("the same seed gives the same scene, another seed another one", "[long
   const auto picture = one.picture(1, one.at(0.4), buffer);
   CHECK(picture.rgb == same.picture(1, same.at(0.4), buffer).rgb);
   CHECK(picture.rgb != other.picture(1, other.at(0.4), buffer).rgb);
-  CHECK(one.faces() == other.faces()); // topology belongs to the figures, not to the seed
+  CHECK(one.faces() == other.faces()); // topology depends on the figures, not on the seed
 }
 
 TEST_CASE("the mesh is three closed surfaces of the intended size") {
@@ -92,7 +92,7 @@ TEST_CASE("no face degenerates or is stretched beyond belief, volumes stay", "[l
   }
 }
 
-TEST_CASE("feet stand on the floor, and one of each player's always does", "[long]") {
+TEST_CASE("feet are on the floor, and one of each player's always is", "[long]") {
   for (const uint64_t seed : {1u, 2u, 3u}) {
     const Scene scene(small(seed));
     for (int frame = 0; frame < 100; frame++) {
@@ -131,7 +131,7 @@ TEST_CASE("the ball moves without jumps, stays above the floor, and reaches both
   }
 }
 
-TEST_CASE("the mesh of the ball is where its path says") {
+TEST_CASE("the mesh of the ball is on its path") {
   const Scene scene(small(4));
   for (const double time : {0.0, 0.52, 1.2, 1.9}) {
     const Moment moment = scene.at(time);
@@ -188,7 +188,7 @@ TEST_CASE("bones move without jumps") {
   CHECK(fastest < 9);
 }
 
-TEST_CASE("cameras stand around the scene and look at it") {
+TEST_CASE("cameras are around the scene and look at it") {
   Settings settings = small(3);
   settings.cameras = 9;
   const Scene scene(settings);

@@ -112,7 +112,7 @@ TEST_CASE("written depth is the distance along the axis of where rays through pi
   }
 }
 
-TEST_CASE("written depth is Picture.depth bit by bit, whatever meshes are written", "[long]") {
+TEST_CASE("written depth is Picture.depth bit by bit, with all kinds of meshes", "[long]") {
   for (const Meshes meshes : {Meshes::tracked, Meshes::remeshed}) {
     Recording recording;
     recording.frames = 2;

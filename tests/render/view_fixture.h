@@ -1,4 +1,4 @@
-// Planes and cameras whose pictures can be told by arithmetic: shared by the tests of view-dependent texture.
+// Planes and cameras whose pictures can be computed directly: shared by the tests of view-dependent texture.
 #pragma once
 
 #include "fvv_render/view.h"
@@ -11,7 +11,7 @@ namespace view_fixture {
 
 using namespace fvv::render;
 
-// Stands at eye and looks at point; down is the world's y axis unless that is the way it looks.
+// A camera at eye that looks at point; down is the world's y axis unless that is the way it looks.
 inline fvv_camera looking(Vec3 eye, Vec3 point, uint32_t width, uint32_t height, double f) {
   const Vec3 z = normalised(point - eye);
   const Vec3 x = normalised(cross(std::abs(z.y) > 0.99 ? Vec3{0, 0, -1} : Vec3{0, 1, 0}, z)), y = cross(z, x);

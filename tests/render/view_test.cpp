@@ -1,4 +1,4 @@
-// View-dependent texture against pictures that arithmetic tells.
+// View-dependent texture against directly computed pictures.
 #include "fvv_catch.h"
 
 #include "view_fixture.h"
@@ -29,8 +29,8 @@ std::vector<uint32_t> used(const ViewPicture &picture) {
   return out;
 }
 
-// Of a square of side 2 with a gradient: the largest difference from what arithmetic says, where the outline
-// is more than 0.1 pixel away; coverage and depth have to be right there.
+// Of a square of side 2 with a gradient: the largest difference from the computed one, where the outline is
+// more than 0.1 pixel away; coverage and depth have to be right there.
 double largest_error(const ViewPicture &picture, const fvv_camera &target, size_t &inside) {
   double worst = 0;
   for (uint32_t y = 0; y < target.height; y++)
@@ -60,7 +60,7 @@ double largest_error(const ViewPicture &picture, const fvv_camera &target, size_
 
 } // namespace
 
-TEST_CASE("a view of a textured plane is the one that arithmetic tells") {
+TEST_CASE("a view of a textured plane is the computed one") {
   Shape shape;
   shape.square(1, 0);
   Sources sources;
@@ -136,7 +136,7 @@ TEST_CASE("normals of vertices are interpolated over the face") {
   REQUIRE(used(renderer.render(spot({0.01, 0, 0}))).empty());
 }
 
-TEST_CASE("a face that turns its back is not shown, whatever its vertices' normals say") {
+TEST_CASE("a face that turns its back is not shown, for any normals of its vertices") {
   Shape shape;
   shape.square(1, 0);
   Sources sources;
@@ -152,7 +152,7 @@ TEST_CASE("a face that turns its back is not shown, whatever its vertices' norma
   }
 }
 
-TEST_CASE("what stands before a camera hides what is behind it") {
+TEST_CASE("a surface before a camera hides what is behind it") {
   Shape shape;
   shape.square(3, 0);
   shape.square(0.3, -1); // seen from (0, 0, -4) it hides |x|, |y| < 0.4 of the plane
@@ -193,7 +193,7 @@ TEST_CASE("cameras behind, beside, and on the near plane of a surface") {
   sources.plain(looking({0, 0, -3}, {0, 0, -6}, 64, 64, 60), {});      // 1: looks away
   sources.plain(looking(at_angle(0.26, 0), {}, 64, 64, 60), {});       // 2: grazing, above the threshold
   sources.plain(looking(at_angle(0.24, 0), {}, 64, 64, 60), {});       // 3: grazing, below
-  sources.plain(looking({1, 0, -1}, {0, 0, -0.4}, 64, 64, 30), {});    // 4: the plane goes on behind it
+  sources.plain(looking({1, 0, -1}, {0, 0, -0.4}, 64, 64, 30), {});    // 4: the plane continues behind it
   sources.plain(with_lens(sources.views[4].camera, -0.1, 0), {});      // 5: the same through a lens
   sources.plain(looking({0, 0, -near_plane / 2}, {}, 64, 64, 60), {}); // 6: nearer than the near plane
   sources.plain(looking({20, 0, -20}, {20, 0, 0}, 64, 64, 60), {});    // 7: beside its picture

@@ -204,7 +204,7 @@ TEST_CASE("fit: a price of changes keeps bits of the time before") {
   CHECK(after.fitted(settings, former.data()) == free);
 }
 
-TEST_CASE("fit: elements that are not asked for have no bit, nor does anything outside the picture") {
+TEST_CASE("fit: elements that are not selected have no bit, nor does anything outside the picture") {
   Scene scene(shaded_floor(0.3));
   const Bits whole = scene.fitted({});
   for (size_t f = 0; f < scene.asked.size(); f += 2) scene.asked[f] = 0;

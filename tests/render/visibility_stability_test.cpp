@@ -1,4 +1,4 @@
-// Where visibility is hard to tell: what bits and depth maps say there, against rays. Each case is named.
+// Difficult cases of visibility: bits and depth maps against rays. Each case is named.
 #include "fvv/mesh.h"
 #include "fvv/visibility.h"
 #include "fvv_render/occlusion.h"
@@ -129,13 +129,13 @@ TEST_CASE("stability: bits of faces are those of most of the face") {
   const RayCaster rays(mesh);
   const fvv_camera camera = in_front();
   const std::vector<uint8_t> truth = visible_faces(camera, mesh, rays);
-  // Asked for as a muxer does: of what turns to the camera.
-  std::vector<uint8_t> asked(mesh.face_count);
+  // Selected as a muxer does: faces that face the camera.
+  std::vector<uint8_t> selected(mesh.face_count);
   for (uint32_t f = 0; f < mesh.face_count; f++) {
     const Face face = face_of(shape, f);
-    asked[f] = dot(face.normal, Vec3{0, 0, -5} - face.middle) > 0;
+    selected[f] = dot(face.normal, Vec3{0, 0, -5} - face.middle) > 0;
   }
-  const std::vector<uint8_t> seen = seen_faces(camera, mesh, rays, asked);
+  const std::vector<uint8_t> seen = seen_faces(camera, mesh, rays, selected);
   size_t differ = 0;
   for (size_t f = 0; f < seen.size(); f++) differ += seen[f] != truth[f];
   // The shadow's outline runs across some of the faces, and only there the centroid may be in the minority.
@@ -149,7 +149,7 @@ TEST_CASE("stability: bits of faces are those of most of the face") {
   size_t more = 0;
   for (size_t v = 0; v < by_vertex.size(); v++) {
     CHECK(by_vertex[v] >= true_vertices[v]);
-    more += by_vertex[v] > true_vertices[v]; // fronts are not asked for
+    more += by_vertex[v] > true_vertices[v]; // facing is not tested
   }
   CHECK(more < by_vertex.size() / 20); // just behind the rim, before they are lifted
 }
@@ -207,11 +207,11 @@ TEST_CASE("stability: a camera within the bounds of the mesh") {
     differ += truth[f] != seen[f];
   }
   CHECK(lost < 12);    // where the small ball's outline runs
-  CHECK(differ < 120); // and at the picture's border, where faces that stand in it in part count
+  CHECK(differ < 120); // and at the picture's border, where faces that are partly in it count
 }
 
 TEST_CASE("stability: faces behind the camera, through its plane, and at the near plane") {
-  // Names, and where the square of 2 m stands along the axis of a camera at z = -4.
+  // Names, and the place of the square of 2 m along the axis of a camera at z = -4.
   struct Place {
     const char *name;
     double z;
@@ -229,7 +229,7 @@ TEST_CASE("stability: faces behind the camera, through its plane, and at the nea
     INFO(place.name);
     const RayCaster rays(shape.mesh());
     const std::vector<uint8_t> seen = seen_faces(camera, shape.mesh(), rays, all(shape));
-    // So near, no corner and no centroid stands in the picture: such faces count as not seen.
+    // So near, no corner and no centroid is in the picture: such faces count as not seen.
     CHECK(count(seen) == (place.z > -3.5 ? place.seen : 0));
     const std::vector<uint8_t> vertices(4, 1);
     CHECK(count(seen_vertices(camera, shape.mesh(), rays, vertices)) == (place.z > -3.5 ? 4u : 0u));

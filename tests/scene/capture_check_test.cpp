@@ -1,4 +1,4 @@
-// tools/capture: the files that a capture names, looked at before any work starts.
+// fvv_scene: the files that a capture names are checked before any work starts.
 #include "fvv_catch.h"
 
 #include "fvv_scene/capture.h"
@@ -94,7 +94,7 @@ TEST_CASE("all missing, empty, unreadable and unlike files are reported at once,
                   "cy what was "
                   "cut off at the left and at the top)"});
   CHECK(findings.warnings == Sentences{});
-  // Without a probe sizes are not looked at.
+  // Without a probe sizes are not checked.
   CHECK(check_files(folder.capture, nullptr).problems.size() == 3);
 }
 

@@ -47,7 +47,7 @@ std::string complaint(const std::string &text) {
   }
 }
 
-// What the loader says when one value of the good file is replaced; null removes it.
+// The loader's message if one value of the valid file is replaced; null removes it.
 std::string with(const std::string &pointer, const std::string &value) {
   json document = json::parse(good);
   const json::json_pointer place(pointer);
@@ -280,7 +280,7 @@ TEST_CASE("malformed JSON is refused by line and column, equal keys by pointer")
   CHECK(complaint("{} x").substr(0, 22) == "c.json:1:4: not JSON: ");
   CHECK(complaint("5") == "c.json: expected an object, found 5");
   CHECK(complaint("{\"a\": [0, {\"b/c\": 1, \"b/c\": 2}]}") ==
-        "c.json: /a/1/b~1c: the key stands twice in its object");
+        "c.json: /a/1/b~1c: the key is repeated in its object");
   std::string pointer = "/a";
   for (int i = 0; i < 31; i++) pointer += "/0";
   CHECK(complaint("{\"a\": " + std::string(200000, '[')) ==

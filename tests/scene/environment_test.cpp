@@ -1,4 +1,4 @@
-// tools/capture: environments from and to glTF, and what capture.json says of a background.
+// fvv_scene: environments from and to glTF, and the background of capture.json.
 #include "fvv_catch.h"
 
 #include "fvv_scene/environment.h"
@@ -16,8 +16,9 @@ namespace {
 
 constexpr int float32 = gltf_fixture::float32, uint16 = gltf_fixture::uint16;
 
-// A triangle that stands twice, at (0 0 0) and moved by 10 along x, with a material of its own beside it: two
-// parts. A spot above, turned by 90 degrees about x so that it looks along +y, and a sun in another scene.
+// A triangle that is drawn twice, at (0 0 0) and moved by 10 along x, with a material of its own beside it:
+// two parts. A spot above, turned by 90 degrees about x so that it looks along +y, and a sun in another
+// scene.
 File stage() {
   File file = gltf_fixture::triangle();
   json &first = file.document["meshes"][0]["primitives"][0];

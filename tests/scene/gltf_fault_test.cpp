@@ -69,7 +69,7 @@ TEST_CASE("glTF: a faulty GLB is refused in one sentence") {
         "m.glb: 0xc: the file ends within the header of a chunk");
   CHECK(changed(20, "[") != "");
   CHECK(complaint("{\"asset\": {\"version\": \"2.0\"}, \"asset\": 1}") ==
-        "m.glb: /asset: the key stands twice in its object");
+        "m.glb: /asset: the key is repeated in its object");
 }
 
 TEST_CASE("glTF: a faulty description is refused at its place") {

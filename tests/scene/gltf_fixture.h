@@ -1,5 +1,5 @@
 // tests/tools/gltf_fixture.h: glTF files built by hand: JSON as a document that tests may change, and the
-// bytes of one buffer. Knows nothing of the reader.
+// bytes of one buffer. Independent of the reader.
 #pragma once
 
 #include <cmath>
@@ -61,8 +61,7 @@ struct File {
     document["bufferViews"].push_back(entry);
     return document["bufferViews"].size() - 1;
   }
-  // The index of an accessor that holds these numbers in a view of its own. stride: bytes, 0 for none
-  // between.
+  // The index of an accessor that holds these numbers in a separate view. stride: bytes, 0 for none between.
   size_t add(const std::string &type, int component, const std::vector<double> &numbers,
              bool normalised = false, size_t stride = 0) {
     const size_t from = binary.size(), size = size_of(component) * width(type);
@@ -78,7 +77,7 @@ struct File {
     document["accessors"].push_back(entry);
     return document["accessors"].size() - 1;
   }
-  // Adds a mesh of one primitive, and answers that primitive.
+  // Adds a mesh of one primitive, and returns that primitive.
   json &mesh(size_t positions, int indices = -1) {
     json primitive = {{"attributes", {{"POSITION", positions}}}};
     if (indices >= 0) primitive["indices"] = indices;
@@ -136,9 +135,9 @@ inline File triangle() {
   return file;
 }
 
-// A square tube along y from 0 to 2, five rings of four corners. Joint 0 stands at the origin and joint 1 at
-// y = 1, below an armature that is moved by (5, 0, 0) and doubled. Joint 1 turns from 0 to 90 degrees about z
-// in the first second. The node that carries the mesh is moved by 100, which a skin is to ignore.
+// A square tube along y from 0 to 2, five rings of four corners. Joint 0 is at the origin and joint 1 at y =
+// 1, below an armature that is moved by (5, 0, 0) and doubled. Joint 1 turns from 0 to 90 degrees about z in
+// the first second. The node that carries the mesh is moved by 100, which a skin is to ignore.
 inline double tube_share(double y) {
   return y / 2;
 } // of joint 1

@@ -39,7 +39,7 @@ std::string fault(const std::function<void(File &)> &change, File file) {
   }
 }
 
-// The bytes of a view of the fixture, without what its stride leaves between elements of so many bytes.
+// The bytes of a view of the fixture, without the gaps of its stride between elements of that size.
 std::vector<unsigned char> packed(const File &file, const json &view, size_t count, size_t size) {
   const size_t stride = view.value("byteStride", size), from = view["byteOffset"];
   Bytes out;
@@ -68,7 +68,7 @@ Bytes encode(const std::string &mode, const Bytes &bytes, size_t count, size_t s
   return out;
 }
 
-// Compresses the view with such elements; what stood there becomes noise, as a fallback that is not used.
+// Compresses the view with such elements; the bytes there become noise, as a fallback that is not used.
 json &compress(File &file, size_t index, const char *mode, size_t count, size_t stride,
                const char *name = "EXT_meshopt_compression") {
   json &view = file.document["bufferViews"][index];
@@ -107,7 +107,7 @@ File small_tube(bool compressed, const char *indices, const char *name) {
   return file;
 }
 
-// Of the file with one view of that accessor replaced by floats behind a filter.
+// Of the file with one view of that accessor replaced by filtered floats.
 std::vector<double> filtered(const char *filter, const std::vector<double> &given, unsigned components) {
   File file = triangle();
   const size_t count = given.size() / components;
@@ -205,7 +205,7 @@ TEST_CASE("glTF: a faulty compressed view is refused at its place") {
               file.document["bufferViews"][0]["extensions"]["KHR_meshopt_compression"] = json::object();
             },
             good) == "/bufferViews/0: expected one of EXT_ and KHR_meshopt_compression, found both");
-  // A count that the bytes cannot carry asks for nothing.
+  // A count that the bytes cannot hold allocates nothing.
   CHECK(fault(
             [](File &file) {
               json &view = file.document["bufferViews"][0];

@@ -37,7 +37,7 @@ double distance(const Numbers &a, const Numbers &b) {
   return most;
 }
 
-// The triangle, moved as the first channel of node 0 says.
+// The triangle, moved by the first channel of node 0.
 File moving(const char *path, const std::string &type, const Numbers &times, const Numbers &values,
             const char *interpolation) {
   File file = triangle();
@@ -73,7 +73,7 @@ TEST_CASE("glTF: a skinned tube bends as sines and cosines say") {
     CHECK(mesh.faces == rest.faces);
     Numbers expected;
     for (size_t i = 0; i < rest.positions.size(); i += 3) {
-      // At rest the tube stands straight, doubled and moved by 5.
+      // At rest the tube is straight, doubled and moved by 5.
       const double corner[3] = {(rest.positions[i] - 5) / 2, rest.positions[i + 1] / 2,
                                 rest.positions[i + 2] / 2};
       double bent[3];
@@ -98,7 +98,7 @@ TEST_CASE("glTF: further sets of joints, quantised weights, no inverse bind matr
   attributes["WEIGHTS_1"] = file.add("VEC4", uint8, weights, true);
   file.document["skins"][0].erase("inverseBindMatrices");
   const Numbers positions = at(file, 0);
-  // Vertex 0 at (0.25, 0, 0.25): joint 1, at y = 1, lifts it by 1 at a share of 0.2 / 2.2.
+  // Vertex 0 at (0.25, 0, 0.25): joint 1, at y = 1, lifts it by 1 with a weight of 0.2 / 2.2.
   CHECK(distance({positions[0], positions[1], positions[2]}, {5.5, 2 * 0.2 / 2.2, 0.5}) < 1e-12);
 }
 
@@ -171,7 +171,7 @@ TEST_CASE("glTF: which animation, by index, by name, or the only one") {
   CHECK(why(int64_t(1)) == "");
   CHECK(why(std::string("jump")) == "");
   CHECK(why(gltf::OnlyAnimation{}) ==
-        "m.glb: /animations: expected to be told which of 2 animations: 0, \"jump\"");
+        "m.glb: /animations: expected the index or name of one of 2 animations: 0, \"jump\"");
   CHECK(why(int64_t(2)) == "m.glb: /animations: expected animation 2, found 2 (they count from 0)");
   CHECK(why(std::string("run")) ==
         "m.glb: /animations: expected an animation called \"run\", found 0, \"jump\"");
@@ -210,7 +210,7 @@ TEST_CASE("a capture takes all meshes from one animated file, from several threa
                         ": expected a capture in metres to write, found 0.01 metres per unit");
 }
 
-TEST_CASE("an animated file is read before work starts, and frames behind its end are warned of") {
+TEST_CASE("an animated file is read before work starts, and frames after its end give a warning") {
   const Folder folder;
   write_file(folder.path("m.glb"), tube().glb());
   const auto findings = [&](const char *meshes, const char *frames) {

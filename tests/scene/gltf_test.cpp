@@ -31,7 +31,7 @@ double distance(const Numbers &a, const Numbers &b) {
 
 } // namespace
 
-TEST_CASE("glTF: a triangle in a GLB, in a file of its own, as a data: URI") {
+TEST_CASE("glTF: a triangle in a GLB, in a separate file, as a data: URI") {
   const File file = triangle();
   const Numbers positions = {0, 0, 0, 1, 0, 0, 0, 2, 0};
   const Mesh mesh = read(file);

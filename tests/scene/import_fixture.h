@@ -47,7 +47,7 @@ inline std::string message_of(const std::function<void()> &read) {
   return "";
 }
 
-// A change to a good file, and the message behind its path.
+// A change to a valid file, and the message after its path.
 struct Fault {
   std::string part, other, message;
 };

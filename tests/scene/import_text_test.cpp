@@ -75,7 +75,7 @@ TEST_CASE("COLMAP: a line of keypoints may be of any length") {
   folder.write("images.txt", with(images_txt, "10.5 20 -1", keypoints + "1"));
   CHECK(message_of([&] { import::read_colmap(folder.path()); }) ==
         folder.path("images.txt") +
-            ":3: expected the line of keypoints (X Y POINT3D_ID ...; may be empty) behind an image, found "
+            ":3: expected the line of keypoints (X Y POINT3D_ID ...; may be empty) after an image, found "
             "\"10.5 20 -1 10.5 20 -1 10.5 20 -1 10.5 20...\"");
 }
 
@@ -104,7 +104,7 @@ TEST_CASE("COLMAP: malformed files, each with its message") {
        {"6 0.5", "65535 0.5", ":4: expected an integer from 0 to 65534 for IMAGE_ID, found \"65535\""},
        {" rig/right.png", "", ":4: expected NAME after CAMERA_ID, found the end of the line"},
        {"10.5 20 -1 30 40.5 7\n", "",
-        ":3: expected the line of keypoints (X Y POINT3D_ID ...; may be empty) behind an image, found \"6 "
+        ":3: expected the line of keypoints (X Y POINT3D_ID ...; may be empty) after an image, found \"6 "
         "0.5 0.5 0.5 0.5 0 0 4 2 rig/right.png\""},
        {images_txt, "# none\n", ": expected at least one camera, found none"},
        {"1 2 3 1 rig/left one.png", "1 2 3 rig/left one.png",

@@ -1,4 +1,4 @@
-// tools/import: OpenCV's and Qualisys's files, and XML and YAML that are meant to hurt.
+// fvv_scene: OpenCV's and Qualisys's files, and hostile XML and YAML.
 #include "import_fixture.h"
 
 #include "scene/src/import/tree.h"

@@ -78,7 +78,7 @@ template <class Number> std::string foreign(draco::DataType type, int quantisati
   return std::string(buffer.data(), buffer.size());
 }
 
-// Six corners, whatever the seams of the normals, each at 64 on one axis.
+// Six corners, for any seams of the normals, each at 64 on one axis.
 void check_octahedron(const Mesh &mesh, double tolerance) {
   REQUIRE(mesh.vertex_count() == 6);
   REQUIRE(mesh.face_count() == 8);
@@ -136,7 +136,7 @@ TEST_CASE("DRC: a faulty file is refused in one sentence") {
         "m.drc: has " + std::to_string(good.size()) + " bytes, at most 20 are allowed");
 }
 
-TEST_CASE("DRC: a writer that would leave the lattice says so, and unusable meshes are refused") {
+TEST_CASE("DRC: a writer that would leave the lattice reports an error, and unusable meshes are refused") {
   const double nan = std::nan("");
   const Mesh far = {{0, 0, 0, 1, 0, 0, 0, 50000.001, 0}, {0, 1, 2}};
   CHECK(refusal(far, millimetres) ==

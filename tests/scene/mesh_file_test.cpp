@@ -14,8 +14,8 @@ namespace {
 
 using Parser = Mesh (*)(std::string_view, const std::string &, const fvv_limits *, MeshReport *, bool, bool);
 
-// What a reader says of bytes; empty when it is content. The bytes stand in a heap block of exactly their
-// size, so that a sanitizer sees a read behind them.
+// The message of a reader for bytes; empty without an error. The bytes are in a heap block of exactly their
+// size, so that a sanitizer detects a read beyond them.
 std::string complaint(Parser parse, const std::string &bytes, const char *name,
                       const fvv_limits *limits = nullptr) {
   const std::vector<char> exact(bytes.begin(), bytes.end());
@@ -177,7 +177,7 @@ TEST_CASE("OBJ: errors name the line, what was expected and what was found") {
   CHECK(obj(vertices + "f 1 2 3/0\n") == R"(m.obj:4: expected indices that count from 1, found "3/0")");
   CHECK(obj(vertices + "f 1 2 4\n") == "m.obj:4: vertex 4 is used, the file has 3");
   CHECK(obj("f 1 2 3\nf 4 5 6\nf 1 9 1\n" + vertices) == "m.obj:2: vertex 4 is used, the file has 3");
-  CHECK(obj(vertices + "f 1 2 -4\n") == "m.obj:4: vertex -4 is used, 3 stand before it");
+  CHECK(obj(vertices + "f 1 2 -4\n") == "m.obj:4: vertex -4 is used, 3 precede it");
   CHECK(obj(vertices + "f 1 2 5000000\n") == "m.obj:4: vertex 5000000 is used, at most 4194304 are allowed");
   for (const char *corner : {"x", "1/", "1//", "1/2/", "1/2/3/4", "1.5", "/1", "99999999999999999999", "1/x"})
     CHECK(obj(vertices + "f 1 2 " + corner + "\n") ==
@@ -263,14 +263,14 @@ TEST_CASE("PLY: a faulty header is refused at its line") {
   CHECK(with("element vertex 0\n" + xyz + "element face 1\n" + corners + "element tristrips 1\n") ==
         "m.ply:9: expected polygons in element face, found triangle strips as well");
   CHECK(with("element vertex 0\n" + xyz + "element face 1\n" + corners + "element b 1\n") ==
-        R"(m.ply:7: 1 elements "face" do not fit into the 0 bytes behind the header)");
+        R"(m.ply:7: 1 elements "face" do not fit into the 0 bytes after the header)");
   CHECK(with("element b 5\nelement vertex 0\n" + xyz + "element face 1\n" + corners) ==
         R"(m.ply:3: expected element "b" to have properties, found none)");
   CHECK(with("element vertex 4194305\n" + xyz + "element face 1\n" + corners) ==
         R"(m.ply:3: 4194305 elements "vertex", at most 4194304 are allowed)");
   CHECK(with("element b 9223372036854775807\n" + xyz + "element vertex 1\n" + xyz + "element face 1\n" +
              corners) ==
-        R"(m.ply:3: 9223372036854775807 elements "b" do not fit into the 0 bytes behind the header)");
+        R"(m.ply:3: 9223372036854775807 elements "b" do not fit into the 0 bytes after the header)");
 }
 
 TEST_CASE("PLY: a faulty body is refused at its line or byte") {
@@ -308,7 +308,7 @@ TEST_CASE("PLY: a faulty body is refused at its line or byte") {
   CHECK(ply(bytes.substr(0, body + 48)) ==
         offset(37) + "a list vertex_indices of 3 items does not fit into the file");
   CHECK(ply(bytes.substr(0, body + 36)) ==
-        R"(m.ply:7: 1 elements "face" do not fit into the 36 bytes behind the header)");
+        R"(m.ply:7: 1 elements "face" do not fit into the 36 bytes after the header)");
   bytes[body + 45] = 9;
   CHECK(ply(bytes) == offset(49) + "face 0: index 9 of 3 vertices");
   fvv_limits limits;
@@ -332,7 +332,7 @@ TEST_CASE("no prefix and no mutation of a mesh file is taken for a whole one or 
   mutate(parse_ply, text, "m.ply", 3000);
   const std::string faces = vertices + "vn 0 0 1\nf 1//1 \\\n2//1 -1//-1 # c\r\n";
   for (size_t size = 0; size < faces.size(); size++) {
-    // Cut behind "-1" or within the comment, the text is a whole OBJ file.
+    // Cut after "-1" or within the comment, the text is a whole OBJ file.
     const size_t end = faces.find(" # c");
     const std::string what = obj(faces.substr(0, size));
     INFO(size);

@@ -57,7 +57,7 @@ TEST_CASE("OBJ: vertices are split where normals differ") {
   const Mesh mesh = obj(roof + "vn -0.5 0 0.5\nvn 0.5 0 0.5\n" + roof_faces);
   CHECK(mesh.vertex_count() == 8);
   check_roof(mesh);
-  // Nobody asks: they stay together, and what they say is not looked at.
+  // Not requested: vertices are not split, and normals are not checked.
   const Mesh plain = parse_obj(roof + "vn what\n" + roof_faces, "m.obj");
   CHECK(plain.vertex_count() == 6);
   CHECK(plain.normals.empty());
@@ -122,7 +122,7 @@ TEST_CASE("what is written with normals is read with the same ones") {
         "m.ply: expected 3 normal coordinates for each of 8 vertices, found 23");
 }
 
-TEST_CASE("glTF: normals stand upright on what is stretched, mirrored, bent and morphed") {
+TEST_CASE("glTF: normals stay perpendicular on stretched, mirrored, bent and morphed surfaces") {
   const auto pose = [](const File &file, bool normals = true) {
     return gltf::pose(gltf::read_scene(file.glb(), "m.glb", gltf::NoAnimation{},
                                        fvv_limits_or_default(nullptr), gltf::Texture::skipped, normals),

@@ -1,6 +1,5 @@
-// tools/capture: texture coordinates of meshes. A square stands upright, each corner on another colour of a
-// picture of 2 x 2 pixels; every format writes that on its own axes, and every reader has to find the
-// colours.
+// fvv_scene: texture coordinates of meshes. An upright square has each corner on another colour of a picture
+// of 2 x 2 pixels; every format writes that on its own axes, and every reader has to find the colours.
 #include "fvv_catch.h"
 #include "gltf_fixture.h"
 
@@ -26,7 +25,7 @@ std::string colour(const Mesh &mesh, size_t vertex) {
   return picture[pixel(1)][pixel(0)];
 }
 
-// x to the right and y up: red stands top left for whoever looks at the square from in front.
+// x to the right and y up: seen from the front, red is top left.
 void check_square(const Mesh &mesh) {
   REQUIRE(mesh.texture.size() == mesh.vertex_count() * 2);
   std::set<std::string> seen;
@@ -143,7 +142,7 @@ TEST_CASE("texture coordinates: every writer writes what its reader reads") {
   CHECK(message([&] { format_ply(mesh, "a"); }) == "a: a texture coordinate of vertex 3 is not finite");
 }
 
-TEST_CASE("texture coordinates: nobody asks, nobody reads them") {
+TEST_CASE("texture coordinates are not read unless requested") {
   CHECK(parse_obj(square + "vt nonsense\nf 1/7 2 3/9/1\n", "m.obj").texture.empty());
   CHECK(parse_drc(draco_square(true, true), "m.drc").vertex_count() == 4);
   File file = gltf_square();
@@ -154,7 +153,7 @@ TEST_CASE("texture coordinates: nobody asks, nobody reads them") {
 TEST_CASE("texture coordinates: vertices on a seam are split, others stay where they are") {
   const std::string pairs = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt .5 .5\nvt 0 0\n";
   const Mesh mesh = obj(square + pairs + "f 1/1 2/2 3/3\nf 1/5 3/3 4/4\nf 1/6 4/4 2/2\nf 3/3 1/5 2/2");
-  // A pair of equal values is the same pair, whatever its number.
+  // Pairs of equal values are the same pair.
   CHECK(mesh.faces == std::vector<uint32_t>{0, 1, 2, 4, 2, 3, 0, 3, 1, 2, 4, 1});
   CHECK(mesh.positions == std::vector<double>{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 0});
   CHECK(mesh.texture == std::vector<double>{0, 1, 1, 1, 1, 0, 0, 0, .5, .5});
@@ -179,7 +178,7 @@ TEST_CASE("texture coordinates: files that lack some are refused where they lack
   CHECK(message([] { obj(square + "vt 0 0\nf 1/1 2/2 3/1\n"); }) ==
         "m.obj:6: texture coordinate 2 is used, the file has 1");
   CHECK(message([] { obj(square + "f 1/-1 2/1 3/1\n"); }) ==
-        "m.obj:5: texture coordinate -1 is used, 0 stand before it");
+        "m.obj:5: texture coordinate -1 is used, 0 precede it");
   CHECK(message([] { obj("vt 0 inf\n"); }) == "m.obj:1: expected a finite number after vt, found \"inf\"");
   CHECK(message([] { obj("vt 0\n"); }) == "m.obj:1: expected 2 or 3 numbers after vt, found 1");
   CHECK(message([] { ply("property float s\n", "", "0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 0 0\n3 0 1 2\n"); }) ==

@@ -1,4 +1,4 @@
-// Backgrounds in a stream: found from every group, the same under one configuration, and judged by the
+// Backgrounds in a stream: found from every group, the same under one configuration, and checked by the
 // checker.
 #include "../background/background_fixture.h"
 #include "stream_fixture.h"
@@ -13,7 +13,7 @@ Chunk background_chunk(int64_t time, const Bytes &payload, uint16_t track = back
   return {FVV_CHUNK_BACKGROUND, track, FVV_FLAG_KEY, time, payload};
 }
 
-// Groups of two frames of 2 ticks with a mesh each; the background behind the second frame of the first.
+// Groups of two frames of 2 ticks with a mesh each; the background after the second frame of the first.
 Stream stage(int groups, const Bytes &payload, bool repeat = false) {
   Stream out;
   out.configuration = {scene_chunk(), track_chunk(mesh_track, FVV_TRACK_MESH),
@@ -37,7 +37,7 @@ Bytes vector_bytes() {
   return Bytes(std::istreambuf_iterator<char>(file), {});
 }
 
-// Of the vector: raw meshes alone, for a decoder that knows no other profile.
+// Of the vector: raw meshes alone, for a decoder without other profiles.
 Bytes raw_payload() {
   Environment environment;
   environment.meshes[1] = square_mesh(40, false);
@@ -146,7 +146,7 @@ TEST_CASE("the checker counts what a background holds and finds nothing wrong") 
   }
 }
 
-TEST_CASE("the checker finds each breach of clause 18 in a stream") {
+TEST_CASE("the checker finds each broken rule of clause 18 in a stream") {
   const Bytes payload = Environment().payload();
   const auto check_broken = [&](const Stream &stream, size_t nth, uint32_t issue, uint64_t within) {
     const Bytes bytes = write(stream);
@@ -190,7 +190,7 @@ TEST_CASE("the checker finds each breach of clause 18 in a stream") {
   CHECK(diagnostic.offset >= corner);
 }
 
-TEST_CASE("a background that is damaged costs no frame before it and is never handed out") {
+TEST_CASE("a background that is damaged costs no frame before it and is never returned") {
   Bytes bytes = write(stage(2, Environment().payload()));
   for (const Place &place : chunks_of(bytes))
     if (place.type == FVV_CHUNK_BACKGROUND) bytes[place.offset + 100] ^= 1;
@@ -208,7 +208,7 @@ TEST_CASE("a background that is damaged costs no frame before it and is never ha
   fvv_mesh_free(&mesh);
 }
 
-TEST_CASE("failing memory leaves nothing of a background behind") {
+TEST_CASE("failing memory leaks nothing of a background") {
   const Bytes bytes = write(stage(2, Environment().payload()));
   fvv_status status = FVV_ERROR_MEMORY;
   for (int64_t n = 0; status == FVV_ERROR_MEMORY && n < 200; n++)

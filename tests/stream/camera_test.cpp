@@ -1,4 +1,4 @@
-// Cameras that move, in streams: random access, what the checker says, and the conformance vector.
+// Cameras that move, in streams: random access, the checker, and the conformance vector.
 #include "stream_fixture.h"
 
 #include <algorithm>
@@ -299,7 +299,7 @@ uint32_t crc_of(const fvv_camera &c) {
 
 } // namespace
 
-// Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
+// Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of cameras that move", "[.][make]") {
   write_vector(FVV_CALIBRATION_VECTORS "/moving.fvv", vector_stream());
 }

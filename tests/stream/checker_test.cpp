@@ -56,12 +56,12 @@ TEST_CASE("any split of the bytes gives the same report") {
     }
 }
 
-TEST_CASE("of a truncated stream exactly the frames in front are whole") {
+TEST_CASE("of a truncated stream exactly the frames before the cut are whole") {
   const Bytes bytes = write(good_stream(2));
   const std::vector<Place> chunks = chunks_of(bytes);
   for (size_t size = 0; size < bytes.size(); size++) {
     const Checked checked({bytes.begin(), bytes.begin() + std::ptrdiff_t(size)});
-    // A frame is whole once the chunk behind its last one has come.
+    // A frame is whole once the chunk after its last one has come.
     std::vector<int64_t> expected;
     int64_t time = -1, begun = -1;
     for (const Place &place : chunks) {
@@ -113,7 +113,7 @@ TEST_CASE("a hostile payload in an intact chunk") {
   CHECK(has_problem(checked, FVV_ISSUE_MESH_INDEX, mesh + 32 + FVV_MESH_SIZE + 12 * 4));
   CHECK(has_problem(checked, FVV_ISSUE_SAMPLE_JPEG, sample + 32 + 20));
   CHECK(whole_times(checked) == std::vector<int64_t>{0, 6, 8, 10});
-  // Without decoding, structure is all that is looked at.
+  // Without decoding only the structure is checked.
   Check how;
   how.decode = false;
   const Checked structure(bytes, how);
@@ -225,7 +225,7 @@ TEST_CASE("a thousand problems are kept and all are counted") {
   CHECK(!fvv_checker_problem(checked.checker, 1000));
 }
 
-TEST_CASE("events are handed on in order before they are judged") {
+TEST_CASE("events are passed on in order before they are checked") {
   const Bytes bytes = write(good_stream(1));
   std::vector<std::pair<fvv_event_kind, uint64_t>> seen;
   fvv_check_options options;

@@ -171,7 +171,7 @@ Bytes vector_stream() {
     if (t == 3) wanted.assign(former->positions, former->positions + wanted.size());
     if (t) REQUIRE(fvv_mesh_sequence_encode(sequence, wanted.data(), &options, &payload, nullptr) == FVV_OK);
     Bytes bytes(payload.data, payload.data + payload.size);
-    // libfvv has no use for steps of which only 2 is a divisor: the last frame gets one by hand.
+    // libfvv does not choose steps with the only divisor 2: the test sets one in the last frame.
     if (t == 6) bytes[18] = 6;
     group.chunks.push_back({FVV_CHUNK_MESH, 1, uint8_t(t ? 0 : FVV_FLAG_KEY), t, bytes});
   }
@@ -183,7 +183,7 @@ Bytes vector_stream() {
 
 } // namespace
 
-// Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
+// Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of delta frames", "[.][make]") {
   write_vector(FVV_DELTA_VECTORS "/field.fvv", vector_stream());
 }
@@ -237,7 +237,7 @@ TEST_CASE("normals of the vector are those of the decoder that was written from 
   CHECK(count == 10);
 }
 
-TEST_CASE("a delta frame that is wrong takes those behind it along, up to the next key mesh") {
+TEST_CASE("a wrong delta frame makes those after it undecodable, up to the next key mesh") {
   for (int bad = 1; bad < frames; bad++) {
     Stream stream = tracked_stream(2);
     Bytes &payload = stream.groups[0].chunks[size_t(bad)].payload;
@@ -260,7 +260,7 @@ TEST_CASE("a delta frame that is wrong takes those behind it along, up to the ne
   }
 }
 
-TEST_CASE("a delta frame that was left out is noticed behind it") {
+TEST_CASE("a missing delta frame is noticed at the next one") {
   Stream stream = tracked_stream(1);
   stream.groups[0].chunks.erase(stream.groups[0].chunks.begin() + 3);
   const Bytes bytes = write(stream);
@@ -295,7 +295,7 @@ TEST_CASE("3017: key flag and profile agree") {
     }
 }
 
-TEST_CASE("damage in front of a delta frame never yields a wrong one") {
+TEST_CASE("damage before a delta frame never yields a wrong one") {
   const Bytes good = write(tracked_stream(2));
   const auto places = chunks_of(good);
   for (size_t c = 3; c < 3 + frames; c++) {

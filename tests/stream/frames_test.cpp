@@ -179,7 +179,7 @@ TEST_CASE("a frame is reported with its last track when eager, and else when it 
   }
 }
 
-TEST_CASE("after damage the rest of the group is left out, and the next group goes on") {
+TEST_CASE("after damage the rest of the group is left out, and the next group continues") {
   const Bytes good = write(good_stream(3));
   const std::vector<Place> chunks = chunks_of(good);
   const auto time_of = [&](const Place &place) {
@@ -262,7 +262,7 @@ TEST_CASE("a stream that ends with its configuration reports it") {
   CHECK(having(lines, "configuration") == std::vector<std::string>{"configuration 2"});
 }
 
-TEST_CASE("after a seek frames go on with the configuration that is known or given") {
+TEST_CASE("after a seek frames continue with the configuration that is known or given") {
   const Bytes bytes = write(good_stream(3));
   std::vector<uint64_t> groups;
   for (const Place &place : chunks_of(bytes))

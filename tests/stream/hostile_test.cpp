@@ -42,7 +42,7 @@ int64_t check(const Bytes &stream, const fvv_allocator &allocator) {
   return status < 0 ? -1 : problems;
 }
 
-// Everything that random access can reach is asked for.
+// Reads everything that random access can reach.
 void read_all(const Bytes &stream, const fvv_allocator &allocator) {
   const Opened file(stream, &allocator);
   if (file.status < 0) return;
@@ -96,7 +96,7 @@ TEST_CASE("payloads that are signed and wrong cost little and never crash a read
   CHECK(wrong > 1000);
 }
 
-TEST_CASE("a chunk that was changed and signed anew is noticed, whichever it is") {
+TEST_CASE("a changed chunk with a new CRC is noticed, for every chunk") {
   const Bytes good = write(good_stream(3));
   const std::vector<Place> places = chunks_of(good);
   Random random = {11};

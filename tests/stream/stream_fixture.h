@@ -212,7 +212,7 @@ struct Memory {
   fvv_allocator allocator() { return {resize, this}; }
 };
 
-// Where the format has changed: tests that are tagged "[.][make]" write their vector anew.
+// After a change of the format: tests that are tagged "[.][make]" write their vector again.
 inline void write_vector(const char *path, const Bytes &bytes) {
   std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char *>(bytes.data()), std::streamsize(bytes.size()));
@@ -250,7 +250,7 @@ struct Opened {
   ~Opened() { fvv_stream_close(stream); }
 };
 
-// ---- A checker that has seen a whole stream, and what it tells.
+// ---- A checker that has seen a whole stream, and its report.
 
 struct Check {
   const fvv_limits *limits = nullptr;
@@ -285,7 +285,7 @@ public:
   size_t problem_count() const { return fvv_checker_problem_count(checker); }
   const fvv_diagnostic &problem(size_t i) const { return *fvv_checker_problem(checker, i); }
 
-  // Everything that it tells.
+  // Everything that it reports.
   std::string report() const {
     std::ostringstream out;
     const fvv_check_summary &s = summary();

@@ -1,4 +1,5 @@
-// Frames by number, the configuration rules that concern several chunks, and what a block says of texturing.
+// Frames by number, the configuration rules that concern several chunks, and the texturing options of a
+// block.
 #include "base/layout.h"
 #include "stream_fixture.h"
 
@@ -10,7 +11,7 @@
 
 namespace {
 
-// First lattice coordinate of the second vertex tells which mesh it is.
+// The first lattice coordinate of the second vertex identifies the mesh.
 int mesh_number(fvv_stream *stream, size_t frame, fvv_status expected = FVV_OK) {
   fvv_mesh mesh;
   fvv_diagnostic diagnostic;
@@ -36,7 +37,7 @@ int sample_number(fvv_stream *stream, size_t frame, fvv_status expected = FVV_OK
   return sample[6];
 }
 
-// What the configuration of the stream's only group says, through both ways in.
+// The configuration of the stream's only group, by both interfaces.
 fvv_diagnostic configuration_problem(const Stream &stream) {
   const Bytes bytes = write(stream);
   Opened opened(bytes);
@@ -125,7 +126,7 @@ TEST_CASE("rules between chunks of a configuration") {
   struct Case {
     const char *what;
     uint32_t issue;
-    std::vector<Chunk> chunks; // behind SCEN, TRAK 1, TRAK 2
+    std::vector<Chunk> chunks; // after SCEN, TRAK 1, TRAK 2
   };
   const auto tile = [](uint16_t camera, fvv_rect from, fvv_rect to) { return fvv_tile{camera, from, to}; };
   const Chunk c0 = camera_chunk(0), c1 = camera_chunk(1), video = video_chunk(2),
@@ -271,7 +272,7 @@ TEST_CASE("every allocation of a stream may fail") {
   CHECK(failed > 10);
 }
 
-// ---- TEXR: what a block says of texturing, the defaults without, and each rule by its number.
+// ---- TEXR: the texturing options of a block, the defaults without, and each rule by its number.
 
 namespace {
 
@@ -311,7 +312,7 @@ Bytes contents(const char *path) {
 
 } // namespace
 
-TEST_CASE("texturing is what the block says, and the defaults without") {
+TEST_CASE("texturing has the values of the block, and the defaults without") {
   for (const bool sent : {false, true}) {
     Stream source = good_stream(1);
     if (sent) source.configuration.push_back(texturing_chunk());

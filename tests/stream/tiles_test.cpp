@@ -1,5 +1,5 @@
-// Layouts of groups, GTIL: they hold for their group alone, in any order of access, and nobody guesses behind
-// damage.
+// Layouts of groups, GTIL: they hold for their group alone, in any order of access, and are never guessed
+// after damage.
 #include "stream_fixture.h"
 
 #include <map>
@@ -24,7 +24,7 @@ std::vector<fvv_tile> crops(int group) {
   return out;
 }
 
-// Groups 1, 2 and 4 have a layout of their own, 0 and 3 have not. A mesh stands in front of it.
+// Groups 1, 2 and 4 have a layout of their own, 0 and 3 have not. A mesh precedes it.
 Stream cropped_stream() {
   Stream out = good_stream(5);
   for (const int group : {1, 2, 4}) {
@@ -42,7 +42,7 @@ bool same(const fvv_rect &a, const fvv_rect &b) {
   return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
 }
 
-// What a stream says of a group; the status, and the number of the rule when it is an error.
+// The layout of a group by the stream: the status, and the number of the rule if it is an error.
 std::pair<fvv_status, uint32_t> ask(fvv_stream *stream, size_t group, std::vector<fvv_tile> *out = nullptr,
                                     uint16_t track = video) {
   const fvv_tile *tiles = nullptr;
@@ -91,8 +91,8 @@ uint32_t signed_anew(uint8_t *chunk) {
   return payload;
 }
 
-// The writer refuses what the checker finds: layouts are written as a private type, and unmasked behind it,
-// with all that tells of them in the ends of groups and in the index.
+// The writer refuses what the checker finds: layouts are written as a private type, and changed afterwards,
+// with their entries in the ends of groups and in the index.
 Bytes forged(const Stream &stream) {
   Stream disguised = stream;
   for (Group &group : disguised.groups)
@@ -138,7 +138,7 @@ Bytes vector_file() {
 
 } // namespace
 
-TEST_CASE("a layout holds for its group alone, whatever was asked before") {
+TEST_CASE("a layout holds for its group alone, in any order of access") {
   const Opened file(write(cropped_stream()));
   REQUIRE(file.status == FVV_OK);
   for (const int group : {0, 1, 2, 3, 4, 4, 1, 0, 2, 2, 3, 1}) expect_group(file.stream, group);
@@ -185,7 +185,7 @@ TEST_CASE("the writer and the checker refuse a layout in the wrong place") {
   const Case cases[] = {
       {"second", FVV_ISSUE_TILE_GROUP,
        [](std::vector<Chunk> &c) { c.insert(c.begin() + 2, layout_chunk(6, crops(1))); }},
-      {"behind a sample", FVV_ISSUE_TILE_GROUP,
+      {"after a sample", FVV_ISSUE_TILE_GROUP,
        [](std::vector<Chunk> &c) {
          c.erase(c.begin() + 1);
          c.insert(c.begin() + 2, layout_chunk(6, crops(1)));
@@ -203,12 +203,12 @@ TEST_CASE("the writer and the checker refuse a layout in the wrong place") {
     const Opened file(bytes);
     REQUIRE(file.status == FVV_OK);
     const auto [status, issue] = ask(file.stream, 1);
-    if (std::string(one.name) == "second" || std::string(one.name) == "behind a sample") {
+    if (std::string(one.name) == "second" || std::string(one.name) == "after a sample") {
       CHECK(status == FVV_ERROR_INVALID);
       CHECK(issue == FVV_ISSUE_TILE_GROUP);
     }
     expect_group(file.stream, 2);
-    // The writer is asked chunk by chunk.
+    // The writer checks each chunk.
     Bytes out;
     const fvv_output output = {append, &out};
     fvv_writer *writer = nullptr;
@@ -265,7 +265,7 @@ TEST_CASE("a track that shows something else has no layout") {
   CHECK(ask(file.stream, 1).first == FVV_END);
 }
 
-TEST_CASE("where a layout may have been lost, nobody takes the configuration's") {
+TEST_CASE("where a layout may have been lost, the configuration's is not used") {
   const Bytes good = write(cropped_stream());
   const std::vector<Place> places = chunks_of(good);
   for (size_t i = 0; i < places.size(); i++) {
@@ -337,7 +337,7 @@ TEST_CASE("payloads of layouts that are spoiled and signed cost little") {
   CHECK(refused > 600);
 }
 
-TEST_CASE("failing memory leaves nothing behind") {
+TEST_CASE("failing memory leaks nothing") {
   const Bytes good = write(cropped_stream());
   for (int64_t n = 0; n < 60; n++)
     with_failing_memory(n, [&](const fvv_allocator *allocator) {
@@ -350,7 +350,7 @@ TEST_CASE("failing memory leaves nothing behind") {
     });
 }
 
-TEST_CASE("the vector is what the plain reader says of it") {
+TEST_CASE("the vector agrees with the plain reader") {
   const Bytes bytes = vector_file();
   REQUIRE(bytes == write(cropped_stream()));
   const Opened file(bytes);

@@ -76,7 +76,7 @@ Bytes encoded(const fvv_mesh &mesh, const fvv_visibility_header &header,
 
 } // namespace
 
-// ---- Visibility in a stream: with the mesh of its time, in any order of frames, and nothing wrong behind
+// ---- Visibility in a stream: with the mesh of its time, in any order of frames, and nothing wrong after
 // damage.
 
 namespace static_cameras {
@@ -284,7 +284,7 @@ TEST_CASE("6003, 6005, 6006, 6007: visibility that does not fit its stream") {
   }
 }
 
-TEST_CASE("damage in front of visibility never yields a wrong one") {
+TEST_CASE("damage before visibility never yields a wrong one") {
   const Bytes good = write(visible_stream(2));
   const auto places = chunks_of(good);
   for (size_t c = configuration + 1; c < configuration + 1 + per_frame * frames; c++) {
@@ -347,7 +347,7 @@ TEST_CASE("every allocation on the way to visibility may fail") {
   }
 }
 
-// Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
+// Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of visibility", "[.][make]") {
   write_vector(FVV_VISIBILITY_VECTORS "/sheet.fvv", write(visible_stream(1)));
 }
@@ -382,7 +382,7 @@ constexpr int frames = 5;
 constexpr uint16_t mesh_track = 1, face_track = 2, calibration_track = 4;
 const fvv_calibration_bits bits = {16, 9, 3, 18};
 
-// Camera 2 stands still, 7 travels and turns, 9 travels and is lost in frame 2.
+// Camera 2 does not move, 7 travels and turns, 9 travels and is lost in frame 2.
 fvv_camera camera_at(uint16_t id, int t) {
   fvv_camera camera = upright_camera(id);
   camera.flags = id == 2 ? 0 : FVV_CAMERA_MOVES;
@@ -540,7 +540,7 @@ TEST_CASE("6003: bits of a camera that is not calibrated at that time") {
   struct Fault {
     const char *name;
     void (*spoil)(Stream &);
-    int first; // frame that is wrong; those behind it depend on it
+    int first; // frame that is wrong; those after it depend on it
   };
   const Fault faults[] = {
       {"no calibration at this time",
@@ -570,7 +570,7 @@ TEST_CASE("6003: bits of a camera that is not calibrated at that time") {
   }
 }
 
-TEST_CASE("the calibration stands in front of the visibility that needs it") {
+TEST_CASE("the calibration precedes the visibility that needs it") {
   Stream stream = moving_stream();
   std::swap(stream.groups[0].chunks[1], stream.groups[0].chunks[2]);
   const Checked checked(write(stream));
@@ -578,7 +578,7 @@ TEST_CASE("the calibration stands in front of the visibility that needs it") {
   CHECK(fvv_checker_problem(checked.checker, 0)->issue == FVV_ISSUE_VISIBILITY_CAMERA);
 }
 
-TEST_CASE("behind a damaged calibration no bits of cameras that move are given") {
+TEST_CASE("after a damaged calibration no bits of cameras that move are returned") {
   const Bytes good = write(moving_stream());
   const auto places = chunks_of(good);
   for (size_t t = 0; t < frames; t++) {
@@ -598,7 +598,7 @@ TEST_CASE("behind a damaged calibration no bits of cameras that move are given")
   }
 }
 
-// Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
+// Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of visibility of cameras that move", "[.][make]") {
   write_vector(FVV_VISIBILITY_VECTORS "/moving.fvv", write(moving_stream()));
 }
@@ -621,7 +621,7 @@ TEST_CASE("visibility of cameras that move is that of the decoder that was writt
 
 } // namespace moving_cameras
 
-// ---- Weights in a stream: with frames behind others, as the decoder that was written from the specification
+// ---- Weights in a stream: with frames after others, as the decoder that was written from the specification
 // reads them.
 
 namespace weights {
@@ -690,7 +690,7 @@ Stream weight_stream() {
 
 } // namespace
 
-TEST_CASE("a stream with weights is whole, and its weights are those that were asked for near an outline") {
+TEST_CASE("a stream with weights is whole, and its weights are the requested ones near an outline") {
   const Bytes bytes = write(weight_stream());
   const Checked checked(bytes);
   CHECK(checked.status == FVV_OK);
@@ -709,16 +709,16 @@ TEST_CASE("a stream with weights is whole, and its weights are those that were a
     for (size_t i = 0; i < camera_ids.size() * mesh.vertex_count; i++) {
       const uint8_t state = got->states[i];
       if (!state) continue;
-      const uint8_t asked = wanted(mesh, i % mesh.vertex_count, i / mesh.vertex_count, t);
-      CHECK(FVV_ELEMENT_IS_SEEN(state) == FVV_ELEMENT_IS_SEEN(asked));
-      if (state > FVV_ELEMENT_SEEN) CHECK(state == asked);
+      const uint8_t expected = wanted(mesh, i % mesh.vertex_count, i / mesh.vertex_count, t);
+      CHECK(FVV_ELEMENT_IS_SEEN(state) == FVV_ELEMENT_IS_SEEN(expected));
+      if (state > FVV_ELEMENT_SEEN) CHECK(state == expected);
       near += state > FVV_ELEMENT_SEEN;
     }
   }
   CHECK(near > 200);
 }
 
-// Not run by default: test_stream '[make]' writes the vector anew, where the format has changed.
+// Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of weights", "[.][make]") {
   write_vector(FVV_VISIBILITY_VECTORS "/weights.fvv", write(weight_stream()));
 }

@@ -74,7 +74,7 @@ def schema(name):
 
 
 def validate(document, name):
-    """Fails unless the document is as spec/NAME.schema.json says."""
+    """Fails unless the document is valid by spec/NAME.schema.json."""
     jsonschema.validate(document, schema(name), cls=jsonschema.Draft202012Validator)
 
 

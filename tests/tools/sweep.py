@@ -65,7 +65,7 @@ def run(tool, *arguments, cwd):
 
 
 def judge_batch(tool, folder, cases, alone):
-    """Returns (case, exit code) by one run for all cases, and by a run of its own for each case in alone."""
+    """Returns (case, exit code) by one run for all cases, and by a separate run for each case in alone."""
     with tempfile.TemporaryDirectory(dir=folder) as work:
         for case in cases:
             pathlib.Path(work, case.name).write_bytes(case.content)

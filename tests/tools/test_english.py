@@ -1,4 +1,4 @@
-"""What a user reads is plain technical English: phrases that engineers stumble over do not come back."""
+"""Texts, messages and comments are plain technical English: phrases that engineers stumble over do not come back."""
 
 import re
 
@@ -11,7 +11,7 @@ PLACES = [
     "CONTRIBUTING.md",
     "README.md",
     "SECURITY.md",
-    "bench/*.[jmp]*",
+    "bench/*.[chjmp]*",
     "conformance/**/*.md",
     "conformance/**/*.py",
     "docs/*.md",
@@ -23,9 +23,12 @@ PLACES = [
     "js/[!n]*/**/*.js",
     "js/[!n]*/**/*.mjs",
     "js/[!n]*/**/*.ts",
-    "libfvv/include/fvv/*.h",
-    "libfvv/*/include/*/*.h",
-    "tools/*/main.cpp",
+    "libfvv/**/*.[ch]",
+    "libfvv/**/*.cpp",
+    "tests/**/*.[ch]",
+    "tests/**/*.cpp",
+    "tests/**/*.py",
+    "tools/**/*.[ch]*",
     "spec/*.json",
     "spec/*.md",
     "spec/*.py",
@@ -34,8 +37,8 @@ PHRASES = [
     r"nobody",
     r"so many",
     r"(?:is|are|was|were|be|been) told(?! apart)",
-    r"answers? (?:NULL|nothing|with NULL)",
-    r"stands? (?:in|on|at|where|there|beside|behind)",
+    r"answers? (?:NULL|nothing|with NULL|whether|how|which|where|false|true|the)",
+    r"stands? (?:in|on|where|there|beside|behind)",
     r"speaks? of",
     r"own affair",
     r"(?:its|their|no) business",
@@ -46,19 +49,33 @@ PHRASES = [
     r"without a word",
     r"as it stands",
     r"breadths? of",
+    r"untold",
+    r"(?:is|are|was|were|be|been|that|when|one|those|size|lattice point) asked for",
+    r"held against",
+    r"hand(?:s|ed) (?:in|out)",
+    r"(?:has|have) (?:the|no) say",
+    r"knows nothing",
+    r"for ever",
+    r"anew",
+    r"what is odd",
+    r"hang together",
+    r"behind the (?:last|first|header|end|configuration|frame header)",
 ]
+# Files that still have some. Remove an entry when its file passes.
+LATER = {"libfvv/mux/src/meshes.h", "libfvv/src/mesh/draco_bridge.cpp"}
 PATTERN = re.compile(r"\b(?:" + "|".join(PHRASES) + r")\b", re.IGNORECASE)
 
 
 def one_line(text):
     """The text without line ends, so that a phrase is found across lines of comments, quotes and string literals."""
     text = re.sub(r'"[ \t]*\n\s*"', "", text)
-    return re.sub(r"\s*\n\s*(?://+|\*|>)?\s*", " ", text)
+    return re.sub(r"\s*\n\s*(?://+|\*|>|#)?\s*", " ", text)
 
 
 @pytest.mark.parametrize("place", PLACES)
 def test_plain_english(place):
     paths = [p for p in sorted(ROOT.glob(place)) if not {"node_modules", "dist"} & set(p.parts)]
+    paths = [p for p in paths if p.name != "test_english.py" and str(p.relative_to(ROOT)) not in LATER]
     assert paths, f"no files match {place}"
     found = []
     for path in paths:

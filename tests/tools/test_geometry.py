@@ -7,7 +7,7 @@ import pytest
 from conftest import figures, read_json, run
 from PIL import Image
 
-# Decimation, judged by fvvcompare.
+# Decimation, measured by fvvcompare.
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_the_same_bytes_for_any_number_of_threads(captures, tmp_path):
         assert len(streams) == 1
 
 
-# Faces that are wound inside out: fvvmux finds them, warns, and turns them round when asked.
+# Faces that are wound inside out: fvvmux finds them, warns, and turns them round on request.
 
 SIZE = 64
 COLOURS = [(200, 40, 40), (40, 200, 40), (40, 40, 200)]

@@ -54,7 +54,7 @@ def used_by(path):
                     yield found.resolve()
                     break
     else:
-        # Examples in comments use other packages; types bind nobody.
+        # Examples in comments use other packages; types are no dependency.
         text = re.sub(r"/\*.*?\*/|^\s*//.*?$|import type[^;]*;", "", text, flags=re.S | re.M)
         for name in re.findall(r"""(?:^|[^\w.])(?:from|import)\s*\(?\s*["']([^"']+)["']""", text):
             package = next((p for p in PACKAGES if name == p or name.startswith(p + "/")), None)

@@ -50,7 +50,7 @@ def test_every_vector_has_a_listing():
     "name, distinct",
     [
         ("calibration/moving", 38),
-        ("delta/field", 6),  # the fourth frame stands still
+        ("delta/field", 6),  # the fourth frame does not move
         ("fast/shapes", 4),
         ("normals/cube", 10),
         ("openexr/bars", 3),

@@ -40,8 +40,8 @@ def test_fvvrender_uses_the_constants_of_the_file(files, tmp_path):
         out = tmp_path / f"{number}.png"
         run("fvvrender", *arguments, "--no-environment", *POSE, "-o", out)
         pictures.append(np.asarray(Image.open(out)).astype(int))
-    plain, asked, explicit, other = pictures
-    assert (asked == explicit).all()
+    plain, requested, explicit, other = pictures
+    assert (requested == explicit).all()
     unseen = (explicit == [255, 0, 64]).all(axis=2)
     assert unseen.sum() > 200
     assert not (plain == [255, 0, 64]).all(axis=2).any()

@@ -76,7 +76,7 @@ const bytes vpcc = {1, 0, 0, 0, 0, 31, 0x80, 1, 13, 1, 0, 0};
 // Main profile, level 3.0; a sequence header of 3 bytes.
 const bytes av1c = {0x81, 0x04, 0x0c, 0, 0x0a, 3, 0x00, 0x11, 0x22};
 
-// A slice segment behind its length.
+// A slice segment after its length.
 bytes unit(int type, bool first = true, size_t size = 6) {
   bytes u = {0, 0, 0, (uint8_t)size, (uint8_t)(type << 1), 1, (uint8_t)(first ? 0x80 : 0)};
   u.resize(4 + size, 0x42);
@@ -284,7 +284,7 @@ TEST_CASE("VP9 samples show their last frame, and begin with a key frame when th
   CHECK(vp9(0, {0x46, 1, 2}) == FVV_ERROR_INVALID);
   for (size_t i = 1; i < 4; i++) CHECK(vp9(1, with(vp9_key, i, 0)) == FVV_ERROR_INVALID);
   CHECK(vp9(1, {0x82, 0x49, 0x83, 0x42}) == FVV_ERROR_INVALID);
-  // Profile 3: a reserved bit more in front, so that the sync code stands one bit later.
+  // Profile 3: one more reserved bit before, so that the sync code is one bit later.
   CHECK(vp9(1, {0xb1, 0x24, 0xc1, 0xa1, 0x00, 0}) == FVV_OK);
   CHECK(vp9(1, {0xb9, 0x24, 0xc1, 0xa1, 0x00, 0}) == FVV_ERROR_INVALID);
   CHECK(vp9(1, {0xb1, 0x49, 0x83, 0x42, 0x00, 0}) == FVV_ERROR_INVALID);
@@ -312,7 +312,7 @@ TEST_CASE("VP9 samples show their last frame, and begin with a key frame when th
   CHECK(vp9(0, joined({vp9_inter, {7, 7, 0xc0}})) == FVV_OK);
 }
 
-TEST_CASE("AV1 samples show one frame, a key frame behind a sequence header when they are key samples") {
+TEST_CASE("AV1 samples show one frame, a key frame after a sequence header when they are key samples") {
   CHECK(av1(1, joined({sequence, key_frame})) == FVV_OK);
   CHECK(av1(0, joined({sequence, key_frame})) == FVV_ERROR_INVALID);
   CHECK(av1(0, key_frame) == FVV_OK); // without a sequence header it is no sync sample
@@ -417,7 +417,7 @@ const bytes jfif = {0xff, 0xe0, 0, 16, 'J', 'F', 'I', 'F', 0, 1, 1, 0, 0, 1, 0, 
 const bytes table = {0xff, 0xdb, 0, 5, 1, 2, 3};
 const bytes scan = {0xff, 0xda, 0, 2, 0x12, 0xff, 0x00, 0x34};
 
-// A frame header of 480 x 270 pixels: SOF0 0xc0 unless told.
+// A frame header of 480 x 270 pixels: SOF0 0xc0 by default.
 bytes frame(int marker = 0xc0, int components = 3, int bits = 8, int width = 480, int height = 270) {
   bytes f = {0xff,
              (uint8_t)marker,
@@ -450,7 +450,7 @@ TEST_CASE("JPEG samples of the configured size pass") {
   CHECK(jpeg(joined({soi, jfif, table, frame(), scan, eoi})) == FVV_OK);
   CHECK(jpeg(joined({soi, frame(0xc0, 1), scan, eoi})) == FVV_OK);
   for (const int marker : {0xc1, 0xc2}) CHECK(jpeg(joined({soi, table, frame(marker), scan, eoi})) == FVV_OK);
-  // Fill bytes in front of a marker, and TEM, which has no length.
+  // Fill bytes before a marker, and TEM, which has no length.
   CHECK(jpeg(joined({soi, {0xff, 0xff, 0xff}, jfif, {0xff, 0x01}, {0xff}, frame(), scan, eoi})) == FVV_OK);
   // Huffman tables have a number among those of the frame headers.
   CHECK(jpeg(joined({soi, {0xff, 0xc4, 0, 4, 1, 2}, frame(), scan, eoi})) == FVV_OK);

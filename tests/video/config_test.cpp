@@ -19,7 +19,7 @@ using bytes = std::vector<uint8_t>;
 // High profile, level 4.0, one SPS and one PPS of made-up content, chroma format and bit depths.
 const bytes high = {1, 100, 0, 40, 0xff, 0xe1, 0,    6,    0x67, 100,  0,    40, 9,
                     9, 1,   0, 4,  0x68, 0xee, 0x3c, 0x80, 0xfd, 0xf8, 0xf8, 0};
-// Baseline, two SPS, two PPS, nothing behind.
+// Baseline, two SPS, two PPS, nothing after them.
 const bytes baseline = {1,  66,   0xc0, 30, 0xff, 0xe2, 0, 4,    0x67, 66, 0xc0, 30,   0, 5, 0x67,
                         66, 0xc0, 30,   1,  2,    0,    2, 0x68, 1,    0,  3,    0x68, 2, 2};
 

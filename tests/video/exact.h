@@ -1,4 +1,4 @@
-// A heap block of exactly the size asked for, so that AddressSanitizer sees a byte read too far.
+// A heap block of exactly the given size, so that AddressSanitizer detects any read beyond it.
 #ifndef FVV_TESTS_EXACT_H
 #define FVV_TESTS_EXACT_H
 

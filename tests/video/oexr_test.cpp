@@ -154,7 +154,7 @@ TEST_CASE("every prefix of an OpenEXR sample and every longer one is refused") {
     for (size_t size = 0; size < sample.size(); size++) REQUIRE(complaint(sample, size) != "");
     REQUIRE(complaint(sample) == "");
     sample.push_back(0);
-    CHECK(complaint(sample) == "OpenEXR file has 1 bytes behind its last block");
+    CHECK(complaint(sample) == "OpenEXR file has 1 bytes after its last block");
   }
 }
 
@@ -176,7 +176,7 @@ TEST_CASE("kinds of OpenEXR files that are not for samples are refused by name")
   };
   CHECK(type("scanlineimage") == "");
   CHECK(type("deepscanlines") == "OpenEXR type is not 'scanlineimage'");
-  CHECK(type("deepscanline") == "OpenEXR type is no string of 13 bytes");
+  CHECK(type("deepscanline") == "OpenEXR attribute type is not a string of 13 bytes");
   CHECK(changed([](File &f) { f.at("lineOrder").value = {1}; }) == "OpenEXR line order is 1, expected 0");
 }
 
@@ -184,8 +184,8 @@ TEST_CASE("OpenEXR channels are half B, G and R at every pixel") {
   const auto with = [](const bytes &list) {
     return changed([&](File &f) { f.at("channels").value = list; });
   };
-  CHECK(with(channels({"A", "B", "G", "R"})) == "OpenEXR channels is no chlist of 55 bytes");
-  CHECK(with(channels({"B", "G"})) == "OpenEXR channels is no chlist of 55 bytes");
+  CHECK(with(channels({"A", "B", "G", "R"})) == "OpenEXR attribute channels is not a chlist of 55 bytes");
+  CHECK(with(channels({"B", "G"})) == "OpenEXR attribute channels is not a chlist of 55 bytes");
   CHECK(with(channels({"B", "G", "Y"})) == "OpenEXR channel 2 is not R: expected B, G and R alone");
   CHECK(with(channels({"R", "G", "B"})) == "OpenEXR channel 0 is not B: expected B, G and R alone");
   CHECK(with(channels({"B", "G", "R"}, 2)) == "OpenEXR channel B is of type 2, expected 1 (half)");
@@ -193,7 +193,7 @@ TEST_CASE("OpenEXR channels are half B, G and R at every pixel") {
   CHECK(with(channels({"B", "G", "R"}, 1, 0)) == "OpenEXR channel B is sampled 0 x 0, expected 1 x 1");
   bytes open = channels({"B", "G", "R"});
   open.back() = 'Z';
-  CHECK(with(open) == "OpenEXR has a channel behind B, G and R");
+  CHECK(with(open) == "OpenEXR has a channel after B, G and R");
 }
 
 TEST_CASE("OpenEXR windows are those of the configuration, however large") {
@@ -224,7 +224,7 @@ TEST_CASE("OpenEXR windows are those of the configuration, however large") {
   CHECK(complaint(sample, sample.size(), 1, c) == ""); // one line of a block may have 12 GiB, and has 7 bytes
 }
 
-TEST_CASE("OpenEXR attributes stand there once, with their types, within the sample") {
+TEST_CASE("OpenEXR attributes occur once, with their types, within the sample") {
   const std::vector<Attribute> needed = File().attributes;
   for (size_t i = 0; i < needed.size(); i++) {
     const std::string name = needed[i].name;
@@ -232,9 +232,13 @@ TEST_CASE("OpenEXR attributes stand there once, with their types, within the sam
     CHECK(changed([&](File &f) { f.attributes.erase(f.attributes.begin() + long(i)); }) ==
           "OpenEXR has no attribute " + name);
     CHECK(changed([&](File &f) { f.attributes.push_back(needed[i]); }) ==
-          "OpenEXR " + name + " is there twice");
-    CHECK(changed([&](File &f) { f.at(name).type = "double"; }).find("OpenEXR " + name + " is no") == 0);
-    CHECK(changed([&](File &f) { f.at(name).value.push_back(0); }).find("OpenEXR " + name + " is no") == 0);
+          "OpenEXR has attribute " + name + " twice");
+    CHECK(changed([&](File &f) {
+            f.at(name).type = "double";
+          }).find("OpenEXR attribute " + name + " is not") == 0);
+    CHECK(changed([&](File &f) {
+            f.at(name).value.push_back(0);
+          }).find("OpenEXR attribute " + name + " is not") == 0);
   }
   const auto other = [](const std::string &name, const std::string &type) {
     return changed([&](File &f) { f.attributes.push_back({name, type, bytes(300)}); });
@@ -254,7 +258,7 @@ TEST_CASE("OpenEXR attributes stand there once, with their types, within the sam
   }
 }
 
-TEST_CASE("OpenEXR blocks lie one behind the other, in their order") {
+TEST_CASE("OpenEXR blocks follow each other in their order") {
   CHECK(changed([](File &f) { f.attributes.push_back({"chunkCount", "int", words({3})}); }) == "");
   CHECK(changed([](File &f) {
           f.attributes.push_back({"chunkCount", "int", words({4})});

@@ -117,7 +117,7 @@ TEST_CASE("where every frame is long, the most nearly square one is taken, not t
   CHECK((f.width == 1600 && f.height == 32)); // 1632 x 16 has half the area
 }
 
-TEST_CASE("tiles of different sizes stand in rows, the same each time") {
+TEST_CASE("tiles of different sizes are placed in rows, the same each time") {
   std::mt19937 random(3);
   for (int n = 0; n < 300; n++) {
     CAPTURE(n);
@@ -136,7 +136,7 @@ TEST_CASE("tiles of different sizes stand in rows, the same each time") {
   }
 }
 
-TEST_CASE("a frame is no larger than asked for, and what does not fit is named") {
+TEST_CASE("a frame is no larger than the limit, and a tile that does not fit is named") {
   tiles_t all = same(7, 480, 270);
   frame f = arranged(all, 1088);
   CHECK(f.height == 1088);
@@ -156,7 +156,7 @@ TEST_CASE("a frame is no larger than asked for, and what does not fit is named")
   CHECK(std::string(refused(same(7, 480, 270), 1087).message) ==
         "7 tiles of together 913920 pixels do not fit a frame of 1072 x 1072 in rows: make them smaller");
   CHECK(std::string(refused({tile(1, 16, 16), tile(9, 100, 300)}, 256).message) ==
-        "the tile of camera 9 takes 112 x 304 pixels, a frame has at most 256 a side");
+        "the tile of camera 9 takes 112 x 304 pixels, a frame can have at most 256 a side");
   CHECK(refused(same(1, 16, 16), 0).status == FVV_ERROR_INPUT);
   CHECK(refused(same(1, 65535, 16), UINT32_MAX).status == FVV_ERROR_INPUT);
   // More pixels than any frame has are refused before rows are tried.
@@ -333,7 +333,7 @@ TEST_CASE("every rule of TILE has its number") {
   CHECK(d.issue == FVV_ISSUE_TILE_PAYLOAD);
 }
 
-TEST_CASE("more tiles than cameras are allowed are refused before they are looked at") {
+TEST_CASE("more tiles than cameras are refused before they are checked") {
   fvv_limits limits;
   fvv_limits_default(&limits);
   limits.max_cameras = 3;

@@ -1,4 +1,4 @@
-// What is encoded is decoded: any camera alone, all domains, behind other frames.
+// The round trip: any camera alone, all domains, after other frames.
 #include "visibility/scenes.h"
 
 #include <algorithm>
@@ -51,7 +51,7 @@ TEST_CASE("what cameras see comes back, for surfaces of all kinds") {
     }
 }
 
-TEST_CASE("a frame behind another uses what was seen in it") {
+TEST_CASE("a frame after another uses its visibility as context") {
   for (const uint8_t domain : domains) {
     const auto mesh = canonical(torus(80, 60, 0.2));
     const Order order(*mesh, domain);

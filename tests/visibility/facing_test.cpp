@@ -85,14 +85,14 @@ TEST_CASE("a cosine that equals the threshold does not pass") {
   CHECK(facing(slope, FVV_VISIBILITY_FACES, {-1, 101, 106}, 128) == States{1});
 }
 
-TEST_CASE("a face without area faces nobody") {
+TEST_CASE("a face without area faces no camera") {
   std::vector<int32_t> positions = {0, 0, 0, 1, 1, 1, 2, 2, 2, 5, 0, 0};
   std::vector<uint32_t> faces = {0, 1, 2, 0, 1, 3};
   const fvv_mesh mesh = mesh_of(positions, faces);
   for (const Centre &centre : centres) CHECK(facing(mesh, FVV_VISIBILITY_FACES, centre, 0)[0] == 0);
 }
 
-TEST_CASE("6003: a camera stands within the lattice, at its nearest point") {
+TEST_CASE("6003: a camera lies within the lattice, at its nearest point") {
   fvv_camera camera = {};
   camera.id = 4;
   for (const int i : {0, 4, 8}) camera.rotation[i] = 1;

@@ -1,4 +1,4 @@
-// Bytes that nobody would write, each rule of a payload by its number, and memory that runs out.
+// Hostile bytes, each rule of a payload by its number, and failing memory.
 #include "mesh/memory.h"
 #include "visibility/scenes.h"
 
@@ -96,7 +96,7 @@ TEST_CASE("no change of a payload reads or writes outside") {
   const uint8_t domain = GENERATE(uint8_t(FVV_VISIBILITY_FACES), uint8_t(FVV_VISIBILITY_WEIGHTS));
   const auto mesh = canonical(torus(20, 12));
   const Order order(*mesh, domain);
-  // Behind a frame of which the states are of no kind, too.
+  // After a frame with invalid states, too.
   std::vector<States> states(centres.size(), States(elements(*mesh, domain), 77));
   const auto good = payload_of(order, *mesh, domain, 100, GENERATE(0u, 1u), &states);
   size_t refused = 0, all = 0;

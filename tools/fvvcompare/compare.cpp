@@ -104,7 +104,7 @@ public:
   Comparison(const Options &chosen, Result &out)
       : options(chosen), result(out), a(chosen.a), b(chosen.b),
         matching(match(a, b, chosen.frames, chosen.start)), slots(matching.pairs.size()) {
-    // Refused before the work, not after it.
+    // Checked before the work.
     if (!options.heatmap.empty()) folder.emplace(options.heatmap, options.force);
     result.scale_unknown = a.scale_unknown();
     result.frames_a = a.frames().size();
@@ -152,7 +152,7 @@ private:
     geometry::Mesh a, b;
   };
 
-  // Normals that a stream sends are held against the other's own, all others are computed alike.
+  // Normals of a stream are compared with the other's own, all others are computed from the faces.
   Meshes load(size_t i) const {
     const auto [in_a, in_b] = matching.pairs[i];
     Meshes meshes;

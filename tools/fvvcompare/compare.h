@@ -55,15 +55,15 @@ struct Result {
   size_t frames_a = 0, frames_b = 0; // of the sequences
   std::vector<FrameResult> frames;   // those that were compared
   Errors errors = {};                // of all of them
-  std::optional<Temporal> temporal;  // nothing: no two frames have constant topology
-  std::vector<std::string> warnings; // what is odd
+  std::optional<Temporal> temporal;  // none: no two frames have constant topology
+  std::vector<std::string> warnings; // warnings
   std::vector<std::string> losses;   // one line for each frame that could not be compared
 };
 
 // 10 log10(peak^2 / mse); infinite for 0.
 double psnr(double peak, double mse);
 
-// Throws Error when nothing can be compared; result has the losses all the same. result: a fresh one.
+// Throws Error if nothing can be compared; result has the losses even then. result: empty.
 void compare(const Options &options, Result &result);
 
 } // namespace fvv::compare

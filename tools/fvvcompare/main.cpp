@@ -53,7 +53,7 @@ int main(int argc, char **argv) {
                                                          {"samples", compare::Points::samples}};
   const CLI::Range positive(1e-300, 1e300, "POSITIVE");
   app.add_option("A", options.a, "the reference: a capture.json, its folder, or a fvv stream")->required();
-  app.add_option("B", options.b, "what is held against it, likewise")->required();
+  app.add_option("B", options.b, "the sequence to compare with it, likewise")->required();
   app.add_option("--frames", frames, "frame numbers of A to compare: 10-19");
   app.add_option("--start", options.start, "frame number of A that the first frame of B shows");
   app.add_option("--samples", options.samples, "of each surface and frame, besides its vertices")

@@ -130,7 +130,7 @@ Measure measure(const Surface &a, const Surface &b, size_t samples, Points point
 
 namespace {
 
-// The finder looks among used vertices only: one that no face uses may lie anywhere.
+// The finder searches used vertices only: others may lie anywhere.
 std::vector<bool> used_vertices(const geometry::Mesh &mesh) {
   std::vector<bool> used(mesh.vertex_count());
   for (const uint32_t v : mesh.faces) used[v] = true;

@@ -1,4 +1,4 @@
-// How far two surfaces are apart, and whether two sequences of constant topology move alike.
+// Distances between two surfaces, and between the motions of two sequences of constant topology.
 // docs/fvvcompare.md has the formulas and their sources. Every function is pure and may run on any thread.
 #pragma once
 
@@ -22,8 +22,8 @@ public:
   void add(double value); // 0 or more, finite
   void add(const Histogram &other);
   uint64_t count() const { return total; }
-  // The smallest value that is not below a share of all (nearest rank), or up to 2^-10 of it less: the lower
-  // bound of its bin. 0 when there are none.
+  // The quantile of a fraction (nearest rank), or up to 2^-10 of it less: the lower bound of its bin. 0 when
+  // there are none.
   double quantile(double share) const;
 
 private:
@@ -51,7 +51,7 @@ struct Direction {
   double hausdorff = 0;  // the largest distance, of samples and vertices
   double d1 = 0, d2 = 0; // mean squared error, point to point and point to plane
   Spread angle;          // between smooth normals, degrees
-  double turned = 0;     // share of samples where the other surface shows its other side
+  double turned = 0;     // fraction of samples where the other surface shows its other side
 };
 
 struct Measure {

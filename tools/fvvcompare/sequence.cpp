@@ -12,14 +12,14 @@ namespace fvv::compare {
 
 namespace {
 
-// A folder or a JSON file describes a capture, everything else had better be a stream.
+// A folder or a JSON file describes a capture, everything else has to be a stream.
 bool is_capture(const std::string &path) {
   return std::filesystem::path(path).extension() == ".json";
 }
 
 // Seconds a frame, in lowest terms.
 fvv_rational duration_of(const fvv_scene &scene, const std::string &name) {
-  const uint64_t ticks = uint64_t(scene.frame_duration); // > 0, libfvv has looked
+  const uint64_t ticks = uint64_t(scene.frame_duration); // > 0, checked by libfvv
   const auto &base = scene.time_base;
   uint64_t common = std::gcd(ticks, uint64_t(base.denominator));
   const uint64_t numerator = ticks / common;
@@ -69,8 +69,8 @@ void Sequence::open_stream() {
   number_frames(uint64_t(configuration->scene.frame_duration), count);
 }
 
-// By their times, so that a frame that is missing in between shifts none of those after it. Where the first
-// groups are missing, writers mostly begin at tick 0.
+// By their times, so that a missing frame shifts none of those after it. Where the first groups are missing,
+// writers mostly begin at tick 0.
 void Sequence::number_frames(uint64_t ticks, size_t count) {
   const bool beheaded = fvv_file_group(fvv_stream_file(stream.get()), 0)->sequence > 0;
   if (beheaded) notes.push_back("the first groups are not there: frames are numbered from tick 0");
@@ -128,7 +128,7 @@ std::string text_of(fvv_rational duration) {
   return std::to_string(duration.numerator) + "/" + std::to_string(duration.denominator) + " s";
 }
 
-// What --frames and --start make of the numbers of A.
+// The numbers of A by --frames and --start.
 const Sequence::Frame &frame_of(const Sequence &a, int64_t number, const char *option) {
   const auto &list = a.frames();
   const auto found =
@@ -174,7 +174,7 @@ Matching match(const Sequence &a, const Sequence &b, const std::optional<fvv::Ra
   const int64_t shift = start ? frame_of(a, *start, "--start").place : 0;
   const auto key_of_a = [&](const Sequence::Frame &f) { return by_number ? f.number : f.place; };
   const auto key_of_b = [&](const Sequence::Frame &f) { return by_number ? f.number : f.place + shift; };
-  int64_t first = INT64_MIN, last = INT64_MAX; // keys that are asked for
+  int64_t first = INT64_MIN, last = INT64_MAX; // selected keys
   if (frames) {
     first = key_of_a(frame_of(a, frames->first, "--frames"));
     last = key_of_a(frame_of(a, frames->last, "--frames"));

@@ -1,5 +1,4 @@
-// A capture or a stream as a sequence of surfaces in one unit, and which frame of one is compared with which
-// of another.
+// A capture or a stream as a sequence of surfaces in one unit, and the pairs of frames that are compared.
 #pragma once
 
 #include "cli/cli.h"
@@ -28,7 +27,7 @@ public:
   bool is_stream() const { return stream != nullptr; }
   bool scale_unknown() const { return unknown_scale; }
   fvv_rational frame_duration() const { return duration; } // seconds, in lowest terms
-  // What is odd about it, a sentence each: damage, times between frames.
+  // Warnings, a sentence each: damage, times between frames.
   const std::vector<std::string> &warnings() const { return notes; }
 
   struct Frame {
@@ -38,9 +37,8 @@ public:
   const std::vector<Frame> &frames() const { return list; } // both numbers rise
 
   // Positions in metres, or units of the source when the scale is unknown. i: index in frames(). Throws
-  // Error, also when the frame has no mesh or an empty one. With the
-  // normals that a stream sends; with those of a capture's file, if it has some, when they are asked for.
-  // Several threads may call it.
+  // Error, also when the frame has no mesh or an empty one. With the normals that a stream sends; with those
+  // of a capture's file, if it has some and they are requested. Several threads may call it.
   geometry::Mesh mesh(size_t i, bool normals = false) const;
 
 private:

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Metadata is text from outside: anything deeper than what is looked for is not even built.
+// Metadata is untrusted text: deeper levels than needed are not built.
 Json parse(const fvv_text &text) {
   const auto shallow = [](int depth, Json::parse_event_t, Json &) { return depth <= 2; };
   return Json::parse(text.text, text.text + text.size, shallow, false);
@@ -35,7 +35,7 @@ scene::Pattern pattern(const std::string &text) {
   return scene::Pattern::parse(text, &what).value();
 }
 
-// duration = ticks * time base, in lowest terms; nothing when it does not fit.
+// duration = ticks * time base, in lowest terms; none if it does not fit.
 std::optional<fvv_rational> seconds(uint64_t ticks, const fvv_rational &base) {
   if (!ticks) return {};
   // Dividing crosswise first keeps the product small: base need not be in lowest terms.
@@ -203,7 +203,7 @@ void check_cameras(const fvv_configuration &configuration, const Selection &came
                     Error::usage);
 }
 
-// The first configuration that can be read. File numbers come from it whatever frames are chosen.
+// The first configuration that can be read. It gives the file numbers for any selection of frames.
 const fvv_configuration *first_configuration(fvv_stream *stream) {
   const fvv_file *file = fvv_stream_file(stream);
   uint64_t tried = 0;
@@ -288,7 +288,7 @@ public:
     throw Error(file.path() + ": " +
                 (frames.empty() && !result.losses.empty() ? "no frame is whole"
                  : frames.empty()                         ? "the stream has no frames"
-                                  : "nothing of what was asked for is in the stream") +
+                                                          : "nothing of what was selected is in the stream") +
                 ": nothing written");
   }
 
@@ -352,7 +352,7 @@ private:
     const UnpackedBackground background = unpack_background(stream.get(), used[0], *configuration, lost);
     for (const std::string &why : lost)
       result.losses.push_back(file.path() + ": the background is lost: " + why);
-    if (background.environment.parts.empty()) return {}; // lights alone are no glTF to read
+    if (background.environment.parts.empty()) return {}; // lights alone are not a valid glTF file
     scene::write_file(
         folder.file("background.glb"),
         scene::format_environment(background.environment, *background.lattice, "background.glb"));

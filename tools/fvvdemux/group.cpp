@@ -29,7 +29,7 @@ const char *extension_of(Meshes meshes) {
   return meshes == Meshes::ply ? "ply" : meshes == Meshes::obj ? "obj" : "drc";
 }
 
-// Says why a frame is lost; failures that are not the stream's end the run.
+// Returns why a frame is lost; other failures than errors of the stream end the run.
 std::string why_lost(fvv_status status, const fvv_diagnostic &diagnostic) {
   if (status > FVV_ERROR_DAMAGED) fvv::check(status, "memory or input", diagnostic);
   return diagnostic.status ? text_of(diagnostic) : fvv_status_text(status);
@@ -45,7 +45,7 @@ public:
       : shown(track), files(files_of(pictures, track.video->config)),
         deep(files == Pictures::png && track.video->config.bit_depth > 8) {}
 
-  // The frame's picture into picture, nothing when the frame has none; returns why it is lost, or "". wanted
+  // The frame's picture into picture, none if the frame has none; returns why it is lost, or "". wanted
   // false: decodes only what later frames may need.
   std::string decode(fvv_stream *stream, size_t frame, bool wanted, std::optional<Picture> &picture) {
     const uint8_t *sample;
@@ -99,7 +99,7 @@ public:
         tracks.emplace_back(track, options.pictures);
   }
 
-  // Where pictures are in the frames of this group: before any is unpacked.
+  // The places of pictures in the frames of this group: before any is unpacked.
   fvv_status find_tiles(size_t group, fvv_diagnostic &diagnostic) {
     for (const TrackDecoder &track : tracks)
       for (const View &view : track.track().views) {
@@ -120,7 +120,7 @@ public:
     const fvv_status status = fvv_stream_frame(stream, frame, &info, &diagnostic);
     if (status < 0) return why_lost(status, diagnostic);
     std::string why;
-    // All tracks go on even when one has lost the frame: later frames need theirs.
+    // All tracks continue even if one has lost the frame: later frames need them.
     std::vector<std::optional<Picture>> pictures(tracks.size());
     for (size_t i = 0; i < tracks.size(); i++) {
       const std::string lost = tracks[i].decode(stream, frame, wanted, pictures[i]);
@@ -210,7 +210,7 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
                          LazySurvey &survey, const FilePath &path) {
   GroupResult result;
   const auto chosen = options.frames.within(plan.number, plan.number + plan.count - 1);
-  // Asking for the first frame loads the group's table, and only then it is known whether that is good.
+  // Reading the first frame loads the group's table, and only then it is known whether that is valid.
   fvv_frame first;
   fvv_diagnostic diagnostic = {};
   const fvv_file *file = fvv_stream_file(stream);

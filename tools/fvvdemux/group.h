@@ -17,7 +17,7 @@ struct WrittenFrame {
   int64_t time;   // ticks
   bool mesh;
   uint8_t texture_bits; // of the mesh; 0: without texture coordinates
-  bool complete;        // has what capture.json promises for every frame
+  bool complete;        // has everything that capture.json states for every frame
   // By identifier, those that move and are calibrated in this frame, as in the stream, without names.
   std::map<uint16_t, fvv_camera> moving;
 };
@@ -31,7 +31,7 @@ struct GroupResult {
 // The path to write a file of a frame to: folder "meshes", frame's number in the stream, extension.
 using FilePath = std::function<std::string(const std::string &folder, int64_t number, const char *extension)>;
 
-// What the pictures of a video track become: not automatic. And the end of their names.
+// The picture format of a video track, not automatic, and the extension.
 Pictures files_of(Pictures wanted, const fvv_video_config &config);
 const char *extension_of(Pictures pictures);
 
@@ -46,8 +46,8 @@ struct FileNumbers {
   int64_t of(int64_t frame) const { return first + step * frame; }
 };
 
-// From {"frame_numbers": {"first": ..., "step": ...}} in the metadata; from 0, with a warning, when what
-// is there would not name count frames by different numbers from 0 to 2147483647.
+// From {"frame_numbers": {"first": ..., "step": ...}} in the metadata; from 0, with a warning, if that does
+// not give count frames different numbers from 0 to 2147483647.
 FileNumbers file_numbers(const fvv_configuration &configuration, int64_t count,
                          std::vector<std::string> &warnings);
 
@@ -60,8 +60,7 @@ void describe_motion(const fvv_configuration &configuration, const Options &opti
                      const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
                      scene::Capture &capture);
 
-// Frames of the capture; nothing, and why in reason, when no first, step and count and no one duration say
-// it.
+// Frames of the capture; none, with the reason, if they are not regular in number and duration.
 struct FrameSpan {
   scene::Frames frames;
   fvv_rational duration;

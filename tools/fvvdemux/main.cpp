@@ -69,7 +69,7 @@ int main(int argc, char **argv) {
   app.add_flag("--json", as_json, "print a summary as JSON");
   app.set_version_flag("--version", std::string("fvvdemux ") + fvv_version());
   app.footer("Pictures are whole: what the stream has of them where it was, grey around it.\n"
-             "Visibility is left behind: it describes the mesh as it was coded, and fvvmux finds it anew.\n"
+             "Visibility is left out: it describes the mesh as it was coded, and fvvmux computes it again.\n"
              "A frame is written with all its files, or not at all when a part of it is lost.\n"
              "Exit code: 0 done, 1 nothing written, 2 usage, 3 written but for what the file has lost.\n"
              "spec/fvvdemux.schema.json describes the output of --json.");

@@ -23,7 +23,7 @@ bool parse_count(std::string_view text, int64_t least, int64_t most, int64_t &va
          value >= least && value <= most;
 }
 
-// The two numbers around a separator; the second is otherwise when there is none.
+// The two numbers around a separator; the second is otherwise if there is none.
 bool parse_pair(const std::string &text, char separator, int64_t least, int64_t most, int64_t &first,
                 std::optional<int64_t> &second) {
   const size_t at = text.find(separator);
@@ -44,7 +44,7 @@ scene::Pattern checked(const char *option, const std::string &text, const scene:
   return *pattern;
 }
 
-// {name} and {id} replaced; percent: what stands for a percent sign of a name.
+// {name} and {id} replaced; percent: the replacement of a percent sign in a name.
 std::string put_in(const char *option, const std::string &text, const scene::Camera &camera,
                    const std::string &percent) {
   std::string out;

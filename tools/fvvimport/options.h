@@ -1,4 +1,4 @@
-// The words of the command line as the parts of a capture. Error (usage) names the option.
+// Parses values of options. Error (usage) names the option.
 #pragma once
 
 #include "fvv_scene/capture.h"
@@ -19,19 +19,19 @@ struct Size {
 };
 Size parse_size(const std::string &text);
 
-// A name of spec/capture.md or metres per unit; nothing for "unknown".
+// A name of spec/capture.md or metres per unit; none for "unknown".
 std::optional<double> parse_units(const std::string &text);
 
 uint8_t parse_up(const std::string &text);
 
-// {name} and {id} are put in; the rest is a pattern of spec/capture.md, "{" and "}" stand for nothing else.
-// option: for messages.
+// {name} and {id} are replaced; the rest is a pattern of spec/capture.md without further "{" and "}". option:
+// for messages.
 scene::Pattern parse_pattern(const char *option, const std::string &text, const scene::Camera &camera,
                              const scene::Frames &frames);
-// A video, whose beginning is the first frame; "%" stands for itself.
+// A video, whose beginning is the first frame; "%" has no special meaning.
 scene::VideoSource parse_video(const char *option, const std::string &text, const scene::Camera &camera,
                                const scene::Frames &frames);
-// A pattern of the meshes, where there is nothing to put in.
+// A pattern of the meshes, without placeholders.
 scene::Pattern parse_pattern(const char *option, const std::string &text, const scene::Frames &frames);
 
 } // namespace fvv::fvvimport

@@ -321,17 +321,17 @@ uint32_t header(const SheetInput &input, const SheetReport &report, const Layout
 
 std::string numbers(const SheetCamera &camera) {
   char text[80] = "";
-  if (camera.fit.iou && camera.fit.distance)
-    std::snprintf(text, sizeof text, "IoU %.3f  %.2f px", *camera.fit.iou, *camera.fit.distance);
-  else if (camera.fit.iou)
-    std::snprintf(text, sizeof text, "IoU %.3f", *camera.fit.iou);
+  if (camera.match.iou && camera.match.distance)
+    std::snprintf(text, sizeof text, "IoU %.3f  %.2f px", *camera.match.iou, *camera.match.distance);
+  else if (camera.match.iou)
+    std::snprintf(text, sizeof text, "IoU %.3f", *camera.match.iou);
   return text;
 }
 
-void draw_label(media::Image &image, const SheetCamera &camera, bool stands_out, uint32_t x, uint32_t y,
+void draw_label(media::Image &image, const SheetCamera &camera, bool is_outlier, uint32_t x, uint32_t y,
                 const Layout &layout) {
   const uint32_t width = layout.panel_width - gap, scale = layout.scale;
-  const Colour ink = stands_out ? yellow : light;
+  const Colour ink = is_outlier ? yellow : light;
   const std::string size = std::to_string(camera.width) + "x" + std::to_string(camera.height);
   const std::string id = std::to_string(camera.id), who = camera.name.empty() ? id : id + " " + camera.name;
   const uint32_t room = text_width("  " + size, scale);
@@ -339,7 +339,7 @@ void draw_label(media::Image &image, const SheetCamera &camera, bool stands_out,
   draw_text(image, x, y, kept, scale, ink);
   draw_text(image, x + text_width(kept + "  ", scale), y, size, scale, grey);
   std::string below = numbers(camera);
-  if (stands_out) below += "  stands out";
+  if (is_outlier) below += "  stands out";
   if (!camera.picture) below += below.empty() ? "no picture" : "  no picture";
   draw_text(image, x, y + line_height(scale), shortened(below, scale, width), scale, ink);
 }
@@ -415,15 +415,15 @@ media::Image draw_sheet(const SheetInput &input, const SheetReport &report, cons
   fill(sheet, {0, 0, sheet.width, sheet.height}, paper, 1);
   header(input, report, layout, &sheet);
   for (size_t i = 0; i < pictures.size(); i++) {
-    const auto &out = report.standing_out;
-    const bool stands_out = std::find(out.begin(), out.end(), i) != out.end();
+    const auto &out = report.outliers;
+    const bool is_outlier = std::find(out.begin(), out.end(), i) != out.end();
     const uint32_t x = gap + uint32_t(i) % layout.columns * layout.panel_width,
                    y = top + gap + uint32_t(i) / layout.columns * layout.panel_height;
-    draw_label(sheet, report.cameras[i], stands_out, x, y, layout);
+    draw_label(sheet, report.cameras[i], is_outlier, x, y, layout);
     const media::Image &picture = pictures[i];
     const uint32_t left = x + (layout.panel_width - gap - picture.width) / 2;
     paste(sheet, picture, left, y + layout.label);
-    if (stands_out)
+    if (is_outlier)
       frame(sheet, {left, y + layout.label, left + picture.width, y + layout.label + picture.height},
             2 * layout.scale, yellow);
   }

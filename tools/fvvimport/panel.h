@@ -16,7 +16,7 @@ struct Colour {
   uint8_t red, green, blue;
 };
 
-// Told apart by people of any colour vision: of the palette of Okabe and Ito ("Color universal design",
+// Distinguishable with any colour vision: of the palette of Okabe and Ito ("Color universal design",
 // 2008).
 constexpr Colour orange = {230, 159, 0}, sky_blue = {86, 180, 233}, vermillion = {213, 94, 0},
                  bluish_green = {0, 158, 115}, blue = {0, 114, 178}, yellow = {240, 228, 66};
@@ -29,16 +29,15 @@ struct Box {
 // Pixels, the centre of the top left one at (0.5, 0.5).
 using Pixel = std::array<double, 2>;
 
-// Pictures are RGB; alpha is how much of the mark is seen, 0..1. What lies outside of the picture is left
-// out.
+// Pictures are RGB; alpha: opacity of the mark, 0..1. Parts outside of the picture are not drawn.
 void blend(media::Image &image, uint32_t x, uint32_t y, Colour colour, double alpha);
 void fill(media::Image &image, const Box &box, Colour colour, double alpha);
 // The border of a box, inside of it.
 void frame(media::Image &image, const Box &box, uint32_t thickness, Colour colour);
-// shares: grey, of the picture's size: how much of every pixel is meant, 255 is all.
+// shares: grey, of the picture's size: the covered part of every pixel, 255 for all.
 void tint(media::Image &image, const media::Image &shares, Colour colour, double alpha);
-// Straight lines that are drawn as one: with a dark rim of a pixel around all of them, and where they cross
-// or meet no stronger than elsewhere. A point is a line from there to itself: a disc.
+// Straight lines that are drawn as one: with a dark rim of a pixel around all of them, and not stronger where
+// they cross or meet. A point is a line from there to itself: a disc.
 class Lines {
 public:
   Lines(uint32_t width, uint32_t height); // of the picture
@@ -63,7 +62,7 @@ constexpr uint32_t line_height(uint32_t scale) {
 uint32_t text_width(const std::string &text, uint32_t scale);
 // As much of text as fits into width, with "..." for the rest.
 std::string shortened(const std::string &text, uint32_t scale, uint32_t width);
-// x, y: the top left corner. What lies outside of the picture is left out.
+// x, y: the top left corner. Parts outside of the picture are not drawn.
 void draw_text(media::Image &image, uint32_t x, uint32_t y, const std::string &text, uint32_t scale,
                Colour colour);
 
@@ -73,21 +72,21 @@ void draw_outline(const geometry::ViewedSurface &surface, const fvv_camera &came
 constexpr double camera_dot = 4; // across, pixels
 
 // Length of the axes and side of the grid's squares: 1, 2 or 5 times a power of ten, so that the axes are
-// about a fifth as long as the farthest camera is away from what all look at; metres, or units of the
-// capture.
+// about a fifth of the distance from the farthest camera to the point that all look at; metres, or units of
+// the capture.
 double guide_step(const std::vector<fvv_camera> &cameras);
 
 // image is a picture of cameras[which], of any size. All lines follow the lens.
 //
 // From the world's origin, with a letter at each end.
 void draw_axes(const std::vector<fvv_camera> &cameras, size_t which, media::Image &image);
-// Squares on the plane through the origin across up (FVV_UP_...), around what the cameras look at. Nothing
-// when up is unknown.
+// Squares on the plane through the origin across up (FVV_UP_...), around the point that the cameras look at.
+// Nothing when up is unknown.
 void draw_ground(const std::vector<fvv_camera> &cameras, size_t which, uint8_t up, media::Image &image);
 // A dot with its identifier for every other camera in the picture.
 void draw_cameras(const std::vector<fvv_camera> &cameras, size_t which, media::Image &image);
 
-// Sizes in pixels. All panels have the same; a picture stands in the middle of its panel, below the label.
+// Sizes in pixels. All panels are equal; a picture is in the middle of its panel, below the label.
 struct Layout {
   uint32_t picture = 0; // longest side of a picture
   uint32_t scale = 1;   // of text
@@ -97,7 +96,7 @@ struct Layout {
   uint32_t width = 0, height = 0; // of all panels
 };
 
-// As square as it gets, within largest_sheet; pictures are longest_side long or less.
+// As square as possible, within largest_sheet; pictures are at most longest_side long.
 Layout arrange_panels(const std::vector<fvv_camera> &cameras, uint32_t longest_side);
 // Of a camera's picture in its panel: width and height.
 std::array<uint32_t, 2> picture_size(const fvv_camera &camera, const Layout &layout);

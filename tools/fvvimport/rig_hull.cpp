@@ -14,12 +14,12 @@ namespace {
 using hull::Silhouette;
 using render::Vec3;
 
-constexpr size_t coarse = 64; // cells along the longest side of the box in which the hull is looked for
+constexpr size_t coarse = 64; // cells along the longest side of the box in which the hull is searched
 constexpr double vote_points = 4e6, carve_points = 16e6;
-// With fewer cameras, what one denies and all others see is as likely a part of their hull's excess.
+// With fewer cameras, points that one denies and all others see are as likely an excess of their hull.
 constexpr size_t cameras_for_a_vote = 6;
-// A camera is wrong when it alone denies so many points, and this share of what is then left, and four times
-// as many as the next one. Consistent cameras deny some points each.
+// A camera is wrong if it alone denies at least this number of points, this fraction of the remaining ones,
+// and four times as many as the next camera. Consistent cameras deny some points each.
 constexpr size_t denied_points = 16;
 constexpr double denied_share = 0.05;
 constexpr int most_passes = 8;
@@ -43,7 +43,7 @@ struct Extent {
   double longest() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
 };
 
-// Whether the hull may reach into the ball around a point, if so many cameras more than none are wrong.
+// Whether the hull may reach into the ball around a point if this number of cameras is wrong.
 bool possible(const std::vector<Silhouette> &silhouettes, Vec3 p, double radius, size_t wrong) {
   const double world[3] = {p.x, p.y, p.z};
   size_t inside = 0, outside = 0;
@@ -58,7 +58,7 @@ bool possible(const std::vector<Silhouette> &silhouettes, Vec3 p, double radius,
   return inside >= hull::hull_cameras;
 }
 
-// Of a grid over the box with about so many points.
+// Of a grid over the box with about this number of points.
 double cell_for(const Extent &box, double points) {
   const Vec3 size = box.high - box.low;
   return std::cbrt(size.x * size.y * size.z / points);
@@ -87,7 +87,7 @@ Extent shrunk(const Extent &box, const std::vector<Silhouette> &silhouettes, siz
   return {out.low - margin, out.high + margin};
 }
 
-// A box that holds the hull, even if so many cameras are wrong.
+// A box that contains the hull even if this number of cameras is wrong.
 Extent find(const std::vector<fvv_camera> &cameras, const std::vector<Silhouette> &silhouettes, size_t wrong,
             uint32_t threads) {
   const RigSpace space = rig_space(cameras);
@@ -101,7 +101,7 @@ Extent find(const std::vector<fvv_camera> &cameras, const std::vector<Silhouette
   return box;
 }
 
-// Points of a grid by what the cameras say that see them.
+// Points of a grid, counted by the silhouettes of the cameras that see them.
 struct Votes {
   size_t inside = 0;         // say all
   std::vector<size_t> alone; // for each camera: it alone says outside
@@ -150,7 +150,7 @@ std::optional<size_t> dissenter(const Votes &votes) {
   return std::nullopt;
 }
 
-// Half of what a pixel of the camera that sees most covers in the middle of the box, metres: finer cells
+// Half the width of a pixel of the camera with the finest view in the middle of the box, metres: finer cells
 // would show no more.
 double finest_cell(const Extent &box, const std::vector<fvv_camera> &cameras) {
   double finest = INFINITY;
@@ -199,8 +199,8 @@ RigHull hull_of(const std::vector<fvv_camera> &cameras, const std::vector<std::v
   const size_t wrong = cameras.size() < cameras_for_a_vote ? 0 : 1;
   Extent box = find(cameras, silhouettes, wrong, threads);
   if (!box.empty() && wrong) {
-    hull.left_out = dissenter(vote(box, silhouettes, threads));
-    if (hull.left_out) silhouettes.erase(silhouettes.begin() + std::ptrdiff_t(*hull.left_out));
+    hull.excluded = dissenter(vote(box, silhouettes, threads));
+    if (hull.excluded) silhouettes.erase(silhouettes.begin() + std::ptrdiff_t(*hull.excluded));
     box = find(cameras, silhouettes, 0, threads);
   }
   if (!box.empty()) {

@@ -37,7 +37,7 @@ Panel make_panel(const SheetInput &input, const Subject &subject, const Layout &
                                            : geometry::resized(input.cameras[i], width, height));
     camera.covered = covered_share(cover);
     if (camera.mask)
-      camera.fit = geometry::compare(cover, mask.image.pixels, camera.width, camera.height);
+      camera.match = geometry::compare(cover, mask.image.pixels, camera.width, camera.height);
     else
       cover.clear();
   }
@@ -46,18 +46,18 @@ Panel make_panel(const SheetInput &input, const Subject &subject, const Layout &
 }
 
 void conclude(SheetReport &report) {
-  std::vector<geometry::Measured> measured;
+  std::vector<geometry::CameraMatch> measured;
   std::vector<double> ious, distances;
   bool in_sight = report.outlined == Outlined::nothing;
   for (const SheetCamera &camera : report.cameras) {
-    measured.push_back({camera.fit, std::hypot(camera.width, camera.height)});
-    if (camera.fit.iou) ious.push_back(*camera.fit.iou);
-    if (camera.fit.distance) distances.push_back(*camera.fit.distance);
+    measured.push_back({camera.match, std::hypot(camera.width, camera.height)});
+    if (camera.match.iou) ious.push_back(*camera.match.iou);
+    if (camera.match.distance) distances.push_back(*camera.match.distance);
     in_sight = in_sight || camera.covered > 0;
   }
   report.median_iou = geometry::median(ious);
   report.median_distance = geometry::median(distances);
-  report.standing_out = geometry::standing_out(measured);
+  report.outliers = geometry::outlier_cameras(measured);
   report.suspicion = in_sight ? geometry::suspect(measured) : geometry::Suspicion::misses_all;
 }
 
@@ -73,7 +73,7 @@ SheetReport check_calibration(const SheetOptions &options) {
   report.warnings = input.warnings;
   report.frame = input.frame;
   report.outlined = subject.outlined;
-  report.left_out = subject.left_out;
+  report.excluded = subject.excluded;
   report.panel = layout.picture;
   for (size_t i = 0; i < input.cameras.size(); i++) {
     const fvv_camera &c = input.cameras[i];
@@ -130,10 +130,10 @@ std::string camera_line(const SheetCamera &camera) {
                      ": " + std::to_string(camera.width) + "x" + std::to_string(camera.height);
   if (!camera.picture) line += ", no picture";
   if (!camera.mask) line += ", no mask";
-  if (camera.fit.iou) line += fvv::format(", IoU %.4f", *camera.fit.iou);
-  if (camera.fit.distance) line += fvv::format(", outlines %.2f px apart", *camera.fit.distance);
-  if (camera.fit.offset)
-    line += fvv::format(", offset (%+.2f, %+.2f) px", (*camera.fit.offset)[0], (*camera.fit.offset)[1]);
+  if (camera.match.iou) line += fvv::format(", IoU %.4f", *camera.match.iou);
+  if (camera.match.distance) line += fvv::format(", outlines %.2f px apart", *camera.match.distance);
+  if (camera.match.offset)
+    line += fvv::format(", offset (%+.2f, %+.2f) px", (*camera.match.offset)[0], (*camera.match.offset)[1]);
   return line + "\n";
 }
 
@@ -162,22 +162,22 @@ std::string sheet_text(const SheetReport &report) {
   if (report.median_iou) out += fvv::format("  median    IoU %.4f", *report.median_iou);
   if (report.median_distance) out += fvv::format(", outlines %.2f px apart", *report.median_distance);
   if (report.median_iou) out += "\n";
-  for (const size_t i : report.standing_out) {
+  for (const size_t i : report.outliers) {
     const SheetCamera &camera = report.cameras[i];
     out += "  hint      " + scene::describe(camera.id, camera.name) +
-           fvv::format(" stands out: its outlines are %.2f px apart\n", *camera.fit.distance);
+           fvv::format(" stands out: its outlines are %.2f px apart\n", *camera.match.distance);
   }
-  if (report.left_out)
+  if (report.excluded)
     out += "  hint      the hull is carved without " +
-           scene::describe(report.cameras[*report.left_out].id, report.cameras[*report.left_out].name) +
+           scene::describe(report.cameras[*report.excluded].id, report.cameras[*report.excluded].name) +
            ", which alone denies much of what all others see\n";
   return out + hint(report);
 }
 
 Json sheet_json(const SheetReport &report) {
-  Json cameras = Json::array(), standing_out = Json::array();
+  Json cameras = Json::array(), outliers = Json::array();
   for (const SheetCamera &camera : report.cameras) {
-    const auto &offset = camera.fit.offset;
+    const auto &offset = camera.match.offset;
     cameras.push_back({{"id", camera.id},
                        {"name", camera.name},
                        {"width", camera.width},
@@ -185,11 +185,11 @@ Json sheet_json(const SheetReport &report) {
                        {"picture", camera.picture},
                        {"mask", camera.mask},
                        {"covered", camera.covered},
-                       {"iou", or_null(camera.fit.iou)},
-                       {"distance", or_null(camera.fit.distance)},
+                       {"iou", or_null(camera.match.iou)},
+                       {"distance", or_null(camera.match.distance)},
                        {"offset", offset ? Json({(*offset)[0], (*offset)[1]}) : Json(nullptr)}});
   }
-  for (const size_t i : report.standing_out) standing_out.push_back(report.cameras[i].id);
+  for (const size_t i : report.outliers) outliers.push_back(report.cameras[i].id);
   return {{"fvvimport", 1},
           {"sheet", report.path},
           {"frame", report.frame},
@@ -200,8 +200,8 @@ Json sheet_json(const SheetReport &report) {
           {"cameras", cameras},
           {"median_iou", or_null(report.median_iou)},
           {"median_distance", or_null(report.median_distance)},
-          {"standing_out", standing_out},
-          {"left_out", report.left_out ? Json(report.cameras[*report.left_out].id) : Json(nullptr)},
+          {"outliers", outliers},
+          {"excluded", report.excluded ? Json(report.cameras[*report.excluded].id) : Json(nullptr)},
           {"suspected", report.suspicion == geometry::Suspicion::half_pixel   ? Json("half_pixel")
                         : report.suspicion == geometry::Suspicion::misses_all ? Json("misses_all")
                                                                               : Json(nullptr)},

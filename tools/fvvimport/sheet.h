@@ -1,5 +1,5 @@
-// One picture by which a person sees whether calibration, meshes and pictures fit: a panel for each camera
-// with its picture and, over it, what the calibration projects there.
+// A picture that shows whether calibration, meshes and pictures agree: a panel for each camera with its
+// picture and, over it, the projected geometry.
 #pragma once
 
 #include "fvvimport/sheet_input.h"
@@ -15,8 +15,8 @@ struct SheetCamera {
   std::string name;
   uint32_t width = 0, height = 0;     // of its picture
   bool picture = false, mask = false; // were read
-  double covered = 0;                 // share of the picture that the outlined body covers
-  geometry::Fit fit;                  // of body and mask; empty without either
+  double covered = 0;                 // fraction of the picture that the outlined body covers
+  geometry::SilhouetteMatch match;    // of body and mask; empty without either
 };
 
 struct SheetReport {
@@ -27,14 +27,14 @@ struct SheetReport {
   uint32_t panel = 0;             // longest side of a panel's picture, pixels
   std::vector<SheetCamera> cameras;
   std::optional<double> median_iou, median_distance;
-  std::vector<size_t> standing_out; // indices of cameras
-  std::optional<size_t> left_out;   // likewise, of the hull: see RigHull
+  std::vector<size_t> outliers;   // indices of cameras
+  std::optional<size_t> excluded; // likewise, of the hull: see RigHull
   geometry::Suspicion suspicion = geometry::Suspicion::nothing;
   std::vector<std::string> warnings;
 };
 
 // Writes options.output, a PNG. Panels are options.width long, or less so that the sheet stays within
-// largest_sheet. Files that are missing or unfit leave a panel without a picture or numbers, and a warning,
+// largest_sheet. Files that are missing or invalid leave a panel without a picture or numbers, and a warning,
 // which is printed; when no picture can be read at all, or the mesh cannot, nothing is written. Throws Error.
 SheetReport check_calibration(const SheetOptions &options);
 

@@ -74,11 +74,11 @@ Subject hull_of_masks(const SheetInput &input, uint32_t threads) {
   for (const hull::Vec3 &p : hull.surface.vertices) positions.insert(positions.end(), {p.x, p.y, p.z});
   Subject subject{geometry::ViewedSurface(positions, std::move(hull.surface.faces)), Outlined::hull,
                   std::nullopt};
-  if (hull.left_out) subject.left_out = taken[*hull.left_out];
+  if (hull.excluded) subject.excluded = taken[*hull.excluded];
   return subject;
 }
 
-// There is nothing to look at: nobody says where they are.
+// Without meshes and masks there is no surface.
 void leave_out_lost(scene::Capture &capture, int64_t frame, std::vector<std::string> &warnings) {
   std::vector<scene::Camera> kept;
   for (const scene::Camera &camera : capture.cameras)
@@ -100,8 +100,7 @@ SheetInput open_capture(const SheetOptions &options) {
   scene::Capture &capture = input.capture = scene::load_capture(scene::description_file(options.capture));
   if (options.frames) scene::restrict_frames(capture, *options.frames);
   scene::restrict_cameras(capture, options.cameras);
-  if (capture.cameras.empty())
-    throw Error(capture.path + ": expected cameras, whose calibration could be looked at, found none");
+  if (capture.cameras.empty()) throw Error(capture.path + ": expected at least one camera, found none");
   std::stable_sort(capture.cameras.begin(), capture.cameras.end(),
                    [](const auto &a, const auto &b) { return a.calibration.id < b.calibration.id; });
   input.frame = capture.frames.number(capture.frames.count / 2);

@@ -1,4 +1,4 @@
-// What a contact sheet shows, read: the frame, its cameras, the surface whose outline is drawn, pictures and
+// The input of a calibration sheet: the frame, its cameras, the surface whose outline is drawn, pictures and
 // masks.
 #pragma once
 
@@ -19,7 +19,7 @@ struct SheetOptions {
   bool force = false;
 };
 
-// What the drawn outline is of.
+// The source of the drawn outline.
 enum class Outlined { nothing, mesh, hull };
 
 struct SheetInput {
@@ -33,7 +33,7 @@ struct SheetInput {
 // The frame in the middle of the capture, or of Options::frames. Throws Error, Error.
 SheetInput open_capture(const SheetOptions &options);
 
-// A picture as it should be, or why there is none. Both empty: the capture names none.
+// A picture, or why there is none. Both empty: the capture names none.
 struct Loaded {
   media::Image image;
   std::string problem; // a sentence that names the file
@@ -47,7 +47,7 @@ Loaded mask_of(const SheetInput &input, size_t camera);
 struct Subject {
   geometry::ViewedSurface body;
   Outlined outlined = Outlined::nothing;
-  std::optional<size_t> left_out; // camera that had no say in the hull, see RigHull
+  std::optional<size_t> excluded; // camera that was ignored for the hull, see RigHull
 };
 Subject subject_of(const SheetInput &input, const SheetOptions &options);
 

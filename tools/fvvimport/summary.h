@@ -1,4 +1,4 @@
-// What a run tells of its work, for people and as JSON.
+// The report of a run as text and as JSON.
 #pragma once
 
 #include "fvv_scene/import.h"
@@ -6,7 +6,7 @@
 namespace fvv::fvvimport {
 
 struct Result {
-  std::string format, output; // output: empty when none was asked for
+  std::string format, output; // output: empty if none was requested
   const scene::Capture *capture = nullptr;
   std::optional<import::Diagnosis> diagnosis;
 };

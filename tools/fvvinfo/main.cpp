@@ -60,7 +60,7 @@ int main(int argc, char **argv) {
         tell_problems(report);
         worst = cli::worse(worst, report.exit());
       } catch (const Error &failure) {
-        // The other inputs are still looked at.
+        // The other inputs are still read.
         std::fprintf(stderr, "fvvinfo: %s\n", failure.what());
         worst = cli::worse(worst, failure.kind == Error::usage ? cli::usage : cli::failed);
       }

@@ -81,7 +81,7 @@ Report inspect(const std::string &path, const Options &options) {
     if (n == block) progress.step();
   }
   if (report.status >= 0) report.status = fvv_checker_finish(checker);
-  // The callback's address is that of this local report: nothing is pushed any more.
+  // The callback refers to this local report: no more bytes are pushed.
   return report;
 }
 
@@ -406,7 +406,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Ticks go as strings: they use all 64 bits, which numbers in JSON readers do not hold.
+// Ticks are strings: they use all 64 bits, which JSON readers may not hold in numbers.
 std::string ticks(int64_t value) {
   return std::to_string(value);
 }

@@ -32,12 +32,12 @@ struct Report {
   Options options;
   std::unique_ptr<fvv_checker, CheckerDeleter> checker;
   std::vector<Chunk> chunks;  // with options.chunks
-  bool has_index = false;     // an INDX chunk came intact
+  bool has_index = false;     // there was an intact INDX chunk
   fvv_status status = FVV_OK; // the error that ended the reading
 
   const fvv_check_summary &summary() const { return *fvv_checker_summary(checker.get()); }
   const fvv_configuration *configuration() const { return fvv_checker_configuration(checker.get()); }
-  // done; loss: nothing but an end too early; failed: anything else.
+  // done; loss: only an early end; failed: anything else.
   cli::Exit exit() const;
   // "complete", "truncated", "damaged" or "unreadable".
   const char *integrity() const;

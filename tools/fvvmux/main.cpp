@@ -20,14 +20,14 @@ constexpr const char *footer =
     "--verify is what fails: then the file stays.\n"
     "spec/fvvmux.schema.json describes the output of --json.";
 
-// Where the stream goes.
+// The output of the stream.
 struct Outputs {
   std::string stream;   // "-": standard output
   std::string segments; // folder
   bool force = false;
 };
 
-// What is still text after the command line was split.
+// Options that are parsed later.
 struct Texts {
   std::optional<std::string> bit_depth, quality;
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
@@ -105,9 +105,9 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option("--step", texts.step,
                  "step of the lattice of vertex positions: 1.5mm, 0.002m; plain numbers are metres or the "
                  "capture's units. Default: the capture's, else by --max-error");
-  auto *triangles = app.add_option("--triangles", options.triangles,
-                                   "decimate every frame to this number, whatever the error")
-                        ->check(CLI::Range(1, 1000000000));
+  auto *triangles =
+      app.add_option("--triangles", options.triangles, "decimate every frame to this number, at any error")
+          ->check(CLI::Range(1, 1000000000));
   app.add_flag("--keep-geometry", options.keep_geometry, "decimate nothing")->excludes(triangles);
   app.add_option("--group", options.group, "frames in a group; default: one second")
       ->check(CLI::Range(1, 100000));
@@ -227,7 +227,7 @@ WrittenSegments write_segments(const std::string &stream, const std::string &nam
   return {name, sums};
 }
 
-// Segments of a stream that is there already.
+// Segments of an existing stream.
 cli::Exit cut_up(const mux::Options &options, const Outputs &outputs, bool as_json) {
   cli::OutputFolder folder(outputs.segments, outputs.force);
   const WrittenSegments segments = write_segments(options.capture, outputs.segments, folder);
@@ -251,7 +251,7 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
     if (progress) progress->step(frames);
   };
   mux::Muxer muxer(options, observer);
-  // Opened when the capture is known to be good, but before the work that takes time.
+  // Opened after the capture was checked, but before the work that takes time.
   cli::OutputFile output(outputs.stream, outputs.force);
   progress.emplace("fvvmux: " + outputs.stream, muxer.frame_count());
   mux::Summary summary = muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); });

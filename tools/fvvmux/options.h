@@ -1,4 +1,4 @@
-// How options are spelled on the command line.
+// Parses values of options.
 #pragma once
 
 #include "fvv_mux/options.h"

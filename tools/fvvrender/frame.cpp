@@ -15,7 +15,7 @@ namespace fvv::rendering {
 
 namespace {
 
-// Shares that are coded are finer than those of bits of faces, and these than those of vertices.
+// Coded weights are finer than those from bits of faces, and these finer than those from bits of vertices.
 int fineness(uint8_t domain) {
   return domain == FVV_VISIBILITY_WEIGHTS ? 2 : domain == FVV_VISIBILITY_FACES;
 }
@@ -36,8 +36,8 @@ void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraWe
   }
 }
 
-// Of all visibility tracks of mesh, which is that of the frame on that track; of a camera that two of them
-// have, faces are taken. A track that is lost or unknown adds a line to losses. where: the beginning of these
+// Of all visibility tracks of mesh, which is that of the frame on that track; of a camera in two of them the
+// finer one is used. A track that is lost or unknown adds a line to losses. where: the beginning of these
 // lines. Throws Error when reading fails.
 std::vector<CameraWeights> load_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &mesh,
                                            const fvv_configuration &configuration, uint16_t mesh_track,
@@ -60,7 +60,7 @@ std::vector<CameraWeights> load_visibility(fvv_stream *stream, size_t frame, con
   return out;
 }
 
-// Where a frame is: those of its group before it may be needed to decode it.
+// The place of a frame: those of its group before it may be needed to decode it.
 struct Place {
   size_t group, first, frame;
 };
@@ -136,7 +136,7 @@ private:
     return camera;
   }
 
-  // One that moves and is not calibrated in this frame is not there (fvv.md, clause 9.6).
+  // A moving camera without calibration in this frame is absent (fvv.md, clause 9.6).
   void load_cameras(Frame &out) {
     for (size_t i = 0; i < configuration->camera_count; i++) {
       fvv_camera camera;
@@ -174,7 +174,7 @@ private:
       out.normals.push_back({normals[i], normals[i + 1], normals[i + 2]});
   }
 
-  // Where the camera is in the frames of the group; returns why that is lost, or "".
+  // The tile of the camera in the frames of the group; returns why it is lost, or "".
   std::string find_tile(const fvv_video_layout &video, const demux::View &view,
                         std::optional<fvv_tile> &tile) {
     fvv_diagnostic diagnostic = {};
@@ -232,7 +232,7 @@ private:
     }
   }
 
-  // The sample of a frame; nothing, and why, when there is none.
+  // The sample of a frame; none, with the reason, if there is none.
   bool sample(size_t frame, uint16_t track, const uint8_t *&bytes, size_t &size, int &key, std::string &why) {
     fvv_diagnostic diagnostic = {};
     const fvv_status status = fvv_stream_sample(stream.get(), frame, track, &bytes, &size, &key, &diagnostic);
@@ -247,7 +247,7 @@ private:
     const uint8_t *bytes = nullptr;
     size_t size = 0, first = place.frame + 1;
     int key = 0;
-    // Back to the last key, then forth.
+    // From the last key on.
     while (first > place.first && !key)
       if (!sample(--first, video.track, bytes, size, key, why)) return {};
     media::Decoder decoder(video.config);

@@ -1,5 +1,5 @@
-// One frame of a stream, decoded: its mesh in metres, the picture of every camera that it shows, and what its
-// cameras see of the mesh.
+// One decoded frame of a stream: its mesh in metres, the pictures of its cameras, and their visibility of the
+// mesh.
 #pragma once
 
 #include "fvv/stream.h"
@@ -12,7 +12,7 @@
 
 namespace fvv::rendering {
 
-// What one camera sees around each vertex of the frame's mesh (fvv_visibility_weights).
+// The visibility of the vertices of the frame's mesh from one camera (fvv_visibility_weights).
 struct CameraWeights {
   uint16_t camera;
   uint8_t domain; // that they come from: FVV_VISIBILITY_...
@@ -37,7 +37,7 @@ struct Frame {
   std::vector<CameraWeights> bits;
   std::vector<render::EnvironmentPart> environment; // empty: there is none
   std::vector<std::string>
-      losses; // whole lines: pictures and visibility of this frame that are lost or not there
+      losses; // whole lines: pictures and visibility of this frame that are lost or missing
 
   render::Mesh mesh() const {
     return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};

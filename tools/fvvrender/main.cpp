@@ -69,7 +69,7 @@ int main(int argc, char **argv) {
   auto *visible_by =
       app.add_option("--visible-by", view.visibility,
                      "bits of the stream, of other cameras depth maps (default where the frame has bits); "
-                     "depth: depth maps of all; rays: the truth")
+                     "depth: depth maps of all; rays: exact")
           ->transform(CLI::CheckedTransformer(tests).description(""));
   app.add_option("--samples", view.samples, "of a pixel along its side: 1, 3, 5 or 7")
       ->check(CLI::IsMember({1, 3, 5, 7}))

@@ -96,8 +96,8 @@ fvv_camera of_pose(const Target &target, const Frame &frame) {
   return camera;
 }
 
-// The camera of the picture. A camera of the stream is scaled to size. Error (usage) for a camera that
-// is not there, sizes out of range, and poses that look nowhere.
+// The camera of the picture. A camera of the stream is scaled to size. Error (usage) for a camera that is not
+// there, sizes out of range, and poses without direction.
 fvv_camera target_camera(const Target &target, const Frame &frame) {
   if (target.camera && target.focal) refuse("--focal: expected with --pose only");
   if (target.camera.has_value() == !target.pose.empty())
@@ -266,7 +266,7 @@ render::Visibility visibility_of(const Options &options, const std::vector<rende
   return options.view.visibility;
 }
 
-// The user's wishes go before the stream's.
+// Options of the user override those of the stream.
 render::ViewOptions textured(const Options &options, const fvv_texturing &said) {
   render::ViewOptions view = options.view;
   view.threshold = options.threshold.value_or(said.threshold);

@@ -25,8 +25,8 @@ struct Options {
   demux::Selection sources;                 // of the stream's cameras, by identifier
   std::optional<demux::Selection> excluded; // of these
   bool leave_one_out = false;               // the camera that the picture is taken from is no source
-  render::ViewOptions view; // executor, and what the stream says of texturing, are set by run()
-  // In place of what the stream has.
+  render::ViewOptions view; // executor and the texturing options of the stream are set by run()
+  // In place of the stream's.
   std::optional<double> threshold;
   std::optional<uint32_t> best;
   std::optional<render::Vec3> unseen;
@@ -46,7 +46,7 @@ struct Result {
   double load = 0, prepare = 0, draw = 0; // seconds: decoding, depth maps, the picture
   render::Visibility visibility;          // by what was drawn
   std::vector<uint16_t> with_bits;        // of the sources; with Visibility::given
-  std::vector<std::string> warnings;      // and what is odd
+  std::vector<std::string> warnings;      // and warnings
   std::vector<std::string> losses;        // whole lines
 };
 

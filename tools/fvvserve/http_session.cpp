@@ -61,7 +61,7 @@ public:
   }
 
   void accept(const Request &request) {
-    // Before the response: what comes in after it must not be missed.
+    // Before the response, so that later messages are not missed.
     if (!channel->join(*this)) queue.end("");
     socket.async_accept(request, [self = shared_from_this()](beast::error_code error) {
       if (error) return self->finish("handshake");
@@ -76,7 +76,7 @@ public:
   }
 
 private:
-  // What a client says is read, so that its pongs are, and has no meaning.
+  // Messages of a client are read, as its pongs are, and ignored.
   void read() {
     socket.async_read(inbound, [self = shared_from_this()](beast::error_code error, size_t) {
       if (error) return self->finish(self->queue.ended() ? "end of stream" : reason(error));
@@ -125,7 +125,7 @@ private:
   const char *why = "gone";
 };
 
-// Accepts the upgrade and lives on until the client goes, is silent for Options::idle, sends a message above
+// Accepts the upgrade and lives until the client goes, is silent for Options::idle, sends a message above
 // 4 KiB, or the stream ends. done is called once, at the end.
 void serve_live(beast::tcp_stream &&stream, const Request &request, const Options &options,
                 std::shared_ptr<LiveChannel> channel, std::function<void(const char *why)> done) {
@@ -134,10 +134,10 @@ void serve_live(beast::tcp_stream &&stream, const Request &request, const Option
 }
 
 constexpr uint32_t longest_header = 8192;
-constexpr size_t largest_turn = 1 << 20; // bytes of a file before others have their turn
+constexpr size_t largest_turn = 1 << 20; // bytes of a file before other connections are served
 constexpr std::string_view live_prefix = "/live/";
 
-// One line for each request, on stderr. What a client sent can't write to the terminal.
+// One line for each request, on stderr. Text of clients cannot control the terminal.
 void log(const std::string &peer, std::string text) {
   for (char &c : text)
     if (c < 32 || c > 126) c = '?';
@@ -172,7 +172,7 @@ public:
 private:
   void answer(beast::error_code error) {
     if (error == http::error::header_limit) return refuse_unread(431, "the header is longer than 8 KiB");
-    // Errors of the parser: what came is no request. All others: the client is gone.
+    // Errors of the parser: the bytes are not a request. All others: the client is gone.
     if (error && error.category() == make_error_code(http::error::bad_version).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message)
       return refuse_unread(400, "expected a request without a body");
@@ -239,7 +239,7 @@ private:
       const ssize_t n = sendfile(stream.socket().native_handle(), reply.file.get(), &offset, wanted);
       if (n < 0 && errno == EINTR) continue;
       if (n < 0 && errno == EAGAIN) break;
-      if (n <= 0) return close(); // 0: the file has become shorter; the length was promised already
+      if (n <= 0) return close(); // 0: the file has become shorter; the length was sent already
       reply.first += static_cast<uint64_t>(n);
       reply.count -= static_cast<uint64_t>(n);
       turn += static_cast<size_t>(n);

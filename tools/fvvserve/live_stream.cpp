@@ -30,16 +30,16 @@ void ClientQueue::put(Message message) {
   messages.push_back(std::move(message));
 }
 
-void ClientQueue::say(const std::string &json, const Missed &told) {
-  put({std::make_shared<const std::string>(json), Message::Kind::text, 0, told});
+void ClientQueue::say(const std::string &json, const Missed &missed) {
+  put({std::make_shared<const std::string>(json), Message::Kind::text, 0, missed});
 }
 
 bool ClientQueue::fits(size_t size) const {
-  // Or a chunk above the limit would never pass: what was put just before it may still be on its way.
+  // Otherwise a chunk above the limit would never pass: the one before it may still be in transit.
   return bytes_waiting <= limit_bytes / 8 || bytes_waiting + size <= limit_bytes;
 }
 
-// The client gets nothing of what it did not take in time: what it would get late is of no use to it.
+// A client does not get chunks that it did not take in time: late data are useless to it.
 void ClientQueue::drop_waiting(int64_t time, size_t size) {
   if (!skipping) missed = {time, 0, 0};
   skipping = true;
@@ -55,7 +55,7 @@ void ClientQueue::drop_waiting(int64_t time, size_t size) {
   while (messages.size() > kept) {
     const Message &last = messages.back();
     if (last.kind == Message::Kind::media) add(last.time, 1, last.bytes->size());
-    // A skip that the client will not hear of is a part of this one.
+    // A skip that was not sent to the client is a part of this one.
     if (last.missed.chunks) add(last.missed.from, last.missed.chunks, last.missed.bytes);
     bytes_waiting -= last.bytes->size();
     messages.pop_back();
@@ -135,8 +135,8 @@ constexpr size_t portion = 64 << 10;
 constexpr size_t largest_kept = (size_t(256) << 20) + 2 * portion; // the largest chunk that is read, and more
 constexpr uint64_t chunk_header = 32, file_header = 24;            // clauses 4.1 and 3.1 of spec/fvv.md
 constexpr size_t most_untaken = 64;                                // pieces on their way to the receiver
-constexpr std::chrono::milliseconds look_again{50}; // whether a file has grown, or we are to stop
-// Beyond these the time stamps are taken to begin anew: a gap in the recording, a machine that slept.
+constexpr std::chrono::milliseconds look_again{50}; // whether a file has grown, or stop was called
+// Beyond these time stamps are assumed to restart: a gap in the recording, a suspended machine.
 constexpr double longest_wait = 10, longest_delay = 1;
 
 struct ReaderDeleter {
@@ -150,8 +150,8 @@ struct Reader {
   std::unique_ptr<fvv_reader, ReaderDeleter> handle;
   std::string bytes;                                                 // pushed, and not yet consumed
   uint64_t offset = 0;                                               // of their first in the stream
-  enum class Where { nowhere, block, group } where = Where::nowhere; // group: one that is handed on
-  std::string configuration;                                         // the block, as far as it has come
+  enum class Where { nowhere, block, group } where = Where::nowhere; // group: one that is passed on
+  std::string configuration;                                         // the block, as far as it has been read
   double seconds_per_tick = 0;
   int64_t frame_duration = 1, last_time = 0, anchor_time = 0;
   std::optional<Clock::time_point> anchor; // when anchor_time was due
@@ -241,7 +241,7 @@ bool LiveSource::wait_for_audience() {
   return !stop;
 }
 
-// Poll with a limit, because nothing else would tell us that we are to stop.
+// Poll with a time limit, in order to notice stop.
 bool LiveSource::wait_for_input() {
   while (!stopped()) {
     pollfd entry = {descriptor.get(), POLLIN, 0};
@@ -292,7 +292,7 @@ bool LiveSource::play_once() {
       fvv_reader_finish(handle);
     }
     more = drain(reader) && n;
-    // Of garbage without end only as much is kept as a chunk may have that is not whole yet.
+    // Of endless garbage only as much is kept as an incomplete chunk may have.
     if (reader.bytes.size() > largest_kept) {
       const size_t surplus = reader.bytes.size() - largest_kept;
       reader.bytes.erase(0, surplus);
@@ -300,7 +300,7 @@ bool LiveSource::play_once() {
     }
   }
   if (input == Input::fifo) {
-    // The next writer brings a stream of its own.
+    // The next writer begins a stream of its own.
     descriptor = Descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
     if (descriptor.get() < 0) throw Error(path + ": cannot open: " + std::strerror(errno));
   }
@@ -344,7 +344,7 @@ void LiveSource::take(const fvv_event &event, Reader &reader) {
     Piece piece(Piece::Kind::damage);
     piece.text = text;
     give(std::move(piece));
-    // Of a block in which something is missing nothing is used; the one before it may still hold.
+    // An incomplete block is not used; the one before it may still apply.
     reader.configuration.clear();
     reader.where = Reader::Where::nowhere;
   }
@@ -371,7 +371,7 @@ void LiveSource::take_chunk(const fvv_event &event, Reader &reader) {
     reader.where = catching_up ? Where::nowhere : Where::group;
   }
   if (reader.where != Where::group || !event.group_intact) return; // the reason was reported as damage
-  // The end of a group has nothing to wait for.
+  // The end of a group is sent at once.
   const bool ends = chunk.type == FVV_CHUNK_GROUP_END;
   if (!ends) {
     wait_until_due(chunk.time, reader);

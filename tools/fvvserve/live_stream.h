@@ -22,15 +22,15 @@ namespace fvv::serve {
 // Shared by all clients that wait for them.
 using Bytes = std::shared_ptr<const std::string>;
 
-// What a client needs before a group.
+// The chunks that a client needs before a group.
 struct Opening {
   Bytes header;          // file header of the stream
-  Bytes configuration;   // the block that holds
+  Bytes configuration;   // the current block
   uint64_t version = 0;  // another one: another block, or another stream
   bool repeated = false; // the block is right before this group
 };
 
-// What a client was spared.
+// The chunks that a client missed.
 struct Missed {
   int64_t from = 0; // ticks; of the first chunk
   uint64_t chunks = 0, bytes = 0;
@@ -44,26 +44,25 @@ struct Message {
   Missed missed = {}; // text: what it reports
 };
 
-// What is put makes runs: file header, configuration, whole groups with further configurations between them.
-// Each run is a stream by itself for a reader that joins late. A text message ends a run.
+// Messages form runs: file header, configuration, whole groups with further configurations between them. Each
+// run is a stream by itself for a reader that joins late. A text message ends a run.
 
 class ClientQueue {
 public:
-  // limit: bytes that wait at most, what is being sent included. One message may be larger when little
-  // alone.
+  // limit: of waiting bytes, including those being sent. One message may be larger if it waits alone.
   explicit ClientQueue(size_t limit) : limit_bytes(limit) {}
 
   // A group begins at this time; bytes: its first chunk.
   void group(const Opening &opening, int64_t time, const Bytes &bytes);
   void chunk(int64_t time, const Bytes &bytes);
-  // The group at hand will not be finished.
+  // The open group will not be finished.
   void damage(const std::string &message);
-  // Another stream begins: a file begins anew, or its writer does.
+  // Another stream begins: the file or its writer restarted.
   void restart();
-  // No more will come. message: why, or empty.
+  // There are no more messages. message: why, or empty.
   void end(const std::string &message);
 
-  // What is to be sent next, or NULL. It is being sent from this call on.
+  // The next message to send, or NULL. It is being sent from this call on.
   const Message *next();
   void sent();
   size_t waiting_bytes() const { return bytes_waiting; }
@@ -89,7 +88,7 @@ struct Piece {
     configuration, // a whole block
     group,         // first chunk of a group that is intact so far
     chunk,         // any further one, the last with it
-    damage,        // text; the group at hand, if any, will not be finished
+    damage,        // text; the open group, if any, will not be finished
     end,           // of the stream; text: what went wrong, or empty. last: there will not be another stream
   };
   explicit Piece(Kind of) : kind(of) {}
@@ -113,7 +112,7 @@ public:
 
   void start();
   void halt(); // returns when the thread has ended
-  // How many listen now. A file that is played begins when the first one comes.
+  // The number of clients. A file that is played begins with the first one.
   void audience(size_t listeners);
   void taken();
 
@@ -138,7 +137,7 @@ private:
   Sink sink;
   Input input;
   Descriptor descriptor;
-  bool catching_up = false; // of a growing file: what was there before we came is not sent
+  bool catching_up = false; // of a growing file: bytes before the start are not sent
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -167,12 +166,12 @@ public:
   LiveChannel(const Options &options, const LiveInput &input, Post post);
 
   void start() { source.start(); }
-  // No piece comes in any more. To be called while what post needs is still there.
+  // Stops the input. To be called while the objects that post needs still exist.
   void halt() { source.halt(); }
   // False: the stream has ended for good.
   bool join(Listener &listener);
   void leave(Listener &listener);
-  // Tells everybody that no more will come.
+  // Tells all clients that there are no more messages.
   void close();
   bool ended() const { return over; }
 

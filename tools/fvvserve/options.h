@@ -21,13 +21,13 @@ struct Options {
   uint16_t port = 8035;                     // 0: the system chooses
   std::vector<std::string> allow_origin;    // "https://host:port" or "*", besides the same origin
   std::vector<std::string> allow_host;      // names, besides localhost and addresses
-  bool loop = false;                        // files begin anew while anyone listens
+  bool loop = false;                        // files restart while there are clients
   bool follow = false;                      // files are still being written
   bool pace = false;                        // pipes by their time stamps too
   size_t queue_bytes = size_t(8) << 20;     // waiting for one live client
   size_t connections = 1024;                // at once
   std::chrono::milliseconds request{10000}; // from the first to the last byte of a request, and between two
-  std::chrono::milliseconds idle{60000};    // without a sign of life
+  std::chrono::milliseconds idle{60000};    // without any message
   bool verbose = false;
 };
 

@@ -68,7 +68,7 @@ namespace {
 using Header = http::response_header<>;
 
 constexpr const char *methods = "GET, HEAD, OPTIONS";
-// Pages may run their own scripts and wasm, and nothing else: a decoder that needs more is found out here.
+// Pages may run their own scripts and wasm, and nothing else: a decoder that needs more fails here.
 constexpr const char *content_policy =
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; img-src 'self' data: "
     "blob:; "
@@ -161,7 +161,7 @@ Reply file_reply(const Options &options, const Request &request, SiteFile &file)
   header.set(http::field::accept_ranges, "bytes");
   header.set(http::field::etag, file.validators.etag);
   header.set(http::field::last_modified, http_date(file.validators.modified));
-  // A copy may be kept and has to be asked for: files change under a developer's hands.
+  // Copies have to be revalidated: files change during development.
   header.set(http::field::cache_control, "no-cache");
   const std::string size = std::to_string(file.size);
   if (selected.status == 416) header.set(http::field::content_range, "bytes */" + size);
@@ -204,7 +204,7 @@ Reply plain_reply(const Request &request, unsigned status, const std::string &li
 }
 
 std::optional<Reply> refuse(const Options &options, const Request &request) {
-  // Not twice, not without: RFC 9112 clause 3.2.
+  // Exactly one: RFC 9112 clause 3.2.
   const size_t hosts = request.count(http::field::host);
   if (hosts > 1 || (hosts == 0 && request.version() >= 11))
     return plain_reply(request, 400, "a request has one Host header", false);
@@ -230,7 +230,7 @@ Reply reply_to(const Options &options, const Site *site, const Request &request)
   Header header = header_of(request, lookup == Lookup::folder ? 301 : 404, keep_alive);
   add_cors(options, request, header);
   if (lookup == Lookup::missing) return with_text(request, header, "not found", keep_alive);
-  // As it came, still encoded. It begins with one slash: decode_path refuses "//host".
+  // As received, still encoded. It begins with one slash: decode_path refuses "//host".
   header.set(http::field::location, std::string(path_of(request)) + "/");
   return with_text(request, header, "", keep_alive);
 }

@@ -1,5 +1,5 @@
-// The reply to one HTTP request other than WebSocket, and who may ask. A page elsewhere reaches a server on
-// this machine through the user's browser: under a name of its own that was bound to 127.0.0.1 (DNS
+// The reply to one HTTP request other than WebSocket, and its access control. A page elsewhere reaches a
+// server on this machine through the user's browser: under a name of its own that was bound to 127.0.0.1 (DNS
 // rebinding), or by a WebSocket, which no same-origin rule stops.
 #pragma once
 
@@ -42,7 +42,7 @@ Reply plain_reply(const Request &request, unsigned status, const std::string &li
 // when the request may go on.
 std::optional<Reply> refuse(const Options &options, const Request &request);
 
-// site NULL: nothing is served but WebSocket.
+// site NULL: only WebSocket is served.
 Reply reply_to(const Options &options, const Site *site, const Request &request);
 
 // Path of a request target, without query; of the absolute form too (RFC 9112 clause 3.2.2).

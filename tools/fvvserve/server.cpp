@@ -20,7 +20,7 @@ namespace fvv::serve {
 
 namespace {
 
-constexpr std::chrono::milliseconds farewell{300}; // for last words to live clients
+constexpr std::chrono::milliseconds farewell{300}; // for the last messages to live clients
 constexpr std::chrono::milliseconds pause{100};    // after a failed accept: no descriptor is free
 constexpr int longest_backlog = 1024;
 
@@ -103,7 +103,7 @@ private:
     });
   }
 
-  // One try: a client that doesn't take these few bytes at once is not waited for.
+  // One attempt, without waiting for a client that does not take these few bytes at once.
   static void turn_away(tcp::socket &socket) {
     constexpr char reply[] = "HTTP/1.1 503 Service Unavailable\r\nRetry-After: 5\r\nContent-Length: "
                              "0\r\nConnection: close\r\n\r\n";

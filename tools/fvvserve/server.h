@@ -1,5 +1,5 @@
-// The whole server: listens, lets in, and ends in good order on SIGINT and SIGTERM. One thread for the
-// network and one for each live stream.
+// The whole server: listens, accepts connections, and shuts down cleanly on SIGINT and SIGTERM. One thread
+// for the network and one for each live stream.
 #pragma once
 
 #include "fvvserve/options.h"

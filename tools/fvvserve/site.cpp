@@ -36,7 +36,8 @@ std::optional<std::time_t> parse_date(std::string_view text) {
   return timegm(&fields);
 }
 
-// Whether a list of entity tags has ours. A weak tag fits only where the comparison is weak (8.8.3.2).
+// Whether a list of entity tags contains that of the file. A weak tag fits only where the comparison is weak
+// (8.8.3.2).
 bool has_tag(std::string_view list, const std::string &etag, bool weak) {
   list = trimmed(list);
   if (list == "*") return true;
@@ -181,7 +182,7 @@ bool good_segments(std::string_view path) {
 
 // Any change of the content changes one of these, also a file of the same size and age put in its place. The
 // clock of a file system ticks every few milliseconds: two changes within one tick that keep the size are not
-// told apart.
+// distinguished.
 std::string etag_of(const struct stat &status) {
   char text[96];
   std::snprintf(text, sizeof text, "\"%llx-%llx.%lx-%llx.%lx\"", (unsigned long long)status.st_size,
@@ -255,7 +256,7 @@ Lookup Site::open(const std::string &decoded, SiteFile &file) const {
   const std::string inside = root == "/" ? root : root + "/";
   const auto place = place_of(descriptor.get());
   if (!place || place->compare(0, inside.size(), inside) != 0) return Lookup::missing;
-  // A link to a hidden file is no way to it.
+  // A link must not lead to a hidden file.
   if (place->find("/.", root.size()) != std::string::npos) return Lookup::missing;
   if (S_ISDIR(status.st_mode)) return Lookup::folder;
   if (!S_ISREG(status.st_mode)) return Lookup::missing;

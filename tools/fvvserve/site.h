@@ -10,13 +10,13 @@
 
 namespace fvv::serve {
 
-// What distinguishes one state of a file from another.
+// Validators of a file's state.
 struct Validators {
   std::string etag; // strong, with its quotes
   std::time_t modified = 0;
 };
 
-// What the request says; empty: the header is absent.
+// Headers of the request; empty: absent.
 struct Conditions {
   std::string_view if_match, if_none_match, if_modified_since, if_unmodified_since, if_range, range;
 };
@@ -49,9 +49,8 @@ private:
 };
 
 // The path of a request target (origin form, query already cut off), percent-decoded, without the leading
-// slash. Nothing for what is malformed or could mean two things: NUL and control characters, an encoded
-// slash, a backslash, empty segments, and segments that begin with a dot, which covers "." and ".." and
-// hidden files.
+// slash. None if it is malformed or ambiguous: NUL and control characters, an encoded slash, a backslash,
+// empty segments, and segments that begin with a dot, which covers "." and ".." and hidden files.
 std::optional<std::string> decode_path(std::string_view path);
 
 struct SiteFile {
@@ -61,14 +60,14 @@ struct SiteFile {
   const char *type = ""; // media type
 };
 
-enum class Lookup { found, missing, folder }; // folder: the same path with a slash at the end is meant
+enum class Lookup { found, missing, folder }; // folder: the path lacks a slash at its end
 
 class Site {
 public:
   // Throws Error when root is no folder that can be read.
   explicit Site(const std::string &root);
-  // decoded: from decode_path. A folder is its index.html. Links may lead anywhere below the root; what lies
-  // outside of it is missing, whatever leads there, since it is the opened file that is asked where it lies.
+  // decoded: from decode_path. A folder is its index.html. Links may lead anywhere below the root; files
+  // outside of it do not exist for requests, as the real path of the opened file is checked.
   Lookup open(const std::string &decoded, SiteFile &file) const;
 
 private:

@@ -18,7 +18,7 @@ namespace {
 
 constexpr uint32_t nothing = UINT32_MAX;
 constexpr double least_cosine = 0.36; // between a face and the axis that it is projected along
-constexpr double agreement = 0.30;    // what one neighbour's direction is worth, as cosine
+constexpr double agreement = 0.30;    // weight of one neighbour's direction, as cosine
 constexpr int rounds = 12;
 constexpr double touch = 1e-7;  // metres by which triangles that share an edge may overlap by rounding
 constexpr double bucket = 0.02; // metres: about the length of an edge
@@ -206,7 +206,7 @@ Bounds bounds(const Surface &surface, const Chart &chart) {
   return result;
 }
 
-// The charts' places at a density; nothing when they do not fit.
+// The charts' places at a density; none if they do not fit.
 std::vector<ChartBox> pack(const std::vector<Bounds> &charts, double density, uint32_t size) {
   std::vector<stbrp_rect> rects;
   for (const Bounds &one : charts) {

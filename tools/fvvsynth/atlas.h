@@ -72,7 +72,7 @@ struct Atlas {
   Layout layout;        // of the faces of Scene::faces()
   media::Image picture; // diffuse reflectance alone, as display values
 
-  // What the layout's vertices have of something that the scene's have, in groups of per numbers.
+  // Attributes of the scene's vertices, in groups of per numbers, for the layout's vertices.
   template <class Value> std::vector<Value> opened(const std::vector<Value> &values, size_t per) const {
     std::vector<Value> result;
     result.reserve(layout.source.size() * per);

@@ -8,7 +8,7 @@
 #include "fvv_render/ray_visibility.h"
 #include "fvv_scene/environment.h"
 #include "fvvsynth/atlas.h"
-#include "fvvsynth/paint.h"
+#include "fvvsynth/look.h"
 #include "fvvsynth/remesh.h"
 #include "fvvsynth/scene.h"
 

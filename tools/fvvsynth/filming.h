@@ -47,11 +47,11 @@ struct FrameRate { // frames per second, in lowest terms
   uint32_t numerator = 25, denominator = 1;
 };
 
-// What is asked for besides perfect pictures; each 0: not at all.
+// Deviations from perfect pictures; 0: none.
 struct Realism {
   double noise = 0;    // strength, see sensor.h
   double exposure = 0; // stops by which cameras differ from the mean, at most
-  double shutter = 0;  // how long it is open, as a share of a frame
+  double shutter = 0;  // how long it is open, as a fraction of a frame
   bool labels = false;
 };
 constexpr double default_noise = 1, default_exposure = 0.3, default_shutter = 0.5;

@@ -10,9 +10,9 @@ using hull::Grid;
 using hull::Surface;
 
 // The outer surface of the union of closed surfaces (positions x y z, faces counter-clockwise seen from
-// outside, which may cut each other and themselves) by its crossings with the lines of grid, which it must
-// not reach the border of. Vertices lie on the given surface, except where well-composing moved it; what lies
-// between grid lines goes.
+// outside, which may cut each other and themselves) by its crossings with the lines of grid, whose border it
+// must not reach. Vertices lie on the given surface, except where well-composing moved it; details between
+// grid lines are lost.
 Surface remesh(const Grid &grid, const std::vector<float> &positions, const std::vector<uint32_t> &faces);
 
 // A grid around positions whose origin depends on key: every key gives other triangles.

@@ -41,10 +41,10 @@ void vary(fvv_camera &camera, double focal, Random &random) {
   camera.cy = camera.height * (0.5 + random.between(-0.01, 0.01));
 }
 
-// What makes the cameras of the studio unlike.
+// The differences between the cameras of the studio.
 struct Make {
   double zoom;     // focal length against that of the small rig
-  uint32_t thirds; // size in thirds of the one asked for
+  uint32_t thirds; // size in thirds of the given one
   double k1, k2;   // both 0: no distortion
 };
 constexpr Make oval[] = {{1.00, 3, 0, 0},       {0.80, 3, -0.20, 0.045}, {0.95, 3, -0.12, 0.020},
@@ -68,7 +68,7 @@ fvv_camera make_studio_camera(const Make &make, size_t id, uint32_t width, uint3
     std::copy_n(distortion, 4, camera.distortion);
     camera.r_max = fvv_camera_r_max(&camera);
   }
-  // Straight from above y is no direction in the picture: there far is up.
+  // Straight from above y has no direction in the picture: far is up.
   aim(camera, centre, target, std::abs(centre.x) + std::abs(centre.z) < 1 ? Vec3{0, 0, -1} : Vec3{0, 1, 0});
   return camera;
 }

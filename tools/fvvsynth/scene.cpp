@@ -18,7 +18,7 @@ constexpr double longest_zoom = 1.8;   // of the camera that moves, times its sh
 
 const render::Light light_of_day = {
     normalised(Vec3{0.35, 0.85, 0.40}), {0.95, 0.91, 0.84}, {0.62, 0.65, 0.70}, {0.30, 0.24, 0.19}};
-// What the floor shows of them: the lamp of the players, and one from the other side that fills.
+// The lamps that light the floor: that of the players, and a fill light from the other side.
 const std::array<Lamp, 2> lamps = {
     {{light_of_day.towards, 0.50, 0.04}, {normalised(Vec3{-0.45, 0.80, -0.30}), 0.22, 0.07}}};
 

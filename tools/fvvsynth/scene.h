@@ -58,7 +58,7 @@ public:
     return render::displayed(light(camera, moment, buffer));
   }
 
-  // With which floor and walls are painted (paint.h).
+  // The key of floor_colour() and wall_colour().
   uint32_t paint_key() const { return studio_key; }
 
 private:
@@ -81,7 +81,7 @@ private:
   std::vector<render::LightField> backgrounds; // of the cameras that stand still
 };
 
-// What throws the shadows on the floor.
+// The lamps that cast shadows on the floor.
 const std::array<Lamp, 2> &studio_lamps();
 
 } // namespace fvv::synth

@@ -1,5 +1,5 @@
 // The joints of a player, how they move and how they carry the skin (linear-blend skinning). Metres; at rest
-// the player stands on y = 0 facing +z, his left is +x, arms spread downwards.
+// the player is upright on y = 0 facing +z, his left is +x, arms spread downwards.
 #pragma once
 
 #include "fvv_render/vector.h"
@@ -39,7 +39,7 @@ Vec3 rest_arm(int side);  // unit vector from shoulder to hand; side: +1 left, -
 Vec3 rest_leg(int side);  // unit vector from hip to ankle
 Vec3 rest_palm(int side); // unit vector that the palm faces
 
-// What a hand does: where the wrist is, where fingers point, what the palm faces (unit vectors).
+// The goal of a hand: position of the wrist, directions of fingers and palm (unit vectors).
 struct HandGoal {
   Vec3 wrist, fingers, palm;
 };

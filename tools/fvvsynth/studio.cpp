@@ -1,7 +1,7 @@
 #include "fvvsynth/studio.h"
 
 #include "fvvsynth/body.h"
-#include "fvvsynth/paint.h"
+#include "fvvsynth/look.h"
 #include "fvvsynth/random.h"
 #include "fvvsynth/rig.h"
 

@@ -4,7 +4,7 @@
 
 #include "fvv/calibration.h"
 #include "fvv_render/picture.h"
-#include "fvvsynth/paint.h"
+#include "fvvsynth/look.h"
 
 #include <array>
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Lamp {
 class Shadow {
 public:
   Shadow(const render::Mesh &mesh, const Lamp &lamp);
-  // Darkens what camera sees of the floor. What stands on it is expected to be drawn afterwards.
+  // Darkens what camera sees of the floor. Objects on it are drawn afterwards.
   void cast(const render::Projection &camera, render::LightField &picture) const;
 
 private:
@@ -87,8 +87,8 @@ public:
   // The cameras are seen on their tripods, except those above everything.
   Studio(uint32_t key, double texel, const std::vector<fvv_camera> &cameras, const render::Light &light,
          uint32_t threads);
-  // What a camera sees of it, linear, each pixel from 2 x 2 places and of things that stand there from those
-  // of buffer. own: the number of this camera, whose tripod is not seen. part: of those things, as for
+  // What a camera sees of it, linear, each pixel from 2 x 2 places and of still things from those of buffer.
+  // own: the number of this camera, whose tripod is not seen. part: of those things, as for
   // render::illuminate.
   render::LightField seen(const render::Projection &camera, size_t own, render::SampleBuffer &buffer,
                           std::optional<uint32_t> part = {}) const;

@@ -61,7 +61,7 @@ for (const [name, browser] of Object.entries(browsers)) {
       assert.equal(results.length, 2 * (5 * Object.keys(files).length + 2 * MORE.length));
       for (const { worker, track, all, different, same } of reselected) {
         assert.equal(all.length, 3);
-        assert.equal(different, 5 * all.length, "identical pictures cannot be told apart");
+        assert.equal(different, 5 * all.length, "identical pictures cannot be distinguished");
         assert.deepEqual(same, [all, all, [track], [track], all], worker ? "worker" : "window");
       }
       for (const result of results) {

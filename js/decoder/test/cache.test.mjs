@@ -89,7 +89,7 @@ test("the cache returns what was put, stores nothing twice, and evicts the least
     [cache.coveredUntil(100, 1000), cache.coveredUntil(100, 200), cache.coveredUntil(50, 90)],
     [310, 200, 50],
   );
-  // A gap ends at 20 contiguous bytes if at least 20 are asked for; bytes up to the end always end it.
+  // A gap ends at 20 contiguous bytes if at least 20 are requested; bytes up to the end always end it.
   assert.deepEqual(
     [cache.missingUntil(310, 1000, 20), cache.missingUntil(310, 1000, 21), cache.missingUntil(310, 720, 21)],
     [700, 1000, 700],

@@ -13,7 +13,7 @@ constexpr size_t block_size = 1 << 18;
 } // namespace
 
 Survey::Survey(const InputFile &file) {
-  // A frame counts once something that follows it has come while nothing was missing.
+  // A frame counts once something follows it without a gap.
   fvv_frames_options options;
   fvv_frames_options_default(&options);
   options.eager = 0;
@@ -51,7 +51,7 @@ Survey::Survey(const InputFile &file) {
   }
   fvv_frames_finish(frames.get());
   while (status >= 0 && (status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
-  // An error of the stream ends what is certain; what follows counts as lost.
+  // After an error of the stream everything counts as lost.
   if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, file.path(), diagnostic);
   if (status < 0 && group->reason.status == FVV_OK) group->reason = diagnostic;
 }
@@ -71,7 +71,7 @@ constexpr int64_t most_frames = INT32_MAX;
 // A frame has a chunk, and a chunk a header of 32 bytes.
 constexpr uint64_t smallest_frame = 32;
 const char unknown_count[] =
-    "how many frames were lost is not known: frames behind them are numbered as if none were";
+    "the number of lost frames is unknown: later frames are numbered as if none were lost";
 
 // How many frames of the nominal duration fill [start, end); 0 when they do not fill it exactly.
 int64_t frames_between(int64_t start, int64_t end, int64_t duration) {
@@ -88,7 +88,7 @@ int64_t frame_duration(fvv_stream *stream, size_t group) {
              : 0;
 }
 
-// The index is there: it tells all numbers, and only tables and chunks may turn out damaged later.
+// With an index all numbers are known; only tables and chunks may be found damaged later.
 void plan_by_index(const fvv_file *file, const std::string &name, Plan &plan) {
   for (size_t g = 0; g < fvv_file_group_count(file); g++) {
     const fvv_group_info &group = *fvv_file_group(file, g);
@@ -100,7 +100,7 @@ void plan_by_index(const fvv_file *file, const std::string &name, Plan &plan) {
   }
 }
 
-// The file was scanned: whole groups tell how many frames they have, for others their time range does.
+// The file was scanned: whole groups have a frame count, for others it follows from their time range.
 class Scanned {
 public:
   Scanned(fvv_stream *opened, Plan &out, LazySurvey &surveyed)
@@ -109,7 +109,7 @@ public:
   void add(size_t index, const fvv_group_info &group) {
     const size_t frame = next_frame;
     next_frame += group.frame_count;
-    if (index && group.sequence < next_sequence) return; // there twice
+    if (index && group.sequence < next_sequence) return; // repeated
     if (group.sequence > next_sequence) add_lost_groups(index, group);
     int64_t count = group.frame_count;
     if (!group.intact) {
@@ -131,9 +131,9 @@ public:
 
 private:
   void add_lost_groups(size_t index, const fvv_group_info &group) {
-    // Writers mostly begin at tick 0, but nothing makes them.
+    // Most writers begin at tick 0, but they do not have to.
     if (!next_sequence)
-      plan.uncertain = "the first group is not there: frames are numbered by their times, from tick 0 on";
+      plan.uncertain = "the first group is missing: frames are numbered by their times, from tick 0 on";
     const int64_t lost = frames_between(end, group.start, frame_duration(stream, index));
     if (!lost || plan.count + lost > most_frames) {
       plan.uncertain = unknown_count;
@@ -149,7 +149,7 @@ private:
   LazySurvey &survey;
   size_t next_frame = 0;
   uint64_t next_sequence = 0;
-  int64_t end = 0; // of the group in front
+  int64_t end = 0; // of the group before
 };
 
 } // namespace

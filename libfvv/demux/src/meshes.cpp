@@ -46,7 +46,7 @@ scene::EnvironmentPart part_of(const fvv_background &background, const fvv_backg
   return out;
 }
 
-// Appends what belongs to a group on one track. Parts and pictures stand behind those of other tracks.
+// Appends what belongs to a group on one track. Parts and pictures follow those of other tracks.
 fvv_status append(fvv_stream *stream, size_t group, uint16_t track, UnpackedBackground &out,
                   fvv_diagnostic &diagnostic) {
   const fvv_background *background;

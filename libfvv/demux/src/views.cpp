@@ -38,7 +38,7 @@ std::vector<fvv_tile> tiles_of(const fvv_configuration &configuration, const fvv
   return out;
 }
 
-// Nothing when no picture file takes it.
+// None if no picture file can hold it.
 std::optional<fvv_tile> whole_of(const fvv_configuration &configuration, const fvv_tile &tile) {
   const fvv_camera *camera = fvv_configuration_camera(&configuration, tile.camera_id);
   if (!camera) return tile;
@@ -85,7 +85,7 @@ std::vector<VideoViews> views_of(const fvv_configuration &configuration, const S
         tell(warnings, "camera " + id + " is left out: a side of its picture would have more than " +
                            std::to_string(media::max_dimension) + " pixels");
       else if (shown.insert(tile.camera_id).second)
-        // Never from the camera's name: that is text from outside.
+        // Not from the camera's name, which is untrusted text.
         track.views.push_back({tile, is_atlas ? "atlas" : "cam" + id, *whole});
       else
         tell(warnings, (is_atlas ? "the atlas" : "camera " + id) + " is shown again by track " +
@@ -127,8 +127,8 @@ const fvv_track *mesh_track_of(const fvv_configuration &configuration, std::vect
 
 namespace {
 
-// One axis of a pixel of the whole picture: the two pixels of the tile around its centre, and the share of
-// the second. Outside of the tile: none.
+// One axis of a pixel of the whole picture: the two pixels of the tile around its centre, and the weight of
+// the second. None outside of the tile.
 struct Tap {
   bool inside;
   uint32_t first, second;

@@ -16,19 +16,19 @@ namespace fvv::decimate {
 
 namespace {
 
-// How often faces are given back before the simplifier has to go less far.
+// How often faces are locked before the reach is reduced.
 constexpr int rounds = 6;
 
-// How often it goes less far before the source is kept.
+// How often the reach is reduced before the source is kept.
 constexpr int attempts = 8;
 
-// Rings of faces around an outlier that stay with it: the surface there is as fine as it was, and what joins
-// it to the coarse one lies beyond.
+// Rings of faces around an outlier that are locked with it: the surface stays fine there, and the transition
+// to the coarse surface lies beyond.
 constexpr int rings = 2;
-// Where more than one face in so many has to stay, the simplifier went too far.
-constexpr size_t most_held = 16;
+// If more than one face in most_locked has to be locked, the simplifier went too far.
+constexpr size_t most_locked = 16;
 
-// Lattice points as whole numbers, of which areas are exact.
+// Lattice points as integers, so that areas are exact.
 geometry::Mesh on_points(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
   geometry::Mesh points = mesh;
   for (size_t i = 0; i < points.positions.size(); i++)
@@ -36,8 +36,8 @@ geometry::Mesh on_points(const geometry::Mesh &mesh, const geometry::Lattice &la
   return points;
 }
 
-// The faces of a mesh that a canonical one on the lattice keeps: those with an area, each set of three points
-// once. What it drops must not count as a surface that is there.
+// The faces of a mesh that remain after canonicalisation on the lattice: those with an area, each set of
+// three points once. Other faces must not count as surface.
 std::vector<uint32_t> lasting_faces(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
   const geometry::Mesh points = on_points(mesh, lattice);
   const std::vector<uint32_t> place = first_alike(points, false);
@@ -59,7 +59,7 @@ std::vector<uint32_t> lasting_faces(const geometry::Mesh &mesh, const geometry::
   return faces;
 }
 
-// What a decoder will have of a mesh.
+// The mesh that a decoder will return.
 geometry::Mesh rounded(const geometry::Mesh &mesh, const geometry::Lattice &lattice,
                        const std::vector<uint32_t> &lasting) {
   geometry::Mesh out = mesh;
@@ -82,10 +82,9 @@ bool sound(const geometry::Mesh &mesh) {
   return area > 0 && std::isfinite(area);
 }
 
-// The faces of pieces that are not below the budget's min_piece, and of which the lattice leaves something as
-// they are: what it does not can't be kept by any decimation. What is left out is counted in report, as
-// dropped and as vanished. All faces when every piece is: the canonicaliser has a message for that. source:
-// as sound() wants it.
+// The faces of pieces that are not below the budget's min_piece and that do not vanish on the lattice, which
+// no decimation can prevent. Other pieces are counted in report, as dropped and as vanished. All faces if no
+// piece remains: the canonicaliser has a message for that. source has to be sound().
 std::vector<uint32_t> without_specks(const geometry::Mesh &source, const Budget &budget, Report &report) {
   const Pieces pieces = find_pieces(source, first_alike(source, false));
   const geometry::Mesh points = on_points(source, budget.lattice);
@@ -110,7 +109,7 @@ std::vector<uint32_t> without_specks(const geometry::Mesh &source, const Budget 
   return faces;
 }
 
-// The source as it is, with the report of that.
+// The unchanged source with its report.
 Decimated as_it_is(const geometry::Mesh &source) {
   Decimated out;
   out.mesh = source;
@@ -122,8 +121,8 @@ Decimated as_it_is(const geometry::Mesh &source) {
   return out;
 }
 
-// Measures a mesh, rounded to the lattice, and fills the report but for what its caller knows better (reach,
-// held_faces, dropped) and what takes time (vanished). outliers: a fresh one.
+// Measures a mesh, rounded to the lattice, and fills the report except what the caller fills (reach,
+// locked_faces, dropped) and what takes time (vanished). outliers: empty.
 Report look_at(const Reference &reference, const geometry::Mesh &mesh, const Budget &budget,
                Outliers &outliers) {
   const std::vector<uint32_t> lasting = lasting_faces(mesh, budget.lattice);
@@ -144,8 +143,8 @@ Report look_at(const Reference &reference, const geometry::Mesh &mesh, const Bud
   return report;
 }
 
-// Pieces of the source of which the mesh, rounded to the lattice, has nothing left. vertices: of the source,
-// from which those of mesh came.
+// Pieces of the source that the mesh, rounded to the lattice, does not contain. vertices: the vertex of the
+// source for each vertex of mesh.
 Lost vanished(const geometry::Mesh &source, const geometry::Mesh &mesh, const std::vector<uint32_t> &vertices,
               const Budget &budget) {
   const Pieces pieces = find_pieces(source, first_alike(source, false));
@@ -161,37 +160,38 @@ Lost vanished(const geometry::Mesh &source, const geometry::Mesh &mesh, const st
   return lost;
 }
 
-// Adds to held the faces of the source around outliers. Answers whether another round is worth while: there
-// are new ones, and not too many in all.
-bool hold(const geometry::Mesh &source, const std::vector<uint32_t> &alike, const geometry::Mesh &decimated,
-          const std::vector<uint32_t> &vertices, const Outliers &outliers, std::vector<bool> &held) {
+// Adds to locked the faces of the source around outliers. Returns whether another round is worthwhile: there
+// are new ones, and not too many in total.
+bool lock_around(const geometry::Mesh &source, const std::vector<uint32_t> &alike,
+                 const geometry::Mesh &decimated, const std::vector<uint32_t> &vertices,
+                 const Outliers &outliers, std::vector<bool> &locked) {
   std::vector<bool> marked(source.vertex_count());
   for (const uint32_t v : outliers.vertices) marked[alike[v]] = true;
   for (const uint32_t f : outliers.faces)
     for (size_t k = 0; k < 3; k++) marked[alike[vertices[decimated.faces[3 * size_t(f) + k]]]] = true;
-  const auto count = [&] { return std::count(held.begin(), held.end(), true); };
+  const auto count = [&] { return std::count(locked.begin(), locked.end(), true); };
   const auto before = count();
-  held.resize(source.face_count());
+  locked.resize(source.face_count());
   for (int ring = 0; ring < rings; ring++) {
     std::vector<bool> wider = marked;
     for (size_t f = 0; f < source.face_count(); f++) {
       const uint32_t *c = &source.faces[3 * f];
       if (!marked[alike[c[0]]] && !marked[alike[c[1]]] && !marked[alike[c[2]]]) continue;
-      held[f] = true;
+      locked[f] = true;
       for (size_t k = 0; k < 3; k++) wider[alike[c[k]]] = true;
     }
     marked.swap(wider);
   }
-  return count() > before && size_t(count()) <= source.face_count() / most_held;
+  return count() > before && size_t(count()) <= source.face_count() / most_locked;
 }
 
 // The next, smaller reach after an error in pixels.
 double shorter(double reach, double pixels, const Budget &budget) {
-  // The error grows with the reach, about as fast.
+  // The error is about proportional to the reach.
   return reach * std::clamp(0.98 * budget.pixels / pixels, 0.3, 0.95);
 }
 
-// One frame, ready to be decimated again and again.
+// One frame, prepared for repeated decimation.
 class Frame {
 public:
   Frame(const geometry::Mesh &mesh, const Footprint &footprint, const Budget &wanted)
@@ -201,7 +201,7 @@ public:
   bool seen() const { return std::isfinite(reference.sharpest()); }
   double sharpest() const { return reference.sharpest(); }
 
-  // One simplification, measured. The report's error is infinite when nothing is left.
+  // One simplification, measured. The report's error is infinite if nothing is left.
   Decimated attempt(const Reach &reach) const {
     const std::vector<bool> none;
     Outliers unwanted;
@@ -210,41 +210,42 @@ public:
     return out;
   }
 
-  // False when the budget breaks at this reach. error: the rms in pixels that it came to.
+  // Whether this reach is within the budget. error: the measured rms in pixels.
   bool within(double reach, Decimated &out, double &error) const {
     const double limit = max_over_rms * budget.pixels;
     Trial trial(reference, limit);
-    std::vector<bool> held;
+    std::vector<bool> locked;
     for (int round = 0; round < rounds; round++) {
-      out = simplified({reach, 0}, held);
+      out = simplified({reach, 0}, locked);
       error = out.report.error.rms_pixels;
       if (out.mesh.faces.empty()) return false;
       const compare::Faces surface(out.mesh);
-      // Most of what is cut off is far off, whether vertices are fitted or not, and is given back at once.
+      // Most parts that are cut off are far off even before vertices are fitted: their faces are locked at
+      // once.
       Outliers outliers = trial.look(out.mesh, out.vertices, surface);
       if (!outliers.vertices.empty() && round + 1 < rounds) {
-        std::vector<bool> more = held;
-        if (hold(source, alike, out.mesh, out.vertices, outliers, more)) {
-          held.swap(more);
+        std::vector<bool> more = locked;
+        if (lock_around(source, alike, out.mesh, out.vertices, outliers, more)) {
+          locked.swap(more);
           continue;
         }
       }
       outliers = {};
-      finish(out, surface, {reach, 0}, held, outliers);
+      finish(out, surface, {reach, 0}, locked, outliers);
       const SurfaceError &found = out.report.error;
       error = found.rms_pixels;
       if (error <= budget.pixels && found.max_pixels <= limit) return true;
-      // A limb that is lost may be all that breaks the rms too.
-      if (!hold(source, alike, out.mesh, out.vertices, outliers, held)) return false;
+      // A lost limb may be the only reason for a large rms.
+      if (!lock_around(source, alike, out.mesh, out.vertices, outliers, locked)) return false;
     }
     return false;
   }
 
 private:
-  // Without faces, and with an infinite error, when no surface is left.
-  Decimated simplified(const Reach &reach, const std::vector<bool> &held) const {
+  // Without faces and with an infinite error if no surface is left.
+  Decimated simplified(const Reach &reach, const std::vector<bool> &locked) const {
     Decimated out;
-    const std::vector<uint32_t> faces = simplifier.simplify(reach, held);
+    const std::vector<uint32_t> faces = simplifier.simplify(reach, locked);
     if (!faces.empty()) out.mesh = compact(source, faces, out.vertices);
     if (faces.empty() || !sound(out.mesh)) {
       out.mesh = {};
@@ -255,18 +256,18 @@ private:
 
   // Fits and measures. surface: of the mesh before.
   void finish(Decimated &out, const compare::Faces &surface, const Reach &reach,
-              const std::vector<bool> &held, Outliers &outliers) const {
-    fit(out.mesh, surface, source, fixed_by(held, out.vertices), reach.error > 0 ? reach.error : INFINITY);
+              const std::vector<bool> &locked, Outliers &outliers) const {
+    fit(out.mesh, surface, source, fixed_by(locked, out.vertices), reach.error > 0 ? reach.error : INFINITY);
     out.report = look_at(reference, out.mesh, budget, outliers);
     out.report.reach = reach.error;
-    out.report.held_faces = size_t(std::count(held.begin(), held.end(), true));
+    out.report.locked_faces = size_t(std::count(locked.begin(), locked.end(), true));
   }
 
-  // What is held is as good as it can be.
-  std::vector<bool> fixed_by(const std::vector<bool> &held, const std::vector<uint32_t> &vertices) const {
+  // Vertices of locked faces do not move.
+  std::vector<bool> fixed_by(const std::vector<bool> &locked, const std::vector<uint32_t> &vertices) const {
     std::vector<bool> of_source(source.vertex_count()), fixed;
-    for (size_t f = 0; f < held.size(); f++)
-      for (size_t k = 0; held[f] && k < 3; k++) of_source[alike[source.faces[3 * f + k]]] = true;
+    for (size_t f = 0; f < locked.size(); f++)
+      for (size_t k = 0; locked[f] && k < 3; k++) of_source[alike[source.faces[3 * f + k]]] = true;
     for (const uint32_t v : vertices) fixed.push_back(of_source[v]);
     return fixed;
   }
@@ -317,7 +318,7 @@ double find_reach(const geometry::Mesh &given, const Footprint &footprint, const
                   double at_most) {
   constexpr int steps = 6;
   constexpr double near_enough = 0.97;
-  // Of the rms that it came to with hulls; any other guess costs an attempt.
+  // A guess from the measured rms of hulls; a worse guess costs an attempt.
   constexpr double reach_over_rms = 4;
   if (!sound(given)) return 0;
   Report unused;
@@ -332,10 +333,10 @@ double find_reach(const geometry::Mesh &given, const Footprint &footprint, const
     const double error = frame.attempt({reach, 0}).report.error.rms_pixels;
     (error <= budget.pixels ? good : bad) = reach;
     if (good >= at_most || (good == reach && error >= near_enough * budget.pixels)) break;
-    // While nothing is good somewhat lower than in proportion, or steps down would become ever smaller.
+    // Until a reach is good, go lower than in proportion, or the steps would become ever smaller.
     const double next =
         std::min(at_most, reach * std::clamp(budget.pixels / error, 0.25, 4.0) * (good > 0 ? 1 : 0.95));
-    // Between what is good and what is bad, and not at either end, or the search would stand still.
+    // Between a good and a bad reach, and at neither end, or the search would stop.
     reach = std::isfinite(bad) && good > 0 ? std::clamp(next, good * 1.01, std::max(good * 1.01, bad * 0.99))
                                            : next;
   }
@@ -344,7 +345,7 @@ double find_reach(const geometry::Mesh &given, const Footprint &footprint, const
 
 namespace {
 
-// Vertices that are alike in every frame. What merely touches in the first one parts again.
+// Vertices that are alike in every frame; those that are alike in the first one only separate later.
 std::vector<uint32_t> alike_throughout(const Frames &frames, const geometry::Mesh &first) {
   std::vector<uint32_t> alike = first_alike(first, true);
   for (size_t i = 1; i < frames.count; i++) {
@@ -358,7 +359,7 @@ std::vector<uint32_t> alike_throughout(const Frames &frames, const geometry::Mes
   return alike;
 }
 
-// First, last, middle, and then the others: what breaks the budget anywhere tends to break it early.
+// First, last, middle, then the others: if a frame exceeds the budget, one of these mostly does.
 std::vector<size_t> order_of(size_t count) {
   std::vector<size_t> order;
   for (const size_t i : {size_t(0), count - 1, count / 2})
@@ -370,8 +371,8 @@ std::vector<size_t> order_of(size_t count) {
 
 } // namespace
 
-// Measures frames until one is beyond the budget; worst: its rms in pixels. That one comes first next time:
-// it is the most likely to be beyond it again. like: of any frame.
+// Measures frames until one exceeds the budget; worst: its rms in pixels. That frame is first next time, as
+// it is most likely to exceed it again. like: of any frame.
 bool Run::try_faces(const Frames &frames, const Budget &budget, const Reference &like,
                     std::vector<size_t> &order, Outliers &outliers, double &worst) {
   for (size_t at = 0; at < order.size(); at++) {
@@ -405,10 +406,10 @@ Run::Run(const Frames &frames, const Budget &budget, double reach) : reports(fra
   const Reference like(first, frames.footprint(0));
   std::vector<size_t> order = order_of(frames.count);
   for (int i = 0; i < attempts; i++) {
-    std::vector<bool> held;
+    std::vector<bool> locked;
     double worst = 0;
     for (int round = 0; round < rounds; round++) {
-      faces = simplifier.simplify({reach, budget.triangles}, held);
+      faces = simplifier.simplify({reach, budget.triangles}, locked);
       Outliers outliers;
       if (try_faces(frames, budget, like, order, outliers, worst)) {
         for (Report &report : reports) {
@@ -417,13 +418,13 @@ Run::Run(const Frames &frames, const Budget &budget, double reach) : reports(fra
           report.dropped_faces = dropped.dropped_faces;
           report.vanished.pieces += dropped.vanished.pieces;
           report.vanished.area += dropped.vanished.area;
-          report.held_faces = size_t(std::count(held.begin(), held.end(), true));
+          report.locked_faces = size_t(std::count(locked.begin(), locked.end(), true));
         }
         return;
       }
       std::vector<uint32_t> vertices;
       const geometry::Mesh mesh = compact(first, faces, vertices);
-      if (!hold(first, alike, mesh, vertices, outliers, held)) break;
+      if (!lock_around(first, alike, mesh, vertices, outliers, locked)) break;
     }
     if (budget.triangles) break; // it failed for another reason than the budget
     reach = shorter(reach, worst, budget);

@@ -13,7 +13,7 @@ namespace {
 
 using render::Vec3;
 
-// Large against the rounding of doubles, small against what bends a projection.
+// Large compared with the rounding of doubles, small compared with the curvature of a projection.
 constexpr double difference = 1e-5; // of the distance
 
 // Singular values of (a b; c d), the larger one; Golub and Van Loan, "Matrix Computations", section 8.6.
@@ -97,7 +97,7 @@ double diagonal_of(const geometry::Mesh &mesh) {
 struct Sum {
   double weight = 0, squares = 0, pixel_squares = 0, max = 0, max_pixels = 0;
 
-  // Answers the distance in pixels.
+  // Returns the distance in pixels.
   double add(double squared, double weight_here, double pixel) {
     const double distance = std::sqrt(squared), in_pixels = distance / pixel;
     weight += weight_here;
@@ -139,7 +139,7 @@ Reference::Reference(const geometry::Mesh &mesh, const Footprint &footprint, con
 SurfaceError Reference::measure(const compare::Faces &decimated, double limit_pixels,
                                 Outliers &outliers) const {
   Sum forth, back;
-  render::ClosestPoint hit; // that of the point before is where the search begins
+  render::ClosestPoint hit; // the search begins with that of the point before
   for (const uint32_t v : order) {
     const double *p = &source.positions[3 * size_t(v)];
     hit = decimated.nearest({p[0], p[1], p[2]}, hit.face);

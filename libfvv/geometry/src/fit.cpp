@@ -34,7 +34,7 @@ void fit(geometry::Mesh &mesh, const compare::Faces &surface, const geometry::Me
   const std::vector<uint32_t> place = first_alike(mesh, false);
   std::vector<Vec3> sums(mesh.vertex_count());
   std::vector<double> weights(mesh.vertex_count());
-  render::ClosestPoint hit; // that of the vertex before is where the search begins
+  render::ClosestPoint hit; // the search begins with that of the vertex before
   for (size_t v = 0; v < source.vertex_count(); v += stride) {
     const double *p = &source.positions[3 * v];
     hit = surface.nearest({p[0], p[1], p[2]}, hit.face);

@@ -1,11 +1,11 @@
-// Vertices of a decimated surface are moved to where the whole surface fits its source best.
+// Moves the vertices of a decimated surface so that the whole surface fits its source best.
 //
-// A surface of chords cuts every convex corner: left on vertices of the source, hulls lose a hundredth of
-// their volume at the default budget. Each vertex moves by the mean of what is missing around it, from the
-// nearest point of the decimated surface to each point of the source, weighted by the barycentric coordinate
-// of the vertex there: one Jacobi step of the least-squares fit of Hoppe et al., "Mesh optimization"
-// (SIGGRAPH 1993), section 4.1. It takes a quarter of the error away and leaves some tenths of a percent of
-// the volume; further steps gain a twentieth.
+// A surface of chords cuts every convex corner: with vertices of the source, hulls lose a hundredth of their
+// volume at the default budget. Each vertex moves by the mean of the differences around it, from the nearest
+// point of the decimated surface to each point of the source, weighted by the barycentric coordinate of the
+// vertex there: one Jacobi step of the least-squares fit of Hoppe et al., "Mesh optimization" (SIGGRAPH
+// 1993), section 4.1. It removes a quarter of the error, and some tenths of a percent of the volume remain
+// lost; further steps gain a twentieth.
 #pragma once
 
 #include "fvv_geometry/surface.h"

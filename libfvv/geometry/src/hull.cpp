@@ -9,7 +9,7 @@ namespace fvv::hull {
 
 namespace {
 
-// Binomial over 3 x 3 pixels: takes the steps of the mask's edge away. Rows and columns end at the border.
+// Binomial over 3 x 3 pixels: smooths the steps of the mask's edge. Rows and columns end at the border.
 void smooth(std::vector<float> &d, size_t width, size_t height) {
   const auto line = [](float *value, size_t count, size_t stride) {
     float before = value[0];
@@ -68,15 +68,15 @@ bool Silhouette::clear_of(const View &view, double radius) const {
 
 namespace {
 
-constexpr size_t block = 8; // points along the side of a block that is looked at as a whole
+constexpr size_t block = 8; // points along the side of a block that is tested as a whole
 
 class Carving {
 public:
   Carving(const Grid &points, const std::vector<Silhouette> &views, const std::optional<Floor> &ground)
       : grid(points), silhouettes(views), floor(ground), value(points.points(), points.cell) {
     if (!floor) return;
-    // Empty blocks stay as they are here: where one meets a full block at the floor, the depth below it has
-    // the say.
+    // Empty blocks are not changed here: where one meets a full block at the floor, the depth below it
+    // decides.
     for (size_t k = 0; k < grid.count[2]; k++)
       for (size_t j = 0; j < grid.count[1]; j++)
         for (size_t i = 0; i < grid.count[0]; i++) {

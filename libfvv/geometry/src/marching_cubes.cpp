@@ -34,8 +34,7 @@ int critical_corners(int inside) {
 } // namespace
 
 void compose_well(const Grid &grid, std::vector<double> &value) {
-  // Changes to either side stay nearest to the surface, but may go to and fro for ever; growth comes to an
-  // end.
+  // Changes to either side stay nearest to the surface, but may alternate without end; growth terminates.
   constexpr int free_rounds = 8;
   bool changed = true;
   for (int round = 0; changed; round++) {
@@ -80,7 +79,7 @@ int lower_corner(int edge) {
 }
 
 // For each of the 256 cases the triangles as numbers of edges, ended by the size. Sides of a well-composed
-// cell are crossed by one line or none, so the lines join into circles without a choice.
+// cell are crossed by one line or none, so the lines join into unambiguous loops.
 struct Cases {
   std::array<std::array<int8_t, 36>, 256> edges;
   std::array<uint8_t, 256> size{};
@@ -108,8 +107,8 @@ struct Cases {
           circle.push_back(at);
           at = std::exchange(next[size_t(at)], -1);
         }
-        // Two corners of the circle that are no neighbours lie on no common side, so the lines of a fan
-        // never meet those of the next cell.
+        // Two corners of the circle that are not neighbours share no side, so the lines of a fan never meet
+        // those of the next cell.
         for (size_t i = 2; i < circle.size(); i++)
           for (const int e : {circle[0], circle[i - 1], circle[i]})
             edges[size_t(inside)][size[size_t(inside)]++] = int8_t(e);

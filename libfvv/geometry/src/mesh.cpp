@@ -92,7 +92,7 @@ void flip_faces(Mesh &mesh) {
 }
 
 double round_down_125(double value) {
-  // 10^|k| is exact up to 22, and so the quotient is the double nearest to the decimal.
+  // 10^|k| is exact up to 22, so the quotient is the double nearest to the decimal.
   const auto candidate = [](int mantissa, int k) {
     return k < 0 ? mantissa / std::pow(10.0, -k) : mantissa * std::pow(10.0, k);
   };

@@ -11,7 +11,7 @@ namespace fvv::geometry {
 namespace {
 
 // A jump in depth is farther than this many pixels are wide there, and this many times as far as the surface
-// goes on either side: otherwise it is a slope.
+// extends on either side: otherwise it is a slope.
 constexpr double jump_pixels = 12, jump_slope = 4;
 
 // Whether the surface, of depths z[0..3] at four samples in a row, breaks between the middle two.
@@ -161,7 +161,8 @@ double mean_distance(const std::vector<Point> &points, const Outline &from) {
 }
 
 // Gauss and Newton: the shift of the projected outline after which its distances from the mask's are least,
-// over the points that are not far off from the others (a limb that the mesh lacks says nothing of a shift).
+// over the points that are not far off from the others (a limb that the mesh lacks tells nothing about a
+// shift).
 std::optional<Point> offset_of(const Outline &projected, const Outline &mask) {
   if (projected.points.size() < least_outline || mask.points.size() < least_outline) return std::nullopt;
   Point shift = {0, 0};
@@ -196,11 +197,11 @@ bool near(double value, double wanted) {
   return std::abs(value - wanted) < 0.15;
 }
 
-// All offsets alike, at half a pixel in x and y, of one sign.
-bool half_a_pixel(const std::vector<Measured> &cameras) {
+// All offsets are about half a pixel in x and y, with one sign.
+bool half_a_pixel(const std::vector<CameraMatch> &cameras) {
   std::vector<double> axes[2], spread[2];
-  for (const Measured &camera : cameras)
-    for (int k = 0; camera.fit.offset && k < 2; k++) axes[k].push_back((*camera.fit.offset)[size_t(k)]);
+  for (const CameraMatch &camera : cameras)
+    for (int k = 0; camera.match.offset && k < 2; k++) axes[k].push_back((*camera.match.offset)[size_t(k)]);
   if (axes[0].size() < 3) return false;
   double middle[2];
   for (int k = 0; k < 2; k++) {
@@ -220,30 +221,30 @@ std::optional<double> median(std::vector<double> values) {
   return values.size() % 2 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
-Fit compare(const std::vector<uint8_t> &projected, const std::vector<uint8_t> &mask, uint32_t width,
-            uint32_t height) {
-  Fit fit;
+SilhouetteMatch compare(const std::vector<uint8_t> &projected, const std::vector<uint8_t> &mask,
+                        uint32_t width, uint32_t height) {
+  SilhouetteMatch match;
   uint64_t both = 0, either = 0;
   for (size_t i = 0; i < mask.size(); i++) {
     both += projected[i] && mask[i];
     either += projected[i] || mask[i];
   }
-  if (either) fit.iou = double(both) / double(either);
+  if (either) match.iou = double(both) / double(either);
   const Outline ours(projected, width, height), theirs(mask, width, height);
   if (ours.points.empty() != theirs.points.empty())
-    fit.distance = std::hypot(width, height);
+    match.distance = std::hypot(width, height);
   else if (!ours.points.empty())
-    fit.distance = (mean_distance(ours.points, theirs) + mean_distance(theirs.points, ours)) / 2;
-  fit.offset = offset_of(ours, theirs);
-  return fit;
+    match.distance = (mean_distance(ours.points, theirs) + mean_distance(theirs.points, ours)) / 2;
+  match.offset = offset_of(ours, theirs);
+  return match;
 }
 
-std::vector<size_t> standing_out(const std::vector<Measured> &cameras) {
+std::vector<size_t> outlier_cameras(const std::vector<CameraMatch> &cameras) {
   std::vector<size_t> measured, out;
   for (size_t i = 0; i < cameras.size(); i++)
-    if (cameras[i].fit.distance) measured.push_back(i);
+    if (cameras[i].match.distance) measured.push_back(i);
   if (measured.size() < 3) return out;
-  const auto relative = [&](size_t i) { return *cameras[i].fit.distance / cameras[i].diagonal; };
+  const auto relative = [&](size_t i) { return *cameras[i].match.distance / cameras[i].diagonal; };
   for (const size_t i : measured) {
     std::vector<double> others;
     for (const size_t k : measured)
@@ -254,9 +255,9 @@ std::vector<size_t> standing_out(const std::vector<Measured> &cameras) {
   return out;
 }
 
-Suspicion suspect(const std::vector<Measured> &cameras) {
-  const auto meets = [](const Measured &camera) { return camera.fit.iou && *camera.fit.iou > 0; };
-  const auto compared = [](const Measured &camera) { return camera.fit.iou.has_value(); };
+Suspicion suspect(const std::vector<CameraMatch> &cameras) {
+  const auto meets = [](const CameraMatch &camera) { return camera.match.iou && *camera.match.iou > 0; };
+  const auto compared = [](const CameraMatch &camera) { return camera.match.iou.has_value(); };
   if (std::any_of(cameras.begin(), cameras.end(), compared) &&
       std::none_of(cameras.begin(), cameras.end(), meets))
     return Suspicion::misses_all;

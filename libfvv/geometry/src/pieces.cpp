@@ -30,8 +30,8 @@ std::vector<uint32_t> first_alike(const geometry::Mesh &mesh, bool with_attribut
     streams.push_back({mesh.texture.data(), 2 * sizeof(double), 2 * sizeof(double)});
   if (with_attributes && !mesh.normals.empty())
     streams.push_back({mesh.normals.data(), 3 * sizeof(double), 3 * sizeof(double)});
-  // The shadow index of an index buffer that names every vertex once is the first of its kind; the function
-  // wants whole triangles, so the last one may be filled up.
+  // With an index buffer that names every vertex once, the shadow index is the first equal vertex. The
+  // function needs whole triangles, so the last one is padded.
   while (each.size() % 3) each.push_back(uint32_t(count - 1));
   first.resize(each.size());
   meshopt_generateShadowIndexBufferMulti(first.data(), each.data(), each.size(), count, streams.data(),

@@ -37,7 +37,7 @@ Outliers Trial::look(const geometry::Mesh &mesh, const std::vector<uint32_t> &ve
   Outliers outliers;
   const geometry::Mesh &source = reference.mesh();
   near.resize(source.vertex_count(), none);
-  render::ClosestPoint hit; // that of the point before is where the search begins
+  render::ClosestPoint hit; // the search begins with that of the point before
   for (const uint32_t v : reference.along_surface()) {
     if (near[v] != none && (near[v] = now[near[v]]) != none) continue;
     const double *p = &source.positions[3 * size_t(v)], size = limit * reference.pixel(v);
@@ -60,7 +60,7 @@ Outliers Trial::look(const geometry::Mesh &mesh, const std::vector<uint32_t> &ve
   for (const uint32_t f : surface.along_surface()) {
     for (size_t k = 0; k < 3 && !known[f]; k++) {
       const uint32_t a = mesh.faces[3 * size_t(f) + k], b = mesh.faces[3 * size_t(f) + (k + 1) % 3];
-      if (a > b) continue; // the face on the other side looks
+      if (a > b) continue; // the face on the other side checks it
       hit = reference.nearest((positions[a] + positions[b]) * 0.5, hit.face, least * least);
       const uint32_t *corners = &source.faces[3 * size_t(hit.face)];
       if (!(std::sqrt(hit.squared) > limit * reference.pixel(corners[0]))) continue;

@@ -1,12 +1,12 @@
-// A quick look at a decimated surface before it is fitted and measured: what is beyond a limit, without the
-// distances of all that is not.
+// A quick check of a decimated surface before it is fitted and measured: finds places beyond a limit without
+// computing all distances.
 #pragma once
 
 #include "fvv_geometry/decimate.h"
 
 namespace fvv::decimate {
 
-// The tries of one frame. Faces that stay from one to the next are not looked at again.
+// The attempts for one frame. Faces that stay from one to the next are not checked again.
 class Trial {
 public:
   // of: borrowed. limit: pixels.
@@ -19,7 +19,7 @@ public:
                 const compare::Faces &surface);
 
 private:
-  // Three vertices of the source, the lowest in front, and the face that has them.
+  // Three vertices of the source, the lowest first, and their face.
   using Key = std::array<uint32_t, 4>;
 
   const Reference &reference;

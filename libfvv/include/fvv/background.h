@@ -15,7 +15,7 @@ extern "C" {
 /* One mesh in one colour or with one picture. mesh: a MESH payload that stands alone (fvv_mesh_encode), with
  * texture coordinates when there is a picture, on the lattice of the background. A vertex with texture
  * coordinates u v shows the picture at texture_origin + texture_size * (u, v), where (0, 0) is its top left
- * corner and (1, 1) its bottom right one; beyond, it begins again, or goes on with its last pixel
+ * corner and (1, 1) its bottom right one; beyond, it repeats, or continues with its last pixel
  * (FVV_PART_CLAMPED). colour: red, green, blue, linear light, 65535 is 1; it multiplies the picture's. */
 typedef struct fvv_background_part {
   const uint8_t *mesh;
@@ -49,7 +49,7 @@ typedef struct fvv_light {
 } fvv_light;
 
 /* To encode: everything borrowed, payload and allocator not read. Decoded: the arrays belong to the struct
- * (fvv_background_free), what mesh and data point to lies in the payload that was handed in. */
+ * (fvv_background_free), what mesh and data point to lies in the given payload. */
 typedef struct fvv_background {
   double lattice_origin[3]; /* world, metres */
   double lattice_step;      /* metres, > 0 */
@@ -69,7 +69,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_background_encode(const fvv_background *back
                                                       const fvv_allocator *allocator, fvv_bytes *payload,
                                                       fvv_diagnostic *diagnostic);
 
-/* Reads and checks everything but the data of meshes and pixels. Safe for hostile bytes: counts are held
+/* Reads and checks everything but the data of meshes and pixels. Safe for hostile bytes: counts are checked
  * against the bytes and the limits before anything is allocated; some 150 bytes for each of 48. limits,
  * allocator NULL: defaults. payload has to live as long as what is decoded. On error *background is empty. */
 FVV_API FVV_MUST_USE fvv_status fvv_background_decode(const uint8_t *payload, size_t size,

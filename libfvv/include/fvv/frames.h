@@ -3,8 +3,8 @@
  *
  * It is built on fvv_reader: chunks are put together to configurations and frames, and a frame is reported
  * only when nothing of it is missing. After damage the rest of the group is left out, because its frames may
- * depend on what was lost; the next group goes on. Any split of the bytes gives the same events. Handles are
- * not thread-safe; separate handles are independent. */
+ * depend on what was lost; the next group continues. Any split of the bytes gives the same events. Handles
+ * are not thread-safe; separate handles are independent. */
 #ifndef FVV_FRAMES_H
 #define FVV_FRAMES_H
 

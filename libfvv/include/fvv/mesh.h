@@ -145,13 +145,12 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_canonicalise_run(const fvv_mesh_source 
                                                           fvv_diagnostic *diagnostic);
 
 /* MESH payload of profile FVV_MESH_RAW, FVV_MESH_DRACO or FVV_MESH_FAST (clause 8.3, 8.4, 8.11), with texture
- * coordinates and normals when the mesh has them; replaces what payload holds.
- * level: 0 (fastest) to 10 (smallest) for Draco, ignored for others. Deterministic. The decoded mesh may have
- * another order of vertices and faces than the one handed in, and more vertices where the surface is no
- * manifold: decode to learn it. The encoder has decoded what it hands out and found the same triangles,
- * texture coordinates and normals included. Draco and meshoptimizer take their memory from operator new, not
- * from the allocator. The first fast mesh sets the versions that meshoptimizer writes in this process: vertex
- * codec 0, index codec 1. */
+ * coordinates and normals when the mesh has them; replaces what payload holds. level: 0 (fastest) to 10
+ * (smallest) for Draco, ignored for others. Deterministic. The decoded mesh may have another order of
+ * vertices and faces than the given one, and more vertices where the surface is no manifold: decode to learn
+ * it. The encoder has decoded its output and found the same triangles, texture coordinates and normals
+ * included. Draco and meshoptimizer take their memory from operator new, not from the allocator. The first
+ * fast mesh sets the versions that meshoptimizer writes in this process: vertex codec 0, index codec 1. */
 FVV_API FVV_MUST_USE fvv_status fvv_mesh_encode(const fvv_mesh *mesh, uint8_t profile, int level,
                                                 const fvv_allocator *allocator, fvv_bytes *payload,
                                                 fvv_diagnostic *diagnostic);
@@ -216,7 +215,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_mesh_sequence_decode(fvv_mesh_sequence *sequ
 
 typedef struct fvv_mesh_delta_options {
   size_t struct_size;
-  /* How far a decoded position may lie from the one asked for, on each axis, in steps of the lattice, up to
+  /* How far a decoded position may lie from the requested one, on each axis, in steps of the lattice, up to
    * 32767; 0: not at all. Default 1. A lattice finer than the error that is wanted codes best: with a step of
    * 0.4 mm and an error of 2, 1 mm from the source at most, frames take about half the bytes of a step of 2
    * mm and an error of 0, as the rounding of the former frame is not passed on as motion. At the edge of the

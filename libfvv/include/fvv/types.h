@@ -47,8 +47,8 @@ enum {
 /* Short lower-case English for a status ("damaged"). Static storage, never NULL. */
 FVV_API const char *fvv_status_text(fvv_status status);
 
-/* Why a call failed. Caller-owned, plain data. The first error of a call wins.
- * offset is absolute in the stream where the callee knows it, else relative to the payload handed in. */
+/* Why a call failed. Caller-owned, plain data. The first error of a call wins. offset is absolute in the
+ * stream where the callee knows it, else relative to the given payload. */
 typedef struct fvv_diagnostic {
   fvv_status status;
   uint32_t issue;      /* n of FVV-n in spec/issues.md; 0: no rule of the specification is concerned */
@@ -80,7 +80,7 @@ typedef struct fvv_bytes {
 FVV_API void fvv_bytes_free(fvv_bytes *bytes);
 
 /* Random-access input. read_at fills exactly size bytes from offset or returns FVV_ERROR_IO; it is never
- * asked for bytes at or beyond size. */
+ * called for bytes at or beyond size. */
 typedef struct fvv_input {
   fvv_status (*read_at)(void *user, uint64_t offset, void *out, size_t size);
   void *user;

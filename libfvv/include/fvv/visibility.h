@@ -53,7 +53,7 @@ FVV_API void fvv_visibility_facing(const fvv_mesh *mesh, uint8_t domain, const i
 typedef struct fvv_visibility_header {
   uint8_t domain;         /* FVV_VISIBILITY_FACES, _VERTICES or _WEIGHTS */
   uint8_t threshold;      /* cosine in 2^-8 */
-  uint16_t mesh_track;    /* whose mesh of the same time is meant */
+  uint16_t mesh_track;    /* of the mesh at the same time */
   uint32_t element_count; /* its faces or vertices */
   uint32_t number;        /* 0: decodes alone; else the n-th after such a chunk, and needs the one before */
   uint32_t camera_count;
@@ -65,9 +65,9 @@ typedef struct fvv_visibility_stream {
   size_t offset, size; /* size 0: sees nothing */
 } fvv_visibility_stream;
 
-/* Reads and checks header and table. streams: camera_count entries in rising order of camera, capacity is
- * how many there is room for; NULL and 0: only the header is wanted. FVV_ERROR_BUFFER_TOO_SMALL: *header
- * has their number. limits NULL: defaults; camera and element counts are held against them. */
+/* Reads and checks header and table. streams: camera_count entries in rising order of camera, capacity is how
+ * many there is room for; NULL and 0: only the header is wanted. FVV_ERROR_BUFFER_TOO_SMALL: *header has
+ * their number. limits NULL: defaults; camera and element counts are checked against them. */
 FVV_API FVV_MUST_USE fvv_status fvv_visibility_peek(const uint8_t *payload, size_t size,
                                                     const fvv_limits *limits, fvv_visibility_header *header,
                                                     fvv_visibility_stream *streams, size_t capacity,
@@ -127,7 +127,7 @@ FVV_API void fvv_visibility_weights(const fvv_mesh *mesh, uint8_t domain, const 
 
 /* ---- texturing, clause 17.5 ------------------------------------------------------------------------- */
 
-/* How a player is meant to mix the colours of the cameras that show a place. */
+/* How players blend the colours of the cameras that show a place. */
 typedef struct fvv_texturing {
   double threshold; /* least weight of a camera, 0 to 1 */
   double depth_bias,

@@ -301,10 +301,10 @@ unsigned bits(const Obu &obu, size_t first, size_t count) {
   return value;
 }
 
-// AV1CodecConfigurationRecord. seq_profile is bits 0 to 2; then still_picture,
-// reduced_still_picture_header, timing_info_present_flag and initial_display_delay_present_flag, and
-// operating_points_cnt_minus_1 (5 bits), all 0 as the encoder is not asked for any; operating_point_idc
-// (12 bits), seq_level_idx (5 bits), and seq_tier for levels above 7.
+// AV1CodecConfigurationRecord. seq_profile is bits 0 to 2; then still_picture, reduced_still_picture_header,
+// timing_info_present_flag and initial_display_delay_present_flag, and operating_points_cnt_minus_1 (5 bits),
+// all 0 as the encoder writes none; operating_point_idc (12 bits), seq_level_idx (5 bits), and seq_tier for
+// levels above 7.
 Bytes av1_record(const VideoSettings &settings, const Bytes &, const Bytes &first) {
   for (const Obu &obu : obus_of(first.data(), first.size())) {
     if (obu.type != sequence_header) continue;

@@ -10,10 +10,10 @@ namespace fvv::media {
 
 // Error unless both sides are 1 ... max_dimension.
 void check_dimensions(uint32_t width, uint32_t height, const std::string &name);
-// Error unless the picture is what image.h says an Image is.
+// Error unless the picture is a valid Image (image.h).
 template <class SampleType> void check_image(const BasicImage<SampleType> &image);
-// Error when size bytes cannot hold so many samples even at the best rate that the format can reach: a few
-// bytes must not ask for gigabytes.
+// Error if size bytes cannot hold that number of samples even at the best compression that the format allows:
+// a few bytes must not cause an allocation of gigabytes.
 void check_justified(uint64_t samples, uint64_t samples_per_byte, size_t size, const std::string &name);
 
 // A whole file. Error when it cannot be read or is larger than any picture needs.
@@ -21,10 +21,10 @@ std::vector<uint8_t> read_file(const std::string &path);
 
 // Eight bits brought to a sample type: times 257 for 16.
 template <class SampleType> BasicImage<SampleType> with_samples(Image image);
-// In 1 or 3 channels, as read_image says.
+// In 1 or 3 channels, as read_image.
 template <class SampleType> BasicImage<SampleType> with_channels(BasicImage<SampleType> image, int channels);
 
-// Throws Error: a code that is none of video_codecs().
+// Throws Error: the code is not among video_codecs().
 [[noreturn]] void refuse_codec(uint32_t code);
 
 bool is_png(const uint8_t *bytes, size_t size);
@@ -43,19 +43,19 @@ Image decode_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
 template <class SampleType>
 BasicImage<SampleType> decode_exr_picture(const uint8_t *bytes, size_t size, const std::string &name);
 
-// Whether the lossy compressions DWAA and DWAB are taken: their decoders need not agree to the last bit.
+// Whether the lossy compressions DWAA and DWAB are accepted: their decoders may differ in the last bits.
 enum class Dwa { refused, allowed };
 // As decode_exr of exr.h.
 FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa);
 
 using Bytes = std::vector<uint8_t>;
 
-// What an encoder of libavcodec gives, made into what fvv carries.
+// Converts the output of libavcodec's encoders to fvv's samples and records.
 struct Bitstream {
   // A packet of the encoder as a sample.
   Bytes (*sample)(const uint8_t *packet, size_t size);
   // Of a group with these settings. header: the encoder's global header; first: the first sample. Error when
-  // either is not what the encoder was asked for.
+  // either does not match the settings.
   Bytes (*record)(const VideoSettings &settings, const Bytes &header, const Bytes &first);
 };
 

@@ -26,7 +26,7 @@ bool reaches(double x, uint32_t code, uint32_t largest) {
   const double odd = 2.0 * code - 1, both = 2.0 * largest;
   // 12.92 x up to 0.04045: 12.92 = 323 / 25, and all of this is exact.
   if (odd <= 0.04045 * both) return x * 323 * both >= odd * 25;
-  // ((v + 0.055) / 1.055)^2.4 behind it.
+  // ((v + 0.055) / 1.055)^2.4 above it.
   const double root = (odd * 1000 + both * 55) / (both * 1055);
   const double square = root * root, fourth = square * square;
   return x * x * x * x * x >= fourth * fourth * fourth;
@@ -194,7 +194,7 @@ template <class Sample> struct Forward {
     constexpr double white = std::numeric_limits<Sample>::max();
     const double luma = codes.luma / white, chroma = codes.chroma / white;
     const auto fixed = Number::of;
-    // The middle coefficient is what is left, so that grey comes out exactly grey and white exactly white.
+    // The middle coefficient is the remainder, so that grey stays exactly grey and white exactly white.
     y[0] = fixed(luma * k.red);
     y[2] = fixed(luma * k.blue);
     y[1] = fixed(luma) - y[0] - y[2];
@@ -306,7 +306,7 @@ BasicImage<Wanted> to_rgb(const BasicFrame<Sample> &frame, const Colour &colour)
   const size_t chroma_width = (width + 1) / 2, chroma_height = (height + 1) / 2;
   if (frame.y.size() != width * height || frame.u.size() != chroma_width * chroma_height ||
       frame.v.size() != frame.u.size())
-    throw Error("the planes of a YCbCr frame do not have the sizes that 4:2:0 asks for");
+    throw Error("the planes of a YCbCr frame do not have the sizes of 4:2:0");
   std::vector<int32_t> column(chroma_width), u(width), v(width);
   constexpr int shift = Backward<Sample, Wanted>::Number::fraction + 4;
   constexpr int white = std::numeric_limits<Wanted>::max();

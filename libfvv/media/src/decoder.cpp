@@ -30,7 +30,7 @@ std::string size_text(uint32_t width, uint32_t height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-// What is kept of a configuration: its pointers are only borrowed.
+// A copy of a configuration, whose pointers are only borrowed.
 struct Picture {
   uint32_t width, height;
   Colour colour;
@@ -116,7 +116,7 @@ private:
   fvv_video_config config_;
 };
 
-// A decoder of libavcodec, and whether the record is its extradata: VP9's says nothing that it needs.
+// A decoder of libavcodec, and whether the record is its extradata: VP9's record has nothing that it needs.
 struct Library {
   uint32_t codec;
   const char *name;
@@ -154,7 +154,7 @@ public:
     if (code < 0) fail("the " + codec_ + " record cannot be used", code);
     packet_ = make_packet();
     frame_ = make_frame();
-    // Borrowed, and of no more use.
+    // Borrowed, and no longer needed.
     config_.record = nullptr;
     config_.codec_string = nullptr;
   }
@@ -166,7 +166,7 @@ public:
 
 private:
   template <class Wanted> BasicImage<Wanted> picture(const uint8_t *bytes, size_t size) {
-    // Until this sample has gone well: libavcodec would predict from an older picture without a word.
+    // Until this sample was decoded: libavcodec would predict from an older picture without an error.
     const bool need_key = std::exchange(need_key_, true);
     int key;
     fvv_diagnostic diagnostic;
@@ -206,7 +206,7 @@ private:
     if (code == AVERROR(EAGAIN)) throw Error(sample() + " gives no picture of its own");
     if (code < 0) fail(sample() + " is damaged", code);
     if (is_broken(*frame_)) throw Error(sample() + " is damaged: its picture is not whole");
-    // A missing reference picture is replaced with nothing but a message, whatever err_recognition says.
+    // libavcodec replaces a missing reference picture and only logs a message, for any err_recognition.
     if (log_has_error()) fail(sample() + " is damaged", 0);
     const AvFrame second = make_frame();
     if (avcodec_receive_frame(context_.get(), second.get()) >= 0)

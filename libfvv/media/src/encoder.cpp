@@ -42,8 +42,8 @@ std::shared_ptr<const BasicImage<Sample>> load(const VideoSettings &settings,
   return image;
 }
 
-/* What an encoder takes of every frame. Each is made once: all of them are kept where there are several
- * passes over the group, else one at a time. */
+/* The pictures that an encoder takes. Each is made once: all of them are kept where there are several passes
+ * over the group, else one at a time. */
 template <class Input> class Inputs {
 public:
   Inputs(size_t count, bool keep, std::function<Input(size_t frame)> make)
@@ -110,7 +110,7 @@ public:
       : library_(encoder.library), bitstream_(encoder.bitstream), settings_(settings),
         context_(open_encoder(encoder, settings, crf, pass, statistics)), packet_(make_packet()) {}
 
-  /* What a first pass finds out for the second. */
+  /* Statistics of a first pass for the second. */
   template <class SampleType> std::string look(Inputs<BasicFrame<SampleType>> &frames) {
     send(frames, [this] {
       while (avcodec_receive_packet(context_.get(), packet_.get()) >= 0) av_packet_unref(packet_.get());
@@ -166,7 +166,7 @@ private:
     group_.codec_string = text;
   }
 
-  /* By the format's own rules, and a key first and nowhere else. */
+  /* Checks the rules of the format, and that the first sample is the only key. */
   void check_samples() {
     const fvv_video_config config = config_of(settings_, group_);
     for (size_t i = 0; i < group_.samples.size(); i++) {
@@ -175,7 +175,7 @@ private:
       fvv_diagnostic diagnostic;
       if (fvv_video_sample_check(&config, sample.key, sample.bytes.data(), sample.bytes.size(),
                                  &diagnostic) != FVV_OK)
-        throw Error(library_ + " gave a sample that cannot stand at frame " + std::to_string(i) + ": " +
+        throw Error(library_ + " gave a sample that is invalid at frame " + std::to_string(i) + ": " +
                     diagnostic.message);
     }
   }

@@ -12,28 +12,28 @@ extern "C" {
 namespace fvv::media {
 namespace {
 
-/* What the options do. Pictures are texture for a surface: codes near the truth count, not the look of one
- * frame, hence tune=psnr (the default of libvpx and libaom). At the same PSNR of the foreground this saves
- * about a tenth of the bytes.
+/* What the options do. Pictures are texture for a surface: accurate codes matter, not the look of one frame,
+ * hence tune=psnr (the default of libvpx and libaom). At the same PSNR of the foreground this saves about a
+ * tenth of the bytes.
  *
  * x264's slower takes 10 % fewer bytes than slow for tiles with a flat background, at 36 dB and at 42. me,
- * subme and weightp take a fifth of its time away and add no bytes (-0.06 % at 42 dB, +0.09 % at 36);
- * trellis=1 would save as much again for 1 % more, ref=5 as well. A draft has the PSNR of the same CRF less
- * 0.3 to 0.4 dB, and the same fall from one CRF to the next within 0.01 dB.
+ * subme and weightp save a fifth of its time and add no bytes (-0.06 % at 42 dB, +0.09 % at 36); trellis=1
+ * would save as much again for 1 % more, ref=5 as well. A draft has the PSNR of the same CRF less 0.3 to 0.4
+ * dB, and the same fall from one CRF to the next within 0.01 dB.
  *
  * x265's slow decides by rate and distortion and tries rectangular partitions, which at 42 dB saves a quarter
  * of medium's bytes. A first pass tells libvpx how much of every picture the next ones need, which saves a
  * fifth even without pictures ahead.
  *
- * An encoder lives for one group, so its first picture is the only key: libx264 and libx265 are told of an
- * infinite keyint, as a keyint equal to the number of frames would leak into the parameter sets and make
- * records differ between groups. No look ahead in libvpx and libaom: with it they hide frames in packets.
- * One thread everywhere: the same bytes in every run. x264 is told to be independent of the CPU; the other
- * libraries have no such switch, so across machines their bytes are not promised.
+ * An encoder lives for one group, so its first picture is the only key: libx264 and libx265 get an infinite
+ * keyint, as a keyint equal to the number of frames would leak into the parameter sets and make records
+ * differ between groups. No look ahead in libvpx and libaom: with it they hide frames in packets. One thread
+ * everywhere: the same bytes in every run. x264 is set to be independent of the CPU; the other libraries have
+ * no such option, so their bytes may differ between machines.
  *
  * stitchable: parameter sets that do not depend on the CRF, as groups of one stream may differ in it.
  * force-cfr: the rate in the parameter sets is the one that was given. chromaloc=1: chroma in the middle, as
- * to_yuv makes it. aud, info and repeat-headers: what an fvv sample leaves out is better not made. */
+ * to_yuv makes it. aud, info and repeat-headers: off, as fvv samples do not contain them. */
 const std::vector<VideoEncoder> encoders = {
     {FVV_CODEC_AVC1,
      "libx264",
@@ -88,7 +88,7 @@ void set_option(AVCodecContext *context, const VideoEncoder &encoder, const char
   if (code < 0) fail(std::string(encoder.library) + " does not take the option " + name, code);
 }
 
-/* libx265 wants a picture to hold one coding tree unit, by default of 64 pixels a side. */
+/* A picture of libx265 has to hold one coding tree unit, by default of 64 pixels a side. */
 std::string tree_unit(const VideoSettings &settings) {
   const uint32_t side = std::min(settings.width, settings.height);
   if (side < 16)

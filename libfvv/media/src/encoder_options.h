@@ -1,4 +1,4 @@
-/* How libavcodec's encoders are asked for what video.h promises. Internal to fvv_media. */
+/* The options of libavcodec's encoders that fulfil video.h. Internal to fvv_media. */
 #ifndef FVV_MEDIA_ENCODER_OPTIONS_H
 #define FVV_MEDIA_ENCODER_OPTIONS_H
 
@@ -18,11 +18,11 @@ struct VideoEncoder {
   const Bitstream &bitstream;
   int steps_per_unit; /* of its CRF: 1 when it knows whole numbers only */
   bool two_passes;
-  /* What a draft has in place of these options; empty: there are none. */
+  /* The options of a draft in place of these; empty: there are no drafts. */
   std::vector<EncoderOption> draft;
 };
 
-/* NULL for stills and for codecs that are not known; no other. */
+/* NULL only for stills and unknown codecs. */
 const VideoEncoder *find_encoder(uint32_t codec);
 
 /* An encoder for one group, opened: of crf, in place of settings.quality. pass: 0, or AV_CODEC_FLAG_PASS1 or

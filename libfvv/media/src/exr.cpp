@@ -1,4 +1,4 @@
-// OpenEXR. OpenEXRCore, the C library below OpenEXR, reads headers: it holds the sizes of attributes against
+// OpenEXR. OpenEXRCore, the C library below OpenEXR, reads headers: it checks the sizes of attributes against
 // the file's before it allocates, which the C++ library does not. The C++ library reads samples: OpenEXRCore
 // 3.1.5 mixes up the channels of RGBA in half precision, and gives wrong samples for B44 with several float
 // channels.
@@ -54,7 +54,7 @@ private:
   uint64_t size_, position_ = 0;
 };
 
-// And as OpenEXR writes them: blocks one after the other, then the table in front of them.
+// Bytes in memory as OpenEXR writes them: blocks one after the other, then the table before them.
 class Sink : public exr::OStream {
 public:
   Sink() : OStream("memory") {}
@@ -104,7 +104,8 @@ std::vector<uint8_t> write_exr(const std::vector<std::string> &channels, const S
     Sink sink;
     {
       exr::OutputFile file(sink, header, 0);
-      // OpenEXR's buffers serve both ways and know no const; writing leaves them as they are.
+      // OpenEXR uses its buffers for reading and writing, so they are not const; writing does not change
+      // them.
       file.setFrameBuffer(slices<Sample>(channels, const_cast<Sample *>(samples), width, 0, 0));
       file.writePixels(int(height));
     } // writes the table of blocks
@@ -127,17 +128,17 @@ struct ExrHeader {
   bool is_dwa = false;
 };
 
-// bytes may end anywhere behind the header. Error as decode_exr says, as far as the header tells.
+// bytes may end anywhere after the header. Errors are those of decode_exr that the header shows.
 ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa = Dwa::refused);
 
-// Of one attribute: more than any that makes sense.
+// Of one attribute: more than any real one needs.
 constexpr size_t max_allocation = size_t(64) << 20;
 
 void *allocate(size_t size) {
   return size <= max_allocation ? malloc(size) : nullptr;
 }
 
-// What comes out of a file and goes into a message.
+// Text of a file for a message.
 std::string printable(const char *text) {
   std::string out;
   for (; *text && out.size() < 200; text++) out += *text >= ' ' && *text < 127 ? *text : '?';
@@ -204,7 +205,7 @@ const exr_attr_chlist_entry_t *find(const exr_attr_chlist_t &channels, const cha
   return nullptr;
 }
 
-// "A, B, G, R" of what a message has room for.
+// "A, B, G, R", as far as a message has room.
 std::string list(const exr_attr_chlist_t &channels) {
   std::string text;
   for (int i = 0; i < channels.num_channels; i++) {
@@ -246,7 +247,7 @@ std::string text(const exr_attr_box2i_t &box) {
 // The chromaticities as text when they are not those of Rec.709 with D65.
 std::string other_chromaticities(const Context &file) {
   const exr_attribute_t *attribute = nullptr;
-  // Absent: Rec.709, says OpenEXR.
+  // Absent: OpenEXR's default, Rec.709.
   if (exr_get_attribute_by_name(file.get(), 0, "chromaticities", &attribute) != EXR_ERR_SUCCESS) return "";
   exr_attr_chromaticities_t found;
   file.check(exr_attr_get_chromaticities(file.get(), 0, "chromaticities", &found));

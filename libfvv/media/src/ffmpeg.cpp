@@ -48,7 +48,7 @@ Context make_decoder_context(const AVCodec *codec) {
   Context context = make_context(codec);
   context->thread_count = 1;
   context->err_recognition = AV_EF_EXPLODE | AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER;
-  // Concealment stays on: where it is off, the H.264 decoder does not even tell that blocks are missing.
+  // Concealment stays on: without it the H.264 decoder does not report missing blocks.
   return context;
 }
 
@@ -73,7 +73,7 @@ bool log_has_demuxer_error() {
 }
 
 void fail(const std::string &what, int code) {
-  // The HEVC decoder answers ENOMEM, with a message, for a picture that is larger than it was allowed.
+  // The HEVC decoder returns ENOMEM, with a message, for a picture above its limit.
   if (code == AVERROR(ENOMEM) && !last_message[0]) throw std::bad_alloc();
   if (last_message[0]) throw Error(what + ": " + last_message);
   char text[AV_ERROR_MAX_STRING_SIZE];

@@ -21,15 +21,15 @@ using Context = std::unique_ptr<AVCodecContext, FreeAv>;
 using AvFrame = std::unique_ptr<AVFrame, FreeAv>;
 using Packet = std::unique_ptr<AVPacket, FreeAv>;
 
-// Throw std::bad_alloc where FFmpeg answers NULL.
+// Throw std::bad_alloc where FFmpeg returns NULL.
 Context make_context(const AVCodec *codec);
 AvFrame make_frame();
 Packet make_packet();
 
 // A context for decoding, not opened yet: on one thread, as an error must belong to the packet that was sent
-// last, and with an answer to all damage that the decoder can see.
+// last, and with an error for all damage that the decoder can detect.
 Context make_decoder_context(const AVCodec *codec);
-// Whether the decoder knows that a picture is not whole.
+// Whether the decoder reports that a picture is not whole.
 bool is_broken(const AVFrame &frame);
 
 // 4:2:0 of 8 or 10 bits a sample, in the byte order of the machine: the planes of a BasicFrame.
@@ -42,7 +42,7 @@ constexpr AVPixelFormat pixel_format(int bit_depth) {
 void quiet_log();
 // Forgets the message that an earlier call left.
 void clear_log();
-// Whether FFmpeg has complained on this thread since, even where it answered success.
+// Whether FFmpeg has logged an error on this thread since, even if it returned success.
 bool log_has_error();
 // The same of demuxers alone.
 bool log_has_demuxer_error();

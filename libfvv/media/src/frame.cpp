@@ -36,7 +36,7 @@ void place(BasicImage<Sample> &frame, const BasicImage<Sample> &picture, uint32_
            length * sizeof(Sample));
 }
 
-// Repeats the edges of tiles where no tile is, from the tile that is nearest.
+// Repeats the edges of tiles where there is no tile, from the nearest tile.
 template <class Sample> class Guard {
 public:
   Guard(BasicImage<Sample> &composed, const std::vector<fvv_tile> &all)
@@ -183,7 +183,7 @@ template void flatten(LinearImage &, const Image &, uint32_t);
 
 namespace {
 
-// Integers carry a few bits behind the point, so that levels do not add up their rounding.
+// Integers have a few fractional bits, so that rounding does not accumulate over levels.
 template <class Sample> struct Arithmetic {
   using Value = int32_t;
   static Value of(Sample sample) { return Value(sample) * 64; }

@@ -16,7 +16,7 @@ namespace fvv::media {
 
 namespace {
 
-// No picture within max_dimension needs more, and a device file must not be read for ever.
+// No picture within max_dimension needs more, and a device file must not be read without end.
 constexpr size_t max_file_size = size_t(1) << 30;
 // Enough for the header of nearly every file; those with long profiles or thumbnails take another round.
 constexpr size_t probe_size = 65536;
@@ -32,7 +32,7 @@ File open_file(const std::string &path) {
   return file;
 }
 
-// Appends until bytes has wanted bytes or the file ends; answers whether the file has ended.
+// Appends until bytes has wanted bytes or the file ends; returns whether the file has ended.
 bool read_until(FILE *file, const std::string &path, size_t wanted, std::vector<uint8_t> &bytes) {
   while (bytes.size() < wanted) {
     const size_t before = bytes.size();
@@ -163,14 +163,14 @@ BasicImage<Sample> make_image(uint32_t width, uint32_t height, int channels,
                               typename BasicImage<Sample>::Value value) {
   check_dimensions(width, height, "a picture");
   if (channels != 1 && channels != 3)
-    throw Error("a picture of " + std::to_string(channels) + " channels was asked for, expected 1 or 3");
+    throw Error("a picture of " + std::to_string(channels) + " channels was requested, expected 1 or 3");
   BasicImage<Sample> image;
   image.width = width;
   image.height = height;
   image.channels = channels;
   const uint64_t size = uint64_t(width) * height * uint64_t(channels);
   if (size > std::numeric_limits<size_t>::max() / sizeof(Sample))
-    throw Error("a picture is larger than memory can be");
+    throw Error("a picture is larger than memory can hold");
   image.pixels.assign(size_t(size), value);
   return image;
 }
@@ -221,9 +221,9 @@ BasicImage<Sample> decode_format(ImageFormat format, const uint8_t *bytes, size_
 template <class Sample>
 BasicImage<Sample> decode_image(const uint8_t *bytes, size_t size, int channels, const std::string &name) {
   if (channels != 1 && channels != 3)
-    throw Error(name, std::to_string(channels) + " channels were asked for, expected 1 or 3");
+    throw Error(name, std::to_string(channels) + " channels were requested, expected 1 or 3");
   const ImageInfo info = probe_bytes(bytes, size, name);
-  // Of codes the grey is taken before they become light, as for all other samples.
+  // Codes are converted to grey before they become light, as for all other samples.
   if constexpr (std::is_same_v<Sample, float>)
     if (info.format != ImageFormat::exr)
       return linear_of(decode_image<uint16_t>(bytes, size, channels, name));

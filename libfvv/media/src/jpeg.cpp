@@ -1,5 +1,5 @@
-// JPEG by libjpeg-turbo's TurboJPEG, and the orientation in an Exif segment. The accurate DCT is asked for
-// both ways: the fast one differs between machines with and without SIMD.
+// JPEG by libjpeg-turbo's TurboJPEG, and the orientation in an Exif segment. The accurate DCT is used both
+// ways: the fast one differs between machines with and without SIMD.
 #include "codecs.h"
 
 #include <turbojpeg.h>
@@ -13,13 +13,13 @@ namespace fvv::media {
 
 namespace {
 
-// A TIFF structure, which says itself in which order its bytes are.
+// A TIFF structure, which states its own byte order.
 struct Tiff {
   const uint8_t *bytes;
   size_t size;
 
   bool little() const { return bytes[0] == 'I'; }
-  // 0 behind the end.
+  // 0 beyond the end.
   uint32_t number(size_t offset, size_t length) const {
     if (offset > size || size - offset < length) return 0;
     uint32_t value = 0;
@@ -43,10 +43,10 @@ uint8_t orientation_in(const Tiff &tiff) {
 }
 
 // Tag 0x0112 of the first directory (CIPA DC-008 4.6.4 A), 1 to 8; 1, upright, when there is none or it
-// cannot be read. bytes: the beginning of a JPEG file, whatever it holds; never read behind size.
+// cannot be read. bytes: the beginning of a JPEG file, untrusted; never read beyond size.
 uint8_t exif_orientation(const uint8_t *bytes, size_t size) {
   constexpr uint8_t app1 = 0xe1, first_app = 0xe0, last_app = 0xef, comment = 0xfe;
-  // Segments stand in front of the picture: marker, length with its own two bytes.
+  // Segments precede the picture: marker, length with its own two bytes.
   for (size_t at = 2; at + 4 <= size && bytes[at] == 0xff;) {
     const uint8_t marker = bytes[at + 1];
     const size_t length = size_t(bytes[at + 2]) << 8 | bytes[at + 3];

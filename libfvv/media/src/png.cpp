@@ -31,7 +31,8 @@ public:
       throw std::bad_alloc();
     }
     png_set_read_fn(png_, this, on_read);
-    // Sizes are checked by check_dimensions, which says more; compressed text and profiles are capped here.
+    // Sizes are checked by check_dimensions, with a better message; compressed text and profiles are limited
+    // here.
     png_set_user_limits(png_, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
     png_set_chunk_malloc_max(png_, 8000000);
   }
@@ -106,7 +107,7 @@ private:
     if (png_get_rowbytes(png_, info_) != stride) png_error(png_, "unexpected length of a row");
     for (int pass = 0; pass < passes; pass++)
       for (uint32_t row = 0; row < height; row++) png_read_row(png_, pixels + row * stride, nullptr);
-    // To IEND, whose absence is the only trace of a file that was cut behind its last row.
+    // To IEND, whose absence is the only sign of a file that was cut after its last row.
     png_read_end(png_, nullptr);
     return true;
   }

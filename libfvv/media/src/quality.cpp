@@ -16,18 +16,17 @@ namespace {
 
 constexpr double decibels = 45;     // of a picture over a codec's scale
 constexpr double at_a_third = 39.5; // dB, what a third of the scale reaches
-// dB by which a draft is worse than the same quality in earnest, about; measured with H.264.
+// dB by which a draft is worse than the same quality without draft, about; measured with H.264.
 constexpr double draft_loss = 0.35;
-// dB by which the next cheaper quality has to miss the target, going by the least fall of the drafts, to be
-// left untried. With pictures of cameras their fall was that of the encodings in earnest within 0.01 dB a
-// step.
+// dB by which the next cheaper quality has to miss the target, by the smallest fall of the drafts, to be
+// skipped. With pictures of cameras the fall of drafts was that of final encodings within 0.01 dB a step.
 constexpr double sure = 0.1;
 
 // PSNR falls almost linearly with the step: interpolating needs half the encodings of bisection, and none at
 // the best quality, which is the slowest to encode. Steps count from the best quality to the cheapest.
 class Search {
 public:
-  // guess: of the fall, dB a step, until two tries tell.
+  // guess: of the fall, dB a step, until there are two tries.
   Search(int count, double wanted, int first, double guess)
       : steps(count), target(wanted), bad{count, 0}, fall(guess), next(std::clamp(first, 0, count - 1)) {}
 
@@ -40,18 +39,18 @@ public:
            std::abs(ahead() - last.step) <= 1;
   }
 
-  // The best step by what is known.
+  // The best step so far.
   int ahead() const {
     const double steps_ahead = std::clamp((last.db - target) / fall, -1000.0, 1000.0);
     return last.step + int(std::floor(steps_ahead));
   }
 
-  // What that came to. Answers whether it is good.
+  // Adds the result of a try. Returns whether it is good.
   bool take(double db) {
     const Tried now = {next, db};
     (db >= target ? good : bad) = now;
-    // Between what is good and what is bad, once both are known, else as from the last try to this one.
-    // Lossless is no point of a line.
+    // Between a good and a bad step, once both are known, else as far as from the last try to this one.
+    // Lossless is not on the line.
     const bool both = good.step >= 0 && bad.step < steps;
     const Tried from = both ? good : last, to = both ? bad : now;
     const double found = (from.db - to.db) / (to.step - from.step);

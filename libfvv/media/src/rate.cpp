@@ -1,8 +1,8 @@
-/* Searching the quality that keeps a bit rate. See rate.h.
+/* Searches the quality that keeps a bit rate. See rate.h.
  *
  * The logarithm of a group's bytes falls almost linearly with the quality, so a secant finds the place in a
- * few encodings. The encoders' own two passes are not used: libx265 keeps its statistics in files,
- * libaom's first pass asks for keys inside a group, and none promises to stay below its target. */
+ * few encodings. The encoders' own two passes are not used: libx265 keeps its statistics in files, libaom's
+ * first pass asks for keys inside a group, and none guarantees to stay below its target. */
 #include "rate.h"
 
 #include "encoder_options.h"
@@ -13,9 +13,9 @@
 namespace fvv::media {
 namespace {
 
-/* A group is good enough that takes this part of its budget, and the search aims at the middle. */
+/* A group that takes this part of its budget is good enough; the search aims at the middle. */
 constexpr double enough = 0.97, aim = 0.985;
-/* After so many encodings the interval is halved: the curve is not what the secant takes it for. */
+/* After this number of encodings the interval is halved: the curve is not nearly linear. */
 constexpr int patience = 6;
 
 uint64_t size_of(const EncodedGroup &group) {
@@ -37,8 +37,8 @@ struct Steps {
   int finest, direction, per_unit = 1, last;
 };
 
-/* Samples of JPEG do not know each other: as many of the finer group's as the budget has room for, evenly
- * over the group. */
+/* Samples of JPEG are independent: takes as many of the finer group's as the budget allows, evenly over the
+ * group. */
 void refine(EncodedGroup &coarse, EncodedGroup &fine, uint64_t budget) {
   const double room = double(budget - size_of(coarse)) / double(coarse.samples.size());
   double spent = 0;

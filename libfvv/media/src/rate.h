@@ -1,5 +1,4 @@
-/* A group that keeps a bit rate, by trying qualities. Knows codecs' scales; encodes nothing itself. Internal
- * to fvv_media. */
+/* Encodes a group within a bit rate by trying qualities. Internal to fvv_media. */
 #ifndef FVV_MEDIA_RATE_H
 #define FVV_MEDIA_RATE_H
 
@@ -9,7 +8,7 @@
 
 namespace fvv::media {
 
-/* What encode_group promises for settings.bit_rate. encode_at answers the group at a quality of the codec. */
+/* Implements settings.bit_rate of encode_group. encode_at returns the group at a quality of the codec. */
 EncodedGroup encode_to_rate(const VideoSettings &settings, size_t frames,
                             const std::function<EncodedGroup(double quality)> &encode_at);
 

@@ -73,14 +73,14 @@ BasicImage<Sample> scale(const BasicImage<Sample> &image, uint32_t width, uint32
   std::vector<Sum<Sample>> sums(out_stride);
   const uint64_t total = uint64_t(image.width) * image.height;
   // When rows shrink, neighbours share at most their border row; when they grow, many share the same one.
-  uint32_t held = UINT32_MAX;
+  uint32_t scaled = UINT32_MAX;
   for (uint32_t y = 0; y < height; y++) {
     const Span &span = rows.spans[y];
     std::fill(sums.begin(), sums.end(), 0);
     for (uint32_t j = 0; j < span.count; j++) {
-      if (held != span.first + j) {
-        held = span.first + j;
-        const Sample *in = image.pixels.data() + held * in_stride;
+      if (scaled != span.first + j) {
+        scaled = span.first + j;
+        const Sample *in = image.pixels.data() + scaled * in_stride;
         if (image.channels == 1)
           scale_row<1>(in, columns, row.data());
         else
@@ -123,7 +123,7 @@ namespace {
 
 constexpr int phases = 1024;          // of a pixel
 constexpr int32_t one = 1 << 14;      // the sum of four weights
-constexpr uint32_t node_distance = 8; // pixels between places where the map is asked
+constexpr uint32_t node_distance = 8; // pixels between places where the map is evaluated
 
 using Weights = std::array<int32_t, 4>; // of the samples at -1, 0, 1, 2
 
@@ -135,7 +135,7 @@ std::vector<Weights> make_weights() {
                              (t3 - t2) / 2};
     Weights &w = table[size_t(i)];
     for (size_t k = 0; k < 4; k++) w[k] = int32_t(std::lround(exact[k] * one));
-    // What rounding took goes to the nearer sample: flat areas stay as they are.
+    // The rounding error goes to the nearer sample, so that flat areas do not change.
     w[t < 0.5 ? 1 : 2] += one - (w[0] + w[1] + w[2] + w[3]);
   }
   return table;
@@ -162,8 +162,8 @@ Place ask(const PixelMap &map, double x, double y) {
 // The map along one row of pixel centres.
 class Row {
 public:
-  Row(const PixelMap &asked, uint32_t width, double height) : map(asked), y(height) {
-    // One before the first and two behind the last node, for the cubics.
+  Row(const PixelMap &pixel_map, uint32_t width, double height) : map(pixel_map), y(height) {
+    // One before the first and two after the last node, for the cubics.
     for (uint32_t i = 0; i < (width - 1) / node_distance + 4; i++)
       nodes.push_back(ask(map, 0.5 + (double(i) - 1) * node_distance, y));
   }

@@ -31,10 +31,10 @@ public:
   Demuxer(const Demuxer &) = delete;
 
   const AVStream &stream() const { return *stream_; }
-  // The next packet of the stream that holds anything; false at the end of the file. Error for what is cut or
-  // damaged as far as the container can tell.
+  // The next packet of the stream that is not empty; false at the end of the file. Error for a truncated or
+  // damaged file, as far as the container shows it.
   bool read(AVPacket *packet);
-  // To a key at or before a decoding time, as far as the container knows; false when it cannot.
+  // Seeks to a key at or before a decoding time, as far as the container knows; false if it cannot.
   bool seek(int64_t dts);
 
 private:
@@ -102,7 +102,7 @@ int refuse_open(AVFormatContext *, AVIOContext **, const char *, int, AVDictiona
   return AVERROR(EPERM);
 }
 
-// Formats that are but a list of other files.
+// Formats that only list other files.
 bool is_list(const char *format) {
   for (const char *list : {"concat", "dash", "hls", "imf", "sdp", "webm_dash_manifest"})
     if (!strcmp(format, list)) return true;
@@ -137,12 +137,11 @@ void Demuxer::open() {
   int code = av_probe_input_buffer2(source_->io, &format, "", context_, 0, 0);
   if (code < 0) fail(path_ + ": is no video file, or is cut or damaged", code);
   if (is_list(format->name))
-    throw Error(path_,
-                std::string("is a list of other files (") + format->name + "), which are not looked at");
+    throw Error(path_, std::string("is a list of other files (") + format->name + "), which are not read");
   code = avformat_open_input(&context_, "", format, nullptr); // frees the context when it fails
   if (code < 0) fail(path_ + ": is no video file, or is cut or damaged", code);
   code = avformat_find_stream_info(context_, nullptr);
-  // It decodes as well, and what a decoder says of a file that begins within a group does not count yet.
+  // It decodes as well, and errors of the decoder in a file that begins within a group do not count here.
   if (code < 0 || log_has_demuxer_error()) fail(path_ + ": is cut or damaged", code);
 }
 
@@ -169,7 +168,7 @@ bool Demuxer::read(AVPacket *packet) {
   for (;;) {
     av_packet_unref(packet);
     const int code = av_read_frame(context_, packet);
-    // Demuxers tell of a file that ends too early by a message, and then by a plain end.
+    // Demuxers log a message for a file that ends too early, and then report a regular end.
     if (log_has_error() || (code < 0 && code != AVERROR_EOF)) fail(path_ + ": is cut or damaged", code);
     if (code == AVERROR_EOF) return false;
     if (packet->stream_index != stream_->index || packet->size == 0) continue;
@@ -184,7 +183,7 @@ bool Demuxer::seek(int64_t dts) {
   return found;
 }
 
-// Why pictures with this transfer cannot be taken; NULL when they can.
+// Why pictures with this transfer are rejected; NULL if they are not.
 const char *refused_transfer(AVColorTransferCharacteristic transfer) {
   switch (transfer) {
   case AVCOL_TRC_SMPTE2084:
@@ -251,10 +250,10 @@ VideoIndex make_index(Demuxer &demuxer, const std::string &path) {
       throw Error(path, number + " has no presentation time: wrap the video into MP4 or Matroska");
     if (std::abs(packet->pts) > INT64_MAX / 8)
       throw Error(path, number + " has the presentation time " + std::to_string(packet->pts) +
-                            ", which is too far out");
+                            ", which is out of range");
     if (index.packets.size() == max_video_pictures)
       throw Error(path, "holds more than " + std::to_string(max_video_pictures) + " pictures");
-    // What an edit list leaves out is decoded, for what follows, and not shown.
+    // Packets that an edit list omits are decoded, as later ones depend on them, and not shown.
     if (!(packet->flags & AV_PKT_FLAG_DISCARD) && !is_hidden(demuxer.stream(), *packet))
       index.packet_of.push_back(index.packets.size());
     index.packets.push_back({packet->pts, packet->dts, (packet->flags & AV_PKT_FLAG_KEY) != 0});
@@ -295,8 +294,8 @@ public:
   template <class Sample> BasicImage<Sample> picture(size_t picture, int channels) {
     if (picture >= index_->packet_of.size())
       throw Error(path_, "has " + std::to_string(index_->packet_of.size()) + " pictures, picture " +
-                             std::to_string(picture) + " was asked for");
-    if (!(held_ && position_ == picture + 1)) find(picture);
+                             std::to_string(picture) + " was requested");
+    if (!(decoded_ && position_ == picture + 1)) find(picture);
     try {
       if (const char *reason = refused_transfer(frame_->color_trc)) throw Error(reason);
       if constexpr (std::is_same_v<Sample, float>)
@@ -327,8 +326,8 @@ private:
     frame_ = make_frame();
   }
 
-  // Keys at or before the picture in both orders: what is shown before a key but stored behind it (the
-  // leading pictures of an open group) needs the key before. The first packet counts as one.
+  // Keys at or before the picture in both orders: what is shown before a key but stored after it (the leading
+  // pictures of an open group) needs the key before. The first packet counts as one.
   size_t key_before(size_t packet, int64_t pts) const {
     while (packet > 0 && !(index_->packets[packet].key && index_->packets[packet].pts <= pts)) packet--;
     return packet;
@@ -338,8 +337,8 @@ private:
     const size_t target = index_->packet_of[picture];
     const int64_t pts = index_->packets[target].pts;
     const size_t key = key_before(target, pts);
-    const bool onwards = held_ && picture >= position_ && key <= next_;
-    held_ = false;
+    const bool onwards = decoded_ && picture >= position_ && key <= next_;
+    decoded_ = false;
     if (onwards && decode_until(target).empty()) return hold(picture);
     // A key need not be one: with gradual refresh decoding has to begin earlier, at worst at the beginning.
     const size_t earlier = key ? key_before(key - 1, pts) : 0;
@@ -357,11 +356,11 @@ private:
   }
 
   void hold(size_t picture) {
-    held_ = true;
+    decoded_ = true;
     position_ = picture + 1;
   }
 
-  // The packet of that number is the next one to be decoded, by a decoder that knows nothing.
+  // The packet of that number is the next one to be decoded, by a decoder without state.
   void start_at(size_t number) {
     avcodec_flush_buffers(context_.get());
     damaged_ = leading_damaged_ = SIZE_MAX;
@@ -391,7 +390,7 @@ private:
 
   [[noreturn]] void changed() const { throw Error(path_, "has changed while it was read"); }
 
-  // Leaves the target in frame_, or answers why it cannot be had.
+  // Leaves the target in frame_, or returns the reason why not.
   std::string decode_until(size_t target) {
     const int64_t wanted = index_->packets[target].pts;
     for (;;) {
@@ -402,7 +401,7 @@ private:
         if (!feed()) return problem_;
         continue;
       }
-      if (code == AVERROR_EOF) return left_out(target);
+      if (code == AVERROR_EOF) return reason_missing(target);
       note(code);
       if (code < 0) {
         if (drained_) return problem_;
@@ -412,13 +411,13 @@ private:
         if (is_broken(*frame_)) damaged_ = std::min(damaged_, next_ - 1);
         continue;
       }
-      if (frame_->pts != wanted) return left_out(target);
+      if (frame_->pts != wanted) return reason_missing(target);
       return judge(target);
     }
   }
 
-  std::string left_out(size_t target) const {
-    return damaged_ <= target || leading_damaged_ <= target ? problem_ : "is left out by the decoder";
+  std::string reason_missing(size_t target) const {
+    return damaged_ <= target || leading_damaged_ <= target ? problem_ : "is omitted by the decoder";
   }
 
   std::string judge(size_t target) {
@@ -450,8 +449,8 @@ private:
     return true;
   }
 
-  // Remembers what went wrong since the log was cleared. Whatever is shown before the key that decoding began
-  // with may lack what it refers to, and nothing that is shown later refers to it.
+  // Stores errors since the log was cleared. Pictures shown before the key where decoding began may lack
+  // their references, and no later picture refers to them.
   void note(int code) {
     if (code >= 0 && !log_has_error()) return;
     const size_t packet = next_ - 1;
@@ -473,10 +472,10 @@ private:
   AvFrame frame_;
   RgbConverter rgb_;
   size_t position_ = 0;
-  bool held_ = false;    // frame_ is picture position_ - 1
+  bool decoded_ = false; // frame_ is picture position_ - 1
   size_t next_ = 0;      // number of the packet that is sent next
   bool pending_ = false; // that packet is in packet_ already
-  bool drained_ = false; // the decoder was told the end
+  bool drained_ = false; // the end was sent to the decoder
   int64_t start_pts_ = 0;
   size_t damaged_ = SIZE_MAX, leading_damaged_ = SIZE_MAX; // first packets that went wrong
   std::string problem_;

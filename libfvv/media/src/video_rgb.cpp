@@ -38,7 +38,7 @@ int matrix_of(const AVFrame &frame) {
   }
 }
 
-// YUVJ formats say full range by their name, and libswscale wants to hear it by the range alone.
+// YUVJ formats imply full range; libswscale expects the range in place of them.
 AVPixelFormat plain_format(int format, bool &full_range) {
   full_range = true;
   switch (format) {
@@ -58,8 +58,8 @@ AVPixelFormat plain_format(int format, bool &full_range) {
   }
 }
 
-// Where chroma stands, in 1/256 of the distance of two luma samples; -513: libswscale's default, for formats
-// without subsampling.
+// The position of chroma, in 1/256 of the distance of two luma samples; -513: libswscale's default, for
+// formats without subsampling.
 struct Siting {
   int x = -513, y = -513;
 };
@@ -103,7 +103,7 @@ SwsContext *make_scaler(const Setup &s) {
   set("threads", 1);
   av_opt_set(context, "sws_dither", "none", 0);
   const int *coefficients = sws_getCoefficients(s.matrix);
-  // Formats that have no range answer with an error, and need none.
+  // Formats without a range return an error, which is ignored.
   sws_setColorspaceDetails(context, coefficients, s.full_range, coefficients, 1, 0, 1 << 16, 1 << 16);
   const int code = sws_init_context(context, nullptr, nullptr);
   if (code >= 0) return context;
@@ -140,7 +140,7 @@ template <class Sample> BasicImage<Sample> RgbConverter::convert(const AVFrame &
     context_ = make_scaler(setup);
     made_for_ = text;
   }
-  // libswscale's loops may write behind the end of a row: into padding, not into the next.
+  // libswscale may write beyond the end of a row: into padding, not into the next row.
   const AvFrame rgb = make_frame();
   rgb->format = setup.rgb;
   rgb->width = frame.width;

@@ -13,8 +13,8 @@ public:
   ~RgbConverter();
   RgbConverter(const RgbConverter &) = delete;
 
-  // As VideoFile::picture says. Keeps what it has set up while pictures and sample type are alike. Error
-  // without a name.
+  // As VideoFile::picture. Reuses its converter while pictures and sample type do not change. Errors have no
+  // name.
   template <class SampleType> BasicImage<SampleType> convert(const AVFrame &frame);
 
 private:

@@ -1,4 +1,4 @@
-// The environment of a capture as the payload of a BACK chunk, with its picture files made fit for it.
+// The environment of a capture as the payload of a BACK chunk, with converted picture files.
 #include "fvv/background.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
@@ -43,7 +43,7 @@ std::string clean_png(const std::string &file) {
   return at == file.size() ? out : file;
 }
 
-// Up to the first scan; behind it there is nothing that tells of anything.
+// Up to the first scan; there is no metadata after it.
 std::string clean_jpeg(const std::string &file) {
   std::string out = file.substr(0, 2);
   size_t at = 2;
@@ -64,7 +64,7 @@ std::string clean_jpeg(const std::string &file) {
 }
 
 // Bytes of a PNG or JPEG file as they are, but for metadata: segments APPn other than JFIF's and Adobe's and
-// comments of JPEG, ancillary chunks of PNG (clause 14, private data). What is no such file stays as it is.
+// comments of JPEG, ancillary chunks of PNG (clause 14, private data). Other data is not changed.
 std::string without_metadata(const std::string &file) {
   if (file.compare(0, 8, png_signature, 8) == 0) return clean_png(file);
   return file.size() > 2 && file.compare(0, 2, "\xff\xd8") == 0 ? clean_jpeg(file) : file;
@@ -75,7 +75,7 @@ constexpr uint32_t normal_bits = 8;
 constexpr int mesh_level = 7;
 // Of the diagonal: 1 mm for a room, 1 cm for a stadium.
 constexpr double steps_across = 16384;
-// A payload that every reader takes (fvv.md clause 13).
+// A payload that every reader supports (fvv.md clause 13).
 constexpr size_t safe_payload = size_t(16) << 20;
 
 class Packer {
@@ -116,7 +116,7 @@ private:
     if (!(diagonal > 1e-12 && diagonal < 1e12))
       throw Error(name + ": expected an environment of some extent");
     out.lattice.step = geometry::round_down_125(diagonal / steps_across);
-    // A multiple of the step next to the middle: indices stay small, and planes at 0 stay there.
+    // The multiple of the step next to the middle: indices are small, and planes at 0 stay there.
     for (int k = 0; k < 3; k++)
       out.lattice.origin[k] = std::round((low[k] + high[k]) / 2 / out.lattice.step) * out.lattice.step;
     out.reason = "1/16384 of its diagonal, or a little less";
@@ -176,7 +176,7 @@ private:
     options.lattice_step = out.lattice.step;
     options.texture_bits = texture_bits;
     options.normal_bits = lit_by_normals ? normal_bits : 0;
-    options.keep_winding = !part.double_sided; // the inside of a room is a side that was meant
+    options.keep_winding = !part.double_sided; // the inside of a room is visible
     const std::string place = name + ": part " + std::to_string(i);
     fvv_mesh_report report = {};
     report.struct_size = sizeof report;
@@ -240,7 +240,7 @@ FittedPicture fit_picture(const std::string &file, const std::string &name) {
     throw Error(name + ": " + diagnostic.message);
   out.width = entry.width;
   out.height = entry.height;
-  // Decoded in any case: a picture that does not decode would be noticed by whoever plays the stream.
+  // Always decoded: otherwise a picture that does not decode would be noticed only by players.
   const media::Image image = media::decode_image(entry.data, entry.size, 3, name);
   const uint32_t side = std::max(out.width, out.height);
   if (side <= max_picture_side) return out;

@@ -17,17 +17,17 @@ struct PackedBackground {
   uint64_t vertices = 0, faces = 0;
   uint64_t mesh_bytes = 0, picture_bytes = 0;
   double max_error = 0;              // metres, on each axis
-  std::vector<std::string> warnings; // what was left out or made smaller
+  std::vector<std::string> warnings; // what was left out or reduced
 };
 
-// A picture file of an environment made fit for a stream: without what cameras and editors wrote into it, and
-// no larger than every reader takes.
+// A picture file of an environment converted for a stream: without the metadata of cameras and editors, and
+// no larger than every reader supports.
 struct FittedPicture {
   std::string file;
   uint32_t width = 0, height = 0;
   bool scaled = false; // larger than max_picture_side: made smaller, and JPEG at quality 92
 };
-// name: what messages call the file. Throws Error for what is no picture.
+// name: of the file, for messages. Throws Error if it is not a picture.
 FittedPicture fit_picture(const std::string &file, const std::string &name);
 
 // For people, and for --json.

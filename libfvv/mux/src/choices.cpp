@@ -22,8 +22,8 @@ namespace fvv::mux {
 namespace {
 
 constexpr uint32_t sent_bits = 8; // 0.34 degrees off on average
-// Smooth surfaces stay well below both: by how source and decoder weigh faces, normals of coarse meshes
-// differ by up to 10 degrees, where edges are hard by 35 to 90.
+// Smooth surfaces stay well below both: as source and decoder weigh faces differently, normals of coarse
+// meshes differ by up to 10 degrees, where edges are hard by 35 to 90.
 constexpr double hard_degrees = 20, hard_fraction = 0.01, odd_fraction = 0.5;
 
 // The mesh on a lattice so fine that rounding to it turns nothing, with normals.
@@ -68,7 +68,7 @@ std::vector<double> of_own_faces(const fvv_mesh &mesh) {
   return sums;
 }
 
-// Which side is out is for the faces to say.
+// The faces define the outside.
 template <class Number> bool near(const float *sent, const Number *computed) {
   double dot = 0, length = 0;
   for (size_t k = 0; k < 3; k++) {
@@ -79,7 +79,7 @@ template <class Number> bool near(const float *sent, const Number *computed) {
 }
 
 // Fractions of the vertices. hard: the own faces have the vertex's normal, all around its point together do
-// not. odd: not even the own faces have it. Some captures hold normals that belong to no vertex of theirs.
+// not. odd: not even the own faces have it. Some captures have normals that match no vertex.
 struct Fractions {
   double hard, odd;
 };
@@ -132,7 +132,7 @@ NormalChoice choose_normals(const Options &options, const scene::Capture &captur
       throw Error("--normals always: " + name + ": expected a normal for every corner, found none");
     return {sent_bits, "--normals always"};
   }
-  // Normals that are no good, which nobody asked for, are no reason to fail.
+  // Unusable normals that were not requested are no error.
   try {
     return judge(load(), name);
   } catch (const std::exception &error) {
@@ -144,8 +144,8 @@ namespace {
 
 using render::Vec3;
 
-constexpr uint32_t picture_side = 480; // pixels; which side a face shows needs no more
-constexpr double inside_out = 0.5;     // share from which on it is more likely than not
+constexpr uint32_t picture_side = 480; // pixels; enough to see the side of a face
+constexpr double inside_out = 0.5;     // fraction above which it is more likely than not
 
 struct Pixels {
   uint64_t covered = 0, turned_away = 0;
@@ -193,7 +193,7 @@ WindingChoice choose_winding(const Options &options, const scene::Capture &captu
     try {
       body.emplace(mesh.positions, mesh.faces);
     } catch (const std::invalid_argument &) {
-      continue; // the canonicaliser says what is wrong
+      continue; // the canonicaliser reports the error
     }
     const std::vector<fvv_camera> cameras = cameras_at(capture, number);
     std::vector<Pixels> seen(cameras.size());
@@ -222,7 +222,7 @@ bool warn_of_winding(const Plan &plan) {
   plan.observer.warn(
       plan.capture.path + ": " + (choice.flip ? "with --winding flip " : "") + winding_text(choice) +
       ": the faces are inside out" + (choice.by_cameras ? ", and players find no colours for them" : "") +
-      (choice.flip ? "" : " (--winding flip turns them round, keep says that they are meant so)"));
+      (choice.flip ? "" : " (--winding flip turns them round, keep keeps them without this warning)"));
   return true;
 }
 
@@ -261,10 +261,10 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
   if (options.texture_threshold) {
     choice.cosine = *options.texture_threshold;
     choice.threshold =
-        uint8_t(std::min(255.0, 256 * choice.cosine)); // rounded down: what may be used has bits
+        uint8_t(std::min(255.0, 256 * choice.cosine)); // rounded down: every usable element has bits
   }
   const bool automatic = options.visibility == Visibility::automatic;
-  // Whoever asks for bits may have pictures elsewhere.
+  // Bits may be requested for pictures that are not in the stream.
   if (!automatic && choice.cameras.empty())
     for (size_t i = 0; i < capture.cameras.size(); i++) choice.cameras.push_back(i);
   std::sort(choice.cameras.begin(), choice.cameras.end());

@@ -6,14 +6,14 @@
 namespace fvv::mux {
 
 // By the option; for automatic, by how many vertices of the first frame's source lie on hard edges: their own
-// faces have their normal, but all around their point, of which players compute it, do not.
-// Fails when normals are asked for and that source has none.
+// faces have their normal, but all faces around their point, from which players compute it, do not. Fails if
+// normals are requested and that source has none.
 NormalChoice choose_normals(const Options &options, const scene::Capture &capture);
 
 // By the first, the middle and the last frame. capture as in the plan, its faces as in the files.
 WindingChoice choose_winding(const Options &options, const scene::Capture &capture);
 
-// How the faces of the stream stand, for people.
+// The winding of the stream's faces, for people.
 std::string winding_text(const WindingChoice &choice);
 
 // Warns when faces are inside out in the stream; true if it did. The plan's winding is chosen.

@@ -5,14 +5,14 @@
 
 namespace fvv::mux {
 
-// By what a camera's pictures can be cropped.
+// The data by which a camera's pictures can be cropped.
 enum class CropBy { masks, mesh, nothing };
 CropBy crop_by(const scene::Capture &capture, const scene::Camera &camera);
 
-// For each group, and in it for each of the cameras (indices in Capture::cameras): the box of what is seen of
-// the scene in any of its frames. By masks: of all pixels above 127. By the mesh: of the pixels in which its
-// vertices lie; everything, when one of them is not in front of the camera. By nothing: everything. Reads all
-// masks, and all meshes where a camera needs them.
+// For each group, and in it for each of the cameras (indices in Capture::cameras): the box of the visible
+// scene in all of its frames. By masks: of all pixels above 127. By the mesh: of the pixels in which its
+// vertices lie; everything, if one of them is behind the camera. By nothing: everything. Reads all masks, and
+// all meshes where a camera needs them.
 std::vector<std::vector<Silhouette>> silhouettes(const Plan &plan, const std::vector<size_t> &cameras);
 
 // Of one group.

@@ -77,8 +77,8 @@ std::string limit_text(const FrameLimit &limit) {
 
 namespace {
 
-// Runs filled to most from the front, each leaving one weight at least for every run behind it; the last one
-// takes what is left.
+// Runs filled up to most in order, each leaving at least one weight for every later run; the last one takes
+// the rest.
 std::vector<size_t> filled(const std::vector<uint64_t> &weights, size_t count, uint64_t most) {
   std::vector<size_t> ends;
   size_t at = 0;
@@ -108,7 +108,7 @@ std::vector<size_t> balanced_runs(const std::vector<uint64_t> &weights, size_t c
 
 namespace {
 
-constexpr double same = 1e-6; // cosines, and distances by their ratio: what calibrations are good for
+constexpr double same = 1e-6; // cosines, and distances by their ratio: the accuracy of calibrations
 
 // How far apart two cameras, or the most distant of two sets, are.
 struct Apart {
@@ -134,8 +134,8 @@ Apart apart(const fvv_camera &a, const fvv_camera &b) {
 
 // Cameras (indices in Capture::cameras) in count sets, at most one for each camera: as places in that list,
 // rising, the sets by their first. Begins with each camera alone, and again and again joins the two sets
-// whose most unlike directions of looking are nearest; at equal angles (cameras side by side) those whose
-// farthest cameras stand nearest, then the first. Cameras that move count as they are in the first frame in
+// whose most different viewing directions are nearest; at equal angles (cameras side by side) those whose
+// farthest cameras are nearest, then the first. Cameras that move count as they are in the first frame in
 // which they are calibrated.
 std::vector<std::vector<size_t>> neighbours(const scene::Capture &capture, const std::vector<size_t> &cameras,
                                             size_t count) {
@@ -297,7 +297,7 @@ std::vector<fvv_tile> scaled_by_use(const std::vector<fvv_tile> &full,
                      (double(full[k].source.width) * full[k].source.height));
     all += pixels.back();
   }
-  // What a camera cannot use is shared out among the others: the water level that gives amount * all.
+  // What a camera cannot use is distributed among the others: the water level that gives amount * all.
   const auto total = [&](double level) {
     double sum = 0;
     for (size_t k = 0; k < full.size(); k++) sum += std::min(pixels[k], level * usefulness[k]);
@@ -318,8 +318,8 @@ std::vector<fvv_tile> scaled_by_use(const std::vector<fvv_tile> &full,
 }
 
 constexpr uint32_t max_frame_side = 16384;
-constexpr uint32_t min_frame_side = 64; // AV1's encoder takes no less
-constexpr uint32_t margin = 4;          // pixels of the transmitted picture around what is seen of the scene
+constexpr uint32_t min_frame_side = 64; // minimum of AV1's encoder
+constexpr uint32_t margin = 4;          // pixels of the transmitted picture around the visible scene
 // A step of the crop in transmitted pixels, so that the crop has exactly the scale of the whole picture.
 // Where the ratio of the sizes needs a longer one, the scale is rounded to whole pixels.
 constexpr uint32_t longest_step = 16;
@@ -334,7 +334,7 @@ Span span_of(uint32_t low, uint32_t high, uint32_t source, uint32_t whole) {
   const uint32_t common = std::gcd(source, whole);
   const bool exact = whole / common <= longest_step;
   const uint32_t step = exact ? source / common : 1, becomes = exact ? whole / common : 0;
-  // What flatten keeps is kept in whole.
+  // Everything that flatten keeps is inside.
   const uint32_t border = std::max(background_margin, (margin * source + whole - 1) / whole);
   low = low > border ? (low - border) / step * step : 0;
   high = std::min(source, (std::min(source, high + border) + step - 1) / step * step);
@@ -346,7 +346,7 @@ Span span_of(uint32_t low, uint32_t high, uint32_t source, uint32_t whole) {
 
 fvv_tile cropped(const fvv_tile &whole, const Silhouette &box) {
   const uint32_t width = whole.source.width, height = whole.source.height;
-  // Nothing to be seen: a small tile, so that every group shows every camera.
+  // Nothing is visible: a small tile, so that every group shows every camera.
   const Silhouette shown =
       box.empty() ? Silhouette{width / 2, height / 2, width / 2 + 1, height / 2 + 1} : box;
   const Span x = span_of(shown.left, shown.right, width, whole.destination.width),
@@ -365,7 +365,7 @@ struct Layout {
   Tiling tiling;
   std::vector<std::vector<fvv_tile>> groups;
 };
-using MaybeLayout = std::optional<Layout>; // nothing: they do not fit
+using MaybeLayout = std::optional<Layout>; // empty: they do not fit
 
 // The crops of every group. whole: pictures without a place.
 MaybeLayout pack_crops(const std::vector<std::vector<Silhouette>> &boxes, const Tiling &whole,
@@ -455,7 +455,7 @@ std::vector<uint64_t> weights_of(const Pictures &all) {
   return weights;
 }
 
-// A picture that no level of the codec takes is sent as it is, in a frame of its own.
+// A picture beyond every level of the codec is sent unchanged, in a frame of its own.
 Layout lay_out_alone(Plan &plan, const Pictures &all, size_t k, const FrameLimit &limit) {
   const std::string camera = scene::describe(plan.capture.cameras[all.tiling.cameras[k]]);
   const MaybeLayout layout =
@@ -472,7 +472,7 @@ Layout lay_out_alone(Plan &plan, const Pictures &all, size_t k, const FrameLimit
   return *layout;
 }
 
-// In so many tracks; none: that is too few of them.
+// In that number of tracks; none if these are too few.
 std::vector<Layout> lay_out_tracks(Plan &plan, const Pictures &all, const std::vector<size_t> &ends) {
   std::vector<MaybeLayout> found;
   size_t first = 0;
@@ -557,7 +557,7 @@ void bound(const Plan &plan, Tiling &tiling) {
     return lay_out({tiling, plan.crop.boxes}, 0, full.size(), plan.frame_limit).has_value();
   };
   if (fits(1)) return;
-  // What a share is worth is found by halves; the frame's size rises with it but for the packing's luck.
+  // Found by bisection; the frame's size rises with the amount, except for variations of the packing.
   double low = 0, high = 1;
   for (int i = 0; i < 24; i++) (fits((low + high) / 2) ? low : high) = (low + high) / 2;
   if (!fits(low))
@@ -576,7 +576,8 @@ std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole) {
     const Pictures all = pictures_of(plan, whole, set);
     const std::vector<uint64_t> weights = weights_of(all);
     std::vector<Layout> layouts;
-    for (size_t count = 1; layouts.empty(); count++) // one for each camera is an answer, or throws
+    for (size_t count = 1; layouts.empty();
+         count++) // with one for each camera there is a result, or an exception
       layouts = lay_out_tracks(plan, all, balanced_runs(weights, count));
     for (Layout &layout : layouts) {
       tracks.push_back({FVV_SHOWS_TILES, std::move(layout.tiling), {}, std::move(layout.groups)});

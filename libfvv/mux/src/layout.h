@@ -1,5 +1,5 @@
-// Where each camera's picture is in the video frame: whole pictures in a grid, or what a group shows of the
-// scene, packed into frames that decoders take.
+// Where each camera's picture is in the video frame: whole pictures in a grid, or the visible scene of each
+// group, packed into frames that decoders support.
 #pragma once
 
 #include "fvv_mux/options.h"
@@ -14,11 +14,11 @@ namespace fvv::mux {
 // A side of a picture at a scale, at least 1.
 uint16_t scaled(uint32_t size, double scale);
 
-// A tile for every camera with pictures, of its whole picture, in the size that the options ask for, without
-// a place. Error (usage) when a picture would have to grow.
+// A tile for every camera with pictures, of its whole picture, in the size that the options set, without a
+// place. Error (usage) when a picture would have to grow.
 Tiling whole_pictures(const scene::Capture &capture, const Options &options);
 
-// How whole pictures are to be cropped, and why. What is seen of the scene is looked for here.
+// How whole pictures are to be cropped, and why. The visible scene is determined here.
 CropChoice choose_crop(const Plan &plan, const Tiling &tiling);
 
 // With --video-pixels or --video-size: makes whole pictures smaller until their crops fit one frame of that
@@ -27,13 +27,13 @@ CropChoice choose_crop(const Plan &plan, const Tiling &tiling);
 void bound(const Plan &plan, Tiling &tiling);
 
 // Crops whole pictures to what is seen of the scene in each group, with a margin, and packs every group's
-// crops into one frame. What is sent keeps the scale of the whole picture. Nothing to crop by: whole pictures
-// in a grid, and no groups.
+// crops into one frame. The crops have the scale of the whole picture. Without data to crop by: whole
+// pictures in a grid, and no groups.
 //
-// One track for each set of neighbouring cameras that Options::video_tracks asks for, and of each set as many
-// as it takes for no frame to exceed plan.frame_limit; the cameras of a set stay in order, and its tracks
-// have about the same number of pixels. A camera that exceeds it alone has a track of its own, with a
-// warning. Error when it exceeds the format. No tiles: no tracks.
+// One track for each set of neighbouring cameras by Options::video_tracks, or more if a frame would exceed
+// plan.frame_limit; the cameras of a set stay in order, and its tracks have about the same number of pixels.
+// A camera that exceeds it alone has a track of its own, with a warning. Error when it exceeds the format. No
+// tiles: no tracks.
 std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole);
 
 // Of the codec's highest level that decoders are sure to have (5.2 of H.264, HEVC, VP9 and AV1; sides alone
@@ -70,7 +70,7 @@ struct FrameBound {
 FrameSize pack(std::vector<std::vector<Cell>> &sets, uint32_t least, const FrameBound &most);
 
 // Cuts weights into count runs of at least one each (1 <= count <= their number), so that the heaviest run is
-// as light as it can be. Answers where each run ends. Of equal cuts the one whose first runs are longest.
+// as light as it can be. Returns the ends of the runs. Of equal cuts the one whose first runs are longest.
 std::vector<size_t> balanced_runs(const std::vector<uint64_t> &weights, size_t count);
 
 // Widens the crops of all groups by an eighth of their sides: later groups, which are not known yet, may need

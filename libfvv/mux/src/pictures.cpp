@@ -17,13 +17,13 @@ namespace fvv::mux {
 
 Background background_of(const Options &options) {
   if (options.background != Background::automatic) return options.background;
-  // Measured (docs/fvvmux-tiles.md): AV1 alone takes fewer bytes for slopes than for the rim of what is flat.
+  // Measured (docs/fvvmux-tiles.md): only AV1 takes fewer bytes for slopes than for the rim of a flat area.
   return options.codec == FVV_CODEC_AV01 ? Background::smooth : Background::flat;
 }
 
 namespace {
 
-// Here the file can be named; in the video frame it no longer can.
+// The file is known here, but not in the video frame.
 template <class Sample> void check_range(const media::BasicImage<Sample> &image, const std::string &path) {
   if constexpr (std::is_same_v<Sample, float>) media::check_halves(image, path);
 }
@@ -108,8 +108,8 @@ template Picture<uint8_t> load_picture(const Plan &, const VideoTrack &, size_t,
 template Picture<uint16_t> load_picture(const Plan &, const VideoTrack &, size_t, bool);
 template Picture<float> load_picture(const Plan &, const VideoTrack &, size_t, bool);
 
-// What the choice of a quality has made already, kept until the frames' turn: video frames that it has
-// composed, or, where the sample is a group of the stream, that group.
+// Results of the choice of a quality, kept for encoding: composed video frames or, if the sample is a group
+// of the stream, that group.
 class SampleFrames {
 public:
   template <class Sample> void keep(size_t frame, media::PackedImage<Sample> image) {
@@ -117,7 +117,7 @@ public:
     images.insert_or_assign(frame, std::move(image));
   }
 
-  // Removes what it returns; nothing when the frame is not there, or no longer.
+  // Removes what it returns; none if the frame is not there.
   template <class Sample> std::optional<media::PackedImage<Sample>> take(size_t frame) {
     const std::lock_guard<std::mutex> lock(mutex);
     const auto node = images.extract(frame);
@@ -132,7 +132,7 @@ public:
     encoded = std::move(group);
   }
 
-  // What encoding frames first ... first + count - 1 together would give; removes what it returns.
+  // The result of encoding frames first ... first + count - 1 together; removes what it returns.
   std::optional<media::EncodedGroup> take_encoded(size_t first, size_t count) {
     const std::lock_guard<std::mutex> lock(mutex);
     if (!encoded || encoded_first != first || encoded->samples.size() != count) return std::nullopt;
@@ -151,15 +151,15 @@ private:
 namespace {
 
 constexpr size_t sample_size = 25; // frames
-// What the samples of all tracks may keep in memory. Frames beyond are loaded again whenever they are needed.
+// The memory limit for the samples of all tracks. Further frames are loaded each time they are needed.
 constexpr size_t sample_bytes = size_t(128) << 20;
 
 // The frames by which the quality of a track is chosen or judged.
 template <class SampleType> class Sample {
 public:
   Sample(const Plan &from, const VideoTrack &of) : plan(from), track(of) {
-    // What a bit rate leaves to a group is for all of its frames. A quality is judged by a whole group, too,
-    // because pictures get better in its course, and by one from the middle, when the action is on.
+    // A bit rate applies to all frames of a group. A quality is judged by a whole group, too, because
+    // pictures get better in its course, and by one from the middle, when the action is on.
     const size_t group = plan.options.bit_rate ? 0 : plan.group_count() / 2;
     first = plan.first_of(group);
     count = plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(group), sample_size);
@@ -184,7 +184,7 @@ public:
                                   : load_picture<SampleType>(plan, track, first + i, masked);
               media::GroupFrame<SampleType> frame;
               frame.image = std::make_shared<media::BasicImage<SampleType>>(std::move(picture.image));
-              // Nobody is on stage yet: then all that can be judged is the whole picture.
+              // The masks are empty: the whole picture is judged.
               if (masked) frame.mask = std::make_shared<media::Image>(std::move(picture.mask));
               return frame;
             }};
@@ -208,7 +208,7 @@ private:
   std::vector<Kept> kept; // the first ones
 };
 
-// Of the bits that are for all tracks; by the pixels.
+// The part of the total bit rate, in proportion to pixels.
 uint64_t share_of_rate(const Plan &plan, const VideoTrack &track) {
   const auto pixels = [](const VideoTrack &one) { return uint64_t(one.tiling.width) * one.tiling.height; };
   uint64_t all = 0;
@@ -217,7 +217,7 @@ uint64_t share_of_rate(const Plan &plan, const VideoTrack &track) {
   return uint64_t(double(plan.options.bit_rate) * double(pixels(track)) / double(all));
 }
 
-// Where a search begins that knows nothing yet: the middle of the codec's scale.
+// The start of a search: the middle of the codec's scale.
 int middle_quality(uint32_t codec) {
   const media::VideoCodec &known = *media::find_video_codec(codec);
   return (known.finest + known.coarsest) / 2;
@@ -253,8 +253,8 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
                 std::to_string(sample.count) + " frames: " + error.what());
   }
   choice.frames = std::make_shared<SampleFrames>();
-  // A rate is searched anew from the quality found here, which may come to another one; stills are encoded
-  // one by one.
+  // A rate is searched again from the quality found here, with perhaps another result; stills are encoded one
+  // by one.
   if (!options.bit_rate && !media::find_video_codec(options.codec)->is_stills() && sample.whole_group)
     choice.frames->keep_encoded(sample.first, std::move(encoded));
   else

@@ -6,14 +6,14 @@
 
 namespace fvv::mux {
 
-// How far from the silhouette, in pixels of the capture's pictures, a picture stays as it is. Matting leaves
-// soft edges, and masks are rarely better than a few pixels.
+// Pixels of the capture's pictures around the silhouette that are not changed. Matting leaves soft edges, and
+// masks are rarely accurate to a few pixels.
 constexpr uint32_t background_margin = 8;
-// What becomes of the rest: never automatic.
+// How the rest is changed: never automatic.
 Background background_of(const Options &options);
 
-// The video frame of frame i, for samples of media::with_sample_type; mask only when asked for and when a
-// camera has masks.
+// The video frame of frame i, for samples of media::with_sample_type; mask only if requested and if a camera
+// has masks.
 template <class Sample> struct Picture {
   media::BasicImage<Sample> image;
   media::Image mask;
@@ -21,8 +21,8 @@ template <class Sample> struct Picture {
 template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask);
 
-// A picture or mask of a camera, as the plan's cameras see it: without lens, when asked for. camera: index in
-// the capture; frame: its number in file names.
+// A picture or mask of a camera, for the plan's cameras: without lens distortion if so planned. camera: index
+// in the capture; frame: its number in file names.
 template <class Sample>
 media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene::PictureSource &source,
                                     int64_t frame, int channels);
@@ -30,7 +30,7 @@ media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene
 // The picture of the capture's atlas, for the same samples. frame: its number in file names.
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
 
-// Encodes a sample of a video track as often as it takes to find the quality, which may be long.
+// Encodes a sample of a video track as often as it takes to find the quality, which may take long.
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
 
 // Encodes frames first ... first + count - 1 of a track as one group.

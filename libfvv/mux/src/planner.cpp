@@ -37,7 +37,7 @@ bool leave_out_changing(scene::Capture &capture, const Observer &observer) {
   return true;
 }
 
-// Leaves out the frames, cameras, pictures and meshes that options exclude, and what a stream cannot carry,
+// Removes the frames, cameras, pictures and meshes that options exclude, and data that a stream cannot hold,
 // the latter with a warning; sorts the cameras into the order of the stream. Returns whether it warned.
 // Throws Error (usage) for options that do not fit the capture, and when nothing is left.
 bool select(scene::Capture &capture, const Options &options, const Observer &observer) {
@@ -93,7 +93,7 @@ bool look_at_files(Plan &plan, bool sub_range) {
     throw Error(lines);
   }
   std::vector<std::string> warnings = findings.warnings;
-  // With a sub-range, frames that are not used are what the user wants.
+  // With a sub-range, unused frames are intended.
   if (!sub_range) warnings.insert(warnings.end(), findings.unused.begin(), findings.unused.end());
   for (const std::string &warning : warnings) plan.observer.warn(capture.path + ": " + warning);
   return !warnings.empty();
@@ -122,8 +122,8 @@ Tiling arrange_atlas(const Plan &plan) {
   return tiling;
 }
 
-// An atlas cannot be spread over tracks as cameras can. Some decoders take more than they must, so it is
-// sent.
+// An atlas cannot be divided over tracks as cameras can. Some decoders support more than they have to, so it
+// is sent.
 bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
   const FrameLimit limit = decoder_limit(plan.options, plan.capture.frame_duration);
   if (fits(tiling.width, tiling.height, limit)) return false;

@@ -27,8 +27,7 @@ std::string group_name(size_t index) {
   return text;
 }
 
-// The version that the writer followed. Every chunk of the stream passes the push reader: what is cut up is
-// good.
+// The version of the writer. Every chunk passes the push reader, so only valid streams are cut.
 struct Checked {
   uint16_t major = 0, minor = 0;
 };
@@ -70,7 +69,7 @@ std::vector<uint8_t> read(const InputFile &file, uint64_t offset, uint64_t size)
   return bytes;
 }
 
-// Copies a range of the stream into a file; answers its entry in the manifest.
+// Copies a range of the stream into a file; returns its entry in the manifest.
 Json copy(const InputFile &file, uint64_t offset, uint64_t size, const WriteFile &write_file,
           const std::string &name) {
   uint32_t crc = 0;
@@ -85,7 +84,7 @@ Json copy(const InputFile &file, uint64_t offset, uint64_t size, const WriteFile
   return {{"file", name}, {"bytes", size}, {"crc32c", hex(crc)}};
 }
 
-// The block that holds for a group: from its SCEN to the group.
+// The configuration block of a group: from its SCEN to the group.
 std::vector<uint8_t> block_of(const InputFile &file, const fvv_group_info &group) {
   const uint64_t size = group.offset - group.configuration_offset;
   if (size > largest_configuration)
@@ -94,7 +93,7 @@ std::vector<uint8_t> block_of(const InputFile &file, const fvv_group_info &group
   return read(file, group.configuration_offset, size);
 }
 
-// The environments, each a file of its own with the one chunk: whoever begins in the middle fetches it there.
+// The environments, each a file of its own with one chunk, for players that begin in the middle.
 Json copy_backgrounds(const InputFile &file, fvv_file *stream, const WriteFile &write_file) {
   Json list = Json::array();
   std::vector<uint16_t> known;
@@ -166,7 +165,7 @@ Segments write_segments(const InputFile &file, const WriteFile &write_file) {
   for (size_t i = 0; i < groups; i++) {
     const fvv_group_info &group = *fvv_file_group(opened, i);
     if (group.configuration_offset != known && block_of(file, group) != block)
-      throw Error(stream + ": the configuration changes in front of group " + std::to_string(i) +
+      throw Error(stream + ": the configuration changes before group " + std::to_string(i) +
                   ": segments have one for all groups");
     known = group.configuration_offset;
     Json entry = copy(file, group.offset, group.size, write_file, group_name(i));

@@ -40,7 +40,7 @@ MovingCameras::MovingCameras(const scene::Capture &source, double lattice_step)
   fvv::check(status, capture.path, {});
 }
 
-// What stands in a CALB does not depend on those before, but for how it is written.
+// The values of a CALB do not depend on earlier ones, only their coding does.
 std::vector<fvv_camera> MovingCameras::decoded(size_t frame) const {
   std::vector<fvv_camera> cameras = cameras_at(capture.frames.number(int64_t(frame)));
   fvv_calibration *created = nullptr;
@@ -69,7 +69,7 @@ const fvv_bytes &MovingCameras::payload(size_t frame, bool key) {
 
 namespace {
 
-// A record from one of libfvv's encoders, which say how many bytes they need.
+// A record from one of libfvv's encoders, which return the required size.
 template <class Encode> std::vector<uint8_t> record(const std::string &name, const Encode &encode) {
   std::vector<uint8_t> out;
   size_t size = 0;
@@ -86,7 +86,7 @@ template <class Encode> std::vector<uint8_t> record(const std::string &name, con
 
 } // namespace
 
-// No exception may cross libfvv: it waits here until the writer has returned.
+// No exception may cross libfvv: it is kept here until the writer has returned.
 fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
   auto *self = static_cast<StreamWriter *>(user);
   try {

@@ -13,12 +13,12 @@
 
 namespace fvv::mux {
 
-// Pixels by which the steps of a calibration may move a point of a picture, for all but the centre, which
-// is off by less than a hundredth of what the lattice rounds away of a vertex.
+// Pixels by which the steps of a calibration may move a point of a picture, for all but the centre, which is
+// off by less than a hundredth of the rounding of a vertex to the lattice.
 constexpr double calibration_error = 0.01;
 
 // The camera as its CAMR has it: one that moves, as it is in the first frame in which it is calibrated, and
-// with the flag that says so.
+// with its flag.
 fvv_camera described(const scene::Capture &capture, const scene::Camera &camera);
 
 bool any_moves(const scene::Capture &capture);
@@ -32,8 +32,7 @@ public:
   // of each group. Throws Error, naming the frame.
   const fvv_bytes &payload(size_t frame, bool key);
 
-  // The cameras that are calibrated in frame i as decoders have them, by rising identifier. Any thread may
-  // ask.
+  // The decoded cameras that are calibrated in frame i, by rising identifier. May be called on any thread.
   std::vector<fvv_camera> decoded(size_t frame) const;
 
 private:
@@ -48,12 +47,12 @@ private:
 
 constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibration_track = 4,
                    visibility_track = 5, background_track = 6;
-// Of a track of Plan::tracks. Further tracks with cameras stand behind all others.
+// Of a track of Plan::tracks. Further tracks with cameras follow all others.
 inline uint16_t track_id(const VideoTrack &track) {
   return track.is_atlas() ? atlas_track : track.part ? uint16_t(background_track + track.part) : camera_track;
 }
 
-// Every function throws Error when the output does not take the bytes.
+// Every function throws Error if writing fails.
 class StreamWriter {
 public:
   // Writes file header and configuration. plan and sink are borrowed.
@@ -63,18 +62,18 @@ public:
   // Frames first ... first + count - 1, one tick each.
   void begin_group(size_t first, size_t count);
   void mesh(size_t frame, const std::vector<uint8_t> &payload, bool key);
-  // The calibration of a frame, if any camera moves; key: its group begins. Answers the bytes of payload.
+  // The calibration of a frame, if any camera moves; key: its group begins. Returns the bytes of payload.
   uint64_t calibration(size_t frame, bool key);
-  // The layout of a group, unless it is that of the configuration, in front of the track's first sample.
-  // Answers whether there was something to write.
+  // The layout of a group, unless it is that of the configuration, before the track's first sample. Returns
+  // whether it was written.
   bool layout(const VideoTrack &track, size_t group);
-  // Behind mesh and calibration of the frame.
+  // After mesh and calibration of the frame.
   void visibility(size_t frame, const std::vector<uint8_t> &payload, bool key);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
-  // The environment, behind the other chunks of a frame, if the plan has one. Answers the bytes of payload.
+  // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
   uint64_t background(size_t frame);
   void end_group();
-  // Index and footer, unless the stream is live. Answers the number of bytes written.
+  // Index and footer, unless the stream is live. Returns the number of bytes written.
   uint64_t finish();
 
 private:

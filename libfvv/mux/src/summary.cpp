@@ -24,7 +24,7 @@ void DecimationSums::add(const decimate::Report &report) {
   kept += report.kept;
   faces_before += report.faces_before;
   faces_after += report.faces_after;
-  held_faces += report.held_faces;
+  locked_faces += report.locked_faces;
   squares += report.error.rms * report.error.rms;
   max = std::max(max, report.error.max);
   max_pixels = std::max(max_pixels, report.error.max_pixels);
@@ -62,9 +62,9 @@ static std::string decimation_text(const Plan &plan, const DecimationSums &sums)
     if (seen) out += fvv::format(" %.3f px rms, %.2f px at most;", sums.rms_pixels, sums.max_pixels);
     out += fvv::format(" volume %+.2f %%\n", 100 * sums.volume_change());
   }
-  if (sums.held_faces)
+  if (sums.locked_faces)
     out += fvv::format("            %.0f triangles a frame stay, or places would be off by more than ",
-                       double(sums.held_faces) / frames) +
+                       double(sums.locked_faces) / frames) +
            budget_text(plan, decimate::max_over_rms) + "\n";
   if (sums.kept)
     out += fvv::format("            %llu frames are as they were: fewer triangles would break the budget\n",
@@ -93,7 +93,7 @@ static nlohmann::ordered_json decimation_json(const Plan &plan, const Decimation
   out["rms_pixels"] = seen ? nlohmann::ordered_json(sums.rms_pixels) : nullptr;
   out["max_pixels"] = seen ? nlohmann::ordered_json(sums.max_pixels) : nullptr;
   out["volume_change"] = sums.volume_change();
-  out["locked_triangles"] = double(sums.held_faces) / frames;
+  out["locked_triangles"] = double(sums.locked_faces) / frames;
   out["vanished_pieces"] = sums.vanished.pieces;
   out["vanished_area"] = sums.vanished.area;
   out["thin_area"] = sums.thin_area;
@@ -175,10 +175,10 @@ void video_lines(std::string &out, const Summary &s, size_t index) {
   if (track.encoded) return;
   char wish[40] = "";
   if (s.plan.options.bit_rate)
-    line(out, "  rate      %.1f kbit/s of the %s (asked for %.1f)", s.bit_rate(index) / 1000,
+    line(out, "  rate      %.1f kbit/s of the %s (target %.1f)", s.bit_rate(index) / 1000,
          name_of(s, track).c_str(), double(video.settings.bit_rate) / 1000);
   else if (s.plan.options.quality.is_psnr)
-    std::snprintf(wish, sizeof wish, " (asked for %.4g dB)", s.plan.options.quality.value);
+    std::snprintf(wish, sizeof wish, " (target %.4g dB)", s.plan.options.quality.value);
   line(out, "  quality   %.2f dB luma%s over the %s%s of %u sampled frames", video.sample_psnr, wish,
        track.is_atlas() ? "whole atlas"
        : video.masks    ? "foreground"
@@ -413,7 +413,7 @@ nlohmann::ordered_json video_json(const Summary &s, size_t index) {
   out["sample_psnr"] = decibels(track.choice.sample_psnr);
   out["sample_foreground"] = track.choice.masks;
   if (s.plan.options.bit_rate)
-    out["bit_rate"] = {{"asked", track.choice.settings.bit_rate},
+    out["bit_rate"] = {{"target", track.choice.settings.bit_rate},
                        {"reached", s.bit_rate(index)},
                        {"finest", s.rates[index].finest},
                        {"coarsest", s.rates[index].coarsest},

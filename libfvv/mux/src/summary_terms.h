@@ -1,4 +1,4 @@
-// What the summary says in both of its forms, as text and as JSON.
+// The terms of the summary as text and as JSON.
 #pragma once
 
 #include "fvv_cxx/format.h"

@@ -89,7 +89,7 @@ std::string verify_background(fvv_stream *stream, size_t group, const Plan &plan
 
 namespace {
 
-// As the stream has them in that frame; nothing of those that are not calibrated.
+// The cameras of the stream in that frame, without those that are not calibrated.
 std::vector<fvv_camera> cameras_in(fvv_stream *stream, size_t frame, const Plan &plan,
                                    const std::string &name) {
   std::vector<fvv_camera> out;
@@ -104,7 +104,7 @@ std::vector<fvv_camera> cameras_in(fvv_stream *stream, size_t frame, const Plan 
   return out;
 }
 
-// As a decoder should have it.
+// The expected result of decoding.
 uint8_t state_of(const CameraView &view, uint8_t domain, size_t element) {
   if (!view.facing[element]) return FVV_ELEMENT_BACKFACING;
   if (domain == FVV_VISIBILITY_WEIGHTS) return view.seen[element];
@@ -140,10 +140,11 @@ std::string VisibilityVerifier::frame(fvv_stream *stream, size_t frame, const fv
 
 namespace {
 
-// A swapped or broken picture is tens of dB off; content that is harder than the sample's is a few.
+// A swapped or broken picture is worse by tens of dB; content that is harder to code than the sample by a
+// few.
 constexpr double psnr_slack = 10;
-constexpr double exact_enough = 60;         // dB: a sample better than this promises nothing for other frames
-constexpr double reprojection_slack = 1e-6; // pixels; cameras that stand still are carried bit for bit
+constexpr double exact_enough = 60;         // dB: a sample better than this does not predict other frames
+constexpr double reprojection_slack = 1e-6; // pixels; cameras that do not move are stored bit for bit
 constexpr double moving_slack = 0.05;       // pixels, for cameras that move
 constexpr double r_max_slack = 1e-3;        // of r_max, of a camera that moves: it is rounded down
 constexpr double distance_in_steps = 1000;  // of the lattice, from a camera to the points that are compared
@@ -192,8 +193,8 @@ double reprojection(const fvv_camera &ours, const fvv_camera &theirs, double dis
 // Reads with a handle of its own, so that several may run at once.
 class Reader {
 public:
-  Reader(const Plan &chosen, const std::vector<MeshOrigins> &told, const InputFile &file)
-      : plan(chosen), origins(told), name(file.path()), visibility(chosen, name),
+  Reader(const Plan &chosen, const std::vector<MeshOrigins> &reported, const InputFile &file)
+      : plan(chosen), origins(reported), name(file.path()), visibility(chosen, name),
         stream(nullptr, fvv_stream_close) {
     const fvv_input input = file.input();
     fvv_stream *opened = nullptr;
@@ -202,11 +203,11 @@ public:
     fvv::check(status, name, diagnostic);
   }
 
-  // Groups, frames and index are there. Answers the configuration, which lives as long as this object.
+  // Groups, frames and index are there. Returns the configuration, which lives as long as this object.
   const fvv_configuration &whole() {
     const fvv_file *file = fvv_stream_file(stream.get());
     if (fvv_file_index_state(file) != (plan.options.live ? FVV_INDEX_REBUILT : FVV_INDEX_PRESENT))
-      throw Error(name + ": the index is not as it was written");
+      throw Error(name + ": the index differs from what was written");
     if (fvv_file_damage_count(file)) fvv::fail(name, *fvv_file_damage(file, 0));
     expect(fvv_file_group_count(file), plan.group_count(), "groups");
     expect(fvv_stream_frame_count(stream.get()), plan.frame_count(), "frames");
@@ -242,7 +243,7 @@ private:
     throw Error(name + ": frame " + std::to_string(plan.capture.frames.number(int64_t(frame))) + ": " + what);
   }
 
-  // FVV_END is an answer too: nothing there.
+  // FVV_END is allowed: there is none.
   void check(fvv_status status, size_t frame, const char *what) const {
     if (status == FVV_END) fail(frame, std::string("there is no ") + what);
     fvv::check(status, name, diagnostic);
@@ -288,7 +289,7 @@ private:
     }
   }
 
-  // Tiles are carried as they are.
+  // Tiles are stored exactly.
   void layout(size_t index, const VideoTrack &track) {
     if (track.is_atlas()) return;
     const std::vector<fvv_tile> &ours = track.tiles_of(index);
@@ -357,7 +358,7 @@ private:
         media::luma_error(source.image, decoded, source.mask.pixels.empty() ? nullptr : &source.mask);
     verdict.luma.squares += error.squares;
     verdict.luma.pixels += error.pixels;
-    return error.pixels ? error.psnr() : INFINITY; // nobody in sight: nothing to compare
+    return error.pixels ? error.psnr() : INFINITY; // the mask is empty: nothing to compare
   }
 
   const Plan &plan;

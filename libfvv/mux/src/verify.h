@@ -14,20 +14,20 @@
 
 namespace fvv::mux {
 
-// The message says what differs, but neither file nor frame.
+// The message describes the difference, without file and frame.
 struct MeshMismatch : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Throws MeshMismatch when a mesh that stands alone has other vertices or faces than the canonical source on
-// the lattice; when in a run of frames with the same connectivity a vertex is further from the source vertex
-// that it is said to be than the plan allows, or the faces between these are not the source's; or when
-// texture indices or those of normals differ.
+// Throws MeshMismatch when a mesh outside of a run has other vertices or faces than the canonical source on
+// the lattice; when in a run of frames with the same connectivity a vertex is further from its source vertex
+// than the plan allows, or the faces between these are not the source's; or when texture indices or those of
+// normals differ.
 MeshVerdict verify_mesh(const Plan &plan, size_t frame, const fvv_mesh &decoded, const MeshOrigins &origins);
 
-// The environment that a reader finds for a group, if the plan has one: the one that was packed, all of it;
-// for the first group also part by part and picture by picture what the capture has. Answers "" or what is
-// wrong. Throws Error, named name, when the stream does not decode.
+// The environment that a reader finds for a group, if the plan has one: compares it with the packed one, and
+// for the first group also each part and picture with the capture. Returns "" or what is wrong. Throws Error,
+// named name, when the stream does not decode.
 std::string verify_background(fvv_stream *stream, size_t group, const Plan &plan, const std::string &name);
 
 class VisibilityVerifier {
@@ -35,7 +35,7 @@ public:
   // plan is borrowed.
   VisibilityVerifier(const Plan &chosen, std::string file) : plan(chosen), name(std::move(file)) {}
 
-  // For the frames of a group one after the other. mesh: of the frame, as it was read. Answers "" or what is
+  // For the frames of a group one after the other. mesh: of the frame, as it was read. Returns "" or what is
   // wrong. Throws Error, named after the file, when the stream does not decode.
   std::string frame(fvv_stream *stream, size_t frame, const fvv_mesh &mesh);
 

@@ -141,7 +141,7 @@ bool has_area(const Triangle &t) {
   return u[1] * v[2] != u[2] * v[1] || u[2] * v[0] != u[0] * v[2] || u[0] * v[1] != u[1] * v[0];
 }
 
-// The faces of the decoded mesh as triangles of the source, which they must be, and the other way round.
+// Checks that the faces of the decoded mesh are triangles of the source, and the reverse.
 void compare_faces(const Plan &plan, const geometry::Mesh &source, const std::vector<Point> &points,
                    const fvv_mesh &decoded, const MeshOrigins &origins) {
   std::vector<Triangle> wanted, found;
@@ -170,7 +170,7 @@ void compare_faces(const Plan &plan, const geometry::Mesh &source, const std::ve
   if (flipped > origins.flipped_faces)
     throw MeshMismatch(std::to_string(flipped) + " decoded faces are turned round, the encoder turned " +
                        std::to_string(origins.flipped_faces));
-  if (plan.options.min_component) return; // specks are missing
+  if (plan.options.min_component) return; // small pieces are missing
   for (const Triangle &t : wanted)
     if (has_area(t) && !has(found, t) && !has(found, turned(t)))
       throw MeshMismatch("a face of the source is missing");

@@ -8,16 +8,16 @@ namespace fvv::mux {
 
 namespace {
 
-// Faces of mean area that a turn of a bit has to be worth, in frames with the faces of the one before. The
+// The gain, in faces of mean area, for which a bit changes, in frames with the faces of the one before. The
 // lower one costs no accuracy that can be measured, and saves a tenth of the bytes.
 constexpr double change_price = 0.1;
 
-// Meshes of a run of frames as decoders get them.
+// Decoded meshes of a run of frames.
 class DecodedMeshes {
 public:
   explicit DecodedMeshes(const std::string &path) : name(path), sequence(nullptr, fvv_mesh_sequence_close) {}
 
-  // The next frame. followed: whether the frame behind it is a delta frame.
+  // The next frame. followed: whether the frame after it is a delta frame.
   const fvv_mesh &next(const MeshFrame &frame, bool followed) {
     if (frame.key) {
       fvv_mesh_free(&key);
@@ -44,7 +44,7 @@ private:
   std::unique_ptr<fvv_mesh_sequence, void (*)(fvv_mesh_sequence *)> sequence;
 };
 
-// What is known from one frame to the next that has its faces.
+// The state from one frame to the next with its faces.
 struct Former {
   uint32_t number = 0;
   States states;

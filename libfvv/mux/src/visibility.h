@@ -1,4 +1,4 @@
-// What the cameras of a stream see of its meshes, as payloads of VISI.
+// The visibility of a stream's meshes, as payloads of VISI.
 #pragma once
 
 #include "fvv_mux/summary.h"
@@ -23,14 +23,13 @@ struct CameraView {
 using States = std::map<uint16_t, std::vector<uint8_t>>;
 
 // mesh is as decoders have it, and so are cameras. One that is too far away for the lattice is left out.
-// former: of the frame before, if mesh has its faces; bits stay near to it, the more so when the choice says
-// so.
+// former: of the frame before, if mesh has its faces; bits stay near to it, more so with that choice.
 std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &lattice,
                              const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
                              const States &former);
 
-// Whether the stream is to have visibility, of which cameras, and why. tiling: of the cameras. Throws
-// Error (usage) when it is asked for and there is nothing to see.
+// Whether the stream is to have visibility, of which cameras, and why. tiling: of the cameras. Throws Error
+// (usage) if it is requested and there is nothing to see.
 VisibilityChoice choose_visibility(const Options &options, const scene::Capture &capture,
                                    const Tiling &tiling);
 
@@ -43,10 +42,10 @@ public:
   // plan is borrowed; its choice of visibility is copied.
   explicit VisibilityCoder(const Plan &plan);
 
-  // No more frames are wanted: encode answers frames without payload from here on.
+  // No more frames are wanted: from now on encode returns frames without payload.
   void stop() { on = false; }
 
-  // Of the frames that meshes are, of which first is the number (counted from 0); meshes begin with a key
+  // Of the frames of meshes; first: the number of the first one, counted from 0; meshes begin with a key
   // frame. Frames with the faces of the one before have its bits as contexts.
   std::vector<VisibilityFrame> encode(size_t first, const std::vector<MeshFrame> &meshes) const;
 

@@ -1,4 +1,4 @@
-// What a camera sees of nine places of each face, by rays.
+// Which of nine places of each face a camera sees, by rays.
 #pragma once
 
 #include "fvv_render/triangle_tree.h"
@@ -24,7 +24,7 @@ public:
   Viewer(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays);
 
   Vec3 position(uint32_t vertex) const;
-  Vec3 at(const uint32_t *face, int a, int b, int c) const; // of whatever sum
+  Vec3 at(const uint32_t *face, int a, int b, int c) const; // of any sum
   Vec3 way_from(Vec3 place) const { return centre - place; }
   bool in_picture(Vec3 at) const;
   bool in_picture(uint32_t vertex); // projects it once
@@ -42,14 +42,14 @@ private:
   std::vector<uint8_t> shown; // each vertex
 };
 
-// Of the faces that are asked for: bit i of free is set when nothing is in front of place i. The middle
-// decides for all of a face unless the middle of a face with a common vertex differs.
+// Of the selected faces: bit i of free is set when nothing is in front of place i. The middle decides for all
+// of a face unless the middle of a face with a common vertex differs.
 struct FacePlaces {
-  std::vector<uint8_t> judged; // each face: asked for, and in the picture
+  std::vector<uint8_t> judged; // each face: selected, and in the picture
   std::vector<uint16_t> free;  // each face
   std::vector<uint8_t> mixed;  // each vertex: the faces around it differ
 
-  FacePlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &asked);
+  FacePlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &selected);
   bool touches_mixed(const uint32_t *face) const {
     return mixed[face[0]] || mixed[face[1]] || mixed[face[2]];
   }

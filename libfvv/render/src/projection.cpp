@@ -79,7 +79,7 @@ void Projection::trace_corners() {
   for (size_t y = 0; y < rows; y++)
     for (size_t x = 0; x < columns; x++) corner_rays[y * columns + x] = down.at(y, &nodes[x], columns);
   // The error is largest half way between nodes. A lens near the end of its range bends too fast, and its NaN
-  // would spread: then every corner is asked for.
+  // would spread: then every corner is computed.
   const double tolerance = 2.5e-4 / std::max(intrinsics.fx, intrinsics.fy);
   bool exact = true;
   for (size_t j = 1; j < down.nodes.size() && exact; j++)

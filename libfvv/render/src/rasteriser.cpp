@@ -76,7 +76,7 @@ struct Interpolator {
     double w[3], sum = 0;
     for (int i = 0; i < 3; i++) sum += w[i] = dot(plane[i], ray);
     // Rounding of vertices lets a sample just outside the triangle be covered, and for a triangle seen
-    // edge-on the plane says nothing at all there: stay within the triangle.
+    // edge-on the plane is meaningless there: stay within the triangle.
     double kept = 0;
     for (double &value : w) kept += value = sum != 0 ? std::max(0.0, value / sum) : 1;
     return {w[0] / kept, w[1] / kept, w[2] / kept};
@@ -197,7 +197,7 @@ void SampleBuffer::resize(uint32_t w, uint32_t h) {
   width = w;
   height = h;
   columns = size_t(w) * samples;
-  // What is before the new end is clear already.
+  // Everything before the new end is clear already.
   face.resize(columns * h * samples, no_face);
   depth.resize(columns * h * samples, std::numeric_limits<float>::infinity());
 }

@@ -66,12 +66,12 @@ bool Viewer::free(Vec3 place, uint32_t face) const {
   return !hidden_by_rays(centre, place, face, rays);
 }
 
-FacePlaces::FacePlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &asked)
+FacePlaces::FacePlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &selected)
     : judged(mesh.face_count), free(mesh.face_count), mixed(mesh.vertex_count) {
   std::vector<uint8_t> around(mesh.vertex_count); // bit 0: a hidden face uses the vertex; bit 1: a seen one
   for (uint32_t i = 0; i < mesh.face_count; i++) {
     const uint32_t *face = mesh.faces + size_t(3) * i;
-    if (!asked[i] || !viewer.face_in_picture(face)) continue;
+    if (!selected[i] || !viewer.face_in_picture(face)) continue;
     judged[i] = 1;
     const bool seen = viewer.free(viewer.at(face, 3, 3, 3), i);
     free[i] = seen ? all_places : 0;
@@ -115,21 +115,22 @@ std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh
 }
 
 std::vector<uint8_t> seen_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
-                                const std::vector<uint8_t> &asked) {
+                                const std::vector<uint8_t> &selected) {
   Viewer viewer(camera, mesh, rays);
-  const FacePlaces places(viewer, mesh, asked);
+  const FacePlaces places(viewer, mesh, selected);
   std::vector<uint8_t> seen(mesh.face_count);
   for (size_t i = 0; i < seen.size(); i++) seen[i] = count_of(places.free[i]) > place_count / 2;
   return seen;
 }
 
 std::vector<uint8_t> seen_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
-                                   const std::vector<uint8_t> &asked) {
+                                   const std::vector<uint8_t> &selected) {
   Viewer viewer(camera, mesh, rays);
   const std::vector<Vec3> normals = vertex_normals(mesh);
   std::vector<uint8_t> seen(mesh.vertex_count);
   for (uint32_t i = 0; i < mesh.vertex_count; i++)
-    seen[i] = asked[i] && viewer.in_picture(i) && viewer.free(viewer.position(i) + normals[i] * vertex_lift);
+    seen[i] =
+        selected[i] && viewer.in_picture(i) && viewer.free(viewer.position(i) + normals[i] * vertex_lift);
   return seen;
 }
 

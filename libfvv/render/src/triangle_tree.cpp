@@ -35,7 +35,7 @@ constexpr Vec3 lowest{-infinity, -infinity, -infinity}, highest{infinity, infini
 
 } // namespace
 
-// Without corners, or to put entries in order would be to move these about.
+// Without corners, so that sorting entries moves less data.
 struct TriangleTree::Entry {
   Box box;
   uint32_t face;
@@ -122,7 +122,7 @@ size_t TriangleTree::split(std::vector<Entry> &entries, size_t first, size_t end
       bins[entry->bin].extent.add(*entry);
       bins[entry->bin].count++;
     }
-    // An empty bin divides nothing that its neighbour does not.
+    // An empty bin divides as its neighbour does.
     std::array<double, bin_count> behind = {};
     Bin sum;
     for (size_t i = bin_count - 1; i > 0; i--) {
@@ -158,7 +158,7 @@ size_t TriangleTree::split(std::vector<Entry> &entries, size_t first, size_t end
 
 namespace {
 
-// Height over longest edge, squared twice over, below which a triangle's normal says nothing.
+// Height over longest edge, squared twice, below which a triangle's normal is meaningless.
 constexpr double flat = 1e-20;
 
 TriangleTree::Box box_of(const TriangleTree::Triangle &t) {
@@ -236,7 +236,7 @@ struct Candidate {
   for (int i = 0; i < 4; i++) squared[i] = d[i] * d[i] + d[4 + i] * d[4 + i] + d[8 + i] * d[8 + i];
 }
 
-// Nodes of which the boxes have not been looked into yet: three at each level and one more.
+// Nodes that have not been searched yet: three at each level and one more.
 constexpr size_t stack_size = 3 * TriangleTree::stack_size + 1;
 
 // In proportion to the surface.
@@ -367,7 +367,7 @@ ClosestPoint ClosestFinder::nearest(Vec3 from, uint32_t guess, double enough) co
     const size_t first = waiting;
     for (size_t i = 0; i < node.count; i++) {
       if (distance[i] > best.squared) continue;
-      // The nearest is looked into first.
+      // The nearest is searched first.
       size_t place = waiting++;
       for (; place > first && stack[place - 1].squared < distance[i]; place--)
         stack[place] = stack[place - 1];
@@ -419,7 +419,7 @@ struct RayCaster::Ray {
       const double from = axis_of(origin, axis), by = axis_of(inverse, axis);
       const double low = (axis_of(box.low, axis) - from) * by, high = (axis_of(box.high, axis) - from) * by;
       const double enter = backwards[axis] ? high : low, leave = (backwards[axis] ? low : high) * margin;
-      // NaN (a ray within the plane of a side) keeps what there is.
+      // NaN (a ray within the plane of a side) does not change the interval.
       if (enter > least) least = enter;
       if (leave < most) most = leave;
     }

@@ -190,8 +190,8 @@ private:
     point.face_normal = cross(positions[index[1]] - a, positions[index[2]] - a);
     const Vec3 normal = normalised(interpolated(normals, index, hit.barycentric));
 
-    // A weight of 0 would leave nothing to divide by. Best first: most cameras need not be asked whether they
-    // see the point.
+    // A weight of 0 would leave nothing to divide by. Best first: for most cameras it is not necessary to
+    // test whether they see the point.
     std::vector<std::pair<double, uint32_t>> order;
     order.reserve(sources.size());
     for (uint32_t i = 0; i < sources.size(); i++) {

@@ -40,11 +40,11 @@ class VisibilityFit::Search {
 public:
   Search(const VisibilityFit &shared, Viewer &eye, const FacePlaces &looked, std::vector<uint8_t> &bits,
          const std::vector<uint8_t> &wanted, const uint8_t *last)
-      : fit(shared), viewer(eye), places(looked), seen(bits), asked(wanted), former(last),
+      : fit(shared), viewer(eye), places(looked), seen(bits), selected(wanted), former(last),
         counts(2 * (fit.faces ? fit.mesh.vertex_count : fit.mesh.face_count)), weight(fit.mesh.vertex_count),
         weighs(fit.mesh.face_count, unknown), stamp(fit.mesh.face_count) {
     for (uint32_t e = 0; e < seen.size(); e++)
-      if (asked[e]) count(e, 1);
+      if (selected[e]) count(e, 1);
     if (fit.faces)
       for (uint32_t v = 0; v < weight.size(); v++) weight[v] = weight_of(v);
     else
@@ -145,7 +145,7 @@ private:
   std::vector<uint32_t> elements_near_changes() const {
     std::vector<uint32_t> out;
     for (uint32_t e = 0; e < seen.size(); e++) {
-      if (!asked[e]) continue;
+      if (!selected[e]) continue;
       bool near = fit.faces && places.touches_mixed(fit.mesh.faces + 3 * size_t(e));
       if (!fit.faces)
         for (uint32_t i = fit.first[e]; i < fit.first[e + 1] && !near; i++)
@@ -159,7 +159,7 @@ private:
   Viewer &viewer;
   const FacePlaces &places;
   std::vector<uint8_t> &seen;
-  const std::vector<uint8_t> &asked;
+  const std::vector<uint8_t> &selected;
   const uint8_t *former;
   std::vector<uint32_t> counts; // of bits of 1 and 0 around each place that elements touch
   std::vector<int> weight;      // of each vertex
@@ -169,11 +169,11 @@ private:
 };
 
 std::vector<uint8_t> VisibilityFit::faces_to_judge(const Viewer &viewer,
-                                                   const std::vector<uint8_t> &asked) const {
+                                                   const std::vector<uint8_t> &selected) const {
   std::vector<uint8_t> out(mesh.face_count);
   for (uint32_t f = 0; f < mesh.face_count; f++) {
     const uint32_t *face = mesh.faces + 3 * size_t(f);
-    out[f] = faces && asked[f];
+    out[f] = faces && selected[f];
     if (out[f]) continue;
     const Vec3 a = viewer.position(face[0]), way = viewer.way_from(viewer.at(face, 3, 3, 3));
     if (!(dot(cross(viewer.position(face[1]) - a, viewer.position(face[2]) - a), way) > 0)) continue;
@@ -203,10 +203,10 @@ uint16_t VisibilityFit::places_that_weigh(Viewer &viewer, uint32_t f, const int 
   return out;
 }
 
-std::vector<uint8_t> VisibilityFit::weights(Viewer &viewer, const std::vector<uint8_t> &asked,
+std::vector<uint8_t> VisibilityFit::weights(Viewer &viewer, const std::vector<uint8_t> &selected,
                                             const uint8_t *former) const {
-  const WeightPlaces places(viewer, mesh, faces_to_judge(viewer, asked), first, around);
-  // Where no outline is near nothing changes, and nothing has to be counted.
+  const WeightPlaces places(viewer, mesh, faces_to_judge(viewer, selected), first, around);
+  // Without an outline nearby nothing changes, and nothing has to be counted.
   std::vector<uint8_t> near(mesh.vertex_count);
   std::vector<uint16_t> weighs(mesh.face_count);
   for (uint32_t f = 0; f < mesh.face_count; f++) {
@@ -219,19 +219,20 @@ std::vector<uint8_t> VisibilityFit::weights(Viewer &viewer, const std::vector<ui
     if (places.judged[f] && (near[face[0]] || near[face[1]] || near[face[2]]))
       weighs[f] = places_that_weigh(viewer, f, twelfths, weight_place_count);
   }
-  return WeightSearch(mesh, *neighbours, first, around, area, places, weighs, asked, former, settings).run();
+  return WeightSearch(mesh, *neighbours, first, around, area, places, weighs, selected, former, settings)
+      .run();
 }
 
-std::vector<uint8_t> VisibilityFit::seen(const fvv_camera &camera, const std::vector<uint8_t> &asked,
+std::vector<uint8_t> VisibilityFit::seen(const fvv_camera &camera, const std::vector<uint8_t> &selected,
                                          const uint8_t *former) const {
   Viewer viewer(camera, mesh, rays);
-  if (neighbours) return weights(viewer, asked, former);
-  const FacePlaces places(viewer, mesh, faces_to_judge(viewer, asked));
-  std::vector<uint8_t> bits(asked.size());
-  if (!faces) bits = seen_vertices(camera, mesh, rays, asked);
+  if (neighbours) return weights(viewer, selected, former);
+  const FacePlaces places(viewer, mesh, faces_to_judge(viewer, selected));
+  std::vector<uint8_t> bits(selected.size());
+  if (!faces) bits = seen_vertices(camera, mesh, rays, selected);
   for (size_t f = 0; faces && f < bits.size(); f++)
-    bits[f] = asked[f] && count_of(places.free[f]) > place_count / 2;
-  Search(*this, viewer, places, bits, asked, former).run();
+    bits[f] = selected[f] && count_of(places.free[f]) > place_count / 2;
+  Search(*this, viewer, places, bits, selected, former).run();
   return bits;
 }
 

@@ -8,7 +8,7 @@ constexpr int probes = 3; // the corners' parts; the middle is known by then
 
 constexpr int state_count = 7;
 constexpr int weights[state_count] = {127, 0, 255, 85, 170, 113, 142}; // of states, as fvv_visibility_weights
-// How many decisions with the initial odds of a context the statistics begin with.
+// The number of decisions, with the initial odds of a context, that statistics begin with.
 constexpr double prior_sides = 4, prior_levels = 6;
 
 int class_of(uint32_t count) {
@@ -31,7 +31,7 @@ double bits_of(double probability) {
 
 } // namespace
 
-WeightPlaces::WeightPlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &asked,
+WeightPlaces::WeightPlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &selected,
                            const std::vector<uint32_t> &first, const std::vector<uint32_t> &around)
     : judged(mesh.face_count), free(mesh.face_count), mixed(mesh.vertex_count) {
   const auto look = [&](uint32_t f, int from, int to) {
@@ -56,7 +56,7 @@ WeightPlaces::WeightPlaces(Viewer &viewer, const Mesh &mesh, const std::vector<u
   };
   for (uint32_t f = 0; f < mesh.face_count; f++) {
     const uint32_t *face = mesh.faces + size_t(3) * f;
-    if (!asked[f] || !viewer.face_in_picture(face)) continue;
+    if (!selected[f] || !viewer.face_in_picture(face)) continue;
     judged[f] = 1;
     free[f] = viewer.free(viewer.at(face, 4, 4, 4), f) ? all_weight_places : 0;
     note(f);
@@ -106,10 +106,10 @@ WeightNeighbours::WeightNeighbours(const Mesh &mesh, const std::vector<uint32_t>
 WeightSearch::WeightSearch(const Mesh &seen, const WeightNeighbours &shared,
                            const std::vector<uint32_t> &starts, const std::vector<uint32_t> &of_vertices,
                            const std::vector<double> &areas, const WeightPlaces &looked,
-                           const std::vector<uint16_t> &counting, const std::vector<uint8_t> &asked,
+                           const std::vector<uint16_t> &counting, const std::vector<uint8_t> &selected,
                            const uint8_t *last, const FitSettings &chosen)
     : mesh(seen), neighbours(shared), first(starts), around(of_vertices), area(areas), places(looked),
-      weighs(counting), facing(asked), former(last), settings(chosen), shown(shown_by_states()),
+      weighs(counting), facing(selected), former(last), settings(chosen), shown(shown_by_states()),
       states(seen.vertex_count), rim(seen.vertex_count), all(seen.vertex_count), before(seen.vertex_count) {
   begin();
 }
@@ -170,7 +170,7 @@ uint32_t WeightSearch::others(uint32_t v) const {
   return uint32_t(class_of(all[v][size_t(!side_of(states[v]))]));
 }
 
-// What decisions cost, by how often they are made in each context now.
+// The cost of decisions, by their current frequency in each context.
 void WeightSearch::learn() {
   constexpr double least[classes] = {0, 1, 2, 3, 4, 7, 10};
   double sides[2][classes][classes][2], of_levels[classes][levels];
@@ -206,7 +206,7 @@ double WeightSearch::level_bits(uint32_t v) const {
   return bits_of_level[others(v)][(states[v] - 1) / 2];
 }
 
-// A vertex of two common faces is in the list of what is beside twice.
+// A vertex of two common faces is twice in the list of neighbours.
 double WeightSearch::price(uint32_t v, bool of_side) const {
   double bits = level_bits(v), change = 0;
   if (of_side) {
@@ -263,7 +263,7 @@ bool WeightSearch::improve(double worse) {
   for (const uint32_t v : doubtful) {
     if (!others(v) && wrong_around(v) == 0) continue;
     changed |= attempt(v, uint8_t(states[v] + (side_of(states[v]) ? -1 : 1)), worse);
-    // What changes nothing is taken too: what most vertices are, and what costs least, comes last.
+    // A change of the sum by 0 is accepted too: the commonest and cheapest states are tried last.
     for (int level = levels - 1; level >= 0 && others(v); level--)
       if (const int state = FVV_ELEMENT_HIDDEN + side_of(states[v]) + 2 * level; state != states[v])
         changed |= attempt(v, uint8_t(state), worse);
@@ -273,7 +273,7 @@ bool WeightSearch::improve(double worse) {
 
 std::vector<uint8_t> WeightSearch::run() {
   accept_by_threshold(settings.weight_tolerance, [&](double worse) {
-    // In the end prices stand still, so that the sum only falls.
+    // In the end prices are fixed, so that the sum only falls.
     if (worse > 0) learn();
     return improve(worse);
   });

@@ -1,4 +1,5 @@
-// The search for the visibility weights of one camera (fvv.md, clause 17) that come closest to what rays see.
+// The search for the visibility weights of one camera (fvv.md, clause 17) that come closest to the result of
+// rays.
 #pragma once
 
 #include "face_places.h"
@@ -10,10 +11,10 @@ namespace fvv::render {
 
 // Threshold accepting (Dueck and Scheuer 1990): the way to a better sum often leads through a worse one.
 // improve(worse) tries every change, takes those by which the sum grows by less than worse, and returns
-// whether it took any. From tolerance down, and in the end only what is better.
+// whether it took any. worse falls from tolerance to 0.
 template <class Improve> void accept_by_threshold(double tolerance, Improve improve) {
   constexpr int tolerant_passes = 8, strict_passes = 4;
-  constexpr double least_gain = 1e-9; // or rounding might turn something for ever
+  constexpr double least_gain = 1e-9; // or rounding could cause an endless loop
   for (int pass = 0; pass < tolerant_passes; pass++)
     improve(tolerance * (tolerant_passes - pass) / tolerant_passes);
   for (int pass = 0; pass < strict_passes && improve(-least_gain); pass++) continue;
@@ -27,16 +28,16 @@ constexpr int twelfths[weight_place_count][3] = {
     {7, 1, 4},  {4, 7, 1},  {1, 7, 4},  {4, 1, 7}, {1, 4, 7}, {5, 5, 2}, {5, 2, 5}, {2, 5, 5}};
 constexpr uint16_t all_weight_places = 0xFFFF;
 
-// Of the faces that are asked for: bit i of free is set when nothing is in front of place i. The middle
-// decides for all of a face unless the middle of one near it differs; then the corners' parts do, with the
-// middle, where they agree.
+// Of the selected faces: bit i of free is set when nothing is in front of place i. The middle decides for all
+// of a face unless the middle of one near it differs; then the corners' parts do, with the middle, where they
+// agree.
 struct WeightPlaces {
-  std::vector<uint8_t> judged; // each face: asked for, and in the picture
+  std::vector<uint8_t> judged; // each face: selected, and in the picture
   std::vector<uint16_t> free;  // each face
   std::vector<uint8_t> mixed;  // each vertex: an outline passes through the faces around it
 
   // around and first: of each vertex the faces that use it.
-  WeightPlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &asked,
+  WeightPlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &selected,
                const std::vector<uint32_t> &first, const std::vector<uint32_t> &around);
 };
 

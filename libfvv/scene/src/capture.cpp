@@ -68,7 +68,7 @@ double Capture::animation_time(int64_t frame) const {
          double(index * int64_t(frame_duration.numerator)) / double(frame_duration.denominator);
 }
 
-// Meshes by frame number and whether normals were asked for, the least recently used one dropped first.
+// Meshes by frame number and with or without normals; the least recently used one is dropped first.
 class MeshCache {
 public:
   struct Loaded {
@@ -104,7 +104,7 @@ public:
     if (mine == entries.end()) return loaded;
     mine->second.bytes = bytes_of(loaded->mesh);
     held += mine->second.bytes;
-    // One that is still being read has no bytes yet; dropping it costs a second reading, nothing else.
+    // One that is still being read has no bytes yet; dropping it only costs a second reading.
     while (held > limit && used.size() > 1) {
       const auto oldest = entries.find(used.front());
       held -= oldest->second.bytes;

@@ -1,4 +1,4 @@
-// Looks at every file that a capture names before any work starts.
+// Checks every file that a capture names before any work starts.
 #include "fvv_scene/capture.h"
 #include "fvv_scene/picture_source.h"
 #include "fvv_scene/video_match.h"
@@ -37,7 +37,7 @@ void report_times(const std::string &subject, const VideoReport &report, Finding
   if (report.before || report.behind)
     findings.unused.push_back(subject + std::to_string(report.before) +
                               " pictures before the first frame and " + std::to_string(report.behind) +
-                              " behind the last one are not used");
+                              " after the last one are not used");
 }
 
 // What to do about a picture whose size is not the camera's, where that can be guessed.
@@ -76,8 +76,8 @@ void check_video(const Capture &capture, const Camera *camera, const std::string
   }
   for (const std::string &warning : facts.warnings) findings.warnings.push_back(subject + warning);
   if (!source.rotate && !facts.rotation) {
-    findings.problems.push_back(subject + "its display matrix mirrors or turns by something else than "
-                                          "quarters: expected \"rotate\" to be stated");
+    findings.problems.push_back(subject + "its display matrix is not a rotation by "
+                                          "quarter turns: expected \"rotate\" to be stated");
     return;
   }
   const int rotate = source.rotate.value_or(facts.rotation.value_or(0));
@@ -107,7 +107,7 @@ double share_beyond(const fvv_camera &camera, int grid) {
   return double(beyond) / (grid * grid);
 }
 
-// The corners are farthest from the axis: where they have rays, so has all else.
+// The corners are farthest from the axis: if they have rays, so has every pixel.
 double share_beyond(const fvv_camera &camera) {
   return share_beyond(camera, 2) > 0 ? share_beyond(camera, 64) : 0;
 }
@@ -145,7 +145,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What is wrong with some files of a sequence: how many, and the first of them.
+// An error of some files of a sequence: their number, and the first of them.
 struct Tally {
   int64_t count = 0;
   std::string first;
@@ -170,8 +170,8 @@ public:
       if (pictures.video) {
         check_video(capture, nullptr, "pictures", pictures, video_probe, findings);
       } else {
-        // Texture coordinates are for the pixels as they are stored, whatever Exif says. "rotate" turns all
-        // stills alike, so their sizes can be compared as they are.
+        // Texture coordinates are for the pixels as they are stored, with any Exif orientation. "rotate"
+        // turns all stills alike, so their sizes can be compared as they are.
         constexpr int stored = 0;
         const std::optional<PictureSize> size = first_size(*pictures.pattern);
         sequence("atlas: ", "pictures", *pictures.pattern, size ? &*size : nullptr, stored);
@@ -197,14 +197,14 @@ private:
       sequence(subject, kind, *pictures.pattern, &size, pictures.rotate);
   }
 
-  // Of the first frame's picture. Nothing where there is no probe; 0 x 0, which nothing is held against,
-  // where it cannot read that picture.
+  // Of the first frame's picture. None without a probe; 0 x 0, which is not compared, where it cannot read
+  // that picture.
   std::optional<PictureSize> first_size(const Pattern &pattern) const {
     if (!probe) return std::nullopt;
     try {
       return probe(capture.resolve(pattern.file(capture.frames.first)));
     } catch (const std::exception &) {
-      return PictureSize{0, 0}; // sequence() meets and tells what is wrong with it
+      return PictureSize{0, 0}; // sequence() reports its error
     }
   }
 
@@ -279,7 +279,7 @@ private:
       findings.problems.push_back(counted(subject, kind, count, tally, state) + ", first: " + tally.first);
   }
 
-  // Whatever is wrong with the file is wrong with every frame: it is read here, and not again.
+  // An error of the file concerns every frame: it is read here, and not again.
   void animated_file() {
     const Frames &frames = capture.frames;
     double end;
@@ -308,12 +308,12 @@ private:
                                 " frames, from " + std::to_string(frames.number(low)) + ", repeat its end");
   }
 
-  // Files that the pattern would name for frames before the first or behind the last.
+  // Files that the pattern would name for frames before the first or after the last.
   void extra_frames(const std::string &subject, const std::string &kind, const Pattern &pattern) {
     if (!pattern.is_numbered()) return;
     const int64_t first = capture.frames.first, last = capture.frames.number(capture.frames.count - 1);
     int64_t lowest = first, highest = last, extra = 0;
-    // The number may stand in the name of a folder ("%04d/cam0.png"): list the one around it.
+    // The number may be in the name of a folder ("%04d/cam0.png"): list the one around it.
     const std::string sample = pattern.file(0), other = pattern.file(1);
     const size_t differs = static_cast<size_t>(
         std::mismatch(sample.begin(), sample.end(), other.begin(), other.end()).first - sample.begin());

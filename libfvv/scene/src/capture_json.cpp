@@ -103,7 +103,7 @@ Environment load_environment(const Capture &capture, const fvv_limits *limits) {
 
 namespace {
 
-// What a value of radius means is up to the lens: fvv_camera_validate judges it.
+// The meaning of radius depends on the lens: fvv_camera_validate checks it.
 void read_lens(const JsonValue &value, fvv_camera &camera, bool &r_max_given) {
   value.allow_keys({"model", "coefficients", "r_max"});
   const JsonValue model = value.at("model");
@@ -162,7 +162,7 @@ void read_translation(const JsonValue &value, const Convention &convention, fvv_
     model.translation[row] = finite(value.items(3, row)) * convention.metres_per_unit;
 }
 
-// value: where the camera stands, for the message.
+// value: of the camera, for the message.
 void validate(const JsonValue &value, const fvv_camera &model) {
   fvv_diagnostic diagnostic = {};
   if (fvv_camera_validate(&model, &diagnostic) != FVV_OK) value.fail(diagnostic.message);
@@ -177,7 +177,7 @@ void add_lost(const JsonValue &number, Camera &camera) {
   if (camera.per_frame.count(frame) || !camera.lost.insert(frame).second) refuse_second(number);
 }
 
-// The entries of a camera that moves: what they lack is as the camera itself has it.
+// The entries of a camera that moves; missing values are those of the camera itself.
 void read_per_frame(const JsonValue &value, const Frames &frames, const Convention &convention,
                     bool r_max_given, Camera &camera) {
   for (size_t i = 0, count = value.size(); i < count; i++) {
@@ -264,7 +264,7 @@ void read_cameras(const JsonValue &value, Capture &capture, double pixel_centre)
 
 namespace {
 
-// A capture.json with a camera for each of fvv_limits.max_cameras stays far below this.
+// Far more than a capture.json with fvv_limits.max_cameras cameras.
 constexpr uint64_t max_file_size = uint64_t(16) << 20;
 constexpr int64_t max_frames = 10'000'000; // 4.6 days at 25 Hz; a file for each is checked before work starts
 
@@ -315,7 +315,7 @@ uint8_t read_up(const JsonValue &value) {
   value.fail("expected +x, -x, +y, -y, +z, -z or unknown, found " + value.found());
 }
 
-// One file for all frames. The pattern that names it has no number, whatever the file is called.
+// One file for all frames. Its pattern has no number, even if the file's name has one.
 void read_animated_file(const JsonValue &value, Capture &capture) {
   value.allow_keys({"file", "animation", "start"});
   const JsonValue file = value.at("file");
@@ -346,7 +346,7 @@ void read_meshes(const JsonValue &value, Capture &capture) {
   capture.meshes = read_pattern(value.at("pattern"), capture.frames);
 }
 
-// Behind the meshes, whose texture coordinates it is for.
+// After the meshes, whose texture coordinates it is for.
 Atlas read_atlas(const JsonValue &value, const Capture &capture) {
   value.allow_keys({"pictures", "embedded", "texture_bits"});
   if (!capture.meshes) value.fail("expected meshes wherever there is an atlas");
@@ -371,7 +371,7 @@ Atlas read_atlas(const JsonValue &value, const Capture &capture) {
 Capture parse_capture(std::string_view bytes, const std::string &path) {
   const nlohmann::json document = parse_strict_json(bytes, path);
   const JsonValue root(document, path);
-  // The version first: a later one may have keys that this one does not know.
+  // The version first: a later version may have unknown keys.
   const JsonValue version = root.at("fvv_capture");
   if (version.integer(1, INT32_MAX) != 1)
     version.fail("expected version 1 of the capture description, found " + version.found());

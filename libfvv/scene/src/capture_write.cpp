@@ -47,7 +47,7 @@ std::string lens_text(const fvv_camera &camera) {
   return out + ", \"r_max\": " + (std::isinf(camera.r_max) ? text(unbounded) : number(camera.r_max)) + "}";
 }
 
-// What changes when a camera moves or zooms, each line behind indent.
+// The values that change when a camera moves or zooms, each line after indent.
 std::string calibration_text(const fvv_camera &c, const std::string &indent) {
   return indent + "\"intrinsics\": {\"fx\": " + number(c.fx) + ", \"fy\": " + number(c.fy) +
          ", \"cx\": " + number(c.cx) + ", \"cy\": " + number(c.cy) + ", \"skew\": " + number(c.skew) + "}," +

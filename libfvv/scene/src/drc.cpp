@@ -1,5 +1,5 @@
 // Draco files (DRC). The header is read without libdraco first, because the decoder allocates by its counts
-// before it looks at anything else.
+// before it checks anything else.
 #include "fvv_cxx/untrusted.h"
 #include "fvv_scene/mesh_file.h"
 #include "fvv_scene/text.h"
@@ -94,7 +94,7 @@ DrcCounts parse_drc_header(std::string_view bytes, const std::string &name) {
 }
 
 // The best that Draco does, a flat grid of two million triangles, is 89 faces per byte; a header that
-// declares much more lies.
+// declares much more is wrong.
 constexpr uint64_t max_faces_per_byte = 1024;
 
 void check_counts(const DrcCounts &counts, size_t size, const fvv_limits &limits, const std::string &name) {
@@ -256,7 +256,7 @@ std::string encode(const Mesh &mesh, const Lattice &lattice, const std::string &
   return std::string(buffer.data(), buffer.size());
 }
 
-// One sentence, whatever libdraco throws (std::bad_alloc, std::length_error for hostile files).
+// One sentence for all exceptions of libdraco (std::bad_alloc, std::length_error for hostile files).
 template <class Function> auto guarded(const std::string &name, const Function &function) {
   try {
     return function();
@@ -267,7 +267,7 @@ template <class Function> auto guarded(const std::string &name, const Function &
   }
 }
 
-// Looks at all that is declared before libdraco allocates by it.
+// Checks everything that is declared before libdraco allocates by it.
 std::unique_ptr<draco::Mesh> decode(std::string_view bytes, const std::string &name,
                                     const fvv_limits &limits) {
   if (bytes.size() > limits.max_payload)

@@ -21,7 +21,7 @@ struct DrcValues {
 struct DrcPoints {
   uint32_t count;
   std::vector<uint32_t> triangles;          // 3 points each, below count
-  std::map<uint32_t, DrcValues> attributes; // by the unique identifiers that were asked for
+  std::map<uint32_t, DrcValues> attributes; // by the requested unique identifiers
 };
 
 // Checked as by parse_drc. Error "name: what".

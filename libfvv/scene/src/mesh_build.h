@@ -11,8 +11,8 @@ void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &re
 
 // Gives every vertex one pair of texture coordinates, one normal, or both. texture: u v for each corner of
 // mesh.faces, in their order, normals: x y z for each; or empty. A vertex keeps its place with the first pair
-// and normal that come along; for all others a copy of it follows behind all vertices. Vertices that no face
-// uses get (0, 0) and (0, 0, 0). Error when there would be more than limits.max_vertices.
+// and normal; copies for all others follow all vertices. Vertices that no face uses get (0, 0) and (0, 0, 0).
+// Error when there would be more than limits.max_vertices.
 void split_seams(Mesh &mesh, const std::vector<double> &texture, const std::vector<double> &normals,
                  const fvv_limits &limits, const std::string &name);
 

@@ -1,4 +1,4 @@
-// Which reader and writer belongs to which file name, and what all of them share.
+// Chooses reader and writer by file name, and their common checks.
 
 #include "fvv_scene/mesh_file.h"
 #include "fvv_cxx/untrusted.h"

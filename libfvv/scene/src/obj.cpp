@@ -13,7 +13,7 @@ namespace fvv::scene {
 
 namespace {
 
-// Keywords that add nothing to the surface: attributes of vertices, grouping, display.
+// Keywords that do not change the surface: attributes of vertices, grouping, display.
 constexpr std::string_view skipped[] = {"g",      "o",          "s",         "usemtl",  "mtllib",
                                         "usemap", "maplib",     "mg",        "bevel",   "c_interp",
                                         "lod",    "shadow_obj", "trace_obj", "d_interp"};
@@ -64,7 +64,7 @@ private:
     throw Error(name + ":" + std::to_string(line) + ": " + what);
   }
 
-  // A backslash in front of a line's end makes the next line a part of this one. Answers the bytes of both.
+  // A backslash before a line's end continues the line. Returns the bytes of both.
   size_t continuation() const {
     if (end - cursor >= 2 && cursor[1] == '\n') return 2;
     return end - cursor >= 3 && cursor[1] == '\r' && cursor[2] == '\n' ? 3 : 0;
@@ -86,7 +86,7 @@ private:
     return !text.empty();
   }
 
-  // Skips what is left of the line, continued lines included unless they stand in a comment.
+  // Skips the rest of the line, including continued lines unless they are in a comment.
   void end_line() {
     bool comment = false;
     for (; cursor < end; cursor++) {
@@ -121,7 +121,7 @@ private:
       fail("expected an OBJ keyword such as v or f, found " + quote(keyword));
   }
 
-  // The numbers of the line, of which the first ones are kept; answers how many there are.
+  // The numbers of the line, of which the first ones are stored; returns their number.
   template <size_t kept> size_t numbers_of_line(const char *keyword, double (&numbers)[kept]) {
     size_t count = 0;
     for (std::string_view text; word(text); count++) {
@@ -174,12 +174,12 @@ private:
     std::vector<Forward> forwards;
   };
 
-  // given counts from 1, or backwards from the last one that stands before it. Answers an index from 0.
+  // given counts from 1, or backwards from the last one before it. Returns an index from 0.
   uint32_t resolve(int64_t given, Records &records) {
     const int64_t count = static_cast<int64_t>(records.count);
     const std::string what = records.what + std::string(" ");
     if (given < -count)
-      fail(what + std::to_string(given) + " is used, " + std::to_string(count) + " stand before it");
+      fail(what + std::to_string(given) + " is used, " + std::to_string(count) + " precede it");
     const uint64_t index = static_cast<uint64_t>(given < 0 ? count + given + 1 : given);
     if (index > records.most)
       fail(what + std::to_string(index) + " is used, at most " + std::to_string(records.most) +
@@ -199,7 +199,7 @@ private:
       }
   }
 
-  // One of v, v/vt, v//vn, v/vt/vn; all have to be integers other than 0, those that count have to exist.
+  // One of v, v/vt, v//vn, v/vt/vn; all have to be integers other than 0, those that are used have to exist.
   void corner(std::string_view text) {
     const auto malformed = [&] { fail("expected v, v/vt, v//vn or v/vt/vn after f, found " + quote(text)); };
     int64_t indices[3] = {0, 0, 0};
@@ -245,7 +245,7 @@ private:
   const fvv_limits &limits;
   MeshReport &report;
   const bool wants_texture;
-  bool has_normals; // they are asked for, and every corner so far has one
+  bool has_normals; // they are requested, and every corner so far has one
   uint64_t line = 1;
   Mesh mesh, chart, shading; // the same faces with indices of vertices, pairs, normals
   std::vector<double> texture, directions;

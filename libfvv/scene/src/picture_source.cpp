@@ -1,4 +1,4 @@
-// Patterns of file names, and what capture.json says of pictures.
+// Patterns of file names, and the sources of pictures in capture.json.
 #include "fvv_scene/picture_source.h"
 #include "fvv_scene/text.h"
 #include "scene/src/capture_fields.h"

@@ -36,18 +36,18 @@ VideoFacts facts_of(const media::VideoInfo &info) {
 // A reader lent to one thread, given back at the end.
 class Loan {
 public:
-  // Of idle readers the one that stands nearest before the picture, else one that is opened anew.
+  // Of idle readers the one whose position is nearest before the picture, else a new one.
   Loan(Video &from, size_t picture, size_t most) : video(from) {
     std::unique_lock<std::mutex> lock(video.mutex);
     video.freed.wait(lock, [&] { return !video.idle.empty() || video.opened < most; });
     const auto distance = [&](const std::unique_ptr<media::VideoFile> &idle) {
-      // One behind the position, the picture last handed out, costs nothing.
+      // The picture before the position, the last one returned, costs nothing.
       return idle->position() <= picture + 1 ? picture + 1 - idle->position() : SIZE_MAX;
     };
     const auto best =
         std::min_element(video.idle.begin(), video.idle.end(),
                          [&](const auto &a, const auto &b) { return distance(a) < distance(b); });
-    constexpr size_t near = 8; // pictures that are sooner decoded than a file is opened
+    constexpr size_t near = 8; // pictures that are decoded faster than a file is opened
     if (video.opened < most && (best == video.idle.end() || distance(*best) > near)) {
       reader = std::make_unique<media::VideoFile>(video.model->another());
       video.opened++;
@@ -75,7 +75,7 @@ template <class Sample> struct Constants {
   std::mutex mutex;
   std::map<std::pair<std::string, int>, media::BasicImage<Sample>> pictures;
 
-  // The first one to ask reads, the others wait for it.
+  // The first caller reads, the others wait for it.
   media::BasicImage<Sample> read(const std::string &path, int channels) {
     const std::lock_guard<std::mutex> lock(mutex);
     const auto found = pictures.find({path, channels});
@@ -85,19 +85,19 @@ template <class Sample> struct Constants {
   }
 };
 
-// Masks as they are read. When it is full it takes no more, and forgets nothing: passes go through the frames
-// in the same order, and the first ones stay.
+// A cache of masks. When it is full nothing is added or dropped: passes go through the frames in the same
+// order, and the first ones stay.
 class Masks {
 public:
   // Path, stream of a video, picture of a video, degrees.
   using Key = std::tuple<std::string, std::optional<uint32_t>, size_t, int>;
 
-  // Nothing when it is not here.
+  // None if it is not cached.
   std::optional<media::Image> find(const Key &key) {
     std::unique_lock<std::mutex> lock(mutex);
     const auto found = masks.find(key);
     if (found == masks.end()) return std::nullopt;
-    const media::PackedImage<uint8_t> &mask = found->second; // stays where it is
+    const media::PackedImage<uint8_t> &mask = found->second; // does not move
     lock.unlock();
     return mask.image();
   }

@@ -1,4 +1,4 @@
-// Which part of the plane in front of a camera with a lens a picture without a lens shows.
+// The part of the plane before a camera with a lens that a picture without a lens shows.
 #pragma once
 
 #include "fvv/calibration.h"
@@ -13,14 +13,14 @@ struct View {
 
   double width() const { return right - left; }
   double height() const { return bottom - top; }
-  // Each side that share of the way to the other's.
+  // Each side moved by that fraction of the way to the other's.
   View towards(const View &other, double share) const;
   // The widest angles across it, through the axis of the camera or beside it; degrees.
   double horizontal_degrees() const;
   double vertical_degrees() const;
 };
 
-// What a camera with a lens shows, in that plane: up to r_max, and to 75 degrees from the axis.
+// The view of a camera with a lens in that plane: up to r_max, and to 75 degrees from the axis.
 class LensView {
 public:
   // camera: valid.
@@ -30,15 +30,15 @@ public:
   bool pixel(double x, double y, double at[2]) const;
   // Whether the point is within the limits, and its pixel in the picture.
   bool shows(double x, double y) const;
-  // The same 75 degrees to both sides, or above and below: the lens sees too far round for a plane.
+  // The same 75 degrees to both sides, or above and below: the angle of the lens is too wide for a plane.
   bool is_too_wide() const;
   // The limit is nearer than a corner of the picture; that of 75 degrees if it is nearer than r_max.
   bool is_limited() const { return limited; }
 
-  // The least rectangle around all that is shown. Nothing: the picture shows nothing within the limits.
+  // The smallest rectangle around the view. None: the picture shows nothing within the limits.
   std::optional<View> around() const;
-  // One inside all that is shown, with no room to grow on any side but by less than a ten thousandth.
-  // Nothing: there is none of a size worth a picture.
+  // A rectangle inside the view that can grow on no side by more than a ten thousandth. None: it would be too
+  // small for a picture.
   std::optional<View> inside() const;
 
   // The largest |(x, y)|.

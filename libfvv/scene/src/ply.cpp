@@ -26,7 +26,7 @@ struct PlyType {
   bool is_float, is_signed;
 };
 
-// What a property is to a mesh. unused ones are skipped.
+// The meaning of a property for a mesh. unused ones are skipped.
 enum class PlyRole { unused, x, y, z, u, v, nx, ny, nz, corners, corner_texture, texture_number };
 
 struct PlyProperty {
@@ -242,7 +242,7 @@ private:
     return nullptr;
   }
 
-  // Pairs of the corners tell seams apart, which those of the vertices cannot.
+  // Pairs of the corners distinguish seams, which those of the vertices cannot.
   void find_texture() {
     PlyElement &vertex = find("vertex"), &face = find("face");
     if (PlyProperty *list = property_of(face, "texcoord")) {
@@ -299,7 +299,7 @@ private:
       const uint64_t spare = header.format == PlyFormat::ascii ? 1 : 0;
       if (!fits || needed > rest.size() + spare)
         fail(std::to_string(element.count) + " elements " + quote(element.name) + " do not fit into the " +
-             std::to_string(rest.size()) + " bytes behind the header");
+             std::to_string(rest.size()) + " bytes after the header");
     }
   }
 
@@ -466,7 +466,7 @@ public:
       : body(input), header(declared), name(file), limits(bounds), report(notes) {}
 
   Mesh read() {
-    // Both fit: the header was checked against limits and against the bytes there are.
+    // Both fit: the header was checked against limits and against the size of the file.
     mesh.positions.reserve(static_cast<size_t>(header.vertex_count) * 3);
     mesh.faces.reserve(static_cast<size_t>(header.face_count) * 3);
     for (const PlyElement &element : header.elements)

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// Far beyond what any description needs; a file of nothing but brackets must not cost gigabytes.
+// Far more than any description needs; a file of brackets alone must not cost gigabytes.
 constexpr size_t max_depth = 32;
 
 std::string escaped(const std::string &key) {
@@ -28,8 +28,8 @@ std::string escaped(const std::string &key) {
   return out;
 }
 
-// Builds the document. The parser of nlohmann-json that does so lets the last of two equal keys win, and
-// forgets where a number overflowed.
+// Builds the document. nlohmann-json's own parser uses the last of two equal keys, and loses the place of a
+// number that overflows.
 class Builder : public nlohmann::json_sax<json> {
 public:
   Builder(std::string_view text, const std::string &file) : bytes(text), name(file) {}
@@ -48,7 +48,7 @@ public:
   bool key(std::string &text) override {
     levels.back().key = text;
     if (levels.back().value->contains(text))
-      throw Error(name + ": " + pointer() + ": the key stands twice in its object");
+      throw Error(name + ": " + pointer() + ": the key is repeated in its object");
     return true;
   }
   bool parse_error(size_t position, const std::string &, const nlohmann::detail::exception &error) override {

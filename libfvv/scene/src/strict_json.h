@@ -1,5 +1,5 @@
-// JSON that has to be exactly what was asked for. Parses with nlohmann-json, refuses duplicate keys, and
-// hands out values that name their JSON pointer (RFC 6901) when they are not as expected.
+// Strictly checked JSON. Parses with nlohmann-json, rejects duplicate keys, and returns values whose errors
+// name their JSON pointer (RFC 6901).
 #pragma once
 
 #include "fvv_scene/text.h"
@@ -10,11 +10,11 @@
 
 namespace fvv::scene {
 
-// Error "name:LINE:COLUMN: not JSON: ..." for malformed text, columns in bytes from 1; "name: POINTER:
-// ..." for a key that stands twice in an object.
+// Error "name:LINE:COLUMN: not JSON: ..." for malformed text, columns in bytes from 1; "name: POINTER: ..."
+// for a key that is repeated in an object.
 nlohmann::json parse_strict_json(std::string_view bytes, const std::string &name);
 
-// One value of a document and where it stands. Borrows the document and the name of its file.
+// One value of a document and its place. Borrows the document and the name of its file.
 class JsonValue {
 public:
   JsonValue(const nlohmann::json &document, const std::string &file) : value(&document), name(&file) {}
@@ -41,7 +41,7 @@ public:
   double number() const;
   int64_t integer(int64_t least, int64_t most) const;
 
-  // As an error message shows it: "a string", "3.5", ...
+  // The value for an error message: "a string", "3.5", ...
   std::string found() const;
 
 private:

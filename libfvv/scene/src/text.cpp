@@ -13,7 +13,7 @@ namespace fvv::scene {
 
 namespace {
 
-// std::from_chars knows no leading '+', which printf("%+f") and Fortran write.
+// std::from_chars does not accept a leading '+', which printf("%+f") and Fortran write.
 std::string_view without_plus(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   return text;
@@ -106,7 +106,7 @@ void write_file(const std::string &path, std::string_view bytes) {
   if (!file) fail(path, "cannot be created", errno);
   if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size())
     fail(path, "cannot be written", errno);
-  // Buffered bytes may fail as late as here (disk full), so that the answer of fclose counts.
+  // Buffered bytes may fail as late as here (disk full), so the result of fclose is checked.
   if (std::fclose(file.release())) fail(path, "cannot be written", errno);
 }
 

@@ -79,7 +79,7 @@ bool LensView::is_too_wide() const {
          ((shows(-far, 0) && shows(far, 0)) || (shows(0, -far) && shows(0, far)));
 }
 
-// The border of what is shown is made of the picture's, as far as the limit, and of the circle of the limit,
+// The border of the view consists of the picture's border, as far as the limit, and the circle of the limit,
 // as far as the picture.
 std::optional<View> LensView::around() const {
   View view = {INFINITY, INFINITY, -INFINITY, -INFINITY};
@@ -160,7 +160,7 @@ namespace {
 
 constexpr double most_growth = 2; // of a side of the picture
 
-// The intrinsics, by which frames of a camera are alike.
+// The intrinsics, which frames of a camera may share.
 struct Lens {
   double values[14];
 
@@ -210,7 +210,7 @@ fvv_camera pinhole(const fvv_camera &source, const View &view, uint32_t width, u
   camera.fy = height / view.height();
   camera.cx = -view.left * camera.fx;
   camera.cy = -view.top * camera.fy;
-  // Corners of the picture that nothing was seen of bound it no more than r_max does.
+  // Corners of the picture that show nothing limit it no more than r_max does.
   const double limit = LensView(source).limit();
   const double corner = std::hypot(std::max(-view.left, view.right), std::max(-view.top, view.bottom));
   camera.r_max = corner <= limit * (1 + 1e-9) ? INFINITY : limit;
@@ -263,7 +263,7 @@ void Undistortion::replace(const Capture &capture, Camera &camera) {
     return found != known.end() ? found->second : known.emplace(lens, choose(one, alpha)).first->second;
   };
   double width = 1, height = 1;
-  // The camera's own is that of no frame when it moves, but may be as sharp as any.
+  // If the camera moves, its own calibration is that of no frame, but may be as sharp as any.
   for (const fvv_camera *one : all) {
     width = std::max(width, std::round(chosen(*one).width));
     height = std::max(height, std::round(chosen(*one).height));
@@ -290,7 +290,8 @@ media::BasicImage<Sample> Undistortion::apply(size_t camera, int64_t frame,
                                               media::BasicImage<Sample> picture) const {
   const Pair &pair = pairs[camera];
   if (!pair.is_new) return picture;
-  // Of a frame without calibration nobody takes colours; its picture goes the camera's own way.
+  // The picture of a frame without calibration is not used for colours; the camera's own calibration applies
+  // to it.
   const bool known = pair.source.is_calibrated(frame);
   const fvv_camera source = known ? pair.source.calibration_at(frame) : pair.source.calibration,
                    target = known ? pair.target.calibration_at(frame) : pair.target.calibration;

@@ -9,7 +9,7 @@
 #include "fvv/background.h"
 #include "video/codecs.h"
 
-/* A breach of a rule of this clause, which ends the call: issue without its prefix, offset in the payload. */
+/* Returns with an error: a rule of this clause is broken. issue without its prefix, offset in the payload. */
 #define WRONG(issue, offset, ...)                                                                            \
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##issue, FVV_CHUNK_BACKGROUND, offset, __VA_ARGS__)
 
@@ -25,7 +25,7 @@ static int is_zero(const double *v) {
 /* All rules that concern one entry. offset: of the entry in the payload, or of the file of a picture. */
 static fvv_status check_light(const fvv_light *light, uint64_t offset, fvv_diagnostic *diagnostic) {
   if (light->type > FVV_LIGHT_SPOT)
-    WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_TYPE, "light of type %u, known are 0 to 2", light->type);
+    WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_TYPE, "light type is %u, expected 0 to 2", light->type);
   const int placed = light->type != FVV_LIGHT_DIRECTIONAL, directed = light->type != FVV_LIGHT_POINT;
   if (!all_finite(light->position) || (!placed && !is_zero(light->position)))
     WRONG(BACKGROUND_LIGHT, offset + FVV_BACK_LIGHT_POSITION,
@@ -54,8 +54,8 @@ static fvv_status check_light(const fvv_light *light, uint64_t offset, fvv_diagn
   return FVV_OK;
 }
 
-/* What can be known of a picture file without decoding it (clause 18.3). JPEG files are judged as samples of
- * video are; of PNG files (ISO/IEC 15948) signature, IHDR and IEND. */
+/* Checks of a picture file without decoding it (clause 18.3). JPEG files are checked like JPEG samples of
+ * video; of PNG files (ISO/IEC 15948) the signature, IHDR and IEND are. */
 
 enum { SIGNATURE_SIZE = 8, IHDR_SIZE = 25 /* with length, type and CRC */, IEND_SIZE = 12 };
 static const uint8_t signature[SIGNATURE_SIZE] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
@@ -76,7 +76,7 @@ static fvv_status check_picture(const fvv_background_picture *picture, uint64_t 
                                 fvv_diagnostic *diagnostic) {
   if (picture->codec > FVV_PICTURE_PNG)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_BACKGROUND_CODEC, FVV_CHUNK_BACKGROUND,
-                    offset, "picture of codec %u, known are 0 and 1", picture->codec);
+                    offset, "picture codec is %u, expected 0 or 1", picture->codec);
   if (picture->codec == FVV_PICTURE_JPEG) {
     fvv_diagnostic why = {0};
     if (fvv_jpeg_inspect(picture->width, picture->height, picture->data, picture->size, &why) != FVV_OK)
@@ -93,8 +93,7 @@ static fvv_status check_picture(const fvv_background_picture *picture, uint64_t 
   return FVV_OK;
 }
 
-/* The size in the first frame header; 0 when there is none. What is odd about the file fvv_jpeg_inspect says.
- */
+/* The size in the first frame header; 0 when there is none. fvv_jpeg_inspect reports faults. */
 static void find_jpeg_size(fvv_background_picture *picture) {
   const uint8_t *p = picture->data;
   size_t at = 2;
@@ -142,7 +141,7 @@ static fvv_status within_limit(uint64_t count, uint64_t most, const char *what, 
                                fvv_diagnostic *diagnostic) {
   if (count <= most) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_BACKGROUND, offset,
-                  "%llu %s of a background, the limit is %llu", (unsigned long long)count, what,
+                  "background has %llu %s, limit %llu", (unsigned long long)count, what,
                   (unsigned long long)most);
 }
 
@@ -153,7 +152,7 @@ static void get_vector(const uint8_t *p, double *out, int count) {
 static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *limits, fvv_background *out,
                               places *at, fvv_diagnostic *diagnostic) {
   if (size < FVV_BACK_SIZE)
-    WRONG(BACKGROUND_PAYLOAD, size, "the header has %d bytes, the payload %zu", FVV_BACK_SIZE, size);
+    WRONG(BACKGROUND_PAYLOAD, size, "payload has %zu bytes, expected at least %d", size, FVV_BACK_SIZE);
   if (!fvv_all_zero(p + FVV_BACK_RESERVED, FVV_BACK_SIZE - FVV_BACK_RESERVED))
     WRONG(BACKGROUND_PAYLOAD, FVV_BACK_RESERVED, "reserved bytes are not 0");
   get_vector(p + FVV_BACK_LATTICE_ORIGIN, out->lattice_origin, 3);
@@ -161,7 +160,8 @@ static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *l
   for (int k = 0; k < 3; k++)
     if (!(out->lattice_step > 0) ||
         !isfinite(fabs(out->lattice_origin[k]) + out->lattice_step * FVV_LATTICE_MAX))
-      WRONG(BACKGROUND_LATTICE, FVV_BACK_LATTICE_ORIGIN, "lattice from %g in steps of %g",
+      WRONG(BACKGROUND_LATTICE, FVV_BACK_LATTICE_ORIGIN,
+            "lattice has origin %g and step %g, expected a positive step and finite positions",
             out->lattice_origin[k], out->lattice_step);
   const uint64_t parts = fvv_get_u32(p + FVV_BACK_PART_COUNT),
                  pictures = fvv_get_u32(p + FVV_BACK_PICTURE_COUNT),
@@ -171,8 +171,8 @@ static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *l
   at->data = at->lights + lights * FVV_BACK_LIGHT_SIZE;
   if (at->data > size || !(parts + lights))
     WRONG(BACKGROUND_PAYLOAD, FVV_BACK_PART_COUNT,
-          "%llu parts, %llu pictures and %llu lights in a payload of %zu bytes", (unsigned long long)parts,
-          (unsigned long long)pictures, (unsigned long long)lights, size);
+          "%llu parts, %llu pictures and %llu lights do not fit a payload of %zu bytes",
+          (unsigned long long)parts, (unsigned long long)pictures, (unsigned long long)lights, size);
   out->part_count = (size_t)parts;
   out->picture_count = (size_t)pictures;
   out->light_count = (size_t)lights;
@@ -183,11 +183,11 @@ static fvv_status read_header(const uint8_t *p, size_t size, const fvv_limits *l
                       diagnostic);
 }
 
-/* Takes the data of an entry off the front of what is left. */
+/* Takes the data of the next entry, which follow those of the one before. */
 static fvv_status take(uint64_t *data, uint64_t end, uint32_t size, uint64_t entry, const uint8_t *payload,
                        const uint8_t **out, fvv_diagnostic *diagnostic) {
   if (!size || size > end - *data)
-    WRONG(BACKGROUND_PAYLOAD, entry, "entry of %lu bytes, the payload has %llu left", (unsigned long)size,
+    WRONG(BACKGROUND_PAYLOAD, entry, "entry has %lu bytes, expected 1 to %llu", (unsigned long)size,
           (unsigned long long)(end - *data));
   *out = payload + *data;
   *data += size;
@@ -204,18 +204,19 @@ static fvv_status read_part(const uint8_t *p, uint64_t offset, const fvv_backgro
   if (part->flags & ~(FVV_PART_UNLIT | FVV_PART_DOUBLE_SIDED | FVV_PART_CLAMPED) || p[FVV_BACK_PART_RESERVED])
     WRONG(BACKGROUND_PAYLOAD, offset + FVV_BACK_PART_FLAGS, "reserved bits of a part are not 0");
   if (part->picture != FVV_NO_PICTURE && part->picture >= background->picture_count)
-    WRONG(BACKGROUND_PART, offset + FVV_BACK_PART_PICTURE, "picture %lu of %zu", (unsigned long)part->picture,
+    WRONG(BACKGROUND_PART, offset + FVV_BACK_PART_PICTURE,
+          "part has picture %lu, the background has %zu pictures", (unsigned long)part->picture,
           background->picture_count);
   for (int k = 0; k < 2; k++)
     if (!isfinite(part->texture_origin[k]) || !isfinite(part->texture_size[k]) ||
         !(part->texture_size[k] > 0))
       WRONG(BACKGROUND_PART, offset + FVV_BACK_PART_TEXTURE_ORIGIN,
-            "texture from %g with a size of %g, expected finite and above 0", part->texture_origin[k],
-            part->texture_size[k]);
+            "texture has origin %g and size %g, expected finite numbers and a positive size",
+            part->texture_origin[k], part->texture_size[k]);
   return FVV_OK;
 }
 
-/* An error of a mesh as one of the chunk that it lies in. */
+/* Turns an error of a mesh into one of the chunk that contains it. */
 static void place_error(fvv_diagnostic *diagnostic, uint64_t offset) {
   fvv_diagnostic_rebase(diagnostic, offset, FVV_CHUNK_BACKGROUND);
   if (diagnostic) diagnostic->chunk_type = FVV_CHUNK_BACKGROUND;
@@ -232,9 +233,9 @@ static fvv_status check_mesh(const fvv_background_part *part, const uint8_t *pay
     return status;
   }
   if (header.profile == FVV_MESH_DELTA)
-    WRONG(BACKGROUND_PART, offset, "a delta frame has no mesh to follow in a background");
+    WRONG(BACKGROUND_PART, offset, "mesh of a background is a delta frame, expected another profile");
   if (part->picture != FVV_NO_PICTURE && !header.texture_bits)
-    WRONG(BACKGROUND_PART, offset, "a part with picture %lu has no texture coordinates",
+    WRONG(BACKGROUND_PART, offset, "part has picture %lu but no texture coordinates",
           (unsigned long)part->picture);
   *vertices += header.vertex_count;
   *faces += header.face_count;
@@ -275,7 +276,7 @@ static fvv_status read_pictures(const uint8_t *payload, uint64_t offset, uint64_
     if (status == FVV_OK) status = check_picture(picture, (uint64_t)(picture->data - payload), diagnostic);
     const uint64_t longer = picture->width > picture->height ? picture->width : picture->height;
     if (status == FVV_OK)
-      status = within_limit(longer, side, "pixels to a side of a picture", offset, diagnostic);
+      status = within_limit(longer, side, "pixels along a side of a picture", offset, diagnostic);
     if (status != FVV_OK) return status;
     pixels += (uint64_t)picture->width * picture->height;
     status = within_limit(pixels, side * side, "pixels in the pictures", offset, diagnostic);
@@ -328,12 +329,13 @@ static fvv_status read(const uint8_t *payload, size_t size, const fvv_limits *li
   out->pictures = pictures;
   out->lights = lights;
   if (!enough)
-    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_BACKGROUND, 0, "no memory for the background");
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_BACKGROUND, 0,
+                    "out of memory for a background");
   status = read_parts(payload, &at.data, size, limits, out, diagnostic);
   if (status == FVV_OK) status = read_pictures(payload, at.pictures, &at.data, size, limits, out, diagnostic);
   if (status == FVV_OK) status = read_lights(payload, at.lights, out, diagnostic);
   if (status == FVV_OK && at.data != size)
-    WRONG(BACKGROUND_PAYLOAD, at.data, "%llu bytes behind the last mesh or picture",
+    WRONG(BACKGROUND_PAYLOAD, at.data, "%llu bytes follow the last mesh or picture, expected none",
           (unsigned long long)(size - at.data));
   return status;
 }
@@ -365,7 +367,8 @@ fvv_status fvv_background_mesh(const fvv_background *background, size_t part, co
   fvv_diagnostic_clear(diagnostic);
   *mesh = (fvv_mesh){0};
   if (part >= background->part_count)
-    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "part %zu of %zu", part, background->part_count);
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "no part %zu, the background has %zu parts",
+                    part, background->part_count);
   const fvv_background_part *chosen = &background->parts[part];
   const fvv_status status =
       fvv_mesh_decode(chosen->mesh, chosen->mesh_size, limits, allocator, mesh, diagnostic);
@@ -373,8 +376,7 @@ fvv_status fvv_background_mesh(const fvv_background *background, size_t part, co
   return status;
 }
 
-/* BACK payloads, written (clause 18). The decoder judges the result, so that there is one set of rules.
- */
+/* BACK payloads, written (clause 18). The decoder checks the result, so that there is one set of rules. */
 
 static void put_vector(uint8_t *p, const double *values, int count) {
   for (int k = 0; k < count; k++) fvv_put_f64(p + 8 * k, values[k]);
@@ -468,7 +470,8 @@ fvv_status fvv_background_encode(const fvv_background *background, const fvv_all
                     "a mesh or picture of 4 GiB or more does not fit in a background");
   fvv_status status = write(background, payload);
   if (status == FVV_ERROR_MEMORY)
-    return fvv_fail(diagnostic, status, 0, FVV_CHUNK_BACKGROUND, 0, "no memory to encode the background");
+    return fvv_fail(diagnostic, status, 0, FVV_CHUNK_BACKGROUND, 0,
+                    "out of memory while encoding a background");
   status = judge(payload, &memory, diagnostic);
   if (status == FVV_OK) return status;
   payload->size = 0;

@@ -1,4 +1,4 @@
-/* base/checked.h: integer arithmetic that C leaves open: sums and products that report overflow, and
+/* base/checked.h: integer arithmetic that C does not define: sums and products that report overflow, and
  * division by powers of two that rounds down. */
 #ifndef FVV_BASE_CHECKED_H
 #define FVV_BASE_CHECKED_H

@@ -81,7 +81,7 @@ size_t fvv_diagnostic_format(const fvv_diagnostic *diagnostic, const char *name,
     strcat(type, ": ");
   }
   if (diagnostic->issue) snprintf(issue, sizeof issue, " [FVV-%04" PRIu32 "]", diagnostic->issue);
-  /* An offset belongs to what the stream's bytes say; the caller's own mistakes have none. */
+  /* Only errors of the stream have an offset, the caller's mistakes have none. */
   if (diagnostic->status <= FVV_ERROR_DAMAGED)
     snprintf(place, sizeof place, "0x%" PRIx64 ": ", diagnostic->offset);
   const char *text = diagnostic->message[0] ? diagnostic->message : fvv_status_text(diagnostic->status);

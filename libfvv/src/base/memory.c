@@ -1,4 +1,4 @@
-/* What a caller lends and grants: memory and limits. */
+/* The caller's allocator and limits, and a growing block of bytes. */
 #include "base/memory.h"
 
 #include <stdlib.h>

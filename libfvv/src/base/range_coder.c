@@ -72,7 +72,7 @@ void fvv_range_encode_even(fvv_range_encoder *encoder, int bit) {
   renew(encoder);
 }
 
-/* A range of 2^24 or more holds a multiple of 2^24: one byte, and three zeros that need not be written. */
+/* A range of 2^24 or more contains a multiple of 2^24: one byte, and three zeros that are not written. */
 fvv_status fvv_range_encoder_finish(fvv_range_encoder *encoder) {
   encoder->low = (encoder->low + encoder->range - 1) >> 24 << 24;
   put_byte(encoder);

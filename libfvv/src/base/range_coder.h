@@ -49,7 +49,7 @@ static inline void fvv_probability_update(fvv_probability *p, int bit) {
 
 /* ---- decoder -------------------------------------------------------------------------------------- */
 
-/* Reads no byte beyond its block: there it takes zeros and counts them. */
+/* Never reads beyond its block: it takes zeros there and counts them. */
 typedef struct fvv_range_decoder {
   const uint8_t *next, *end;
   uint32_t range, code;
@@ -68,7 +68,7 @@ static inline void fvv_range_decoder_renew(fvv_range_decoder *d) {
   }
 }
 
-/* 0 or 1; p learns it. */
+/* Returns 0 or 1 and adapts p to it. */
 static inline int fvv_range_decode(fvv_range_decoder *d, fvv_probability *p) {
   const uint32_t bound = (d->range >> FVV_RANGE_BITS) * fvv_probability_of_one(p);
   const int bit = d->code < bound;
@@ -92,7 +92,7 @@ static inline int fvv_range_decode_even(fvv_range_decoder *d) {
   return bit;
 }
 
-/* 1 once more zeros were taken than an encoder leaves out: what was decoded since is of no worth. */
+/* 1 once more zeros were taken than an encoder leaves out: what was decoded since is invalid. */
 static inline int fvv_range_decoder_failed(const fvv_range_decoder *d) {
   return d->missing > FVV_RANGE_IMPLIED;
 }

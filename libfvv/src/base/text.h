@@ -11,8 +11,8 @@
  * is the offset of the first byte that is not. */
 int fvv_text_valid(const uint8_t *text, size_t size, size_t *bad);
 
-/* The same of a text in a chunk of that type, at offset: status, and a diagnostic with what
- * and FVV_ISSUE_TEXT, when it is not; else FVV_OK. what: "camera name". */
+/* The same for a text at offset in a chunk of that type: FVV_OK, or status and a diagnostic with what and
+ * FVV_ISSUE_TEXT. what: "camera name". */
 fvv_status fvv_text_check(const char *text, size_t size, const char *what, fvv_status status, uint32_t type,
                           uint64_t offset, fvv_diagnostic *diagnostic);
 

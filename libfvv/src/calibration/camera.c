@@ -11,7 +11,7 @@
 #include "calibration/lens.h"
 #include "fvv/calibration.h"
 
-/* A right angle less 1e-13: what a fisheye's r_max stays below, so that its rays are finite. */
+/* A right angle less 1e-13: the r_max of a fisheye stays below it, so that its rays are finite. */
 #define ANGLE_MAX 1.5707963267947
 
 static fvv_lens lens_of(const fvv_camera *camera) {
@@ -82,7 +82,7 @@ int fvv_camera_unproject(const fvv_camera *camera, const double pixel[2], double
   double d[2], q[2];
   ray[0] = ray[1] = ray[2] = NAN;
   normalise(camera, pixel, d);
-  /* 1e-10 px, and the rounding that pixels far outside the picture bring along. */
+  /* 1e-10 px, and the rounding error of pixels far outside the picture. */
   const double size = fabs(pixel[0]) + fabs(pixel[1]) + fabs(camera->cx) + fabs(camera->cy);
   const double tolerance =
       (1e-10 + 4 * DBL_EPSILON * size) / (fmax(camera->fx, camera->fy) + fabs(camera->skew));
@@ -103,12 +103,12 @@ void fvv_camera_centre(const fvv_camera *camera, double centre[3]) {
   for (int i = 0; i < 3; i++) centre[i] = -(r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2]);
 }
 
-/* The rules for a camera and the CAMR payload (clause 9.2). A rotation is refused or kept as it is, never
- * made orthonormal without the caller's knowledge. */
+/* The rules for a camera and the CAMR payload (clause 9.2). A rotation is rejected or kept as it is; it is
+ * never made orthonormal. */
 
 #define HALF_PI 1.57079632679489661923
 #define ROTATION_TOLERANCE 1e-4
-#define R_MAX_TOLERANCE 1e-9 /* relative: other machines find the zero of the derivative by other roads */
+#define R_MAX_TOLERANCE 1e-9 /* relative: machines differ in how they find the zero of the derivative */
 
 static fvv_status check_header(const fvv_camera *camera, fvv_status status, fvv_diagnostic *diagnostic) {
   if (camera->id == FVV_NO_CAMERA)
@@ -220,7 +220,7 @@ fvv_status fvv_camera_encode(const fvv_camera *camera, uint8_t *out, size_t capa
   *written = 0;
   if (camera->name_size > UINT32_MAX - FVV_CAMR_SIZE)
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_CAMERA_PAYLOAD, FVV_CHUNK_CAMERA,
-                    FVV_CAMR_NAME_SIZE, "camera name has %zu bytes, more than the record can say",
+                    FVV_CAMR_NAME_SIZE, "camera name has %zu bytes, more than the record can hold",
                     camera->name_size);
   const fvv_status status = check_camera(camera, FVV_ERROR_INPUT, diagnostic);
   if (status != FVV_OK) return status;

@@ -86,10 +86,10 @@ static void halve(double *b, int degree, double *left) {
   }
 }
 
-/* The largest u in [0, 1] up to which the polynomial with power coefficients a is seen to be positive. A
+/* The largest u in [0, 1] up to which the polynomial with power coefficients a is known to be positive. A
  * polynomial lies within the hull of its Bernstein coefficients (Lane and Riesenfeld, Bounds on a polynomial,
- * BIT 1981), so no pair of near zeros can hide between samples. Intervals are visited from the left; at most
- * MAX_DEPTH halvings. */
+ * BIT 1981), so a pair of close zeros is never missed between samples. Intervals are visited from the left;
+ * at most MAX_DEPTH halvings. */
 static double positive_up_to(const double *a, int degree) {
   double stack[MAX_DEPTH + 1][MAX_DEGREE + 1], left[MAX_DEGREE + 1] = {0};
   int depths[MAX_DEPTH + 1], top = 0;
@@ -171,8 +171,8 @@ static double excess(const fvv_lens *lens, double r, double target, double *slop
   return value < 0 ? INFINITY : value - target;
 }
 
-/* Newton's steps; halving of the bracket where one leaves it or the former did not halve the error, as next
- * to a pole. */
+/* Newton's method; the bracket is halved instead where a step leaves it or the step before did not halve the
+ * error, as next to a pole. */
 double fvv_lens_radius(const fvv_lens *lens, double end, double target) {
   double low = 0, high = end, r = fmin(target, end), former = INFINITY;
   if (excess(lens, end, target, NULL) <= 0) return end;
@@ -234,7 +234,7 @@ static int newton_step(const fvv_lens *lens, double r_max, const double q[2], co
 }
 
 /* Newton's step where it at least halves the residual, else the step q -> f^-1(d - T(q)), which shrinks the
- * residual wherever fvv_lens_invertible holds. A d that belongs to no q of the disc ends at its rim. */
+ * residual wherever fvv_lens_invertible holds. If no q of the disc maps to d, the search ends at its rim. */
 int fvv_lens_undistort(const fvv_lens *lens, double r_max, const double d[2], double tolerance, double q[2]) {
   double p[2], error[2];
   if (!isfinite(fvv_lens_length(d))) return 0;

@@ -17,10 +17,10 @@ enum {
   AT_CENTRE = 4, /* where the centre, fx and the coefficients are */
   AT_FX = 7,
   AT_LENS = 12,
-  VALUES_MAX = 21 /* at most */
+  VALUES_MAX = 21 /* upper bound */
 };
 
-/* |value|, the last integer up to which all are exact in binary64. */
+/* The largest |value|: all integers up to it are exact in binary64. */
 #define VALUE_MAX (INT64_C(1) << 53)
 
 /* How many values a camera of a lens model has, r_max last: 0 where it is infinite. */
@@ -148,8 +148,8 @@ static void from_values(const int64_t *values, const fvv_calibration_bits *bits,
   camera->r_max = camera->lens == FVV_LENS_NONE && !values[count - 1] ? INFINITY : real[count - 1];
 }
 
-/* How fine the steps of a camera that moves have to be. Nothing but sums, products and square roots, so that
- * every machine chooses the same. */
+/* How fine the steps of a moving camera have to be. Only sums, products and square roots, so that every
+ * machine chooses the same. */
 
 /* The least e with 2^-e <= step, within [least, most]. */
 static int bits_for(double step, int least, int most) {
@@ -168,7 +168,7 @@ static int finer(int a, int b) {
   return a > b ? a : b;
 }
 
-/* How far the corner of the picture that is furthest from the axis is from it, at distance 1. */
+/* The distance from the axis of the picture's corner that is furthest from it, at distance 1. */
 static double reach_of(const fvv_camera *camera) {
   double reach = 0;
   for (int corner = 0; corner < 4; corner++) {
@@ -208,11 +208,11 @@ void fvv_calibration_choose(const fvv_camera *cameras, size_t count, double posi
   bits->lens = (uint8_t)bits_within(strongest, lens);
 }
 
-/* Payloads of CALB chunks (clause 9.4). Work and memory are bounded by the cameras, whatever the bytes say.
- */
+/* Payloads of CALB chunks (clause 9.4). Work and memory are bounded by the number of cameras, not by the
+ * payload. */
 
 typedef struct moving_camera {
-  fvv_camera now;             /* and what of it does not change */
+  fvv_camera now;             /* and its constant fields */
   int64_t values[VALUES_MAX]; /* of its last entry since the key chunk; 0 without one */
   int calibrated;             /* in the current chunk */
 } moving_camera;
@@ -226,7 +226,7 @@ struct fvv_calibration {
   uint16_t number; /* of the current chunk */
 };
 
-/* What a chunk would make of a camera; taken over when all of the chunk is good. */
+/* New values of a camera; applied when the whole chunk is valid. */
 typedef struct entry {
   moving_camera *camera;
   int64_t values[VALUES_MAX];
@@ -332,11 +332,11 @@ static fvv_status read_head(const fvv_calibration *c, const uint8_t *payload, si
           key ? "with" : "without");
   if (key) return FVV_OK;
   if (!c->has_key)
-    WRONG(CALIBRATION_NUMBER, FVV_CALB_NUMBER, "number %u, but there is no chunk before", number);
+    WRONG(CALIBRATION_NUMBER, FVV_CALB_NUMBER, "number %u, but no key chunk precedes it", number);
   if (number != c->number + 1)
     WRONG(CALIBRATION_NUMBER, FVV_CALB_NUMBER, "number %u, expected %u", number, c->number + 1u);
   if (memcmp(bits, &c->bits, sizeof *bits) != 0)
-    WRONG(CALIBRATION_NUMBER, FVV_CALB_ROTATION_BITS, "bits are not those of the key chunk");
+    WRONG(CALIBRATION_NUMBER, FVV_CALB_ROTATION_BITS, "bits differ from those of the key chunk");
   return FVV_OK;
 }
 
@@ -350,7 +350,7 @@ static fvv_status read_values(entry *e, const int64_t *before, const fvv_calibra
     if (cursor->failed)
       WRONG(CALIBRATION_PAYLOAD, at, "value %zu of camera %u is cut short or not in its shortest form", i,
             id);
-    /* Twice the range reaches from any value to any other, and its sums fit. */
+    /* Twice the range covers any change of a value, and sums fit. */
     if (difference < -2 * VALUE_MAX || difference > 2 * VALUE_MAX)
       WRONG(CALIBRATION_RANGE, at, "value %zu of camera %u changes by %" PRId64 ", beyond 2^54", i, id,
             difference);
@@ -359,7 +359,7 @@ static fvv_status read_values(entry *e, const int64_t *before, const fvv_calibra
       WRONG(CALIBRATION_RANGE, at, "value %zu of camera %u is %" PRId64 ", beyond 2^53", i, id, e->values[i]);
   }
   if (!quaternion_valid(e->values, bits))
-    WRONG(CALIBRATION_RANGE, start, "the quaternion of camera %u is not of length 1/2 to 2", id);
+    WRONG(CALIBRATION_RANGE, start, "length of the quaternion of camera %u is not from 1/2 to 2", id);
   fvv_camera camera = e->camera->now;
   fvv_diagnostic why = {0};
   camera.name_size = 0; /* was checked with its CAMR */
@@ -377,7 +377,7 @@ static fvv_status read_entries(fvv_calibration *c, const fvv_calibration_bits *b
     if (cursor->failed) WRONG(CALIBRATION_PAYLOAD, at, "entry %zu of %zu is cut short", i, count);
     entries[i].camera = find(c, id);
     if (!entries[i].camera)
-      WRONG(CALIBRATION_CAMERA, at, "entry %zu is of camera %" PRIu64 ", which is none that moves", i, id);
+      WRONG(CALIBRATION_CAMERA, at, "entry %zu is of camera %" PRIu64 ", expected a moving camera", i, id);
     if (i && entries[i].camera <= entries[i - 1].camera)
       WRONG(CALIBRATION_CAMERA, at, "entry %zu is of camera %" PRIu64 ", expected an identifier above %u", i,
             id, entries[i - 1].camera->now.id);
@@ -386,7 +386,7 @@ static fvv_status read_entries(fvv_calibration *c, const fvv_calibration_bits *b
     if (status != FVV_OK) return status;
   }
   if (cursor->position != cursor->size)
-    WRONG(CALIBRATION_PAYLOAD, cursor->position, "%zu bytes behind the last entry",
+    WRONG(CALIBRATION_PAYLOAD, cursor->position, "%zu bytes follow the last entry, expected none",
           cursor->size - cursor->position);
   return FVV_OK;
 }
@@ -456,7 +456,8 @@ static fvv_status make_entry(fvv_calibration *c, const fvv_camera *camera, const
   e->camera = find(c, camera->id);
   if (!e->camera || !same_constants(&e->camera->now, camera))
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_CALIBRATION_CAMERA, FVV_CHUNK_CALIBRATION, 0,
-                    "camera %u is none that moves, or has another lens model or picture size", camera->id);
+                    "camera %u is not a moving camera, or its lens model or picture size changed",
+                    camera->id);
   fvv_camera result = e->camera->now;
   if (to_values(camera, bits, key ? zeros : e->camera->values, e->values) &&
       quaternion_valid(e->values, bits)) {
@@ -464,7 +465,7 @@ static fvv_status make_entry(fvv_calibration *c, const fvv_camera *camera, const
     if (fvv_camera_validate(&result, NULL) == FVV_OK) return FVV_OK;
   }
   return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_CALIBRATION_RANGE, FVV_CHUNK_CALIBRATION, 0,
-                  "camera %u does not fit into steps of %u, %u, %u and %u bits", camera->id, bits->rotation,
+                  "camera %u cannot be coded with %u, %u, %u and %u bits", camera->id, bits->rotation,
                   bits->position, bits->pixel, bits->lens);
 }
 
@@ -484,7 +485,7 @@ fvv_status fvv_calibration_encode(fvv_calibration *c, const fvv_calibration_bits
   if (!bits_valid(bits) || !by_id(cameras, count) || count > c->count ||
       (!key && (!c->has_key || c->number == UINT16_MAX || memcmp(bits, &c->bits, sizeof *bits) != 0)))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, FVV_CHUNK_CALIBRATION, 0,
-                    "bits out of range, cameras not by rising identifier, or a chunk without its key");
+                    "bits are out of range, cameras are not in rising order, or there is no key chunk yet");
   entry *entries = make_entries(c, count);
   if (!entries) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
   fvv_status status = FVV_OK;

@@ -1,5 +1,5 @@
 /* Random access to a stream: its groups by the index or by scanning, their chunks, and the configuration of
- * each. Damage is listed and stepped over. */
+ * each. Damage is listed and skipped. */
 #include "container/file.h"
 
 #include <string.h>
@@ -20,7 +20,8 @@ static fvv_status read_bytes(fvv_file *f, uint64_t offset, void *out, size_t siz
                              fvv_diagnostic *diagnostic) {
   if (offset > f->input.size || size > f->input.size - offset)
     return fvv_fail(diagnostic, FVV_ERROR_TRUNCATED, FVV_ISSUE_CHUNK_TRUNCATED, 0, offset,
-                    "%zu bytes asked for, the file ends at 0x%llx", size, (unsigned long long)f->input.size);
+                    "%zu bytes expected, but the file ends at 0x%llx", size,
+                    (unsigned long long)f->input.size);
   if (f->input.read_at(f->input.user, offset, out, size) != FVV_OK)
     return fvv_fail(diagnostic, FVV_ERROR_IO, 0, 0, offset, "cannot read %zu bytes at 0x%llx", size,
                     (unsigned long long)offset);
@@ -165,7 +166,7 @@ static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_
   return FVV_OK;
 }
 
-/* Distinct times of the scanned chunks of each group, for groups without a table that could be used. */
+/* Counts the distinct times of the scanned chunks of each group, for groups without a usable table. */
 static void count_frames(fvv_file *f) {
   const fvv_chunk_info *chunks = (const fvv_chunk_info *)f->scanned.data;
   const size_t chunk_count = f->scanned.size / sizeof *chunks;
@@ -185,7 +186,7 @@ static void count_frames(fvv_file *f) {
   }
 }
 
-/* Groups that only the index knows: their GRUP was lost, their frames may still be there. */
+/* Groups that only the index lists: their GRUP was lost, their frames may still be there. */
 static fvv_status join_index(fvv_file *f, const fvv_bytes *index) {
   const fvv_index_entry *known = (const fvv_index_entry *)index->data;
   const size_t known_count = index->size / sizeof *known, found_count = group_count(f);
@@ -280,7 +281,7 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
 
 enum { LIST_COUNT = 6 };
 
-/* All that grows, and goes when the file is closed. */
+/* Everything that grows; freed when the file is closed. */
 static void lists_of(fvv_file *f, fvv_bytes *lists[LIST_COUNT]) {
   fvv_bytes *const all[LIST_COUNT] = {&f->entries, &f->tables,  &f->blocks,
                                       &f->damage,  &f->scanned, &f->buffer};
@@ -353,7 +354,7 @@ static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_byte
       fvv_get_u32(p + FVV_GRUP_SEQUENCE) != group->sequence ||
       fvv_get_i64(p + FVV_GRUP_START) != group->start || fvv_get_i64(p + FVV_GRUP_END) != group->end)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_INDEX, FVV_CHUNK_INDEX, group->offset,
-                    "the index tells of another group %u", group->sequence);
+                    "group %u differs from its entry in the index", group->sequence);
   const uint64_t end = group->offset + group->size - entry->end_size;
   status = fvv_file_load(f, end, &header, diagnostic);
   if (status < 0) return status;
@@ -362,7 +363,7 @@ static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_byte
       fvv_get_u32(f->buffer.data + FVV_GEND_SEQUENCE) != group->sequence ||
       fvv_get_u32(f->buffer.data + FVV_GEND_FRAME_COUNT) != group->frame_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_GROUP_END, FVV_CHUNK_GROUP_END, end,
-                    "end of group %u is not what the index tells", group->sequence);
+                    "end of group %u differs from its entry in the index", group->sequence);
   status = fvv_group_table_decode(f->buffer.data, (size_t)header.size, group->offset, group->start,
                                   group->size - entry->end_size, &f->limits, chunks, diagnostic);
   if (status < 0) fvv_diagnostic_rebase(diagnostic, end + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_GROUP_END);
@@ -434,13 +435,13 @@ fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info, const
   if (header.type != info->type || header.track != info->track || header.flags != info->flags ||
       header.time != info->time || header.size != info->size)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_GROUP_TABLE, header.type, info->offset,
-                    "chunk is not the one that the table of its group tells of");
+                    "chunk differs from its entry in the table of its group");
   *payload = file->buffer.data;
   return FVV_OK;
 }
 
-/* The configuration of a group. Its digest in GRUP decides which block
- * serves: the one that the index names, or any repetition of it (clause 7.4). */
+/* The configuration of a group. The digest in GRUP decides which block is used: the one that the index names,
+ * or any repetition of it (clause 7.4). */
 
 /* Neighbouring groups on either side whose blocks are tried when a group's own is damaged. */
 enum { NEIGHBOURS = 32 };
@@ -450,7 +451,7 @@ static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic 
     fvv_chunk_header header;
     const int first = offset == block->offset;
     fvv_status status = fvv_file_load(f, offset, &header, first ? diagnostic : NULL);
-    /* Perhaps only what follows the block is damaged: digests decide. */
+    /* Perhaps only what follows the block is damaged: the digest shows it. */
     if (status <= FVV_ERROR_DAMAGED && !first) return FVV_OK;
     if (status < 0) return status;
     const fvv_place place = fvv_chunk_place(header.type);

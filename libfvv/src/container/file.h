@@ -1,5 +1,4 @@
-/* container/file.h: the inside of fvv_file, for what needs more of a file than the public functions return.
- */
+/* container/file.h: the fields of fvv_file, for code that needs more than its public functions. */
 #ifndef FVV_CONTAINER_FILE_H
 #define FVV_CONTAINER_FILE_H
 
@@ -13,7 +12,7 @@ extern "C" {
 typedef struct fvv_file_block {
   uint64_t offset;
   uint32_t crc;     /* digest as in GRUP */
-  int ended;        /* a chunk that is none of configuration follows: nothing is missing */
+  int ended;        /* a chunk that does not belong to the block follows: nothing is missing */
   fvv_bytes chunks; /* fvv_chunk_info */
 } fvv_file_block;
 

@@ -1,5 +1,4 @@
-/* container/header.h: the 32 bytes before every payload (clause 4), and what the registry has on types.
- */
+/* container/header.h: the 32 bytes before every payload (clause 4), and the registered types. */
 #ifndef FVV_CONTAINER_HEADER_H
 #define FVV_CONTAINER_HEADER_H
 
@@ -28,7 +27,7 @@ uint8_t fvv_chunk_track_kind(uint32_t type);
 void fvv_header_write(fvv_chunk_header *header, uint8_t out[FVV_CHUNK_HEADER_SIZE]);
 /* 1 when the CRC of the header matches and its type is printable, else 0. */
 int fvv_header_read(fvv_chunk_header *header, const uint8_t bytes[FVV_CHUNK_HEADER_SIZE]);
-/* Stricter, for scanning: what a CRC matches by chance must also look like a header (clause 7.4). */
+/* Stricter, for scanning: bytes whose CRC matches by chance must also look like a header (clause 7.4). */
 int fvv_header_plausible(const fvv_chunk_header *header, uint64_t max_payload);
 /* Continues a chain CRC (digest of a block, chain of a group) with bytes 0 to 27 of a header. Not with all
  * 32: a CRC over bytes that end with their own CRC does not depend on them. */

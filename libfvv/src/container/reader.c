@@ -1,5 +1,5 @@
-/* container/reader.c: push bytes, pull events. Finds chunks, checks their CRCs, passes over damage
- * (clause 7.4); which chunk may follow which is up to sequence.h. */
+/* container/reader.c: push bytes, pull events. Finds chunks, checks their CRCs, skips damage (clause 7.4);
+ * which chunk may follow which is up to sequence.h. */
 #include "base/bytes.h"
 #include "base/checked.h"
 #include "base/diagnostic.h"
@@ -13,8 +13,8 @@ typedef enum reader_state {
   STOPPED      /* a final error, or the end was reported */
 } reader_state;
 
-/* Good headers nested in bad payloads would make the CRCs quadratic in the bytes. Damage that is not made on
- * purpose wastes each byte once. */
+/* Good headers nested in bad payloads would make the CRCs quadratic in the bytes. Accidental damage wastes
+ * each byte once. */
 enum { WASTE_RATIO = 4 };
 static const uint64_t WASTE_ALLOWED = UINT64_C(64) << 20;
 
@@ -23,7 +23,7 @@ struct fvv_reader {
   fvv_sequence sequence;
   fvv_bytes buffer;
   size_t head;     /* first byte not yet consumed */
-  size_t consumed; /* bytes of the event that was handed out last: dropped at the next call */
+  size_t consumed; /* bytes of the last event that was returned: dropped at the next call */
   uint64_t offset; /* of head in the stream */
   uint64_t start;  /* offset of the first byte pushed */
   uint64_t wasted; /* payload bytes whose CRC was computed in vain */
@@ -80,7 +80,7 @@ fvv_status fvv_reader_push(fvv_reader *reader, const void *bytes, size_t size) {
   if (reader->finished) return FVV_ERROR_STATE;
   consume(reader, reader->consumed);
   reader->consumed = 0;
-  /* Moving when half is used up keeps pushing linear in the bytes pushed. */
+  /* Moving when half is used up keeps the cost of pushing linear. */
   if (reader->head > reader->buffer.size / 2) compact(reader);
   return fvv_bytes_append(&reader->buffer, bytes, size);
 }
@@ -96,7 +96,7 @@ static const uint8_t *here(const fvv_reader *r) {
   return r->buffer.data + r->head;
 }
 
-/* Ends reading for good: the same result from now on. */
+/* Ends reading: every later call returns the same result. */
 static fvv_status stop(fvv_reader *r, fvv_status status, uint32_t issue, uint64_t offset, const char *what) {
   r->state = STOPPED;
   if (r->stop.status >= 0) fvv_fail(&r->stop, status, issue, 0, offset, "%s", what);
@@ -109,7 +109,7 @@ static void damage_event(fvv_reader *r, fvv_event *event) {
   event->offset = r->offset;
 }
 
-/* From here on bytes are lost until a header is found. The bytes to be passed over at once: skip. */
+/* Bytes are lost until a header is found. skip: bytes to skip at once. */
 static void begin_scan(fvv_reader *r, const fvv_event *loss, size_t skip) {
   r->loss = *loss;
   r->loss.skipped = skip;
@@ -159,7 +159,7 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
     status = fvv_fail(&diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_PADDING, header->type,
                       r->offset + FVV_CHUNK_HEADER_SIZE + header->size, "padding is not 0");
   if (diagnostic.issue == FVV_ISSUE_GROUP_UNFINISHED) {
-    /* What was before is spoilt, not the chunk that shows it: that is looked at anew. */
+    /* The open group is broken, not this chunk, which is checked again. */
     fvv_sequence_abandon_group(&r->sequence);
     damage_event(r, event);
     event->diagnostic = diagnostic;
@@ -245,7 +245,8 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
   return FVV_OK;
 }
 
-/* Either the payload was changed, then a header follows where it should, or bytes were cut out or put in. */
+/* If bytes of the payload changed, a header follows at the expected place; else bytes were removed or
+ * inserted. */
 static fvv_status pass_bad_payload(fvv_reader *r, fvv_event *event) {
   const uint64_t extent = fvv_chunk_extent(r->loss.chunk.size);
   const int enough = available(r) >= extent + FVV_CHUNK_HEADER_SIZE;

@@ -27,7 +27,7 @@ static fvv_status scene_check(const fvv_scene *scene, fvv_status status, fvv_dia
     if (!isfinite(fabs(scene->lattice_origin[i]) + scene->lattice_step * FVV_LATTICE_MAX))
       return fvv_fail(diagnostic, status, FVV_ISSUE_LATTICE, type,
                       (uint64_t)(FVV_SCEN_LATTICE_ORIGIN + 8 * i),
-                      "lattice origin %g and step %g lead beyond what a double holds",
+                      "lattice with origin %g and step %g exceeds the range of a double",
                       scene->lattice_origin[i], scene->lattice_step);
   if (scene->up_axis > FVV_UP_MINUS_Z)
     return fvv_fail(diagnostic, status, FVV_ISSUE_UP_AXIS, type, FVV_SCEN_UP_AXIS,
@@ -169,7 +169,7 @@ static fvv_status bad_index(fvv_diagnostic *diagnostic, size_t offset, const cha
 fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_offset,
                             const fvv_limits *limits, fvv_bytes *entries, fvv_diagnostic *diagnostic) {
   if (size < FVV_INDX_SIZE || (size - FVV_INDX_SIZE) % FVV_INDX_ENTRY_SIZE)
-    return bad_index(diagnostic, 0, "payload is no whole number of entries");
+    return bad_index(diagnostic, 0, "payload is not a whole number of entries");
   const size_t count = (size - FVV_INDX_SIZE) / FVV_INDX_ENTRY_SIZE;
   if (fvv_get_u32(payload + FVV_INDX_GROUP_COUNT) != count || fvv_get_u32(payload + FVV_INDX_RESERVED))
     return bad_index(diagnostic, 0, "count does not fit the payload");
@@ -189,11 +189,12 @@ fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_
     if (group->offset < least || group->offset > index_offset || group->size > index_offset - group->offset ||
         group->size < smallest || entry.end_size < fvv_chunk_extent(FVV_GEND_SIZE) ||
         (group->offset | group->size | entry.end_size | group->configuration_offset) & 7)
-      return bad_index(diagnostic, at, "entry points outside the stream or into another group");
+      return bad_index(diagnostic, at, "entry lies outside the stream or overlaps another group");
     if (group->configuration_offset < FVV_FILE_HEADER_SIZE || group->configuration_offset >= group->offset)
-      return bad_index(diagnostic, at + FVV_INDX_ENTRY_CONFIGURATION_OFFSET, "configuration is not in front");
+      return bad_index(diagnostic, at + FVV_INDX_ENTRY_CONFIGURATION_OFFSET,
+                       "configuration does not precede its group");
     if (i && group->sequence <= last_sequence)
-      return bad_index(diagnostic, at + FVV_INDX_ENTRY_SEQUENCE, "sequence numbers do not rise");
+      return bad_index(diagnostic, at + FVV_INDX_ENTRY_SEQUENCE, "sequence numbers are not in rising order");
     if (group->start >= group->end || group->start < last_end)
       return bad_index(diagnostic, at + FVV_INDX_ENTRY_START, "times of groups are not in order");
     least = group->offset + group->size;
@@ -300,11 +301,11 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
                     "%u chunks of %u kinds, limits %u and %d", chunks, kinds, limits->max_group_chunks,
                     FVV_MAX_GROUP_KINDS);
   if (size != FVV_GEND_SIZE + (uint64_t)kinds * FVV_GEND_KIND_SIZE + table_size)
-    return bad_table(diagnostic, FVV_GEND_KIND_COUNT, "payload has not the size that its counts ask for");
+    return bad_table(diagnostic, FVV_GEND_KIND_COUNT, "payload size does not match the counts");
   /* Every entry has at least three bytes: the count is bounded by what is there before memory is allocated.
    */
   if ((uint64_t)(chunks - 1) * 3 > table_size)
-    return bad_table(diagnostic, FVV_GEND_CHUNK_COUNT, "more chunks than the table has bytes for");
+    return bad_table(diagnostic, FVV_GEND_CHUNK_COUNT, "table is too short for its chunk count");
   out->size = 0;
   fvv_status status = fvv_bytes_reserve(out, (chunks - 1) * sizeof(fvv_chunk_info));
   if (status < 0) return status;
@@ -318,7 +319,7 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
     time += (uint64_t)fvv_unzigzag(fvv_cursor_uleb(&cursor));
     if (cursor.failed || kind >= kinds) return bad_table(diagnostic, cursor.position, "entry is malformed");
     if (payload_size > chunks_size || fvv_chunk_extent(payload_size) > chunks_size - offset)
-      return bad_table(diagnostic, cursor.position, "entry leads beyond the group");
+      return bad_table(diagnostic, cursor.position, "entry ends beyond the group");
     const uint8_t *row = rows + kind * FVV_GEND_KIND_SIZE;
     fvv_chunk_info info;
     memset(&info, 0, sizeof info);
@@ -337,8 +338,8 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
     offset += fvv_chunk_extent(payload_size);
   }
   if (frames != fvv_get_u32(payload + FVV_GEND_FRAME_COUNT))
-    return bad_table(diagnostic, FVV_GEND_FRAME_COUNT, "table and frame count do not agree");
+    return bad_table(diagnostic, FVV_GEND_FRAME_COUNT, "table does not match the frame count");
   if (cursor.position != size || offset != chunks_size)
-    return bad_table(diagnostic, cursor.position, "table and group have not the same size");
+    return bad_table(diagnostic, cursor.position, "table does not match the size of the group");
   return FVV_OK;
 }

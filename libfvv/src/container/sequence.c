@@ -37,7 +37,7 @@ static fvv_sequence_track *track_of(const fvv_sequence *s, uint16_t id) {
   return NULL;
 }
 
-/* What every rule below returns; the header of the chunk in question is in scope. */
+/* Returns with the error of a broken rule; header is that of the chunk. */
 #define BROKEN(issue, at, ...)                                                                               \
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##issue, header->type, offset + (at), __VA_ARGS__)
 enum { IN_PAYLOAD = FVV_CHUNK_HEADER_SIZE };
@@ -55,10 +55,11 @@ static fvv_status check_place(const fvv_sequence *s, const fvv_chunk_header *hea
     BROKEN(CHUNK_PLACE, 0, "a configuration block begins with SCEN");
   if ((place == FVV_PLACE_FRAME || header->type == FVV_CHUNK_GROUP_END) && !s->in_group)
     BROKEN(CHUNK_PLACE, 0, "no group is open");
-  if (header->type == FVV_CHUNK_FOOTER && !s->index_seen) BROKEN(CHUNK_PLACE, 0, "no index stands in front");
+  if (header->type == FVV_CHUNK_FOOTER && !s->index_seen)
+    BROKEN(CHUNK_PLACE, 0, "no index precedes the footer");
   if ((header->type == FVV_CHUNK_GROUP || header->type == FVV_CHUNK_INDEX) &&
       s->configuration == FVV_CONFIGURATION_NONE)
-    BROKEN(NO_CONFIGURATION, 0, "no configuration stands in front");
+    BROKEN(NO_CONFIGURATION, 0, "no configuration precedes it");
   return FVV_OK;
 }
 
@@ -75,11 +76,12 @@ static fvv_status check_scene(const fvv_sequence *s, const fvv_chunk_header *hea
   if (scene.time_base.numerator != s->scene.time_base.numerator ||
       scene.time_base.denominator != s->scene.time_base.denominator)
     BROKEN(TIME_BASE, IN_PAYLOAD + FVV_SCEN_TIME_BASE_NUMERATOR,
-           "time base %u/%u is not the first block's %u/%u", scene.time_base.numerator,
+           "time base is %u/%u, expected %u/%u as in the first configuration", scene.time_base.numerator,
            scene.time_base.denominator, s->scene.time_base.numerator, s->scene.time_base.denominator);
   if (memcmp(scene.lattice_origin, s->scene.lattice_origin, sizeof scene.lattice_origin) != 0 ||
       memcmp(&scene.lattice_step, &s->scene.lattice_step, sizeof scene.lattice_step) != 0)
-    BROKEN(LATTICE, IN_PAYLOAD + FVV_SCEN_LATTICE_ORIGIN, "lattice is not the first block's");
+    BROKEN(LATTICE, IN_PAYLOAD + FVV_SCEN_LATTICE_ORIGIN,
+           "lattice differs from that of the first configuration");
   return FVV_OK;
 }
 
@@ -91,7 +93,7 @@ static fvv_status check_track(const fvv_sequence *s, const fvv_chunk_header *hea
     fvv_diagnostic_rebase(diagnostic, offset + IN_PAYLOAD, header->type);
     return status;
   }
-  if (s->block_has_more) BROKEN(CHUNK_PLACE, 0, "tracks are declared before anything else but SCEN");
+  if (s->block_has_more) BROKEN(CHUNK_PLACE, 0, "track is declared after other chunks than SCEN");
   if (track_of(s, header->track))
     BROKEN(TRACK_ID, FVV_CHUNK_HEADER_TRACK, "track %u is declared twice", header->track);
   if (track_count(s) >= s->limits.max_tracks)
@@ -109,27 +111,27 @@ static fvv_status check_group(const fvv_sequence *s, const fvv_chunk_header *hea
   const int64_t start = fvv_get_i64(payload + FVV_GRUP_START), end = fvv_get_i64(payload + FVV_GRUP_END);
   if (start >= end || start != header->time || start < s->last_end)
     BROKEN(GROUP_TIME, IN_PAYLOAD + FVV_GRUP_START,
-           "group covers ticks %lld to %lld with header time %lld, and the former group ended at %lld",
+           "group covers ticks %lld to %lld with header time %lld, and the previous group ended at %lld",
            (long long)start, (long long)end, (long long)header->time, (long long)s->last_end);
-  /* After a gap groups may be missing, but never come twice. */
+  /* After a gap groups may be missing, but none is repeated. */
   if (!s->joining && (s->gaps ? number < s->next_sequence : number != s->next_sequence))
     BROKEN(GROUP_SEQUENCE, IN_PAYLOAD + FVV_GRUP_SEQUENCE, "group %u, expected %u", number, s->next_sequence);
   if (s->configuration == FVV_CONFIGURATION_GOOD &&
       fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC) != s->configuration_crc)
     BROKEN(GROUP_CONFIGURATION, IN_PAYLOAD + FVV_GRUP_CONFIGURATION_CRC,
-           "group %u belongs to another configuration than the one in front", number);
+           "group %u does not belong to the configuration before it", number);
   return FVV_OK;
 }
 
-/* A layout belongs to the samples after it; it is none of those that rules about a track's chunks count. */
+/* A layout belongs to the samples after it; rules about a track's chunks do not count it. */
 static fvv_status check_layout(const fvv_sequence_track *track, const fvv_chunk_header *header,
                                uint64_t offset, fvv_diagnostic *diagnostic) {
   if (!(header->flags & FVV_FLAG_KEY))
-    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_FLAGS, "layout of track %u is no key chunk", header->track);
+    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_FLAGS, "layout of track %u is not a key chunk", header->track);
   if (track->laid_out)
     BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TRACK, "track %u has a second layout in its group", header->track);
   if (track->seen)
-    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TRACK, "layout of track %u stands behind a sample of its group",
+    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TRACK, "layout of track %u follows a sample of its group",
            header->track);
   return FVV_OK;
 }
@@ -138,12 +140,12 @@ static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *hea
                               fvv_diagnostic *diagnostic) {
   if (s->table.chunk_count >= s->limits.max_group_chunks)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header->type, offset,
-                    "group of more than %u chunks", s->limits.max_group_chunks);
+                    "group has more than %u chunks", s->limits.max_group_chunks);
   if (header->time < s->group_start || header->time >= s->group_end)
     BROKEN(CHUNK_TIME, FVV_CHUNK_HEADER_TIME, "time %lld is outside the group's %lld to %lld",
            (long long)header->time, (long long)s->group_start, (long long)s->group_end);
   if (header->time < s->table.last_time)
-    BROKEN(CHUNK_TIME_ORDER, FVV_CHUNK_HEADER_TIME, "time %lld follows %lld", (long long)header->time,
+    BROKEN(CHUNK_TIME_ORDER, FVV_CHUNK_HEADER_TIME, "time %lld follows time %lld", (long long)header->time,
            (long long)s->table.last_time);
   const uint8_t kind = fvv_chunk_track_kind(header->type);
   if (!kind || s->configuration != FVV_CONFIGURATION_GOOD) return FVV_OK;
@@ -158,7 +160,7 @@ static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *hea
            "the first sample of track %u is at time %lld, its layout at %lld", header->track,
            (long long)header->time, (long long)track->last_time);
   if (!track->seen && !(header->flags & FVV_FLAG_KEY))
-    BROKEN(TRACK_NOT_KEY, FVV_CHUNK_HEADER_FLAGS, "first chunk of track %u in its group is no key chunk",
+    BROKEN(TRACK_NOT_KEY, FVV_CHUNK_HEADER_FLAGS, "first chunk of track %u in its group is not a key chunk",
            header->track);
   if (track->seen && header->time <= track->last_time)
     BROKEN(CHUNK_TIME_ORDER, FVV_CHUNK_HEADER_TIME, "track %u has a second chunk at time %lld", header->track,
@@ -178,8 +180,9 @@ static fvv_status check_group_end(fvv_sequence *s, const fvv_chunk_header *heade
   while (i < common && payload[i] == s->scratch.data[i]) i++;
   if (i == common && header->size == s->scratch.size) return FVV_OK;
   if (i < FVV_GEND_KIND_COUNT)
-    BROKEN(GROUP_END, IN_PAYLOAD + i, "sequence, chunk count, chain or frame count is not that of the group");
-  BROKEN(GROUP_TABLE, IN_PAYLOAD + i, "table is not that of the group");
+    BROKEN(GROUP_END, IN_PAYLOAD + i,
+           "sequence number, chunk count, chain or frame count does not match the group");
+  BROKEN(GROUP_TABLE, IN_PAYLOAD + i, "table does not match the chunks of the group");
 }
 
 static fvv_status check_end(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
@@ -190,7 +193,7 @@ static fvv_status check_end(fvv_sequence *s, const fvv_chunk_header *header, con
     if (!s->index_seen) return FVV_OK; /* lost, and reported already */
     fvv_footer_write(s->index_offset, offset + fvv_chunk_extent(FVV_FOOT_SIZE), s->index_crc, expected);
     if (header->size != FVV_FOOT_SIZE || memcmp(payload, expected, sizeof expected) != 0)
-      BROKEN(FOOTER, IN_PAYLOAD, "footer does not fit the stream: %llu bytes with the index at 0x%llx",
+      BROKEN(FOOTER, IN_PAYLOAD, "footer does not match the stream of %llu bytes with the index at 0x%llx",
              (unsigned long long)(offset + fvv_chunk_extent(FVV_FOOT_SIZE)),
              (unsigned long long)s->index_offset);
     return FVV_OK;
@@ -218,7 +221,7 @@ fvv_status fvv_sequence_check(fvv_sequence *s, const fvv_chunk_header *header, c
   if (status < 0) return status;
   if (!s->suspect && header->counter != fvv_sequence_counter(s, header->type))
     BROKEN(CONTINUITY, FVV_CHUNK_HEADER_COUNTER,
-           "continuity counter is %u, expected %u: chunks are missing or double", header->counter,
+           "continuity counter is %u, expected %u: chunks are missing or repeated", header->counter,
            fvv_sequence_counter(s, header->type));
   switch (header->type) {
   case FVV_CHUNK_SCENE:
@@ -256,7 +259,7 @@ static fvv_status begin_block(fvv_sequence *s, const fvv_chunk_header *header, c
 
 static void begin_group(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
                         uint64_t offset) {
-  /* Every header of the block is in the digest, and every payload's CRC in its header. */
+  /* The digest covers every header of the block, and each header has the CRC of its payload. */
   if (s->configuration == FVV_CONFIGURATION_LOST && s->configuration_offset &&
       fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC) == s->configuration_crc)
     s->configuration = FVV_CONFIGURATION_GOOD;
@@ -339,7 +342,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
   }
   if (status < 0) return status;
   if (s->in_group) return add_frame_chunk(s, header);
-  /* A frame without its GRUP: the block ended somewhere in what was lost. */
+  /* A frame without its GRUP: the block ended within the lost bytes. */
   if (fvv_chunk_place(header->type) == FVV_PLACE_FRAME) s->in_block = 0;
   if (s->in_block) {
     s->block_has_more |= header->type != FVV_CHUNK_SCENE && header->type != FVV_CHUNK_TRACK;

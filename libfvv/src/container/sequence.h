@@ -1,5 +1,5 @@
 /* container/sequence.h: which chunk may follow which (clauses 3.3, 4.4 to 7.2), as one state machine. The
- * writer uses it before it writes, the reader before it believes. */
+ * writer applies it before it writes a chunk, the reader before it reports one. */
 #ifndef FVV_CONTAINER_SEQUENCE_H
 #define FVV_CONTAINER_SEQUENCE_H
 
@@ -13,7 +13,7 @@ typedef enum fvv_configuration_state {
   FVV_CONFIGURATION_NONE, /* not seen yet */
   FVV_CONFIGURATION_GOOD,
   FVV_CONFIGURATION_LOST,   /* bytes were lost in the block; a group's digest may still prove it whole */
-  FVV_CONFIGURATION_BROKEN, /* a chunk of the block breaks a rule */
+  FVV_CONFIGURATION_BROKEN, /* a chunk of the block broke a rule */
   FVV_CONFIGURATION_UNSEEN  /* the reader joined after it: nothing is known */
 } fvv_configuration_state;
 
@@ -31,7 +31,8 @@ typedef struct fvv_sequence {
   fvv_configuration_state configuration;
   int in_block; /* a configuration block is open: SCEN came, GRUP not yet */
   int in_group;
-  int suspect; /* something was lost or wrong since the last GRUP or SCEN: rules would only repeat it */
+  int suspect; /* something was lost or wrong since the last GRUP or SCEN: further errors would only repeat it
+                */
   int gaps;    /* bytes were lost anywhere, or the reader joined late: totals can't be compared */
   int joined;  /* the stream began elsewhere: its index and footer describe more than what comes */
   int joining; /* joined, and no group has come yet: it may have any number */
@@ -64,13 +65,13 @@ FVV_MUST_USE fvv_status fvv_sequence_check(fvv_sequence *sequence, const fvv_chu
 /* Takes the chunk, broken rules or not. Only memory and limits can fail. */
 FVV_MUST_USE fvv_status fvv_sequence_apply(fvv_sequence *sequence, const fvv_chunk_header *header,
                                            const uint8_t *payload, uint64_t offset);
-/* Bytes were lost: what is known of the present group and of an unfinished block is void. */
+/* Bytes were lost: the open group and an unfinished block are no longer valid. */
 void fvv_sequence_lost(fvv_sequence *sequence);
-/* A chunk broke a rule: its group, or its configuration block, is void. */
+/* A chunk broke a rule: its group, or its configuration block, is no longer valid. */
 void fvv_sequence_broken(fvv_sequence *sequence, const fvv_chunk_header *header);
 /* The open group ends without GEND: its end is lost. */
 void fvv_sequence_abandon_group(fvv_sequence *sequence);
-/* No damage since the present group began, and its configuration is not damaged. */
+/* No damage since the open group began, and its configuration is not damaged. */
 int fvv_sequence_group_intact(const fvv_sequence *sequence);
 
 /* Index of everything so far, and the footer that fits it. */

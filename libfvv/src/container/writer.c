@@ -1,5 +1,5 @@
 /* container/writer.c: append-only. Every chunk passes the same rules that a reader applies (sequence.h), so
- * that what is written can be read; nothing is ever gone back to. */
+ * that what is written can be read. The writer never seeks back. */
 #include "base/bytes.h"
 #include "base/checked.h"
 #include "base/diagnostic.h"
@@ -9,7 +9,7 @@ struct fvv_writer {
   fvv_allocator allocator;
   fvv_output output;
   fvv_sequence sequence;
-  fvv_bytes block; /* the present configuration block, to be repeated */
+  fvv_bytes block; /* the current configuration block, to be repeated */
   fvv_bytes scratch;
   uint64_t position;
   fvv_status failed; /* the output failed: what it holds is unknown, nothing may follow */
@@ -70,7 +70,7 @@ static fvv_status put_chunk(fvv_writer *w, fvv_chunk_header *header, const void 
   if (w->failed) return fvv_fail(diagnostic, FVV_ERROR_STATE, 0, 0, 0, "the output failed before");
   if (header->size > w->sequence.limits.max_payload)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header->type, 0,
-                    "payload of %llu bytes, readers accept %llu", (unsigned long long)header->size,
+                    "payload has %llu bytes, readers accept %llu", (unsigned long long)header->size,
                     (unsigned long long)w->sequence.limits.max_payload);
   header->counter = fvv_sequence_counter(&w->sequence, header->type);
   header->payload_crc = fvv_crc32c(0, payload, (size_t)header->size);
@@ -103,7 +103,7 @@ fvv_status fvv_writer_configuration(fvv_writer *writer, uint32_t type, uint16_t 
   const fvv_place place = fvv_chunk_place(type);
   if (place != FVV_PLACE_CONFIGURATION && place != FVV_PLACE_UNKNOWN)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_CHUNK_PLACE, type, 0,
-                    "no chunk of configuration");
+                    "not a chunk of a configuration");
   if (writer->sequence.in_group)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, FVV_ISSUE_GROUP_UNFINISHED, type, 0, "a group is open");
   fvv_chunk_header header = {type, (uint8_t)(flags | fvv_chunk_flags(type)), 0, track, 0, size, 0, 0};
@@ -126,7 +126,7 @@ fvv_status fvv_writer_repeat_configuration(fvv_writer *writer, fvv_diagnostic *d
   for (size_t at = 0; at < writer->block.size;) {
     fvv_chunk_header header;
     if (!fvv_header_read(&header, writer->block.data + at))
-      return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "the kept configuration is broken");
+      return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "the stored configuration is broken");
     const fvv_status status =
         put_chunk(writer, &header, writer->block.data + at + FVV_CHUNK_HEADER_SIZE, diagnostic);
     if (status < 0) return status;
@@ -153,7 +153,7 @@ fvv_status fvv_writer_chunk(fvv_writer *writer, uint32_t type, uint16_t track, u
   fvv_diagnostic_clear(diagnostic);
   const fvv_place place = fvv_chunk_place(type);
   if (place != FVV_PLACE_FRAME && place != FVV_PLACE_UNKNOWN)
-    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_CHUNK_PLACE, type, 0, "no chunk of a frame");
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_CHUNK_PLACE, type, 0, "not a chunk of a frame");
   if (!writer->sequence.in_group)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, FVV_ISSUE_CHUNK_PLACE, type, 0, "no group is open");
   fvv_chunk_header header = {type, (uint8_t)(flags | fvv_chunk_flags(type)), 0, track, time, size, 0, 0};

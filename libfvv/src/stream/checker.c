@@ -1,4 +1,4 @@
-/* The checker: pulls every event of a stream, judges each chunk by what came before it, and counts. */
+/* The checker: pulls every event of a stream, checks each chunk against those before it, and counts. */
 #include "base/bytes.h"
 #include "base/diagnostic.h"
 #include "base/layout.h"
@@ -17,7 +17,7 @@ typedef struct checked_background {
 typedef struct checked_calibration {
   uint64_t block, group;    /* that are being read, both counted from 1 */
   int64_t time;             /* of the last chunk */
-  int lost;                 /* a chunk of the group was wrong: those up to the next key cannot be judged */
+  int lost;                 /* a chunk of the group was wrong: those up to the next key cannot be checked */
   fvv_calibration *cameras; /* of the block */
 } checked_calibration;
 
@@ -27,14 +27,14 @@ typedef struct checked_mesh {
   int has_first;  /* the first mesh of the group was seen: texture_bits and normal_bits are its own */
   uint8_t texture_bits, normal_bits;
   int64_t time; /* of the mesh that frames holds */
-  int lost;     /* a frame of the group was wrong: delta frames after it cannot be judged */
+  int lost;     /* a frame of the group was wrong: delta frames after it cannot be checked */
   fvv_mesh_frames frames;
 } checked_mesh;
 
 /* Zero-initialise; reset frames in the end. */
 typedef struct checked_visibility {
   uint64_t group; /* that is being read, counted from 1 */
-  int lost;       /* a chunk of the group was wrong or could not be judged: those after it cannot be */
+  int lost;       /* a chunk of the group was wrong or could not be checked: those after it cannot be */
   fvv_visibility_frames frames;
 } checked_visibility;
 
@@ -68,7 +68,7 @@ static void count_background(const fvv_background *background, fvv_track_summary
   }
 }
 
-/* Judges an intact BACK chunk; with decode, its meshes too. digest: of the configuration, from GRUP. *counts
+/* Checks an intact BACK chunk; with decode, its meshes too. digest: of the configuration, from GRUP. *counts
  * gets what it holds. Offsets of diagnostics are relative to the payload. */
 static fvv_status judge_background(checked_background *background, const fvv_event *event, uint32_t digest,
                                    int decode, const fvv_limits *limits, const fvv_allocator *allocator,
@@ -124,7 +124,7 @@ static void count_calibrations(fvv_track_summary *summary, const fvv_event *even
   summary->lost_calibrations += entries < moving ? moving - entries : 0;
 }
 
-/* Judges an intact CALB chunk. *whole becomes 0 when one before it is missing, which is no problem of its
+/* Checks an intact CALB chunk. *whole becomes 0 when one before it is missing, which is no problem of its
  * own. Offsets of diagnostics are relative to the payload. */
 static fvv_status judge_calibration(checked_calibration *calibration, const fvv_event *event, uint64_t block,
                                     uint64_t group, const fvv_configuration *configuration,
@@ -144,7 +144,7 @@ static fvv_status judge_calibration(checked_calibration *calibration, const fvv_
   }
   calibration->time = event->chunk.time;
   const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
-  /* After a wrong chunk its successors are wrong in vain; after damage it is not known what is missing. */
+  /* Errors of the chunks after a wrong one are not reported; after damage it is not known what is missing. */
   if (!key && calibration->lost) {
     *whole = 0;
     return FVV_OK;
@@ -172,7 +172,7 @@ static void count_tiles(fvv_track_summary *summary, const fvv_bytes *decoded) {
   summary->layouts++;
 }
 
-/* Judges an intact GTIL chunk, and counts it in summary. */
+/* Checks an intact GTIL chunk, and counts it in summary. */
 static fvv_status judge_group_tiles(checked_tiles *checked, const fvv_event *event, uint64_t group,
                                     const fvv_configuration *configuration, const fvv_limits *limits,
                                     const fvv_allocator *allocator, fvv_track_summary *summary,
@@ -188,7 +188,7 @@ static fvv_status judge_group_tiles(checked_tiles *checked, const fvv_event *eve
   return status;
 }
 
-/* Where a group's beginning was lost, its meshes are compared with none. */
+/* Where the beginning of a group was lost, there is no first mesh to compare with. */
 static fvv_status compare_attributes(checked_mesh *mesh, const fvv_event *event,
                                      const fvv_mesh_header *header, fvv_diagnostic *diagnostic) {
   if (!event->group_intact) return FVV_OK;
@@ -211,7 +211,8 @@ static fvv_status compare_attributes(checked_mesh *mesh, const fvv_event *event,
 static fvv_status judge_mesh(checked_mesh *mesh, const fvv_event *event, const fvv_limits *limits,
                              const fvv_allocator *allocator, int *whole, fvv_diagnostic *diagnostic) {
   const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
-  /* After damage it is not known what is missing; a delta frame in vain is not one problem more. */
+  /* After damage it is not known what is missing; a delta frame that cannot be decoded is no further
+   * problem. */
   const int has_key = fvv_mesh_frames_current(&mesh->frames) != NULL;
   if (!key && (mesh->lost || (!has_key && !event->group_intact))) {
     *whole = 0;
@@ -231,7 +232,7 @@ static fvv_status judge_mesh(checked_mesh *mesh, const fvv_event *event, const f
   return status;
 }
 
-/* Judges an intact MESH chunk; with decode, its content too. header is filled as far as it is good. *whole
+/* Checks an intact MESH chunk; with decode, its content too. header is filled as far as it is good. *whole
  * becomes 0 when a frame before this one is missing, which is no problem of its own. Offsets of diagnostics
  * are relative to the payload. */
 static fvv_status judge_mesh_chunk(checked_mesh *mesh, const fvv_event *event, uint64_t group, int decode,
@@ -251,7 +252,7 @@ static fvv_status judge_mesh_chunk(checked_mesh *mesh, const fvv_event *event, u
   return status;
 }
 
-/* A chunk that is no key follows one that was not decoded: only its number and key flag can be judged. */
+/* A chunk that is no key follows one that was not decoded: only its number and key flag can be checked. */
 static fvv_status judge_structure(const fvv_event *event, const fvv_configuration *configuration,
                                   const fvv_limits *limits, fvv_diagnostic *diagnostic) {
   const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
@@ -272,9 +273,9 @@ static int any_moves(const fvv_configuration *configuration) {
   return 0;
 }
 
-/* Judges an intact VISI chunk; with decode, its content too. mesh: what is known of the track that it means
- * in this group, NULL: nothing. calibration: of the track of cameras that move, NULL: there was none. *whole
- * becomes 0 when something before this chunk is missing, which is no problem of its own. Offsets of
+/* Checks an intact VISI chunk; with decode, its content too. mesh: what is known in this group of the mesh
+ * track that it names, NULL: nothing. calibration: of the track of cameras that move, NULL: there was none.
+ * *whole becomes 0 when something before this chunk is missing, which is no problem of its own. Offsets of
  * diagnostics are relative to the payload. */
 static fvv_status judge_visibility_chunk(checked_visibility *visibility, const fvv_event *event,
                                          uint64_t group, int decode, const checked_mesh *mesh,
@@ -294,7 +295,7 @@ static fvv_status judge_visibility_chunk(checked_visibility *visibility, const f
       mesh && !mesh->lost && mesh->time == event->chunk.time ? fvv_mesh_frames_current(&mesh->frames) : NULL;
   const fvv_calibration *placed = calibration ? calibration_at(calibration, group, event->chunk.time) : NULL;
   const int placed_unknown = calibration && calibration->group == group && calibration->lost;
-  /* After damage it is not known what is missing; that mesh or calibration was wrong has been said. */
+  /* After damage it is not known what is missing; a wrong mesh or calibration has been reported. */
   const int unknown = (!current && ((mesh && mesh->lost) || !event->group_intact)) ||
                       (!placed && any_moves(configuration) && (placed_unknown || !event->group_intact)) ||
                       (!key && (visibility->lost || !event->group_intact));
@@ -309,8 +310,7 @@ static fvv_status judge_visibility_chunk(checked_visibility *visibility, const f
   return status;
 }
 
-/* Reads a whole stream and judges it: structure by the push reader, content by the layers
- * of tracks. */
+/* Reads a whole stream and checks it: the push reader its structure, the layers of tracks its content. */
 
 enum { KEPT_PROBLEMS = 1000 };
 
@@ -331,7 +331,7 @@ struct fvv_checker {
   const fvv_configuration *configuration; /* the last one that was good, NULL: none yet */
   fvv_check_summary summary;
   fvv_bytes problems, tracks, runs;
-  int frame_good;    /* no chunk of the frame that comes in was judged wrong */
+  int frame_good;    /* no chunk of the current frame was found wrong */
   fvv_status failed; /* the final error */
   uint32_t digest;   /* of the configuration, from the last GRUP */
 };
@@ -436,7 +436,7 @@ static void count_visibility(fvv_track_summary *t, const fvv_visibility_header *
   if (header->camera_count > t->max_cameras) t->max_cameras = header->camera_count;
 }
 
-/* Where the mesh that is meant was seen in this group, it is judged with it, and with the calibration. */
+/* Where this group has the mesh that the chunk names, the chunk is checked against it and the calibration. */
 static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, checked_track *track,
                                    fvv_diagnostic *diagnostic) {
   fvv_visibility_header header;
@@ -461,7 +461,7 @@ static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, check
                                 diagnostic);
 }
 
-/* What the chunk's own layer says of its payload. */
+/* Checks the payload by the rules of its type. */
 static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *track,
                         fvv_diagnostic *diagnostic) {
   const size_t size = (size_t)event->chunk.size;

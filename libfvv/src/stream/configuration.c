@@ -68,7 +68,7 @@ static fvv_status add_camera(fvv_configuration_builder *b, const uint8_t *payloa
   for (size_t i = 0; i < COUNT(b->cameras, fvv_camera); i++)
     if (cameras[i].id == camera.id)
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_CAMERA, FVV_CHUNK_CAMERA,
-                      FVV_CAMR_ID, "camera %u comes twice", camera.id);
+                      FVV_CAMR_ID, "camera %u is described twice", camera.id);
   return fvv_bytes_append(&b->cameras, &camera, sizeof camera);
 }
 
@@ -78,7 +78,7 @@ static fvv_status check_video_track(const fvv_configuration_builder *b, uint16_t
   for (size_t i = 0; i < COUNT(b->tracks, fvv_track); i++)
     if (tracks[i].id == track && tracks[i].kind == FVV_TRACK_VIDEO) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_TRACK, type, 0,
-                  "track %u is no declared video track", track);
+                  "track %u is not declared as a video track", track);
 }
 
 static fvv_status add_video(fvv_configuration_builder *b, uint16_t track, const uint8_t *payload, size_t size,
@@ -192,8 +192,9 @@ fvv_status fvv_configuration_check_tiles(const fvv_configuration *configuration,
             "tile %zu of track %u shows camera %u, which is not described", i, video->track, tile->camera_id);
     if ((uint32_t)tile->source.x + tile->source.width > camera->width ||
         (uint32_t)tile->source.y + tile->source.height > camera->height)
-      WRONG(TILE_RECT, FVV_CHUNK_TILES, "tile %zu of track %u leads outside camera %u's %ux%u picture", i,
-            video->track, camera->id, camera->width, camera->height);
+      WRONG(TILE_RECT, FVV_CHUNK_TILES,
+            "tile %zu of track %u exceeds the picture of camera %u of %ux%u pixels", i, video->track,
+            camera->id, camera->width, camera->height);
   }
   return fvv_tiles_validate(tiles, count, video->config.width, video->config.height, diagnostic);
 }
@@ -209,7 +210,7 @@ static fvv_status complete_video(const fvv_configuration_builder *b, fvv_video_l
     }
   if ((video->config.shows == FVV_SHOWS_TILES) != (video->tile_count > 0))
     WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_VIDEO_CONFIG, "track %u %s", video->track,
-          video->tile_count ? "has a TILE but shows none" : "shows tiles but has no TILE");
+          video->tile_count ? "has a TILE but does not show tiles" : "shows tiles but has no TILE");
   if (video->config.shows == FVV_SHOWS_CAMERA && !fvv_configuration_camera(view, video->config.camera_id))
     WRONG(CONFIGURATION_CAMERA, FVV_CHUNK_VIDEO_CONFIG, "track %u shows camera %u, which is not described",
           video->track, video->config.camera_id);

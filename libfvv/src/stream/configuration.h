@@ -1,4 +1,4 @@
-/* stream/configuration.h: a configuration block as it is put together from its chunks. */
+/* stream/configuration.h: builds a configuration from the chunks of its block. */
 #ifndef FVV_STREAM_CONFIGURATION_H
 #define FVV_STREAM_CONFIGURATION_H
 
@@ -29,8 +29,8 @@ FVV_MUST_USE fvv_status fvv_configuration_add(fvv_configuration_builder *builder
 /* Checks what concerns several chunks (issues 2201 to 2204, 4102, 4103) and fills view. */
 FVV_MUST_USE fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
                                                    fvv_diagnostic *diagnostic);
-/* What a layout of a track has to keep to by its configuration: cameras, their pictures, the frame. Offsets
- * of diagnostics are relative to the payload of TILE or GTIL. */
+/* Checks a layout of a track against its configuration: cameras, their pictures, the frame. Offsets of
+ * diagnostics are relative to the payload of TILE or GTIL. */
 FVV_MUST_USE fvv_status fvv_configuration_check_tiles(const fvv_configuration *configuration,
                                                       const fvv_video_layout *video, const fvv_tile *tiles,
                                                       size_t count, fvv_diagnostic *diagnostic);

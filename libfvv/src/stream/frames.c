@@ -1,4 +1,4 @@
-/* Chunks become configurations and frames (fvv/frames.h). The one place that decides when a configuration
+/* Joins chunks into configurations and frames (fvv/frames.h). Only here is it decided when a configuration
  * block is complete and when a frame is whole. */
 #include "stream/frames.h"
 
@@ -11,7 +11,7 @@
 #include "container/header.h"
 #include "stream/configuration.h"
 
-/* A frame as its chunks come in. Payloads lie one after the other, each from a multiple of 8 bytes on. */
+/* A frame as its chunks arrive. Payloads lie one after the other, each from a multiple of 8 bytes on. */
 typedef struct open_frame {
   int64_t time;
   uint64_t offset;
@@ -26,17 +26,17 @@ struct fvv_frames {
   fvv_reader *reader;
   fvv_event_source source; /* NULL: the reader */
   void *source_user;
-  fvv_configuration_builder building, complete; /* the block that comes in, and the last one that was good */
+  fvv_configuration_builder building, complete; /* the block that arrives, and the last valid one */
   const fvv_configuration *configuration;       /* NULL: none yet */
   uint64_t block_offset;
-  uint32_t block_digest, digest; /* of the block that comes in, and of complete */
+  uint32_t block_digest, digest; /* of the block that arrives, and of complete */
   int block_open, block_bad, has_digest;
   open_frame frame;
   int in_group, lost; /* lost: frames up to the next group are not whole */
-  fvv_event event;    /* that was read, and is not worked off yet */
+  fvv_event event;    /* that was read, and is not processed yet */
   fvv_place place;    /* of its chunk; FVV_PLACE_UNKNOWN for events of other kinds as well */
   int has_event, is_reported, is_finished;
-  fvv_status failed; /* for want of memory */
+  fvv_status failed; /* out of memory */
 };
 
 void fvv_frames_options_default(fvv_frames_options *options) {
@@ -148,8 +148,8 @@ static fvv_status add_configuration(fvv_frames *f, fvv_frames_event *out) {
   return FVV_OK;
 }
 
-/* A block is judged when something other than configuration follows it, or at the end of the stream. There it
- * may lack what the bytes that are missing held: that is no damage of its own. */
+/* A block is checked when something other than configuration follows it, or at the end of the stream. A block
+ * that is incomplete at the end of a truncated stream is no damage of its own. */
 static fvv_status close_block(fvv_frames *f, int stream_ended, fvv_frames_event *out) {
   f->block_open = 0;
   if (f->block_bad) return FVV_OK;
@@ -180,7 +180,7 @@ static int is_frame_chunk(const fvv_frames *f) {
   return f->place == FVV_PLACE_FRAME && f->event.chunk.track;
 }
 
-/* The frame that comes in is over. Its bytes stay until the next one begins. */
+/* The current frame is over. Its bytes stay until the next one begins. */
 static void close_frame(fvv_frames *f, fvv_frames_event *out) {
   open_frame *frame = &f->frame;
   frame->is_open = 0;
@@ -206,8 +206,8 @@ static int has_chunk_of(const fvv_frames *f, uint16_t track) {
   return 0;
 }
 
-/* Whether nothing more can belong to the frame that comes in: a chunk of every track is there, and no track
- * has two at one time (clause 6.2). Backgrounds come at few times: with them it waits. */
+/* Whether nothing more can belong to the current frame: it has a chunk of every track, and no track has two
+ * at one time (clause 6.2). With a background track it waits, as few frames have a chunk of that. */
 static int is_complete(const fvv_frames *f) {
   const fvv_configuration *c = f->configuration;
   if (f->frame.chunks.size / sizeof(fvv_frame_chunk) < c->track_count) return 0;
@@ -263,7 +263,7 @@ static void end_group(fvv_frames *f, fvv_frames_event *out) {
 
 /* ---- events ----------------------------------------------------------------------------------------- */
 
-/* What the event that was read ends, one thing at a time: a block, a frame, a group that has no GEND. */
+/* Reports what the event that was read ends, one at a time: a block, a frame, a group without GEND. */
 static fvv_status end_former(fvv_frames *f, fvv_frames_event *out) {
   const fvv_chunk_header *chunk = &f->event.chunk;
   if (f->place == FVV_PLACE_UNKNOWN) return FVV_OK;
@@ -277,7 +277,7 @@ static fvv_status end_former(fvv_frames *f, fvv_frames_event *out) {
   return FVV_OK;
 }
 
-/* What the event that was read is itself. */
+/* Reports the event that was read. */
 static fvv_status work_off(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
   if (event->kind == FVV_EVENT_DAMAGE)

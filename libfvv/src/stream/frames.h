@@ -1,4 +1,4 @@
-/* stream/frames.h: fvv_frames on events that do not come from pushed bytes. */
+/* stream/frames.h: fvv_frames with events that do not come from pushed bytes. */
 #ifndef FVV_STREAM_FRAMES_H
 #define FVV_STREAM_FRAMES_H
 

@@ -23,9 +23,9 @@ size_t fvv_stream_frame_count(const fvv_stream *stream) {
   return stream->frame_count;
 }
 
-/* What is kept of a track between calls: the element of list, of elements of size bytes that begin with the
- * track's uint16_t, which is that track's. One that is not there is added, all else of it zero. Valid until
- * the next is added. FVV_ERROR_LIMIT: there are as many as a stream may have tracks. */
+/* The element of list that is kept for a track between calls. Elements have size bytes and begin with the
+ * track as uint16_t. A missing one is added, with zeros after the track. Valid until the next is added.
+ * FVV_ERROR_LIMIT: there are as many as a stream may have tracks. */
 static fvv_status kept_of(const fvv_stream *stream, fvv_bytes *list, size_t size, uint16_t track,
                           void **element) {
   for (size_t at = 0; at < list->size; at += size) {
@@ -78,7 +78,7 @@ static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, f
   if (!found->count)
     return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_END, 0,
                     fvv_file_group(s->file, group)->offset,
-                    "frame %zu is lost: group %u has fewer intact frames than the index tells", frame,
+                    "frame %zu is lost: group %u has fewer intact frames than the index states", frame,
                     fvv_file_group(s->file, group)->sequence);
   return FVV_OK;
 }
@@ -204,7 +204,7 @@ static fvv_status follow_cameras(fvv_stream *s, const fvv_chunk_info *first, con
   return FVV_OK;
 }
 
-/* The calibration of a configuration begins anew with every one that is loaded, which releases it. */
+/* Every configuration has a calibration of its own; loading another configuration releases it. */
 static fvv_status prepare(fvv_stream *s, const fvv_configuration *configuration, fvv_diagnostic *diagnostic) {
   if (s->calibration) return FVV_OK;
   const fvv_status status = fvv_calibration_create(configuration->cameras, configuration->camera_count,
@@ -260,9 +260,8 @@ static void release_tiles(fvv_stream *stream) {
   fvv_bytes_free(&stream->layouts);
 }
 
-/* A layout that was lost would leave no trace in the list of a group whose table is lost as well, and the
- * configuration's would be taken in its place. The continuity counter of a sample shows how many chunks of
- * the group were before it. */
+/* If both a layout and the table of its group are lost, the layout of the configuration would be used without
+ * notice. The continuity counter of a sample shows how many chunks of the group precede it. */
 static fvv_status check_complete(fvv_stream *s, const fvv_chunk_info *first, const fvv_chunk_info *sample,
                                  fvv_diagnostic *diagnostic) {
   fvv_chunk_header header;
@@ -270,7 +269,7 @@ static fvv_status check_complete(fvv_stream *s, const fvv_chunk_info *first, con
   if (status < 0) return status;
   if (header.counter == (uint8_t)(sample - first + 1)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_CONTINUITY, FVV_CHUNK_VIDEO_PACKET, sample->offset,
-                  "chunks in front of the first sample of track %u are missing: its layout may be among them",
+                  "chunks before the first sample of track %u are missing: its layout may be among them",
                   sample->track);
 }
 
@@ -288,8 +287,7 @@ static fvv_status find_layout(fvv_stream *s, size_t group, uint16_t track, const
     if (chunks[i].type != FVV_CHUNK_GROUP_TILES) continue;
     if (*layout || sample)
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_GROUP, FVV_CHUNK_GROUP_TILES,
-                      chunks[i].offset, "layout of track %u is not the only one, or stands behind a sample",
-                      track);
+                      chunks[i].offset, "layout of track %u is not the only one, or follows a sample", track);
     *layout = &chunks[i];
   }
   if (*layout || !sample || fvv_file_group(s->file, group)->intact) return FVV_OK;
@@ -399,12 +397,12 @@ static fvv_status decode_delta(fvv_stream *s, const frame_chunks *found, const f
   fvv_status status = kept_of(s, &s->meshes, sizeof(followed_track), wanted->track, &kept);
   if (status != FVV_OK)
     return fvv_fail(diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, FVV_CHUNK_MESH,
-                    wanted->offset, "no room for the delta frames of track %u", wanted->track);
+                    wanted->offset, "too many tracks with delta frames: no room for track %u", wanted->track);
   followed_track *track = kept;
   status = follow_meshes(s, track, found->first, wanted, diagnostic);
   if (status != FVV_OK) return status;
   status = fvv_mesh_copy(fvv_mesh_frames_current(&track->frames), &s->allocator, mesh);
-  return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "no memory for a mesh");
+  return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "out of memory for a mesh");
 }
 
 static fvv_status decode_key(fvv_stream *s, const fvv_chunk_info *wanted, fvv_mesh *mesh,
@@ -478,7 +476,7 @@ static fvv_status decode_visibility(fvv_stream *s, followed_visibility *track, s
   if (status == FVV_OK) {
     const fvv_calibration *calibration = NULL;
     status = fvv_stream_mesh(s, frame, header.mesh_track, &mesh, diagnostic);
-    /* Reading mesh and calibration used the buffer in which the payload stood. */
+    /* Reading mesh and calibration overwrote the buffer with the payload. */
     const int has_mesh = status == FVV_OK;
     if (status >= 0) status = calibration_of(s, found, configuration, &calibration, diagnostic);
     if (status >= 0) status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
@@ -498,7 +496,7 @@ static fvv_status decode_visibility(fvv_stream *s, followed_visibility *track, s
   return status;
 }
 
-/* From the last chunk that is decoded, or a key, to that of the frame. */
+/* From the chunk after the last decoded one, or from a key, to that of the frame. */
 static fvv_status follow_visibility(fvv_stream *s, followed_visibility *track, size_t frame,
                                     fvv_diagnostic *diagnostic) {
   const fvv_chunk_info *chunk;
@@ -533,15 +531,15 @@ fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t trac
   status = kept_of(stream, &stream->visibility, sizeof(followed_visibility), track, &kept);
   if (status != FVV_OK)
     return fvv_fail(diagnostic, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, FVV_CHUNK_VISIBILITY,
-                    chunk->offset, "no room for the visibility of track %u", track);
+                    chunk->offset, "too many tracks with visibility: no room for track %u", track);
   followed_visibility *followed = kept;
   status = follow_visibility(stream, followed, frame, diagnostic);
   if (status == FVV_OK) *visibility = &followed->frames.current;
   return status;
 }
 
-/* The environment that belongs to a group: in the group itself, or where clause 18.5 says that a writer puts
- * it. At most three tables of groups are read; the stream is never scanned. */
+/* The environment of a group: in the group itself, or where clause 18.5 has a writer put it. At most three
+ * tables of groups are read; the stream is never scanned. */
 
 static void release_background(fvv_stream *stream) {
   fvv_background_free(&stream->background);
@@ -595,7 +593,7 @@ static fvv_status load_background(fvv_stream *s, const fvv_chunk_info *chunk, fv
   s->background_payload.allocator = s->allocator;
   if (fvv_bytes_append(&s->background_payload, payload, (size_t)chunk->size) != FVV_OK)
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, FVV_CHUNK_BACKGROUND, chunk->offset,
-                    "no memory for a background of %llu bytes", (unsigned long long)chunk->size);
+                    "out of memory for a background of %llu bytes", (unsigned long long)chunk->size);
   status = fvv_background_decode(s->background_payload.data, (size_t)chunk->size, &s->limits, &s->allocator,
                                  &s->background, diagnostic);
   if (status == FVV_OK)

@@ -1,4 +1,4 @@
-/* stream/stream.h: the inside of fvv_stream, for what needs more of it than the public functions return. */
+/* stream/stream.h: the fields of fvv_stream, for code that needs more than its public functions. */
 #ifndef FVV_STREAM_STREAM_H
 #define FVV_STREAM_STREAM_H
 
@@ -17,7 +17,7 @@ struct fvv_stream {
   fvv_calibration *calibration; /* of the block that is loaded; NULL: none yet */
   uint64_t calibration_chunk;   /* offset of the chunk that was decoded last; 0: none */
   fvv_bytes layouts; /* followed_tiles: the layout of a group that was decoded last, of each track */
-  fvv_bytes background_payload; /* of the BACK chunk that was read last, and what it says */
+  fvv_bytes background_payload; /* of the BACK chunk that was read last, and its content */
   fvv_background background;
   uint64_t background_chunk; /* its offset; 0: none */
 };

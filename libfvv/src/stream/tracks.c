@@ -1,4 +1,4 @@
-/* What one track carries from chunk to chunk. */
+/* The state of a track from chunk to chunk. */
 #include "stream/tracks.h"
 
 #include <string.h>
@@ -18,8 +18,8 @@ void fvv_mesh_frames_reset(fvv_mesh_frames *frames) {
 fvv_status fvv_mesh_frames_check_flag(const fvv_mesh_header *header, int key, fvv_diagnostic *diagnostic) {
   if ((header->profile != FVV_MESH_DELTA) == (key != 0)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_KEY, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
-                  key ? "a delta frame in a chunk with the key flag"
-                      : "a mesh of profile %u in a chunk without the key flag",
+                  key ? "delta frame in a chunk with the key flag"
+                      : "mesh of profile %u in a chunk without the key flag",
                   header->profile);
 }
 
@@ -36,7 +36,7 @@ static fvv_status add_mesh(fvv_mesh_frames *frames, const uint8_t *payload, size
   }
   if (!frames->key.positions)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_MESH_KEY, FVV_CHUNK_MESH, FVV_MESH_PROFILE,
-                    "a delta frame without a key mesh of its track before it in the group");
+                    "delta frame without a key mesh of its track before it in the group");
   if (!frames->sequence)
     status = fvv_mesh_sequence_open(&frames->key, allocator, &frames->sequence, diagnostic);
   if (status != FVV_OK) return status;
@@ -57,7 +57,7 @@ const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames) {
 }
 
 static fvv_status no_memory(fvv_diagnostic *diagnostic) {
-  return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory for visibility");
 }
 
 static void free_current(const fvv_allocator *allocator, fvv_visibility *v) {
@@ -97,11 +97,11 @@ static fvv_status check_number(const fvv_visibility_frames *frames, const fvv_vi
   if (header->domain != former->domain || header->mesh_track != former->mesh_track ||
       header->element_count != former->element_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_NUMBER, "domain, mesh track or element count differ from the chunk before");
+                    FVV_VISI_NUMBER, "domain, mesh track or element count differs from the chunk before");
   return FVV_OK;
 }
 
-/* A camera that moves is where its calibration says. */
+/* The calibration gives the position of a moving camera. */
 static fvv_status centre_of(const fvv_configuration *configuration, const fvv_calibration *calibration,
                             uint16_t id, int32_t centre[3], fvv_diagnostic *diagnostic) {
   const fvv_camera *camera = fvv_configuration_camera(configuration, id);
@@ -113,7 +113,7 @@ static fvv_status centre_of(const fvv_configuration *configuration, const fvv_ca
   if (camera->flags & FVV_CAMERA_MOVES) {
     if (!calibration || fvv_calibration_camera(calibration, id, &now) != FVV_OK)
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY,
-                      FVV_VISI_SIZE, "camera %u moves and is not calibrated at this time", id);
+                      FVV_VISI_SIZE, "moving camera %u has no calibration at this time", id);
     camera = &now;
   }
   if (fvv_visibility_centre(camera, &configuration->scene, centre, &why) == FVV_OK) return FVV_OK;
@@ -141,10 +141,10 @@ fvv_status fvv_visibility_frames_check(const fvv_visibility_frames *frames, cons
   const fvv_track *track = fvv_configuration_track(configuration, header->mesh_track);
   if (track && track->kind == FVV_TRACK_MESH) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
-                  FVV_VISI_MESH_TRACK, "track %u, whose mesh is meant, is no mesh track", header->mesh_track);
+                  FVV_VISI_MESH_TRACK, "mesh track %u is not declared as a mesh track", header->mesh_track);
 }
 
-/* An order for the faces of mesh: the last one, where they are the same. */
+/* The order for the faces of mesh: the last one if they are the same. */
 static fvv_status keep_order(fvv_visibility_frames *frames, const fvv_mesh *mesh, uint8_t domain,
                              fvv_diagnostic *diagnostic) {
   const size_t bytes = 3 * (size_t)mesh->face_count * sizeof *mesh->faces;
@@ -174,7 +174,7 @@ static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *p
   const fvv_visibility_header *header = &next->header;
   int32_t centre[3];
   uint64_t bytes;
-  /* Two bytes of a table name a camera: before there is memory for what it sees, it has to exist. */
+  /* A table names a camera in two bytes: it has to exist before memory for its view is allocated. */
   for (uint32_t i = 0; i < header->camera_count; i++) {
     const fvv_status status = centre_of(configuration, calibration, streams[i].camera, centre, diagnostic);
     if (status != FVV_OK) return status;
@@ -212,8 +212,8 @@ static fvv_status add_visibility(fvv_visibility_frames *frames, const uint8_t *p
   if (!mesh || elements != next.header.element_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
                     FVV_VISI_ELEMENT_COUNT,
-                    mesh ? "visibility of %lu elements, the mesh of its time has %lu"
-                         : "visibility of %lu elements, but its time has no mesh on that track",
+                    mesh ? "visibility has %lu elements, the mesh at its time has %lu"
+                         : "visibility has %lu elements, but there is no mesh on its mesh track at its time",
                     (unsigned long)next.header.element_count, (unsigned long)elements);
   fvv_visibility_stream *streams = NULL;
   status = read_streams(payload, size, limits, &frames->allocator, &next.header, &streams, diagnostic);
@@ -254,7 +254,7 @@ static fvv_status decode_tiles(const fvv_configuration *configuration, uint16_t 
   const fvv_video_layout *video = fvv_configuration_video(configuration, track);
   if (!video || video->config.shows != FVV_SHOWS_TILES)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_SHOWN, FVV_CHUNK_GROUP_TILES, 0,
-                    "track %u shows no tiles", track);
+                    "track %u does not show tiles", track);
   /* No more tiles than the payload has bytes for. */
   const size_t most = size / FVV_TILE_ENTRY_SIZE;
   fvv_status status = fvv_bytes_reserve(tiles, most * sizeof(fvv_tile));

@@ -1,4 +1,4 @@
-/* stream/tracks.h: what one track carries from chunk to chunk: meshes and visibility that later frames build
+/* stream/tracks.h: the state of a track from chunk to chunk: meshes and visibility that later frames depend
  * on, and the tile layout of a group. */
 #ifndef FVV_STREAM_TRACKS_H
 #define FVV_STREAM_TRACKS_H
@@ -20,7 +20,7 @@ typedef struct fvv_mesh_frames {
 
 void fvv_mesh_frames_reset(fvv_mesh_frames *frames);
 
-/* The profile of a chunk and its key flag say the same (FVV-3017). */
+/* The profile of a chunk and its key flag agree (FVV-3017). */
 FVV_MUST_USE fvv_status fvv_mesh_frames_check_flag(const fvv_mesh_header *header, int key,
                                                    fvv_diagnostic *diagnostic);
 
@@ -37,7 +37,7 @@ const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames);
 typedef struct fvv_visibility_frames {
   fvv_visibility current; /* header.camera_count 0: none */
   fvv_allocator allocator;
-  fvv_visibility_order *order; /* of faces; kept as long as they stay */
+  fvv_visibility_order *order; /* of faces; kept as long as they do not change */
   uint32_t *faces;
   uint32_t vertex_count, face_count;
 } fvv_visibility_frames;
@@ -62,7 +62,7 @@ FVV_MUST_USE fvv_status fvv_visibility_frames_add(fvv_visibility_frames *frames,
                                                   fvv_diagnostic *diagnostic);
 
 /* Decodes the payload of a GTIL of a track into fvv_tile, and checks it against the configuration. *tiles
- * belongs to the caller, whatever is returned. Offsets of diagnostics are relative to the payload. */
+ * belongs to the caller, also after an error. Offsets of diagnostics are relative to the payload. */
 FVV_MUST_USE fvv_status fvv_group_tiles_decode(const fvv_configuration *configuration, uint16_t track,
                                                const uint8_t *payload, size_t size, const fvv_limits *limits,
                                                fvv_bytes *tiles, fvv_diagnostic *diagnostic);

@@ -25,7 +25,7 @@ typedef struct obu {
   size_t size;
 } obu;
 
-/* Where a breach in a list of OBUs is reported. */
+/* How an error in a list of OBUs is reported. */
 typedef struct list_report {
   fvv_status status;
   uint32_t issue, chunk;
@@ -33,8 +33,8 @@ typedef struct list_report {
   fvv_diagnostic *diagnostic;
 } list_report;
 
-/* The next OBU: FVV_OK, FVV_END after the last. Each has a size field, so that a list that was cut is seen
- * to be. */
+/* The next OBU: FVV_OK, FVV_END after the last. Each has a size field, so that a truncated list is
+ * detected. */
 static fvv_status next_obu(const list_report *to, fvv_cursor *cursor, obu *out) {
   const size_t offset = cursor->position;
   const uint8_t *header = fvv_cursor_take(cursor, 1);
@@ -48,7 +48,7 @@ static fvv_status next_obu(const list_report *to, fvv_cursor *cursor, obu *out) 
     const uint8_t *byte = fvv_cursor_take(cursor, 1);
     if (!byte || i == 8)
       return fvv_fail(to->diagnostic, to->status, to->issue, to->chunk, to->base + offset,
-                      "the size of an OBU does not end within %s", byte ? "8 bytes" : "the bytes there are");
+                      "the size of an OBU does not end within %s", byte ? "8 bytes" : "the sample or record");
     size |= (uint64_t)(*byte & 127) << 7 * i;
     if (!(*byte & 128)) break;
   }
@@ -146,5 +146,5 @@ static fvv_status sample_inspect(const uint8_t *sample, size_t size, int *key, f
 }
 
 const fvv_codec_rules fvv_av1_rules = {
-    FVV_CODEC_AV01, FVV_ISSUE_SAMPLE_AV1, "AV1",     "key frame behind a sequence header",
+    FVV_CODEC_AV01, FVV_ISSUE_SAMPLE_AV1, "AV1",     "key frame after a sequence header",
     record_inspect, codec_string,         bit_depth, sample_inspect};

@@ -1,7 +1,7 @@
 /* video/avc.c: H.264 as MP4 stores it: configuration record and length-prefixed samples (clause 10.5).
  *
- * Read are the frame around NAL units by ISO/IEC 14496-15 and the one header byte of ITU-T H.264
- * clause 7.3.1. The rest is up to decoders. */
+ * Only the framing of NAL units (ISO/IEC 14496-15) and their header byte (ITU-T H.264 clause 7.3.1) are read.
+ * The rest is up to decoders. */
 #include "base/diagnostic.h"
 #include "video/codecs.h"
 
@@ -15,13 +15,13 @@ static fvv_status check_units(const fvv_record_report *to, fvv_cursor *cursor, u
   return fvv_record_parameter_sets(to, cursor, &sets);
 }
 
-/* Clause 5.3.3.1.2 lets profiles other than Baseline, Main and Extended say more; old writers leave it out.
- */
+/* Clause 5.3.3.1.2 has further fields for profiles other than Baseline, Main and Extended; old writers omit
+ * them. */
 static fvv_status check_extension(const fvv_record_report *to, fvv_cursor *cursor, unsigned profile) {
   const size_t offset = cursor->position;
   if (offset == cursor->size) return FVV_OK;
   if (profile == 66 || profile == 77 || profile == 88)
-    return fvv_record_wrong(to, offset, "the number of bytes behind the parameter sets",
+    return fvv_record_wrong(to, offset, "the number of bytes after the parameter sets",
                             (unsigned)(cursor->size - offset), 0);
   const uint8_t *p = fvv_cursor_take(cursor, 4);
   if (!p) return fvv_record_ends(to, cursor, "the chroma format and bit depths");
@@ -35,7 +35,7 @@ static fvv_status check_extension(const fvv_record_report *to, fvv_cursor *curso
   const fvv_status status = check_units(to, cursor, p[3], NAL_SPS_EXTENSION, 2);
   if (status != FVV_OK) return status;
   if (cursor->position != cursor->size)
-    return fvv_record_wrong(to, cursor->position, "the number of bytes behind the last parameter set",
+    return fvv_record_wrong(to, cursor->position, "the number of bytes after the last parameter set",
                             (unsigned)(cursor->size - cursor->position), 0);
   return FVV_OK;
 }
@@ -66,7 +66,7 @@ static void codec_string(const uint8_t *record, char out[FVV_CODEC_STRING_CAPACI
   snprintf(out, FVV_CODEC_STRING_CAPACITY, "avc1.%02x%02x%02x", record[1], record[2], record[3]);
 }
 
-/* Old records leave the depth out; of Baseline, Main, Extended and High it is known all the same. */
+/* Old records omit the depth; Baseline, Main, Extended and High have 8 bits. */
 static unsigned bit_depth(const uint8_t *record, size_t size) {
   size_t at = 6;
   for (unsigned i = record[5] & 31; i > 0; i--) at += 2 + ((size_t)record[at] << 8 | record[at + 1]);

@@ -1,5 +1,5 @@
-/* video/codecs.h: the interface that the codecs in this folder implement, and the walk over NAL units that
- * two of them share. */
+/* video/codecs.h: the interface of the codecs in this folder, and the iteration over NAL units that two of
+ * them share. */
 #ifndef FVV_VIDEO_CODECS_H
 #define FVV_VIDEO_CODECS_H
 
@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-/* Where a breach is reported: base is added to offsets in the record. */
+/* How an error is reported: base is added to offsets in the record. */
 typedef struct fvv_record_report {
   const char *codec; /* "H.264" */
   fvv_status status;
@@ -37,7 +37,7 @@ typedef struct fvv_codec_rules {
   fvv_status (*record_inspect)(const fvv_record_report *to, const uint8_t *record, size_t size);
   /* Of a record that is well formed. codec_string ends with NUL; its digits A to F may have either case. */
   void (*codec_string)(const uint8_t *record, char out[FVV_CODEC_STRING_CAPACITY]);
-  unsigned (*bit_depth)(const uint8_t *record, size_t size); /* 0: the record does not say */
+  unsigned (*bit_depth)(const uint8_t *record, size_t size); /* 0: not in the record */
   /* Reports with sample_issue. *key: whether the sample opens with a key picture. */
   fvv_status (*sample_inspect)(const uint8_t *sample, size_t size, int *key, fvv_diagnostic *diagnostic);
 } fvv_codec_rules;
@@ -53,8 +53,8 @@ typedef struct fvv_nal_walk {
   fvv_diagnostic *diagnostic;
 } fvv_nal_walk;
 
-/* The next unit: FVV_OK, FVV_END after the last, FVV_ERROR_INVALID with the walk's issue. A sample has at
- * least one unit. */
+/* The next unit: FVV_OK, FVV_END after the last, FVV_ERROR_INVALID with issue. A sample has at least one
+ * unit. */
 fvv_status fvv_nal_next(fvv_nal_walk *walk, const uint8_t **unit, size_t *size);
 
 /* The rules of clause 10.4 for a sample: FVV_ERROR_INVALID, FVV_ISSUE_SAMPLE_JPEG. */

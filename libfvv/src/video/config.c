@@ -114,15 +114,16 @@ static fvv_status check_ranges(const fvv_video_config *config, fvv_status status
                     "frame is %" PRIu32 " x %" PRIu32 ", expected at least 1 x 1", config->width,
                     config->height);
   if (config->shows > FVV_SHOWS_ATLAS)
-    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_SHOWS, "what is shown is %d, expected 0 to 2",
+    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_SHOWS, "kind of content is %d, expected 0 to 2",
                     config->shows);
   if (config->bit_depth < 8 || config->bit_depth > 16)
     return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_BIT_DEPTH, "bit depth is %d, expected 8 to 16",
                     config->bit_depth);
   if ((config->shows == FVV_SHOWS_CAMERA) != (config->camera_id != FVV_NO_CAMERA))
-    return fvv_fail(
-        diagnostic, status, issue, type, FVV_VCFG_CAMERA, "camera is %d, expected %s", config->camera_id,
-        config->shows == FVV_SHOWS_CAMERA ? "the one that is shown" : "65535 as no single one is shown");
+    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_CAMERA, "camera is %d, expected %s",
+                    config->camera_id,
+                    config->shows == FVV_SHOWS_CAMERA ? "the camera that is shown"
+                                                      : "65535 as the track does not show a single camera");
   if (config->full_range > 1)
     return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_FULL_RANGE,
                     "full range flag is %d, expected 0 or 1", config->full_range);
@@ -170,13 +171,13 @@ static fvv_status check_record(const fvv_codec_rules *rules, const fvv_video_con
   const unsigned depth = rules->bit_depth(config->record, config->record_size);
   if (depth && depth != config->bit_depth)
     return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG, FVV_VCFG_BIT_DEPTH,
-                    "bit depth is %d, the %s record says %u", config->bit_depth, rules->name, depth);
+                    "bit depth is %d, but %u in the %s record", config->bit_depth, depth, rules->name);
   char expected[FVV_CODEC_STRING_CAPACITY];
   rules->codec_string(config->record, expected);
   if (!same_string(expected, config->codec_string, config->codec_string_size))
     return fvv_fail(diagnostic, status, FVV_ISSUE_VIDEO_RECORD, FVV_CHUNK_VIDEO_CONFIG,
                     FVV_VCFG_SIZE + (uint64_t)config->record_size,
-                    "codec string of %zu bytes does not say '%s', as the record does",
+                    "codec string of %zu bytes does not match the record, expected '%s'",
                     config->codec_string_size, expected);
   return FVV_OK;
 }

@@ -1,7 +1,7 @@
 /* video/hevc.c: HEVC as MP4 stores it: configuration record and length-prefixed samples (clause 10.7).
  *
- * Read are the frame around NAL units by ISO/IEC 14496-15, the two header bytes of ITU-T H.265 clause 7.3.1.2
- * and the first bit of a slice segment. The rest is up to decoders. */
+ * Only the framing of NAL units (ISO/IEC 14496-15), their two header bytes (ITU-T H.265 clause 7.3.1.2) and
+ * the first bit of a slice segment are read. The rest is up to decoders. */
 #include "base/diagnostic.h"
 #include "video/codecs.h"
 
@@ -68,7 +68,7 @@ static fvv_status record_inspect(const fvv_record_report *to, const uint8_t *rec
     if (status != FVV_OK) return status;
   }
   if (cursor.position != size)
-    return fvv_record_wrong(to, cursor.position, "the number of bytes behind the last parameter set",
+    return fvv_record_wrong(to, cursor.position, "the number of bytes after the last parameter set",
                             (unsigned)(size - cursor.position), 0);
   return FVV_OK;
 }

@@ -61,7 +61,7 @@ fvv_status fvv_jpeg_inspect(uint32_t width, uint32_t height, const uint8_t *samp
     if (marker == TEM) continue;
     if (marker < SOF0 || (marker >= RST0 && marker <= SOS))
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, type, cursor.position - !!p,
-                      "JPEG marker 0x%02x stands in front of the frame header", marker);
+                      "JPEG has marker 0x%02x before its frame header", marker);
     const uint64_t offset = cursor.position;
     const uint8_t *segment = fvv_cursor_take(&cursor, 2);
     const unsigned length = segment ? get_be16(segment) : 0;

@@ -1,6 +1,6 @@
 /* video/oexr.c: header, offset table and heads of the blocks of an OpenEXR file, read before a decoder sees
- * the file (OpenEXR's "File Layout", version 2). Of the one kind that
- * clause 10.12 allows: one part, scan lines, half B G R. */
+ * the file (OpenEXR's "File Layout", version 2). Clause 10.12 allows one kind: one part, scan lines, half B G
+ * R. */
 #include "video/codecs.h"
 
 #include "base/bytes.h"
@@ -12,7 +12,7 @@
 enum { LONGEST_NAME = 31, VERSION = 2, HALF = 1, PIXEL_SIZE = 6, BLOCK_HEAD = 8, CHANNELS_SIZE = 55 };
 static const uint8_t magic[4] = {0x76, 0x2f, 0x31, 0x01};
 
-/* Attributes that are looked at. size: of the value, 0: any. */
+/* Attributes that are read. size: of the value, 0: any. */
 enum {
   CHANNELS,
   COMPRESSION,
@@ -48,7 +48,7 @@ typedef struct oexr_file {
   uint32_t width, height;
   unsigned found;      /* bit i: known[i] was there */
   uint8_t compression; /* valid */
-  int64_t block_count; /* as stated; -1: it is not */
+  int64_t block_count; /* chunkCount; -1: there is none */
   uint64_t count_offset;
   fvv_diagnostic *diagnostic;
 } oexr_file;
@@ -94,7 +94,7 @@ static fvv_status check_channels(const oexr_file *file, const uint8_t *p, uint64
                     "OpenEXR channel %c is sampled %" PRId32 " x %" PRId32 ", expected 1 x 1", "BGR"[i],
                     get_i32(p + 10), get_i32(p + 14));
   }
-  return *p ? BROKEN(file, offset, "OpenEXR has a channel behind B, G and R") : FVV_OK;
+  return *p ? BROKEN(file, offset, "OpenEXR has a channel after B, G and R") : FVV_OK;
 }
 
 static fvv_status check_window(const oexr_file *file, int attribute, const uint8_t *p, uint64_t offset) {
@@ -153,11 +153,11 @@ static fvv_status read_attribute(oexr_file *file) {
                   cursor->size - cursor->position);
   for (int i = 0; i < KNOWN; i++) {
     if (strcmp(name, known[i].name)) continue;
-    if (file->found >> i & 1) return BROKEN(file, start, "OpenEXR %s is there twice", known[i].name);
+    if (file->found >> i & 1) return BROKEN(file, start, "OpenEXR has attribute %s twice", known[i].name);
     file->found |= 1u << i;
     if (i != TILES && (strcmp(type, known[i].type) || size != known[i].size))
-      return BROKEN(file, at, "OpenEXR %s is no %s of %" PRIu32 " bytes", known[i].name, known[i].type,
-                    known[i].size);
+      return BROKEN(file, at, "OpenEXR attribute %s is not a %s of %" PRIu32 " bytes", known[i].name,
+                    known[i].type, known[i].size);
     return check_value(file, i, value, at + 4);
   }
   return FVV_OK;
@@ -183,7 +183,7 @@ static fvv_status read_header(oexr_file *file) {
   return FVV_OK;
 }
 
-/* One after the other, from after the table to the end of the sample. */
+/* Blocks follow each other from the table to the end of the sample. */
 static fvv_status check_blocks(oexr_file *file) {
   fvv_cursor *cursor = &file->cursor;
   const uint32_t lines = lines_of_block[file->compression];
@@ -214,7 +214,7 @@ static fvv_status check_blocks(oexr_file *file) {
     if (!fvv_cursor_take(cursor, size)) return ends(file, "a block");
   }
   if (cursor->position != cursor->size)
-    return BROKEN(file, cursor->position, "OpenEXR file has %zu bytes behind its last block",
+    return BROKEN(file, cursor->position, "OpenEXR file has %zu bytes after its last block",
                   cursor->size - cursor->position);
   return FVV_OK;
 }

@@ -38,7 +38,7 @@ static fvv_status check_cameras(const fvv_tile *tiles, size_t count, fvv_status 
     if (seen[id / 8] & bit)
       return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_OVERLAP, FVV_CHUNK_TILES,
                       entry_offset(i, FVV_TILE_ENTRY_CAMERA),
-                      "tile %zu is the second of camera %u, expected one", i, id);
+                      "tile %zu is the second one of camera %u, expected one tile for each camera", i, id);
     seen[id / 8] |= (uint8_t)bit;
   }
   return FVV_OK;
@@ -51,8 +51,7 @@ static fvv_status check_places(const fvv_tile *tiles, size_t count, uint32_t fra
     const uint64_t offset = entry_offset(i, FVV_TILE_ENTRY_DESTINATION);
     if (d->x % FVV_TILE_ALIGNMENT || d->y % FVV_TILE_ALIGNMENT)
       return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_RECT, FVV_CHUNK_TILES, offset,
-                      "tile %zu stands at (%d, %d), expected multiples of %d", i, d->x, d->y,
-                      FVV_TILE_ALIGNMENT);
+                      "tile %zu is at (%d, %d), expected multiples of %d", i, d->x, d->y, FVV_TILE_ALIGNMENT);
     if ((uint32_t)d->x + d->width > frame_width || (uint32_t)d->y + d->height > frame_height)
       return fvv_fail(diagnostic, status, FVV_ISSUE_TILE_RECT, FVV_CHUNK_TILES, offset,
                       "tile %zu ends at (%d, %d), outside the frame of %" PRIu32 " x %" PRIu32, i,
@@ -152,7 +151,7 @@ fvv_status fvv_tiles_arrange(fvv_tile *tiles, size_t count, uint32_t max_dimensi
     if (w > max || h > max)
       return fvv_fail(diagnostic, FVV_ERROR_INPUT, 0, FVV_CHUNK_TILES, 0,
                       "the tile of camera %d takes %" PRIu32 " x %" PRIu32
-                      " pixels, a frame has at most %" PRIu32 " a side",
+                      " pixels, a frame can have at most %" PRIu32 " a side",
                       tiles[i].camera_id, w, h, max);
     if (w > widest) widest = w;
     total += w;

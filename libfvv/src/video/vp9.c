@@ -1,7 +1,8 @@
 /* video/vp9.c: VP9 as MP4 stores it: configuration record, and frames or superframes (clause 10.8).
  *
- * Read are the VP Codec ISO Media File Format Binding, the first bits of the uncompressed header (VP9
- * bitstream specification, clause 6.2) and the superframe index (annex B). The rest is up to decoders. */
+ * Only the record (VP Codec ISO Media File Format Binding), the first bits of the uncompressed header (VP9
+ * bitstream specification, clause 6.2) and the superframe index (annex B) are read. The rest is up to
+ * decoders. */
 #include "base/diagnostic.h"
 #include "video/codecs.h"
 

@@ -10,7 +10,7 @@
 #include "fvv/visibility.h"
 #include "mesh/topology.h"
 
-/* How many elements that touch a place have been coded as hidden and as seen. */
+/* The number of elements at a place that have been coded as hidden and as seen. */
 typedef struct element_place {
   uint32_t count[2];
 } element_place;
@@ -30,7 +30,7 @@ static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_lim
                               fvv_visibility_header *header, fvv_diagnostic *diagnostic) {
   if (size < FVV_VISI_SIZE)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_PAYLOAD, FVV_CHUNK_VISIBILITY, size,
-                    "the header has %d bytes, the payload %zu", FVV_VISI_SIZE, size);
+                    "payload has %zu bytes, expected at least %d", size, FVV_VISI_SIZE);
   header->domain = payload[FVV_VISI_DOMAIN];
   header->threshold = payload[FVV_VISI_THRESHOLD];
   header->mesh_track = fvv_get_u16(payload + FVV_VISI_MESH_TRACK);
@@ -39,25 +39,26 @@ static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_lim
   header->camera_count = fvv_get_u32(payload + FVV_VISI_CAMERA_COUNT);
   if (header->domain > FVV_VISIBILITY_WEIGHTS)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_VISIBILITY_DOMAIN, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_DOMAIN, "domain %u, known are 0 to 2", header->domain);
+                    FVV_VISI_DOMAIN, "domain is %u, expected 0 to 2", header->domain);
   /* Two bytes of the table for each camera. */
   if (!header->camera_count || header->camera_count > (size - FVV_VISI_SIZE) / 2)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_SIZE, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_CAMERA_COUNT, "%lu cameras in a table of at most %zu bytes",
+                    FVV_VISI_CAMERA_COUNT,
+                    "%lu cameras, expected at least one and a table of at most %zu bytes",
                     (unsigned long)header->camera_count, size - FVV_VISI_SIZE);
   if (header->camera_count > limits->max_cameras)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY, FVV_VISI_CAMERA_COUNT,
-                    "%lu cameras, the limit is %lu", (unsigned long)header->camera_count,
+                    "%lu cameras, limit %lu", (unsigned long)header->camera_count,
                     (unsigned long)limits->max_cameras);
   const uint32_t most = header->domain == FVV_VISIBILITY_FACES ? limits->max_faces : limits->max_vertices;
   if (header->element_count > most)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_ELEMENT_COUNT, "%lu elements, the limit is %lu",
-                    (unsigned long)header->element_count, (unsigned long)most);
+                    FVV_VISI_ELEMENT_COUNT, "%lu elements, limit %lu", (unsigned long)header->element_count,
+                    (unsigned long)most);
   return FVV_OK;
 }
 
-/* Fills streams, for which there is room, or passes over the table when it is NULL. */
+/* Fills streams, which has room for all, or skips the table when streams is NULL. */
 static fvv_status read_table(const uint8_t *payload, size_t size, const fvv_visibility_header *header,
                              fvv_visibility_stream *streams, fvv_diagnostic *diagnostic) {
   fvv_cursor cursor = {payload, size, FVV_VISI_SIZE, 0};
@@ -69,7 +70,7 @@ static fvv_status read_table(const uint8_t *payload, size_t size, const fvv_visi
     camera += more < FVV_NO_CAMERA ? more : FVV_NO_CAMERA;
     if (camera >= FVV_NO_CAMERA || (i && !more))
       return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_CAMERA, FVV_CHUNK_VISIBILITY, place,
-                      "camera %lu of the table does not rise from the one before, or is beyond 65534",
+                      "camera %lu of the table is not above the one before, or is above 65534",
                       (unsigned long)i);
     const size_t taken = bytes <= size ? (size_t)bytes : size + 1;
     if (streams) streams[i] = (fvv_visibility_stream){(uint16_t)camera, (size_t)all, taken};
@@ -77,7 +78,7 @@ static fvv_status read_table(const uint8_t *payload, size_t size, const fvv_visi
   }
   if (cursor.failed || all != size - cursor.position)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_SIZE, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_SIZE, "the streams' sizes do not add up to the payload's");
+                    FVV_VISI_SIZE, "sizes of the streams do not add up to the size of the payload");
   for (uint32_t i = 0; i < header->camera_count && streams; i++) streams[i].offset += cursor.position;
   return FVV_OK;
 }
@@ -91,14 +92,14 @@ fvv_status fvv_visibility_peek(const uint8_t *payload, size_t size, const fvv_li
   fvv_status status = read_header(payload, size, &chosen, header, diagnostic);
   if (status == FVV_OK && streams && capacity < header->camera_count)
     return fvv_fail(diagnostic, FVV_ERROR_BUFFER_TOO_SMALL, 0, FVV_CHUNK_VISIBILITY, FVV_VISI_CAMERA_COUNT,
-                    "%lu cameras, room for %zu", (unsigned long)header->camera_count, capacity);
+                    "%lu cameras, the array has room for %zu", (unsigned long)header->camera_count, capacity);
   if (status == FVV_OK) status = read_table(payload, size, header, streams, diagnostic);
   if (status != FVV_OK && status != FVV_ERROR_BUFFER_TOO_SMALL) *header = (fvv_visibility_header){0};
   return status;
 }
 
-/* Breadth first over the surface: what is coded next lies at the rim of what is known, so that as much as can
- * be is known around it. */
+/* Breadth first over the surface: the next element lies at the rim of those already coded, so that as many of
+ * its neighbours as possible are known. */
 
 void fvv_visibility_order_close(fvv_visibility_order *order) {
   if (!order) return;
@@ -176,10 +177,10 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
   *order = NULL;
   if (domain > FVV_VISIBILITY_WEIGHTS)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_DOMAIN, 0, 0,
-                    "domain %u, known are 0 to 2", domain);
+                    "domain is %u, expected 0 to 2", domain);
   if (mesh->face_count >= UINT32_C(1) << 30)
-    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, 0, 0, "%lu faces, at most 2^30 - 1",
-                    (unsigned long)mesh->face_count);
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, 0, 0,
+                    "%lu faces, expected at most 2^30 - 1", (unsigned long)mesh->face_count);
   const fvv_allocator chosen = fvv_allocator_or_default(allocator);
   fvv_visibility_order *o = fvv_allocate_zeroed(&chosen, sizeof *o);
   fvv_status status = FVV_ERROR_MEMORY;
@@ -207,12 +208,12 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
     return FVV_OK;
   }
   fvv_visibility_order_close(o);
-  return fvv_fail(diagnostic, status, 0, 0, 0, "no memory for visibility");
+  return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory for visibility");
 }
 
-/* Bits and weights of elements that face a camera, by an adaptive range coder whose contexts count what is
- * known around (clause 17.3). Weights come in two passes: on which side of a half each vertex lies, as a bit,
- * and then how far from it, where a vertex next to it lies on the other side. */
+/* Bits and weights of elements that face a camera, by an adaptive range coder whose contexts count the
+ * neighbours that are known (clause 17.3). Weights come in two passes: first on which side of a half each
+ * vertex lies, as a bit, then how far from it, where a vertex next to it lies on the other side. */
 
 enum { CLASSES = 7, SIDES = 3, LEVELS = 3, LIKELY = 3 << 14 };
 
@@ -221,19 +222,18 @@ typedef struct visibility_model {
   fvv_probability level[LEVELS + 1][CLASSES][LEVELS - 1]; /* former level, others around, level - 1 */
 } visibility_model;
 
-/* FVV_ELEMENT_BACKFACING, HIDDEN or SEEN, also of what is nearer to a half; of a state that there is not,
- * backfacing.
- */
+/* FVV_ELEMENT_BACKFACING, HIDDEN or SEEN of a state, or of the level nearer to a half; backfacing for states
+ * that do not exist. */
 static inline uint32_t side_of(uint8_t state) {
   return !state || state > 2 * LEVELS ? FVV_ELEMENT_BACKFACING : 2 - (state & 1u);
 }
-/* 1: all or nothing, then nearer to a half; 0 of backfacing elements. */
+/* 1 for all or nothing, more for nearer to a half; 0 for backfacing elements. */
 static inline uint32_t level_of(uint8_t state) {
   return side_of(state) ? (state + 1u) / 2 : 0;
 }
 
-/* Contexts begin with what they say: as many seen and hidden as the least counts of their classes, and four
- * each for the state of the frame before. There are too many of them to learn that anew in each frame. */
+/* Each context begins with an estimate: as many seen and hidden as the least counts of its classes, and four
+ * for the state of the frame before. There are too many of them to adapt in each frame. */
 static void reset(visibility_model *model) {
   static const uint32_t least[CLASSES] = {0, 1, 2, 3, 4, 7, 10};
   for (uint32_t f = 0; f < SIDES; f++)
@@ -267,7 +267,8 @@ static inline touched_places places_of(const fvv_visibility_order *order, const 
                           order->first[element + 1] - order->first[element]};
 }
 
-/* How many that touch the same places are known to be on a side, each as often as it touches one of them. */
+/* The class of the number of elements known to be on a side, each counted once for every place that it
+ * shares. */
 static uint32_t class_around(const fvv_visibility_order *order, touched_places touched, uint32_t side) {
   uint64_t count = 0;
   for (uint32_t i = 0; i < touched.count; i++)
@@ -275,7 +276,7 @@ static uint32_t class_around(const fvv_visibility_order *order, touched_places t
   return class_of(count);
 }
 
-/* Whether vertices around one do not face the camera. Of bits that is no context. */
+/* Whether a neighbour of a vertex does not face the camera. Bits have no such context. */
 static int at_rim(const fvv_visibility_order *order, const fvv_mesh *mesh, touched_places touched,
                   const uint8_t *known) {
   for (uint32_t i = 0; i < touched.count && order->domain == FVV_VISIBILITY_WEIGHTS; i++)
@@ -299,8 +300,8 @@ static fvv_probability *level_contexts(visibility_model *model, const fvv_visibi
   return order->domain == FVV_VISIBILITY_WEIGHTS && others ? model->level[known >> 2][others] : NULL;
 }
 
-/* Keeps the side of an element, and the level that it had if it was on that side before: what is known of it
- * until its level is. */
+/* Stores the side of an element and, until its level is known, the level that it had in the frame before if
+ * it was on that side. */
 static void note(fvv_visibility_order *order, touched_places touched, uint32_t side, uint8_t former,
                  uint8_t *known) {
   *known = (uint8_t)(side | (side_of(former) == side ? level_of(former) << 2 : 0));
@@ -319,11 +320,11 @@ fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *me
   fvv_diagnostic_clear(diagnostic);
   if (!is_of(order, mesh) || header->domain != order->domain || header->element_count != order->element_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_ELEMENT_COUNT, "visibility of %lu elements, the mesh of its time has %lu",
+                    FVV_VISI_ELEMENT_COUNT, "visibility has %lu elements, the mesh at its time has %lu",
                     (unsigned long)header->element_count, (unsigned long)order->element_count);
   /* Of each element whether it faces, then what note keeps: states may be former. */
   uint8_t *known = fvv_allocate(&order->allocator, order->element_count);
-  if (!known) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "no memory for visibility");
+  if (!known) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory for visibility");
   fvv_visibility_facing(mesh, order->domain, centre, header->threshold, known);
   memset(order->places, 0, (size_t)order->place_count * sizeof *order->places);
   visibility_model model;
@@ -351,7 +352,7 @@ fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *me
   fvv_release(&order->allocator, known, order->element_count);
   if (!size || fvv_range_decoder_finished(&d)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_STREAM, FVV_CHUNK_VISIBILITY, 0,
-                  "the %zu bytes of a camera do not end with its last element", size);
+                  "stream of a camera has %zu bytes, its last element ends elsewhere", size);
 }
 
 /* Appends the bytes of a view, none when it sees nothing. known: room for what note keeps. */
@@ -436,17 +437,18 @@ fvv_status fvv_visibility_encode(fvv_visibility_order *order, const fvv_mesh *me
   payload->size = 0;
   if (!is_of(order, mesh))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
-                    "a mesh of %lu vertices and %lu faces, the order is that of one of %lu and %lu",
+                    "mesh has %lu vertices and %lu faces, expected %lu and %lu as the order was made for",
                     (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count,
                     (unsigned long)order->vertex_count, (unsigned long)order->face_count);
   if (header->domain != order->domain || !view_count)
-    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
-                    "domain %u with an order of domain %u, %zu views", header->domain, order->domain,
-                    view_count);
+    return fvv_fail(
+        diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
+        "domain is %u, expected %u as for the order, and there are %zu views, expected at least one",
+        header->domain, order->domain, view_count);
   for (size_t i = 0; i < view_count; i++)
     if (views[i].camera >= FVV_NO_CAMERA || (i && views[i].camera <= views[i - 1].camera))
       return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_CAMERA, 0, 0,
-                      "camera %u: cameras rise, and none is 65535", views[i].camera);
+                      "camera %u is not above the one before, or is 65535", views[i].camera);
   const fvv_status status = encode_views(order, mesh, header, views, view_count, payload);
-  return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "no memory for visibility");
+  return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "out of memory for visibility");
 }

@@ -1,6 +1,6 @@
 /* What a camera can face (clause 17.2): the cosine between the normal of a face and the direction from its
- * centroid to a camera, compared with a threshold without a root, in integers of 64 bits. And what players
- * interpolate from the coded states (clause 17.4). */
+ * centroid to a camera, compared with a threshold without a root, in integers of 64 bits. Also the weights of
+ * coded states, which players interpolate (clause 17.4). */
 #include <string.h>
 
 #include "base/diagnostic.h"
@@ -21,7 +21,7 @@ fvv_status fvv_visibility_centre(const fvv_camera *camera, const fvv_scene *scen
   for (int a = 0; a < 3; a++)
     if (!fvv_lattice_quantise(metres[a], scene->lattice_origin[a], scene->lattice_step, &centre[a]))
       return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_VISIBILITY_CAMERA, 0, 0,
-                      "the centre of camera %u, %c = %g m, lies outside the lattice", camera->id, "xyz"[a],
+                      "centre of camera %u, %c = %g m, lies outside the lattice", camera->id, "xyz"[a],
                       metres[a]);
   return FVV_OK;
 }
@@ -75,7 +75,7 @@ void fvv_visibility_facing(const fvv_mesh *mesh, uint8_t domain, const int32_t c
       for (size_t c = 0; c < 3; c++) facing[mesh->faces[3 * (size_t)f + c]] = 1;
 }
 
-/* Nothing around it has a bit: a little less than half, so that other corners decide. */
+/* No neighbour has a bit: a little less than half, so that other corners decide. */
 enum { UNKNOWN_WEIGHT = 127 };
 
 static uint8_t share_of(uint32_t seen, uint32_t hidden) {

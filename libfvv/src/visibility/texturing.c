@@ -1,4 +1,4 @@
-/* TEXR (clause 17.5): how the colours of cameras are mixed. */
+/* TEXR (clause 17.5): how the colours of cameras are blended. */
 #include <math.h>
 
 #include "base/bytes.h"
@@ -19,10 +19,10 @@ static fvv_status check(const fvv_texturing *t, fvv_status status, fvv_diagnosti
   for (size_t i = 0; i < 2; i++)
     if (!(tolerances[i] >= 0) || !isfinite(tolerances[i]))
       return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_DEPTH_BIAS + 8 * i,
-                      "tolerance of depth maps is %g, expected a number that is not negative", tolerances[i]);
+                      "tolerance of depth maps is %g, expected 0 or more", tolerances[i]);
   if (!t->best)
     return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_BEST,
-                    "no camera is mixed at a place, expected 1 to 255");
+                    "number of blended cameras is 0, expected 1 to 255");
   return FVV_OK;
 }
 

@@ -1,5 +1,5 @@
-// Which frames a file has, as far as that can be known, in which group they are, and what of a damaged file
-// is certain. Numbers stay those of the undamaged stream: what is lost keeps its numbers.
+// The frames of a file and their groups, as far as they can be known in a damaged file. Frames have the
+// numbers of the undamaged stream: lost frames keep theirs.
 #pragma once
 
 #include "fvv/stream.h"
@@ -23,14 +23,14 @@ public:
 
   struct Group {
     uint64_t whole = 0;         // frames from the first on
-    fvv_diagnostic reason = {}; // why no more; status 0: nothing is wrong within
+    fvv_diagnostic reason = {}; // why there are no more; status 0: the group is intact
     fvv_diagnostic behind = {}; // the first damage between this group and the next
   };
-  // By the offset of GRUP. A group whose GRUP was lost has none of its frames whole.
+  // Keyed by the offset of GRUP. A group whose GRUP was lost has no whole frames.
   Group group(uint64_t offset) const;
 
 private:
-  std::map<uint64_t, Group> groups; // key 0: what comes before the first group
+  std::map<uint64_t, Group> groups; // key 0: everything before the first group
 };
 
 struct CloseStream {
@@ -40,7 +40,7 @@ using Stream = std::unique_ptr<fvv_stream, CloseStream>;
 // Error with the diagnostic when it cannot be opened.
 Stream open_stream(const InputFile &file);
 
-// Frames first ... last of the stream are lost; why: the rest of the line that says so.
+// Frames first ... last of the stream are lost; why: the rest of the message.
 struct Loss {
   int64_t first, last;
   std::string why;
@@ -51,20 +51,20 @@ struct GroupPlan {
   size_t group;   // for fvv_file_group
   size_t frame;   // for fvv_stream: its first frame
   int64_t number; // of its first frame in the undamaged stream
-  int64_t count;  // frames that it has or had
+  int64_t count;  // frames that it has or had before damage
   bool complete;  // the list of its chunks is complete, if its table is good
 };
 
 struct Plan {
-  std::vector<GroupPlan> groups; // with at least one frame that is chosen, and not wholly lost
-  std::vector<Loss> losses;      // of groups of which nothing is left
+  std::vector<GroupPlan> groups; // with at least one selected frame, and not entirely lost
+  std::vector<Loss> losses;      // of groups that are entirely lost
   int64_t count = 0;             // frames of the stream
   bool rebuilt = false;          // the index was missing or damaged
   std::string rebuilt_why;
-  std::string uncertain; // why numbers of frames are a guess; empty: they are none
+  std::string uncertain; // why numbers of frames are a guess; empty: they are certain
 };
 
-// The survey of a file is made when first asked for, by whichever thread comes first.
+// The survey of a file is made when first needed, by one of the threads.
 class LazySurvey {
 public:
   explicit LazySurvey(const InputFile &file) : input(file) {}

@@ -1,5 +1,5 @@
-// Decoded meshes and environments as files have them: metres, texture coordinates as fractions, normals as
-// vectors.
+// Decoded meshes and environments in the units of mesh files: metres, texture coordinates as fractions,
+// normals as vectors.
 #pragma once
 
 #include "fvv/mesh.h"
@@ -15,16 +15,16 @@ namespace fvv::demux {
 
 geometry::Lattice lattice_of(const double origin[3], double step);
 
-// mesh lies on the lattice. Vertices and faces stay in their order.
+// mesh lies on the lattice. The order of vertices and faces does not change.
 geometry::Mesh in_metres(const fvv_mesh &mesh, const geometry::Lattice &lattice);
 
 struct UnpackedBackground {
   scene::Environment environment;
-  std::optional<geometry::Lattice> lattice; // the finest of all tracks'; nothing: there was no background
+  std::optional<geometry::Lattice> lattice; // the finest of all tracks; none if there was no background
 };
 
-// What belongs to a group on all background tracks together (fvv.md clause 18.1). Appends to lost a text for
-// each track that is damaged, of which nothing is taken.
+// The environment of a group on all background tracks together (fvv.md clause 18.1). A damaged track is left
+// out, with a text appended to lost.
 UnpackedBackground unpack_background(fvv_stream *stream, size_t group, const fvv_configuration &configuration,
                                      std::vector<std::string> &lost);
 

@@ -9,20 +9,20 @@
 
 namespace fvv::demux {
 
-// Numbers from 0 to 2147483647. An empty selection that was never parsed stands for everything.
+// Numbers from 0 to 2147483647. A selection that was never parsed selects everything.
 class Selection {
 public:
-  // Error (usage) "--option: expected ..., found ..." for text that is no list.
+  // Throws Error (usage) "--option: expected ..., found ..." if text is not a list.
   static Selection parse(const std::string &option, const std::string &text);
 
   bool everything() const { return ranges.empty(); }
   bool has(int64_t number) const;
-  // The part of first ... last (both included) that is chosen, in rising order.
+  // The selected numbers within first ... last (both included), in rising order.
   std::vector<fvv::Range> within(int64_t first, int64_t last) const;
   int64_t largest() const { return ranges.back().last; } // not for everything()
 
 private:
-  std::vector<fvv::Range> ranges; // rising, apart from each other
+  std::vector<fvv::Range> ranges; // rising, disjoint
 };
 
 } // namespace fvv::demux

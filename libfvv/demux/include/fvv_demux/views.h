@@ -1,5 +1,5 @@
-// Which pictures a configuration yields: every camera and the atlas that a video track shows, where in the
-// frame, and the calibration that holds for the picture that is cut out.
+// The pictures of a configuration: every camera and the atlas that video tracks show, their place in the
+// frame, and the calibration of the extracted picture.
 #pragma once
 
 #include "fvv/stream.h"
@@ -18,17 +18,17 @@ namespace fvv::demux {
 // destination's corner. Lens and pose stay as they are.
 fvv_camera camera_of_tile(const fvv_camera &camera, const fvv_tile &tile);
 
-// In the place of a camera's identifier, as in VCFG: the view is the atlas.
+// In place of a camera identifier, as in VCFG: the view is the atlas.
 constexpr uint16_t no_camera = UINT16_MAX;
 
 struct View {
-  fvv_tile tile; // a track that shows one camera or an atlas is one tile of the size of its frame
+  fvv_tile tile; // a track that shows one camera or an atlas is one tile of the frame's size
   std::string folder;
   fvv_tile whole; // the whole picture, at the tile's scale, in a frame of its own
 };
 
-// The tile of a view in the frames of a group (spec/fvv.md, clause 10.11), nothing when its camera has no
-// picture there. An error in place of a guess when the stream has lost it.
+// The tile of a view in the frames of a group (spec/fvv.md, clause 10.11), none if its camera has no picture
+// there. Throws if the stream has lost it.
 fvv_status tile_in_group(fvv_stream *stream, size_t group, const fvv_video_layout &video, const View &view,
                          std::optional<fvv_tile> &tile, fvv_diagnostic &diagnostic);
 
@@ -37,8 +37,8 @@ struct VideoViews {
   std::vector<View> views;
 };
 
-// Of all video tracks in order; a camera or an atlas that is shown twice counts where it comes first, tracks
-// with neither an atlas nor a chosen camera are left out. warnings name what is left out otherwise.
+// Of all video tracks in order. Of a camera or atlas that is shown twice the first is used; tracks with
+// neither an atlas nor a selected camera are left out. warnings name everything else that is left out.
 std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
                                  std::vector<std::string> *warnings);
 

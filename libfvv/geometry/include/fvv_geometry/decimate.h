@@ -1,6 +1,6 @@
 // As few triangles as a budget in pixels allows: the simplifier goes as far as the measured error permits,
-// and what it spoils is given back. docs/fvvmux-budget.md has the rules and what they cost. Every function is
-// pure and may run on any thread.
+// and source faces are restored where the error is too large. docs/fvvmux-budget.md has the rules and their
+// cost. Every function is pure and may run on any thread.
 #pragma once
 
 #include "fvv/calibration.h"
@@ -12,7 +12,7 @@
 
 namespace fvv::decimate {
 
-// The camera that sees a place sharpest. Lengths in metres, or in whatever unit the cameras have.
+// The camera that sees a place sharpest. Lengths in the unit of the cameras, usually metres.
 struct Sight {
   double metres_per_pixel = INFINITY; // the smallest over all directions; infinite: no camera sees the place
   double distance = 0;
@@ -28,10 +28,10 @@ public:
   static Footprint uniform(double metres_per_pixel);
   bool empty() const { return views.empty() && !std::isfinite(size); }
 
-  // Of the cameras in whose picture the place lies; where it lies in none, of those that would see it if
-  // their pictures went on, so that what is just outside is not treated as unseen. Perspective,
-  // skew and the lens count: the answer comes from the derivative of the projection, whose largest singular
-  // value is that of a displacement across the ray in its worst direction.
+  // Of the cameras whose picture contains the place; where none does, of those that would see it in a larger
+  // picture, so that places just outside are not treated as unseen. Perspective, skew and the lens are
+  // included: the result is the largest singular value of the derivative of the projection, for the worst
+  // displacement across the ray.
   Sight look(const double point[3]) const;
 
 private:
@@ -50,21 +50,21 @@ struct SurfaceError {
   double rms_pixels = 0, max_pixels = 0; // each distance divided by what a pixel covers there
 };
 
-// Places that a measurement found further off than a limit.
+// Places whose measured distance exceeds a limit.
 struct Outliers {
   std::vector<uint32_t> vertices; // of the source, those nearest to such a sample included
   std::vector<uint32_t> faces;    // of the decimated surface, with such a sample
   double area = 0;                // square metres of the source that are beyond the limit
 };
 
-// A source that decimated meshes are held against. const members may run on any thread.
+// A source that decimated meshes are compared with. const members may run on any thread.
 class Reference {
 public:
   // source is borrowed; every coordinate finite, every index in range, there is an area.
   // like: NULL, or one of a mesh with the same faces, which saves time.
   Reference(const geometry::Mesh &source, const Footprint &footprint, const Reference *like = nullptr);
 
-  // outliers: what there is is added.
+  // Appends to outliers.
   SurfaceError measure(const compare::Faces &decimated, double limit_pixels, Outliers &outliers) const;
 
   const geometry::Mesh &mesh() const { return source; }
@@ -90,14 +90,14 @@ private:
   render::ClosestFinder finder;
 };
 
-// No place of either surface may be further off than this many times the budget: 0.9 px at 0.15 px, so that
-// no silhouette moves by a pixel. Errors that are spread like noise keep it; what breaks it is a part that
-// was cut off.
+// The largest permitted distance of any place of either surface, as a multiple of the budget: 0.9 px at 0.15
+// px, so that no silhouette moves by a pixel. Noise-like errors stay within it; parts that were cut off do
+// not.
 constexpr double max_over_rms = 6;
 
 struct Budget {
-  double pixels = 0.15;           // rms over the surface, what rounding to the lattice adds included
-  size_t triangles = 0;           // of a frame, in place of pixels, whatever that costs; 0: pixels hold
+  double pixels = 0.15;           // rms over the surface, including rounding to the lattice
+  size_t triangles = 0;           // of a frame, in place of pixels, at any error; 0: pixels apply
   uint32_t min_piece = 0;         // pieces of fewer faces are dropped before all else
   geometry::Lattice lattice = {}; // that the stream has
 };
@@ -113,11 +113,11 @@ struct Report {
   double volume_before = 0, volume_after = 0; // cubic metres, signed (enclosed_volume)
   SurfaceError error;                         // of the decimated surface on the lattice
   double reach = 0;                           // of the simplifier, metres; 0: nothing was decimated
-  size_t held_faces = 0; // kept as they were, because max_over_rms would have been broken there
-  Lost vanished;         // pieces of which nothing is left
-  double thin_area = 0;  // square metres of the source further off than max_over_rms allows: thin parts
+  size_t locked_faces = 0; // not changed, because max_over_rms would have been exceeded there
+  Lost vanished;           // pieces of which nothing is left
+  double thin_area = 0;    // square metres of the source further off than max_over_rms allows: thin parts
   size_t dropped_pieces = 0, dropped_faces = 0; // by min_piece
-  bool kept = false; // the budget cannot be held with fewer faces: the source as it was
+  bool kept = false; // the budget cannot be met with fewer faces: the unchanged source
 };
 
 struct Decimated {
@@ -126,33 +126,33 @@ struct Decimated {
   Report report;
 };
 
-// reach: where to begin, as find_reach answers; a frame that needs less goes further down by itself. A mesh
-// with a coordinate that is not finite, or without area, comes back as it is, kept. A mesh that no camera
-// sees is only decimated to a number of triangles.
+// reach: where to begin, from find_reach; it is reduced where a frame needs less. A mesh with a coordinate
+// that is not finite, or without area, is returned unchanged, as kept. A mesh that no camera sees is only
+// decimated to a number of triangles.
 Decimated decimate(const geometry::Mesh &source, const Footprint &footprint, const Budget &budget,
                    double reach);
 
 // The furthest reach of the simplifier, up to at_most, whose error in this frame is within the budget, within
-// some percent; 0: none is. For the least of several frames hand what one answers to the next: mostly that
-// frame has room for it, and a single attempt tells.
+// some percent; 0: none is. For the minimum over several frames pass the result for one to the next: mostly
+// it is within the budget there too, and a single attempt is enough.
 double find_reach(const geometry::Mesh &source, const Footprint &footprint, const Budget &budget,
                   double at_most = INFINITY);
 
 // ---- frames that share their faces -----------------------------------------------------------------------
 
 // Frames 0 to count - 1 of constant topology: all meshes have the faces (and texture coordinates) of the
-// first. Called for a frame again whenever it is needed.
+// first. Called several times for a frame.
 struct Frames {
   size_t count;
   std::function<geometry::Mesh(size_t)> mesh;
   std::function<Footprint(size_t)> footprint;
 };
 
-// What all frames of a run have in common after decimation, and how each came out.
+// What all frames of a run share after decimation, and the report of each.
 class Run {
 public:
-  // The first frame's surface is what the simplifier sees; the budget holds in every frame, or the source is
-  // kept. Vertices stay vertices of the source, exactly, so that motion stays as smooth as it was.
+  // The simplifier works on the surface of the first frame; the budget is met in every frame, or the source
+  // is kept. Vertices are exactly vertices of the source, so that motion stays as smooth as it was.
   Run(const Frames &frames, const Budget &budget, double reach);
   // frame: its number in the run; source: its mesh.
   Decimated apply(const geometry::Mesh &source, size_t frame) const;
@@ -161,9 +161,9 @@ private:
   bool try_faces(const Frames &frames, const Budget &budget, const Reference &like,
                  std::vector<size_t> &order, Outliers &outliers, double &worst);
 
-  std::vector<uint32_t> large_pieces; // faces of the source without what goes in front
-  Report dropped;                     // what these were
-  std::vector<uint32_t> faces;        // what is left; over the vertices of the source; empty: it is kept
+  std::vector<uint32_t> large_pieces; // faces of the source without the dropped pieces
+  Report dropped;                     // reports the dropped pieces
+  std::vector<uint32_t> faces;        // of the result, with vertices of the source; empty: the source is kept
   std::vector<Report> reports;
 };
 

@@ -8,8 +8,8 @@
 
 namespace fvv::hull {
 
-// mask: width x height pixels, row by row. Both functions answer one value for the centre of every pixel, in
-// pixels; 10^4 or more where there is no pixel of the kind that is looked for.
+// mask: width x height pixels, row by row. Both functions return one value for the centre of every pixel, in
+// pixels; 10^4 or more if there is no pixel of the other kind.
 
 // The distance of the nearest pixel that is nonzero (inside) or zero; 0 on those themselves.
 std::vector<float> distance_to(const std::vector<uint8_t> &mask, bool inside, size_t width, size_t height);

@@ -41,9 +41,9 @@ public:
   // mask: width x height of the camera, 0 outside the silhouette. camera is copied.
   Silhouette(const fvv_camera &camera, const std::vector<uint8_t> &mask);
 
-  // Where a point of the world stands towards the silhouette.
+  // The position of a world point relative to the silhouette.
   struct View {
-    bool seen = false;    // within the picture; the rest means nothing otherwise
+    bool seen = false;    // within the picture; the other members are invalid otherwise
     double pixels = 0;    // distance from the outline, negative inside
     double metres = 0;    // the same at the depth of the point
     double pixel[2]{};    // where it is seen
@@ -51,7 +51,7 @@ public:
     double depth = 0;     // z_c
   };
   View view(const double world[3]) const;
-  // Whether all points within radius metres of a point seen there are surely outside.
+  // Whether all points within radius metres of a point seen there are certainly outside.
   bool clear_of(const View &view, double radius) const;
 
 private:
@@ -75,7 +75,7 @@ using Crossing = std::function<double(size_t point, int axis)>;
 // border must be outside: so the surface is always closed and a manifold, without a table of ambiguous cases.
 // Vertices stay this far from the ends of their edges, in cells, so that no triangle loses its area.
 constexpr double edge_margin = 0.05;
-// crossing is asked with the values that well-composing left, for edges whose ends differ.
+// crossing is called after value was made well composed, for edges whose ends differ in sign.
 Surface march(const Grid &grid, std::vector<double> &value, const Crossing &crossing);
 
 // The crossing by linear interpolation of the values.
@@ -85,7 +85,7 @@ inline double interpolated_crossing(const Grid &grid, const std::vector<double> 
   return a / (a - b);
 }
 
-// A point has to be seen by this many cameras to be inside. Cameras that don't see it have no say.
+// A point has to be seen by this many cameras to be inside. Cameras that do not see it are ignored.
 constexpr size_t hull_cameras = 3;
 
 // Where the ground is: nothing below it is inside.

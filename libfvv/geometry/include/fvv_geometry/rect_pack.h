@@ -1,9 +1,9 @@
-// stb_rect_pack, the same on every machine. Each source file that includes this has its own.
+// stb_rect_pack with the same result on every machine. Each source file that includes this has its own copy.
 #pragma once
 
 #include <algorithm>
 
-// Rectangles of equal size keep their order, whichever qsort the C library has.
+// Rectangles of equal size keep their order with any qsort.
 namespace {
 template <class Item, class Compare> void sort_stably(Item *items, size_t count, Compare compare) {
   std::stable_sort(items, items + count, [&](const Item &a, const Item &b) { return compare(&a, &b) < 0; });

@@ -1,5 +1,4 @@
-// One mesh, ready to be measured: normals, areas, a tree to look up nearest points in, and points that stand
-// for it.
+// A mesh prepared for measurements: normals, areas, a tree for nearest points, and sample points.
 #pragma once
 
 #include "fvv_geometry/mesh.h"
@@ -18,7 +17,7 @@ struct Sample {
   Vec3 point;
 };
 
-// The faces of a mesh: what all there is to know of places on them takes.
+// The faces of a mesh: everything that is needed to know places on them.
 class Faces {
 public:
   // Indices of the mesh are in range, no position is NaN.

@@ -9,8 +9,8 @@
 
 namespace fvv::media {
 
-// What flattened and unused pixels hold, in codes of 8 bits (times 257 of 16, the light of that code when
-// linear): mid-grey costs a codec next to nothing.
+// The value of flattened and unused pixels, as a code of 8 bits (times 257 for 16 bits, the light of that
+// code for linear samples): mid-grey costs a codec next to nothing.
 constexpr uint8_t flat_grey = 128;
 template <class SampleType>
 constexpr SampleType flat_grey_of = SampleType(flat_grey *(sizeof(SampleType) == 1 ? 1 : 257));
@@ -23,15 +23,15 @@ constexpr uint32_t guard_band = 4;
 // The video frame: of each picture the tile's source rectangle, scaled to its destination. images[i] belongs
 // to tiles[i]; all have the same channels. A tile's edge is repeated over its guard band, and from its right
 // and bottom edge to the next multiple of FVV_TILE_ALIGNMENT, so that blocks that straddle it cost little and
-// bleed nothing; everything else is flat_grey. Error when a source lies outside its picture or a destination
+// nothing bleeds; everything else is flat_grey. Error when a source lies outside its picture or a destination
 // outside the frame; overlap is fvv_tiles_validate's business.
 template <class SampleType = uint8_t>
 BasicImage<SampleType> compose(const std::vector<fvv_tile> &tiles,
                                const std::vector<BasicImage<SampleType>> &images, uint32_t width,
                                uint32_t height);
 
-// The grey frame that says which pixels of compose's frame count: each mask (of the size of its camera's
-// picture) brought to its tile, 0 everywhere else. An empty Image stands for "the whole tile".
+// The mask of compose's frame, in grey: each mask (of the size of its camera's picture) brought to its tile,
+// 0 everywhere else. An empty Image means "the whole tile".
 Image compose_masks(const std::vector<fvv_tile> &tiles, const std::vector<Image> &masks, uint32_t width,
                     uint32_t height);
 

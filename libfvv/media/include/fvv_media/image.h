@@ -1,6 +1,6 @@
 // Still pictures: reading and writing PNG, JPEG and OpenEXR files, scaling, comparing. Samples have 8 or 16
-// bits, or are linear light. Samples are taken as sRGB whatever a gAMA chunk or an ICC profile says, and Exif
-// orientation is ignored, because calibration refers to the rows and columns as they are stored.
+// bits, or are linear light. Samples are taken as sRGB: gAMA chunks and ICC profiles are ignored, and so is
+// Exif orientation, because calibration refers to rows and columns as they are stored.
 #pragma once
 
 #include "fvv_cxx/error.h"
@@ -17,7 +17,8 @@ constexpr uint32_t max_dimension = 16384;
 
 // Rows from top to bottom, channels interleaved, no padding: pixels.size() is width * height * channels.
 // White is the largest number of SampleType, so that 8 bits become 16 by times 257. Templates over SampleType
-// exist for uint8_t, uint16_t and, but for PNG, float; where an argument does not tell, they take uint8_t.
+// exist for uint8_t, uint16_t and, but for PNG, float; uint8_t is the default where no argument determines
+// it.
 template <class SampleType> struct BasicImage {
   using Value = SampleType;
   uint32_t width = 0, height = 0;
@@ -48,13 +49,13 @@ struct ImageInfo {
 ImageInfo probe_image(const std::string &path);
 
 // channels: 1 or 3, converted to if the file holds the other. Grey from RGB is BT.709 luma of the samples.
-// PNG: every colour type, depth and interlacing; 16 bits are rounded to 8 for an Image, and all others
-// become 16, exactly, for a DeepImage; alpha is dropped, colour under it stays. JPEG: grey, YCbCr, RGB;
-// whatever libjpeg would only warn about (a cut file, above all) is an error.
-// OpenEXR: R G B or Y as decode_exr reads them (exr.h), linear light with the primaries of Rec.709 and 1.0
-// for white, clipped to 0 ... 1 and brought to the sRGB curve (srgb.h); A is dropped. Other chromaticities,
-// NaN and infinities are errors. A LinearImage has the values of an OpenEXR file as they are, and all others
-// by the inverse of the curve, from their 16 bits.
+// PNG: every colour type, depth and interlacing; 16 bits are rounded to 8 for an Image, and all others become
+// 16, exactly, for a DeepImage; alpha is dropped, colour under it stays. JPEG: grey, YCbCr, RGB; everything
+// that libjpeg only warns about (above all, truncated files) is an error. OpenEXR: R G B or Y as decode_exr
+// reads them (exr.h), linear light with the primaries of Rec.709 and 1.0 for white, clipped to 0 ... 1 and
+// brought to the sRGB curve (srgb.h); A is dropped. Other chromaticities, NaN and infinities are errors. A
+// LinearImage has the values of an OpenEXR file as they are, and all others by the inverse of the curve, from
+// their 16 bits.
 template <class SampleType = uint8_t>
 BasicImage<SampleType> read_image(const std::string &path, int channels);
 
@@ -77,7 +78,7 @@ std::vector<uint8_t> encode_jpeg(const Image &image, int quality, Subsampling su
 
 // Area average: every output sample is the mean of the source rectangle that it covers, exact in integers and
 // rounded once, so equal on every machine and mean-preserving. Meant for making pictures smaller: enlarged
-// pictures come out in blocks.
+// pictures show blocks.
 template <class SampleType>
 BasicImage<SampleType> scale(const BasicImage<SampleType> &image, uint32_t width, uint32_t height);
 
@@ -93,7 +94,7 @@ BasicImage<SampleType> crop(const BasicImage<SampleType> &image, uint32_t x, uin
 // the pixels whose mask is > 127, and their number. Sums of several pictures may be added before asking for
 // the PSNR. A code is 1/255 of white for every sample type: a DeepImage's luma is divided by 257, so that
 // figures of 8 and of more bits can be compared, and an Image widened to 16 bits has the same error. Linear
-// light is rounded to half floats and brought to srgb_of_linear (srgb.h), which goes on beyond white; luma
+// light is rounded to half floats and brought to srgb_of_linear (srgb.h), which continues beyond white; luma
 // beyond 16 times white counts as that.
 struct LumaError {
   uint64_t squares = 0; // unit: 1/65536 of a code squared

@@ -33,8 +33,8 @@ const VideoCodec *find_video_codec(uint32_t code);
 // Error, with the reason, unless bit_depth is the codec's shallowest or deepest.
 void check_bit_depth(const VideoCodec &codec, int bit_depth);
 
-// What work answers for a sample of the type that video is coded from: uint8_t, uint16_t (more than 8 bits)
-// or float (OpenEXR).
+// Returns work() for a sample of the type that video is coded from: uint8_t, uint16_t (more than 8 bits) or
+// float (OpenEXR).
 template <class Work> auto with_sample_type(uint32_t codec, int bit_depth, const Work &work) {
   if (codec == FVV_CODEC_OEXR) return work(float());
   return bit_depth > 8 ? work(uint16_t()) : work(uint8_t());
@@ -63,7 +63,7 @@ struct EncodedGroup {
   std::vector<uint8_t> record; // as fvv_video_config has it; empty for stills
   std::string codec_string;    // RFC 6381, "avc1.640028"; empty for stills
   double quality = 0;          // that it has; under a bit_rate parts of the scale's units where it has them
-  bool over_rate = false;      // the coarsest quality, which this is, takes more than bit_rate
+  bool over_rate = false;      // even this, the coarsest quality, exceeds bit_rate
 };
 
 // A frame of a group, shared by all who keep it.
@@ -98,7 +98,7 @@ Colour colour_of_codec(uint32_t codec);
 // OpenEXR: every sample a file of encode_half_exr, every one a key.
 // All others: 4:2:0, one sample a frame in the order of display, the first the only key; no frame is hidden
 // in a sample. All keep the rules of fvv_video_sample_check.
-// H.264 (libx264, High profile) and HEVC (libx265, Main, or Main 10): slices behind 4-byte big-endian
+// H.264 (libx264, High profile) and HEVC (libx265, Main, or Main 10): slices after 4-byte big-endian
 // lengths; parameter sets are in the record only; no access unit delimiters, no SEI. VP9 (libvpx, profile
 // 0, or 2 for 10 bits): one frame a sample. AV1 (libaom, Main): no temporal delimiters; the sequence header
 // is in the record and the key. Images are coded with 8 bits, DeepImages with 10, LinearImages as OpenEXR:
@@ -128,11 +128,10 @@ public:
   // are malformed or damaged in any way the codec can see, when the picture has another size than config
   // says, or when the stream states another matrix or range than config does. Damage that a codec cannot see
   // (most flipped bits that still parse, a VP9 frame that ends early, a sample left out) is the container's
-  // to find: CRC and continuity.
-  // SampleType uint8_t or uint16_t, whatever the depth of the video: 10 bits are rounded to 8 once, at the
-  // end, and 8 bits are computed with 16 (JPEG, whose decoder gives 8: times 257). float: linear light, of
-  // OpenEXR as it is, of others from 16 bits. OpenEXR as uint8_t or uint16_t is clipped to 0 ... 1 and
-  // brought to the sRGB curve; a sample with a value that is not finite is damaged.
+  // to find: CRC and continuity. SampleType uint8_t or uint16_t, for any depth of the video: 10 bits are
+  // rounded to 8 once, at the end, and 8 bits are computed with 16 (JPEG, whose decoder gives 8: times 257).
+  // float: linear light, of OpenEXR as it is, of others from 16 bits. OpenEXR as uint8_t or uint16_t is
+  // clipped to 0 ... 1 and brought to the sRGB curve; a sample with a value that is not finite is damaged.
   template <class SampleType = uint8_t> BasicImage<SampleType> decode(const uint8_t *bytes, size_t size);
 
 private:
@@ -142,7 +141,7 @@ private:
 // fvv_video_config that decodes group: pointers are into group. shows is FVV_SHOWS_TILES.
 fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &group);
 
-// A group and how near it comes to its frames.
+// A group and its PSNR against its frames.
 struct MeasuredGroup {
   EncodedGroup group;
   double psnr = 0; // dB of luma, squared errors pooled over all frames
@@ -152,10 +151,10 @@ struct MeasuredGroup {
 template <class SampleType>
 MeasuredGroup encode_measured(const VideoSettings &settings, const GroupSource<SampleType> &frames);
 
-// The same at the cheapest quality that reaches target_db (settings.quality is not looked at). Found by
+// The same at the cheapest quality that reaches target_db (settings.quality is ignored). Found by
 // interpolation, two to six encodings; of H.264 two to six drafts and mostly one encoding: the next cheaper
-// quality is not tried where the drafts leave no doubt. Error, saying what was reached, when the best quality
-// does not reach target_db.
+// quality is not tried where the drafts leave no doubt. Error with the reached PSNR if the best quality does
+// not reach target_db.
 template <class SampleType>
 MeasuredGroup choose_quality(const VideoSettings &settings, const GroupSource<SampleType> &frames,
                              double target_db);

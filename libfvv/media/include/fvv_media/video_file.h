@@ -21,19 +21,19 @@ struct VideoInfo {
   std::vector<int64_t> times;     /* of the pictures, as they are shown: from 0, strictly rising, at most
                                    2^53 */
   // Degrees clockwise that the container's display matrix turns pictures by: 0, 90, 180, 270; nothing when it
-  // does anything else, mirroring above all. Orientation inside the bitstream is not looked at.
+  // does anything else, such as mirroring. Orientation inside the bitstream is ignored.
   std::optional<int> rotation = 0;
-  std::vector<std::string> warnings; // what is odd: parts of sentences whose subject is the file
+  std::vector<std::string> warnings; // parts of sentences whose subject is the file
 };
 
 // One file, opened, for one thread at a time.
 class VideoFile {
 public:
   // Reads the whole file once, without decoding, for the times of its pictures. stream: index among all of
-  // the file's streams; nothing: the first video stream. The name is a file's, never a URL's, and a file
-  // that refers to others (a playlist) is not followed. Error for a file that cannot be read, is cut, has
-  // no video, no decoder, pictures without or with equal presentation times, sides above max_dimension,
-  // more than max_video_pictures, a PQ or HLG transfer (its pictures would come out dull and wrong).
+  // the file's streams; nothing: the first video stream. The name is a file's, never a URL's, and a file that
+  // refers to others (a playlist) is not followed. Error for a file that cannot be read, is cut, has no
+  // video, no decoder, pictures without or with equal presentation times, sides above max_dimension, more
+  // than max_video_pictures, a PQ or HLG transfer (its colours would be wrong).
   explicit VideoFile(const std::string &path, std::optional<uint32_t> stream = {});
   ~VideoFile();
   VideoFile(VideoFile &&) noexcept;
@@ -53,7 +53,7 @@ public:
   // In rising order each picture is decoded once; otherwise decoding begins at the key before. Error for a
   // picture that is damaged, or that follows a damaged one up to the next key: libavcodec would conceal that.
   template <class SampleType = uint8_t> BasicImage<SampleType> picture(size_t index, int channels);
-  // One more than the index of the last picture, 0 before: asking for this one is cheapest.
+  // One more than the index of the last picture, 0 before: this picture is the cheapest to read.
   size_t position() const;
 
 private:

@@ -8,16 +8,16 @@
 
 namespace fvv::mux {
 
-// A capture on its way to a stream: planned when made, written by run().
+// Encodes a capture as a stream: planned by the constructor, written by run().
 class Muxer {
 public:
-  // Looks at all files of the capture and decides what the stream is to be. Throws Error.
+  // Reads all files of the capture as far as needed and plans the stream. Throws Error.
   Muxer(const Options &options, const Observer &observer);
 
   size_t frame_count() const { return summary.plan.frame_count(); }
 
   // Writes the stream, once. The bytes depend on the capture and the options other than threads. Throws
-  // Error, and whatever sink throws; what sink was given then is not a whole stream.
+  // Error, and exceptions of sink; then sink received an incomplete stream.
   Summary run(const Sink &sink);
 
 private:

@@ -1,4 +1,4 @@
-// What a user asks of a stream. Whether it fits a capture is checked when the stream is planned.
+// The options of a stream. Whether they fit a capture is checked when the stream is planned.
 #pragma once
 
 #include "fvv/video.h"
@@ -48,7 +48,7 @@ using Sink = std::function<void(const void *bytes, size_t size)>;
 struct Observer {
   std::function<void(const std::string &text)> on_warning;
   std::function<void(size_t frames)> on_progress; // frames that were done since the last call
-  std::function<bool()> is_cancelled; // asked often; from then on the run throws Error (cancelled)
+  std::function<bool()> is_cancelled;             // called often; once true, the run throws Error (cancelled)
 
   void warn(const std::string &text) const {
     if (on_warning) on_warning(text);
@@ -71,14 +71,14 @@ struct FrameLimit {
 // automatic: where the source's differ from computed ones.
 enum class Normals { automatic, always, never };
 
-// automatic: as in the files, unless most of what cameras see would turn its back to them.
+// automatic: as in the files, unless most of the visible surface would face away from the cameras.
 enum class Winding { automatic, keep, flip };
 
-// automatic: to what is seen of the scene, where masks or meshes tell.
+// automatic: to the visible scene, where there are masks or meshes.
 enum class Crop { automatic, none };
 
-// What is beyond background_margin around the silhouettes; of cameras with masks. automatic: what the codec
-// takes fewest bytes for.
+// Pixels beyond background_margin around the silhouettes; of cameras with masks. automatic: what takes fewest
+// bytes with the codec.
 enum class Background { automatic, keep, flat, smooth };
 
 // automatic: faces, where that takes few bytes beside the pictures.
@@ -114,7 +114,7 @@ struct Options {
   bool verify = false; // keep what verify() needs
   Crop crop = Crop::automatic;
   Visibility visibility = Visibility::automatic;
-  // What a player is to do with colours; written when anything of it is asked for.
+  // How players are to blend colours; written if any of these is set.
   std::optional<double> texture_threshold;              // least cosine
   std::optional<uint32_t> texture_best;                 // cameras
   std::optional<std::array<uint8_t, 3>> texture_unseen; // R, G, B
@@ -125,7 +125,7 @@ struct Options {
   uint64_t video_pixels = 0;  // of the frame with the cameras' tiles, at most; 0: any
   std::optional<TileSize> video_size;    // likewise, of its sides
   uint32_t video_tracks = 1;             // for sets of neighbouring cameras; each camera alone: UINT32_MAX
-  std::optional<FrameLimit> frame_limit; // in place of what decoders take; for tests
+  std::optional<FrameLimit> frame_limit; // in place of the limits of decoders; for tests
 };
 
 // Without an option: 42 dB, or lossless.

@@ -1,5 +1,5 @@
-// Everything that is decided before the first byte is written: which frames, where each camera's picture
-// stands, how fine the lattice is, which quality the codec gets.
+// Everything that is decided before the first byte is written: frames, the place of each camera's picture,
+// lattice, quality of the codec.
 #pragma once
 
 #include "fvv/visibility.h"
@@ -27,12 +27,12 @@ struct ErrorBudget {
 struct LatticeChoice {
   geometry::Lattice lattice = {{0, 0, 0}, 0.001};
   std::string reason;
-  // error() in pixels at the nearest camera; 0: there is no camera or no mesh to tell by.
+  // error() in pixels at the nearest camera; 0: there is no camera or no mesh.
   double pixels = 0;
   // Steps, on each axis, by which a delta frame may leave a vertex off its lattice point.
   uint32_t delta_error = 0;
 
-  // Metres, on each axis, between a vertex of the source and what a decoder gets, at most.
+  // The largest difference in metres, on each axis, between a vertex of the source and of the decoded mesh.
   double error() const { return (0.5 + delta_error) * lattice.step; }
 };
 
@@ -51,11 +51,11 @@ struct NormalChoice {
   std::string reason;
 };
 
-// Which side of the faces is out.
+// The winding of faces.
 struct WindingChoice {
   bool flip = false; // faces run the other way round than in the files
   bool by_cameras = false;
-  // Before that, a share: of what is nearest to the cameras on some frames, that turns its back to them;
+  // Before that, a fraction: of the surface nearest to the cameras in some frames that faces away from them;
   // where no camera tells, of these frames' meshes, that enclose a negative volume.
   double turned_away = 0;
 
@@ -64,9 +64,9 @@ struct WindingChoice {
 
 struct VisibilityChoice {
   bool on = false;
-  bool open = false; // whether it pays is found out by the first group
+  bool open = false; // whether it pays is decided by the first group
   uint8_t domain = FVV_VISIBILITY_WEIGHTS, threshold = FVV_VISIBILITY_THRESHOLD;
-  double cosine = 0.25;        // for which places players use a camera
+  double cosine = 0.25;        // the places for which players use a camera
   std::vector<size_t> cameras; // indices in Capture::cameras
   std::string reason;
 };
@@ -88,7 +88,7 @@ struct VideoChoice {
   double sample_psnr = 0;      // dB; may be infinite
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;
-  std::shared_ptr<SampleFrames> frames; // of the sample, or what they came to; each is there once
+  std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once
 };
 
 // Columns left ... right - 1 and rows top ... bottom - 1 of a picture; empty when right is 0.
@@ -133,7 +133,7 @@ struct VideoTrack {
   }
 };
 
-// What the stream tells players about colours, or nothing.
+// How players are to blend colours, if specified.
 std::optional<fvv_texturing> texturing_of(const Options &options);
 
 class Geometry;          // meshes.h
@@ -148,12 +148,12 @@ struct Plan {
   ErrorBudget error;
   LatticeChoice lattice;
   DecimationChoice decimation;
-  std::shared_ptr<Geometry> geometry; // what meshes come through, if there are some
+  std::shared_ptr<Geometry> geometry; // the source of meshes, if there are some
   NormalChoice normals;
   WindingChoice winding;
   uint32_t texture_bits = 0;             // 0: meshes without texture coordinates
-  std::vector<VideoTrack> tracks;        // cameras, one or several, atlas; those that there are
-  std::shared_ptr<scene::Videos> videos; // whatever reads pictures
+  std::vector<VideoTrack> tracks;        // tracks of cameras, if any, then the atlas, if there is one
+  std::shared_ptr<scene::Videos> videos; // reads pictures
   std::vector<scene::VideoReport> sources;
   bool warned = false;
   CropChoice crop;
@@ -175,8 +175,8 @@ struct Plan {
   }
 };
 
-// All but the choice of video. Looks at every file first: a Error has a line for each problem;
-// warnings are printed.
+// All but the choice of video. Checks every file first: an Error has a line for each problem; warnings are
+// printed.
 Plan make_plan(const Options &options, const Observer &observer);
 // The same for a capture whose frames are in memory: those that are there now are all that is looked at.
 // encoded: tracks whose samples are among them.
@@ -186,7 +186,7 @@ Plan make_plan(scene::Capture capture, const std::vector<EncodedTrack> &encoded,
 // video frame keeps its size; where the crops need more room, the group's pictures are sent smaller.
 void extend_plan(Plan &plan, size_t frames);
 
-// Frames in a group: as the options ask, or one second.
+// Frames in a group: by the options, or one second.
 uint32_t group_size_of(const Options &options, const fvv_rational &frame_duration);
 
 // Cameras whose pictures are transmitted, at the size in which they are; without any, all cameras. frame: its

@@ -7,7 +7,7 @@
 
 namespace fvv::mux {
 
-// Whether what was named as a capture is a stream already.
+// Whether the file that was named as a capture is a stream.
 bool is_stream(const std::string &path);
 
 // Writes a file of the folder: passes write a function that takes its bytes.
@@ -18,8 +18,8 @@ struct Segments {
   uint64_t bytes = 0;
 };
 
-// Cuts a stream. Every byte is checked on the way: throws Error when it is damaged, cut, or has a
-// configuration that changes, since one file holds for all groups.
+// Cuts a stream. Every byte is checked: throws Error if it is damaged or truncated, or if its configuration
+// changes, as there is one file for all groups.
 Segments write_segments(const InputFile &stream, const WriteFile &write_file);
 
 } // namespace fvv::mux

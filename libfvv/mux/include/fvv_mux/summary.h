@@ -31,13 +31,13 @@ struct MeshChanges {
   Change split_polygons, left_out; // of the files: MeshReport
   Change welded, degenerate, duplicate, unreferenced, flipped, dropped_components, dropped_faces;
   Change nonmanifold_edges, boundary_edges; // reported, not changed
-  uint64_t changed_frames = 0;              // frames in which anything but the last line's is not 0
+  uint64_t changed_frames = 0;              // frames in which any of these except the last line is not 0
   double max_error = 0;                     // metres, per axis
 
   void add(const scene::MeshReport &source, const fvv_mesh_report &report);
 };
 
-// What a bit rate made of a track's groups.
+// The groups of a track with a bit rate.
 struct RateResult {
   double finest = 0, coarsest = 0; // qualities of the codec's scale
   size_t groups = 0, over = 0;     // over: the coarsest quality takes more than the rate
@@ -63,9 +63,9 @@ struct VisibilitySums {
 };
 
 struct DecimationSums {
-  uint64_t frames = 0, kept = 0;              // that were to be decimated; of these, left as they were
+  uint64_t frames = 0, kept = 0;              // that were to be decimated; of these, unchanged
   uint64_t faces_before = 0, faces_after = 0; // of all frames
-  uint64_t held_faces = 0;                    // of all frames
+  uint64_t locked_faces = 0;                  // of all frames
   double squares = 0;                         // of the frames' rms, metres
   double max = 0, max_pixels = 0;             // of the worst frame
   double rms_pixels = 0;                      // likewise
@@ -75,7 +75,7 @@ struct DecimationSums {
 
   void add(const decimate::Report &report);
   double rms() const;
-  double volume_change() const; // as a share; 0 when there is no volume
+  double volume_change() const; // as a fraction; 0 if there is no volume
 };
 
 struct Summary {
@@ -92,7 +92,7 @@ struct Summary {
   DecimationSums decimation;
   std::optional<Verdict> verdict; // with Options::verify
   VisibilitySums visibility;
-  double seconds = 0;                     // from the first look at the capture to the last byte
+  double seconds = 0;                     // from opening the capture to the last byte
   uint64_t mesh_reads = 0;                // of mesh files
   scene::PictureReads picture_reads = {}; // of picture and mask files
   size_t layouts = 0;                     // groups with a layout of their own

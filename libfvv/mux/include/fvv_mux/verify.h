@@ -11,7 +11,7 @@
 
 namespace fvv::mux {
 
-// What the encoder says of a mesh, to be held against its source.
+// What the encoder reports about a mesh, for comparison with its source.
 struct MeshOrigins {
   std::shared_ptr<const std::vector<uint32_t>> vertices; // MeshFrame::origins
   uint32_t flipped_faces;                                // at most this number are reversed
@@ -26,7 +26,7 @@ struct MeshVerdict {
   void add(const MeshVerdict &other);
 };
 
-// What was found in a stream that passed.
+// The results for a stream that passed.
 struct VideoVerdict {
   size_t pictures = 0;
   media::LumaError luma;      // pooled
@@ -41,7 +41,7 @@ struct Verdict {
   // Pixels between a point's pixels in the capture's and the stream's camera; of cameras that stand still,
   // and of those that move.
   double max_reprojection = 0, moving_reprojection = 0;
-  size_t visible = 0;     // frames whose visibility is what their cameras see
+  size_t visible = 0;     // frames with correct visibility
   size_t backgrounds = 0; // groups for which a reader finds the capture's environment
 };
 

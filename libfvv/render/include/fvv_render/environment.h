@@ -24,7 +24,7 @@ struct EnvironmentPart {
   std::vector<double> texture;
   std::shared_ptr<const EnvironmentImage> picture; // NULL: none
   Vec3 colour{1, 1, 1};                            // linear light; a factor where there is a picture
-  bool double_sided = false;                       // faces show from behind too
+  bool double_sided = false;                       // faces are drawn from behind too
   bool clamped = false; // beyond its edge the picture's last pixel, else it begins again
 };
 

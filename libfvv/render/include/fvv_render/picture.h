@@ -18,11 +18,11 @@ inline Rgb to_linear(Rgb display) {
 }
 uint8_t to_display(double linear); // clamped, rounded to 8 bits
 
-// What the vertices carry besides their position. Borrowed; all have vertex_count entries.
+// Attributes of vertices. Borrowed; all have vertex_count entries.
 struct Attributes {
   const float *normals = nullptr;  // unit vectors, three per vertex, world axes
   const float *texture = nullptr;  // three coordinates per vertex for the material (solid texture)
-  const float *exposure = nullptr; // share of the surroundings' light that arrives, 0..1
+  const float *exposure = nullptr; // part of the surroundings' light that arrives, 0..1
 };
 
 struct Reflectance {
@@ -60,9 +60,9 @@ struct LitPicture {
 
 // Draws mesh over background (of the camera's size; empty: black). buffer is working memory that is cleared
 // and takes the camera's size first; its samples decide the quality. Throws std::invalid_argument when the
-// background has another size.
-// part: for pictures of which several are averaged, in order not to pay for each in full: coverage is exact,
-// but one covered sample stands for the colour of all, that of this number modulo their count.
+// background has another size. part: for pictures of which several are averaged, to save time: coverage is
+// exact, but the colour of a pixel is that of one covered sample, the one with this number modulo their
+// count.
 LitPicture illuminate(const Projection &camera, const Mesh &mesh, const Attributes &attributes,
                       const Material &material, const Light &light, LightField background,
                       SampleBuffer &buffer, std::optional<uint32_t> part = {});

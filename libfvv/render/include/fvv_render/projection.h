@@ -1,5 +1,4 @@
-// A camera as the rasteriser needs it: points to pixels, and pixels to rays fast enough to be asked for every
-// sample.h; knows no triangles.
+// A camera for the rasteriser: points to pixels, and pixels to rays, fast enough for every sample.
 #pragma once
 
 #include "fvv/calibration.h"
@@ -22,8 +21,8 @@ public:
   Vec3 to_camera(Vec3 world) const { return rotation * world + translation; }
   Vec3 to_world_direction(Vec3 camera) const { return transposed(rotation) * camera; }
   Vec3 centre() const { return -(transposed(rotation) * translation); }
-  // Homogeneous pixel: u = x / z, v = y / z, the centre of the top left pixel at (0.5, 0.5). NaN for what a
-  // lens does not show (behind it, beyond r_max).
+  // Homogeneous pixel: u = x / z, v = y / z, the centre of the top left pixel at (0.5, 0.5). NaN for points
+  // that the lens does not show (behind it, beyond r_max).
   Vec3 to_pixel(Vec3 camera) const {
     if (!corner_rays.empty()) return through_lens(camera);
     const fvv_camera &c = intrinsics;

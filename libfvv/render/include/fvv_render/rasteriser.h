@@ -29,7 +29,7 @@ class SampleBuffer {
 public:
   // Throws std::invalid_argument unless both sides are 1..16384 and samples is 1, 3, 5 or 7.
   SampleBuffer(uint32_t width, uint32_t height, uint32_t samples);
-  // Costs as much as has been drawn.
+  // Takes time in proportion to what was drawn.
   void clear();
   // Clears and takes another size, within the same memory if that suffices. Throws as the constructor.
   void resize(uint32_t width, uint32_t height);
@@ -40,7 +40,7 @@ public:
   std::vector<uint32_t> face; // columns x (height * samples), row by row; no_face: nothing
   std::vector<float> depth;   // z_c in metres; +inf: nothing
 
-  // Whatever was drawn since the last clear() lies in columns left ... right - 1, rows top ... bottom - 1.
+  // Everything drawn since the last clear() lies in columns left ... right - 1, rows top ... bottom - 1.
   struct Extent {
     size_t left = SIZE_MAX, top = SIZE_MAX, right = 0, bottom = 0;
   } drawn;
@@ -55,7 +55,7 @@ public:
 // picture; new vertices depend on the two ends of the edge alone, so clipping opens no gap either. Triangles
 // without area after rounding, or with a coordinate that is not finite, are skipped.
 //
-// Depth and barycentric coordinates come from the ray through the sample and the triangle that was handed in
+// Depth and barycentric coordinates come from the ray through the sample and the given triangle
 // (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997), not from rounded or
 // clipped vertices.
 //

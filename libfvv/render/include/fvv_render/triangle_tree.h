@@ -25,7 +25,7 @@ struct TriangleTree {
     Box box;
     uint32_t second = 0, first = 0, count = 0;
   };
-  // Enough for the nodes that wait while one of two children is looked at, whatever the input.
+  // Enough for the nodes that wait while one of two children is searched, for any input.
   static constexpr size_t stack_size = 58;
 
   // Copies what it needs: of fewer than 2^32 triangles those whose coordinates are finite.

@@ -5,11 +5,11 @@
 // White Paper 235, 2012), section 4, point by point of the surface:
 //   - A camera can show the point when it lies in front of it, within the lens' r_max and within the camera's
 //     pixels, the face turns its front to the camera, and nothing of the mesh is between (occlusion.h).
-//     The paper asks for the depth alone; a face seen from behind, next to an outline, is as far away as its
-//     neighbour that hides it, and no tolerance tells the two apart.
+//     The paper tests the depth alone; a face seen from behind, next to an outline, is as far away as its
+//     neighbour that hides it, and no tolerance can distinguish the two.
 //   - Its weight is the cosine of the angle between the surface's normal and the ray to the camera. Normals
 //     of vertices are interpolated over the face; they are not turned to the viewer.
-//   - Weights below the threshold drop out. Of the others the largest few are kept, at equal weight the
+//   - Weights below the threshold are ignored. Of the others the largest few are kept, at equal weight the
 //     camera that was named first, and divided by their sum.
 //   - The colour is the sum of the cameras' colours with these weights.
 // Colours are interpolated and added as display values (sRGB), not as light: so did the paper, so do players
@@ -25,10 +25,10 @@
 
 namespace fvv::render {
 
-// A camera as source of texture. camera: valid, of the pixels as they are: for a tile that is the camera with
-// its picture cut and scaled as the tile says. pixels: width x height of the camera, three values a pixel,
-// rows from the top, 65535 for white; borrowed. wide_pixels, if not NULL: in their place the same with 1 for
-// white and any finite value.
+// A camera as source of texture. camera: valid, of these pixels: for a tile that is the camera with its
+// picture cut and scaled like the tile. pixels: width x height of the camera, three values a pixel, rows from
+// the top, 65535 for white; borrowed. wide_pixels, if not NULL: in their place the same with 1 for white and
+// any finite value.
 struct SourceView {
   fvv_camera camera;
   const uint16_t *pixels;
@@ -36,18 +36,18 @@ struct SourceView {
   // face, not 0 where the camera sees it:
   const uint8_t *visible_faces = nullptr;
   // An entry for each vertex, 0 to 255, interpolated over the face: seen from 127.5 on
-  // (fvv_visibility_weights). Fronts are asked for as with depth maps.
+  // (fvv_visibility_weights). Faces are tested for facing the camera as with depth maps.
   const uint8_t *visible_vertices = nullptr;
   const float *wide_pixels = nullptr;
 };
 
 enum class Visibility {
   depth_map, // as players do: DepthTest
-  rays,      // the truth
+  rays,      // the reference
   given      // SourceView::visible_faces, visible_vertices
 };
 
-// Calls work(0) ... work(count - 1), each once, in any order or at once.
+// Calls work(0) ... work(count - 1), each once, in any order or concurrently.
 using Executor = std::function<void(size_t count, const std::function<void(size_t)> &work)>;
 
 struct ViewOptions {
@@ -64,9 +64,8 @@ struct ViewOptions {
   Executor executor = [](size_t count, const std::function<void(size_t)> &work) {
     for (size_t i = 0; i < count; i++) work(i);
   };
-  // Drawn where it is nearer than the mesh, or the mesh is not; borrowed; NULL: none. It hides the mesh,
-  // which is then no surface, and never a source's view of it: the cameras' pictures have shown what they
-  // saw.
+  // Drawn where it is nearer than the mesh, or the mesh is not; borrowed; NULL: none. Where it hides the mesh
+  // there is no surface. It does not hide the mesh from sources, whose pictures are as they were taken.
   const Environment *environment = nullptr;
 };
 constexpr uint32_t max_best = 8;
@@ -86,7 +85,7 @@ struct ViewPicture {
   std::vector<uint32_t> face;              // no_face: no surface
   std::vector<Contribution> contributions; // best a pixel, by falling weight, no_source after the last
   // A byte for each pixel and source: 1 when the camera can show the point and its weight reaches the
-  // threshold, be it among the best or not. Empty unless asked for.
+  // threshold, among the best or not. Empty without ViewOptions::keep_visibility.
   std::vector<uint8_t> visible;
 };
 

@@ -33,15 +33,14 @@ public:
   ~MeshAnimation();
 
   // The scene at a time in seconds, in the file's units. path: the file, the same in every call. Vertices and
-  // faces are the same at every time; before the first keyframe and behind the last one the nearest counts.
+  // faces are the same at every time; before the first keyframe and after the last one the nearest applies.
   // texture, normals: as parse_gltf has it. Error. Several threads may call these two.
   Mesh mesh(const std::string &path, double time, const fvv_limits *limits, MeshReport *report, bool texture,
             bool normals) const;
-  // Time of the last keyframe in seconds; reads the file for what mesh() without normals is going to be
-  // asked.
+  // Time of the last keyframe in seconds; reads the file for mesh() without normals.
   double end(const std::string &path, bool texture) const;
 
-  const std::optional<Name> name; // nothing: the only one
+  const std::optional<Name> name; // none: the only one
   const fvv_rational start;       // seconds from the beginning of the animation to frame number first
   const int64_t first;
 
@@ -60,9 +59,9 @@ struct Camera {
   // Of a camera that moves or zooms: its calibration by frame number, at least of all frames of the capture
   // that are not lost, without names. Empty, and lost as well: calibration holds for all frames.
   std::map<int64_t, fvv_camera> per_frame;
-  bool texture = true; // its pictures are meant to colour the mesh; otherwise they show outlines only
+  bool texture = true; // its pictures colour the mesh; otherwise they only show outlines
   std::optional<PictureSource> pictures, masks; // no masks without pictures
-  // Frame numbers at which a camera that moves has no calibration: it lost its bearings. None of per_frame.
+  // Frame numbers at which a camera that moves has no calibration. None of per_frame.
   std::set<int64_t> lost;
 
   void set_name(const std::string &text);
@@ -77,14 +76,14 @@ struct Camera {
 struct Atlas {
   std::optional<PictureSource> pictures; // nothing: the base colour images of glTF files
   std::optional<uint32_t>
-      texture_bits; // of texture indices in the stream that this comes from, or is meant for
+      texture_bits; // of texture indices in the stream that this comes from, or is made for
 };
 
-// What stands still around the action (environment.h).
+// The static environment (environment.h).
 struct Background {
   std::string file;               // .glb or .gltf
   gltf::Transform transform;      // from its coordinates to those of the meshes, in their units
-  std::optional<Lattice> lattice; // of the stream that this comes from, or is meant for; metres
+  std::optional<Lattice> lattice; // of the stream that this comes from, or is made for; metres
 };
 
 // Frame i has the number first + i * step in file names.
@@ -106,26 +105,24 @@ struct Capture {
   double metres_per_unit = 1; // of positions in mesh files; cameras are in metres already
   bool scale_unknown = false; // then metres_per_unit is 1, and "metres" are units of the source
   uint8_t up = FVV_UP_UNKNOWN;
-  std::optional<Lattice> lattice; // of the stream that the meshes come from, or are meant for
+  std::optional<Lattice> lattice; // of the stream that the meshes come from, or are made for
   std::optional<Pattern> meshes;
-  // There when one file holds all meshes: meshes names that file then, whatever the frame. Copies share what
-  // was read.
+  // Set if one file holds all meshes, which meshes then names for every frame. Copies share the read data.
   std::shared_ptr<const MeshAnimation> animation;
   std::optional<Atlas> atlas; // only with meshes
   std::vector<Camera> cameras;
   std::optional<Background> background;
 
-  // Meshes that were read lately, up to 128 MiB, shared by copies; nothing: every call of load_mesh reads.
-  // The same file is read once while its mesh is held, whichever threads ask.
+  // Recently read meshes, up to 128 MiB, shared by copies; NULL: every call of load_mesh reads. A file is
+  // read once while its mesh is cached, for all threads.
   std::shared_ptr<MeshCache> mesh_cache;
-  // There when meshes and pictures are in memory in place of files; patterns then only name them in messages.
+  // Set if meshes and pictures are in memory in place of files; patterns then only name them in messages.
   std::shared_ptr<MemoryFrames> memory;
 
-  // What load_mesh does besides; files say nothing of it. Corners run the other way round, and positions
-  // stay.
+  // An option of load_mesh that is not in files: reverses the winding of faces; positions do not change.
   bool flip_faces = false;
 
-  // Where the files of a frame number lie; of a video, whatever the frame, its own. The pattern must be there
+  // The path of a file of a frame number; of a video, the same for every frame. The pattern must be set
   // (meshes, pictures, masks).
   std::string mesh_path(int64_t frame) const;
   std::string picture_path(const Camera &camera, int64_t frame) const;
@@ -138,12 +135,12 @@ struct Capture {
   std::string resolve(const std::string &file) const;
 };
 
-// The capture.json that a user means: a path, or the folder in which it lies.
+// The capture.json that a user names: its path, or that of its folder.
 std::string description_file(const std::string &given);
 
-// Reads a capture.json. Strict: Error for malformed JSON ("path:LINE:COLUMN: ..."), for unknown, missing
-// and duplicate keys, wrong types and values out of range ("path: /JSON/POINTER: ..."), for cameras that
-// fvv_camera_validate refuses. Looks at no other file.
+// Reads a capture.json. Strict: Error for malformed JSON ("path:LINE:COLUMN: ..."), for unknown, missing and
+// duplicate keys, wrong types and values out of range ("path: /JSON/POINTER: ..."), for cameras that
+// fvv_camera_validate refuses. Reads no other file.
 Capture load_capture(const std::string &path);
 Capture parse_capture(std::string_view bytes, const std::string &path);
 
@@ -154,12 +151,12 @@ std::string format_capture(const Capture &capture);
 void write_capture(const Capture &capture, const std::string &path);
 
 // The mesh of a frame number, in metres, with texture coordinates when the capture has an atlas, and with
-// normals, if the file has them, when they are asked for. Several threads may call it for one capture.
+// normals, if the file has them and normals is set. Several threads may call it for one capture.
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr, bool normals = false);
 
 std::shared_ptr<MeshCache> make_mesh_cache();
-// Drops the meshes that it holds, for those who have to see what the files are now.
+// Drops cached meshes, so that files are read again.
 void clear(MeshCache &cache);
 // How often a mesh file was read through it.
 uint64_t mesh_reads(const MeshCache &cache);
@@ -174,32 +171,31 @@ Environment load_environment(const Capture &capture, const fvv_limits *limits = 
 // Width and height of a picture, from its header. Throws any std::exception for a file that is no picture.
 struct PictureSize {
   uint32_t width, height;
-  uint8_t orientation = 1; // that Exif asks for, 1 (upright) to 8
+  uint8_t orientation = 1; // of Exif, 1 (upright) to 8
 };
 using PictureProbe = std::function<PictureSize(const std::string &path)>;
 
-// What a video file holds, all of its pictures looked at. Throws any std::exception for a file that is none.
+// The content of a video file, with all of its pictures. Throws any std::exception if it is not a video.
 using VideoProbe = std::function<VideoFacts(const std::string &path, std::optional<uint32_t> stream)>;
 
-// What prevents work, and what is merely odd; sentences without the path of capture.json, in the
-// order meshes, cameras as listed.
+// Errors that prevent work, and warnings; sentences without the path of capture.json, in the order meshes,
+// cameras as listed.
 struct Findings {
   std::vector<std::string> problems;
   std::vector<std::string> warnings;
-  std::vector<std::string>
-      unused; // frames that lie there and are not taken: odd unless somebody asked for a part
+  std::vector<std::string> unused; // unused frames among the files: a warning unless a part was selected
   std::vector<VideoReport> videos; // of every video that could be read, cameras as listed, masks last
 };
 
-// Looks at every file that a capture names, before any work starts: missing or empty files, pictures and
-// masks whose size is not the camera's (probe empty: not looked at), files of frames before the first or
-// behind the last (unused), two cameras with the same pictures, pictures of an atlas that differ in size. An
-// animated file is read: what is wrong with it is a problem, frames behind its end are a warning. So is every
-// video (video_probe empty: only whether it is there); frames for which it has no picture are a warning.
+// Checks every file that a capture names, before any work starts: missing or empty files, pictures and masks
+// whose size is not the camera's (probe empty: not checked), files of frames before the first or after the
+// last (unused), two cameras with the same pictures, pictures of an atlas that differ in size. An animated
+// file is read: its errors are problems, frames after its end are a warning. So is every video (video_probe
+// empty: only whether it is there); frames for which it has no picture are a warning.
 Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe = {});
 
-// A camera of whose picture a part lies beyond r_max, where nothing is projected: mostly because the lens
-// folds there (fvv.md, clause 9.3).
+// A camera with a part of its picture beyond r_max, where nothing is projected: mostly because the lens folds
+// there (fvv.md, clause 9.3).
 struct LensGap {
   uint16_t camera;
   double r_max; // tangent of the angle to the axis, or of a fisheye the angle, in radians

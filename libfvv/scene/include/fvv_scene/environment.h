@@ -17,7 +17,7 @@ struct EnvironmentPart {
   std::optional<size_t> picture; // of Environment::pictures
   double colour[3] = {1, 1, 1};  // linear light, 0 to 1; a factor where there is a picture
   bool unlit = false, double_sided = false;
-  bool clamped = false; // beyond its edge the picture goes on with its last pixel, else it begins again
+  bool clamped = false; // beyond its edge the picture continues with its last pixel, else it repeats
   std::optional<Lattice> lattice; // of its positions, when they come from a stream
 };
 
@@ -25,7 +25,7 @@ struct Environment {
   std::vector<EnvironmentPart> parts;
   std::vector<std::string> pictures; // files of PNG or JPEG, not decoded yet
   std::vector<fvv_light> lights;
-  std::vector<std::string> notes; // what the file has and this does not: sentences
+  std::vector<std::string> notes; // sentences about content of the file that is not here
 
   // Applies to positions, normals and lights. Faces are turned round when it mirrors.
   void transform(const gltf::Transform &by);

@@ -13,7 +13,7 @@ namespace fvv::import {
 // validated, ids unique; at least one. Lengths are units of the file.
 struct Calibration {
   std::vector<scene::Camera> cameras;
-  double metres_per_unit = 0; // 0: the format does not say
+  double metres_per_unit = 0; // 0: not in the format
 };
 
 // Every reader is strict and throws Error: "path:LINE: expected ..., found ..." for text and

@@ -30,7 +30,7 @@ public:
   // Frees the frames below number.
   void drop_before(int64_t number);
 
-  // Without its normals unless they are asked for. All throw Error for a frame that is not there.
+  // With normals only if requested. All throw Error for a missing frame.
   geometry::Mesh mesh(int64_t number, bool normals) const;
   // Throws Error when the picture has other samples.
   template <class Sample> media::BasicImage<Sample> picture(int64_t number, size_t camera) const;

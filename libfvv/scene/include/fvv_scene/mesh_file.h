@@ -1,9 +1,9 @@
 // Triangle meshes from and to OBJ, PLY and Draco (DRC) files, and from glTF.
 //
-// OBJ and PLY have readers of their own here because the ready ones are not strict: tinyobjloader turns a
-// number that it cannot read into 0 silently, and Debian packages no PLY library that checks counts
-// against the file before it allocates. A capture of thousands of files needs an error that names file, line
-// and what was expected. Draco files go through libdraco, glTF through gltf/.
+// OBJ and PLY have readers of their own here because existing ones are not strict: tinyobjloader silently
+// turns a number that it cannot read into 0, and Debian packages no PLY library that checks counts against
+// the file before it allocates. A capture of thousands of files needs an error that names file, line and what
+// was expected. Draco files go through libdraco, glTF through gltf/.
 //
 // Every function throws Error (capture/file.h). Vertices and faces in messages of PLY and DRC count from 0,
 // in messages of OBJ from 1, as in the files.
@@ -23,7 +23,7 @@ namespace fvv::scene {
 using geometry::Lattice;
 using geometry::Mesh;
 
-// What a reader changed or left out. All zero: the file held triangles and nothing else that draws.
+// What a reader changed or left out. All zero: the file had only triangles.
 struct MeshReport {
   uint64_t polygons = 0;         // faces of more than 3 corners, split into a fan around their first corner
   uint64_t lines_and_points = 0; // elements l and p of OBJ, such primitives of glTF, left out
@@ -32,14 +32,14 @@ struct MeshReport {
 // A mesh at the default limits, as text with normals and texture coordinates, stays below this.
 constexpr uint64_t max_mesh_file = uint64_t(1) << 30;
 
-// Readers. bytes: the whole file. name: what messages call it. limits NULL: the defaults of libfvv;
+// Readers. bytes: the whole file. name: of the file, for messages. limits NULL: the defaults of libfvv;
 // max_vertices and max_faces (after triangulation and splitting) are honoured. report may be NULL.
 //
-// texture: Mesh::texture is asked for, and a file that lacks coordinates for any corner of a face is an
-// error; otherwise they are skipped like colours. normals: Mesh::normals is asked for, and stays empty where
-// the file lacks one for any corner. Where a vertex has several pairs or normals, at the seams of an atlas or
-// at hard edges, it is split: it keeps its place with what the first face gives it, copies with the others
-// follow behind all vertices of the file.
+// texture: fills Mesh::texture, and a file that lacks coordinates for any corner of a face is an error;
+// otherwise they are skipped like colours. normals: fills Mesh::normals, which stays empty if the file lacks
+// one for any corner. Where a vertex has several pairs or normals, at the seams of an atlas or at hard edges,
+// it is split: it keeps its place with the attributes of the first face, and copies with the others follow
+// all vertices of the file.
 //
 // OBJ: v (3 or 4 numbers, 6 or 7 with colours; weight and colour are dropped), f (v, v/vt, v//vn, v/vt/vn,
 // negative indices, vertices defined later), vt (v points up), vn, comments, line continuation. Groups,
@@ -58,16 +58,16 @@ Mesh parse_ply(std::string_view bytes, const std::string &name, const fvv_limits
 // as float32 of the first attribute TEX_COORD (v points up), normals as float32 of the first attribute
 // NORMAL. Hostile input: the counts of the header are compared with limits and with the size of the file
 // before decoding, and again with the result; but libdraco allocates for other attributes (normals, colours)
-// as their description asks, up to some gigabytes for a forged file. Run it on files from strangers only
-// under a memory limit.
+// by their description, up to some gigabytes for a forged file. Run it on untrusted files only under a memory
+// limit.
 Mesh parse_drc(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr, bool texture = false, bool normals = false);
 
 // glTF 2.0, GLB or JSON: all triangles of the default scene with the transforms of its nodes, skins and morph
-// targets as they stand without animation. name: also the path in whose folder external buffers lie. Errors
-// name the place as a JSON pointer. Memory for a hostile file stays below 1 GiB and 64 times its size.
-// Texture coordinates (v points down): the set that the base colour of the material names, else the first,
-// with KHR_texture_transform unless that rotates; base colours from unlike images are an error.
+// targets without animation. name: also the path in whose folder external buffers lie. Errors name the place
+// as a JSON pointer. Memory for a hostile file stays below 1 GiB and 64 times its size. Texture coordinates
+// (v points down): the set that the base colour of the material names, else the first, with
+// KHR_texture_transform unless that rotates; base colours from unlike images are an error.
 Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limits *limits = nullptr,
                 MeshReport *report = nullptr, bool texture = false, bool normals = false);
 // The bytes of the base colour image (PNG or JPEG, not decoded) of all that the default scene
@@ -79,7 +79,7 @@ Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, Mesh
                bool texture = false, bool normals = false);
 bool is_gltf(const std::string &path); // by its extension
 
-// Writers: the bytes of a file, the same for the same mesh everywhere. name: what messages call the file.
+// Writers: the bytes of a file, the same for the same mesh everywhere. name: of the file, for messages.
 // Refused: coordinates that are not finite, indices out of range, a mesh without faces. Texture coordinates
 // are written on the axes of the format, and normals, if the mesh has some.
 //

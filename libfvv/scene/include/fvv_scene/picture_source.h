@@ -13,7 +13,7 @@ namespace fvv::scene {
 
 class Pattern {
 public:
-  // Nothing when text is no pattern; *what is then the reason, a part of a sentence.
+  // None if text is not a pattern; then *what is the reason, a part of a sentence.
   static std::optional<Pattern> parse(const std::string &text, std::string *what);
 
   const std::string &text() const { return source; } // as it was written
@@ -54,8 +54,8 @@ public:
   // Exactly one of the two is there.
   std::optional<Pattern> pattern;
   std::optional<VideoSource> video;
-  // Degrees clockwise, 0, 90, 180 or 270, of what is stored. Nothing: 0 for stills, what the file says for
-  // videos.
+  // Degrees clockwise, 0, 90, 180 or 270, by which stored pictures are turned. None: 0 for stills, the value
+  // of the file for videos.
   std::optional<int> rotate;
   size_t memory_camera = 0; // of Capture::memory, where there is one
 
@@ -114,20 +114,19 @@ struct PictureTimes {
 };
 
 struct VideoFacts {
-  uint32_t width, height; // as stored
-  std::optional<int>
-      rotation; // degrees clockwise that the file asks for; nothing: it asks for something else
+  uint32_t width, height;      // as stored
+  std::optional<int> rotation; // degrees clockwise by the file; none: it has another transform
   PictureTimes times;
-  std::vector<std::string> warnings; // what is odd, without the file's name: "is interlaced"
+  std::vector<std::string> warnings; // warnings without the file's name: "is interlaced"
 };
 
-// How the frames of a capture met the pictures of one video.
+// How the frames of a capture match the pictures of one video.
 struct VideoReport {
   std::optional<uint16_t> camera; // nothing: the atlas
   bool masks = false;
   std::string file;
   size_t pictures = 0;
-  double rate = 0; // pictures per second on average; 0: there is but one
+  double rate = 0; // pictures per second on average; 0: there is only one
   bool constant_rate = true;
   int64_t frames = 0, met = 0;                // met: those with a picture within half a frame duration
   double largest_offset = 0, mean_offset = 0; // seconds from frame to picture over those; the largest by size

@@ -16,7 +16,7 @@ struct PictureReads {
 
 class Videos {
 public:
-  // threads: how many may ask at once.
+  // threads: that may call at once.
   explicit Videos(unsigned threads);
   ~Videos();
 

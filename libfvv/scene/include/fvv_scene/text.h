@@ -9,17 +9,17 @@
 
 namespace fvv::scene {
 
-// Takes the next word, delimited by spaces and tabs, off the front of rest. False when none is left.
+// Removes the next word, delimited by spaces and tabs, from rest. False if there is none.
 bool next_word(std::string_view &rest, std::string_view &word);
 
-// Takes the next line off the front of rest, without its end (LF or CR LF). False when rest is empty.
+// Removes the next line from rest, without its end (LF or CR LF). False if rest is empty.
 bool next_line(std::string_view &rest, std::string_view &line);
 
-// The whole of text is one finite decimal number. Refuses nan, inf, hexadecimal and whatever overflows or
-// underflows a double. A leading '+' is accepted.
+// text as one finite decimal number. Rejects nan, inf, hexadecimal, overflow and underflow of a double. A
+// leading '+' is accepted.
 bool parse_double(std::string_view text, double &value);
 
-// The whole of text is one decimal integer that fits.
+// text as one decimal integer that fits.
 bool parse_integer(std::string_view text, int64_t &value);
 
 // In double quotes, at most 40 bytes, anything but printable ASCII as '?'.
@@ -29,7 +29,7 @@ std::string quote(std::string_view text);
 void append_double(std::string &out, double value);
 
 // All bytes of a regular file. Error when it cannot be read or holds more than limit bytes; the size is
-// looked at before anything is allocated.
+// checked before anything is allocated.
 std::string read_file(const std::string &path, uint64_t limit);
 
 // Replaces path. Error with the system's reason.

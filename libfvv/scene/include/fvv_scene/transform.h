@@ -1,5 +1,5 @@
-// Affine transforms and quaternions in double, with nothing but the four operations and the square root, so
-// that every machine gets the same bits.
+// Affine transforms and quaternions in double, with only the four operations and the square root, so that
+// every machine computes the same bits.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Cameras with a lens become cameras without, and their pictures with them (--undistort).
+// Replaces cameras with a lens and their pictures by ones without (--undistort).
 #pragma once
 
 #include "fvv_media/image.h"
@@ -10,13 +10,13 @@
 
 namespace fvv::scene {
 
-// What became of a camera, over all frames.
+// The result for a camera, over all frames.
 struct Undistorted {
   uint16_t id;
   uint32_t source_width, source_height, width, height; // pixels
   double horizontal, vertical;                         // degrees that the new picture shows, at most
-  double kept;   // share of the old picture's area that is in the new one, at least
-  double blank;  // share of the new picture's area that the old one does not show, at most
+  double kept;   // fraction of the old picture's area that is in the new one, at least
+  double blank;  // fraction of the new picture's area that the old one does not show, at most
   double finest; // pixels of the new picture for one of the old one, on the axis: the least of fx and fy
   bool limited;  // the old one shows more than r_max or 75 degrees from the axis
 };
@@ -26,12 +26,12 @@ public:
   // Replaces every camera of capture that has a lens and pictures by a pinhole at the same place: the same
   // focal lengths, as nearly as whole pixels allow, unless the picture became more than twice as wide or
   // high. alpha: 0 for the largest picture without blank pixels, 1 for all that the old one shows, and
-  // between. A camera that moves has a picture of one size. Throws Error (usage), naming the camera,
-  // when a lens sees too far round.
+  // between. A camera that moves has a picture of one size. Throws Error (usage), naming the camera, if the
+  // angle of a lens is too wide.
   Undistortion(Capture &capture, double alpha);
 
-  // What the new camera shows, of a picture or mask of the old one; as it is when there is no new one.
-  // camera: index in the capture; frame: its number. Pure, for any thread.
+  // Converts a picture or mask of the old camera to the new one; unchanged if there is no new one. camera:
+  // index in the capture; frame: its number. Pure, for any thread.
   template <class Sample>
   media::BasicImage<Sample> apply(size_t camera, int64_t frame, media::BasicImage<Sample> picture) const;
 

@@ -1,5 +1,5 @@
-// Which picture of a video belongs to which frame of a capture, by times alone, exactly; and what a user
-// should hear about it.
+// Which picture of a video belongs to which frame of a capture, by times alone, exactly; and warnings for the
+// user.
 #pragma once
 
 #include "fvv_scene/capture.h"
@@ -19,8 +19,8 @@ public:
   bool meets(const PictureTimes &pictures, size_t picture, int64_t frame) const;
   // Seconds from the frame to the picture.
   double offset(const PictureTimes &pictures, size_t picture, int64_t frame) const;
-  // The start that would put a frame number on a picture, rounded to microseconds where its numbers do not
-  // fit; nothing when they do not fit then.
+  // The start that would align a frame number with a picture, rounded to microseconds where its numbers do
+  // not fit; none if they do not fit then.
   std::optional<Seconds> start_for(const PictureTimes &pictures, size_t picture, int64_t frame) const;
 
 private:

@@ -1,4 +1,4 @@
-// The words of capture.json that stand for values, for reader and writer alike.
+// The keywords of values in capture.json, for reader and writer.
 #pragma once
 
 #include "fvv/format.h"
@@ -26,7 +26,7 @@ constexpr NamedAxis named_axes[] = {
 struct NamedLens {
   const char *name;
   uint8_t lens;
-  unsigned coefficients; // as many as the writer writes: all that the model has
+  unsigned coefficients; // the number that the writer writes: all of the model
 };
 constexpr NamedLens named_lenses[] = {
     {"none", FVV_LENS_NONE, 0}, {"radtan", FVV_LENS_RADTAN, 8}, {"fisheye", FVV_LENS_FISHEYE, 4}};

@@ -14,7 +14,7 @@ namespace {
 
 enum : unsigned { int8 = 5120, uint8 = 5121, int16 = 5122, uint16 = 5123, uint32 = 5125, float32 = 5126 };
 
-// Bits of what a purpose allows.
+// Bits of the forms that a purpose allows.
 enum : unsigned {
   floats = 1,
   normalised_integers = 2,

@@ -7,7 +7,7 @@
 
 namespace fvv::scene::gltf {
 
-// What accessors serve for; each allows other types and components.
+// The purpose of an accessor; each allows other types and components.
 enum class Purpose {
   indices,
   positions,     // also by KHR_mesh_quantization
@@ -23,7 +23,7 @@ enum class Purpose {
   amounts, // animated weights of morph targets
 };
 
-// The layout that an accessor declares, fit for its purpose.
+// The layout that an accessor declares, valid for its purpose.
 struct Layout {
   uint64_t count;      // elements
   unsigned components; // of an element
@@ -39,8 +39,8 @@ Layout accessor_layout(const Container &container, const JsonValue &reference, P
 // All numbers of an accessor, element by element; finite. Error names the accessor.
 std::vector<double> accessor_numbers(Container &container, const JsonValue &reference, Purpose purpose);
 
-// Numbers from elements of that layout. place: what messages name. bytes: at least count elements, stride
-// bytes from one to the next.
+// Numbers from elements of that layout. place: for messages. bytes: at least count elements, stride bytes
+// from one to the next.
 std::vector<double> unpack(const Layout &layout, std::string_view bytes, uint64_t stride,
                            const JsonValue &place);
 

@@ -62,7 +62,7 @@ void check_stride(const JsonValue &extension, uint64_t stride) {
   if (filter == "QUATERNION") expect(stride == 8, "8 for QUATERNION");
 }
 
-// Appendix A: the bytes that so many elements take when each is coded as short as can be.
+// Appendix A: the least bytes that a number of elements can take.
 uint64_t least_size(Mode mode, uint64_t stride, uint64_t count) {
   switch (mode) {
   case Mode::attributes:
@@ -119,8 +119,8 @@ std::optional<Compressed> compression_of(const JsonValue &view) {
   return Compressed{*extension, stride, count};
 }
 
-// The view's bytes. Before anything is allocated, count is held against the bytes that carry it: at most 64
-// bytes come out for one that goes in. Error at the extension when they do not decode.
+// The view's bytes. Before anything is allocated, count is compared with the compressed bytes: one decodes to
+// at most 64. Error at the extension when they do not decode.
 std::string decompress(const Compressed &compressed, std::string_view bytes) {
   const JsonValue &place = compressed.extension;
   const Mode mode = mode_of(place);
@@ -143,12 +143,12 @@ constexpr uint32_t glb_version = 2, type_json = 0x4e4f534a, type_bin = 0x004e494
 constexpr uint64_t max_buffer_bytes = uint64_t(1) << 30;
 constexpr uint64_t max_image_bytes = uint64_t(1) << 28; // a PNG of 8192 x 8192 that does not compress
 
-// Numbers that accessors may hold together: one for every byte is what honest files have at most, four leaves
-// room for accessors that share bytes, and the constant for accessors that have none.
+// The limit for all numbers of accessors: ordinary files have at most one for every byte, four leave room for
+// accessors that share bytes, and the constant for accessors that have none.
 constexpr uint64_t numbers_per_byte = 4, numbers_for_free = uint64_t(1) << 24;
 
-// Extensions that may be required by a file that is read here: those that are understood, and families that
-// change how a surface looks and not where it lies.
+// Extensions that a file may require here: those that are supported, and families that change the look of a
+// surface but not its shape.
 constexpr std::string_view understood[] = {"KHR_mesh_quantization", "KHR_lights_punctual",
                                            "KHR_draco_mesh_compression", "EXT_meshopt_compression",
                                            "KHR_meshopt_compression"};

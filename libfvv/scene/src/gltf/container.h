@@ -3,7 +3,7 @@
 //
 // Debian's one small library for glTF, tinygltf 2.7, is not used: it takes the last of two equal keys,
 // replaces values of the wrong type by defaults, checks no range of a view or an accessor, and opens "../" in
-// URIs. With all that checked again, nothing would be left for it but what nlohmann-json does.
+// URIs. With all that checked here, it would only do what nlohmann-json does.
 #pragma once
 
 #include "fvv/types.h"
@@ -24,17 +24,16 @@ struct View {
 // Borrows bytes and path. Every function throws Error with path and JSON pointer.
 class Container {
 public:
-  // path: what messages call the file; buffers are looked for in its folder and below.
+  // path: for messages; buffers are searched in its folder and below.
   Container(std::string_view bytes, const std::string &path);
 
   JsonValue root() const { return {document, file}; }
-  // What reference, an index, means: an item of the array of that name at the top ("accessors").
+  // Resolves reference, an index: an item of the top-level array of that name ("accessors").
   JsonValue item(const char *list, const JsonValue &reference) const;
-  // reference: an index among bufferViews. Reads the buffer, and decompresses the view, when it is asked for
-  // the first time.
+  // reference: an index among bufferViews. Reads the buffer, and decompresses the view, on the first call.
   View view(const JsonValue &reference);
 
-  // The bytes of an item of images: PNG or JPEG, if the file keeps to the specification.
+  // The bytes of an item of images: PNG or JPEG, if the file follows the specification.
   std::string image(size_t index);
 
   // Called before count numbers are taken out of the file. Accessors may share bytes or have none at all
@@ -46,9 +45,9 @@ private:
   void check_version() const;
   void check_extensions() const;
   std::string_view buffer(const JsonValue &reference);
-  // The bytes that buffer, byteOffset and byteLength of an object say.
+  // The bytes given by buffer, byteOffset and byteLength of an object.
   std::string_view range(const JsonValue &place);
-  // Called before so many bytes are read or decoded.
+  // Called before that number of bytes is read or decoded.
   void charge_bytes(const JsonValue &place, uint64_t size);
   std::string load(const JsonValue &uri, uint64_t limit) const;
 
@@ -56,7 +55,7 @@ private:
   nlohmann::json document;
   std::string_view binary; // chunk BIN of a GLB
   bool has_binary = false;
-  std::map<int64_t, std::string> loaded;       // buffers that stand elsewhere
+  std::map<int64_t, std::string> loaded;       // external buffers
   std::map<int64_t, std::string> decompressed; // bufferViews
   uint64_t buffer_bytes = 0, numbers = 0;
 };

@@ -193,7 +193,7 @@ void Environment::transform(const gltf::Transform &by) {
     by.apply(point, moved);
     std::copy_n(moved, 3, at);
   };
-  // What stands in m[3], m[7] and m[11] moves places, not directions.
+  // m[3], m[7] and m[11] move places, not directions.
   gltf::Transform turn = by;
   turn.m[3] = turn.m[7] = turn.m[11] = 0;
   const bool mirrors = by.determinant() < 0;
@@ -310,7 +310,7 @@ private:
     return document["accessors"].size() - 1;
   }
 
-  // As a float32, a coordinate is to round to the lattice point that it lies on.
+  // As a float32, a coordinate has to round to its own lattice point.
   void check_positions(const EnvironmentPart &part) const {
     const Mesh &mesh = part.mesh;
     const Lattice grid = part.lattice.value_or(lattice);

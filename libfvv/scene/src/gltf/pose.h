@@ -7,7 +7,7 @@
 namespace fvv::scene::gltf {
 
 // In the file's units and axes (+y up), with normals when they were read and every primitive has them. time
-// in seconds; nothing: as the nodes stand. Where a node mirrors, its faces are turned round, so that they are
+// in seconds; none: without animation. Where a node mirrors, its faces are turned round, so that they are
 // counter-clockwise seen from outside. Error for coordinates that overflow.
 Mesh pose(const Scene &scene, std::optional<double> time);
 
@@ -18,7 +18,7 @@ struct PosedPart {
 };
 std::vector<PosedPart> pose_parts(const Scene &scene);
 
-// From the space of each node to that of the scene, as the nodes stand.
+// From the space of each node to that of the scene, without animation.
 std::vector<Transform> global_transforms(const Scene &scene);
 
 } // namespace fvv::scene::gltf

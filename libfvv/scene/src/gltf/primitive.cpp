@@ -1,5 +1,5 @@
-// The base colour of a primitive (glTF 2.0 clause 3.9.2): which image, and where on it. Nothing else of a
-// material matters to an atlas.
+// The base colour of a primitive (glTF 2.0 clause 3.9.2): its image and texture coordinates. An atlas needs
+// nothing else of a material.
 
 #include "fvv_cxx/untrusted.h"
 #include "scene/src/drc_points.h"
@@ -81,7 +81,7 @@ public:
   }
 
 private:
-  // Draco holds indices and some of the attributes; accessors still say what they have to be.
+  // Draco holds indices and some of the attributes; accessors still declare their layout.
   void read_draco(const JsonValue &compressed, int64_t mode, bool normals) {
     if (mode != mode_triangles) json.fail("expected triangles (mode 4) in a mesh compressed by Draco");
     identifiers = compressed.at("attributes");
@@ -101,7 +101,7 @@ private:
     container.charge(json, draco->triangles.size());
   }
 
-  // The numbers of an attribute, be they compressed or not.
+  // The numbers of an attribute, compressed or not.
   std::vector<double> numbers(const std::string &semantic, const JsonValue &reference, Purpose purpose) {
     const auto id = draco_ids.find(semantic);
     if (id == draco_ids.end()) {
@@ -200,7 +200,7 @@ private:
           sum += weight;
         }
       if (!(sum > 0)) attributes.fail("vertex " + std::to_string(vertex) + ": its weights add up to 0");
-      // They were rounded when they were written: without this the vertex would move towards the origin.
+      // Weights are rounded in the file: without this the vertex would move towards the origin.
       for (size_t i = out.first.back(); i < out.influences.size(); i++) out.influences[i].weight /= sum;
     }
     out.first.push_back(out.influences.size());

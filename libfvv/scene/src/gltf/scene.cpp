@@ -193,7 +193,8 @@ private:
     }
   }
 
-  // Every node has one parent at most: whatever cannot be reached from a root lies on a cycle or below one.
+  // Every node has at most one parent: a node that cannot be reached from a root lies on a cycle or below
+  // one.
   void sort_nodes() {
     std::vector<std::vector<uint32_t>> children(scene.nodes.size());
     for (uint32_t i = 0; i < scene.nodes.size(); i++) {
@@ -269,7 +270,7 @@ private:
     }
   }
 
-  // One atlas for the whole scene: texture coordinates of another picture would mean nothing on it.
+  // One atlas for the whole scene: texture coordinates of another picture are meaningless on it.
   void read_image() {
     std::optional<std::optional<int64_t>> image;
     for (const uint32_t node : scene.drawn)
@@ -329,7 +330,8 @@ private:
     }
     if (count > 8) names += ", ...";
     if (!wanted)
-      animations.fail("expected to be told which of " + std::to_string(count) + " animations: " + names);
+      animations.fail("expected the index or name of one of " + std::to_string(count) +
+                      " animations: " + names);
     if (!found) animations.fail("expected an animation called " + quote(*wanted) + ", found " + names);
     return *found;
   }

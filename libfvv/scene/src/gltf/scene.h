@@ -1,5 +1,5 @@
-// What of a glTF file draws, as plain numbers: nodes, triangles, skins, and one animation. Everything is
-// checked while it is read; posing it (pose.h) needs no file and cannot meet an index out of range.
+// The drawn content of a glTF file as plain numbers: nodes, triangles, skins, and one animation. Everything
+// is checked while it is read; posing it (pose.h) needs no file and cannot meet an index out of range.
 #pragma once
 
 #include "fvv_scene/mesh_file.h"
@@ -27,15 +27,15 @@ struct Influence {
 
 struct Primitive {
   std::vector<double> positions;                   // 3 per vertex
-  std::vector<double> texture;                     // 2 per vertex, or empty: nobody asked
-  std::vector<double> normals;                     // 3 per vertex, or empty: nobody asked, or there are none
+  std::vector<double> texture;                     // 2 per vertex, or empty: not requested
+  std::vector<double> normals;                     // 3 per vertex, or empty: not requested, or there are none
   std::vector<uint32_t> triangles;                 // 3 vertices each
   std::vector<std::vector<double>> targets;        // displacements like positions; empty: all zero
   std::vector<std::vector<double>> normal_targets; // of normals, likewise
   std::vector<size_t> first; // influences of vertex v: first[v] to first[v + 1]; empty: no joints
   std::vector<Influence> influences;
   uint32_t joint_count = 0;     // 1 + the highest joint
-  std::optional<int64_t> image; // of the base colour, if the texture was asked for and the material has one
+  std::optional<int64_t> image; // of the base colour, if the texture was requested and the material has one
   std::optional<int64_t> material;
 
   size_t vertex_count() const { return positions.size() / 3; }
@@ -60,7 +60,7 @@ struct Channel {
   std::vector<double> values; // width per time; cubic_spline: in-tangent, value, out-tangent
   std::string place;          // for messages
 
-  // width numbers; before the first time and behind the last one those of the nearest. Rotations come with
+  // width numbers; before the first time and after the last one those of the nearest. Rotations come with
   // length 1; Error when one has no direction.
   std::vector<double> at(double time) const;
 };
@@ -75,7 +75,7 @@ struct Skin {
 };
 
 struct Scene {
-  std::string file; // what messages call it
+  std::string file; // for messages
   std::vector<Node> nodes;
   std::vector<uint32_t> order; // all nodes, parents first
   std::vector<uint32_t> drawn; // nodes of the scene that have a mesh, in the order of the file
@@ -83,7 +83,7 @@ struct Scene {
   std::vector<Skin> skins;
   std::vector<Channel> channels; // of the chosen animation
   MeshReport report;
-  std::string picture;       // bytes of the base colour image, if it was asked for
+  std::string picture;       // bytes of the base colour image, if it was requested
   std::vector<bool> visible; // of each node: the default scene contains it
 };
 
@@ -92,12 +92,12 @@ struct NoAnimation {};
 struct OnlyAnimation {};
 using AnimationChoice = std::variant<NoAnimation, OnlyAnimation, int64_t, std::string>;
 
-// How a surface looks: nobody asks; texture coordinates of one atlas, which have to be there; its picture as
-// well; coordinates wherever a material has a picture, each its own.
+// Appearance: not read; texture coordinates of one atlas, which must exist; its picture as well; coordinates
+// wherever a material has a picture of its own.
 enum class Texture { skipped, coordinates, picture, materials };
 
-// bytes: the whole file. path: what messages call it, and where its buffers lie. Error "path: POINTER:
-// what". limits: max_vertices and max_faces hold for the scene as drawn.
+// bytes: the whole file. path: for messages, and the folder of its buffers. Error "path: POINTER: what".
+// limits: max_vertices and max_faces hold for the scene as drawn.
 Scene read_scene(std::string_view bytes, const std::string &path, const AnimationChoice &choice,
                  const fvv_limits &limits, Texture texture = Texture::skipped, bool normals = false);
 
@@ -105,7 +105,7 @@ Scene read_scene(std::string_view bytes, const std::string &path, const Animatio
 MeshData read_mesh_data(Container &container, const JsonValue &mesh, MeshReport &report, Texture texture,
                         bool normals);
 
-// What the material of a primitive says of its base colour (material.cpp).
+// The base colour of the material of a primitive.
 struct BaseColour {
   std::optional<int64_t> image;             // index among images
   int64_t set = 0;                          // of texture coordinates: TEXCOORD_0, ...

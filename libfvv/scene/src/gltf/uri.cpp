@@ -57,7 +57,7 @@ std::optional<std::string> relative_file(std::string_view uri) {
   std::string path;
   for (size_t i = 0; i < uri.size(); i++) {
     char c = uri[i];
-    // In front of escapes: a colon that is meant as a part of the name has to be written as %3A.
+    // Before escapes are resolved: a colon in a name has to be written as %3A.
     if (c == ':') return std::nullopt;
     if (c == '%') {
       const int high = i + 2 < uri.size() ? hex_digit(uri[i + 1]) : -1;

@@ -1,4 +1,4 @@
-// What all readers do alike: poses into fvv's axes, names from file names, the last checks.
+// Common to all readers: poses in fvv's axes, names from file names, the last checks.
 #pragma once
 
 #include "fvv_scene/import.h"
@@ -10,8 +10,8 @@
 
 namespace fvv::import {
 
-// axes: the camera's right, up and backward vectors as rows in world coordinates (OpenGL); centre: where it
-// stands. R = diag(1, -1, -1) axes, t = -R centre.
+// axes: the camera's right, up and backward vectors as rows in world coordinates (OpenGL); centre: its
+// position. R = diag(1, -1, -1) axes, t = -R centre.
 void set_pose_opengl(fvv_camera &camera, const double axes[9], const double centre[3]);
 
 // The lens from all eight coefficients; without any that is not 0 there is none.
@@ -48,7 +48,7 @@ class Lines {
 public:
   Lines(std::string_view bytes, const std::string &path) : rest(bytes), name(path) {}
 
-  bool next(std::string_view &line);         // the next one as it stands
+  bool next(std::string_view &line);         // the next line
   bool next_content(std::string_view &line); // skips empty lines and those that begin with '#'
   uint64_t number() const { return count; }  // of the last line, from 1
   const std::string &path() const { return name; }

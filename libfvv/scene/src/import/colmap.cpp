@@ -12,7 +12,7 @@ namespace fvv::import {
 
 namespace {
 
-// images.txt lists the keypoints of every image, of which nothing is kept.
+// images.txt lists the keypoints of every image, which are not used.
 constexpr uint64_t max_images_size = uint64_t(1) << 30;
 
 struct Model {
@@ -124,7 +124,7 @@ void check_keypoints(const Lines &lines, std::string_view line) {
   size_t count = 0;
   while (scene::next_word(rest, word)) count++;
   if (count % 3)
-    lines.fail("expected the line of keypoints (X Y POINT3D_ID ...; may be empty) behind an image, found " +
+    lines.fail("expected the line of keypoints (X Y POINT3D_ID ...; may be empty) after an image, found " +
                scene::quote(line));
   for (rest = line; scene::next_word(rest, word);) lines.real(word, "X Y POINT3D_ID");
 }
@@ -141,8 +141,8 @@ Calibration read_colmap(const std::string &folder) {
   for (std::string_view line; lines.next_content(line);) {
     images.push_back(read_image(lines, line, cameras));
     pictures.push_back(images.back().picture);
-    // The keypoints follow on a line of their own, which may be empty. Without it every second image would
-    // be swallowed.
+    // The keypoints follow on a line of their own, which may be empty. Without it every second image would be
+    // lost.
     if (lines.next(line)) check_keypoints(lines, line);
   }
   const std::vector<std::string> names = names_of_pictures(pictures);

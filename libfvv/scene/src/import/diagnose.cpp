@@ -11,7 +11,7 @@ namespace fvv::import {
 
 namespace {
 
-constexpr double negligible = 0.1;    // px: below this there is nothing to explain
+constexpr double negligible = 0.1;    // px: below this nothing is suspected
 constexpr double much_better = 0.5;   // of the rms as given
 constexpr double clearly_first = 0.7; // of the rms of the next mistake
 
@@ -72,7 +72,7 @@ template <int Halves> bool undo_half_pixel(fvv_camera &c) {
   return true;
 }
 
-// Where p1, p2 and k3 really stand in the list that should be k1 k2 p1 p2 k3 k4 k5 k6.
+// The true places of p1, p2 and k3 in the list that should be k1 k2 p1 p2 k3 k4 k5 k6.
 template <int P1, int P2, int K3> bool undo_distortion(fvv_camera &c) {
   if (c.lens != FVV_LENS_RADTAN) return false;
   const double *d = c.distortion;
@@ -127,7 +127,7 @@ const char *description_of(Mistake mistake) {
       "the pose goes from the camera to the world where the reverse is expected, or the reverse",
       "the pose is inverted and its camera axes are OpenGL's where OpenCV's are expected, or the reverse",
       "the principal point, or the points, count pixel centres half a pixel off",
-      "the coefficients of the lens stand in another order (k1 k2 p1 p2 k3 is expected)"};
+      "the coefficients of the lens are in another order (k1 k2 p1 p2 k3 is expected)"};
   return texts[static_cast<size_t>(mistake)];
 }
 
@@ -176,7 +176,7 @@ Diagnosis diagnose(const std::vector<scene::Camera> &cameras, const std::vector<
     squares[o.camera] += d * d;
     counts[o.camera]++;
   }
-  for (size_t i = 0; i < models.size(); i++) // 0 / 0 is the NaN that is promised
+  for (size_t i = 0; i < models.size(); i++) // 0 / 0 is the documented NaN
     diagnosis.rms_of_camera.push_back(std::sqrt(squares[i] / static_cast<double>(counts[i])));
   diagnosis.undone.fill(std::numeric_limits<double>::quiet_NaN());
   for (const Variant &variant : variants) {

@@ -1,7 +1,7 @@
 // *_par.txt of the Middlebury multi-view stereo evaluation (Seitz et al. 2006): the number of pictures, then
 // "NAME k11
-// ... k33 r11 ... r33 t1 t2 t3" for each, P = K [R t], no distortion. The README of the data says that the
-// origin is top left and no more; pixel centres are taken to lie at integers, as was usual at the time.
+// ... k33 r11 ... r33 t1 t2 t3" for each, P = K [R t], no distortion. The README of the data only says that
+// the origin is top left; pixel centres are taken to lie at integers, as was usual at the time.
 
 #include "fvv_scene/text.h"
 #include "scene/src/import/camera.h"

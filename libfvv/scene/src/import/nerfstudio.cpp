@@ -1,5 +1,5 @@
 // transforms.json of nerfstudio and instant-ngp. Poses go from the camera to the world in OpenGL's axes;
-// intrinsics stand at the top or in a frame, which then counts.
+// intrinsics are at the top or in a frame, which then takes precedence.
 
 #include "scene/src/import/camera.h"
 #include "scene/src/strict_json.h"
@@ -43,7 +43,7 @@ public:
       value->fail("expected a whole number of pixels > 0, found " + value->found());
     return static_cast<uint32_t>(size);
   }
-  // A focal length, or the whole angle of view across size pixels; nothing when neither is there.
+  // A focal length, or the whole angle of view across size pixels; none if both are missing.
   std::optional<double> focal(const char *length, const char *angle, double size) const {
     if (const auto value = find(length)) return finite(*value);
     const auto value = find(angle);

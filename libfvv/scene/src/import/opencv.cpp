@@ -1,4 +1,4 @@
-// What OpenCV's calibration programs write with cv::FileStorage, one camera in each file. Its axes and
+// Files of OpenCV's calibration programs, written with cv::FileStorage, one camera in each. Its axes and
 // coefficients are those of fvv; its pixel centres lie at integers.
 
 #include "fvv_scene/text.h"
@@ -140,7 +140,7 @@ void read_intrinsics(const File &file, const std::string &path, fvv_camera &came
   camera.height = static_cast<uint32_t>(file.integer(file.at({"image_height"}), 1, INT32_MAX));
   const Node &node = file.at({"camera_matrix", "K", "M"});
   const auto k = file.square(node).values;
-  // cv::projectPoints leaves K[0][1] out, so that a value there would mean two things.
+  // cv::projectPoints ignores K[0][1], so that a value there would be ambiguous.
   if (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
     fail_at(path, node.line, "expected fx 0 cx, 0 fy cy, 0 0 1 for " + node.name + ", found others");
   camera.fx = k[0];

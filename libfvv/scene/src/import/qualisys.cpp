@@ -1,5 +1,5 @@
 // Calibrations of Qualisys Track Manager. Lengths in millimetres, pixels in units of 1/64, r11 ... r33 from
-// the world to a camera with y up and z backwards, x y z the place where it stands.
+// the world to a camera with y up and z backwards, x y z its position.
 
 #include "fvv_scene/text.h"
 #include "scene/src/import/camera.h"
@@ -44,7 +44,7 @@ Window read_window(const Element &element) {
           element.integer("bottom", top, UINT16_MAX) - top + 1};
 }
 
-// A file in other units, or of a camera that bins its pixels, would pass for a lens of another focal length.
+// A file in other units, or of a camera that bins its pixels, would be read with a wrong focal length.
 void check_units(const Element &intrinsic, const char *least, const char *most, int64_t pixels) {
   const double found = intrinsic.number(most) - intrinsic.number(least);
   const double expected = units_per_pixel * static_cast<double>(pixels - 1);

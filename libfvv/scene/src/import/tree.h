@@ -1,6 +1,6 @@
 // XML and YAML documents as a tree of names and texts with line numbers, read defensively: no document type,
 // no entities but XML's five and character references, no anchors and aliases, bounded size, depth and count.
-// Parsing is libexpat's and yaml-cpp's; this knows no calibration.
+// Parsing is libexpat's and yaml-cpp's; calibrations are read elsewhere.
 #pragma once
 
 #include "scene/src/import/camera.h"
@@ -24,14 +24,14 @@ struct Node {
 };
 
 constexpr unsigned max_depth = 16;
-constexpr size_t max_nodes = 200000; // a few tens of MiB, whatever the bytes are
+constexpr size_t max_nodes = 200000; // a few tens of MiB for any input
 constexpr uint64_t max_xml_size = uint64_t(64) << 20;
 constexpr uint64_t max_yaml_size = uint64_t(4) << 20; // yaml-cpp reads a megabyte a second and less
 
 // The root element. Error "PATH:LINE: ..." for everything that is not plain XML.
 Node parse_xml(std::string_view bytes, const std::string &path);
 
-// A document whose root is a map. "%YAML:1.0", with which OpenCV opens its files and which is no YAML, counts
+// A document whose root is a map. "%YAML:1.0", with which OpenCV's files begin and which is not YAML, is read
 // as "%YAML 1.0".
 Node parse_yaml(std::string_view bytes, const std::string &path);
 
