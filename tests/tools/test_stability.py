@@ -1,6 +1,6 @@
-"""Captures that are odd, as strangers' are: nothing is lost without a word, and bytes stay in proportion.
+"""Captures that are odd, as strangers' are: no loss is silent, and bytes stay in proportion.
 
-Each case says what error was asked for and measures what came out: fvvdemux writes the decoded meshes, whose
+Each case sets an error and measures the result: fvvdemux writes the decoded meshes, whose
 vertices are compared with the source's surface, a sphere, in closed form.
 """
 

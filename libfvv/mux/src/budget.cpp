@@ -37,7 +37,7 @@ decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tilin
 
 decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame) {
   decimate::Footprint cameras;
-  // Nobody sees the mesh through a camera that is lost; where all are, what they saw at another time counts.
+  // A camera without calibration in this frame is ignored; if all lack it, other frames are used.
   bool empty = true;
   for (const bool lost : {false, true}) {
     const auto add = [&](const scene::Camera &camera, double across, double down) {

@@ -67,7 +67,7 @@ private:
   const Tiling tiling;
   const DecimationChoice choice;
   const uint32_t group_size;
-  const bool tracked, normals; // otherwise nobody looks for runs; reads normals
+  const bool tracked, normals; // without it no runs are searched; reads normals
   mutable std::mutex mutex;    // of groups
   mutable std::map<size_t, std::shared_ptr<Group>> groups;
 };
