@@ -65,8 +65,8 @@ draco::Status choose_pair_coding(const fvv_mesh &mesh, int level, draco::ExpertE
   return status;
 }
 
-// One attribute value a vertex, in the given order: vertices at one place stay apart, so that the faces alone say
-// what is connected.
+// One attribute value a vertex, in the given order: vertices at one place stay apart, so that the faces alone
+// say what is connected.
 void fill(const fvv_mesh &mesh, draco::Mesh *out) {
   out->SetNumFaces(mesh.face_count);
   for (uint32_t f = 0; f < mesh.face_count; f++) {
