@@ -1,6 +1,7 @@
-// Measures the browser's decoder in Node: node decoder.mjs first|warm|draco3d FILE. Prints milliseconds per frame as JSON.
-// first: the first mesh in a new process, without and with compilation of the modules; warm: the median of all frames, after
-// enough rounds for the engine's optimising compiler; draco3d: the same for key frames with the npm package of that name.
+// Measures the browser's decoder in Node: node decoder.mjs first|warm|draco3d|beside FILE. Prints milliseconds per frame as
+// JSON. first: the first mesh in a new process, without and with compilation of the modules; warm: the median of all frames,
+// after enough rounds for the engine's optimising compiler; draco3d: the same for key frames with the npm package of that
+// name; beside: both, each frame with one directly after the other, so that other load slows both, and the median ratio.
 
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -76,31 +77,39 @@ function* bitstreams() {
   }
 }
 
-async function draco3d() {
+/** decode(data): decodes a bitstream with draco3d and returns milliseconds. */
+async function createDraco3d() {
   const require = createRequire(new URL("../js/package.json", import.meta.url));
-  const begin = performance.now();
   const draco = await require("draco3d").createDecoderModule({});
+  return (data) => {
+    const begin = performance.now();
+    const decoder = new draco.Decoder();
+    const mesh = new draco.Mesh();
+    decoder.DecodeArrayToMesh(data, data.length, mesh);
+    const corners = 3 * mesh.num_faces();
+    const attribute = decoder.GetAttributeByUniqueId(mesh, 0);
+    const positions = 3 * mesh.num_points();
+    const pointer = draco._malloc(4 * Math.max(corners, positions));
+    decoder.GetTrianglesUInt32Array(mesh, 4 * corners, pointer);
+    const indices = new Uint32Array(draco.HEAPF32.buffer, pointer, corners).slice();
+    decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, draco.DT_INT32, 4 * positions, pointer);
+    const lattice = new Int32Array(draco.HEAPF32.buffer, pointer, positions).slice();
+    if (!indices.length || !lattice.length) throw new Error("draco3d decodes nothing");
+    draco._free(pointer);
+    draco.destroy(mesh);
+    draco.destroy(decoder);
+    return performance.now() - begin;
+  };
+}
+
+async function draco3d() {
+  const begin = performance.now();
+  const decode = await createDraco3d();
   const times = [];
   let loaded = null;
   for (let round = 0; round < ROUNDS; round++)
     for (const data of bitstreams()) {
-      const before = performance.now();
-      const decoder = new draco.Decoder();
-      const mesh = new draco.Mesh();
-      decoder.DecodeArrayToMesh(data, data.length, mesh);
-      const corners = 3 * mesh.num_faces();
-      const attribute = decoder.GetAttributeByUniqueId(mesh, 0);
-      const positions = 3 * mesh.num_points();
-      const pointer = draco._malloc(4 * Math.max(corners, positions));
-      decoder.GetTrianglesUInt32Array(mesh, 4 * corners, pointer);
-      const indices = new Uint32Array(draco.HEAPF32.buffer, pointer, corners).slice();
-      decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, draco.DT_INT32, 4 * positions, pointer);
-      const lattice = new Int32Array(draco.HEAPF32.buffer, pointer, positions).slice();
-      if (!indices.length || !lattice.length) throw new Error("draco3d decodes nothing");
-      draco._free(pointer);
-      draco.destroy(mesh);
-      draco.destroy(decoder);
-      times.push(performance.now() - before);
+      times.push(decode(data));
       loaded ??= performance.now() - begin;
     }
   const first_ms = times[0];
@@ -112,4 +121,33 @@ async function draco3d() {
   };
 }
 
-console.log(JSON.stringify(await { first, warm, draco3d }[what]()));
+/** Of a file of key frames. */
+async function beside() {
+  const session = await Session.create({ module: await compileCore(), codec: compileCodec });
+  const other = await createDraco3d();
+  const streams = [...bitstreams()];
+  const times = { key: [], draco3d: [], ratio: [] };
+  for (let round = 0; round < 2 * ROUNDS; round++) {
+    let frame = 0;
+    for await (const _ of frames(session)) {
+      if (session.lacksCodecs) await session.loadCodecs();
+      const begin = performance.now();
+      session.decode(want);
+      const key = performance.now() - begin;
+      const reference = other(streams[frame++]);
+      if (round < COLD_ROUNDS) continue;
+      times.key.push(key);
+      times.draco3d.push(reference);
+      times.ratio.push(key / reference);
+    }
+  }
+  return {
+    key_ms: median(times.key),
+    draco3d_ms: median(times.draco3d),
+    ratio: median(times.ratio),
+    least_key_ms: least(times.key),
+    least_draco3d_ms: least(times.draco3d),
+  };
+}
+
+console.log(JSON.stringify(await { first, warm, draco3d, beside }[what]()));

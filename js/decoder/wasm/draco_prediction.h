@@ -3,9 +3,12 @@
 #ifndef FVV_WASM_DRACO_PREDICTION_H
 #define FVV_WASM_DRACO_PREDICTION_H
 
+#include <memory>
+
 #include "draco/compression/attributes/prediction_schemes/mesh_prediction_scheme_constrained_multi_parallelogram_decoder.h"
 #include "draco/compression/attributes/prediction_schemes/mesh_prediction_scheme_data.h"
 #include "draco/compression/attributes/prediction_schemes/prediction_scheme_wrap_decoding_transform.h"
+#include "draco/compression/attributes/sequential_integer_attribute_decoder.h"
 #include "draco/mesh/corner_table.h"
 
 namespace fvv_draco {
@@ -34,33 +37,63 @@ inline int32_t divide(int32_t sum, int count) {
   return count == 1 ? sum : count == 2 ? sum / 2 : count == 3 ? sum / 3 : sum / 4;
 }
 
-// Places of the values of the parallelograms around a vertex whose other corners come before it.
-struct Parallelogram {
-  int32_t opposite, next, previous;
+// Of a corner: the next corner to the left around its vertex, or -1, and the places of the values of the
+// parallelogram across from it; most_places without one.
+struct Corner {
+  int32_t left, opposite, next, previous;
 };
 
-inline int find_parallelograms(const draco::CornerTable &table, const int32_t *entries, int32_t place,
-                               draco::CornerIndex start, Parallelogram *found) {
-  int count = 0;
-  bool left = true;
-  for (draco::CornerIndex corner = start; corner != draco::kInvalidCornerIndex;) {
-    const draco::CornerIndex opposite = table.Opposite(corner);
-    if (opposite != draco::kInvalidCornerIndex) {
-      const Parallelogram p = {entries[table.ConfidentVertex(opposite).value()],
-                               entries[table.ConfidentVertex(table.Next(opposite)).value()],
-                               entries[table.ConfidentVertex(table.Previous(opposite)).value()]};
-      if ((p.opposite < place) & (p.next < place) & (p.previous < place)) {
-        found[count++] = p;
-        if (count == most_parallelograms) break;
-      }
-    }
-    corner = left ? table.SwingLeft(corner) : table.SwingRight(corner);
-    if (corner == start) break;
-    if (corner == draco::kInvalidCornerIndex && left) {
-      left = false;
-      corner = table.SwingRight(start);
-    }
+constexpr int32_t no_place = INT32_MAX;
+
+// All corners at once: around a vertex each step would wait for the one before it, and each corner is looked
+// at once. False: a corner has no vertex.
+inline bool gather_corners(const draco::CornerTable &table, const std::vector<int32_t> &entries,
+                           Corner *corners) {
+  const uint32_t count = uint32_t(table.num_corners());
+  const std::unique_ptr<int32_t[]> places(new int32_t[count]);
+  for (uint32_t c = 0; c < count; c++) {
+    const uint32_t vertex = table.ConfidentVertex(draco::CornerIndex(c)).value();
+    if (vertex >= entries.size()) return false;
+    places[c] = entries[vertex];
   }
+  for (uint32_t face = 0; face < count; face += 3)
+    for (uint32_t k = 0; k < 3; k++) {
+      const uint32_t opposite = table.Opposite(draco::CornerIndex(face + k)).value();
+      // The corner whose next one this is.
+      Corner &before = corners[face + (k + 2) % 3];
+      Corner &here = corners[face + k];
+      if (opposite >= count) {
+        before.left = -1;
+        here.opposite = here.next = here.previous = no_place;
+        continue;
+      }
+      const uint32_t rest = opposite % 3;
+      const uint32_t next = opposite + (rest == 2 ? -2u : 1u), previous = opposite + (rest == 0 ? 2u : -1u);
+      before.left = int32_t(next);
+      here.opposite = places[opposite];
+      here.next = places[next];
+      here.previous = places[previous];
+    }
+  return true;
+}
+
+inline int find_parallelograms(const draco::CornerTable &table, const Corner *corners, int32_t place,
+                               draco::CornerIndex start, const Corner **found) {
+  int count = 0;
+  const auto look = [&](const Corner &c) {
+    if ((c.opposite < place) & (c.next < place) & (c.previous < place)) found[count++] = &c;
+    return count == most_parallelograms;
+  };
+  uint32_t corner = start.value();
+  do {
+    if (look(corners[corner])) return count;
+    corner = uint32_t(corners[corner].left);
+  } while (int32_t(corner) >= 0 && corner != start.value());
+  // At a boundary: the faces on the other side of the first one.
+  if (int32_t(corner) < 0)
+    for (draco::CornerIndex c = table.SwingRight(start); c != draco::kInvalidCornerIndex;
+         c = table.SwingRight(c))
+      if (c == start || look(corners[c.value()])) break;
   return count;
 }
 
@@ -68,13 +101,15 @@ template <int components>
 bool decode(const Range &range, const MeshData &mesh, const std::vector<bool> *creases,
             const int32_t *corrections, int32_t *values) {
   const std::vector<draco::CornerIndex> &corners = *mesh.data_to_corner_map();
-  const int32_t *const entries = mesh.vertex_to_data_map()->data();
+  const draco::CornerTable &table = *mesh.corner_table();
+  const std::unique_ptr<Corner[]> around(new Corner[size_t(table.num_corners())]);
+  if (!gather_corners(table, *mesh.vertex_to_data_map(), around.get())) return false;
   size_t at[most_parallelograms] = {};
   for (int c = 0; c < components; c++) values[c] = range.restore(0, corrections[c]);
   const int32_t count = int32_t(corners.size());
   for (int32_t place = 1; place < count; place++) {
-    Parallelogram found[most_parallelograms];
-    const int sides = find_parallelograms(*mesh.corner_table(), entries, place, corners[place], found);
+    const Corner *found[most_parallelograms];
+    const int sides = find_parallelograms(table, around.get(), place, corners[place], found);
     uint32_t sum[components] = {};
     int used = 0;
     for (int i = 0; i < sides; i++) {
@@ -83,9 +118,9 @@ bool decode(const Range &range, const MeshData &mesh, const std::vector<bool> *c
       if (flags[at[sides - 1]++]) continue;
       used++;
       for (int c = 0; c < components; c++)
-        sum[c] += uint32_t(values[found[i].next * components + c]) +
-                  uint32_t(values[found[i].previous * components + c]) -
-                  uint32_t(values[found[i].opposite * components + c]);
+        sum[c] += uint32_t(values[found[i]->next * components + c]) +
+                  uint32_t(values[found[i]->previous * components + c]) -
+                  uint32_t(values[found[i]->opposite * components + c]);
     }
     int32_t *const to = values + place * components;
     for (int c = 0; c < components; c++)
@@ -106,6 +141,12 @@ inline bool fvv_draco::Decoder::ComputeOriginalValues(const int32_t *corrections
     return fvv_draco::decode<3>(range, this->mesh_data(), is_crease_edge_, corrections, values);
   return components == 2 &&
          fvv_draco::decode<2>(range, this->mesh_data(), is_crease_edge_, corrections, values);
+}
+
+// Draco copies value by value, each with a call of the engine.
+template <> inline void draco::SequentialIntegerAttributeDecoder::StoreTypedValues<int32_t>(uint32_t count) {
+  attribute()->buffer()->Write(0, GetPortableAttributeData(),
+                               size_t(count) * size_t(attribute()->num_components()) * sizeof(int32_t));
 }
 
 #endif
