@@ -190,3 +190,18 @@ TEST_CASE("what cannot be decimated comes back as it was") {
   ball.positions[5] = NAN;
   CHECK(decimate::decimate(ball, millimetre_pixels(), budget(1), 0.01).mesh.faces == ball.faces);
 }
+
+TEST_CASE("a mesh of half a million triangles keeps its budget by the exact measure", "[long]") {
+  const Mesh source = sphere(0.5, 8);
+  REQUIRE(source.face_count() == 524288);
+  const decimate::Budget wanted = budget(1);
+  const double reach = decimate::find_reach(source, millimetre_pixels(), wanted);
+  CHECK(reach > 0);
+  const decimate::Decimated out = decimate::decimate(source, millimetre_pixels(), wanted, reach);
+  CHECK(!out.report.kept);
+  CHECK(out.report.faces_before == source.face_count());
+  CHECK(out.report.faces_after < 6000);
+  CHECK(out.report.error.rms_pixels <= 1);
+  CHECK(out.report.error.max_pixels <= 6);
+  for (const uint32_t v : out.vertices) REQUIRE(v < source.vertex_count());
+}
