@@ -71,7 +71,7 @@ def test_overrides(captures, tmp_path):
     done = run("fvvmux", hull, "-o", path, "--force", "--keep-geometry", "--triangles", 9, code=2)
     assert "--triangles" in done.stderr or "--keep-geometry" in done.stderr
     done = run("fvvmux", hull, "-o", path, "--force", "--max-error", "0", code=2)
-    assert "--max-error: expected pixels, above 0 and at most 1000, found" in done.stderr
+    assert "--max-error: expected pixels such as 0.15, or a length such as 1mm" in done.stderr
 
 
 def test_what_was_lost_is_reported(captures, tmp_path):

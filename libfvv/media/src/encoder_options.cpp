@@ -31,6 +31,9 @@ namespace {
  * everywhere: the same bytes in every run. x264 is set to be independent of the CPU; the other libraries have
  * no such option, so their bytes may differ between machines.
  *
+ * x264 looks ahead over a whole group, and keeps what it looks at: of large frames fewer, so that a group of
+ * 20 HD cameras fits into memory.
+ *
  * stitchable: parameter sets that do not depend on the CRF, as groups of one stream may differ in it.
  * force-cfr: the rate in the parameter sets is the one that was given. chromaloc=1: chroma in the middle, as
  * to_yuv makes it. aud, info and repeat-headers: off, as fvv samples do not contain them. */
@@ -105,6 +108,14 @@ std::string value_of(const EncoderOption &option, const VideoSettings &settings)
   return value;
 }
 
+/* Frames that x264 may look ahead; its preset's number for all but large frames. */
+int look_ahead(const VideoSettings &settings) {
+  constexpr double most_bytes = 128 << 20;
+  constexpr int least = 10, of_preset = 60;
+  const double frame = 1.5 * settings.width * settings.height;
+  return std::clamp(int(most_bytes / frame), least, of_preset);
+}
+
 /* "23", "22.625". */
 std::string number_text(double value) {
   char text[32];
@@ -166,6 +177,8 @@ Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings,
     set_option(context.get(), encoder, option.name, value_of(option, settings));
   for (size_t i = 0; settings.draft && i < encoder.draft.size(); i++)
     set_option(context.get(), encoder, encoder.draft[i].name, encoder.draft[i].value);
+  if (settings.codec == FVV_CODEC_AVC1 && !settings.draft)
+    set_option(context.get(), encoder, "rc-lookahead", std::to_string(look_ahead(settings)));
   set_option(context.get(), encoder, "crf", number_text(crf));
   const int code = avcodec_open2(context.get(), codec, nullptr);
   if (code < 0) fail(std::string(encoder.library) + " refuses the settings", code);
