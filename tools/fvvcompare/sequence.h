@@ -8,6 +8,7 @@
 #include "fvv_cxx/range.h"
 #include "fvv_scene/capture.h"
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -42,6 +43,9 @@ public:
   // normals that a stream sends; with those of a capture's file, if it has some, when they are asked for.
   // Several threads may call it.
   geometry::Mesh mesh(size_t i, bool normals = false) const;
+
+  // Calls visit with the path of every file that it reads.
+  void visit_files(const std::function<void(const std::string &)> &visit) const;
 
 private:
   void open_stream();
