@@ -402,7 +402,10 @@ def kill_in_the_middle(command, work, end, delay):
         time.sleep(0.001)
     time.sleep(delay)
     process.send_signal(end)
-    process.wait(timeout=20)
+    try:
+        process.wait(timeout=20)
+    finally:
+        process.kill()
     partial = [path for path in work.rglob(".*.partial")]
     if end != signal.SIGKILL:
         assert not partial
