@@ -6,6 +6,7 @@ Comparisons use NumPy and readers of their own, nothing of libfvv, so that a mis
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -47,7 +48,8 @@ def round_trip(capture, *options):
         tool("fvvmux", capture, "-o", stream, "--verify", "--keep-geometry", "--force", "--json", *options)
     )
     print(tool("fvvinfo", "--check", stream))
-    tool("fvvdemux", stream, "-o", out, "--force")
+    shutil.rmtree(out, ignore_errors=True)
+    tool("fvvdemux", stream, "-o", out)
     return summary, json.loads(tool("fvvinfo", "--json", stream))["files"][0], out
 
 

@@ -261,7 +261,7 @@ TEST_CASE("what has no common measure is refused") {
   shown.duration = {1, 30};
   CHECK_THAT(failure_of(metres, make_capture(folder, "fast", two, shown)),
              Contains("unlike frame rates") && Contains("1/25 s") && Contains("1/30 s"));
-  CHECK_THAT(failure_of(metres, folder.path("nothing.fvv")), Contains("nothing.fvv: cannot open"));
+  CHECK_THAT(failure_of(metres, folder.path("nothing.fvv")), Contains("nothing.fvv: cannot be opened"));
   CHECK_THAT(failure_of(metres, folder.path("metres/0000.ply")), Contains("0000.ply"));
   fvv::scene::Capture empty;
   empty.path = folder.path("empty.json");

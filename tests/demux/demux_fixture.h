@@ -257,11 +257,11 @@ inline Bytes read(const std::string &path) {
   return Bytes(bytes.begin(), bytes.end());
 }
 
-// All files below a folder by their names relative to it.
+// All files below a folder by their names relative to it, without the list of them (docs/outputs.md).
 inline std::map<std::string, Bytes> files_of(const std::string &folder) {
   std::map<std::string, Bytes> out;
   for (const auto &entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file())
+    if (entry.is_regular_file() && entry.path().filename() != ".fvv-output")
       out[fs::relative(entry.path(), folder).string()] = read(entry.path().string());
   return out;
 }

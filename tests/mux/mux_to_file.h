@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cli/cli.h"
+#include "cli/output.h"
 #include "fvv_mux/mux.h"
 
 struct FileOptions : fvv::mux::Options {

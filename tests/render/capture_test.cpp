@@ -42,7 +42,8 @@ std::map<std::string, std::string> write(const Settings &settings, uint32_t fram
   folder.commit();
   std::map<std::string, std::string> files;
   for (const auto &entry : fs::recursive_directory_iterator(to))
-    if (entry.is_regular_file()) files[fs::relative(entry.path(), to).string()] = contents(entry.path());
+    if (entry.is_regular_file() && entry.path().filename() != ".fvv-output")
+      files[fs::relative(entry.path(), to).string()] = contents(entry.path());
   return files;
 }
 

@@ -88,7 +88,7 @@ TEST_CASE("all missing, empty, unreadable and unlike files are reported at once,
                   "camera 3: 1 of 5 pictures is not 480 x 270, first: a_10.png is 960 x 540",
                   "camera 4: 1 of 5 pictures is unreadable, first: " +
                       (folder.root / "frames/0016/b.png").string() + ": is no picture",
-                  "camera 4: 1 of 5 masks is missing: 18 (first: frames/0018/mask.png)",
+                  "camera 4: 1 of 5 masks is unreadable, first: frames/0018/mask.png: is a folder",
                   "camera 4: 1 of 5 masks is not 480 x 270, first: frames/0010/mask.png is 480 x 271"
                   " (cut or padded? give the camera the pictures' width and height, and subtract from cx and "
                   "cy what was "

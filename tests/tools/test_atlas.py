@@ -13,7 +13,8 @@ SMALL = ("--rig", "small", "--frames", FRAMES)
 
 
 def files(folder):
-    return {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+    paths = [path for path in folder.rglob("*") if path.is_file() and path.name != ".fvv-output"]
+    return {path.relative_to(folder).as_posix(): path for path in paths}
 
 
 @pytest.fixture(scope="module")

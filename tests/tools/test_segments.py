@@ -41,7 +41,8 @@ def read(folder):
         assert entry["bytes"] == len(data) and entry["crc32c"] == f"{crc32c(data):08x}"
         content += data if entry not in backgrounds else b""
     entries += backgrounds
-    assert {p.name for p in folder.iterdir()} == {"manifest.json", *(e["file"] for e in entries)}
+    names = [entry["file"] for entry in entries]
+    assert {p.name for p in folder.iterdir()} == {".fvv-output", "manifest.json", *names}
     return manifest, content
 
 
@@ -123,6 +124,11 @@ def test_refusals(fvvmux, tmp_path):
     put(out, b"mine", "mine.txt")
     done = fvvmux(path, "--segments", out)
     assert done.returncode == 1 and b"already exists; --force replaces it" in done.stderr
+    done = fvvmux(path, "--segments", out, "--force")
+    assert done.returncode == 1 and b"--force replaces only what this tool wrote" in done.stderr
+    assert [p.name for p in out.iterdir()] == ["mine.txt"]
+    (out / "mine.txt").unlink()
+    assert fvvmux(path, "--segments", out).returncode == 0
     assert fvvmux(path, "--segments", out, "--force").returncode == 0
     assert read(out)[1] == good
     assert fvvmux(path, "--segments", out, "-o", tmp_path / "again.fvv").returncode == 2

@@ -34,6 +34,10 @@ Exit worse(Exit a, Exit b) {
   return rank(a) >= rank(b) ? a : b;
 }
 
+const std::string &tool() {
+  return tool_name;
+}
+
 void warn(const std::string &text) {
   std::fprintf(stderr, "%s: warning: %s\n", tool_name.c_str(), text.c_str());
 }

@@ -1,4 +1,4 @@
-// What all tools do alike: exit codes, one line per problem, progress, files that are whole or absent.
+// What all tools do alike: exit codes, one line per problem, progress.
 #pragma once
 
 #include "fvv_cxx/error.h"
@@ -26,6 +26,9 @@ int run(const char *tool, const std::function<Exit()> &body);
 // "480x270", the argument of that option. Error (usage) for other text; ranges are the caller's to check.
 void parse_size(const std::string &option, const std::string &text, uint32_t &width, uint32_t &height);
 
+// The name that run() was given.
+const std::string &tool();
+
 // A bar on stderr while it is a terminal, nothing in a pipe. Steps may come from one thread only.
 class Progress {
 public:
@@ -36,44 +39,6 @@ public:
 private:
   struct Bar;
   std::unique_ptr<Bar> bar;
-};
-
-// A file that appears under its name only when commit() is reached: written beside it under a temporary name,
-// flushed to disk, renamed. Refuses an existing path unless force. Path "-" is standard output, refused when
-// that is a terminal.
-class OutputFile {
-public:
-  OutputFile(const std::string &path, bool force);
-  ~OutputFile(); // without commit: removes the temporary file
-  OutputFile(const OutputFile &) = delete;
-  OutputFile &operator=(const OutputFile &) = delete;
-  void write(const void *bytes, size_t size); // Error names path and reason (disk full, ...)
-  fvv_output output(); // for fvv_writer; after FVV_ERROR_IO, rethrow() throws the reason
-  void rethrow() const;
-  void commit();
-
-private:
-  static fvv_status write_callback(void *user, const void *bytes, size_t size);
-  std::string name, temporary, reason;
-  int descriptor;
-};
-
-// A folder that appears under its name only when commit() is reached. Refuses an existing path unless it is
-// an empty folder or force; with force the former folder is replaced as a whole.
-class OutputFolder {
-public:
-  OutputFolder(const std::string &path, bool force);
-  ~OutputFolder();
-  OutputFolder(const OutputFolder &) = delete;
-  OutputFolder &operator=(const OutputFolder &) = delete;
-  // Where to write "a/b.png" now; makes its folders. Refuses absolute names and "..": nothing leaves the
-  // folder.
-  std::string file(const std::string &relative) const;
-  void commit();
-
-private:
-  std::string name, temporary;
-  bool replace;
 };
 
 // For tools that ask for much memory and give it back, again and again: freed memory stays with the process,

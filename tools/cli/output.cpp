@@ -1,17 +1,20 @@
-// Writing: a file or folder is whole under its name or absent.
+#include "cli/output.h"
+
 #include "cli/cli.h"
 #include "cli/temporary.h"
+#include "fvv_cxx/file_kind.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <mutex>
+#include <fstream>
 
 namespace fs = std::filesystem;
 
@@ -19,10 +22,8 @@ namespace fvv::cli {
 
 namespace {
 
-constexpr int slots = 16;
-constexpr size_t longest = 4096;
-char remembered[slots][longest];
-std::mutex remembered_lock;
+constexpr const char *list_name = ".fvv-output", *list_head = "fvv output folder 1", *tool_key = "tool ",
+                     *file_key = "file ";
 
 std::string system_reason() {
   return std::strerror(errno);
@@ -38,164 +39,388 @@ std::string without_slash(std::string path) {
   return path;
 }
 
+// Where a chain of symbolic links leads; the end need not exist.
+std::string end_of_links(const std::string &path) {
+  constexpr int most = 40; // as in Linux
+  fs::path here = path;
+  for (int i = 0; i < most; i++) {
+    std::error_code error;
+    if (!fs::is_symlink(fs::symlink_status(here, error))) return here.string();
+    const fs::path next = fs::read_symlink(here, error);
+    if (error) throw Error(path + ": cannot follow the symbolic link: " + error.message());
+    here = here.parent_path() / next; // an absolute link replaces the folder
+  }
+  throw Error(path + ": too many symbolic links");
+}
+
+// The name in the real folder around it, which need not exist: two paths to one place have the same.
+std::string place_of(const std::string &path) {
+  const std::string end = without_slash(end_of_links(path));
+  std::error_code error;
+  const fs::path whole = fs::absolute(end, error);
+  if (error) throw Error(path + ": cannot create: " + error.message());
+  const fs::path parent = fs::weakly_canonical(whole.parent_path(), error);
+  if (error) throw Error(path + ": cannot create: " + error.message());
+  return (parent / whole.filename()).string();
+}
+
+bool is_inside(const std::string &path, const std::string &folder) {
+  return path.size() > folder.size() && path[folder.size()] == '/' &&
+         path.compare(0, folder.size(), folder) == 0;
+}
+
+// The outputs that are open, for claim().
+std::mutex open_lock;
+std::vector<std::pair<const Output *, std::string>> open_outputs;
+
+int rename_without_replacing(const std::string &from, const std::string &to) {
+#ifdef RENAME_NOREPLACE
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS) return -1;
+#endif
+  if (exists(to)) {
+    errno = EEXIST;
+    return -1;
+  }
+  return std::rename(from.c_str(), to.c_str());
+}
+
+// Both names keep something whole at every moment where the system can exchange them in one step.
+int swap_names(const std::string &a, const std::string &b) {
+#ifdef RENAME_EXCHANGE
+  if (renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS) return -1;
+#endif
+  const std::string aside = temporary_name(b);
+  if (std::rename(b.c_str(), aside.c_str()) != 0) return -1;
+  if (std::rename(a.c_str(), b.c_str()) == 0) return std::rename(aside.c_str(), a.c_str());
+  const int reason = errno;
+  std::rename(aside.c_str(), b.c_str());
+  errno = reason;
+  return -1;
+}
+
+// No signal ends the run between the first and the last of the files that appear together.
+class WithoutSignals {
+public:
+  WithoutSignals() {
+    sigset_t signals;
+    sigemptyset(&signals);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, signal);
+    pthread_sigmask(SIG_BLOCK, &signals, &former);
+  }
+  ~WithoutSignals() { pthread_sigmask(SIG_SETMASK, &former, nullptr); }
+
+private:
+  sigset_t former;
+};
+
 } // namespace
 
-std::string temporary_name(const std::string &path) {
-  static int counter = 0;
-  const fs::path whole(path);
-  const std::string leaf = "." + whole.filename().string() + "." + std::to_string(getpid()) + "." +
-                           std::to_string(counter++) + ".partial";
-  return (whole.parent_path() / leaf).string();
+Inputs inputs(const std::vector<std::string> &paths) {
+  return [paths](const std::function<void(const std::string &)> &visit) {
+    for (const std::string &path : paths) visit(path);
+  };
 }
 
-void remember_temporary(const std::string &path) {
-  const std::lock_guard<std::mutex> lock(remembered_lock);
-  if (path.size() + 1 > longest) throw Error(path + ": the name is too long");
-  for (int i = 0; i < slots; i++)
-    if (!remembered[i][0]) {
-      // The first character goes in last: a signal sees the whole name or none.
-      std::memcpy(remembered[i] + 1, path.c_str() + 1, path.size());
-      remembered[i][0] = path[0];
-      return;
-    }
-  throw Error(path + ": too many outputs are open at once");
+FileWriter::FileWriter(const std::string &path, const std::string &shown)
+    : name(shown), descriptor(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
+  if (descriptor < 0) throw Error(name + ": cannot create: " + system_reason());
 }
 
-void forget_temporary(const std::string &path) {
-  const std::lock_guard<std::mutex> lock(remembered_lock);
-  for (auto &slot : remembered)
-    if (path == slot) slot[0] = 0;
+FileWriter::~FileWriter() {
+  if (descriptor >= 0 && descriptor != STDOUT_FILENO) ::close(descriptor);
 }
 
-void remove_temporaries_in_handler() {
-  for (auto &path : remembered) {
-    if (!path[0] || unlink(path) == 0) continue;
-    const pid_t child = fork();
-    if (child == 0) {
-      execl("/bin/rm", "rm", "-rf", "--", path, static_cast<char *>(nullptr));
-      _exit(127);
-    }
-    if (child > 0) waitpid(child, nullptr, 0);
-  }
+void FileWriter::fail() const {
+  throw Error(name + ": cannot write: " + system_reason());
 }
 
-OutputFile::OutputFile(const std::string &path, bool force) : name(path), descriptor(-1) {
-  if (path == "-") {
-    if (isatty(STDOUT_FILENO))
-      throw Error("standard output is a terminal: not writing a binary file to it", Error::usage);
-    descriptor = STDOUT_FILENO;
-    name = "standard output";
-    return;
-  }
-  if (exists(path) && !force) throw Error(path + ": already exists; --force overwrites it");
-  if (fs::is_directory(path)) throw Error(path + ": is a folder");
-  temporary = temporary_name(path);
-  remember_temporary(temporary);
-  descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor < 0) {
-    const std::string why = system_reason();
-    forget_temporary(temporary);
-    throw Error(path + ": cannot create: " + why);
-  }
-}
-
-OutputFile::~OutputFile() {
-  if (temporary.empty()) return;
-  if (descriptor >= 0) close(descriptor);
-  unlink(temporary.c_str());
-  forget_temporary(temporary);
-}
-
-fvv_status OutputFile::write_callback(void *user, const void *bytes, size_t size) {
-  auto *self = static_cast<OutputFile *>(user);
+void FileWriter::write(const void *bytes, size_t size) {
   const auto *p = static_cast<const uint8_t *>(bytes);
   while (size) {
-    const ssize_t n = ::write(self->descriptor, p, size);
+    const ssize_t n = ::write(descriptor, p, size);
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) {
-      self->reason = system_reason();
-      return FVV_ERROR_IO;
-    }
+    if (n <= 0) fail();
     p += n, size -= static_cast<size_t>(n);
   }
-  return FVV_OK;
 }
 
-void OutputFile::write(const void *bytes, size_t size) {
-  write_callback(this, bytes, size);
-  rethrow();
-}
-
-fvv_output OutputFile::output() {
-  return {write_callback, this};
-}
-
-void OutputFile::rethrow() const {
-  if (!reason.empty()) throw Error(name + ": cannot write: " + reason);
-}
-
-void OutputFile::commit() {
-  if (temporary.empty()) return;
-  const int closing = descriptor;
-  bool good = fsync(closing) == 0 || errno == EINVAL;
+void FileWriter::close(bool to_disk) {
+  if (descriptor < 0 || descriptor == STDOUT_FILENO) return;
+  const bool flushed = !to_disk || fsync(descriptor) == 0 || errno == EINVAL;
+  const int reason = errno, closing = descriptor;
   descriptor = -1;
-  good = close(closing) == 0 && good;
-  if (!good || rename(temporary.c_str(), name.c_str()) != 0)
-    throw Error(name + ": cannot write: " + system_reason());
-  forget_temporary(temporary);
-  temporary.clear();
+  const bool closed = ::close(closing) == 0;
+  if (!flushed) errno = reason;
+  if (!flushed || !closed) fail();
 }
 
-OutputFolder::OutputFolder(const std::string &path, bool force) : name(without_slash(path)), replace(false) {
-  if (exists(name)) {
-    std::error_code error;
-    const bool empty = fs::is_directory(name, error) && fs::is_empty(name, error) && !error;
-    if (!empty && !force) throw Error(path + ": already exists; --force replaces it");
-    if (!fs::is_directory(name, error)) throw Error(path + ": is not a folder");
-    replace = true;
+Output::Output(const std::string &path, bool may_replace, const Inputs &read)
+    : given(path), force(may_replace), read_by_run(read) {}
+
+Output::~Output() {
+  {
+    const std::lock_guard<std::mutex> lock(open_lock);
+    open_outputs.erase(std::remove_if(open_outputs.begin(), open_outputs.end(),
+                                      [&](const auto &other) { return other.first == this; }),
+                       open_outputs.end());
   }
-  temporary = temporary_name(name);
-  remember_temporary(temporary);
-  std::error_code error;
-  fs::create_directories(temporary, error);
-  if (error) {
-    forget_temporary(temporary);
-    throw Error(path + ": cannot create: " + error.message());
+  remove_temporary();
+  while (!parents.empty()) {
+    rmdir(parents.back().c_str());
+    forget_temporary(parents.back());
+    parents.pop_back();
   }
 }
 
-OutputFolder::~OutputFolder() {
+void Output::claim(const std::string &target) {
+  const std::lock_guard<std::mutex> lock(open_lock);
+  for (const auto &[other, path] : open_outputs) {
+    if (path == target) throw Error(given + ": two outputs have this name", Error::usage);
+    if (is_inside(path, target) || is_inside(target, path))
+      throw Error(given + ": is inside another output, or has one inside: " + other->given, Error::usage);
+  }
+  open_outputs.emplace_back(this, target);
+  name = target;
+}
+
+void Output::make_parents() {
+  std::vector<std::string> missing;
+  for (fs::path folder = fs::path(name).parent_path(); !exists(folder.string()) && folder.has_relative_path();
+       folder = folder.parent_path())
+    missing.push_back(folder.string());
+  for (; !missing.empty(); missing.pop_back()) {
+    if (mkdir(missing.back().c_str(), 0777) != 0) throw Error(given + ": cannot create: " + system_reason());
+    parents.push_back(missing.back());
+    remember_temporary(missing.back(), Removal::empty_folder);
+  }
+}
+
+std::string Output::temporary_for(const std::string &target) {
+  const std::string path = temporary_name(target);
+  remember_temporary(path);
+  return path;
+}
+
+void Output::check_inputs(const std::set<Identity> &found, const char *relation) const {
+  if (!read_by_run || found.empty()) return;
+  read_by_run([&](const std::string &path) {
+    struct stat status;
+    if (stat(path.c_str(), &status) == 0 && found.count({status.st_dev, status.st_ino}))
+      throw Error(given + ": " + relation + " " + path + ", which this run reads; choose another name");
+  });
+}
+
+void Output::place() {
+  if (temporary.empty()) return;
+  struct stat status;
+  if (replaces && lstat(name.c_str(), &status) == 0) {
+    if (swap_names(temporary, name) != 0) throw Error(given + ": cannot replace: " + system_reason());
+    placed = exchanged = true;
+    check_former();
+    return;
+  }
+  if (rename_without_replacing(temporary, name) != 0)
+    throw Error(given + ": " +
+                (errno == EEXIST ? "was created by another program" : "cannot write: " + system_reason()));
+  placed = true;
+}
+
+void Output::take_back() {
+  if (!placed) return;
+  if (exchanged)
+    swap_names(temporary, name);
+  else
+    std::rename(name.c_str(), temporary.c_str());
+  placed = exchanged = false;
+}
+
+void Output::remove_temporary() {
   if (temporary.empty()) return;
   std::error_code ignored;
   fs::remove_all(temporary, ignored);
   forget_temporary(temporary);
+  temporary.clear();
 }
 
-std::string OutputFolder::file(const std::string &relative) const {
+void Output::commit() {
+  cli::commit({this});
+}
+
+void commit(const std::vector<Output *> &outputs) {
+  for (Output *output : outputs) output->finish_writing();
+  const WithoutSignals together;
+  try {
+    for (Output *output : outputs) output->place();
+  } catch (...) {
+    for (Output *output : outputs) output->take_back();
+    throw;
+  }
+  for (Output *output : outputs) {
+    for (const std::string &folder : output->parents) forget_temporary(folder);
+    output->parents.clear();
+    output->remove_temporary(); // what was there before, if anything
+  }
+}
+
+OutputFile::OutputFile(const std::string &path, bool may_replace, const Inputs &read)
+    : Output(path, may_replace, read) {
+  if (path == "-") {
+    if (isatty(STDOUT_FILENO))
+      throw Error("standard output is a terminal: not writing a binary file to it", Error::usage);
+    file = std::make_unique<FileWriter>(STDOUT_FILENO, "standard output");
+    return;
+  }
+  struct stat former, standard;
+  const bool there = stat(path.c_str(), &former) == 0;
+  if (!there && errno != ENOENT) throw Error(path + ": cannot create: " + system_reason());
+  if (path.empty() || path.back() == '/' || (there && S_ISDIR(former.st_mode)))
+    throw Error(path + ": is a folder, expected the name of a file");
+  if (there && (S_ISCHR(former.st_mode) || S_ISFIFO(former.st_mode))) {
+    open_special();
+    return;
+  }
+  if (there && !S_ISREG(former.st_mode))
+    throw Error(path + ": is " + file_kind(former.st_mode) +
+                ", expected a file, a pipe or a character device");
+  if (there) {
+    check_inputs({{former.st_dev, former.st_ino}}, "is");
+    if (fstat(STDOUT_FILENO, &standard) == 0 && standard.st_dev == former.st_dev &&
+        standard.st_ino == former.st_ino)
+      throw Error(path + ": is standard output; -o - writes to it");
+    if (!force) throw Error(path + ": already exists; --force overwrites it");
+    replaces = true;
+  }
+  claim(place_of(path));
+  temporary = temporary_for(name);
+  try {
+    file = std::make_unique<FileWriter>(temporary, path);
+  } catch (...) {
+    forget_temporary(temporary);
+    temporary.clear();
+    throw;
+  }
+  // Whoever could not read the former file cannot read the new one.
+  if (there && chmod(temporary.c_str(), former.st_mode & 0777) != 0)
+    throw Error(path + ": cannot create: " + system_reason());
+}
+
+void OutputFile::open_special() {
+  // Opening a pipe waits until somebody reads it.
+  const int descriptor = open(given.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+  if (descriptor < 0) throw Error(given + ": cannot open: " + system_reason());
+  file = std::make_unique<FileWriter>(descriptor, given);
+  if (isatty(descriptor))
+    throw Error(given + ": is a terminal: not writing a binary file to it", Error::usage);
+}
+
+const std::string &OutputFile::written() {
+  file->close(true);
+  return temporary;
+}
+
+void OutputFile::finish_writing() {
+  file->close(is_regular());
+}
+
+OutputFolder::OutputFolder(const std::string &path, bool may_replace, const Inputs &read)
+    : Output(path, may_replace, read) {
+  const std::string place = place_of(path);
+  claim(place);
+  struct stat former;
+  const bool there = lstat(place.c_str(), &former) == 0;
+  if (there && !S_ISDIR(former.st_mode))
+    throw Error(path + ": is " + file_kind(former.st_mode) + ", expected the name of a folder");
+  std::error_code error;
+  const fs::path current = fs::current_path(error);
+  if (there && !error && (current == place || is_inside(current.string(), place)))
+    throw Error(path + ": is the current folder, or around it; name another one");
+  if (there) {
+    const bool empty = fs::is_empty(place, error);
+    if (error) throw Error(path + ": cannot read the folder: " + error.message());
+    if (!empty && !force) throw Error(path + ": already exists; --force replaces it");
+    if (!empty) check_own(place);
+    replaces = true;
+  }
+  make_parents();
+  temporary = temporary_for(name);
+  if (mkdir(temporary.c_str(), 0777) == 0) return;
+  const std::string reason = system_reason();
+  forget_temporary(temporary);
+  temporary.clear();
+  throw Error(path + ": cannot create: " + reason);
+}
+
+std::string OutputFolder::shown(const std::string &relative) const {
+  return (fs::path(given) / relative).string();
+}
+
+std::unique_ptr<FileWriter> OutputFolder::create(const std::string &relative) {
   const fs::path part(relative);
   bool outside = part.is_absolute() || relative.empty();
   for (const auto &step : part) outside = outside || step == "..";
-  if (outside) throw Error(name + ": '" + relative + "' would lie outside the output folder");
-  const fs::path whole = fs::path(temporary) / part;
-  std::error_code error;
-  fs::create_directories(whole.parent_path(), error);
-  if (error) throw Error(whole.parent_path().string() + ": cannot create: " + error.message());
-  return whole.string();
+  if (outside) throw Error(given + ": '" + relative + "' would lie outside the output folder");
+  fs::path folder = temporary;
+  for (const auto &step : part.parent_path()) {
+    folder /= step;
+    if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST)
+      throw Error(shown(relative) + ": cannot create: " + system_reason());
+  }
+  auto out = std::make_unique<FileWriter>((fs::path(temporary) / part).string(), shown(relative));
+  const std::lock_guard<std::mutex> lock(mutex);
+  files.insert(part.generic_string());
+  return out;
 }
 
-void OutputFolder::commit() {
+void OutputFolder::write(const std::string &relative, std::string_view bytes) {
+  const auto out = create(relative);
+  out->write(bytes.data(), bytes.size());
+  out->close();
+}
+
+void OutputFolder::finish_writing() {
+  std::string list = std::string(list_head) + "\n" + tool_key + tool() + "\n";
+  for (const std::string &file : files) list += file_key + file + "\n";
+  write(list_name, list);
+}
+
+void OutputFolder::check_former() const {
+  // Files may have been added while the run went on.
+  check_own(temporary);
+}
+
+// Error unless a run of this tool wrote the folder and all that is in it, and this run reads none of it.
+void OutputFolder::check_own(const std::string &folder) const {
   std::error_code error;
-  std::string former;
-  if (replace) {
-    // Moved aside first and removed last: at no moment is there a half folder under the name.
-    former = temporary_name(name);
-    fs::rename(name, former, error);
+  if (fs::is_empty(folder, error)) return;
+  const std::string refusal = given + ": --force replaces only what this tool wrote: ";
+  std::ifstream list(fs::path(folder) / list_name);
+  std::string line, writer;
+  if (!std::getline(list, line) || line != list_head || !std::getline(list, writer))
+    throw Error(refusal + "the folder has no list of its files (" + list_name + "); remove it first");
+  if (writer != tool_key + tool())
+    throw Error(refusal + "the folder is from " +
+                writer.substr(std::min(writer.size(), std::strlen(tool_key))));
+  std::set<std::string> own = {list_name}, around;
+  while (std::getline(list, line))
+    if (line.compare(0, std::strlen(file_key), file_key) == 0) own.insert(line.substr(std::strlen(file_key)));
+  for (const std::string &file : own)
+    for (fs::path p = fs::path(file).parent_path(); !p.empty(); p = p.parent_path())
+      around.insert(p.generic_string());
+  std::set<Identity> found;
+  fs::recursive_directory_iterator entry(folder, error), end;
+  for (; !error && entry != end; entry.increment(error)) {
+    const std::string part = entry->path().lexically_relative(folder).generic_string();
+    struct stat status;
+    if (lstat(entry->path().c_str(), &status) != 0) continue;
+    if (S_ISREG(status.st_mode) && own.count(part))
+      found.insert({status.st_dev, status.st_ino});
+    else if (!S_ISDIR(status.st_mode) || !around.count(part))
+      throw Error(refusal + "it did not write " + shown(part));
   }
-  if (!error) fs::rename(temporary, name, error);
-  if (error) throw Error(name + ": cannot write: " + error.message());
-  forget_temporary(temporary);
-  temporary.clear();
-  if (!former.empty()) fs::remove_all(former, error);
+  if (error) throw Error(given + ": cannot read the folder: " + error.message());
+  check_inputs(found, "has in it");
 }
 
 } // namespace fvv::cli

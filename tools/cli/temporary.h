@@ -5,15 +5,18 @@
 
 namespace fvv::cli {
 
-// A name beside path that no other run uses: ".NAME.PID.N.partial".
+// A name beside path that no other file has: ".NAME.PID.N.partial". What a killed run left is passed over.
 std::string temporary_name(const std::string &path);
 
-// Registers a file or folder for removal. Failure when 16 are open at once.
-void remember_temporary(const std::string &path);
+// tree: removed with all that is in it; empty_folder: removed if nothing is in it by then.
+enum class Removal { tree = 1, empty_folder };
+
+// Registers a file or folder for removal. Error when too many are registered at once.
+void remember_temporary(const std::string &path, Removal removal = Removal::tree);
 void forget_temporary(const std::string &path);
 
-// Unlinks registered files; folders are left to a child process, since walking a tree is not
-// async-signal-safe.
+// Trees first, then empty folders, the last one first. Trees are left to a child process, since walking one
+// is not async-signal-safe.
 void remove_temporaries_in_handler();
 
 } // namespace fvv::cli

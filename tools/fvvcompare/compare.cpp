@@ -1,9 +1,11 @@
 // Two sequences compared, frame by frame and as a whole, and meshes whose colours show how far each vertex is
 // off.
 #include "fvvcompare/compare.h"
+#include "cli/output.h"
 
 #include "fvv_cxx/parallel.h"
 #include "fvv_scene/mesh_file.h"
+#include "fvvcompare/report.h"
 
 #include <algorithm>
 #include <array>
@@ -104,8 +106,12 @@ public:
   Comparison(const Options &chosen, Result &out)
       : options(chosen), result(out), a(chosen.a), b(chosen.b),
         matching(match(a, b, chosen.frames, chosen.start)), slots(matching.pairs.size()) {
-    // Checked before the work.
-    if (!options.heatmap.empty()) folder.emplace(options.heatmap, options.force);
+    // Refused before the work, not after it.
+    const cli::Inputs read = [this](const std::function<void(const std::string &)> &visit) {
+      for (const Sequence *sequence : {&a, &b}) sequence->visit_files(visit);
+    };
+    if (!options.table.empty()) table.emplace(options.table, options.force, read);
+    if (!options.heatmap.empty()) folder.emplace(options.heatmap, options.force, read);
     result.scale_unknown = a.scale_unknown();
     result.frames_a = a.frames().size();
     result.frames_b = b.frames().size();
@@ -138,7 +144,17 @@ public:
     for (const Slot &slot : slots)
       if (slot.loss.empty()) result.frames.push_back(slot.frame);
     pool();
-    if (folder) heatmaps();
+    std::vector<cli::Output *> outputs;
+    if (folder) {
+      heatmaps();
+      outputs.push_back(&*folder);
+    }
+    if (table) {
+      const std::string lines = csv(result);
+      table->write(lines.data(), lines.size());
+      outputs.push_back(&*table);
+    }
+    cli::commit(outputs);
   }
 
 private:
@@ -280,9 +296,8 @@ private:
       for (const Vec3 &p : positions_of(meshes.b)) off.push_back(std::sqrt(in_a.nearest(p).squared));
       char name[32];
       std::snprintf(name, sizeof name, "%04lld.ply", (long long)slots[i].frame.number_a);
-      scene::write_file(folder->file(name), format_heatmap(meshes.b, off, result.errors.distance[back].p99));
+      folder->write(name, format_heatmap(meshes.b, off, result.errors.distance[back].p99));
     });
-    folder->commit();
   }
 
   const Options &options;
@@ -292,6 +307,7 @@ private:
   std::vector<Slot> slots;
   std::mutex mutex;
   Histogram distances[2], angles[2];
+  std::optional<cli::OutputFile> table;
   std::optional<cli::OutputFolder> folder; // for heat maps
 };
 

@@ -20,8 +20,9 @@ struct Options {
   size_t samples = default_samples;
   Points points = Points::vertices;
   std::optional<double> peak; // of PSNR, in the sequences' unit
+  std::string table;          // a file for the figures of each frame; empty: none
   std::string heatmap;        // a folder for a coloured mesh of each frame; empty: none
-  bool force = false;         // replace it when it exists
+  bool force = false;         // replace them when they exist
   uint32_t threads = 1;       // the figures are the same for any number
 };
 

@@ -73,7 +73,8 @@ int main(int argc, char **argv) {
   app.add_option("--heatmap", options.heatmap,
                  "folder for B as PLY, coloured by its distance from A: yellow is the p99 of B to A");
   app.add_flag("--json", as_json, "print everything as JSON");
-  app.add_flag("--force", options.force, "replace an existing file or folder");
+  app.add_flag("--force", options.force,
+               "replace an existing file, and a folder that fvvcompare wrote (docs/outputs.md)");
   app.add_option("--threads", options.threads, "frames at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
   app.set_version_flag("--version", std::string("fvvcompare ") + fvv_version());
@@ -87,8 +88,7 @@ int main(int argc, char **argv) {
     if (table == "-" && as_json)
       throw Error("--json: standard output is taken by the table (--csv -)", Error::usage);
     if (!frames.empty()) options.frames = fvv::parse_range("--frames", frames);
-    std::optional<cli::OutputFile> file;
-    if (!table.empty() && table != "-") file.emplace(table, options.force);
+    if (table != "-") options.table = table;
     compare::Result result;
     try {
       compare::compare(options, result);
@@ -97,11 +97,6 @@ int main(int argc, char **argv) {
       throw;
     }
     tell(result);
-    if (file) {
-      const std::string lines = compare::csv(result);
-      file->write(lines.data(), lines.size());
-      file->commit();
-    }
     std::fputs(table == "-" ? compare::csv(result).c_str()
                : as_json    ? (compare::json(options, result) + "\n").c_str()
                             : compare::text(options, result).c_str(),

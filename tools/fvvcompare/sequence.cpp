@@ -99,6 +99,13 @@ geometry::Mesh Sequence::mesh(size_t i, bool normals) const {
   return mesh;
 }
 
+void Sequence::visit_files(const std::function<void(const std::string &)> &visit) const {
+  if (stream)
+    visit(name);
+  else
+    scene::visit_files(capture, visit);
+}
+
 geometry::Mesh Sequence::stream_mesh(size_t i) const {
   const std::string where = name + ": frame " + std::to_string(list[i].number);
   fvv_diagnostic diagnostic = {};

@@ -7,6 +7,7 @@
 #include "fvv_cxx/range.h"
 #include "fvv_scene/capture.h"
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -40,6 +41,9 @@ public:
   // Error, also when the frame has no mesh or an empty one. With the normals that a stream sends; with those
   // of a capture's file, if it has some and they are requested. Several threads may call it.
   geometry::Mesh mesh(size_t i, bool normals = false) const;
+
+  // Calls visit with the path of every file that it reads.
+  void visit_files(const std::function<void(const std::string &)> &visit) const;
 
 private:
   void open_stream();

@@ -1,5 +1,6 @@
 #include "fvvdemux/demux.h"
 #include "cli/cli.h"
+#include "cli/output.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_demux/meshes.h"
 #include "fvv_demux/views.h"
@@ -237,11 +238,11 @@ public:
     result.frames_in_stream = plan.count;
   }
 
-  void unpack(const cli::OutputFolder &folder) {
-    const FilePath path = [&](const std::string &sub, int64_t number, const char *extension) {
+  void unpack(cli::OutputFolder &folder) {
+    const FileName name = [&](const std::string &sub, int64_t number, const char *extension) {
       std::string what;
       const std::string pattern = sub + "/%04d." + extension;
-      return folder.file(scene::Pattern::parse(pattern, &what).value().file(numbers.of(number)));
+      return scene::Pattern::parse(pattern, &what).value().file(numbers.of(number));
     };
     Streams streams(file);
     std::vector<GroupResult> results(plan.groups.size());
@@ -250,7 +251,7 @@ public:
         options.threads, plan.groups.size(),
         [&](size_t i) {
           Stream own = streams.take();
-          results[i] = unpack_group(own.get(), plan.groups[i], options, survey, path);
+          results[i] = unpack_group(own.get(), plan.groups[i], options, survey, name, folder);
           streams.give(std::move(own));
         },
         [&] { progress.step(); });
@@ -292,14 +293,14 @@ public:
                 ": nothing written");
   }
 
-  void describe(const cli::OutputFolder &folder) {
+  void describe(cli::OutputFolder &folder) {
     std::string reason;
     auto capture = capture_of(reason);
     if (const auto background = write_background(folder); background && capture)
       capture->background = background;
     result.capture = capture.has_value();
     if (capture)
-      scene::write_capture(*capture, folder.file("capture.json"));
+      folder.write("capture.json", scene::format_capture(*capture));
     else
       result.warnings.push_back("no capture.json: " + reason);
   }
@@ -343,7 +344,7 @@ private:
   }
 
   // That of the first frames written: within a configuration there is one.
-  std::optional<scene::Background> write_background(const cli::OutputFolder &folder) {
+  std::optional<scene::Background> write_background(cli::OutputFolder &folder) {
     const fvv_configuration *configuration;
     if (!options.background || used.empty() ||
         fvv_stream_configuration(stream.get(), used[0], &configuration, nullptr) != FVV_OK)
@@ -353,9 +354,8 @@ private:
     for (const std::string &why : lost)
       result.losses.push_back(file.path() + ": the background is lost: " + why);
     if (background.environment.parts.empty()) return {}; // lights alone are not a valid glTF file
-    scene::write_file(
-        folder.file("background.glb"),
-        scene::format_environment(background.environment, *background.lattice, "background.glb"));
+    folder.write("background.glb",
+                 scene::format_environment(background.environment, *background.lattice, "background.glb"));
     result.background = true;
     return scene::Background{"background.glb", {}, background.lattice};
   }
@@ -399,7 +399,7 @@ void demux(const std::string &input, const std::string &folder_name, const Optio
   if (options.meshes == Meshes::none && options.pictures == Pictures::none)
     throw Error("--meshes none and --pictures none leave nothing to write", Error::usage);
   Run run(input, options, result);
-  cli::OutputFolder folder(folder_name, options.force);
+  cli::OutputFolder folder(folder_name, options.force, cli::inputs({input}));
   run.unpack(folder);
   run.tell();
   run.check_written();

@@ -1,5 +1,4 @@
 #include "fvvdemux/group.h"
-#include "cli/cli.h"
 #include "fvv_cxx/owned.h"
 #include "fvv_demux/meshes.h"
 #include "fvv_demux/views.h"
@@ -86,8 +85,8 @@ private:
 class GroupDecoder {
 public:
   GroupDecoder(fvv_stream *opened, const fvv_configuration &configuration, const Options &chosen,
-               const FilePath &file_path)
-      : stream(opened), scene(configuration.scene), options(chosen), path(file_path) {
+               const FileName &file_name, cli::OutputFolder &to)
+      : stream(opened), scene(configuration.scene), options(chosen), name(file_name), folder(to) {
     for (size_t i = 0; i < configuration.camera_count; i++) {
       const fvv_camera &camera = configuration.cameras[i];
       if (camera.flags & FVV_CAMERA_MOVES && options.cameras.has(camera.id)) moving.push_back(camera.id);
@@ -156,8 +155,8 @@ public:
 private:
   void write(const fvv_mesh &mesh, int64_t number) const {
     const geometry::Lattice lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
-    scene::write_mesh(in_metres(mesh, lattice), lattice,
-                      path("meshes", number, extension_of(options.meshes)));
+    const std::string file = name("meshes", number, extension_of(options.meshes));
+    folder.write(file, scene::format_mesh(in_metres(mesh, lattice), lattice, folder.shown(file)));
   }
   std::vector<uint8_t> file_of(const media::Image &picture) const {
     return options.pictures != Pictures::jpg
@@ -179,9 +178,8 @@ private:
   void write(const VideoViews &track, const media::BasicImage<Sample> &picture, int64_t number) {
     for (const View &view : track.views) {
       const std::vector<uint8_t> bytes = file_of(picture_of(view, picture));
-      scene::write_file(
-          path(view.folder, number, extension_of(files_of(options.pictures, track.video->config))),
-          {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
+      folder.write(name(view.folder, number, extension_of(files_of(options.pictures, track.video->config))),
+                   {reinterpret_cast<const char *>(bytes.data()), bytes.size()});
       written[view.tile.camera_id]++;
     }
   }
@@ -189,7 +187,8 @@ private:
   fvv_stream *stream;
   const fvv_scene scene;
   const Options &options;
-  const FilePath &path;
+  const FileName &name;
+  cli::OutputFolder &folder;
   std::optional<uint16_t> mesh_track;
   std::vector<TrackDecoder> tracks;
   std::map<uint16_t, fvv_tile> tiles;   // of cameras in this group
@@ -207,7 +206,7 @@ void lose(std::vector<Loss> &losses, int64_t first, int64_t last, const std::str
 } // namespace
 
 GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,
-                         LazySurvey &survey, const FilePath &path) {
+                         LazySurvey &survey, const FileName &name, cli::OutputFolder &folder) {
   GroupResult result;
   const auto chosen = options.frames.within(plan.number, plan.number + plan.count - 1);
   // Reading the first frame loads the group's table, and only then it is known whether that is valid.
@@ -234,7 +233,7 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
   };
   const fvv_status configured = fvv_stream_configuration(stream, plan.group, &configuration, &diagnostic);
   if (configured < 0) return lose_all(configured);
-  GroupDecoder decoder(stream, *configuration, options, path);
+  GroupDecoder decoder(stream, *configuration, options, name, folder);
   const fvv_status found = decoder.find_tiles(plan.group, diagnostic);
   if (found < 0) return lose_all(found);
   const int64_t last = chosen.back().last - plan.number;

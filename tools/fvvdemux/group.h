@@ -2,6 +2,7 @@
 // written with all its files or not at all. Holds one frame's meshes and pictures at a time.
 #pragma once
 
+#include "cli/output.h"
 #include "fvv_demux/frame_plan.h"
 #include "fvv_scene/capture.h"
 #include "fvvdemux/demux.h"
@@ -28,8 +29,8 @@ struct GroupResult {
   std::map<uint16_t, uint64_t> pictures; // written, by camera; those of the atlas as no_camera
 };
 
-// The path to write a file of a frame to: folder "meshes", frame's number in the stream, extension.
-using FilePath = std::function<std::string(const std::string &folder, int64_t number, const char *extension)>;
+// The name of a frame's file in the output: folder "meshes", frame's number in the stream, extension.
+using FileName = std::function<std::string(const std::string &folder, int64_t number, const char *extension)>;
 
 // The picture format of a video track, not automatic, and the extension.
 Pictures files_of(Pictures wanted, const fvv_video_config &config);
@@ -38,7 +39,7 @@ const char *extension_of(Pictures pictures);
 // plan: one whose stream is opened from the same file. Error when a file can't be
 // written.
 GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,
-                         LazySurvey &survey, const FilePath &path);
+                         LazySurvey &survey, const FileName &name, cli::OutputFolder &folder);
 
 // Frame n of the stream is first + step * n in file names.
 struct FileNumbers {

@@ -65,7 +65,7 @@ int main(int argc, char **argv) {
   app.add_flag("!--no-background", options.background, "do not write the static environment, background.glb");
   app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
-  app.add_flag("--force", options.force, "replace the folder when it exists");
+  app.add_flag("--force", options.force, "replace the folder if fvvdemux wrote it (docs/outputs.md)");
   app.add_flag("--json", as_json, "print a summary as JSON");
   app.set_version_flag("--version", std::string("fvvdemux ") + fvv_version());
   app.footer("Pictures are whole: what the stream has of them where it was, grey around it.\n"

@@ -1,6 +1,7 @@
 // fvvimport: a calibration of another program as the cameras of a capture.json. Argument parsing and the
 // order of work; the formats are tools/import's.
 #include "cli/cli.h"
+#include "cli/output.h"
 #include "fvvimport/options.h"
 #include "fvvimport/sheet.h"
 #include "fvvimport/summary.h"
@@ -30,15 +31,29 @@ struct Arguments {
 
 // OpenCV: files, or a folder with them.
 std::vector<std::string> files_of(const std::vector<std::string> &inputs) {
-  if (inputs.size() != 1 || !std::filesystem::is_directory(inputs[0])) return inputs;
+  std::error_code error;
+  if (inputs.size() != 1 || !std::filesystem::is_directory(inputs[0], error)) return inputs;
   std::vector<std::string> files;
-  for (const auto &entry : std::filesystem::directory_iterator(inputs[0])) {
-    const std::string extension = entry.path().extension().string();
+  std::filesystem::directory_iterator entry(inputs[0], error), end;
+  for (; !error && entry != end; entry.increment(error)) {
+    const std::string extension = entry->path().extension().string();
     if (extension == ".yml" || extension == ".yaml" || extension == ".xml")
-      files.push_back(entry.path().string());
+      files.push_back(entry->path().string());
   }
+  if (error) throw Error(inputs[0] + ": cannot read the folder: " + error.message());
   if (files.empty()) throw Error(inputs[0] + ": expected files .yml, .yaml or .xml, found none");
   std::sort(files.begin(), files.end());
+  return files;
+}
+
+// A calibration's files, and points.
+std::vector<std::string> files_read(const Arguments &arguments) {
+  std::vector<std::string> files = arguments.inputs;
+  if (arguments.format == "opencv") files = files_of(arguments.inputs);
+  if (arguments.format == "colmap")
+    for (const char *name : {"cameras.txt", "images.txt"})
+      files.push_back((std::filesystem::path(arguments.inputs[0]) / name).string());
+  if (!arguments.points.empty()) files.push_back(arguments.points);
   return files;
 }
 
@@ -119,7 +134,7 @@ cli::Exit work(const Arguments &arguments) {
         import::diagnose(capture.cameras, import::read_observations(arguments.points, capture.cameras));
   if (!arguments.output.empty()) {
     const std::string text = scene::format_capture(capture);
-    cli::OutputFile file(arguments.output, arguments.force);
+    cli::OutputFile file(arguments.output, arguments.force, cli::inputs(files_read(arguments)));
     file.write(text.data(), text.size());
     file.commit();
   }
@@ -211,7 +226,7 @@ int main(int argc, char **argv) {
       ->check(CLI::Range(1, 256))
       ->needs(sheet);
   app.add_flag("--json", a.as_json, "print a summary as JSON");
-  app.add_flag("--force", a.force, "replace the file when it exists");
+  app.add_flag("--force", a.force, "replace the file when it exists (docs/outputs.md)");
   app.set_version_flag("--version", std::string("fvvimport ") + fvv_version());
   app.footer(
       "--check takes points in the units that are written (metres unless unknown), and pixels with the\n"

@@ -1,6 +1,7 @@
 #include "fvvimport/sheet.h"
 
 #include "cli/cli.h"
+#include "cli/output.h"
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/parallel.h"
 #include "fvvimport/panel.h"
@@ -65,7 +66,8 @@ void conclude(SheetReport &report) {
 
 SheetReport check_calibration(const SheetOptions &options) {
   const SheetInput input = open_capture(options);
-  cli::OutputFile file(options.output, options.force);
+  cli::OutputFile file(options.output, options.force,
+                       [&](const auto &visit) { scene::visit_files(input.capture, visit); });
   const Subject subject = subject_of(input, options);
   const Layout layout = arrange_panels(input.cameras, options.width);
   SheetReport report;

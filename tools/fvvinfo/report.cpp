@@ -29,8 +29,16 @@ void take_event(void *user, const fvv_event *event) {
 class Source {
 public:
   explicit Source(const std::string &path) : name(path == "-" ? "standard input" : path) {
-    descriptor = path == "-" ? STDIN_FILENO : open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) throw Error(name + ": cannot open: " + std::strerror(errno));
+    if (path == "-") {
+      descriptor = STDIN_FILENO;
+      return;
+    }
+    descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) throw Error(name + ": cannot be opened: " + std::strerror(errno));
+    struct stat status;
+    if (fstat(descriptor, &status) != 0 || !S_ISDIR(status.st_mode)) return;
+    close(descriptor);
+    throw Error(name + ": is a folder, expected a file");
   }
   ~Source() {
     if (descriptor != STDIN_FILENO) close(descriptor);

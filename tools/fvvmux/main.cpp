@@ -1,8 +1,10 @@
 // fvvmux: packs a capture into a fvv stream. Argument parsing only.
 #include "cli/cli.h"
+#include "cli/output.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/segments.h"
 #include "fvv_mux/summary.h"
+#include "fvv_scene/capture.h"
 #include "fvvmux/options.h"
 
 #include <CLI/CLI.hpp>
@@ -16,8 +18,8 @@ using namespace fvv;
 namespace {
 
 constexpr const char *footer =
-    "Exit code: 0 done, 1 failed, 2 usage, 3 done with warnings. A run that fails writes no file, unless\n"
-    "--verify is what fails: then the file stays.\n"
+    "Exit code: 0 done, 1 failed, 2 usage, 3 done with warnings. A run that fails, also by --verify, leaves\n"
+    "no file and no folder behind (docs/outputs.md).\n"
     "spec/fvvmux.schema.json describes the output of --json.";
 
 // The output of the stream.
@@ -171,7 +173,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
       "write the stream as a folder besides: configuration, a file for each group, manifest.json, for "
       "hosts that break ranges (docs/fvvserve.md). CAPTURE may be a .fvv file then: it is cut up as it "
       "is, and -o is left out");
-  app.add_flag("--force", outputs.force, "replace an existing file");
+  app.add_flag("--force", outputs.force,
+               "replace an existing file, and a folder of segments that fvvmux wrote (docs/outputs.md)");
 }
 
 void take_texts(mux::Options &options, const Texts &texts) {
@@ -214,23 +217,21 @@ struct WrittenSegments {
 };
 
 // folder: opened before the work that takes time.
-WrittenSegments write_segments(const std::string &stream, const std::string &name,
-                               cli::OutputFolder &folder) {
-  const InputFile file(stream);
+WrittenSegments write_segments(const InputFile &stream, const std::string &name, cli::OutputFolder &folder) {
   const mux::Segments sums = mux::write_segments(
-      file, [&](const std::string &part, const std::function<void(const mux::Sink &)> &fill) {
-        cli::OutputFile out(folder.file(part), false);
-        fill([&](const void *bytes, size_t size) { out.write(bytes, size); });
-        out.commit();
+      stream, [&](const std::string &part, const std::function<void(const mux::Sink &)> &fill) {
+        const auto out = folder.create(part);
+        fill([&](const void *bytes, size_t size) { out->write(bytes, size); });
+        out->close();
       });
-  folder.commit();
   return {name, sums};
 }
 
 // Segments of an existing stream.
 cli::Exit cut_up(const mux::Options &options, const Outputs &outputs, bool as_json) {
-  cli::OutputFolder folder(outputs.segments, outputs.force);
-  const WrittenSegments segments = write_segments(options.capture, outputs.segments, folder);
+  cli::OutputFolder folder(outputs.segments, outputs.force, cli::inputs({options.capture}));
+  const WrittenSegments segments = write_segments(InputFile(options.capture), outputs.segments, folder);
+  folder.commit();
   const nlohmann::ordered_json json = {{"fvvmux", 1}, {"segments", segments.json()}};
   std::fputs((as_json ? json.dump(2) + "\n" : segments.text()).c_str(), stdout);
   return cli::done;
@@ -238,12 +239,18 @@ cli::Exit cut_up(const mux::Options &options, const Outputs &outputs, bool as_js
 
 cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json) {
   const bool piped = outputs.stream == "-";
+  const cli::Inputs captured = [&](const std::function<void(const std::string &)> &visit) {
+    scene::visit_files(scene::load_capture(scene::description_file(options.capture)), visit);
+  };
   if (piped && as_json) throw Error("--json: standard output is taken by the stream (-o -)", Error::usage);
-  if (piped && !outputs.segments.empty())
-    throw Error("--segments: standard output cannot be read back", Error::usage);
-  if (piped && options.verify) throw Error("--verify: standard output cannot be read back", Error::usage);
+  // All outputs are opened before the work that takes time.
+  cli::OutputFile output(outputs.stream, outputs.force, captured);
+  if (!output.is_regular() && (!outputs.segments.empty() || options.verify))
+    throw Error(std::string(options.verify ? "--verify" : "--segments") + ": " +
+                    (piped ? "standard output" : outputs.stream) + " cannot be read back",
+                Error::usage);
   std::optional<cli::OutputFolder> folder;
-  if (!outputs.segments.empty()) folder.emplace(outputs.segments, outputs.force);
+  if (!outputs.segments.empty()) folder.emplace(outputs.segments, outputs.force, captured);
   std::optional<cli::Progress> progress;
   mux::Observer observer;
   observer.on_warning = cli::warn;
@@ -251,18 +258,20 @@ cli::Exit pack(const mux::Options &options, const Outputs &outputs, bool as_json
     if (progress) progress->step(frames);
   };
   mux::Muxer muxer(options, observer);
-  // Opened after the capture was checked, but before the work that takes time.
-  cli::OutputFile output(outputs.stream, outputs.force);
   progress.emplace("fvvmux: " + outputs.stream, muxer.frame_count());
   mux::Summary summary = muxer.run([&](const void *bytes, size_t size) { output.write(bytes, size); });
-  output.commit();
   if (options.verify) {
     progress.emplace("fvvmux: verifying " + outputs.stream, summary.plan.frame_count());
-    mux::verify(summary, InputFile(outputs.stream));
+    mux::verify(summary, InputFile(output.written(), outputs.stream));
   }
   progress.reset();
   std::optional<WrittenSegments> segments;
-  if (folder) segments = write_segments(outputs.stream, outputs.segments, *folder);
+  std::vector<cli::Output *> all = {&output};
+  if (folder) {
+    segments = write_segments(InputFile(output.written(), outputs.stream), outputs.segments, *folder);
+    all.push_back(&*folder);
+  }
+  cli::commit(all);
   if (as_json) {
     nlohmann::ordered_json json = mux::summary_json(summary, outputs.stream);
     if (segments) json["segments"] = segments->json();

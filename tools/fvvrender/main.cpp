@@ -92,7 +92,7 @@ int main(int argc, char **argv) {
                  "also write which cameras see each point well enough: .exr");
   app.add_option("--mask", options.mask, "also write where the mesh is: .png");
   app.add_flag("--json", as_json, "print what was drawn as JSON");
-  app.add_flag("--force", options.force, "replace existing files");
+  app.add_flag("--force", options.force, "replace existing files (docs/outputs.md)");
   app.add_option("--threads", options.threads, "default: one for each processor; the picture is the same")
       ->check(CLI::Range(1, 256));
   app.set_version_flag("--version", std::string("fvvrender ") + fvv_version());

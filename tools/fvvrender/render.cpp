@@ -2,6 +2,7 @@
 #include "fvvrender/render.h"
 
 #include "cli/cli.h"
+#include "cli/output.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_demux/views.h"
 #include "fvv_media/colour.h"
@@ -281,7 +282,7 @@ render::ViewOptions textured(const Options &options, const fvv_texturing &said) 
 // The files of one run: all of them, or none.
 class Files {
 public:
-  Files(const Options &options) : force(options.force) {
+  Files(const Options &options) : force(options.force), input(options.input) {
     exr = is_exr("--output", options.output, true);
     open(colour, options.output);
     for (const auto &[option, path] : {std::pair{"--depth", options.depth},
@@ -301,14 +302,16 @@ public:
     put(weights, [&] { return weights_file(picture, sources); });
     put(visibility, [&] { return visibility_file(picture, sources); });
     put(mask, [&] { return mask_file(picture); });
+    std::vector<cli::Output *> all;
     for (const auto *file : {&colour, &depth, &weights, &visibility, &mask})
-      if (*file) (*file)->commit();
+      if (*file) all.push_back(file->get());
+    cli::commit(all);
   }
 
 private:
   using File = std::unique_ptr<cli::OutputFile>;
   void open(File &file, const std::string &path) const {
-    if (!path.empty()) file = std::make_unique<cli::OutputFile>(path, force);
+    if (!path.empty()) file = std::make_unique<cli::OutputFile>(path, force, cli::inputs({input}));
   }
   template <class Make> static void put(const File &file, const Make &make) {
     if (!file) return;
@@ -316,7 +319,9 @@ private:
     file->write(bytes.data(), bytes.size());
   }
 
-  bool force, exr = false;
+  const bool force;
+  const std::string input;
+  bool exr = false;
   File colour, depth, weights, visibility, mask;
 };
 

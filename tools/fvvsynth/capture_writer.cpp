@@ -1,6 +1,7 @@
 // The files of a capture folder.
 #include "fvvsynth/capture_writer.h"
 
+#include "cli/cli.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_geometry/hull.h"
 #include "fvv_media/exr.h"
@@ -15,7 +16,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <numeric>
@@ -187,22 +187,12 @@ std::string numbered(const char *before, size_t number, const char *after) {
   return std::string(before) + digits + after;
 }
 
-// A plain write: the folder around it is what appears as a whole or not at all.
-void write_file(const std::string &path, const void *bytes, size_t size) {
-  std::FILE *file = std::fopen(path.c_str(), "wb");
-  const bool whole = file && std::fwrite(bytes, 1, size, file) == size;
-  const int reason = errno;
-  const bool closed = file && std::fclose(file) == 0;
-  if (!whole || !closed) throw Error(path + ": cannot write: " + std::strerror(whole ? errno : reason));
+std::string_view text_of(const std::vector<uint8_t> &bytes) {
+  return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
 }
 
-void write_bytes(const std::string &path, const std::vector<uint8_t> &bytes) {
-  write_file(path, bytes.data(), bytes.size());
-}
-
-void write_text(const std::string &path, const Json &json) {
-  const std::string text = json.dump(2) + "\n";
-  write_file(path, text.data(), text.size());
+std::string text_of(const Json &json) {
+  return json.dump(2) + "\n";
 }
 
 void append(std::vector<uint8_t> &out, uint32_t value) {
@@ -314,23 +304,22 @@ Json description(const Scene &scene, const Recording &recording) {
   return out;
 }
 
-void write_png(const std::string &path, const render::Picture &picture, int channels,
-               const std::vector<uint8_t> &pixels) {
+std::vector<uint8_t> png(const render::Picture &picture, int channels, const std::vector<uint8_t> &pixels) {
   media::Image image;
   image.width = picture.width;
   image.height = picture.height;
   image.channels = channels;
   image.pixels = pixels;
-  write_bytes(path, media::encode_png(image, media::PngEffort::fast));
+  return media::encode_png(image, media::PngEffort::fast);
 }
 
-void write_exr(const std::string &path, const render::LitPicture &lit) {
+std::vector<uint8_t> exr(const render::LitPicture &lit) {
   media::LinearImage image;
   image.width = lit.width;
   image.height = lit.height;
   image.channels = 3;
   image.pixels = lit.light;
-  write_bytes(path, media::encode_half_exr(image));
+  return media::encode_half_exr(image);
 }
 
 } // namespace
@@ -363,16 +352,15 @@ FrameRate parse_frame_rate(const std::string &text) {
   return {uint32_t(parts[0] / common), uint32_t(parts[1] / common)};
 }
 
-void write_capture(const Scene &scene, const Recording &recording, const cli::OutputFolder &folder) {
+void write_capture(const Scene &scene, const Recording &recording, cli::OutputFolder &folder) {
   const Grid grid = hull_grid(recording.hull_cells);
   std::optional<Atlas> atlas;
   if (recording.atlas) {
     atlas = make_atlas(scene, recording.atlas, recording.threads);
-    write_bytes(folder.file(atlas_file), media::encode_png(atlas->picture));
+    folder.write(atlas_file, text_of(media::encode_png(atlas->picture)));
   }
   if (recording.environment) {
-    const std::string glb = environment_glb(scene, recording.threads);
-    write_file(folder.file(environment_file), glb.data(), glb.size());
+    folder.write(environment_file, environment_glb(scene, recording.threads));
   }
   cli::Progress progress("frames", recording.frames);
   const auto frame = [&](size_t number) {
@@ -388,28 +376,29 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
       render::Picture picture;
       if (recording.linear) {
         render::LitPicture lit = filming.shoot_linear(i, buffer);
-        write_exr(folder.file(numbered(name.c_str(), number, ".exr")), lit);
+        folder.write(numbered(name.c_str(), number, ".exr"), text_of(exr(lit)));
         picture = {lit.width, lit.height, {}, std::move(lit.mask), std::move(lit.depth)};
       } else {
         picture = filming.shoot(i, buffer);
-        write_png(folder.file(numbered(name.c_str(), number, ".png")), picture, 3, picture.rgb);
+        folder.write(numbered(name.c_str(), number, ".png"), text_of(png(picture, 3, picture.rgb)));
       }
-      write_png(folder.file(numbered((name + "mask_").c_str(), number, ".png")), picture, 1, picture.mask);
+      folder.write(numbered((name + "mask_").c_str(), number, ".png"),
+                   text_of(png(picture, 1, picture.mask)));
       if (recording.depth)
-        write_bytes(folder.file(numbered((name + "depth_").c_str(), number, ".exr")), depth_exr(picture));
+        folder.write(numbered((name + "depth_").c_str(), number, ".exr"), text_of(depth_exr(picture)));
       if (recording.meshes == Meshes::hull) silhouettes.emplace_back(camera, picture.mask);
     }
-    const std::string path = folder.file(numbered("meshes/", number, ".ply"));
+    const std::string path = numbered("meshes/", number, ".ply");
     const auto write_mesh = [&](const std::vector<float> &points, const std::vector<uint32_t> &faces) {
       if (atlas)
-        write_bytes(path, ply(atlas->opened(points, 3), atlas->layout.faces, &atlas->layout));
+        folder.write(path, text_of(ply(atlas->opened(points, 3), atlas->layout.faces, &atlas->layout)));
       else
-        write_bytes(path, ply(points, faces, nullptr));
+        folder.write(path, text_of(ply(points, faces, nullptr)));
       if (!recording.visibility) return;
       const VisibilityFiles seen =
           visibility_files(cameras, points, faces, atlas ? &atlas->layout.source : nullptr);
-      write_bytes(folder.file(numbered("visibility/faces_", number, ".npy")), seen.faces);
-      write_bytes(folder.file(numbered("visibility/vertices_", number, ".npy")), seen.vertices);
+      folder.write(numbered("visibility/faces_", number, ".npy"), text_of(seen.faces));
+      folder.write(numbered("visibility/vertices_", number, ".npy"), text_of(seen.vertices));
     };
     if (recording.meshes == Meshes::tracked) {
       write_mesh(moment.positions, scene.faces());
@@ -417,13 +406,13 @@ void write_capture(const Scene &scene, const Recording &recording, const cli::Ou
       const Surface surface = recording.meshes == Meshes::hull
                                   ? hull::carve(grid, silhouettes, hull::Floor{{0, 1, 0}, 0})
                                   : remeshed(scene, moment, number);
-      if (surface.faces.empty()) throw Error(path + ": the masks of this frame leave no hull");
+      if (surface.faces.empty()) throw Error(folder.shown(path) + ": the masks of this frame leave no hull");
       write_mesh(positions(surface), surface.faces);
     }
   };
   fvv::parallel(recording.threads, recording.frames, frame, [&] { progress.step(); });
-  if (recording.meshes == Meshes::hull) write_text(folder.file("hull.json"), description(grid));
-  write_text(folder.file("capture.json"), description(scene, recording));
+  if (recording.meshes == Meshes::hull) folder.write("hull.json", text_of(description(grid)));
+  folder.write("capture.json", text_of(description(scene, recording)));
 }
 
 } // namespace fvv::synth

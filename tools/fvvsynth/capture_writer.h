@@ -2,7 +2,7 @@
 // visibility).
 #pragma once
 
-#include "cli/cli.h"
+#include "cli/output.h"
 #include "fvv_geometry/hull.h"
 #include "fvv_render/picture.h"
 #include "fvvsynth/filming.h"
@@ -56,6 +56,6 @@ hull::Grid hull_grid(size_t cells);
 
 // Writes frames 0 ... frames - 1 into folder. Failure names the file that could not be written, or the frame
 // whose hull is empty. std::invalid_argument: see make_atlas (atlas.h).
-void write_capture(const Scene &scene, const Recording &recording, const cli::OutputFolder &folder);
+void write_capture(const Scene &scene, const Recording &recording, cli::OutputFolder &folder);
 
 } // namespace fvv::synth

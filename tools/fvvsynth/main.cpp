@@ -1,5 +1,6 @@
 // fvvsynth: writes a made-up capture, so that a fresh machine needs no data. Argument parsing only.
 #include "cli/cli.h"
+#include "cli/output.h"
 #include "fvv_geometry/hull.h"
 #include "fvvsynth/atlas.h"
 #include "fvvsynth/capture_writer.h"
@@ -91,7 +92,7 @@ int main(int argc, char **argv) {
                             ->type_name("SHARE");
   app.add_flag("--realistic", realistic, "As --noise 1 --exposure 0.3 --motion-blur 0.5, each if not given");
   app.add_flag("--frame-numbers", film.labels, "Camera and frame number in the top left corner of pictures");
-  app.add_flag("--force", force, "Replace the folder when it exists");
+  app.add_flag("--force", force, "Replace the folder if fvvsynth wrote it (docs/outputs.md)");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError &error) {

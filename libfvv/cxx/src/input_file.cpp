@@ -1,4 +1,5 @@
 #include "fvv_cxx/input_file.h"
+#include "fvv_cxx/file_kind.h"
 
 #include <cerrno>
 #include <cstring>
@@ -9,16 +10,6 @@
 namespace fvv {
 
 namespace {
-
-std::string reason() {
-  return std::strerror(errno);
-}
-
-int open_to_read(const std::string &path) {
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw Error(path + ": cannot open: " + reason());
-  return descriptor;
-}
 
 fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
   auto *bytes = static_cast<uint8_t *>(out);
@@ -33,16 +24,41 @@ fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
 
 } // namespace
 
-InputFile::InputFile(const std::string &path) : name(path), descriptor(open_to_read(path)), length(0) {
+const char *file_kind(mode_t mode) {
+  return S_ISDIR(mode)    ? "a folder"
+         : S_ISFIFO(mode) ? "a pipe"
+         : S_ISSOCK(mode) ? "a socket"
+         : S_ISBLK(mode)  ? "a block device"
+         : S_ISCHR(mode)  ? "a character device"
+                          : "a file";
+}
+
+std::string why_unreadable(const std::string &path) {
   struct stat status;
-  const bool known = fstat(descriptor, &status) == 0;
-  if (known && S_ISREG(status.st_mode)) {
-    length = static_cast<uint64_t>(status.st_size);
-    return;
+  if (stat(path.c_str(), &status) == 0) {
+    if (!S_ISREG(status.st_mode)) return std::string("is ") + file_kind(status.st_mode);
+    if (access(path.c_str(), R_OK) == 0) return "";
   }
-  const std::string why = known ? "not a regular file" : reason();
+  return errno == ENOENT ? "is missing" : errno == EACCES ? "permission denied" : std::strerror(errno);
+}
+
+int open_to_read(const std::string &path) {
+  // Without O_NONBLOCK a pipe would wait for a writer.
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  struct stat status;
+  if (descriptor < 0 || fstat(descriptor, &status) != 0)
+    throw Error(path + ": cannot be opened: " + std::strerror(errno));
+  if (S_ISREG(status.st_mode)) return descriptor;
   close(descriptor);
-  throw Error(path + ": cannot read: " + why);
+  throw Error(path + ": is " + file_kind(status.st_mode) + ", expected a file");
+}
+
+InputFile::InputFile(const std::string &path) : InputFile(path, path) {}
+
+InputFile::InputFile(const std::string &path, const std::string &shown)
+    : name(shown), descriptor(open_to_read(path)), length(0) {
+  struct stat status;
+  if (fstat(descriptor, &status) == 0) length = static_cast<uint64_t>(status.st_size);
 }
 
 InputFile::~InputFile() {

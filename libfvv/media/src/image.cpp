@@ -2,6 +2,7 @@
 #include "fvv_media/image.h"
 
 #include "codecs.h"
+#include "fvv_cxx/input_file.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -16,7 +17,7 @@ namespace fvv::media {
 
 namespace {
 
-// No picture within max_dimension needs more, and a device file must not be read without end.
+// No picture within max_dimension needs more.
 constexpr size_t max_file_size = size_t(1) << 30;
 // Enough for the header of nearly every file; those with long profiles or thumbnails take another round.
 constexpr size_t probe_size = 65536;
@@ -27,9 +28,7 @@ struct CloseFile {
 using File = std::unique_ptr<FILE, CloseFile>;
 
 File open_file(const std::string &path) {
-  File file(fopen(path.c_str(), "rb"));
-  if (!file) throw Error(path, std::string("cannot be opened: ") + strerror(errno));
-  return file;
+  return File(fdopen(open_to_read(path), "rb"));
 }
 
 // Appends until bytes has wanted bytes or the file ends; returns whether the file has ended.

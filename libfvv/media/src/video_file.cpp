@@ -5,6 +5,7 @@
 
 #include "codecs.h"
 #include "ffmpeg.h"
+#include "fvv_cxx/input_file.h"
 #include "video_rgb.h"
 
 #include <algorithm>
@@ -64,8 +65,7 @@ struct Demuxer::Source {
   FILE *file;
   AVIOContext *io = nullptr;
 
-  explicit Source(const std::string &path) : file(fopen(path.c_str(), "rb")) {
-    if (!file) throw Error(path, std::string("cannot be opened: ") + strerror(errno));
+  explicit Source(const std::string &path) : file(fdopen(open_to_read(path), "rb")) {
     constexpr int buffer_size = 65536;
     auto *buffer = static_cast<uint8_t *>(av_malloc(buffer_size));
     if (buffer) io = avio_alloc_context(buffer, buffer_size, 0, this, read, nullptr, seek);

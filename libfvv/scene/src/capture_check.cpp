@@ -1,12 +1,13 @@
-// Checks every file that a capture names before any work starts.
+// Every file that a capture names: which they are, and what is wrong with them before any work starts.
+#include "fvv_cxx/input_file.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/picture_source.h"
 #include "fvv_scene/video_match.h"
+#include "scene/src/gltf/container.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <utility>
 
 namespace fvv::scene {
@@ -61,9 +62,8 @@ void check_video(const Capture &capture, const Camera *camera, const std::string
       camera ? "camera " + std::to_string(camera->calibration.id) + ": " : std::string("atlas: ");
   const std::string subject = id + kind + " " + source.video->file + ": ";
   const std::string path = capture.resolve(source.video->file);
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    findings.problems.push_back(subject + "is missing");
+  if (const std::string why = why_unreadable(path); !why.empty()) {
+    findings.problems.push_back(subject + why);
     return;
   }
   if (!probe) return;
@@ -218,11 +218,12 @@ private:
       const int64_t frame = capture.frames.number(i);
       const std::string file = pattern.file(frame), path = capture.resolve(file);
       std::error_code error;
-      if (!fs::is_regular_file(path, error)) {
+      const std::string why = why_unreadable(path);
+      if (why == "is missing") {
         missing.add(file);
         gaps.add(frame);
-      } else if (!std::ifstream(path).is_open())
-        unreadable.add(file + ": permission denied");
+      } else if (!why.empty())
+        unreadable.add(file + ": " + why);
       else if (fs::file_size(path, error) == 0)
         empty.add(file);
       else if (expected && probe)
@@ -260,9 +261,8 @@ private:
   }
 
   void background_file(const std::string &file) {
-    std::error_code error;
-    if (!fs::is_regular_file(capture.resolve(file), error))
-      findings.problems.push_back("background: " + file + " is missing");
+    const std::string why = why_unreadable(capture.resolve(file));
+    if (!why.empty()) findings.problems.push_back("background: " + file + (why[0] == 'i' ? " " : ": ") + why);
   }
 
   // One where all frames share a file, else one for each.
@@ -360,6 +360,42 @@ private:
 
 Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe) {
   return FileCheck(capture, probe, video_probe).run();
+}
+
+namespace {
+
+using Visit = std::function<void(const std::string &)>;
+
+// With the files that a glTF file refers to. A mesh that cannot be read is reported by those who need it.
+void visit_mesh(const std::string &path, const Visit &visit) {
+  visit(path);
+  std::vector<std::string> beside;
+  try {
+    if (is_gltf(path)) beside = gltf::external_files(read_file(path, max_mesh_file), path);
+  } catch (const Error &) {}
+  for (const std::string &file : beside) visit(file);
+}
+
+} // namespace
+
+void visit_files(const Capture &capture, const Visit &visit) {
+  const auto frames_of = [&](const Pattern &pattern) {
+    return pattern.is_numbered() ? capture.frames.count : 1;
+  };
+  const auto pictures = [&](const PictureSource &source) {
+    const int64_t count = source.pattern ? frames_of(*source.pattern) : 1;
+    for (int64_t i = 0; i < count; i++) visit(capture.resolve(source.file(capture.frames.number(i))));
+  };
+  visit(capture.path);
+  if (capture.meshes)
+    for (int64_t i = 0; i < frames_of(*capture.meshes); i++)
+      visit_mesh(capture.mesh_path(capture.frames.number(i)), visit);
+  if (capture.atlas && capture.atlas->pictures) pictures(*capture.atlas->pictures);
+  for (const Camera &camera : capture.cameras) {
+    if (camera.pictures) pictures(*camera.pictures);
+    if (camera.masks) pictures(*camera.masks);
+  }
+  if (capture.background) visit_mesh(capture.resolve(capture.background->file), visit);
 }
 
 } // namespace fvv::scene

@@ -64,16 +64,16 @@ std::string parse_gltf_picture(std::string_view bytes, const std::string &name) 
       .picture;
 }
 
+std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name) {
+  const std::string extension = extension_of(name);
+  if (extension == ".obj") return format_obj(mesh, name);
+  if (extension == ".ply") return format_ply(mesh, name);
+  if (extension == ".drc") return format_drc(mesh, lattice, name);
+  fail_extension(name, extension, ".obj, .ply or .drc");
+}
+
 void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path) {
-  const std::string extension = extension_of(path);
-  if (extension == ".obj")
-    write_file(path, format_obj(mesh, path));
-  else if (extension == ".ply")
-    write_file(path, format_ply(mesh, path));
-  else if (extension == ".drc")
-    write_file(path, format_drc(mesh, lattice, path));
-  else
-    fail_extension(path, extension, ".obj, .ply or .drc");
+  write_file(path, format_mesh(mesh, lattice, path));
 }
 
 void append_fan(Mesh &mesh, const std::vector<uint32_t> &corners, MeshReport &report) {

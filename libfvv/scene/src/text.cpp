@@ -1,11 +1,11 @@
 // Whole files in and out; tokens and numbers of text files.
 #include "fvv_scene/text.h"
+#include "fvv_cxx/input_file.h"
 
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <system_error>
 
@@ -81,23 +81,15 @@ struct Close {
 } // namespace
 
 std::string read_file(const std::string &path, uint64_t limit) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail(path, "cannot be opened", error ? error.value() : ENOENT);
-  if (!std::filesystem::is_regular_file(status)) throw Error(path + ": is not a regular file");
-  const uint64_t size = std::filesystem::file_size(path, error);
-  if (error) fail(path, "cannot be measured", error.value());
+  const InputFile file(path);
+  const uint64_t size = file.size();
   if (size > limit)
     throw Error(path + ": has " + std::to_string(size) + " bytes, at most " + std::to_string(limit) +
                 " are allowed");
-  const std::unique_ptr<std::FILE, Close> file(std::fopen(path.c_str(), "rb"));
-  if (!file) fail(path, "cannot be opened", errno);
   std::string bytes(static_cast<size_t>(size), '\0');
-  const size_t count = std::fread(bytes.data(), 1, bytes.size(), file.get());
-  if (std::ferror(file.get())) fail(path, "cannot be read", errno);
-  if (count != bytes.size())
-    throw Error(path + ": ended after " + std::to_string(count) + " of " + std::to_string(size) +
-                " bytes while it was read");
+  const fvv_input input = file.input();
+  if (size && input.read_at(input.user, 0, bytes.data(), bytes.size()) < 0)
+    throw Error(path + ": cannot be read to its end");
   return bytes;
 }
 

@@ -1,14 +1,24 @@
-// A regular file opened for reading at any offset.
+// Opening files to read, and why one cannot be read.
 #pragma once
 
 #include "fvv_cxx/error.h"
 
 namespace fvv {
 
-// Throws Error with path and reason.
+// "is missing", "is a folder", "is a pipe", "permission denied", ...; "" for a regular file that can be
+// opened.
+std::string why_unreadable(const std::string &path);
+
+// A descriptor of a regular file, to read. Throws Error that says what the path is if it is anything else; a
+// pipe never blocks it.
+int open_to_read(const std::string &path);
+
+// A regular file opened for reading at any offset.
 class InputFile {
 public:
   explicit InputFile(const std::string &path);
+  // shown: what path() and messages call the file.
+  InputFile(const std::string &path, const std::string &shown);
   ~InputFile();
   InputFile(const InputFile &) = delete;
   InputFile &operator=(const InputFile &) = delete;

@@ -194,6 +194,10 @@ struct Findings {
 // empty: only whether it is there); frames for which it has no picture are a warning.
 Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe = {});
 
+// Calls visit with the path of every file that the capture may read: capture.json, meshes, pictures, masks,
+// background, and the files that those in glTF refer to.
+void visit_files(const Capture &capture, const std::function<void(const std::string &)> &visit);
+
 // A camera with a part of its picture beyond r_max, where nothing is projected: mostly because the lens folds
 // there (fvv.md, clause 9.3).
 struct LensGap {

@@ -94,7 +94,9 @@ std::string format_ply(const Mesh &mesh, const std::string &name);
 // Texture coordinates are float32 too, which holds texture indices of all sizes exactly, and normals.
 std::string format_drc(const Mesh &mesh, const Lattice &lattice, const std::string &name);
 
-// Writes .obj, .ply or .drc by the extension of path. lattice matters to .drc only.
+// OBJ, PLY or DRC by the extension of name. lattice matters to DRC only.
+std::string format_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &name);
+// The same into a file.
 void write_mesh(const Mesh &mesh, const Lattice &lattice, const std::string &path);
 
 } // namespace fvv::scene

@@ -333,4 +333,19 @@ void Container::charge(const JsonValue &place, uint64_t count) {
   numbers += count;
 }
 
+std::vector<std::string> external_files(std::string_view bytes, const std::string &path) {
+  const Container container(bytes, path);
+  std::vector<std::string> out;
+  for (const char *list : {"buffers", "images"}) {
+    const auto items = container.root().find(list);
+    for (size_t i = 0; items && i < items->size(); i++) {
+      const auto uri = items->item(i).find("uri");
+      if (!uri || is_data_uri(uri->text())) continue;
+      if (const auto name = relative_file(uri->text()))
+        out.push_back((std::filesystem::path(path).parent_path() / *name).string());
+    }
+  }
+  return out;
+}
+
 } // namespace fvv::scene::gltf

@@ -12,6 +12,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace fvv::scene::gltf {
 
@@ -59,5 +60,8 @@ private:
   std::map<int64_t, std::string> decompressed; // bufferViews
   uint64_t buffer_bytes = 0, numbers = 0;
 };
+
+// The files beside it that a glTF file refers to, as paths. Error for what is no glTF.
+std::vector<std::string> external_files(std::string_view bytes, const std::string &path);
 
 } // namespace fvv::scene::gltf
