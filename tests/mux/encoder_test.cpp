@@ -268,3 +268,27 @@ TEST_CASE("finishing without a frame is an error") {
   mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
   CHECK_THROWS_WITH(encoder.finish(), Catch::Contains("at least one frame"));
 }
+
+TEST_CASE("a name that readers refuse is refused before a byte is written") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  for (const bool camera : {true, false}) {
+    mux::Configuration configuration = two_cameras();
+    (camera ? configuration.cameras[0].name : configuration.name).assign(size_t(limits.max_text) + 1, 'n');
+    size_t written = 0;
+    std::string message;
+    try {
+      mux::Encoder encoder(configuration, jpeg_options(),
+                           [&](const void *, size_t size) { written += size; });
+      for (int i = 0; i < 5; i++) encoder.add(frame_of(i, 4));
+      encoder.finish();
+    } catch (const fvv::Error &error) {
+      message = error.what();
+    }
+    INFO(message);
+    CHECK(message.find(camera
+                           ? "camera 3: CAMR: 1048577 bytes of a camera name, readers accept at most 1048576"
+                           : "bytes of metadata, readers accept at most 1048576") != message.npos);
+    CHECK(written == 0);
+  }
+}

@@ -100,13 +100,19 @@ fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
 
 StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here)
     : plan(chosen), sink(out_of_here), writer(nullptr, fvv_writer_destroy) {
-  const fvv_output out = {write, this};
+  if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
+  // First to nowhere: when a record is refused, the output has received no byte.
+  open({[](void *, const void *, size_t) { return fvv_status(FVV_OK); }, nullptr});
+  write_configuration();
+  open({write, this});
+  write_configuration();
+}
+
+void StreamWriter::open(const fvv_output &output) {
   fvv_writer *created = nullptr;
-  const fvv_status status = fvv_writer_create(&out, nullptr, &created, &diagnostic);
+  const fvv_status status = fvv_writer_create(&output, nullptr, &created, &diagnostic);
   writer.reset(created);
   check(status);
-  if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
-  write_configuration();
 }
 
 void StreamWriter::check(fvv_status status) {
@@ -150,8 +156,9 @@ void StreamWriter::write_configuration() {
     if (track_id(*track) > calibration_track) write_video_track(*track);
   for (const scene::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
+    const std::string name = capture.path + ": camera " + std::to_string(camera.id);
     configure(FVV_CHUNK_CAMERA, 0,
-              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              record(name, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
                 return fvv_camera_encode(&camera, out, size, written, d);
               }));
   }
