@@ -200,7 +200,8 @@ TEST_CASE("the extension decides how a mesh is read and written") {
   CHECK_THROWS_WITH(write_mesh(mesh, millimetres, "mesh"),
                     "mesh: expected a mesh file with extension .obj, .ply or .drc, found no extension");
   CHECK_THROWS_WITH(read_mesh(absent), absent + ": cannot be opened: No such file or directory");
-  CHECK_THROWS_WITH(read_file(folder.string(), 1), folder.string() + ": is not a regular file");
+  CHECK_THROWS_WITH(read_file(folder.string(), 1),
+                    folder.string() + ": is a folder, expected a file that can be read");
   CHECK_THROWS_WITH(read_file(odd, 5), odd + ": has 36 bytes, at most 5 are allowed");
   CHECK_THROWS_WITH(write_mesh(mesh, millimetres, (folder / "no/a.obj").string()),
                     (folder / "no/a.obj").string() + ": cannot be created: No such file or directory");

@@ -14,8 +14,16 @@ std::string reason() {
   return std::strerror(errno);
 }
 
+std::string kind_of(mode_t mode) {
+  if (S_ISREG(mode)) return "";
+  if (S_ISDIR(mode)) return "is a folder";
+  if (S_ISFIFO(mode)) return "is a pipe";
+  return S_ISSOCK(mode) ? "is a socket" : "is a device";
+}
+
 int open_to_read(const std::string &path) {
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // A pipe that nobody writes to must not block; for regular files O_NONBLOCK changes nothing.
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) throw Error(path + ": cannot open: " + reason());
   return descriptor;
 }
@@ -33,6 +41,16 @@ fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
 
 } // namespace
 
+std::string why_unreadable(const std::string &path) {
+  struct stat status;
+  if (stat(path.c_str(), &status) == 0) {
+    const std::string kind = kind_of(status.st_mode);
+    if (!kind.empty() || access(path.c_str(), R_OK) == 0) return kind;
+  }
+  if (errno == ENOENT || errno == ENOTDIR) return missing_file;
+  return errno == EACCES ? "permission denied" : reason();
+}
+
 InputFile::InputFile(const std::string &path) : name(path), descriptor(open_to_read(path)), length(0) {
   struct stat status;
   const bool known = fstat(descriptor, &status) == 0;
@@ -40,9 +58,9 @@ InputFile::InputFile(const std::string &path) : name(path), descriptor(open_to_r
     length = static_cast<uint64_t>(status.st_size);
     return;
   }
-  const std::string why = known ? "not a regular file" : reason();
+  const std::string why = known ? kind_of(status.st_mode) + ", expected a file" : "cannot read: " + reason();
   close(descriptor);
-  throw Error(path + ": cannot read: " + why);
+  throw Error(path + ": " + why);
 }
 
 InputFile::~InputFile() {

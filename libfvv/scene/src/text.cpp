@@ -1,6 +1,8 @@
 // Whole files in and out; tokens and numbers of text files.
 #include "fvv_scene/text.h"
 
+#include "fvv_cxx/input_file.h"
+
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -81,10 +83,10 @@ struct Close {
 } // namespace
 
 std::string read_file(const std::string &path, uint64_t limit) {
+  const std::string why = why_unreadable(path);
+  if (why == missing_file) fail(path, "cannot be opened", ENOENT);
+  if (!why.empty()) throw Error(path + ": " + why + ", expected a file that can be read");
   std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) fail(path, "cannot be opened", error ? error.value() : ENOENT);
-  if (!std::filesystem::is_regular_file(status)) throw Error(path + ": is not a regular file");
   const uint64_t size = std::filesystem::file_size(path, error);
   if (error) fail(path, "cannot be measured", error.value());
   if (size > limit)
