@@ -123,7 +123,7 @@ struct MemoryLimit {
 // The most bytes that decoding a track's samples takes: pictures that its codec keeps, the planes of the
 // one that it gives, and that one as RGB of 16 bits. A sample of a few hundred bytes can demand all of it.
 uint64_t decoding_memory(const fvv_video_config &config);
-// Error: text, that it takes so many bytes, and that limit allows fewer. text: "decoding VP9 of ...".
+// Error when bytes is above limit: text, what it takes, and what limit allows. text: "decoding ...".
 void check_memory(const std::string &text, uint64_t bytes, const MemoryLimit &limit);
 
 // Decodes the samples of a track in order. Movable; one per thread of decoding.
