@@ -271,3 +271,18 @@ TEST_CASE("codec and size of a picture file are read") {
     }
   }
 }
+
+TEST_CASE("a background that readers with default limits refuse is not encoded") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  Environment environment;
+  environment.lights.resize(limits.max_background, environment.lights[0]);
+  Bytes payload;
+  fvv_diagnostic d = {};
+  CHECK(environment.encode(payload, &d) == FVV_OK);
+  CHECK(Decoded(payload).status == FVV_OK);
+  environment.lights.push_back(environment.lights[0]);
+  CHECK(environment.encode(payload, &d) == FVV_ERROR_INPUT);
+  CHECK(d.issue == FVV_ISSUE_LIMIT);
+  CHECK(payload.empty());
+}

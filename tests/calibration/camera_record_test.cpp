@@ -247,3 +247,23 @@ TEST_CASE("any byte of a camera's record may be anything") {
   CHECK(accepted > 1000);
   CHECK(refused > 1000);
 }
+
+TEST_CASE("a camera that readers with default limits refuse is not encoded") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  const std::string name(size_t(limits.max_text) + 1, 'n');
+  size_t size = 0;
+  fvv_diagnostic d = {};
+  const fvv_camera longest = named(name.data(), limits.max_text), longer = named(name.data(), name.size());
+  fvv_camera back = {};
+  const bytes good = encoded(longest);
+  CHECK(fvv_camera_decode(&back, good.data(), good.size(), nullptr, &d) == FVV_OK);
+  CHECK(fvv_camera_encode(&longer, nullptr, 0, &size, &d) == FVV_ERROR_INPUT);
+  CHECK(d.issue == FVV_ISSUE_LIMIT);
+  CHECK(std::string(d.message) == "1048577 bytes of a camera name, readers accept at most 1048576");
+
+  fvv_camera wide = named("w", 1);
+  wide.width = limits.max_dimension + 1;
+  CHECK(fvv_camera_encode(&wide, nullptr, 0, &size, &d) == FVV_ERROR_INPUT);
+  CHECK(d.issue == FVV_ISSUE_LIMIT);
+}

@@ -172,6 +172,19 @@ TEST_CASE("no single flipped bit makes random access yield other bytes") {
   CHECK(full > 0);
 }
 
+TEST_CASE("a stream that has lost every GRUP is listed by its index") {
+  Bytes stream = small_stream(3);
+  for (const size_t at : chunk_offsets(stream)) {
+    const uint32_t type = fvv_get_u32(stream.data() + at);
+    if (type == FVV_CHUNK_GROUP || type == FVV_CHUNK_FOOTER) stream[at + 1] ^= 0x10;
+  }
+  Opened f(stream);
+  REQUIRE(f.status == FVV_OK);
+  CHECK(fvv_file_index_state(f.file) == FVV_INDEX_REBUILT);
+  REQUIRE(fvv_file_group_count(f.file) == 3);
+  for (size_t g = 0; g < 3; g++) CHECK(!fvv_file_group(f.file, g)->intact);
+}
+
 TEST_CASE("a group whose GRUP or GEND is lost still gives its chunks") {
   const Bytes stream = small_stream(3);
   for (const size_t at : chunk_offsets(stream)) {

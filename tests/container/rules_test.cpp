@@ -318,3 +318,82 @@ TEST_CASE("rules of SCEN and TRAK") {
                        hand_chunk("TRAK", 1, 1, 1, 0, p.mesh_track),
                        hand_chunk("TRAK", 1, 2, 1, 0, p.mesh_track)})) == FVV_ISSUE_TRACK_ID);
 }
+
+namespace {
+
+// A writer whose output counts its bytes.
+struct CountingWriter {
+  uint64_t bytes = 0;
+  fvv_writer *writer = nullptr;
+  fvv_diagnostic d = {};
+
+  CountingWriter() {
+    const fvv_output output = {count, this};
+    REQUIRE(fvv_writer_create(&output, nullptr, &writer, &d) == FVV_OK);
+    configure(FVV_CHUNK_SCENE, 0, scene_payload());
+  }
+  ~CountingWriter() { fvv_writer_destroy(writer); }
+  static fvv_status count(void *user, const void *, size_t size) {
+    static_cast<CountingWriter *>(user)->bytes += size;
+    return FVV_OK;
+  }
+  void configure(uint32_t type, uint16_t track, const Bytes &payload) {
+    REQUIRE(fvv_writer_configuration(writer, type, track, 0, payload.data(), payload.size(), &d) == FVV_OK);
+  }
+  // The call fails with FVV-7001 and writes nothing.
+  template <class Call> void refuses(const Call &call) {
+    const uint64_t before = bytes;
+    CHECK(call() == FVV_ERROR_LIMIT);
+    CHECK(d.issue == FVV_ISSUE_LIMIT);
+    CHECK(bytes == before);
+  }
+};
+
+} // namespace
+
+TEST_CASE("a writer refuses what readers with default limits refuse, before it writes it") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  CountingWriter w;
+  for (uint16_t id = 1; id <= limits.max_tracks; id++)
+    w.configure(FVV_CHUNK_TRACK, id, track_payload(FVV_TRACK_MESH, ""));
+  const Bytes track = track_payload(FVV_TRACK_MESH, "");
+  w.refuses([&] {
+    return fvv_writer_configuration(w.writer, FVV_CHUNK_TRACK, 300, 0, track.data(), track.size(), &w.d);
+  });
+  for (uint32_t i = 0; i < limits.max_cameras; i++) w.configure(FVV_CHUNK_CAMERA, 0, Bytes(8));
+  const Bytes camera(8), text(size_t(limits.max_text) + 1, ' ');
+  w.refuses([&] {
+    return fvv_writer_configuration(w.writer, FVV_CHUNK_CAMERA, 0, 0, camera.data(), camera.size(), &w.d);
+  });
+  w.refuses([&] {
+    return fvv_writer_configuration(w.writer, FVV_CHUNK_METADATA, 0, 0, text.data(), text.size(), &w.d);
+  });
+  // A new block counts its cameras anew.
+  w.configure(FVV_CHUNK_SCENE, 0, scene_payload());
+  w.configure(FVV_CHUNK_CAMERA, 0, camera);
+
+  REQUIRE(fvv_writer_begin_group(w.writer, 0, 1, &w.d) == FVV_OK);
+  const auto chunk = [&](uint32_t number) {
+    const uint32_t type = 0x61616161 + (number / 256 << 8) + number % 16 + (number / 16 % 16 << 16);
+    return fvv_writer_chunk(w.writer, type, 0, 0, 0, nullptr, 0, &w.d);
+  };
+  for (uint32_t i = 0; i < 1024; i++) REQUIRE(chunk(i) == FVV_OK);
+  w.refuses([&] { return chunk(1024); });
+  CHECK(chunk(17) == FVV_OK);
+  CHECK(fvv_writer_end_group(w.writer, &w.d) == FVV_OK);
+}
+
+TEST_CASE("a writer refuses the group that no reader with default limits would list", "[long]") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  CountingWriter w;
+  int64_t group = 0;
+  bool good = true;
+  for (; group < limits.max_groups && good; group++)
+    good = fvv_writer_begin_group(w.writer, group, group + 1, &w.d) == FVV_OK &&
+           fvv_writer_end_group(w.writer, &w.d) == FVV_OK;
+  REQUIRE(good);
+  w.refuses([&] { return fvv_writer_begin_group(w.writer, group, group + 1, &w.d); });
+  CHECK(fvv_writer_finish(w.writer, &w.d) == FVV_OK);
+}

@@ -5,6 +5,7 @@
 #include "fvv_demux/views.h"
 #include "fvv_scene/capture.h"
 #include "fvvdemux/demux.h"
+#include "fvvrender/frame.h"
 
 #include <cstdlib>
 
@@ -312,6 +313,33 @@ TEST_CASE("any number of threads gives the same files") {
   CHECK((one == files_of(scratch.path("4"))));
 }
 
+TEST_CASE("a stream whose pictures take more memory than allowed is refused before it is decoded") {
+  const Scratch scratch;
+  const std::string input = scratch.file("in.fvv", make_stream());
+  demux::Options options;
+  options.memory = {10'000, "--max-memory"};
+  const auto refusal = [&](const auto &work) {
+    try {
+      work();
+      return std::string();
+    } catch (const Error &error) {
+      return std::string(error.what());
+    }
+  };
+  const auto has = [](const std::string &text, const std::string &part) { return text.find(part) == 0; };
+  CHECK(has(refusal([&] { unpack(input, scratch.path("out"), options); }), input + ": track 2: decoding "));
+  CHECK(!fs::exists(scratch.path("out")));
+  CHECK(has(refusal([&] { rendering::load_frame(input, 0, options.memory); }),
+            input + ": frame 0: track 2: decoding "));
+  options.pictures = demux::Pictures::none;
+  CHECK(refusal([&] { unpack(input, scratch.path("meshes"), options); }).empty());
+  // Enough for one group at a time: fewer threads, the same files.
+  options.pictures = demux::Pictures::automatic;
+  options.memory.bytes = 16 << 20;
+  options.threads = 64;
+  CHECK(refusal([&] { unpack(input, scratch.path("slowly"), options); }).empty());
+}
+
 TEST_CASE("lists of numbers") {
   for (const char *wrong :
        {"", ",", "1,", "-1", "1-", "3-2", "a", "1 ", "1,,2", "2147483648", "1-2-3", "0x1", "1--2"})
@@ -330,9 +358,10 @@ TEST_CASE("the command line") {
     const Bytes bytes = read(errors);
     return std::string(bytes.begin(), bytes.end());
   };
-  for (const char *wrong : {"--meshes stl", "--pictures gif", "--quality 0", "--quality 101", "--threads 0",
-                            "--frames x", "--frames ''", "--frames 6", "--cameras 1", "--cameras 70000",
-                            "--nonsense", "--meshes none --pictures none", "second.fvv"}) {
+  for (const char *wrong :
+       {"--meshes stl", "--pictures gif", "--quality 0", "--quality 101", "--threads 0", "--frames x",
+        "--frames ''", "--frames 6", "--cameras 1", "--cameras 70000", "--nonsense", "--max-memory -1",
+        "--max-memory 5x", "--max-memory M", "--meshes none --pictures none", "second.fvv"}) {
     INFO(wrong);
     CHECK(run(input + " -o " + out + " " + wrong, errors) == 2);
     CHECK(!message().empty());
@@ -345,7 +374,12 @@ TEST_CASE("the command line") {
   CHECK(run(scratch.file("no.fvv", Bytes(100, 'x')) + " -o " + out, errors) == 1);
   CHECK(!fs::exists(out));
 
-  CHECK(run(input + " -o " + out + " --pictures jpg --quality 60 --frames 0", errors) == 0);
+  CHECK(run(input + " -o " + out + " --max-memory 10K", errors) == 1);
+  CHECK(message().find("fvvdemux: " + input + ": track 2: decoding ") == 0);
+  CHECK(message().find(" KiB, --max-memory allows 10 KiB\n") != std::string::npos);
+  CHECK(!fs::exists(out));
+
+  CHECK(run(input + " -o " + out + " --pictures jpg --quality 60 --frames 0 --max-memory 1G", errors) == 0);
   CHECK(message().empty());
   CHECK(media::read_image(out + "/cam0/0000.jpg", 3).width == 32);
   CHECK(run(input + " -o " + out, errors) == 1);

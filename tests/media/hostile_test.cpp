@@ -179,3 +179,22 @@ TEST_CASE("flipped bits in PNG and JPEG files give errors or pictures") {
     CHECK(errors > 40);
   }
 }
+
+TEST_CASE("what decoding takes is known from the configuration alone, and a limit refuses it") {
+  fvv_video_config config = {};
+  config.codec = FVV_CODEC_VP09;
+  config.width = config.height = 4096;
+  config.bit_depth = 8;
+  const uint64_t taken = uint64_t(209) << 20; // measured: a sample of 2,328 bytes
+  CHECK(decoding_memory(config) > taken);
+  CHECK(decoding_memory(config) < 2 * taken);
+  // 8K in 10 bits fits the default of the tools.
+  config.codec = FVV_CODEC_HVC1;
+  config.width = 8192;
+  config.height = 4320;
+  config.bit_depth = 10;
+  CHECK(decoding_memory(config) < uint64_t(3) << 30);
+  CHECK_NOTHROW(check_memory("decoding", 1 << 20, {1 << 20, "the limit"}));
+  CHECK_THROWS_WITH(check_memory("track 2: decoding", (5 << 20) + 1, {2 << 20, "--max-memory"}),
+                    "track 2: decoding takes up to 6 MiB, --max-memory allows 2 MiB");
+}

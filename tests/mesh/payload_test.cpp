@@ -567,3 +567,27 @@ TEST_CASE("7001: limits") {
 TEST_CASE("3013: Draco's decoder takes linear time") {
   check_issue(draco_payload(*canonical(holed_hubs(3000), 1e-4), {}), 3013);
 }
+
+TEST_CASE("a mesh that readers with default limits refuse is not encoded") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  // Faces of three vertices each, on a line of the lattice far from each other.
+  const uint32_t count = limits.max_vertices / 3 + 1;
+  std::vector<int32_t> positions(9 * size_t(count));
+  std::vector<uint32_t> faces(3 * size_t(count));
+  for (uint32_t f = 0; f < count; f++) {
+    const int32_t x = int32_t(2 * f), corners[9] = {x, 0, 0, x + 1, 0, 0, x, 1, 0};
+    std::copy_n(corners, 9, &positions[9 * size_t(f)]);
+    for (uint32_t c = 0; c < 3; c++) faces[3 * size_t(f) + c] = 3 * f + c;
+  }
+  for (const uint8_t profile : {FVV_MESH_RAW, FVV_MESH_FAST, FVV_MESH_DRACO}) {
+    const fvv_mesh mesh = {positions.data(), faces.data(), 3 * count, count, nullptr, 0, nullptr, 0, {}};
+    fvv_bytes payload = {};
+    fvv_diagnostic d = {};
+    CHECK(fvv_mesh_encode(&mesh, profile, 7, nullptr, &payload, &d) == FVV_ERROR_INPUT);
+    CHECK(d.issue == FVV_ISSUE_LIMIT);
+    CHECK(std::string(d.message) == "4194306 vertices of a mesh, readers accept at most 4194304");
+    CHECK(payload.size == 0);
+    fvv_bytes_free(&payload);
+  }
+}

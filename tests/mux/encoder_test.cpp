@@ -3,6 +3,7 @@
 
 #include "fvv_cxx/owned.h"
 #include "fvv_mux/encoder.h"
+#include "mux/src/stream_writer.h"
 
 namespace {
 
@@ -267,4 +268,54 @@ TEST_CASE("a cancelled encoder says so") {
 TEST_CASE("finishing without a frame is an error") {
   mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
   CHECK_THROWS_WITH(encoder.finish(), Catch::Contains("at least one frame"));
+}
+
+TEST_CASE("a name that readers refuse is refused before a byte is written") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  for (const bool camera : {true, false}) {
+    mux::Configuration configuration = two_cameras();
+    (camera ? configuration.cameras[0].name : configuration.name).assign(size_t(limits.max_text) + 1, 'n');
+    size_t written = 0;
+    std::string message;
+    try {
+      mux::Encoder encoder(configuration, jpeg_options(),
+                           [&](const void *, size_t size) { written += size; });
+      for (int i = 0; i < 5; i++) encoder.add(frame_of(i, 4));
+      encoder.finish();
+    } catch (const fvv::Error &error) {
+      message = error.what();
+    }
+    INFO(message);
+    CHECK(message.find(camera
+                           ? "camera 3: CAMR: 1048577 bytes of a camera name, readers accept at most 1048576"
+                           : "bytes of metadata, readers accept at most 1048576") != message.npos);
+    CHECK(written == 0);
+  }
+}
+
+TEST_CASE("groups that readers refuse are refused before a byte is written") {
+  mux::Plan plan;
+  plan.capture.path = "capture.json";
+  std::string what;
+  plan.capture.meshes = scene::Pattern::parse("%d.ply", &what);
+  const auto refusal_of = [&](int64_t frames, uint32_t group) {
+    plan.capture.frames.count = frames;
+    plan.group_size = group;
+    size_t written = 0;
+    std::string message;
+    try {
+      const mux::Sink sink = [&](const void *, size_t size) { written += size; };
+      mux::StreamWriter writer(plan, sink);
+    } catch (const fvv::Error &error) {
+      message = error.what();
+    }
+    CHECK(written == 0);
+    return message;
+  };
+  CHECK(refusal_of(2'000'000, 1'048'576) ==
+        "capture.json: 1048577 chunks in a group of 1048576 frames, readers accept at most 1048576: choose "
+        "fewer frames in a group");
+  CHECK(refusal_of(2'097'153, 1) ==
+        "capture.json: 2097153 groups, readers accept at most 2097152: choose more frames in a group");
 }

@@ -1,11 +1,13 @@
 // fvv_scene: the files that a capture names are checked before any work starts.
 #include "fvv_catch.h"
 
+#include "fvv_cxx/input_file.h"
 #include "fvv_scene/capture.h"
 
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <sys/stat.h>
 #include <unistd.h>
 
 using namespace fvv::scene;
@@ -288,4 +290,48 @@ TEST_CASE("atlas pictures have one size, whichever way they are turned") {
   CHECK(check_files(folder.capture, probe).problems ==
         Sentences{"atlas: 1 of 5 pictures is not 64 x 32, first: atlas_14.png is 32 x 64"
                   " (turned? state \"rotate\": 90 or 270)"});
+}
+
+TEST_CASE("folders, pipes and files without permission are called what they are") {
+  Folder folder;
+  const auto replace = [&](const char *file) {
+    fs::remove(folder.root / file);
+    return (folder.root / file).string();
+  };
+  fs::create_directory(replace("meshes/0012.ply"));
+  REQUIRE(mkfifo(replace("a_10.png").c_str(), 0600) == 0);
+  fs::create_symlink("nowhere", replace("a_18.png"));
+  VideoSource video;
+  video.file = "frames";
+  folder.capture.cameras[1].masks = video;
+  folder.capture.background.emplace().file = "meshes";
+  Sentences expected = {"1 of 5 meshes is unreadable, first: meshes/0012.ply: is a folder",
+                        "camera 3: 1 of 5 pictures is missing: 18 (first: a_18.png)",
+                        "camera 3: 1 of 5 pictures is unreadable, first: a_10.png: is a pipe",
+                        "camera 4: masks frames: is a folder", "background: meshes: is a folder"};
+  if (geteuid() != 0) { // root may read everything
+    fs::permissions(folder.root / "frames/0012/b.png", fs::perms::none);
+    expected.insert(expected.begin() + 3,
+                    "camera 4: 1 of 5 pictures is unreadable, first: frames/0012/b.png: permission denied");
+  }
+  CHECK(check_files(folder.capture, probe).problems == expected);
+  const std::string pipe = (folder.root / "a_10.png").string(), meshes = (folder.root / "meshes").string();
+  CHECK_THROWS_WITH(read_file(pipe, 1), pipe + ": is a pipe, expected a file");
+  CHECK_THROWS_WITH(fvv::InputFile(pipe), pipe + ": is a pipe, expected a file");
+  CHECK_THROWS_WITH(fvv::InputFile(meshes), meshes + ": is a folder, expected a file");
+}
+
+TEST_CASE("a wrong number of frames costs no time: the check stops after a hundred faults of a sequence") {
+  Folder folder;
+  folder.capture.frames.count = 10'000'000;
+  folder.capture.cameras.pop_back();
+  int probes = 0;
+  const auto counting = [&](const std::string &path) {
+    probes++;
+    return probe(path);
+  };
+  CHECK(check_files(folder.capture, counting).problems ==
+        Sentences{"at least 100 of 10000000 meshes are missing: 20 to 218 (first: meshes/0020.ply)",
+                  "camera 3: at least 100 of 10000000 pictures are missing: 20 to 218 (first: a_20.png)"});
+  CHECK(probes == 0);
 }

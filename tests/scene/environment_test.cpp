@@ -207,6 +207,6 @@ TEST_CASE("capture.json names a background, its place in the world and its latti
       "c.json: /background/transform: expected a transform that keeps volume, found one with the determinant "
       "0");
   const Findings findings = check_files(plain, {});
-  CHECK(std::find(findings.problems.begin(), findings.problems.end(), "background: room.glb is missing") !=
+  CHECK(std::find(findings.problems.begin(), findings.problems.end(), "background: room.glb: is missing") !=
         findings.problems.end());
 }

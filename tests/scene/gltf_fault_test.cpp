@@ -48,6 +48,25 @@ std::string fault(const char *pointer, const json &value) {
 
 } // namespace
 
+TEST_CASE("glTF: a chain of nodes has a greatest length") {
+  for (const int length : {1024, 1025, 200'000}) {
+    File file = triangle();
+    file.document["nodes"] = json::array();
+    for (int i = 0; i + 1 < length; i++) file.document["nodes"].push_back({{"children", {i + 1}}});
+    file.document["nodes"].push_back({{"mesh", 0}, {"translation", {1, 2, 3}}});
+    std::string what;
+    try {
+      const double x = parse_gltf(file.glb(), "m.glb").positions[0];
+      CHECK(x == 1);
+    } catch (const fvv::Error &error) {
+      what = error.what();
+    }
+    CHECK(what == (length == 1024
+                       ? ""
+                       : "m.glb: /nodes/1024: expected at most 1024 nodes one below the other, found more"));
+  }
+}
+
 TEST_CASE("glTF: a faulty GLB is refused in one sentence") {
   const std::string good = tube().glb();
   REQUIRE(complaint(good).empty());

@@ -60,6 +60,58 @@ TEST_CASE("glTF: a triangle in a GLB, in a separate file, as a data: URI") {
   fs::remove_all(root);
 }
 
+TEST_CASE("glTF: links may lead to files below the folder of the file, and to no others") {
+  const fs::path root = fs::temp_directory_path() / ("fvv_gltf_link_test_" + std::to_string(getpid()));
+  fs::remove_all(root);
+  fs::create_directories(root / "in/part");
+  fs::create_directories(root / "inside");
+  const File file = triangle();
+  const std::string place = (root / "in/m.gltf").string();
+  const auto complaint = [&](const char *uri) {
+    write_file(place, file.text(uri));
+    try {
+      read_mesh(place);
+      return std::string();
+    } catch (const fvv::Error &error) {
+      return std::string(error.what());
+    }
+  };
+  for (const char *bin : {"in/part/m.bin", "secret.bin", "inside/m.bin"})
+    write_file((root / bin).string(), file.binary);
+  fs::create_symlink("part/m.bin", root / "in/near.bin");
+  fs::create_symlink("../secret.bin", root / "in/far.bin");
+  fs::create_symlink(root / "secret.bin", root / "in/part/absolute.bin");
+  fs::create_directory_symlink("../inside", root / "in/folder");
+  fs::create_symlink("../nowhere.bin", root / "in/dangling.bin");
+  CHECK(complaint("near.bin").empty());
+  for (const char *uri : {"far.bin", "part/absolute.bin", "folder/m.bin"})
+    CHECK(complaint(uri) == place +
+                                ": /buffers/0/uri: expected a file below the folder of this one, found a "
+                                "symbolic link out of it: \"" +
+                                uri + "\"");
+  CHECK(!complaint("dangling.bin").empty());
+  // The folder itself may be reached by a link, and so may the file.
+  fs::create_directory_symlink(root / "in", root / "other");
+  complaint("near.bin");
+  CHECK(read_mesh((root / "other/m.gltf").string()).vertex_count() == 3);
+  // Pictures are found in the same way.
+  File with_picture = file;
+  const size_t coordinates = with_picture.add("VEC2", float32, {0, 0, 1, 0, 1, 1});
+  json &primitive = with_picture.document["meshes"][0]["primitives"][0];
+  primitive["attributes"]["TEXCOORD_0"] = coordinates;
+  primitive["material"] = 0;
+  with_picture.document["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+  with_picture.document["textures"] = {{{"source", 0}}};
+  with_picture.document["images"] = {{{"uri", "far.bin"}}};
+  write_file((root / "in/m.glb").string(), with_picture.glb());
+  CHECK_THROWS_WITH(
+      parse_gltf_picture(with_picture.glb(), (root / "in/m.glb").string()),
+      (root / "in/m.glb").string() +
+          ": /images/0/uri: expected a file below the folder of this one, found a symbolic link "
+          "out of it: \"far.bin\"");
+  fs::remove_all(root);
+}
+
 TEST_CASE(
     "glTF: nodes multiply from the root, matrices and TRS, mirrors turn faces round, other scenes stay out") {
   File file = triangle();

@@ -1,4 +1,5 @@
 // The checker: the same judgement for any split of the bytes, and nothing damaged called whole.
+#include "base/bytes.h"
 #include "base/layout.h"
 #include "stream_fixture.h"
 
@@ -264,4 +265,23 @@ TEST_CASE("every allocation of a checker may fail") {
     failed++;
   }
   CHECK(failed > 10);
+}
+
+TEST_CASE("a stream that is cut within a group ends where its last frame does") {
+  Stream source = good_stream();
+  const Bytes bytes = write(source);
+  const auto places = chunks_of(bytes);
+  uint64_t frames = 0;
+  int64_t last = -2; // frames are two ticks long
+  for (const Place &place : places) {
+    const int64_t time = fvv_get_i64(bytes.data() + place.offset + FVV_CHUNK_HEADER_TIME);
+    if ((place.type == FVV_CHUNK_MESH || place.type == FVV_CHUNK_VIDEO_PACKET) && time != last) {
+      frames++;
+      last = time;
+    }
+    const Checked cut(Bytes(bytes.begin(), bytes.begin() + ptrdiff_t(place.offset + place.extent)));
+    INFO("cut at " << place.offset + place.extent);
+    CHECK(cut.summary().frames == frames);
+    CHECK((cut.summary().start == 0 && cut.summary().end == last + 2));
+  }
 }

@@ -140,7 +140,7 @@ def test_a_background_that_is_missing_or_cut_is_refused(stage, tmp_path):
     shutil.copytree(stage[0], folder)
     (folder / "background.glb").unlink()
     done = run("fvvmux", folder, "-o", tmp_path / "x.fvv", code=1)
-    assert "background: background.glb is missing" in done.stderr
+    assert "background: background.glb: is missing" in done.stderr
     (folder / "background.glb").write_bytes((stage[0] / "background.glb").read_bytes()[:5000])
     done = run("fvvmux", folder, "-o", tmp_path / "x.fvv", code=1)
     assert "background.glb" in done.stderr and not (tmp_path / "x.fvv").exists()

@@ -53,6 +53,18 @@ def test_text(fvvinfo, tiny_files):
     ]
 
 
+@pytest.mark.parametrize(
+    "size, duration, end",
+    [(240, "unknown (cut)", "0"), (360, "0.040 s", "1"), (430, "0.040 s", "1"), (500, "0.040 s", "1")],
+)
+def test_duration_of_a_cut_file_is_that_of_its_frames(fvvinfo, tetrahedron, tmp_path, size, duration, end):
+    cut = put(tmp_path, tetrahedron[:size])
+    line = fvvinfo(cut).stdout.decode().splitlines()[1]
+    assert line.startswith(f"  Duration    {duration}, {int(end)} frames at 25 Hz in 1 groups")
+    file = files_of(fvvinfo("--json", cut))[0]
+    assert (file["start"], file["end"]) == ("0", end)
+
+
 # Texture indices of the four corners, within one bit.
 CORNERS = [(0, 0), (1, 0), (2, 2), (0, 1)]
 

@@ -155,6 +155,18 @@ def test_hosts(server):
     assert server.request("/clip.fvv", Host=None).status == 400
     twice = b"GET / HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n"
     assert server.raw(twice).status == 400
+    for target in b"/clip.fvv", b"http://localhost/clip.fvv", b"/live/clip":
+        for version in b"1.0", b"1.1":
+            assert server.raw(b"GET " + target + b" HTTP/" + version + b"\r\nHost: \r\n\r\n").status == 400
+
+
+def test_two_origins_are_refused(server):
+    request = f"GET /clip.fvv HTTP/1.1\r\nHost: {server.host}\r\n".encode()
+    assert server.raw(request + b"Origin: https://a.example\r\n\r\n").status == 200
+    for more in b"https://a.example", f"http://{server.host}".encode(), b"":
+        both = b"Origin: https://a.example\r\nOrigin: " + more + b"\r\n\r\n"
+        assert server.raw(request + both).status == 400
+    assert server.raw(request + b"Origin:\r\n\r\n").status == 400
 
 
 def test_methods_and_malformed_requests(server):

@@ -338,3 +338,19 @@ TEST_CASE("no prefix of a video configuration decodes, and any byte of it may be
   CHECK(accepted > 1000);
   CHECK(refused > 1000);
 }
+
+TEST_CASE("a video configuration that readers with default limits refuse is not encoded") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  for (uint32_t fvv_video_config::*side : {&fvv_video_config::width, &fvv_video_config::height}) {
+    fvv_video_config c = jpeg();
+    c.*side = limits.max_dimension;
+    const bytes good = encoded(c);
+    fvv_diagnostic d = {};
+    CHECK(decode(good, good.size(), &d) == FVV_OK);
+    c.*side = limits.max_dimension + 1;
+    size_t size = 0;
+    CHECK(fvv_video_config_encode(&c, nullptr, 0, &size, &d) == FVV_ERROR_INPUT);
+    CHECK(d.issue == FVV_ISSUE_LIMIT);
+  }
+}

@@ -365,3 +365,18 @@ TEST_CASE("no prefix of a tile layout decodes, and any byte of it may be anythin
   CHECK(accepted > 1000);
   CHECK(refused > 1000);
 }
+
+TEST_CASE("a layout that readers with default limits refuse is not encoded") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  for (const size_t more : {0, 1}) {
+    tiles_t all = same(limits.max_cameras + more, 16, 16);
+    uint32_t width, height;
+    REQUIRE(fvv_tiles_arrange(all.data(), all.size(), 16384, &width, &height, nullptr) == FVV_OK);
+    size_t size = 0;
+    fvv_diagnostic d = {};
+    CHECK(fvv_tiles_encode(all.data(), all.size(), nullptr, 0, &size, &d) ==
+          (more ? FVV_ERROR_INPUT : FVV_ERROR_BUFFER_TOO_SMALL));
+    CHECK((d.issue == FVV_ISSUE_LIMIT) == (more > 0));
+  }
+}

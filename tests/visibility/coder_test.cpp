@@ -149,3 +149,22 @@ TEST_CASE("cameras that do not rise are refused, as is a mesh of other counts") 
   CHECK(fvv_visibility_encode(order.order, &*other, &header, views, 1, &payload, &d) == FVV_ERROR_ARGUMENT);
   CHECK(Order(*mesh, 3).status == FVV_ERROR_ARGUMENT);
 }
+
+TEST_CASE("more cameras than readers with default limits take are not encoded") {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  const auto mesh = canonical(torus(10, 8));
+  const Order order(*mesh, FVV_VISIBILITY_FACES);
+  const States seen(mesh->face_count, 1);
+  std::vector<fvv_visibility_view> views;
+  for (uint16_t id = 0; id <= limits.max_cameras; id++)
+    views.push_back({id, {9000, 0, 0}, seen.data(), nullptr, nullptr});
+  const fvv_visibility_header header = header_of(FVV_VISIBILITY_FACES);
+  Bytes payload;
+  fvv_diagnostic d = {};
+  CHECK(fvv_visibility_encode(order.order, &*mesh, &header, views.data(), views.size() - 1, &payload, &d) ==
+        FVV_OK);
+  CHECK(fvv_visibility_encode(order.order, &*mesh, &header, views.data(), views.size(), &payload, &d) ==
+        FVV_ERROR_INPUT);
+  CHECK(d.issue == FVV_ISSUE_LIMIT);
+}

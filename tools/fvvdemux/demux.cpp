@@ -218,6 +218,23 @@ const fvv_configuration *first_configuration(fvv_stream *stream) {
   return nullptr;
 }
 
+// As many groups at a time as memory allows. Error, naming the track, when it does not allow one.
+uint32_t threads_within_memory(fvv_stream *stream, const std::string &name, const Plan &plan,
+                               const Options &options) {
+  if (options.pictures == Pictures::none) return options.threads;
+  uint64_t most = 1, last = 0;
+  for (const GroupPlan &group : plan.groups) {
+    const fvv_configuration *configuration;
+    const uint64_t offset = fvv_file_group(fvv_stream_file(stream), group.group)->configuration_offset;
+    if (offset == last || fvv_stream_configuration(stream, group.group, &configuration, nullptr) != FVV_OK)
+      continue;
+    last = offset;
+    const auto tracks = views_of(*configuration, options.cameras, nullptr);
+    most = std::max(most, decoding_memory(name, tracks, options.memory));
+  }
+  return uint32_t(std::clamp<uint64_t>(options.memory.bytes / most, 1, options.threads));
+}
+
 class Run {
 public:
   Run(const std::string &input, const Options &chosen, Result &out)
@@ -235,6 +252,7 @@ public:
       if (options.meshes != Meshes::none) mesh_track_of(*configuration, &result.warnings);
       if (options.pictures != Pictures::none) views_of(*configuration, options.cameras, &result.warnings);
     }
+    threads = threads_within_memory(stream.get(), file.path(), plan, options);
     result.frames_in_stream = plan.count;
   }
 
@@ -248,7 +266,7 @@ public:
     std::vector<GroupResult> results(plan.groups.size());
     cli::Progress progress(file.path(), plan.groups.size());
     fvv::parallel(
-        options.threads, plan.groups.size(),
+        threads, plan.groups.size(),
         [&](size_t i) {
           Stream own = streams.take();
           results[i] = unpack_group(own.get(), plan.groups[i], options, survey, name, folder);
@@ -389,6 +407,7 @@ private:
   Stream stream;
   Plan plan;
   FileNumbers numbers;
+  uint32_t threads = 1;
   std::vector<WrittenFrame> frames;
   std::vector<size_t> used; // groups of written frames
 };

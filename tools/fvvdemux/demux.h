@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fvv_demux/selection.h"
+#include "fvv_media/video.h"
 
 #include <cstdint>
 #include <map>
@@ -22,7 +23,8 @@ struct Options {
   int quality = 95;     // of jpg
   uint32_t threads = 1; // groups at a time; the files are the same for any number
   bool force = false;
-  bool background = true; // the environment as background.glb
+  bool background = true;    // the environment as background.glb
+  media::MemoryLimit memory; // of all pictures that are decoded at once: fewer groups at a time keep it
 };
 
 struct Result {

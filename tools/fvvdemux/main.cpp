@@ -1,5 +1,6 @@
 // fvvdemux: a stream as the files of a capture: meshes, pictures, calibration.
 #include "cli/cli.h"
+#include "cli/max_memory.h"
 #include "fvvdemux/demux.h"
 
 #include <CLI/CLI.hpp>
@@ -42,6 +43,7 @@ int main(int argc, char **argv) {
   std::optional<std::string> frames, cameras;
   demux::Options options;
   options.threads = std::max(1u, std::thread::hardware_concurrency());
+  options.memory = {cli::max_memory_default, cli::max_memory_option};
   bool as_json = false;
   const std::map<std::string, demux::Meshes> meshes = {{"ply", demux::Meshes::ply},
                                                        {"obj", demux::Meshes::obj},
@@ -65,6 +67,7 @@ int main(int argc, char **argv) {
   app.add_flag("!--no-background", options.background, "do not write the static environment, background.glb");
   app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
+  cli::add_max_memory(app, options.memory.bytes);
   app.add_flag("--force", options.force, "replace the folder if fvvdemux wrote it (docs/outputs.md)");
   app.add_flag("--json", as_json, "print a summary as JSON");
   app.set_version_flag("--version", std::string("fvvdemux ") + fvv_version());

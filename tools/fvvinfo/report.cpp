@@ -217,9 +217,13 @@ std::string length_text(const fvv_scene &scene, double metres) {
 std::string duration(const Report &report, const fvv_scene &scene) {
   const auto &s = report.summary();
   const double rate = 1 / seconds(scene, scene.frame_duration);
-  return fvv::format("%.3f s, %llu frames at %.6g Hz in %llu groups, ticks of %u/%u s",
-                     seconds(scene, s.end - s.start), (unsigned long long)s.frames, rate,
-                     (unsigned long long)s.groups, scene.time_base.numerator, scene.time_base.denominator);
+  // Of hostile times the difference takes 64 bits without a sign.
+  const double ticks = double(uint64_t(s.end) - uint64_t(s.start));
+  const double length = ticks * scene.time_base.numerator / scene.time_base.denominator;
+  const std::string text = s.groups && s.end <= s.start ? "unknown (cut)" : fvv::format("%.3f s", length);
+  return fvv::format("%s, %llu frames at %.6g Hz in %llu groups, ticks of %u/%u s", text.c_str(),
+                     (unsigned long long)s.frames, rate, (unsigned long long)s.groups,
+                     scene.time_base.numerator, scene.time_base.denominator);
 }
 
 std::string world(const fvv_scene &scene) {

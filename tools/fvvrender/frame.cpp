@@ -108,9 +108,9 @@ environment_part(const scene::EnvironmentPart &source,
 
 class Loader {
 public:
-  Loader(const std::string &path, int64_t number)
+  Loader(const std::string &path, int64_t number, const media::MemoryLimit &limit)
       : file(path), stream(demux::open_stream(file)), place(find(stream.get(), file, number)),
-        where(path + ": frame " + std::to_string(number)) {
+        where(path + ": frame " + std::to_string(number)), memory(limit) {
     fvv_diagnostic diagnostic = {};
     fvv::check(fvv_stream_configuration(stream.get(), place.group, &configuration, &diagnostic), where,
                diagnostic);
@@ -122,8 +122,9 @@ public:
     out.texturing = configuration->texturing;
     load_cameras(out);
     load_mesh(out);
-    for (const demux::VideoViews &track : demux::views_of(*configuration, {}, nullptr))
-      load_track(track, out);
+    const std::vector<demux::VideoViews> tracks = demux::views_of(*configuration, {}, nullptr);
+    for (const demux::VideoViews &track : tracks) demux::decoding_memory(where, {track}, memory);
+    for (const demux::VideoViews &track : tracks) load_track(track, out);
     load_environment(out);
     return out;
   }
@@ -216,11 +217,24 @@ private:
     }
   }
 
+  void check_picture(const std::string &bytes) const {
+    fvv_background_picture picture = {};
+    picture.data = reinterpret_cast<const uint8_t *>(bytes.data());
+    picture.size = bytes.size();
+    if (fvv_background_picture_inspect(&picture, nullptr) != FVV_OK) return; // decoding gives the reason
+    // 8 bits as they are unpacked, and as they are kept.
+    media::check_memory(where + ": decoding a picture of the environment of " +
+                            std::to_string(picture.width) + " x " + std::to_string(picture.height) +
+                            " pixels",
+                        uint64_t(picture.width) * picture.height * 6, memory);
+  }
+
   void load_environment(Frame &out) {
     std::vector<std::string> lost;
     const scene::Environment source =
         demux::unpack_background(stream.get(), place.group, *configuration, lost).environment;
     for (const std::string &why : lost) out.losses.push_back(where + ": no environment: " + why);
+    for (const std::string &picture : source.pictures) check_picture(picture);
     try {
       std::vector<std::shared_ptr<const render::EnvironmentImage>> pictures;
       for (const std::string &one : source.pictures) pictures.push_back(environment_image(one));
@@ -263,6 +277,7 @@ private:
   const demux::Stream stream;
   const Place place;
   const std::string where;
+  const media::MemoryLimit memory;
   const fvv_configuration *configuration = nullptr;
 };
 
@@ -285,8 +300,8 @@ std::string Frame::camera_ids() const {
   return out.empty() ? "none" : out;
 }
 
-Frame load_frame(const std::string &path, int64_t number) {
-  return Loader(path, number).load();
+Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory) {
+  return Loader(path, number, memory).load();
 }
 
 } // namespace fvv::rendering

@@ -4,6 +4,7 @@
 
 #include "fvv/stream.h"
 #include "fvv_media/image.h"
+#include "fvv_media/video.h"
 #include "fvv_render/environment.h"
 #include "fvv_render/rasteriser.h"
 
@@ -48,7 +49,8 @@ struct Frame {
 };
 
 // Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), has no
-// mesh, or its mesh is damaged.
-Frame load_frame(const std::string &path, int64_t number);
+// mesh, or its mesh is damaged, or a picture takes more than memory, which holds for each track and each
+// picture of the environment.
+Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory = {});
 
 } // namespace fvv::rendering

@@ -1,6 +1,7 @@
 // fvvrender: the picture of a frame from anywhere, textured from the cameras that see best: the reference
 // that players are compared with.
 #include "cli/cli.h"
+#include "cli/max_memory.h"
 #include "fvvrender/render.h"
 
 #include <CLI/CLI.hpp>
@@ -34,6 +35,7 @@ int main(int argc, char **argv) {
   rendering::Options options;
   render::ViewOptions &view = options.view;
   options.threads = std::clamp(std::thread::hardware_concurrency(), 1u, 256u);
+  options.memory = {cli::max_memory_default, cli::max_memory_option};
   std::optional<std::string> sources, excluded;
   std::vector<int> background = {0, 0, 0}, unseen = {128, 128, 128};
   bool as_json = false;
@@ -91,6 +93,7 @@ int main(int argc, char **argv) {
   app.add_option("--visibility", options.visibility,
                  "also write which cameras see each point well enough: .exr");
   app.add_option("--mask", options.mask, "also write where the mesh is: .png");
+  cli::add_max_memory(app, options.memory.bytes);
   app.add_flag("--json", as_json, "print what was drawn as JSON");
   app.add_flag("--force", options.force, "replace existing files (docs/outputs.md)");
   app.add_option("--threads", options.threads, "default: one for each processor; the picture is the same")

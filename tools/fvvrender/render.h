@@ -35,6 +35,7 @@ struct Options {
   uint32_t threads = 1;
   bool visible_by_default = true; // view.visibility is not given: bits where the frame has them
   bool environment = true;        // draw the stream's background, if it has one
+  media::MemoryLimit memory;      // of decoding a track or a picture of the environment
 };
 
 // Shares count pixels by their centres.

@@ -206,8 +206,13 @@ Reply plain_reply(const Request &request, unsigned status, const std::string &li
 std::optional<Reply> refuse(const Options &options, const Request &request) {
   // Exactly one: RFC 9112 clause 3.2.
   const size_t hosts = request.count(http::field::host);
-  if (hosts > 1 || (hosts == 0 && request.version() >= 11))
-    return plain_reply(request, 400, "a request has one Host header", false);
+  if (hosts > 1 || (hosts == 0 && request.version() >= 11) ||
+      (hosts == 1 && field(request, http::field::host).empty()))
+    return plain_reply(request, 400, "a request has one Host header, which names a host", false);
+  // Of two, a proxy may judge one and this server the other: RFC 6454 clause 7.3.
+  const size_t origins = request.count(http::field::origin);
+  if (origins > 1 || (origins == 1 && field(request, http::field::origin).empty()))
+    return plain_reply(request, 400, "a request has one Origin header at most, which is not empty", false);
   const std::string_view authority = authority_of(request);
   const std::string_view host = authority.empty() ? field(request, http::field::host) : authority;
   if (!host.empty() && !host_allowed(options, host))

@@ -39,7 +39,8 @@ std::string why_unreadable(const std::string &path) {
     if (!S_ISREG(status.st_mode)) return std::string("is ") + file_kind(status.st_mode);
     if (access(path.c_str(), R_OK) == 0) return "";
   }
-  return errno == ENOENT ? "is missing" : errno == EACCES ? "permission denied" : std::strerror(errno);
+  if (errno == ENOENT || errno == ENOTDIR) return missing_file;
+  return errno == EACCES ? "permission denied" : std::strerror(errno);
 }
 
 int open_to_read(const std::string &path) {

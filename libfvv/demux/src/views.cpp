@@ -111,6 +111,20 @@ fvv_status tile_in_group(fvv_stream *stream, size_t group, const fvv_video_layou
   return status;
 }
 
+uint64_t decoding_memory(const std::string &where, const std::vector<VideoViews> &tracks,
+                         const media::MemoryLimit &limit) {
+  uint64_t bytes = 0;
+  for (const VideoViews &track : tracks) {
+    bytes += media::decoding_memory(track.video->config);
+    media::check_memory(where + ": track " + std::to_string(track.video->track) + ": decoding " +
+                            std::to_string(track.video->config.width) + " x " +
+                            std::to_string(track.video->config.height) + " pixels" +
+                            (&track == tracks.data() ? "" : " and the tracks before it"),
+                        bytes, limit);
+  }
+  return bytes;
+}
+
 const fvv_track *mesh_track_of(const fvv_configuration &configuration, std::vector<std::string> *warnings) {
   const fvv_track *found = nullptr;
   for (size_t i = 0; i < configuration.track_count; i++) {

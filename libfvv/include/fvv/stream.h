@@ -179,9 +179,11 @@ typedef struct fvv_frame_run {
 typedef struct fvv_check_summary {
   uint64_t bytes; /* pushed */
   uint64_t chunks, groups, frames, whole_frames;
-  uint64_t payload_bytes;                /* of chunks of tracks */
-  uint64_t problems;                     /* all, also those that are not kept */
-  int64_t start, end;                    /* ticks: from the first group's start to the last one's end */
+  uint64_t payload_bytes; /* of chunks of tracks */
+  uint64_t problems;      /* all, also those that are not kept */
+  /* Ticks: from the first group's start to the last one's end, or to that of the last frame in a group that
+   * is cut. Equal when no frame is there. */
+  int64_t start, end;
   uint16_t written_major, written_minor; /* format version of the writer; 0.0 when its header is damaged */
   uint64_t configurations;               /* blocks, repetitions counted */
   int has_footer;                        /* the stream has its footer: it is complete */

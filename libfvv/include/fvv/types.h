@@ -100,7 +100,8 @@ typedef struct fvv_rational {
 } fvv_rational;
 
 /* What a reader is willing to hold. Every value is > 0; fvv_limits_default gives the documented values.
- * They bound decoded sizes: allocations also never exceed what the bytes present can justify. */
+ * They bound decoded sizes: allocations also never exceed what the bytes present can justify. Encoders and
+ * fvv_writer refuse what a reader with the defaults would refuse. */
 typedef struct fvv_limits {
   size_t struct_size;
   uint64_t max_payload;      /* bytes of one chunk. 256 MiB: an 8K x 8K half-float EXR fits */

@@ -264,6 +264,27 @@ private:
 
 } // namespace
 
+uint64_t decoding_memory(const fvv_video_config &config) {
+  const uint64_t pixels = uint64_t(config.width) * config.height;
+  // Half floats as they are unpacked and converted, with four channels at most.
+  if (config.codec == FVV_CODEC_OEXR) return pixels * (4 * sizeof(float) + 3 * sizeof(float));
+  const uint64_t sample = config.bit_depth > 8 ? 2 : 1, rgb = pixels * 3 * sizeof(uint16_t);
+  if (config.codec == FVV_CODEC_JPEG) return pixels * 3 + rgb;
+  // Reference pictures and the current one (spec/fvv.md clause 14), in whole blocks, 4:2:0.
+  const bool of_itu = config.codec == FVV_CODEC_AVC1 || config.codec == FVV_CODEC_HVC1;
+  const uint64_t coded = (uint64_t(config.width) + 64) * (uint64_t(config.height) + 64);
+  return (of_itu ? 17 : 10) * (coded * 3 / 2 * sample) + pixels * 3 / 2 * sample + rgb;
+}
+
+void check_memory(const std::string &text, uint64_t bytes, const MemoryLimit &limit) {
+  if (bytes <= limit.bytes) return;
+  const bool small = limit.bytes < 1 << 20;
+  const uint64_t unit = small ? 1 << 10 : 1 << 20;
+  const std::string name = small ? " KiB" : " MiB";
+  throw Error(text + " takes up to " + std::to_string((bytes - 1) / unit + 1) + name + ", " + limit.name +
+              " allows " + std::to_string(limit.bytes / unit) + name);
+}
+
 Decoder::Decoder(const fvv_video_config &config) {
   const VideoCodec *codec = find_video_codec(config.codec);
   if (!codec) refuse_codec(config.codec);

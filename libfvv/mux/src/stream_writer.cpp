@@ -100,13 +100,39 @@ fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
 
 StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here)
     : plan(chosen), sink(out_of_here), writer(nullptr, fvv_writer_destroy) {
-  const fvv_output out = {write, this};
+  check_groups();
+  if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
+  // First to nowhere: when a record is refused, the output has received no byte.
+  open({[](void *, const void *, size_t) { return fvv_status(FVV_OK); }, nullptr});
+  write_configuration();
+  open({write, this});
+  write_configuration();
+}
+
+// What the writer would refuse hours later.
+void StreamWriter::check_groups() const {
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  const auto check_count = [&](uint64_t count, uint32_t most, const std::string &what, const char *way_out) {
+    if (count > most)
+      throw Error(plan.capture.path + ": " + std::to_string(count) + " " + what +
+                      ", readers accept at most " + std::to_string(most) + ": choose " + way_out,
+                  Error::usage);
+  };
+  const uint64_t frames = std::min<uint64_t>(plan.group_size, plan.frame_count());
+  const uint64_t in_a_frame = uint64_t(plan.has_meshes()) + plan.tracks.size() + any_moves(plan.capture) +
+                              plan.visibility.on + (plan.background != nullptr);
+  // Besides GRUP, and a layout for each track.
+  check_count(1 + plan.tracks.size() + frames * in_a_frame, limits.max_group_chunks,
+              "chunks in a group of " + std::to_string(frames) + " frames", "fewer frames in a group");
+  check_count(plan.group_count(), limits.max_groups, "groups", "more frames in a group");
+}
+
+void StreamWriter::open(const fvv_output &output) {
   fvv_writer *created = nullptr;
-  const fvv_status status = fvv_writer_create(&out, nullptr, &created, &diagnostic);
+  const fvv_status status = fvv_writer_create(&output, nullptr, &created, &diagnostic);
   writer.reset(created);
   check(status);
-  if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
-  write_configuration();
 }
 
 void StreamWriter::check(fvv_status status) {
@@ -150,8 +176,9 @@ void StreamWriter::write_configuration() {
     if (track_id(*track) > calibration_track) write_video_track(*track);
   for (const scene::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
+    const std::string name = capture.path + ": camera " + std::to_string(camera.id);
     configure(FVV_CHUNK_CAMERA, 0,
-              record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+              record(name, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
                 return fvv_camera_encode(&camera, out, size, written, d);
               }));
   }

@@ -78,6 +78,8 @@ public:
 
 private:
   static fvv_status write(void *user, const void *bytes, size_t size);
+  void check_groups() const;
+  void open(const fvv_output &output);
   void check(fvv_status status);
   void configure(uint32_t type, uint16_t track, const std::vector<uint8_t> &payload);
   void write_configuration();

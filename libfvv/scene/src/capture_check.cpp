@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 namespace fvv::scene {
@@ -155,6 +156,10 @@ struct Tally {
   }
 };
 
+// After so many faults of a sequence its other files are not looked at: a wrong number of frames must not
+// cost the time of as many files.
+constexpr int64_t most_faults = 100;
+
 class FileCheck {
 public:
   FileCheck(const Capture &description, const PictureProbe &picture_probe, const VideoProbe &of_videos)
@@ -213,22 +218,33 @@ private:
                 const PictureSize *expected, std::optional<int> rotate = {}) {
     Tally missing, empty, unreadable, unlike, turned;
     Gaps gaps(capture.frames.step);
-    const int64_t count = files_of(pattern);
-    for (int64_t i = 0; i < count; i++) {
-      const int64_t frame = capture.frames.number(i);
+    std::set<int64_t> unusable;
+    const auto faults = [&] { return missing.count + empty.count + unreadable.count + unlike.count; };
+    const int64_t all = files_of(pattern);
+    int64_t seen = 0;
+    for (; seen < all && faults() < most_faults; seen++) {
+      const int64_t frame = capture.frames.number(seen);
       const std::string file = pattern.file(frame), path = capture.resolve(file);
-      std::error_code error;
       const std::string why = why_unreadable(path);
-      if (why == "is missing") {
+      std::error_code error;
+      const int64_t before = faults();
+      if (why == missing_file) {
         missing.add(file);
         gaps.add(frame);
       } else if (!why.empty())
         unreadable.add(file + ": " + why);
       else if (fs::file_size(path, error) == 0)
         empty.add(file);
-      else if (expected && probe)
-        check_size(file, path, *expected, rotate, unreadable, unlike, turned);
+      if (faults() > before) unusable.insert(seen);
     }
+    // Pictures are opened when it is known that they are there, which takes much longer.
+    int64_t opened = 0;
+    for (; expected && probe && opened < seen && faults() < most_faults; opened++)
+      if (!unusable.count(opened)) {
+        const std::string file = pattern.file(capture.frames.number(opened));
+        check_size(file, capture.resolve(file), *expected, rotate, unreadable, unlike, turned);
+      }
+    const Share count = {all, seen < all || (faults() >= most_faults && expected && probe && opened < seen)};
     if (missing.count && pattern.is_numbered())
       findings.problems.push_back(counted(subject, kind, count, missing, "missing") + ": " + gaps.text() +
                                   " (first: " + missing.first + ")");
@@ -261,19 +277,25 @@ private:
   }
 
   void background_file(const std::string &file) {
-    const std::string why = why_unreadable(capture.resolve(file));
-    if (!why.empty()) findings.problems.push_back("background: " + file + (why[0] == 'i' ? " " : ": ") + why);
+    if (const std::string why = why_unreadable(capture.resolve(file)); !why.empty())
+      findings.problems.push_back("background: " + file + ": " + why);
   }
 
   // One where all frames share a file, else one for each.
   int64_t files_of(const Pattern &pattern) const { return pattern.is_numbered() ? capture.frames.count : 1; }
 
-  static std::string counted(const std::string &subject, const std::string &kind, int64_t count,
+  // Files of a sequence, and whether the check stopped before the last one.
+  struct Share {
+    int64_t count;
+    bool stopped;
+  };
+
+  static std::string counted(const std::string &subject, const std::string &kind, Share all,
                              const Tally &tally, const std::string &state) {
-    return subject + std::to_string(tally.count) + " of " + std::to_string(count) + " " + kind +
-           (tally.count == 1 ? " is " : " are ") + state;
+    return subject + (all.stopped ? "at least " : "") + std::to_string(tally.count) + " of " +
+           std::to_string(all.count) + " " + kind + (tally.count == 1 ? " is " : " are ") + state;
   }
-  void report(const std::string &subject, const std::string &kind, int64_t count, const Tally &tally,
+  void report(const std::string &subject, const std::string &kind, Share count, const Tally &tally,
               const std::string &state) {
     if (tally.count)
       findings.problems.push_back(counted(subject, kind, count, tally, state) + ", first: " + tally.first);

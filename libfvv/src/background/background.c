@@ -447,14 +447,14 @@ static int fits(const fvv_background *b) {
   return all;
 }
 
-/* The rules, without the limits of a reader. */
+/* The rules, and the limits that every reader has. */
 static fvv_status judge(const fvv_bytes *payload, const fvv_allocator *allocator,
                         fvv_diagnostic *diagnostic) {
   fvv_background again;
-  fvv_limits limits = fvv_limits_or_default(NULL);
-  limits.max_background = limits.max_vertices = limits.max_faces = limits.max_dimension = UINT32_MAX;
-  const fvv_status status =
-      fvv_background_decode(payload->data, payload->size, &limits, allocator, &again, diagnostic);
+  fvv_status status = fvv_readable_check(payload->size, fvv_limits_or_default(NULL).max_payload,
+                                         "bytes of a background", FVV_CHUNK_BACKGROUND, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_background_decode(payload->data, payload->size, NULL, allocator, &again, diagnostic);
   if (status == FVV_OK) fvv_background_free(&again);
   return status;
 }

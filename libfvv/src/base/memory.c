@@ -1,6 +1,8 @@
 /* The caller's allocator and limits, and a growing block of bytes. */
 #include "base/memory.h"
 
+#include "base/diagnostic.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -88,6 +90,14 @@ fvv_limits fvv_limits_or_default(const fvv_limits *limits) {
     result.struct_size = sizeof result;
   }
   return result;
+}
+
+fvv_status fvv_readable_check(uint64_t count, uint64_t most, const char *what, uint32_t chunk_type,
+                              fvv_diagnostic *diagnostic) {
+  if (count <= most) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_LIMIT, chunk_type, 0,
+                  "%llu %s, readers accept at most %llu", (unsigned long long)count, what,
+                  (unsigned long long)most);
 }
 
 const char *fvv_version(void) {

@@ -26,6 +26,11 @@ FVV_MUST_USE fvv_status fvv_bytes_append(fvv_bytes *bytes, const void *source, s
  */
 fvv_limits fvv_limits_or_default(const fvv_limits *limits);
 
+/* For encoders: FVV_ERROR_INPUT with FVV-7001 when readers with default limits would refuse what is encoded.
+ * most: the limit. what: what is counted, as in "bytes of a camera name". */
+FVV_MUST_USE fvv_status fvv_readable_check(uint64_t count, uint64_t most, const char *what,
+                                           uint32_t chunk_type, fvv_diagnostic *diagnostic);
+
 #ifdef __cplusplus
 }
 #endif

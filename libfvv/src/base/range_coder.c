@@ -4,7 +4,7 @@
 
 void fvv_range_decoder_init(fvv_range_decoder *decoder, const uint8_t *data, size_t size) {
   decoder->next = data;
-  decoder->end = data + size;
+  decoder->end = size ? data + size : data; /* NULL + 0 is undefined */
   decoder->range = UINT32_MAX;
   decoder->code = 0;
   decoder->missing = 0;

@@ -222,7 +222,15 @@ fvv_status fvv_camera_encode(const fvv_camera *camera, uint8_t *out, size_t capa
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_CAMERA_PAYLOAD, FVV_CHUNK_CAMERA,
                     FVV_CAMR_NAME_SIZE, "camera name has %zu bytes, more than the record can hold",
                     camera->name_size);
-  const fvv_status status = check_camera(camera, FVV_ERROR_INPUT, diagnostic);
+  const fvv_limits limits = fvv_limits_or_default(NULL);
+  const uint32_t side = camera->width > camera->height ? camera->width : camera->height;
+  fvv_status status = check_camera(camera, FVV_ERROR_INPUT, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_readable_check(camera->name_size, limits.max_text, "bytes of a camera name",
+                                FVV_CHUNK_CAMERA, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_readable_check(side, limits.max_dimension, "pixels to a side of a camera's picture",
+                                FVV_CHUNK_CAMERA, diagnostic);
   if (status != FVV_OK) return status;
   *written = FVV_CAMR_SIZE + camera->name_size;
   if (capacity < *written)

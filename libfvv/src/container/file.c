@@ -193,7 +193,8 @@ static fvv_status join_index(fvv_file *f, const fvv_bytes *index) {
   fvv_bytes joined = {NULL, 0, 0, f->allocator};
   fvv_status status = FVV_OK;
   for (size_t k = 0, g = 0; (k < known_count || g < found_count) && status == FVV_OK;) {
-    const fvv_index_entry *found = (fvv_index_entry *)f->entries.data + g;
+    /* Without groups there is no array, and NULL + 0 is undefined. */
+    const fvv_index_entry *found = found_count ? (fvv_index_entry *)f->entries.data + g : NULL;
     if (g < found_count && (k == known_count || found->group.offset <= known[k].group.offset)) {
       k += k < known_count && found->group.offset == known[k].group.offset;
       status = fvv_bytes_append(&joined, found, sizeof *found);

@@ -226,18 +226,36 @@ void fvv_group_table_begin(fvv_group_table *table, const fvv_chunk_header *group
   table->kinds.size = table->entries.size = 0;
 }
 
-/* Frames repeat the same kinds in the same order, so the row after the last one used is tried first. */
-static fvv_status kind_of(fvv_group_table *table, const fvv_chunk_header *header, uint32_t *kind) {
-  uint8_t row[FVV_GEND_KIND_SIZE] = {0};
+static void put_kind(uint8_t row[FVV_GEND_KIND_SIZE], const fvv_chunk_header *header) {
+  memset(row, 0, FVV_GEND_KIND_SIZE);
   fvv_put_u32(row + FVV_GEND_KIND_TYPE, header->type);
   fvv_put_u16(row + FVV_GEND_KIND_TRACK, header->track);
   row[FVV_GEND_KIND_FLAGS] = header->flags;
+}
+
+/* The number of a row; kind_count: it is not there. Frames repeat the same kinds in the same order, so the
+ * row after the last one used is tried first. */
+static uint32_t find_kind(const fvv_group_table *table, const uint8_t row[FVV_GEND_KIND_SIZE]) {
   for (uint32_t i = 0; i < table->kind_count; i++) {
-    *kind = (table->last_kind + 1 + i) % table->kind_count;
-    if (!memcmp(table->kinds.data + *kind * sizeof row, row, sizeof row)) return FVV_OK;
+    const uint32_t kind = (table->last_kind + 1 + i) % table->kind_count;
+    if (!memcmp(table->kinds.data + kind * FVV_GEND_KIND_SIZE, row, FVV_GEND_KIND_SIZE)) return kind;
   }
+  return table->kind_count;
+}
+
+int fvv_group_table_has_room(const fvv_group_table *table, const fvv_chunk_header *header) {
+  uint8_t row[FVV_GEND_KIND_SIZE];
+  if (table->kind_count < FVV_MAX_GROUP_KINDS) return 1;
+  put_kind(row, header);
+  return find_kind(table, row) < table->kind_count;
+}
+
+static fvv_status kind_of(fvv_group_table *table, const fvv_chunk_header *header, uint32_t *kind) {
+  uint8_t row[FVV_GEND_KIND_SIZE];
+  put_kind(row, header);
+  *kind = find_kind(table, row);
+  if (*kind < table->kind_count) return FVV_OK;
   if (table->kind_count == FVV_MAX_GROUP_KINDS) return FVV_ERROR_LIMIT;
-  *kind = table->kind_count;
   const fvv_status status = fvv_bytes_append(&table->kinds, row, sizeof row);
   if (status == FVV_OK) table->kind_count++;
   return status;

@@ -49,6 +49,8 @@ void fvv_group_table_init(fvv_group_table *table, const fvv_allocator *allocator
 void fvv_group_table_free(fvv_group_table *table);
 /* Starts over with a GRUP chunk. */
 void fvv_group_table_begin(fvv_group_table *table, const fvv_chunk_header *group, uint32_t sequence);
+/* 0: the chunk would be of one kind more than a group may have. */
+int fvv_group_table_has_room(const fvv_group_table *table, const fvv_chunk_header *header);
 /* FVV_ERROR_LIMIT: more kinds than a group may have. */
 FVV_MUST_USE fvv_status fvv_group_table_add(fvv_group_table *table, const fvv_chunk_header *header);
 /* The GEND payload for what was added, replacing what out holds. */

@@ -141,6 +141,9 @@ static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *hea
   if (s->table.chunk_count >= s->limits.max_group_chunks)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header->type, offset,
                     "group has more than %u chunks", s->limits.max_group_chunks);
+  if (!fvv_group_table_has_room(&s->table, header))
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header->type, offset,
+                    "group of more than %d kinds of chunks", FVV_MAX_GROUP_KINDS);
   if (header->time < s->group_start || header->time >= s->group_end)
     BROKEN(CHUNK_TIME, FVV_CHUNK_HEADER_TIME, "time %lld is outside the group's %lld to %lld",
            (long long)header->time, (long long)s->group_start, (long long)s->group_end);

@@ -9,7 +9,8 @@ struct fvv_writer {
   fvv_allocator allocator;
   fvv_output output;
   fvv_sequence sequence;
-  fvv_bytes block; /* the current configuration block, to be repeated */
+  fvv_bytes block;  /* the current configuration block, to be repeated */
+  uint32_t cameras; /* of the block */
   fvv_bytes scratch;
   uint64_t position;
   fvv_status failed; /* the output failed: what it holds is unknown, nothing may follow */
@@ -97,6 +98,23 @@ static fvv_status put_chunk(fvv_writer *w, fvv_chunk_header *header, const void 
   return FVV_OK;
 }
 
+static fvv_status beyond(uint32_t type, uint64_t count, const char *what, uint64_t most,
+                         fvv_diagnostic *diagnostic) {
+  return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, type, 0,
+                  "%llu %s, readers accept at most %llu", (unsigned long long)count, what,
+                  (unsigned long long)most);
+}
+
+/* Limits of a block that the order of chunks does not know (clause 13). */
+static fvv_status check_block(const fvv_writer *w, uint32_t type, size_t size, fvv_diagnostic *diagnostic) {
+  const fvv_limits *limits = &w->sequence.limits;
+  if (type == FVV_CHUNK_CAMERA && w->cameras >= limits->max_cameras)
+    return beyond(type, (uint64_t)w->cameras + 1, "cameras", limits->max_cameras, diagnostic);
+  if (type == FVV_CHUNK_METADATA && size > limits->max_text)
+    return beyond(type, size, "bytes of metadata", limits->max_text, diagnostic);
+  return FVV_OK;
+}
+
 fvv_status fvv_writer_configuration(fvv_writer *writer, uint32_t type, uint16_t track, uint8_t flags,
                                     const void *payload, size_t size, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -107,12 +125,15 @@ fvv_status fvv_writer_configuration(fvv_writer *writer, uint32_t type, uint16_t 
   if (writer->sequence.in_group)
     return fvv_fail(diagnostic, FVV_ERROR_STATE, FVV_ISSUE_GROUP_UNFINISHED, type, 0, "a group is open");
   fvv_chunk_header header = {type, (uint8_t)(flags | fvv_chunk_flags(type)), 0, track, 0, size, 0, 0};
+  fvv_status status = check_block(writer, type, size, diagnostic);
+  if (status < 0) return status;
   const uint64_t extent = fvv_chunk_extent(size);
-  if (type == FVV_CHUNK_SCENE) writer->block.size = 0;
+  if (type == FVV_CHUNK_SCENE) writer->block.size = writer->cameras = 0;
   if (fvv_bytes_reserve(&writer->block, (size_t)extent) < 0)
     return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, type, 0, "out of memory");
-  const fvv_status status = put_chunk(writer, &header, payload, diagnostic);
+  status = put_chunk(writer, &header, payload, diagnostic);
   if (status < 0) return status;
+  writer->cameras += type == FVV_CHUNK_CAMERA;
   uint8_t *copy = writer->block.data + writer->block.size;
   memset(copy, 0, (size_t)extent);
   fvv_header_write(&header, copy);
@@ -138,6 +159,9 @@ fvv_status fvv_writer_repeat_configuration(fvv_writer *writer, fvv_diagnostic *d
 fvv_status fvv_writer_begin_group(fvv_writer *writer, int64_t start, int64_t end,
                                   fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
+  const uint64_t groups = writer->sequence.groups.size / sizeof(fvv_index_entry);
+  if (groups >= writer->sequence.limits.max_groups)
+    return beyond(FVV_CHUNK_GROUP, groups + 1, "groups", writer->sequence.limits.max_groups, diagnostic);
   uint8_t payload[FVV_GRUP_SIZE];
   fvv_put_u32(payload + FVV_GRUP_SEQUENCE, writer->sequence.next_sequence);
   fvv_put_u32(payload + FVV_GRUP_CONFIGURATION_CRC, writer->sequence.configuration_crc);

@@ -236,15 +236,20 @@ static uint64_t fingerprint(const fvv_mesh *mesh) {
   return sum;
 }
 
-/* Decodes what this process has encoded: without a reader's limits, and whatever fails is a bug. */
+static fvv_status check_counts_readable(uint32_t vertices, uint32_t faces, fvv_diagnostic *diagnostic) {
+  const fvv_limits limits = fvv_limits_or_default(NULL);
+  const fvv_status status =
+      fvv_readable_check(vertices, limits.max_vertices, "vertices of a mesh", FVV_CHUNK_MESH, diagnostic);
+  return status != FVV_OK
+             ? status
+             : fvv_readable_check(faces, limits.max_faces, "faces of a mesh", FVV_CHUNK_MESH, diagnostic);
+}
+
+/* Decodes what this process has encoded within a reader's limits: whatever fails is a bug. */
 static fvv_status decode_own(const fvv_bytes *payload, const fvv_allocator *allocator, fvv_mesh *decoded,
                              fvv_diagnostic *diagnostic) {
-  /* What the caller's own reader would refuse is not the encoder's matter: no limits but those of the
-   * numbers. */
-  fvv_limits limits = fvv_limits_or_default(NULL);
-  limits.max_vertices = limits.max_faces = UINT32_MAX;
   fvv_diagnostic why;
-  const fvv_status status = fvv_mesh_decode(payload->data, payload->size, &limits, allocator, decoded, &why);
+  const fvv_status status = fvv_mesh_decode(payload->data, payload->size, NULL, allocator, decoded, &why);
   if (status == FVV_OK || status == FVV_ERROR_MEMORY) return status;
   return fvv_fail(diagnostic, FVV_ERROR_BUG, 0, 0, 0, "what was encoded does not decode: %.150s",
                   why.message);
@@ -279,6 +284,7 @@ static fvv_status encode_draco(const fvv_mesh *mesh, int level, fvv_draco_coding
   if (status == FVV_OK)
     status = fvv_draco_read_counts(payload->data + FVV_MESH_SIZE, payload->size - FVV_MESH_SIZE, &counts,
                                    diagnostic);
+  if (status == FVV_OK) status = check_counts_readable(counts.vertices, counts.faces, diagnostic);
   if (status == FVV_OK) put_counts(payload, counts.vertices, counts.faces);
   return status;
 }
@@ -340,7 +346,8 @@ static fvv_status encode_reporting(const fvv_mesh *mesh, uint8_t profile, int le
     return fvv_fail(diagnostic, FVV_ERROR_INPUT, FVV_ISSUE_MESH_COUNTS, 0, 0,
                     "%lu vertices and %lu faces, a mesh has at least 3 and 1",
                     (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count);
-  const fvv_status status = encode(mesh, profile, level, &memory, payload, coding, diagnostic);
+  fvv_status status = check_counts_readable(mesh->vertex_count, mesh->face_count, diagnostic);
+  if (status == FVV_OK) status = encode(mesh, profile, level, &memory, payload, coding, diagnostic);
   if (status != FVV_OK) payload->size = 0;
   if (status == FVV_ERROR_MEMORY)
     return fvv_fail(diagnostic, status, 0, 0, 0, "no memory to encode a mesh of %lu vertices and %lu faces",

@@ -506,6 +506,12 @@ static void count_chunk(fvv_track_summary *summary, const fvv_chunk_header *head
   if (header->size > summary->largest) summary->largest = header->size;
 }
 
+/* The end of a stream that is cut within a group is that of its last frame. */
+static void reach(fvv_check_summary *summary, int64_t time, int64_t frame_duration) {
+  const int64_t end = time > INT64_MAX - frame_duration ? INT64_MAX : time + frame_duration;
+  if (summary->groups && end > summary->end) summary->end = end;
+}
+
 /* A chunk of a track; begins: it is the first of its frame. */
 static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int begins) {
   const fvv_chunk_header *header = &event->chunk;
@@ -513,6 +519,7 @@ static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int b
   if (begins) {
     c->frame_good = 1;
     c->summary.frames++;
+    reach(&c->summary, header->time, c->configuration ? c->configuration->scene.frame_duration : 0);
   }
   c->summary.payload_bytes += header->size;
   checked_track *track;
@@ -535,7 +542,8 @@ static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_
   c->summary.chunks++;
   if (fvv_chunk_place(event->chunk.type) == FVV_PLACE_FRAME) return take_frame_chunk(c, event, begins_frame);
   if (event->chunk.type == FVV_CHUNK_SCENE) c->summary.configurations++;
-  if (event->chunk.type == FVV_CHUNK_GROUP && !c->summary.groups++) c->summary.start = event->chunk.time;
+  if (event->chunk.type == FVV_CHUNK_GROUP && !c->summary.groups++)
+    c->summary.start = c->summary.end = event->chunk.time;
   if (event->chunk.type == FVV_CHUNK_GROUP_END) c->summary.end = event->chunk.time;
   return FVV_OK;
 }

@@ -204,7 +204,16 @@ fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out,
   *written = 0;
   if (!is_known(config->codec))
     return unknown_codec(config->codec, FVV_ERROR_INPUT, FVV_CHUNK_VIDEO_CONFIG, diagnostic);
-  const fvv_status status = check_config(config, FVV_ERROR_INPUT, diagnostic);
+  const fvv_limits limits = fvv_limits_or_default(NULL);
+  const uint32_t side = config->width > config->height ? config->width : config->height;
+  fvv_status status = check_config(config, FVV_ERROR_INPUT, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_readable_check(side, limits.max_dimension, "pixels to a side of a video frame",
+                                FVV_CHUNK_VIDEO_CONFIG, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_readable_check(FVV_VCFG_SIZE + (uint64_t)config->record_size + config->codec_string_size,
+                                limits.max_payload, "bytes of a video configuration", FVV_CHUNK_VIDEO_CONFIG,
+                                diagnostic);
   if (status != FVV_OK) return status;
   *written = FVV_VCFG_SIZE + config->record_size + config->codec_string_size;
   if (capacity < *written)

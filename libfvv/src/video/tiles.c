@@ -193,7 +193,10 @@ fvv_status fvv_tiles_encode(const fvv_tile *tiles, size_t count, uint8_t *out, s
                             size_t *written, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *written = 0;
-  const fvv_status status = check_tiles(tiles, count, UINT32_MAX, UINT32_MAX, FVV_ERROR_INPUT, diagnostic);
+  fvv_status status = fvv_readable_check(count, fvv_limits_or_default(NULL).max_cameras, "tiles",
+                                         FVV_CHUNK_TILES, diagnostic);
+  if (status == FVV_OK)
+    status = check_tiles(tiles, count, UINT32_MAX, UINT32_MAX, FVV_ERROR_INPUT, diagnostic);
   if (status != FVV_OK) return status;
   *written = FVV_TILE_SIZE + count * FVV_TILE_ENTRY_SIZE;
   if (capacity < *written)

@@ -449,6 +449,14 @@ fvv_status fvv_visibility_encode(fvv_visibility_order *order, const fvv_mesh *me
     if (views[i].camera >= FVV_NO_CAMERA || (i && views[i].camera <= views[i - 1].camera))
       return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_CAMERA, 0, 0,
                       "camera %u is not above the one before, or is 65535", views[i].camera);
-  const fvv_status status = encode_views(order, mesh, header, views, view_count, payload);
+  const fvv_limits limits = fvv_limits_or_default(NULL);
+  fvv_status status =
+      fvv_readable_check(view_count, limits.max_cameras, "cameras", FVV_CHUNK_VISIBILITY, diagnostic);
+  if (status == FVV_OK)
+    status = fvv_readable_check(
+        order->element_count, order->domain == FVV_VISIBILITY_FACES ? limits.max_faces : limits.max_vertices,
+        order->domain == FVV_VISIBILITY_FACES ? "faces" : "vertices", FVV_CHUNK_VISIBILITY, diagnostic);
+  if (status != FVV_OK) return status;
+  status = encode_views(order, mesh, header, views, view_count, payload);
   return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "out of memory for visibility");
 }

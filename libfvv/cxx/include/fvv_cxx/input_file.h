@@ -5,7 +5,9 @@
 
 namespace fvv {
 
-// "is missing", "is a folder", "is a pipe", "permission denied", ...; "" for a regular file that can be
+inline constexpr char missing_file[] = "is missing";
+
+// missing_file, "is a folder", "is a pipe", "permission denied", ...; "" for a regular file that can be
 // opened.
 std::string why_unreadable(const std::string &path);
 

@@ -6,6 +6,7 @@
 #include "fvv/video.h"
 #include "fvv_demux/selection.h"
 #include "fvv_media/image.h"
+#include "fvv_media/video.h"
 
 #include <optional>
 #include <string>
@@ -41,6 +42,11 @@ struct VideoViews {
 // neither an atlas nor a selected camera are left out. warnings name everything else that is left out.
 std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
                                  std::vector<std::string> *warnings);
+
+// The most bytes that decoding these tracks takes, all at once. Error "where: track 2: ..." at the first that
+// exceeds limit.
+uint64_t decoding_memory(const std::string &where, const std::vector<VideoViews> &tracks,
+                         const media::MemoryLimit &limit);
 
 // The first mesh track, NULL: none.
 const fvv_track *mesh_track_of(const fvv_configuration &configuration, std::vector<std::string> *warnings);

@@ -5,6 +5,7 @@
 #include "fvv_scene/text.h"
 #include "scene/src/gltf/uri.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -170,6 +171,20 @@ bool is_harmless(std::string_view name) {
 
 } // namespace
 
+namespace {
+
+// A symbolic link is as good as "..": whoever made the file must not choose what else is read.
+bool is_below(const std::filesystem::path &folder, const std::filesystem::path &path) {
+  std::error_code error;
+  const auto within = std::filesystem::canonical(folder.empty() ? "." : folder, error);
+  if (error) return true; // nothing can be opened there, and the attempt gives the reason
+  const auto found = std::filesystem::weakly_canonical(path, error);
+  return !error &&
+         std::mismatch(within.begin(), within.end(), found.begin(), found.end()).first == within.end();
+}
+
+} // namespace
+
 Container::Container(std::string_view bytes, const std::string &path) : file(path) {
   if (bytes.substr(0, 4) == "glTF") {
     open_glb(bytes);
@@ -318,8 +333,11 @@ std::string Container::load(const JsonValue &uri, uint64_t limit) const {
   }
   const std::optional<std::string> name = relative_file(text);
   if (!name) uri.fail("expected a data: URI or a file below the folder of this one, found " + uri.found());
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path(), path = folder / *name;
+  if (!is_below(folder, path))
+    uri.fail("expected a file below the folder of this one, found a symbolic link out of it: " + uri.found());
   try {
-    return read_file((std::filesystem::path(file).parent_path() / *name).string(), limit);
+    return read_file(path.string(), limit);
   } catch (const Error &error) {
     uri.fail(error.what());
   }

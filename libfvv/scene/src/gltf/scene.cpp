@@ -115,6 +115,8 @@ namespace {
 
 // A node takes three bytes of JSON and hundreds in memory.
 constexpr size_t max_nodes = size_t(1) << 18;
+// Nodes from a root down to a leaf. Skeletons have tens; all of a longer chain would move for every frame.
+constexpr uint32_t max_depth = 1024;
 // Counted once for each node that draws them: an empty target is three bytes for a mesh, and work for every
 // node.
 constexpr uint64_t max_targets = uint64_t(1) << 20;
@@ -204,14 +206,17 @@ private:
       else
         children[parent].push_back(i);
     }
-    std::vector<bool> reached(scene.nodes.size());
+    std::vector<uint32_t> depth(scene.nodes.size()); // 0: not reached
     for (size_t next = 0; next < scene.order.size(); next++) {
-      const uint32_t node = scene.order[next];
-      reached[node] = true;
+      const uint32_t node = scene.order[next], parent = scene.nodes[node].parent;
+      depth[node] = parent == none ? 1 : depth[parent] + 1;
+      if (depth[node] > max_depth)
+        node_json(node).fail("expected at most " + std::to_string(max_depth) +
+                             " nodes one below the other, found more");
       scene.order.insert(scene.order.end(), children[node].begin(), children[node].end());
     }
     for (uint32_t i = 0; i < scene.nodes.size(); i++)
-      if (!reached[i]) node_json(i).fail("expected a tree of nodes, found a cycle");
+      if (!depth[i]) node_json(i).fail("expected a tree of nodes, found a cycle");
   }
 
   // The nodes with meshes below the roots of the default scene.
