@@ -2,7 +2,7 @@
 
 #include "cli/cli.h"
 #include "cli/temporary.h"
-#include "fvv_cxx/file_kind.h"
+#include "fvv_cxx/input_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -301,7 +301,7 @@ OutputFile::OutputFile(const std::string &path, bool may_replace, const Inputs &
     temporary.clear();
     throw;
   }
-  // Whoever could not read the former file cannot read the new one.
+  // The new file has the permissions of the former one.
   if (there && chmod(temporary.c_str(), former.st_mode & 0777) != 0)
     throw Error(path + ": cannot create: " + system_reason());
 }

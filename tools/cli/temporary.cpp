@@ -29,17 +29,22 @@ bool exists(const char *path) {
   return lstat(path, &status) == 0;
 }
 
+// fork() would wait for the locks of malloc, which the interrupted thread may hold. vfork() shares the stack
+// with the child: its caller has no variables that change.
+[[gnu::noinline]] void run_rm(const char *path) {
+  const pid_t child = vfork();
+  if (child == 0) {
+    execl("/bin/rm", "rm", "-rf", "--", path, static_cast<char *>(nullptr));
+    _exit(127);
+  }
+  if (child > 0) waitpid(child, nullptr, 0);
+}
+
 // Other threads may still write into a folder: it takes another round until each has met the missing folder.
 void remove_tree(const char *path) {
   constexpr int rounds = 50;
   for (int i = 0; i < rounds && unlink(path) != 0 && exists(path); i++) {
-    // fork() waits for the locks of malloc, which the interrupted thread may hold.
-    const pid_t child = vfork();
-    if (child == 0) {
-      execl("/bin/rm", "rm", "-rf", "--", path, static_cast<char *>(nullptr));
-      _exit(127);
-    }
-    if (child > 0) waitpid(child, nullptr, 0);
+    run_rm(path);
     if (!exists(path)) return;
     const timespec pause = {0, 10000000};
     nanosleep(&pause, nullptr);

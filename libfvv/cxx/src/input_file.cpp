@@ -1,5 +1,4 @@
 #include "fvv_cxx/input_file.h"
-#include "fvv_cxx/file_kind.h"
 
 #include <cerrno>
 #include <cstring>

@@ -1,6 +1,6 @@
-#include "mux/src/budget.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
+#include "mux/src/choices.h"
 #include "mux/src/summary_terms.h"
 
 #include <algorithm>

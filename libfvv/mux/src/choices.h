@@ -1,9 +1,39 @@
-// What is chosen once for a stream: lattice, normals, winding, visibility.
+// What is chosen once for a stream: the error that geometry may have, with the lattice and the decimation
+// that follow from it (budget.cpp, docs/fvvmux-budget.md); normals, winding, visibility (choices.cpp).
 #pragma once
 
 #include "fvv_mux/plan.h"
 
 namespace fvv::mux {
+
+// By the option; else pixels, or a length where no camera sees the first mesh. Throws Error (usage) where the
+// option's unit has no meaning for the capture.
+ErrorBudget choose_budget(const Options &options, const scene::Capture &capture, const Tiling &tiling);
+
+// By the option, the capture, or the budget. capture as in the plan, tiling of the cameras. delta_frames: how
+// many follow a key frame on average; they take fewest bytes on a lattice finer than the error allowed, for
+// which the key frame pays. tracked: there are some at all.
+LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const Tiling &tiling,
+                             const ErrorBudget &error, bool tracked, double delta_frames);
+
+// Warns when the lattice was given and errs by more than a budget that was given too. Returns whether it did.
+bool warn_of_lattice(const Plan &plan);
+
+// By the options, for a lattice that is chosen. Decimates three frames on trial.
+DecimationChoice choose_decimation(const Options &options, const scene::Capture &capture,
+                                   const Tiling &tiling, const ErrorBudget &error,
+                                   const LatticeChoice &lattice, const NormalChoice &normals);
+
+// What cameras, or the budget, say of a pixel's size in a frame.
+decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tiling, int64_t frame,
+                              bool is_length);
+
+// A multiple of the budget for people: "0.9 px", "6 mm".
+std::string budget_text(const Plan &plan, double times = 1);
+
+// The share of a mesh's area whose faces have no area on the lattice: what rounding takes away.
+double vanished_share(const geometry::Mesh &mesh, const geometry::Lattice &lattice);
+constexpr double most_vanished = 0.01; // more is a loss that is reported
 
 // By the option; for automatic, by how many vertices of the first frame's source lie on hard edges: their own
 // faces have their normal, but all faces around their point, from which players compute it, do not. Fails if

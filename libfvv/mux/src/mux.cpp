@@ -2,7 +2,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_mux/encoder.h"
-#include "mux/src/budget.h"
+#include "mux/src/choices.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"

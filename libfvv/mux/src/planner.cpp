@@ -5,7 +5,6 @@
 #include "fvv_mux/plan.h"
 #include "fvv_scene/text.h"
 #include "mux/src/background.h"
-#include "mux/src/budget.h"
 #include "mux/src/choices.h"
 #include "mux/src/crop.h"
 #include "mux/src/layout.h"

@@ -1,7 +1,6 @@
 #include "fvv_cxx/format.h"
 #include "fvv_scene/capture.h"
 #include "mux/src/background.h"
-#include "mux/src/budget.h"
 #include "mux/src/choices.h"
 #include "mux/src/layout.h"
 #include "mux/src/stream_writer.h"

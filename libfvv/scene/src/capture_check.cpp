@@ -156,8 +156,8 @@ struct Tally {
   }
 };
 
-// After so many faults of a sequence its other files are not looked at: a wrong number of frames must not
-// cost the time of as many files.
+// After this number of faults of a sequence its other files are not looked at: a wrong number of frames must
+// not cost the time of as many files.
 constexpr int64_t most_faults = 100;
 
 class FileCheck {

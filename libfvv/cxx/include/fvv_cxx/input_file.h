@@ -3,7 +3,12 @@
 
 #include "fvv_cxx/error.h"
 
+#include <sys/stat.h>
+
 namespace fvv {
+
+// "a folder", "a pipe", "a socket", "a block device", "a character device", "a file".
+const char *file_kind(mode_t mode);
 
 inline constexpr char missing_file[] = "is missing";
 

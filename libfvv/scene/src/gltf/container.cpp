@@ -173,7 +173,7 @@ bool is_harmless(std::string_view name) {
 
 namespace {
 
-// A symbolic link is as good as "..": whoever made the file must not choose what else is read.
+// A symbolic link is as good as "..": the author of a file must not choose what else is read.
 bool is_below(const std::filesystem::path &folder, const std::filesystem::path &path) {
   std::error_code error;
   const auto within = std::filesystem::canonical(folder.empty() ? "." : folder, error);
