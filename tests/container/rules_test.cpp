@@ -369,7 +369,7 @@ TEST_CASE("a writer refuses what readers with default limits refuse, before it w
   w.refuses([&] {
     return fvv_writer_configuration(w.writer, FVV_CHUNK_METADATA, 0, 0, text.data(), text.size(), &w.d);
   });
-  // A new block counts its cameras anew.
+  // A new block starts its count of cameras at 0.
   w.configure(FVV_CHUNK_SCENE, 0, scene_payload());
   w.configure(FVV_CHUNK_CAMERA, 0, camera);
 
