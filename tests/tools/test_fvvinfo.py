@@ -46,7 +46,7 @@ def test_text(fvvinfo, tiny_files):
     assert lines[1:] == [
         "  Duration    0.040 s, 1 frames at 25 Hz in 1 groups, ticks of 1/25 s",
         "  World       metres, +z is up, lattice step 1 mm from (0, 0, 0)",
-        '  Mesh        track 1 "mesh": 4 vertices, 4 triangles; 1 chunks (1 key), 112 B, 112 B each: 1 raw of 112 B',
+        '  Mesh        track 1 "mesh": 4 vertices, 4 triangles; 1 chunk (1 key), 112 B, 112 B each: 1 raw of 112 B',
         "  Bytes       mesh 19.2 %, container 80.82 %; 584 B a frame",
         "  Index       present, 1 groups",
         "  Integrity   complete; CRCs, structure, meshes and video samples checked",

@@ -306,13 +306,15 @@ std::string track_text(const Report &report, const fvv_track &track) {
     if (found->with_normals != found->chunks)
       out += fvv::format(" in %llu chunks", (unsigned long long)found->with_normals);
   }
-  if (found->layouts) out += fvv::format(", %llu layouts of groups", (unsigned long long)found->layouts);
+  if (found->layouts)
+    out += fvv::format(", %llu layout%s of groups", (unsigned long long)found->layouts,
+                       found->layouts == 1 ? "" : "s");
   if (found->lost_calibrations)
     out += fvv::format(": %llu of %llu times a camera is not calibrated",
                        (unsigned long long)found->lost_calibrations,
                        (unsigned long long)(found->lost_calibrations + found->calibrations));
-  out += fvv::format("; %llu chunks (%llu key), ", (unsigned long long)found->chunks,
-                     (unsigned long long)found->key_chunks);
+  out += fvv::format("; %llu chunk%s (%llu key), ", (unsigned long long)found->chunks,
+                     found->chunks == 1 ? "" : "s", (unsigned long long)found->key_chunks);
   out += bytes(double(found->bytes)) + ", " + bytes(double(found->bytes) / double(found->chunks)) + " each";
   return out + profiles_text(*found);
 }
