@@ -240,6 +240,7 @@ void Output::remove_temporary() {
   if (temporary.empty()) return;
   std::error_code ignored;
   fs::remove_all(temporary, ignored);
+  remove_tree(temporary.c_str());
   forget_temporary(temporary);
   temporary.clear();
 }

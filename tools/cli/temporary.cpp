@@ -40,7 +40,8 @@ bool exists(const char *path) {
   if (child > 0) waitpid(child, nullptr, 0);
 }
 
-// Other threads may still write into a folder: it takes another round until each has met the missing folder.
+} // namespace
+
 void remove_tree(const char *path) {
   constexpr int rounds = 50;
   for (int i = 0; i < rounds && unlink(path) != 0 && exists(path); i++) {
@@ -50,8 +51,6 @@ void remove_tree(const char *path) {
     nanosleep(&pause, nullptr);
   }
 }
-
-} // namespace
 
 std::string temporary_name(const std::string &path) {
   static int counter = 0;

@@ -19,4 +19,8 @@ void forget_temporary(const std::string &path);
 // is not async-signal-safe.
 void remove_temporaries_in_handler();
 
+// Removes a file or a folder with all that is in it, in a handler too. Other threads may still write into the
+// folder, and a handler in another thread may remove it as well: it takes another round until all is gone.
+void remove_tree(const char *path);
+
 } // namespace fvv::cli
