@@ -1,5 +1,6 @@
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
+#include "fvv_geometry/pieces.h"
 #include "mux/src/choices.h"
 #include "mux/src/summary_terms.h"
 
@@ -99,9 +100,8 @@ ErrorBudget choose_budget(const Options &options, const scene::Capture &capture,
   ErrorBudget error;
   if (!capture.meshes) return error;
   const scene::Frames &frames = capture.frames;
-  const bool seen = std::isfinite(
-      sharpest(scene::load_mesh(capture, frames.first), footprint(capture, tiling, frames.first))
-          .metres_per_pixel);
+  error.nearest = sharpest(scene::load_mesh(capture, frames.first), footprint(capture, tiling, frames.first));
+  const bool seen = std::isfinite(error.nearest.metres_per_pixel);
   if (const std::optional<MaxError> &wanted = options.max_error) {
     error.value = wanted->value;
     if (wanted->unit == MaxError::metres && capture.scale_unknown)
@@ -129,8 +129,8 @@ ErrorBudget choose_budget(const Options &options, const scene::Capture &capture,
   return error;
 }
 
-LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const Tiling &tiling,
-                             const ErrorBudget &error, bool tracked, double delta_frames) {
+LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const ErrorBudget &error,
+                             bool tracked, double delta_frames) {
   // A lattice of a fifth of the step costs a key 7 bits a vertex, one of a third 5; each saves a delta frame
   // about 2.
   constexpr double many = 6, some = 1;
@@ -153,7 +153,7 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
   }
   const int64_t first = capture.frames.first;
   const geometry::Mesh mesh = scene::load_mesh(capture, first);
-  const decimate::Sight nearest = sharpest(mesh, footprint(capture, tiling, first));
+  const decimate::Sight &nearest = error.nearest;
   const bool seen = std::isfinite(nearest.metres_per_pixel);
   const double allowed = error.is_length ? error.value : error.value * nearest.metres_per_pixel;
   if (!chosen) {
@@ -237,27 +237,14 @@ std::string budget_text(const Plan &plan, double times) {
 }
 
 double vanished_share(const geometry::Mesh &mesh, const geometry::Lattice &lattice) {
+  geometry::Mesh points = mesh; // as whole numbers, of which areas are exact
+  for (size_t i = 0; i < points.positions.size(); i++)
+    points.positions[i] = std::nearbyint((mesh.positions[i] - lattice.origin[i % 3]) / lattice.step);
   double whole = 0, vanished = 0;
   for (size_t f = 0; f < mesh.face_count(); f++) {
-    double p[3][3], q[3][3];
-    for (size_t c = 0; c < 3; c++)
-      for (size_t k = 0; k < 3; k++) {
-        p[c][k] = mesh.positions[3 * size_t(mesh.faces[3 * f + c]) + k];
-        q[c][k] = std::nearbyint((p[c][k] - lattice.origin[k]) / lattice.step);
-      }
-    const auto area = [](const double corner[3][3]) {
-      double sum = 0;
-      for (size_t k = 0; k < 3; k++) {
-        const size_t i = (k + 1) % 3, j = (k + 2) % 3;
-        const double across = (corner[1][i] - corner[0][i]) * (corner[2][j] - corner[0][j]) -
-                              (corner[1][j] - corner[0][j]) * (corner[2][i] - corner[0][i]);
-        sum += across * across;
-      }
-      return std::sqrt(sum);
-    };
-    const double here = area(p);
-    whole += here;
-    if (!(area(q) > 0)) vanished += here;
+    const double area = decimate::face_area(mesh, f);
+    whole += area;
+    if (!(decimate::face_area(points, f) > 0)) vanished += area;
   }
   return whole > 0 ? vanished / whole : 0;
 }

@@ -10,11 +10,11 @@ namespace fvv::mux {
 // option's unit has no meaning for the capture.
 ErrorBudget choose_budget(const Options &options, const scene::Capture &capture, const Tiling &tiling);
 
-// By the option, the capture, or the budget. capture as in the plan, tiling of the cameras. delta_frames: how
+// By the option, the capture, or the budget. capture as in the plan. delta_frames: how
 // many follow a key frame on average; they take fewest bytes on a lattice finer than the error allowed, for
 // which the key frame pays. tracked: there are some at all.
-LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const Tiling &tiling,
-                             const ErrorBudget &error, bool tracked, double delta_frames);
+LatticeChoice choose_lattice(const Options &options, const scene::Capture &capture, const ErrorBudget &error,
+                             bool tracked, double delta_frames);
 
 // Warns when the lattice was given and errs by more than a budget that was given too. Returns whether it did.
 bool warn_of_lattice(const Plan &plan);

@@ -211,7 +211,7 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
   const double shared = options.delta && plan.has_meshes() ? share_of_runs(plan.capture) : 0;
   plan.tracked = shared > 0;
   plan.error = choose_budget(options, plan.capture, cameras);
-  plan.lattice = choose_lattice(options, plan.capture, cameras, plan.error, plan.tracked,
+  plan.lattice = choose_lattice(options, plan.capture, plan.error, plan.tracked,
                                 std::min(shared / (1 - shared), plan.group_size - 1.0));
   plan.warned = warn_of_lattice(plan) || plan.warned;
   plan.normals = choose_normals(options, plan.capture);

@@ -12,12 +12,6 @@
 
 namespace fvv::mux {
 
-namespace {
-
-// A length for people: millimetres where the scale is known.
-
-} // namespace
-
 void DecimationSums::add(const decimate::Report &report) {
   frames++;
   kept += report.kept;

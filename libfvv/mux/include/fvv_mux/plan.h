@@ -21,7 +21,8 @@ struct ErrorBudget {
   double value =
       default_max_error; // pixels; of a length metres, or units of a capture whose scale is unknown
   bool is_length = false;
-  std::string reason; // of a length
+  std::string reason;      // of a length
+  decimate::Sight nearest; // of the first mesh; infinite where no camera sees it
 };
 
 struct LatticeChoice {
