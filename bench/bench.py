@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, wd2, js, view, player.
+import, calibration, clip, codecs, meshonly, serve, picture, js, view, player.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -20,6 +20,7 @@ import leave_one_out
 import mesh_only
 import player
 import serve
+import viewer_flicker
 import whp235
 from muxing import Muxing
 
@@ -156,7 +157,7 @@ def visibility():
         )
     tracked = moving, "--no-pictures", "--step", "1mm", "--keep-geometry", "--visibility", "weight"
     rows |= {"tracked.": tracked}
-    wd2 = leave_one_out.capture()
+    wd2 = leave_one_out.wd2_capture()
     if wd2:
         real = wd2, "--no-pictures", "--keep-geometry", *leave_one_out.WINDING
         rows["wd2."] = *real, "--visibility", "weight"
@@ -351,6 +352,11 @@ def served():
     return serve.measure(BUILD / "tools/fvvserve/fvvserve", WORK, stream())
 
 
+def picture():
+    """Quality of new viewpoints, and how steady the picture is while the viewer walks."""
+    return {**leave_one_out.measure(), **viewer_flicker.measure()}
+
+
 PARTS = {
     "synth": synth,
     "mux": mux,
@@ -369,7 +375,7 @@ PARTS = {
     "codecs": codecs,
     "meshonly": meshonly,
     "serve": served,
-    "wd2": leave_one_out.measure,
+    "picture": picture,
     "js": js,
     "view": view,
     "player": played,
@@ -386,6 +392,9 @@ def part_of(name):
         "clip36": "clip",
         "wasm": "js",
         "net": "js",
+        "wd2": "picture",
+        "temple": "picture",
+        "generated": "picture",
         "mixed": "meshonly",
         "decimate": "meshonly",
     }.get(part, part)

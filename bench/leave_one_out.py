@@ -1,42 +1,57 @@
 #!/usr/bin/env python3
-"""Draws each camera of wd2_human20 from the others and compares the picture with the real one: the quality of a new viewpoint.
+"""Draws each camera of a capture from the others and compares the picture with the real one: the quality of a new viewpoint.
 
-The pictures are coded at JPEG's quality 100 and the mesh is the visual hull that comes with the capture, so the
-figures measure geometry, calibration, exposure and the method of texturing. Sources are all 19 other cameras, or the 7 whose
-rays to the centre of the mesh are nearest to the target's. PSNR and SSIM (Wang et al. 2004, Gaussian window of 11 x 11
-pixels) are of BT.709 luma, over the pixels that belong to the silhouette and show the mesh; everything else is the same
-grey in both. Surface that no camera shows is drawn grey, and counts. Everything is drawn three times: with visibility by depth maps, by the
-bits of the stream (face bits, fvvmux --visibility face), and by rays, which are exact.
+Captures: wd2_human20 (a person, 20 cameras, the visual hull that comes with it), middlebury_temple (a statue, 47 views, every
+fourth is drawn; a hull of voxels, smoothed), and a generated one (the studio of fvvsynth, a hull). Pictures are coded at JPEG's
+quality 100 and meshes are kept, so the figures measure geometry, calibration, exposure and the method of texturing. Sources are
+all other cameras, or the 8, 4 or 2 whose rays to the middle of the scene are nearest to the target's. PSNR and SSIM (Wang et al.
+2004, Gaussian window of 11 x 11 pixels) are of BT.709 luma, over the pixels that belong to the silhouette and show the mesh;
+everything else is the same grey in both. Surface without colour counts as it is drawn. Every row is drawn with both blends of
+clause 17.5.
 
-    python bench/leave_one_out.py
+    python bench/leave_one_out.py [CAPTURE...]
 
-prints the table; ./run bench wd2 prints its means.
+prints the table; ./run bench picture prints the figures.
 """
 
+import functools
 import json
 import os
 import pathlib
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 from PIL import Image
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "conformance/real"))
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "conformance/real"))
+import middlebury_temple  # noqa: E402
 import wd2_human20  # noqa: E402
 from real_capture import DATA, TOOLS, luma, read_ply  # noqa: E402
 
-WORK = pathlib.Path(__file__).resolve().parent.parent / "build/bench/wd2"
-NEAREST = 7
-WAYS = ("depth", "bits", "rays")
+WORK = ROOT / "build/bench/picture"
+NEAREST = 0, 8, 4, 2  # 0: all
+BLENDS = "viewer", "paper"
 GREY = 128.0
+WINDING = wd2_human20.WINDING
+JPEG = "--codec", "jpeg", "--quality", "100", "--keep-geometry", "--force"
 
 
 def tool(name, *arguments):
+    """Runs a tool and returns its standard output; ends this run with its message when it fails."""
     done = subprocess.run([TOOLS / name / name, *map(str, arguments)], capture_output=True, text=True)
     if done.returncode != 0:
-        sys.exit(f"leave_one_out: {name} returned {done.returncode}: {done.stderr.strip()}")
+        sys.exit(f"picture: {name} failed ({done.returncode}): {done.stderr.strip()}")
     return done.stdout
+
+
+class View(NamedTuple):
+    picture: pathlib.Path
+    silhouette: pathlib.Path
+    transform: np.ndarray  # [R|t], world to camera
 
 
 def blurred(picture):
@@ -59,101 +74,148 @@ def ssim(a, b, mask):
     return index[mask[5:-5, 5:-5]].mean()
 
 
-def nearest(cameras, target, middle):
-    """Identifiers of the cameras whose direction to the centre of the mesh is nearest to the target's."""
-
-    def direction(camera):
-        rotation, translation = camera["Rt"][:, :3], camera["Rt"][:, 3]
-        ray = -rotation.T @ translation - middle
-        return ray / np.linalg.norm(ray)
-
-    others = [c for c in cameras if c is not target]
-    others.sort(key=lambda c: -(direction(c) @ direction(target)))
-    return sorted(c["id"] for c in others[:NEAREST])
-
-
-def compare(root, camera, stream, sources, way):
-    """One cell: PSNR, SSIM, the part of the silhouette that the mesh covers, the part of the mesh that no camera shows."""
-    out, mask_file = WORK / f"{camera['id']}-{len(sources) or 'all'}-{way}.png", WORK / "mask.png"
-    chosen = ["--sources", ",".join(map(str, sources))] if sources else []
-    drawn = json.loads(
-        tool("fvvrender", stream, "-o", out, "--camera", camera["id"], "--leave-one-out", "--mask", mask_file,
-             "--json", "--force", "--visible-by", way, *chosen)
-    )  # fmt: skip
-    silhouette = root / f"wd_segmented/WD2_{camera['id']}_00020_segmented.png"
-    silhouette = np.asarray(Image.open(silhouette).convert("L")) > 128
-    mask = silhouette & (np.asarray(Image.open(mask_file)) > 128)
-    pictures = [
-        np.where(mask, luma(path), GREY) for path in (root / f"wd_data/WD2_{camera['id']}_00020.png", out)
-    ]
-    error = ((pictures[0] - pictures[1])[mask] ** 2).mean()
-    psnr = 10 * np.log10(255**2 / error)
-    return psnr, ssim(*pictures, mask), mask.sum() / silhouette.sum(), drawn["share_by_cameras"][0]
+def smoothed(positions, faces, rounds=6):
+    """The mesh without the steps of its voxels: each vertex moves to the mean of its neighbours, then a little back (Taubin)."""
+    pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    count = np.bincount(pairs[:, 0], minlength=len(positions))[:, None]
+    for weight in (0.5, -0.53) * rounds:
+        total = np.zeros_like(positions)
+        np.add.at(total, pairs[:, 0], positions[pairs[:, 1]])
+        positions = positions + weight * (total / count - positions)
+    return positions
 
 
-def cells_of(row):
-    return "".join(f"{cell[0]:8.2f}" for cell in row) + "".join(f"{cell[1]:8.4f}" for cell in row)
-
-
-def figures(means):
-    """Figures by bits, as fvvrender draws by default, and the difference to the other ways."""
-    out = {}
-    for name, rows in means.items():
-        by = dict(zip(WAYS, rows))
-        out |= {
-            f"wd2.{name}_{what}": by["bits"][i]
-            for i, what in ((0, "psnr_db"), (1, "ssim"), (3, "unseen_share"))
-        }
-        for way in "depth", "rays":
-            out |= {f"wd2.{name}_by_{way}_{what}": by[way][i] for i, what in ((0, "psnr_db"), (1, "ssim"))}
-        gain, similar = by["bits"][0] - by["depth"][0], by["bits"][1] - by["depth"][1]
-        # A smaller difference does not show in a figure of two decimals.
-        verdict = "no worse" if gain > -0.005 and similar > -0.0005 else "WORSE"
-        print(f"{name}: bits are {verdict} than depth maps: {gain:+.3f} dB, SSIM {similar:+.4f}")
-    return out
-
-
-WINDING = wd2_human20.WINDING
-
-
-def capture():
-    """The path of the capture, or None without the data."""
+def wd2_capture():
+    """The capture's path, or None without the data."""
     root = DATA / "wd2_human20"
     if not root.exists():
-        print(f"wd2: skipped: no wd2_human20 under FVV_DATA={os.path.relpath(DATA)}")
+        print(f"picture: skipped: no wd2_human20 under FVV_DATA={os.path.relpath(DATA)}")
         return None
-    return wd2_human20.describe(root, WORK)
+    return wd2_human20.describe(root, WORK / "wd2")
 
 
-def measure():
-    """Prints the table and returns the figures for bench.py; none without the data."""
-    source = capture()
-    if not source:
-        return {}
+def wd2():
+    capture = wd2_capture()
+    if not capture:
+        return None
     root = DATA / "wd2_human20"
-    cameras = wd2_human20.cameras(root / wd2_human20.CALIBRATION)
-    middle = read_ply(root / wd2_human20.MESH)[0].mean(0)
-    stream = WORK / "wd2.fvv"
-    tool("fvvmux", source, "-o", stream, "--codec", "jpeg", "--quality", "100", "--keep-geometry",
-         "--visibility", "face", *WINDING, "--force")  # fmt: skip
-    rows = {name: [] for name in ("leave_one_out", f"nearest_{NEAREST}")}
-    titles = "from all others", f"from the nearest {NEAREST}"
-    print(f"{'':8}" + "".join(f"{title:>48}" for title in titles))
-    ways = "".join(f"{way:>8}" for way in WAYS)
-    print(f"{'':8}" + f"{'PSNR dB':>24}{'SSIM':>24}" * 2)
-    print(f"{'camera':8}{ways * 4}{'covered %':>12}")
-    for camera in cameras:
-        cells = ""
-        for name, sources in zip(rows, ([], nearest(cameras, camera, middle))):
-            row = [compare(root, camera, stream, sources, way) for way in WAYS]
-            rows[name].append(row)
-            cells += cells_of(row)
-        print(f"{camera['id']:<8}{cells}{100 * row[0][2]:12.2f}", flush=True)
-    means = {name: np.mean(row, 0) for name, row in rows.items()}
-    print(f"{'mean':8}" + "".join(cells_of(mean) for mean in means.values()))
-    return figures(means)
+    views = {
+        c["id"]: View(
+            root / f"wd_data/WD2_{c['id']}_00020.png",
+            root / f"wd_segmented/WD2_{c['id']}_00020_segmented.png",
+            c["Rt"],
+        )
+        for c in wd2_human20.cameras(root / wd2_human20.CALIBRATION)
+    }
+    tool("fvvmux", capture, "-o", WORK / "wd2.fvv", *JPEG, *WINDING)
+    return views, list(views)
+
+
+def temple():
+    root = DATA / middlebury_temple.SOURCE
+    if not root.exists():
+        print(f"picture: skipped: no middlebury_temple under FVV_DATA={os.path.relpath(DATA)}")
+        return None
+    folder = WORK / "temple"
+    capture = middlebury_temple.describe(root, folder)
+    mesh = folder / middlebury_temple.MESH
+    positions, faces = read_ply(mesh)
+    middlebury_temple.write_ply(mesh, smoothed(positions, faces), faces)
+    views = {
+        i: View(root / name, folder / f"mask_{name}", transform)
+        for i, (name, _, transform) in enumerate(middlebury_temple.views(root / middlebury_temple.PARAMETERS))
+    }
+    tool("fvvmux", capture, "-o", WORK / "temple.fvv", *JPEG)
+    return views, list(views)[::4]
+
+
+def generated():
+    folder = WORK / "generated"
+    tool("fvvsynth", "-o", folder, "--frames", 1, "--meshes", "hull", "--force")
+    views = {}
+    for camera in json.loads((folder / "capture.json").read_text())["cameras"]:
+        if camera.get("texture", True):
+            transform = np.column_stack([np.reshape(camera["rotation"], (3, 3)), camera["translation"]])
+            views[camera["id"]] = View(
+                folder / (camera["pictures"] % 0), folder / (camera["masks"] % 0), transform
+            )
+    tool("fvvmux", folder, "-o", WORK / "generated.fvv", *JPEG)
+    return views, list(views)
+
+
+CAPTURES = {"wd2": wd2, "temple": temple, "generated": generated}
+
+
+def nearest(views, target, count):
+    """Identifiers of the cameras whose direction from the middle of the scene, to which all axes are near, is nearest."""
+    axes = [(-v.transform[:, :3].T @ v.transform[:, 3], v.transform[2, :3]) for v in views.values()]
+    across = [np.eye(3) - np.outer(axis, axis) for _, axis in axes]
+    middle = np.linalg.solve(sum(across), sum(p @ centre for p, (centre, _) in zip(across, axes)))
+
+    def direction(view):
+        ray = -view.transform[:, :3].T @ view.transform[:, 3] - middle
+        return ray / np.linalg.norm(ray)
+
+    others = [i for i in views if i != target]
+    others.sort(key=lambda i: -(direction(views[i]) @ direction(views[target])))
+    return sorted(others[:count])
+
+
+def compare(name, views, count, blend, target):
+    """One cell: PSNR, SSIM, and the percentage of the mesh's pixels that no camera shows."""
+    out, mask_file = (WORK / f"{name}-{target}{end}.png" for end in ("", "-mask"))
+    chosen = ["--sources", ",".join(map(str, nearest(views, target, count)))] if count else []
+    drawn = json.loads(
+        tool("fvvrender", WORK / f"{name}.fvv", "-o", out, "--camera", target, "--leave-one-out", "--mask", mask_file,
+             "--json", "--force", "--blend", blend, *chosen)
+    )  # fmt: skip
+    silhouette = np.asarray(Image.open(views[target].silhouette).convert("L")) > 128
+    mask = silhouette & (np.asarray(Image.open(mask_file)) > 128)
+    pictures = [np.where(mask, luma(path), GREY) for path in (views[target].picture, out)]
+    error = ((pictures[0] - pictures[1])[mask] ** 2).mean()
+    return 10 * np.log10(255**2 / error), ssim(*pictures, mask), 100 * drawn["share_by_cameras"][0]
+
+
+def table(name, views, targets):
+    """Prints the rows of a capture; returns {(sources, blend): means}."""
+    means = {}
+    with ThreadPoolExecutor(2) as pool:
+        for count in NEAREST:
+            for blend in BLENDS:
+                draw = functools.partial(compare, name, views, count, blend)
+                cells = list(pool.map(draw, targets))
+                means[count, blend] = np.mean(cells, 0)
+            cells = "".join("{:9.2f}{:8.4f}{:8.2f}".format(*means[count, blend]) for blend in BLENDS)
+            print(
+                f"{name:10}{f'nearest {count}' if count else f'all {len(views) - 1}':>12}{cells}", flush=True
+            )
+    return means
+
+
+def measure(names=CAPTURES):
+    """Prints the table and returns the figures for bench.py; of captures whose data are there."""
+    WORK.mkdir(parents=True, exist_ok=True)
+    print(f"{'':22}" + "".join(f"{blend + ':':>9}{'SSIM':>8}{'unseen':>8}" for blend in BLENDS))
+    print(f"{'capture':10}{'sources':>12}" + f"{'PSNR dB':>9}{'':8}{'%':>8}" * 2)
+    figures = {}
+    for name in names:
+        made = CAPTURES[name]()
+        if not made:
+            continue
+        means = table(name, *made)
+        figures[f"{name}.leave_one_out_psnr_db"], figures[f"{name}.leave_one_out_ssim"], unseen = means[
+            0, "viewer"
+        ]
+        figures[f"{name}.nearest2_psnr_db"] = means[2, "viewer"][0]
+        figures["picture.unseen_percent"] = max(unseen, figures.get("picture.unseen_percent", 0))
+        loss = means[2, "viewer"][0] - means[0, "viewer"][0]
+        print(
+            f"{name}: all others are {'WORSE' if loss > 0.1 else 'no worse'} than the nearest two: {-loss:+.2f} dB"
+        )
+    return figures
 
 
 if __name__ == "__main__":
-    for figure, value in measure().items():
+    for figure, value in measure(sys.argv[1:] or CAPTURES).items():
         print(f"{figure:32} {value:12.4f}")

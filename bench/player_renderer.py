@@ -94,7 +94,7 @@ def pose2sim():
 
 def real():
     streams = []
-    source = leave_one_out.capture()
+    source = leave_one_out.wd2_capture()
     if source:
         streams.append(mux(source, "wd2", "--visibility", "face", *leave_one_out.WINDING))
     if (DATA / "pose2sim_4cam").exists():

@@ -8,20 +8,22 @@ from .container import chunks, demand
 
 
 class Texturing(NamedTuple):
-    threshold: float = 0.25
+    threshold: float = 0.05
     depth_bias: float = 0.2
     depth_slope: float = 0.5
     best: int = 3
     unseen: tuple = (128, 128, 128)
+    blend: int = 0
 
 
 def decode(payload):
     demand(len(payload) == 32, 6101, "size")
-    threshold, bias, slope, best, *unseen = struct.unpack_from("<3d4B", payload)
-    demand(payload[28:] == bytes(4), 6101, "reserved bytes")
+    threshold, bias, slope, best, *unseen, blend = struct.unpack_from("<3d5B", payload)
+    demand(payload[29:] == bytes(3), 6101, "reserved bytes")
     demand(0 <= threshold <= 1 and best > 0, 6102, "threshold, or number of cameras")
+    demand(blend < 2, 6102, "blend")
     demand(all(math.isfinite(x) and x >= 0 for x in (bias, slope)), 6102, "bias or slope")
-    return Texturing(threshold, bias, slope, best, tuple(unseen))
+    return Texturing(threshold, bias, slope, best, tuple(unseen), blend)
 
 
 def groups(stream):
@@ -37,16 +39,42 @@ def groups(stream):
             yield explicit or Texturing()
 
 
-def weights(constants, cosines):
-    """The weight of each camera's colour at a place, by the cosines of those that show it. None: the place is unseen."""
-    kept = sorted((c for c in cosines.items() if c[1] >= constants.threshold), key=lambda c: -c[1])
-    kept = kept[: constants.best]
-    total = sum(cosine for _, cosine in kept)
-    return {camera: cosine / total for camera, cosine in kept} if total > 0 else None
+class Sight(NamedTuple):
+    """How a camera stands to a place that it shows: the cosines of the angles between the direction to it and the normal, and
+    the viewer; its visibility weight there, 0 to 255; and the pixels of its tile to the nearest border of the tile."""
+
+    facing: float
+    direction: float = 1.0
+    seen: float = 255.0
+    border: float = math.inf
+
+
+def weight_of(constants, sight):
+    """The weight of one camera, before the best are chosen."""
+    if sight.border < 0.5 or sight.seen < 127.5:
+        return 0.0
+    if constants.blend == 1:
+        return sight.facing if sight.facing >= constants.threshold else 0.0
+    if sight.facing <= constants.threshold:
+        return 0.0
+    facing = (sight.facing - constants.threshold) / (1 - constants.threshold)
+    seen = (sight.seen - 127.5) / 127.5
+    border = min(1.0, (sight.border - 0.5) / 8)
+    return facing * seen * border / (1.01 - sight.direction) ** 2
+
+
+def weights(constants, sights):
+    """The weight of each camera's colour at a place, by the Sight of those that show it. None: the place is unseen."""
+    all_of_them = {camera: weight_of(constants, sight) for camera, sight in sights.items()}
+    order = sorted((w for w in all_of_them.items() if w[1] > 0), key=lambda w: -w[1])
+    kept, others = order[: constants.best], order[constants.best :]
+    less = others[0][1] * 1023 / 1024 if others and constants.blend == 0 else 0.0
+    total = sum(weight - less for _, weight in kept)
+    return {camera: (weight - less) / total for camera, weight in kept} if kept else None
 
 
 def listing(stream):
-    """A line for each group: its number, threshold, bias, slope, best, unseen."""
+    """A line for each group: its number, threshold, bias, slope, best, unseen, blend."""
     for number, c in enumerate(groups(stream)):
-        numbers = [c.threshold, c.depth_bias, c.depth_slope, c.best, *c.unseen]
+        numbers = [c.threshold, c.depth_bias, c.depth_slope, c.best, *c.unseen, c.blend]
         yield " ".join([str(number), *(format(x, "g") for x in numbers)])

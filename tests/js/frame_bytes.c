@@ -34,8 +34,12 @@ static void put_mesh(const fvv_mesh *mesh, unsigned track, const fvv_scene *scen
 }
 
 static void put_texturing(const fvv_texturing *t) {
-  const double numbers[5] = {t->threshold, t->depth_bias, t->depth_slope, t->best,
-                             65536.0 * t->unseen[0] + 256.0 * t->unseen[1] + t->unseen[2]};
+  const double numbers[5] = {t->threshold,
+                             t->depth_bias,
+                             t->depth_slope,
+                             t->best,
+                             65536.0 * t->unseen[0] + 256.0 * t->unseen[1] + t->unseen[2],
+                             t->blend};
   put("texturing", 0, numbers, sizeof numbers);
 }
 

@@ -80,14 +80,17 @@ TEST_CASE("a view of a textured plane is the computed one") {
   }
 }
 
-TEST_CASE("weights are cosines over their sum, of the best three above the threshold") {
+TEST_CASE("weights of the paper are cosines over their sum, of the best three above the threshold") {
   Shape shape;
   shape.square(1, 0);
   const std::vector<double> cosines = {0.3, 0.9, 0.2499, 0.5, 0.2501, 0.7};
   Sources sources;
   for (size_t i = 0; i < cosines.size(); i++)
     sources.plain(looking(at_angle(cosines[i], double(i)), {}, 64, 64, 60), {0.1 * double(i), 0.2, 1});
-  const ViewPicture picture = render(shape, sources, spot({}));
+  ViewOptions paper;
+  paper.blend = Blend::paper;
+  paper.threshold = 0.25;
+  const ViewPicture picture = render(shape, sources, spot({}), paper);
   REQUIRE(used(picture) == std::vector<uint32_t>{1, 5, 3});
   double sum = 0;
   for (const Contribution &c : picture.contributions) {
@@ -98,7 +101,7 @@ TEST_CASE("weights are cosines over their sum, of the best three above the thres
   const Vec3 expected = {(0.1 * 0.9 + 0.5 * 0.7 + 0.3 * 0.5) / 2.1, 0.2, 1};
   REQUIRE(farthest(colour_of(picture, 0), expected) < 1e-4);
 
-  ViewOptions more;
+  ViewOptions more = paper;
   more.best = 8;
   REQUIRE(used(render(shape, sources, spot({}), more)) == std::vector<uint32_t>{1, 5, 3, 0, 4});
   more.threshold = 0.2498;
@@ -106,6 +109,89 @@ TEST_CASE("weights are cosines over their sum, of the best three above the thres
   more.best = 1;
   REQUIRE(used(render(shape, sources, spot({}), more)) == std::vector<uint32_t>{1});
   REQUIRE(used(render(shape, sources, spot({}), more, 1)) == std::vector<uint32_t>{5});
+}
+
+TEST_CASE("weights by the viewer's direction are those of clause 17.5") {
+  Shape shape;
+  shape.square(1, 0);
+  const std::vector<double> cosines = {0.3, 0.9, 0.04, 0.5, 0.7};
+  Sources sources;
+  for (size_t i = 0; i < cosines.size(); i++)
+    sources.plain(looking(at_angle(cosines[i], double(i)), {}, 64, 64, 60), {0.1 * double(i), 0.2, 1});
+  ViewOptions options;
+  options.best = 2;
+  const fvv_camera target = spot({});
+  const ViewPicture picture = render(shape, sources, target, options);
+  double centre[3];
+  fvv_camera_centre(&target, centre);
+  std::vector<std::pair<double, uint32_t>> expected;
+  for (uint32_t i = 0; i < cosines.size(); i++) {
+    const double apart = 1.01 - dot(normalised(at_angle(cosines[i], double(i))),
+                                    normalised({centre[0], centre[1], centre[2]}));
+    if (cosines[i] > 0.05) expected.emplace_back((cosines[i] - 0.05) / 0.95 / (apart * apart), i);
+  }
+  std::sort(expected.rbegin(), expected.rend());
+  const double next = expected[2].first * 1023 / 1024, sum = expected[0].first + expected[1].first - 2 * next;
+  REQUIRE(used(picture) == std::vector<uint32_t>{expected[0].second, expected[1].second});
+  for (size_t k = 0; k < 2; k++)
+    REQUIRE(std::abs(double(picture.contributions[k].weight) - (expected[k].first - next) / sum) < 1e-6);
+}
+
+// Six cameras around a square whose visibility weights fall from 255 to 0, each at another corner.
+TEST_CASE("colours change without jumps as the viewer moves, and over the surface") {
+  Shape shape;
+  shape.square(1, 0);
+  Sources sources;
+  std::vector<std::vector<uint8_t>> seen;
+  for (size_t i = 0; i < 6; i++) {
+    sources.plain(looking(at_angle(0.3 + 0.1 * double(i), double(i)), {}, 64, 64, 60),
+                  {double(i & 1), double(i >> 1 & 1), double(i >> 2 & 1)});
+    seen.push_back({255, 255, 255, 255});
+    seen.back()[i % 4] = 0;
+  }
+  for (size_t i = 0; i < 6; i++) sources.views[i].visible_vertices = seen[i].data();
+  ViewOptions options;
+  options.visibility = Visibility::given;
+  const auto largest_step = [&](Blend blend, const auto &target_at) {
+    options.blend = blend;
+    options.threshold = blend == Blend::paper ? 0.25 : 0.05;
+    double largest = 0;
+    std::optional<Vec3> former;
+    for (int i = 0; i < 2000; i++) {
+      const Vec3 colour = colour_of(render(shape, sources, target_at(i / 2000.0), options), 0);
+      if (former) largest = std::max(largest, farthest(colour, *former));
+      former = colour;
+    }
+    return largest;
+  };
+  const auto around = [](double t) {
+    return looking({3 * std::cos(6 * t), 3 * std::sin(6 * t), -1.5}, {0.2, 0.1, 0}, 1, 1, 9);
+  };
+  const auto across = [](double t) {
+    return looking({1.7 * t - 0.85, 0.9 * t - 0.5, -2}, {1.7 * t - 0.85, 0.9 * t - 0.5, 0}, 1, 1, 9);
+  };
+  REQUIRE(largest_step(Blend::viewer, around) < 0.02);
+  REQUIRE(largest_step(Blend::viewer, across) < 0.02);
+  // The cameras of the paper do not depend on the viewer, and drop out at once.
+  REQUIRE(largest_step(Blend::paper, around) == 0);
+  REQUIRE(largest_step(Blend::paper, across) > 0.2);
+}
+
+TEST_CASE("a camera loses its weight towards the border of its picture") {
+  Shape shape;
+  shape.square(4, 0);
+  Sources sources;
+  sources.plain(looking({0, 0, -4}, {}, 64, 64, 64), {1, 0, 0}); // 16 pixels a metre
+  sources.plain(looking({0, 0, -4.5}, {}, 640, 640, 64), {0, 1, 0});
+  double former = 0;
+  for (const double x : {1.95, 1.8, 1.6, 1.4}) {
+    const ViewPicture picture = render(shape, sources, looking({x, 0, -4}, {x, 0, 0}, 1, 1, 9));
+    const double red = colour_of(picture, 0).x;
+    REQUIRE(red > former);
+    former = red;
+  }
+  REQUIRE(former > 0.4);
+  REQUIRE(colour_of(render(shape, sources, looking({1.98, 0, -4}, {1.98, 0, 0}, 1, 1, 9)), 0).x == 0);
 }
 
 TEST_CASE("at equal weight the camera that was named first is taken") {
@@ -187,6 +273,8 @@ TEST_CASE("cameras behind, beside, and on the near plane of a surface") {
   const auto visibility = GENERATE(Visibility::depth_map, Visibility::rays);
   ViewOptions options;
   options.visibility = visibility;
+  options.blend = Blend::paper;
+  options.threshold = 0.25;
   options.best = 8;
   Sources sources;
   sources.plain(looking({0, 0, 3}, {}, 64, 64, 60), {});               // 0: sees the back

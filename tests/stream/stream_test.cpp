@@ -276,7 +276,7 @@ TEST_CASE("every allocation of a stream may fail") {
 
 namespace {
 
-constexpr fvv_texturing wanted = {0.125, 0.4, 1.5, 5, {10, 20, 255}};
+constexpr fvv_texturing wanted = {0.125, 0.4, 1.5, 5, {10, 20, 255}, FVV_BLEND_PAPER};
 
 Chunk texturing_chunk() {
   return {FVV_CHUNK_TEXTURING, 0, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
@@ -321,12 +321,13 @@ TEST_CASE("texturing has the values of the block, and the defaults without") {
     REQUIRE(fvv_stream_configuration(opened.stream, 0, &c, nullptr) == FVV_OK);
     CHECK(bool(c->has_texturing) == sent);
     const fvv_texturing &t = c->texturing;
-    CHECK(t.threshold == (sent ? 0.125 : 0.25));
+    CHECK(t.threshold == (sent ? 0.125 : 0.05));
     CHECK(t.depth_bias == (sent ? 0.4 : 0.2));
     CHECK(t.depth_slope == (sent ? 1.5 : 0.5));
     CHECK(t.best == (sent ? 5 : 3));
     CHECK(t.unseen[0] == (sent ? 10 : 128));
     CHECK(t.unseen[2] == (sent ? 255 : 128));
+    CHECK(t.blend == (sent ? FVV_BLEND_PAPER : FVV_BLEND_VIEWER));
   }
 }
 
@@ -355,7 +356,11 @@ TEST_CASE("6101, 6102: texturing out of range, of another size, or twice") {
   Bytes bad = good;
   bad[24] = 0;
   CHECK(problem_of(bad).issue == FVV_ISSUE_TEXTURING_RANGE);
-  for (size_t at = 28; at < 32; at++) {
+  bad = good;
+  bad[28] = 2;
+  CHECK(problem_of(bad).issue == FVV_ISSUE_TEXTURING_RANGE);
+  CHECK(problem_of(bad).offset == 28);
+  for (size_t at = 29; at < 32; at++) {
     bad = good;
     bad[at] = 1;
     CHECK(problem_of(bad).issue == FVV_ISSUE_TEXTURING_PAYLOAD);
@@ -394,7 +399,7 @@ TEST_CASE("libfvv reads of the vectors what the plain reader of the specificatio
       const fvv_texturing &t = c->texturing;
       ours << g << ' ' << t.threshold << ' ' << t.depth_bias << ' ' << t.depth_slope << ' ' << int(t.best);
       for (const uint8_t channel : t.unseen) ours << ' ' << int(channel);
-      ours << '\n';
+      ours << ' ' << int(t.blend) << '\n';
     }
     CHECK(ours.str() == std::string(text.begin(), text.end()));
   }

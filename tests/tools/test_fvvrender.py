@@ -270,7 +270,7 @@ def files(tmp_path_factory):
     options = ["--codec", "jpeg", "--quality", 85, "--max-error", 0.5]
     run("fvvmux", folder / "capture", "-o", out[0], *options)
     explicit = ["--texture-threshold", 0.75, "--texture-best", 1, "--texture-unseen", "255,0,64",
-            "--texture-depth-bias", 0, "--texture-depth-slope", 1.25]  # fmt: skip
+            "--texture-depth-bias", 0, "--texture-depth-slope", 1.25, "--texture-blend", "paper"]  # fmt: skip
     run("fvvmux", folder / "capture", "-o", out[1], *options, *explicit)
     return out
 
@@ -279,13 +279,14 @@ def test_fvvinfo_reports_the_constants(files):
     plain, explicit = (figures("fvvinfo", path)["files"][0] for path in files)
     assert "texturing" not in plain
     assert explicit["texturing"] == {
-        "threshold": 0.75, "best": 1, "unseen": [255, 0, 64], "depth_bias": 0, "depth_slope": 1.25
+        "threshold": 0.75, "best": 1, "unseen": [255, 0, 64], "blend": "paper", "depth_bias": 0,
+        "depth_slope": 1.25
     }  # fmt: skip
-    assert "weights from 0.75, 1 cameras at most, 255,0,64" in run("fvvinfo", files[1]).stdout
+    assert "by the normal (paper), cosines from 0.75, 1 cameras at most, 255,0,64" in run("fvvinfo", files[1]).stdout
 
 
 def test_fvvrender_uses_the_constants_of_the_file(files, tmp_path):
-    options = "--threshold", 0.75, "--best", 1, "--unseen", "255,0,64", "--visible-by", "rays"
+    options = "--blend", "paper", "--threshold", 0.75, "--best", 1, "--unseen", "255,0,64", "--visible-by", "rays"
     pictures = []
     for number, arguments in enumerate([(files[0],), (files[0], *options), (files[1], "--visible-by", "rays"),
                                         (files[1], "--unseen", "0,255,0", "--visible-by", "rays")]):  # fmt: skip

@@ -240,17 +240,30 @@ def test_the_texturing_vectors_have_all_constants_and_none():
     assert info("texturing/explicit")["texturing"] == {
         **constants._asdict(),
         "unseen": list(constants.unseen),
+        "blend": "paper",
     }
     assert "texturing" not in info("texturing/default")
 
 
 def test_weights_are_those_of_clause_17_5():
-    cosines = {1: 0.5, 2: 0.2, 3: 1.0, 4: 0.3, 5: 0.7}
-    assert texturing.weights(texturing.Texturing(), cosines) == pytest.approx(
-        {3: 1 / 2.2, 5: 0.7 / 2.2, 1: 0.5 / 2.2}
-    )
-    assert texturing.weights(texturing.Texturing(threshold=0.7, best=1), cosines) == {3: 1}
-    assert texturing.weights(texturing.Texturing(), {2: 0.2}) is None
+    paper = texturing.Texturing(threshold=0.25, blend=1)
+    sights = {i: texturing.Sight(facing) for i, facing in enumerate((0.5, 0.2, 1.0, 0.3, 0.7), 1)}
+    assert texturing.weights(paper, sights) == pytest.approx({3: 1 / 2.2, 5: 0.7 / 2.2, 1: 0.5 / 2.2})
+    assert texturing.weights(paper._replace(threshold=0.7, best=1), sights) == {3: 1}
+    assert texturing.weights(paper, {2: texturing.Sight(0.2)}) is None
+
+
+def test_the_worked_example_of_clause_17_5():
+    viewer = texturing.Texturing(threshold=0.05, best=2)
+    sights = {
+        1: texturing.Sight(0.81, 0.99),
+        2: texturing.Sight(0.525, 0.91, 170, 4.5),
+        3: texturing.Sight(0.905, 0.51),
+        4: texturing.Sight(0.05, 1.0),
+    }
+    singly = [round(texturing.weight_of(viewer, sight), 4) for sight in sights.values()]
+    assert singly == [2000.0, 8.3333, 3.6, 0.0]
+    assert texturing.weights(viewer, sights) == pytest.approx({1: 0.99763, 2: 0.00237}, abs=5e-6)
 
 
 def test_broken_rules_of_texturing_have_their_numbers():
@@ -259,6 +272,7 @@ def test_broken_rules_of_texturing_have_their_numbers():
     for bad, issue in (
         (good + b"\0", 6101),
         (good[:31] + b"\1", 6101),
+        (good[:28] + b"\2" + good[29:], 6102),
         (good[:24] + b"\0" + good[25:], 6102),
         (b"\0" * 6 + b"\xf8\x7f" + good[8:], 6102),
     ):

@@ -237,8 +237,9 @@ std::string world(const fvv_scene &scene) {
 
 std::string texturing(const fvv_texturing &t) {
   return fvv::format(
-      "weights from %g, %u cameras at most, %u,%u,%u where none shows the mesh, depth maps %g px + %g",
-      t.threshold, t.best, t.unseen[0], t.unseen[1], t.unseen[2], t.depth_bias, t.depth_slope);
+      "by %s, cosines from %g, %u cameras at most, %u,%u,%u where none shows the mesh, depth maps %g px + %g",
+      t.blend == FVV_BLEND_PAPER ? "the normal (paper)" : "the viewer's direction", t.threshold, t.best,
+      t.unseen[0], t.unseen[1], t.unseen[2], t.depth_bias, t.depth_slope);
 }
 
 std::string video_text(const Report &report, const fvv_video_layout &video) {
@@ -571,6 +572,7 @@ Json texturing_json(const fvv_texturing &t) {
   return {{"threshold", t.threshold},
           {"best", t.best},
           {"unseen", {t.unseen[0], t.unseen[1], t.unseen[2]}},
+          {"blend", t.blend == FVV_BLEND_PAPER ? "paper" : "viewer"},
           {"depth_bias", t.depth_bias},
           {"depth_slope", t.depth_slope}};
 }

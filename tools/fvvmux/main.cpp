@@ -136,11 +136,17 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option(
          "--texture-threshold", options.texture_threshold,
          "tell players the least cosine between normal and ray for which they take a camera's colour; "
-         "bits of visibility are found for it. Players' default: 0.25")
+         "bits of visibility are found for it. Players' default: that of the blend, 0.05 or 0.25")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--texture-best", options.texture_best,
                  "tell players how many cameras to mix at a place, at most. Players' default: 3")
       ->check(CLI::Range(1, 255));
+  const std::map<std::string, uint32_t> blends = {{"viewer", FVV_BLEND_VIEWER}, {"paper", FVV_BLEND_PAPER}};
+  app.add_option(
+         "--texture-blend", options.texture_blend,
+         "tell players how to weight cameras: viewer (by the viewer's direction, players' default) or "
+         "paper (by the normal alone, as WHP 235)")
+      ->transform(CLI::CheckedTransformer(blends).description("{viewer,paper}"));
   app.add_option("--texture-unseen", texts.texture_unseen,
                  "tell players the colour of surface that no camera shows, R,G,B. Players' default: "
                  "128,128,128");

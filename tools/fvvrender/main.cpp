@@ -42,6 +42,8 @@ int main(int argc, char **argv) {
   const std::map<std::string, render::Visibility> tests = {{"bits", render::Visibility::given},
                                                            {"depth", render::Visibility::depth_map},
                                                            {"rays", render::Visibility::rays}};
+  const std::map<std::string, render::Blend> blends = {{"viewer", render::Blend::viewer},
+                                                       {"paper", render::Blend::paper}};
   app.add_option("IN", options.input, "fvv file")->required();
   app.add_option("-o,--output", options.output,
                  "picture to write: .png, or .exr for linear light, beyond white where the stream has it")
@@ -63,8 +65,13 @@ int main(int argc, char **argv) {
   app.add_option("--sources", sources, "cameras to take texture from, 0-9,25; default: all");
   app.add_option("--exclude", excluded, "cameras to leave out, in the same way");
   app.add_flag("--leave-one-out", options.leave_one_out, "take no texture from the camera of --camera");
+  app.add_option("--blend", options.blend,
+                 "weight cameras by the viewer's direction (viewer), or by the normal alone, as the paper of "
+                 "2012 did (paper); default: the stream's, else viewer")
+      ->transform(CLI::CheckedTransformer(blends).description(""));
   app.add_option("--threshold", options.threshold,
-                 "least cosine between normal and ray to a camera; default: the stream's, else 0.25")
+                 "least cosine between normal and ray to a camera; default: the stream's, else that of the "
+                 "blend, 0.05 or 0.25")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--best", options.best, "cameras that are blended at most; default: the stream's, else 3")
       ->check(CLI::Range(1u, render::max_best));

@@ -203,6 +203,7 @@ std::string json(const Options &options, const Result &result) {
                      : result.visibility == render::Visibility::rays ? "rays"
                                                                      : "depth"},
       {"with_bits", result.with_bits},
+      {"blend", result.blend == render::Blend::viewer ? "viewer" : "paper"},
       {"surface", {{"pixels", result.surface}, {"share", double(result.surface) / all}}},
       {"share_by_cameras", shares},
       {"seconds", {{"load", result.load}, {"prepare", result.prepare}, {"draw", result.draw}}},
@@ -270,7 +271,10 @@ render::Visibility visibility_of(const Options &options, const std::vector<rende
 // Options of the user override those of the stream.
 render::ViewOptions textured(const Options &options, const fvv_texturing &said) {
   render::ViewOptions view = options.view;
-  view.threshold = options.threshold.value_or(said.threshold);
+  const auto theirs = render::Blend(said.blend);
+  view.blend = options.blend.value_or(theirs);
+  view.threshold = options.threshold.value_or(
+      view.blend == theirs ? said.threshold : fvv_texturing_threshold(uint8_t(view.blend)));
   view.best = options.best.value_or(std::min<uint32_t>(said.best, render::max_best));
   view.unseen = options.unseen.value_or(
       render::Vec3{said.unseen[0] / 255.0, said.unseen[1] / 255.0, said.unseen[2] / 255.0});
@@ -344,6 +348,7 @@ void run(const Options &options, Result &result) {
   result.load = clock.lap();
 
   render::ViewOptions view = textured(options, frame.texturing);
+  result.blend = view.blend;
   view.visibility = result.visibility = visibility_of(options, sources, result);
   if (view.visibility != render::Visibility::given) result.with_bits.clear();
   view.keep_visibility = !options.visibility.empty();

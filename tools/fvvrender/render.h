@@ -27,6 +27,7 @@ struct Options {
   bool leave_one_out = false;               // the camera that the picture is taken from is no source
   render::ViewOptions view; // executor and the texturing options of the stream are set by run()
   // In place of the stream's.
+  std::optional<render::Blend> blend;
   std::optional<double> threshold;
   std::optional<uint32_t> best;
   std::optional<render::Vec3> unseen;
@@ -46,6 +47,7 @@ struct Result {
   std::vector<uint64_t> by_cameras;       // of these, with 0, 1, ... best cameras
   double load = 0, prepare = 0, draw = 0; // seconds: decoding, depth maps, the picture
   render::Visibility visibility;          // by what was drawn
+  render::Blend blend;                    // by what cameras were weighted
   std::vector<uint16_t> with_bits;        // of the sources; with Visibility::given
   std::vector<std::string> warnings;      // and warnings
   std::vector<std::string> losses;        // whole lines

@@ -19,7 +19,8 @@ const std::map<std::string, fvv::synth::Meshes> mesh_kinds = {{"tracked", fvv::s
                                                               {"hull", fvv::synth::Meshes::hull}};
 
 const std::map<std::string, fvv::synth::RigKind> rigs = {{"small", fvv::synth::RigKind::small},
-                                                         {"studio", fvv::synth::RigKind::studio}};
+                                                         {"studio", fvv::synth::RigKind::studio},
+                                                         {"arc", fvv::synth::RigKind::arc}};
 
 } // namespace
 
@@ -36,13 +37,16 @@ int main(int argc, char **argv) {
   app.add_option("--frames", recording.frames, "Number of frames")
       ->check(CLI::Range(1, 9999))
       ->capture_default_str();
-  app.add_option("--rig", rig, "7 alike cameras, or 13 unlike ones: some distort, one pans and zooms")
+  app.add_option(
+         "--rig", rig,
+         "7 alike cameras, 13 unlike ones (some distort, one pans and zooms), or alike ones a degree apart")
       ->check(CLI::IsMember(rigs))
       ->capture_default_str()
-      ->type_name("small|studio");
-  const auto *cameras = app.add_option("--cameras", settings.cameras, "Number of cameras of the small rig")
-                            ->check(CLI::Range(1, 64))
-                            ->capture_default_str();
+      ->type_name("small|studio|arc");
+  const auto *cameras =
+      app.add_option("--cameras", settings.cameras, "Number of cameras of the rigs small and arc")
+          ->check(CLI::Range(1, 64))
+          ->capture_default_str();
   app.add_option(
          "--size", size,
          "Width and height of the pictures (studio: of most of them); default 480x270, studio 960x540")
@@ -108,7 +112,7 @@ int main(int argc, char **argv) {
     recording.rate = fvv::synth::parse_frame_rate(rate);
     recording.threads = settings.threads;
     recording.meshes = mesh_kinds.at(meshes);
-    if (recording.meshes == fvv::synth::Meshes::hull && settings.rig == fvv::synth::RigKind::small &&
+    if (recording.meshes == fvv::synth::Meshes::hull && settings.rig != fvv::synth::RigKind::studio &&
         settings.cameras < fvv::hull::hull_cameras)
       throw fvv::Error("--meshes hull: expected 3 cameras or more, found --cameras " +
                            std::to_string(settings.cameras),
@@ -123,7 +127,7 @@ int main(int argc, char **argv) {
     if (recording.linear && film.labels)
       throw fvv::Error("--frame-numbers: expected with --pictures png only", fvv::Error::usage);
     if (settings.rig == fvv::synth::RigKind::studio && cameras->count() > 0)
-      throw fvv::Error("--cameras: expected with --rig small only, the studio has 13", fvv::Error::usage);
+      throw fvv::Error("--cameras: expected with --rig small or arc, the studio has 13", fvv::Error::usage);
     if (size.empty()) size = settings.rig == fvv::synth::RigKind::studio ? "960x540" : "480x270";
     fvv::cli::parse_size("--size", size, settings.width, settings.height);
     fvv::cli::OutputFolder folder(output, force);

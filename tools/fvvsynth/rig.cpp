@@ -102,6 +102,22 @@ Rig make_small_rig(Random &random, uint32_t count, uint32_t width, uint32_t heig
   return rig;
 }
 
+Rig make_arc_rig(uint32_t count, uint32_t width, uint32_t height) {
+  constexpr double distance = 4.5, first = turn / 6;
+  Rig rig;
+  for (uint32_t i = 0; i < count; i++) {
+    const double angle = first + turn * i / 360;
+    fvv_camera camera = make_camera(i, width, height);
+    camera.fx = camera.fy = width;
+    camera.cx = width / 2.0;
+    camera.cy = height / 2.0;
+    aim(camera, {distance * std::cos(angle), 1.7, distance * std::sin(angle)}, {0, 0.95, 0}, {0, 1, 0});
+    rig.cameras.push_back(camera);
+    rig.names.push_back("view" + std::to_string(i));
+  }
+  return rig;
+}
+
 Rig make_studio_rig(Random &random, uint32_t width, uint32_t height) {
   Rig rig;
   const auto add = [&](const Make &make, Vec3 centre, const std::string &name) {

@@ -10,7 +10,7 @@
 
 namespace fvv::synth {
 
-enum class RigKind { small, studio };
+enum class RigKind { small, studio, arc };
 
 struct Rig {
   std::vector<fvv_camera> cameras;
@@ -26,6 +26,11 @@ fvv_camera turned(const fvv_camera &camera, Vec3 target, double zoom);
 // action, each a little different in focal length and principal point, without distortion; a pixel covers
 // about 14 mm in pictures 480 wide.
 Rig make_small_rig(Random &random, uint32_t count, uint32_t width, uint32_t height);
+
+// count alike cameras view0, view1, ... one degree apart on an arc 4.5 m from the middle and 1.7 m high,
+// turned to it: a viewer who walks around the action, to compare drawn pictures with. Does not use up
+// randomness.
+Rig make_arc_rig(uint32_t count, uint32_t width, uint32_t height);
 
 // 13 cameras: oval0 ... oval9 on an oval at 2.5 m height, head0 and head1 at 1.7 m, and overhead, which sees
 // outlines only and is not meant for texture. Focal lengths differ by up to 1.6 times; most pictures have the

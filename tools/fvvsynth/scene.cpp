@@ -25,7 +25,7 @@ const std::array<Lamp, 2> lamps = {
 Settings checked(const Settings &s) {
   const auto side = [](uint32_t n, uint32_t most) { return n >= 16 && n <= most; };
   const uint32_t most = s.rig == RigKind::studio ? studio_max_side : 4096;
-  if (s.rig == RigKind::small && (s.cameras < 1 || s.cameras > 64))
+  if (s.rig != RigKind::studio && (s.cameras < 1 || s.cameras > 64))
     throw std::invalid_argument("a scene has 1 to 64 cameras, not " + std::to_string(s.cameras));
   if (!side(s.width, most) || !side(s.height, most))
     throw std::invalid_argument("pictures have sides of 16 to " + std::to_string(most) + " pixels, not " +
@@ -74,8 +74,9 @@ Scene::Scene(const Settings &settings)
   append(ball);
   exposure.insert(exposure.end(), ball.vertices.size(), 0.85f);
 
-  Rig made = wanted.rig == RigKind::studio
-                 ? make_studio_rig(random, wanted.width, wanted.height)
+  Rig made = wanted.rig == RigKind::studio ? make_studio_rig(random, wanted.width, wanted.height)
+             : wanted.rig == RigKind::arc
+                 ? make_arc_rig(wanted.cameras, wanted.width, wanted.height)
                  : make_small_rig(random, wanted.cameras, wanted.width, wanted.height);
   rig = std::move(made.cameras);
   names = std::move(made.names);

@@ -100,6 +100,7 @@ const layouts = {
       depthSlope: ["f64", 16],
       best: ["u8", 24],
       unseen: ["u8[]", 25, 3],
+      blend: ["u8", 28],
     },
   },
   configuration: {
@@ -313,6 +314,7 @@ const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "
 const shows = ["tiles", "camera", "atlas"];
 const domains = ["faces", "vertices", "weights"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
+const blends = ["viewer", "paper"];
 const upAxes = ["unknown", "x", "y", "z", "-x", "-y", "-z"];
 const pictureTypes = ["image/jpeg", "image/png"];
 const lightTypes = ["directional", "point", "spot"];
@@ -424,7 +426,7 @@ export function readConfiguration(memory, address) {
     cameras,
     videos,
     metadata,
-    texturing: { ...texturing, unseen: (red << 16) | (green << 8) | blue },
+    texturing: { ...texturing, unseen: (red << 16) | (green << 8) | blue, blend: blends[texturing.blend] },
   };
 }
 

@@ -188,6 +188,8 @@ export interface Camera {
 }
 
 export interface Texturing {
+  /** What weights cameras: their angle to the viewer's direction, or to the normal alone, as WHP 235. */
+  blend: "viewer" | "paper";
   /** Minimum cosine between the normal and the ray to a camera that gives colour. */
   threshold: number;
   /** Maximum number of cameras that are mixed at a point. */
@@ -213,7 +215,7 @@ export interface Configuration {
   videos: Video[];
   /** JSON texts. */
   metadata: string[];
-  /** How the stream is to be coloured (TEXR). Defaults: 0.25, 3, 0x808080, 0.2, 0.5. */
+  /** How the stream is to be coloured (TEXR). Defaults: "viewer", 0.05, 3, 0x808080, 0.2, 0.5. */
   texturing: Texturing;
 }
 

@@ -85,8 +85,10 @@ function tileNumbers(tiles) {
 /** The same for a frame of the decoder under test. */
 export function frameHashes(frame) {
   const hashes = { "time 0": sha256(raw(BigInt64Array.of(frame.time))) };
-  const { threshold, depthBias, depthSlope, best, unseen } = frame.configuration.texturing;
-  hashes["texturing 0"] = sha256(raw(Float64Array.of(threshold, depthBias, depthSlope, best, unseen)));
+  const { threshold, depthBias, depthSlope, best, unseen, blend } = frame.configuration.texturing;
+  hashes["texturing 0"] = sha256(
+    raw(Float64Array.of(threshold, depthBias, depthSlope, best, unseen, blend === "paper" ? 1 : 0)),
+  );
   for (const mesh of frame.meshes)
     for (const name of ["lattice", "indices", "positions", "normals", "uvs"])
       if (mesh[name]) hashes[`${name} ${mesh.track}`] = sha256(raw(mesh[name]));
@@ -129,7 +131,16 @@ export function makeClips(...wanted) {
     capture("tracked", "--rig", "small", "--cameras", "2", "--atlas", "--atlas-size", "512", "--environment");
   const ring = () => capture("ring", "--rig", "small", "--cameras", "5", "--environment", "--size", "192x128");
   const studio = () => capture("studio", "--rig", "studio", "--meshes", "hull", "--hull-cells", "40");
-  const texturing = ["--texture-threshold", "0.375", "--texture-best", "5", "--texture-unseen", "1,20,250"];
+  const texturing = [
+    "--texture-threshold",
+    "0.375",
+    "--texture-best",
+    "5",
+    "--texture-unseen",
+    "1,20,250",
+    "--texture-blend",
+    "paper",
+  ];
   const kinds = {
     environment: [tracked, "--no-pictures"],
     delta: [tracked, "--triangles", "3000", "--no-background"],

@@ -31,8 +31,10 @@ async function hashes(frame) {
     const pixel = camera.project(0.25, 1, -0.5);
     if (pixel) out[`pixel ${camera.id}`] = await sha256(Float64Array.from(pixel));
   }
-  const { threshold, depthBias, depthSlope, best, unseen } = frame.configuration.texturing;
-  out["texturing 0"] = await sha256(Float64Array.of(threshold, depthBias, depthSlope, best, unseen));
+  const { threshold, depthBias, depthSlope, best, unseen, blend } = frame.configuration.texturing;
+  out["texturing 0"] = await sha256(
+    Float64Array.of(threshold, depthBias, depthSlope, best, unseen, blend === "paper" ? 1 : 0),
+  );
   return out;
 }
 

@@ -163,6 +163,7 @@ _Static_assert(offsetof(fvv_texturing, depth_bias) == 8, "");
 _Static_assert(offsetof(fvv_texturing, depth_slope) == 16, "");
 _Static_assert(offsetof(fvv_texturing, best) == 24, "");
 _Static_assert(offsetof(fvv_texturing, unseen) == 25, "");
+_Static_assert(offsetof(fvv_texturing, blend) == 28, "");
 _Static_assert(offsetof(fvv_configuration, scene) == 0, "");
 _Static_assert(offsetof(fvv_configuration, tracks) == 56, "");
 _Static_assert(offsetof(fvv_configuration, cameras) == 64, "");

@@ -131,8 +131,8 @@ export class FvvPlayer extends HTMLElement {
   viewMode: Mode;
   quality: "auto" | "high" | "medium" | "low";
   visibleBy: "auto" | "bits" | "depth" | "both";
-  /** Softness of transitions between cameras, 0 to 1. */
-  soft: number;
+  /** What weights cameras: the viewer's direction, or the normal alone as in WHP 235; null: the stream's value. */
+  blend: "viewer" | "paper" | null;
   /** Colour of surface that no camera shows, 0xRRGGBB as displayed; null: the stream's value. */
   unseen: number | null;
   shadows: boolean;

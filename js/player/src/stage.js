@@ -39,7 +39,6 @@ export class Stage extends EventTarget {
     mode: "textured",
     visibleBy: "auto",
     cameras: null,
-    soft: 0,
     shadows: true,
     environment: true,
     grid: true,

@@ -23,7 +23,15 @@ export class ViewpointElement extends MediaElement {
   _stage = null;
   #selected = null;
   /** Drawing options, kept also while there is no stage. */
-  #drawing = { visibleBy: "auto", soft: 0, unseen: null, shadows: true, environment: true, grid: true, cameras: null };
+  #drawing = {
+    visibleBy: "auto",
+    blend: null,
+    unseen: null,
+    shadows: true,
+    environment: true,
+    grid: true,
+    cameras: null,
+  };
   #showCameras = "none";
 
   /** The first view: the stream's own view, overridden by attributes. */
@@ -132,11 +140,12 @@ export class ViewpointElement extends MediaElement {
   set visibleBy(visibleBy) {
     this.#choose({ visibleBy });
   }
-  get soft() {
-    return this.#drawing.soft;
+  /** viewer, paper, or null: as the stream specifies. */
+  get blend() {
+    return this.#drawing.blend;
   }
-  set soft(soft) {
-    this.#choose({ soft });
+  set blend(blend) {
+    this.#choose({ blend });
   }
   /** 0xRRGGBB, or null: the stream's value. */
   get unseen() {

@@ -188,14 +188,14 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
       }
   });
 
-  test("draws each mode, shadows and softness", async () => {
+  test("draws each mode, shadows and blend", async () => {
     const facts = await session.show(at("studio.fvv"), 0);
     const [pose] = posesOf(1, facts, size);
     const environment = false;
     const pictures = [];
     for (const options of [
       ...["textured", "weights", "visibility", "wireframe", "normals", "depth"].map((mode) => ({ mode, environment })),
-      { soft: 1, environment },
+      { blend: "paper", environment },
       { best: 1, environment },
       { threshold: 0.8, environment },
       { cameras: [0], environment },

@@ -68,12 +68,20 @@ export function depthSizes(wanted: LayerSizes, former: LayerSizes | null): Layer
 
 /** Maximum number of cameras that the shaders mix at a point. */
 export const MAX_BEST: number;
-export function checkTexturing(overrides: { threshold?: number; best?: number; unseen?: number | null }): void;
-/** The values of the shaders' uniforms and of BEST: the stream's constants, unless overridden. */
+/** What replaces the stream's constants; undefined and null do not. */
+export interface TexturingOverrides {
+  blend?: "viewer" | "paper" | null;
+  threshold?: number;
+  best?: number;
+  unseen?: number | null;
+}
+export function checkTexturing(overrides: TexturingOverrides): void;
+/** The values of the shaders' uniforms, of BEST and PAPER: the stream's constants, unless overridden. */
 export function texturingOf(
   configuration: Configuration,
-  overrides?: { threshold?: number; best?: number; unseen?: number | null },
+  overrides?: TexturingOverrides,
 ): {
+  blend: "viewer" | "paper";
   threshold: number;
   best: number;
   /** Display values. */

@@ -62,8 +62,13 @@ export const MAX_BEST = 8;
 /** Display values, 0 to 1, of 0xRRGGBB. */
 const displayed = (colour) => [16, 8, 0].map((shift) => ((colour >> shift) & 255) / 255);
 
-/** Throws for invalid options; undefined, and null for the colour, mean the stream's value. */
-export function checkTexturing({ threshold = 0, best = 1, unseen }) {
+/** What weights cameras, with the threshold that suits it. */
+const THRESHOLDS = { viewer: 0.05, paper: 0.25 };
+
+/** Throws for invalid options; undefined and null mean the stream's value. */
+export function checkTexturing({ blend, threshold = 0, best = 1, unseen }) {
+  if (blend != null && !(blend in THRESHOLDS))
+    throw new TypeError(`blend: expected one of ${Object.keys(THRESHOLDS).join(", ")}, found ${blend}`);
   if (!(threshold >= 0 && threshold <= 1)) throw new RangeError(`threshold: expected 0 to 1, found ${threshold}`);
   if (!(Number.isInteger(best) && best >= 1 && best <= MAX_BEST))
     throw new RangeError(`best: expected an integer from 1 to ${MAX_BEST}, found ${best}`);
@@ -73,12 +78,15 @@ export function checkTexturing({ threshold = 0, best = 1, unseen }) {
 }
 
 /**
- * How colours are mixed: as the stream specifies (clause 17.5), in the units of the shaders. overrides: {threshold, best,
- * unseen}, each replaces the stream's value.
+ * How colours are mixed: as the stream specifies (clause 17.5), in the units of the shaders. overrides: {blend, threshold,
+ * best, unseen}, each replaces the stream's value; another blend than the stream's has a threshold of its own.
  */
 export function texturingOf({ texturing }, overrides = {}) {
+  const blend = overrides.blend ?? texturing.blend;
+  const threshold = blend === texturing.blend ? texturing.threshold : THRESHOLDS[blend];
   return {
-    threshold: overrides.threshold ?? texturing.threshold,
+    blend,
+    threshold: overrides.threshold ?? threshold,
     best: overrides.best ?? Math.min(texturing.best, MAX_BEST),
     unseen: displayed(overrides.unseen ?? texturing.unseen),
     tolerance: [texturing.depthBias, texturing.depthSlope],

@@ -4,6 +4,8 @@ import { Camera, Frame } from "@fvv/decoder";
 export interface Options {
   /** The renderer of the scene, with WebGL 2: pictures are uploaded and depth maps drawn when a frame is shown. */
   renderer: WebGLRenderer;
+  /** What weights cameras: the viewer's direction, or the normal alone as in WHP 235. Default: the stream's value. */
+  blend?: "viewer" | "paper";
   /** Minimum cosine between the surface normal and the ray to a camera that gives colour. Default: the stream's value. */
   threshold?: number;
   /** Maximum number of cameras that are mixed at a point, 1 to 8. Default: the stream's value. */

@@ -158,6 +158,7 @@ export class FvvObject3D extends Object3D {
         visibilityWeights: { value: noTexture },
         depths: { value: noLayers },
         threshold: { value: 0 },
+        eye: { value: new Vector3() },
         tolerance: { value: new Vector2() },
         handedness: { value: 1 },
         unseen: { value: new Vector3() },
@@ -165,7 +166,9 @@ export class FvvObject3D extends Object3D {
     });
     this.#mesh = new Mesh(this.#geometry, this.#material);
     this.#mesh.visible = false;
-    this.#mesh.onBeforeRender = () => {
+    this.#mesh.onBeforeRender = (renderer, scene, camera) => {
+      const { eye } = this.#material.uniforms;
+      this.#mesh.worldToLocal(eye.value.setFromMatrixPosition(camera.matrixWorld));
       this.#material.uniforms.handedness.value = this.#mesh.matrixWorld.determinant() < 0 ? -1 : 1;
       this.#material.uniformsNeedUpdate = true;
     };
@@ -207,9 +210,10 @@ export class FvvObject3D extends Object3D {
   }
 
   #setTexturing(configuration) {
-    const { best, threshold, unseen, tolerance } = texturingOf(configuration, this.#texturing);
+    const { blend, best, threshold, unseen, tolerance } = texturingOf(configuration, this.#texturing);
     const { uniforms } = this.#material;
     this.#define("BEST", best);
+    this.#define("PAPER", blend === "paper" ? 1 : undefined);
     uniforms.threshold.value = threshold;
     uniforms.unseen.value.fromArray(unseen);
     uniforms.tolerance.value.fromArray(tolerance);

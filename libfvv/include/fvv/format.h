@@ -109,6 +109,12 @@ enum {
   FVV_CAMERA_MOVES = 1, /* CALB chunks give the camera's calibration */
 };
 
+/* Blends, clause 17.5. */
+enum {
+  FVV_BLEND_VIEWER = 0, /* by direction: cameras near the viewer's direction */
+  FVV_BLEND_PAPER = 1, /* by the normal: cameras that the surface faces, as WHP 235 */
+};
+
 /* Visibility domains, clause 17.1. */
 enum {
   FVV_VISIBILITY_FACES = 0, /* one bit for each face */

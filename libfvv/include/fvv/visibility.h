@@ -129,15 +129,19 @@ FVV_API void fvv_visibility_weights(const fvv_mesh *mesh, uint8_t domain, const 
 
 /* How players blend the colours of the cameras that show a place. */
 typedef struct fvv_texturing {
-  double threshold; /* least weight of a camera, 0 to 1 */
+  double threshold; /* least cosine between the normal and the direction to a camera, 0 to 1 */
   double depth_bias,
       depth_slope;   /* tolerance of depth maps: pixels' breadths, and times what a pixel recedes */
   uint8_t best;      /* most cameras at a place, > 0 */
   uint8_t unseen[3]; /* R, G, B, display values where no camera shows the surface */
+  uint8_t blend;     /* FVV_BLEND_VIEWER or FVV_BLEND_PAPER: how cameras are weighted */
 } fvv_texturing;
 
-/* 0.25, 0.2, 0.5, 3, grey. */
+/* 0.05, 0.2, 0.5, 3, grey, by the viewer's direction. */
 FVV_API void fvv_texturing_default(fvv_texturing *texturing);
+
+/* The threshold that suits a blend: 0.05 for FVV_BLEND_VIEWER, 0.25 for FVV_BLEND_PAPER. */
+FVV_API double fvv_texturing_threshold(uint8_t blend);
 
 /* TEXR payload. Sizes as fvv_scene_encode. */
 FVV_API FVV_MUST_USE fvv_status fvv_texturing_encode(const fvv_texturing *texturing, uint8_t *out,

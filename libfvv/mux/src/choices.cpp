@@ -242,10 +242,14 @@ constexpr double most_fraction = 0.1;
 
 std::optional<fvv_texturing> texturing_of(const Options &options) {
   if (!options.texture_threshold && !options.texture_best && !options.texture_unseen &&
-      !options.texture_depth_bias && !options.texture_depth_slope)
+      !options.texture_depth_bias && !options.texture_depth_slope && !options.texture_blend)
     return {};
   fvv_texturing out;
   fvv_texturing_default(&out);
+  if (options.texture_blend) {
+    out.blend = uint8_t(*options.texture_blend);
+    out.threshold = fvv_texturing_threshold(out.blend);
+  }
   if (options.texture_threshold) out.threshold = *options.texture_threshold;
   if (options.texture_best) out.best = uint8_t(*options.texture_best);
   if (options.texture_depth_bias) out.depth_bias = *options.texture_depth_bias;

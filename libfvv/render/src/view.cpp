@@ -1,6 +1,7 @@
 // Pictures of a mesh, textured from the cameras that see each point best.
 #include "fvv_render/view.h"
 
+#include "blending.h"
 #include "fvv_render/normals.h"
 #include "surface.h"
 
@@ -27,8 +28,11 @@ public:
   TextureSource(const SourceView &view, const Mesh &mesh, const RayCaster &rays, const ViewOptions &options);
 
   Vec3 centre() const { return place; }
-  // at: the position in the source's pixels.
-  bool shows(const SurfacePoint &point, double at[2]) const;
+  // How much of the point's visibility weight there is (visibility_factor); 1 without visibility weights.
+  double visibility_weight(const SurfacePoint &point) const;
+  // How well the picture shows the point, 0 to 1, its visibility weight aside; at: where, in the source's
+  // pixels.
+  double shows(const SurfacePoint &point, double at[2]) const;
   // Bilinear, display values, 1 for white; beyond the centres of the outermost pixels theirs.
   Vec3 colour(const double at[2]) const;
 
@@ -36,6 +40,7 @@ private:
   const SourceView view;
   const RayCaster &rays;
   const double margin;
+  const Blend blend;
   Visibility visibility;
   Vec3 place;
   std::optional<DepthMap> map;
@@ -43,7 +48,8 @@ private:
 
 TextureSource::TextureSource(const SourceView &source, const Mesh &mesh, const RayCaster &caster,
                              const ViewOptions &options)
-    : view(source), rays(caster), margin(options.margin), visibility(options.visibility) {
+    : view(source), rays(caster), margin(options.margin), blend(options.blend),
+      visibility(options.visibility) {
   if (visibility == Visibility::given && !view.visible_faces && !view.visible_vertices)
     visibility = Visibility::depth_map;
   double centre[3];
@@ -54,21 +60,26 @@ TextureSource::TextureSource(const SourceView &source, const Mesh &mesh, const R
   if (map->too_wide()) visibility = Visibility::rays;
 }
 
-bool TextureSource::shows(const SurfacePoint &point, double at[2]) const {
+double TextureSource::visibility_weight(const SurfacePoint &point) const {
+  if (visibility != Visibility::given || view.visible_faces) return 1;
+  double seen = 0;
+  for (size_t i = 0; i < 3; i++) seen += view.visible_vertices[point.vertices[i]] * point.barycentric[i];
+  return visibility_factor(blend, seen);
+}
+
+double TextureSource::shows(const SurfacePoint &point, double at[2]) const {
   const double world[3] = {point.position.x, point.position.y, point.position.z};
-  if (!fvv_camera_project(&view.camera, world, at, nullptr)) return false;
-  if (!(at[0] >= margin && at[1] >= margin && at[0] <= view.camera.width - margin &&
-        at[1] <= view.camera.height - margin))
-    return false;
-  if (visibility == Visibility::given && view.visible_faces) return view.visible_faces[point.face] != 0;
-  if (!(dot(point.face_normal, place - point.position) > 0)) return false;
-  if (visibility == Visibility::given) {
-    double seen = 0;
-    for (size_t i = 0; i < 3; i++) seen += view.visible_vertices[point.vertices[i]] * point.barycentric[i];
-    return seen >= 127.5;
-  }
-  if (visibility == Visibility::rays) return !hidden_by_rays(place, point.position, point.face, rays);
-  return !map->hidden(point.position, point.face_normal);
+  if (!fvv_camera_project(&view.camera, world, at, nullptr)) return 0;
+  const double inside =
+      std::min(std::min(at[0], at[1]), std::min(view.camera.width - at[0], view.camera.height - at[1]));
+  const double factor = border_factor(blend, inside - margin);
+  if (visibility == Visibility::given && view.visible_faces)
+    return view.visible_faces[point.face] ? factor : 0;
+  if (visibility == Visibility::given || factor == 0) return factor;
+  if (!(dot(point.face_normal, place - point.position) > 0)) return 0;
+  const bool hidden = visibility == Visibility::rays ? hidden_by_rays(place, point.position, point.face, rays)
+                                                     : map->hidden(point.position, point.face_normal);
+  return hidden ? 0 : factor;
 }
 
 Vec3 TextureSource::colour(const double at[2]) const {
@@ -125,6 +136,9 @@ public:
   ViewPicture render(const fvv_camera &target, uint32_t excluded) const {
     const auto around = options.environment ? options.environment->view(target, options.samples) : nullptr;
     const Surface surface(target, mesh, target.lens == FVV_LENS_NONE ? nullptr : &rays, options.samples);
+    double centre[3];
+    fvv_camera_centre(&target, centre);
+    const Vec3 viewer = {centre[0], centre[1], centre[2]};
     ViewPicture picture;
     picture.width = target.width;
     picture.height = target.height;
@@ -138,15 +152,15 @@ public:
     if (options.keep_visibility) picture.visible.resize(pixels * sources.size());
     options.executor(target.height, [&](size_t y) {
       for (uint32_t x = 0; x < target.width; x++)
-        draw(surface, around.get(), x, uint32_t(y), excluded, picture);
+        draw(viewer, surface, around.get(), x, uint32_t(y), excluded, picture);
     });
     return picture;
   }
 
 private:
   // around may be null.
-  void draw(const Surface &surface, const Environment::View *around, uint32_t x, uint32_t y,
-            uint32_t excluded, ViewPicture &picture) const {
+  void draw(const Vec3 &viewer, const Surface &surface, const Environment::View *around, uint32_t x,
+            uint32_t y, uint32_t excluded, ViewPicture &picture) const {
     const uint32_t count = options.samples * options.samples, centre = count / 2;
     const size_t pixel = size_t(y) * picture.width + x;
     Vec3 sum;
@@ -165,7 +179,8 @@ private:
       covered++;
       Contribution contributions[max_best];
       const bool keep = sample == centre && options.keep_visibility;
-      sum += colour(hit, excluded, contributions, keep ? &picture.visible[pixel * sources.size()] : nullptr);
+      sum += colour(viewer, hit, excluded, contributions,
+                    keep ? &picture.visible[pixel * sources.size()] : nullptr);
       if (sample != centre) continue;
       picture.depth[pixel] = float(hit.depth);
       picture.face[pixel] = hit.face;
@@ -179,7 +194,8 @@ private:
   }
 
   // Fills the first contributions; visible may be null.
-  Vec3 colour(const Hit &hit, uint32_t excluded, Contribution *contributions, uint8_t *visible) const {
+  Vec3 colour(const Vec3 &viewer, const Hit &hit, uint32_t excluded, Contribution *contributions,
+              uint8_t *visible) const {
     const uint32_t *index = mesh.faces + size_t(3) * hit.face;
     const Vec3 a = positions[index[0]];
     SurfacePoint point;
@@ -190,36 +206,36 @@ private:
     point.face_normal = cross(positions[index[1]] - a, positions[index[2]] - a);
     const Vec3 normal = normalised(interpolated(normals, index, hit.barycentric));
 
-    // A weight of 0 would leave nothing to divide by. Best first: for most cameras it is not necessary to
-    // test whether they see the point.
+    // Best first: for most cameras it is not necessary to test whether they see the point.
     std::vector<std::pair<double, uint32_t>> order;
     order.reserve(sources.size());
+    const Vec3 to_viewer = normalised(viewer - point.position);
     for (uint32_t i = 0; i < sources.size(); i++) {
-      const double cosine = dot(normal, normalised(sources[i]->centre() - point.position));
-      if (i != excluded && cosine >= options.threshold && cosine > 0) order.emplace_back(cosine, i);
+      const Vec3 to_camera = normalised(sources[i]->centre() - point.position);
+      const double weight =
+          i == excluded ? 0
+                        : directional_weight(options, {dot(normal, to_camera), dot(to_viewer, to_camera)}) *
+                              sources[i]->visibility_weight(point);
+      if (weight > 0) order.emplace_back(weight, i);
     }
     std::stable_sort(order.begin(), order.end(),
                      [](const auto &p, const auto &q) { return p.first > q.first; });
-    Vec3 colours[max_best];
-    double cosines[max_best], sum = 0;
-    uint32_t used = 0;
-    for (const auto &[cosine, i] : order) {
-      if (used == options.best && !visible) break;
-      double at[2];
-      if (!sources[i]->shows(point, at)) continue;
+    BestCameras best(options);
+    for (const auto &[weight, i] : order) {
+      if (!visible && !best.accepts(weight)) break;
+      Candidate camera;
+      camera.source = i;
+      camera.weight = weight * sources[i]->shows(point, camera.at);
+      if (!(camera.weight > 0)) continue;
       if (visible) visible[i] = 1;
-      if (used == options.best) continue;
-      colours[used] = sources[i]->colour(at);
-      cosines[used] = cosine;
-      contributions[used].source = i;
-      sum += cosine;
-      used++;
+      best.add(camera);
     }
-    if (!used) return options.unseen;
+    if (best.begin() == best.end()) return options.unseen;
+    best.normalise();
     Vec3 mean;
-    for (uint32_t i = 0; i < used; i++) {
-      contributions[i].weight = float(cosines[i] / sum);
-      mean += colours[i] * (cosines[i] / sum);
+    for (const Candidate &camera : best) {
+      *contributions++ = {camera.source, float(camera.weight)};
+      mean += sources[camera.source]->colour(camera.at) * camera.weight;
     }
     return mean;
   }

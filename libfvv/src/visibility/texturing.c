@@ -6,8 +6,13 @@
 #include "base/layout.h"
 #include "fvv/visibility.h"
 
+double fvv_texturing_threshold(uint8_t blend) {
+  return blend == FVV_BLEND_PAPER ? 0.25 : 0.05;
+}
+
 void fvv_texturing_default(fvv_texturing *texturing) {
-  *texturing = (fvv_texturing){0.25, 0.2, 0.5, 3, {128, 128, 128}};
+  *texturing = (fvv_texturing){
+      fvv_texturing_threshold(FVV_BLEND_VIEWER), 0.2, 0.5, 3, {128, 128, 128}, FVV_BLEND_VIEWER};
 }
 
 static fvv_status check(const fvv_texturing *t, fvv_status status, fvv_diagnostic *diagnostic) {
@@ -23,6 +28,9 @@ static fvv_status check(const fvv_texturing *t, fvv_status status, fvv_diagnosti
   if (!t->best)
     return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_BEST,
                     "number of blended cameras is 0, expected 1 to 255");
+  if (t->blend > FVV_BLEND_PAPER)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_BLEND,
+                    "blend is %u, expected 0 or 1", t->blend);
   return FVV_OK;
 }
 
@@ -39,6 +47,7 @@ fvv_status fvv_texturing_encode(const fvv_texturing *texturing, uint8_t *out, si
   fvv_put_f64(out + FVV_TEXR_DEPTH_SLOPE, texturing->depth_slope);
   out[FVV_TEXR_BEST] = texturing->best;
   memcpy(out + FVV_TEXR_UNSEEN, texturing->unseen, sizeof texturing->unseen);
+  out[FVV_TEXR_BLEND] = texturing->blend;
   return FVV_OK;
 }
 
@@ -57,5 +66,6 @@ fvv_status fvv_texturing_decode(fvv_texturing *texturing, const uint8_t *payload
   texturing->depth_slope = fvv_get_f64(payload + FVV_TEXR_DEPTH_SLOPE);
   texturing->best = payload[FVV_TEXR_BEST];
   memcpy(texturing->unseen, payload + FVV_TEXR_UNSEEN, sizeof texturing->unseen);
+  texturing->blend = payload[FVV_TEXR_BLEND];
   return check(texturing, FVV_ERROR_INVALID, diagnostic);
 }

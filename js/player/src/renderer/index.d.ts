@@ -13,14 +13,14 @@ export interface DrawOptions {
   visibleBy?: "auto" | "bits" | "depth" | "both";
   /** Identifiers of the cameras that may give colour; null: all. */
   cameras?: Iterable<number> | null;
-  /** Minimum cosine, 0 to 1. Default: the stream's value. */
+  /** What weights cameras (clause 17.5). Default, and null: the stream's value. */
+  blend?: "viewer" | "paper" | null;
+  /** Minimum cosine, 0 to 1. Default: the stream's value, or that of the blend if it is another than the stream's. */
   threshold?: number;
   /** Maximum number of cameras at a point, 1 to limits.best. Default: the stream's value. */
   best?: number;
   /** Colour of surface that no camera shows, 0xRRGGBB as displayed. Default, and null: the stream's value. */
   unseen?: number | null;
-  /** Softness of transitions between cameras, 0 to 1. 0 is what fvvrender draws. Default 0. */
-  soft?: number;
   /** Shadows of the mesh on the environment. */
   shadows?: boolean;
   environment?: boolean;

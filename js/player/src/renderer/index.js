@@ -72,11 +72,11 @@ const defaults = {
   mode: "textured",
   visibleBy: "auto",
   cameras: null,
-  // Defaults of these three: the stream's values (clause 17.5).
+  // Defaults of these four: the stream's values (clause 17.5).
+  blend: undefined,
   threshold: undefined,
   best: undefined,
   unseen: undefined,
-  soft: 0,
   shadows: true,
   environment: true,
   clearColour: [0, 0, 0, 1],
@@ -90,7 +90,6 @@ function complete(given = {}) {
   for (const [name, value] of Object.entries(given)) if (value !== undefined) options[name] = value;
   if (!(options.mode in MODES)) throw new TypeError(`mode: expected one of ${Object.keys(MODES).join(", ")}`);
   checkTexturing(options);
-  if (!(options.soft >= 0 && options.soft <= 1)) throw new RangeError(`soft: expected 0 to 1, found ${options.soft}`);
   options.cameras = options.cameras && new Set(options.cameras);
   return options;
 }

@@ -46,7 +46,7 @@ void main() {
 const fragment = /* glsl */ `
 uniform vec4 atlas; // x y width height, in texels of pictures
 uniform vec2 depthRange;
-uniform vec3 unseen, eye;
+uniform vec3 unseen;
 uniform mat3 pixelToRay; // of gl_FragCoord
 in vec3 vPoint, vNormal;
 in vec2 vUv;
@@ -97,12 +97,11 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
 #elif MODE == 2
 // The number of cameras that show the point, from blue to yellow; dark red, without green, for none.
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
-  uvec2 seen = seenByVisibilityWeights();
   int count = 0, all = 0;
   for (int view = 0; view < viewCount; view++) {
     all += (int(texel(view, 3).w) & OFF) == 0 ? 1 : 0;
     vec2 at;
-    if (weightOf(view, point, normal) > 0.0 && shows(view, point, faceNormal, seen, at)) count++;
+    if (weightOf(view, point, normal) > 0.0 && shows(view, point, faceNormal, at) > 0.0) count++;
   }
   float fraction = float(count) / float(max(all, 1));
   return count == 0 ? vec3(0.4, 0.0, 0.0) : mix(vec3(0.05, 0.25, 0.75), vec3(1.0, 0.9, 0.2), min(1.0, 2.0 * fraction));
@@ -254,7 +253,7 @@ export class Surface {
   draw(pictures, { worldToClip, pixelToRay, depthRange, eye }, options) {
     const gl = this.#gl;
     const { views, atlas, frame } = this.#content;
-    const { best, ...texturing } = texturingOf(frame.configuration, options);
+    const { best, blend, ...texturing } = texturingOf(frame.configuration, options);
     const uniforms = {
       worldToClip,
       pixelToRay,
@@ -263,7 +262,6 @@ export class Surface {
       pictureSize: pictures.size,
       viewCount: views.length,
       ...texturing,
-      soft: options.soft,
       atlas: atlas ?? [0, 0, 1, 1],
     };
     const textures = {
@@ -273,7 +271,7 @@ export class Surface {
       depths: this.#depths.texture,
     };
     const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best };
-    if (options.soft > 0) defines.SOFT = 1;
+    if (blend === "paper") defines.PAPER = 1;
     if (atlas) defines.ATLAS = 1;
     const wired = options.mode === "wireframe";
     // Edges coincide with the faces, and would be drawn only in part.

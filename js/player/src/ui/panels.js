@@ -174,6 +174,11 @@ export class CamerasPanel {
 }
 
 const QUALITY_NAMES = { auto: "Automatic", high: "High", medium: "Medium", low: "Low" };
+const BLENDS = [
+  ["", "As the stream says"],
+  ["viewer", "Cameras near the viewer"],
+  ["paper", "Cameras that the surface faces"],
+];
 const VISIBLE_BY = [
   ["auto", "Automatic"],
   ["bits", "Stream"],
@@ -212,7 +217,7 @@ export class SettingsPanel {
       ),
       visibleBy: choose("Visibility by", VISIBLE_BY, (value) => (player.visibleBy = value)),
       loop: flip("Loop", "loop"),
-      soft: toggle("Soft transitions", false, (on) => (player.soft = on ? 0.5 : 0)),
+      blend: choose("Colours by", BLENDS, (value) => (player.blend = value || null)),
       environment: flip("Environment", "environment"),
       shadows: flip("Shadows", "shadows"),
       grid: flip("Ground grid", "grid"),
@@ -239,7 +244,7 @@ export class SettingsPanel {
       i.loop.row,
       i.quality.row,
       i.visibleBy.row,
-      i.soft.row,
+      i.blend.row,
       ...this.#environmentRows,
       i.grid.row,
       i.fly.row,
@@ -275,13 +280,13 @@ export class SettingsPanel {
 
   update() {
     const player = this.#player;
-    const { speed, quality, visibleBy, loop, soft, environment, shadows, grid, fly, stats } = this.#inputs;
+    const { speed, quality, visibleBy, loop, blend, environment, shadows, grid, fly, stats } = this.#inputs;
     for (const { input } of this.#modes.inputs) input.checked = input.value === player.viewMode;
     speed.input.value = String(player.playbackRate);
     quality.input.value = player.quality;
     visibleBy.input.value = player.visibleBy;
     loop.input.checked = player.loop;
-    soft.input.checked = player.soft > 0;
+    blend.input.value = player.blend ?? "";
     environment.input.checked = player.environment;
     shadows.input.checked = player.shadows;
     grid.input.checked = player.grid;

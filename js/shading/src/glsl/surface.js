@@ -93,8 +93,7 @@ void passVisibilityWeights() {
 
 /**
  * Follows projection in a fragment shader. WEIGHT_TEXELS: number of varyings with visibility weights. BEST: maximum number of
- * cameras at a point. SOFT: the weight of a camera falls to 0 where another one replaces it or it drops out (Buehler et al.,
- * "Unstructured Lumigraph Rendering", 2001).
+ * cameras at a point. PAPER: defined if cameras are weighted by the normal alone; see clause 17.5 of the format.
  */
 export const blending = /* glsl */ `
 uniform highp sampler2D pictures;
@@ -103,14 +102,14 @@ uniform vec2 pictureSize;
 uniform vec2 tolerance; // in pixel widths, and relative to the change of depth from pixel to pixel
 uniform int viewCount;
 uniform float threshold;
+uniform vec3 eye; // of the viewer
 #if WEIGHT_TEXELS > 0
 in vec4 vVisibility[WEIGHT_TEXELS];
 #endif
-#ifdef SOFT
-uniform float soft; // 0 to 1
-#define KEPT (BEST + 1)
-#else
+#ifdef PAPER
 #define KEPT BEST
+#else
+#define KEPT (BEST + 1) // the weight of the last one is subtracted from the others
 #endif
 
 // Whether the mesh hides a point of a face; point and normal are in the camera's frame.
@@ -127,76 +126,89 @@ bool hidden(int view, vec3 at, vec3 normal) {
   return at.z > nearest + tolerance.x * at.z * max(sizes.z, sizes.w) + tolerance.y * slope;
 }
 
-uvec2 seenByVisibilityWeights() {
-  uvec2 seen = uvec2(0u);
+// A factor from 0 to 1: how well a view sees the point, by its visibility weight.
+float visibilityFactor(int view) {
 #if WEIGHT_TEXELS > 0
-  for (int i = 0; i < WEIGHT_TEXELS; i++) {
-    // 127.5 of 255
-    uvec4 bits = uvec4(greaterThanEqual(vVisibility[i], vec4(0.5)));
-    uint four = bits.x | bits.y << 1 | bits.z << 2 | bits.w << 3;
-    if (i < 8) seen.x |= four << uint(4 * i);
-    else seen.y |= four << uint(4 * (i - 8));
-  }
+  if ((int(texel(view, 3).w) & BY_WEIGHTS) == 0) return 1.0;
+  float seen = vVisibility[view >> 2][view & 3]; // 127.5 is one half
+#ifdef PAPER
+  return seen >= 0.5 ? 1.0 : 0.0;
+#else
+  return max(0.0, 2.0 * seen - 1.0);
 #endif
-  return seen;
+#else
+  return 1.0;
+#endif
 }
 
-// Whether a view shows the point; at: where, in texels of pictures.
-bool shows(int view, vec3 point, vec3 faceNormal, uvec2 seen, out vec2 at) {
+// How well the picture of a view shows the point, 0 to 1, its visibility weight aside; at: where, in texels of pictures.
+float shows(int view, vec3 point, vec3 faceNormal, out vec2 at) {
   vec3 inCamera = toCamera(view, point);
   vec4 source = texel(view, 8), place = texel(view, 9), centre = texel(view, 3);
   vec2 pixel;
-  if (!toPicture(view, inCamera, pixel)) return false;
+  if (!toPicture(view, inCamera, pixel)) return 0.0;
   vec2 inTile = (pixel - source.xy) * place.zw / source.zw;
-  if (any(lessThan(inTile, vec2(0.5))) || any(greaterThan(inTile, place.zw - 0.5))) return false;
-  if (!(dot(faceNormal, centre.xyz - point) > 0.0)) return false;
+  vec2 nearest = min(inTile, place.zw - inTile) - 0.5;
+  float inside = min(nearest.x, nearest.y); // pixels to the usable border
+  if (inside < 0.0) return 0.0;
   at = place.xy + inTile;
-  int flags = int(centre.w);
-  if ((flags & BY_WEIGHTS) != 0 && ((view < 32 ? seen.x >> uint(view) : seen.y >> uint(view - 32)) & 1u) == 0u)
-    return false;
-  if ((flags & BY_DEPTH) == 0) return true;
-  vec3 normalInCamera = vec3(dot(texel(view, 0).xyz, faceNormal), dot(texel(view, 1).xyz, faceNormal),
-                             dot(texel(view, 2).xyz, faceNormal));
-  return !hidden(view, inCamera, normalInCamera);
+  if ((int(centre.w) & BY_DEPTH) != 0) {
+    if (!(dot(faceNormal, centre.xyz - point) > 0.0)) return 0.0;
+    vec3 normalInCamera = vec3(dot(texel(view, 0).xyz, faceNormal), dot(texel(view, 1).xyz, faceNormal),
+                               dot(texel(view, 2).xyz, faceNormal));
+    if (hidden(view, inCamera, normalInCamera)) return 0.0;
+  }
+#ifdef PAPER
+  return 1.0;
+#else
+  return min(1.0, inside / 8.0);
+#endif
 }
 
-// The weight of a view at the point, or 0 where it is below the threshold.
+// The weight of a view at the point before its picture is looked at; 0: it is not used.
 float weightOf(int view, vec3 point, vec3 normal) {
   vec4 centre = texel(view, 3);
   if ((int(centre.w) & OFF) != 0) return 0.0;
-  float weight = dot(normal, normalize(centre.xyz - point));
-  return weight >= threshold ? weight : 0.0;
+  vec3 ray = normalize(centre.xyz - point);
+  float facing = dot(normal, ray);
+#ifdef PAPER
+  return facing >= threshold ? facing * visibilityFactor(view) : 0.0;
+#else
+  if (!(facing > threshold)) return 0.0;
+  float apart = 1.01 - dot(ray, normalize(eye - point));
+  return (facing - threshold) / (1.0 - threshold) / (apart * apart) * visibilityFactor(view);
+#endif
 }
 
 // The best views by descending weight: their numbers, weights, and where they show the point. chosen is -1 after the last.
 void chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT], out float weights[KEPT],
                  out vec2 places[KEPT]) {
-  uvec2 seen = seenByVisibilityWeights();
   for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
   // Software rasterisers execute both sides of branches and skip only loop iterations: first find the candidates.
-  uvec2 facing = uvec2(0u);
+  uvec2 candidates = uvec2(0u);
   for (int view = 0; view < viewCount; view++) {
     uint bit = weightOf(view, point, normal) > 0.0 ? 1u << uint(view & 31) : 0u;
-    facing |= view < 32 ? uvec2(bit, 0u) : uvec2(0u, bit);
+    candidates |= view < 32 ? uvec2(bit, 0u) : uvec2(0u, bit);
   }
-  while ((facing.x | facing.y) != 0u) {
-    uint bits = facing.x != 0u ? facing.x : facing.y;
+  while ((candidates.x | candidates.y) != 0u) {
+    uint bits = candidates.x != 0u ? candidates.x : candidates.y;
     uint lowest = bits & (~bits + 1u);
-    int view = int(log2(float(lowest)) + 0.5) + (facing.x != 0u ? 0 : 32);
-    facing ^= facing.x != 0u ? uvec2(lowest, 0u) : uvec2(0u, lowest);
+    int view = int(log2(float(lowest)) + 0.5) + (candidates.x != 0u ? 0 : 32);
+    candidates ^= candidates.x != 0u ? uvec2(lowest, 0u) : uvec2(0u, lowest);
     float weight = weightOf(view, point, normal);
     // Of equal weights the first one wins.
     if (!(weight > weights[KEPT - 1])) continue;
     vec2 at;
-    if (!shows(view, point, faceNormal, seen, at)) continue;
+    weight *= shows(view, point, faceNormal, at);
+    if (!(weight > weights[KEPT - 1])) continue;
     int i = KEPT - 1;
     for (; i > 0 && weight > weights[i - 1]; i--)
       chosen[i] = chosen[i - 1], weights[i] = weights[i - 1], places[i] = places[i - 1];
     chosen[i] = view, weights[i] = weight, places[i] = at;
   }
-#ifdef SOFT
-  float least = soft * max(threshold, weights[BEST]);
-  for (int i = 0; i < BEST; i++) weights[i] = max(weights[i] - least, 1e-4 * weights[i]);
+#ifndef PAPER
+  float next = weights[BEST] * 1023.0 / 1024.0;
+  for (int i = 0; i < BEST; i++) weights[i] = max(0.0, weights[i] - next);
   weights[BEST] = 0.0;
 #endif
 }

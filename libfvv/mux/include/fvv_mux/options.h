@@ -118,6 +118,7 @@ struct Options {
   std::optional<double> texture_threshold;              // least cosine
   std::optional<uint32_t> texture_best;                 // cameras
   std::optional<std::array<uint8_t, 3>> texture_unseen; // R, G, B
+  std::optional<uint32_t> texture_blend;                // FVV_BLEND_VIEWER, FVV_BLEND_PAPER
   std::optional<double> texture_depth_bias, texture_depth_slope;
   bool undistort = false;     // pictures without lens
   double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show

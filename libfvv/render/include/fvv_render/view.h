@@ -1,17 +1,20 @@
 // The picture of a mesh from anywhere, textured from the cameras that see each point best: the reference that
 // players are compared with.
 //
-// The method is that of Budd, Grau, Schuebel, "Web delivery of free-viewpoint video of sport events" (BBC R&D
-// White Paper 235, 2012), section 4, point by point of the surface:
-//   - A camera can show the point when it lies in front of it, within the lens' r_max and within the camera's
-//     pixels, the face turns its front to the camera, and nothing of the mesh is between (occlusion.h).
-//     The paper tests the depth alone; a face seen from behind, next to an outline, is as far away as its
-//     neighbour that hides it, and no tolerance can distinguish the two.
-//   - Its weight is the cosine of the angle between the surface's normal and the ray to the camera. Normals
-//     of vertices are interpolated over the face; they are not turned to the viewer.
-//   - Weights below the threshold are ignored. Of the others the largest few are kept, at equal weight the
-//     camera that was named first, and divided by their sum.
-//   - The colour is the sum of the cameras' colours with these weights.
+// Point by point of the surface, as clause 17.5 of fvv.md defines it:
+//   - A camera can show the point when the point lies in front of it, within the lens' r_max and the camera's
+//     pixels, and nothing of the mesh is between: by visibility weights, or by rays or a depth map
+//     (occlusion.h), which also ask that the face turns its front to the camera: a face seen from behind,
+//     next to an outline, is as far away as its neighbour that hides it, and no tolerance distinguishes the
+//     two.
+//   - Blend::viewer: cameras are weighted by how near their direction is to the viewer's (after Buehler et
+//     al., "Unstructured Lumigraph Rendering", 2001), by the cosine between normal and ray, and by factors
+//     that fall to 0 at the border of the picture and of what the camera sees. The best few are mixed, each
+//     less the weight of the next one: no camera enters or leaves with a jump.
+//   - Blend::paper: by the cosine alone, as Budd, Grau, Schuebel, "Web delivery of free-viewpoint video of
+//     sport events" (BBC R&D White Paper 235, 2012), section 4.
+// Normals of vertices are interpolated over the face; they are not turned to the viewer. At equal weight the
+// camera that was named first is preferred.
 // Colours are interpolated and added as display values (sRGB), not as light: so did the paper, so do players
 // that sample textures of 8 bits, and video is scaled and coded in display values too. Light beyond white has
 // display values too, beyond 1, by the curve continued (the format's clause 10.12).
@@ -35,8 +38,8 @@ struct SourceView {
   // Visibility::given: one of these, or none, then the source has a depth map. Borrowed. An entry for each
   // face, not 0 where the camera sees it:
   const uint8_t *visible_faces = nullptr;
-  // An entry for each vertex, 0 to 255, interpolated over the face: seen from 127.5 on
-  // (fvv_visibility_weights). Faces are tested for facing the camera as with depth maps.
+  // An entry for each vertex, 0 to 255, interpolated over the face: seen above 127.5
+  // (fvv_visibility_weights).
   const uint8_t *visible_vertices = nullptr;
   const float *wide_pixels = nullptr;
 };
@@ -47,11 +50,15 @@ enum class Visibility {
   given      // SourceView::visible_faces, visible_vertices
 };
 
+// What decides which cameras are mixed at a point.
+enum class Blend { viewer = FVV_BLEND_VIEWER, paper = FVV_BLEND_PAPER };
+
 // Calls work(0) ... work(count - 1), each once, in any order or concurrently.
 using Executor = std::function<void(size_t count, const std::function<void(size_t)> &work)>;
 
 struct ViewOptions {
-  double threshold = 0.25; // least weight, 0 to 1; one that equals it is kept
+  Blend blend = Blend::viewer;
+  double threshold = 0.05; // least cosine between normal and ray to a camera, 0 to 1
   uint32_t best = 3;       // cameras for one point, 1 to max_best
   double margin = 0.5;     // of the sources' pixels: a border that is not used; from 0.5 on nothing is
                            // read twice
@@ -84,8 +91,8 @@ struct ViewPicture {
   std::vector<float> depth;                // z_c in metres, linear; +inf: no surface
   std::vector<uint32_t> face;              // no_face: no surface
   std::vector<Contribution> contributions; // best a pixel, by falling weight, no_source after the last
-  // A byte for each pixel and source: 1 when the camera can show the point and its weight reaches the
-  // threshold, among the best or not. Empty without ViewOptions::keep_visibility.
+  // A byte for each pixel and source: 1 when the camera has a weight at the point, among the best or not.
+  // Empty without ViewOptions::keep_visibility.
   std::vector<uint8_t> visible;
 };
 

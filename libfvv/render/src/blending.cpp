@@ -1,0 +1,57 @@
+#include "blending.h"
+
+#include <algorithm>
+
+namespace fvv::render {
+
+namespace {
+
+// Clause 17.5: what keeps the weight of a camera on the viewer's own ray finite; it is 8 degrees wide.
+constexpr double direction_width = 0.01;
+// Pixels of the source over which its weight falls to 0 at the border.
+constexpr double border_width = 8;
+// Of the first camera that is not mixed, this much is subtracted from the others: a camera that enters or
+// leaves has no weight then. Less than all, so that equal cameras keep some.
+constexpr double handover = 1023.0 / 1024;
+
+} // namespace
+
+double directional_weight(const ViewOptions &options, const Stance &stance) {
+  if (options.blend == Blend::paper)
+    // A weight of 0 would leave nothing to divide by.
+    return stance.facing >= options.threshold && stance.facing > 0 ? stance.facing : 0;
+  if (!(stance.facing > options.threshold)) return 0;
+  const double apart = 1 + direction_width - stance.direction;
+  return (stance.facing - options.threshold) / (1 - options.threshold) / (apart * apart);
+}
+
+double visibility_factor(Blend blend, double seen) {
+  if (blend == Blend::paper) return seen >= 127.5;
+  return std::max(0.0, seen / 127.5 - 1);
+}
+
+double border_factor(Blend blend, double distance) {
+  if (blend == Blend::paper) return distance >= 0;
+  return std::clamp(distance / border_width, 0.0, 1.0);
+}
+
+BestCameras::BestCameras(const ViewOptions &options)
+    : blend(options.blend), best(options.best), kept(best + (options.blend == Blend::viewer)) {}
+
+void BestCameras::add(const Candidate &camera) {
+  if (!accepts(camera.weight)) return;
+  size_t i = std::min(count, kept - 1);
+  for (; i > 0 && camera.weight > all[i - 1].weight; i--) all[i] = all[i - 1];
+  all[i] = camera;
+  count = std::min(count + 1, kept);
+}
+
+void BestCameras::normalise() {
+  const double next = count > best ? handover * all[best].weight : 0;
+  count = std::min(count, best);
+  double sum = 0;
+  for (size_t i = 0; i < count; i++) sum += all[i].weight -= next;
+  for (size_t i = 0; i < count; i++) all[i].weight /= sum;
+}
+
+} // namespace fvv::render
