@@ -8,6 +8,7 @@ import { boundsOf } from "./matrices.js";
 import { Pipeline } from "./pipeline.js";
 import { Uploads } from "./resources.js";
 import { MAX_LIGHTS, MAX_SHADOWS } from "./shadows.js";
+import { tilesOf } from "./sheet.js";
 import { MODES } from "./surface.js";
 
 /** A picture that outlives its frame. Of a JPEG picture the file is kept, and decoded again if necessary. */
@@ -39,6 +40,7 @@ class Content {
     this.mesh = mesh?.faceCount ? mesh : null;
     this.layout = layoutOf(pictures);
     this.views = viewsOf(frame, this.layout.places);
+    this.tiles = tilesOf(frame, this.layout.places);
     this.bounds = this.mesh && boundsOf(mesh.positions);
     const atlas = configuration.videos.find(({ shows, track }) => shows === "atlas" && this.layout.places.has(track));
     const place = atlas && this.layout.places.get(atlas.track);
@@ -80,6 +82,9 @@ const defaults = {
   shadows: true,
   environment: true,
   clearColour: [0, 0, 0, 1],
+  sky: null,
+  up: [0, 1, 0],
+  sheet: null,
   frusta: null,
   grid: null,
 };
@@ -162,6 +167,11 @@ export class Renderer extends EventTarget {
   get frame() {
     const { frame, views } = this.#content ?? {};
     return frame ? { number: frame.number, seconds: frame.seconds, viewCount: views.length } : null;
+  }
+
+  /** The pictures of cameras that a contact sheet shows. */
+  get tiles() {
+    return this.#content?.tiles ?? [];
   }
 
   /** Bounds of the mesh that is shown, {min, max}; null: no mesh. */

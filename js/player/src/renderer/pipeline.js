@@ -6,6 +6,8 @@ import { Overlay } from "./overlay.js";
 import { PictureTexture } from "./pictures.js";
 import { Programs } from "./programs.js";
 import { Shadows } from "./shadows.js";
+import { Sheet } from "./sheet.js";
+import { Sky } from "./sky.js";
 import { Surface } from "./surface.js";
 import { eyeOf } from "../view.js";
 
@@ -17,6 +19,8 @@ export class Pipeline {
   #surface;
   #shadows;
   #environment;
+  #sky;
+  #sheet;
   #overlay;
   #content = null;
 
@@ -28,6 +32,8 @@ export class Pipeline {
     this.#surface = new Surface(gl, this.#programs, counters, depthTexels);
     this.#shadows = new Shadows(gl, this.#programs, counters);
     this.#environment = new Environment(gl, this.#programs, counters);
+    this.#sky = new Sky(gl, this.#programs, counters);
+    this.#sheet = new Sheet(gl, this.#programs, counters);
     this.#overlay = new Overlay(gl, this.#programs, counters);
   }
 
@@ -50,6 +56,7 @@ export class Pipeline {
     const content = this.#content;
     const surface = content?.mesh ? this.#surface : null;
     const around = options.environment && !this.#environment.empty ? this.#environment : null;
+    if (options.sheet) return this.#drawSheet(view, options);
     surface?.prepare(options);
     if (around) this.#shadows.prepare(surface?.mesh ?? null, content?.bounds);
     this.#overlay.prepare(options, content?.views ?? []);
@@ -58,9 +65,20 @@ export class Pipeline {
     gl.clearColor(...options.clearColour);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const viewer = this.#viewer(view, joined(content?.bounds ?? null, around?.bounds ?? null), options);
+    if (options.sky) this.#sky.draw(viewer, options);
     if (surface) surface.draw(this.#pictures, viewer, options);
     if (around) around.draw(viewer, options.shadows ? this.#shadows : { ...noShadows, texture: this.#shadows.texture });
     this.#overlay.draw(viewer, this.#pictures);
+  }
+
+  /** All pictures beside each other, instead of the scene. */
+  #drawSheet({ width, height }, { sheet, clearColour }) {
+    const gl = this.#gl;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, width, height);
+    gl.clearColor(...clearColour);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    this.#sheet.draw(this.#content?.tiles ?? [], sheet, this.#pictures);
   }
 
   #viewer(view, bounds, { frusta, grid }) {
@@ -76,6 +94,8 @@ export class Pipeline {
 
   close() {
     this.#overlay.close();
+    this.#sheet.close();
+    this.#sky.close();
     this.#environment.close();
     this.#shadows.close();
     this.#surface.close();
