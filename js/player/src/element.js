@@ -9,6 +9,7 @@ import { Interface } from "./ui/interface.js";
 import { styleSheets } from "./ui/style.js";
 import { element } from "./ui/widgets.js";
 import { VIEW_ATTRIBUTES, ViewpointElement } from "./viewpoint_element.js";
+import { Immersive } from "./xr/entry.js";
 
 /** Frames that are decoded ahead. The renderer keeps one picture, shows one, and one is in the queue: four are open. */
 const QUEUE = 1;
@@ -42,6 +43,7 @@ export class FvvPlayer extends ViewpointElement {
   #connected = null; // AbortController of listeners while the element is in a document
   #loading = false;
   #bookmarks = null;
+  #immersive = null;
   #unsupported = false; // a codec of the source
   #lost = []; // codecs of videos without a picture
   /** Further options for createDecoder. */
@@ -79,6 +81,12 @@ export class FvvPlayer extends ViewpointElement {
     document.addEventListener("visibilitychange", () => (this.#media.suspended = document.hidden), { signal });
     document.addEventListener("fullscreenchange", () => this.dispatchEvent(new Event("optionschange")), { signal });
     this.#media.suspended = document.hidden;
+    this.#immersive = new Immersive(signal);
+    this.#immersive.addEventListener("change", () => {
+      if (this.immersive) this.setAttribute("immersive", this.immersive);
+      else this.removeAttribute("immersive");
+      this.dispatchEvent(new Event("optionschange"));
+    });
     this.#bookmarks = new Bookmarks(this, signal);
     this.load();
   }
@@ -258,6 +266,32 @@ export class FvvPlayer extends ViewpointElement {
   toggleFullscreen() {
     const done = this.isFullscreen ? document.exitFullscreen() : this.requestFullscreen?.();
     done?.catch(() => this.#interface.notify("Full screen is not allowed here"));
+  }
+
+  /** What the browser offers: "vr", "ar". */
+  get immersiveModes() {
+    return this.#immersive?.modes ?? [];
+  }
+  /** The current mode, or null. */
+  get immersive() {
+    return this.#immersive?.mode ?? null;
+  }
+  /** Begins a WebXR session. Has to be called by a listener of a click or a key. */
+  async enterImmersive(mode) {
+    if (!this._stage || !this.#immersive) throw new DOMException("the player is not in a page", "InvalidStateError");
+    this.wasUsed = true;
+    await this.#immersive.enter(mode, { stage: this._stage, player: this, overlay: this });
+  }
+  async exitImmersive() {
+    await this.#immersive?.exit();
+  }
+  /** Where the scene is in the room, while it is immersive. */
+  get placement() {
+    return this.#immersive?.placement ?? null;
+  }
+  toggleImmersive(mode) {
+    const done = this.immersive ? this.exitImmersive() : this.enterImmersive(mode);
+    done.catch(({ message }) => this.#interface.notify(`This is not possible here: ${message}`));
   }
 
   /** Whether the view moves, or is about to be drawn again. */

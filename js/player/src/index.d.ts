@@ -132,6 +132,23 @@ export class FvvPlayer extends HTMLElement {
   readonly cameras: readonly Camera[];
   navigation: "orbit" | "fly";
 
+  /** What the browser offers by WebXR. */
+  readonly immersiveModes: readonly ("vr" | "ar")[];
+  /** The current mode, or null; also an attribute. "optionschange" reports changes. */
+  readonly immersive: "vr" | "ar" | null;
+  /** Begins a WebXR session. Has to be called by a listener of a click or a key. */
+  enterImmersive(mode: "vr" | "ar"): Promise<void>;
+  exitImmersive(): Promise<void>;
+  /** Where the scene is in the viewer's room: radians, metres of the room per metre of the stream, the middle of its floor. */
+  readonly placement: {
+    turn: number;
+    scale: number;
+    anchor: Vector;
+    turnBy(radians: number): void;
+    scaleBy(factor: number): void;
+    moveBy(metres: Vector): void;
+  } | null;
+
   /** The direction in which a finger on the picture scrolls the page. */
   touchAction: "pan-y" | "pan-x" | "none";
 

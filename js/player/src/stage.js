@@ -37,6 +37,7 @@ export class Stage extends EventTarget {
   #frame = null; // {cameras} of the frame on screen
   #ground = null;
   #empty = true;
+  #immersed = false;
   #outlined = { cameras: null, without: null, found: null };
   resolution = new Resolution();
   backgrounds = [];
@@ -99,7 +100,9 @@ export class Stage extends EventTarget {
   async show(frame) {
     const shown = await this.#renderer.show(frame);
     if (!shown) return false;
-    this.#frame = { cameras: frame.cameras, hasMeshes: frame.configuration.tracks.some(({ kind }) => kind === "mesh") };
+    const { tracks, scaleKnown } = frame.configuration;
+    const hasMeshes = tracks.some(({ kind }) => kind === "mesh");
+    this.#frame = { cameras: frame.cameras, hasMeshes, scaleKnown, floor: this.#frame?.floor ?? null };
     if (this.#empty) this.#begin(frame);
     else this.#navigator.follow(frame.cameras);
     this.wake();
@@ -116,6 +119,7 @@ export class Stage extends EventTarget {
     let low = Infinity;
     for (let i = 0; i < points.length; i += 3) low = Math.min(low, dot(points.subarray(i, i + 3), up));
     const down = Number.isFinite(low) ? dot(centre, up) - low : 0;
+    this.#frame.floor = Number.isFinite(low) ? low : null;
     const step = roundDown(radius / 3);
     const extent = step * Math.ceil((3 * radius) / step);
     this.#ground = { centre: centre.map((x, i) => x - down * up[i]), up, extent, step };
@@ -152,6 +156,7 @@ export class Stage extends EventTarget {
   }
 
   wake() {
+    if (this.#immersed) return;
     this.#asked ||= requestAnimationFrame((now) => this.#tick(now));
   }
 
@@ -163,6 +168,31 @@ export class Stage extends EventTarget {
     this.resolution.observe(now, continues);
     if (!this.#empty) this.#draw(continues);
     if (continues) this.wake();
+  }
+
+  /** While it is set, somebody else calls drawEyes for each picture of the screen. */
+  set immersed(immersed) {
+    if (this.#asked === -1) return;
+    cancelAnimationFrame(this.#asked);
+    clearTimeout(this.#settle);
+    this.#asked = 0;
+    this.#settle = null;
+    this.#immersed = immersed;
+    this.wake();
+  }
+  /** What a Placement needs of the scene. */
+  get place() {
+    const { extent, axes, pose } = this.#navigator;
+    const { floor, scaleKnown } = this.#frame ?? { floor: null, scaleKnown: false };
+    return { extent, axes, eye: pose.eye, floor, scaleKnown };
+  }
+  /** views: as Renderer.drawViews takes them. overWorld: without anything around the scene. */
+  drawEyes(views, framebuffer, overWorld) {
+    this.#media.tick();
+    if (this.#empty) return;
+    const drawing = { ...this.#drawing(), sheet: null };
+    const bare = { environment: false, sky: null, grid: null, clearColour: [0, 0, 0, 0] };
+    this.#renderer.drawViews(views, overWorld ? { ...drawing, ...bare } : drawing, framebuffer);
   }
 
   #draw(moving) {

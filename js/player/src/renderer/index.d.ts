@@ -94,6 +94,15 @@ export class Renderer extends EventTarget {
   /** Sets the canvas to the view's size. Returns false if the picture would be the same as the last one, or the context is
    * lost. */
   draw(view: View, options?: DrawOptions): boolean;
+  /**
+   * Draws the views of one picture, such as those of two eyes, each into its viewport {x, y, width, height} of a framebuffer;
+   * null: that of the canvas. Returns false if the context is lost.
+   */
+  drawViews(
+    views: readonly (View & { x: number; y: number })[],
+    options?: DrawOptions,
+    framebuffer?: WebGLFramebuffer | null,
+  ): boolean;
   readPixels(): { width: number; height: number; data: Uint8ClampedArray };
   close(): void;
 }

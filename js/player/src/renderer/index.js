@@ -240,15 +240,36 @@ export class Renderer extends EventTarget {
 
   #draw() {
     const { view, options } = this.#last;
+    if (this.#canvas.width !== view.width) this.#canvas.width = view.width;
+    if (this.#canvas.height !== view.height) this.#canvas.height = view.height;
+    this.#drawAll([view], options, null);
+    this.#changed = false;
+  }
+
+  #drawAll(views, options, framebuffer) {
     const counters = this.#counters;
     const former = counters.uploads.bytes;
     counters.drawCalls = 0;
-    if (this.#canvas.width !== view.width) this.#canvas.width = view.width;
-    if (this.#canvas.height !== view.height) this.#canvas.height = view.height;
-    this.#pipeline.draw(view, options);
+    for (const view of views) this.#pipeline.draw(view, options, framebuffer);
     counters.bytesUploadedPerDrawnFrame = counters.uploads.bytes - former;
     counters.drawnFrames++;
-    this.#changed = false;
+  }
+
+  /**
+   * Draws the views of one picture, such as those of two eyes, each into its viewport {x, y, width, height} of a framebuffer;
+   * null: that of the canvas. Returns false if the context is lost.
+   */
+  drawViews(views, options, framebuffer = null) {
+    if (this.lost) return false;
+    this.#drawAll(views, complete(options), framebuffer);
+    this.#changed = true; // The canvas no longer has the last picture of draw().
+    return true;
+  }
+
+  /** The layer of a WebXR session that this renderer draws into. */
+  async layerFor(session) {
+    await this.#gl.makeXRCompatible?.();
+    return new XRWebGLLayer(session, this.#gl);
   }
 
   /** The last picture, RGBA, top row first. It is drawn again, because browsers need not keep it. */

@@ -51,19 +51,17 @@ export class Pipeline {
     this.#shadows.setLights(environments.flatMap(({ lights }) => lights));
   }
 
-  draw(view, options) {
+  /** framebuffer: null for the canvas. Only the viewport of the view is changed. */
+  draw(view, options, framebuffer = null) {
     const gl = this.#gl;
     const content = this.#content;
     const surface = content?.mesh ? this.#surface : null;
     const around = options.environment && !this.#environment.empty ? this.#environment : null;
-    if (options.sheet) return this.#drawSheet(view, options);
+    if (options.sheet) return this.#drawSheet(view, options, framebuffer);
     surface?.prepare(options);
     if (around) this.#shadows.prepare(surface?.mesh ?? null, content?.bounds);
     this.#overlay.prepare(options, content?.views ?? []);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, view.width, view.height);
-    gl.clearColor(...options.clearColour);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    this.#clear(view, options, framebuffer);
     const viewer = this.#viewer(view, joined(content?.bounds ?? null, around?.bounds ?? null), options);
     if (options.sky) this.#sky.draw(viewer, options);
     if (surface) surface.draw(this.#pictures, viewer, options);
@@ -72,13 +70,20 @@ export class Pipeline {
   }
 
   /** All pictures beside each other, instead of the scene. */
-  #drawSheet({ width, height }, { sheet, clearColour }) {
+  #drawSheet(view, options, framebuffer) {
+    this.#clear(view, options, framebuffer);
+    this.#sheet.draw(this.#content?.tiles ?? [], options.sheet, this.#pictures);
+  }
+
+  #clear({ x = 0, y = 0, width, height }, { clearColour }, framebuffer) {
     const gl = this.#gl;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, width, height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.viewport(x, y, width, height);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(x, y, width, height);
     gl.clearColor(...clearColour);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    this.#sheet.draw(this.#content?.tiles ?? [], sheet, this.#pictures);
+    gl.disable(gl.SCISSOR_TEST);
   }
 
   #viewer(view, bounds, { frusta, grid }) {

@@ -171,6 +171,8 @@ export class Bar {
         "data-wide": "3",
       }),
       settings: button("settings", "Settings", icons.settings, commands.toggleSettings, panel),
+      vr: button("vr", "Enter VR", icons.vr, () => commands.toggleImmersive("vr"), { hidden: true }),
+      ar: button("ar", "Show in the room", icons.ar, () => commands.toggleImmersive("ar"), { hidden: true }),
       fullscreen: button("fullscreen", "Full screen", icons.fullscreen, commands.toggleFullscreen),
     };
     const { play, back, forward, time, live, ...others } = this.#parts;
@@ -201,7 +203,7 @@ export class Bar {
 
   update() {
     const player = this.#player;
-    const { play, back, forward, live, loop, speed, mode, fullscreen } = this.#parts;
+    const { play, back, forward, live, loop, speed, mode, vr, ar, fullscreen } = this.#parts;
     const { paused, ended, loopRange, seekable, duration } = player;
     setIcon(play, !paused ? icons.pause : ended ? icons.replay : icons.play, paused && !ended);
     setLabel(play, !paused ? "Pause" : ended ? "Play again" : "Play");
@@ -222,6 +224,11 @@ export class Bar {
     loop.disabled = !seekable.length;
     speed.value = String(player.playbackRate);
     mode.value = player.viewMode;
+    const { immersive, immersiveModes } = player;
+    vr.hidden = !immersiveModes.includes("vr");
+    ar.hidden = !immersiveModes.includes("ar");
+    setLabel(vr, immersive === "vr" ? "Exit VR" : "Enter VR");
+    setLabel(ar, immersive === "ar" ? "Leave the room" : "Show in the room");
     setIcon(fullscreen, player.isFullscreen ? icons.leaveFullscreen : icons.fullscreen);
     setLabel(fullscreen, player.isFullscreen ? "Exit full screen" : "Full screen");
     this.#scrubber.update();

@@ -63,6 +63,7 @@ export function commandsOf(player, panels) {
     toggleSettings: () => panels.toggle("settings"),
     toggleStats: () => panels.toggle("stats"),
     toggleHelp: () => panels.toggle("help"),
+    toggleImmersive: (mode) => player.toggleImmersive(mode),
     toggleFullscreen: () => player.toggleFullscreen(),
   };
 }

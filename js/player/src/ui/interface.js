@@ -116,6 +116,8 @@ export class Interface {
     player.addEventListener("focusout", () => this.#movement.releaseAll(), { signal });
     addEventListener("blur", () => this.#movement.releaseAll(), { signal });
     player.addEventListener("emptied", () => this.#bar.scrubber.forgetPreviews(), { signal });
+    // Over the camera's picture of a phone, the controls are not a part of the scene.
+    this.#controls.addEventListener("beforexrselect", (event) => event.preventDefault());
     surface.addEventListener("pointerdown", () => this.#panels.closeAll(), { signal });
     signal.addEventListener("abort", () => this.#close());
   }

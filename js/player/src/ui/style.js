@@ -50,6 +50,13 @@ const layout = `
   font: 14px/1.4 var(--fvv-font, system-ui, -apple-system, "Segoe UI", Roboto, sans-serif);
   -webkit-tap-highlight-color: transparent;
 }
+/* Over the camera's picture of a phone. */
+:host([immersive]) {
+  background: none;
+}
+:host([immersive]) :is(.ground, .poster, .sheet) {
+  display: none;
+}
 :host([hidden]) {
   display: none;
 }
@@ -723,6 +730,11 @@ const narrow = `
     font-size: 13px;
   }
   .total {
+    display: none;
+  }
+  /* With a button for WebXR there is no room for steps. */
+  .row:has(:is([part~="vr"], [part~="ar"]):not([hidden])) [part~="step-back"],
+  .row:has(:is([part~="vr"], [part~="ar"]):not([hidden])) [part~="step-forward"] {
     display: none;
   }
   .panels {
