@@ -2,7 +2,7 @@
 // focus, touch, previews, another source. In Chromium, with one page for most checks.
 
 import assert from "node:assert/strict";
-import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -29,6 +29,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     mux(at("players.fvv"));
     opened = await openPage("chromium", at("players.fvv"));
     ({ served, browser, page } = opened);
+    copyFileSync(here("../../node_modules/axe-core/axe.min.js"), join(served.folder, "axe.js"));
     mux(join(served.folder, "meshes.fvv"), "--no-pictures", "--triangles", "6000");
     mux(join(served.folder, "pictures.fvv"), "--no-meshes");
     await until(() => window.player.readyState === 4);
@@ -186,6 +187,7 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
       `${colours} colours`,
     );
     await screen("sheet");
+    assert.deepEqual(await driver.accessibility(), []);
     assert.deepEqual(await ask(() => window.player.shadowRoot.querySelectorAll(".sheet button").length), 5);
     const { x, y, width, height } = await boxOf(".sheet button:nth-child(3)");
     await page.mouse.click(x + width / 2, y + height / 2);
@@ -245,6 +247,12 @@ describe("streams without some parts", { skip: missingBrowser("chromium") }, () 
     });
     await other.waitForFunction(() => window.player.readyState === 4 && window.player.unsupportedCodecs.length > 0);
     await other.waitForFunction(() => !window.player.isMoving);
+    await other.addScriptTag({ url: "axe.js" });
+    const violations = await other.evaluate(async () => (await window.axe.run(document)).violations);
+    assert.deepEqual(
+      violations.map(({ id }) => id),
+      [],
+    );
     const { text, codecs } = await other.evaluate(() => {
       const notice = window.player.shadowRoot.querySelector(".missing");
       return { text: notice.hidden ? "" : notice.textContent, codecs: window.player.unsupportedCodecs };

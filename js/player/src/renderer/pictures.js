@@ -10,9 +10,14 @@ import {
   replicationOf,
 } from "@fvv/shading";
 
-import { wholeVertex } from "./programs.js";
 import { DataTexture, newTexture } from "./resources.js";
 
+const wholeVertex = /* glsl */ `
+void main() {
+  // A triangle that covers the viewport.
+  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
+`;
 const planes = { vertex: wholeVertex, fragment: planesFragment };
 const copy = { vertex: wholeVertex, fragment: copyFragment };
 const replicated = { vertex: wholeVertex, fragment: replicatedFragment };

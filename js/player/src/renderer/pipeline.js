@@ -63,9 +63,9 @@ export class Pipeline {
     this.#overlay.prepare(options, content?.views ?? []);
     this.#clear(view, options, framebuffer);
     const viewer = this.#viewer(view, joined(content?.bounds ?? null, around?.bounds ?? null), options);
-    if (options.sky) this.#sky.draw(viewer, options);
     if (surface) surface.draw(this.#pictures, viewer, options);
     if (around) around.draw(viewer, options.shadows ? this.#shadows : { ...noShadows, texture: this.#shadows.texture });
+    if (options.sky) this.#sky.draw(view, viewer.pixelToRay, options);
     this.#overlay.draw(viewer, this.#pictures);
   }
 
