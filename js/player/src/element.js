@@ -9,10 +9,12 @@ import { Interface } from "./ui/interface.js";
 import { styleSheets } from "./ui/style.js";
 import { element } from "./ui/widgets.js";
 import { VIEW_ATTRIBUTES, ViewpointElement } from "./viewpoint_element.js";
+import { Immersive } from "./xr/entry.js";
 
 /** Frames that are decoded ahead. The renderer keeps one picture, shows one, and one is in the queue: four are open. */
 const QUEUE = 1;
 const RECONNECT = { attempts: 10, firstMs: 250, longestMs: 8000 };
+const TOUCH_ACTIONS = ["pan-y", "pan-x", "none"];
 /** Duration in seconds of a change of view by attributes. */
 const JOURNEY = 0.5;
 
@@ -41,25 +43,29 @@ export class FvvPlayer extends ViewpointElement {
   #connected = null; // AbortController of listeners while the element is in a document
   #loading = false;
   #bookmarks = null;
+  #immersive = null;
+  #unsupported = false; // a codec of the source
+  #lost = []; // codecs of videos without a picture
   /** Further options for createDecoder. */
   decoderOptions = {};
-  hasPlayed = false;
 
   constructor() {
     super();
-    const root = this.attachShadow({ mode: "open" });
+    const root = this.attachShadow({ mode: "open", delegatesFocus: true });
     root.adoptedStyleSheets = styleSheets();
     this.#media = this._makeMedia({
       open: (source) => this.#open(source),
-      show: (frame) => this._stage.show(frame),
+      show: (frame) => this.#show(frame),
       wake: () => this._stage?.wake(),
     });
     this._navigator.addEventListener("change", () => {
       const { source } = this._navigator;
       this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
     });
-    this.addEventListener("playing", () => (this.hasPlayed = true));
-    this.addEventListener("emptied", () => (this.hasPlayed = false));
+    // After a seek, a step or a movement nothing covers the picture.
+    for (const type of ["playing", "seeked"]) this.addEventListener(type, () => (this.wasUsed = true));
+    this.addEventListener("camera-change", ({ detail }) => (this.wasUsed ||= detail.source === "user"));
+    this.addEventListener("emptied", () => (this.wasUsed = false));
   }
 
   connectedCallback() {
@@ -75,6 +81,12 @@ export class FvvPlayer extends ViewpointElement {
     document.addEventListener("visibilitychange", () => (this.#media.suspended = document.hidden), { signal });
     document.addEventListener("fullscreenchange", () => this.dispatchEvent(new Event("optionschange")), { signal });
     this.#media.suspended = document.hidden;
+    this.#immersive = new Immersive(signal);
+    this.#immersive.addEventListener("change", () => {
+      if (this.immersive) this.setAttribute("immersive", this.immersive);
+      else this.removeAttribute("immersive");
+      this.dispatchEvent(new Event("optionschange"));
+    });
     this.#bookmarks = new Bookmarks(this, signal);
     this.load();
   }
@@ -94,6 +106,7 @@ export class FvvPlayer extends ViewpointElement {
   #build(signal) {
     const canvas = element("canvas", { "aria-hidden": "true" });
     const ground = element("div", { class: "ground" });
+    const sky = element("div", { class: "sky" });
     const line = element("div", { class: "line" });
     this.#surface = element(
       "div",
@@ -101,7 +114,7 @@ export class FvvPlayer extends ViewpointElement {
       canvas,
     );
     this.#poster = element("img", { class: "poster", part: "poster", alt: "", hidden: true });
-    this.#parts = element("div", { class: "frame" }, ground, line, this.#surface, this.#poster);
+    this.#parts = element("div", { class: "frame" }, ground, sky, line, this.#surface, this.#poster);
     this.shadowRoot.append(this.#parts);
     this.#updateLabel();
     this.#interface = new Interface(this, this.#parts, this.#surface, this._navigator, signal);
@@ -112,9 +125,13 @@ export class FvvPlayer extends ViewpointElement {
       return;
     }
     this._stage.addEventListener("begin", () => this.#begin());
+    this._stage.addEventListener("drawn", () => this.#interface.keepPreview(canvas));
     this.#pointer = new PointerControls(this.#surface, this._navigator, (event) => this.#click(event), signal);
     this.#surface.addEventListener("dblclick", () => this.controls && this.toggleFullscreen(), { signal });
-    const observer = new ResizeObserver(() => this._stage?.wake());
+    const observer = new ResizeObserver(() => {
+      this._stage?.wake();
+      if (this.contactSheet.length) this.dispatchEvent(new Event("optionschange"));
+    });
     observer.observe(this.#surface);
     signal.addEventListener("abort", () => observer.disconnect());
     for (const name of ["view-mode", "quality", "navigation"]) this.#apply(name);
@@ -125,8 +142,8 @@ export class FvvPlayer extends ViewpointElement {
     this.#surface?.setAttribute("aria-label", `${this.getAttribute("aria-label") ?? "Scene"}, free viewpoint. H: keys`);
   }
   #readColours() {
-    const [ground, line] = [".ground", ".line"].map((name) => this.shadowRoot.querySelector(name));
-    this._stage?.readColours(ground, line);
+    const nodes = [".ground", ".sky", ".line"].map((name) => this.shadowRoot.querySelector(name));
+    this._stage?.readColours(...nodes);
   }
   #click(event) {
     if (this.controls && event.pointerType === "mouse" && this.readyState >= 2) this.#interface.commands.togglePlay();
@@ -144,7 +161,7 @@ export class FvvPlayer extends ViewpointElement {
     else if (name === "aria-label") this.#updateLabel();
     else if (name === "poster") this.#showPoster();
     else if (name === "navigation" && this.#pointer) this.#pointer.flying = value === "fly";
-    else if (name === "view-mode") this._chooseDrawing();
+    else if (name === "view-mode" || name === "controls") this._chooseDrawing();
     else if (name === "quality" && this._stage) {
       this._stage.resolution.quality = this.quality;
       this._stage.wake();
@@ -158,6 +175,9 @@ export class FvvPlayer extends ViewpointElement {
   load() {
     if (this.#loading || !this.#connected) return;
     this.#loading = true;
+    if (this._stage?.empty === false) this._forgetCameras();
+    this.#lost = [];
+    this.#unsupported = false;
     this.#media.reset();
     this.#media.playbackRate = this.defaultPlaybackRate;
     queueMicrotask(() => {
@@ -179,6 +199,8 @@ export class FvvPlayer extends ViewpointElement {
     const { worker } = this;
     const described = this.live && typeof source === "string" ? { url: source, reconnect: RECONNECT } : source;
     const decoder = await createDecoder({
+      // Also without WebCodecs: JPEG needs none, and the decoder then reports what it cannot decode.
+      video: "pictures",
       ...this.decoderOptions,
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
@@ -189,16 +211,45 @@ export class FvvPlayer extends ViewpointElement {
     decoder.addEventListener("background", ({ detail }) => this._stage?.setBackgrounds(detail));
     for (const type of ["warning", "gap", "corrupt"])
       decoder.addEventListener(type, ({ detail }) => this.dispatchEvent(new CustomEvent(type, { detail })));
+    decoder.addEventListener("warning", ({ detail }) => this.#takeWarning(detail));
     return decoder;
+  }
+
+  async #show(frame) {
+    if (!(await this._stage.show(frame))) return;
+    const coded = new Set(frame.samples.map(({ track }) => track));
+    const lost = frame.configuration.videos.filter(({ track }) => coded.has(track) && !frame.picture(track));
+    const codecs = new Set(lost.map(({ codec }) => codec));
+    if (codecs.size === this.#lost.length) return;
+    this.#lost = [...codecs];
+    if (this.#unsupported) this.dispatchEvent(new Event("optionschange"));
+  }
+  #takeWarning({ code }) {
+    if (code !== "unsupported" || this.#unsupported) return;
+    this.#unsupported = true;
+    this.dispatchEvent(new Event("optionschange"));
+  }
+  /** Codecs of the frame on screen that this browser does not decode: "avc1", "hvc1", "vp09", "av01". */
+  get unsupportedCodecs() {
+    return this.#unsupported ? this.#lost : [];
   }
 
   #begin() {
     this.#poster.hidden = true;
     if (VIEW_ATTRIBUTES.some((name) => this.hasAttribute(name))) this._navigator.goTo(this._firstPose);
     this.#bookmarks.look();
+    this._chooseDrawing();
     this.dispatchEvent(new Event("optionschange"));
   }
 
+  /** The direction in which a finger on the picture scrolls the page, as in <model-viewer>. */
+  get touchAction() {
+    const action = this.getAttribute("touch-action");
+    return TOUCH_ACTIONS.includes(action) ? action : TOUCH_ACTIONS[0];
+  }
+  set touchAction(action) {
+    this.setAttribute("touch-action", action);
+  }
   get worker() {
     return this.getAttribute("worker");
   }
@@ -215,6 +266,32 @@ export class FvvPlayer extends ViewpointElement {
   toggleFullscreen() {
     const done = this.isFullscreen ? document.exitFullscreen() : this.requestFullscreen?.();
     done?.catch(() => this.#interface.notify("Full screen is not allowed here"));
+  }
+
+  /** What the browser offers: "vr", "ar". */
+  get immersiveModes() {
+    return this.#immersive?.modes ?? [];
+  }
+  /** The current mode, or null. */
+  get immersive() {
+    return this.#immersive?.mode ?? null;
+  }
+  /** Begins a WebXR session. Has to be called by a listener of a click or a key. */
+  async enterImmersive(mode) {
+    if (!this._stage || !this.#immersive) throw new DOMException("the player is not in a page", "InvalidStateError");
+    this.wasUsed = true;
+    await this.#immersive.enter(mode, { stage: this._stage, player: this, overlay: this });
+  }
+  async exitImmersive() {
+    await this.#immersive?.exit();
+  }
+  /** Where the scene is in the room, while it is immersive. */
+  get placement() {
+    return this.#immersive?.placement ?? null;
+  }
+  toggleImmersive(mode) {
+    const done = this.immersive ? this.exitImmersive() : this.enterImmersive(mode);
+    done.catch(({ message }) => this.#interface.notify(`This is not possible here: ${message}`));
   }
 
   /** Whether the view moves, or is about to be drawn again. */

@@ -90,6 +90,10 @@ export class FvvPlayer extends HTMLElement {
   currentFrame: number;
   /** 0: not known. */
   readonly frameCount: number;
+  /** As far as known; start and end in seconds, and the number of the first frame. */
+  readonly groups: readonly { start: number; end: number; firstFrame: number }[];
+  /** The number of the frame at a time; null: not known. */
+  frameAt(seconds: number): number | null;
   /** Seconds; NaN before metadata, Infinity live. */
   readonly duration: number;
   readonly paused: boolean;
@@ -128,6 +132,26 @@ export class FvvPlayer extends HTMLElement {
   readonly cameras: readonly Camera[];
   navigation: "orbit" | "fly";
 
+  /** What the browser offers by WebXR. */
+  readonly immersiveModes: readonly ("vr" | "ar")[];
+  /** The current mode, or null; also an attribute. "optionschange" reports changes. */
+  readonly immersive: "vr" | "ar" | null;
+  /** Begins a WebXR session. Has to be called by a listener of a click or a key. */
+  enterImmersive(mode: "vr" | "ar"): Promise<void>;
+  exitImmersive(): Promise<void>;
+  /** Where the scene is in the viewer's room: radians, metres of the room per metre of the stream, the middle of its floor. */
+  readonly placement: {
+    turn: number;
+    scale: number;
+    anchor: Vector;
+    turnBy(radians: number): void;
+    scaleBy(factor: number): void;
+    moveBy(metres: Vector): void;
+  } | null;
+
+  /** The direction in which a finger on the picture scrolls the page. */
+  touchAction: "pan-y" | "pan-x" | "none";
+
   viewMode: Mode;
   quality: "auto" | "high" | "medium" | "low";
   visibleBy: "auto" | "bits" | "depth" | "both";
@@ -141,7 +165,15 @@ export class FvvPlayer extends HTMLElement {
   grid: boolean;
   /** Identifiers of the cameras that may give colours; null: all. */
   colourCameras: readonly number[] | null;
-  showCameras: "none" | "frusta" | "pictures";
+  /** null: the contact sheet for streams of pictures only, and the pictures once a camera was chosen; otherwise none. */
+  get showCameras(): "none" | "frusta" | "pictures" | "sheet";
+  set showCameras(how: "none" | "frusta" | "pictures" | "sheet" | null);
+  /** The cells of the contact sheet, in fractions of the picture, y down; empty if it is not shown. */
+  readonly contactSheet: readonly { camera: number; x: number; y: number; width: number; height: number }[];
+  /** Whether the stream on screen has pictures of cameras and no meshes. */
+  readonly onlyPictures: boolean;
+  /** Codecs of the frame on screen that this browser does not decode: "avc1", "hvc1", "vp09", "av01". */
+  readonly unsupportedCodecs: readonly string[];
   selectedCamera: number | null;
 
   /** The current time and view, as a part of a URL's fragment. */

@@ -1,7 +1,7 @@
 // The part of the element with the interface of HTMLMediaElement: attributes, properties, events.
 
 import { Media, NETWORK, READY } from "./playback/media.js";
-import { Ranges } from "./playback/ranges.js";
+import { groupAt, Ranges } from "./playback/ranges.js";
 
 /** Environments without a document, such as servers that import the package, have no HTMLElement. */
 const Base = globalThis.HTMLElement ?? class {};
@@ -98,6 +98,18 @@ export class MediaElement extends Base {
   }
   get frameCount() {
     return this.#media.frameCount;
+  }
+  /** Groups of frames, as far as known: {start, end} in seconds, and the number of the first frame. */
+  get groups() {
+    return this.#media.groups;
+  }
+  /** The number of the frame at a time; null: not known. */
+  frameAt(seconds) {
+    const { groups, frame, frameCount } = this.#media;
+    const group = groups[groupAt(groups, seconds)];
+    if (!group || !frame?.duration) return null;
+    const number = group.firstFrame + Math.floor((seconds - group.start) / frame.duration + 1e-6);
+    return Math.min(Math.max(number, 0), frameCount - 1);
   }
   get duration() {
     return this.#media.duration;

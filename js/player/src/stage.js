@@ -2,11 +2,15 @@
 // changes.
 
 import { Renderer } from "./renderer/index.js";
+import { sheetCells } from "./renderer/sheet.js";
 import { Resolution } from "./resolution.js";
-import { dot } from "./vectors.js";
+import { dot, mix } from "./vectors.js";
 
 /** Milliseconds without movement after which the picture is drawn at full resolution. */
 const REST = 180;
+/** The colour of the sky: the background with a part of this blue. */
+const BLUE = [0.46, 0.66, 0.9];
+const BLUENESS = 0.16;
 /** Length of frusta, relative to the scene's size. */
 const FRUSTUM = 0.28;
 
@@ -16,10 +20,11 @@ function roundDown(x) {
   return power * [5, 2, 1].find((digit) => digit * power <= x * (1 + 1e-9));
 }
 
-/** "rgb(20, 24, 28)" as display values. */
+/** "rgb(20, 24, 28)" as display values; null: transparent. */
 function readColour(text) {
-  const [r, g, b] = (text.match(/[\d.]+/g) ?? []).map(Number);
-  return b === undefined ? [0, 0, 0, 1] : [r / 255, g / 255, b / 255, 1];
+  const [r, g, b, alpha = 1] = (text.match(/[\d.]+/g) ?? []).map(Number);
+  if (b === undefined || alpha === 0) return null;
+  return [r / 255, g / 255, b / 255, 1];
 }
 
 export class Stage extends EventTarget {
@@ -32,6 +37,7 @@ export class Stage extends EventTarget {
   #frame = null; // {cameras} of the frame on screen
   #ground = null;
   #empty = true;
+  #immersed = false;
   #outlined = { cameras: null, without: null, found: null };
   resolution = new Resolution();
   backgrounds = [];
@@ -45,8 +51,10 @@ export class Stage extends EventTarget {
     frusta: false,
     picturePlanes: false,
     selected: null,
+    sheet: false,
+    sheetBottom: 0,
   };
-  #colours = { clear: [0, 0, 0, 1], grid: [0.3, 0.3, 0.3, 1] };
+  #colours = { clear: [0, 0, 0, 1], sky: [0, 0, 0, 1], grid: [0.3, 0.3, 0.3, 1] };
 
   constructor(canvas, media, navigator) {
     super();
@@ -71,6 +79,17 @@ export class Stage extends EventTarget {
   get empty() {
     return this.#empty;
   }
+  /** Whether the stream on screen has pictures of cameras and no meshes. */
+  get onlyPictures() {
+    return this.#frame !== null && !this.#frame.hasMeshes && this.#renderer.tiles.length > 0;
+  }
+  /** Cells of the contact sheet: {camera, x, y, width, height}, in fractions of the canvas. */
+  get sheetCells() {
+    if (this.#empty) return [];
+    const { clientWidth, clientHeight } = this.#canvas;
+    const bottom = Math.min(0.4, this.options.sheetBottom / Math.max(1, clientHeight));
+    return sheetCells(this.#renderer.tiles, Math.max(1, clientWidth), Math.max(1, clientHeight), bottom);
+  }
 
   /** Whether a picture is about to be drawn. */
   get busy() {
@@ -80,7 +99,9 @@ export class Stage extends EventTarget {
   async show(frame) {
     const shown = await this.#renderer.show(frame);
     if (!shown) return false;
-    this.#frame = { cameras: frame.cameras };
+    const { tracks, scaleKnown } = frame.configuration;
+    const hasMeshes = tracks.some(({ kind }) => kind === "mesh");
+    this.#frame = { cameras: frame.cameras, hasMeshes, scaleKnown, floor: this.#frame?.floor ?? null };
     if (this.#empty) this.#begin(frame);
     else this.#navigator.follow(frame.cameras);
     this.wake();
@@ -97,6 +118,7 @@ export class Stage extends EventTarget {
     let low = Infinity;
     for (let i = 0; i < points.length; i += 3) low = Math.min(low, dot(points.subarray(i, i + 3), up));
     const down = Number.isFinite(low) ? dot(centre, up) - low : 0;
+    this.#frame.floor = Number.isFinite(low) ? low : null;
     const step = roundDown(radius / 3);
     const extent = step * Math.ceil((3 * radius) / step);
     this.#ground = { centre: centre.map((x, i) => x - down * up[i]), up, extent, step };
@@ -105,6 +127,7 @@ export class Stage extends EventTarget {
   /** Another source: the next frame defines the first view. */
   forget() {
     this.#empty = true;
+    this.#frame = null;
     // The canvas shows the former source.
     this.#canvas.classList.add("empty");
     this.setBackgrounds([]);
@@ -115,11 +138,13 @@ export class Stage extends EventTarget {
     if (await this.#renderer.setBackgrounds(backgrounds)) this.wake();
   }
 
-  /** surface, line: elements whose background colours are those of the empty scene and of the grid. */
-  readColours(surface, line) {
+  /** ground, sky, line: elements whose background colours are those of the empty scene, above it, and of the grid. */
+  readColours(ground, sky, line) {
+    const [clear, above, grid] = [ground, sky, line].map((node) => readColour(getComputedStyle(node).backgroundColor));
     this.#colours = {
-      clear: readColour(getComputedStyle(surface).backgroundColor),
-      grid: readColour(getComputedStyle(line).backgroundColor),
+      clear: clear ?? [0, 0, 0, 1],
+      sky: above ?? [...mix((clear ?? [0, 0, 0]).slice(0, 3), BLUE, BLUENESS), 1],
+      grid: grid ?? [0.3, 0.3, 0.3, 1],
     };
     this.wake();
   }
@@ -130,6 +155,7 @@ export class Stage extends EventTarget {
   }
 
   wake() {
+    if (this.#immersed) return;
     this.#asked ||= requestAnimationFrame((now) => this.#tick(now));
   }
 
@@ -143,6 +169,31 @@ export class Stage extends EventTarget {
     if (continues) this.wake();
   }
 
+  /** While it is set, somebody else calls drawEyes for each picture of the screen. */
+  set immersed(immersed) {
+    if (this.#asked === -1) return;
+    cancelAnimationFrame(this.#asked);
+    clearTimeout(this.#settle);
+    this.#asked = 0;
+    this.#settle = null;
+    this.#immersed = immersed;
+    this.wake();
+  }
+  /** What a Placement needs of the scene. */
+  get place() {
+    const { extent, axes, pose } = this.#navigator;
+    const { floor, scaleKnown } = this.#frame ?? { floor: null, scaleKnown: false };
+    return { extent, axes, eye: pose.eye, floor, scaleKnown };
+  }
+  /** views: as Renderer.drawViews takes them. overWorld: without anything around the scene. */
+  drawEyes(views, framebuffer, overWorld) {
+    this.#media.tick();
+    if (this.#empty) return;
+    const drawing = { ...this.#drawing(), sheet: null };
+    const bare = { environment: false, sky: null, grid: null, clearColour: [0, 0, 0, 0] };
+    this.#renderer.drawViews(views, overWorld ? { ...drawing, ...bare } : drawing, framebuffer);
+  }
+
   #draw(moving) {
     clearTimeout(this.#settle);
     this.#settle = null;
@@ -152,28 +203,42 @@ export class Stage extends EventTarget {
     const width = Math.max(1, Math.round(clientWidth * ratio));
     const height = Math.max(1, Math.round(clientHeight * ratio));
     this.#navigator.aspect = width / height;
-    if (this.#renderer.draw(this.#navigator.view(width, height), this.#drawing()))
+    if (this.#renderer.draw(this.#navigator.view(width, height), this.#drawing())) {
       this.#canvas.classList.remove("empty");
+      // Until the end of this task the canvas can be read.
+      this.dispatchEvent(new Event("drawn"));
+    }
     // Another picture at full resolution after a while without movement.
     if (moving && ratio < finest) this.#settle = setTimeout(() => this.wake(), REST);
   }
 
   #drawing() {
-    const { frusta, picturePlanes, selected, grid, environment, ...others } = this.options;
+    const { frusta, picturePlanes, selected, grid, environment, sheet, ...others } = this.options;
+    delete others.sheetBottom;
     const { radius } = this.#navigator.extent;
     const bare = !environment || !this.backgrounds.length;
     return {
       ...others,
       environment,
       clearColour: this.#colours.clear,
+      sky: this.#colours.sky,
+      up: this.#navigator.axes.up,
+      sheet: sheet ? this.sheetCells : null,
       grid: grid && bare ? { ...this.#ground, colour: this.#colours.grid } : null,
-      frusta: frusta ? { cameras: this.#outlines(), selected, picturePlanes, length: FRUSTUM * radius } : null,
+      frusta: frusta
+        ? { cameras: this.#outlines(), selected, picturePlanes, only: this.#only, length: FRUSTUM * radius }
+        : null,
     };
+  }
+
+  /** Identifier of the camera whose picture alone fills the view; null: none. */
+  get #only() {
+    return this.onlyPictures && this.#navigator.arrived ? this.#navigator.camera : null;
   }
 
   /** Without the camera of the view, whose frustum would enclose the picture. The same array while nothing changes. */
   #outlines() {
-    const { cameras } = this.#frame;
+    const { cameras } = this;
     const without = this.#navigator.camera;
     const former = this.#outlined;
     if (former.cameras === cameras && former.without === without) return former.found;

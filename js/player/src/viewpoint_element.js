@@ -15,7 +15,9 @@ import {
 import { MODES } from "./renderer/surface.js";
 import { QUALITIES } from "./resolution.js";
 
-const SHOW_CAMERAS = ["none", "frusta", "pictures"];
+const SHOW_CAMERAS = ["none", "frusta", "pictures", "sheet"];
+/** CSS pixels below a contact sheet for the bar. */
+const BAR = 100;
 export const VIEW_ATTRIBUTES = ["camera-orbit", "camera-target", "field-of-view"];
 
 export class ViewpointElement extends MediaElement {
@@ -32,7 +34,10 @@ export class ViewpointElement extends MediaElement {
     grid: true,
     cameras: null,
   };
-  #showCameras = "none";
+  #showCameras = null;
+  /** Whether the user or a script has played, sought or chosen a view since the source was loaded. */
+  wasUsed = false;
+  #leftSheet = false; // a camera of the contact sheet was chosen
 
   /** The first view: the stream's own view, overridden by attributes. */
   get _firstPose() {
@@ -87,10 +92,17 @@ export class ViewpointElement extends MediaElement {
   resetView({ duration = 0 } = {}) {
     return this._navigator.goTo(this._firstPose, duration);
   }
-  /** Moves to the view of a camera of the stream. */
+  /** Moves to the view of a camera of the stream. From a contact sheet it goes there at once. */
   snapToCamera(id, { duration = 0 } = {}) {
     const camera = this.cameras.find((one) => one.id === id && one.calibrated);
     if (!camera) throw new RangeError(`no calibrated camera ${id} in this frame`);
+    this.wasUsed = true;
+    if (this.showCameras === "sheet") {
+      this.#showCameras = null;
+      this.#leftSheet = true;
+      this._chooseDrawing();
+      return this._navigator.lookThrough(camera, 0);
+    }
     return this._navigator.lookThrough(camera, duration);
   }
   /** Identifier of the camera of the view, or null. */
@@ -123,11 +135,24 @@ export class ViewpointElement extends MediaElement {
     this.setAttribute("quality", quality);
   }
 
+  /** Cameras of another stream have other identifiers. */
+  _forgetCameras() {
+    this.#drawing.cameras = this.#selected = null;
+    this.#leftSheet = false;
+  }
+
   /** Applies the drawing options to the stage. */
   _chooseDrawing() {
-    const how = this.#showCameras;
-    const outlines = { frusta: how !== "none", picturePlanes: how === "pictures", selected: this.#selected };
-    this._stage?.set({ ...this.#drawing, ...outlines, mode: this.viewMode });
+    const how = this.showCameras;
+    this._stage?.set({
+      ...this.#drawing,
+      mode: this.viewMode,
+      frusta: how === "frusta" || how === "pictures",
+      picturePlanes: how === "pictures",
+      selected: this.#selected,
+      sheet: how === "sheet",
+      sheetBottom: this.controls ? BAR : 0,
+    });
     this.dispatchEvent(new Event("optionschange"));
   }
   #choose(options) {
@@ -180,12 +205,25 @@ export class ViewpointElement extends MediaElement {
     this.#choose({ cameras: ids && [...ids] });
   }
   get showCameras() {
-    return this.#showCameras;
+    if (this.#showCameras !== null) return this.#showCameras;
+    if (!this.onlyPictures) return "none";
+    return this.#leftSheet ? "pictures" : "sheet";
   }
+  /** null: the contact sheet for streams of pictures only, and the pictures once a camera was chosen; otherwise none. */
   set showCameras(how) {
-    if (!SHOW_CAMERAS.includes(how)) throw new TypeError(`showCameras: expected one of ${SHOW_CAMERAS.join(", ")}`);
+    if (how !== null && !SHOW_CAMERAS.includes(how))
+      throw new TypeError(`showCameras: expected null or one of ${SHOW_CAMERAS.join(", ")}`);
     this.#showCameras = how;
+    this.#leftSheet = false;
     this._chooseDrawing();
+  }
+  /** Whether the stream on screen has pictures of cameras and no meshes. */
+  get onlyPictures() {
+    return this._stage?.onlyPictures ?? false;
+  }
+  /** The cells of the contact sheet, {camera, x, y, width, height} in fractions of the picture; empty if it is not shown. */
+  get contactSheet() {
+    return this.showCameras === "sheet" ? (this._stage?.sheetCells ?? []) : [];
   }
   get selectedCamera() {
     return this.#selected;

@@ -337,6 +337,30 @@ test("begins at a given position, without showing the first frame", async () => 
   ]);
 });
 
+test("a step at the end or at the beginning stays there", async () => {
+  const { world, media } = await ready();
+  media.play();
+  await world.advance(2500);
+  assert.equal(media.ended, true);
+  world.take();
+  assert.equal(media.step(1), false);
+  await world.advance(400);
+  assert.deepEqual([media.currentTime, media.currentFrame, media.ended, media.seeking], [2, 49, true, false]);
+  assert.deepEqual(world.take(), []);
+  media.step(-1);
+  await world.advance(400);
+  assert.equal(media.currentFrame, 48);
+  media.loop = true;
+  media.currentFrame = 49;
+  await world.advance(400);
+  assert.equal(media.step(1), false);
+  media.currentFrame = 0;
+  await world.advance(400);
+  assert.equal(media.step(-1), false);
+  await world.advance(400);
+  assert.equal(media.currentFrame, 0);
+});
+
 test("a source without seeking: steps forward only, loops by opening it again", async () => {
   const { world, media } = await ready({ count: 10, seekable: false });
   assert.equal(media.seekable.length, 0);

@@ -204,6 +204,20 @@ describe("navigator", () => {
     assertClose(view.translation, [-0.8, -0.6, 5]);
     assert.equal(view.fx, 700);
   });
+  test("another scene begins with its own first view", async () => {
+    const made = navigator();
+    made.lookThrough(camera, 0);
+    settle(made);
+    const left = made.goTo({ ...made.pose, fov: 0.3 }, 5);
+    made.orbitBy(0.5, 0);
+    made.begin({ ...frame, cameras: [upright] });
+    assert.equal(await left, false);
+    settle(made);
+    assert.equal(made.camera, null);
+    assert.deepEqual(made.pose, made.home);
+    const { fx, cx } = made.view(640, 480);
+    assertClose([fx, cx], [240 / Math.tan(made.home.fov / 2), 320]);
+  });
   test("a camera's pose looks along its axis", () => {
     const pose = poseOfCamera(camera, [0, 0, 0]);
     assertClose(pose.target, [0, 0, 0]);

@@ -49,8 +49,6 @@ function play(clip) {
     () => $("compared").replaceChildren(...comparedWith(clip, (performance.now() - began) / 1000)),
     { once: true },
   );
-  // Without a mesh there is nothing else to show.
-  player.showCameras = clip.mesh ? "none" : "pictures";
   // A single frame would be drawn again and again, at low resolution on slow machines.
   player.autoplay = clip.frames > 1;
   if (!player.autoplay) player.pause();

@@ -97,6 +97,25 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
       assert.deepEqual(browser.troubles.splice(0), []);
     });
 
+  for (const path of ["", "embed.html", "five-lines.html"])
+    test(`controls are on the first screen: ${path || "index"}`, async () => {
+      const page = await open(path, [1280, 800], "light");
+      await seen(page);
+      for (const [width, height] of [
+        [1280, 800],
+        [390, 844],
+      ]) {
+        await page.setViewport({ width, height });
+        const bottom = await page.evaluate(async () => {
+          await new Promise(requestAnimationFrame);
+          const { shadowRoot } = document.querySelector("fvv-player");
+          return shadowRoot.querySelector(".bar").getBoundingClientRect().bottom;
+        });
+        assert.ok(bottom <= height, `${bottom} of ${width}x${height}`);
+      }
+      await page.close();
+    });
+
   test("facts are those of the chosen clip", async () => {
     const page = await open("", NARROW, "dark");
     await seen(page);

@@ -40,6 +40,7 @@ export const COMMANDS = [
   { keys: ["n"], shown: ["N"], description: "Orbit or fly", command: "toggleFlying" },
   { keys: ["v"], shown: ["V"], description: "Next view mode", command: "nextMode" },
   { keys: ["c"], shown: ["C"], description: "Cameras", command: "toggleCameras" },
+  { keys: ["m"], shown: ["M"], description: "Pictures of all cameras", command: "toggleSheet" },
   { keys: ["t"], shown: ["T"], description: "Statistics", command: "toggleStats" },
   { keys: ["f"], shown: ["F"], description: "Full screen", command: "toggleFullscreen" },
   { keys: ["h", "?"], shown: ["H", "?"], description: "Keys", command: "toggleHelp" },

@@ -67,6 +67,9 @@ export class Navigator extends EventTarget {
     this.axes = axesOf(frame.configuration.upAxis, calibrated);
     this.extent = extentOf(frame);
     this.#home = (aspect) => homePose(this.extent, calibrated, this.axes, aspect);
+    this.#endJourney();
+    this.#pending = still();
+    this.#lens = { camera: null, weight: 0, leaving: false };
     this.pose = this.home;
     this.#changed("script");
   }
@@ -81,6 +84,11 @@ export class Navigator extends EventTarget {
   get camera() {
     if (this.#journey) return this.#journey.camera?.id ?? null;
     return this.#lens.leaving ? null : (this.#lens.camera?.id ?? null);
+  }
+
+  /** Whether the view is exactly that of the camera. */
+  get arrived() {
+    return this.#journey === null && this.#lens.weight === 1 && !this.#lens.leaving;
   }
 
   // Movements by the user: radians, fractions of the picture's height, natural logarithm of the distance, metres.

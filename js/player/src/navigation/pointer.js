@@ -1,5 +1,6 @@
 // Mouse, pen and touch on the picture. One finger or the left button rotates, two fingers or the right button pan, and pinch
-// or wheel zoom. When flying, rotation is around the eye.
+// or wheel zoom. When flying, rotation is around the eye. If the style allows it, one finger scrolls the page in one direction:
+// the browser then cancels its pointer.
 
 /** Radians per height of the picture. */
 const TURN = Math.PI;
@@ -33,6 +34,10 @@ export class PointerControls {
     listen("pointermove", (event) => this.#move(event));
     listen("pointerup", (event) => this.#release(event, clicked));
     listen("pointercancel", (event) => this.#release(event));
+    // Two fingers never scroll the page.
+    listen("touchstart", (event) => event.touches.length > 1 && event.cancelable && event.preventDefault(), {
+      passive: false,
+    });
     listen("wheel", (event) => this.#wheel(event), { passive: false });
     listen("contextmenu", (event) => event.preventDefault());
   }

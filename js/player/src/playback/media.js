@@ -438,6 +438,9 @@ export class Media extends DelayedEvents {
   get frameCount() {
     return this.#playout?.decoder.frameCount ?? 0;
   }
+  get groups() {
+    return this.#playout?.groups ?? [];
+  }
   get decoder() {
     return this.#playout?.decoder ?? null;
   }

@@ -366,7 +366,10 @@ export class Playout {
       return true;
     }
     if (!decoder.seekable) return false;
-    const number = Math.min(Math.max(from + count, 0), (decoder.frameCount ?? Infinity) - 1);
+    const last = decoder.frameCount ? decoder.frameCount - 1 : queue.ended ? from : Infinity;
+    const number = Math.min(Math.max(from + count, 0), last);
+    // At the end, and at the beginning, there is nothing to show.
+    if (number === from) return false;
     this.seek({ frame: number }, shown.seconds + (number - shown.number) * shown.duration);
     return true;
   }

@@ -26,8 +26,23 @@ export interface DrawOptions {
   environment?: boolean;
   /** Display values, RGBA. */
   clearColour?: [number, number, number, number];
-  /** Cameras as frusta; length in metres. The array of cameras is compared by identity: pass the frame's own array. */
-  frusta?: { cameras: readonly Camera[]; selected?: number | null; picturePlanes?: boolean; length?: number } | null;
+  /** The colour above: the background changes from clearColour at the horizon to it. null: clearColour everywhere. */
+  sky?: [number, number, number, number] | null;
+  /** The vertical, for the sky and for light on a mesh without pictures. Default [0, 1, 0]. */
+  up?: [number, number, number];
+  /** The pictures of all cameras in cells instead of the scene. x y width height are fractions of the canvas, y down. */
+  sheet?: readonly { camera: number; x: number; y: number; width: number; height: number }[] | null;
+  /**
+   * Cameras as frusta; length in metres. The array of cameras is compared by identity: pass the frame's own array.
+   * picturePlanes: with their pictures; only: identifier of a camera, of which the picture is drawn and nothing of others.
+   */
+  frusta?: {
+    cameras: readonly Camera[];
+    selected?: number | null;
+    picturePlanes?: boolean;
+    only?: number | null;
+    length?: number;
+  } | null;
   /** Lines on the plane through centre; extent: from centre to the border, in metres. */
   grid?: {
     centre: [number, number, number];
@@ -64,6 +79,8 @@ export class Renderer extends EventTarget {
   readonly lost: boolean;
   readonly counters: Counters;
   readonly frame: { number: number; seconds: number; viewCount: number } | null;
+  /** The pictures that cells of a sheet can show, also of cameras without calibration. */
+  readonly tiles: readonly { camera: Camera }[];
   /** Bounds of the current mesh in metres. */
   readonly bounds: { min: [number, number, number]; max: [number, number, number] } | null;
   /**
@@ -77,6 +94,15 @@ export class Renderer extends EventTarget {
   /** Sets the canvas to the view's size. Returns false if the picture would be the same as the last one, or the context is
    * lost. */
   draw(view: View, options?: DrawOptions): boolean;
+  /**
+   * Draws the views of one picture, such as those of two eyes, each into its viewport {x, y, width, height} of a framebuffer;
+   * null: that of the canvas. Returns false if the context is lost.
+   */
+  drawViews(
+    views: readonly (View & { x: number; y: number })[],
+    options?: DrawOptions,
+    framebuffer?: WebGLFramebuffer | null,
+  ): boolean;
   readPixels(): { width: number; height: number; data: Uint8ClampedArray };
   close(): void;
 }

@@ -8,6 +8,7 @@ import { boundsOf } from "./matrices.js";
 import { Pipeline } from "./pipeline.js";
 import { Uploads } from "./resources.js";
 import { MAX_LIGHTS, MAX_SHADOWS } from "./shadows.js";
+import { tilesOf } from "./sheet.js";
 import { MODES } from "./surface.js";
 
 /** A picture that outlives its frame. Of a JPEG picture the file is kept, and decoded again if necessary. */
@@ -39,6 +40,7 @@ class Content {
     this.mesh = mesh?.faceCount ? mesh : null;
     this.layout = layoutOf(pictures);
     this.views = viewsOf(frame, this.layout.places);
+    this.tiles = tilesOf(frame, this.layout.places);
     this.bounds = this.mesh && boundsOf(mesh.positions);
     const atlas = configuration.videos.find(({ shows, track }) => shows === "atlas" && this.layout.places.has(track));
     const place = atlas && this.layout.places.get(atlas.track);
@@ -80,6 +82,9 @@ const defaults = {
   shadows: true,
   environment: true,
   clearColour: [0, 0, 0, 1],
+  sky: null,
+  up: [0, 1, 0],
+  sheet: null,
   frusta: null,
   grid: null,
 };
@@ -163,6 +168,11 @@ export class Renderer extends EventTarget {
     return frame ? { number: frame.number, seconds: frame.seconds, viewCount: views.length } : null;
   }
 
+  /** The pictures of cameras that a contact sheet shows. */
+  get tiles() {
+    return this.#content?.tiles ?? [];
+  }
+
   /** Bounds of the mesh that is shown, {min, max}; null: no mesh. */
   get bounds() {
     return this.#content?.bounds ?? null;
@@ -229,15 +239,36 @@ export class Renderer extends EventTarget {
 
   #draw() {
     const { view, options } = this.#last;
+    if (this.#canvas.width !== view.width) this.#canvas.width = view.width;
+    if (this.#canvas.height !== view.height) this.#canvas.height = view.height;
+    this.#drawAll([view], options, null);
+    this.#changed = false;
+  }
+
+  #drawAll(views, options, framebuffer) {
     const counters = this.#counters;
     const former = counters.uploads.bytes;
     counters.drawCalls = 0;
-    if (this.#canvas.width !== view.width) this.#canvas.width = view.width;
-    if (this.#canvas.height !== view.height) this.#canvas.height = view.height;
-    this.#pipeline.draw(view, options);
+    for (const view of views) this.#pipeline.draw(view, options, framebuffer);
     counters.bytesUploadedPerDrawnFrame = counters.uploads.bytes - former;
     counters.drawnFrames++;
-    this.#changed = false;
+  }
+
+  /**
+   * Draws the views of one picture, such as those of two eyes, each into its viewport {x, y, width, height} of a framebuffer;
+   * null: that of the canvas. Returns false if the context is lost.
+   */
+  drawViews(views, options, framebuffer = null) {
+    if (this.lost) return false;
+    this.#drawAll(views, complete(options), framebuffer);
+    this.#changed = true; // The canvas no longer has the last picture of draw().
+    return true;
+  }
+
+  /** The layer of a WebXR session that this renderer draws into. */
+  async layerFor(session) {
+    await this.#gl.makeXRCompatible?.();
+    return new XRWebGLLayer(session, this.#gl);
   }
 
   /** The last picture, RGBA, top row first. It is drawn again, because browsers need not keep it. */

@@ -70,13 +70,13 @@ export function projectionOf({ rotation: r, translation: t, fx, fy, cx, cy, widt
   return matrix;
 }
 
-/** gl_FragCoord and 1 -> a ray in the world. */
-export function raysOf({ rotation: r, fx, fy, cx, cy, height }) {
+/** gl_FragCoord and 1 -> a ray in the world. x, y: the lower left corner of the viewport. */
+export function raysOf({ rotation: r, fx, fy, cx, cy, height, x = 0, y = 0 }) {
   const matrix = new Float32Array(9);
   for (let k = 0; k < 3; k++) {
     matrix[k] = r[k] / fx;
     matrix[3 + k] = -r[3 + k] / fy;
-    matrix[6 + k] = (-cx / fx) * r[k] + ((height - cy) / fy) * r[3 + k] + r[6 + k];
+    matrix[6 + k] = (-(cx + x) / fx) * r[k] + ((height - cy + y) / fy) * r[3 + k] + r[6 + k];
   }
   return matrix;
 }

@@ -28,7 +28,8 @@ void main() { outColour = vColour; }
 `,
 };
 
-const planes = {
+/** The pictures of cameras: position in clip space by worldToClip, and texel. */
+export const planes = {
   vertex: /* glsl */ `
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 place;
@@ -143,16 +144,18 @@ export class Overlay {
 
   /** views: of the frame. */
   prepare({ frusta, grid }, views) {
-    const shown = JSON.stringify([frusta?.length, frusta?.selected, frusta?.picturePlanes, grid]);
+    const shown = JSON.stringify([frusta?.length, frusta?.selected, frusta?.picturePlanes, frusta?.only, grid]);
     if (this.#shown?.key === shown && this.#shown.cameras === frusta?.cameras) return;
     this.#shown = { key: shown, cameras: frusta?.cameras };
     const corners = grid ? gridLines(grid) : [];
     const triangles = [];
     if (frusta) {
-      const { cameras = [], selected = null, length = 0.35 } = frusta;
-      for (const camera of cameras)
+      const { cameras = [], selected = null, length = 0.35, only = null } = frusta;
+      for (const camera of only === null ? cameras : [])
         if (camera.calibrated) corners.push(...frustumLines(camera, length, camera.id === selected ? SELECTED : OTHER));
-      if (frusta.picturePlanes) for (const view of views) triangles.push(...pictureTriangles(view, length));
+      if (frusta.picturePlanes)
+        for (const view of views)
+          if (only === null || view.camera.id === only) triangles.push(...pictureTriangles(view, length));
     }
     this.#write(this.#lines, corners);
     this.#write(this.#planes, triangles);

@@ -6,6 +6,8 @@ import { Overlay } from "./overlay.js";
 import { PictureTexture } from "./pictures.js";
 import { Programs } from "./programs.js";
 import { Shadows } from "./shadows.js";
+import { Sheet } from "./sheet.js";
+import { Sky } from "./sky.js";
 import { Surface } from "./surface.js";
 import { eyeOf } from "../view.js";
 
@@ -17,6 +19,8 @@ export class Pipeline {
   #surface;
   #shadows;
   #environment;
+  #sky;
+  #sheet;
   #overlay;
   #content = null;
 
@@ -28,6 +32,8 @@ export class Pipeline {
     this.#surface = new Surface(gl, this.#programs, counters, depthTexels);
     this.#shadows = new Shadows(gl, this.#programs, counters);
     this.#environment = new Environment(gl, this.#programs, counters);
+    this.#sky = new Sky(gl, this.#programs, counters);
+    this.#sheet = new Sheet(gl, this.#programs, counters);
     this.#overlay = new Overlay(gl, this.#programs, counters);
   }
 
@@ -45,22 +51,39 @@ export class Pipeline {
     this.#shadows.setLights(environments.flatMap(({ lights }) => lights));
   }
 
-  draw(view, options) {
+  /** framebuffer: null for the canvas. Only the viewport of the view is changed. */
+  draw(view, options, framebuffer = null) {
     const gl = this.#gl;
     const content = this.#content;
     const surface = content?.mesh ? this.#surface : null;
     const around = options.environment && !this.#environment.empty ? this.#environment : null;
+    if (options.sheet) return this.#drawSheet(view, options, framebuffer);
     surface?.prepare(options);
     if (around) this.#shadows.prepare(surface?.mesh ?? null, content?.bounds);
     this.#overlay.prepare(options, content?.views ?? []);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, view.width, view.height);
-    gl.clearColor(...options.clearColour);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    this.#clear(view, options, framebuffer);
     const viewer = this.#viewer(view, joined(content?.bounds ?? null, around?.bounds ?? null), options);
     if (surface) surface.draw(this.#pictures, viewer, options);
     if (around) around.draw(viewer, options.shadows ? this.#shadows : { ...noShadows, texture: this.#shadows.texture });
+    if (options.sky) this.#sky.draw(view, viewer.pixelToRay, options);
     this.#overlay.draw(viewer, this.#pictures);
+  }
+
+  /** All pictures beside each other, instead of the scene. */
+  #drawSheet(view, options, framebuffer) {
+    this.#clear(view, options, framebuffer);
+    this.#sheet.draw(this.#content?.tiles ?? [], options.sheet, this.#pictures);
+  }
+
+  #clear({ x = 0, y = 0, width, height }, { clearColour }, framebuffer) {
+    const gl = this.#gl;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.viewport(x, y, width, height);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(x, y, width, height);
+    gl.clearColor(...clearColour);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.disable(gl.SCISSOR_TEST);
   }
 
   #viewer(view, bounds, { frusta, grid }) {
@@ -76,6 +99,8 @@ export class Pipeline {
 
   close() {
     this.#overlay.close();
+    this.#sheet.close();
+    this.#sky.close();
     this.#environment.close();
     this.#shadows.close();
     this.#surface.close();

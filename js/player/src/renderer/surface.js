@@ -18,6 +18,7 @@ import {
   writeViews,
 } from "@fvv/shading";
 
+import { lighting } from "./light.js";
 import { DataTexture, Layers, MeshBuffers } from "./resources.js";
 
 /** MODE of the fragment shader. */
@@ -63,6 +64,10 @@ vec3 exactPoint(vec3 faceNormal) {
   // Not for faces that are seen edge-on.
   return distance(point, vPoint) < 0.1 * (length(dFdx(vPoint)) + length(dFdy(vPoint))) ? point : vPoint;
 }
+
+#ifdef LIT
+${lighting}
+#endif
 
 // A different colour for each camera: hues a golden section apart.
 vec3 cameraColour(int view) {
@@ -122,6 +127,9 @@ void main() {
   // The front side by the winding of the face, not as the viewer sees it.
   vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? 1.0 : -1.0);
   outColour = vec4(shaded(exactPoint(faceNormal), faceNormal, normalize(vNormal)), 1.0);
+#ifdef LIT
+  outColour.rgb = lit(outColour.rgb, normalize(vNormal), normalize(eye - vPoint), normalize(pixelToRay[0]));
+#endif
 }
 `;
 
@@ -262,6 +270,7 @@ export class Surface {
       pictureSize: pictures.size,
       viewCount: views.length,
       ...texturing,
+      up: options.up,
       atlas: atlas ?? [0, 0, 1, 1],
     };
     const textures = {
@@ -273,6 +282,7 @@ export class Surface {
     const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best };
     if (blend === "paper") defines.PAPER = 1;
     if (atlas) defines.ATLAS = 1;
+    else if (!views.length && options.mode === "textured") defines.LIT = 1;
     const wired = options.mode === "wireframe";
     // Edges coincide with the faces, and would be drawn only in part.
     if (wired) gl.enable(gl.POLYGON_OFFSET_FILL);

@@ -1,15 +1,23 @@
 // The bar of controls, with the slider for seeking.
 
 import { MODES, SPEEDS } from "./commands.js";
+import { Previews } from "./previews.js";
 import { clockTime, element, iconButton, icons, rateText, select, setIcon, spokenTime } from "./widgets.js";
 
-/** The slider for seeking; buffered, played and looped ranges are drawn below it. */
+/** More groups than these are not marked, because their marks would merge. */
+const MAX_MARKS = 80;
+
+/** The slider for seeking; groups and buffered, played and looped ranges are drawn below it. */
 class Scrubber {
   #player;
   #buffered = []; // an element for each range
   #played = element("div", { class: "played", part: "played" });
   #loop = element("div", { class: "looped", part: "loop", hidden: true });
-  #tip = element("output", { class: "tip", "aria-hidden": "true", hidden: true });
+  #marks = element("div", { class: "marks" });
+  #marked = null; // the groups that are marked
+  #previews = new Previews();
+  #when = element("output", {});
+  #tip = element("div", { class: "tip", "aria-hidden": "true", hidden: true }, this.#previews.node, this.#when);
   #track;
   #input;
   #dragging = false;
@@ -31,7 +39,7 @@ class Scrubber {
       onpointermove: (event) => this.#point(event),
       onpointerleave: () => (this.#tip.hidden = true),
     });
-    this.#track = element("div", { class: "track" }, this.#loop, this.#played);
+    this.#track = element("div", { class: "track" }, this.#loop, this.#played, this.#marks);
     this.node = element("div", { class: "scrubber", part: "scrubber" }, this.#track, this.#input, this.#tip);
   }
 
@@ -51,7 +59,10 @@ class Scrubber {
     const { left, width } = this.#input.getBoundingClientRect();
     const fraction = Math.min(Math.max((event.clientX - left) / width, 0), 1);
     const [start, end] = this.#range;
-    this.#tip.textContent = clockTime(start + fraction * (end - start));
+    const seconds = start + fraction * (end - start);
+    const frame = this.#player.frameAt(seconds);
+    this.#when.textContent = frame === null ? clockTime(seconds) : `${clockTime(seconds)}, frame ${frame}`;
+    this.#previews.show(frame, this.#player.frameCount);
     this.#tip.hidden = false;
     this.#tip.style.setProperty("--at", fraction);
   }
@@ -82,8 +93,31 @@ class Scrubber {
       );
       place(this.#buffered[i], buffered.start(i), buffered.end(i));
     }
+    this.#mark(player.groups, fraction);
     this.#loop.hidden = loopRange === null;
     if (loopRange) place(this.#loop, loopRange.from, loopRange.to);
+  }
+  /** A mark where each group but the first begins. Groups are replaced, never changed. */
+  #mark(groups, fraction) {
+    if (groups === this.#marked) return;
+    this.#marked = groups;
+    const places = groups.length <= MAX_MARKS ? groups.slice(1).map(({ start }) => fraction(start)) : [];
+    this.#marks.replaceChildren(
+      ...places.map((at) => {
+        const mark = element("i", {});
+        mark.style.setProperty("--at", at);
+        return mark;
+      }),
+    );
+  }
+
+  /** Keeps a small copy of the picture that was drawn. */
+  keepPreview(canvas) {
+    const { currentFrame, frameCount } = this.#player;
+    if (frameCount) this.#previews.keep(canvas, currentFrame, frameCount);
+  }
+  forgetPreviews() {
+    this.#previews.forget();
   }
 }
 
@@ -137,6 +171,8 @@ export class Bar {
         "data-wide": "3",
       }),
       settings: button("settings", "Settings", icons.settings, commands.toggleSettings, panel),
+      vr: button("vr", "Enter VR", icons.vr, () => commands.toggleImmersive("vr"), { hidden: true }),
+      ar: button("ar", "Show in the room", icons.ar, () => commands.toggleImmersive("ar"), { hidden: true }),
       fullscreen: button("fullscreen", "Full screen", icons.fullscreen, commands.toggleFullscreen),
     };
     const { play, back, forward, time, live, ...others } = this.#parts;
@@ -153,6 +189,9 @@ export class Bar {
   get buttons() {
     return this.#parts;
   }
+  get scrubber() {
+    return this.#scrubber;
+  }
 
   /** One button for a loop: sets its start, then its end, then clears it. */
   #markLoop(commands) {
@@ -164,7 +203,7 @@ export class Bar {
 
   update() {
     const player = this.#player;
-    const { play, back, forward, live, loop, speed, mode, fullscreen } = this.#parts;
+    const { play, back, forward, live, loop, speed, mode, vr, ar, fullscreen } = this.#parts;
     const { paused, ended, loopRange, seekable, duration } = player;
     setIcon(play, !paused ? icons.pause : ended ? icons.replay : icons.play, paused && !ended);
     setLabel(play, !paused ? "Pause" : ended ? "Play again" : "Play");
@@ -185,6 +224,11 @@ export class Bar {
     loop.disabled = !seekable.length;
     speed.value = String(player.playbackRate);
     mode.value = player.viewMode;
+    const { immersive, immersiveModes } = player;
+    vr.hidden = !immersiveModes.includes("vr");
+    ar.hidden = !immersiveModes.includes("ar");
+    setLabel(vr, immersive === "vr" ? "Exit VR" : "Enter VR");
+    setLabel(ar, immersive === "ar" ? "Leave the room" : "Show in the room");
     setIcon(fullscreen, player.isFullscreen ? icons.leaveFullscreen : icons.fullscreen);
     setLabel(fullscreen, player.isFullscreen ? "Exit full screen" : "Full screen");
     this.#scrubber.update();

@@ -12,6 +12,9 @@ export const MODES = [
 /** Seconds. */
 const JOURNEY = 0.7;
 
+/** How cameras are shown in the scene, if it is not a contact sheet. Without a mesh there is nothing else. */
+export const sceneOf = ({ onlyPictures }) => (onlyPictures ? "pictures" : "none");
+
 /** panels: {toggle(name)}; player: the element. */
 export function commandsOf(player, panels) {
   const seekable = () => (player.seekable.length ? [player.seekable.start(0), player.seekable.end(0)] : null);
@@ -55,10 +58,12 @@ export function commandsOf(player, panels) {
       const names = MODES.map(([name]) => name);
       player.viewMode = names[(names.indexOf(player.viewMode) + 1) % names.length];
     },
+    toggleSheet: () => (player.showCameras = player.showCameras === "sheet" ? sceneOf(player) : "sheet"),
     toggleCameras: () => panels.toggle("cameras"),
     toggleSettings: () => panels.toggle("settings"),
     toggleStats: () => panels.toggle("stats"),
     toggleHelp: () => panels.toggle("help"),
+    toggleImmersive: (mode) => player.toggleImmersive(mode),
     toggleFullscreen: () => player.toggleFullscreen(),
   };
 }

@@ -4,6 +4,7 @@ import { commandOf, MovementKeys, keepsKey } from "../navigation/keys.js";
 import { Bar } from "./bar.js";
 import { commandsOf } from "./commands.js";
 import { CamerasPanel, helpPanel, Panels, SettingsPanel, StatsOverlay } from "./panels.js";
+import { SheetButtons } from "./sheet.js";
 import { element, iconButton, icons } from "./widgets.js";
 
 /** Milliseconds without input after which the controls fade. */
@@ -18,6 +19,23 @@ const LIVE_MS = 1000;
 const EVENTS =
   "play pause playing waiting seeking seeked timeupdate ended ratechange loadstart loadedmetadata canplay emptied error " +
   "progress durationchange framechange volumechange camera-change optionschange";
+
+/** Names of codecs, and whether @fvv/video-fallback decodes them. */
+const CODECS = {
+  avc1: { name: "H.264", fallback: true, browsers: "current versions of Chrome, Edge, Firefox and Safari" },
+  hvc1: { name: "HEVC", fallback: true, browsers: "Safari, and Chrome or Edge on most computers with a GPU" },
+  vp09: { name: "VP9", fallback: true, browsers: "current versions of Chrome, Edge and Firefox" },
+  av01: { name: "AV1", fallback: false, browsers: "current versions of Chrome, Edge and Firefox" },
+};
+
+/** Says which pictures are missing, and what would help. */
+function missingPictures(codecs) {
+  const known = codecs.map((codec) => CODECS[codec] ?? { name: codec, fallback: false, browsers: "another browser" });
+  const names = known.map(({ name }) => name).join(" and ");
+  const browsers = [...new Set(known.map((one) => one.browsers))].join("; ");
+  const help = known.every(({ fallback }) => fallback) ? " The page can also add @fvv/video-fallback." : "";
+  return `No pictures: this browser does not decode ${names} video. It plays in ${browsers}.${help}`;
+}
 
 export class Interface {
   #player;
@@ -34,6 +52,8 @@ export class Interface {
   #big;
   #message;
   #notice = element("div", { class: "notice", role: "status" });
+  #missing = element("div", { class: "missing", role: "status", hidden: true });
+  #sheet;
   #controls;
   #idleTimer = null;
   #spinnerTimer = null;
@@ -66,11 +86,18 @@ export class Interface {
     this.#stats.node.hidden = false;
     this.#controls = element("div", { class: "controls" }, this.#panels.node, this.#bar.node);
     const middle = element("div", { class: "middle" }, this.#big, this.#spinner, this.#message);
-    root.append(middle, this.#statsBox, this.#controls, this.#notice);
+    this.#sheet = new SheetButtons(player);
+    root.append(this.#sheet.node, middle, this.#statsBox, this.#controls, this.#missing, this.#notice);
     this.#listen(surface, signal);
     this.update();
   }
 
+  /** canvas: with the picture that was just drawn. */
+  keepPreview(canvas) {
+    const { controls, live, seekable, seeking, contactSheet } = this.#player;
+    if (controls && !live && seekable.length && !seeking && !contactSheet.length)
+      this.#bar.scrubber.keepPreview(canvas);
+  }
   get commands() {
     return this.#commands;
   }
@@ -88,6 +115,9 @@ export class Interface {
     player.addEventListener("keyup", (event) => this.#movement.release(event), { signal });
     player.addEventListener("focusout", () => this.#movement.releaseAll(), { signal });
     addEventListener("blur", () => this.#movement.releaseAll(), { signal });
+    player.addEventListener("emptied", () => this.#bar.scrubber.forgetPreviews(), { signal });
+    // Over the camera's picture of a phone, the controls are not a part of the scene.
+    this.#controls.addEventListener("beforexrselect", (event) => event.preventDefault());
     surface.addEventListener("pointerdown", () => this.#panels.closeAll(), { signal });
     signal.addEventListener("abort", () => this.#close());
   }
@@ -159,7 +189,8 @@ export class Interface {
     }
     this.#controls.hidden = !controls;
     if (paused) this.#root.classList.remove("idle");
-    this.#big.hidden = !controls || !paused || error !== null || player.hasPlayed || readyState < 2;
+    this.#big.hidden =
+      !controls || !paused || error !== null || player.wasUsed || readyState < 2 || player.contactSheet.length > 0;
     const isWaiting =
       error === null && player.networkState !== 0 && (readyState < 3 || player.seeking) && !player.ended;
     if (!isWaiting) {
@@ -168,6 +199,8 @@ export class Interface {
       this.#spinner.hidden = true;
     } else this.#spinnerTimer ??= setTimeout(() => (this.#spinner.hidden = false), SPINNER_DELAY_MS);
     this.#showError(error);
+    this.#showMissing(player.unsupportedCodecs);
+    this.#sheet.update();
     if (controls) {
       this.#bar.update();
       if (this.#panels.isOpen("cameras")) this.#cameras.update();
@@ -182,6 +215,16 @@ export class Interface {
     if (!error) return this.#message.replaceChildren();
     const again = element("button", { type: "button", class: "text", onclick: () => this.#player.load() }, "Try again");
     this.#message.replaceChildren(element("p", {}, `Cannot play this: ${error.message}`), again);
+  }
+
+  /** What is missing, and what would help, until the user closes it. */
+  #showMissing(codecs) {
+    const key = codecs.join();
+    if (this.#missing.dataset.codecs === key) return;
+    this.#missing.dataset.codecs = key;
+    this.#missing.hidden = !codecs.length;
+    const close = iconButton("Close", icons.close, () => (this.#missing.hidden = true));
+    this.#missing.replaceChildren(...(codecs.length ? [element("p", {}, missingPictures(codecs)), close] : []));
   }
 
   #close() {

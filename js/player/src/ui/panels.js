@@ -3,7 +3,7 @@
 import { COMMANDS, MOVES } from "../navigation/keys.js";
 import { cameraColour } from "../renderer/surface.js";
 import { QUALITIES } from "../resolution.js";
-import { MODES, SPEEDS } from "./commands.js";
+import { MODES, SPEEDS, sceneOf } from "./commands.js";
 import { bitrateText, element, iconButton, icons, megabytes, rateText, select, toggle } from "./widgets.js";
 
 /** Containers of panels: one panel is open at a time. Escape closes it, and the focus returns to where it was. */
@@ -89,12 +89,18 @@ export class CamerasPanel {
   #shown = "";
   #frusta;
   #planes;
+  #sheet;
   #all;
 
   constructor(player) {
     this.#player = player;
     this.#frusta = toggle("Show cameras in the scene", false, (on) => (player.showCameras = on ? "frusta" : "none"));
     this.#planes = toggle("With their pictures", false, (on) => (player.showCameras = on ? "pictures" : "frusta"));
+    this.#sheet = toggle(
+      "Pictures of all cameras",
+      false,
+      (on) => (player.showCameras = on ? "sheet" : sceneOf(player)),
+    );
     this.#all = element(
       "button",
       { type: "button", class: "text", onclick: () => (player.colourCameras = null) },
@@ -110,6 +116,7 @@ export class CamerasPanel {
       {},
       this.#frusta.row,
       this.#planes.row,
+      this.#sheet.row,
       element("div", { class: "actions" }, this.#all, free),
       this.#list,
     );
@@ -162,9 +169,11 @@ export class CamerasPanel {
       this.#rows.clear();
       this.#list.replaceChildren(...cameras.map((one) => this.#row(one)));
     }
-    this.#frusta.input.checked = showCameras !== "none";
+    const inScene = ["frusta", "pictures"].includes(showCameras);
+    this.#frusta.input.checked = inScene;
     this.#planes.input.checked = showCameras === "pictures";
-    this.#planes.input.disabled = showCameras === "none";
+    this.#planes.input.disabled = !inScene;
+    this.#sheet.input.checked = showCameras === "sheet";
     this.#all.disabled = colourCameras === null;
     for (const [id, { look, input }] of this.#rows) {
       input.checked = !colourCameras || colourCameras.includes(id);

@@ -41,6 +41,7 @@ const layout = `
   position: relative;
   width: 100%;
   aspect-ratio: 16 / 9;
+  max-height: 100svh;
   overflow: hidden;
   container-type: inline-size;
   background: var(--ground);
@@ -49,12 +50,20 @@ const layout = `
   font: 14px/1.4 var(--fvv-font, system-ui, -apple-system, "Segoe UI", Roboto, sans-serif);
   -webkit-tap-highlight-color: transparent;
 }
+/* Over the camera's picture of a phone. */
+:host([immersive]) {
+  background: none;
+}
+:host([immersive]) :is(.ground, .poster, .sheet) {
+  display: none;
+}
 :host([hidden]) {
   display: none;
 }
 :host(:fullscreen) {
   aspect-ratio: auto;
   height: 100%;
+  max-height: none;
   border-radius: 0;
 }
 *,
@@ -83,10 +92,23 @@ canvas,
   height: 0;
   background: var(--grid);
 }
+.sky {
+  position: absolute;
+  width: 0;
+  height: 0;
+  background: var(--fvv-sky, transparent);
+}
 .surface {
-  touch-action: none;
+  touch-action: pan-y;
   cursor: grab;
   outline: none;
+}
+:host([touch-action="pan-x"]) .surface {
+  touch-action: pan-x;
+}
+:host([touch-action="none"]) .surface,
+:host(:fullscreen) .surface {
+  touch-action: none;
 }
 .surface:active {
   cursor: grabbing;
@@ -152,6 +174,58 @@ canvas.empty {
   border-radius: 999px;
   pointer-events: none;
   white-space: nowrap;
+}
+.missing {
+  position: absolute;
+  top: 12px;
+  left: 12px;
+  right: 12px;
+  display: flex;
+  align-items: center;
+  gap: 8px;
+  width: fit-content;
+  max-width: 46rem;
+  margin-inline: auto;
+  padding: 4px 4px 4px 16px;
+  background: var(--panel);
+  border: 1px solid var(--line);
+  border-radius: 12px;
+}
+.missing p {
+  margin: 4px 0;
+}
+.sheet {
+  position: absolute;
+  inset: 0;
+}
+.sheet button {
+  position: absolute;
+  left: calc(var(--x) * 100%);
+  top: calc(var(--y) * 100%);
+  width: calc(var(--width) * 100%);
+  height: calc(var(--height) * 100%);
+  min-height: 0;
+  padding: 0;
+  border: 1px solid var(--line);
+  border-radius: 4px;
+}
+.sheet button:hover:enabled {
+  background: none;
+  border-color: var(--accent);
+  box-shadow: 0 0 0 1px var(--accent);
+}
+.sheet span {
+  position: absolute;
+  left: 4px;
+  bottom: 4px;
+  max-width: calc(100% - 8px);
+  padding: 1px 6px;
+  overflow: hidden;
+  text-overflow: ellipsis;
+  white-space: nowrap;
+  background: var(--panel);
+  border-radius: 5px;
+  font-size: 12px;
 }
 .notice:empty {
   display: none;
@@ -414,10 +488,30 @@ button.text {
 .scrubber input:disabled::-webkit-slider-thumb {
   visibility: hidden;
 }
+.track .marks {
+  left: 0;
+  right: 0;
+}
+.marks i {
+  position: absolute;
+  top: 0;
+  bottom: 0;
+  left: calc(var(--at) * 100%);
+  width: 1px;
+  background: var(--ground);
+}
+.preview canvas {
+  position: static;
+  display: block;
+  width: 144px;
+  height: auto;
+  margin: 3px -4px 2px;
+  border-radius: 4px;
+}
 .tip {
   position: absolute;
   bottom: 34px;
-  left: calc(var(--at, 0) * 100%);
+  left: clamp(74px, var(--at, 0) * 100%, 100% - 74px);
   transform: translateX(-50%);
   padding: 2px 8px;
   background: var(--panel);
@@ -636,6 +730,11 @@ const narrow = `
     font-size: 13px;
   }
   .total {
+    display: none;
+  }
+  /* With a button for WebXR there is no room for steps. */
+  .row:has(:is([part~="vr"], [part~="ar"]):not([hidden])) [part~="step-back"],
+  .row:has(:is([part~="vr"], [part~="ar"]):not([hidden])) [part~="step-forward"] {
     display: none;
   }
   .panels {
