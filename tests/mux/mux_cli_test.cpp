@@ -75,7 +75,10 @@ TEST_CASE("all problems of the files are reported before any work, one a line") 
   const std::string where = "fvvmux: " + capture.path + ": ";
   check_refused(
       folder, arguments(folder), 1,
-      where + "2 of 5 meshes are missing: 1, 4 (first: meshes/0001.ply)\n" + where +
+      where +
+          "2 of 5 meshes are missing: 1, 4 (first: meshes/0001.ply); \"empty\" says at which frames the "
+          "stage is empty\n" +
+          where +
           "camera 13: 1 of 5 pictures is not 64 x 48, first: cam1/0002.png is 63 x 48 (cut or padded? "
           "give the camera the pictures' width and height, and subtract from cx and cy what was cut off at "
           "the left and at the top)\n");

@@ -6,6 +6,7 @@ vertices are compared with the source's surface, a sphere, in closed form.
 
 import json
 import math
+import shutil
 
 import numpy as np
 import pytest
@@ -213,3 +214,135 @@ def test_few_frames_that_share_their_faces_do_not_make_the_whole_stream_finer(tm
     mixed = mux(capture)
     assert mixed["mesh"]["delta"]["frames"] == 1
     assert mixed["mesh"]["bytes"] <= mux(capture, "--no-delta")["mesh"]["bytes"]
+
+
+EMPTY_PLY = """ply
+format ascii 1.0
+element vertex 0
+property float x
+property float y
+property float z
+element face 0
+property list uchar int vertex_indices
+end_header
+"""
+
+
+def describe(capture, change):
+    """Changes the capture.json of a capture."""
+    path = capture / "capture.json"
+    description = json.loads(path.read_text())
+    change(description)
+    path.write_text(json.dumps(description))
+
+
+def groups_of(stream):
+    """Of each group: its first tick, the one after it, and the times of its meshes."""
+    groups = []
+    for chunk in figures("fvvinfo", stream, "--chunks")["files"][0]["chunks"]:
+        if chunk["type"] == "GRUP":
+            groups.append([int(chunk["time"]), None, []])
+        if chunk["type"] == "GEND":
+            groups[-1][1] = int(chunk["time"])
+        if chunk["type"] == "MESH":
+            groups[-1][2].append(int(chunk["time"]))
+    return groups
+
+
+def test_at_frames_without_a_mesh_nothing_is_on_stage(tmp_path):
+    """Declared empty without a file (0, 3 to 5), and two files without vertices and faces (8, 9)."""
+    frames = moving(10)
+    capture = write_capture(tmp_path / "stage", frames)
+    describe(capture, lambda d: d["meshes"].update(empty=[0, [3, 5]]))
+    full = mux(write_capture(tmp_path / "full", frames), "--max-error", "1mm", "--keep-geometry")
+    for i in 0, 3, 4, 5:
+        (capture / f"{i:04d}.obj").unlink()
+    for i in 8, 9:
+        (capture / f"{i:04d}.obj").write_text("# nothing\n# on stage\n")
+    summary = mux(capture, "--max-error", "1mm", "--keep-geometry", "--verify")
+    assert summary["frames"] == 4 and summary["mesh"]["empty_frames"] == 6
+    # Each stretch has a key frame.
+    assert summary["mesh"]["key"]["frames"] == 2 and summary["mesh"]["bytes"] < 2 * full["mesh"]["bytes"]
+    stream = capture.with_suffix(".fvv")
+    assert groups_of(stream) == [[0, 3, [1, 2]], [3, 8, [6, 7]], [8, 10, []]]
+    info = figures("fvvinfo", "--check", stream)["files"][0]
+    assert info["frames"] == 4 and info["times_without_frame"] == 6 and info["integrity"] == "complete"
+    out = capture.with_suffix(".out")
+    for (found, count), i in zip(decoded(capture), (1, 2, 6, 7)):
+        assert (out / "meshes" / f"{i:04d}.obj").exists() and count == len(frames[i][1])
+        centre = (0.0137 * i, 0.003 * math.sin(i), 0)
+        assert off_by(found, centre, 0.5 * (1 + 0.003 * i)).max() <= 0.001 * math.sqrt(3)
+    described = json.loads((out / "capture.json").read_text())
+    assert described["frames"] == {"first": 0, "count": 10, "step": 1}
+    assert described["meshes"]["empty"] == [0, [3, 5], [8, 9]]
+    again = mux(out, "--verify", "--keep-geometry")
+    assert again["frames"] == 4 and again["mesh"]["empty_frames"] == 6
+    compared = figures("fvvcompare", capture, stream)
+    assert compared["compared"] == 4 and compared["distance"]["symmetric"]["max"] <= 0.001 * math.sqrt(3)
+    assert compared["warnings"] == [] and compared["losses"] == []
+    compared = figures("fvvcompare", tmp_path / "full", stream, code=3)
+    assert compared["compared"] == 4 and "6 of 10 frames have no partner" in compared["warnings"][0]
+
+
+def test_a_mesh_that_is_missing_and_not_declared_is_an_error_with_advice(tmp_path):
+    frames = moving(3)
+    capture = write_capture(tmp_path / "missing", frames)
+    (capture / "0001.obj").unlink()
+    done = run("fvvmux", capture, "-o", tmp_path / "out.fvv", code=1)
+    assert '1 of 3 meshes is missing: 1 (first: 0001.obj); "empty" says at which' in done.stderr
+    for empty, why in (
+        ([1, 5], "number of a frame"),
+        ([[2, 1]], "last one first"),
+        ([0, 1, 2], "no frame has"),
+    ):
+        describe(capture, lambda d, empty=empty: d["meshes"].update(empty=empty))
+        assert why in run("fvvmux", capture, "-o", tmp_path / "out.fvv", code=1).stderr
+    # Vertices without faces are a mistake.
+    describe(capture, lambda d: d["meshes"].update(empty=[1]))
+    (capture / "0000.obj").write_text("v 0 0 0\n")
+    assert "at least one face" in run("fvvmux", capture, "-o", tmp_path / "out.fvv", code=1).stderr
+    # Frames that the capture leaves out are not there at all: the frame before lasts.
+    capture = write_capture(tmp_path / "left", moving(4), frames={"first": 0, "count": 4, "left_out": [1]})
+    (capture / "0001.obj").unlink()
+    assert mux(capture, "--verify")["frames"] == 3
+    assert groups_of(capture.with_suffix(".fvv")) == [[0, 4, [0, 2, 3]]]
+    decoded(capture)
+    described = json.loads((capture.with_suffix(".out") / "capture.json").read_text())
+    assert described["frames"] == {"first": 0, "count": 4, "step": 1, "left_out": [1]}
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory):
+    """A capture with two cameras and meshes that keep their faces."""
+    folder = tmp_path_factory.mktemp("filmed") / "small"
+    run("fvvsynth", "-o", folder, "--rig", "small", "--cameras", "2", "--size", "64x48", "--frames", "8",
+        "--meshes", "tracked")  # fmt: skip
+    return folder
+
+
+@pytest.fixture
+def small(filmed, tmp_path):
+    return shutil.copytree(filmed, tmp_path / "small")
+
+
+def test_pictures_of_frames_without_a_mesh_stay(small, tmp_path):
+    describe(small, lambda d: d["meshes"].update(empty=[0, 4, 5]))
+    for i in 0, 4:
+        next((small / "meshes").glob(f"{i:04d}.*")).unlink()
+    (small / "meshes" / "0007.ply").write_text(EMPTY_PLY)
+    summary = mux(small, "--verify")
+    assert summary["frames"] == 8 and summary["mesh"]["empty_frames"] == 4
+    assert summary["verified"]["meshes"] == 4
+    stream = small.with_suffix(".fvv")
+    assert groups_of(stream) == [[0, 4, [1, 2, 3]], [4, 7, [6]], [7, 8, []]]
+    [mesh] = [track for track in figures("fvvinfo", stream)["files"][0]["tracks"] if track["kind"] == "mesh"]
+    assert mesh["mesh"]["frames_without"] == 4
+    out = tmp_path / "out"
+    run("fvvdemux", stream, "-o", out)
+    assert sorted(path.name for path in (out / "meshes").iterdir()) == [f"{i:04d}.ply" for i in (1, 2, 3, 6)]
+    assert len(list((out / "cam0").iterdir())) == 8
+    assert json.loads((out / "capture.json").read_text())["meshes"]["empty"] == [0, [4, 5], 7]
+    assert mux(out, "--verify", "--cameras", "0")["mesh"]["empty_frames"] == 4
+    for frame, shows in (0, False), (3, True), (4, False), (7, False):
+        drawn = figures("fvvrender", stream, "--frame", frame, "--camera", "0", "-o", out / f"{frame}.png")
+        assert (drawn["surface"]["pixels"] > 0) == shows

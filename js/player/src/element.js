@@ -52,6 +52,7 @@ export class FvvPlayer extends ViewpointElement {
     this.#media = this._makeMedia({
       open: (source) => this.#open(source),
       show: (frame) => this._stage.show(frame),
+      vacate: () => this._stage.vacate(),
       wake: () => this._stage?.wake(),
     });
     this._navigator.addEventListener("change", () => {

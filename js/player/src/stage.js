@@ -32,6 +32,7 @@ export class Stage extends EventTarget {
   #frame = null; // {cameras} of the frame on screen
   #ground = null;
   #empty = true;
+  #bare = true; // no mesh so far: the extent is a guess
   #outlined = { cameras: null, without: null, found: null };
   resolution = new Resolution();
   backgrounds = [];
@@ -82,14 +83,21 @@ export class Stage extends EventTarget {
     const shown = await this.#renderer.show(frame);
     if (!shown) return false;
     this.#frame = { cameras: frame.cameras };
-    if (this.#empty) this.#begin(frame);
+    if (this.#empty || (this.#bare && frame.mesh)) this.#begin(frame);
     else this.#navigator.follow(frame.cameras);
     this.wake();
     return true;
   }
 
+  /** The stage is empty until the next frame. */
+  vacate() {
+    this.#renderer.clear();
+    this.wake();
+  }
+
   #begin(frame) {
     this.#empty = false;
+    this.#bare = !frame.mesh;
     this.#navigator.aspect = this.#canvas.clientWidth / Math.max(1, this.#canvas.clientHeight);
     this.#navigator.begin(frame);
     const { up } = this.#navigator.axes;

@@ -60,12 +60,10 @@ decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tilin
 
 namespace {
 
-// Frames that stand for all: first, middle and last.
+// Frames that stand for all: the first, the middle and the last one with a mesh.
 std::set<int64_t> samples(const scene::Capture &capture) {
-  const int64_t count = capture.frames.count;
-  std::set<int64_t> numbers;
-  for (const int64_t i : {int64_t(0), count / 2, count - 1}) numbers.insert(capture.frames.number(i));
-  return numbers;
+  const std::vector<int64_t> numbers = capture.mesh_frames();
+  return {numbers.front(), numbers[numbers.size() / 2], numbers.back()};
 }
 
 // One frame that is far larger or smaller than the others does not decide.
@@ -99,8 +97,8 @@ void place_origin(const geometry::Mesh &mesh, geometry::Lattice &lattice) {
 ErrorBudget choose_budget(const Options &options, const scene::Capture &capture, const Tiling &tiling) {
   ErrorBudget error;
   if (!capture.meshes) return error;
-  const scene::Frames &frames = capture.frames;
-  error.nearest = sharpest(scene::load_mesh(capture, frames.first), footprint(capture, tiling, frames.first));
+  const int64_t first = capture.mesh_frames().front();
+  error.nearest = sharpest(scene::load_mesh(capture, first), footprint(capture, tiling, first));
   const bool seen = std::isfinite(error.nearest.metres_per_pixel);
   if (const std::optional<MaxError> &wanted = options.max_error) {
     error.value = wanted->value;
@@ -151,7 +149,7 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
     if (!chosen) choice.reason = "there are no meshes";
     return choice;
   }
-  const int64_t first = capture.frames.first;
+  const int64_t first = capture.mesh_frames().front();
   const geometry::Mesh mesh = scene::load_mesh(capture, first);
   const decimate::Sight &nearest = error.nearest;
   const bool seen = std::isfinite(nearest.metres_per_pixel);

@@ -24,6 +24,7 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
                          const geometry::Mesh &like);
 
 // Of some pairs of neighbouring frames, evenly over the capture, the share that has the same connectivity.
+// Frames without a mesh do not count.
 double share_of_runs(const scene::Capture &capture);
 
 // Frames of a group that follow each other and have the same connectivity (connectivity.h) are a run, and
@@ -39,8 +40,12 @@ public:
   // Several threads may call it. Throws Error.
   geometry::Mesh load(size_t i, scene::MeshReport *report, std::optional<decimate::Report> &decimation) const;
 
-  // From now on there are count frames, which end with a group. Not while other threads call load().
-  void extend(int64_t count) { capture.frames.count = count; }
+  // Takes over the frames and groups of the plan. Not while other threads call load().
+  void extend(const Plan &plan) {
+    capture.frames = plan.capture.frames;
+    capture.empty = plan.capture.empty;
+    spans = plan.groups;
+  }
 
   // Frees what is known of a group. load() finds it out again, should it be called for one of its frames.
   void forget(size_t group);
@@ -66,14 +71,14 @@ private:
   scene::Capture capture;
   const Tiling tiling;
   const DecimationChoice choice;
-  const uint32_t group_size;
+  std::vector<GroupSpan> spans;
   const bool tracked, normals; // without it no runs are searched; reads normals
   mutable std::mutex mutex;    // of groups
   mutable std::map<size_t, std::shared_ptr<Group>> groups;
 };
 
 struct MeshFrame {
-  std::vector<uint8_t> payload;
+  std::vector<uint8_t> payload; // empty: the frame has no mesh
   bool key = true;
   scene::MeshReport source;
   std::optional<decimate::Report> decimation; // when the plan is to decimate
@@ -99,7 +104,8 @@ void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &me
 
 // Frames first ... first + count - 1 of one group. Neighbours with the same connectivity become a run
 // of a key frame and delta frames behind it; a run ends early, and another begins, where a delta frame takes
-// no fewer bytes than its key frame, or a vertex would lie further off than the plan allows.
+// no fewer bytes than its key frame, or a vertex would lie further off than the plan allows, and before a
+// frame without a mesh.
 std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count);
 
 } // namespace fvv::mux

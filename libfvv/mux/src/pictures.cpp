@@ -54,7 +54,7 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
   const Tiling &tiling = track.tiling;
   const Background background = background_of(plan.options);
   const int64_t number = capture.frames.number(int64_t(i));
-  std::vector<fvv_tile> tiles = track.tiles_of(i / plan.group_size);
+  std::vector<fvv_tile> tiles = track.tiles_of(plan.group_of(i));
   std::vector<media::BasicImage<Sample>> images;
   std::vector<media::Image> masks, kept; // of tiles; empty ones count whole
   bool masked = false;
@@ -154,13 +154,27 @@ constexpr size_t sample_size = 25; // frames
 // The memory limit for the samples of all tracks. Further frames are loaded each time they are needed.
 constexpr size_t sample_bytes = size_t(128) << 20;
 
+// The middle group, or the nearest one in which something is on stage.
+size_t middle_group(const Plan &plan) {
+  const size_t middle = plan.group_count() / 2;
+  if (!plan.has_meshes()) return middle;
+  const auto shows = [&](size_t group) {
+    return plan.has_mesh(plan.first_of(group) + plan.frames_of(group) - 1);
+  };
+  for (size_t off = 0; off <= middle; off++) {
+    if (middle + off < plan.group_count() && shows(middle + off)) return middle + off;
+    if (shows(middle - off)) return middle - off;
+  }
+  return middle;
+}
+
 // The frames by which the quality of a track is chosen or judged.
 template <class SampleType> class Sample {
 public:
   Sample(const Plan &from, const VideoTrack &of) : plan(from), track(of) {
     // A bit rate applies to all frames of a group. A quality is judged by a whole group, too, because
     // pictures get better in its course, and by one from the middle, when the action is on.
-    const size_t group = plan.options.bit_rate ? 0 : plan.group_count() / 2;
+    const size_t group = plan.options.bit_rate ? 0 : middle_group(plan);
     first = plan.first_of(group);
     count = plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(group), sample_size);
     whole_group = count == plan.frames_of(group);

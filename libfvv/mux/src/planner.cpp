@@ -72,6 +72,18 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
   return left_out;
 }
 
+// Frames without a mesh are frames where there are pictures; else nothing is left of them.
+void find_empty_frames(scene::Capture &capture) {
+  scene::find_empty_meshes(capture);
+  if (!capture.meshes || capture.empty.empty()) return;
+  if (capture.mesh_frames().empty())
+    throw Error(capture.path + ": no frame has a mesh (--no-meshes sends pictures alone)");
+  const bool shows = capture.memory || capture.atlas ||
+                     std::any_of(capture.cameras.begin(), capture.cameras.end(),
+                                 [](const scene::Camera &camera) { return camera.pictures.has_value(); });
+  if (!shows) capture.frames.leave_out(capture.empty);
+}
+
 // True when there was a warning.
 bool look_at_files(Plan &plan, bool sub_range) {
   const scene::Capture &capture = plan.capture;
@@ -107,7 +119,7 @@ uint32_t frames_per_second(const fvv_rational &duration) {
 // needs even sides, which scaling gives: texture coordinates are fractions of the picture.
 Tiling arrange_atlas(const Plan &plan) {
   const Options &options = plan.options;
-  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.first);
+  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.number(0));
   const auto side = [&](uint32_t size) {
     const uint16_t wanted = scaled(size, options.atlas_scale);
     return media::find_video_codec(options.codec)->is_stills() ? wanted : uint16_t(std::max(2, wanted & ~1));
@@ -187,7 +199,10 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
   plan.videos = std::make_shared<scene::Videos>(options.threads);
   plan.capture = std::move(given);
   plan.warned = select(plan.capture, options, plan.observer);
+  find_empty_frames(plan.capture);
   if (!plan.capture.memory) plan.warned = look_at_files(plan, options.frames.has_value()) || plan.warned;
+  plan.group_size = group_size_of(options, plan.capture.frame_duration);
+  plan.groups = groups_of(plan.capture, plan.group_size);
   if (options.undistort)
     plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, options.undistort_alpha);
   if (plan.has_meshes()) {
@@ -195,7 +210,6 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
     plan.capture.flip_faces = plan.winding.flip;
     plan.warned = warn_of_winding(plan) || plan.warned;
   }
-  plan.group_size = group_size_of(options, plan.capture.frame_duration);
   Tiling cameras = whole_pictures(plan.capture, options);
   if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);
   if (plan.capture.memory) leave_room(plan, cameras);
@@ -243,15 +257,46 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
   return plan;
 }
 
+std::vector<GroupSpan> groups_of(const scene::Capture &capture, uint32_t group_size) {
+  std::vector<GroupSpan> groups;
+  const scene::Frames &frames = capture.frames;
+  auto left_out = frames.left_out.begin();
+  int64_t emptied = -1, last = -1; // where the stage became empty since the last frame; place of that
+  bool had_mesh = false;
+  for (int64_t place = 0; place < frames.places(); place++) {
+    const bool is_empty = capture.meshes && !capture.has_mesh(frames.first + place * frames.step);
+    if (is_empty && had_mesh) {
+      emptied = place;
+      had_mesh = false;
+    }
+    if (left_out != frames.left_out.end() && *left_out == place) {
+      ++left_out;
+      continue;
+    }
+    if (groups.empty() || emptied >= 0 || place / group_size != last / group_size) {
+      const int64_t start = groups.empty() ? 0 : emptied >= 0 ? emptied : place;
+      const size_t first = groups.empty() ? 0 : groups.back().first + groups.back().count;
+      if (!groups.empty()) groups.back().end = start;
+      groups.push_back({first, 0, start, start});
+    }
+    groups.back().count++;
+    last = place;
+    emptied = -1;
+    had_mesh = !is_empty;
+  }
+  if (!groups.empty()) groups.back().end = emptied >= 0 ? emptied : frames.places();
+  return groups;
+}
+
 uint32_t group_size_of(const Options &options, const fvv_rational &frame_duration) {
   return options.group ? options.group : frames_per_second(frame_duration);
 }
 
-void extend_plan(Plan &plan, size_t frames) {
-  const size_t first = plan.frame_count();
-  plan.capture.frames.count += int64_t(frames);
-  if (plan.geometry) plan.geometry->extend(plan.capture.frames.count);
-  if (plan.crop.on) lay_out_group(plan, silhouettes(plan, plan.whole.cameras, first / plan.group_size));
+void extend_plan(Plan &plan, const GroupSpan &group) {
+  plan.capture.frames.count += int64_t(group.count);
+  plan.groups.push_back(group);
+  if (plan.geometry) plan.geometry->extend(plan);
+  if (plan.crop.on) lay_out_group(plan, silhouettes(plan, plan.whole.cameras, plan.group_count() - 1));
 }
 
 Quality default_quality(uint32_t codec) {

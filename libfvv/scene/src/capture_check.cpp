@@ -169,7 +169,8 @@ public:
     if (capture.meshes && capture.animation)
       animated_file();
     else if (capture.meshes)
-      sequence("", "meshes", *capture.meshes, nullptr);
+      sequence("", "meshes", *capture.meshes, nullptr, {},
+               [this](int64_t frame) { return capture.has_mesh(frame); });
     if (capture.atlas && capture.atlas->pictures) {
       const PictureSource &pictures = *capture.atlas->pictures;
       if (pictures.video) {
@@ -207,15 +208,17 @@ private:
   std::optional<PictureSize> first_size(const Pattern &pattern) const {
     if (!probe) return std::nullopt;
     try {
-      return probe(capture.resolve(pattern.file(capture.frames.first)));
+      return probe(capture.resolve(pattern.file(capture.frames.number(0))));
     } catch (const std::exception &) {
       return PictureSize{0, 0}; // sequence() reports its error
     }
   }
 
   // kind: a plural. expected: size that the pictures must have; NULL: these are no pictures.
-  void sequence(const std::string &subject, const std::string &kind, const Pattern &pattern,
-                const PictureSize *expected, std::optional<int> rotate = {}) {
+  void sequence(
+      const std::string &subject, const std::string &kind, const Pattern &pattern,
+      const PictureSize *expected, std::optional<int> rotate = {},
+      const std::function<bool(int64_t frame)> &is_needed = [](int64_t) { return true; }) {
     Tally missing, empty, unreadable, unlike, turned;
     Gaps gaps(capture.frames.step);
     std::set<int64_t> unusable;
@@ -224,6 +227,7 @@ private:
     int64_t seen = 0;
     for (; seen < all && faults() < most_faults; seen++) {
       const int64_t frame = capture.frames.number(seen);
+      if (!is_needed(frame)) continue;
       const std::string file = pattern.file(frame), path = capture.resolve(file);
       const std::string why = why_unreadable(path);
       std::error_code error;
@@ -247,7 +251,8 @@ private:
     const Share count = {all, seen < all || (faults() >= most_faults && expected && probe && opened < seen)};
     if (missing.count && pattern.is_numbered())
       findings.problems.push_back(counted(subject, kind, count, missing, "missing") + ": " + gaps.text() +
-                                  " (first: " + missing.first + ")");
+                                  " (first: " + missing.first + ")" +
+                                  (expected ? "" : "; \"empty\" says at which frames the stage is empty"));
     else
       report(subject, kind, count, missing, "missing");
     report(subject, kind, count, empty, "empty");
@@ -333,7 +338,8 @@ private:
   // Files that the pattern would name for frames before the first or after the last.
   void extra_frames(const std::string &subject, const std::string &kind, const Pattern &pattern) {
     if (!pattern.is_numbered()) return;
-    const int64_t first = capture.frames.first, last = capture.frames.number(capture.frames.count - 1);
+    const int64_t first = capture.frames.first,
+                  last = first + (capture.frames.places() - 1) * capture.frames.step;
     int64_t lowest = first, highest = last, extra = 0;
     // The number may be in the name of a folder ("%04d/cam0.png"): list the one around it.
     const std::string sample = pattern.file(0), other = pattern.file(1);
@@ -411,7 +417,8 @@ void visit_files(const Capture &capture, const Visit &visit) {
   visit(capture.path);
   if (capture.meshes)
     for (int64_t i = 0; i < frames_of(*capture.meshes); i++)
-      visit_mesh(capture.mesh_path(capture.frames.number(i)), visit);
+      if (const int64_t frame = capture.frames.number(i); capture.animation || capture.has_mesh(frame))
+        visit_mesh(capture.mesh_path(frame), visit);
   if (capture.atlas && capture.atlas->pictures) pictures(*capture.atlas->pictures);
   for (const Camera &camera : capture.cameras) {
     if (camera.pictures) pictures(*camera.pictures);
