@@ -2,6 +2,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_geometry/pieces.h"
 #include "mux/src/choices.h"
+#include "mux/src/meshes.h"
 #include "mux/src/summary_terms.h"
 
 #include <algorithm>
@@ -70,7 +71,7 @@ std::set<int64_t> samples(const scene::Capture &capture) {
 double typical_diagonal(const scene::Capture &capture) {
   std::vector<double> diagonals;
   for (const int64_t number : samples(capture))
-    diagonals.push_back(geometry::typical_box(scene::load_mesh(capture, number)).diagonal());
+    diagonals.push_back(geometry::typical_box(frame_mesh(capture, number)).diagonal());
   std::sort(diagonals.begin(), diagonals.end());
   return diagonals[(diagonals.size() - 1) / 2];
 }
@@ -98,7 +99,7 @@ ErrorBudget choose_budget(const Options &options, const scene::Capture &capture,
   ErrorBudget error;
   if (!capture.meshes) return error;
   const int64_t first = capture.mesh_frames().front();
-  error.nearest = sharpest(scene::load_mesh(capture, first), footprint(capture, tiling, first));
+  error.nearest = sharpest(frame_mesh(capture, first), footprint(capture, tiling, first));
   const bool seen = std::isfinite(error.nearest.metres_per_pixel);
   if (const std::optional<MaxError> &wanted = options.max_error) {
     error.value = wanted->value;
@@ -150,7 +151,7 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
     return choice;
   }
   const int64_t first = capture.mesh_frames().front();
-  const geometry::Mesh mesh = scene::load_mesh(capture, first);
+  const geometry::Mesh mesh = frame_mesh(capture, first);
   const decimate::Sight &nearest = error.nearest;
   const bool seen = std::isfinite(nearest.metres_per_pixel);
   const double allowed = error.is_length ? error.value : error.value * nearest.metres_per_pixel;
@@ -202,7 +203,7 @@ DecimationChoice choose_decimation(const Options &options, const scene::Capture 
   std::vector<geometry::Mesh> meshes;
   std::vector<decimate::Footprint> cameras;
   for (const int64_t number : samples(capture)) {
-    meshes.push_back(scene::load_mesh(capture, number));
+    meshes.push_back(frame_mesh(capture, number));
     cameras.push_back(footprint(capture, tiling, number, error.is_length));
     choice.pixel = std::min(choice.pixel, sharpest(meshes.back(), cameras.back()).metres_per_pixel);
   }

@@ -127,7 +127,7 @@ NormalChoice choose_normals(const Options &options, const scene::Capture &captur
   if (options.normals == Normals::never) return {0, "--normals never"};
   const int64_t first = capture.mesh_frames().front();
   const std::string name = capture.mesh_path(first);
-  const auto load = [&] { return scene::load_mesh(capture, first, nullptr, nullptr, true); };
+  const auto load = [&] { return frame_mesh(capture, first, nullptr, true); };
   if (options.normals == Normals::always) {
     if (load().normals.empty())
       throw Error("--normals always: " + name + ": expected a normal for every corner, found none");
@@ -189,7 +189,7 @@ WindingChoice choose_winding(const Options &options, const scene::Capture &captu
   size_t meshes = 0, negative = 0;
   for (const int64_t number :
        std::set<int64_t>{numbers.front(), numbers[numbers.size() / 2], numbers.back()}) {
-    const geometry::Mesh mesh = scene::load_mesh(capture, number);
+    const geometry::Mesh mesh = frame_mesh(capture, number);
     std::optional<geometry::ViewedSurface> body;
     try {
       body.emplace(mesh.positions, mesh.faces);

@@ -1,5 +1,6 @@
 #include "mux/src/crop.h"
 #include "fvv_cxx/parallel.h"
+#include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 
 #include <algorithm>
@@ -59,7 +60,7 @@ std::vector<Silhouette> boxes_of_frame(const Plan &plan, const std::vector<size_
       boxes.push_back(box_of(load_view<uint8_t>(plan, index, *camera.masks, number, 1)));
       break;
     case CropBy::mesh:
-      if (!mesh && capture.has_mesh(number)) mesh = scene::load_mesh(capture, number);
+      if (!mesh && capture.has_mesh(number)) mesh = frame_mesh(capture, number);
       boxes.push_back(mesh && camera.is_calibrated(number) ? box_of(*mesh, camera.calibration_at(number))
                                                            : Silhouette{});
       break;

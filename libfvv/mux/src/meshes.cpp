@@ -73,7 +73,7 @@ double share_of_runs(const scene::Capture &capture) {
   const std::vector<int64_t> numbers = capture.mesh_frames();
   const int64_t pairs = int64_t(numbers.size()) - 1, looked_at = std::min(most, pairs);
   int64_t same = 0;
-  const auto load = [&](int64_t i) { return scene::load_mesh(capture, numbers[size_t(i)]); };
+  const auto load = [&](int64_t i) { return frame_mesh(capture, numbers[size_t(i)]); };
   for (int64_t k = 0; k < looked_at; k++) {
     const int64_t i = looked_at > 1 ? k * (pairs - 1) / (looked_at - 1) : 0;
     same += same_connectivity(load(i), load(i + 1)).has_value();
@@ -98,7 +98,7 @@ std::shared_ptr<Geometry::Group> Geometry::group_at(size_t index) const {
 }
 
 geometry::Mesh Geometry::source(size_t i, scene::MeshReport *report) const {
-  return scene::load_mesh(capture, capture.frames.number(int64_t(i)), nullptr, report, normals);
+  return frame_mesh(capture, capture.frames.number(int64_t(i)), report, normals);
 }
 
 decimate::Footprint Geometry::cameras(size_t i) const {
@@ -349,12 +349,16 @@ private:
 
 } // namespace
 
+void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh) {
+  if (plan.normals.bits && mesh.normals.empty())
+    throw Error(name_of(plan, i) + ": expected a normal for every corner as in the first frame, found " +
+                "none (--normals never sends none)");
+}
+
 Source load_source(const Plan &plan, size_t i) {
   Source source;
   source.mesh = plan.geometry->load(i, &source.report, source.decimation);
-  if (plan.normals.bits && source.mesh.normals.empty())
-    throw Error(name_of(plan, i) + ": expected a normal for every corner as in the first frame, found " +
-                "none (--normals never sends none)");
+  check_normals(plan, i, source.mesh);
   source.vanished = vanished_share(source.mesh, plan.lattice.lattice);
   return source;
 }
@@ -369,7 +373,9 @@ void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &me
   report_specks(source, report);
 }
 
-std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count) {
+namespace {
+
+std::vector<MeshFrame> encode_in_turn(const Plan &plan, size_t first, size_t count) {
   std::vector<MeshFrame> frames;
   std::optional<Source> next; // of the frame behind those in frames, when it was looked at already
   while (frames.size() < count) {
@@ -389,6 +395,12 @@ std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t coun
     std::move(coded.begin(), coded.end(), std::back_inserter(frames));
   }
   return frames;
+}
+
+} // namespace
+
+std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count) {
+  return about_frame(plan.capture, {}, [&] { return encode_in_turn(plan, first, count); });
 }
 
 } // namespace fvv::mux

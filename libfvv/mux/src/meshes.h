@@ -13,6 +13,35 @@
 
 namespace fvv::mux {
 
+constexpr const char *skip_advice = "--skip-bad-frames leaves out frames whose files cannot be used";
+
+// An Error about a frame; reason: without the advice.
+struct FrameError : Error {
+  FrameError(const std::string &why, const std::string &advice) : Error(why + advice), reason(why) {}
+  const std::string reason;
+};
+
+// Work on frames of a capture on disk: its errors name the frame and advise to skip it. number: in file
+// names; none if errors name it already.
+template <class Work>
+auto about_frame(const scene::Capture &capture, std::optional<int64_t> number, const Work &work) {
+  try {
+    return work();
+  } catch (const Error &error) {
+    const std::string what = error.what();
+    if (error.kind != Error::failed || capture.memory || what.find(skip_advice) != what.npos) throw;
+    throw FrameError(what,
+                     " (" + (number ? "frame " + std::to_string(*number) + "; " : "") + skip_advice + ")");
+  }
+}
+
+// The mesh of a frame as scene::load_mesh gives it, with errors about the frame.
+inline geometry::Mesh frame_mesh(const scene::Capture &capture, int64_t number,
+                                 scene::MeshReport *report = nullptr, bool normals = false) {
+  return about_frame(capture, number,
+                     [&] { return scene::load_mesh(capture, number, nullptr, report, normals); });
+}
+
 // For each vertex of a the vertex of b that it has become, when every face of b is that of a at the same
 // place and texture coordinates agree: identical faces, or identical up to the order of vertices. Otherwise
 // nothing.
@@ -98,6 +127,8 @@ struct Source {
   double vanished = 0;
 };
 Source load_source(const Plan &plan, size_t i);
+// Throws Error if the mesh of frame i lacks normals that are to be sent.
+void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh);
 
 // Brings it onto the lattice.
 void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &mesh, fvv_mesh_report &report);

@@ -3,6 +3,7 @@
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/packed_image.h"
+#include "mux/src/meshes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,16 +33,25 @@ template <class Sample> void check_range(const media::BasicImage<Sample> &image,
 
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame) {
   const scene::Capture &capture = plan.capture;
-  if (capture.atlas->pictures) return plan.videos->read<Sample>(capture, *capture.atlas->pictures, frame, 3);
-  const std::string path = capture.atlas_path(frame);
-  const std::string bytes = scene::load_embedded_atlas(capture, frame);
-  return media::decode_image<Sample>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3, path);
+  return about_frame(capture, frame, [&] {
+    if (capture.atlas->pictures)
+      return plan.videos->read<Sample>(capture, *capture.atlas->pictures, frame, 3);
+    const std::string path = capture.atlas_path(frame);
+    const std::string bytes = scene::load_embedded_atlas(capture, frame);
+    return media::decode_image<Sample>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3,
+                                       path);
+  });
 }
+
+template media::Image load_atlas(const Plan &, int64_t);
+template media::DeepImage load_atlas(const Plan &, int64_t);
+template media::LinearImage load_atlas(const Plan &, int64_t);
 
 template <class Sample>
 media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene::PictureSource &source,
                                     int64_t frame, int channels) {
-  media::BasicImage<Sample> picture = plan.videos->read<Sample>(plan.capture, source, frame, channels);
+  media::BasicImage<Sample> picture = about_frame(
+      plan.capture, frame, [&] { return plan.videos->read<Sample>(plan.capture, source, frame, channels); });
   check_range(picture, plan.capture.resolve(source.file(frame)));
   return plan.undistortion ? plan.undistortion->apply(camera, frame, std::move(picture)) : picture;
 }

@@ -2,6 +2,8 @@
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_cxx/parallel.h"
 #include "fvv_mux/plan.h"
 #include "fvv_scene/text.h"
 #include "mux/src/background.h"
@@ -14,6 +16,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <set>
 
 namespace fvv::mux {
 
@@ -73,8 +77,7 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
 }
 
 // Frames without a mesh are frames where there are pictures; else nothing is left of them.
-void find_empty_frames(scene::Capture &capture) {
-  scene::find_empty_meshes(capture);
+void leave_out_empty(scene::Capture &capture) {
   if (!capture.meshes || capture.empty.empty()) return;
   if (capture.mesh_frames().empty())
     throw Error(capture.path + ": no frame has a mesh (--no-meshes sends pictures alone)");
@@ -82,6 +85,72 @@ void find_empty_frames(scene::Capture &capture) {
                      std::any_of(capture.cameras.begin(), capture.cameras.end(),
                                  [](const scene::Camera &camera) { return camera.pictures.has_value(); });
   if (!shows) capture.frames.leave_out(capture.empty);
+}
+
+// Reads everything that a frame has, each time anew. Throws Error.
+void read_frame(const Plan &plan, int64_t number) {
+  const scene::Capture &capture = plan.capture;
+  if (capture.has_mesh(number)) geometry::check(frame_mesh(plan.capture, number), capture.mesh_path(number));
+  const auto check = [](const auto &image, const fvv_camera &camera, const std::string &path) {
+    if (image.width != camera.width || image.height != camera.height)
+      throw Error(path + ": expected " + std::to_string(camera.width) + " x " +
+                  std::to_string(camera.height) + " pixels, found " + std::to_string(image.width) + " x " +
+                  std::to_string(image.height));
+  };
+  media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
+    using Sample = decltype(sample);
+    for (const scene::Camera &camera : capture.cameras) {
+      if (camera.pictures)
+        check(plan.videos->read<Sample>(capture, *camera.pictures, number, 3), camera.calibration,
+              capture.picture_path(camera, number));
+      if (camera.masks)
+        check(plan.videos->read(capture, *camera.masks, number, 1), camera.calibration,
+              capture.mask_path(camera, number));
+    }
+    if (capture.atlas) load_atlas<Sample>(plan, number);
+    return 0;
+  });
+}
+
+// Brings the mesh of frame i onto the lattice of the plan. Throws Error.
+void place_frame(const Plan &plan, size_t i) {
+  if (!plan.has_mesh(i)) return;
+  const int64_t number = plan.capture.frames.number(int64_t(i));
+  Source source;
+  source.mesh = frame_mesh(plan.capture, number, nullptr, plan.normals.bits != 0);
+  check_normals(plan, i, source.mesh);
+  OwnedMesh holder;
+  fvv_mesh_report unused = {};
+  canonicalise(plan, i, source, holder, unused);
+}
+
+// The frames for which work throws Error.
+std::vector<BadFrame> failing(const Plan &plan, const std::function<void(size_t)> &work) {
+  std::vector<BadFrame> bad;
+  std::mutex mutex;
+  fvv::parallel(plan.options.threads, plan.frame_count(), [&](size_t i) {
+    plan.observer.check_cancelled();
+    try {
+      work(i);
+    } catch (const Error &error) {
+      const auto *known = dynamic_cast<const FrameError *>(&error);
+      const std::lock_guard<std::mutex> lock(mutex);
+      bad.push_back({plan.capture.frames.number(int64_t(i)), known ? known->reason : error.what()});
+    }
+  });
+  std::sort(bad.begin(), bad.end(), [](const auto &a, const auto &b) { return a.number < b.number; });
+  return bad;
+}
+
+// Error if nothing is left.
+void leave_out(Plan &plan, const std::vector<BadFrame> &bad) {
+  if (bad.empty()) return;
+  std::set<int64_t> numbers;
+  for (const BadFrame &frame : bad) numbers.insert(frame.number);
+  plan.capture.frames.leave_out(numbers);
+  if (!plan.frame_count() || (plan.has_meshes() && plan.capture.mesh_frames().empty()))
+    throw Error(plan.capture.path + ": --skip-bad-frames leaves nothing; frame " +
+                std::to_string(bad[0].number) + ": " + bad[0].reason);
 }
 
 // True when there was a warning.
@@ -101,6 +170,10 @@ bool look_at_files(Plan &plan, bool sub_range) {
     std::string lines;
     for (const std::string &problem : findings.problems)
       lines += (lines.empty() ? "" : "\nfvvmux: ") + capture.path + ": " + problem;
+    if (findings.of_frames) lines += "\nfvvmux: " + capture.path + ": " + skip_advice;
+    if (findings.missing_meshes)
+      lines += "\nfvvmux: " + capture.path +
+               ": \"meshes\": {\"empty\": ...} says at which frames the stage is empty";
     throw Error(lines);
   }
   std::vector<std::string> warnings = findings.warnings;
@@ -183,23 +256,23 @@ std::vector<VideoTrack> encoded_tracks(const scene::Capture &capture,
   return tracks;
 }
 
-} // namespace
-
-Plan make_plan(const Options &options, const Observer &observer) {
-  scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
-  capture.mesh_cache = scene::make_mesh_cache();
-  return make_plan(std::move(capture), {}, options, observer);
-}
-
-Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, const Options &options,
-               const Observer &observer) {
+// bad: frames that are known to be unusable.
+Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
+                 const std::vector<EncodedTrack> &encoded, const Options &options, const Observer &observer) {
   Plan plan;
   plan.observer = observer;
   plan.options = options;
   plan.videos = std::make_shared<scene::Videos>(options.threads);
   plan.capture = std::move(given);
   plan.warned = select(plan.capture, options, plan.observer);
-  find_empty_frames(plan.capture);
+  scene::find_empty_meshes(plan.capture);
+  plan.bad = bad;
+  leave_out(plan, bad);
+  if (options.skip_bad_frames && bad.empty()) {
+    plan.bad = failing(plan, [&](size_t i) { read_frame(plan, plan.capture.frames.number(int64_t(i))); });
+    leave_out(plan, plan.bad);
+  }
+  leave_out_empty(plan.capture);
   if (!plan.capture.memory) plan.warned = look_at_files(plan, options.frames.has_value()) || plan.warned;
   plan.group_size = group_size_of(options, plan.capture.frame_duration);
   plan.groups = groups_of(plan.capture, plan.group_size);
@@ -257,6 +330,40 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
   return plan;
 }
 
+} // namespace
+
+Plan make_plan(const Options &options, const Observer &observer) {
+  scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
+  capture.mesh_cache = scene::make_mesh_cache();
+  return make_plan(std::move(capture), {}, options, observer);
+}
+
+Plan make_plan(scene::Capture capture, const std::vector<EncodedTrack> &encoded, const Options &options,
+               const Observer &observer) {
+  if (!options.skip_bad_frames || capture.memory)
+    return plan_frames(std::move(capture), {}, encoded, options, observer);
+  // Whether a mesh fits the lattice is known when that is chosen: without such a frame the plan is another
+  // one.
+  std::vector<std::string> warnings;
+  Observer quiet = observer;
+  quiet.on_warning = [&](const std::string &text) { warnings.push_back(text); };
+  Plan plan = plan_frames(capture, {}, encoded, options, quiet);
+  for (std::vector<BadFrame> bad; plan.has_meshes();) {
+    bad = failing(plan, [&](size_t i) { place_frame(plan, i); });
+    if (bad.empty()) break;
+    bad.insert(bad.end(), plan.bad.begin(), plan.bad.end());
+    std::sort(bad.begin(), bad.end(), [](const auto &a, const auto &b) { return a.number < b.number; });
+    warnings.clear();
+    plan = plan_frames(capture, bad, encoded, options, quiet);
+  }
+  plan.observer = observer;
+  for (const std::string &text : warnings) observer.warn(text);
+  for (const BadFrame &frame : plan.bad)
+    observer.warn(plan.capture.path + ": frame " + std::to_string(frame.number) +
+                  " is left out: " + frame.reason);
+  plan.warned = plan.warned || !plan.bad.empty();
+  return plan;
+}
 std::vector<GroupSpan> groups_of(const scene::Capture &capture, uint32_t group_size) {
   std::vector<GroupSpan> groups;
   const scene::Frames &frames = capture.frames;

@@ -269,6 +269,7 @@ std::string summary_text(const Summary &s, const std::string &output) {
        (unsigned long long)s.bytes, plan.frame_count(), frame_rate(s), plan.group_count(),
        plan.group_count() == 1 ? "group" : "groups", plan.group_size,
        double(s.bytes) * 8 / 1000 * frame_rate(s) / double(plan.end()));
+  if (!plan.bad.empty()) line(out, "  left out  %zu frames that cannot be used", plan.bad.size());
   if (plan.has_meshes())
     track_line(out, s, "mesh", s.mesh.payload,
                profile_text(s) + (plan.options.mesh_profile == FVV_MESH_DRACO
@@ -436,6 +437,11 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
         {"step", lattice.step},
         {"reason", plan.lattice.reason},
         {"error_pixels", plan.lattice.pixels > 0 ? Json(plan.lattice.pixels) : Json(nullptr)}}}};
+  if (plan.options.skip_bad_frames) {
+    out["left_out"] = Json::array();
+    for (const BadFrame &frame : plan.bad)
+      out["left_out"].push_back({{"frame", frame.number}, {"reason", frame.reason}});
+  }
   if (plan.has_meshes()) {
     out["budget"] = decimation_json(plan, s.decimation);
     Json mesh = track_json(s.mesh);

@@ -240,6 +240,11 @@ Camera read_camera(const JsonValue &value, const Capture &capture, const Convent
     if (!camera.pictures) masks->fail("expected pictures wherever there are masks");
     camera.masks = read_picture_source(*masks, capture.frames);
   }
+  for (auto *source : {&camera.pictures, &camera.masks})
+    if (*source && (*source)->place) {
+      (*source)->place->width = camera.calibration.width;
+      (*source)->place->height = camera.calibration.height;
+    }
   return camera;
 }
 
@@ -385,6 +390,8 @@ Atlas read_atlas(const JsonValue &value, const Capture &capture) {
     value.fail(std::string("expected pictures or embedded, found ") + (pictures ? "both" : "neither"));
   if (pictures) {
     atlas.pictures = read_picture_source(*pictures, capture.frames, true);
+    if (atlas.pictures->place)
+      pictures->at("place").fail("expected no place, because an atlas has no calibration");
   } else {
     if (!embedded->boolean()) embedded->fail("expected true, or pictures in its place");
     if (!is_gltf(capture.meshes->text()))

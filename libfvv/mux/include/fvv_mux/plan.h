@@ -150,13 +150,20 @@ struct GroupSpan {
 // empty.
 std::vector<GroupSpan> groups_of(const scene::Capture &capture, uint32_t group_size);
 
+// A frame that Options::skip_bad_frames left out.
+struct BadFrame {
+  int64_t number;     // in file names
+  std::string reason; // with the file
+};
+
 struct Plan {
   Options options;
   Observer observer;
   scene::Capture capture;  // frames restricted, cameras by rising identifier, unwanted patterns removed
   uint32_t group_size = 1; // ticks, at most
   std::vector<GroupSpan> groups;
-  bool tracked = false; // some frames have the faces of the one before: groups may have delta frames
+  std::vector<BadFrame> bad; // by rising number
+  bool tracked = false;      // some frames have the faces of the one before: groups may have delta frames
   ErrorBudget error;
   LatticeChoice lattice;
   DecimationChoice decimation;

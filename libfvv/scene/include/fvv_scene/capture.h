@@ -196,6 +196,8 @@ using VideoProbe = std::function<VideoFacts(const std::string &path, std::option
 // cameras as listed.
 struct Findings {
   std::vector<std::string> problems;
+  bool of_frames = false;      // some of these are about files that belong to single frames
+  bool missing_meshes = false; // some of these files are missing meshes
   std::vector<std::string> warnings;
   std::vector<std::string> unused; // unused frames among the files: a warning unless a part was selected
   std::vector<VideoReport> videos; // of every video that could be read, cameras as listed, masks last
