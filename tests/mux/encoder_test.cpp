@@ -2,6 +2,7 @@
 #include "mux_fixture.h"
 
 #include "fvv_cxx/owned.h"
+#include "fvv_demux/frame_plan.h"
 #include "fvv_mux/encoder.h"
 #include "mux/src/stream_writer.h"
 
@@ -123,12 +124,80 @@ TEST_CASE("bytes come when a group is complete, and do not depend on threads") {
 }
 
 TEST_CASE("a frame that does not fit the configuration is refused by its number") {
-  CHECK(refusal([](mux::Frame &f) { f.mesh = {}; }) == "frame 0: expected a mesh with faces");
+  CHECK(refusal([](mux::Frame &f) { f.mesh.faces.clear(); }) == "frame 0: expected a mesh with faces");
   CHECK(refusal([](mux::Frame &f) { f.pictures.pop_back(); }) ==
         "frame 0: expected 2 pictures, one for each camera, found 1");
   CHECK(refusal([](mux::Frame &f) { f.pictures[1] = media::make_image(60, 48, 3, uint8_t(1)); }) ==
         "frame 0: camera 1: expected a picture of 64x48 pixels, found 60x48");
   CHECK(refusal([](mux::Frame &f) { f.masks.clear(); }) == "frame 0: expected masks");
+}
+
+namespace {
+
+// "0..4 2": a group of ticks 0 to 3 with 2 frames.
+std::string groups_in(const fvv_file *file) {
+  std::string out;
+  for (size_t g = 0; g < fvv_file_group_count(file); g++) {
+    const fvv_group_info &group = *fvv_file_group(file, g);
+    out += (g ? ", " : "") + std::to_string(group.start) + ".." + std::to_string(group.end) + " " +
+           std::to_string(group.frame_count);
+  }
+  return out;
+}
+
+// stage: a mesh for each x. Options::group is 4.
+std::string staged(const std::string &stage, bool pictures, const std::string &path) {
+  std::string bytes;
+  mux::Configuration configuration = two_cameras();
+  for (mux::CameraInput &camera : configuration.cameras) camera.pictures = camera.masks = pictures;
+  mux::Options options = jpeg_options();
+  if (!pictures) options.step = mux::Length{0.001, true};
+  mux::Encoder encoder(configuration, options, [&](const void *part, size_t size) {
+    bytes.append(static_cast<const char *>(part), size);
+  });
+  for (size_t i = 0; i < stage.size(); i++) {
+    mux::Frame frame = frame_of(int(i), 4);
+    if (stage[i] != 'x') frame.mesh = {};
+    if (!pictures) frame.pictures.clear();
+    if (!pictures) frame.masks.clear();
+    encoder.add(std::move(frame));
+  }
+  encoder.finish();
+  write_bytes(path, bytes.data(), bytes.size());
+  const fvv::InputFile file(path);
+  const fvv::demux::Stream stream = fvv::demux::open_stream(file);
+  std::string out = groups_in(fvv_stream_file(stream.get())) + ":";
+  for (size_t i = 0; i < fvv_stream_frame_count(stream.get()); i++) {
+    OwnedMesh mesh;
+    fvv_frame frame;
+    REQUIRE(fvv_stream_frame(stream.get(), i, &frame, nullptr) == FVV_OK);
+    const fvv_status status = fvv_stream_mesh(stream.get(), i, 1, &mesh, nullptr);
+    REQUIRE(status >= 0);
+    out += " " + std::to_string(frame.time) + (status == FVV_OK ? "x" : "");
+  }
+  return out;
+}
+
+} // namespace
+
+TEST_CASE("frames without a mesh: the stage is empty, and nothing before it lasts") {
+  const Folder folder;
+  const std::string path = folder.path("out.fvv");
+  SECTION("their pictures stay; the group ends where the stage becomes empty") {
+    CHECK(staged("xx-x", true, path) == "0..2 2, 2..4 2: 0x 1x 2 3x");
+    CHECK(staged("xxxx--xx-", true, path) == "0..4 4, 4..8 4, 8..9 1: 0x 1x 2x 3x 4 5 6x 7x 8");
+    CHECK(staged("-----x", true, path) == "0..4 4, 4..6 2: 0 1 2 3 4 5x");
+  }
+  SECTION("without pictures they are no frames") {
+    CHECK(staged("xx-x", false, path) == "0..2 2, 2..4 1: 0x 1x 3x");
+    CHECK(staged("xxxx--xx-", false, path) == "0..4 4, 4..8 2, 8..9 0: 0x 1x 2x 3x 6x 7x");
+    CHECK(staged("-----x", false, path) == "0..6 1: 5x");
+    CHECK(staged("x---------x", false, path) == "0..1 1, 1..11 1: 0x 10x");
+  }
+  SECTION("there has to be one") {
+    CHECK_THROWS_WITH(staged("---", true, path),
+                      "encoder: expected a frame with a mesh before finish(), found none");
+  }
 }
 
 TEST_CASE("an index out of range is refused with frame and element, and no stream is finished") {
@@ -302,6 +371,7 @@ TEST_CASE("groups that readers refuse are refused before a byte is written") {
   const auto refusal_of = [&](int64_t frames, uint32_t group) {
     plan.capture.frames.count = frames;
     plan.group_size = group;
+    plan.groups = mux::groups_of(plan.capture, group);
     size_t written = 0;
     std::string message;
     try {

@@ -201,13 +201,13 @@ TEST_CASE("what does not fit an atlas is refused before work starts") {
   scene::Capture capture = make_atlas_capture(folder);
   const FileOptions options = options_for(folder);
   write_png(capture.atlas_path(3), atlas_of(62, 32, 3));
-  CHECK(failure(options) == capture.path +
-                                ": atlas: 1 of 5 pictures is not 64 x 32, first: atlas/0003.png is 62 x 32"
-                                " (cut or padded? give the camera the pictures' width and height, and "
-                                "subtract from cx and cy what was "
-                                "cut off at the left and at the top)");
+  const std::string where = capture.path + ": ",
+                    advice = "\nfvvmux: " + where +
+                             "--skip-bad-frames leaves out frames whose files cannot be used";
+  CHECK(failure(options) ==
+        where + "atlas: 1 of 5 pictures is not 64 x 32, first: atlas/0003.png is 62 x 32" + advice);
   fs::remove(capture.atlas_path(3));
-  CHECK(failure(options) == capture.path + ": atlas: 1 of 5 pictures is missing: 3 (first: atlas/0003.png)");
+  CHECK(failure(options) == where + "atlas: 1 of 5 pictures is missing: 3 (first: atlas/0003.png)" + advice);
   write_png(capture.atlas_path(3), atlas_of(64, 32, 3));
   scene::write_mesh(ball(1), {}, capture.mesh_path(1));
   CHECK(failure(options).find("0001.ply:3: expected texture coordinates") != std::string::npos);

@@ -76,9 +76,12 @@ TEST_CASE("all problems of the files are reported before any work, one a line") 
   check_refused(
       folder, arguments(folder), 1,
       where + "2 of 5 meshes are missing: 1, 4 (first: meshes/0001.ply)\n" + where +
-          "camera 13: 1 of 5 pictures is not 64 x 48, first: cam1/0002.png is 63 x 48 (cut or padded? "
-          "give the camera the pictures' width and height, and subtract from cx and cy what was cut off at "
-          "the left and at the top)\n");
+          "camera 13: 1 of 5 pictures is not 64 x 48, first: cam1/0002.png is 63 x 48 (cut or padded? state "
+          "\"place\": [x, y] with the pixel of the calibrated picture at which it begins, [0, 0] if it was "
+          "cut "
+          "or padded at the right and at the bottom)\n" +
+          where + "--skip-bad-frames leaves out frames whose files cannot be used\n" + where +
+          "\"meshes\": {\"empty\": ...} says at which frames the stage is empty\n");
   fs::remove(capture.path);
   check_refused(folder, arguments(folder), 1,
                 "fvvmux: " + capture.path + ": cannot be opened: No such file or directory\n");
@@ -88,6 +91,7 @@ TEST_CASE("a mesh that no decoder could show is refused by file, frame and verte
   const Folder folder;
   const scene::Capture capture = make_capture(folder);
   const std::string path = capture.mesh_path(3);
+  const std::string advice = "--skip-bad-frames leaves out frames whose files cannot be used";
   std::string ply = read_bytes(path);
   char *y = &ply[ply.find("end_header\n") + 11 + 24 * 17 + 8];
   const double far = 3e9, nan = std::nan("");
@@ -98,11 +102,14 @@ TEST_CASE("a mesh that no decoder could show is refused by file, frame and verte
         folder, arguments(folder, {"--threads", threads}), 1,
         "fvvmux: " + path +
             ": frame 3: vertex 17: y = 3e+09 m lies more than 2^28 steps of 0.002 m from the origin 0 "
-            "m [FVV-3006]\n");
+            "m [FVV-3006] (" +
+            advice + ")\n");
   memcpy(y, &nan, sizeof nan);
   write_bytes(path, ply.data(), ply.size());
   check_refused(folder, arguments(folder), 1,
-                "fvvmux: " + path + ": 0x250: vertex 17: expected a finite number for y, found nan\n");
+                "fvvmux: " + path +
+                    ": 0x250: vertex 17: expected a finite number for y, found nan (frame 3; " + advice +
+                    ")\n");
   ply.resize(ply.size() - 1);
   write_bytes(path, ply.data(), ply.size());
   const Run cut = run_tool(arguments(folder));

@@ -113,6 +113,26 @@ TEST_CASE("offsets that are all alike suggest a start") {
   CHECK(!summary.plan.sources[1].better_start);
 }
 
+TEST_CASE("pictures that were cut are put in their place in the calibrated picture") {
+  Clip clip;
+  clip.times = steady(20, 3000);
+  Scene scene(clip, "a.mp4", {{64, 48}, {72, 40}});
+  const Run refused = [&] {
+    scene::write_capture(scene.capture, scene.capture.path);
+    return run_tool({scene.capture.path, "-o", scene.folder.path("x.fvv")});
+  }();
+  CHECK(refused.err.find("is 64 x 48, the camera is 72 x 40 (cut or padded? state \"place\": [x, y]") !=
+        refused.err.npos);
+  scene.capture.cameras[1].pictures->place = scene::Placement{8, -4};
+  mux::Summary summary;
+  // The bright quarter, 32 x 24, begins 8 columns further to the right and lost its first 4 rows.
+  CHECK(scene.numbers(summary, 14, 22)[7] == std::vector<int>{13, 7});
+  CHECK(scene.numbers(summary, 38, 10)[7][1] == 13);
+  CHECK(scene.numbers(summary, 60, 10)[7] == std::vector<int>{7, 7});
+  // There is nothing at the left: the edge goes on.
+  CHECK(scene.numbers(summary, 2, 2)[7] == std::vector<int>{13, 13});
+}
+
 TEST_CASE("pictures are turned by the video's matrix, unless the capture overrides it") {
   Clip clip;
   clip.times = steady(20, 3000);

@@ -85,16 +85,16 @@ TEST_CASE("all missing, empty, unreadable and unlike files are reported at once,
   folder.write("frames/0010/mask.png", "480 271");
   const Findings findings = check_files(folder.capture, probe);
   CHECK(findings.problems ==
-        Sentences{"1 of 5 meshes is empty, first: meshes/0014.ply",
-                  "camera 3: 2 of 5 pictures are missing: 12, 18 (first: a_12.png)",
-                  "camera 3: 1 of 5 pictures is not 480 x 270, first: a_10.png is 960 x 540",
-                  "camera 4: 1 of 5 pictures is unreadable, first: " +
-                      (folder.root / "frames/0016/b.png").string() + ": is no picture",
-                  "camera 4: 1 of 5 masks is unreadable, first: frames/0018/mask.png: is a folder",
-                  "camera 4: 1 of 5 masks is not 480 x 270, first: frames/0010/mask.png is 480 x 271"
-                  " (cut or padded? give the camera the pictures' width and height, and subtract from cx and "
-                  "cy what was "
-                  "cut off at the left and at the top)"});
+        Sentences{
+            "1 of 5 meshes is empty, first: meshes/0014.ply",
+            "camera 3: 2 of 5 pictures are missing: 12, 18 (first: a_12.png)",
+            "camera 3: 1 of 5 pictures is not 480 x 270, first: a_10.png is 960 x 540",
+            "camera 4: 1 of 5 pictures is unreadable, first: " +
+                (folder.root / "frames/0016/b.png").string() + ": is no picture",
+            "camera 4: 1 of 5 masks is unreadable, first: frames/0018/mask.png: is a folder",
+            "camera 4: 1 of 5 masks is not 480 x 270, first: frames/0010/mask.png is 480 x 271"
+            " (cut or padded? state \"place\": [x, y] with the pixel of the calibrated picture at which it "
+            "begins, [0, 0] if it was cut or padded at the right and at the bottom)"});
   CHECK(findings.warnings == Sentences{});
   // Without a probe sizes are not checked.
   CHECK(check_files(folder.capture, nullptr).problems.size() == 3);
@@ -218,10 +218,10 @@ TEST_CASE("videos and turned stills are read and written") {
   const auto source = [&](const std::string &value) {
     return parse_capture(text + value + "}]}", "c.json").cameras[0].pictures.value();
   };
-  const Capture capture = parse_capture(
-      text +
-          R"({"video": "a%d.mp4", "stream": 2, "start": "-6/4"}, "masks": {"pattern": "%d.png", "rotate": 270}}]})",
-      "c.json");
+  const Capture capture =
+      parse_capture(text + R"({"video": "a%d.mp4", "stream": 2, "start": "-6/4", "place": [0, -2]}, )"
+                           R"("masks": {"pattern": "%d.png", "rotate": 270, "place": [3, 0]}}]})",
+                    "c.json");
   const Capture again = parse_capture(format_capture(capture), "c.json");
   for (const Capture &one : {capture, again}) {
     const VideoSource &video = *one.cameras[0].pictures->video;
@@ -229,6 +229,11 @@ TEST_CASE("videos and turned stills are read and written") {
     CHECK((video.start.numerator == -3 && video.start.denominator == 2));
     CHECK(!one.cameras[0].pictures->rotate);
     CHECK((one.cameras[0].masks->pattern->text() == "%d.png" && one.cameras[0].masks->rotate == 270));
+    const Placement in_pictures = one.cameras[0].pictures->place.value(),
+                    in_masks = one.cameras[0].masks->place.value();
+    CHECK(
+        (in_pictures.x == 0 && in_pictures.y == -2 && in_pictures.width == one.cameras[0].calibration.width));
+    CHECK((in_masks.x == 3 && in_masks.y == 0 && in_masks.height == one.cameras[0].calibration.height));
   }
   CHECK(source(R"({"video": "v", "start": -2, "rotate": 0})").video->start.numerator == -2);
   const std::string place = "c.json: /cameras/0/pictures";
@@ -236,6 +241,9 @@ TEST_CASE("videos and turned stills are read and written") {
            {"3", ": expected a pattern as text, or an object with a pattern or a video, found 3"},
            {R"({"video": "v", "rotate": 45})", "/rotate: expected 0, 90, 180 or 270, found 45"},
            {R"({"video": ""})", "/video: expected a file name, found \"\""},
+           {R"({"video": "v", "place": [1]})", "/place: expected 2 items, found 1"},
+           {R"({"video": "v", "place": [0, 0.5]})",
+            "/place/1: expected an integer from -65535 to 65535, found 0.5"},
            {R"({"video": "v", "start": "--1"})",
             "/start: expected seconds as an integer or as text such as \"3/2\" or \"-3/2\", found \"--1\""}})
     CHECK_THROWS_WITH(source(value), place + message);

@@ -1,4 +1,4 @@
-"""Pictures in OpenEXR with channels of any name, which tests read and write."""
+"""Pictures that tests read and write: OpenEXR with channels of any name, and PNG."""
 
 import struct
 import zlib
@@ -56,3 +56,45 @@ def read_exr(path):
             packed = packed.tobytes()
         rows[y : y + lines] = np.frombuffer(packed, "<f4").reshape(lines, len(names), width)
     return {name: rows[:, i] for i, name in enumerate(names)}
+
+
+def write_png(path, image):
+    """RGB (or grey, of two axes) of 8 bits."""
+    height, width = image.shape[:2]
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), image.reshape(height, -1)], axis=1)
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">2I5B", width, height, 8, 2 if image.ndim == 3 else 0, 0, 0, 0)
+    parts = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes())) + chunk(b"IEND", b"")
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + parts)
+
+
+def read_png(path):
+    """Of 8 bits, not interlaced, by the filters of the PNG specification (clause 9)."""
+    data, at, packed = path.read_bytes(), 8, b""
+    while at < len(data):
+        (size,), kind = struct.unpack_from(">I", data, at), data[at + 4 : at + 8]
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack_from(">2I2B", data, at + 8)
+        if kind == b"IDAT":
+            packed += data[at + 8 : at + 8 + size]
+        at += 12 + size
+    assert depth == 8 and colour in (0, 2)
+    channels = 3 if colour == 2 else 1
+    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, 1 + width * channels).astype(int)
+    out = np.zeros((height + 1, width + 1, channels), int)
+    for y in range(height):
+        values = rows[y, 1:].reshape(width, channels)
+        for x in range(width):
+            left, above, corner = out[y + 1, x], out[y, x + 1], out[y, x]
+            near = left + above - corner
+            nearest = np.where(
+                (abs(near - left) <= abs(near - above)) & (abs(near - left) <= abs(near - corner)),
+                left,
+                np.where(abs(near - above) <= abs(near - corner), above, corner),
+            )
+            added = (0, left, above, (left + above) // 2, nearest)[rows[y, 0]]
+            out[y + 1, x + 1] = (values[x] + added) & 255
+    return out[1:, 1:].astype(np.uint8)

@@ -6,10 +6,12 @@ vertices are compared with the source's surface, a sphere, in closed form.
 
 import json
 import math
+import shutil
 
 import numpy as np
+import pictures
 import pytest
-from conftest import figures, run
+from conftest import figures, read_json, run
 
 
 def sphere(radius=0.5, columns=48, centre=(0, 0, 0)):
@@ -213,3 +215,244 @@ def test_few_frames_that_share_their_faces_do_not_make_the_whole_stream_finer(tm
     mixed = mux(capture)
     assert mixed["mesh"]["delta"]["frames"] == 1
     assert mixed["mesh"]["bytes"] <= mux(capture, "--no-delta")["mesh"]["bytes"]
+
+
+EMPTY_PLY = """ply
+format ascii 1.0
+element vertex 0
+property float x
+property float y
+property float z
+element face 0
+property list uchar int vertex_indices
+end_header
+"""
+
+
+def describe(capture, change):
+    """Changes the capture.json of a capture."""
+    path = capture / "capture.json"
+    description = json.loads(path.read_text())
+    change(description)
+    path.write_text(json.dumps(description))
+
+
+def groups_of(stream):
+    """Of each group: its first tick, the one after it, and the times of its meshes."""
+    groups = []
+    for chunk in figures("fvvinfo", stream, "--chunks")["files"][0]["chunks"]:
+        if chunk["type"] == "GRUP":
+            groups.append([int(chunk["time"]), None, []])
+        if chunk["type"] == "GEND":
+            groups[-1][1] = int(chunk["time"])
+        if chunk["type"] == "MESH":
+            groups[-1][2].append(int(chunk["time"]))
+    return groups
+
+
+def test_at_frames_without_a_mesh_nothing_is_on_stage(tmp_path):
+    """Declared empty without a file (0, 3 to 5), and two files without vertices and faces (8, 9)."""
+    frames = moving(10)
+    capture = write_capture(tmp_path / "stage", frames)
+    describe(capture, lambda d: d["meshes"].update(empty=[0, [3, 5]]))
+    full = mux(write_capture(tmp_path / "full", frames), "--max-error", "1mm", "--keep-geometry")
+    for i in 0, 3, 4, 5:
+        (capture / f"{i:04d}.obj").unlink()
+    for i in 8, 9:
+        (capture / f"{i:04d}.obj").write_text("# nothing\n# on stage\n")
+    summary = mux(capture, "--max-error", "1mm", "--keep-geometry", "--verify")
+    assert summary["frames"] == 4 and summary["mesh"]["empty_frames"] == 6
+    # Each stretch has a key frame.
+    assert summary["mesh"]["key"]["frames"] == 2 and summary["mesh"]["bytes"] < 2 * full["mesh"]["bytes"]
+    stream = capture.with_suffix(".fvv")
+    assert groups_of(stream) == [[0, 3, [1, 2]], [3, 8, [6, 7]], [8, 10, []]]
+    info = figures("fvvinfo", "--check", stream)["files"][0]
+    assert info["frames"] == 4 and info["times_without_frame"] == 6 and info["integrity"] == "complete"
+    out = capture.with_suffix(".out")
+    for (found, count), i in zip(decoded(capture), (1, 2, 6, 7)):
+        assert (out / "meshes" / f"{i:04d}.obj").exists() and count == len(frames[i][1])
+        centre = (0.0137 * i, 0.003 * math.sin(i), 0)
+        assert off_by(found, centre, 0.5 * (1 + 0.003 * i)).max() <= 0.001 * math.sqrt(3)
+    described = json.loads((out / "capture.json").read_text())
+    assert described["frames"] == {"first": 0, "count": 10, "step": 1}
+    assert described["meshes"]["empty"] == [0, [3, 5], [8, 9]]
+    again = mux(out, "--verify", "--keep-geometry")
+    assert again["frames"] == 4 and again["mesh"]["empty_frames"] == 6
+    compared = figures("fvvcompare", capture, stream)
+    assert compared["compared"] == 4 and compared["distance"]["symmetric"]["max"] <= 0.001 * math.sqrt(3)
+    assert compared["warnings"] == [] and compared["losses"] == []
+    compared = figures("fvvcompare", tmp_path / "full", stream, code=3)
+    assert compared["compared"] == 4 and "6 of 10 frames have no partner" in compared["warnings"][0]
+
+
+def test_a_mesh_that_is_missing_and_not_declared_is_an_error_with_advice(tmp_path):
+    frames = moving(3)
+    capture = write_capture(tmp_path / "missing", frames)
+    (capture / "0001.obj").unlink()
+    done = run("fvvmux", capture, "-o", tmp_path / "out.fvv", code=1)
+    assert "1 of 3 meshes is missing: 1 (first: 0001.obj)" in done.stderr
+    assert '"meshes": {"empty": ...} says at which frames the stage is empty' in done.stderr
+    for empty, why in (
+        ([1, 5], "number of a frame"),
+        ([[2, 1]], "last one first"),
+        ([0, 1, 2], "no frame has"),
+    ):
+        describe(capture, lambda d, empty=empty: d["meshes"].update(empty=empty))
+        assert why in run("fvvmux", capture, "-o", tmp_path / "out.fvv", code=1).stderr
+    # Vertices without faces are a mistake.
+    describe(capture, lambda d: d["meshes"].update(empty=[1]))
+    (capture / "0000.obj").write_text("v 0 0 0\n")
+    assert "at least one face" in run("fvvmux", capture, "-o", tmp_path / "out.fvv", code=1).stderr
+    # Frames that the capture leaves out are not there at all: the frame before lasts.
+    capture = write_capture(tmp_path / "left", moving(4), frames={"first": 0, "count": 4, "left_out": [1]})
+    (capture / "0001.obj").unlink()
+    assert mux(capture, "--verify")["frames"] == 3
+    assert groups_of(capture.with_suffix(".fvv")) == [[0, 4, [0, 2, 3]]]
+    decoded(capture)
+    described = json.loads((capture.with_suffix(".out") / "capture.json").read_text())
+    assert described["frames"] == {"first": 0, "count": 4, "step": 1, "left_out": [1]}
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory):
+    """A capture with two cameras and meshes that keep their faces."""
+    folder = tmp_path_factory.mktemp("filmed") / "small"
+    run("fvvsynth", "-o", folder, "--rig", "small", "--cameras", "2", "--size", "64x48", "--frames", "8",
+        "--meshes", "tracked")  # fmt: skip
+    return folder
+
+
+@pytest.fixture
+def small(filmed, tmp_path):
+    return shutil.copytree(filmed, tmp_path / "small")
+
+
+def test_pictures_of_frames_without_a_mesh_stay(small, tmp_path):
+    describe(small, lambda d: d["meshes"].update(empty=[0, 4, 5]))
+    for i in 0, 4:
+        next((small / "meshes").glob(f"{i:04d}.*")).unlink()
+    (small / "meshes" / "0007.ply").write_text(EMPTY_PLY)
+    summary = mux(small, "--verify")
+    assert summary["frames"] == 8 and summary["mesh"]["empty_frames"] == 4
+    assert summary["verified"]["meshes"] == 4
+    stream = small.with_suffix(".fvv")
+    assert groups_of(stream) == [[0, 4, [1, 2, 3]], [4, 7, [6]], [7, 8, []]]
+    [mesh] = [track for track in figures("fvvinfo", stream)["files"][0]["tracks"] if track["kind"] == "mesh"]
+    assert mesh["mesh"]["frames_without"] == 4
+    out = tmp_path / "out"
+    run("fvvdemux", stream, "-o", out)
+    assert sorted(path.name for path in (out / "meshes").iterdir()) == [f"{i:04d}.ply" for i in (1, 2, 3, 6)]
+    assert len(list((out / "cam0").iterdir())) == 8
+    assert json.loads((out / "capture.json").read_text())["meshes"]["empty"] == [0, [4, 5], 7]
+    assert mux(out, "--verify", "--cameras", "0")["mesh"]["empty_frames"] == 4
+    for frame, shows in (0, False), (3, True), (4, False), (7, False):
+        drawn = figures("fvvrender", stream, "--frame", frame, "--camera", "0", "-o", out / f"{frame}.png")
+        assert (drawn["surface"]["pixels"] > 0) == shows
+
+
+def test_frames_that_cannot_be_used_are_left_out_on_request(small, tmp_path):
+    """A mesh that is cut, one with NaN, one beyond the lattice, a missing and a truncated picture, one of another size."""
+    meshes = sorted((small / "meshes").iterdir())
+    whole = mux(small)
+    meshes[1].write_bytes(meshes[1].read_bytes()[:-7])
+    (small / "cam1" / "0002.png").unlink()
+    spoiled = bytearray(meshes[3].read_bytes())
+    start = spoiled.index(b"end_header\n") + 11
+    wide = b"property double x" in spoiled
+    spoiled[start : start + (8 if wide else 4)] = np.array([np.nan], "<f8" if wide else "<f4").tobytes()
+    meshes[3].write_bytes(spoiled)
+    picture = small / "cam0" / "0005.png"
+    picture.write_bytes(picture.read_bytes()[:100])
+    pictures.write_png(small / "cam0" / "0006.png", np.zeros((40, 64, 3), np.uint8))
+    stream = tmp_path / "out.fvv"
+    done = run("fvvmux", small, "-o", stream, code=1)
+    assert "--skip-bad-frames leaves out frames whose files cannot be used" in done.stderr
+    done = run("fvvmux", small, "-o", stream, "--skip-bad-frames", "--verify", "--json", code=3)
+    summary = read_json(done, "fvvmux")
+    assert summary["frames"] == 3 and summary["verified"]["meshes"] == 3 and whole["frames"] == 8
+    expected = {1: "0001.ply", 2: "0002.png", 3: "0003.ply", 5: "0005.png", 6: "0006.png"}
+    assert [frame["frame"] for frame in summary["left_out"]] == list(expected)
+    for frame in summary["left_out"]:
+        assert expected[frame["frame"]] in frame["reason"] and "--skip" not in frame["reason"]
+        assert f"frame {frame['frame']} is left out: {frame['reason']}" in done.stderr
+    assert done.stderr.count("\n") == 5
+    # The frame before lasts: nothing says that the stage is empty.
+    assert groups_of(stream) == [[0, 8, [0, 4, 7]]]
+    assert figures("fvvinfo", "--check", stream)["files"][0]["times_without_frame"] == 5
+    out = tmp_path / "out"
+    run("fvvdemux", stream, "-o", out)
+    assert sorted(path.name for path in (out / "cam0").iterdir()) == ["0000.png", "0004.png", "0007.png"]
+    assert json.loads((out / "capture.json").read_text())["frames"]["left_out"] == [[1, 3], [5, 6]]
+    assert mux(out, "--verify")["frames"] == 3
+
+
+def test_a_vertex_beyond_the_lattice_is_found_when_that_is_chosen(tmp_path):
+    frames = moving(6)
+    frames[2][0][5] = (1e30, 0, 0)
+    capture = write_capture(tmp_path / "beyond", frames)
+    done = run("fvvmux", capture, "-o", tmp_path / "out.fvv", code=1)
+    assert "0002.obj: frame 2: vertex 5: x = 1e+30 m" in done.stderr
+    assert done.stderr.endswith("(--skip-bad-frames leaves out frames whose files cannot be used)\n")
+    summary = mux(capture, "--skip-bad-frames", "--verify", "--max-error", "1mm", "--keep-geometry", code=3)
+    assert [frame["frame"] for frame in summary["left_out"]] == [2]
+    assert "0002.obj: frame 2: vertex 5" in summary["left_out"][0]["reason"]
+    assert summary["frames"] == 5 and summary["mesh"]["key"]["frames"] == 1
+    for (found, _), i in zip(decoded(capture), (0, 1, 3, 4, 5)):
+        centre = (0.0137 * i, 0.003 * math.sin(i), 0)
+        assert off_by(found, centre, 0.5 * (1 + 0.003 * i)).max() <= 0.001 * math.sqrt(3)
+    for i in range(6):
+        (capture / f"{i:04d}.obj").write_text("f 1 2 3\n")
+    done = run("fvvmux", capture, "-o", tmp_path / "out.fvv", "--skip-bad-frames", code=1)
+    assert "--skip-bad-frames leaves nothing; frame 0: " in done.stderr
+    # A parser's error names the frame too.
+    done = run("fvvmux", capture, "-o", tmp_path / "out.fvv", code=1)
+    assert "0000.obj:1: " in done.stderr and "(frame 0; --skip-bad-frames leaves out" in done.stderr
+
+
+@pytest.mark.parametrize("kind", ["stills", "masks"])
+def test_pictures_that_were_turned_and_cut_are_put_in_their_place(small, tmp_path, kind):
+    """64 x 48 lose 6 columns at the left and 2 at the right, get 4 rows at the bottom, and are turned by 90 degrees."""
+    sources = sorted((small / "cam0").glob("[0-9]*.png"))
+    before = [pictures.read_png(path) for path in sources]
+    folder = small / "turned"
+    folder.mkdir()
+    for i, image in enumerate(before):
+        cut = np.concatenate([image[:, 6:-2], np.full((4, 56, 3), 99, np.uint8)])
+        # Turned back by 90 degrees clockwise it is as before.
+        pictures.write_png(folder / f"{i:04d}.png", np.ascontiguousarray(np.rot90(cut)))
+        if kind == "masks":
+            pictures.write_png(folder / f"mask_{i:04d}.png", np.full((56, 52), 255, np.uint8))
+    stored = {"pattern": "turned/%04d.png"}
+
+    def use(camera, **more):
+        camera["pictures"] = {**stored, **more}
+        if kind == "masks":
+            camera["masks"] = {"pattern": "turned/mask_%04d.png", **more}
+
+    describe(small, lambda d: use(d["cameras"][0]))
+    done = run("fvvmux", small, "-o", tmp_path / "out.fvv", code=1)
+    advice = 'state "rotate": 90 or 270, and "place": [x, y] with the pixel'
+    assert "52 x 56" in done.stderr and advice in done.stderr
+    describe(small, lambda d: use(d["cameras"][0], rotate=90))
+    done = run("fvvmux", small, "-o", tmp_path / "out.fvv", code=1)
+    assert "56 x 52" in done.stderr and '(cut or padded? state "place": [x, y]' in done.stderr
+    describe(small, lambda d: use(d["cameras"][0], rotate=90, place=[70, 0]))
+    assert (
+        'beyond the camera\'s picture by "place"'
+        in run("fvvmux", small, "-o", tmp_path / "out.fvv", code=1).stderr
+    )
+    describe(small, lambda d: use(d["cameras"][0], rotate=90, place=[6, 0]))
+    options = ["--codec", "jpeg", "--quality", "100", "--crop", "none", "--background", "flat"]
+    mux(small, *(options if kind == "masks" else options[:-2]), "--verify")
+    out = tmp_path / "out"
+    run("fvvdemux", small.with_suffix(".fvv"), "-o", out)
+    for i, image in enumerate(before):
+        found = pictures.read_png(out / "cam0" / f"{i:04d}.png")
+        assert found.shape == image.shape
+        # The luma: JPEG halves the chroma.
+        weights = np.array([0.299, 0.587, 0.114])
+        off = np.abs(found @ weights - image @ weights)
+        assert off[:, 8:-4].mean() < 1
+        if kind != "masks":
+            # Nothing is known there: the edge goes on.
+            assert np.abs(found[:, 1] @ weights - image[:, 6] @ weights).mean() < 4

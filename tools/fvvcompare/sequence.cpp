@@ -45,7 +45,11 @@ void Sequence::open_capture() {
   capture.atlas.reset(); // seams of texture coordinates are no part of the surface
   unknown_scale = capture.scale_unknown;
   duration = capture.frame_duration;
-  for (int64_t i = 0; i < capture.frames.count; i++) list.push_back({capture.frames.number(i), i});
+  scene::find_empty_meshes(capture);
+  for (int64_t i = 0; i < capture.frames.count; i++)
+    if (const int64_t number = capture.frames.number(i); capture.has_mesh(number))
+      list.push_back({number, capture.frames.place(i), 0});
+  if (list.empty()) throw Error(name + ": no frame has a mesh");
 }
 
 void Sequence::open_stream() {
@@ -74,26 +78,51 @@ void Sequence::open_stream() {
 void Sequence::number_frames(uint64_t ticks, size_t count) {
   const bool beheaded = fvv_file_group(fvv_stream_file(stream.get()), 0)->sequence > 0;
   if (beheaded) notes.push_back("the first groups are not there: frames are numbered from tick 0");
-  uint64_t start = 0;
+  const auto start = beheaded ? 0 : uint64_t(fvv_file_group(fvv_stream_file(stream.get()), 0)->start);
   bool regular = true;
   for (size_t i = 0; i < count; i++) {
     fvv_frame frame;
     fvv_diagnostic diagnostic = {};
     fvv::check(fvv_stream_frame(stream.get(), i, &frame, &diagnostic), name, diagnostic);
-    if (!i && !beheaded) start = uint64_t(frame.time);
     // Times may lie anywhere in 64 bits; they rise, so the difference fits without a sign.
     const uint64_t since = uint64_t(frame.time) - start, place = since / ticks;
     regular = regular && since % ticks == 0 && place <= uint64_t(INT64_MAX) / 4;
-    list.push_back({int64_t(place), int64_t(place)});
+    list.push_back({int64_t(place), int64_t(place), i});
   }
-  if (regular) return;
-  notes.push_back("frames are at no whole numbers of frame durations: they are numbered in their order");
-  for (size_t i = 0; i < count; i++) list[i] = {int64_t(i), int64_t(i)};
+  if (!regular) {
+    notes.push_back("frames are at no whole numbers of frame durations: they are numbered in their order");
+    for (size_t i = 0; i < count; i++) list[i] = {int64_t(i), int64_t(i), i};
+  }
+  const std::set<int64_t> times = mesh_times();
+  const auto is_empty = [&](const Frame &frame) {
+    fvv_frame info;
+    return fvv_stream_frame(stream.get(), frame.index, &info, nullptr) == FVV_OK && !times.count(info.time);
+  };
+  list.erase(std::remove_if(list.begin(), list.end(), is_empty), list.end());
+  if (list.empty()) throw Error(name + ": no frame has a mesh");
+}
+
+// By the tables of the groups; what cannot be read of them is reported when the frame is compared.
+std::set<int64_t> Sequence::mesh_times() const {
+  const fvv_input input = file->input();
+  fvv_file *opened = nullptr;
+  fvv_diagnostic diagnostic = {};
+  fvv::check(fvv_file_open(&input, nullptr, nullptr, &opened, &diagnostic), name, diagnostic);
+  const std::unique_ptr<fvv_file, void (*)(fvv_file *)> tables(opened, fvv_file_close);
+  std::set<int64_t> times;
+  for (size_t group = 0; group < fvv_file_group_count(opened); group++) {
+    const fvv_chunk_info *chunks = nullptr;
+    size_t count = 0;
+    if (fvv_file_group_chunks(opened, group, &chunks, &count, nullptr) != FVV_OK) continue;
+    for (size_t i = 0; i < count; i++)
+      if (chunks[i].type == FVV_CHUNK_MESH && chunks[i].track == track) times.insert(chunks[i].time);
+  }
+  return times;
 }
 
 geometry::Mesh Sequence::mesh(size_t i, bool normals) const {
   geometry::Mesh mesh =
-      stream ? stream_mesh(i) : scene::load_mesh(capture, list[i].number, nullptr, nullptr, normals);
+      stream ? stream_mesh(list[i]) : scene::load_mesh(capture, list[i].number, nullptr, nullptr, normals);
   if (mesh.faces.empty())
     throw Error(name + ": frame " + std::to_string(list[i].number) + ": the mesh has no faces");
   return mesh;
@@ -106,8 +135,9 @@ void Sequence::visit_files(const std::function<void(const std::string &)> &visit
     scene::visit_files(capture, visit);
 }
 
-geometry::Mesh Sequence::stream_mesh(size_t i) const {
-  const std::string where = name + ": frame " + std::to_string(list[i].number);
+geometry::Mesh Sequence::stream_mesh(const Frame &wanted) const {
+  const size_t i = wanted.index;
+  const std::string where = name + ": frame " + std::to_string(wanted.number);
   fvv_diagnostic diagnostic = {};
   OwnedMesh holder;
   fvv_scene scene;

@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,9 +34,11 @@ public:
 
   struct Frame {
     int64_t number; // in file names of a capture; of a stream its place
-    int64_t place;  // frame durations since the first frame
+    int64_t place;  // frame durations since the beginning
+    size_t index;   // of a stream
   };
-  const std::vector<Frame> &frames() const { return list; } // both numbers rise
+  // Those that have a mesh; both numbers rise.
+  const std::vector<Frame> &frames() const { return list; }
 
   // Positions in metres, or units of the source when the scale is unknown. i: index in frames(). Throws
   // Error, also when the frame has no mesh or an empty one. With the normals that a stream sends; with those
@@ -49,7 +52,8 @@ private:
   void open_stream();
   void open_capture();
   void number_frames(uint64_t ticks, size_t count);
-  geometry::Mesh stream_mesh(size_t i) const;
+  geometry::Mesh stream_mesh(const Frame &wanted) const;
+  std::set<int64_t> mesh_times() const;
 
   std::string name;
   bool unknown_scale = false;

@@ -136,17 +136,74 @@ void describe_motion(const fvv_configuration &configuration, const Options &opti
   }
 }
 
+std::vector<int64_t> places_of(fvv_stream *stream, int64_t &end) {
+  const fvv_file *file = fvv_stream_file(stream);
+  const size_t groups = fvv_file_group_count(file), count = fvv_stream_frame_count(stream);
+  const fvv_configuration *configuration = nullptr;
+  if (!count || fvv_file_index_state(file) != FVV_INDEX_PRESENT || fvv_file_group(file, 0)->sequence ||
+      fvv_stream_configuration(stream, 0, &configuration, nullptr) != FVV_OK)
+    return {};
+  const auto duration = uint64_t(configuration->scene.frame_duration),
+             start = uint64_t(fvv_file_group(file, 0)->start);
+  const uint64_t span = uint64_t(fvv_file_group(file, groups - 1)->end) - start;
+  if (span % duration || span / duration <= count || span / duration > uint64_t(INT32_MAX)) return {};
+  std::vector<int64_t> places;
+  for (size_t i = 0; i < count; i++) {
+    fvv_frame frame;
+    if (fvv_stream_frame(stream, i, &frame, nullptr) != FVV_OK) return {};
+    const uint64_t since = uint64_t(frame.time) - start;
+    if (since % duration) return {};
+    places.push_back(int64_t(since / duration));
+  }
+  end = int64_t(span / duration);
+  return places;
+}
+
+namespace {
+
+// Of a stream all of whose frames were written, and in which some places have no frame.
+FrameSpan span_with_gaps(const std::vector<WrittenFrame> &frames, const FileNumbers &numbers, int64_t ticks,
+                         bool meshes_alone) {
+  FrameSpan out = {{numbers.first, numbers.end, numbers.step}, {}};
+  std::set<int64_t> left_out;
+  size_t next = 0;
+  for (int64_t place = 0; place < numbers.end; place++) {
+    const int64_t number = numbers.first + numbers.step * place;
+    if (next < frames.size() && numbers.place(frames[next].number) == place) {
+      if (frames[next++].empty) out.empty.insert(number);
+      continue;
+    }
+    const WrittenFrame *before = next ? &frames[next - 1] : nullptr;
+    const bool valid =
+        before && (place - numbers.place(before->number)) * ticks < before->valid_until - before->time;
+    (meshes_alone && !valid ? out.empty : left_out).insert(number);
+  }
+  out.frames.leave_out(left_out);
+  return out;
+}
+
+} // namespace
+
 std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
-                                 const fvv_scene &scene, std::string &reason) {
-  const int64_t count = int64_t(frames.size()), first = frames[0].number;
-  const int64_t stride = count > 1 ? frames[1].number - first : 1;
+                                 const fvv_scene &scene, std::string &reason, bool meshes_alone) {
+  for (const WrittenFrame &frame : frames)
+    if (!frame.complete && reason.empty())
+      reason = "frame " + std::to_string(frame.number) + " has not all files that other frames have";
+  if (!reason.empty()) return {};
+  if (!numbers.places.empty() && frames.size() == numbers.places.size()) {
+    FrameSpan out = span_with_gaps(frames, numbers, scene.frame_duration, meshes_alone);
+    const auto duration = seconds(uint64_t(scene.frame_duration), scene.time_base);
+    if (!duration) reason = "its frame rate is no fraction of 32-bit numbers";
+    if (duration) out.duration = *duration;
+    return reason.empty() ? std::optional(std::move(out)) : std::nullopt;
+  }
+  const int64_t count = int64_t(frames.size()), first = numbers.place(frames[0].number);
+  const int64_t stride = count > 1 ? numbers.place(frames[1].number) - first : 1;
   const uint64_t ticks =
       count > 1 ? uint64_t(frames[1].time) - uint64_t(frames[0].time) : uint64_t(scene.frame_duration);
   for (int64_t i = 0; i < count; i++) {
     const WrittenFrame &frame = frames[size_t(i)];
-    if (!frame.complete)
-      reason = "frame " + std::to_string(frame.number) + " has not all files that other frames have";
-    else if (frame.number != first + i * stride)
+    if (numbers.place(frame.number) != first + i * stride)
       reason = "no step leads from frame to frame";
     else if (uint64_t(frame.time) != uint64_t(frames[0].time) + ticks * uint64_t(i))
       reason = "the frames are not evenly spaced in time";
@@ -157,7 +214,10 @@ std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const 
     reason = "its frame rate is no fraction of 32-bit numbers";
     return {};
   }
-  return FrameSpan{{numbers.of(first), count, numbers.step * stride}, *duration};
+  FrameSpan out = {{numbers.first + numbers.step * first, count, numbers.step * stride}, *duration};
+  for (const WrittenFrame &frame : frames)
+    if (frame.empty) out.empty.insert(numbers.of(frame.number));
+  return out;
 }
 
 namespace {
@@ -248,7 +308,11 @@ public:
     const fvv_configuration *configuration = first_configuration(stream.get());
     if (configuration) {
       check_cameras(*configuration, options.cameras);
-      numbers = file_numbers(*configuration, std::max<int64_t>(plan.count, 1), result.warnings);
+      int64_t end = std::max<int64_t>(plan.count, 1);
+      std::vector<int64_t> places = places_of(stream.get(), end);
+      numbers = file_numbers(*configuration, end, result.warnings);
+      numbers.places = std::move(places);
+      numbers.end = end;
       if (options.meshes != Meshes::none) mesh_track_of(*configuration, &result.warnings);
       if (options.pictures != Pictures::none) views_of(*configuration, options.cameras, &result.warnings);
     }
@@ -352,12 +416,16 @@ private:
       reason = plan.uncertain;
       return {};
     }
-    const auto span = span_of(frames, numbers, scene, reason);
+    const bool meshes_alone = out->meshes && !out->atlas &&
+                              std::none_of(out->cameras.begin(), out->cameras.end(),
+                                           [](const auto &camera) { return camera.pictures.has_value(); });
+    const auto span = span_of(frames, numbers, scene, reason, meshes_alone);
     if (!span) return {};
     describe_moving(*out);
     if (out->atlas) describe_texture(*out);
     out->frames = span->frames;
     out->frame_duration = span->duration;
+    if (out->meshes) out->empty = span->empty;
     return out;
   }
 
@@ -388,9 +456,12 @@ private:
 
   // A capture's atlas is one for the texture coordinates of all its meshes.
   void describe_texture(scene::Capture &capture) const {
-    const uint8_t bits = frames[0].texture_bits;
+    uint8_t bits = 0;
+    for (const WrittenFrame &frame : frames) bits = bits ? bits : frame.texture_bits;
     for (const WrittenFrame &frame : frames)
-      if (!frame.texture_bits) {
+      if (frame.empty) {
+        continue;
+      } else if (!frame.texture_bits) {
         result.warnings.push_back("the atlas is not in capture.json: the mesh of frame " +
                                   std::to_string(frame.number) + " has no texture coordinates");
         return capture.atlas.reset();

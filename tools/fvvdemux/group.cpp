@@ -85,8 +85,9 @@ private:
 class GroupDecoder {
 public:
   GroupDecoder(fvv_stream *opened, const fvv_configuration &configuration, const Options &chosen,
-               const FileName &file_name, cli::OutputFolder &to)
-      : stream(opened), scene(configuration.scene), options(chosen), name(file_name), folder(to) {
+               size_t first_frame, const FileName &file_name, cli::OutputFolder &to)
+      : stream(opened), first(first_frame), scene(configuration.scene), options(chosen), name(file_name),
+        folder(to) {
     for (size_t i = 0; i < configuration.camera_count; i++) {
       const fvv_camera &camera = configuration.cameras[i];
       if (camera.flags & FVV_CAMERA_MOVES && options.cameras.has(camera.id)) moving.push_back(camera.id);
@@ -134,7 +135,10 @@ public:
       has_mesh = decoded == FVV_OK;
     }
     if (!why.empty()) return why;
-    out = {number, info.time, has_mesh, mesh.texture_bits, has_mesh == mesh_track.has_value(), {}};
+    const bool empty = mesh_track && !has_mesh && !has_valid_mesh(frame);
+    const int64_t end = fvv_file_group(fvv_stream_file(stream), info.group)->end;
+    out = {number, info.time, end, has_mesh, empty, mesh.texture_bits, has_mesh == (mesh_track && !empty),
+           {}};
     for (const uint16_t id : moving) {
       fvv_camera camera;
       const fvv_status found = fvv_stream_camera(stream, frame, id, &camera, &diagnostic);
@@ -184,7 +188,17 @@ private:
     }
   }
 
+  // That of an earlier frame of the group (fvv.md clause 11).
+  bool has_valid_mesh(size_t frame) const {
+    OwnedMesh unused;
+    fvv_diagnostic diagnostic = {};
+    while (frame > first)
+      if (fvv_stream_mesh(stream, --frame, *mesh_track, &unused, &diagnostic) != FVV_END) return true;
+    return false;
+  }
+
   fvv_stream *stream;
+  const size_t first; // frame of the group
   const fvv_scene scene;
   const Options &options;
   const FileName &name;
@@ -233,7 +247,7 @@ GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Option
   };
   const fvv_status configured = fvv_stream_configuration(stream, plan.group, &configuration, &diagnostic);
   if (configured < 0) return lose_all(configured);
-  GroupDecoder decoder(stream, *configuration, options, name, folder);
+  GroupDecoder decoder(stream, *configuration, options, plan.frame, name, folder);
   const fvv_status found = decoder.find_tiles(plan.group, diagnostic);
   if (found < 0) return lose_all(found);
   const int64_t last = chosen.back().last - plan.number;

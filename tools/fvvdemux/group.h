@@ -10,13 +10,16 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 
 namespace fvv::demux {
 
 struct WrittenFrame {
-  int64_t number; // in the stream
-  int64_t time;   // ticks
+  int64_t number;      // in the stream
+  int64_t time;        // ticks
+  int64_t valid_until; // ticks: the end of its group
   bool mesh;
+  bool empty;           // no mesh is valid: the stage is empty
   uint8_t texture_bits; // of the mesh; 0: without texture coordinates
   bool complete;        // has everything that capture.json states for every frame
   // By identifier, those that move and are calibrated in this frame, as in the stream, without names.
@@ -41,11 +44,19 @@ const char *extension_of(Pictures pictures);
 GroupResult unpack_group(fvv_stream *stream, const GroupPlan &plan, const Options &options,
                          LazySurvey &survey, const FileName &name, cli::OutputFolder &folder);
 
-// Frame n of the stream is first + step * n in file names.
+// The frame at place n of the stream, which n frame durations are before, is first + step * n in file names.
 struct FileNumbers {
   int64_t first = 0, step = 1;
-  int64_t of(int64_t frame) const { return first + step * frame; }
+  std::vector<int64_t> places = {}; // of the stream's frames; empty: all places have one
+  int64_t end = 0;                  // with places: their number, those without a frame included
+
+  int64_t place(int64_t frame) const { return places.empty() ? frame : places[size_t(frame)]; }
+  int64_t of(int64_t frame) const { return first + step * place(frame); }
 };
+
+// The places of all frames of an undamaged stream in which some have no frame; none if all have one, or if
+// frames are not at whole numbers of frame durations. end is set with them.
+std::vector<int64_t> places_of(fvv_stream *stream, int64_t &end);
 
 // From {"frame_numbers": {"first": ..., "step": ...}} in the metadata; from 0, with a warning, if that does
 // not give count frames different numbers from 0 to 2147483647.
@@ -65,8 +76,10 @@ void describe_motion(const fvv_configuration &configuration, const Options &opti
 struct FrameSpan {
   scene::Frames frames;
   fvv_rational duration;
+  std::set<int64_t> empty = {}; // file numbers at which the stage is empty
 };
+// meshes_alone: where there is no frame the capture has one without a mesh, if none is valid there.
 std::optional<FrameSpan> span_of(const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
-                                 const fvv_scene &scene, std::string &reason);
+                                 const fvv_scene &scene, std::string &reason, bool meshes_alone = false);
 
 } // namespace fvv::demux

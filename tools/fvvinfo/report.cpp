@@ -214,6 +214,15 @@ std::string length_text(const fvv_scene &scene, double metres) {
   return metres < 1 ? fvv::format("%.4g mm", metres * 1000) : fvv::format("%.4g m", metres);
 }
 
+// Times of the stream's nominal rate, from its beginning to its end, at which there is no frame; 0 where
+// times are not those of that rate.
+uint64_t times_without(const Report &report, const fvv_scene &scene) {
+  const auto &s = report.summary();
+  if (s.end <= s.start || s.truncated || s.problems) return 0;
+  const uint64_t span = uint64_t(s.end) - uint64_t(s.start), duration = uint64_t(scene.frame_duration);
+  return span % duration == 0 && span / duration > s.frames ? span / duration - s.frames : 0;
+}
+
 std::string duration(const Report &report, const fvv_scene &scene) {
   const auto &s = report.summary();
   const double rate = 1 / seconds(scene, scene.frame_duration);
@@ -221,9 +230,11 @@ std::string duration(const Report &report, const fvv_scene &scene) {
   const double ticks = double(uint64_t(s.end) - uint64_t(s.start));
   const double length = ticks * scene.time_base.numerator / scene.time_base.denominator;
   const std::string text = s.groups && s.end <= s.start ? "unknown (cut)" : fvv::format("%.3f s", length);
-  return fvv::format("%s, %llu frames at %.6g Hz in %llu groups, ticks of %u/%u s", text.c_str(),
-                     (unsigned long long)s.frames, rate, (unsigned long long)s.groups,
-                     scene.time_base.numerator, scene.time_base.denominator);
+  const uint64_t missing = times_without(report, scene);
+  return fvv::format("%s, %llu frames at %.6g Hz%s in %llu groups, ticks of %u/%u s", text.c_str(),
+                     (unsigned long long)s.frames, rate,
+                     missing ? fvv::format(" (none at %llu times)", (unsigned long long)missing).c_str() : "",
+                     (unsigned long long)s.groups, scene.time_base.numerator, scene.time_base.denominator);
 }
 
 std::string world(const fvv_scene &scene) {
@@ -267,6 +278,12 @@ std::string profiles_text(const fvv_track_summary &summary) {
            bytes(double(summary.profile_bytes[p]) / double(chunks));
   }
   return out;
+}
+
+// Of a mesh track: frames at which it has no mesh.
+uint64_t frames_without(const Report &report, const fvv_track_summary &track) {
+  const uint64_t frames = report.summary().frames;
+  return track.kind == FVV_TRACK_MESH && frames > track.chunks ? frames - track.chunks : 0;
 }
 
 std::string track_text(const Report &report, const fvv_track &track) {
@@ -314,6 +331,8 @@ std::string track_text(const Report &report, const fvv_track &track) {
     out += fvv::format(": %llu of %llu times a camera is not calibrated",
                        (unsigned long long)found->lost_calibrations,
                        (unsigned long long)(found->lost_calibrations + found->calibrations));
+  if (const uint64_t without = frames_without(report, *found))
+    out += fvv::format(", none in %llu frames", (unsigned long long)without);
   out += fvv::format("; %llu chunk%s (%llu key), ", (unsigned long long)found->chunks,
                      found->chunks == 1 ? "" : "s", (unsigned long long)found->key_chunks);
   out += bytes(double(found->bytes)) + ", " + bytes(double(found->bytes) / double(found->chunks)) + " each";
@@ -497,6 +516,7 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
       if (track.kind == FVV_TRACK_MESH && s->max_vertices)
         t["mesh"] = {{"vertices", {s->min_vertices, s->max_vertices}},
                      {"triangles", {s->min_faces, s->max_faces}},
+                     {"frames_without", frames_without(report, *s)},
                      {"vertices_sum", s->vertices},
                      {"triangles_sum", s->faces},
                      {"profiles", profiles_json(*s)}};
@@ -604,6 +624,8 @@ Json json(const Report &report) {
               {"chunk_count", s.chunks},
               {"groups", s.groups},
               {"frames", s.frames},
+              {"times_without_frame",
+               report.configuration() ? times_without(report, report.configuration()->scene) : 0},
               {"whole_frames", s.whole_frames},
               {"whole", Json::array()},
               {"start", ticks(s.start)},

@@ -164,6 +164,10 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option("--threads", options.threads, "threads; the bytes are the same for any number")
       ->check(CLI::Range(1, 256));
   app.add_option("--frames", texts.frames, "frame numbers to take: 10-19 or 10..19");
+  app.add_flag(
+      "--skip-bad-frames", options.skip_bad_frames,
+      "leave out frames with a mesh, picture or mask that cannot be used, and name them; exit code 3. All "
+      "files are read once more for it (docs/fvvmux-frames.md)");
   app.add_option("--cameras", options.cameras,
                  "cameras to take, by identifier, range or name: 0-3,7,overhead")
       ->delimiter(',');

@@ -151,18 +151,23 @@ private:
 
   void load_mesh(Frame &out) {
     const fvv_track *track = demux::mesh_track_of(*configuration, nullptr);
+    if (!track) throw Error(where + ": the stream has no meshes");
     OwnedMesh mesh;
     fvv_diagnostic diagnostic = {};
-    const fvv_status status =
-        track ? fvv_stream_mesh(stream.get(), place.frame, track->id, &mesh, &diagnostic) : FVV_END;
+    // A mesh is valid until the next one of its group (fvv.md clause 11); before the first the stage is
+    // empty.
+    size_t frame = place.frame + 1;
+    fvv_status status = FVV_END;
+    while (status == FVV_END && frame > place.first)
+      status = fvv_stream_mesh(stream.get(), --frame, track->id, &mesh, &diagnostic);
     fvv::check(status, where, diagnostic);
-    if (status == FVV_END) throw Error(where + ": there is no mesh");
+    if (status == FVV_END) return;
     out.positions.resize(3 * size_t(mesh.vertex_count));
     fvv_lattice_to_floats(configuration->scene.lattice_origin, configuration->scene.lattice_step,
                           mesh.positions, mesh.vertex_count, out.positions.data());
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
     if (mesh.normals || mesh.texture) load_normals(mesh, out);
-    out.bits = load_visibility(stream.get(), place.frame, mesh, *configuration, track->id, where, out.losses);
+    out.bits = load_visibility(stream.get(), frame, mesh, *configuration, track->id, where, out.losses);
   }
 
   // Those that are sent; else computed, but as one over the seams of an atlas (fvv.md, clause 8.12). Without

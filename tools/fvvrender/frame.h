@@ -28,7 +28,7 @@ struct Picture {
 };
 
 struct Frame {
-  std::vector<float> positions;
+  std::vector<float> positions; // none: the stage is empty
   std::vector<uint32_t> faces;
   std::vector<fvv_camera> cameras;   // all of the stream, whole pictures; without names
   std::vector<Picture> pictures;     // in the order of the stream's tracks and tiles
@@ -48,8 +48,8 @@ struct Frame {
   std::string camera_ids() const;                      // "0, 1, 3"
 };
 
-// Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), has no
-// mesh, or its mesh is damaged, or a picture takes more than memory, which holds for each track and each
+// Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), the stream has no
+// meshes, or its mesh is damaged, or a picture takes more than memory, which holds for each track and each
 // picture of the environment.
 Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory = {});
 

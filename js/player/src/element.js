@@ -56,6 +56,7 @@ export class FvvPlayer extends ViewpointElement {
     this.#media = this._makeMedia({
       open: (source) => this.#open(source),
       show: (frame) => this.#show(frame),
+      vacate: () => this._stage.vacate(),
       wake: () => this._stage?.wake(),
     });
     this._navigator.addEventListener("change", () => {

@@ -38,6 +38,7 @@ export class Stage extends EventTarget {
   #ground = null;
   #empty = true;
   #immersed = false;
+  #bare = true; // no mesh so far: the extent is a guess
   #outlined = { cameras: null, without: null, found: null };
   resolution = new Resolution();
   backgrounds = [];
@@ -102,14 +103,21 @@ export class Stage extends EventTarget {
     const { tracks, scaleKnown } = frame.configuration;
     const hasMeshes = tracks.some(({ kind }) => kind === "mesh");
     this.#frame = { cameras: frame.cameras, hasMeshes, scaleKnown, floor: this.#frame?.floor ?? null };
-    if (this.#empty) this.#begin(frame);
+    if (this.#empty || (this.#bare && frame.mesh)) this.#begin(frame);
     else this.#navigator.follow(frame.cameras);
     this.wake();
     return true;
   }
 
+  /** The stage is empty until the next frame. */
+  vacate() {
+    this.#renderer.clear();
+    this.wake();
+  }
+
   #begin(frame) {
     this.#empty = false;
+    this.#bare = !frame.mesh;
     this.#navigator.aspect = this.#canvas.clientWidth / Math.max(1, this.#canvas.clientHeight);
     this.#navigator.begin(frame);
     const { up } = this.#navigator.axes;

@@ -13,19 +13,33 @@ class FakeDecoder extends EventTarget {
   configuration = null;
   closed = false;
 
-  /** restartAfter: number of frames after which times restart at 0. */
-  constructor(world, { count = 50, seekable = true, restartAfter = Infinity } = {}) {
+  /** restartAfter: number of frames after which times restart at 0. groups: [{start, end, first, count}] in ticks. */
+  constructor(world, { count = 50, seekable = true, restartAfter = Infinity, groups = null } = {}) {
     super();
     Object.assign(this, { world, count, seekable, restartAfter, frameCount: seekable ? count : null });
-    this.groups = seekable
-      ? Array.from({ length: Math.ceil(count / GROUP) }, (_, i) => ({
-          start: BigInt(i * GROUP),
-          end: BigInt(Math.min(count, (i + 1) * GROUP)),
-          size: 1000n,
-          firstFrame: i * GROUP,
-          frameCount: Math.min(GROUP, count - i * GROUP),
-        }))
-      : null;
+    let firstFrame = 0;
+    const listed = groups?.map(({ start, end, count: frameCount, first = start }) => {
+      firstFrame += frameCount;
+      return {
+        start: BigInt(start),
+        end: BigInt(end),
+        size: 1000n,
+        firstFrame: firstFrame - frameCount,
+        frameCount,
+        first,
+      };
+    });
+    this.groups = listed
+      ? listed
+      : seekable
+        ? Array.from({ length: Math.ceil(count / GROUP) }, (_, i) => ({
+            start: BigInt(i * GROUP),
+            end: BigInt(Math.min(count, (i + 1) * GROUP)),
+            size: 1000n,
+            firstFrame: i * GROUP,
+            frameCount: Math.min(GROUP, count - i * GROUP),
+          }))
+        : null;
   }
 
   async next() {
@@ -42,9 +56,12 @@ class FakeDecoder extends EventTarget {
     world.open++;
     world.mostOpen = Math.max(world.mostOpen, world.open);
     let closed = false;
+    const group = this.groups?.findLast(({ firstFrame, frameCount }) => frameCount && firstFrame <= number);
+    const tick = group?.first === undefined ? number % this.restartAfter : group.first + number - group.firstFrame;
     return {
       number,
-      seconds: (number % this.restartAfter) / RATE,
+      seconds: tick / RATE,
+      group: group ?? { end: BigInt(tick + 1) },
       duration: 1 / RATE,
       decodeMs: 1,
       samples: [{}],
@@ -60,7 +77,13 @@ class FakeDecoder extends EventTarget {
     this.world.seeks++;
     await this.world.wait(0);
     this.#place++;
-    this.#next = frame ?? Math.min(Math.floor(seconds * RATE + 1e-6), this.count - 1);
+    const tick = Math.floor(seconds * RATE + 1e-6);
+    const group = this.groups?.findLast(({ frameCount, start }) => frameCount && start <= tick);
+    const within =
+      group?.first === undefined
+        ? tick
+        : group.firstFrame + Math.min(Math.max(tick - group.first, 0), group.frameCount - 1);
+    this.#next = frame ?? Math.min(within, this.count - 1);
   }
   async stats() {
     return { bytesRead: 100 * this.#next, memoryBytes: 1, queued: 0 };
@@ -106,6 +129,7 @@ export class World {
         this.shown.push({ number: frame.number, at: this.now });
         return true;
       },
+      vacate: () => this.shown.push({ number: null, at: this.now }),
     });
     const types =
       "loadstart loadedmetadata loadeddata durationchange canplay canplaythrough play playing pause seeking seeked waiting " +

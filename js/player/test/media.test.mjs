@@ -529,3 +529,42 @@ test("a source whose length is known at its end: seeks in the received part, the
   const numbers = world.numbers();
   assert.ok(numbers.includes(49) && numbers.lastIndexOf(0) > numbers.indexOf(49), `${numbers}`);
 });
+
+test("where no group has a mesh the stage is empty: between groups, before their first frame, at the end", async () => {
+  // Meshes at ticks 0 to 9 and 15 to 24, none at 10 to 14 and 25 to 29.
+  const groups = [
+    { start: 0, end: 10, count: 10 },
+    { start: 10, end: 25, first: 15, count: 10 },
+    { start: 25, end: 30, count: 0 },
+  ];
+  const { world, media } = await ready({ count: 20, groups });
+  assert.equal(media.duration, 1.2);
+  const began = world.now;
+  media.play();
+  await world.advance(1400);
+  assert.equal(media.ended, true);
+  assert.equal(media.currentTime, 1.2);
+  const shown = world.shown.splice(0);
+  assert.deepEqual(
+    shown.map(({ number }) => number),
+    [...numbersTo(10), null, ...numbersTo(20, 10), null],
+  );
+  for (const [index, tick] of [
+    [10, 10],
+    [11, 15],
+    [21, 25],
+  ]) {
+    const late = shown[index].at - began - 40 * tick;
+    assert.ok(late >= -4 && late <= 20, `picture ${index} is ${late} ms late`);
+  }
+  for (const [seconds, expected] of [
+    [0.48, [null]],
+    [0.2, [5]],
+    [1.08, [19, null]],
+  ]) {
+    media.currentTime = seconds;
+    await world.advance(100);
+    assert.equal(media.currentTime, seconds);
+    assert.deepEqual(world.numbers().slice(-expected.length), expected);
+  }
+});

@@ -2,6 +2,7 @@
 #include "fvv_cxx/format.h"
 #include "fvv_geometry/pieces.h"
 #include "mux/src/choices.h"
+#include "mux/src/meshes.h"
 #include "mux/src/summary_terms.h"
 
 #include <algorithm>
@@ -60,19 +61,17 @@ decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tilin
 
 namespace {
 
-// Frames that stand for all: first, middle and last.
+// Frames that stand for all: the first, the middle and the last one with a mesh.
 std::set<int64_t> samples(const scene::Capture &capture) {
-  const int64_t count = capture.frames.count;
-  std::set<int64_t> numbers;
-  for (const int64_t i : {int64_t(0), count / 2, count - 1}) numbers.insert(capture.frames.number(i));
-  return numbers;
+  const std::vector<int64_t> numbers = capture.mesh_frames();
+  return {numbers.front(), numbers[numbers.size() / 2], numbers.back()};
 }
 
 // One frame that is far larger or smaller than the others does not decide.
 double typical_diagonal(const scene::Capture &capture) {
   std::vector<double> diagonals;
   for (const int64_t number : samples(capture))
-    diagonals.push_back(geometry::typical_box(scene::load_mesh(capture, number)).diagonal());
+    diagonals.push_back(geometry::typical_box(frame_mesh(capture, number)).diagonal());
   std::sort(diagonals.begin(), diagonals.end());
   return diagonals[(diagonals.size() - 1) / 2];
 }
@@ -99,8 +98,8 @@ void place_origin(const geometry::Mesh &mesh, geometry::Lattice &lattice) {
 ErrorBudget choose_budget(const Options &options, const scene::Capture &capture, const Tiling &tiling) {
   ErrorBudget error;
   if (!capture.meshes) return error;
-  const scene::Frames &frames = capture.frames;
-  error.nearest = sharpest(scene::load_mesh(capture, frames.first), footprint(capture, tiling, frames.first));
+  const int64_t first = capture.mesh_frames().front();
+  error.nearest = sharpest(frame_mesh(capture, first), footprint(capture, tiling, first));
   const bool seen = std::isfinite(error.nearest.metres_per_pixel);
   if (const std::optional<MaxError> &wanted = options.max_error) {
     error.value = wanted->value;
@@ -151,8 +150,8 @@ LatticeChoice choose_lattice(const Options &options, const scene::Capture &captu
     if (!chosen) choice.reason = "there are no meshes";
     return choice;
   }
-  const int64_t first = capture.frames.first;
-  const geometry::Mesh mesh = scene::load_mesh(capture, first);
+  const int64_t first = capture.mesh_frames().front();
+  const geometry::Mesh mesh = frame_mesh(capture, first);
   const decimate::Sight &nearest = error.nearest;
   const bool seen = std::isfinite(nearest.metres_per_pixel);
   const double allowed = error.is_length ? error.value : error.value * nearest.metres_per_pixel;
@@ -204,7 +203,7 @@ DecimationChoice choose_decimation(const Options &options, const scene::Capture 
   std::vector<geometry::Mesh> meshes;
   std::vector<decimate::Footprint> cameras;
   for (const int64_t number : samples(capture)) {
-    meshes.push_back(scene::load_mesh(capture, number));
+    meshes.push_back(frame_mesh(capture, number));
     cameras.push_back(footprint(capture, tiling, number, error.is_length));
     choice.pixel = std::min(choice.pixel, sharpest(meshes.back(), cameras.back()).metres_per_pixel);
   }

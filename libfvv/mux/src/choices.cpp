@@ -125,8 +125,9 @@ NormalChoice judge(const geometry::Mesh &source, const std::string &name) {
 NormalChoice choose_normals(const Options &options, const scene::Capture &capture) {
   if (!capture.meshes) return {};
   if (options.normals == Normals::never) return {0, "--normals never"};
-  const std::string name = capture.mesh_path(capture.frames.first);
-  const auto load = [&] { return scene::load_mesh(capture, capture.frames.first, nullptr, nullptr, true); };
+  const int64_t first = capture.mesh_frames().front();
+  const std::string name = capture.mesh_path(first);
+  const auto load = [&] { return frame_mesh(capture, first, nullptr, true); };
   if (options.normals == Normals::always) {
     if (load().normals.empty())
       throw Error("--normals always: " + name + ": expected a normal for every corner, found none");
@@ -183,12 +184,12 @@ std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame)
 
 WindingChoice choose_winding(const Options &options, const scene::Capture &capture) {
   WindingChoice choice;
-  const int64_t count = capture.frames.count;
+  const std::vector<int64_t> numbers = capture.mesh_frames();
   Pixels all;
   size_t meshes = 0, negative = 0;
-  for (const int64_t i : std::set<int64_t>{0, count / 2, count - 1}) {
-    const int64_t number = capture.frames.number(i);
-    const geometry::Mesh mesh = scene::load_mesh(capture, number);
+  for (const int64_t number :
+       std::set<int64_t>{numbers.front(), numbers[numbers.size() / 2], numbers.back()}) {
+    const geometry::Mesh mesh = frame_mesh(capture, number);
     std::optional<geometry::ViewedSurface> body;
     try {
       body.emplace(mesh.positions, mesh.faces);

@@ -1,5 +1,6 @@
 #include "mux/src/crop.h"
 #include "fvv_cxx/parallel.h"
+#include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 
 #include <algorithm>
@@ -59,9 +60,9 @@ std::vector<Silhouette> boxes_of_frame(const Plan &plan, const std::vector<size_
       boxes.push_back(box_of(load_view<uint8_t>(plan, index, *camera.masks, number, 1)));
       break;
     case CropBy::mesh:
-      if (!mesh) mesh = scene::load_mesh(capture, number);
-      boxes.push_back(camera.is_calibrated(number) ? box_of(*mesh, camera.calibration_at(number))
-                                                   : Silhouette{});
+      if (!mesh && capture.has_mesh(number)) mesh = frame_mesh(capture, number);
+      boxes.push_back(mesh && camera.is_calibrated(number) ? box_of(*mesh, camera.calibration_at(number))
+                                                           : Silhouette{});
       break;
     case CropBy::nothing:
       boxes.push_back(everything(camera.calibration));
@@ -95,7 +96,7 @@ std::vector<std::vector<Silhouette>> silhouettes(const Plan &plan, const std::ve
   });
   std::vector<std::vector<Silhouette>> groups(plan.group_count(), std::vector<Silhouette>(cameras.size()));
   for (size_t i = 0; i < frames.size(); i++)
-    for (size_t k = 0; k < cameras.size(); k++) groups[i / plan.group_size][k].add(frames[i][k]);
+    for (size_t k = 0; k < cameras.size(); k++) groups[plan.group_of(i)][k].add(frames[i][k]);
   return groups;
 }
 

@@ -70,9 +70,10 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
 
 double share_of_runs(const scene::Capture &capture) {
   constexpr int64_t most = 8; // pairs
-  const int64_t pairs = capture.frames.count - 1, looked_at = std::min(most, pairs);
+  const std::vector<int64_t> numbers = capture.mesh_frames();
+  const int64_t pairs = int64_t(numbers.size()) - 1, looked_at = std::min(most, pairs);
   int64_t same = 0;
-  const auto load = [&](int64_t i) { return scene::load_mesh(capture, capture.frames.number(i)); };
+  const auto load = [&](int64_t i) { return frame_mesh(capture, numbers[size_t(i)]); };
   for (int64_t k = 0; k < looked_at; k++) {
     const int64_t i = looked_at > 1 ? k * (pairs - 1) / (looked_at - 1) : 0;
     same += same_connectivity(load(i), load(i + 1)).has_value();
@@ -81,7 +82,7 @@ double share_of_runs(const scene::Capture &capture) {
 }
 
 Geometry::Geometry(const Plan &plan, const Tiling &tiles)
-    : capture(plan.capture), tiling(tiles), choice(plan.decimation), group_size(plan.group_size),
+    : capture(plan.capture), tiling(tiles), choice(plan.decimation), spans(plan.groups),
       tracked(plan.tracked), normals(plan.normals.bits != 0) {}
 
 void Geometry::forget(size_t group) {
@@ -97,7 +98,7 @@ std::shared_ptr<Geometry::Group> Geometry::group_at(size_t index) const {
 }
 
 geometry::Mesh Geometry::source(size_t i, scene::MeshReport *report) const {
-  return scene::load_mesh(capture, capture.frames.number(int64_t(i)), nullptr, report, normals);
+  return frame_mesh(capture, capture.frames.number(int64_t(i)), report, normals);
 }
 
 decimate::Footprint Geometry::cameras(size_t i) const {
@@ -120,10 +121,13 @@ void Geometry::add_run(Group &group, size_t group_first, size_t first,
 void Geometry::find_runs(Group &group, size_t first, size_t count) const {
   group.run_of.assign(count, SIZE_MAX);
   if (!tracked) return;
-  size_t begin = first;
-  geometry::Mesh begun = source(first);
+  const size_t last = first + count;
+  size_t begin = first; // only before its first mesh has a group frames without one
+  while (begin < last && !capture.has_mesh(capture.frames.number(int64_t(begin)))) begin++;
+  if (begin == last) return;
+  geometry::Mesh begun = source(begin);
   std::vector<std::vector<uint32_t>> orders(1);
-  for (size_t i = first + 1; i < first + count; i++) {
+  for (size_t i = begin + 1; i < last; i++) {
     geometry::Mesh mesh = source(i);
     if (std::optional<std::vector<uint32_t>> order = same_connectivity(begun, mesh)) {
       if (mesh.faces == begun.faces) order->clear();
@@ -142,11 +146,11 @@ geometry::Mesh Geometry::load(size_t i, scene::MeshReport *report,
                               std::optional<decimate::Report> &decimation) const {
   geometry::Mesh mesh = source(i, report);
   if (!choice.on) return mesh;
-  const size_t index = i / group_size, first = index * group_size;
+  const auto after = std::upper_bound(spans.begin(), spans.end(), i,
+                                      [](size_t frame, const GroupSpan &span) { return frame < span.first; });
+  const size_t index = size_t(after - spans.begin()) - 1, first = spans[index].first;
   const std::shared_ptr<Group> group = group_at(index);
-  std::call_once(group->known, [&] {
-    find_runs(*group, first, std::min<size_t>(group_size, size_t(capture.frames.count) - first));
-  });
+  std::call_once(group->known, [&] { find_runs(*group, first, spans[index].count); });
   const size_t of = group->run_of[i - first];
   decimate::Decimated out;
   if (of == SIZE_MAX) {
@@ -345,12 +349,16 @@ private:
 
 } // namespace
 
+void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh) {
+  if (plan.normals.bits && mesh.normals.empty())
+    throw Error(name_of(plan, i) + ": expected a normal for every corner as in the first frame, found " +
+                "none (--normals never sends none)");
+}
+
 Source load_source(const Plan &plan, size_t i) {
   Source source;
   source.mesh = plan.geometry->load(i, &source.report, source.decimation);
-  if (plan.normals.bits && source.mesh.normals.empty())
-    throw Error(name_of(plan, i) + ": expected a normal for every corner as in the first frame, found " +
-                "none (--normals never sends none)");
+  check_normals(plan, i, source.mesh);
   source.vanished = vanished_share(source.mesh, plan.lattice.lattice);
   return source;
 }
@@ -365,13 +373,20 @@ void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &me
   report_specks(source, report);
 }
 
-std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count) {
+namespace {
+
+std::vector<MeshFrame> encode_in_turn(const Plan &plan, size_t first, size_t count) {
   std::vector<MeshFrame> frames;
   std::optional<Source> next; // of the frame behind those in frames, when it was looked at already
   while (frames.size() < count) {
     const size_t begin = first + frames.size();
+    if (!plan.has_mesh(begin)) {
+      frames.emplace_back();
+      continue;
+    }
     Run run(plan, begin, next ? std::move(*next) : load_source(plan, begin));
-    for (next.reset(); begin + run.size() < first + count; next.reset()) {
+    for (next.reset(); begin + run.size() < first + count && plan.has_mesh(begin + run.size());
+         next.reset()) {
       next = load_source(plan, begin + run.size());
       if (!run.extend(*next)) break;
     }
@@ -380,6 +395,12 @@ std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t coun
     std::move(coded.begin(), coded.end(), std::back_inserter(frames));
   }
   return frames;
+}
+
+} // namespace
+
+std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count) {
+  return about_frame(plan.capture, {}, [&] { return encode_in_turn(plan, first, count); });
 }
 
 } // namespace fvv::mux

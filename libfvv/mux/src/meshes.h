@@ -13,6 +13,35 @@
 
 namespace fvv::mux {
 
+constexpr const char *skip_advice = "--skip-bad-frames leaves out frames whose files cannot be used";
+
+// An Error about a frame; reason: without the advice.
+struct FrameError : Error {
+  FrameError(const std::string &why, const std::string &advice) : Error(why + advice), reason(why) {}
+  const std::string reason;
+};
+
+// Work on frames of a capture on disk: its errors name the frame and advise to skip it. number: in file
+// names; none if errors name it already.
+template <class Work>
+auto about_frame(const scene::Capture &capture, std::optional<int64_t> number, const Work &work) {
+  try {
+    return work();
+  } catch (const Error &error) {
+    const std::string what = error.what();
+    if (error.kind != Error::failed || capture.memory || what.find(skip_advice) != what.npos) throw;
+    throw FrameError(what,
+                     " (" + (number ? "frame " + std::to_string(*number) + "; " : "") + skip_advice + ")");
+  }
+}
+
+// The mesh of a frame as scene::load_mesh gives it, with errors about the frame.
+inline geometry::Mesh frame_mesh(const scene::Capture &capture, int64_t number,
+                                 scene::MeshReport *report = nullptr, bool normals = false) {
+  return about_frame(capture, number,
+                     [&] { return scene::load_mesh(capture, number, nullptr, report, normals); });
+}
+
 // For each vertex of a the vertex of b that it has become, when every face of b is that of a at the same
 // place and texture coordinates agree: identical faces, or identical up to the order of vertices. Otherwise
 // nothing.
@@ -24,6 +53,7 @@ geometry::Mesh reordered(const geometry::Mesh &mesh, const std::vector<uint32_t>
                          const geometry::Mesh &like);
 
 // Of some pairs of neighbouring frames, evenly over the capture, the share that has the same connectivity.
+// Frames without a mesh do not count.
 double share_of_runs(const scene::Capture &capture);
 
 // Frames of a group that follow each other and have the same connectivity (connectivity.h) are a run, and
@@ -39,8 +69,12 @@ public:
   // Several threads may call it. Throws Error.
   geometry::Mesh load(size_t i, scene::MeshReport *report, std::optional<decimate::Report> &decimation) const;
 
-  // From now on there are count frames, which end with a group. Not while other threads call load().
-  void extend(int64_t count) { capture.frames.count = count; }
+  // Takes over the frames and groups of the plan. Not while other threads call load().
+  void extend(const Plan &plan) {
+    capture.frames = plan.capture.frames;
+    capture.empty = plan.capture.empty;
+    spans = plan.groups;
+  }
 
   // Frees what is known of a group. load() finds it out again, should it be called for one of its frames.
   void forget(size_t group);
@@ -66,14 +100,14 @@ private:
   scene::Capture capture;
   const Tiling tiling;
   const DecimationChoice choice;
-  const uint32_t group_size;
+  std::vector<GroupSpan> spans;
   const bool tracked, normals; // without it no runs are searched; reads normals
   mutable std::mutex mutex;    // of groups
   mutable std::map<size_t, std::shared_ptr<Group>> groups;
 };
 
 struct MeshFrame {
-  std::vector<uint8_t> payload;
+  std::vector<uint8_t> payload; // empty: the frame has no mesh
   bool key = true;
   scene::MeshReport source;
   std::optional<decimate::Report> decimation; // when the plan is to decimate
@@ -93,13 +127,16 @@ struct Source {
   double vanished = 0;
 };
 Source load_source(const Plan &plan, size_t i);
+// Throws Error if the mesh of frame i lacks normals that are to be sent.
+void check_normals(const Plan &plan, size_t i, const geometry::Mesh &mesh);
 
 // Brings it onto the lattice.
 void canonicalise(const Plan &plan, size_t i, const Source &source, fvv_mesh &mesh, fvv_mesh_report &report);
 
 // Frames first ... first + count - 1 of one group. Neighbours with the same connectivity become a run
 // of a key frame and delta frames behind it; a run ends early, and another begins, where a delta frame takes
-// no fewer bytes than its key frame, or a vertex would lie further off than the plan allows.
+// no fewer bytes than its key frame, or a vertex would lie further off than the plan allows, and before a
+// frame without a mesh.
 std::vector<MeshFrame> encode_meshes(const Plan &plan, size_t first, size_t count);
 
 } // namespace fvv::mux

@@ -168,7 +168,7 @@ private:
   // Rooms for results are made before a thread looks for its own.
   Group &group_for(size_t frame) {
     const std::lock_guard<std::mutex> lock(mutex);
-    const size_t index = frame / plan.group_size;
+    const size_t index = plan.group_of(frame);
     Group &group = groups[index];
     if (plan.has_meshes()) {
       group.meshes.resize(plan.frames_of(index));
@@ -195,7 +195,7 @@ private:
     std::vector<MeshFrame> frames = encode_meshes(plan, piece.first, piece.count);
     std::vector<VisibilityFrame> seen = visibility.encode(piece.first, frames);
     Group &group = group_for(piece.first);
-    const auto at = std::ptrdiff_t(piece.first % plan.group_size);
+    const auto at = std::ptrdiff_t(piece.first - plan.first_of(plan.group_of(piece.first)));
     std::move(frames.begin(), frames.end(), group.meshes.begin() + at);
     std::move(seen.begin(), seen.end(), group.visibility.begin() + at);
   }
@@ -215,11 +215,11 @@ private:
     const VideoTrack &track = plan.tracks[piece.track];
     media::EncodedGroup encoded = encode_pictures(plan, track, piece.first, piece.count);
     if (encoded.record != track.choice.record)
-      throw Error(plan.capture.path + ": group " + std::to_string(piece.first / plan.group_size) +
+      throw Error(plan.capture.path + ": group " + std::to_string(plan.group_of(piece.first)) +
                   ": the encoder's configuration record differs from the first group's");
     TrackGroup &video = group_for(piece.first).videos[piece.track];
-    std::move(encoded.samples.begin(), encoded.samples.end(),
-              video.samples.begin() + std::ptrdiff_t(piece.first % plan.group_size));
+    const size_t at = piece.first - plan.first_of(plan.group_of(piece.first));
+    std::move(encoded.samples.begin(), encoded.samples.end(), video.samples.begin() + std::ptrdiff_t(at));
     if (!plan.options.bit_rate) return; // several pieces may have one quality and one group
     video.quality = encoded.quality;
     video.over_rate = encoded.over_rate;
@@ -242,9 +242,11 @@ private:
     groups[index] = {};
     const size_t first = plan.first_of(index), count = plan.frames_of(index);
     if (index && plan.options.repeat_configuration) writer->repeat_configuration();
-    writer->begin_group(first, count);
+    writer->begin_group(index);
     for (size_t i = 0; i < count; i++) {
-      if (plan.has_meshes()) {
+      if (plan.has_meshes() && plan.options.verify && !plan.has_mesh(first + i))
+        summary.origins.emplace_back();
+      if (plan.has_mesh(first + i)) {
         MeshFrame &mesh = group.meshes[i];
         writer->mesh(first + i, mesh.payload, mesh.key);
         summary.mesh.add(mesh.payload.size());
@@ -319,8 +321,7 @@ void RateResult::add(const media::VideoCodec &codec, double quality, bool is_ove
 
 double Summary::bit_rate(size_t track) const {
   const fvv_rational &duration = plan.capture.frame_duration;
-  return double(videos[track].payload) * 8 * duration.denominator / duration.numerator /
-         double(plan.frame_count());
+  return double(videos[track].payload) * 8 * duration.denominator / duration.numerator / double(plan.end());
 }
 
 void MeshChanges::add(const scene::MeshReport &source, const fvv_mesh_report &report) {
@@ -444,22 +445,32 @@ struct Encoder::State {
   Summary summary;
   std::optional<Job> job;
   size_t group_size = 1;
-  size_t added = 0, encoded = 0; // frames
+  bool shows_pictures = false;   // else nothing is left of a frame without a mesh
+  size_t added = 0;              // frames
+  size_t pending = 0;            // of these, in the stream and not in a group yet
+  GroupSpan next = {0, 0, 0, 0}; // the group that they will be
+  bool had_mesh = false;         // the frame before
+  bool met_mesh = false;         // any frame
+  size_t done = 0;               // groups that are written
 
   scene::Capture &description() { return job ? summary.plan.capture : capture; }
 
-  void encode_group() {
-    const size_t count = added - encoded;
+  // end: the first tick after it. Without a mesh there is nothing to plan by: groups wait for the first one.
+  void end_group(size_t end) {
+    next.count = pending;
+    next.end = int64_t(end);
+    if (job) extend_plan(summary.plan, next);
+    next = {next.first + pending, 0, next.end, next.end};
+    pending = 0;
+    if (configuration.meshes && !met_mesh) return;
     if (!job) {
-      capture.frames.count = int64_t(count);
+      capture.frames.count = int64_t(next.first);
       summary.plan = make_plan(std::move(capture), configuration.encoded, options, observer);
       job.emplace(summary, sink);
-    } else {
-      extend_plan(summary.plan, count);
     }
-    job->run_group(encoded / group_size);
-    encoded = added;
-    memory->drop_before(int64_t(encoded));
+    for (size_t group = done; group < summary.plan.group_count(); group++) job->run_group(group);
+    done = summary.plan.group_count();
+    memory->drop_before(int64_t(end));
   }
 
   [[noreturn]] void refuse(const std::string &what) const {
@@ -490,18 +501,23 @@ struct Encoder::State {
       check(fvv_video_sample_inspect(&config, frame.samples[i].data(), frame.samples[i].size(), &key,
                                      &diagnostic),
             name, diagnostic);
-      if (!key && added % group_size == 0)
-        throw Error(name + ": expected a key frame, because a group of " + std::to_string(group_size) +
-                    " frames begins");
+      if (!key && !pending)
+        throw Error(name + ": expected a key frame, because a group " +
+                    (added % group_size ? "begins where the stage becomes empty"
+                                        : "of " + std::to_string(group_size) + " frames begins"));
       out.push_back({std::move(frame.samples[i]), key != 0});
     }
     return out;
   }
 
+  bool has_mesh(const Frame &frame) const {
+    return configuration.meshes && !(frame.mesh.positions.empty() && frame.mesh.faces.empty());
+  }
+
   void check_frame(const Frame &frame) const {
     const std::vector<CameraInput> &cameras = configuration.cameras;
     // The planner sees meshes before the canonicaliser does.
-    if (configuration.meshes) geometry::check(frame.mesh, "frame " + std::to_string(added));
+    if (has_mesh(frame)) geometry::check(frame.mesh, "frame " + std::to_string(added));
     const auto check_count = [&](size_t found, const char *noun) {
       if (found && found != cameras.size())
         refuse("expected " + words(cameras.size(), noun) + ", one for each camera, found " +
@@ -542,6 +558,9 @@ Encoder::Encoder(const Configuration &configuration, const Options &options, con
   state->observer = observer;
   state->capture = describe(configuration, state->memory);
   state->group_size = group_size_of(options, configuration.frame_duration);
+  state->shows_pictures = !configuration.encoded.empty() ||
+                          std::any_of(configuration.cameras.begin(), configuration.cameras.end(),
+                                      [](const CameraInput &camera) { return camera.pictures; });
 }
 
 Encoder::~Encoder() = default;
@@ -550,6 +569,8 @@ void Encoder::add(Frame frame) {
   State &s = *state;
   s.observer.check_cancelled();
   s.check_frame(frame);
+  const bool has_mesh = s.has_mesh(frame), is_empty = s.configuration.meshes && !has_mesh;
+  if (is_empty && s.had_mesh && s.pending) s.end_group(s.added);
   std::vector<media::Sample> samples = s.samples_of(frame);
   const auto number = int64_t(s.added);
   for (scene::Camera &camera : s.description().cameras)
@@ -561,16 +582,26 @@ void Encoder::add(Frame frame) {
         calibration.name_size = 0;
         camera.per_frame[number] = calibration;
       }
-  s.memory->put(
-      number, {std::move(frame.mesh), std::move(frame.pictures), std::move(frame.masks), std::move(samples)});
+  if (is_empty) s.description().empty.insert(number);
+  if (is_empty && !s.shows_pictures) {
+    s.description().frames.left_out.push_back(number);
+  } else {
+    s.memory->put(number, {std::move(frame.mesh), std::move(frame.pictures), std::move(frame.masks),
+                           std::move(samples)});
+    s.pending++;
+  }
+  s.had_mesh = has_mesh;
+  s.met_mesh = s.met_mesh || has_mesh;
   s.added++;
-  if (s.added - s.encoded == s.group_size) s.encode_group();
+  if (s.added % s.group_size == 0 && s.pending) s.end_group(s.added);
 }
 
 Summary Encoder::finish() {
   State &s = *state;
   if (!s.added) throw Error("encoder: expected at least one frame before finish()", Error::usage);
-  if (s.added > s.encoded) s.encode_group();
+  if (s.configuration.meshes && !s.met_mesh)
+    throw Error("encoder: expected a frame with a mesh before finish(), found none", Error::usage);
+  if (s.pending) s.end_group(s.added);
   s.job->finish(s.start);
   s.job.reset();
   return std::move(s.summary);

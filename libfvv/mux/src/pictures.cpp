@@ -3,6 +3,7 @@
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/packed_image.h"
+#include "mux/src/meshes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,16 +33,25 @@ template <class Sample> void check_range(const media::BasicImage<Sample> &image,
 
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame) {
   const scene::Capture &capture = plan.capture;
-  if (capture.atlas->pictures) return plan.videos->read<Sample>(capture, *capture.atlas->pictures, frame, 3);
-  const std::string path = capture.atlas_path(frame);
-  const std::string bytes = scene::load_embedded_atlas(capture, frame);
-  return media::decode_image<Sample>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3, path);
+  return about_frame(capture, frame, [&] {
+    if (capture.atlas->pictures)
+      return plan.videos->read<Sample>(capture, *capture.atlas->pictures, frame, 3);
+    const std::string path = capture.atlas_path(frame);
+    const std::string bytes = scene::load_embedded_atlas(capture, frame);
+    return media::decode_image<Sample>(reinterpret_cast<const uint8_t *>(bytes.data()), bytes.size(), 3,
+                                       path);
+  });
 }
+
+template media::Image load_atlas(const Plan &, int64_t);
+template media::DeepImage load_atlas(const Plan &, int64_t);
+template media::LinearImage load_atlas(const Plan &, int64_t);
 
 template <class Sample>
 media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene::PictureSource &source,
                                     int64_t frame, int channels) {
-  media::BasicImage<Sample> picture = plan.videos->read<Sample>(plan.capture, source, frame, channels);
+  media::BasicImage<Sample> picture = about_frame(
+      plan.capture, frame, [&] { return plan.videos->read<Sample>(plan.capture, source, frame, channels); });
   check_range(picture, plan.capture.resolve(source.file(frame)));
   return plan.undistortion ? plan.undistortion->apply(camera, frame, std::move(picture)) : picture;
 }
@@ -54,7 +64,7 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
   const Tiling &tiling = track.tiling;
   const Background background = background_of(plan.options);
   const int64_t number = capture.frames.number(int64_t(i));
-  std::vector<fvv_tile> tiles = track.tiles_of(i / plan.group_size);
+  std::vector<fvv_tile> tiles = track.tiles_of(plan.group_of(i));
   std::vector<media::BasicImage<Sample>> images;
   std::vector<media::Image> masks, kept; // of tiles; empty ones count whole
   bool masked = false;
@@ -154,13 +164,27 @@ constexpr size_t sample_size = 25; // frames
 // The memory limit for the samples of all tracks. Further frames are loaded each time they are needed.
 constexpr size_t sample_bytes = size_t(128) << 20;
 
+// The middle group, or the nearest one in which something is on stage.
+size_t middle_group(const Plan &plan) {
+  const size_t middle = plan.group_count() / 2;
+  if (!plan.has_meshes()) return middle;
+  const auto shows = [&](size_t group) {
+    return plan.has_mesh(plan.first_of(group) + plan.frames_of(group) - 1);
+  };
+  for (size_t off = 0; off <= middle; off++) {
+    if (middle + off < plan.group_count() && shows(middle + off)) return middle + off;
+    if (shows(middle - off)) return middle - off;
+  }
+  return middle;
+}
+
 // The frames by which the quality of a track is chosen or judged.
 template <class SampleType> class Sample {
 public:
   Sample(const Plan &from, const VideoTrack &of) : plan(from), track(of) {
     // A bit rate applies to all frames of a group. A quality is judged by a whole group, too, because
     // pictures get better in its course, and by one from the middle, when the action is on.
-    const size_t group = plan.options.bit_rate ? 0 : plan.group_count() / 2;
+    const size_t group = plan.options.bit_rate ? 0 : middle_group(plan);
     first = plan.first_of(group);
     count = plan.options.bit_rate ? plan.frames_of(0) : std::min(plan.frames_of(group), sample_size);
     whole_group = count == plan.frames_of(group);

@@ -2,6 +2,8 @@
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
+#include "fvv_cxx/owned.h"
+#include "fvv_cxx/parallel.h"
 #include "fvv_mux/plan.h"
 #include "fvv_scene/text.h"
 #include "mux/src/background.h"
@@ -14,6 +16,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <set>
 
 namespace fvv::mux {
 
@@ -72,6 +76,83 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
   return left_out;
 }
 
+// Frames without a mesh are frames where there are pictures; else nothing is left of them.
+void leave_out_empty(scene::Capture &capture) {
+  if (!capture.meshes || capture.empty.empty()) return;
+  if (capture.mesh_frames().empty())
+    throw Error(capture.path + ": no frame has a mesh (--no-meshes sends pictures alone)");
+  const bool shows = capture.memory || capture.atlas ||
+                     std::any_of(capture.cameras.begin(), capture.cameras.end(),
+                                 [](const scene::Camera &camera) { return camera.pictures.has_value(); });
+  if (!shows) capture.frames.leave_out(capture.empty);
+}
+
+// Reads everything that a frame has, each time anew. Throws Error.
+void read_frame(const Plan &plan, int64_t number) {
+  const scene::Capture &capture = plan.capture;
+  if (capture.has_mesh(number)) geometry::check(frame_mesh(plan.capture, number), capture.mesh_path(number));
+  const auto check = [](const auto &image, const fvv_camera &camera, const std::string &path) {
+    if (image.width != camera.width || image.height != camera.height)
+      throw Error(path + ": expected " + std::to_string(camera.width) + " x " +
+                  std::to_string(camera.height) + " pixels, found " + std::to_string(image.width) + " x " +
+                  std::to_string(image.height));
+  };
+  media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
+    using Sample = decltype(sample);
+    for (const scene::Camera &camera : capture.cameras) {
+      if (camera.pictures)
+        check(plan.videos->read<Sample>(capture, *camera.pictures, number, 3), camera.calibration,
+              capture.picture_path(camera, number));
+      if (camera.masks)
+        check(plan.videos->read(capture, *camera.masks, number, 1), camera.calibration,
+              capture.mask_path(camera, number));
+    }
+    if (capture.atlas) load_atlas<Sample>(plan, number);
+    return 0;
+  });
+}
+
+// Brings the mesh of frame i onto the lattice of the plan. Throws Error.
+void place_frame(const Plan &plan, size_t i) {
+  if (!plan.has_mesh(i)) return;
+  const int64_t number = plan.capture.frames.number(int64_t(i));
+  Source source;
+  source.mesh = frame_mesh(plan.capture, number, nullptr, plan.normals.bits != 0);
+  check_normals(plan, i, source.mesh);
+  OwnedMesh holder;
+  fvv_mesh_report unused = {};
+  canonicalise(plan, i, source, holder, unused);
+}
+
+// The frames for which work throws Error.
+std::vector<BadFrame> failing(const Plan &plan, const std::function<void(size_t)> &work) {
+  std::vector<BadFrame> bad;
+  std::mutex mutex;
+  fvv::parallel(plan.options.threads, plan.frame_count(), [&](size_t i) {
+    plan.observer.check_cancelled();
+    try {
+      work(i);
+    } catch (const Error &error) {
+      const auto *known = dynamic_cast<const FrameError *>(&error);
+      const std::lock_guard<std::mutex> lock(mutex);
+      bad.push_back({plan.capture.frames.number(int64_t(i)), known ? known->reason : error.what()});
+    }
+  });
+  std::sort(bad.begin(), bad.end(), [](const auto &a, const auto &b) { return a.number < b.number; });
+  return bad;
+}
+
+// Error if nothing is left.
+void leave_out(Plan &plan, const std::vector<BadFrame> &bad) {
+  if (bad.empty()) return;
+  std::set<int64_t> numbers;
+  for (const BadFrame &frame : bad) numbers.insert(frame.number);
+  plan.capture.frames.leave_out(numbers);
+  if (!plan.frame_count() || (plan.has_meshes() && plan.capture.mesh_frames().empty()))
+    throw Error(plan.capture.path + ": --skip-bad-frames leaves nothing; frame " +
+                std::to_string(bad[0].number) + ": " + bad[0].reason);
+}
+
 // True when there was a warning.
 bool look_at_files(Plan &plan, bool sub_range) {
   const scene::Capture &capture = plan.capture;
@@ -89,6 +170,10 @@ bool look_at_files(Plan &plan, bool sub_range) {
     std::string lines;
     for (const std::string &problem : findings.problems)
       lines += (lines.empty() ? "" : "\nfvvmux: ") + capture.path + ": " + problem;
+    if (findings.of_frames) lines += "\nfvvmux: " + capture.path + ": " + skip_advice;
+    if (findings.missing_meshes)
+      lines += "\nfvvmux: " + capture.path +
+               ": \"meshes\": {\"empty\": ...} says at which frames the stage is empty";
     throw Error(lines);
   }
   std::vector<std::string> warnings = findings.warnings;
@@ -107,7 +192,7 @@ uint32_t frames_per_second(const fvv_rational &duration) {
 // needs even sides, which scaling gives: texture coordinates are fractions of the picture.
 Tiling arrange_atlas(const Plan &plan) {
   const Options &options = plan.options;
-  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.first);
+  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.number(0));
   const auto side = [&](uint32_t size) {
     const uint16_t wanted = scaled(size, options.atlas_scale);
     return media::find_video_codec(options.codec)->is_stills() ? wanted : uint16_t(std::max(2, wanted & ~1));
@@ -171,23 +256,26 @@ std::vector<VideoTrack> encoded_tracks(const scene::Capture &capture,
   return tracks;
 }
 
-} // namespace
-
-Plan make_plan(const Options &options, const Observer &observer) {
-  scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
-  capture.mesh_cache = scene::make_mesh_cache();
-  return make_plan(std::move(capture), {}, options, observer);
-}
-
-Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, const Options &options,
-               const Observer &observer) {
+// bad: frames that are known to be unusable.
+Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
+                 const std::vector<EncodedTrack> &encoded, const Options &options, const Observer &observer) {
   Plan plan;
   plan.observer = observer;
   plan.options = options;
   plan.videos = std::make_shared<scene::Videos>(options.threads);
   plan.capture = std::move(given);
   plan.warned = select(plan.capture, options, plan.observer);
+  scene::find_empty_meshes(plan.capture);
+  plan.bad = bad;
+  leave_out(plan, bad);
+  if (options.skip_bad_frames && bad.empty()) {
+    plan.bad = failing(plan, [&](size_t i) { read_frame(plan, plan.capture.frames.number(int64_t(i))); });
+    leave_out(plan, plan.bad);
+  }
+  leave_out_empty(plan.capture);
   if (!plan.capture.memory) plan.warned = look_at_files(plan, options.frames.has_value()) || plan.warned;
+  plan.group_size = group_size_of(options, plan.capture.frame_duration);
+  plan.groups = groups_of(plan.capture, plan.group_size);
   if (options.undistort)
     plan.undistortion = std::make_shared<scene::Undistortion>(plan.capture, options.undistort_alpha);
   if (plan.has_meshes()) {
@@ -195,7 +283,6 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
     plan.capture.flip_faces = plan.winding.flip;
     plan.warned = warn_of_winding(plan) || plan.warned;
   }
-  plan.group_size = group_size_of(options, plan.capture.frame_duration);
   Tiling cameras = whole_pictures(plan.capture, options);
   if (!cameras.tiles.empty()) plan.crop = choose_crop(plan, cameras);
   if (plan.capture.memory) leave_room(plan, cameras);
@@ -243,15 +330,80 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
   return plan;
 }
 
+} // namespace
+
+Plan make_plan(const Options &options, const Observer &observer) {
+  scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
+  capture.mesh_cache = scene::make_mesh_cache();
+  return make_plan(std::move(capture), {}, options, observer);
+}
+
+Plan make_plan(scene::Capture capture, const std::vector<EncodedTrack> &encoded, const Options &options,
+               const Observer &observer) {
+  if (!options.skip_bad_frames || capture.memory)
+    return plan_frames(std::move(capture), {}, encoded, options, observer);
+  // Whether a mesh fits the lattice is known when that is chosen: without such a frame the plan is another
+  // one.
+  std::vector<std::string> warnings;
+  Observer quiet = observer;
+  quiet.on_warning = [&](const std::string &text) { warnings.push_back(text); };
+  Plan plan = plan_frames(capture, {}, encoded, options, quiet);
+  for (std::vector<BadFrame> bad; plan.has_meshes();) {
+    bad = failing(plan, [&](size_t i) { place_frame(plan, i); });
+    if (bad.empty()) break;
+    bad.insert(bad.end(), plan.bad.begin(), plan.bad.end());
+    std::sort(bad.begin(), bad.end(), [](const auto &a, const auto &b) { return a.number < b.number; });
+    warnings.clear();
+    plan = plan_frames(capture, bad, encoded, options, quiet);
+  }
+  plan.observer = observer;
+  for (const std::string &text : warnings) observer.warn(text);
+  for (const BadFrame &frame : plan.bad)
+    observer.warn(plan.capture.path + ": frame " + std::to_string(frame.number) +
+                  " is left out: " + frame.reason);
+  plan.warned = plan.warned || !plan.bad.empty();
+  return plan;
+}
+std::vector<GroupSpan> groups_of(const scene::Capture &capture, uint32_t group_size) {
+  std::vector<GroupSpan> groups;
+  const scene::Frames &frames = capture.frames;
+  auto left_out = frames.left_out.begin();
+  int64_t emptied = -1, last = -1; // where the stage became empty since the last frame; place of that
+  bool had_mesh = false;
+  for (int64_t place = 0; place < frames.places(); place++) {
+    const bool is_empty = capture.meshes && !capture.has_mesh(frames.first + place * frames.step);
+    if (is_empty && had_mesh) {
+      emptied = place;
+      had_mesh = false;
+    }
+    if (left_out != frames.left_out.end() && *left_out == place) {
+      ++left_out;
+      continue;
+    }
+    if (groups.empty() || emptied >= 0 || place / group_size != last / group_size) {
+      const int64_t start = groups.empty() ? 0 : emptied >= 0 ? emptied : place;
+      const size_t first = groups.empty() ? 0 : groups.back().first + groups.back().count;
+      if (!groups.empty()) groups.back().end = start;
+      groups.push_back({first, 0, start, start});
+    }
+    groups.back().count++;
+    last = place;
+    emptied = -1;
+    had_mesh = !is_empty;
+  }
+  if (!groups.empty()) groups.back().end = emptied >= 0 ? emptied : frames.places();
+  return groups;
+}
+
 uint32_t group_size_of(const Options &options, const fvv_rational &frame_duration) {
   return options.group ? options.group : frames_per_second(frame_duration);
 }
 
-void extend_plan(Plan &plan, size_t frames) {
-  const size_t first = plan.frame_count();
-  plan.capture.frames.count += int64_t(frames);
-  if (plan.geometry) plan.geometry->extend(plan.capture.frames.count);
-  if (plan.crop.on) lay_out_group(plan, silhouettes(plan, plan.whole.cameras, first / plan.group_size));
+void extend_plan(Plan &plan, const GroupSpan &group) {
+  plan.capture.frames.count += int64_t(group.count);
+  plan.groups.push_back(group);
+  if (plan.geometry) plan.geometry->extend(plan);
+  if (plan.crop.on) lay_out_group(plan, silhouettes(plan, plan.whole.cameras, plan.group_count() - 1));
 }
 
 Quality default_quality(uint32_t codec) {

@@ -119,7 +119,8 @@ void StreamWriter::check_groups() const {
                       ", readers accept at most " + std::to_string(most) + ": choose " + way_out,
                   Error::usage);
   };
-  const uint64_t frames = std::min<uint64_t>(plan.group_size, plan.frame_count());
+  uint64_t frames = 0;
+  for (const GroupSpan &group : plan.groups) frames = std::max<uint64_t>(frames, group.count);
   const uint64_t in_a_frame = uint64_t(plan.has_meshes()) + plan.tracks.size() + any_moves(plan.capture) +
                               plan.visibility.on + (plan.background != nullptr);
   // Besides GRUP, and a layout for each track.
@@ -241,20 +242,21 @@ void StreamWriter::repeat_configuration() {
   check(fvv_writer_repeat_configuration(writer.get(), &diagnostic));
 }
 
-void StreamWriter::begin_group(size_t first, size_t count) {
-  check(fvv_writer_begin_group(writer.get(), int64_t(first), int64_t(first + count), &diagnostic));
+void StreamWriter::begin_group(size_t group) {
+  const GroupSpan &span = plan.groups[group];
+  check(fvv_writer_begin_group(writer.get(), span.start, span.end, &diagnostic));
 }
 
 void StreamWriter::mesh(size_t frame, const std::vector<uint8_t> &payload, bool key) {
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, mesh_track, key ? FVV_FLAG_KEY : 0, int64_t(frame),
-                         payload.data(), payload.size(), &diagnostic));
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_MESH, mesh_track, key ? FVV_FLAG_KEY : 0,
+                         plan.tick_of(frame), payload.data(), payload.size(), &diagnostic));
 }
 
 uint64_t StreamWriter::calibration(size_t frame, bool key) {
   if (!moving) return 0;
   const fvv_bytes &payload = moving->payload(frame, key);
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_CALIBRATION, calibration_track, key ? FVV_FLAG_KEY : 0,
-                         int64_t(frame), payload.data, payload.size, &diagnostic));
+                         plan.tick_of(frame), payload.data, payload.size, &diagnostic));
   return payload.size;
 }
 
@@ -263,25 +265,25 @@ bool StreamWriter::layout(const VideoTrack &track, size_t group) {
   const std::vector<uint8_t> payload = layout_record(track.tiles_of(group));
   if (payload == layout_record(track.tiling.tiles)) return false;
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_GROUP_TILES, track_id(track), FVV_FLAG_KEY,
-                         int64_t(plan.first_of(group)), payload.data(), payload.size(), &diagnostic));
+                         plan.tick_of(plan.first_of(group)), payload.data(), payload.size(), &diagnostic));
   return true;
 }
 
 void StreamWriter::visibility(size_t frame, const std::vector<uint8_t> &payload, bool key) {
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VISIBILITY, visibility_track, key ? FVV_FLAG_KEY : 0,
-                         int64_t(frame), payload.data(), payload.size(), &diagnostic));
+                         plan.tick_of(frame), payload.data(), payload.size(), &diagnostic));
 }
 
 void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VIDEO_PACKET, track_id(track), sample.key ? FVV_FLAG_KEY : 0,
-                         int64_t(frame), sample.bytes.data(), sample.bytes.size(), &diagnostic));
+                         plan.tick_of(frame), sample.bytes.data(), sample.bytes.size(), &diagnostic));
 }
 
 uint64_t StreamWriter::background(size_t frame) {
   if (!plan.background) return 0;
   const std::vector<uint8_t> &payload = plan.background->payload;
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_BACKGROUND, background_track, FVV_FLAG_KEY, int64_t(frame),
-                         payload.data(), payload.size(), &diagnostic));
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_BACKGROUND, background_track, FVV_FLAG_KEY,
+                         plan.tick_of(frame), payload.data(), payload.size(), &diagnostic));
   return payload.size();
 }
 
@@ -290,6 +292,11 @@ void StreamWriter::end_group() {
 }
 
 uint64_t StreamWriter::finish() {
+  // Without it nothing would say that the stage stays empty till the end.
+  if (const int64_t end = plan.groups.back().end; end < plan.end()) {
+    check(fvv_writer_begin_group(writer.get(), end, plan.end(), &diagnostic));
+    end_group();
+  }
   if (!plan.options.live) check(fvv_writer_finish(writer.get(), &diagnostic));
   return fvv_writer_position(writer.get());
 }

@@ -59,8 +59,7 @@ public:
   StreamWriter(const Plan &plan, const Sink &sink);
 
   void repeat_configuration();
-  // Frames first ... first + count - 1, one tick each.
-  void begin_group(size_t first, size_t count);
+  void begin_group(size_t group);
   void mesh(size_t frame, const std::vector<uint8_t> &payload, bool key);
   // The calibration of a frame, if any camera moves; key: its group begins. Returns the bytes of payload.
   uint64_t calibration(size_t frame, bool key);
@@ -73,7 +72,8 @@ public:
   // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
   uint64_t background(size_t frame);
   void end_group();
-  // Index and footer, unless the stream is live. Returns the number of bytes written.
+  // If the stage is empty at the end of a stream without pictures, a group without chunks for that time; then
+  // index and footer, unless the stream is live. Returns the number of bytes written.
   uint64_t finish();
 
 private:

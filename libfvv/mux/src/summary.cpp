@@ -212,8 +212,10 @@ void mesh_lines(std::string &out, const Summary &s) {
          double(s.mesh.payload - s.delta.payload) / 1000 / double(s.mesh.chunks - s.delta.chunks),
          (unsigned long long)s.delta.chunks, double(s.delta.payload) / 1000 / double(s.delta.chunks),
          choice.delta_error);
-  line(out, "  meshes    %llu of %zu frames changed", (unsigned long long)s.changes.changed_frames,
-       s.plan.frame_count());
+  line(out, "  meshes    %llu of %llu frames changed", (unsigned long long)s.changes.changed_frames,
+       (unsigned long long)s.mesh.chunks);
+  if (const size_t empty = empty_frames(s))
+    line(out, "            %zu frames have none: the stage is empty", empty);
   for (const NamedChange &named : named_changes) {
     const Change &change = s.changes.*named.change;
     if (change.count)
@@ -266,7 +268,8 @@ std::string summary_text(const Summary &s, const std::string &output) {
   line(out, "%s: %llu bytes, %zu frames at %.6g/s in %zu %s of %u, %.1f kbit/s", output.c_str(),
        (unsigned long long)s.bytes, plan.frame_count(), frame_rate(s), plan.group_count(),
        plan.group_count() == 1 ? "group" : "groups", plan.group_size,
-       double(s.bytes) * 8 / 1000 * frame_rate(s) / double(plan.frame_count()));
+       double(s.bytes) * 8 / 1000 * frame_rate(s) / double(plan.end()));
+  if (!plan.bad.empty()) line(out, "  left out  %zu frames that cannot be used", plan.bad.size());
   if (plan.has_meshes())
     track_line(out, s, "mesh", s.mesh.payload,
                profile_text(s) + (plan.options.mesh_profile == FVV_MESH_DRACO
@@ -434,6 +437,11 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
         {"step", lattice.step},
         {"reason", plan.lattice.reason},
         {"error_pixels", plan.lattice.pixels > 0 ? Json(plan.lattice.pixels) : Json(nullptr)}}}};
+  if (plan.options.skip_bad_frames) {
+    out["left_out"] = Json::array();
+    for (const BadFrame &frame : plan.bad)
+      out["left_out"].push_back({{"frame", frame.number}, {"reason", frame.reason}});
+  }
   if (plan.has_meshes()) {
     out["budget"] = decimation_json(plan, s.decimation);
     Json mesh = track_json(s.mesh);
@@ -449,6 +457,7 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
     mesh["normals"] = {{"bits", plan.normals.bits}, {"reason", plan.normals.reason}};
     mesh["max_axis_error"] = s.changes.max_error;
     mesh["changed_frames"] = s.changes.changed_frames;
+    mesh["empty_frames"] = empty_frames(s);
     for (const NamedChange &named : named_changes)
       mesh[named.key] = {{"count", (s.changes.*named.change).count},
                          {"frames", (s.changes.*named.change).frames}};

@@ -13,6 +13,17 @@ inline const char *codec_text(const Summary &s) {
   return media::find_video_codec(s.plan.options.codec)->option;
 }
 
+// Frames of the capture at which the stage is empty, also where they are no frames of the stream.
+inline size_t empty_frames(const Summary &s) {
+  const scene::Frames &frames = s.plan.capture.frames;
+  size_t count = 0;
+  for (const int64_t number : s.plan.capture.empty) {
+    const int64_t place = (number - frames.first) / frames.step;
+    count += number >= frames.first && place < frames.places();
+  }
+  return count;
+}
+
 inline const char *profile_text(const Summary &s) {
   return fvv_mesh_profile_name(s.plan.options.mesh_profile);
 }

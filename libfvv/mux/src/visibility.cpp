@@ -158,6 +158,7 @@ std::vector<VisibilityFrame> VisibilityCoder::encode(size_t first,
   DecodedMeshes decoded(plan.capture.path);
   FrameCoder coder(plan, choice);
   for (size_t i = 0; i < meshes.size() && on; i++) {
+    if (meshes[i].payload.empty()) continue;
     const bool followed = i + 1 < meshes.size() && !meshes[i + 1].key;
     frames[i] = coder.code(decoded.next(meshes[i], followed), !meshes[i].key, cameras_of(first + i));
   }

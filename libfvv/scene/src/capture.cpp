@@ -27,10 +27,32 @@ fvv_camera Camera::calibration_at(int64_t frame) const {
   return camera;
 }
 
+int64_t Frames::place(int64_t i) const {
+  // Of the k-th place that is left out, left_out[k] - k frames are before it, which does not fall.
+  size_t low = 0, high = left_out.size();
+  while (low < high) {
+    const size_t middle = low + (high - low) / 2;
+    if (left_out[middle] - int64_t(middle) <= i)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return i + int64_t(low);
+}
+
 std::vector<int64_t> Frames::numbers() const {
   std::vector<int64_t> out;
   for (int64_t i = 0; i < count; i++) out.push_back(number(i));
   return out;
+}
+
+void Frames::leave_out(const std::set<int64_t> &numbers) {
+  std::vector<int64_t> gone = left_out;
+  for (int64_t i = 0; i < count; i++)
+    if (numbers.count(number(i))) gone.push_back(place(i));
+  count = places() - int64_t(gone.size());
+  std::sort(gone.begin(), gone.end());
+  left_out = std::move(gone);
 }
 
 std::string description_file(const std::string &given) {
@@ -53,6 +75,13 @@ std::string Capture::picture_path(const Camera &camera, int64_t frame) const {
 }
 std::string Capture::mask_path(const Camera &camera, int64_t frame) const {
   return resolve(camera.masks.value().file(frame));
+}
+
+std::vector<int64_t> Capture::mesh_frames() const {
+  std::vector<int64_t> out;
+  for (int64_t i = 0; i < frames.count; i++)
+    if (const int64_t number = frames.number(i); has_mesh(number)) out.push_back(number);
+  return out;
 }
 
 std::string Capture::atlas_path(int64_t frame) const {
@@ -182,6 +211,12 @@ Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits, 
   return mesh;
 }
 
+void find_empty_meshes(Capture &capture) {
+  if (!capture.meshes || capture.animation || capture.memory) return;
+  for (const int64_t number : capture.frames.numbers())
+    if (capture.has_mesh(number) && is_empty_mesh(capture.mesh_path(number))) capture.empty.insert(number);
+}
+
 std::string load_embedded_atlas(const Capture &capture, int64_t frame) {
   const std::string path = capture.mesh_path(frame);
   return parse_gltf_picture(read_file(path, max_mesh_file), path);
@@ -255,15 +290,21 @@ std::vector<size_t> named_cameras(const Capture &capture, const std::string &ite
 
 void restrict_frames(Capture &capture, const Range &range) {
   Frames &frames = capture.frames;
-  const int64_t last = frames.number(frames.count - 1);
+  const int64_t last = frames.first + (frames.places() - 1) * frames.step;
   for (const int64_t end : {range.first, range.last})
     if (end < frames.first || end > last || (end - frames.first) % frames.step)
       throw Error("--frames: expected frame numbers of the capture, " + std::to_string(frames.first) +
                       " to " + std::to_string(last) + " in steps of " + std::to_string(frames.step) +
                       ", found " + std::to_string(end),
                   Error::usage);
+  std::set<int64_t> left_out;
+  for (const int64_t place : frames.left_out) left_out.insert(frames.first + place * frames.step);
   frames.count = (range.last - range.first) / frames.step + 1;
   frames.first = range.first;
+  frames.left_out.clear();
+  frames.leave_out(left_out);
+  if (!frames.count)
+    throw Error("--frames: all of these frames are left out by " + capture.path, Error::usage);
 }
 
 void restrict_cameras(Capture &capture, const std::vector<std::string> &items) {

@@ -45,14 +45,28 @@ void report_times(const std::string &subject, const VideoReport &report, Finding
 // What to do about a picture whose size is not the camera's, where that can be guessed.
 std::string size_advice(uint32_t width, uint32_t height, uint32_t expected_width, uint32_t expected_height) {
   constexpr uint32_t most = 64; // pixels that encoders add or cut, to a multiple of their blocks
-  if (width == expected_height && height == expected_width && width != height)
-    return " (turned? state \"rotate\": 90 or 270)";
-  const auto apart = [](uint32_t a, uint32_t b) { return a > b ? a - b : b - a; };
-  if (apart(width, expected_width) < most && apart(height, expected_height) < most)
-    return " (cut or padded? give the camera the pictures' width and height, and subtract from cx and cy "
-           "what was "
-           "cut off at the left and at the top)";
+  const auto near = [](uint32_t a, uint32_t b) { return (a > b ? a - b : b - a) < most; };
+  const bool fits = width == expected_width && height == expected_height;
+  const bool turns = width == expected_height && height == expected_width;
+  const std::string place =
+      "\"place\": [x, y] with the pixel of the calibrated picture at which it begins, [0, 0] if it "
+      "was cut or padded at the right and at the bottom";
+  if (turns && !fits) return " (turned? state \"rotate\": 90 or 270)";
+  const bool lies = width > height, expected_lies = expected_width > expected_height;
+  if (lies != expected_lies && near(width, expected_height) && near(height, expected_width))
+    return " (turned, and cut or padded? state \"rotate\": 90 or 270, and " + place + ")";
+  if (near(width, expected_width) && near(height, expected_height))
+    return " (cut or padded? state " + place + ")";
   return "";
+}
+
+// Why a turned picture cannot be placed; "": it can.
+std::string misplaced(const Placement &place, uint32_t width, uint32_t height) {
+  const bool shows = place.x < int64_t(place.width) && place.y < int64_t(place.height) &&
+                     place.x + int64_t(width) > 0 && place.y + int64_t(height) > 0;
+  return shows ? ""
+               : " is " + std::to_string(width) + " x " + std::to_string(height) +
+                     ", and all of it is beyond the camera's picture by \"place\"";
 }
 
 // camera: whose the source is; NULL: the atlas', whose size is that of its pictures. kind: "pictures" or
@@ -83,7 +97,11 @@ void check_video(const Capture &capture, const Camera *camera, const std::string
   }
   const int rotate = source.rotate.value_or(facts.rotation.value_or(0));
   if (rotate % 180) std::swap(facts.width, facts.height);
-  if (camera && (facts.width != camera->calibration.width || facts.height != camera->calibration.height))
+  if (source.place) {
+    if (const std::string why = misplaced(*source.place, facts.width, facts.height); !why.empty())
+      findings.problems.push_back(subject.substr(0, subject.size() - 2) + why);
+  } else if (camera &&
+             (facts.width != camera->calibration.width || facts.height != camera->calibration.height))
     findings.problems.push_back(
         subject + "is " + std::to_string(facts.width) + " x " + std::to_string(facts.height) +
         (rotate ? ", turned by " + std::to_string(rotate) + " degrees" : "") + ", the camera is " +
@@ -169,7 +187,8 @@ public:
     if (capture.meshes && capture.animation)
       animated_file();
     else if (capture.meshes)
-      sequence("", "meshes", *capture.meshes, nullptr);
+      sequence("", "meshes", *capture.meshes, {nullptr, false}, {},
+               [this](int64_t frame) { return capture.has_mesh(frame); });
     if (capture.atlas && capture.atlas->pictures) {
       const PictureSource &pictures = *capture.atlas->pictures;
       if (pictures.video) {
@@ -179,7 +198,7 @@ public:
         // turns all stills alike, so their sizes can be compared as they are.
         constexpr int stored = 0;
         const std::optional<PictureSize> size = first_size(*pictures.pattern);
-        sequence("atlas: ", "pictures", *pictures.pattern, size ? &*size : nullptr, stored);
+        sequence("atlas: ", "pictures", *pictures.pattern, {size ? &*size : nullptr, false}, stored);
       }
     }
     for (const Camera &camera : capture.cameras) {
@@ -195,11 +214,18 @@ public:
 private:
   void source(const std::string &subject, const std::string &kind, const PictureSource &pictures,
               const Camera &camera) {
-    const PictureSize size = {camera.calibration.width, camera.calibration.height};
-    if (pictures.video)
-      check_video(capture, &camera, kind, pictures, video_probe, findings);
-    else
-      sequence(subject, kind, *pictures.pattern, &size, pictures.rotate);
+    if (pictures.video) return check_video(capture, &camera, kind, pictures, video_probe, findings);
+    PictureSize size = {camera.calibration.width, camera.calibration.height};
+    if (pictures.place) {
+      // The pictures have a size of their own, all the same.
+      const PictureSize first = first_size(*pictures.pattern).value_or(PictureSize{0, 0});
+      size = pictures.rotate.value_or(0) % 180 ? PictureSize{first.height, first.width} : first;
+      if (const std::string why = misplaced(*pictures.place, size.width, size.height);
+          size.width && !why.empty())
+        findings.problems.push_back(subject + kind + ": " + pictures.pattern->file(capture.frames.number(0)) +
+                                    why);
+    }
+    sequence(subject, kind, *pictures.pattern, {&size, !pictures.place}, pictures.rotate);
   }
 
   // Of the first frame's picture. None without a probe; 0 x 0, which is not compared, where it cannot read
@@ -207,15 +233,23 @@ private:
   std::optional<PictureSize> first_size(const Pattern &pattern) const {
     if (!probe) return std::nullopt;
     try {
-      return probe(capture.resolve(pattern.file(capture.frames.first)));
+      return probe(capture.resolve(pattern.file(capture.frames.number(0))));
     } catch (const std::exception &) {
       return PictureSize{0, 0}; // sequence() reports its error
     }
   }
 
-  // kind: a plural. expected: size that the pictures must have; NULL: these are no pictures.
-  void sequence(const std::string &subject, const std::string &kind, const Pattern &pattern,
-                const PictureSize *expected, std::optional<int> rotate = {}) {
+  // The size that pictures must have; NULL: they are no pictures. of_camera: it is that of a calibration.
+  struct Expected {
+    const PictureSize *size;
+    bool of_camera;
+  };
+
+  // kind: a plural.
+  void sequence(
+      const std::string &subject, const std::string &kind, const Pattern &pattern, const Expected &expected,
+      std::optional<int> rotate = {},
+      const std::function<bool(int64_t frame)> &is_needed = [](int64_t) { return true; }) {
     Tally missing, empty, unreadable, unlike, turned;
     Gaps gaps(capture.frames.step);
     std::set<int64_t> unusable;
@@ -224,6 +258,7 @@ private:
     int64_t seen = 0;
     for (; seen < all && faults() < most_faults; seen++) {
       const int64_t frame = capture.frames.number(seen);
+      if (!is_needed(frame)) continue;
       const std::string file = pattern.file(frame), path = capture.resolve(file);
       const std::string why = why_unreadable(path);
       std::error_code error;
@@ -239,36 +274,41 @@ private:
     }
     // Pictures are opened when it is known that they are there, which takes much longer.
     int64_t opened = 0;
-    for (; expected && probe && opened < seen && faults() < most_faults; opened++)
+    for (; expected.size && probe && opened < seen && faults() < most_faults; opened++)
       if (!unusable.count(opened)) {
         const std::string file = pattern.file(capture.frames.number(opened));
-        check_size(file, capture.resolve(file), *expected, rotate, unreadable, unlike, turned);
+        check_size(file, capture.resolve(file), expected, rotate, unreadable, unlike, turned);
       }
-    const Share count = {all, seen < all || (faults() >= most_faults && expected && probe && opened < seen)};
+    const Share count = {all,
+                         seen < all || (faults() >= most_faults && expected.size && probe && opened < seen)};
+    findings.missing_meshes = findings.missing_meshes || (missing.count && !expected.size);
     if (missing.count && pattern.is_numbered())
       findings.problems.push_back(counted(subject, kind, count, missing, "missing") + ": " + gaps.text() +
                                   " (first: " + missing.first + ")");
     else
       report(subject, kind, count, missing, "missing");
+    findings.of_frames =
+        findings.of_frames || (pattern.is_numbered() && capture.frames.count > 1 && faults());
     report(subject, kind, count, empty, "empty");
     report(subject, kind, count, unreadable, "unreadable");
-    if (expected)
+    if (expected.size)
       report(subject, kind, count, unlike,
-             "not " + std::to_string(expected->width) + " x " + std::to_string(expected->height));
+             "not " + std::to_string(expected.size->width) + " x " + std::to_string(expected.size->height));
     if (turned.count)
       findings.warnings.push_back(counted(subject, kind, count, turned, "turned by their Exif orientation") +
                                   ", which is ignored unless \"rotate\" is stated, first: " + turned.first);
     extra_frames(subject, kind, pattern);
   }
 
-  void check_size(const std::string &file, const std::string &path, const PictureSize &expected,
+  void check_size(const std::string &file, const std::string &path, const Expected &expected,
                   std::optional<int> rotate, Tally &unreadable, Tally &unlike, Tally &turned) const {
     try {
       PictureSize size = probe(path);
+      const uint32_t width = expected.size->width, height = expected.size->height;
       if (rotate && *rotate % 180) std::swap(size.width, size.height);
-      if (expected.width && (size.width != expected.width || size.height != expected.height))
+      if (width && (size.width != width || size.height != height))
         unlike.add(file + " is " + std::to_string(size.width) + " x " + std::to_string(size.height) +
-                   size_advice(size.width, size.height, expected.width, expected.height));
+                   (expected.of_camera ? size_advice(size.width, size.height, width, height) : ""));
       if (size.orientation != 1 && !rotate)
         turned.add(file + " has orientation " + std::to_string(size.orientation));
     } catch (const std::exception &error) {
@@ -333,7 +373,8 @@ private:
   // Files that the pattern would name for frames before the first or after the last.
   void extra_frames(const std::string &subject, const std::string &kind, const Pattern &pattern) {
     if (!pattern.is_numbered()) return;
-    const int64_t first = capture.frames.first, last = capture.frames.number(capture.frames.count - 1);
+    const int64_t first = capture.frames.first,
+                  last = first + (capture.frames.places() - 1) * capture.frames.step;
     int64_t lowest = first, highest = last, extra = 0;
     // The number may be in the name of a folder ("%04d/cam0.png"): list the one around it.
     const std::string sample = pattern.file(0), other = pattern.file(1);
@@ -411,7 +452,8 @@ void visit_files(const Capture &capture, const Visit &visit) {
   visit(capture.path);
   if (capture.meshes)
     for (int64_t i = 0; i < frames_of(*capture.meshes); i++)
-      visit_mesh(capture.mesh_path(capture.frames.number(i)), visit);
+      if (const int64_t frame = capture.frames.number(i); capture.animation || capture.has_mesh(frame))
+        visit_mesh(capture.mesh_path(frame), visit);
   if (capture.atlas && capture.atlas->pictures) pictures(*capture.atlas->pictures);
   for (const Camera &camera : capture.cameras) {
     if (camera.pictures) pictures(*camera.pictures);

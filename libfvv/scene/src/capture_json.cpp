@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 namespace fvv::scene {
 
@@ -239,6 +240,11 @@ Camera read_camera(const JsonValue &value, const Capture &capture, const Convent
     if (!camera.pictures) masks->fail("expected pictures wherever there are masks");
     camera.masks = read_picture_source(*masks, capture.frames);
   }
+  for (auto *source : {&camera.pictures, &camera.masks})
+    if (*source && (*source)->place) {
+      (*source)->place->width = camera.calibration.width;
+      (*source)->place->height = camera.calibration.height;
+    }
   return camera;
 }
 
@@ -275,8 +281,31 @@ fvv_rational read_frame_rate(const JsonValue &value) {
   return {rate.denominator, rate.numerator};
 }
 
+// An array of frame numbers, and of pairs of the first and the last of a range.
+std::set<int64_t> read_frame_numbers(const JsonValue &value, const Frames &frames) {
+  std::set<int64_t> out;
+  const int64_t last = frames.first + (frames.places() - 1) * frames.step;
+  const auto number = [&](const JsonValue &one) {
+    const int64_t found = one.integer(0, INT32_MAX);
+    if (found < frames.first || found > last || (found - frames.first) % frames.step)
+      one.fail("expected the number of a frame, from " + std::to_string(frames.first) + " to " +
+               std::to_string(last) + " in steps of " + std::to_string(frames.step) + ", found " +
+               one.found());
+    return found;
+  };
+  for (size_t i = 0; i < value.size(); i++) {
+    const JsonValue item = value.item(i);
+    const bool is_range = !item.is_integer();
+    const int64_t from = number(is_range ? item.items(2, 0) : item),
+                  to = is_range ? number(item.items(2, 1)) : from;
+    if (from > to) item.fail("expected the first and the last frame of a range, found the last one first");
+    for (int64_t frame = from; frame <= to; frame += frames.step) out.insert(frame);
+  }
+  return out;
+}
+
 Frames read_frames(const JsonValue &value) {
-  value.allow_keys({"first", "count", "step"});
+  value.allow_keys({"first", "count", "step", "left_out"});
   Frames frames;
   frames.first = value.at("first").integer(0, INT32_MAX);
   frames.count = value.at("count").integer(1, max_frames);
@@ -284,6 +313,10 @@ Frames read_frames(const JsonValue &value) {
   if (frames.number(frames.count - 1) > INT32_MAX)
     value.fail("expected the last frame number to be at most 2147483647, found " +
                std::to_string(frames.number(frames.count - 1)));
+  if (const auto left_out = value.find("left_out")) {
+    frames.leave_out(read_frame_numbers(*left_out, frames));
+    if (!frames.count) left_out->fail("expected at least one frame that is not left out, found none");
+  }
   return frames;
 }
 
@@ -317,7 +350,7 @@ uint8_t read_up(const JsonValue &value) {
 
 // One file for all frames. Its pattern has no number, even if the file's name has one.
 void read_animated_file(const JsonValue &value, Capture &capture) {
-  value.allow_keys({"file", "animation", "start"});
+  value.allow_keys({"file", "animation", "start", "empty"});
   const JsonValue file = value.at("file");
   std::string text;
   for (const char c : file.text()) text.append(c == '%' ? 2 : 1, c);
@@ -338,11 +371,12 @@ void read_animated_file(const JsonValue &value, Capture &capture) {
 }
 
 void read_meshes(const JsonValue &value, Capture &capture) {
+  if (const auto empty = value.find("empty")) capture.empty = read_frame_numbers(*empty, capture.frames);
   if (value.find("file")) {
     read_animated_file(value, capture);
     return;
   }
-  value.allow_keys({"pattern", "file"});
+  value.allow_keys({"pattern", "file", "empty"});
   capture.meshes = read_pattern(value.at("pattern"), capture.frames);
 }
 
@@ -356,6 +390,8 @@ Atlas read_atlas(const JsonValue &value, const Capture &capture) {
     value.fail(std::string("expected pictures or embedded, found ") + (pictures ? "both" : "neither"));
   if (pictures) {
     atlas.pictures = read_picture_source(*pictures, capture.frames, true);
+    if (atlas.pictures->place)
+      pictures->at("place").fail("expected no place, because an atlas has no calibration");
   } else {
     if (!embedded->boolean()) embedded->fail("expected true, or pictures in its place");
     if (!is_gltf(capture.meshes->text()))

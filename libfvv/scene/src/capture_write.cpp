@@ -82,8 +82,23 @@ std::string camera_text(const Camera &camera) {
   return out + "\n    }";
 }
 
+// ", "KEY": [3, [10, 14]]" of frame numbers; nothing of none.
+std::string numbers_text(const char *key, const std::set<int64_t> &numbers, int64_t step) {
+  if (numbers.empty()) return "";
+  Gaps ranges(step);
+  for (const int64_t number : numbers) ranges.add(number);
+  std::string out;
+  for (const FrameRange &range : ranges.ranges()) {
+    const std::string first = std::to_string(range.first);
+    out += (out.empty() ? "" : ", ") +
+           (range.first == range.last ? first : "[" + first + ", " + std::to_string(range.last) + "]");
+  }
+  return std::string(", \"") + key + "\": [" + out + "]";
+}
+
 std::string meshes_text(const Capture &capture) {
-  if (!capture.animation) return "{\"pattern\": " + text(capture.meshes->text()) + "}";
+  const std::string empty = numbers_text("empty", capture.empty, capture.frames.step);
+  if (!capture.animation) return "{\"pattern\": " + text(capture.meshes->text()) + empty + "}";
   const MeshAnimation &animation = *capture.animation;
   // The animation counts its time from the first frame it was described with.
   if (animation.first != capture.frames.first)
@@ -97,7 +112,13 @@ std::string meshes_text(const Capture &capture) {
         ", \"animation\": " + (index ? std::to_string(*index) : text(std::get<std::string>(*animation.name)));
   }
   return out + ", \"start\": \"" + std::to_string(animation.start.numerator) + "/" +
-         std::to_string(animation.start.denominator) + "\"}";
+         std::to_string(animation.start.denominator) + "\"" + empty + "}";
+}
+
+std::string left_out_text(const Frames &frames) {
+  std::set<int64_t> numbers;
+  for (const int64_t place : frames.left_out) numbers.insert(frames.first + place * frames.step);
+  return numbers_text("left_out", numbers, frames.step);
 }
 
 std::string atlas_text(const Atlas &atlas) {
@@ -150,8 +171,8 @@ std::string format_capture(const Capture &capture) {
   std::string out =
       "{\n  \"fvv_capture\": 1,\n  \"name\": " + text(capture.name) + ",\n  \"frame_rate\": " + text(rate) +
       ",\n  \"frames\": {\"first\": " + std::to_string(capture.frames.first) +
-      ", \"count\": " + std::to_string(capture.frames.count) +
-      ", \"step\": " + std::to_string(capture.frames.step) +
+      ", \"count\": " + std::to_string(capture.frames.places()) +
+      ", \"step\": " + std::to_string(capture.frames.step) + left_out_text(capture.frames) +
       "},\n  \"units\": " + text(capture.scale_unknown ? unknown_units : "metres") + ",\n  \"up\": " +
       text(lookup(std::begin(named_axes), std::end(named_axes), &NamedAxis::up, capture.up).name) +
       ",\n  \"conventions\": {\"pixel_centre\": 0.5}";

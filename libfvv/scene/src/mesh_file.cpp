@@ -10,7 +10,9 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <sstream>
 
 namespace fvv::scene {
 
@@ -56,6 +58,29 @@ Mesh parse_gltf(std::string_view bytes, const std::string &name, const fvv_limit
                        texture ? gltf::Texture::coordinates : gltf::Texture::skipped, normals);
   if (report) report->lines_and_points += scene.report.lines_and_points;
   return gltf::pose(scene, std::nullopt);
+}
+
+bool is_empty_mesh(const std::string &path) {
+  constexpr size_t enough = size_t(1) << 16; // of a header; an OBJ file beyond it has content
+  const std::string extension = extension_of(path);
+  const bool ply = extension == ".ply";
+  if (!ply && extension != ".obj") return false;
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  bool vertices = false, faces = false, any = false;
+  for (size_t seen = 0; std::getline(file, line); seen += line.size() + 1) {
+    if (seen > enough) return false;
+    any = true;
+    std::istringstream words(line);
+    std::string first, second, third;
+    words >> first >> second >> third;
+    if (!ply && (first == "v" || first == "f")) return false;
+    if (!ply) continue;
+    vertices = vertices || (first == "element" && second == "vertex" && third == "0");
+    faces = faces || (first == "element" && second == "face" && third == "0");
+    if (first == "end_header") return vertices && faces;
+  }
+  return !ply && any && file.eof();
 }
 
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name) {

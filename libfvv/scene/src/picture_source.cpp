@@ -73,7 +73,7 @@ int read_rotation(const JsonValue &value) {
 }
 
 VideoSource read_video(const JsonValue &value, const Frames &frames) {
-  value.allow_keys({"video", "stream", "start", "rotate"});
+  value.allow_keys({"video", "stream", "start", "rotate", "place"});
   VideoSource video;
   const JsonValue file = value.at("video");
   video.file = file.text();
@@ -99,7 +99,7 @@ PictureSource read_picture_source(const JsonValue &value, const Frames &frames, 
   if (!value.is_object())
     value.fail("expected a pattern as text, or an object with a pattern or a video, found " + value.found());
   const bool is_video = value.find("video").has_value();
-  if (!is_video) value.allow_keys({"pattern", "video", "offset", "rotate"});
+  if (!is_video) value.allow_keys({"pattern", "video", "offset", "rotate", "place"});
   PictureSource source =
       is_video ? PictureSource(read_video(value, frames)) : PictureSource(stills(value.at("pattern")));
   if (const auto offset = is_video ? std::nullopt : value.find("offset")) {
@@ -110,12 +110,18 @@ PictureSource read_picture_source(const JsonValue &value, const Frames &frames, 
                    std::to_string(frames.first) + " has no file otherwise, found " + offset->found());
   }
   if (const auto rotate = value.find("rotate")) source.rotate = read_rotation(*rotate);
+  if (const auto place = value.find("place")) {
+    constexpr int64_t most = UINT16_MAX;
+    source.place.emplace();
+    source.place->x = int32_t(place->items(2, 0).integer(-most, most));
+    source.place->y = int32_t(place->items(2, 1).integer(-most, most));
+  }
   return source;
 }
 
 std::string format_picture_source(const PictureSource &source, std::string (*quoted)(const std::string &)) {
   const int64_t offset = source.pattern ? source.pattern->offset : 0;
-  if (source.pattern && !source.rotate && !offset) return quoted(source.text());
+  if (source.pattern && !source.rotate && !offset && !source.place) return quoted(source.text());
   std::string out = std::string(source.video ? "{\"video\": " : "{\"pattern\": ") + quoted(source.text());
   if (source.video) {
     const VideoSource &video = *source.video;
@@ -125,6 +131,8 @@ std::string format_picture_source(const PictureSource &source, std::string (*quo
   }
   if (offset) out += ", \"offset\": " + std::to_string(offset);
   if (source.rotate) out += ", \"rotate\": " + std::to_string(*source.rotate);
+  if (source.place)
+    out += ", \"place\": [" + std::to_string(source.place->x) + ", " + std::to_string(source.place->y) + "]";
   return out + "}";
 }
 

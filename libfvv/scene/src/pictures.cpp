@@ -117,6 +117,24 @@ private:
   size_t bytes = 0;
 };
 
+// The picture that a calibration is about.
+template <class Sample>
+media::BasicImage<Sample> put(const media::BasicImage<Sample> &image, const Placement &place, bool is_mask) {
+  media::BasicImage<Sample> out =
+      media::make_image<Sample>(place.width, place.height, image.channels, Sample(0));
+  const auto channels = size_t(image.channels);
+  for (uint32_t y = 0; y < place.height; y++)
+    for (uint32_t x = 0; x < place.width; x++) {
+      const int64_t column = int64_t(x) - place.x, row = int64_t(y) - place.y;
+      const int64_t u = std::clamp<int64_t>(column, 0, image.width - 1),
+                    v = std::clamp<int64_t>(row, 0, image.height - 1);
+      if (is_mask && (u != column || v != row)) continue;
+      std::copy_n(&image.pixels[(size_t(v) * image.width + size_t(u)) * channels], channels,
+                  &out.pixels[(size_t(y) * place.width + x) * channels]);
+    }
+  return out;
+}
+
 } // namespace
 
 struct Videos::Shared {
@@ -183,15 +201,18 @@ media::BasicImage<Sample> Videos::read(const Capture &capture, const PictureSour
     Loan reader(*video, picture, shared->most_of_each());
     return media::rotate((*reader).picture<Sample>(picture, channels), turned);
   };
+  const auto placed = [&](media::BasicImage<Sample> &&image) {
+    return source.place ? put(image, *source.place, channels == 1) : std::move(image);
+  };
   if constexpr (std::is_same_v<Sample, uint8_t>)
     if (channels == 1 && !constant) {
       const Masks::Key key(path, source.video ? source.video->stream : std::nullopt, picture, turned);
-      if (std::optional<media::Image> mask = shared->masks.find(key)) return *mask;
+      if (std::optional<media::Image> mask = shared->masks.find(key)) return placed(std::move(*mask));
       media::Image mask = read_anew();
       shared->masks.keep(key, mask);
-      return mask;
+      return placed(std::move(mask));
     }
-  return read_anew();
+  return placed(read_anew());
 }
 
 PictureReads Videos::reads() const {

@@ -91,6 +91,7 @@ const MAX_RATE = 16;
 export class Media extends DelayedEvents {
   #open;
   #show;
+  #vacate;
   #now;
   #wake;
   #source = null;
@@ -115,14 +116,15 @@ export class Media extends DelayedEvents {
   meter = new Meter();
 
   /**
-   * open(source): resolves to a decoder. show(frame): resolves when the frame may be closed. wake(): requests a tick.
-   * now(): milliseconds.
+   * open(source): resolves to a decoder. show(frame): resolves when the frame may be closed. vacate(): empties the stage.
+   * wake(): requests a tick. now(): milliseconds.
    */
-  constructor({ open, show, wake = () => {}, now = () => performance.now() }) {
+  constructor({ open, show, vacate = () => {}, wake = () => {}, now = () => performance.now() }) {
     super();
     Object.assign(this, INITIAL_STATE);
     this.#open = open;
     this.#show = show;
+    this.#vacate = vacate;
     this.#wake = wake;
     this.#now = now;
   }
@@ -171,6 +173,7 @@ export class Media extends DelayedEvents {
     const playout = new Playout({
       decoder,
       show: this.#show,
+      vacate: this.#vacate,
       now: this.#now,
       meter: this.meter,
       live: this.live,

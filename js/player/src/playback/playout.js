@@ -19,6 +19,7 @@ const lacksPictures = ({ pictures, samples }) => pictures.length < samples.lengt
 
 export class Playout {
   #show;
+  #vacate;
   #now;
   #host;
   #meter;
@@ -33,6 +34,7 @@ export class Playout {
   #goal = null; // the last seek: {place, position, number}
   #search = null; // the current search: {goal, began}
   #searchTimer = null;
+  #last = 0; // end in seconds of the last group, which may have no frames
   #taken = 0; // end in seconds of the last frame that was shown or dropped
   #shownAt = -Infinity;
   #rate = 1;
@@ -45,18 +47,19 @@ export class Playout {
   loop = false;
   /** {from, to} in seconds, or null. */
   range = null;
-  /** {number, seconds, duration} of the frame on screen. */
+  /** {number, seconds, duration, until} of the frame on screen; until: the end of its group, where its mesh ends. */
   shown = null;
   start = 0;
   end = Infinity;
 
   /**
-   * show(frame): resolves when the frame may be closed. host: {metadata, duration, ready, shown, seeking, sought, behind,
+   * show(frame): resolves when the frame may be closed. vacate(): no mesh is valid, the stage is empty. host: {metadata, duration, ready, shown, seeking, sought, behind,
    * drained, ended, failed, wake}; ready(1): the current frame is missing, (2): the next one is missing, (4): none is.
    */
-  constructor({ decoder, show, now, host, meter, live }) {
+  constructor({ decoder, show, vacate, now, host, meter, live }) {
     Object.assign(this, { decoder, live });
     this.#show = show;
+    this.#vacate = vacate;
     this.#now = now;
     this.#host = host;
     this.#meter = meter;
@@ -106,6 +109,8 @@ export class Playout {
     if (this.#search || !this.shown) return Infinity;
     if (this.#wrapped) return this.#wrapAt;
     if (this.#queue.frame && this.#queue.settled) return Infinity;
+    // The stage may be empty till the end.
+    if (this.#queue.ended && this.#queue.settled && Number.isFinite(this.end)) return Math.max(this.#taken, this.end);
     return this.#taken;
   }
   /** Whether the frame that is due has been missing for a while. */
@@ -151,7 +156,8 @@ export class Playout {
       .filter(({ frameCount }) => frameCount)
       .map(({ start, end, firstFrame }) => ({ start: seconds(start), end: seconds(end), firstFrame }));
     this.start = this.#groups[0]?.start ?? this.start;
-    if (!this.live) this.end = this.#groups.at(-1)?.end ?? Infinity;
+    this.#last = groups.length ? seconds(groups.at(-1).end) : 0;
+    if (!this.live) this.end = this.#last || Infinity;
     this.#host.duration();
   }
 
@@ -198,7 +204,8 @@ export class Playout {
     if (frame) return this.#playNext(frame);
     if (ended) {
       // Without an index the end is known only now.
-      this.end = Math.min(this.end, Math.max(this.#taken, this.#groups.at(-1)?.end ?? 0));
+      this.end = Math.min(this.end, Math.max(this.#taken, this.#last));
+      this.#leaveStage();
       if (this.#clock.position >= this.end - EPSILON) this.#finish();
     } else if (this.#missing) this.#stall();
   }
@@ -206,6 +213,15 @@ export class Playout {
   #finish() {
     this.#clock.position = this.end;
     this.#host.ended();
+  }
+
+  /** Nothing is carried over from one group to the next: until there is another mesh the stage is empty. */
+  #leaveStage() {
+    const { position } = this.#clock;
+    const { until, vacated } = this.shown;
+    if (vacated || position < until || position >= this.end - EPSILON) return;
+    this.shown.vacated = true;
+    this.#vacate();
   }
 
   #stall() {
@@ -226,6 +242,7 @@ export class Playout {
     const sinceShown = this.#now() - this.#shownAt;
     let due = whatIsDue(frame, position, rate, spared ? sinceShown : Infinity);
     if (due === "show" && this.#complete && lacksPictures(frame) && sinceShown < KEEP) due = "drop";
+    if (due === "wait") this.#leaveStage();
     if (due === "show") this.#present();
     if (due === "drop") {
       const dropped = this.#queue.shift();
@@ -280,6 +297,7 @@ export class Playout {
   async #present(done) {
     const frame = this.#queue.shift();
     const { number, seconds, duration, decodeMs } = frame;
+    const until = this.#seconds(frame.group.end);
     this.#complete = !lacksPictures(frame);
     // The position is already that of the restarted stream.
     if (seconds < this.shown?.seconds) this.#edge.enter();
@@ -297,7 +315,7 @@ export class Playout {
     this.#queue.showing = false;
     if (this.#closed) return;
     if (failure) return this.#host.failed(failure);
-    this.shown = { number, seconds, duration };
+    this.shown = { number, seconds, duration, until };
     this.#shownAt = this.#now();
     this.#meter.shown(this.#shownAt, { decodeMs, showMs: this.#shownAt - began });
     this.#host.shown(this.shown);
@@ -332,8 +350,18 @@ export class Playout {
   #takeFound(frame, ended) {
     const search = this.#search;
     if (frame && this.#retries(frame, search.retried)) search.retried = true;
+    else if (frame && this.shown && this.#isBefore(search.goal, frame)) this.#findEmpty(search, frame);
     else if (frame) this.#present(() => this.#found(search));
     else if (ended) this.#found(search);
+  }
+  /** Whether a position is before the first frame of its group. */
+  #isBefore({ position, number }, frame) {
+    return number === null && position >= this.start && position < frame.seconds - EPSILON;
+  }
+  #findEmpty(search, { number, duration }) {
+    const seconds = search.goal.position;
+    this.shown = { number: number - 1, seconds, duration, until: seconds };
+    this.#found(search);
   }
   /** A frame that stays on screen but lacks pictures is requested once more. */
   #retries(frame, retried) {
@@ -348,6 +376,7 @@ export class Playout {
     if (goal !== this.#goal) return this.#beginSearch();
     this.#search = this.#goal = null;
     if (goal.number !== null && this.shown) this.#clock.position = this.shown.seconds;
+    if (this.shown) this.#leaveStage();
     this.#host.ready(2);
     this.#host.sought();
   }

@@ -89,6 +89,8 @@ export class Renderer extends EventTarget {
    * one shows its frame, and the others return false.
    */
   show(frame: Frame): Promise<boolean>;
+  /** Shows no frame, only the environment, until the next call of show. */
+  clear(): void;
   setBackgrounds(backgrounds: readonly Background[]): Promise<boolean>;
   needsDraw(view: View, options?: DrawOptions): boolean;
   /** Sets the canvas to the view's size. Returns false if the picture would be the same as the last one, or the context is

@@ -194,6 +194,15 @@ export class Renderer extends EventTarget {
     return true;
   }
 
+  /** Draws no frame until the next call of show. */
+  clear() {
+    this.#turn++;
+    this.#content?.close();
+    this.#content = null;
+    this.#pipeline?.clear();
+    this.#changed = true;
+  }
+
   #upload(pictures) {
     const { uploads } = this.#counters;
     const former = uploads.bytes;

@@ -46,6 +46,12 @@ export class Pipeline {
     this.#overlay.forget();
   }
 
+  clear() {
+    this.#content = null;
+    this.#shadows.forget();
+    this.#overlay.forget();
+  }
+
   setEnvironments(environments) {
     this.#environment.show(environments);
     this.#shadows.setLights(environments.flatMap(({ lights }) => lights));

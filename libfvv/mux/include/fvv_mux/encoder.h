@@ -24,7 +24,7 @@ struct CameraInput {
 struct Configuration {
   std::string name;                      // of the scene, for metadata
   fvv_rational frame_duration = {1, 25}; // seconds
-  bool meshes = true;                    // every frame has one
+  bool meshes = true;                    // frames have one, unless the stage is empty
   std::vector<CameraInput> cameras;      // each with an identifier of its own
   // Every frame has a sample of each. The cameras that their tiles show have no pictures besides.
   std::vector<EncodedTrack> encoded = {};
@@ -35,7 +35,7 @@ struct Configuration {
 // One moment. All arrays are in the order of Configuration::cameras; those of cameras without them are empty
 // elements, and arrays without any element may be left out.
 struct Frame {
-  geometry::Mesh mesh; // metres
+  geometry::Mesh mesh; // metres; without vertices and faces: the stage is empty
   std::vector<scene::AnyImage>
       pictures; // RGB; samples of 8 bits, of 16 bits for Options::bit_depth 10, or float for OpenEXR
   std::vector<media::Image> masks;      // one channel
@@ -46,9 +46,10 @@ struct Frame {
 };
 
 // Decisions for the whole stream (lattice, decimation, quality, size of the video frame) are made when the
-// first group is complete, by its frames. The video frame keeps an eighth of room around what they show; a
-// group that needs more is sent smaller. The bytes depend on configuration, options other than threads, and
-// frames.
+// first group with a mesh is complete, by the frames so far, which are kept in memory until then. A group
+// ends early where the stage becomes empty: samples that were encoded before need a key frame there. The
+// video frame keeps an eighth of room around what they show; a group that needs more is sent smaller. The
+// bytes depend on configuration, options other than threads, and frames.
 class Encoder {
 public:
   // options: capture, frames and cameras are not used. sink is called by add() and finish() on their thread.

@@ -120,10 +120,11 @@ struct Options {
   std::optional<std::array<uint8_t, 3>> texture_unseen; // R, G, B
   std::optional<uint32_t> texture_blend;                // FVV_BLEND_VIEWER, FVV_BLEND_PAPER
   std::optional<double> texture_depth_bias, texture_depth_slope;
-  bool undistort = false;     // pictures without lens
-  double undistort_alpha = 0; // 0: none of their pixels are blank; 1: they show all that the sources show
-  bool environment = true;    // the capture's background, if it has one
-  uint64_t video_pixels = 0;  // of the frame with the cameras' tiles, at most; 0: any
+  bool undistort = false;       // pictures without lens
+  double undistort_alpha = 0;   // 0: none of their pixels are blank; 1: they show all that the sources show
+  bool skip_bad_frames = false; // leave out frames of a capture on disk whose files cannot be used
+  bool environment = true;      // the capture's background, if it has one
+  uint64_t video_pixels = 0;    // of the frame with the cameras' tiles, at most; 0: any
   std::optional<TileSize> video_size;    // likewise, of its sides
   uint32_t video_tracks = 1;             // for sets of neighbouring cameras; each camera alone: UINT32_MAX
   std::optional<FrameLimit> frame_limit; // in place of the limits of decoders; for tests

@@ -140,12 +140,30 @@ std::optional<fvv_texturing> texturing_of(const Options &options);
 class Geometry;          // meshes.h
 struct PackedBackground; // background.h
 
+// A group of the stream: its frames, and the ticks that it covers.
+struct GroupSpan {
+  size_t first, count;
+  int64_t start, end;
+};
+// A group ends after group_size ticks, and where the stage becomes empty: a mesh is valid until the next one,
+// or the end of its group (fvv.md clause 11). One begins with its first frame, or where the stage became
+// empty.
+std::vector<GroupSpan> groups_of(const scene::Capture &capture, uint32_t group_size);
+
+// A frame that Options::skip_bad_frames left out.
+struct BadFrame {
+  int64_t number;     // in file names
+  std::string reason; // with the file
+};
+
 struct Plan {
   Options options;
   Observer observer;
   scene::Capture capture;  // frames restricted, cameras by rising identifier, unwanted patterns removed
-  uint32_t group_size = 1; // frames
-  bool tracked = false;    // some frames have the faces of the one before: groups may have delta frames
+  uint32_t group_size = 1; // ticks, at most
+  std::vector<GroupSpan> groups;
+  std::vector<BadFrame> bad; // by rising number
+  bool tracked = false;      // some frames have the faces of the one before: groups may have delta frames
   ErrorBudget error;
   LatticeChoice lattice;
   DecimationChoice decimation;
@@ -168,12 +186,18 @@ struct Plan {
     return size_t(std::count_if(tracks.begin(), tracks.end(), [](const auto &t) { return !t.is_atlas(); }));
   }
   bool has_meshes() const { return capture.meshes.has_value(); }
+  bool has_mesh(size_t frame) const { return capture.has_mesh(capture.frames.number(int64_t(frame))); }
   size_t frame_count() const { return size_t(capture.frames.count); }
-  size_t group_count() const { return (frame_count() + group_size - 1) / group_size; }
-  size_t first_of(size_t group) const { return group * group_size; }
-  size_t frames_of(size_t group) const {
-    return std::min<size_t>(group_size, frame_count() - first_of(group));
+  size_t group_count() const { return groups.size(); }
+  size_t first_of(size_t group) const { return groups[group].first; }
+  size_t frames_of(size_t group) const { return groups[group].count; }
+  size_t group_of(size_t frame) const {
+    const auto after = std::upper_bound(groups.begin(), groups.end(), frame,
+                                        [](size_t f, const GroupSpan &group) { return f < group.first; });
+    return size_t(after - groups.begin()) - 1;
   }
+  int64_t tick_of(size_t frame) const { return capture.frames.place(int64_t(frame)); }
+  int64_t end() const { return capture.frames.places(); } // first tick after the stream
 };
 
 // All but the choice of video. Checks every file first: an Error has a line for each problem; warnings are
@@ -183,9 +207,9 @@ Plan make_plan(const Options &options, const Observer &observer);
 // encoded: tracks whose samples are among them.
 Plan make_plan(scene::Capture capture, const std::vector<EncodedTrack> &encoded, const Options &options,
                const Observer &observer);
-// Adds frames of one more group to a plan of frames in memory: how its pictures are cropped and laid out. The
-// video frame keeps its size; where the crops need more room, the group's pictures are sent smaller.
-void extend_plan(Plan &plan, size_t frames);
+// Adds one more group to a plan of frames in memory: how its pictures are cropped and laid out. The video
+// frame keeps its size; where the crops need more room, the group's pictures are sent smaller.
+void extend_plan(Plan &plan, const GroupSpan &group);
 
 // Frames in a group: by the options, or one second.
 uint32_t group_size_of(const Options &options, const fvv_rational &frame_duration);

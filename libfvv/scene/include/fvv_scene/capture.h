@@ -86,12 +86,18 @@ struct Background {
   std::optional<Lattice> lattice; // of the stream that this comes from, or is made for; metres
 };
 
-// Frame i has the number first + i * step in file names.
+// The frame at place k has the number first + k * step in file names, and k frame durations are before it.
+// Frame i is at place i, unless some are left out.
 struct Frames {
   int64_t first = 0, count = 1, step = 1;
+  std::vector<int64_t> left_out = {}; // places that have no frame, rising
 
-  int64_t number(int64_t i) const { return first + i * step; }
+  int64_t places() const { return count + int64_t(left_out.size()); }
+  int64_t place(int64_t i) const;
+  int64_t number(int64_t i) const { return first + place(i) * step; }
   std::vector<int64_t> numbers() const;
+  // The frames with these numbers are no frames any more.
+  void leave_out(const std::set<int64_t> &numbers);
 };
 
 class MeshCache;
@@ -107,6 +113,7 @@ struct Capture {
   uint8_t up = FVV_UP_UNKNOWN;
   std::optional<Lattice> lattice; // of the stream that the meshes come from, or are made for
   std::optional<Pattern> meshes;
+  std::set<int64_t> empty; // numbers of frames at which the stage is empty: they have no mesh
   // Set if one file holds all meshes, which meshes then names for every frame. Copies share the read data.
   std::shared_ptr<const MeshAnimation> animation;
   std::optional<Atlas> atlas; // only with meshes
@@ -129,6 +136,9 @@ struct Capture {
   std::string mask_path(const Camera &camera, int64_t frame) const;
   // Of the picture of the atlas, which must be there; where it is in the mesh's file, of that.
   std::string atlas_path(int64_t frame) const;
+  bool has_mesh(int64_t frame) const { return meshes && !empty.count(frame); }
+  // Numbers of the frames that have a mesh.
+  std::vector<int64_t> mesh_frames() const;
   // Seconds from the beginning of the animation, which must be there, to a frame number.
   double animation_time(int64_t frame) const;
   // A name that a pattern yields, resolved against the folder of capture.json.
@@ -154,6 +164,10 @@ void write_capture(const Capture &capture, const std::string &path);
 // normals, if the file has them and normals is set. Several threads may call it for one capture.
 Mesh load_mesh(const Capture &capture, int64_t frame, const fvv_limits *limits = nullptr,
                MeshReport *report = nullptr, bool normals = false);
+
+// Adds to Capture::empty the frames whose mesh files are there and have neither vertices nor faces
+// (is_empty_mesh).
+void find_empty_meshes(Capture &capture);
 
 std::shared_ptr<MeshCache> make_mesh_cache();
 // Drops cached meshes, so that files are read again.
@@ -182,6 +196,8 @@ using VideoProbe = std::function<VideoFacts(const std::string &path, std::option
 // cameras as listed.
 struct Findings {
   std::vector<std::string> problems;
+  bool of_frames = false;      // some of these are about files that belong to single frames
+  bool missing_meshes = false; // some of these files are missing meshes
   std::vector<std::string> warnings;
   std::vector<std::string> unused; // unused frames among the files: a warning unless a part was selected
   std::vector<VideoReport> videos; // of every video that could be read, cameras as listed, masks last

@@ -78,6 +78,9 @@ std::string parse_gltf_picture(std::string_view bytes, const std::string &name);
 Mesh read_mesh(const std::string &path, const fvv_limits *limits = nullptr, MeshReport *report = nullptr,
                bool texture = false, bool normals = false);
 bool is_gltf(const std::string &path); // by its extension
+// Whether a file says that there is nothing: a PLY file whose header declares 0 vertices and 0 faces, or an
+// OBJ file without any v and f. read_mesh refuses such a file. false for every other file, and for none.
+bool is_empty_mesh(const std::string &path);
 
 // Writers: the bytes of a file, the same for the same mesh everywhere. name: of the file, for messages.
 // Refused: coordinates that are not finite, indices out of range, a mesh without faces. Texture coordinates

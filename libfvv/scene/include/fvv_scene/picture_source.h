@@ -46,6 +46,14 @@ struct VideoSource {
   int64_t first = 0;
 };
 
+// Where stored pictures, once turned, are in the picture that the camera's calibration is about: their top
+// left pixel is its pixel (x, y). Pixels beyond that picture are cut off. Where it has none, the nearest one
+// is repeated; masks have background there.
+struct Placement {
+  int32_t x = 0, y = 0;
+  uint32_t width = 0, height = 0; // of the calibration
+};
+
 class PictureSource {
 public:
   PictureSource(Pattern stills) : pattern(std::move(stills)) {}
@@ -57,7 +65,8 @@ public:
   // Degrees clockwise, 0, 90, 180 or 270, by which stored pictures are turned. None: 0 for stills, the value
   // of the file for videos.
   std::optional<int> rotate;
-  size_t memory_camera = 0; // of Capture::memory, where there is one
+  std::optional<Placement> place; // none: they have the calibration's size
+  size_t memory_camera = 0;       // of Capture::memory, where there is one
 
   // As capture.json has it: the pattern, or the video's name.
   const std::string &text() const { return video ? video->file : pattern->text(); }
@@ -68,8 +77,9 @@ public:
   bool has_same_pictures(const PictureSource &other) const;
 };
 
-// Text (a pattern), {"pattern", "offset", "rotate"} or {"video", "stream", "start", "rotate"}. constant: a
-// pattern may do without a number, which names one picture for all frames. Error.
+// Text (a pattern), {"pattern", "offset", "rotate", "place"} or {"video", "stream", "start", "rotate",
+// "place"}; the size of a place is not set. constant: a pattern may do without a number, which names one
+// picture for all frames. Error.
 PictureSource read_picture_source(const JsonValue &value, const Frames &frames, bool constant = false);
 // As JSON; quoted: a text in JSON.
 std::string format_picture_source(const PictureSource &source, std::string (*quoted)(const std::string &));
