@@ -221,6 +221,7 @@ Plan make_plan(scene::Capture given, const std::vector<EncodedTrack> &encoded, c
     plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);
+  plan.colours = choose_colours(plan);
   plan.tracks = tile_tracks(plan, plan.whole);
   for (const VideoTrack &track : sent) {
     plan.tracks.push_back(track);

@@ -14,6 +14,9 @@ namespace fvv::render {
 
 namespace {
 
+// Of a surface without pictures: what it has of its colour where it is seen from the side.
+constexpr double ambient = 0.6;
+
 struct SurfacePoint {
   uint32_t face = no_face;
   Vec3 position, face_normal; // the normal of any length
@@ -136,16 +139,18 @@ public:
     picture.face.resize(pixels, no_face);
     picture.contributions.resize(pixels * options.best);
     if (options.keep_visibility) picture.visible.resize(pixels * sources.size());
+    double viewer[3];
+    fvv_camera_centre(&target, viewer);
     options.executor(target.height, [&](size_t y) {
       for (uint32_t x = 0; x < target.width; x++)
-        draw(surface, around.get(), x, uint32_t(y), excluded, picture);
+        draw(surface, around.get(), {viewer[0], viewer[1], viewer[2]}, x, uint32_t(y), excluded, picture);
     });
     return picture;
   }
 
 private:
   // around may be null.
-  void draw(const Surface &surface, const Environment::View *around, uint32_t x, uint32_t y,
+  void draw(const Surface &surface, const Environment::View *around, Vec3 viewer, uint32_t x, uint32_t y,
             uint32_t excluded, ViewPicture &picture) const {
     const uint32_t count = options.samples * options.samples, centre = count / 2;
     const size_t pixel = size_t(y) * picture.width + x;
@@ -165,7 +170,8 @@ private:
       covered++;
       Contribution contributions[max_best];
       const bool keep = sample == centre && options.keep_visibility;
-      sum += colour(hit, excluded, contributions, keep ? &picture.visible[pixel * sources.size()] : nullptr);
+      sum += colour(hit, viewer, excluded, contributions,
+                    keep ? &picture.visible[pixel * sources.size()] : nullptr);
       if (sample != centre) continue;
       picture.depth[pixel] = float(hit.depth);
       picture.face[pixel] = hit.face;
@@ -178,8 +184,22 @@ private:
     picture.coverage[pixel] = float(covered) / float(count);
   }
 
+  // Where no camera shows the point. viewer: centre of the target.
+  Vec3 without_cameras(const SurfacePoint &point, Vec3 normal, Vec3 viewer) const {
+    if (!options.vertex_colours) return options.unseen;
+    Vec3 colour;
+    for (size_t i = 0; i < 3; i++) {
+      const uint8_t *rgb = options.vertex_colours + 3 * size_t(point.vertices[i]);
+      colour += Vec3{double(rgb[0]), double(rgb[1]), double(rgb[2])} * (point.barycentric[i] / 255);
+    }
+    if (!sources.empty()) return colour;
+    return colour *
+           (ambient + (1 - ambient) * std::max(0.0, dot(normal, normalised(viewer - point.position))));
+  }
+
   // Fills the first contributions; visible may be null.
-  Vec3 colour(const Hit &hit, uint32_t excluded, Contribution *contributions, uint8_t *visible) const {
+  Vec3 colour(const Hit &hit, Vec3 viewer, uint32_t excluded, Contribution *contributions,
+              uint8_t *visible) const {
     const uint32_t *index = mesh.faces + size_t(3) * hit.face;
     const Vec3 a = positions[index[0]];
     SurfacePoint point;
@@ -215,7 +235,7 @@ private:
       sum += cosine;
       used++;
     }
-    if (!used) return options.unseen;
+    if (!used) return without_cameras(point, normal, viewer);
     Vec3 mean;
     for (uint32_t i = 0; i < used; i++) {
       contributions[i].weight = float(cosines[i] / sum);
