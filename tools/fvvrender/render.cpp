@@ -251,7 +251,7 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
     if (const CameraWeights *bits = frame.bits_of(id)) source.visible_vertices = bits->weights.data();
     out.push_back(source);
   }
-  if (out.empty() && frame.colours.empty())
+  if (out.empty() && options.pictures && frame.colours.empty())
     throw Error(options.input + ": no camera is left to take texture from");
   return out;
 }

@@ -88,6 +88,7 @@ export const depthVertex: string;
 export const depthFragment: string;
 export const visibilityWeightsVertex: string;
 export const blending: string;
+export const withoutCameras: string;
 export const planesFragment: string;
 export const copyFragment: string;
 export const replicatedFragment: string;

@@ -9,6 +9,7 @@ import {
   texturingOf,
   viewsOf,
   visibilityWeightsVertex,
+  withoutCameras,
 } from "@fvv/shading";
 import {
   Box3,
@@ -34,12 +35,19 @@ import { DepthMaps, ViewTexture, VisibilityWeightTexture } from "./textures.js";
 const surfaceVertex = /* glsl */ `
 out vec3 vPoint, vNormal;
 out vec2 vUv;
+#ifdef COLOURS
+in vec4 vertexColour;
+out vec3 vColour;
+#endif
 ${visibilityWeightsVertex}
 void main() {
   vPoint = position;
   vNormal = normal;
 #ifdef ATLAS
   vUv = uv;
+#endif
+#ifdef COLOURS
+  vColour = vertexColour.rgb;
 #endif
   passVisibilityWeights();
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
@@ -50,13 +58,19 @@ const surfaceFragment = /* glsl */ `
 precision highp sampler2DArray;
 uniform vec4 atlas; // x y width height, in texels of pictures
 uniform float handedness;
-uniform vec3 unseen;
+uniform mat4 modelViewMatrix;
 in vec3 vPoint, vNormal;
 in vec2 vUv;
+#ifdef COLOURS
+in vec3 vColour;
+#else
+const vec3 vColour = vec3(0.0);
+#endif
 layout(location = 0) out highp vec4 outColour;
 #define gl_FragColor outColour
 ${projection}
 ${blending}
+${withoutCameras}
 
 void main() {
   vec3 colour;
@@ -66,7 +80,9 @@ void main() {
 #else
   // The front side by the winding of the face, not as the viewer sees it.
   vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? handedness : -handedness);
-  if (!blended(vPoint, faceNormal, normalize(vNormal), colour)) colour = unseen;
+  vec3 normal = normalize(vNormal);
+  if (!blended(vPoint, faceNormal, normal, colour))
+    colour = withoutCameras(vPoint, normal, inverse(modelViewMatrix)[3].xyz, vColour);
 #endif
   // Cameras are mixed as display values; three continues in linear light and converts back at the end.
   outColour = sRGBTransferEOTF(vec4(colour, 1.0));
@@ -87,6 +103,7 @@ class MeshGeometry extends BufferGeometry {
     this.#fill("position", mesh.positions, 3);
     this.#fill("normal", mesh.normals, 3);
     this.#fill("uv", mesh.uvs, 2);
+    this.#fill("vertexColour", mesh.colours, 4);
     this.#fill("index", mesh.indices, 1);
     this.setDrawRange(0, mesh.indices.length);
     this.#extent.setFromArray(mesh.positions);
@@ -103,7 +120,7 @@ class MeshGeometry extends BufferGeometry {
     let attribute = former;
     if (!attribute || attribute.array.length < values.length) {
       const room = components * Math.ceil((SPARE * values.length) / components);
-      attribute = new BufferAttribute(new values.constructor(room), components);
+      attribute = new BufferAttribute(new values.constructor(room), components, values instanceof Uint8Array);
       // three frees the buffers of a disposed geometry, and creates them again when it is drawn.
       if (former) this.dispose();
       if (name === "index") this.setIndex(attribute);
@@ -116,8 +133,8 @@ class MeshGeometry extends BufferGeometry {
   }
 }
 
-/** Varyings other than visibility weights: point, normal, texture coordinates, and one for three. */
-const OTHER_VARYINGS = 4;
+/** Varyings other than visibility weights: point, normal, texture coordinates, colour, and one for three. */
+const OTHER_VARYINGS = 5;
 
 // WebGL requires a texture for every sampler.
 const noTexture = new DataTexture(new Uint8Array(4), 1, 1);
@@ -194,6 +211,8 @@ export class FvvObject3D extends Object3D {
   #showMesh(frame, pictures) {
     const { mesh } = frame;
     this.#geometry.show(mesh);
+    // An explicit colour overrides those of the stream.
+    this.#define("COLOURS", mesh.colours && (this.#texturing.unseen ?? null) === null ? 1 : undefined);
     const layout = this.#pictures.show(this.#renderer, pictures);
     const { uniforms } = this.#material;
     if (layout.size) {

@@ -344,6 +344,8 @@ ColourChoice choose_colours(const Plan &plan) {
     throw Error(std::string("--colours: ") + missing, Error::usage);
   else if (missing)
     choice.reason = missing;
+  else if (automatic && options.texture_unseen)
+    choice.reason = "--texture-unseen is shown where no camera sees the surface";
   else if (automatic && capture.atlas)
     choice.reason = "the atlas has the colours of the whole surface";
   else {

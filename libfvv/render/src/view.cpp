@@ -186,9 +186,8 @@ private:
 
   // Where no camera shows the point. viewer: centre of the target.
   Vec3 without_cameras(const SurfacePoint &point, Vec3 normal, Vec3 viewer) const {
-    if (!options.vertex_colours) return options.unseen;
-    Vec3 colour;
-    for (size_t i = 0; i < 3; i++) {
+    Vec3 colour = options.vertex_colours ? Vec3{} : options.unseen;
+    for (size_t i = 0; i < 3 && options.vertex_colours; i++) {
       const uint8_t *rgb = options.vertex_colours + 3 * size_t(point.vertices[i]);
       colour += Vec3{double(rgb[0]), double(rgb[1]), double(rgb[2])} * (point.barycentric[i] / 255);
     }

@@ -15,6 +15,7 @@ import {
   visibilityWeightTexels,
   texturingOf,
   VIEW_TEXELS,
+  withoutCameras,
   writeViews,
 } from "@fvv/shading";
 
@@ -27,11 +28,12 @@ const vertex = /* glsl */ `
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
+layout(location = 3) in vec4 colour;
 uniform mat4 worldToClip;
 invariant gl_Position;
 out vec3 vPoint, vNormal;
 out vec2 vUv;
-out float vDepth;
+out vec4 vColour; // and depth
 ${visibilityWeightsVertex}
 void main() {
   vPoint = position;
@@ -39,21 +41,22 @@ void main() {
   vUv = uv;
   passVisibilityWeights();
   gl_Position = worldToClip * vec4(position, 1.0);
-  vDepth = gl_Position.w;
+  vColour = vec4(colour.rgb, gl_Position.w);
 }
 `;
 
 const fragment = /* glsl */ `
 uniform vec4 atlas; // x y width height, in texels of pictures
 uniform vec2 depthRange;
-uniform vec3 unseen, eye;
+uniform vec3 eye;
 uniform mat3 pixelToRay; // of gl_FragCoord
 in vec3 vPoint, vNormal;
 in vec2 vUv;
-in float vDepth;
+in vec4 vColour;
 layout(location = 0) out highp vec4 outColour;
 ${projection}
 ${blending}
+${withoutCameras}
 
 // The intersection of the face with the ray through the middle of the pixel. Rasterisers round vertices to a sixteenth of a
 // pixel, and interpolated values have errors of that size.
@@ -77,7 +80,7 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
   return textureLod(pictures, at / pictureSize, 0.0).rgb;
 #else
   vec3 colour;
-  return blended(point, faceNormal, normal, colour) ? colour : unseen;
+  return blended(point, faceNormal, normal, colour) ? colour : withoutCameras(point, normal, eye, vColour.rgb);
 #endif
 }
 #elif MODE == 1
@@ -111,7 +114,7 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) { return 0.5 + 0.5 * normal; }
 #elif MODE == 4
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
-  return vec3(mix(1.0, 0.08, clamp((vDepth - depthRange.x) / (depthRange.y - depthRange.x), 0.0, 1.0)));
+  return vec3(mix(1.0, 0.08, clamp((vColour.w - depthRange.x) / (depthRange.y - depthRange.x), 0.0, 1.0)));
 }
 #else
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
@@ -154,7 +157,7 @@ export function cameraColour(id) {
   });
 }
 
-/** Varyings other than visibility weights: point, normal, texture coordinates, depth. */
+/** Varyings other than visibility weights: point, normal, texture coordinates, colour with depth. */
 const OTHER_VARYINGS = 4;
 const VISIBLE_BY = ["auto", "bits", "depth", "both"];
 
@@ -275,6 +278,8 @@ export class Surface {
     const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best };
     if (options.soft > 0) defines.SOFT = 1;
     if (atlas) defines.ATLAS = 1;
+    // An explicit colour overrides those of the stream.
+    if (this.#content.mesh.colours && (options.unseen ?? null) === null) defines.COLOURS = 1;
     const wired = options.mode === "wireframe";
     // Edges coincide with the faces, and would be drawn only in part.
     if (wired) gl.enable(gl.POLYGON_OFFSET_FILL);

@@ -219,3 +219,18 @@ bool blended(vec3 point, vec3 faceNormal, vec3 normal, out vec3 colour) {
   return true;
 }
 `;
+
+/**
+ * Follows blending in a fragment shader: the colour of a point that no view shows. COLOURS: the mesh has colours of vertices,
+ * interpolated in colour. Without any view the surface is shaded, as if the viewer at eye held a light.
+ */
+export const withoutCameras = /* glsl */ `
+uniform vec3 unseen;
+
+vec3 withoutCameras(vec3 point, vec3 normal, vec3 eye, vec3 colour) {
+#ifndef COLOURS
+  colour = unseen;
+#endif
+  return viewCount > 0 ? colour : colour * (0.6 + 0.4 * max(dot(normal, normalize(eye - point)), 0.0));
+}
+`;
