@@ -13,6 +13,7 @@ import sys
 from reference import (
     background,
     calibration,
+    colours,
     mesh_delta,
     mesh_fast,
     normals,
@@ -27,6 +28,7 @@ ROOT = pathlib.Path(__file__).resolve().parent
 READERS = {
     "background": background,
     "calibration": calibration,
+    "colours": colours,
     "delta": mesh_delta,
     "fast": mesh_fast,
     "normals": normals,

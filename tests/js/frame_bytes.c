@@ -33,6 +33,21 @@ static void put_mesh(const fvv_mesh *mesh, unsigned track, const fvv_scene *scen
   free(floats);
 }
 
+/* With 255 after each, as JavaScript has them. */
+static void put_colours(fvv_stream *stream, size_t frame, uint16_t track) {
+  const uint8_t *rgb;
+  uint32_t count;
+  if (fvv_stream_colours(stream, frame, track, &rgb, &count, NULL) != FVV_OK) return;
+  uint8_t *rgba = malloc(4 * (size_t)count + 1);
+  if (!rgba) exit(1);
+  for (size_t i = 0; i < count; i++) {
+    memcpy(rgba + 4 * i, rgb + 3 * i, 3);
+    rgba[4 * i + 3] = 255;
+  }
+  put("colours", track, rgba, 4 * (size_t)count);
+  free(rgba);
+}
+
 static void put_texturing(const fvv_texturing *t) {
   const double numbers[5] = {t->threshold,
                              t->depth_bias,
@@ -143,6 +158,7 @@ static void put_track(fvv_stream *stream, size_t frame, const fvv_track *track, 
   int key;
   if (track->kind == FVV_TRACK_MESH && fvv_stream_mesh(stream, frame, track->id, &mesh, NULL) == FVV_OK) {
     put_mesh(&mesh, track->id, scene);
+    put_colours(stream, frame, track->id);
     fvv_mesh_free(&mesh);
   }
   if (track->kind == FVV_TRACK_VISIBILITY &&

@@ -50,7 +50,8 @@ TEST_CASE("standard output as a stream, and --json") {
   CHECK(bytes == fs::file_size(folder.path("out.fvv")));
   CHECK(summary.at("container_bytes").get<uint64_t>() + summary.at("mesh").at("bytes").get<uint64_t>() +
             summary.at("video").at("bytes").get<uint64_t>() +
-            summary.at("visibility").at("bytes").get<uint64_t>() ==
+            summary.at("visibility").at("bytes").get<uint64_t>() +
+            summary.at("colours").at("bytes").get<uint64_t>() ==
         bytes);
   CHECK(summary.at("verified").at("visibility") == 5);
   CHECK(summary.at("video").at("quality") == 30);

@@ -86,7 +86,7 @@ std::string without_first_camera(const std::string &stream, int64_t time) {
     } else if (h.type == FVV_CHUNK_INDEX) {
       status = fvv_writer_finish(writer, nullptr);
     } else if (h.type == FVV_CHUNK_MESH || h.type == FVV_CHUNK_VIDEO_PACKET ||
-               h.type == FVV_CHUNK_CALIBRATION) {
+               h.type == FVV_CHUNK_CALIBRATION || h.type == FVV_CHUNK_COLOURS) {
       status = fvv_writer_chunk(writer, h.type, h.track, h.flags & FVV_FLAG_KEY, h.time, payload.data(),
                                 payload.size(), nullptr);
     } else if (h.type != FVV_CHUNK_FOOTER) {

@@ -188,3 +188,96 @@ TEST_CASE("the option --visibility names what it takes") {
   CHECK_THROWS_WITH(mux::parse_visibility("faces"),
                     "--visibility: expected auto, face, vertex, weight or none, found \"faces\"");
 }
+
+// ---- Colours of vertices.
+
+namespace {
+
+// Of the first frame: mean and distance from the mean, of R, G and B.
+std::array<double, 4> colours_of(const std::string &path) {
+  const InputFile file(path);
+  const fvv_input input = file.input();
+  fvv_stream *stream = nullptr;
+  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
+  const uint8_t *colours = nullptr;
+  uint32_t count = 0;
+  REQUIRE(fvv_stream_colours(stream, 0, mux::mesh_track, &colours, &count, nullptr) == FVV_OK);
+  std::array<double, 4> out = {};
+  for (size_t i = 0; i < 3 * size_t(count); i++) out[i % 3] += colours[i] / double(count);
+  for (size_t i = 0; i < 3 * size_t(count); i++)
+    out[3] += std::abs(colours[i] - out[i % 3]) / (3 * double(count));
+  fvv_stream_close(stream);
+  return out;
+}
+
+} // namespace
+
+TEST_CASE("colours of vertices are those of the pictures, the same for any number of threads") {
+  const Folder folder;
+  FileOptions options = balls_on_disk(folder);
+  const scene::Capture capture = scene::load_capture(scene::description_file(options.capture));
+  for (const scene::Camera &camera : capture.cameras)
+    for (const int64_t number : capture.frames.numbers()) {
+      media::Image image = media::make_image(camera.calibration.width, camera.calibration.height, 3, 200);
+      for (size_t i = 0; i < image.pixels.size(); i += 3) image.pixels[i] = 40;
+      write_png(capture.picture_path(camera, number), image);
+    }
+  std::string first;
+  for (const uint32_t threads : {1u, 3u}) {
+    options.threads = threads;
+    const mux::Summary summary = mux_file(options);
+    CHECK(summary.plan.colours.on);
+    // Groups of 2: a key mesh each.
+    CHECK(summary.colours.track.chunks == 3);
+    CHECK(summary.colours.psnr() > 25);
+    const nlohmann::ordered_json json = json_of(summary);
+    CHECK(json["colours"]["bytes"] == summary.colours.track.payload);
+    CHECK(json["colours"]["frames"] == 3);
+    const std::array<double, 4> found = colours_of(options.output);
+    CHECK(std::abs(found[0] - 40) < 15);
+    CHECK(std::abs(found[1] - 200) < 15);
+    CHECK(std::abs(found[2] - 200) < 15);
+    CHECK(found[3] < 2);
+    const std::string bytes = read_bytes(options.output);
+    if (first.empty()) first = bytes;
+    CHECK(bytes == first);
+  }
+  options.colour_cells = 40;
+  const uint64_t all = mux_file(options).colours.cells;
+  options.colour_cells = 400;
+  CHECK(mux_file(options).colours.cells > 3 * all);
+  options.delta = false;
+  CHECK(mux_file(options).colours.track.chunks == 5);
+}
+
+TEST_CASE("whether colours of vertices are sent") {
+  const Folder folder;
+  FileOptions options = balls_on_disk(folder);
+  const auto sent = [&] {
+    const mux::Summary summary = mux_file(options);
+    CHECK(summary.plan.colours.on == (summary.colours.track.chunks > 0));
+    CHECK(json_of(summary)["colours"]["sent"] == summary.plan.colours.on);
+    Stream stream(options.output);
+    size_t tracks = 0;
+    for (size_t i = 0; i < stream.configuration().track_count; i++)
+      tracks += stream.configuration().tracks[i].kind == FVV_TRACK_COLOURS;
+    CHECK(tracks == size_t(summary.plan.colours.on));
+    return summary.plan.colours.on;
+  };
+  CHECK(sent());
+  // Without bits rays decide.
+  options.visibility = Visibility::none;
+  CHECK(sent());
+  options.texture_unseen = {1, 2, 3};
+  CHECK(!sent());
+  options.colours = mux::Colours::on;
+  CHECK(sent());
+  options.colours = mux::Colours::off;
+  CHECK(!sent());
+  options.colours = mux::Colours::automatic;
+  options.texture_unseen.reset();
+  options.pictures = false;
+  CHECK(!sent());
+  options.colours = mux::Colours::on;
+  CHECK_THROWS_WITH(mux_file(options), Catch::Contains("--colours: there are no pictures of cameras"));
+}

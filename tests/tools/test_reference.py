@@ -11,6 +11,7 @@ from real_capture import read_ply
 from reference import (
     background,
     calibration,
+    colours,
     container,
     mesh,
     mesh_delta,
@@ -41,7 +42,7 @@ def test_vectors_and_listings_are_what_the_reference_makes():
 
 def test_every_vector_has_a_listing():
     with_listing = [path for path in VECTORS if path.parent.name != "tiny"]
-    assert len(with_listing) == 12
+    assert len(with_listing) == 13
     for path in with_listing:
         assert path.with_suffix(".crc").exists() != path.with_suffix(".txt").exists(), path
 
@@ -278,6 +279,40 @@ def test_broken_rules_of_texturing_have_their_numbers():
     ):
         with pytest.raises(container.Broken, match=f"FVV-{issue}"):
             texturing.decode(bad)
+
+
+# Colours.
+
+
+def test_the_colours_vector_uses_what_clause_19_has():
+    decoded = [rgb for _, rgb in colours.decode(stream("colours/sheet"))]
+    assert [rgb is None for rgb in decoded] == 2 * [False, False, False, True]
+    assert decoded[0] == decoded[2] and decoded[0] != decoded[4]
+    payloads = container.payloads(stream("colours/sheet"), b"COLR")
+    assert [(p[0], p[1]) for p in payloads] == [(9, 20), (1, 3)]
+    positions = mesh.read_raw(container.payloads(stream("colours/sheet"), b"MESH")[4]).positions
+    cells = {colours.cell_of(p, 67) for p in positions}
+    assert min(min(c) for c in cells) < 0 < max(max(c) for c in cells)
+    assert any(not (set(colours.around(c)) - {c}) & cells for c in cells)
+
+
+@pytest.mark.parametrize(
+    "at, byte, issue", [(0, 0, 6201), (1, 65, 6201), (4, 1, 6202), (12, 1, 6203), (40, 7, 6204)]
+)
+def test_broken_rules_of_colours_have_their_numbers(at, byte, issue):
+    positions = mesh.read_raw(container.payloads(stream("colours/sheet"), b"MESH")[0]).positions
+    broken = bytearray(container.payloads(stream("colours/sheet"), b"COLR")[0])
+    colours.decode_chunk(bytes(broken), positions)
+    broken[at] = byte
+    with pytest.raises(container.Broken, match=f"FVV-{issue}"):
+        colours.decode_chunk(bytes(broken), positions)
+
+
+def test_fvvinfo_reports_colours():
+    (track,) = (t for t in info("colours/sheet")["tracks"] if t["kind"] == "colours")
+    assert track["colours"]["cell_size"] == [50, 67]
+    assert track["chunks"] == track["key_chunks"] == 2
+    assert "cells of 0.05 to 0.067 m" in text("colours/sheet")
 
 
 # Background.

@@ -158,6 +158,8 @@ const char *kind_name(uint8_t kind) {
     return "metadata";
   case FVV_TRACK_AUDIO:
     return "audio";
+  case FVV_TRACK_COLOURS:
+    return "colours";
   default:
     return "unknown";
   }
@@ -323,6 +325,16 @@ std::string track_text(const Report &report, const fvv_track &track) {
     out += ", normals of " + range(found->min_normal_bits, found->max_normal_bits) + " bits";
     if (found->with_normals != found->chunks)
       out += fvv::format(" in %llu chunks", (unsigned long long)found->with_normals);
+  }
+  if (found->cells) {
+    const fvv_scene &scene = report.configuration()->scene;
+    const double step = scene.lattice_step;
+    const char *unit = scene.flags & FVV_SCENE_SCALE_UNKNOWN ? "units" : "m";
+    const std::string least = fvv::format("%.3g", found->min_cell_size * step),
+                      most = fvv::format("%.3g", found->max_cell_size * step);
+    out += fvv::format(": %.0f cells of %s %s, %.3g bits each", double(found->cells) / double(found->chunks),
+                       (least == most ? least : least + " to " + most).c_str(), unit,
+                       8 * double(found->bytes) / double(found->cells));
   }
   if (found->layouts)
     out += fvv::format(", %llu layout%s of groups", (unsigned long long)found->layouts,
@@ -534,6 +546,10 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
                                 {"bits", {s->min_normal_bits, s->max_normal_bits}}};
       if (track.kind == FVV_TRACK_CALIBRATION)
         t["calibration"] = {{"entries", s->calibrations}, {"lost", s->lost_calibrations}};
+      if (s->cells)
+        t["colours"] = {{"cells", s->cells},
+                        {"cell_size", {s->min_cell_size, s->max_cell_size}},
+                        {"bits_per_cell", 8 * double(s->bytes) / double(s->cells)}};
       if (s->max_cameras)
         t["visibility"] = {{"face_chunks", s->chunks - s->of_vertices - s->of_weights},
                            {"vertex_chunks", s->of_vertices},

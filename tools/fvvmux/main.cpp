@@ -34,7 +34,7 @@ struct Texts {
   std::optional<std::string> bit_depth, quality;
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
               video_pixels, video_size, video_tracks = "1", step, max_error, mesh_profile = "draco",
-              normals = "auto", winding, frames, visibility = "auto", texture_unseen;
+              normals = "auto", winding, frames, visibility = "auto", colours = "auto", texture_unseen;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &texts) {
@@ -134,6 +134,14 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
          "fewest bytes) or none (docs/fvvmux-visibility.md)")
       ->capture_default_str();
   app.add_option(
+         "--colours", texts.colours,
+         "send a colour of low resolution for all of the surface, which is shown where no camera sees it, "
+         "and "
+         "by players that cannot decode the pictures: auto (where there are meshes and pictures of cameras, "
+         "and no atlas), on, off, or about how many cells of one colour the first mesh has "
+         "(docs/fvvmux-colours.md)")
+      ->capture_default_str();
+  app.add_option(
          "--texture-threshold", options.texture_threshold,
          "tell players the least cosine between normal and ray for which they take a camera's colour; "
          "bits of visibility are found for it. Players' default: that of the blend, 0.05 or 0.25")
@@ -206,6 +214,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.video_tracks = mux::parse_video_tracks(texts.video_tracks);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);
   options.visibility = mux::parse_visibility(texts.visibility);
+  mux::parse_colours(texts.colours, options);
   if (!texts.texture_unseen.empty())
     options.texture_unseen = mux::parse_colour("--texture-unseen", texts.texture_unseen);
   options.normals = mux::parse_normals(texts.normals);

@@ -1,5 +1,6 @@
 #include "fvvmux/options.h"
 #include "cli/cli.h"
+#include "fvv/colours.h"
 #include "fvv/mesh.h"
 #include "fvv_media/video.h"
 #include "fvv_scene/text.h"
@@ -213,6 +214,21 @@ std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text)
     begin = end + 1;
   }
   return out;
+}
+
+void parse_colours(const std::string &text, Options &options) {
+  int64_t cells = 0;
+  if (text == "auto")
+    options.colours = Colours::automatic;
+  else if (text == "on")
+    options.colours = Colours::on;
+  else if (text == "off")
+    options.colours = Colours::off;
+  else if (whole_number(text, 10, FVV_COLOURS_MAX_CELLS, cells))
+    options.colours = Colours::on;
+  else
+    refuse("--colours", "auto, on, off or a number of cells from 10 to 65536", text);
+  options.colour_cells = uint32_t(cells);
 }
 
 Visibility parse_visibility(const std::string &text) {

@@ -23,7 +23,9 @@ uint64_t parse_pixels(const std::string &text);                  // "300k", "2M"
 TileSize parse_video_size(const std::string &text);              // "1920x1088"
 uint32_t parse_video_tracks(const std::string &text);            // "4", "camera"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
-Visibility parse_visibility(const std::string &text);            // "auto", "face", "vertex", "weight", "none"
+// "auto", "on", "off", or a number of cells.
+void parse_colours(const std::string &text, Options &options);
+Visibility parse_visibility(const std::string &text); // "auto", "face", "vertex", "weight", "none"
 std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text); // "128,128,128"
 
 } // namespace fvv::mux

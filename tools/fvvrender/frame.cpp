@@ -168,6 +168,18 @@ private:
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
     if (mesh.normals || mesh.texture) load_normals(mesh, out);
     out.bits = load_visibility(stream.get(), frame, mesh, *configuration, track->id, where, out.losses);
+    load_colours(frame, track->id, out);
+  }
+
+  void load_colours(size_t frame, uint16_t mesh_track, Frame &out) {
+    const uint8_t *colours = nullptr;
+    uint32_t count = 0;
+    fvv_diagnostic diagnostic = {};
+    const fvv_status status =
+        fvv_stream_colours(stream.get(), frame, mesh_track, &colours, &count, &diagnostic);
+    if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, where, diagnostic);
+    if (status < 0) out.losses.push_back(where + ": no colours of vertices: " + demux::text_of(diagnostic));
+    if (status == FVV_OK) out.colours.assign(colours, colours + 3 * size_t(count));
   }
 
   // Those that are sent; else computed, but as one over the seams of an atlas (fvv.md, clause 8.12). Without

@@ -36,9 +36,10 @@ struct Frame {
   fvv_texturing texturing = {};      // as the stream says, else the defaults
   std::vector<render::Vec3> normals; // of vertices, where the stream sends some or has seams; else none
   std::vector<CameraWeights> bits;
+  std::vector<uint8_t> colours; // R, G, B of vertices; empty: the stream has none for this mesh
   std::vector<render::EnvironmentPart> environment; // empty: there is none
   std::vector<std::string>
-      losses; // whole lines: pictures and visibility of this frame that are lost or missing
+      losses; // whole lines: pictures, visibility and colours of this frame that are lost or missing
 
   render::Mesh mesh() const {
     return {positions.data(), positions.size() / 3, faces.data(), faces.size() / 3};

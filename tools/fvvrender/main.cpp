@@ -64,6 +64,8 @@ int main(int argc, char **argv) {
       ->type_name("WxH");
   app.add_option("--sources", sources, "cameras to take texture from, 0-9,25; default: all");
   app.add_option("--exclude", excluded, "cameras to leave out, in the same way");
+  app.add_flag("!--no-pictures", options.pictures,
+               "show the mesh in the colours of its vertices, shaded, as a player does without pictures");
   app.add_flag("--leave-one-out", options.leave_one_out, "take no texture from the camera of --camera");
   app.add_option("--blend", options.blend,
                  "weight cameras by the viewer's direction (viewer), or by the normal alone, as the paper of "
@@ -90,8 +92,10 @@ int main(int argc, char **argv) {
       ->expected(3)
       ->type_name("R,G,B");
   auto *unseen_option =
-      app.add_option("--unseen", unseen,
-                     "colour of what no camera shows; default: the stream's, else grey, 128,128,128")
+      app.add_option(
+             "--unseen", unseen,
+             "colour of what no camera shows; default: the colours of vertices if the stream has some, else "
+             "the stream's, else grey, 128,128,128")
           ->delimiter(',')
           ->expected(3)
           ->type_name("R,G,B");

@@ -204,6 +204,7 @@ std::string json(const Options &options, const Result &result) {
                                                                      : "depth"},
       {"with_bits", result.with_bits},
       {"blend", result.blend == render::Blend::viewer ? "viewer" : "paper"},
+      {"vertex_colours", result.vertex_colours},
       {"surface", {{"pixels", result.surface}, {"share", double(result.surface) / all}}},
       {"share_by_cameras", shares},
       {"seconds", {{"load", result.load}, {"prepare", result.prepare}, {"draw", result.draw}}},
@@ -243,7 +244,7 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
   std::vector<render::SourceView> out;
   for (const Picture &picture : frame.pictures) {
     const uint16_t id = picture.camera.id;
-    if (!options.sources.has(id) || (options.excluded && options.excluded->has(id)) ||
+    if (!options.pictures || !options.sources.has(id) || (options.excluded && options.excluded->has(id)) ||
         (options.leave_one_out && options.target.camera == id))
       continue;
     render::SourceView source = {picture.camera, picture.image.pixels.data()};
@@ -251,7 +252,8 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
     if (const CameraWeights *bits = frame.bits_of(id)) source.visible_vertices = bits->weights.data();
     out.push_back(source);
   }
-  if (out.empty()) throw Error(options.input + ": no camera is left to take texture from");
+  if (out.empty() && options.pictures && frame.colours.empty())
+    throw Error(options.input + ": no camera is left to take texture from");
   return out;
 }
 
@@ -345,10 +347,12 @@ void run(const Options &options, Result &result) {
   const fvv_camera target = target_camera(options.target, frame);
   const std::vector<render::SourceView> sources = sources_of(options, frame);
   for (const render::SourceView &source : sources) result.sources.push_back(source.camera.id);
+  result.vertex_colours = !options.unseen && !frame.colours.empty();
   result.load = clock.lap();
 
   render::ViewOptions view = textured(options, frame.texturing);
   result.blend = view.blend;
+  if (result.vertex_colours) view.vertex_colours = frame.colours.data();
   view.visibility = result.visibility = visibility_of(options, sources, result);
   if (view.visibility != render::Visibility::given) result.with_bits.clear();
   view.keep_visibility = !options.visibility.empty();

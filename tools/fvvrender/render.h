@@ -35,6 +35,7 @@ struct Options {
   bool force = false;
   uint32_t threads = 1;
   bool visible_by_default = true; // view.visibility is not given: bits where the frame has them
+  bool pictures = true;           // without, the mesh has the colours of its vertices
   bool environment = true;        // draw the stream's background, if it has one
   media::MemoryLimit memory;      // of decoding a track or a picture of the environment
 };
@@ -49,6 +50,7 @@ struct Result {
   render::Visibility visibility;          // by what was drawn
   render::Blend blend;                    // by what cameras were weighted
   std::vector<uint16_t> with_bits;        // of the sources; with Visibility::given
+  bool vertex_colours = false;            // where no camera shows the mesh it has those of the stream
   std::vector<std::string> warnings;      // and warnings
   std::vector<std::string> losses;        // whole lines
 };

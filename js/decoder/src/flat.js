@@ -157,7 +157,7 @@ const layouts = {
     },
   },
   mesh: {
-    size: 40,
+    size: 44,
     fields: {
       track: ["u32", 0],
       profile: ["u32", 4],
@@ -169,6 +169,7 @@ const layouts = {
       positions: ["f32*", 28, 3, "vertexCount"],
       normals: ["f32*", 32, 3, "vertexCount"],
       texture: ["f32*", 36, 2, "vertexCount"],
+      colours: ["u8*", 40, 4, "vertexCount"],
     },
   },
   visibility: {
@@ -385,7 +386,7 @@ const readers = {
   },
   mesh(memory, address) {
     const mesh = read("mesh", memory, address);
-    const { track, profile, key, vertexCount, faceCount, lattice, faces, positions, normals, texture } = mesh;
+    const { track, profile, key, vertexCount, faceCount, lattice, faces, positions, normals, texture, colours } = mesh;
     return {
       track,
       profile: profiles[profile] ?? "unknown",
@@ -397,6 +398,7 @@ const readers = {
       positions,
       normals,
       uvs: texture,
+      colours,
     };
   },
   visibility(memory, address) {

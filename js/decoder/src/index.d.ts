@@ -234,6 +234,11 @@ export interface Mesh {
   normals: Float32Array | null;
   /** u v, (0, 0) is the top left corner of the atlas. */
   uvs: Float32Array | null;
+  /**
+   * R G B 255 of each vertex, display values (COLR): for places that no camera shows, and for all of the mesh where there are
+   * no pictures. Of low resolution. null if the stream has none for this mesh.
+   */
+  colours: Uint8Array | null;
 }
 
 export interface Visibility {

@@ -90,7 +90,7 @@ export function frameHashes(frame) {
     raw(Float64Array.of(threshold, depthBias, depthSlope, best, unseen, blend === "paper" ? 1 : 0)),
   );
   for (const mesh of frame.meshes)
-    for (const name of ["lattice", "indices", "positions", "normals", "uvs"])
+    for (const name of ["lattice", "indices", "positions", "normals", "uvs", "colours"])
       if (mesh[name]) hashes[`${name} ${mesh.track}`] = sha256(raw(mesh[name]));
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) {

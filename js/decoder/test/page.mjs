@@ -13,7 +13,7 @@ const tileNumbers = ({ camera, source: s, destination: d }) => [
 async function hashes(frame) {
   const out = {};
   for (const mesh of frame.meshes)
-    for (const name of ["lattice", "indices", "positions", "normals", "uvs"])
+    for (const name of ["lattice", "indices", "positions", "normals", "uvs", "colours"])
       if (mesh[name]) out[`${name} ${mesh.track}`] = await sha256(mesh[name]);
   for (const visibility of frame.visibility)
     for (const camera of visibility.cameras) {

@@ -29,6 +29,7 @@ typedef struct fvvjs_track {
   fvv_bytes positions, normals, texture; /* floats of the current frame */
   fvv_bytes tiles;                       /* fvv_tile: the layout of the group; empty: it has none */
   fvv_bytes weights, counts;             /* of visibility, and to work in */
+  fvv_bytes colours;                     /* R, G, B, 255 of each vertex; empty: the key mesh has none */
 } fvvjs_track;
 
 /* The group that is read through the index, while on. next: 0 is its GRUP, 1 the first of its chunks. */

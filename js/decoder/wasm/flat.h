@@ -15,7 +15,7 @@ typedef struct flat_list {
   uint32_t count;
 } flat_list;
 
-/* positions: metres. */
+/* positions: metres. colours: R, G, B, 255. */
 typedef struct flat_mesh {
   uint32_t track;
   uint32_t profile;
@@ -32,6 +32,8 @@ typedef struct flat_mesh {
   const float *normals;
   /* 2 x vertex_count, or 0 */
   const float *texture;
+  /* 4 x vertex_count, or 0 */
+  const uint8_t *colours;
 } flat_mesh;
 
 /* states, weights: a row for each camera. */
@@ -197,7 +199,7 @@ _Static_assert(offsetof(fvv_diagnostic, issue) == 4, "");
 _Static_assert(offsetof(fvv_diagnostic, chunk_type) == 8, "");
 _Static_assert(offsetof(fvv_diagnostic, offset) == 16, "");
 _Static_assert(offsetof(fvv_diagnostic, message) == 24, "");
-_Static_assert(sizeof(flat_mesh) == 40 && offsetof(flat_mesh, texture) == 36, "");
+_Static_assert(sizeof(flat_mesh) == 44 && offsetof(flat_mesh, colours) == 40, "");
 _Static_assert(sizeof(flat_visibility) == 40 && offsetof(flat_visibility, vertex_count) == 36, "");
 _Static_assert(sizeof(flat_sample) == 16 && offsetof(flat_sample, data) == 8, "");
 _Static_assert(sizeof(flat_layout) == 12 && offsetof(flat_layout, tiles) == 4, "");

@@ -18,7 +18,7 @@ void fvvjs_begin_group(fvvjs_decoder *d) {
   for (size_t i = 0; i < track_count(d); i++) {
     fvv_mesh_frames_reset(&track_at(d, i)->meshes);
     fvv_visibility_frames_reset(&track_at(d, i)->visibility);
-    track_at(d, i)->tiles.size = 0;
+    track_at(d, i)->tiles.size = track_at(d, i)->colours.size = 0;
   }
   if (d->calibration) fvv_calibration_reset(d->calibration);
 }
@@ -34,6 +34,7 @@ void fvvjs_release_tracks(fvvjs_decoder *d) {
     fvv_bytes_free(&track->tiles);
     fvv_bytes_free(&track->weights);
     fvv_bytes_free(&track->counts);
+    fvv_bytes_free(&track->colours);
   }
   fvv_bytes_free(&d->tracks);
   fvv_calibration_destroy(d->calibration);
@@ -50,8 +51,8 @@ static fvv_status find_track(fvvjs_decoder *d, uint16_t id, fvvjs_track **track)
   fvvjs_track fresh;
   memset(&fresh, 0, sizeof fresh);
   fresh.id = id;
-  fvv_bytes *const lists[] = {&fresh.positions, &fresh.normals, &fresh.texture,
-                              &fresh.tiles,     &fresh.weights, &fresh.counts};
+  fvv_bytes *const lists[] = {&fresh.positions, &fresh.normals, &fresh.texture, &fresh.tiles,
+                              &fresh.weights,   &fresh.counts,  &fresh.colours};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->allocator = d->allocator;
   const fvv_status status = fvv_bytes_append(&d->tracks, &fresh, sizeof fresh);
   if (status == FVV_OK) *track = track_at(d, track_count(d) - 1);
@@ -109,6 +110,8 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, co
         fvv_mesh_frames_add(&track->meshes, payload, size, key, &d->limits, &d->allocator, &d->diagnostic);
   if (status != FVV_OK) return status;
   track->mesh_time = chunk->header.time;
+  /* Those of a key mesh follow it, and hold for its delta frames. */
+  if (key) track->colours.size = 0;
   const fvv_mesh *mesh = fvv_mesh_frames_current(&track->meshes);
   flat_mesh flat = {track->id,
                     header.profile,
@@ -119,7 +122,8 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, co
                     mesh->faces,
                     NULL,
                     NULL,
-                    NULL};
+                    NULL,
+                    track->colours.size ? track->colours.data : NULL};
   status = fill_floats(d, track, mesh, want, &flat);
   if (status != FVV_OK) return status;
   return fvv_bytes_append(&d->lists[FVVJS_MESHES], &flat, sizeof flat);
@@ -173,6 +177,42 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvv_frame_chunk *chu
                                 weights,
                                 mesh->vertex_count};
   return fvv_bytes_append(&d->lists[FVVJS_VISIBILITY], &flat, sizeof flat);
+}
+
+/* Three bytes a vertex become four, as graphics hardware reads them, from the last one on. */
+static fvv_status fill_alpha(fvv_bytes *colours) {
+  const size_t count = colours->size / 3;
+  if (fvv_bytes_reserve(colours, count) != FVV_OK) return FVV_ERROR_MEMORY;
+  for (size_t i = count; i-- > 0;) {
+    uint8_t *const rgba = colours->data + 4 * i;
+    memmove(rgba, colours->data + 3 * i, 3);
+    rgba[3] = 255;
+  }
+  colours->size = 4 * count;
+  return FVV_OK;
+}
+
+static fvv_status decode_colours(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
+  fvv_colours_header header;
+  const size_t size = (size_t)chunk->header.size;
+  fvv_status status = fvv_colours_peek(payload, size, &d->limits, &header, &d->diagnostic);
+  fvv_bytes other = {NULL, 0, 0, d->allocator}, *colours = &other;
+  const fvv_mesh *mesh = NULL;
+  for (size_t i = 0; i < track_count(d); i++) {
+    fvvjs_track *track = track_at(d, i);
+    if (status != FVV_OK || track->id != header.mesh_track || track->mesh_time != chunk->header.time)
+      continue;
+    mesh = fvv_mesh_frames_key(&track->meshes);
+    colours = &track->colours;
+  }
+  if (status == FVV_OK)
+    status = fvv_colours_add(payload, size, chunk->header.flags & FVV_FLAG_KEY, mesh, d->configuration,
+                             &d->limits, colours, &d->diagnostic);
+  if (status == FVV_OK) status = fill_alpha(colours);
+  flat_mesh *meshes = (flat_mesh *)d->lists[FVVJS_MESHES].data;
+  for (size_t i = 0; status == FVV_OK && i < d->lists[FVVJS_MESHES].size / sizeof *meshes; i++)
+    if (meshes[i].track == header.mesh_track) meshes[i].colours = colours->data;
+  return status;
 }
 
 static fvv_status decode_calibration(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
@@ -237,6 +277,8 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, c
     return decode_mesh(d, chunk, payload, want);
   case FVV_CHUNK_VISIBILITY:
     return decode_visibility(d, chunk, payload, want);
+  case FVV_CHUNK_COLOURS:
+    return decode_colours(d, chunk, payload);
   case FVV_CHUNK_CALIBRATION:
     return decode_calibration(d, chunk, payload);
   case FVV_CHUNK_GROUP_TILES:

@@ -78,6 +78,7 @@ const usage = `usage: node compare.mjs FILE.fvv ... [options]
 --frame N       of each file (0)
 --poses N       around the mesh, and up to two fifths of them at camera positions (20)
 --size WxH      of the pictures (960x540)
+--bare          without the streams' pictures, as a player that cannot decode them
 --rays          also the agreement of visibility with ray casting
 --browser NAME  chromium or firefox
 --pictures DIR  write drawn pictures, references and differences
@@ -88,8 +89,8 @@ const worst = (values) => Math.min(...values);
 const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
 
 /** For one pose and one source of visibility. */
-async function comparePose(session, pose, size, visibleBy) {
-  const reference = session.reference(pose, size, visibleBy);
+async function comparePose(session, pose, size, visibleBy, bare) {
+  const reference = session.reference(pose, size, visibleBy, { pictures: !bare });
   const picture = await session.draw(pose, size, { ...drawn, visibleBy });
   const areas = areasOf(reference.depth, ...size, pose.focal);
   const inner = distance(picture.data, reference.picture.data, areas.inner);
@@ -125,16 +126,16 @@ function keepPictures(folder, name, { picture, reference }) {
 export async function compareFile(
   session,
   file,
-  { frame = 0, poses: count = 20, size = [960, 540], rays = false, pictures } = {},
+  { frame = 0, poses: count = 20, size = [960, 540], rays = false, bare = false, pictures } = {},
 ) {
-  const facts = await session.show(file, frame);
+  const facts = await session.show(file, frame, bare ? { video: "samples" } : {});
   const poses = posesOf(count, facts, size);
   const lines = [];
-  for (const visibleBy of facts.withBits.length ? ["bits", "depth"] : ["depth"]) {
+  for (const visibleBy of facts.withBits.length && !bare ? ["bits", "depth"] : ["depth"]) {
     const results = [];
     let [alike, pixels] = [0, 0];
     for (const pose of poses) {
-      const result = await comparePose(session, pose, size, visibleBy);
+      const result = await comparePose(session, pose, size, visibleBy, bare);
       if (pictures)
         keepPictures(pictures, `${basename(file, ".fvv")}-${visibleBy}-${pose.name.replace(" ", "")}`, result);
       if (result.inner.pixels) results.push(result);
@@ -194,6 +195,7 @@ async function main() {
       poses: { type: "string", default: "20" },
       size: { type: "string", default: "960x540" },
       rays: { type: "boolean", default: false },
+      bare: { type: "boolean", default: false },
       browser: { type: "string", default: "chromium" },
       pictures: { type: "string" },
       json: { type: "boolean", default: false },
@@ -216,6 +218,7 @@ async function main() {
           poses: Number(values.poses),
           size,
           rays: values.rays,
+          bare: values.bare,
           pictures: values.pictures,
         })),
       );

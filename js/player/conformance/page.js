@@ -33,10 +33,11 @@ async function backgroundsOf({ tracks }) {
   return decoder.backgrounds;
 }
 
-/** Shows a frame of a file and returns the facts that poses are made from. */
-window.openStream = async (file, number) => {
+/** Shows a frame of a file and returns the facts that poses are made from. options: of the decoder. */
+window.openStream = async (file, number, options) => {
   decoder?.close();
   decoder = await createDecoder({
+    ...options,
     source: file,
     visibilityWeights: true,
     worker: new URL("worker.js", import.meta.url),

@@ -95,13 +95,13 @@ export class Session {
     mkdirSync(join(served.folder, "reference"));
   }
 
-  /** Returns the facts that the page reports. */
-  async show(file, frame) {
+  /** Returns the facts that the page reports. options: of the decoder. */
+  async show(file, frame, options = {}) {
     const name = `stream${this.streams++}.fvv`;
     bring(file, join(this.served.folder, name));
     this.file = file;
     this.frame = frame;
-    return this.page.evaluate((url, number) => window.openStream(url, number), `/${name}`, frame);
+    return this.page.evaluate((url, number, more) => window.openStream(url, number, more), `/${name}`, frame, options);
   }
 
   /** {width, height, data} */
@@ -115,9 +115,10 @@ export class Session {
   }
 
   /** The reference of fvvrender: {picture, depth, visibility: Map from camera to array}. */
-  reference(pose, size, visibleBy, { visibility = false } = {}) {
+  reference(pose, size, visibleBy, { visibility = false, pictures = true } = {}) {
     const at = (name) => join(this.served.folder, "reference", name);
     const more = visibility ? ["--visibility", at("visibility.exr")] : [];
+    if (!pictures) more.push("--no-pictures");
     const what = ["--frame", `${this.frame}`, ...optionsOf(pose, size), "--samples", "1", "--no-environment"];
     const output = ["-o", at("picture.png"), "--depth", at("depth.exr"), ...more, "--force"];
     tool("fvvrender", this.file, ...what, "--visible-by", visibleBy, ...output);

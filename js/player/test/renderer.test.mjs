@@ -106,6 +106,21 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
   test("draws the same as fvvrender for few faces, by vertex bits", async () =>
     assertAlike(await compareFile(session, at("few.fvv"), { poses: 2, size }), ["bits", "depth"]));
 
+  test("draws colours of vertices where there are no pictures, shaded as fvvrender does", async () => {
+    const [line] = await compareFile(session, at("studio.fvv"), { frame: 1, poses: 3, size, bare: true });
+    assert.equal(line.views, 0);
+    assertAlike([line], ["depth"]);
+    // With pictures they are where no camera shows the surface, unless a colour is chosen.
+    const facts = await session.show(at("studio.fvv"), 1);
+    const [pose] = posesOf(1, facts, size);
+    const hidden = { cameras: [], environment: false };
+    const coloured = await session.draw(pose, size, hidden);
+    const grey = await session.draw(pose, size, { ...hidden, unseen: 0x808080 });
+    const surface = countOf([128, 128, 128], grey);
+    assert.ok(surface > 1000);
+    assert.ok(countOf([128, 128, 128], coloured) < surface / 100);
+  });
+
   test("texturing parameters of the stream, and overrides", async () => {
     const lines = await compareFile(session, at("texturing.fvv"), { poses: 3, size });
     assertAlike(lines, ["bits", "depth"], LEAST_PSNR_SEAMS);

@@ -18,6 +18,7 @@ import {
   DataTexture,
   DoubleSide,
   GLSL3,
+  Matrix4,
   Mesh,
   Object3D,
   ShaderMaterial,
@@ -34,12 +35,19 @@ import { DepthMaps, ViewTexture, VisibilityWeightTexture } from "./textures.js";
 const surfaceVertex = /* glsl */ `
 out vec3 vPoint, vNormal;
 out vec2 vUv;
+#ifdef COLOURS
+in vec4 vertexColour;
+out vec3 vColour;
+#endif
 ${visibilityWeightsVertex}
 void main() {
   vPoint = position;
   vNormal = normal;
 #ifdef ATLAS
   vUv = uv;
+#endif
+#ifdef COLOURS
+  vColour = vertexColour.rgb;
 #endif
   passVisibilityWeights();
   gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
@@ -50,23 +58,26 @@ const surfaceFragment = /* glsl */ `
 precision highp sampler2DArray;
 uniform vec4 atlas; // x y width height, in texels of pictures
 uniform float handedness;
-uniform vec3 unseen;
 in vec3 vPoint, vNormal;
 in vec2 vUv;
+#ifdef COLOURS
+in vec3 vColour;
+#else
+const vec3 vColour = vec3(0.0);
+#endif
 layout(location = 0) out highp vec4 outColour;
 #define gl_FragColor outColour
 ${projection}
 ${blending}
 
 void main() {
-  vec3 colour;
 #ifdef ATLAS
   vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
-  colour = textureLod(pictures, at / pictureSize, 0.0).rgb;
+  vec3 colour = textureLod(pictures, at / pictureSize, 0.0).rgb;
 #else
   // The front side by the winding of the face, not as the viewer sees it.
   vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? handedness : -handedness);
-  if (!blended(vPoint, faceNormal, normalize(vNormal), colour)) colour = unseen;
+  vec3 colour = surfaceColour(vPoint, faceNormal, normalize(vNormal), vColour);
 #endif
   // Cameras are mixed as display values; three continues in linear light and converts back at the end.
   outColour = sRGBTransferEOTF(vec4(colour, 1.0));
@@ -87,6 +98,7 @@ class MeshGeometry extends BufferGeometry {
     this.#fill("position", mesh.positions, 3);
     this.#fill("normal", mesh.normals, 3);
     this.#fill("uv", mesh.uvs, 2);
+    this.#fill("vertexColour", mesh.colours, 4);
     this.#fill("index", mesh.indices, 1);
     this.setDrawRange(0, mesh.indices.length);
     this.#extent.setFromArray(mesh.positions);
@@ -103,7 +115,7 @@ class MeshGeometry extends BufferGeometry {
     let attribute = former;
     if (!attribute || attribute.array.length < values.length) {
       const room = components * Math.ceil((SPARE * values.length) / components);
-      attribute = new BufferAttribute(new values.constructor(room), components);
+      attribute = new BufferAttribute(new values.constructor(room), components, values instanceof Uint8Array);
       // three frees the buffers of a disposed geometry, and creates them again when it is drawn.
       if (former) this.dispose();
       if (name === "index") this.setIndex(attribute);
@@ -116,8 +128,10 @@ class MeshGeometry extends BufferGeometry {
   }
 }
 
-/** Varyings other than visibility weights: point, normal, texture coordinates, and one for three. */
-const OTHER_VARYINGS = 4;
+/** Varyings other than visibility weights: point, normal, texture coordinates, colour, and one for three. */
+const OTHER_VARYINGS = 5;
+
+const worldToMesh = new Matrix4();
 
 // WebGL requires a texture for every sampler.
 const noTexture = new DataTexture(new Uint8Array(4), 1, 1);
@@ -159,6 +173,8 @@ export class FvvObject3D extends Object3D {
         depths: { value: noLayers },
         threshold: { value: 0 },
         eye: { value: new Vector3() },
+        viewerRight: { value: new Vector3() },
+        viewerUp: { value: new Vector3() },
         tolerance: { value: new Vector2() },
         handedness: { value: 1 },
         unseen: { value: new Vector3() },
@@ -167,8 +183,11 @@ export class FvvObject3D extends Object3D {
     this.#mesh = new Mesh(this.#geometry, this.#material);
     this.#mesh.visible = false;
     this.#mesh.onBeforeRender = (renderer, scene, camera) => {
-      const { eye } = this.#material.uniforms;
-      this.#mesh.worldToLocal(eye.value.setFromMatrixPosition(camera.matrixWorld));
+      const { eye, viewerRight, viewerUp } = this.#material.uniforms;
+      worldToMesh.copy(this.#mesh.matrixWorld).invert();
+      eye.value.setFromMatrixPosition(camera.matrixWorld).applyMatrix4(worldToMesh);
+      viewerRight.value.setFromMatrixColumn(camera.matrixWorld, 0).transformDirection(worldToMesh);
+      viewerUp.value.setFromMatrixColumn(camera.matrixWorld, 1).transformDirection(worldToMesh);
       this.#material.uniforms.handedness.value = this.#mesh.matrixWorld.determinant() < 0 ? -1 : 1;
       this.#material.uniformsNeedUpdate = true;
     };
@@ -197,6 +216,8 @@ export class FvvObject3D extends Object3D {
   #showMesh(frame, pictures) {
     const { mesh } = frame;
     this.#geometry.show(mesh);
+    // An explicit colour overrides those of the stream.
+    this.#define("COLOURS", mesh.colours && (this.#texturing.unseen ?? null) === null ? 1 : undefined);
     const layout = this.#pictures.show(this.#renderer, pictures);
     const { uniforms } = this.#material;
     if (layout.size) {

@@ -154,17 +154,21 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
   test("each camera gives its own colours", async () => {
     const greys = [];
     for (const only of [0, 2]) {
-      const found = await compare("maps", 0, [0], { render: [...maps.render, "--sources", `${only}`], only });
+      const render = [...maps.render, "--sources", `${only}`, "--unseen", "128,128,128"];
+      const found = await compare("maps", 0, [0], { render, only, own: { unseen: 0x808080 } });
       assert.equal(found.views, 1);
       assert.ok(found.results[0].psnr > LEAST_PSNR, `from camera ${only}: ${found.results[0].psnr.toFixed(1)} dB`);
       greys.push(found.results[0].grey);
     }
     assert.ok(greys[1] > 2 * greys[0], `grey pixels: ${greys}`);
   });
-  test("grey where the pictures are lost", async () => {
-    const { results, views } = await compare("maps", 0, [0], { pictures: false });
-    assert.equal(views, 0);
-    assert.ok(results[0].grey > 0.98 * results[0].count);
+  test("colours of vertices, shaded, where the pictures are lost", async () => {
+    const render = [...maps.render, "--no-pictures"];
+    for (const turned of [false, true]) {
+      const found = await compare("maps", 0, [0, 3], { render, pictures: false, turned });
+      assert.equal(found.views, 0);
+      assertAlike(found);
+    }
   });
 
   test("in Firefox", { skip: missingBrowser("firefox") }, async () => {

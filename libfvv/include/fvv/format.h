@@ -39,6 +39,7 @@ enum {
   FVV_CHUNK_VIDEO_PACKET = 0x544b5056, /* VPKT: video sample */
   FVV_CHUNK_GROUP_TILES = 0x4c495447, /* GTIL: tile layout of a group */
   FVV_CHUNK_VISIBILITY = 0x49534956, /* VISI: visibility of one frame */
+  FVV_CHUNK_COLOURS = 0x524c4f43, /* COLR: colours of a key mesh */
   FVV_CHUNK_BACKGROUND = 0x4b434142, /* BACK: static environment and lights */
   FVV_CHUNK_GROUP_END = 0x444e4547, /* GEND: group ends */
   FVV_CHUNK_INDEX = 0x58444e49, /* INDX: index of groups */
@@ -87,6 +88,7 @@ enum {
   FVV_TRACK_BACKGROUND = 5, /* BACK chunks */
   FVV_TRACK_METADATA = 6, /* reserved for timed metadata */
   FVV_TRACK_AUDIO = 7, /* reserved */
+  FVV_TRACK_COLOURS = 8, /* COLR chunks */
 };
 
 /* Mesh profiles, clause 8.3. */
@@ -270,6 +272,10 @@ enum {
   FVV_ISSUE_VISIBILITY_STREAM = 6007,
   FVV_ISSUE_TEXTURING_PAYLOAD = 6101,
   FVV_ISSUE_TEXTURING_RANGE = 6102,
+  FVV_ISSUE_COLOURS_PAYLOAD = 6201,
+  FVV_ISSUE_COLOURS_MESH = 6202,
+  FVV_ISSUE_COLOURS_CELLS = 6203,
+  FVV_ISSUE_COLOURS_STREAM = 6204,
   FVV_ISSUE_LIMIT = 7001,
   FVV_ISSUE_BACKGROUND_PAYLOAD = 8001,
   FVV_ISSUE_BACKGROUND_LATTICE = 8002,

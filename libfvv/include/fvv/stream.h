@@ -8,6 +8,7 @@
 
 #include "fvv/background.h"
 #include "fvv/calibration.h"
+#include "fvv/colours.h"
 #include "fvv/container.h"
 #include "fvv/mesh.h"
 #include "fvv/video.h"
@@ -114,6 +115,14 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_visibility(fvv_stream *stream, size_t
                                                       const fvv_visibility **visibility,
                                                       fvv_diagnostic *diagnostic);
 
+/* The colours of the mesh of a frame on one mesh track (clause 19): R, G, B of each vertex in decoded order,
+ * display values, 3 * *vertex_count bytes. Delta frames have those of their key mesh. FVV_END: the frame has
+ * no mesh there, or its key mesh has no colours. Belongs to the stream, valid until the next call of this
+ * function for the same track or close. Frames with one key mesh cost one decoding, in any order. */
+FVV_API FVV_MUST_USE fvv_status fvv_stream_colours(fvv_stream *stream, size_t frame, uint16_t mesh_track,
+                                                   const uint8_t **colours, uint32_t *vertex_count,
+                                                   fvv_diagnostic *diagnostic);
+
 /* The video sample of a frame on one track, checked by fvv_video_sample_check. FVV_END: none. Valid until the
  * next call on this stream. key: non-zero when it decodes alone; decoding starts at the first sample of its
  * group. */
@@ -135,8 +144,8 @@ typedef struct fvv_checker fvv_checker;
 
 typedef struct fvv_check_options {
   size_t struct_size;
-  int decode; /* non-zero: decode every mesh, visibility and background, check every video sample, not only
-                 structure */
+  int decode; /* non-zero: decode every mesh, visibility, colours and background, check every video sample,
+                 not only structure */
   /* Called for every event of the reader, in order, before it is judged; may be NULL. */
   void (*event)(void *user, const fvv_event *event);
   void *user;
@@ -167,6 +176,8 @@ typedef struct fvv_track_summary {
   uint64_t of_vertices;              /* visibility chunks with a bit for each vertex, not face */
   uint64_t of_weights;               /* visibility chunks with a weight for each vertex */
   uint32_t min_cameras, max_cameras; /* visibility tracks: cameras of a chunk */
+  uint64_t cells;                    /* colour tracks: occupied cells, all chunks together */
+  uint32_t min_cell_size, max_cell_size; /* colour tracks: side of a cell in lattice steps */
 } fvv_track_summary;
 
 /* A run of frames that are whole: every chunk arrived, none damaged, and (with decode) every mesh decodes. */

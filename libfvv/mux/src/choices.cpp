@@ -1,5 +1,6 @@
 // What is chosen once for a stream: normals, winding, and what is sent of visibility.
 #include "mux/src/choices.h"
+#include "fvv/colours.h"
 #include "fvv/mesh.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
@@ -306,6 +307,80 @@ void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictur
       pictures ? 100 * double(bytes) / double(pictures) : 100.0, choice.on ? "at most" : "more than",
       100 * most_fraction);
   choice.reason = text;
+}
+
+namespace {
+
+// Cells on the first mesh, measured in docs/fvvmux-colours.md. Key frames that follow each other take few
+// bytes each; one that serves a whole group may have more.
+constexpr double cells_of_each = 750, cells_of_runs = 3000;
+constexpr uint8_t step_of_each = 24, step_of_runs = 12;
+// Occupied cells of side 1 for a surface of area 1.
+constexpr double cells_of_area = 1.15;
+
+double area_of(const geometry::Mesh &mesh) {
+  const auto position = [&](uint32_t v) {
+    const double *p = mesh.positions.data() + 3 * size_t(v);
+    return render::Vec3{p[0], p[1], p[2]};
+  };
+  double twice = 0;
+  for (size_t i = 0; i < mesh.faces.size(); i += 3) {
+    const render::Vec3 a = position(mesh.faces[i]);
+    twice += length(cross(position(mesh.faces[i + 1]) - a, position(mesh.faces[i + 2]) - a));
+  }
+  return twice / 2;
+}
+
+} // namespace
+
+ColourChoice choose_colours(const Plan &plan) {
+  ColourChoice choice;
+  const Options &options = plan.options;
+  const scene::Capture &capture = plan.capture;
+  for (size_t i = 0; i < capture.cameras.size(); i++)
+    if (capture.cameras[i].pictures) choice.cameras.push_back(i);
+  const bool automatic = options.colours == Colours::automatic;
+  const char *missing = !capture.meshes          ? "there are no meshes"
+                        : choice.cameras.empty() ? "there are no pictures of cameras"
+                                                 : nullptr;
+  if (options.colours == Colours::off)
+    choice.reason = "--colours off";
+  else if (missing && !automatic)
+    throw Error(std::string("--colours: ") + missing, Error::usage);
+  else if (missing)
+    choice.reason = missing;
+  else if (automatic && options.texture_unseen)
+    choice.reason = "--texture-unseen is shown where no camera sees the surface";
+  else if (automatic && capture.atlas)
+    choice.reason = "the atlas has the colours of the whole surface";
+  else {
+    choice.on = true;
+    const geometry::Mesh mesh = scene::load_mesh(capture, capture.frames.first);
+    const double area = area_of(mesh);
+    const double cells = options.colour_cells ? options.colour_cells
+                         : plan.tracked       ? cells_of_runs
+                                              : cells_of_each;
+    const double side = std::sqrt(cells_of_area * area / cells) / plan.lattice.lattice.step;
+    choice.cell_size = uint32_t(std::clamp(side, 1.0, double(FVV_COLOURS_MAX_CELL)));
+    choice.step = plan.tracked ? step_of_runs : step_of_each;
+    choice.reason =
+        fvv::format("cells of %s, about %g on the first mesh",
+                    length_text(plan, choice.cell_size * plan.lattice.lattice.step).c_str(), cells);
+  }
+  return choice;
+}
+
+void ColourSums::add(const ColourFrame &frame) {
+  if (frame.payload.empty()) return;
+  track.add(frame.payload.size());
+  cells += frame.cells;
+  shown += frame.shown;
+  vertices += frame.vertices;
+  squares += frame.squares;
+}
+
+double ColourSums::psnr() const {
+  return squares > 0 ? 10 * std::log10(255 * 255 * 3 * double(shown) / squares) : INFINITY;
 }
 
 void VisibilitySums::add(const VisibilityFrame &frame) {

@@ -37,8 +37,8 @@ struct TrackGroup {
 };
 struct Group {
   std::vector<MeshFrame> meshes;
-  std::vector<VisibilityFrame> visibility; // if there is to be some
-  std::vector<TrackGroup> videos;          // of each video track
+  SurfaceFrames surfaces;
+  std::vector<TrackGroup> videos; // of each video track
 };
 
 // Warns of a frame that lost pieces or thin parts. frame: its number in file names. Returns whether it did.
@@ -88,7 +88,7 @@ bool warn_of_rates(const Summary &summary) {
 class Job {
 public:
   Job(Summary &sums, const Sink &out)
-      : plan(sums.plan), sink(out), summary(sums), visibility(plan), promises(plan.tracks.size()) {
+      : plan(sums.plan), sink(out), summary(sums), surfaces(plan), promises(plan.tracks.size()) {
     summary.videos.resize(plan.tracks.size());
     summary.rates.resize(plan.tracks.size());
     for (std::promise<void> &promise : promises) chosen.push_back(promise.get_future());
@@ -172,7 +172,8 @@ private:
     Group &group = groups[index];
     if (plan.has_meshes()) {
       group.meshes.resize(plan.frames_of(index));
-      group.visibility.resize(plan.frames_of(index));
+      group.surfaces.visibility.resize(plan.frames_of(index));
+      group.surfaces.colours.resize(plan.frames_of(index));
     }
     group.videos.resize(plan.tracks.size());
     for (TrackGroup &video : group.videos) video.samples.resize(plan.frames_of(index));
@@ -193,11 +194,12 @@ private:
 
   void encode_mesh_piece(const Piece &piece) {
     std::vector<MeshFrame> frames = encode_meshes(plan, piece.first, piece.count);
-    std::vector<VisibilityFrame> seen = visibility.encode(piece.first, frames);
+    SurfaceFrames seen = surfaces.encode(piece.first, frames);
     Group &group = group_for(piece.first);
     const auto at = std::ptrdiff_t(piece.first - plan.first_of(plan.group_of(piece.first)));
     std::move(frames.begin(), frames.end(), group.meshes.begin() + at);
-    std::move(seen.begin(), seen.end(), group.visibility.begin() + at);
+    std::move(seen.visibility.begin(), seen.visibility.end(), group.surfaces.visibility.begin() + at);
+    std::move(seen.colours.begin(), seen.colours.end(), group.surfaces.colours.begin() + at);
   }
 
   void choose(size_t track) {
@@ -228,12 +230,12 @@ private:
   // The configuration tells of all tracks: with the first group it is known which there are.
   void begin(const Group &first) {
     uint64_t bytes = 0, pictures = 0;
-    for (const VisibilityFrame &frame : first.visibility) bytes += frame.payload.size();
+    for (const VisibilityFrame &frame : first.surfaces.visibility) bytes += frame.payload.size();
     for (size_t track = 0; track < plan.tracks.size(); track++)
       for (const media::Sample &sample : first.videos[track].samples)
         if (!plan.tracks[track].is_atlas()) pictures += sample.bytes.size();
     settle_visibility(plan.visibility, bytes, pictures);
-    if (!plan.visibility.on) visibility.stop();
+    if (!plan.visibility.on) surfaces.stop_visibility();
     writer.emplace(plan, sink);
   }
 
@@ -264,9 +266,14 @@ private:
       const uint64_t calibration = writer->calibration(first + i, i == 0);
       if (calibration) summary.calibration.add(calibration);
       if (plan.has_meshes() && plan.visibility.on) {
-        const VisibilityFrame &frame = group.visibility[i];
+        const VisibilityFrame &frame = group.surfaces.visibility[i];
         if (!frame.payload.empty()) writer->visibility(first + i, frame.payload, frame.key);
         summary.visibility.add(frame);
+      }
+      if (plan.has_meshes() && plan.colours.on) {
+        const ColourFrame &frame = group.surfaces.colours[i];
+        if (!frame.payload.empty()) writer->colours(first + i, frame.payload);
+        summary.colours.add(frame);
       }
       bool own_layout = false; // of any track
       for (size_t track = 0; track < plan.tracks.size(); track++) {
@@ -292,7 +299,7 @@ private:
   Plan &plan;
   const Sink &sink;
   Summary &summary;
-  VisibilityCoder visibility;
+  SurfaceCoder surfaces;
   std::optional<StreamWriter> writer; // once the choices of video are known
   std::vector<Piece> pieces;
   std::vector<size_t> group_of;

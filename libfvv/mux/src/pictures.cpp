@@ -1,5 +1,6 @@
 #include "mux/src/pictures.h"
 #include "fvv_cxx/error.h"
+#include "fvv_media/colour.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/packed_image.h"
@@ -57,6 +58,32 @@ media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene
 }
 
 template media::Image load_view(const Plan &, size_t, const scene::PictureSource &, int64_t, int);
+
+namespace {
+
+uint8_t to_display(uint8_t value) {
+  return value;
+}
+uint8_t to_display(uint16_t value) {
+  return uint8_t((value + 128) / 257);
+}
+uint8_t to_display(float linear) {
+  return uint8_t(std::lround(255 * std::clamp(media::srgb_of_linear(double(linear)), 0.0, 1.0)));
+}
+
+} // namespace
+
+media::Image load_display(const Plan &plan, size_t camera, int64_t frame) {
+  const scene::PictureSource &source = *plan.capture.cameras[camera].pictures;
+  if (!plan.capture.memory) return load_view<uint8_t>(plan, camera, source, frame, 3);
+  return media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
+    const auto view = load_view<decltype(sample)>(plan, camera, source, frame, 3);
+    media::Image out = {view.width, view.height, view.channels, {}};
+    out.pixels.reserve(view.pixels.size());
+    for (const auto value : view.pixels) out.pixels.push_back(to_display(value));
+    return out;
+  });
+}
 
 template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask) {

@@ -27,6 +27,9 @@ template <class Sample>
 media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene::PictureSource &source,
                                     int64_t frame, int channels);
 
+// The picture of a camera in 8 bits, as display values.
+media::Image load_display(const Plan &plan, size_t camera, int64_t frame);
+
 // The picture of the capture's atlas, for the same samples. frame: its number in file names.
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
 

@@ -308,6 +308,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);
+  plan.colours = choose_colours(plan);
   plan.tracks = tile_tracks(plan, plan.whole);
   for (const VideoTrack &track : sent) {
     plan.tracks.push_back(track);

@@ -122,7 +122,7 @@ void StreamWriter::check_groups() const {
   uint64_t frames = 0;
   for (const GroupSpan &group : plan.groups) frames = std::max<uint64_t>(frames, group.count);
   const uint64_t in_a_frame = uint64_t(plan.has_meshes()) + plan.tracks.size() + any_moves(plan.capture) +
-                              plan.visibility.on + (plan.background != nullptr);
+                              plan.visibility.on + plan.colours.on + (plan.background != nullptr);
   // Besides GRUP, and a layout for each track.
   check_count(1 + plan.tracks.size() + frames * in_a_frame, limits.max_group_chunks,
               "chunks in a group of " + std::to_string(frames) + " frames", "fewer frames in a group");
@@ -173,6 +173,7 @@ void StreamWriter::write_configuration() {
   if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
   if (plan.visibility.on) write_track(visibility_track, FVV_TRACK_VISIBILITY, "visibility");
   if (plan.background) write_track(background_track, FVV_TRACK_BACKGROUND, "environment");
+  if (plan.colours.on) write_track(colour_track, FVV_TRACK_COLOURS, "colours");
   for (const VideoTrack *track : video_tracks())
     if (track_id(*track) > calibration_track) write_video_track(*track);
   for (const scene::Camera &source : capture.cameras) {
@@ -272,6 +273,11 @@ bool StreamWriter::layout(const VideoTrack &track, size_t group) {
 void StreamWriter::visibility(size_t frame, const std::vector<uint8_t> &payload, bool key) {
   check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VISIBILITY, visibility_track, key ? FVV_FLAG_KEY : 0,
                          plan.tick_of(frame), payload.data(), payload.size(), &diagnostic));
+}
+
+void StreamWriter::colours(size_t frame, const std::vector<uint8_t> &payload) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_COLOURS, colour_track, FVV_FLAG_KEY, int64_t(frame),
+                         payload.data(), payload.size(), &diagnostic));
 }
 
 void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {

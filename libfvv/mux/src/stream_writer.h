@@ -46,10 +46,10 @@ private:
 };
 
 constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibration_track = 4,
-                   visibility_track = 5, background_track = 6;
+                   visibility_track = 5, background_track = 6, colour_track = 7;
 // Of a track of Plan::tracks. Further tracks with cameras follow all others.
 inline uint16_t track_id(const VideoTrack &track) {
-  return track.is_atlas() ? atlas_track : track.part ? uint16_t(background_track + track.part) : camera_track;
+  return track.is_atlas() ? atlas_track : track.part ? uint16_t(colour_track + track.part) : camera_track;
 }
 
 // Every function throws Error if writing fails.
@@ -68,6 +68,8 @@ public:
   bool layout(const VideoTrack &track, size_t group);
   // After mesh and calibration of the frame.
   void visibility(size_t frame, const std::vector<uint8_t> &payload, bool key);
+  // Of a key mesh, likewise.
+  void colours(size_t frame, const std::vector<uint8_t> &payload);
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
   uint64_t background(size_t frame);

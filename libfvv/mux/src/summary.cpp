@@ -281,6 +281,13 @@ std::string summary_text(const Summary &s, const std::string &output) {
     track_line(out, s, "calibration", s.calibration.payload, error);
   }
   if (s.visibility.frames) track_line(out, s, "visibility", s.visibility.bytes, visibility_text(s));
+  if (s.colours.track.chunks)
+    track_line(out, s, "colours", s.colours.track.payload,
+               fvv::format("%llu key meshes, %.0f cells of %.3g bits each, %.1f dB; no camera shows %.2g %%",
+                           (unsigned long long)s.colours.track.chunks,
+                           double(s.colours.cells) / double(s.colours.track.chunks),
+                           8 * double(s.colours.track.payload) / double(s.colours.cells), s.colours.psnr(),
+                           100 * (1 - double(s.colours.shown) / double(s.colours.vertices))));
   for (size_t i = 0; i < plan.tracks.size(); i++)
     track_line(out, s, name_of(s, plan.tracks[i]).c_str(), s.videos[i].payload, codec_choice(s, i));
   if (plan.background)
@@ -294,6 +301,7 @@ std::string summary_text(const Summary &s, const std::string &output) {
   out += scene::text_of(scene::lens_gaps(plan.capture));
   if (plan.has_meshes()) mesh_lines(out, s);
   line(out, "  visible   %s: %s", plan.visibility.on ? "sent" : "not sent", plan.visibility.reason.c_str());
+  line(out, "  colours   %s: %s", plan.colours.on ? "sent" : "not sent", plan.colours.reason.c_str());
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
   if (s.verdict) verdict_lines(out, s);
   return out;
@@ -381,6 +389,19 @@ nlohmann::ordered_json visibility_json(const Summary &s) {
   out["largest"] = v.largest;
   out["key_frames"] = v.keys;
   out["bits_per_pair"] = v.bits_per_pair();
+  return out;
+}
+
+nlohmann::ordered_json colours_json(const Summary &s) {
+  const ColourSums &c = s.colours;
+  nlohmann::ordered_json out = {{"sent", c.track.chunks > 0}, {"reason", s.plan.colours.reason}};
+  if (!c.track.chunks) return out;
+  out["frames"] = c.track.chunks;
+  out.update(track_json(c.track));
+  out["cells"] = c.cells;
+  out["psnr"] = decibels(c.psnr());
+  out["not_shown"] = 1 - double(c.shown) / double(c.vertices);
+  out["cell_size"] = s.plan.colours.cell_size * s.plan.lattice.lattice.step;
   return out;
 }
 
@@ -476,6 +497,7 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
     out[label_of(track)].push_back(std::move(video));
   }
   out["visibility"] = visibility_json(s);
+  out["colours"] = colours_json(s);
   if (plan.background) out["background"] = background_json(*plan.background, s.background.chunks);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   if (plan.undistortion) out["undistorted"] = plan.undistortion->json();

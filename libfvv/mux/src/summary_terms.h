@@ -33,8 +33,8 @@ inline double per_second(const Summary &s) {
 }
 
 inline uint64_t overhead(const Summary &s) {
-  uint64_t bytes =
-      s.bytes - s.mesh.payload - s.calibration.payload - s.visibility.bytes - s.background.payload;
+  uint64_t bytes = s.bytes - s.mesh.payload - s.calibration.payload - s.visibility.bytes -
+                   s.colours.track.payload - s.background.payload;
   for (const TrackBytes &video : s.videos) bytes -= video.payload;
   return bytes;
 }

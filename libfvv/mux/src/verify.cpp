@@ -263,10 +263,21 @@ private:
       fail(frame, mismatch.what());
     }
     verdict.meshes++;
+    if (plan.colours.on) colours(frame, decoded.vertex_count);
     if (!plan.visibility.on) return;
     const std::string wrong = visibility.frame(stream.get(), frame, decoded);
     if (!wrong.empty()) fail(frame, wrong);
     verdict.visible++;
+  }
+
+  void colours(size_t frame, uint32_t vertices) {
+    const uint8_t *found = nullptr;
+    uint32_t count = 0;
+    check(fvv_stream_colours(stream.get(), frame, mesh_track, &found, &count, &diagnostic), frame,
+          "colour of vertices");
+    if (count != vertices)
+      fail(frame,
+           "expected colours of " + std::to_string(vertices) + " vertices, found " + std::to_string(count));
   }
 
   void moving(size_t frame, GroupVerdict &verdict) {

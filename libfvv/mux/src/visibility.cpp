@@ -1,8 +1,14 @@
 #include "mux/src/visibility.h"
+#include "fvv/colours.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
+#include "fvv_render/vertex_colours.h"
 #include "fvv_render/visibility_fit.h"
+#include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace fvv::mux {
 
@@ -87,6 +93,8 @@ public:
     return frame;
   }
 
+  const States &states() const { return former.states; }
+
 private:
   void check(fvv_status status) { fvv::check(status, plan.capture.path, diagnostic); }
 
@@ -135,15 +143,15 @@ std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &latt
   return out;
 }
 
-VisibilityCoder::VisibilityCoder(const Plan &chosen)
-    : plan(chosen), choice(chosen.visibility), on(choice.on) {
-  if (on && any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
+SurfaceCoder::SurfaceCoder(const Plan &chosen) : plan(chosen), choice(chosen.visibility), on(choice.on) {
+  if ((on || plan.colours.on) && any_moves(plan.capture))
+    moving.emplace(plan.capture, plan.lattice.lattice.step);
 }
 
-std::vector<fvv_camera> VisibilityCoder::cameras_of(size_t frame) const {
+std::vector<fvv_camera> SurfaceCoder::cameras_of(size_t frame, const std::vector<size_t> &indices) const {
   const std::vector<fvv_camera> placed = moving ? moving->decoded(frame) : std::vector<fvv_camera>();
   std::vector<fvv_camera> out;
-  for (const size_t index : choice.cameras) {
+  for (const size_t index : indices) {
     const fvv_camera camera = described(plan.capture, plan.capture.cameras[index]);
     if (!(camera.flags & FVV_CAMERA_MOVES)) out.push_back(camera);
     for (const fvv_camera &other : placed)
@@ -152,15 +160,84 @@ std::vector<fvv_camera> VisibilityCoder::cameras_of(size_t frame) const {
   return out;
 }
 
-std::vector<VisibilityFrame> VisibilityCoder::encode(size_t first,
-                                                     const std::vector<MeshFrame> &meshes) const {
-  std::vector<VisibilityFrame> frames(meshes.size());
+ColourFrame SurfaceCoder::colours(size_t frame, const fvv_mesh &mesh, const std::vector<fvv_camera> &cameras,
+                                  const States &states) const {
+  const int64_t number = plan.capture.frames.number(int64_t(frame));
+  std::vector<float> metres(3 * size_t(mesh.vertex_count));
+  fvv_lattice_to_floats(plan.lattice.lattice.origin, plan.lattice.lattice.step, mesh.positions,
+                        mesh.vertex_count, metres.data());
+  struct Shown {
+    media::Image picture, mask;
+    std::vector<uint8_t> seen;
+  };
+  std::vector<Shown> shown;
+  shown.reserve(plan.colours.cameras.size());
+  std::vector<render::ColourView> views;
+  std::vector<uint32_t> counts(2 * size_t(mesh.vertex_count));
+  for (const size_t index : plan.colours.cameras) {
+    const scene::Camera &source = plan.capture.cameras[index];
+    const auto camera = std::find_if(cameras.begin(), cameras.end(),
+                                     [&](const auto &one) { return one.id == source.calibration.id; });
+    if (camera == cameras.end()) continue;
+    shown.emplace_back();
+    Shown &one = shown.back();
+    one.picture = load_display(plan, index, number);
+    if (one.picture.width != camera->width || one.picture.height != camera->height)
+      throw Error(plan.capture.path + ": frame " + std::to_string(number) + ": camera " +
+                  std::to_string(camera->id) + ": the picture's size is not the calibration's");
+    if (source.masks) one.mask = load_view<uint8_t>(plan, index, *source.masks, number, 1);
+    const auto known = states.find(camera->id);
+    if (known != states.end()) {
+      one.seen.resize(mesh.vertex_count);
+      fvv_visibility_weights(&mesh, choice.domain, known->second.data(), counts.data(), one.seen.data());
+    }
+    views.push_back({*camera, one.picture.pixels.data(),
+                     one.mask.pixels.empty() ? nullptr : one.mask.pixels.data(),
+                     one.seen.empty() ? nullptr : one.seen.data()});
+  }
+  const render::VertexColours found =
+      render::vertex_colours({metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count}, views);
+  fvv_colours_header header = {mesh_track,        plan.colours.step,      plan.colours.step,
+                               mesh.vertex_count, plan.colours.cell_size, 0};
+  OwnedBytes payload;
+  fvv_diagnostic diagnostic = {};
+  fvv_status status;
+  while ((status = fvv_colours_encode(&mesh, &header, found.rgb.data(), found.weight.data(), nullptr,
+                                      &payload, &diagnostic)) == FVV_ERROR_INPUT &&
+         header.cell_size <= FVV_COLOURS_MAX_CELL / 2)
+    header.cell_size *= 2;
+  fvv::check(status, plan.capture.path, diagnostic);
+  fvv::check(fvv_colours_peek(payload.data, payload.size, nullptr, &header, &diagnostic), plan.capture.path,
+             diagnostic);
+  std::vector<uint8_t> decoded(found.rgb.size());
+  fvv::check(
+      fvv_colours_decode(payload.data, payload.size, &mesh, nullptr, nullptr, decoded.data(), &diagnostic),
+      plan.capture.path, diagnostic);
+  ColourFrame out = {{payload.data, payload.data + payload.size}, header.cell_count, 0, 0, mesh.vertex_count};
+  for (size_t v = 0; v < mesh.vertex_count; v++) {
+    if (!found.weight[v]) continue;
+    out.shown++;
+    for (size_t i = 3 * v; i < 3 * v + 3; i++) out.squares += std::pow(decoded[i] - found.rgb[i], 2);
+  }
+  return out;
+}
+
+SurfaceFrames SurfaceCoder::encode(size_t first, const std::vector<MeshFrame> &meshes) const {
+  SurfaceFrames frames;
+  frames.visibility.resize(meshes.size());
+  frames.colours.resize(meshes.size());
   DecodedMeshes decoded(plan.capture.path);
   FrameCoder coder(plan, choice);
-  for (size_t i = 0; i < meshes.size() && on; i++) {
+  const bool visible = on;
+  for (size_t i = 0; i < meshes.size() && (visible || plan.colours.on); i++) {
     if (meshes[i].payload.empty()) continue;
     const bool followed = i + 1 < meshes.size() && !meshes[i + 1].key;
-    frames[i] = coder.code(decoded.next(meshes[i], followed), !meshes[i].key, cameras_of(first + i));
+    const fvv_mesh &mesh = decoded.next(meshes[i], followed);
+    if (visible)
+      frames.visibility[i] = coder.code(mesh, !meshes[i].key, cameras_of(first + i, choice.cameras));
+    if (plan.colours.on && meshes[i].key)
+      frames.colours[i] =
+          colours(first + i, mesh, cameras_of(first + i, plan.colours.cameras), coder.states());
   }
   return frames;
 }

@@ -1,4 +1,5 @@
-// The visibility of a stream's meshes, as payloads of VISI.
+// What pictures say of a stream's meshes: which cameras see each place, as payloads of VISI, and the colours
+// of vertices, as payloads of COLR.
 #pragma once
 
 #include "fvv_mux/summary.h"
@@ -33,25 +34,39 @@ std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &latt
 VisibilityChoice choose_visibility(const Options &options, const scene::Capture &capture,
                                    const Tiling &tiling);
 
+// Whether the stream is to have colours of vertices, in cells of which size, and why. Throws Error (usage) if
+// they are requested and nothing has colours.
+ColourChoice choose_colours(const Plan &plan);
+
 // Whether an open choice pays, by the bytes of VISI and of camera pictures in the first group.
 void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictures);
 
+// Of some frames. Each is empty if the stream has none.
+struct SurfaceFrames {
+  std::vector<VisibilityFrame> visibility;
+  std::vector<ColourFrame> colours;
+};
+
 // For one stream. Every function may be called by several threads at once.
-class VisibilityCoder {
+class SurfaceCoder {
 public:
   // plan is borrowed; its choice of visibility is copied.
-  explicit VisibilityCoder(const Plan &plan);
+  explicit SurfaceCoder(const Plan &plan);
 
-  // No more frames are wanted: from now on encode returns frames without payload.
-  void stop() { on = false; }
+  // No more visibility is wanted: from now on encode returns frames without it.
+  void stop_visibility() { on = false; }
 
   // Of the frames of meshes; first: the number of the first one, counted from 0; meshes begin with a key
   // frame. Frames with the faces of the one before have its bits as contexts.
-  std::vector<VisibilityFrame> encode(size_t first, const std::vector<MeshFrame> &meshes) const;
+  SurfaceFrames encode(size_t first, const std::vector<MeshFrame> &meshes) const;
 
 private:
-  // As decoders have them; those that are not calibrated in that frame are left out.
-  std::vector<fvv_camera> cameras_of(size_t frame) const;
+  // Of a key mesh. cameras: of the frame; states: what they see of it, of those that have it.
+  ColourFrame colours(size_t frame, const fvv_mesh &mesh, const std::vector<fvv_camera> &cameras,
+                      const States &states) const;
+  // As decoders have them; those that are not calibrated in that frame are left out. indices: in
+  // Capture::cameras.
+  std::vector<fvv_camera> cameras_of(size_t frame, const std::vector<size_t> &indices) const;
 
   const Plan &plan;
   const VisibilityChoice choice;

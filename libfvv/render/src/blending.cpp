@@ -13,16 +13,24 @@ constexpr double border_width = 8;
 // Of the first camera that is not mixed, this much is subtracted from the others: a camera that enters or
 // leaves has no weight then. Less than all, so that equal cameras keep some.
 constexpr double handover = 1023.0 / 1024;
+// From this certainty on the colour is the cameras' alone.
+constexpr double certain = 0.1;
 
 } // namespace
 
-double directional_weight(const ViewOptions &options, const Stance &stance) {
-  if (options.blend == Blend::paper)
+Candidate directed(const ViewOptions &options, const Stance &stance) {
+  Candidate camera;
+  if (options.blend == Blend::paper) {
     // A weight of 0 would leave nothing to divide by.
-    return stance.facing >= options.threshold && stance.facing > 0 ? stance.facing : 0;
-  if (!(stance.facing > options.threshold)) return 0;
+    if (stance.facing >= options.threshold && stance.facing > 0) camera.weight = stance.facing;
+    camera.certainty = 1;
+    return camera;
+  }
+  if (!(stance.facing > options.threshold)) return camera;
   const double apart = 1 + direction_width - stance.direction;
-  return (stance.facing - options.threshold) / (1 - options.threshold) / (apart * apart);
+  camera.certainty = (stance.facing - options.threshold) / (1 - options.threshold);
+  camera.weight = camera.certainty / (apart * apart);
+  return camera;
 }
 
 double visibility_factor(Blend blend, double seen) {
@@ -52,6 +60,12 @@ void BestCameras::normalise() {
   double sum = 0;
   for (size_t i = 0; i < count; i++) sum += all[i].weight -= next;
   for (size_t i = 0; i < count; i++) all[i].weight /= sum;
+}
+
+double BestCameras::certainty() const {
+  double mean = 0;
+  for (const Candidate &camera : *this) mean += camera.weight * camera.certainty;
+  return blend == Blend::paper ? 1 : std::min(1.0, mean / certain);
 }
 
 } // namespace fvv::render

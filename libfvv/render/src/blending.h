@@ -11,7 +11,13 @@ namespace fvv::render {
 struct Candidate {
   uint32_t source = no_source;
   double weight = 0;
-  double at[2] = {}; // the point, in the source's pixels
+  double certainty = 0; // the weight without the direction, 0 to 1
+  double at[2] = {};    // the point, in the source's pixels
+
+  void operator*=(double factor) {
+    weight *= factor;
+    certainty *= factor;
+  }
 };
 
 // How a camera stands to a point and its viewer: cosines between the ray to the camera and the normal, and
@@ -20,8 +26,9 @@ struct Stance {
   double facing, direction;
 };
 
-// The weight before the picture is looked at, an upper bound of the final weight. 0: the camera is not used.
-double directional_weight(const ViewOptions &options, const Stance &stance);
+// With the weight before the picture is looked at, an upper bound of the final weight. 0: the camera is not
+// used.
+Candidate directed(const ViewOptions &options, const Stance &stance);
 
 // A factor from 0 to 1 for a point whose interpolated visibility weight is seen, 0 to 255: 0 to one half: the
 // camera does not show it.
@@ -41,6 +48,8 @@ public:
   const Candidate *begin() const { return all.data(); }
   const Candidate *end() const { return all.data() + count; }
   void normalise();
+  // After normalise: the share of their colour where the surface has a colour of its own, 0 to 1.
+  double certainty() const;
 
 private:
   const Blend blend;

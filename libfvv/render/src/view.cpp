@@ -15,6 +15,29 @@ namespace fvv::render {
 
 namespace {
 
+// The target camera, in the world.
+struct Viewer {
+  explicit Viewer(const fvv_camera &camera)
+      : right{camera.rotation[0], camera.rotation[1], camera.rotation[2]}, up{-camera.rotation[3],
+                                                                              -camera.rotation[4],
+                                                                              -camera.rotation[5]} {
+    double at[3];
+    fvv_camera_centre(&camera, at);
+    centre = {at[0], at[1], at[2]};
+  }
+
+  // What a surface without pictures is multiplied by, so that its shape can be seen: a lamp at the viewer's
+  // left shoulder, and a sky above a darker ground.
+  double light(const Vec3 &point, const Vec3 &normal) const {
+    const Vec3 to_viewer = normalised(centre - point);
+    const Vec3 n = dot(normal, to_viewer) < 0 ? normal * -1 : normal;
+    const double lamp = std::max(0.0, dot(n, normalised(to_viewer + up * 0.6 - right * 0.5)));
+    return 0.38 + 0.3 * (0.5 + 0.5 * dot(n, up)) + 0.62 * lamp;
+  }
+
+  Vec3 centre, right, up;
+};
+
 struct SurfacePoint {
   uint32_t face = no_face;
   Vec3 position, face_normal; // the normal of any length
@@ -150,6 +173,7 @@ public:
     picture.face.resize(pixels, no_face);
     picture.contributions.resize(pixels * options.best);
     if (options.keep_visibility) picture.visible.resize(pixels * sources.size());
+    const Viewer viewer(target);
     options.executor(target.height, [&](size_t y) {
       for (uint32_t x = 0; x < target.width; x++)
         draw(viewer, surface, around.get(), x, uint32_t(y), excluded, picture);
@@ -159,7 +183,7 @@ public:
 
 private:
   // around may be null.
-  void draw(const Vec3 &viewer, const Surface &surface, const Environment::View *around, uint32_t x,
+  void draw(const Viewer &viewer, const Surface &surface, const Environment::View *around, uint32_t x,
             uint32_t y, uint32_t excluded, ViewPicture &picture) const {
     const uint32_t count = options.samples * options.samples, centre = count / 2;
     const size_t pixel = size_t(y) * picture.width + x;
@@ -193,8 +217,18 @@ private:
     picture.coverage[pixel] = float(covered) / float(count);
   }
 
+  // Where no camera shows the point.
+  Vec3 without_cameras(const Viewer &viewer, const SurfacePoint &point, const Vec3 &normal) const {
+    Vec3 colour = options.vertex_colours ? Vec3{} : options.unseen;
+    for (size_t i = 0; i < 3 && options.vertex_colours; i++) {
+      const uint8_t *rgb = options.vertex_colours + 3 * size_t(point.vertices[i]);
+      colour += Vec3{double(rgb[0]), double(rgb[1]), double(rgb[2])} * (point.barycentric[i] / 255);
+    }
+    return sources.empty() ? colour * viewer.light(point.position, normal) : colour;
+  }
+
   // Fills the first contributions; visible may be null.
-  Vec3 colour(const Vec3 &viewer, const Hit &hit, uint32_t excluded, Contribution *contributions,
+  Vec3 colour(const Viewer &viewer, const Hit &hit, uint32_t excluded, Contribution *contributions,
               uint8_t *visible) const {
     const uint32_t *index = mesh.faces + size_t(3) * hit.face;
     const Vec3 a = positions[index[0]];
@@ -207,37 +241,37 @@ private:
     const Vec3 normal = normalised(interpolated(normals, index, hit.barycentric));
 
     // Best first: for most cameras it is not necessary to test whether they see the point.
-    std::vector<std::pair<double, uint32_t>> order;
+    std::vector<Candidate> order;
     order.reserve(sources.size());
-    const Vec3 to_viewer = normalised(viewer - point.position);
+    const Vec3 to_viewer = normalised(viewer.centre - point.position);
     for (uint32_t i = 0; i < sources.size(); i++) {
       const Vec3 to_camera = normalised(sources[i]->centre() - point.position);
-      const double weight =
-          i == excluded ? 0
-                        : directional_weight(options, {dot(normal, to_camera), dot(to_viewer, to_camera)}) *
-                              sources[i]->visibility_weight(point);
-      if (weight > 0) order.emplace_back(weight, i);
+      if (i == excluded) continue;
+      Candidate camera = directed(options, {dot(normal, to_camera), dot(to_viewer, to_camera)});
+      camera.source = i;
+      camera *= sources[i]->visibility_weight(point);
+      if (camera.weight > 0) order.push_back(camera);
     }
     std::stable_sort(order.begin(), order.end(),
-                     [](const auto &p, const auto &q) { return p.first > q.first; });
+                     [](const auto &p, const auto &q) { return p.weight > q.weight; });
     BestCameras best(options);
-    for (const auto &[weight, i] : order) {
-      if (!visible && !best.accepts(weight)) break;
-      Candidate camera;
-      camera.source = i;
-      camera.weight = weight * sources[i]->shows(point, camera.at);
+    for (Candidate &camera : order) {
+      if (!visible && !best.accepts(camera.weight)) break;
+      camera *= sources[camera.source]->shows(point, camera.at);
       if (!(camera.weight > 0)) continue;
-      if (visible) visible[i] = 1;
+      if (visible) visible[camera.source] = 1;
       best.add(camera);
     }
-    if (best.begin() == best.end()) return options.unseen;
+    if (best.begin() == best.end()) return without_cameras(viewer, point, normal);
     best.normalise();
     Vec3 mean;
     for (const Candidate &camera : best) {
       *contributions++ = {camera.source, float(camera.weight)};
       mean += sources[camera.source]->colour(camera.at) * camera.weight;
     }
-    return mean;
+    if (!options.vertex_colours) return mean;
+    const double share = best.certainty();
+    return share < 1 ? mean * share + without_cameras(viewer, point, normal) * (1 - share) : mean;
   }
 
   const Mesh mesh;

@@ -43,6 +43,8 @@ uint8_t fvv_chunk_track_kind(uint32_t type) {
   case FVV_CHUNK_GROUP_TILES:
   case FVV_CHUNK_VIDEO_PACKET:
     return FVV_TRACK_VIDEO;
+  case FVV_CHUNK_COLOURS:
+    return FVV_TRACK_COLOURS;
   case FVV_CHUNK_BACKGROUND:
     return FVV_TRACK_BACKGROUND;
   default:

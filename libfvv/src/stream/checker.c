@@ -310,6 +310,29 @@ static fvv_status judge_visibility_chunk(checked_visibility *visibility, const f
   return status;
 }
 
+/* Checks an intact COLR chunk; with decode, its content too. mesh: what is known in this group of the mesh
+ * track that it names, NULL: nothing. *whole and offsets: as above. */
+static fvv_status judge_colours_chunk(const fvv_event *event, uint64_t group, int decode,
+                                      const checked_mesh *mesh, const fvv_configuration *configuration,
+                                      const fvv_limits *limits, const fvv_allocator *allocator, int *whole,
+                                      fvv_diagnostic *diagnostic) {
+  const int key = (event->chunk.flags & FVV_FLAG_KEY) != 0;
+  const size_t size = (size_t)event->chunk.size;
+  fvv_colours_header header;
+  const int here = mesh && mesh->group == group;
+  const int current = here && !mesh->lost && mesh->time == event->chunk.time;
+  const int unknown = !current && ((here && mesh->lost) || !event->group_intact);
+  if (unknown) *whole = 0;
+  if (unknown || !decode)
+    return fvv_colours_check(event->payload, size, key, configuration, limits, &header, diagnostic);
+  fvv_bytes colours = {NULL, 0, 0, *allocator};
+  const fvv_status status =
+      fvv_colours_add(event->payload, size, key, current ? fvv_mesh_frames_key(&mesh->frames) : NULL,
+                      configuration, limits, &colours, diagnostic);
+  fvv_bytes_free(&colours);
+  return status;
+}
+
 /* Reads a whole stream and checks it: the push reader its structure, the layers of tracks its content. */
 
 enum { KEPT_PROBLEMS = 1000 };
@@ -461,6 +484,24 @@ static fvv_status judge_visibility(fvv_checker *c, const fvv_event *event, check
                                 diagnostic);
 }
 
+static fvv_status judge_colours(fvv_checker *c, const fvv_event *event, fvv_track_summary *summary,
+                                fvv_diagnostic *diagnostic) {
+  fvv_colours_header header;
+  const checked_track *tracks = (const checked_track *)c->tracks.data;
+  const checked_mesh *mesh = NULL;
+  const fvv_status status =
+      fvv_colours_peek(event->payload, (size_t)event->chunk.size, &c->limits, &header, diagnostic);
+  if (status != FVV_OK) return status;
+  if (!summary->cells || header.cell_size < summary->min_cell_size) summary->min_cell_size = header.cell_size;
+  if (header.cell_size > summary->max_cell_size) summary->max_cell_size = header.cell_size;
+  summary->cells += header.cell_count;
+  for (size_t i = 0; i < fvv_checker_track_count(c); i++)
+    if (tracks[i].summary.track == header.mesh_track) mesh = &tracks[i].mesh;
+  return judge_colours_chunk(event, c->summary.groups, c->options.decode, mesh,
+                             fvv_frames_configuration(c->frames), &c->limits, &c->allocator, &c->frame_good,
+                             diagnostic);
+}
+
 /* Checks the payload by the rules of its type. */
 static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *track,
                         fvv_diagnostic *diagnostic) {
@@ -476,6 +517,8 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
   }
   if (event->chunk.type == FVV_CHUNK_VISIBILITY && configuration)
     return judge_visibility(c, event, track, diagnostic);
+  if (event->chunk.type == FVV_CHUNK_COLOURS && configuration)
+    return judge_colours(c, event, &track->summary, diagnostic);
   if (event->chunk.type == FVV_CHUNK_CALIBRATION && configuration)
     count_calibrations(&track->summary, event, configuration);
   if (event->chunk.type == FVV_CHUNK_GROUP_TILES && configuration)

@@ -206,14 +206,27 @@ static int has_chunk_of(const fvv_frames *f, uint16_t track) {
   return 0;
 }
 
+static int has_key_mesh(const fvv_frames *f) {
+  const fvv_frame_chunk *chunks = (const fvv_frame_chunk *)f->frame.chunks.data;
+  for (size_t i = 0; i < f->frame.chunks.size / sizeof *chunks; i++)
+    if (chunks[i].header.type == FVV_CHUNK_MESH && chunks[i].header.flags & FVV_FLAG_KEY) return 1;
+  return 0;
+}
+
 /* Whether nothing more can belong to the current frame: it has a chunk of every track, and no track has two
- * at one time (clause 6.2). With a background track it waits, as few frames have a chunk of that. */
+ * at one time (clause 6.2). Only key meshes have colours, and no frame consists of colours alone. With a
+ * background track it waits, as few frames have a chunk of that. */
 static int is_complete(const fvv_frames *f) {
   const fvv_configuration *c = f->configuration;
-  if (f->frame.chunks.size / sizeof(fvv_frame_chunk) < c->track_count) return 0;
-  for (size_t i = 0; i < c->track_count; i++)
-    if (c->tracks[i].kind > FVV_TRACK_VISIBILITY || !has_chunk_of(f, c->tracks[i].id)) return 0;
-  return 1;
+  size_t present = 0;
+  for (size_t i = 0; i < c->track_count; i++) {
+    const uint8_t kind = c->tracks[i].kind;
+    if (kind > FVV_TRACK_VISIBILITY && kind != FVV_TRACK_COLOURS) return 0;
+    const int has = has_chunk_of(f, c->tracks[i].id);
+    if (!has && (kind != FVV_TRACK_COLOURS || has_key_mesh(f))) return 0;
+    present += has && kind != FVV_TRACK_COLOURS;
+  }
+  return present != 0;
 }
 
 static fvv_status add_frame_chunk(fvv_frames *f, fvv_frames_event *out) {

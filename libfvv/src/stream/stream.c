@@ -1,4 +1,4 @@
-/* Frames by number: their chunks, meshes, samples, cameras, visibility and environment. */
+/* Frames by number: their chunks, meshes, samples, cameras, visibility, colours and environment. */
 #include "stream/stream.h"
 
 #include <string.h>
@@ -538,6 +538,89 @@ fvv_status fvv_stream_visibility(fvv_stream *stream, size_t frame, uint16_t trac
   return status;
 }
 
+/* Colours of frames by number: those of the key mesh on which the frame's mesh depends. */
+
+typedef struct followed_colours {
+  uint16_t track; /* of the meshes */
+  uint64_t chunk; /* offset of the chunk that was decoded last; 0: none */
+  fvv_bytes rgb;
+} followed_colours;
+
+static void release_colours(fvv_stream *stream) {
+  followed_colours *tracks = (followed_colours *)stream->colours.data;
+  for (size_t i = 0; i < stream->colours.size / sizeof *tracks; i++) fvv_bytes_free(&tracks[i].rgb);
+  fvv_bytes_free(&stream->colours);
+}
+
+/* The COLR chunk at the time of a key mesh that names its track. end: behind the chunks that may be it.
+ * FVV_END: there is none. */
+static fvv_status find_colours(fvv_stream *s, const fvv_configuration *configuration,
+                               const fvv_chunk_info *key, const fvv_chunk_info *end,
+                               const fvv_chunk_info **colours, fvv_diagnostic *diagnostic) {
+  for (const fvv_chunk_info *chunk = key; chunk < end; chunk++) {
+    const uint8_t *payload;
+    fvv_colours_header header;
+    if (chunk->type != FVV_CHUNK_COLOURS || chunk->time != key->time) continue;
+    fvv_status status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
+    if (status != FVV_OK) return status;
+    *colours = chunk;
+    status = fvv_colours_check(payload, (size_t)chunk->size, chunk->flags & FVV_FLAG_KEY, configuration,
+                               &s->limits, &header, diagnostic);
+    if (status != FVV_OK)
+      fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_COLOURS);
+    if (status != FVV_OK || header.mesh_track == key->track) return status;
+  }
+  return FVV_END;
+}
+
+static fvv_status decode_colours(fvv_stream *s, const fvv_configuration *configuration,
+                                 const fvv_chunk_info *key, const fvv_chunk_info *chunk, fvv_bytes *rgb,
+                                 fvv_diagnostic *diagnostic) {
+  fvv_mesh mesh = {0};
+  const uint8_t *payload;
+  fvv_status status = decode_key(s, key, &mesh, diagnostic);
+  if (status == FVV_OK) status = fvv_file_read_chunk(s->file, chunk, &payload, diagnostic);
+  if (status == FVV_OK) {
+    status = fvv_colours_add(payload, (size_t)chunk->size, chunk->flags & FVV_FLAG_KEY, &mesh, configuration,
+                             &s->limits, rgb, diagnostic);
+    if (status != FVV_OK)
+      fvv_diagnostic_rebase(diagnostic, chunk->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_COLOURS);
+  }
+  fvv_mesh_free(&mesh);
+  return status;
+}
+
+fvv_status fvv_stream_colours(fvv_stream *stream, size_t frame, uint16_t mesh_track, const uint8_t **colours,
+                              uint32_t *vertex_count, fvv_diagnostic *diagnostic) {
+  fvv_diagnostic_clear(diagnostic);
+  *colours = NULL;
+  *vertex_count = 0;
+  frame_chunks found;
+  const fvv_configuration *configuration;
+  fvv_status status = find_configured(stream, frame, &found, &configuration, diagnostic);
+  if (status < 0) return status;
+  const fvv_chunk_info *key = chunk_of(&found, FVV_CHUNK_MESH, mesh_track), *chunk = NULL;
+  if (!key) return FVV_END;
+  while (key > found.first && !(is_mesh(key, mesh_track) && key->flags & FVV_FLAG_KEY)) key--;
+  if (!is_mesh(key, mesh_track) || !(key->flags & FVV_FLAG_KEY)) return FVV_END;
+  status = find_colours(stream, configuration, key, found.chunks + found.count, &chunk, diagnostic);
+  if (status != FVV_OK) return status;
+  void *kept = NULL;
+  status = kept_of(stream, &stream->colours, sizeof(followed_colours), mesh_track, &kept);
+  if (status != FVV_OK) return fvv_fail(diagnostic, status, 0, 0, 0, "%s", fvv_status_text(status));
+  followed_colours *followed = kept;
+  followed->rgb.allocator = stream->allocator;
+  if (followed->chunk != chunk->offset) {
+    followed->chunk = 0;
+    status = decode_colours(stream, configuration, key, chunk, &followed->rgb, diagnostic);
+    if (status != FVV_OK) return status;
+    followed->chunk = chunk->offset;
+  }
+  *colours = followed->rgb.data;
+  *vertex_count = (uint32_t)(followed->rgb.size / 3);
+  return FVV_OK;
+}
+
 /* The environment of a group: in the group itself, or where clause 18.5 has a writer put it. At most three
  * tables of groups are read; the stream is never scanned. */
 
@@ -638,7 +721,7 @@ fvv_status fvv_stream_open(const fvv_input *input, const fvv_limits *limits, con
   if (!*stream) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory");
   fvv_stream *s = *stream;
   s->allocator = s->firsts.allocator = s->meshes.allocator = s->visibility.allocator = s->layouts.allocator =
-      chosen;
+      s->colours.allocator = chosen;
   fvv_configuration_init(&s->configuration, limits, &chosen);
   s->limits = s->configuration.limits;
   const fvv_status status = fvv_file_open(input, limits, &chosen, &s->file, diagnostic);
@@ -668,6 +751,7 @@ void fvv_stream_close(fvv_stream *stream) {
   release_meshes(stream);
   release_tiles(stream);
   release_visibility(stream);
+  release_colours(stream);
   release_background(stream);
   fvv_file_close(stream->file);
   fvv_release(&allocator, stream, sizeof *stream);

@@ -13,6 +13,7 @@ struct fvv_stream {
   size_t frame_count;
   fvv_bytes firsts;             /* uint64_t for each group: number of its first frame */
   fvv_bytes meshes;             /* followed_track: where delta frames were decoded last */
+  fvv_bytes colours;            /* followed_colours: of each mesh track */
   fvv_bytes visibility;         /* followed_visibility: where each track was decoded last */
   fvv_calibration *calibration; /* of the block that is loaded; NULL: none yet */
   uint64_t calibration_chunk;   /* offset of the chunk that was decoded last; 0: none */

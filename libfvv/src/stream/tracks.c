@@ -56,6 +56,10 @@ const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames) {
   return frames->key.positions ? &frames->key : NULL;
 }
 
+const fvv_mesh *fvv_mesh_frames_key(const fvv_mesh_frames *frames) {
+  return frames->key.positions && !frames->sequence ? &frames->key : NULL;
+}
+
 static fvv_status no_memory(fvv_diagnostic *diagnostic) {
   return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory for visibility");
 }
@@ -238,6 +242,40 @@ fvv_status fvv_visibility_frames_add(fvv_visibility_frames *frames, const uint8_
   const fvv_status status =
       add_visibility(frames, payload, size, key, mesh, calibration, configuration, limits, diagnostic);
   if (status != FVV_OK) fvv_visibility_frames_reset(frames);
+  return status;
+}
+
+fvv_status fvv_colours_check(const uint8_t *payload, size_t size, int key,
+                             const fvv_configuration *configuration, const fvv_limits *limits,
+                             fvv_colours_header *header, fvv_diagnostic *diagnostic) {
+  const fvv_status status = fvv_colours_peek(payload, size, limits, header, diagnostic);
+  if (status != FVV_OK) return status;
+  if (!key)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_COLOURS_PAYLOAD, FVV_CHUNK_COLOURS, 0,
+                    "the chunk does not have the key flag");
+  const fvv_track *track = fvv_configuration_track(configuration, header->mesh_track);
+  if (track && track->kind == FVV_TRACK_MESH) return FVV_OK;
+  return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_COLOURS_MESH, FVV_CHUNK_COLOURS,
+                  FVV_COLR_MESH_TRACK, "mesh track %u is not declared as a mesh track", header->mesh_track);
+}
+
+fvv_status fvv_colours_add(const uint8_t *payload, size_t size, int key, const fvv_mesh *mesh,
+                           const fvv_configuration *configuration, const fvv_limits *limits,
+                           fvv_bytes *colours, fvv_diagnostic *diagnostic) {
+  fvv_colours_header header;
+  colours->size = 0;
+  fvv_status status = fvv_colours_check(payload, size, key, configuration, limits, &header, diagnostic);
+  if (status != FVV_OK) return status;
+  if (!mesh)
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_COLOURS_MESH, FVV_CHUNK_COLOURS,
+                    FVV_COLR_MESH_TRACK, "there is no key mesh on track %u at the time of its colours",
+                    header.mesh_track);
+  uint64_t bytes;
+  if (!fvv_multiply_u64(mesh->vertex_count, 3, &bytes) || bytes > SIZE_MAX ||
+      fvv_bytes_reserve(colours, (size_t)bytes) != FVV_OK)
+    return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory for colours");
+  status = fvv_colours_decode(payload, size, mesh, limits, &colours->allocator, colours->data, diagnostic);
+  if (status == FVV_OK) colours->size = (size_t)bytes;
   return status;
 }
 

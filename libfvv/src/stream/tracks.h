@@ -1,9 +1,10 @@
 /* stream/tracks.h: the state of a track from chunk to chunk: meshes and visibility that later frames depend
- * on, and the tile layout of a group. */
+ * on; and what single chunks hold: the colours of a key mesh, the tile layout of a group. */
 #ifndef FVV_STREAM_TRACKS_H
 #define FVV_STREAM_TRACKS_H
 
 #include "base/memory.h"
+#include "fvv/colours.h"
 #include "fvv/container.h"
 #include "fvv/mesh.h"
 #include "fvv/stream.h"
@@ -33,6 +34,9 @@ FVV_MUST_USE fvv_status fvv_mesh_frames_add(fvv_mesh_frames *frames, const uint8
 /* The frame that was added last; NULL before the first. Belongs to frames, until the next add or reset. */
 const fvv_mesh *fvv_mesh_frames_current(const fvv_mesh_frames *frames);
 
+/* The same if it is a key mesh, otherwise NULL. */
+const fvv_mesh *fvv_mesh_frames_key(const fvv_mesh_frames *frames);
+
 /* Zero-initialise; release with fvv_visibility_frames_reset. */
 typedef struct fvv_visibility_frames {
   fvv_visibility current; /* header.camera_count 0: none */
@@ -60,6 +64,17 @@ FVV_MUST_USE fvv_status fvv_visibility_frames_add(fvv_visibility_frames *frames,
                                                   const fvv_configuration *configuration,
                                                   const fvv_limits *limits, const fvv_allocator *allocator,
                                                   fvv_diagnostic *diagnostic);
+
+/* Checks what can be checked of a COLR chunk without the mesh: header, key flag, mesh track. */
+FVV_MUST_USE fvv_status fvv_colours_check(const uint8_t *payload, size_t size, int key,
+                                          const fvv_configuration *configuration, const fvv_limits *limits,
+                                          fvv_colours_header *header, fvv_diagnostic *diagnostic);
+
+/* Decodes a COLR chunk. mesh: the key mesh of its time on its mesh track; NULL: there is none. colours: R, G,
+ * B of each vertex, in place of what it holds. Offsets of diagnostics are relative to the payload. */
+FVV_MUST_USE fvv_status fvv_colours_add(const uint8_t *payload, size_t size, int key, const fvv_mesh *mesh,
+                                        const fvv_configuration *configuration, const fvv_limits *limits,
+                                        fvv_bytes *colours, fvv_diagnostic *diagnostic);
 
 /* Decodes the payload of a GTIL of a track into fvv_tile, and checks it against the configuration. *tiles
  * belongs to the caller, also after an error. Offsets of diagnostics are relative to the payload. */

@@ -28,7 +28,7 @@ export interface DrawOptions {
   clearColour?: [number, number, number, number];
   /** The colour above: the background changes from clearColour at the horizon to it. null: clearColour everywhere. */
   sky?: [number, number, number, number] | null;
-  /** The vertical, for the sky and for light on a mesh without pictures. Default [0, 1, 0]. */
+  /** The vertical, for the sky. Default [0, 1, 0]. */
   up?: [number, number, number];
   /** The pictures of all cameras in cells instead of the scene. x y width height are fractions of the canvas, y down. */
   sheet?: readonly { camera: number; x: number; y: number; width: number; height: number }[] | null;

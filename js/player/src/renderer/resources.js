@@ -164,10 +164,12 @@ export class Layers {
   }
 }
 
+/** Names and components; bytes are fractions of 255. */
 const ATTRIBUTES = [
   ["positions", 3],
   ["normals", 3],
   ["uvs", 2],
+  ["colours", 4],
 ];
 
 /** The buffers of a mesh that changes with every frame. */
@@ -200,7 +202,8 @@ export class MeshBuffers {
       if (!mesh[name]) return gl.disableVertexAttribArray(i);
       this.#buffer(name, gl.ARRAY_BUFFER).write(mesh[name]);
       gl.enableVertexAttribArray(i);
-      gl.vertexAttribPointer(i, components, gl.FLOAT, false, 0, 0);
+      const bytes = mesh[name] instanceof Uint8Array;
+      gl.vertexAttribPointer(i, components, bytes ? gl.UNSIGNED_BYTE : gl.FLOAT, bytes, 0, 0);
     });
     this.#buffer("indices", gl.ELEMENT_ARRAY_BUFFER).write(mesh.indices);
     gl.bindVertexArray(null);

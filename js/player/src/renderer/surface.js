@@ -18,8 +18,8 @@ import {
   writeViews,
 } from "@fvv/shading";
 
-import { lighting } from "./light.js";
 import { DataTexture, Layers, MeshBuffers } from "./resources.js";
+import { normalise } from "../vectors.js";
 
 /** MODE of the fragment shader. */
 export const MODES = { textured: 0, weights: 1, visibility: 2, normals: 3, depth: 4, wireframe: 5 };
@@ -28,11 +28,12 @@ const vertex = /* glsl */ `
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
+layout(location = 3) in vec4 colour;
 uniform mat4 worldToClip;
 invariant gl_Position;
 out vec3 vPoint, vNormal;
 out vec2 vUv;
-out float vDepth;
+out vec4 vColour; // and depth
 ${visibilityWeightsVertex}
 void main() {
   vPoint = position;
@@ -40,18 +41,17 @@ void main() {
   vUv = uv;
   passVisibilityWeights();
   gl_Position = worldToClip * vec4(position, 1.0);
-  vDepth = gl_Position.w;
+  vColour = vec4(colour.rgb, gl_Position.w);
 }
 `;
 
 const fragment = /* glsl */ `
 uniform vec4 atlas; // x y width height, in texels of pictures
 uniform vec2 depthRange;
-uniform vec3 unseen;
 uniform mat3 pixelToRay; // of gl_FragCoord
 in vec3 vPoint, vNormal;
 in vec2 vUv;
-in float vDepth;
+in vec4 vColour;
 layout(location = 0) out highp vec4 outColour;
 ${projection}
 ${blending}
@@ -65,10 +65,6 @@ vec3 exactPoint(vec3 faceNormal) {
   return distance(point, vPoint) < 0.1 * (length(dFdx(vPoint)) + length(dFdy(vPoint))) ? point : vPoint;
 }
 
-#ifdef LIT
-${lighting}
-#endif
-
 // A different colour for each camera: hues a golden section apart.
 vec3 cameraColour(int view) {
   float hue = fract(texel(view, 5).w * 0.61803399);
@@ -81,8 +77,7 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
   vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
   return textureLod(pictures, at / pictureSize, 0.0).rgb;
 #else
-  vec3 colour;
-  return blended(point, faceNormal, normal, colour) ? colour : unseen;
+  return surfaceColour(point, faceNormal, normal, vColour.rgb);
 #endif
 }
 #elif MODE == 1
@@ -115,7 +110,7 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) { return 0.5 + 0.5 * normal; }
 #elif MODE == 4
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
-  return vec3(mix(1.0, 0.08, clamp((vDepth - depthRange.x) / (depthRange.y - depthRange.x), 0.0, 1.0)));
+  return vec3(mix(1.0, 0.08, clamp((vColour.w - depthRange.x) / (depthRange.y - depthRange.x), 0.0, 1.0)));
 }
 #else
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
@@ -127,9 +122,6 @@ void main() {
   // The front side by the winding of the face, not as the viewer sees it.
   vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? 1.0 : -1.0);
   outColour = vec4(shaded(exactPoint(faceNormal), faceNormal, normalize(vNormal)), 1.0);
-#ifdef LIT
-  outColour.rgb = lit(outColour.rgb, normalize(vNormal), normalize(eye - vPoint), normalize(pixelToRay[0]));
-#endif
 }
 `;
 
@@ -161,7 +153,7 @@ export function cameraColour(id) {
   });
 }
 
-/** Varyings other than visibility weights: point, normal, texture coordinates, depth. */
+/** Varyings other than visibility weights: point, normal, texture coordinates, colour with depth. */
 const OTHER_VARYINGS = 4;
 const VISIBLE_BY = ["auto", "bits", "depth", "both"];
 
@@ -270,7 +262,8 @@ export class Surface {
       pictureSize: pictures.size,
       viewCount: views.length,
       ...texturing,
-      up: options.up,
+      viewerRight: normalise(pixelToRay.subarray(0, 3)),
+      viewerUp: normalise(pixelToRay.subarray(3, 6)),
       atlas: atlas ?? [0, 0, 1, 1],
     };
     const textures = {
@@ -282,7 +275,8 @@ export class Surface {
     const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best };
     if (blend === "paper") defines.PAPER = 1;
     if (atlas) defines.ATLAS = 1;
-    else if (!views.length && options.mode === "textured") defines.LIT = 1;
+    // An explicit colour overrides those of the stream.
+    if (this.#content.mesh.colours && (options.unseen ?? null) === null) defines.COLOURS = 1;
     const wired = options.mode === "wireframe";
     // Edges coincide with the faces, and would be drawn only in part.
     if (wired) gl.enable(gl.POLYGON_OFFSET_FILL);

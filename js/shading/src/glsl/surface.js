@@ -93,7 +93,8 @@ void passVisibilityWeights() {
 
 /**
  * Follows projection in a fragment shader. WEIGHT_TEXELS: number of varyings with visibility weights. BEST: maximum number of
- * cameras at a point. PAPER: defined if cameras are weighted by the normal alone; see clause 17.5 of the format.
+ * cameras at a point. PAPER: defined if cameras are weighted by the normal alone; COLOURS: if the mesh has colours of vertices,
+ * which are shown where no camera shows the surface; see clauses 17.5 and 19 of the format.
  */
 export const blending = /* glsl */ `
 uniform highp sampler2D pictures;
@@ -102,7 +103,8 @@ uniform vec2 pictureSize;
 uniform vec2 tolerance; // in pixel widths, and relative to the change of depth from pixel to pixel
 uniform int viewCount;
 uniform float threshold;
-uniform vec3 eye; // of the viewer
+uniform vec3 unseen;
+uniform vec3 eye, viewerRight, viewerUp; // the viewer's place and axes
 #if WEIGHT_TEXELS > 0
 in vec4 vVisibility[WEIGHT_TEXELS];
 #endif
@@ -165,6 +167,12 @@ float shows(int view, vec3 point, vec3 faceNormal, out vec2 at) {
 #endif
 }
 
+// What the weight is divided by for the angle between a view and the viewer.
+float apartness(vec3 ray, vec3 point) {
+  float apart = 1.01 - dot(ray, normalize(eye - point));
+  return apart * apart;
+}
+
 // The weight of a view at the point before its picture is looked at; 0: it is not used.
 float weightOf(int view, vec3 point, vec3 normal) {
   vec4 centre = texel(view, 3);
@@ -175,14 +183,14 @@ float weightOf(int view, vec3 point, vec3 normal) {
   return facing >= threshold ? facing * visibilityFactor(view) : 0.0;
 #else
   if (!(facing > threshold)) return 0.0;
-  float apart = 1.01 - dot(ray, normalize(eye - point));
-  return (facing - threshold) / (1.0 - threshold) / (apart * apart) * visibilityFactor(view);
+  return (facing - threshold) / (1.0 - threshold) / apartness(ray, point) * visibilityFactor(view);
 #endif
 }
 
 // The best views by descending weight: their numbers, weights, and where they show the point. chosen is -1 after the last.
-void chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT], out float weights[KEPT],
-                 out vec2 places[KEPT]) {
+// Returns the share of their colour where the surface has a colour of its own.
+float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT], out float weights[KEPT],
+                  out vec2 places[KEPT]) {
   for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
   // Software rasterisers execute both sides of branches and skip only loop iterations: first find the candidates.
   uvec2 candidates = uvec2(0u);
@@ -206,28 +214,51 @@ void chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT],
       chosen[i] = chosen[i - 1], weights[i] = weights[i - 1], places[i] = places[i - 1];
     chosen[i] = view, weights[i] = weight, places[i] = at;
   }
-#ifndef PAPER
+#ifdef PAPER
+  return 1.0;
+#else
   float next = weights[BEST] * 1023.0 / 1024.0;
-  for (int i = 0; i < BEST; i++) weights[i] = max(0.0, weights[i] - next);
+  float sum = 0.0, certainty = 0.0;
+  for (int i = 0; i < BEST; i++) {
+    float own = weights[i];
+    weights[i] = max(0.0, own - next);
+#ifdef COLOURS
+    if (!(weights[i] > 0.0)) break;
+    sum += weights[i];
+    certainty += weights[i] * own * apartness(normalize(texel(chosen[i], 3).xyz - point), point);
+#endif
+  }
   weights[BEST] = 0.0;
+  return sum > 0.0 ? min(1.0, 10.0 * certainty / sum) : 1.0;
 #endif
 }
 
-/** The weighted mean of the best views, in display values; false if no view shows the point. */
-bool blended(vec3 point, vec3 faceNormal, vec3 normal, out vec3 colour) {
+// What a surface without pictures is multiplied by, so that its shape can be seen: a lamp at the viewer's left shoulder, and
+// a sky above a darker ground.
+float lightAt(vec3 point, vec3 normal) {
+  vec3 towardsEye = normalize(eye - point);
+  vec3 n = dot(normal, towardsEye) < 0.0 ? -normal : normal;
+  float lamp = max(0.0, dot(n, normalize(towardsEye + 0.6 * viewerUp - 0.5 * viewerRight)));
+  return 0.38 + 0.3 * (0.5 + 0.5 * dot(n, viewerUp)) + 0.62 * lamp;
+}
+
+// The colour of a point as display values. own: the colour of the vertices, interpolated, if COLOURS is defined.
+vec3 surfaceColour(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
+#ifndef COLOURS
+  own = unseen;
+#endif
+  if (viewCount == 0) return own * lightAt(point, normal);
   int chosen[KEPT];
   float weights[KEPT];
   vec2 places[KEPT];
-  chooseViews(point, faceNormal, normal, chosen, weights, places);
+  float share = chooseViews(point, faceNormal, normal, chosen, weights, places);
   float sum = 0.0;
-  colour = vec3(0.0);
+  vec3 colour = vec3(0.0);
   for (int i = 0; i < BEST; i++) {
     if (weights[i] == 0.0) break;
     sum += weights[i];
     colour += weights[i] * textureLod(pictures, places[i] / pictureSize, 0.0).rgb;
   }
-  if (!(sum > 0.0)) return false;
-  colour /= sum;
-  return true;
+  return sum > 0.0 ? mix(own, colour / sum, share) : own;
 }
 `;

@@ -84,6 +84,10 @@ enum class Background { automatic, keep, flat, smooth };
 // automatic: faces, where that takes few bytes beside the pictures.
 enum class Visibility { automatic, faces, vertices, weights, none };
 
+// Of vertices, for surface that no camera shows and players that cannot decode the pictures. automatic: where
+// there are meshes and pictures of cameras, and no atlas.
+enum class Colours { automatic, on, off };
+
 struct Options {
   std::string capture; // capture.json or its folder
   uint32_t codec = FVV_CODEC_AVC1;
@@ -114,6 +118,8 @@ struct Options {
   bool verify = false; // keep what verify() needs
   Crop crop = Crop::automatic;
   Visibility visibility = Visibility::automatic;
+  Colours colours = Colours::automatic;
+  uint32_t colour_cells = 0; // about as many on the first mesh; 0: as measured
   // How players are to blend colours; written if any of these is set.
   std::optional<double> texture_threshold;              // least cosine
   std::optional<uint32_t> texture_best;                 // cameras

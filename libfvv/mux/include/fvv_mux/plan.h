@@ -72,6 +72,14 @@ struct VisibilityChoice {
   std::string reason;
 };
 
+struct ColourChoice {
+  bool on = false;
+  uint32_t cell_size = 0;      // lattice steps; more for a mesh that has too many cells of that size
+  uint8_t step = 0;            // of luma and chroma
+  std::vector<size_t> cameras; // indices in Capture::cameras, of those with pictures
+  std::string reason;
+};
+
 // cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
 // picture.
 struct Tiling {
@@ -178,6 +186,7 @@ struct Plan {
   CropChoice crop;
   Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent
   VisibilityChoice visibility;
+  ColourChoice colours;
   std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedBackground> background;      // if there is one
   FrameLimit frame_limit = {};                             // of a video frame with tiles of cameras

@@ -62,6 +62,24 @@ struct VisibilitySums {
   double bits_per_pair() const { return pairs ? 8 * double(bytes) / double(pairs) : 0; }
 };
 
+struct ColourFrame {
+  std::vector<uint8_t> payload; // empty: the frame has none, as delta frames
+  uint32_t cells = 0;
+  double squares = 0;    // of differences of display values, 0 to 255, from what cameras show
+  uint32_t shown = 0;    // vertices that cameras show
+  uint32_t vertices = 0; // all
+};
+
+// Of all frames.
+struct ColourSums {
+  TrackBytes track;
+  uint64_t cells = 0, shown = 0, vertices = 0;
+  double squares = 0;
+
+  void add(const ColourFrame &frame);
+  double psnr() const; // dB, over the vertices that cameras show; infinite without an error
+};
+
 struct DecimationSums {
   uint64_t frames = 0, kept = 0;              // that were to be decimated; of these, unchanged
   uint64_t faces_before = 0, faces_after = 0; // of all frames
@@ -92,6 +110,7 @@ struct Summary {
   DecimationSums decimation;
   std::optional<Verdict> verdict; // with Options::verify
   VisibilitySums visibility;
+  ColourSums colours;
   double seconds = 0;                     // from opening the capture to the last byte
   uint64_t mesh_reads = 0;                // of mesh files
   scene::PictureReads picture_reads = {}; // of picture and mask files

@@ -63,10 +63,15 @@ struct ViewOptions {
   double margin = 0.5;     // of the sources' pixels: a border that is not used; from 0.5 on nothing is
                            // read twice
   Visibility visibility = Visibility::depth_map;
-  DepthTest depth_test;         // pixels are those of the source
-  uint32_t samples = 1;         // of a pixel of the target, along its side: 1, 3, 5 or 7
-  Vec3 background;              // display values 0..1, where there is no surface
-  Vec3 unseen{0.5, 0.5, 0.5};   // the same, where no camera shows the surface
+  DepthTest depth_test; // pixels are those of the source
+  uint32_t samples = 1; // of a pixel of the target, along its side: 1, 3, 5 or 7
+  Vec3 background;      // display values 0..1, where there is no surface
+  // The same, where no camera shows the surface. Without any source it is shaded, as if the viewer held a
+  // light.
+  Vec3 unseen{0.5, 0.5, 0.5};
+  // R, G, B of each vertex, display values, interpolated over faces, in place of unseen. Borrowed; NULL:
+  // none.
+  const uint8_t *vertex_colours = nullptr;
   bool keep_visibility = false; // fill ViewPicture::visible
   Executor executor = [](size_t count, const std::function<void(size_t)> &work) {
     for (size_t i = 0; i < count; i++) work(i);
