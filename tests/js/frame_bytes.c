@@ -49,7 +49,7 @@ static void put_colours(fvv_stream *stream, size_t frame, uint16_t track) {
 }
 
 static void put_texturing(const fvv_texturing *t) {
-  const double numbers[5] = {t->threshold,
+  const double numbers[6] = {t->threshold,
                              t->depth_bias,
                              t->depth_slope,
                              t->best,

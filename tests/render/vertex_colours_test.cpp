@@ -6,6 +6,7 @@
 #include "view_fixture.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace {
 
@@ -133,6 +134,39 @@ TEST_CASE(
   options.vertex_colours = nullptr;
   CHECK(farthest(colour_of(render(shape, behind, target, options), centre), {0.5, 0.5, 0.5}) < 1e-6);
   options.vertex_colours = colours.data();
-  const double cosine = 3 / std::sqrt(10);
-  CHECK(farthest(colour_of(render(shape, {}, target, options), centre), own * (0.6 + 0.4 * cosine)) < 2e-3);
+  // The lamp is at the viewer's left shoulder, the sky above: the normal is (0, 0, -1).
+  const double *r = target.rotation;
+  const Vec3 lamp =
+      normalised(normalised(Vec3{1, 0, -3}) - Vec3{r[3], r[4], r[5]} * 0.6 - Vec3{r[0], r[1], r[2]} * 0.5);
+  const double light = 0.38 + 0.3 * (0.5 + 0.5 * r[5]) + 0.62 * -lamp.z;
+  CHECK(farthest(colour_of(render(shape, {}, target, options), centre), own * light) < 2e-3);
+}
+
+TEST_CASE("colours of cameras change to those of vertices without jumps") {
+  Shape shape;
+  shape.square(1, 0);
+  const std::vector<uint8_t> colours = {250, 50, 0, 250, 50, 0, 250, 50, 0, 250, 50, 0};
+  const fvv_camera target = looking({0.2, 0, -3}, {0.2, 0, 0}, 1, 1, 9);
+  ViewOptions options;
+  options.vertex_colours = colours.data();
+  const auto largest_step = [&](Blend blend) {
+    options.blend = blend;
+    options.threshold = blend == Blend::paper ? 0.25 : 0.05;
+    double largest = 0;
+    std::optional<Vec3> former;
+    for (int i = 0; i <= 1000; i++) {
+      // A camera in front that goes around to the side, and sinks below the horizon of the surface.
+      Sources sources;
+      const double cosine = 0.6 - 0.7 * i / 1000;
+      sources.plain(looking({3 * std::sqrt(1 - cosine * cosine), 0, -3 * cosine}, {}, 64, 64, 60), {0, 1, 0});
+      const Vec3 colour = colour_of(render(shape, sources, target, options), 0);
+      if (former) largest = std::max(largest, farthest(colour, *former));
+      if (i == 0) CHECK(farthest(colour, {0, 1, 0}) < 1e-6);
+      if (i == 1000) CHECK(farthest(colour, Vec3{250, 50, 0} * (1 / 255.0)) < 1e-6);
+      former = colour;
+    }
+    return largest;
+  };
+  CHECK(largest_step(Blend::viewer) < 0.02);
+  CHECK(largest_step(Blend::paper) > 0.5);
 }

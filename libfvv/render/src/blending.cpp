@@ -14,7 +14,7 @@ constexpr double border_width = 8;
 // leaves has no weight then. Less than all, so that equal cameras keep some.
 constexpr double handover = 1023.0 / 1024;
 // From this certainty on the colour is the cameras' alone.
-constexpr double certain = 0.1;
+constexpr double fully_certain = 0.1;
 
 } // namespace
 
@@ -65,7 +65,7 @@ void BestCameras::normalise() {
 double BestCameras::certainty() const {
   double mean = 0;
   for (const Candidate &camera : *this) mean += camera.weight * camera.certainty;
-  return blend == Blend::paper ? 1 : std::min(1.0, mean / certain);
+  return blend == Blend::paper ? 1 : std::min(1.0, mean / fully_certain);
 }
 
 } // namespace fvv::render

@@ -16,8 +16,8 @@ namespace fvv::render {
 namespace {
 
 // The target camera, in the world.
-struct Viewer {
-  explicit Viewer(const fvv_camera &camera)
+struct Target {
+  explicit Target(const fvv_camera &camera)
       : right{camera.rotation[0], camera.rotation[1], camera.rotation[2]}, up{-camera.rotation[3],
                                                                               -camera.rotation[4],
                                                                               -camera.rotation[5]} {
@@ -159,9 +159,6 @@ public:
   ViewPicture render(const fvv_camera &target, uint32_t excluded) const {
     const auto around = options.environment ? options.environment->view(target, options.samples) : nullptr;
     const Surface surface(target, mesh, target.lens == FVV_LENS_NONE ? nullptr : &rays, options.samples);
-    double centre[3];
-    fvv_camera_centre(&target, centre);
-    const Vec3 viewer = {centre[0], centre[1], centre[2]};
     ViewPicture picture;
     picture.width = target.width;
     picture.height = target.height;
@@ -173,7 +170,7 @@ public:
     picture.face.resize(pixels, no_face);
     picture.contributions.resize(pixels * options.best);
     if (options.keep_visibility) picture.visible.resize(pixels * sources.size());
-    const Viewer viewer(target);
+    const Target viewer(target);
     options.executor(target.height, [&](size_t y) {
       for (uint32_t x = 0; x < target.width; x++)
         draw(viewer, surface, around.get(), x, uint32_t(y), excluded, picture);
@@ -183,7 +180,7 @@ public:
 
 private:
   // around may be null.
-  void draw(const Viewer &viewer, const Surface &surface, const Environment::View *around, uint32_t x,
+  void draw(const Target &viewer, const Surface &surface, const Environment::View *around, uint32_t x,
             uint32_t y, uint32_t excluded, ViewPicture &picture) const {
     const uint32_t count = options.samples * options.samples, centre = count / 2;
     const size_t pixel = size_t(y) * picture.width + x;
@@ -218,7 +215,7 @@ private:
   }
 
   // Where no camera shows the point.
-  Vec3 without_cameras(const Viewer &viewer, const SurfacePoint &point, const Vec3 &normal) const {
+  Vec3 without_cameras(const Target &viewer, const SurfacePoint &point, const Vec3 &normal) const {
     Vec3 colour = options.vertex_colours ? Vec3{} : options.unseen;
     for (size_t i = 0; i < 3 && options.vertex_colours; i++) {
       const uint8_t *rgb = options.vertex_colours + 3 * size_t(point.vertices[i]);
@@ -228,7 +225,7 @@ private:
   }
 
   // Fills the first contributions; visible may be null.
-  Vec3 colour(const Viewer &viewer, const Hit &hit, uint32_t excluded, Contribution *contributions,
+  Vec3 colour(const Target &viewer, const Hit &hit, uint32_t excluded, Contribution *contributions,
               uint8_t *visible) const {
     const uint32_t *index = mesh.faces + size_t(3) * hit.face;
     const Vec3 a = positions[index[0]];
