@@ -16,11 +16,10 @@ import time
 
 import browser_decoder
 import codecs_table
-import leave_one_out
 import mesh_only
 import player
 import serve
-import viewer_flicker
+import view_quality
 import whp235
 from muxing import Muxing
 
@@ -157,9 +156,9 @@ def visibility():
         )
     tracked = moving, "--no-pictures", "--step", "1mm", "--keep-geometry", "--visibility", "weight"
     rows |= {"tracked.": tracked}
-    wd2 = leave_one_out.wd2_capture()
+    wd2 = view_quality.wd2_capture()
     if wd2:
-        real = wd2, "--no-pictures", "--keep-geometry", *leave_one_out.WINDING
+        real = wd2, "--no-pictures", "--keep-geometry", *view_quality.WINDING
         rows["wd2."] = *real, "--visibility", "weight"
         rows["wd2_face."] = *real, "--visibility", "face"
     figures = {}
@@ -354,7 +353,7 @@ def served():
 
 def picture():
     """Quality of new viewpoints, and how steady the picture is while the viewer walks."""
-    return {**leave_one_out.measure(), **viewer_flicker.measure()}
+    return view_quality.measure()
 
 
 PARTS = {

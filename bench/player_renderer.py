@@ -13,12 +13,12 @@ import shutil
 import subprocess
 import sys
 
-import leave_one_out
+import view_quality
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOOLS = ROOT / "build/default/tools"
 WORK = ROOT / "build/bench/player"
-DATA = leave_one_out.DATA
+DATA = view_quality.DATA
 SCENE_METRES = 4  # of the generated action, along its longest side
 SCALES = (0.1, 1, 100)
 
@@ -94,9 +94,9 @@ def pose2sim():
 
 def real():
     streams = []
-    source = leave_one_out.wd2_capture()
+    source = view_quality.wd2_capture()
     if source:
-        streams.append(mux(source, "wd2", "--visibility", "face", *leave_one_out.WINDING))
+        streams.append(mux(source, "wd2", "--visibility", "face", *view_quality.WINDING))
     if (DATA / "pose2sim_4cam").exists():
         streams.append(pose2sim())
     else:

@@ -282,11 +282,25 @@ def test_fvvinfo_reports_the_constants(files):
         "threshold": 0.75, "best": 1, "unseen": [255, 0, 64], "blend": "paper", "depth_bias": 0,
         "depth_slope": 1.25
     }  # fmt: skip
-    assert "by the normal (paper), cosines from 0.75, 1 cameras at most, 255,0,64" in run("fvvinfo", files[1]).stdout
+    assert (
+        "by the normal (paper), cosines from 0.75, 1 cameras at most, 255,0,64"
+        in run("fvvinfo", files[1]).stdout
+    )
 
 
 def test_fvvrender_uses_the_constants_of_the_file(files, tmp_path):
-    options = "--blend", "paper", "--threshold", 0.75, "--best", 1, "--unseen", "255,0,64", "--visible-by", "rays"
+    options = (
+        "--blend",
+        "paper",
+        "--threshold",
+        0.75,
+        "--best",
+        1,
+        "--unseen",
+        "255,0,64",
+        "--visible-by",
+        "rays",
+    )
     pictures = []
     for number, arguments in enumerate([(files[0],), (files[0], *options), (files[1], "--visible-by", "rays"),
                                         (files[1], "--unseen", "0,255,0", "--visible-by", "rays")]):  # fmt: skip

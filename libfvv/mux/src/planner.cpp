@@ -87,7 +87,7 @@ void leave_out_empty(scene::Capture &capture) {
   if (!shows) capture.frames.leave_out(capture.empty);
 }
 
-// Reads everything that a frame has, each time anew. Throws Error.
+// Reads everything that a frame has, from its files on each call. Throws Error.
 void read_frame(const Plan &plan, int64_t number) {
   const scene::Capture &capture = plan.capture;
   if (capture.has_mesh(number)) geometry::check(frame_mesh(plan.capture, number), capture.mesh_path(number));

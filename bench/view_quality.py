@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Draws each camera of a capture from the others and compares the picture with the real one: the quality of a new viewpoint.
+"""How good drawn pictures are: from places where a camera stood, and while the viewer walks.
 
-Captures: wd2_human20 (a person, 20 cameras, the visual hull that comes with it), middlebury_temple (a statue, 47 views, every
+Leave-one-out draws each camera of a capture from the others and compares the picture with the real one. Captures: wd2_human20 (a person, 20 cameras, the visual hull that comes with it), middlebury_temple (a statue, 47 views, every
 fourth is drawn; a hull of voxels, smoothed), and a generated one (the studio of fvvsynth, a hull). Pictures are coded at JPEG's
 quality 100 and meshes are kept, so the figures measure geometry, calibration, exposure and the method of texturing. Sources are
 all other cameras, or the 8, 4 or 2 whose rays to the middle of the scene are nearest to the target's. PSNR and SSIM (Wang et al.
@@ -9,15 +9,22 @@ all other cameras, or the 8, 4 or 2 whose rays to the middle of the scene are ne
 everything else is the same grey in both. Surface without colour counts as it is drawn. Every row is drawn with both blends of
 clause 17.5.
 
-    python bench/leave_one_out.py [CAPTURE...]
+Flicker is how much a drawn picture changes while the viewer walks, against how much the truth changes, on the generated capture.
+The truth is filmed by cameras one degree apart (fvvsynth --rig arc); fvvrender draws the same views from the 13 cameras of
+the studio and their hull. Of each step the change is the mean absolute difference of luma over the pixels that belong to both
+silhouettes; the ratio is that of the sums over all steps. Smooth motion changes both alike, so jumps are looked for in second
+differences, p(i - 1) - 2 p(i) + p(i + 1), in the same way. A still scene, the same frame twice, must give the same picture.
 
-prints the table; ./run bench picture prints the figures.
+    python bench/view_quality.py [wd2|temple|generated|flicker...]
+
+prints the tables; ./run bench picture prints the figures.
 """
 
 import functools
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -33,6 +40,9 @@ import wd2_human20  # noqa: E402
 from real_capture import DATA, TOOLS, luma, read_ply  # noqa: E402
 
 WORK = ROOT / "build/bench/picture"
+FLICKER = ROOT / "build/bench/flicker"
+STEPS = 30
+SIZE = 480, 270
 NEAREST = 0, 8, 4, 2  # 0: all
 BLENDS = "viewer", "paper"
 GREY = 128.0
@@ -193,9 +203,8 @@ def table(name, views, targets):
     return means
 
 
-def measure(names=CAPTURES):
-    """Prints the table and returns the figures for bench.py; of captures whose data are there."""
-    WORK.mkdir(parents=True, exist_ok=True)
+def leave_one_out(names):
+    """Prints the table and returns the figures, of captures whose data are there."""
     print(f"{'':22}" + "".join(f"{blend + ':':>9}{'SSIM':>8}{'unseen':>8}" for blend in BLENDS))
     print(f"{'capture':10}{'sources':>12}" + f"{'PSNR dB':>9}{'':8}{'%':>8}" * 2)
     figures = {}
@@ -216,6 +225,100 @@ def measure(names=CAPTURES):
     return figures
 
 
+def pose_of(camera):
+    """The options of fvvrender that draw what the camera sees."""
+    rotation = np.reshape(camera["rotation"], (3, 3))
+    eye = -rotation.T @ camera["translation"]
+    pose = ",".join(f"{x:.9g}" for x in (*eye, *(eye + rotation[2])))
+    return "--pose", pose, "--focal", camera["intrinsics"]["fx"], "--size", "{}x{}".format(*SIZE)
+
+
+def changes(pictures, masks):
+    """Mean absolute first and second differences, summed over the walk."""
+    first = second = 0.0
+    for i in range(1, len(pictures)):
+        both = masks[i - 1] & masks[i]
+        first += np.abs(pictures[i] - pictures[i - 1])[both].mean()
+        if i + 1 < len(pictures):
+            both &= masks[i + 1]
+            second += np.abs(pictures[i - 1] - 2 * pictures[i] + pictures[i + 1])[both].mean()
+    return np.array([first, second])
+
+
+def still_scene(source):
+    """Whether two frames of the same pictures and mesh are drawn alike."""
+    folder = FLICKER / "still"
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(source, folder)
+    capture = json.loads((folder / "capture.json").read_text())
+    capture["frames"]["count"] = 2
+    for camera in capture["cameras"]:
+        camera.pop("per_frame", None)
+    (folder / "capture.json").write_text(json.dumps(capture))
+    for path in list(folder.rglob("*0000.*")):
+        os.link(path, path.with_name(path.name.replace("0000", "0001")))
+    tool("fvvmux", folder, "-o", FLICKER / "still.fvv", *JPEG)
+    views = []
+    for frame in 0, 1:
+        out = FLICKER / f"still{frame}.png"
+        tool(
+            "fvvrender",
+            FLICKER / "still.fvv",
+            "--frame",
+            frame,
+            "--pose",
+            "1.5,1.6,3.2,0,1,0",
+            "-o",
+            out,
+            "--force",
+        )
+        views.append(luma(out))
+    return np.abs(views[0] - views[1]).max()
+
+
+def flicker():
+    """Prints the table and returns the figures."""
+    studio, walk = FLICKER / "studio", FLICKER / "walk"
+    tool("fvvsynth", "-o", studio, "--frames", 1, "--meshes", "hull", "--force")
+    tool("fvvsynth", "-o", walk, "--frames", 1, "--rig", "arc", "--cameras", STEPS + 1,
+         "--size", "{}x{}".format(*SIZE), "--force")  # fmt: skip
+    tool("fvvmux", studio, "-o", FLICKER / "studio.fvv", *JPEG)
+    cameras = json.loads((walk / "capture.json").read_text())["cameras"]
+    masks = [np.asarray(Image.open(walk / (c["masks"] % 0)).convert("L")) > 128 for c in cameras]
+    truth = changes([luma(walk / (c["pictures"] % 0)) for c in cameras], masks)
+    print(f"{STEPS} steps of one degree; the truth changes by {truth[0] / STEPS:.2f} of 255 a step")
+    ratios = {}
+    for blend in BLENDS:
+        drawn = []
+        for camera in cameras:
+            out = FLICKER / f"view{camera['id']}.png"
+            tool(
+                "fvvrender", FLICKER / "studio.fvv", *pose_of(camera), "-o", out, "--blend", blend, "--force"
+            )
+            drawn.append(luma(out))
+        ratios[blend] = changes(drawn, masks) / truth
+        print(
+            "{:8} first differences {:.3f} of the truth's, second {:.3f}".format(blend, *ratios[blend]),
+            flush=True,
+        )
+    return {
+        "picture.viewer_flicker_ratio": ratios["viewer"][0],
+        "picture.viewer_jump_ratio": ratios["viewer"][1],
+        "picture.still_difference": still_scene(studio),
+    }
+
+
+def measure(names=(*CAPTURES, "flicker")):
+    """The figures for bench.py."""
+    for folder in WORK, FLICKER:
+        folder.mkdir(parents=True, exist_ok=True)
+    captures = [name for name in names if name != "flicker"]
+    return {**(leave_one_out(captures) if captures else {}), **(flicker() if "flicker" in names else {})}
+
+
 if __name__ == "__main__":
-    for figure, value in measure(sys.argv[1:] or CAPTURES).items():
+    known = (*CAPTURES, "flicker")
+    if wrong := set(sys.argv[1:]) - set(known):
+        sys.exit(f"picture: expected {', '.join(known)}; found {', '.join(wrong)}")
+    for figure, value in measure(sys.argv[1:] or known).items():
         print(f"{figure:32} {value:12.4f}")
