@@ -25,7 +25,7 @@ def test_there_and_back(capture, tmp_path, codec, options):
 
     info = figures("fvvinfo", "--check", "--chunks", stream)["files"][0]
     assert (info["integrity"], info["frames"], info["whole_frames"]) == ("complete", 3, 3)
-    assert [t["kind"] for t in info["tracks"]] == ["mesh", "video", "visibility"]
+    assert [t["kind"] for t in info["tracks"]] == ["mesh", "video", "visibility", "colours"]
     profiles = {name: p["chunks"] for name, p in info["tracks"][0]["mesh"]["profiles"].items()}
     assert profiles == ({"draco": 3} if options else {"draco": 1, "delta": 2})
     assert len(info["cameras"]) == len(info["tracks"][1]["video"]["tiles"]) == 3

@@ -119,7 +119,8 @@ def test_bits_and_depth_maps_and_rays_nearly_agree(scene, tmp_path):
         pictures[how] = np.stack(list(read_exr(path).values()))
     for how in "bits", "depth":
         differ = (pictures[how] != pictures["rays"]).sum() / (pictures["rays"] > 0).sum()
-        assert 0 < differ < 0.03, how
+        # Most at a cosine of less than 0.25: bits come from the faces around there, and maps have few samples.
+        assert 0 < differ < 0.045, how
     # Bits are the default.
     assert drawn(stream, tmp_path / "default.png", "--camera", 1)["visible_by"] == "bits"
     assert (tmp_path / "default.png").read_bytes() == (tmp_path / "bits.png").read_bytes()
@@ -218,10 +219,14 @@ def test_what_is_damaged_is_named(scene, tmp_path):
     damaged = bytearray(whole)
     damaged[whole.index(b"\xff\xd8\xff") + 2000] ^= 1
     stream.write_bytes(damaged)
-    done = run("fvvrender", stream, "-o", out, "--camera", 1, code=1)
+    done = run("fvvrender", stream, "-o", out, "--camera", 1, code=3)
     assert "frame 0: no picture of camera 3: " in done.stderr
-    assert "no camera is left to take texture from" in done.stderr
+    # What is left are the colours of vertices.
+    drawn(stream, tmp_path / "bare.png", "--camera", 1, "--no-pictures")
+    assert out.read_bytes() == (tmp_path / "bare.png").read_bytes()
+    out.unlink()
     drawn(stream, out, "--camera", 1, "--frame", 1)
+    assert out.read_bytes() != (tmp_path / "bare.png").read_bytes()
     out.unlink()
     damaged = bytearray(whole)
     damaged[whole.index(b"MESH") + 1000] ^= 1

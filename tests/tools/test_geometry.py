@@ -192,9 +192,9 @@ def test_faces_with_their_backs_to_the_cameras_are_found_and_turned(tmp_path, wh
     }
     assert read["as_it_is"] == read["meant"] != read["flipped"] == read["auto"]
     assert np.abs(middle_colour(tmp_path / "flipped.fvv", tmp_path / "v.png") - COLOURS[1]).max() < 60
-    run("fvvrender", tmp_path / "meant.fvv", "--camera", 1, "-o", tmp_path / "grey.png",
-         "--visible-by", "depth", warns=True)  # fmt: skip
-    assert (np.asarray(Image.open(tmp_path / "grey.png"))[SIZE // 2, SIZE // 2] == 128).all()
+    run("fvvrender", tmp_path / "meant.fvv", "--camera", 1, "-o", tmp_path / "unseen.png",
+         "--visible-by", "depth", "--unseen", "10,200,60", warns=True)  # fmt: skip
+    assert (np.asarray(Image.open(tmp_path / "unseen.png"))[SIZE // 2, SIZE // 2] == [10, 200, 60]).all()
 
 
 def test_faces_that_are_right_stay(tmp_path):
@@ -320,7 +320,10 @@ def test_a_mesh_that_can_be_repaired_is_counted_and_read_back(mux_six, fvvinfo, 
 def test_a_mesh_that_no_stream_can_hold_is_refused_by_file_and_element(mux_six, name):
     text, message = REFUSED[name]
     done = mux_six(text)
-    assert (done.returncode, done.stderr) == (1, f"fvvmux: meshes/{BAD}.obj{message}\n".encode())
+    found, advice = done.stderr.decode().rsplit(" (", 1)
+    assert (done.returncode, found) == (1, f"fvvmux: meshes/{BAD}.obj{message}")
+    assert advice.endswith("--skip-bad-frames leaves out frames whose files cannot be used)\n")
+    assert f"frame {BAD}" in done.stderr.decode()
     assert not mux_six.stream.exists()
 
 
@@ -328,7 +331,8 @@ def test_an_empty_file_is_found_before_any_work(mux_six):
     done = mux_six("")
     assert (done.returncode, done.stderr) == (
         1,
-        b"fvvmux: capture.json: 1 of 6 meshes is empty, first: meshes/3.obj\n",
+        b"fvvmux: capture.json: 1 of 6 meshes is empty, first: meshes/3.obj\n"
+        b"fvvmux: capture.json: --skip-bad-frames leaves out frames whose files cannot be used\n",
     )
     assert not mux_six.stream.exists()
 

@@ -428,6 +428,8 @@ def test_pictures_that_were_turned_and_cut_are_put_in_their_place(small, tmp_pat
         camera["pictures"] = {**stored, **more}
         if kind == "masks":
             camera["masks"] = {"pattern": "turned/mask_%04d.png", **more}
+        else:
+            camera.pop("masks", None)
 
     describe(small, lambda d: use(d["cameras"][0]))
     done = run("fvvmux", small, "-o", tmp_path / "out.fvv", code=1)

@@ -116,13 +116,14 @@ public:
                diagnostic);
   }
 
-  Frame load() {
+  Frame load(bool pictures) {
     Frame out;
     out.up = configuration->scene.up_axis;
     out.texturing = configuration->texturing;
     load_cameras(out);
     load_mesh(out);
-    const std::vector<demux::VideoViews> tracks = demux::views_of(*configuration, {}, nullptr);
+    std::vector<demux::VideoViews> tracks;
+    if (pictures) tracks = demux::views_of(*configuration, {}, nullptr);
     for (const demux::VideoViews &track : tracks) demux::decoding_memory(where, {track}, memory);
     for (const demux::VideoViews &track : tracks) load_track(track, out);
     load_environment(out);
@@ -317,8 +318,8 @@ std::string Frame::camera_ids() const {
   return out.empty() ? "none" : out;
 }
 
-Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory) {
-  return Loader(path, number, memory).load();
+Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory, bool pictures) {
+  return Loader(path, number, memory).load(pictures);
 }
 
 } // namespace fvv::rendering

@@ -51,7 +51,8 @@ struct Frame {
 
 // Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), the stream has no
 // meshes, or its mesh is damaged, or a picture takes more than memory, which holds for each track and each
-// picture of the environment.
-Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory = {});
+// picture of the environment. Without pictures of cameras if they are not wanted.
+Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory = {},
+                 bool pictures = true);
 
 } // namespace fvv::rendering

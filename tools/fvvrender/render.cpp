@@ -252,7 +252,8 @@ std::vector<render::SourceView> sources_of(const Options &options, const Frame &
     if (const CameraWeights *bits = frame.bits_of(id)) source.visible_vertices = bits->weights.data();
     out.push_back(source);
   }
-  if (out.empty() && options.pictures && frame.colours.empty())
+  // Where all pictures are lost, the colours of vertices are left.
+  if (out.empty() && options.pictures && (frame.colours.empty() || !frame.pictures.empty()))
     throw Error(options.input + ": no camera is left to take texture from");
   return out;
 }
@@ -338,7 +339,7 @@ void run(const Options &options, Result &result) {
     throw Error("--leave-one-out: expected with --camera only", Error::usage);
   Files files(options);
   Clock clock;
-  Frame frame = load_frame(options.input, options.frame, options.memory);
+  Frame frame = load_frame(options.input, options.frame, options.memory, options.pictures);
   result.losses = frame.losses;
   if (render::inside_out(frame.mesh()))
     result.warnings.push_back(options.input + ": frame " + std::to_string(options.frame) +

@@ -226,6 +226,8 @@ for (const name of ["chromium", "firefox"])
     });
 
     test("cameras can be switched off, and shown in the scene", async () => {
+      // Without cameras the mesh would have the colours of its vertices.
+      await ask(() => (window.player.unseen = 0x808080));
       const whole = await colourful();
       await click(control("cameras"));
       await until(() => !window.player.shadowRoot.querySelector(".panel.cameras").hidden);
@@ -235,6 +237,7 @@ for (const name of ["chromium", "firefox"])
       await until(() => !window.player.isMoving);
       assert.ok((await colourful()) < whole / 20);
       await ask(() => {
+        window.player.unseen = null;
         window.player.colourCameras = null;
         window.player.showCameras = "pictures";
         window.player.setPose({ eye: [7, 5, 9], target: [0, 1, 0] });

@@ -31,7 +31,16 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     mux("small", "spread", "--video-tracks", "3");
     mux("small", "vertices", "--visibility", "vertex", "--codec", "vp9");
     mux("small", "maps", "--visibility", "none", "--codec", "jpeg", "--quality", "90");
-    const texturing = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
+    const texturing = [
+      "--texture-best",
+      "1",
+      "--texture-threshold",
+      "0.5",
+      "--texture-unseen",
+      "250,10,60",
+      "--texture-blend",
+      "paper",
+    ];
     mux("small", "texturing", "--visibility", "none", "--frames", "0-0", ...texturing);
     synth("studio", "--frames", "2", "--size", "480x270", "--meshes", "hull", "--hull-cells", "50");
     mux("studio", "studio");
@@ -118,7 +127,7 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     const own = { threshold: 0.3, best: 3, unseen: 0x0ac83c };
     const asked = ["--threshold", "0.3", "--best", "3", "--unseen", "10,200,60"];
     assertAlike(await compare("texturing", 0, [0, 2], { render: [...maps.render, ...asked], own }), LEAST_PSNR_SEAMS);
-    for (const [name, value] of Object.entries({ threshold: 0.25, best: 3, unseen: 0x808080 })) {
+    for (const [name, value] of Object.entries({ threshold: 0.25, best: 3, unseen: 0x808080, blend: "viewer" })) {
       const { results } = await compare("texturing", 0, [0, 2], { ...maps, own: { [name]: value } });
       const worst = Math.min(...results.map(({ psnr }) => psnr));
       assert.ok(worst < LEAST_PSNR_SEAMS - 0.5, `${name} makes no difference: ${worst.toFixed(1)} dB`);

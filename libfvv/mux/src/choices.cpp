@@ -355,7 +355,7 @@ ColourChoice choose_colours(const Plan &plan) {
     choice.reason = "the atlas has the colours of the whole surface";
   else {
     choice.on = true;
-    const geometry::Mesh mesh = scene::load_mesh(capture, capture.frames.first);
+    const geometry::Mesh mesh = frame_mesh(capture, capture.mesh_frames().front());
     const double area = area_of(mesh);
     const double cells = options.colour_cells ? options.colour_cells
                          : plan.tracked       ? cells_of_runs

@@ -43,7 +43,9 @@ void report_times(const std::string &subject, const VideoReport &report, Finding
 }
 
 // What to do about a picture whose size is not the camera's, where that can be guessed.
-std::string size_advice(uint32_t width, uint32_t height, uint32_t expected_width, uint32_t expected_height) {
+// of_camera: the size is that of a calibration.
+std::string size_advice(uint32_t width, uint32_t height, uint32_t expected_width, uint32_t expected_height,
+                        bool of_camera = true) {
   constexpr uint32_t most = 64; // pixels that encoders add or cut, to a multiple of their blocks
   const auto near = [](uint32_t a, uint32_t b) { return (a > b ? a - b : b - a) < most; };
   const bool fits = width == expected_width && height == expected_height;
@@ -52,6 +54,7 @@ std::string size_advice(uint32_t width, uint32_t height, uint32_t expected_width
       "\"place\": [x, y] with the pixel of the calibrated picture at which it begins, [0, 0] if it "
       "was cut or padded at the right and at the bottom";
   if (turns && !fits) return " (turned? state \"rotate\": 90 or 270)";
+  if (!of_camera) return "";
   const bool lies = width > height, expected_lies = expected_width > expected_height;
   if (lies != expected_lies && near(width, expected_height) && near(height, expected_width))
     return " (turned, and cut or padded? state \"rotate\": 90 or 270, and " + place + ")";
@@ -308,7 +311,7 @@ private:
       if (rotate && *rotate % 180) std::swap(size.width, size.height);
       if (width && (size.width != width || size.height != height))
         unlike.add(file + " is " + std::to_string(size.width) + " x " + std::to_string(size.height) +
-                   (expected.of_camera ? size_advice(size.width, size.height, width, height) : ""));
+                   size_advice(size.width, size.height, width, height, expected.of_camera));
       if (size.orientation != 1 && !rotate)
         turned.add(file + " has orientation " + std::to_string(size.orientation));
     } catch (const std::exception &error) {

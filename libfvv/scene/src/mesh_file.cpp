@@ -65,12 +65,15 @@ bool is_empty_mesh(const std::string &path) {
   const std::string extension = extension_of(path);
   const bool ply = extension == ".ply";
   if (!ply && extension != ".obj") return false;
+  if (!why_unreadable(path).empty()) return false; // what is wrong is said when it is read
   std::ifstream file(path, std::ios::binary);
+  std::string start(enough + 1, '\0');
+  file.read(&start[0], std::streamsize(start.size()));
+  start.resize(size_t(file.gcount()));
+  std::istringstream lines(start);
   std::string line;
-  bool vertices = false, faces = false, any = false;
-  for (size_t seen = 0; std::getline(file, line); seen += line.size() + 1) {
-    if (seen > enough) return false;
-    any = true;
+  bool vertices = false, faces = false;
+  while (std::getline(lines, line)) {
     std::istringstream words(line);
     std::string first, second, third;
     words >> first >> second >> third;
@@ -80,7 +83,7 @@ bool is_empty_mesh(const std::string &path) {
     faces = faces || (first == "element" && second == "face" && third == "0");
     if (first == "end_header") return vertices && faces;
   }
-  return !ply && any && file.eof();
+  return !ply && !start.empty() && start.size() <= enough;
 }
 
 std::string parse_gltf_picture(std::string_view bytes, const std::string &name) {
