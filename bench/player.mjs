@@ -1,6 +1,7 @@
 // Measures playback of a clip with WebGL in software: node player.mjs CLIP.fvv [chromium|firefox]. Prints JSON: frames per
-// second with depth maps and with bits, draw calls and uploads per frame, and the time to the first picture over 8 Mbit/s and
-// 40 ms. Code has been loaded before, but is revalidated, as fvvserve requires.
+// second with depth maps and with bits, the time of a picture whose cameras are weighted by the viewer's direction over that by
+// the normal alone, draw calls and uploads per frame, and the time to the first picture over 8 Mbit/s and 40 ms. Code has been
+// loaded before, but is revalidated, as fvvserve requires.
 
 import { copyFileSync } from "node:fs";
 import { join } from "node:path";
@@ -42,7 +43,10 @@ try {
   await bundle(here("player_page.js"), [here("player_page.html")], served.folder);
   copyFileSync(process.argv[2], join(served.folder, "clip.fvv"));
   const page = await openPage(browser, served.url);
-  const rate = (visibleBy) => page.evaluate((by) => window.measureRate("/clip.fvv", by), visibleBy);
+  const rate = async (visibleBy) => {
+    const { blendMs, ...found } = await page.evaluate((by) => window.measureRate("/clip.fvv", by), visibleBy);
+    return { ...found, viewerOverPaper: Math.min(...blendMs.viewer) / Math.min(...blendMs.paper) };
+  };
   const found = { depth: await rate("depth"), bits: await rate("bits") };
   await page.close();
   const firstMs = await firstPictures(browser, served);

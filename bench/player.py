@@ -38,6 +38,7 @@ def speed(clip):
     for way, name in ("depth", "depth_maps"), ("bits", "visibility_bits"):
         figures[f"player.fps_{name}"] = found[way]["playing"]
         figures[f"player.fps_{name}_standing"] = found[way]["still"]
+    figures["player.frame_time_over_before"] = max(found[way]["viewerOverPaper"] for way in ("depth", "bits"))
     counters = found["bits"]["counters"]
     figures |= {
         "player.draw_calls": counters["drawCalls"],

@@ -168,13 +168,13 @@ float shows(int view, vec3 point, vec3 faceNormal, out vec2 at) {
 }
 
 // What the weight is divided by for the angle between a view and the viewer.
-float apartness(vec3 ray, vec3 point) {
-  float apart = 1.01 - dot(ray, normalize(eye - point));
+float apartness(vec3 ray, vec3 towardsEye) {
+  float apart = 1.01 - dot(ray, towardsEye);
   return apart * apart;
 }
 
 // The weight of a view at the point before its picture is looked at; 0: it is not used.
-float weightOf(int view, vec3 point, vec3 normal) {
+float weightOf(int view, vec3 point, vec3 normal, vec3 towardsEye) {
   vec4 centre = texel(view, 3);
   if ((int(centre.w) & OFF) != 0) return 0.0;
   vec3 ray = normalize(centre.xyz - point);
@@ -183,7 +183,7 @@ float weightOf(int view, vec3 point, vec3 normal) {
   return facing >= threshold ? facing * visibilityFactor(view) : 0.0;
 #else
   if (!(facing > threshold)) return 0.0;
-  return (facing - threshold) / (1.0 - threshold) / apartness(ray, point) * visibilityFactor(view);
+  return (facing - threshold) / (1.0 - threshold) / apartness(ray, towardsEye) * visibilityFactor(view);
 #endif
 }
 
@@ -192,10 +192,11 @@ float weightOf(int view, vec3 point, vec3 normal) {
 float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT], out float weights[KEPT],
                   out vec2 places[KEPT]) {
   for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
+  vec3 towardsEye = normalize(eye - point);
   // Software rasterisers execute both sides of branches and skip only loop iterations: first find the candidates.
   uvec2 candidates = uvec2(0u);
   for (int view = 0; view < viewCount; view++) {
-    uint bit = weightOf(view, point, normal) > 0.0 ? 1u << uint(view & 31) : 0u;
+    uint bit = weightOf(view, point, normal, towardsEye) > 0.0 ? 1u << uint(view & 31) : 0u;
     candidates |= view < 32 ? uvec2(bit, 0u) : uvec2(0u, bit);
   }
   while ((candidates.x | candidates.y) != 0u) {
@@ -203,7 +204,7 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
     uint lowest = bits & (~bits + 1u);
     int view = int(log2(float(lowest)) + 0.5) + (candidates.x != 0u ? 0 : 32);
     candidates ^= candidates.x != 0u ? uvec2(lowest, 0u) : uvec2(0u, lowest);
-    float weight = weightOf(view, point, normal);
+    float weight = weightOf(view, point, normal, towardsEye);
     // Of equal weights the first one wins.
     if (!(weight > weights[KEPT - 1])) continue;
     vec2 at;
@@ -225,7 +226,7 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
 #ifdef COLOURS
     if (!(weights[i] > 0.0)) break;
     sum += weights[i];
-    certainty += weights[i] * own * apartness(normalize(texel(chosen[i], 3).xyz - point), point);
+    certainty += weights[i] * own * apartness(normalize(texel(chosen[i], 3).xyz - point), towardsEye);
 #endif
   }
   weights[BEST] = 0.0;
