@@ -15,9 +15,10 @@ the studio and their hull. Of each step the change is the mean absolute differen
 silhouettes; the ratio is that of the sums over all steps. Smooth motion changes both alike, so jumps are looked for in second
 differences, p(i - 1) - 2 p(i) + p(i + 1), in the same way. A still scene, the same frame twice, must give the same picture.
 
-    python bench/view_quality.py [wd2|temple|generated|flicker...]
+    python bench/view_quality.py [wd2|temple|generated|flicker|closeups...]
 
-prints the tables; ./run bench picture prints the figures.
+prints the tables, and draws close-ups into build/bench/closeups: as WHP 235 blended, with grey where no camera sees the surface;
+by the viewer's direction, with colours of vertices; and the picture of the camera, which is no source. ./run bench picture prints the figures.
 """
 
 import functools
@@ -43,6 +44,16 @@ WORK = ROOT / "build/bench/picture"
 FLICKER = ROOT / "build/bench/flicker"
 STEPS = 30
 SIZE = 480, 270
+CLOSEUPS = ROOT / "build/bench/closeups"
+MAGNIFIED = 4
+# Of each capture, what, of which camera, and the middle of the square in its picture.
+PLACES = {
+    "generated": [("chin", 4, 514, 125), ("ball and hand", 4, 458, 336), ("hems", 4, 385, 396),
+                  ("hair", 6, 501, 195), ("arms", 9, 320, 165)],
+    "wd2": [("chin", 0, 496, 131), ("hand", 0, 407, 428), ("hem", 0, 450, 550), ("hand", 5, 543, 424),
+            ("hair", 5, 478, 118)],
+}  # fmt: skip
+SIDE = 90  # of the squares, pixels
 NEAREST = 0, 8, 4, 2  # 0: all
 BLENDS = "viewer", "paper"
 GREY = 128.0
@@ -308,16 +319,44 @@ def flicker():
     }
 
 
+def closeups():
+    """Draws a sheet for each capture: a row for each place."""
+    former = "--blend", "paper", "--unseen", "128,128,128"
+    for name, places in PLACES.items():
+        made = CAPTURES[name]()
+        if not made:
+            continue
+        sheet = Image.new("RGB", (3 * MAGNIFIED * SIDE, len(places) * MAGNIFIED * SIDE))
+        for row, (_, camera, x, y) in enumerate(places):
+            photo = Image.open(made[0][camera].picture).convert("RGB")
+            size = "{}x{}".format(*(MAGNIFIED * side for side in photo.size))
+            columns = []
+            for options in former, ():
+                out = CLOSEUPS / "view.png"
+                tool("fvvrender", WORK / f"{name}.fvv", "-o", out, "--camera", camera, "--leave-one-out", "--size", size,
+                     "--force", *options)  # fmt: skip
+                columns.append(Image.open(out).convert("RGB"))
+            columns.append(photo.resize(columns[0].size, Image.Resampling.BICUBIC))
+            corner = [MAGNIFIED * (at - SIDE // 2) for at in (x, y)]
+            box = (*corner, *(at + MAGNIFIED * SIDE for at in corner))
+            for column, picture in enumerate(columns):
+                sheet.paste(picture.crop(box), (column * MAGNIFIED * SIDE, row * MAGNIFIED * SIDE))
+        sheet.save(CLOSEUPS / f"{name}.png")
+        print(f"{CLOSEUPS / name}.png: {', '.join(place[0] for place in places)}")
+
+
 def measure(names=(*CAPTURES, "flicker")):
     """The figures for bench.py."""
-    for folder in WORK, FLICKER:
+    for folder in WORK, FLICKER, CLOSEUPS:
         folder.mkdir(parents=True, exist_ok=True)
-    captures = [name for name in names if name != "flicker"]
+    captures = [name for name in names if name in CAPTURES]
+    if "closeups" in names:
+        closeups()
     return {**(leave_one_out(captures) if captures else {}), **(flicker() if "flicker" in names else {})}
 
 
 if __name__ == "__main__":
-    known = (*CAPTURES, "flicker")
+    known = (*CAPTURES, "flicker", "closeups")
     if wrong := set(sys.argv[1:]) - set(known):
         sys.exit(f"picture: expected {', '.join(known)}; found {', '.join(wrong)}")
     for figure, value in measure(sys.argv[1:] or known).items():
