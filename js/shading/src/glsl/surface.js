@@ -128,16 +128,28 @@ bool hidden(int view, vec3 at, vec3 normal) {
   return at.z > nearest + tolerance.x * at.z * max(sizes.z, sizes.w) + tolerance.y * slope;
 }
 
+// A bit for each view: whether its visibility weight is at least one half, 127.5 of 255.
+uvec2 seenByVisibilityWeights() {
+  uvec2 seen = uvec2(0u);
+#if WEIGHT_TEXELS > 0
+  for (int i = 0; i < WEIGHT_TEXELS; i++) {
+    uvec4 bits = uvec4(greaterThanEqual(vVisibility[i], vec4(0.5)));
+    uint four = bits.x | bits.y << 1 | bits.z << 2 | bits.w << 3;
+    if (i < 8) seen.x |= four << uint(4 * i);
+    else seen.y |= four << uint(4 * (i - 8));
+  }
+#endif
+  return seen;
+}
+
 // A factor from 0 to 1: how well a view sees the point, by its visibility weight.
 float visibilityFactor(int view) {
-#if WEIGHT_TEXELS > 0
+#if WEIGHT_TEXELS > 0 && !defined(PAPER)
   if ((int(texel(view, 3).w) & BY_WEIGHTS) == 0) return 1.0;
-  float seen = vVisibility[view >> 2][view & 3]; // 127.5 is one half
-#ifdef PAPER
-  return seen >= 0.5 ? 1.0 : 0.0;
-#else
-  return max(0.0, 2.0 * seen - 1.0);
-#endif
+  // Software rasterisers index varyings slowly.
+  vec4 four = vVisibility[0];
+  for (int i = 1; i < WEIGHT_TEXELS; i++) four = i == view >> 2 ? vVisibility[i] : four;
+  return max(0.0, 2.0 * dot(four, vec4(equal(ivec4(0, 1, 2, 3), ivec4(view & 3)))) - 1.0);
 #else
   return 1.0;
 #endif
@@ -173,17 +185,29 @@ float apartness(vec3 ray, vec3 towardsEye) {
   return apart * apart;
 }
 
-// The weight of a view at the point before its picture is looked at; 0: it is not used.
-float weightOf(int view, vec3 point, vec3 normal, vec3 towardsEye) {
+// Whether a view may be used at the point, before its picture is looked at. seen: seenByVisibilityWeights.
+bool isCandidate(int view, vec3 point, vec3 normal, uvec2 seen) {
   vec4 centre = texel(view, 3);
-  if ((int(centre.w) & OFF) != 0) return 0.0;
-  vec3 ray = normalize(centre.xyz - point);
+  vec3 ray = centre.xyz - point;
+  float facing = dot(normal, ray), least = threshold * length(ray);
+#ifdef PAPER
+  bool faces = facing >= least && facing > 0.0;
+#else
+  bool faces = facing > least;
+#endif
+  int flags = int(centre.w);
+  bool hides = (flags & BY_WEIGHTS) != 0 && ((view < 32 ? seen.x >> uint(view) : seen.y >> uint(view - 32)) & 1u) == 0u;
+  return faces && (flags & OFF) == 0 && !hides;
+}
+
+// The weight of a candidate, without what its visibility weight and its picture take from it.
+float weightOf(int view, vec3 point, vec3 normal, vec3 towardsEye) {
+  vec3 ray = normalize(texel(view, 3).xyz - point);
   float facing = dot(normal, ray);
 #ifdef PAPER
-  return facing >= threshold ? facing * visibilityFactor(view) : 0.0;
+  return facing;
 #else
-  if (!(facing > threshold)) return 0.0;
-  return (facing - threshold) / (1.0 - threshold) / apartness(ray, towardsEye) * visibilityFactor(view);
+  return (facing - threshold) / (1.0 - threshold) / apartness(ray, towardsEye);
 #endif
 }
 
@@ -193,10 +217,11 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
                   out vec2 places[KEPT]) {
   for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
   vec3 towardsEye = normalize(eye - point);
+  uvec2 seen = seenByVisibilityWeights();
   // Software rasterisers execute both sides of branches and skip only loop iterations: first find the candidates.
   uvec2 candidates = uvec2(0u);
   for (int view = 0; view < viewCount; view++) {
-    uint bit = weightOf(view, point, normal, towardsEye) > 0.0 ? 1u << uint(view & 31) : 0u;
+    uint bit = isCandidate(view, point, normal, seen) ? 1u << uint(view & 31) : 0u;
     candidates |= view < 32 ? uvec2(bit, 0u) : uvec2(0u, bit);
   }
   while ((candidates.x | candidates.y) != 0u) {
@@ -208,7 +233,7 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
     // Of equal weights the first one wins.
     if (!(weight > weights[KEPT - 1])) continue;
     vec2 at;
-    weight *= shows(view, point, faceNormal, at);
+    weight *= visibilityFactor(view) * shows(view, point, faceNormal, at);
     if (!(weight > weights[KEPT - 1])) continue;
     int i = KEPT - 1;
     for (; i > 0 && weight > weights[i - 1]; i--)
@@ -238,6 +263,7 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
 // a sky above a darker ground.
 float lightAt(vec3 point, vec3 normal) {
   vec3 towardsEye = normalize(eye - point);
+  uvec2 seen = seenByVisibilityWeights();
   vec3 n = dot(normal, towardsEye) < 0.0 ? -normal : normal;
   float lamp = max(0.0, dot(n, normalize(towardsEye + 0.6 * viewerUp - 0.5 * viewerRight)));
   return 0.38 + 0.3 * (0.5 + 0.5 * dot(n, viewerUp)) + 0.62 * lamp;
