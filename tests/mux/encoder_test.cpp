@@ -240,6 +240,7 @@ TEST_CASE("samples that were encoded before are sent as they are, with the meshe
   }
   const mux::Summary summary = encoder.finish();
   CHECK(mux::summary_text(summary, "twice.fvv").find("encoded before") != std::string::npos);
+  CHECK(summary.plan.match.reason == "pictures that come encoded stay as they are");
   write_bytes(folder.path("twice.fvv"), twice.data(), twice.size());
   Stream second(folder.path("twice.fvv"));
   REQUIRE(second.frames() == 6);
@@ -388,4 +389,36 @@ TEST_CASE("groups that readers refuse are refused before a byte is written") {
         "fewer frames in a group");
   CHECK(refusal_of(2'097'153, 1) ==
         "capture.json: 2097153 groups, readers accept at most 2097152: choose more frames in a group");
+}
+
+TEST_CASE("cameras are matched by the frames of the first group") {
+  mux::Configuration configuration = two_cameras();
+  for (mux::CameraInput &camera : configuration.cameras) camera.masks = false;
+  mux::Encoder encoder(configuration, jpeg_options(), [](const void *, size_t) {});
+  for (int i = 0; i < 8; i++) {
+    mux::Frame frame;
+    frame.mesh = ball(0);
+    // The second group has no part in it.
+    for (const int value : {100, i < 4 ? 140 : 100})
+      frame.pictures.push_back(media::make_image(64, 48, 3, uint8_t(value)));
+    encoder.add(frame);
+  }
+  const mux::Summary summary = encoder.finish();
+  const mux::MatchChoice &match = summary.plan.match;
+  CHECK(match.on);
+  CHECK(match.frames == 4);
+  // By identifier: camera 1 was given second. Linear light of 100 and 140 is 0.1274 and 0.2623.
+  REQUIRE(match.found.cameras.size() == 2);
+  for (int k = 0; k < 3; k++) {
+    CHECK(std::abs(match.found.cameras[0].gain[k] - std::sqrt(0.1274 / 0.2623)) < 0.002);
+    CHECK(std::abs(match.found.cameras[1].gain[k] - std::sqrt(0.2623 / 0.1274)) < 0.002);
+  }
+}
+
+TEST_CASE("cameras that share too little surface are not matched, and the summary says so") {
+  mux::Encoder encoder(two_cameras(), jpeg_options(), [](const void *, size_t) {});
+  for (int i = 0; i < 4; i++) encoder.add(frame_of(i, 4));
+  const mux::Summary summary = encoder.finish();
+  CHECK(!summary.plan.match.on);
+  CHECK(summary.plan.match.reason == "no two cameras share enough surface");
 }

@@ -183,7 +183,8 @@ inline FileOptions options_for(const Folder &folder) {
   options.keep_geometry = true;   // tests count triangles
   options.crop = mux::Crop::none; // and look for pixels where they were
   options.background = mux::Background::keep;
-  options.visibility = mux::Visibility::none; // and chunks
+  options.match_colours = mux::MatchColours::off; // cameras of these captures show different things
+  options.visibility = mux::Visibility::none;     // and chunks
   return options;
 }
 

@@ -11,6 +11,7 @@ from PIL import Image
 from real_capture import luma
 
 CAMERAS = 10
+UNLIKE = 0.6  # stops
 
 
 def drawn(stream, out, *arguments):
@@ -32,9 +33,9 @@ def psnr(a, b, mask):
     return 10 * np.log10(255**2 / ((a - b)[mask] ** 2).mean())
 
 
-def truth(capture, camera, frame):
+def truth(capture, camera, frame, name="cam"):
     """Luma, and the silhouette without its outline, whose pixels show background too."""
-    folder = capture / f"cam{camera}"
+    folder = capture / f"{name}{camera}"
     mask = np.asarray(Image.open(folder / f"mask_{frame:04d}.png").convert("L")) > 127
     core = mask.copy()
     for axis in 0, 1:
@@ -342,3 +343,75 @@ def test_a_malformed_colour_is_refused(files, tmp_path, bad):
     capture = files[0].parent / "capture"
     done = run("fvvmux", capture, "-o", tmp_path / "x.fvv", f"--texture-unseen={bad}", code=2)
     assert "--texture-unseen" in done.stderr
+
+
+@pytest.fixture(scope="module")
+def rigs(tmp_path_factory):
+    """The same scene filmed by equal cameras, a degree apart, and by cameras that differ in exposure and white balance."""
+    root = tmp_path_factory.mktemp("match")
+    for stops in 0, UNLIKE:
+        run("fvvsynth", "-o", root / str(stops), "--rig", "arc", "--cameras", CAMERAS, "--frames", 1,
+            "--exposure", stops)  # fmt: skip
+    return root
+
+
+def matched(capture, out, *arguments):
+    return figures("fvvmux", capture, "-o", out, "--keep-geometry", "--force", *arguments)["match_colours"]
+
+
+def left_out_error(capture, stream, root):
+    """Median difference, of 255, between pictures drawn for cameras that are left out and those of the equal cameras, but for
+    what all of them are too bright or too dark in a channel. Errors at edges are large and have other causes."""
+    pairs = []
+    for camera in 1, 4, 8:
+        out = root / "view.png"
+        drawn(stream, out, "--camera", camera, "--leave-one-out", "--best", 1, "--force")
+        core = truth(capture, camera, 0, "view")[1]
+        views = (Image.open(path).convert("RGB") for path in (capture / f"view{camera}/0000.png", out))
+        pairs.append([np.asarray(view).astype(float)[core] for view in views])
+    wanted, found = (np.concatenate(parts) for parts in zip(*pairs))
+    return np.median(abs(found * (np.median(wanted, 0) / np.median(found, 0)) - wanted))
+
+
+def test_unlike_cameras_are_matched_and_equal_ones_are_left_alone(rigs, tmp_path):
+    equal, unlike, stream = rigs / "0", rigs / str(UNLIKE), tmp_path / "a.fvv"
+    fine = "--codec", "jpeg", "--quality", 95
+    untouched = matched(equal, stream, *fine)
+    assert not untouched["applied"] and untouched["difference"] < 0.02
+    assert all(abs(gain - 1) < 0.04 for camera in untouched["cameras"] for gain in camera["gains"])
+    least = left_out_error(equal, stream, tmp_path)
+    off = matched(unlike, stream, *fine, "--match-colours", "off")
+    assert off == {"applied": False, "reason": "--match-colours off"}
+    worst = left_out_error(equal, stream, tmp_path)
+    applied = matched(unlike, stream, *fine)
+    assert applied["applied"] and applied["difference"] > 0.1 > 10 * applied["difference_left"]
+    assert all(camera["matched"] for camera in applied["cameras"])
+    found = left_out_error(equal, stream, tmp_path)
+    assert worst > 1.5 * least, (least, found, worst)
+    # At least nine tenths of what unlike cameras cost.
+    assert found - least < 0.1 * (worst - least), (least, found, worst)
+    matched(unlike, stream, "--codec", "vp9", "--bit-depth", 10, "--quality", 4)
+    assert left_out_error(equal, stream, tmp_path) - least < 0.1 * (worst - least)
+
+
+def test_what_is_read_back_is_compared_with_the_matched_pictures(rigs, tmp_path):
+    stream = tmp_path / "a.fvv"
+    summary = figures("fvvmux", rigs / str(UNLIKE), "-o", stream, "--quality", "40dB", "--verify")
+    assert summary["match_colours"]["applied"] and summary["verified"]["psnr"] > 39
+    text = run("fvvmux", rigs / str(UNLIKE), "-o", stream, "--quality", "40dB", "--force").stdout
+    assert "colours of cameras: two cameras differ by" in text and "camera 3: gains" in text
+
+
+@pytest.mark.parametrize(
+    "arguments, reason",
+    [
+        (["--no-meshes"], "there are no meshes"),
+        (["--cameras", "3"], "there are no two cameras with pictures"),
+        (["--codec", "exr"], "pictures in OpenEXR stay as they are"),
+    ],
+)
+def test_what_cannot_be_matched_is_named(rigs, tmp_path, arguments, reason):
+    out = ["-o", tmp_path / "a.fvv", "--force"]
+    summary = figures("fvvmux", rigs / "0", *out, *arguments)
+    assert summary["match_colours"] == {"applied": False, "reason": reason}
+    assert reason in run("fvvmux", rigs / "0", *out, "--match-colours", "on", *arguments, code=2).stderr

@@ -34,7 +34,8 @@ struct Texts {
   std::optional<std::string> bit_depth, quality;
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
               video_pixels, video_size, video_tracks = "1", step, max_error, mesh_profile = "draco",
-              normals = "auto", winding, frames, visibility = "auto", colours = "auto", texture_unseen;
+              normals = "auto", winding, frames, visibility = "auto", colours = "auto",
+              match_colours = "auto", texture_unseen;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &texts) {
@@ -141,6 +142,13 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
          "and no atlas), on, off, or about how many cells of one colour the first mesh has "
          "(docs/fvvmux-colours.md)")
       ->capture_default_str();
+  app.add_option("--match-colours", texts.match_colours,
+                 "correct the pictures of cameras whose exposure or white balance differs, by the surface "
+                 "that they see in "
+                 "common: auto (where two cameras differ by more than 3 % and gains take away at least half "
+                 "of that), on "
+                 "or off (docs/fvvmux-match.md)")
+      ->capture_default_str();
   app.add_option(
          "--texture-threshold", options.texture_threshold,
          "tell players the least cosine between normal and ray for which they take a camera's colour; "
@@ -215,6 +223,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);
   options.visibility = mux::parse_visibility(texts.visibility);
   mux::parse_colours(texts.colours, options);
+  options.match_colours = mux::parse_match_colours(texts.match_colours);
   if (!texts.texture_unseen.empty())
     options.texture_unseen = mux::parse_colour("--texture-unseen", texts.texture_unseen);
   options.normals = mux::parse_normals(texts.normals);

@@ -231,6 +231,13 @@ void parse_colours(const std::string &text, Options &options) {
   options.colour_cells = uint32_t(cells);
 }
 
+MatchColours parse_match_colours(const std::string &text) {
+  if (text == "auto") return MatchColours::automatic;
+  if (text == "on") return MatchColours::on;
+  if (text == "off") return MatchColours::off;
+  refuse("--match-colours", "auto, on or off", text);
+}
+
 Visibility parse_visibility(const std::string &text) {
   if (text == "auto") return Visibility::automatic;
   if (text == "face") return Visibility::faces;

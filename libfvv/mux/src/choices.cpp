@@ -7,9 +7,11 @@
 #include "fvv_cxx/owned.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_geometry/outline.h"
+#include "fvv_media/colour.h"
 #include "fvv_mux/plan.h"
 #include "fvv_render/vector.h"
 #include "mux/src/meshes.h"
+#include "mux/src/pictures.h"
 #include "mux/src/visibility.h"
 
 #include <algorithm>
@@ -367,6 +369,79 @@ ColourChoice choose_colours(const Plan &plan) {
         fvv::format("cells of %s, about %g on the first mesh",
                     length_text(plan, choice.cell_size * plan.lattice.lattice.step).c_str(), cells);
   }
+  return choice;
+}
+
+namespace {
+
+constexpr size_t compared_frames = 5;
+// Measured in docs/fvvmux-match.md.
+constexpr double least_difference = 0.03; // of two cameras
+constexpr double most_left = 0.5;         // of what cameras differ by, with the gains
+
+// What the cameras of a choice show of one frame's mesh.
+std::vector<render::PlaceLight> light_of(const Plan &plan, const MatchChoice &choice, int64_t number,
+                                         const std::vector<float> &linear) {
+  const scene::Capture &capture = plan.capture;
+  geometry::Mesh mesh = frame_mesh(capture, number);
+  const render::MatchSurface surface(mesh.positions, std::move(mesh.faces));
+  std::vector<render::PlaceLight> out(choice.cameras.size());
+  fvv::parallel(plan.options.threads, out.size(), [&](size_t i) {
+    plan.observer.check_cancelled();
+    const scene::Camera &camera = capture.cameras[choice.cameras[i]];
+    if (!camera.is_calibrated(number)) return;
+    const media::Image picture = load_display(plan, choice.cameras[i], number);
+    media::Image mask;
+    if (camera.masks) mask = load_view<uint8_t>(plan, choice.cameras[i], *camera.masks, number, 1);
+    const fvv_camera calibration = camera.calibration_at(number);
+    if (picture.width != calibration.width || picture.height != calibration.height) return; // refused later
+    out[i] = surface.light({calibration, picture.pixels.data(),
+                            mask.pixels.empty() ? nullptr : mask.pixels.data(), linear.data()});
+  });
+  return out;
+}
+
+} // namespace
+
+MatchChoice choose_match(const Plan &plan, bool encoded) {
+  MatchChoice choice;
+  const Options &options = plan.options;
+  const scene::Capture &capture = plan.capture;
+  for (size_t i = 0; i < capture.cameras.size(); i++)
+    if (capture.cameras[i].pictures) choice.cameras.push_back(i);
+  const bool automatic = options.match_colours == MatchColours::automatic;
+  const char *missing = !capture.meshes                   ? "there are no meshes"
+                        : encoded                         ? "pictures that come encoded stay as they are"
+                        : choice.cameras.size() < 2       ? "there are no two cameras with pictures"
+                        : options.codec == FVV_CODEC_OEXR ? "pictures in OpenEXR stay as they are"
+                                                          : nullptr;
+  if (options.match_colours == MatchColours::off)
+    choice.reason = "--match-colours off";
+  else if (missing && !automatic)
+    throw Error(std::string("--match-colours: ") + missing, Error::usage);
+  else if (missing)
+    choice.reason = missing;
+  else if (automatic && capture.atlas)
+    choice.reason = "the atlas has the colours of the surface";
+  if (!choice.reason.empty()) return choice;
+  const std::vector<int64_t> numbers = capture.mesh_frames();
+  choice.frames = std::min(compared_frames, numbers.size());
+  const std::vector<float> linear = media::linear_of_codes(255);
+  std::vector<std::vector<render::PlaceLight>> frames;
+  for (size_t i = 0; i < choice.frames; i++)
+    frames.push_back(
+        light_of(plan, choice, numbers[(2 * i + 1) * numbers.size() / (2 * choice.frames)], linear));
+  choice.found = render::match_colours(frames);
+  const double departure = choice.found.departure();
+  choice.on = departure > 0 && (!automatic || (choice.found.before > least_difference &&
+                                               choice.found.after < most_left * choice.found.before));
+  if (std::none_of(choice.found.cameras.begin(), choice.found.cameras.end(),
+                   [](const render::CameraMatch &camera) { return camera.matched; }))
+    choice.reason = "no two cameras share enough surface";
+  else
+    choice.reason = fvv::format(
+        "two cameras differ by %.2g %%, with gains by %.2g %%; gains differ from 1 by %.3g %% at most",
+        100 * choice.found.before, 100 * choice.found.after, 100 * departure);
   return choice;
 }
 

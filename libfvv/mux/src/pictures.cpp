@@ -48,13 +48,69 @@ template media::Image load_atlas(const Plan &, int64_t);
 template media::DeepImage load_atlas(const Plan &, int64_t);
 template media::LinearImage load_atlas(const Plan &, int64_t);
 
+// For each camera and channel the display value that takes the place of each other one.
+class GainTables {
+public:
+  explicit GainTables(size_t cameras) : of(cameras) {}
+
+  void set(size_t camera, const double *gains) {
+    for (size_t k = 0; k < 3; k++) {
+      fill(of[camera].shallow[k], 255, gains[k]);
+      fill(of[camera].deep[k], 65535, gains[k]);
+    }
+  }
+
+  template <class Sample> void apply(size_t camera, media::BasicImage<Sample> &picture) const {
+    if (of[camera].shallow[0].empty()) return;
+    const auto &tables = [&]() -> const auto & {
+      if constexpr (sizeof(Sample) == 1)
+        return of[camera].shallow;
+      else
+        return of[camera].deep;
+    }
+    ();
+    for (size_t i = 0; i < picture.pixels.size(); i++)
+      picture.pixels[i] = Sample(tables[i % 3][size_t(picture.pixels[i])]);
+  }
+
+private:
+  struct Tables {
+    std::vector<uint8_t> shallow[3];
+    std::vector<uint16_t> deep[3];
+  };
+
+  // Light beyond white is clipped.
+  template <class Value> static void fill(std::vector<Value> &table, uint32_t largest, double gain) {
+    const std::vector<float> linear = media::linear_of_codes(largest),
+                             thresholds = media::srgb_thresholds(largest);
+    table.clear();
+    size_t code = 0; // thresholds at or below the light
+    for (const float light : linear) {
+      while (code < largest && double(thresholds[code]) <= double(light) * gain) code++;
+      table.push_back(Value(code));
+    }
+  }
+
+  std::vector<Tables> of;
+};
+
+std::shared_ptr<const GainTables> gain_tables(const MatchChoice &choice, size_t cameras) {
+  auto tables = std::make_shared<GainTables>(cameras);
+  for (size_t i = 0; i < choice.cameras.size(); i++)
+    tables->set(choice.cameras[i], choice.found.cameras[i].gain);
+  return tables;
+}
+
 template <class Sample>
 media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene::PictureSource &source,
                                     int64_t frame, int channels) {
   media::BasicImage<Sample> picture = about_frame(
       plan.capture, frame, [&] { return plan.videos->read<Sample>(plan.capture, source, frame, channels); });
   check_range(picture, plan.capture.resolve(source.file(frame)));
-  return plan.undistortion ? plan.undistortion->apply(camera, frame, std::move(picture)) : picture;
+  if (plan.undistortion) picture = plan.undistortion->apply(camera, frame, std::move(picture));
+  if constexpr (!std::is_same_v<Sample, float>)
+    if (plan.match.tables && channels == 3) plan.match.tables->apply(camera, picture);
+  return picture;
 }
 
 template media::Image load_view(const Plan &, size_t, const scene::PictureSource &, int64_t, int);

@@ -21,8 +21,8 @@ template <class Sample> struct Picture {
 template <class Sample>
 Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i, bool with_mask);
 
-// A picture or mask of a camera, for the plan's cameras: without lens distortion if so planned. camera: index
-// in the capture; frame: its number in file names.
+// A picture or mask of a camera, for the plan's cameras: without lens distortion and with the colours of
+// the other cameras if so planned. camera: index in the capture; frame: its number in file names.
 template <class Sample>
 media::BasicImage<Sample> load_view(const Plan &plan, size_t camera, const scene::PictureSource &source,
                                     int64_t frame, int channels);
@@ -32,6 +32,9 @@ media::Image load_display(const Plan &plan, size_t camera, int64_t frame);
 
 // The picture of the capture's atlas, for the same samples. frame: its number in file names.
 template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, int64_t frame);
+
+// For load_view, of the cameras with gains that are not 1. Not for OpenEXR.
+std::shared_ptr<const GainTables> gain_tables(const MatchChoice &choice, size_t cameras);
 
 // Encodes a sample of a video track as often as it takes to find the quality, which may take long.
 VideoChoice choose_video(const Plan &plan, const VideoTrack &track);

@@ -308,6 +308,8 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.geometry = std::make_shared<Geometry>(plan, cameras);
   }
   plan.visibility = choose_visibility(options, plan.capture, cameras);
+  plan.match = choose_match(plan, !encoded.empty());
+  if (plan.match.on) plan.match.tables = gain_tables(plan.match, plan.capture.cameras.size());
   plan.colours = choose_colours(plan);
   plan.tracks = tile_tracks(plan, plan.whole);
   for (const VideoTrack &track : sent) {

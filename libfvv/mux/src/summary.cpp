@@ -252,6 +252,19 @@ void verdict_lines(std::string &out, const Summary &s) {
   if (s.calibration.chunks) line(out, "            and %.3g px in those that move", v.moving_reprojection);
 }
 
+void match_lines(std::string &out, const Plan &plan) {
+  const MatchChoice &match = plan.match;
+  line(out, "  matched   %s: %s", match.on ? "colours of cameras" : "no colours", match.reason.c_str());
+  for (size_t i = 0; i < match.cameras.size() && match.on; i++) {
+    const render::CameraMatch &camera = match.found.cameras[i];
+    line(out, "            camera %u: %s", unsigned(plan.capture.cameras[match.cameras[i]].calibration.id),
+         camera.matched ? fvv::format("gains %.3f, %.3f, %.3f by %zu places", camera.gain[0], camera.gain[1],
+                                      camera.gain[2], camera.places)
+                              .c_str()
+                        : "as it is: it shares too little surface with others");
+  }
+}
+
 std::string visibility_text(const Summary &s) {
   char text[100];
   const bool weights = s.plan.visibility.domain == FVV_VISIBILITY_WEIGHTS;
@@ -302,6 +315,7 @@ std::string summary_text(const Summary &s, const std::string &output) {
   if (plan.has_meshes()) mesh_lines(out, s);
   line(out, "  visible   %s: %s", plan.visibility.on ? "sent" : "not sent", plan.visibility.reason.c_str());
   line(out, "  colours   %s: %s", plan.colours.on ? "sent" : "not sent", plan.colours.reason.c_str());
+  match_lines(out, plan);
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
   if (s.verdict) verdict_lines(out, s);
   return out;
@@ -405,6 +419,23 @@ nlohmann::ordered_json colours_json(const Summary &s) {
   return out;
 }
 
+nlohmann::ordered_json match_json(const Plan &plan) {
+  const MatchChoice &match = plan.match;
+  nlohmann::ordered_json out = {{"applied", match.on}, {"reason", match.reason}};
+  if (!match.frames) return out;
+  out["frames"] = match.frames;
+  out["difference"] = match.found.before;
+  out["difference_left"] = match.found.after;
+  for (size_t i = 0; i < match.cameras.size(); i++) {
+    const render::CameraMatch &camera = match.found.cameras[i];
+    out["cameras"].push_back({{"id", plan.capture.cameras[match.cameras[i]].calibration.id},
+                              {"matched", camera.matched},
+                              {"gains", camera.gain},
+                              {"places", camera.places}});
+  }
+  return out;
+}
+
 nlohmann::ordered_json video_json(const Summary &s, size_t index) {
   const VideoTrack &track = s.plan.tracks[index];
   nlohmann::ordered_json out = track_json(s.videos[index]);
@@ -498,6 +529,7 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
   }
   out["visibility"] = visibility_json(s);
   out["colours"] = colours_json(s);
+  out["match_colours"] = match_json(plan);
   if (plan.background) out["background"] = background_json(*plan.background, s.background.chunks);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   if (plan.undistortion) out["undistorted"] = plan.undistortion->json();

@@ -38,6 +38,10 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
 // they are requested and nothing has colours.
 ColourChoice choose_colours(const Plan &plan);
 
+// Whether the pictures of cameras are to be corrected, and by how much, from a few frames. encoded: some
+// pictures come encoded. Throws Error (usage) if it is requested and cannot be done.
+MatchChoice choose_match(const Plan &plan, bool encoded);
+
 // Whether an open choice pays, by the bytes of VISI and of camera pictures in the first group.
 void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictures);
 

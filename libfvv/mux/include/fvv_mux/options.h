@@ -88,6 +88,9 @@ enum class Visibility { automatic, faces, vertices, weights, none };
 // there are meshes and pictures of cameras, and no atlas.
 enum class Colours { automatic, on, off };
 
+// Correction of cameras that differ in exposure and white balance. automatic: where they differ noticeably.
+enum class MatchColours { automatic, on, off };
+
 struct Options {
   std::string capture; // capture.json or its folder
   uint32_t codec = FVV_CODEC_AVC1;
@@ -119,6 +122,7 @@ struct Options {
   Crop crop = Crop::automatic;
   Visibility visibility = Visibility::automatic;
   Colours colours = Colours::automatic;
+  MatchColours match_colours = MatchColours::automatic;
   uint32_t colour_cells = 0; // about as many on the first mesh; 0: as measured
   // How players are to blend colours; written if any of these is set.
   std::optional<double> texture_threshold;              // least cosine

@@ -6,6 +6,7 @@
 #include "fvv_geometry/decimate.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/options.h"
+#include "fvv_render/colour_match.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/pictures.h"
 #include "fvv_scene/undistort.h"
@@ -78,6 +79,18 @@ struct ColourChoice {
   uint8_t step = 0;            // of luma and chroma
   std::vector<size_t> cameras; // indices in Capture::cameras, of those with pictures
   std::string reason;
+};
+
+class GainTables; // pictures.cpp
+
+// Whether the pictures of cameras are corrected, so that all show the same surface alike.
+struct MatchChoice {
+  bool on = false;
+  std::string reason;
+  std::vector<size_t> cameras;              // indices in Capture::cameras, of those with pictures
+  size_t frames = 0;                        // that were compared
+  render::ColourMatch found;                // of these cameras; none where nothing was compared
+  std::shared_ptr<const GainTables> tables; // if on
 };
 
 // cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
@@ -186,6 +199,7 @@ struct Plan {
   CropChoice crop;
   Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent
   VisibilityChoice visibility;
+  MatchChoice match;
   ColourChoice colours;
   std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedBackground> background;      // if there is one
