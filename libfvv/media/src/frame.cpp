@@ -2,12 +2,9 @@
 #include "fvv_media/frame.h"
 
 #include "codecs.h"
-#include "fvv_media/colour.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <optional>
 #include <type_traits>
 
 namespace fvv::media {
@@ -290,112 +287,6 @@ void fill_wanted(BasicImage<Sample> &image, const Image &keep, const std::vector
         image.pixels[i * channels + c] = Arithmetic<Sample>::sample(levels[0].values[i * channels + c]);
 }
 
-// Display values, 255 for white.
-double to_display(uint8_t value) {
-  return value;
-}
-double to_display(uint16_t value) {
-  return value / 257.0;
-}
-double to_display(float value) {
-  return 255 * srgb_of_linear(double(value));
-}
-template <class Sample> Sample of_display(double value) {
-  if constexpr (std::is_same_v<Sample, float>)
-    return Sample(linear_of_srgb(std::max(0.0, value) / 255));
-  else
-    return Sample(std::clamp(value, 0.0, 255.0) * (sizeof(Sample) == 1 ? 1 : 257) + 0.5);
-}
-
-using Rgb = std::array<double, 3>;
-
-// Colours beside a pixel at the edge of a mask.
-struct Beside {
-  Rgb inside = {}, outside = {};
-
-  // The colour without the part of the background in it. What cannot be a mixture of both sides, such as a
-  // thin line along the edge, is left as it is.
-  Rgb without_background(const Rgb &colour) const {
-    constexpr double tolerance = 24; // of display values
-    double across = 0, along = 0, off = 0;
-    for (size_t c = 0; c < 3; c++) {
-      across += (inside[c] - outside[c]) * (inside[c] - outside[c]);
-      along += (inside[c] - outside[c]) * (colour[c] - outside[c]);
-    }
-    if (!(across > 0)) return colour;
-    const double alpha = std::clamp(along / across, 0.0, 1.0);
-    for (size_t c = 0; c < 3; c++) {
-      const double error = colour[c] - outside[c] - alpha * (inside[c] - outside[c]);
-      off += error * error;
-    }
-    const double part = (1 - alpha) * std::max(0.0, 1 - off / (tolerance * tolerance));
-    Rgb out = colour;
-    for (size_t c = 0; c < 3; c++) out[c] += part * (inside[c] - outside[c]);
-    return out;
-  }
-};
-
-// Takes the background out of the outermost pixels of a mask.
-template <class Sample> class Unmixing {
-public:
-  Unmixing(const BasicImage<Sample> &picture, const Image &mask) : image(picture) {
-    Image outside = mask;
-    for (uint8_t &value : outside.pixels) value = value > 127 ? 0 : 255;
-    at_edge = widened(outside, 1).pixels;
-    side = widened(mask, 1).pixels;
-    for (size_t i = 0; i < side.size(); i++) {
-      at_edge[i] = at_edge[i] && !outside.pixels[i];
-      side[i] = !side[i] ? off : outside.pixels[i] || at_edge[i] ? mixed : on;
-    }
-  }
-
-  void apply(BasicImage<Sample> &out) const {
-    for (uint32_t y = 0; y < image.height; y++)
-      for (uint32_t x = 0; x < image.width; x++) {
-        const size_t i = size_t(y) * image.width + x;
-        if (!at_edge[i]) continue;
-        const std::optional<Beside> beside = around(x, y);
-        if (!beside) continue;
-        const Rgb clean = beside->without_background(colour(i));
-        for (size_t c = 0; c < 3; c++) out.pixels[3 * i + c] = of_display<Sample>(clean[c]);
-      }
-  }
-
-private:
-  enum Side : uint8_t { mixed, on, off };
-
-  Rgb colour(size_t i) const {
-    return {to_display(image.pixels[3 * i]), to_display(image.pixels[3 * i + 1]),
-            to_display(image.pixels[3 * i + 2])};
-  }
-
-  // Means over a square; none where a side is missing, as on parts that are two pixels wide.
-  std::optional<Beside> around(uint32_t x, uint32_t y) const {
-    constexpr uint32_t radius = 2;
-    double count[2] = {};
-    Beside sums;
-    for (uint32_t row = y - std::min(y, radius); row <= std::min(y + radius, image.height - 1); row++)
-      for (uint32_t column = x - std::min(x, radius); column <= std::min(x + radius, image.width - 1);
-           column++) {
-        const size_t i = size_t(row) * image.width + column;
-        if (side[i] == mixed) continue;
-        const Rgb one = colour(i);
-        count[side[i] == on]++;
-        Rgb &sum = side[i] == on ? sums.inside : sums.outside;
-        for (size_t c = 0; c < 3; c++) sum[c] += one[c];
-      }
-    if (count[0] == 0 || count[1] == 0) return std::nullopt;
-    for (size_t c = 0; c < 3; c++) {
-      sums.inside[c] /= count[1];
-      sums.outside[c] /= count[0];
-    }
-    return sums;
-  }
-
-  const BasicImage<Sample> image;
-  std::vector<uint8_t> at_edge, side;
-};
-
 } // namespace
 
 template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Image &keep) {
@@ -407,8 +298,6 @@ template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Imag
 template <class Sample> void extend(BasicImage<Sample> &image, const Image &mask, uint32_t margin) {
   check_image(image);
   check_mask(mask, image.width, image.height);
-  if (image.channels != 3) throw Error("only colours are extended");
-  Unmixing<Sample>(image, mask).apply(image);
   fill_wanted(image, mask, widened(mask, margin).pixels);
 }
 

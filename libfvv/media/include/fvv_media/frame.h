@@ -50,10 +50,9 @@ Image widened(const Image &mask, uint32_t margin);
 // flat_grey. keep is grey and of the picture's size.
 template <class SampleType> void fill_smoothly(BasicImage<SampleType> &image, const Image &keep);
 
-// Continues what the mask shows over its edge, in display values: pixels up to margin away from it get
-// colours as by fill_smoothly, and the outermost pixels of the mask lose the part of the background that is
-// mixed into them. Other pixels do not change. The picture has three channels; mask is grey and of its size.
-// Without a pixel > 127 everything becomes flat_grey.
+// Continues what the mask shows over its edge: pixels up to margin away from it (Chebyshev distance) get
+// colours as by fill_smoothly. Other pixels do not change, but without a pixel > 127 everything becomes
+// flat_grey. mask is grey and of the picture's size.
 template <class SampleType> void extend(BasicImage<SampleType> &image, const Image &mask, uint32_t margin);
 
 // Sets to flat_grey every pixel that is more than margin pixels (in both axes alike: Chebyshev distance) away
