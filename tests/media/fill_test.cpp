@@ -76,6 +76,27 @@ TEST_CASE("of one value a smooth fill makes that value, of nothing grey") {
              Contains("size of the picture"));
 }
 
+TEST_CASE("a body is extended over its silhouette, and nothing else changes") {
+  constexpr int body[3] = {200, 120, 40}, behind[3] = {10, 60, 210};
+  Image image = make_image(48, 32, 3, 0), mask = make_image(48, 32, 1, 0);
+  DeepImage deep = make_image<uint16_t>(48, 32, 3, 0);
+  for (size_t i = 0; i < image.pixels.size(); i++) {
+    const bool inside = i / 3 % 48 < 24;
+    mask.pixels[i / 3] = inside ? 128 : 127;
+    image.pixels[i] = uint8_t(inside ? body[i % 3] : behind[i % 3]);
+    deep.pixels[i] = uint16_t(257 * image.pixels[i]);
+  }
+  extend(image, mask, 8);
+  extend(deep, mask, 8);
+  size_t wrong = 0;
+  for (size_t i = 0; i < image.pixels.size(); i++) {
+    const int wanted = i / 3 % 48 < 32 ? body[i % 3] : behind[i % 3];
+    wrong += image.pixels[i] != wanted || deep.pixels[i] != 257 * wanted;
+  }
+  CHECK(wrong == 0);
+  CHECK_THAT(error_of([&] { extend(image, make_image(48, 31, 1, 0), 8); }), Contains("size of the picture"));
+}
+
 TEST_CASE("a guard band repeats the edge of the tile that is nearest") {
   const std::vector<fvv_tile> tiles = {{1, {0, 0, 20, 20}, {0, 0, 20, 20}},
                                        {2, {0, 0, 20, 20}, {32, 16, 20, 20}}};

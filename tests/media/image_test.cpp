@@ -287,6 +287,37 @@ TEST_CASE("scaling averages areas exactly") {
   CHECK_THAT(error_of([&] { crop(image, 3, 0, 2, 1); }), Contains("not inside"));
 }
 
+TEST_CASE("Lanczos' filter keeps what is even and coarse, removes what is too fine, and overshoots little") {
+  for (const uint32_t size : {1u, 7u, 50u, 99u, 100u, 130u})
+    CHECK(scale(make_image(100, 3, 3, 200), size, 2, Filter::lanczos).pixels ==
+          make_image(size, 2, 3, 200).pixels);
+
+  // The amplitude of a wave of this many periods in 240 pixels, in 80.
+  const auto amplitude = [](double periods, Filter filter) {
+    Image wave = make_image(240, 1, 1, 0);
+    for (size_t x = 0; x < 240; x++)
+      wave.pixels[x] = uint8_t(
+          std::lround(128 + 100 * std::sin(2 * 3.14159265358979 * periods * (double(x) + 0.5) / 240)));
+    const Image out = scale(wave, 80, 1, filter);
+    const auto [low, high] = std::minmax_element(out.pixels.begin() + 10, out.pixels.end() - 10);
+    return (*high - *low) / 2;
+  };
+  CHECK(amplitude(25, Filter::area) < 88);
+  CHECK(amplitude(25, Filter::lanczos) > 94);
+  CHECK(amplitude(67, Filter::area) > 15);
+  CHECK(amplitude(67, Filter::lanczos) < 5);
+
+  Image step = make_image(240, 1, 1, 50);
+  std::fill(step.pixels.begin() + 120, step.pixels.end(), uint8_t(200));
+  const Image out = scale(step, 120, 1, Filter::lanczos);
+  const auto [low, high] = std::minmax_element(out.pixels.begin(), out.pixels.end());
+  CHECK(int(*low) >= 35);
+  CHECK(int(*high) <= 215);
+  CHECK(int(*high) > 201);
+  for (size_t x = 0; x < 120; x++)
+    if (x < 57 || x > 62) CHECK(int(out.pixels[x]) == (x < 60 ? 50 : 200));
+}
+
 TEST_CASE("PSNR is that of BT.709 luma where the mask counts") {
   const Image a = make_image(10, 10, 3, 100);
   Image b = a;

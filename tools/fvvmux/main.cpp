@@ -67,8 +67,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
       ->check(CLI::Range(1, FVV_TEXTURE_BITS_MAX));
   app.add_option(
          "--background", texts.background,
-         "beyond 8 px from the silhouette, where there are masks: keep, flat (grey), smooth (runs on from "
-         "what is kept), or auto: smooth for av1, flat for the others")
+         "around the silhouette, where there are masks: keep, flat (its colours for 8 px, then grey), smooth "
+         "(its colours run on everywhere), or auto: smooth for av1, flat for the others")
       ->capture_default_str();
   app.add_option(
          "--crop", texts.crop,

@@ -1,10 +1,11 @@
-// Tiles into a frame and out of it, and the smooth background between them (pull and push).
+// Tiles into a frame and out of it, and what is drawn in place of the background (pull and push).
 #include "fvv_media/frame.h"
 
 #include "codecs.h"
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 namespace fvv::media {
 
@@ -83,11 +84,11 @@ private:
 };
 
 template <class Sample>
-BasicImage<Sample> picture_of_tile(const fvv_tile &tile, const BasicImage<Sample> &image) {
+BasicImage<Sample> picture_of_tile(const fvv_tile &tile, const BasicImage<Sample> &image, Filter filter) {
   const fvv_rect &from = tile.source;
   try {
     return scale(crop(image, from.x, from.y, from.width, from.height), tile.destination.width,
-                 tile.destination.height);
+                 tile.destination.height, filter);
   } catch (const Error &error) {
     throw Error("camera " + std::to_string(tile.camera_id), error.what());
   }
@@ -116,12 +117,15 @@ BasicImage<Sample> compose(const std::vector<fvv_tile> &tiles, const std::vector
   check_tiles(tiles, images.size(), width, height);
   if (images.empty()) throw Error("a video frame needs at least one tile");
   BasicImage<Sample> frame = make_image<Sample>(width, height, images[0].channels, flat_grey_of<Sample>);
+  // The negative lobes of Lanczos' filter would draw dark rings around lights that are far above white.
+  const Filter filter = std::is_same_v<Sample, float> ? Filter::area : Filter::lanczos;
   for (size_t i = 0; i < tiles.size(); i++) {
     if (images[i].channels != frame.channels)
       throw Error("camera " + std::to_string(tiles[i].camera_id),
                   "its picture has " + std::to_string(images[i].channels) + " channels, the first one has " +
                       std::to_string(frame.channels));
-    place(frame, picture_of_tile(tiles[i], images[i]), tiles[i].destination.x, tiles[i].destination.y);
+    place(frame, picture_of_tile(tiles[i], images[i], filter), tiles[i].destination.x,
+          tiles[i].destination.y);
   }
   Guard<Sample>(frame, tiles).draw();
   return frame;
@@ -136,8 +140,9 @@ Image compose_masks(const std::vector<fvv_tile> &tiles, const std::vector<Image>
     const bool whole = masks[i].pixels.empty();
     if (!whole && masks[i].channels != 1)
       throw Error("camera " + std::to_string(tiles[i].camera_id), "its mask is not grey");
-    place(frame, whole ? make_image(to.width, to.height, 1, 255) : picture_of_tile(tiles[i], masks[i]), to.x,
-          to.y);
+    place(frame,
+          whole ? make_image(to.width, to.height, 1, 255) : picture_of_tile(tiles[i], masks[i], Filter::area),
+          to.x, to.y);
   }
   return frame;
 }
@@ -246,13 +251,15 @@ template <class Sample> void interpolate(Level<Sample> &fine, const Level<Sample
   }
 }
 
-} // namespace
-
-template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Image &keep) {
-  check_image(image);
-  check_image(keep);
-  if (keep.channels != 1 || keep.width != image.width || keep.height != image.height)
+void check_mask(const Image &mask, uint32_t width, uint32_t height) {
+  check_image(mask);
+  if (mask.channels != 1 || mask.width != width || mask.height != height)
     throw Error("a mask must be grey and of the size of the picture");
+}
+
+// fill_smoothly of the pixels whose wanted is not 0.
+template <class Sample>
+void fill_wanted(BasicImage<Sample> &image, const Image &keep, const std::vector<uint8_t> &wanted) {
   const size_t channels = size_t(image.channels);
   std::vector<Level<Sample>> levels = {{image.width, image.height, {}, {}}};
   levels[0].values.resize(image.pixels.size());
@@ -271,6 +278,8 @@ template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Imag
   }
   while (levels.back().width > 1 || levels.back().height > 1)
     levels.push_back(halved(levels.back(), channels));
+  for (size_t i = 0; i < wanted.size(); i++)
+    if (!wanted[i]) levels[0].known[i] = 1;
   for (size_t i = levels.size() - 1; i-- > 0;) interpolate(levels[i], levels[i + 1], channels);
   for (size_t i = 0; i < keep.pixels.size(); i++)
     if (!levels[0].known[i])
@@ -278,8 +287,25 @@ template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Imag
         image.pixels[i * channels + c] = Arithmetic<Sample>::sample(levels[0].values[i * channels + c]);
 }
 
+} // namespace
+
+template <class Sample> void fill_smoothly(BasicImage<Sample> &image, const Image &keep) {
+  check_image(image);
+  check_mask(keep, image.width, image.height);
+  fill_wanted(image, keep, {});
+}
+
+template <class Sample> void extend(BasicImage<Sample> &image, const Image &mask, uint32_t margin) {
+  check_image(image);
+  check_mask(mask, image.width, image.height);
+  fill_wanted(image, mask, widened(mask, margin).pixels);
+}
+
 template void fill_smoothly(Image &, const Image &);
 template void fill_smoothly(DeepImage &, const Image &);
 template void fill_smoothly(LinearImage &, const Image &);
+template void extend(Image &, const Image &, uint32_t);
+template void extend(DeepImage &, const Image &, uint32_t);
+template void extend(LinearImage &, const Image &, uint32_t);
 
 } // namespace fvv::media

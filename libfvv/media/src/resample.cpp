@@ -1,4 +1,4 @@
-// Pictures of another size: exact area averaging, cropping, cubic convolution along a map.
+// Pictures of another size: exact area averaging, Lanczos' filter, cropping, cubic convolution along a map.
 #include "fvv_media/resample.h"
 
 #include "codecs.h"
@@ -15,37 +15,84 @@ namespace fvv::media {
 
 namespace {
 
-// Source pixels first ... first + count - 1 weigh weights[offset ...] in one destination pixel; the weights
-// of one destination pixel add up to the source's length.
+// Source pixels first ... first + count - 1 weigh weights[offset ...] in one destination pixel.
 struct Span {
   uint32_t first, count;
   size_t offset;
 };
 
+constexpr int32_t one = 1 << 14; // the sum of rounded weights
+
+// Lanczos' window of three lobes.
+double lanczos(double x) {
+  constexpr double pi = 3.14159265358979323846;
+  if (x == 0) return 1;
+  if (std::abs(x) >= 3) return 0;
+  return 3 * std::sin(pi * x) * std::sin(pi * x / 3) / (pi * pi * x * x);
+}
+
+// The weights of a destination pixel add up to total, at most 16384.
 struct Axis {
   std::vector<Span> spans;
-  std::vector<uint32_t> weights;
+  std::vector<int32_t> weights;
+  int64_t total;
+  uint32_t most = 0; // of source pixels in a span
 
-  Axis(uint32_t source, uint32_t destination) {
+  Axis(uint32_t source, uint32_t destination, Filter filter)
+      : total(filter == Filter::area ? int64_t(source) : one) {
     for (uint32_t i = 0; i < destination; i++) {
-      const uint64_t begin = uint64_t(i) * source, end = begin + source;
-      const uint32_t first = uint32_t(begin / destination), last = uint32_t((end - 1) / destination);
-      spans.push_back({first, last - first + 1, weights.size()});
-      for (uint64_t j = first; j <= last; j++)
-        weights.push_back(uint32_t(std::min(end, (j + 1) * destination) - std::max(begin, j * destination)));
+      if (filter == Filter::area)
+        add_area(i, source, destination);
+      else
+        add_lanczos(i, source, destination);
+      most = std::max(most, spans.back().count);
     }
+  }
+
+private:
+  void add_area(uint32_t i, uint32_t source, uint32_t destination) {
+    const uint64_t begin = uint64_t(i) * source, end = begin + source;
+    const uint32_t first = uint32_t(begin / destination), last = uint32_t((end - 1) / destination);
+    spans.push_back({first, last - first + 1, weights.size()});
+    for (uint64_t j = first; j <= last; j++)
+      weights.push_back(int32_t(std::min(end, (j + 1) * destination) - std::max(begin, j * destination)));
+  }
+
+  // Beyond the border its pixel is repeated.
+  void add_lanczos(uint32_t i, uint32_t source, uint32_t destination) {
+    const double ratio = double(source) / destination, step = std::max(1.0, ratio);
+    const double centre = (i + 0.5) * ratio - 0.5;
+    const auto inside = [&](int64_t j) { return uint32_t(std::clamp<int64_t>(j, 0, int64_t(source) - 1)); };
+    const int64_t begin = int64_t(std::ceil(centre - 3 * step)), end = int64_t(std::floor(centre + 3 * step));
+    std::vector<double> exact(inside(end) - inside(begin) + 1);
+    double sum = 0;
+    for (int64_t j = begin; j <= end; j++) {
+      const double weight = lanczos((double(j) - centre) / step);
+      exact[inside(j) - inside(begin)] += weight;
+      sum += weight;
+    }
+    const Span span = {inside(begin), uint32_t(exact.size()), weights.size()};
+    int32_t rest = one;
+    for (const double weight : exact) {
+      weights.push_back(int32_t(std::lround(weight / sum * one)));
+      rest -= weights.back();
+    }
+    // The rounding error goes to the nearest sample, so that flat areas do not change.
+    weights[span.offset + inside(std::llround(centre)) - span.first] += rest;
+    spans.push_back(span);
   }
 };
 
-// Of weighted samples: at most 65535 * 16384 after the first axis, 65535 * 16384 * 16384 after the second.
-template <class Sample> using RowSum = std::conditional_t<std::is_floating_point_v<Sample>, double, uint32_t>;
-template <class Sample> using Sum = std::conditional_t<std::is_floating_point_v<Sample>, double, uint64_t>;
+// Of weighted samples: at most 65535 * 16384 after the first axis, 65535 * 16384 * 16384 after the second;
+// negative lobes add less than a half to each.
+template <class Sample> using RowSum = std::conditional_t<std::is_floating_point_v<Sample>, double, int32_t>;
+template <class Sample> using Sum = std::conditional_t<std::is_floating_point_v<Sample>, double, int64_t>;
 
-template <class Sample> Sample mean(Sum<Sample> sum, uint64_t weights) {
+template <class Sample> Sample mean(Sum<Sample> sum, int64_t weights) {
   if constexpr (std::is_floating_point_v<Sample>)
     return Sample(sum / double(weights));
   else
-    return Sample((sum + weights / 2) / weights);
+    return Sample(std::clamp<int64_t>((sum + weights / 2) / weights, 0, std::numeric_limits<Sample>::max()));
 }
 
 template <int channels, class Sample>
@@ -62,35 +109,35 @@ void scale_row(const Sample *in, const Axis &axis, RowSum<Sample> *out) {
 } // namespace
 
 template <class Sample>
-BasicImage<Sample> scale(const BasicImage<Sample> &image, uint32_t width, uint32_t height) {
+BasicImage<Sample> scale(const BasicImage<Sample> &image, uint32_t width, uint32_t height, Filter filter) {
   check_image(image);
   if (image.width == width && image.height == height) return image;
   BasicImage<Sample> out = make_image<Sample>(width, height, image.channels, 0);
-  const Axis columns(image.width, width), rows(image.height, height);
+  const Axis columns(image.width, width, filter), rows(image.height, height, filter);
   const size_t in_stride = size_t(image.width) * size_t(image.channels);
   const size_t out_stride = size_t(width) * size_t(image.channels);
-  std::vector<RowSum<Sample>> row(out_stride);
+  // Scaled rows of the source, each where the one that is rows.most above it was.
+  std::vector<RowSum<Sample>> scaled(out_stride * rows.most);
+  uint32_t next = 0;
   std::vector<Sum<Sample>> sums(out_stride);
-  const uint64_t total = uint64_t(image.width) * image.height;
-  // When rows shrink, neighbours share at most their border row; when they grow, many share the same one.
-  uint32_t scaled = UINT32_MAX;
   for (uint32_t y = 0; y < height; y++) {
     const Span &span = rows.spans[y];
+    for (next = std::max(next, span.first); next < span.first + span.count; next++) {
+      const Sample *in = image.pixels.data() + next * in_stride;
+      RowSum<Sample> *row = &scaled[next % rows.most * out_stride];
+      if (image.channels == 1)
+        scale_row<1>(in, columns, row);
+      else
+        scale_row<3>(in, columns, row);
+    }
     std::fill(sums.begin(), sums.end(), 0);
     for (uint32_t j = 0; j < span.count; j++) {
-      if (scaled != span.first + j) {
-        scaled = span.first + j;
-        const Sample *in = image.pixels.data() + scaled * in_stride;
-        if (image.channels == 1)
-          scale_row<1>(in, columns, row.data());
-        else
-          scale_row<3>(in, columns, row.data());
-      }
       const Sum<Sample> weight = rows.weights[span.offset + j];
+      const RowSum<Sample> *row = &scaled[(span.first + j) % rows.most * out_stride];
       for (size_t x = 0; x < out_stride; x++) sums[x] += weight * row[x];
     }
     Sample *to = out.pixels.data() + y * out_stride;
-    for (size_t x = 0; x < out_stride; x++) to[x] = mean<Sample>(sums[x], total);
+    for (size_t x = 0; x < out_stride; x++) to[x] = mean<Sample>(sums[x], columns.total * rows.total);
   }
   return out;
 }
@@ -112,9 +159,9 @@ BasicImage<Sample> crop(const BasicImage<Sample> &image, uint32_t x, uint32_t y,
   return out;
 }
 
-template Image scale(const Image &, uint32_t, uint32_t);
-template DeepImage scale(const DeepImage &, uint32_t, uint32_t);
-template LinearImage scale(const LinearImage &, uint32_t, uint32_t);
+template Image scale(const Image &, uint32_t, uint32_t, Filter);
+template DeepImage scale(const DeepImage &, uint32_t, uint32_t, Filter);
+template LinearImage scale(const LinearImage &, uint32_t, uint32_t, Filter);
 template Image crop(const Image &, uint32_t, uint32_t, uint32_t, uint32_t);
 template DeepImage crop(const DeepImage &, uint32_t, uint32_t, uint32_t, uint32_t);
 template LinearImage crop(const LinearImage &, uint32_t, uint32_t, uint32_t, uint32_t);
@@ -122,7 +169,6 @@ template LinearImage crop(const LinearImage &, uint32_t, uint32_t, uint32_t, uin
 namespace {
 
 constexpr int phases = 1024;          // of a pixel
-constexpr int32_t one = 1 << 14;      // the sum of four weights
 constexpr uint32_t node_distance = 8; // pixels between places where the map is evaluated
 
 using Weights = std::array<int32_t, 4>; // of the samples at -1, 0, 1, 2

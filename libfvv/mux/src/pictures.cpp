@@ -149,7 +149,7 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
   const int64_t number = capture.frames.number(int64_t(i));
   std::vector<fvv_tile> tiles = track.tiles_of(plan.group_of(i));
   std::vector<media::BasicImage<Sample>> images;
-  std::vector<media::Image> masks, kept; // of tiles; empty ones count whole
+  std::vector<media::Image> masks; // of tiles; empty ones count whole
   bool masked = false;
   if (track.is_atlas()) {
     images.push_back(load_atlas<Sample>(plan, number));
@@ -178,18 +178,17 @@ Picture<Sample> load_picture(const Plan &plan, const VideoTrack &track, size_t i
     };
     images.push_back(part(load_view<Sample>(plan, index, *camera.pictures, number, 3)));
     masks.emplace_back();
-    kept.emplace_back();
     tiles[k].source.x = tiles[k].source.y = 0;
     if (!camera.masks || !(with_mask || background != Background::keep)) continue;
     masked = true;
     masks.back() = part(load_view<uint8_t>(plan, index, *camera.masks, number, 1));
+    if (background != Background::keep) media::extend(images.back(), masks.back(), background_margin);
     if (background == Background::flat) media::flatten(images.back(), masks.back(), background_margin);
-    if (background == Background::smooth) kept.back() = media::widened(masks.back(), background_margin);
   }
   try {
     Picture<Sample> picture = {media::compose(tiles, images, tiling.width, tiling.height), {}};
     if (masked && background == Background::smooth)
-      media::fill_smoothly(picture.image, media::compose_masks(tiles, kept, tiling.width, tiling.height));
+      media::fill_smoothly(picture.image, media::compose_masks(tiles, masks, tiling.width, tiling.height));
     if (masked && with_mask) picture.mask = media::compose_masks(tiles, masks, tiling.width, tiling.height);
     return picture;
   } catch (const Error &error) {

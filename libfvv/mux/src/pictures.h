@@ -6,8 +6,8 @@
 
 namespace fvv::mux {
 
-// Pixels of the capture's pictures around the silhouette that are not changed. Matting leaves soft edges, and
-// masks are rarely accurate to a few pixels.
+// Pixels of the capture's pictures around the silhouette that continue its colours. Meshes and masks are
+// rarely accurate to a few pixels.
 constexpr uint32_t background_margin = 8;
 // How the rest is changed: never automatic.
 Background background_of(const Options &options);

@@ -50,6 +50,11 @@ Image widened(const Image &mask, uint32_t margin);
 // flat_grey. keep is grey and of the picture's size.
 template <class SampleType> void fill_smoothly(BasicImage<SampleType> &image, const Image &keep);
 
+// Continues what the mask shows over its edge: pixels up to margin away from it (Chebyshev distance) get
+// colours as by fill_smoothly. Other pixels do not change, but without a pixel > 127 everything becomes
+// flat_grey. mask is grey and of the picture's size.
+template <class SampleType> void extend(BasicImage<SampleType> &image, const Image &mask, uint32_t margin);
+
 // Sets to flat_grey every pixel that is more than margin pixels (in both axes alike: Chebyshev distance) away
 // from the nearest pixel whose mask is > 127. mask is grey and of the picture's size.
 template <class SampleType> void flatten(BasicImage<SampleType> &image, const Image &mask, uint32_t margin);

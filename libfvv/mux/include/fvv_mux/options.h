@@ -77,8 +77,8 @@ enum class Winding { automatic, keep, flip };
 // automatic: to the visible scene, where there are masks or meshes.
 enum class Crop { automatic, none };
 
-// Pixels beyond background_margin around the silhouettes; of cameras with masks. automatic: what takes fewest
-// bytes with the codec.
+// Around the silhouettes of cameras with masks. flat: grey beyond background_margin. automatic: what takes
+// fewest bytes with the codec.
 enum class Background { automatic, keep, flat, smooth };
 
 // automatic: faces, where that takes few bytes beside the pictures.
