@@ -55,6 +55,7 @@ export class Replication {
   /** test: draws the picture with replicationFragment and returns its RGBA pixels. */
   isSeenIn(picture: Image, test: () => Uint8Array): boolean;
 }
+export function lensesOf(views: readonly View[]): 0 | 1 | 2;
 export function viewsOf(frame: Frame, places: Map<number, { x: number; y: number }>): View[];
 export function writeViews(views: View[], array: Float32Array): void;
 export function visibilityWeightTexels(frame: Frame, mesh: Mesh, views: View[], maxTexels: number): number;

@@ -4,7 +4,16 @@ export { DepthPlan, depthSizes } from "./depth_plan.js";
 export { copyFragment, planesFragment, replicatedFragment, replicationFragment } from "./glsl/pictures.js";
 export { blending, depthFragment, depthVertex, projection, visibilityWeightsVertex } from "./glsl/surface.js";
 export { Replication, conversionOf, layoutOf, loadPicture, loadPictures, replicationOf } from "./pictures.js";
-export { MAX_BEST, MAX_VIEWS, VIEW_TEXELS, checkTexturing, texturingOf, viewsOf, writeViews } from "./views.js";
+export {
+  MAX_BEST,
+  MAX_VIEWS,
+  VIEW_TEXELS,
+  checkTexturing,
+  lensesOf,
+  texturingOf,
+  viewsOf,
+  writeViews,
+} from "./views.js";
 export {
   MAX_WEIGHT_TEXELS,
   WEIGHT_COLUMNS,

@@ -27,6 +27,11 @@ export function viewsOf(frame, layout) {
   return views;
 }
 
+/** For the define LENSES of the shaders: 0 no view has a lens, 1 none is a fisheye, 2 any. Its formulas cost time in software. */
+export function lensesOf(views) {
+  return views.reduce((most, { camera }) => Math.max(most, lenses.indexOf(camera.lens)), 0);
+}
+
 /** A video of one camera is a single tile. */
 function tilesOf(frame, video) {
   if (video.shows === "tiles") return frame.tiles(video.track);

@@ -3,6 +3,7 @@
 import {
   blending,
   checkTexturing,
+  lensesOf,
   loadPictures,
   MAX_WEIGHT_TEXELS,
   projection,
@@ -246,6 +247,7 @@ export class FvvObject3D extends Object3D {
     const maxTexels = Math.min(MAX_WEIGHT_TEXELS, gl.getParameter(gl.MAX_VARYING_VECTORS) - OTHER_VARYINGS);
     const texels = this.#visibilityWeights.show(frame, frame.mesh, views, maxTexels);
     this.#define("WEIGHT_TEXELS", texels);
+    this.#define("LENSES", lensesOf(views));
     if (texels) uniforms.visibilityWeights.value = this.#visibilityWeights.texture;
     this.#depths.plan(views);
     this.#views.show(views);

@@ -12,6 +12,7 @@ import {
   projection,
   WEIGHT_COLUMNS,
   visibilityWeightsVertex,
+  lensesOf,
   visibilityWeightTexels,
   texturingOf,
   VIEW_TEXELS,
@@ -273,7 +274,7 @@ export class Surface {
       visibilityWeights: this.#visibilityWeights.texture,
       depths: this.#depths.texture,
     };
-    const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best };
+    const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best, LENSES: lensesOf(views) };
     if (blend === "paper") defines.PAPER = 1;
     if (atlas) defines.ATLAS = 1;
     // An explicit colour overrides those of the stream.

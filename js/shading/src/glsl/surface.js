@@ -3,11 +3,14 @@
 // matrices include the surrounding scene.
 
 /**
- * Within the ranges of clause 9.1, as libfvv projects. A view's row: 0 to 2 rotation and translation, 3 centre and flags, 4 fx
+ * Within the ranges of clause 9.1, as libfvv projects. LENSES: what lenses the views have, see lensesOf; default: any. A view's row: 0 to 2 rotation and translation, 3 centre and flags, 4 fx
  * fy cx cy, 5 skew, rMax, lens and number, 6 and 7 distortion, 8 source, 9 place in the texture of pictures, 10 scale and
  * offset of the depth map, 11 its size and the width of a pixel at a distance of 1.
  */
 export const projection = /* glsl */ `
+#ifndef LENSES
+#define LENSES 2
+#endif
 uniform highp sampler2D views;
 
 const int BY_WEIGHTS = 1, BY_DEPTH = 2, OFF = 4;
@@ -22,23 +25,28 @@ vec3 toCamera(int view, vec3 point) {
 // Pixel of the camera's picture. false: behind the camera or beyond the range of its lens.
 bool toPicture(int view, vec3 at, out vec2 pixel) {
   if (!(at.z > 0.0)) return false;
-  vec4 intrinsics = texel(view, 4), more = texel(view, 5), k = texel(view, 6), l = texel(view, 7);
+  vec4 intrinsics = texel(view, 4), more = texel(view, 5);
   vec2 q = at.xy / at.z;
   float r = length(q);
+#if LENSES > 1
   if (more.z > 1.5) {
     float angle = atan(r);
     if (r > 0.0) q *= angle / r;
     r = angle;
   }
+#endif
   if (!(r <= more.y)) return false;
-  float s = r * r;
   vec2 d = q;
+#if LENSES > 0
+  vec4 k = texel(view, 6), l = texel(view, 7);
+  float s = r * r;
   if (more.z > 1.5) {
     d = q * (1.0 + s * (k.x + s * (k.y + s * (k.z + s * k.w))));
   } else if (more.z > 0.5) {
     float h = (1.0 + s * (k.x + s * (k.y + s * l.x))) / (1.0 + s * (l.y + s * (l.z + s * l.w)));
     d = q * h + s * k.wz + 2.0 * dot(q, k.wz) * q;
   }
+#endif
   pixel = vec2(intrinsics.x * d.x + more.x * d.y + intrinsics.z, intrinsics.y * d.y + intrinsics.w);
   return true;
 }
