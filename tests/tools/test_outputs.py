@@ -394,11 +394,21 @@ def test_parents_are_made_and_go_with_a_failed_run(work):
     assert (work / "a/b/c/capture.json").exists()
 
 
+def partial_outputs(work):
+    """Temporary outputs anywhere in work. Unlike Path.rglob, os.walk bears folders that vanish meanwhile."""
+    return [
+        pathlib.Path(folder, name)
+        for folder, folders, names in os.walk(work)
+        for name in folders + names
+        if name.startswith(".") and name.endswith(".partial")
+    ]
+
+
 def kill_in_the_middle(command, work, end, delay):
     command = [str(tool_path(command[0])), *map(str, command[1:])]
     process = subprocess.Popen(command, cwd=work, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     limit = time.monotonic() + 20
-    while process.poll() is None and not list(work.rglob(".*.partial")) and time.monotonic() < limit:
+    while process.poll() is None and not partial_outputs(work) and time.monotonic() < limit:
         time.sleep(0.001)
     time.sleep(delay)
     process.send_signal(end)
@@ -406,7 +416,7 @@ def kill_in_the_middle(command, work, end, delay):
         process.wait(timeout=20)
     finally:
         process.kill()
-    partial = [path for path in work.rglob(".*.partial")]
+    partial = partial_outputs(work)
     if end != signal.SIGKILL:
         assert not partial
     for (

@@ -3,6 +3,7 @@
 #include "cli/temporary.h"
 
 #include <boost/timer/progress_display.hpp>
+#include <pthread.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -20,8 +21,15 @@ namespace fvv::cli {
 namespace {
 
 std::string tool_name = "fvv";
+pthread_t main_thread;
 
+// The system gives a signal to any thread. Only the main thread knows when outputs must not be touched (it
+// blocks signals then), and is neither starting nor ending.
 extern "C" void interrupted(int signal) {
+  if (!pthread_equal(pthread_self(), main_thread)) {
+    pthread_kill(main_thread, signal);
+    return;
+  }
   remove_temporaries_in_handler();
   std::signal(signal, SIG_DFL);
   std::raise(signal);
@@ -44,6 +52,7 @@ void warn(const std::string &text) {
 
 int run(const char *tool, const std::function<Exit()> &body) {
   tool_name = tool;
+  main_thread = pthread_self();
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, interrupted);
   // A full disk and a closed pipe are errors of write(2), reported in one line, not deaths by signal.
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
