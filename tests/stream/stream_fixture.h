@@ -318,6 +318,19 @@ public:
   fvv_status status;
 };
 
+// Checks that a checker that decodes finds the issue, and one that does not if without_decoding.
+inline void check_finds(const Bytes &bytes, uint32_t issue, bool without_decoding) {
+  for (const bool decode : {true, false}) {
+    Check how;
+    how.decode = decode;
+    const Checked checked(bytes, how);
+    INFO(checked.report());
+    bool found = false;
+    for (size_t i = 0; i < checked.problem_count(); i++) found |= checked.problem(i).issue == issue;
+    CHECK(found == (decode || without_decoding));
+  }
+}
+
 // The times of whole frames, 2 ticks apart.
 inline std::vector<int64_t> whole_times(const Checked &checked) {
   std::vector<int64_t> out;

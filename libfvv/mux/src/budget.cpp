@@ -61,16 +61,10 @@ decimate::Footprint footprint(const scene::Capture &capture, const Tiling &tilin
 
 namespace {
 
-// Frames that stand for all: the first, the middle and the last one with a mesh.
-std::set<int64_t> samples(const scene::Capture &capture) {
-  const std::vector<int64_t> numbers = capture.mesh_frames();
-  return {numbers.front(), numbers[numbers.size() / 2], numbers.back()};
-}
-
 // One frame that is far larger or smaller than the others does not decide.
 double typical_diagonal(const scene::Capture &capture) {
   std::vector<double> diagonals;
-  for (const int64_t number : samples(capture))
+  for (const int64_t number : sample_frames(capture))
     diagonals.push_back(geometry::typical_box(frame_mesh(capture, number)).diagonal());
   std::sort(diagonals.begin(), diagonals.end());
   return diagonals[(diagonals.size() - 1) / 2];
@@ -202,7 +196,7 @@ DecimationChoice choose_decimation(const Options &options, const scene::Capture 
   choice.budget.lattice.step = 2 * lattice.error();
   std::vector<geometry::Mesh> meshes;
   std::vector<decimate::Footprint> cameras;
-  for (const int64_t number : samples(capture)) {
+  for (const int64_t number : sample_frames(capture)) {
     meshes.push_back(frame_mesh(capture, number));
     cameras.push_back(footprint(capture, tiling, number, error.is_length));
     choice.pixel = std::min(choice.pixel, sharpest(meshes.back(), cameras.back()).metres_per_pixel);

@@ -187,11 +187,9 @@ std::vector<fvv_camera> cameras_at(const scene::Capture &capture, int64_t frame)
 
 WindingChoice choose_winding(const Options &options, const scene::Capture &capture) {
   WindingChoice choice;
-  const std::vector<int64_t> numbers = capture.mesh_frames();
   Pixels all;
   size_t meshes = 0, negative = 0;
-  for (const int64_t number :
-       std::set<int64_t>{numbers.front(), numbers[numbers.size() / 2], numbers.back()}) {
+  for (const int64_t number : sample_frames(capture)) {
     const geometry::Mesh mesh = frame_mesh(capture, number);
     std::optional<geometry::ViewedSurface> body;
     try {

@@ -4,7 +4,15 @@
 
 #include "fvv_mux/plan.h"
 
+#include <set>
+
 namespace fvv::mux {
+
+// Frames that stand for all: the first, the middle and the last one with a mesh.
+inline std::set<int64_t> sample_frames(const scene::Capture &capture) {
+  const std::vector<int64_t> numbers = capture.mesh_frames();
+  return {numbers.front(), numbers[numbers.size() / 2], numbers.back()};
+}
 
 // By the option; else pixels, or a length where no camera sees the first mesh. Throws Error (usage) where the
 // option's unit has no meaning for the capture.
