@@ -271,7 +271,6 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
 // a sky above a darker ground.
 float lightAt(vec3 point, vec3 normal) {
   vec3 towardsEye = normalize(eye - point);
-  uvec2 seen = seenByVisibilityWeights();
   vec3 n = dot(normal, towardsEye) < 0.0 ? -normal : normal;
   float lamp = max(0.0, dot(n, normalize(towardsEye + 0.6 * viewerUp - 0.5 * viewerRight)));
   return 0.38 + 0.3 * (0.5 + 0.5 * dot(n, viewerUp)) + 0.62 * lamp;
