@@ -46,7 +46,7 @@ function areasOf(depth, width, height, focal) {
 
 /** PSNR of display values in dB, the fraction of pixels with a component that differs by more than 8 of 255, and their
  * number. */
-function distance(drawn, wanted, area) {
+export function distance(drawn, wanted, area) {
   let [sum, pixels, large] = [0, 0, 0];
   for (let i = 0; i < area.length; i++) {
     if (!area[i]) continue;

@@ -114,12 +114,12 @@ export class Session {
     return { ...rest, data: Buffer.from(data, "base64") };
   }
 
-  /** The reference of fvvrender: {picture, depth, visibility: Map from camera to array}. */
-  reference(pose, size, visibleBy, { visibility = false, pictures = true } = {}) {
+  /** The reference of fvvrender, with samples x samples rays for each pixel: {picture, depth, visibility: Map from camera to array}. */
+  reference(pose, size, visibleBy, { visibility = false, pictures = true, samples = 1 } = {}) {
     const at = (name) => join(this.served.folder, "reference", name);
     const more = visibility ? ["--visibility", at("visibility.exr")] : [];
     if (!pictures) more.push("--no-pictures");
-    const what = ["--frame", `${this.frame}`, ...optionsOf(pose, size), "--samples", "1", "--no-environment"];
+    const what = ["--frame", `${this.frame}`, ...optionsOf(pose, size), "--samples", `${samples}`, "--no-environment"];
     const output = ["-o", at("picture.png"), "--depth", at("depth.exr"), ...more, "--force"];
     tool("fvvrender", this.file, ...what, "--visible-by", visibleBy, ...output);
     const channels = visibility ? readExr(at("visibility.exr")).channels : new Map();

@@ -8,7 +8,7 @@ import { after, before, describe, test } from "node:test";
 
 import { missingBrowser } from "../../testing/browser.mjs";
 import { tool } from "../../testing/served.mjs";
-import { compareFile } from "../conformance/compare.mjs";
+import { compareFile, distance } from "../conformance/compare.mjs";
 import { posesOf, Session } from "../conformance/session.mjs";
 
 /** dB away from outlines, and percent of cameras and pixels. */
@@ -119,6 +119,22 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
     const surface = countOf([128, 128, 128], grey);
     assert.ok(surface > 1000);
     assert.ok(countOf([128, 128, 128], coloured) < surface / 100);
+  });
+
+  test("from far away, averages of pictures rather than single texels", async () => {
+    const far = [96, 54];
+    const facts = await session.show(at("studio.fvv"), 1);
+    for (const pose of posesOf(3, facts, far)) {
+      const { picture, depth } = session.reference(pose, far, "bits", { samples: 7 });
+      const drawn = await session.draw(pose, far, { shadows: false, environment: false });
+      const isInside = (k) => [0, 1, -1, far[0], -far[0]].every((step) => Number.isFinite(depth[k + step]));
+      const { psnr, pixels } = distance(
+        drawn.data,
+        picture.data,
+        depth.map((_, k) => isInside(k)),
+      );
+      assert.ok(psnr > 26, `${pose.name}: ${psnr.toFixed(1)} dB over ${pixels} pixels`);
+    }
   });
 
   test("texturing parameters of the stream, and overrides", async () => {

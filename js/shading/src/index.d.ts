@@ -55,6 +55,15 @@ export class Replication {
   /** test: draws the picture with replicationFragment and returns its RGBA pixels. */
   isSeenIn(picture: Image, test: () => Uint8Array): boolean;
 }
+/** Levels of the texture of pictures; level 0 is the pictures as they are. */
+export const LEVELS: number;
+/** Whether shaders need the define LEVELS, and pictures more levels than the first. See src/levels.js. */
+export function usesLevels(
+  frame: { views: readonly View[]; atlas: readonly number[] | null },
+  sphere: { centre: readonly number[]; radius: number },
+  eye: readonly number[],
+  pixelAngle: number,
+): boolean;
 export function lensesOf(views: readonly View[]): 0 | 1 | 2;
 export function viewsOf(frame: Frame, places: Map<number, { x: number; y: number }>): View[];
 export function writeViews(views: View[], array: Float32Array): void;

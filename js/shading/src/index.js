@@ -3,6 +3,7 @@
 export { DepthPlan, depthSizes } from "./depth_plan.js";
 export { copyFragment, planesFragment, replicatedFragment, replicationFragment } from "./glsl/pictures.js";
 export { blending, depthFragment, depthVertex, projection, visibilityWeightsVertex } from "./glsl/surface.js";
+export { LEVELS, usesLevels } from "./levels.js";
 export { Replication, conversionOf, layoutOf, loadPicture, loadPictures, replicationOf } from "./pictures.js";
 export {
   MAX_BEST,

@@ -8,6 +8,7 @@ import {
   MAX_WEIGHT_TEXELS,
   projection,
   texturingOf,
+  usesLevels,
   viewsOf,
   visibilityWeightsVertex,
 } from "@fvv/shading";
@@ -73,8 +74,7 @@ ${blending}
 
 void main() {
 #ifdef ATLAS
-  vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
-  vec3 colour = textureLod(pictures, at / pictureSize, 0.0).rgb;
+  vec3 colour = atlasColour(atlas, vUv);
 #else
   // The front side by the winding of the face, not as the viewer sees it.
   vec3 faceNormal = normalize(cross(dFdx(vPoint), dFdy(vPoint))) * (gl_FrontFacing ? handedness : -handedness);
@@ -150,6 +150,7 @@ export class FvvObject3D extends Object3D {
   #mesh;
   #texturing;
   #turn = 0;
+  #shown = { views: [], atlas: null };
 
   constructor({ renderer, ...texturing }) {
     super();
@@ -178,6 +179,7 @@ export class FvvObject3D extends Object3D {
         viewerUp: { value: new Vector3() },
         tolerance: { value: new Vector2() },
         handedness: { value: 1 },
+        pixelAngle: { value: 0 },
         unseen: { value: new Vector3() },
       },
     });
@@ -190,6 +192,7 @@ export class FvvObject3D extends Object3D {
       viewerRight.value.setFromMatrixColumn(camera.matrixWorld, 0).transformDirection(worldToMesh);
       viewerUp.value.setFromMatrixColumn(camera.matrixWorld, 1).transformDirection(worldToMesh);
       this.#material.uniforms.handedness.value = this.#mesh.matrixWorld.determinant() < 0 ? -1 : 1;
+      this.#prepareLevels(renderer, camera);
       this.#material.uniformsNeedUpdate = true;
     };
     this.add(this.#mesh);
@@ -226,9 +229,13 @@ export class FvvObject3D extends Object3D {
       uniforms.pictureSize.value.set(this.#pictures.width, this.#pictures.height);
     }
     this.#setTexturing(frame.configuration);
-    this.#showViews(frame, viewsOf(frame, layout));
+    const views = viewsOf(frame, layout);
+    this.#showViews(frame, views);
     const atlas = frame.configuration.videos.find((video) => video.shows === "atlas" && layout.has(video.track));
-    this.#setAtlas(this.viewCount === 0 && mesh.uvs ? atlas : undefined, layout);
+    const place = atlas && layout.get(atlas.track);
+    // A texture atlas is used if there are no cameras.
+    this.#setAtlas(place && mesh.uvs && !views.length ? [place.x, place.y, atlas.width, atlas.height] : null);
+    this.#shown.views = views;
   }
 
   #setTexturing(configuration) {
@@ -256,12 +263,23 @@ export class FvvObject3D extends Object3D {
     uniforms.viewCount.value = this.viewCount = views.length;
   }
 
-  /** A texture atlas is used if there are no cameras. */
-  #setAtlas(atlas, layout) {
-    this.#define("ATLAS", atlas && 1);
-    if (!atlas) return;
-    const { x, y } = layout.get(atlas.track);
-    this.#material.uniforms.atlas.value.set(x, y, atlas.width, atlas.height);
+  /** atlas: its place, [x, y, width, height], or null. */
+  #setAtlas(atlas) {
+    this.#define("ATLAS", atlas ? 1 : undefined);
+    if (atlas) this.#material.uniforms.atlas.value.fromArray(atlas);
+    this.#shown.atlas = atlas;
+  }
+
+  /** Pictures have levels above the first only if the viewer is far away. */
+  #prepareLevels(renderer, camera) {
+    const { eye, pixelAngle } = this.#material.uniforms;
+    const { height } = camera.viewport ?? renderer.getRenderTarget() ?? renderer.getDrawingBufferSize(new Vector2());
+    pixelAngle.value = 2 / (camera.projectionMatrix.elements[5] * height);
+    const { center, radius } = this.#geometry.boundingSphere;
+    const sphere = { centre: center.toArray(), radius };
+    const isFar = camera.isPerspectiveCamera && usesLevels(this.#shown, sphere, eye.value.toArray(), pixelAngle.value);
+    if (isFar) this.#pictures.makeLevels(renderer);
+    this.#define("LEVELS", isFar ? 1 : undefined);
   }
 
   #define(name, value) {

@@ -1,5 +1,4 @@
-// The pictures of a frame as one texture of display values. Most streams have one video with all cameras: if its picture is
-// an ImageBitmap, it is the texture itself.
+// The pictures of a frame as one texture of display values.
 
 import {
   conversionOf,
@@ -16,6 +15,7 @@ import {
   DataTexture,
   GLSL3,
   LinearFilter,
+  LinearMipmapLinearFilter,
   Mesh,
   NearestFilter,
   NoBlending,
@@ -67,6 +67,7 @@ export class PictureTexture {
   #quad;
   #materials = new Map();
   #replication = new Replication();
+  #hasLevels = false;
 
   constructor() {
     this.#quad = new Mesh(new PlaneGeometry(2, 2));
@@ -79,18 +80,27 @@ export class PictureTexture {
     const { places, width, height } = layoutOf(pictures);
     if (!pictures.length) return places;
     Object.assign(this, { width, height });
-    if (pictures.length === 1 && pictures[0].image instanceof ImageBitmap) {
-      this.texture = this.#source("image", Texture, pictures[0].image, ...sizeOf(pictures[0].image));
-      // Uploaded now, because the caller may close the frame afterwards.
-      renderer.initTexture(this.texture);
-    } else {
-      this.#resize(width, height);
-      this.texture = this.#target.texture;
-      offScreen(renderer, () => {
-        pictures.forEach((picture, i) => this.#draw(renderer, picture, places.get(picture.video.track), i));
-      });
-    }
+    this.#hasLevels = false;
+    this.#resize(width, height);
+    this.texture = this.#target.texture;
+    offScreen(renderer, () => {
+      pictures.forEach((picture, i) => this.#draw(renderer, picture, places.get(picture.video.track), i));
+    });
     return places;
+  }
+
+  /** Makes all levels of the texture, of which show() writes the first one alone. */
+  makeLevels(renderer) {
+    if (this.#hasLevels) return;
+    this.#hasLevels = true;
+    // three makes levels at the end of what it draws into a target.
+    this.texture.mipmapsAutoUpdate = true;
+    const drawNothing = () => {
+      renderer.setRenderTarget(this.#target);
+      renderer.render(nothing, noViewer);
+    };
+    offScreen(renderer, drawNothing, { clears: false });
+    this.texture.mipmapsAutoUpdate = false;
   }
 
   /** A texture is reused for the next picture of the same size. */
@@ -113,7 +123,9 @@ export class PictureTexture {
   #resize(width, height) {
     if (this.#target?.width === width && this.#target.height === height) return;
     this.#target?.dispose();
-    this.#target = new WebGLRenderTarget(width, height, { depthBuffer: false, generateMipmaps: false });
+    const filters = { generateMipmaps: true, minFilter: LinearMipmapLinearFilter };
+    this.#target = new WebGLRenderTarget(width, height, { depthBuffer: false, ...filters });
+    this.#target.texture.mipmapsAutoUpdate = false;
   }
 
   #material(fragmentShader, uniforms) {
@@ -172,3 +184,4 @@ export class PictureTexture {
 }
 
 const noViewer = new Camera();
+const nothing = new Scene();

@@ -31,8 +31,8 @@ import {
 } from "@fvv/shading";
 
 /** Draws into targets before the scene is drawn, and restores the renderer. draw(): sets targets and renders; each target is
- * cleared to zeros before. */
-export function offScreen(renderer, draw) {
+ * cleared to zeros before, unless clears is false. */
+export function offScreen(renderer, draw, { clears = true } = {}) {
   const target = renderer.getRenderTarget();
   const layer = renderer.getActiveCubeFace();
   const level = renderer.getActiveMipmapLevel();
@@ -41,7 +41,7 @@ export function offScreen(renderer, draw) {
   const { autoClear } = renderer;
   const { enabled } = renderer.xr;
   renderer.xr.enabled = false;
-  renderer.autoClear = true;
+  renderer.autoClear = clears;
   renderer.setClearColor(0, 0);
   try {
     draw();

@@ -38,6 +38,18 @@ function measure(drawn, wanted, mask) {
   return { psnr: 10 * Math.log10((255 * 255 * 3 * count) / sum), count, grey, outside };
 }
 
+/** RGBA of a picture of a shrink-th of the size, each pixel the mean of a square. */
+function averaged(data, { width, height }, shrink) {
+  const [columns, rows] = [Math.floor(width / shrink), Math.floor(height / shrink)];
+  const out = new Float32Array(4 * columns * rows);
+  for (let y = 0; y < rows * shrink; y++)
+    for (let x = 0; x < columns * shrink; x++)
+      for (let k = 0; k < 4; k++)
+        out[4 * (Math.floor(y / shrink) * columns + Math.floor(x / shrink)) + k] +=
+          data[4 * (y * width + x) + k] / shrink ** 2;
+  return out;
+}
+
 /** The frame with the requested cameras and pictures only. */
 function part(frame, { only, pictures }) {
   const { configuration, cameras, mesh, visibility, number, seconds } = frame;
@@ -49,9 +61,20 @@ function part(frame, { only, pictures }) {
 
 /**
  * cases: [{camera, picture, mask}], of fvvrender. only: the only camera that gives colour; pictures: false if they are lost;
- * turned: the object is moved, rotated and scaled; tracks: the selected tracks of video; own: options of the object.
+ * turned: the object is moved, rotated and scaled; tracks: the selected tracks of video; own: options of the object; shrink:
+ * pictures are drawn in a shrink-th of their size, as from far away, and compared with means of fvvrender's pixels.
  */
-window.compare = async ({ file, number, cases, only, pictures = true, turned = false, tracks = null, own = {} }) => {
+window.compare = async ({
+  file,
+  number,
+  cases,
+  only,
+  pictures = true,
+  turned = false,
+  tracks = null,
+  own = {},
+  shrink = 1,
+}) => {
   const decoder = await createDecoder({
     source: file,
     visibilityWeights: true,
@@ -71,11 +94,20 @@ window.compare = async ({ file, number, cases, only, pictures = true, turned = f
   const results = [];
   for (const { camera: id, picture, mask } of cases) {
     const camera = frame.camera(id);
-    renderer.setSize(camera.width, camera.height, false);
+    const size = { width: camera.width / shrink, height: camera.height / shrink };
+    renderer.setSize(size.width, size.height, false);
     lookThrough(viewer, camera);
     renderer.render(scene, viewer);
-    const drawn = pixels(renderer.domElement, camera);
-    results.push({ camera: id, ...measure(drawn, await reference(picture, camera), await reference(mask, camera)) });
+    const drawn = pixels(renderer.domElement, size);
+    const [wanted, inside] = await Promise.all([picture, mask].map((name) => reference(name, camera)));
+    results.push({
+      camera: id,
+      ...measure(
+        drawn,
+        averaged(wanted, camera, shrink),
+        averaged(inside, camera, shrink).map((value) => (value < 255 ? 0 : 255)),
+      ),
+    });
   }
   const facts = {
     results,

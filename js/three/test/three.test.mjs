@@ -171,6 +171,10 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     }
     assert.ok(greys[1] > 2 * greys[0], `grey pixels: ${greys}`);
   });
+  test("from far away, levels of the pictures", async () => {
+    const { results } = await compare("maps", 0, [0, 2], { ...maps, shrink: 8 });
+    for (const { camera, psnr } of results) assert.ok(psnr > 30, `camera ${camera}: ${psnr.toFixed(1)} dB`);
+  });
   test("colours of vertices, shaded, where the pictures are lost", async () => {
     const render = [...maps.render, "--no-pictures"];
     for (const turned of [false, true]) {

@@ -45,7 +45,7 @@ uniform sampler2D pictures;
 uniform vec2 pictureSize;
 in vec2 vPlace;
 layout(location = 0) out highp vec4 outColour;
-void main() { outColour = vec4(textureLod(pictures, vPlace / pictureSize, 0.0).rgb, 1.0); }
+void main() { outColour = vec4(texture(pictures, vPlace / pictureSize).rgb, 1.0); }
 `,
 };
 
@@ -178,6 +178,7 @@ export class Overlay {
       gl.bindVertexArray(null);
       this.#counters.drawCalls++;
     };
+    if (this.#planes.count) pictures.makeLevels();
     draw(this.#planes, planes, gl.TRIANGLES, { pictures: pictures.texture });
     draw(this.#lines, lines, gl.LINES);
   }

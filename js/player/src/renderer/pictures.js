@@ -3,6 +3,7 @@
 import {
   conversionOf,
   copyFragment,
+  LEVELS,
   planesFragment,
   replicatedFragment,
   Replication,
@@ -33,16 +34,19 @@ export class PictureTexture {
   #framebuffer;
   #empty;
   #replication = new Replication();
+  #hasLevels = false;
 
   constructor(gl, programs, uploads) {
     this.#gl = gl;
     this.#programs = programs;
     this.#uploads = uploads;
-    this.#target = new DataTexture(gl, uploads, { internal: gl.RGBA8, filter: gl.LINEAR });
+    const formats = { internal: gl.RGBA8, filter: gl.LINEAR_MIPMAP_LINEAR, levels: LEVELS };
+    this.#target = new DataTexture(gl, uploads, formats);
     this.#framebuffer = gl.createFramebuffer();
     this.#empty = gl.createVertexArray();
   }
 
+  /** Only level 0 is valid, unless makeLevels() was called after show(). */
   get texture() {
     return this.#target.texture;
   }
@@ -65,6 +69,15 @@ export class PictureTexture {
     gl.bindVertexArray(this.#empty);
     for (const picture of pictures) this.#draw(picture, places.get(picture.video.track));
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    this.#hasLevels = false;
+  }
+
+  makeLevels() {
+    if (this.#hasLevels) return;
+    const gl = this.#gl;
+    gl.bindTexture(gl.TEXTURE_2D, this.#target.texture);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    this.#hasLevels = true;
   }
 
   #draw(picture, { x, y }) {

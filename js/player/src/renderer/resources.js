@@ -30,7 +30,7 @@ export class DataTexture {
   width = 0;
   height = 0;
 
-  /** formats: {internal, format, type, texelBytes, filter} */
+  /** formats: {internal, format, type, texelBytes, filter, levels}; levels: at most as many, 1 by default. */
   constructor(gl, uploads, formats) {
     this.#gl = gl;
     this.#uploads = uploads;
@@ -44,7 +44,14 @@ export class DataTexture {
     const gl = this.#gl;
     gl.deleteTexture(this.texture);
     this.texture = newTexture(gl, gl.TEXTURE_2D, this.#formats.filter);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, this.#formats.internal, width, height);
+    const { internal, levels = 1 } = this.#formats;
+    gl.texStorage2D(
+      gl.TEXTURE_2D,
+      Math.min(levels, 1 + Math.floor(Math.log2(Math.max(width, height)))),
+      internal,
+      width,
+      height,
+    );
     Object.assign(this, { width, height });
   }
 

@@ -93,6 +93,7 @@ export class Sheet {
     const gl = this.#gl;
     gl.disable(gl.DEPTH_TEST);
     this.#buffer.write(new Float32Array(corners));
+    pictures.makeLevels();
     const uniforms = { worldToClip: IDENTITY, pictureSize: pictures.size };
     this.#programs.get(planes).use(uniforms, { pictures: pictures.texture });
     gl.bindVertexArray(this.#array);

@@ -15,10 +15,12 @@ import {
   lensesOf,
   visibilityWeightTexels,
   texturingOf,
+  usesLevels,
   VIEW_TEXELS,
   writeViews,
 } from "@fvv/shading";
 
+import { sphereOf } from "./matrices.js";
 import { DataTexture, Layers, MeshBuffers } from "./resources.js";
 import { normalise } from "../vectors.js";
 
@@ -75,8 +77,7 @@ vec3 cameraColour(int view) {
 #if MODE == 0
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
 #ifdef ATLAS
-  vec2 at = atlas.xy + clamp(vUv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
-  return textureLod(pictures, at / pictureSize, 0.0).rgb;
+  return atlasColour(atlas, vUv);
 #else
   return surfaceColour(point, faceNormal, normal, vColour.rgb);
 #endif
@@ -254,13 +255,17 @@ export class Surface {
   /** pictures: the PictureTexture. */
   draw(pictures, { worldToClip, pixelToRay, depthRange, eye }, options) {
     const gl = this.#gl;
-    const { views, atlas, frame } = this.#content;
+    const { views, atlas, frame, bounds } = this.#content;
     const { best, blend, ...texturing } = texturingOf(frame.configuration, options);
+    const pixelAngle = Math.hypot(...pixelToRay.subarray(0, 3));
+    const far = MODES[options.mode] === MODES.textured && usesLevels(this.#content, sphereOf(bounds), eye, pixelAngle);
+    if (far) pictures.makeLevels();
     const uniforms = {
       worldToClip,
       pixelToRay,
       depthRange,
       eye,
+      pixelAngle,
       pictureSize: pictures.size,
       viewCount: views.length,
       ...texturing,
@@ -277,6 +282,7 @@ export class Surface {
     const defines = { MODE: MODES[options.mode], WEIGHT_TEXELS: this.#texels, BEST: best, LENSES: lensesOf(views) };
     if (blend === "paper") defines.PAPER = 1;
     if (atlas) defines.ATLAS = 1;
+    if (far) defines.LEVELS = 1;
     // An explicit colour overrides those of the stream.
     if (this.#content.mesh.colours && (options.unseen ?? null) === null) defines.COLOURS = 1;
     const wired = options.mode === "wireframe";

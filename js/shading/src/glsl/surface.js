@@ -2,6 +2,8 @@
 // best cameras at a point, by the rules of docs/fvvrender.md. All coordinates are those of the stream; only the viewer's
 // matrices include the surrounding scene.
 
+import { LEVELS, SHARP } from "../levels.js";
+
 /**
  * Within the ranges of clause 9.1, as libfvv projects. LENSES: what lenses the views have, see lensesOf; default: any. A view's row: 0 to 2 rotation and translation, 3 centre and flags, 4 fx
  * fy cx cy, 5 skew, rMax, lens and number, 6 and 7 distortion, 8 source, 9 place in the texture of pictures, 10 scale and
@@ -102,7 +104,8 @@ void passVisibilityWeights() {
 /**
  * Follows projection in a fragment shader. WEIGHT_TEXELS: number of varyings with visibility weights. BEST: maximum number of
  * cameras at a point. PAPER: defined if cameras are weighted by the normal alone; COLOURS: if the mesh has colours of vertices,
- * which are shown where no camera shows the surface; see clauses 17.5 and 19 of the format.
+ * which are shown where no camera shows the surface; see clauses 17.5 and 19 of the format. LEVELS: if pictures are sampled at
+ * levels, for which see usesLevels.
  */
 export const blending = /* glsl */ `
 uniform highp sampler2D pictures;
@@ -113,6 +116,9 @@ uniform int viewCount;
 uniform float threshold;
 uniform vec3 unseen;
 uniform vec3 eye, viewerRight, viewerUp; // the viewer's place and axes
+#ifdef LEVELS
+uniform float pixelAngle; // width of a pixel of the viewer's picture at a distance of 1
+#endif
 #if WEIGHT_TEXELS > 0
 in vec4 vVisibility[WEIGHT_TEXELS];
 #endif
@@ -276,6 +282,34 @@ float lightAt(vec3 point, vec3 normal) {
   return 0.38 + 0.3 * (0.5 + 0.5 * dot(n, viewerUp)) + 0.62 * lamp;
 }
 
+#ifdef LEVELS
+// The level for a number of texels that a pixel is wide. Sharp pictures are worth a little aliasing: up to SHARP texels.
+float levelFor(float texels) { return clamp(log2(texels / ${SHARP.toFixed(2)}), 0.0, ${(LEVELS - 1).toFixed(1)}); }
+#endif
+
+vec3 pictureColour(vec2 at, float level) { return textureLod(pictures, at / pictureSize, level).rgb; }
+
+// The colour that a view shows at a point; at: where, in texels of pictures.
+vec3 viewColour(int view, vec3 point, vec2 at) {
+#ifdef LEVELS
+  float width = distance(texel(view, 3).xyz, point) * texel(view, 8).z / (texel(view, 9).z * texel(view, 4).x);
+  return pictureColour(at, levelFor(distance(eye, point) * pixelAngle / width));
+#else
+  return pictureColour(at, 0.0);
+#endif
+}
+
+// The colour of an atlas, whose place in the texture of pictures is x y width height.
+vec3 atlasColour(vec4 atlas, vec2 uv) {
+  vec2 at = atlas.xy + clamp(uv * atlas.zw, vec2(0.5), atlas.zw - 0.5);
+#ifdef LEVELS
+  vec2 dx = dFdx(uv) * atlas.zw, dy = dFdy(uv) * atlas.zw;
+  return pictureColour(at, levelFor(sqrt(max(dot(dx, dx), dot(dy, dy)))));
+#else
+  return pictureColour(at, 0.0);
+#endif
+}
+
 // The colour of a point as display values. own: the colour of the vertices, interpolated, if COLOURS is defined.
 vec3 surfaceColour(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
 #ifndef COLOURS
@@ -291,7 +325,7 @@ vec3 surfaceColour(vec3 point, vec3 faceNormal, vec3 normal, vec3 own) {
   for (int i = 0; i < BEST; i++) {
     if (weights[i] == 0.0) break;
     sum += weights[i];
-    colour += weights[i] * textureLod(pictures, places[i] / pictureSize, 0.0).rgb;
+    colour += weights[i] * viewColour(chosen[i], point, places[i]);
   }
   return sum > 0.0 ? mix(own, colour / sum, share) : own;
 }
