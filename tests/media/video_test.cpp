@@ -368,3 +368,35 @@ TEST_CASE("only what the masks count decides the quality") {
   CHECK_THAT(error_of([&] { choose_quality(settings, {frame}, 99); }),
              Contains("no quality reaches 99.00 dB: the best, 100, reaches "));
 }
+
+TEST_CASE("encoders ask for room before they load, more for more frames, and leave it when they are done") {
+  const std::vector<Image> frames = clip(width, height, 12);
+  for (const VideoCodec &codec : display_codecs()) {
+    CAPTURE(codec.name);
+    std::vector<uint64_t> asked;
+    for (const size_t count : {size_t(2), frames.size()}) {
+      size_t loads = 0, open = 0;
+      const GroupSource<uint8_t> source = {
+          count,
+          [&](size_t i) {
+            loads++;
+            CHECK(open == 1);
+            return GroupFrame<uint8_t>{std::make_shared<Image>(frames[i]), nullptr};
+          },
+          [&](uint64_t bytes) {
+            CHECK(loads == 0);
+            asked.push_back(bytes);
+            open++;
+            return std::shared_ptr<void>(&open, [&](void *) { open--; });
+          }};
+      encode_group(settings_of(codec.code, 30), source);
+      CHECK(open == 0);
+      CHECK(loads == count);
+    }
+    REQUIRE(asked.size() == 2);
+    CHECK(asked[0] >= width * height * 3);
+    const bool keeps_frames = !codec.is_stills() && codec.code != FVV_CODEC_AV01;
+    CHECK((asked[1] > asked[0]) == keeps_frames);
+    CHECK(asked[1] < 200 * width * height);
+  }
+}

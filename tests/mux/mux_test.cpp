@@ -344,7 +344,7 @@ TEST_CASE("groups are collected in order, few at a time, and the first failure c
   const std::vector<size_t> group_of = {0, 1, 0, 2, 2, 2, 3, 4, 5, 6, 7};
   for (const unsigned threads : {1u, 3u, 16u}) {
     std::vector<size_t> order;
-    std::atomic<size_t> collected{0}, most{0};
+    std::atomic<size_t> collected{0}, most{0}, rests{0};
     run_ordered(
         threads, group_of,
         [&](size_t piece) {
@@ -355,7 +355,9 @@ TEST_CASE("groups are collected in order, few at a time, and the first failure c
         [&](size_t group) {
           order.push_back(group);
           collected++;
-        });
+        },
+        [&] { rests++; });
+    CHECK(rests == threads);
     CHECK(order == std::vector<size_t>{0, 1, 2, 3, 4, 5, 6, 7});
     CHECK(most <= threads);
     CHECK_THROWS_WITH(run_ordered(

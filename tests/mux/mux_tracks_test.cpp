@@ -3,10 +3,15 @@
 
 #include "fvvmux/options.h"
 
+#include "fvv_cxx/parallel.h"
 #include "fvv_mux/summary.h"
 #include "fvvdemux/demux.h"
 #include "mux/src/layout.h"
+#include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
+
+#include <atomic>
+#include <thread>
 
 namespace {
 
@@ -223,4 +228,63 @@ TEST_CASE("fvvdemux writes the cameras of all tracks") {
       const media::Image picture = media::read_image<uint8_t>(folder.path(leaf), 3);
       CHECK(media::psnr_luma(picture, picture_of(camera, 64, 48, frame)) > 35);
     }
+}
+
+TEST_CASE("encoders that take more than their room run one by one, and other threads load for them") {
+  constexpr unsigned threads = 3;
+  constexpr size_t groups = 4, frames = 30, fit = 5;
+  const uint64_t frame_bytes = threads * mux::EncoderRoom::ahead_per_thread / fit;
+  const auto run = [&](uint64_t encoder_bytes, size_t &most_running, size_t &most_kept) {
+    mux::EncoderRoom room(threads);
+    std::atomic<size_t> running{0}, peak{0}, kept{0}, kept_peak{0}, helped{0};
+    const auto raise = [](std::atomic<size_t> &largest, size_t value) {
+      for (size_t seen = largest; value > seen && !largest.compare_exchange_weak(seen, value);) continue;
+    };
+    run_ordered(
+        threads, {0, 0, 0, 0},
+        [&](size_t) {
+          const std::thread::id owner = std::this_thread::get_id();
+          std::vector<std::atomic<int>> loads(frames);
+          mux::EncoderRoom::Group group(room, frames, frame_bytes, [&](size_t frame) {
+            helped += std::this_thread::get_id() != owner;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            loads[frame]++;
+            raise(kept_peak, ++kept);
+            return frame_bytes;
+          });
+          const std::shared_ptr<void> taken = room.reserve(encoder_bytes);
+          raise(peak, ++running);
+          for (size_t frame = 0; frame < frames; frame++) {
+            group.await(frame);
+            kept--;
+            if (loads[frame] != 1) throw std::runtime_error("expected each frame to be loaded once");
+          }
+          running--;
+        },
+        [](size_t) {}, [&] { room.help(); });
+    most_running = peak;
+    most_kept = kept_peak;
+    return size_t(helped);
+  };
+  const uint64_t all = threads * mux::EncoderRoom::bytes_per_thread;
+  size_t running, kept;
+  for (const uint64_t bytes : {all, 2 * all, all / 2 + 1}) {
+    CHECK(run(bytes, running, kept) > groups * frames / 4);
+    CHECK(running == 1);
+    CHECK(kept <= fit + 1); // one more is the frame that the encoder needs now
+  }
+  run(all / 2, running, kept);
+  CHECK(running <= 2);
+  CHECK(kept <= fit + 2);
+}
+
+TEST_CASE("a group that ends early leaves its room") {
+  mux::EncoderRoom room(1);
+  for (int round = 0; round < 3; round++) {
+    mux::EncoderRoom::Group group(room, 9, mux::EncoderRoom::ahead_per_thread,
+                                  [](size_t) { return mux::EncoderRoom::ahead_per_thread; });
+    const std::shared_ptr<void> taken = room.reserve(2 * mux::EncoderRoom::bytes_per_thread);
+    group.await(0);
+  }
+  room.help(); // returns, as there are no groups
 }

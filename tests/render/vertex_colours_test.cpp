@@ -26,6 +26,12 @@ Shape sheet(uint32_t n) {
   return shape;
 }
 
+VertexColours vertex_colours(const Mesh &mesh, const std::vector<ColourView> &views) {
+  VertexColourGatherer gatherer(mesh);
+  for (const ColourView &view : views) gatherer.add(view);
+  return gatherer.colours();
+}
+
 // A picture of 8 bits of what a camera sees on the plane z = 0.
 template <class Colour> std::vector<uint8_t> filmed(const fvv_camera &camera, const Colour &colour) {
   std::vector<uint8_t> out;

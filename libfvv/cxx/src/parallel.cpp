@@ -13,8 +13,10 @@ namespace {
 
 class Pool {
 public:
-  Pool(unsigned threads, const std::vector<size_t> &groups, const std::function<void(size_t)> &piece_work)
-      : window(size_t(threads) + 1), group_of(groups), work(piece_work), failed_piece(groups.size()) {
+  Pool(unsigned threads, const std::vector<size_t> &groups, const std::function<void(size_t)> &piece_work,
+       const std::function<void()> &at_end)
+      : window(size_t(threads) + 1), group_of(groups), work(piece_work), rest(at_end),
+        failed_piece(groups.size()) {
     waiting.resize(groups.empty() ? 0 : *std::max_element(groups.begin(), groups.end()) + 1);
     for (const size_t group : groups) waiting[group]++;
     try {
@@ -85,11 +87,13 @@ private:
       }
       changed.notify_all();
     }
+    rest();
   }
 
   const size_t window;
   const std::vector<size_t> &group_of;
   const std::function<void(size_t)> &work;
+  const std::function<void()> &rest;
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<size_t> waiting; // pieces of each group that are not done
@@ -102,8 +106,9 @@ private:
 } // namespace
 
 void run_ordered(unsigned threads, const std::vector<size_t> &group_of,
-                 const std::function<void(size_t)> &work, const std::function<void(size_t)> &collect) {
-  Pool pool(threads, group_of, work);
+                 const std::function<void(size_t)> &work, const std::function<void(size_t)> &collect,
+                 const std::function<void()> &rest) {
+  Pool pool(threads, group_of, work, rest);
   for (size_t group = 0; group < pool.groups(); group++) {
     pool.await(group);
     collect(group);

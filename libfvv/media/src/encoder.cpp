@@ -209,6 +209,8 @@ template <class SampleType>
 EncodedGroup encode_group(const VideoSettings &settings, const GroupSource<SampleType> &frames) {
   check_settings<SampleType>(settings, frames.count);
   const VideoEncoder *encoder = find_encoder(settings.codec);
+  std::shared_ptr<void> room;
+  if (frames.reserve) room = frames.reserve(encoding_memory(settings, frames.count));
   const bool again = settings.bit_rate || (encoder && encoder->two_passes);
   const auto loaded = [&](size_t i) { return load(settings, frames, i); };
   std::function<EncodedGroup(double quality)> encode_at;

@@ -34,6 +34,9 @@ namespace {
  * x264 looks ahead over a whole group, and keeps what it looks at: of large frames fewer, so that a group of
  * 20 HD cameras fits into memory.
  *
+ * The memory for a pixel was measured with frames of 4272 x 1408, all buffers above 64 KiB, the group's
+ * pictures at the encoder's input included.
+ *
  * stitchable: parameter sets that do not depend on the CRF, as groups of one stream may differ in it.
  * force-cfr: the rate in the parameter sets is the one that was given. chromaloc=1: chroma in the middle, as
  * to_yuv makes it. aud, info and repeat-headers: off, as fvv samples do not contain them. */
@@ -53,7 +56,12 @@ const std::vector<VideoEncoder> encoders = {
      {{"preset", "veryfast"},
       {"x264-params",
        "keyint=infinite:scenecut=0:open-gop=0:bframes=0:threads=1:lookahead-threads=1:sliced-threads=0:"
-       "cpu-independent=1:trellis=1"}}},
+       "cpu-independent=1:trellis=1"}},
+     12,
+     2.7,
+     4.8,
+     0,
+     8},
     {FVV_CODEC_HVC1,
      "libx265",
      {{"preset", "slow"},
@@ -65,7 +73,12 @@ const std::vector<VideoEncoder> encoders = {
      hevc_bitstream,
      8,
      false,
-     {}},
+     {},
+     12,
+     3.3,
+     13,
+     28,
+     6},
     {FVV_CODEC_VP09,
      "libvpx-vp9",
      {{"deadline", "good"},
@@ -76,14 +89,24 @@ const std::vector<VideoEncoder> encoders = {
      vp9_bitstream,
      1,
      true,
-     {}},
+     {},
+     75,
+     1.5,
+     0,
+     INT_MAX, // both passes need all
+     0},
     {FVV_CODEC_AV01,
      "libaom-av1",
      {{"usage", "good"}, {"cpu-used", "6"}, {"lag-in-frames", "0"}, {"auto-alt-ref", "0"}, {"row-mt", "0"}},
      av1_bitstream,
      1,
      false,
-     {}}};
+     {},
+     50,
+     0,
+     0,
+     1,
+     0}};
 
 void set_option(AVCodecContext *context, const VideoEncoder &encoder, const char *name,
                 const std::string &value) {
@@ -143,6 +166,24 @@ const VideoEncoder *find_encoder(uint32_t codec) {
   for (const VideoEncoder &encoder : encoders)
     if (encoder.codec == codec) return &encoder;
   return nullptr;
+}
+
+uint64_t encoding_memory(const VideoSettings &settings, size_t frames) {
+  constexpr double still = 15; // a picture, at most in floats
+  constexpr int draft_ahead = 10, draft_kept = 1;
+  constexpr int beyond = 3; // frames that x264 has besides those ahead
+  const auto few = [&](int most) { return std::min(double(most), double(frames)); };
+  const VideoEncoder *encoder = find_encoder(settings.codec);
+  double bytes = still; // a pixel
+  if (encoder) {
+    const int ahead = settings.draft ? draft_ahead : look_ahead(settings);
+    bytes = encoder->memory +
+            encoder->waiting_memory * few(encoder->waiting ? encoder->waiting : ahead + beyond) +
+            encoder->kept_memory * few(settings.draft ? draft_kept : encoder->kept);
+    if (settings.bit_depth > 8) bytes *= 2;
+  }
+  if (settings.bit_rate) bytes += 1.5 * double(frames); // the pictures, for the next try
+  return uint64_t(bytes * settings.width * settings.height);
 }
 
 Context open_encoder(const VideoEncoder &encoder, const VideoSettings &settings, double crf, int pass,

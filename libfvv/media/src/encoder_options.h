@@ -20,10 +20,17 @@ struct VideoEncoder {
   bool two_passes;
   /* The options of a draft in place of these; empty: there are no drafts. */
   std::vector<EncoderOption> draft;
+  /* Bytes of memory for a pixel of 8 bits: for the group as a whole, for each frame that waits, and for each
+   * one that is kept to predict from. */
+  double memory, waiting_memory, kept_memory;
+  int waiting, kept; /* frames, at most; waiting 0: look_ahead() decides */
 };
 
 /* NULL only for stills and unknown codecs. */
 const VideoEncoder *find_encoder(uint32_t codec);
+
+/* The bytes that encoding a group takes, its pictures included, about. */
+uint64_t encoding_memory(const VideoSettings &settings, size_t frames);
 
 /* An encoder for one group, opened: of crf, in place of settings.quality. pass: 0, or AV_CODEC_FLAG_PASS1 or
  * PASS2 with the statistics that the first left in stats_out, which must stay as long as the encoder. */

@@ -88,7 +88,8 @@ bool warn_of_rates(const Summary &summary) {
 class Job {
 public:
   Job(Summary &sums, const Sink &out)
-      : plan(sums.plan), sink(out), summary(sums), surfaces(plan), promises(plan.tracks.size()) {
+      : plan(sums.plan), sink(out), summary(sums), surfaces(plan), room(plan.options.threads),
+        promises(plan.tracks.size()) {
     summary.videos.resize(plan.tracks.size());
     summary.rates.resize(plan.tracks.size());
     for (std::promise<void> &promise : promises) chosen.push_back(promise.get_future());
@@ -138,7 +139,8 @@ private:
           if (!writer) begin(groups[group]);
           write(group);
           plan.observer.progress(plan.frames_of(group));
-        });
+        },
+        [this] { room.help(); });
     pieces.clear();
     group_of.clear();
   }
@@ -204,7 +206,7 @@ private:
 
   void choose(size_t track) {
     try {
-      plan.tracks[track].choice = choose_video(plan, plan.tracks[track]);
+      plan.tracks[track].choice = choose_video(plan, plan.tracks[track], room);
       promises[track].set_value();
     } catch (...) {
       promises[track].set_exception(std::current_exception());
@@ -215,7 +217,7 @@ private:
   void encode_video(const Piece &piece) {
     std::shared_future<void>(chosen[piece.track]).get(); // a copy for each thread
     const VideoTrack &track = plan.tracks[piece.track];
-    media::EncodedGroup encoded = encode_pictures(plan, track, piece.first, piece.count);
+    media::EncodedGroup encoded = encode_pictures(plan, track, piece.first, piece.count, room);
     if (encoded.record != track.choice.record)
       throw Error(plan.capture.path + ": group " + std::to_string(plan.group_of(piece.first)) +
                   ": the encoder's configuration record differs from the first group's");
@@ -300,6 +302,7 @@ private:
   const Sink &sink;
   Summary &summary;
   SurfaceCoder surfaces;
+  EncoderRoom room;
   std::optional<StreamWriter> writer; // once the choices of video are known
   std::vector<Piece> pieces;
   std::vector<size_t> group_of;

@@ -240,6 +240,79 @@ private:
       images;
 };
 
+std::shared_ptr<void> EncoderRoom::reserve(uint64_t bytes) {
+  std::unique_lock<std::mutex> lock(mutex);
+  while (used && used + bytes > threads * bytes_per_thread)
+    if (!load_any(lock)) changed.wait(lock);
+  used += bytes;
+  return {this, [bytes](EncoderRoom *room) {
+            const std::lock_guard<std::mutex> held(room->mutex);
+            room->used -= bytes;
+            room->changed.notify_all();
+          }};
+}
+
+void EncoderRoom::help() {
+  std::unique_lock<std::mutex> lock(mutex);
+  while (!groups.empty())
+    if (!load_any(lock)) changed.wait(lock);
+}
+
+void EncoderRoom::load_next(Group &group, std::unique_lock<std::mutex> &lock) {
+  Group::Frame &frame = group.frames[group.begun];
+  const size_t number = group.begun++;
+  kept += group.most_bytes;
+  group.loading++;
+  lock.unlock();
+  const uint64_t bytes = group.load(number);
+  lock.lock();
+  group.loading--;
+  frame = {true, bytes};
+  kept += bytes;
+  kept -= group.most_bytes;
+  changed.notify_all();
+}
+
+// Groups that wait leave half to those that run.
+bool EncoderRoom::load_any(std::unique_lock<std::mutex> &lock) {
+  const uint64_t most = threads * ahead_per_thread;
+  for (const bool running : {true, false})
+    for (Group *group : groups) {
+      if (group->running != running || group->begun == group->frames.size()) continue;
+      if (kept + group->most_bytes > (running ? most : most / 2)) continue;
+      load_next(*group, lock);
+      return true;
+    }
+  return false;
+}
+
+EncoderRoom::Group::Group(EncoderRoom &owner, size_t count, uint64_t most,
+                          std::function<uint64_t(size_t frame)> loader)
+    : room(owner), most_bytes(most), load(std::move(loader)), frames(count) {
+  const std::lock_guard<std::mutex> lock(room.mutex);
+  room.groups.push_back(this);
+}
+
+EncoderRoom::Group::~Group() {
+  std::unique_lock<std::mutex> lock(room.mutex);
+  room.groups.erase(std::find(room.groups.begin(), room.groups.end(), this));
+  room.changed.wait(lock, [this] { return !loading; });
+  for (const Frame &frame : frames) room.kept -= frame.bytes;
+  room.changed.notify_all();
+}
+
+void EncoderRoom::Group::await(size_t frame) {
+  std::unique_lock<std::mutex> lock(room.mutex);
+  running = true;
+  while (!frames[frame].loaded)
+    if (begun <= frame)
+      room.load_next(*this, lock);
+    else if (!room.load_any(lock))
+      room.changed.wait(lock);
+  room.kept -= std::exchange(frames[frame].bytes, 0);
+  room.changed.notify_all();
+}
+
 namespace {
 
 constexpr size_t sample_size = 25; // frames
@@ -282,8 +355,10 @@ public:
     }
   }
 
-  media::GroupSource<SampleType> source() const {
-    return {count, [this](size_t i) {
+  // room: borrowed.
+  media::GroupSource<SampleType> source(EncoderRoom &room) const {
+    return {count,
+            [this](size_t i) {
               Picture<SampleType> picture =
                   i < kept.size() ? Picture<SampleType>{kept[i].image.image(),
                                                         masked ? kept[i].mask.image() : media::Image()}
@@ -293,7 +368,8 @@ public:
               // The masks are empty: the whole picture is judged.
               if (masked) frame.mask = std::make_shared<media::Image>(std::move(picture.mask));
               return frame;
-            }};
+            },
+            [&room](uint64_t bytes) { return room.reserve(bytes); }};
   }
 
   void keep_images(SampleFrames &frames) const {
@@ -329,7 +405,8 @@ int middle_quality(uint32_t codec) {
   return (known.finest + known.coarsest) / 2;
 }
 
-template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoTrack &track) {
+template <class SampleType>
+VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &room) {
   const Options &options = plan.options;
   VideoChoice choice;
   choice.settings = {options.codec,
@@ -347,8 +424,8 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
     if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
     const bool search = options.quality.is_psnr && !options.bit_rate;
     media::MeasuredGroup measured =
-        search ? media::choose_quality(choice.settings, sample.source(), options.quality.value)
-               : media::encode_measured(choice.settings, sample.source());
+        search ? media::choose_quality(choice.settings, sample.source(room), options.quality.value)
+               : media::encode_measured(choice.settings, sample.source(room));
     choice.settings.quality = int(std::lround(measured.group.quality));
     choice.sample_psnr = measured.psnr;
     choice.record = measured.group.record;
@@ -369,22 +446,42 @@ template <class SampleType> VideoChoice choose_as(const Plan &plan, const VideoT
 }
 
 template <class Sample>
-media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
+media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t first, size_t count,
+                              EncoderRoom &room) {
   if (std::optional<media::EncodedGroup> known = track.choice.frames->take_encoded(first, count))
     return *known;
-  bool loading = false; // whose errors name their frame
-  const media::GroupSource<Sample> frames(count, [&](size_t i) {
-    const auto kept = track.choice.frames->template take<Sample>(first + i);
-    loading = true;
-    media::BasicImage<Sample> image =
-        kept ? kept->image() : load_picture<Sample>(plan, track, first + i, false).image;
-    loading = false;
-    return media::GroupFrame<Sample>{std::make_shared<media::BasicImage<Sample>>(std::move(image)), nullptr};
+  struct Loaded {
+    std::optional<media::PackedImage<Sample>> image;
+    std::exception_ptr failure; // in its place; it names the frame
+  };
+  std::vector<Loaded> loaded(count);
+  const uint64_t most_bytes = uint64_t(3) * sizeof(Sample) * track.tiling.width * track.tiling.height;
+  EncoderRoom::Group group(room, count, most_bytes, [&](size_t i) -> uint64_t {
+    try {
+      loaded[i].image = track.choice.frames->template take<Sample>(first + i);
+      if (!loaded[i].image)
+        loaded[i].image.emplace(load_picture<Sample>(plan, track, first + i, false).image);
+      return loaded[i].image->bytes();
+    } catch (...) {
+      loaded[i].failure = std::current_exception();
+      return 0;
+    }
   });
+  bool failed = false; // to load
+  const auto take = [&](size_t i) {
+    group.await(i);
+    failed = loaded[i].failure != nullptr;
+    if (failed) std::rethrow_exception(loaded[i].failure);
+    const auto image = std::make_shared<media::BasicImage<Sample>>(loaded[i].image->image());
+    loaded[i].image.reset();
+    return media::GroupFrame<Sample>{image, nullptr};
+  };
+  const media::GroupSource<Sample> frames = {count, take,
+                                             [&room](uint64_t bytes) { return room.reserve(bytes); }};
   try {
     return media::encode_group(track.choice.settings, frames);
   } catch (const Error &error) {
-    if (loading) throw;
+    if (failed) throw;
     const scene::Frames &numbers = plan.capture.frames;
     throw Error(plan.capture.path + ": frames " + std::to_string(numbers.number(int64_t(first))) + " to " +
                 std::to_string(numbers.number(int64_t(first + count - 1))) + ": " + error.what());
@@ -393,13 +490,14 @@ media::EncodedGroup encode_as(const Plan &plan, const VideoTrack &track, size_t 
 
 } // namespace
 
-VideoChoice choose_video(const Plan &plan, const VideoTrack &track) {
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track, EncoderRoom &room) {
   if (track.encoded) return track.choice;
   return media::with_sample_type(plan.options.codec, plan.options.bit_depth,
-                                 [&](auto sample) { return choose_as<decltype(sample)>(plan, track); });
+                                 [&](auto sample) { return choose_as<decltype(sample)>(plan, track, room); });
 }
 
-media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count) {
+media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count,
+                                    EncoderRoom &room) {
   if (track.encoded) {
     media::EncodedGroup group;
     for (size_t i = first; i < first + count; i++)
@@ -409,7 +507,7 @@ media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, s
     return group;
   }
   return media::with_sample_type(plan.options.codec, plan.options.bit_depth, [&](auto sample) {
-    return encode_as<decltype(sample)>(plan, track, first, count);
+    return encode_as<decltype(sample)>(plan, track, first, count, room);
   });
 }
 

@@ -4,6 +4,12 @@
 
 #include "fvv_mux/plan.h"
 
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <vector>
+
 namespace fvv::mux {
 
 // Pixels of the capture's pictures around the silhouette that continue its colours. Meshes and masks are
@@ -36,10 +42,67 @@ template <class Sample> media::BasicImage<Sample> load_atlas(const Plan &plan, i
 // For load_view, of the cameras with gains that are not 1. Not for OpenEXR.
 std::shared_ptr<const GainTables> gain_tables(const MatchChoice &choice, size_t cameras);
 
+// The memory for encoders that run at once. Encoders of large frames take most of it: few run, and threads
+// that wait for room load the next frames for all. Every function may be called by several threads at once.
+class EncoderRoom {
+public:
+  // For each thread: two threads encode and load 20 Full HD cameras in less than 1 GiB.
+  static constexpr uint64_t bytes_per_thread = uint64_t(320) << 20;
+  // Of these for frames that are loaded before they are needed.
+  static constexpr uint64_t ahead_per_thread = uint64_t(48) << 20;
+
+  explicit EncoderRoom(unsigned count) : threads(count) {}
+
+  // Waits until there is room for that many bytes, or until no other encoder has any. The room is taken
+  // until the last copy of the result is gone.
+  std::shared_ptr<void> reserve(uint64_t bytes);
+
+  // Loads frames for encoders on other threads; returns when there are no groups.
+  void help();
+
+  // The frames of a group that is encoded, each loaded once and in order, on any thread.
+  class Group {
+  public:
+    // load: keeps a frame and returns its bytes, about most_bytes or less; must not throw.
+    Group(EncoderRoom &room, size_t count, uint64_t most_bytes, std::function<uint64_t(size_t frame)> load);
+    ~Group();
+    Group(const Group &) = delete;
+
+    // Returns when the frame is loaded, which counts no longer as kept.
+    void await(size_t frame);
+
+  private:
+    friend EncoderRoom;
+    EncoderRoom &room;
+    const uint64_t most_bytes;
+    const std::function<uint64_t(size_t frame)> load;
+    size_t begun = 0;     // frames
+    size_t loading = 0;   // frames, now
+    bool running = false; // a frame was awaited
+    struct Frame {
+      bool loaded = false;
+      uint64_t bytes = 0;
+    };
+    std::vector<Frame> frames;
+  };
+
+private:
+  void load_next(Group &group, std::unique_lock<std::mutex> &lock); // lock: of mutex, released meanwhile
+  bool load_any(std::unique_lock<std::mutex> &lock);                // false if nothing may be loaded now
+
+  const unsigned threads;
+  std::mutex mutex; // of all below and of groups
+  std::condition_variable changed;
+  uint64_t used = 0; // by encoders
+  uint64_t kept = 0; // of frames that are loaded and not needed yet
+  std::vector<Group *> groups;
+};
+
 // Encodes a sample of a video track as often as it takes to find the quality, which may take long.
-VideoChoice choose_video(const Plan &plan, const VideoTrack &track);
+VideoChoice choose_video(const Plan &plan, const VideoTrack &track, EncoderRoom &room);
 
 // Encodes frames first ... first + count - 1 of a track as one group.
-media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count);
+media::EncodedGroup encode_pictures(const Plan &plan, const VideoTrack &track, size_t first, size_t count,
+                                    EncoderRoom &room);
 
 } // namespace fvv::mux

@@ -166,37 +166,30 @@ ColourFrame SurfaceCoder::colours(size_t frame, const fvv_mesh &mesh, const std:
   std::vector<float> metres(3 * size_t(mesh.vertex_count));
   fvv_lattice_to_floats(plan.lattice.lattice.origin, plan.lattice.lattice.step, mesh.positions,
                         mesh.vertex_count, metres.data());
-  struct Shown {
-    media::Image picture, mask;
-    std::vector<uint8_t> seen;
-  };
-  std::vector<Shown> shown;
-  shown.reserve(plan.colours.cameras.size());
-  std::vector<render::ColourView> views;
+  const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
+  render::VertexColourGatherer gatherer(surface);
   std::vector<uint32_t> counts(2 * size_t(mesh.vertex_count));
   for (const size_t index : plan.colours.cameras) {
     const scene::Camera &source = plan.capture.cameras[index];
     const auto camera = std::find_if(cameras.begin(), cameras.end(),
                                      [&](const auto &one) { return one.id == source.calibration.id; });
     if (camera == cameras.end()) continue;
-    shown.emplace_back();
-    Shown &one = shown.back();
-    one.picture = load_display(plan, index, number);
-    if (one.picture.width != camera->width || one.picture.height != camera->height)
+    const media::Image picture = load_display(plan, index, number);
+    if (picture.width != camera->width || picture.height != camera->height)
       throw Error(plan.capture.path + ": frame " + std::to_string(number) + ": camera " +
                   std::to_string(camera->id) + ": the picture's size is not the calibration's");
-    if (source.masks) one.mask = load_view<uint8_t>(plan, index, *source.masks, number, 1);
+    media::Image mask;
+    if (source.masks) mask = load_view<uint8_t>(plan, index, *source.masks, number, 1);
+    std::vector<uint8_t> seen;
     const auto known = states.find(camera->id);
     if (known != states.end()) {
-      one.seen.resize(mesh.vertex_count);
-      fvv_visibility_weights(&mesh, choice.domain, known->second.data(), counts.data(), one.seen.data());
+      seen.resize(mesh.vertex_count);
+      fvv_visibility_weights(&mesh, choice.domain, known->second.data(), counts.data(), seen.data());
     }
-    views.push_back({*camera, one.picture.pixels.data(),
-                     one.mask.pixels.empty() ? nullptr : one.mask.pixels.data(),
-                     one.seen.empty() ? nullptr : one.seen.data()});
+    gatherer.add({*camera, picture.pixels.data(), mask.pixels.empty() ? nullptr : mask.pixels.data(),
+                  seen.empty() ? nullptr : seen.data()});
   }
-  const render::VertexColours found =
-      render::vertex_colours({metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count}, views);
+  const render::VertexColours found = gatherer.colours();
   fvv_colours_header header = {mesh_track,        plan.colours.step,      plan.colours.step,
                                mesh.vertex_count, plan.colours.cell_size, 0};
   OwnedBytes payload;

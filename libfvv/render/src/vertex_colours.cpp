@@ -164,39 +164,67 @@ uint8_t byte_of(double value) {
 
 } // namespace
 
-VertexColours vertex_colours(const Mesh &mesh, const std::vector<ColourView> &views) {
-  const Neighbours neighbours(mesh);
-  const std::vector<Vec3> normals = vertex_normals(mesh);
-  std::vector<Looker> lookers;
-  lookers.reserve(views.size());
-  for (const ColourView &view : views) lookers.emplace_back(view, mesh, neighbours);
-  VertexColours out;
-  out.weight.resize(mesh.vertex_count);
-  std::vector<Vec3> colours(mesh.vertex_count);
-  std::vector<uint8_t> known(mesh.vertex_count);
-  std::vector<Sample> good, poor;
-  Vec3 sum;
-  double count = 0;
+struct VertexColourGatherer::State {
+  // What a camera shows of a vertex.
+  struct Found {
+    uint32_t vertex;
+    bool good; // nothing next to the vertex is mixed into its colour
+    Sample sample;
+  };
+  explicit State(const Mesh &of) : mesh(of), neighbours(of), normals(vertex_normals(of)) {}
+
+  const Mesh &mesh;
+  const Neighbours neighbours;
+  const std::vector<Vec3> normals;
+  std::vector<std::vector<Found>> cameras; // by rising vertex
+};
+
+VertexColourGatherer::VertexColourGatherer(const Mesh &mesh) : state(std::make_unique<State>(mesh)) {}
+VertexColourGatherer::~VertexColourGatherer() = default;
+
+void VertexColourGatherer::add(const ColourView &view) {
+  const Mesh &mesh = state->mesh;
+  const Looker looker(view, mesh, state->neighbours);
+  std::vector<State::Found> &found = state->cameras.emplace_back();
   for (size_t v = 0; v < mesh.vertex_count; v++) {
     const float *p = mesh.positions + 3 * v;
+    bool good;
+    const Sample sample = looker.sample(v, {p[0], p[1], p[2]}, state->normals[v], good);
+    if (sample.weight > 0) found.push_back({uint32_t(v), good, sample});
+  }
+  found.shrink_to_fit();
+}
+
+VertexColours VertexColourGatherer::colours() const {
+  const size_t count = state->mesh.vertex_count;
+  VertexColours out;
+  out.weight.resize(count);
+  std::vector<Vec3> colours(count);
+  std::vector<uint8_t> known(count);
+  std::vector<size_t> next(state->cameras.size());
+  std::vector<Sample> good, poor;
+  Vec3 sum;
+  double shown = 0;
+  for (size_t v = 0; v < count; v++) {
     good.clear();
     poor.clear();
-    for (const Looker &looker : lookers) {
-      bool is_good;
-      const Sample sample = looker.sample(v, {p[0], p[1], p[2]}, normals[v], is_good);
-      if (sample.weight > 0) (is_good ? good : poor).push_back(sample);
+    for (size_t i = 0; i < next.size(); i++) {
+      const std::vector<State::Found> &found = state->cameras[i];
+      if (next[i] == found.size() || found[next[i]].vertex != v) continue;
+      const State::Found &one = found[next[i]++];
+      (one.good ? good : poor).push_back(one.sample);
     }
     if (good.empty() && poor.empty()) continue;
     colours[v] = robust_mean(good.empty() ? poor : good);
     out.weight[v] = good.empty() ? uncertain : certain;
     known[v] = 1;
     sum += colours[v];
-    count++;
+    shown++;
   }
-  spread(neighbours, colours, known);
-  const Vec3 all = count > 0 ? sum * (1 / count) : Vec3{128, 128, 128};
-  out.rgb.reserve(3 * mesh.vertex_count);
-  for (size_t v = 0; v < mesh.vertex_count; v++) {
+  spread(state->neighbours, colours, known);
+  const Vec3 all = shown > 0 ? sum * (1 / shown) : Vec3{128, 128, 128};
+  out.rgb.reserve(3 * count);
+  for (size_t v = 0; v < count; v++) {
     const Vec3 colour = known[v] ? colours[v] : all;
     for (const double value : {colour.x, colour.y, colour.z}) out.rgb.push_back(byte_of(value));
   }

@@ -75,14 +75,18 @@ template <class SampleType> struct GroupFrame {
 // The frames of a group, each loaded when it is needed. load is called on the calling thread.
 template <class SampleType> class GroupSource {
 public:
-  GroupSource(size_t frames, std::function<GroupFrame<SampleType>(size_t frame)> loader)
-      : count(frames), load(std::move(loader)) {}
+  GroupSource(size_t frames, std::function<GroupFrame<SampleType>(size_t frame)> loader,
+              std::function<std::shared_ptr<void>(uint64_t bytes)> room = {})
+      : count(frames), load(std::move(loader)), reserve(std::move(room)) {}
   // Frames that are in memory, and stay there. masks: none, or one a frame, else Error.
   static GroupSource borrowed(const std::vector<BasicImage<SampleType>> &frames,
                               const std::vector<Image> &masks = {});
 
   size_t count;
   std::function<GroupFrame<SampleType>(size_t frame)> load;
+  // Called before each encoder opens, with the bytes of memory that it takes, about; may wait until there is
+  // room. What it returns lives as long as the encoder. None: there is room.
+  std::function<std::shared_ptr<void>(uint64_t bytes)> reserve;
 };
 
 // The bytes that bit_rate leaves to all samples of a group with that number of frames.

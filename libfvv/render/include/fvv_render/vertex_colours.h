@@ -3,6 +3,8 @@
 
 #include "fvv_render/rasteriser.h"
 
+#include <memory>
+
 namespace fvv::render {
 
 // A camera's picture. Borrowed.
@@ -21,12 +23,24 @@ struct VertexColours {
       weight; // one a vertex: how well the cameras show it; 0: it has its colour from around it
 };
 
-// A vertex has the mean of the cameras that show it well, by the cosine between its normal and the ray;
-// cameras that differ much from the others count little. Samples next to the silhouette, next to surface that
-// the camera does not see, and at grazing angles are used only where there are no others: their colours are
-// mixed with what lies behind. Vertices that no camera shows take their colours from their neighbours on the
-// surface; a piece that no camera shows at all, from all others; grey without any camera. The same on every
-// machine.
-VertexColours vertex_colours(const Mesh &mesh, const std::vector<ColourView> &views);
+// Gathers colours from one view after the other. A vertex has the mean of the cameras that show it well, by
+// the cosine between its normal and the ray; cameras that differ much from the others count little. Samples
+// next to the silhouette, next to surface that the camera does not see, and at grazing angles are used only
+// where there are no others: their colours are mixed with what lies behind. Vertices that no camera shows
+// take their colours from their neighbours on the surface; a piece that no camera shows at all, from all
+// others; grey without any camera. The same on every machine.
+class VertexColourGatherer {
+public:
+  explicit VertexColourGatherer(const Mesh &mesh); // borrowed
+  ~VertexColourGatherer();
+
+  // Takes what it needs of the view. The order of views may change the last bits of colours.
+  void add(const ColourView &view);
+  VertexColours colours() const;
+
+private:
+  struct State;
+  std::unique_ptr<State> state;
+};
 
 } // namespace fvv::render
