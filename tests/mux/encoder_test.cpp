@@ -422,3 +422,109 @@ TEST_CASE("cameras that share too little surface are not matched, and the summar
   CHECK(!summary.plan.match.on);
   CHECK(summary.plan.match.reason == "no two cameras share enough surface");
 }
+
+namespace {
+
+// A ball of which camera 1 is said to see the part with y > 0.1; what camera 3 sees is found by rays.
+mux::Frame half_seen(int i) {
+  mux::Frame frame;
+  frame.mesh = ball(i);
+  for (const int value : {100, 140}) frame.pictures.push_back(media::make_image(64, 48, 3, uint8_t(value)));
+  frame.visibility.resize(2);
+  for (size_t k = 1; k < frame.mesh.positions.size(); k += 3)
+    frame.visibility[1].push_back(frame.mesh.positions[k] > 0.1 ? 255 : 0);
+  return frame;
+}
+
+mux::Configuration half_seen_cameras() {
+  mux::Configuration configuration = two_cameras();
+  for (mux::CameraInput &camera : configuration.cameras) camera.masks = false;
+  configuration.cameras[1].visibility = true;
+  return configuration;
+}
+
+// By height: y of an element of the first frame, and whether a camera sees it. Only those that face it.
+std::multimap<double, bool> seen_by_height(const std::string &path, size_t frame, uint16_t camera) {
+  Stream stream(path);
+  OwnedMesh mesh;
+  stream.mesh(frame, mesh);
+  const fvv_scene &scene = stream.configuration().scene;
+  const auto height = [&](uint32_t v) {
+    return scene.lattice_origin[1] + scene.lattice_step * mesh.positions[3 * size_t(v) + 1];
+  };
+  std::multimap<double, bool> out;
+  const fvv_visibility *found = stream.visibility(frame);
+  REQUIRE(found);
+  for (size_t c = 0; c < found->header.camera_count; c++)
+    for (uint32_t k = 0; k < found->header.element_count && found->cameras[c] == camera; k++) {
+      const uint8_t state = found->states[c * found->header.element_count + k];
+      const uint32_t *face = mesh.faces + 3 * size_t(k);
+      const bool is_face = found->header.domain == FVV_VISIBILITY_FACES;
+      if (state != FVV_ELEMENT_BACKFACING)
+        out.emplace(is_face ? (height(face[0]) + height(face[1]) + height(face[2])) / 3 : height(k),
+                    FVV_ELEMENT_IS_SEEN(state));
+    }
+  return out;
+}
+
+} // namespace
+
+TEST_CASE("visibility that comes with frames is sent, and rays find that of the other cameras") {
+  const Folder folder;
+  for (const mux::Visibility domain : {mux::Visibility::faces, mux::Visibility::vertices,
+                                       mux::Visibility::weights, mux::Visibility::automatic})
+    for (const bool keep : {true, false}) {
+      CAPTURE(int(domain), keep);
+      mux::Options options = jpeg_options();
+      options.visibility = domain;
+      options.keep_geometry = keep;
+      if (!keep) options.triangles = 200;
+      std::string bytes;
+      mux::Encoder encoder(half_seen_cameras(), options, [&](const void *part, size_t size) {
+        bytes.append(static_cast<const char *>(part), size);
+      });
+      for (int i = 0; i < 5; i++) encoder.add(half_seen(i));
+      const mux::Summary summary = encoder.finish();
+      CHECK(summary.plan.visibility.on);
+      write_bytes(folder.path("out.fvv"), bytes.data(), bytes.size());
+      for (const size_t frame : {0u, 3u, 4u}) {
+        size_t wrong = 0, far = 0, hidden = 0;
+        for (const auto &[y, seen] : seen_by_height(folder.path("out.fvv"), frame, 1)) {
+          if (std::abs(y - 0.1) < 0.12) continue; // faces, and vertices of the decimated mesh, lie between
+          far++;
+          wrong += seen != (y > 0.1);
+        }
+        for (const auto &[y, seen] : seen_by_height(folder.path("out.fvv"), frame, 3)) hidden += !seen;
+        CHECK(far > 20);
+        CHECK(wrong == 0);
+        CHECK(hidden <= 1); // all of a ball that faces a camera is seen, but for its rim
+      }
+    }
+}
+
+TEST_CASE("visibility that does not fit the mesh is refused") {
+  const auto refusal_of = [](const std::function<void(mux::Configuration &, mux::Frame &)> &spoil) {
+    mux::Configuration configuration = half_seen_cameras();
+    mux::Frame frame = half_seen(0);
+    spoil(configuration, frame);
+    try {
+      mux::Encoder encoder(configuration, jpeg_options(), [](const void *, size_t) {});
+      encoder.add(frame);
+    } catch (const fvv::Error &error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  using C = mux::Configuration;
+  using F = mux::Frame;
+  CHECK(refusal_of([](C &, F &) {}).empty());
+  CHECK(refusal_of([](C &, F &f) { f.visibility[1].pop_back(); }) ==
+        "frame 0: camera 1: expected the visibility of 178 vertices, found 177");
+  CHECK(refusal_of([](C &, F &f) { f.visibility.clear(); }) ==
+        "frame 0: camera 1: expected the visibility of 178 vertices, found 0");
+  CHECK(refusal_of([](C &, F &f) { f.visibility.pop_back(); }) ==
+        "frame 0: expected 2 visibility arrays, one for each camera, found 1");
+  CHECK(refusal_of([](C &c, F &) { c.meshes = false; }) == "encoder: camera 1: visibility needs meshes");
+  // An empty stage has nothing to see.
+  CHECK(refusal_of([](C &, F &f) { f.mesh = {}, f.visibility.clear(); }).empty());
+}

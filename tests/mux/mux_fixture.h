@@ -8,6 +8,7 @@
 #include "fvv/stream.h"
 #include "fvv_cxx/input_file.h"
 #include "fvv_media/frame.h"
+#include "mux/src/stream_writer.h"
 #include "mux_to_file.h"
 
 #include <cmath>
@@ -234,6 +235,12 @@ public:
     size_t size = 0;
     REQUIRE(fvv_stream_sample(stream, frame, 2, &bytes, &size, &key, nullptr) == FVV_OK);
     return {bytes, bytes + size};
+  }
+  // NULL: the frame has none.
+  const fvv_visibility *visibility(size_t frame) {
+    const fvv_visibility *found = nullptr;
+    REQUIRE(fvv_stream_visibility(stream, frame, mux::visibility_track, &found, nullptr) == FVV_OK);
+    return found;
   }
   fvv_camera camera(size_t frame, uint16_t id) {
     fvv_camera camera;

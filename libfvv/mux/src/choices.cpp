@@ -270,8 +270,10 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
         uint8_t(std::min(255.0, 256 * choice.cosine)); // rounded down: every usable element has bits
   }
   const bool automatic = options.visibility == Visibility::automatic;
+  const bool given = std::any_of(capture.cameras.begin(), capture.cameras.end(),
+                                 [](const scene::Camera &camera) { return camera.memory_visibility; });
   // Bits may be requested for pictures that are not in the stream.
-  if (!automatic && choice.cameras.empty())
+  if ((!automatic || given) && choice.cameras.empty())
     for (size_t i = 0; i < capture.cameras.size(); i++) choice.cameras.push_back(i);
   std::sort(choice.cameras.begin(), choice.cameras.end());
   if (options.visibility == Visibility::faces) choice.domain = FVV_VISIBILITY_FACES;
@@ -286,12 +288,12 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
     throw Error(std::string("--visibility: ") + missing, Error::usage);
   else if (missing)
     choice.reason = missing;
-  else if (automatic && choice.cameras.size() == 1)
+  else if (automatic && !given && choice.cameras.size() == 1)
     choice.reason = "one camera alone costs a player one depth map";
   else {
     choice.on = true;
-    choice.open = automatic;
-    choice.reason = automatic ? "" : "--visibility";
+    choice.open = automatic && !given;
+    choice.reason = !automatic ? "--visibility" : given ? "it comes with the frames" : "";
   }
   return choice;
 }

@@ -435,6 +435,11 @@ scene::Capture describe(const Configuration &configuration,
         camera.masks->memory_camera = i;
       }
     }
+    if (input.visibility) {
+      if (!configuration.meshes)
+        throw Error("encoder: camera " + id + ": visibility needs meshes", Error::usage);
+      camera.memory_visibility = i;
+    }
     capture.cameras.push_back(std::move(camera));
   }
   for (size_t i = 0; i < configuration.encoded.size(); i++)
@@ -536,6 +541,7 @@ struct Encoder::State {
     check_count(frame.pictures.size(), "picture");
     check_count(frame.masks.size(), "mask");
     check_count(frame.calibrations.size(), "calibration");
+    check_count(frame.visibility.size(), "visibility array");
     for (size_t i = 0; i < cameras.size(); i++) {
       if (cameras[i].pictures) {
         if (frame.pictures.empty()) refuse("expected pictures");
@@ -545,6 +551,13 @@ struct Encoder::State {
           if (frame.masks.empty()) refuse("expected masks");
           check_picture(i, frame.masks[i].width, frame.masks[i].height, "mask");
         }
+      }
+      if (cameras[i].visibility && has_mesh(frame)) {
+        const size_t vertices = frame.mesh.vertex_count();
+        const size_t found = frame.visibility.empty() ? 0 : frame.visibility[i].size();
+        if (found != vertices)
+          refuse("camera " + std::to_string(cameras[i].calibration.id) + ": expected the visibility of " +
+                 std::to_string(vertices) + " vertices, found " + std::to_string(found));
       }
       if (!cameras[i].moves) continue;
       if (frame.calibrations.empty()) refuse("expected calibrations, because cameras move");
@@ -597,7 +610,7 @@ void Encoder::add(Frame frame) {
     s.description().frames.left_out.push_back(number);
   } else {
     s.memory->put(number, {std::move(frame.mesh), std::move(frame.pictures), std::move(frame.masks),
-                           std::move(samples)});
+                           std::move(samples), std::move(frame.visibility)});
     s.pending++;
   }
   s.had_mesh = has_mesh;

@@ -2,8 +2,10 @@
 #include "fvv/colours.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
+#include "fvv_geometry/surface.h"
 #include "fvv_render/vertex_colours.h"
 #include "fvv_render/visibility_fit.h"
+#include "fvv_scene/memory_frames.h"
 #include "mux/src/pictures.h"
 #include "mux/src/stream_writer.h"
 
@@ -61,7 +63,8 @@ public:
   FrameCoder(const Plan &chosen, const VisibilityChoice &what) : plan(chosen), choice(what) {}
 
   // follows: mesh has the faces of the one before.
-  VisibilityFrame code(const fvv_mesh &mesh, bool follows, const std::vector<fvv_camera> &cameras) {
+  VisibilityFrame code(const fvv_mesh &mesh, bool follows, const std::vector<fvv_camera> &cameras,
+                       const GivenVisibility &given) {
     if (!follows) open_order(mesh);
     const size_t elements = choice.domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
     VisibilityFrame frame;
@@ -70,7 +73,7 @@ public:
     Former now;
     now.number = frame.key ? 0 : former.number + 1;
     const std::vector<CameraView> looks =
-        look(mesh, plan.lattice.lattice, choice, cameras, frame.key ? States() : former.states);
+        look(mesh, plan.lattice.lattice, choice, cameras, frame.key ? States() : former.states, given);
     std::vector<fvv_visibility_view> views;
     for (const CameraView &one : looks) {
       const auto before = former.states.find(one.camera);
@@ -114,30 +117,63 @@ private:
                                                                                 fvv_visibility_order_close};
 };
 
+// The positions of a decoded mesh in metres.
+std::vector<float> metres_of(const fvv_mesh &mesh, const geometry::Lattice &lattice) {
+  std::vector<float> metres(3 * size_t(mesh.vertex_count));
+  fvv_lattice_to_floats(lattice.origin, lattice.step, mesh.positions, mesh.vertex_count, metres.data());
+  return metres;
+}
+
+// The state whose weight is nearest (fvv.md clause 17.4).
+uint8_t state_of_weight(uint8_t weight) {
+  if (weight >= 128)
+    return weight < 156 ? FVV_ELEMENT_SEEN_NEARER : weight < 213 ? FVV_ELEMENT_SEEN_NEAR : FVV_ELEMENT_SEEN;
+  return weight >= 99   ? FVV_ELEMENT_HIDDEN_NEARER
+         : weight >= 43 ? FVV_ELEMENT_HIDDEN_NEAR
+                        : FVV_ELEMENT_HIDDEN;
+}
+
+// CameraView::seen by the visibility of vertices.
+std::vector<uint8_t> seen_by(const fvv_mesh &mesh, uint8_t domain, const std::vector<uint8_t> &vertices) {
+  std::vector<uint8_t> seen;
+  if (domain == FVV_VISIBILITY_FACES)
+    for (size_t i = 0; i < 3 * size_t(mesh.face_count); i += 3)
+      seen.push_back(vertices[mesh.faces[i]] + vertices[mesh.faces[i + 1]] + vertices[mesh.faces[i + 2]] >=
+                     3 * 128);
+  else
+    for (const uint8_t weight : vertices)
+      seen.push_back(domain == FVV_VISIBILITY_WEIGHTS ? state_of_weight(weight) : weight >= 128);
+  return seen;
+}
+
 } // namespace
 
 std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &lattice,
                              const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
-                             const States &former) {
+                             const States &former, const GivenVisibility &given) {
   fvv_scene scene = {};
   std::copy_n(lattice.origin, 3, scene.lattice_origin);
   scene.lattice_step = lattice.step;
-  std::vector<float> metres(3 * size_t(mesh.vertex_count));
-  fvv_lattice_to_floats(lattice.origin, lattice.step, mesh.positions, mesh.vertex_count, metres.data());
+  const std::vector<float> metres = metres_of(mesh, lattice);
   const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
-  const render::RayCaster rays(surface);
   render::FitSettings settings;
   settings.cosine = choice.cosine;
   settings.change = change_price;
-  const render::VisibilityFit fit(surface, rays, choice.domain, settings);
+  std::optional<render::RayCaster> rays;
+  std::optional<render::VisibilityFit> fit;
   const size_t elements = choice.domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
   std::vector<CameraView> out;
   for (const fvv_camera &camera : cameras) {
     CameraView view = {camera.id, {}, std::vector<uint8_t>(elements), {}};
     if (fvv_visibility_centre(&camera, &scene, view.centre, nullptr) != FVV_OK) continue;
     fvv_visibility_facing(&mesh, choice.domain, view.centre, choice.threshold, view.facing.data());
-    const auto before = former.find(camera.id);
-    view.seen = fit.seen(camera, view.facing, before == former.end() ? nullptr : before->second.data());
+    if (const auto known = given.find(camera.id); known != given.end()) {
+      view.seen = seen_by(mesh, choice.domain, known->second);
+    } else {
+      if (!fit) fit.emplace(surface, rays.emplace(surface), choice.domain, settings);
+      const auto before = former.find(camera.id);
+      view.seen = fit->seen(camera, view.facing, before == former.end() ? nullptr : before->second.data());
+    }
     out.push_back(std::move(view));
   }
   return out;
@@ -160,12 +196,33 @@ std::vector<fvv_camera> SurfaceCoder::cameras_of(size_t frame, const std::vector
   return out;
 }
 
+GivenVisibility SurfaceCoder::given(size_t frame, const fvv_mesh &mesh) const {
+  GivenVisibility out;
+  std::vector<uint32_t> nearest; // vertex of the source, for each decoded one
+  const int64_t number = plan.capture.frames.number(int64_t(frame));
+  for (const size_t index : choice.cameras) {
+    const scene::Camera &camera = plan.capture.cameras[index];
+    if (!camera.memory_visibility) continue;
+    if (nearest.empty()) {
+      const geometry::Mesh source = plan.capture.memory->mesh(number, false);
+      const render::ClosestFinder vertices(compare::as_triangles(compare::positions_of(source)));
+      const std::vector<float> metres = metres_of(mesh, plan.lattice.lattice);
+      for (size_t i = 0; i < metres.size(); i += 3) {
+        const uint32_t guess = nearest.empty() ? UINT32_MAX : nearest.back();
+        nearest.push_back(vertices.nearest({metres[i], metres[i + 1], metres[i + 2]}, guess).face);
+      }
+    }
+    const std::vector<uint8_t> known = plan.capture.memory->visibility(number, *camera.memory_visibility);
+    std::vector<uint8_t> &weights = out[camera.calibration.id];
+    for (const uint32_t vertex : nearest) weights.push_back(known[vertex]);
+  }
+  return out;
+}
+
 ColourFrame SurfaceCoder::colours(size_t frame, const fvv_mesh &mesh, const std::vector<fvv_camera> &cameras,
                                   const States &states) const {
   const int64_t number = plan.capture.frames.number(int64_t(frame));
-  std::vector<float> metres(3 * size_t(mesh.vertex_count));
-  fvv_lattice_to_floats(plan.lattice.lattice.origin, plan.lattice.lattice.step, mesh.positions,
-                        mesh.vertex_count, metres.data());
+  const std::vector<float> metres = metres_of(mesh, plan.lattice.lattice);
   const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
   render::VertexColourGatherer gatherer(surface);
   std::vector<uint32_t> counts(2 * size_t(mesh.vertex_count));
@@ -227,7 +284,8 @@ SurfaceFrames SurfaceCoder::encode(size_t first, const std::vector<MeshFrame> &m
     const bool followed = i + 1 < meshes.size() && !meshes[i + 1].key;
     const fvv_mesh &mesh = decoded.next(meshes[i], followed);
     if (visible)
-      frames.visibility[i] = coder.code(mesh, !meshes[i].key, cameras_of(first + i, choice.cameras));
+      frames.visibility[i] =
+          coder.code(mesh, !meshes[i].key, cameras_of(first + i, choice.cameras), given(first + i, mesh));
     if (plan.colours.on && meshes[i].key)
       frames.colours[i] =
           colours(first + i, mesh, cameras_of(first + i, plan.colours.cameras), coder.states());

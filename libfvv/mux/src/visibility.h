@@ -23,11 +23,15 @@ struct CameraView {
 // FVV_ELEMENT_... of each face or vertex, by camera.
 using States = std::map<uint16_t, std::vector<uint8_t>>;
 
+// For each vertex how much of the surface around it a camera sees, 0 to 255, by camera.
+using GivenVisibility = std::map<uint16_t, std::vector<uint8_t>>;
+
 // mesh is as decoders have it, and so are cameras. One that is too far away for the lattice is left out.
-// former: of the frame before, if mesh has its faces; bits stay near to it, more so with that choice.
+// former: of the frame before, if mesh has its faces; bits stay near to it, more so with that choice. given:
+// of the cameras for which it is known what they see; for the others it is found by rays.
 std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &lattice,
                              const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
-                             const States &former);
+                             const States &former, const GivenVisibility &given = {});
 
 // Whether the stream is to have visibility, of which cameras, and why. tiling: of the cameras. Throws Error
 // (usage) if it is requested and there is nothing to see.
@@ -65,6 +69,8 @@ public:
   SurfaceFrames encode(size_t first, const std::vector<MeshFrame> &meshes) const;
 
 private:
+  // What frames from memory say of visibility, brought to the vertices of the decoded mesh.
+  GivenVisibility given(size_t frame, const fvv_mesh &mesh) const;
   // Of a key mesh. cameras: of the frame; states: what they see of it, of those that have it.
   ColourFrame colours(size_t frame, const fvv_mesh &mesh, const std::vector<fvv_camera> &cameras,
                       const States &states) const;

@@ -49,4 +49,8 @@ media::Sample MemoryFrames::sample(int64_t number, size_t track) const {
   return at(number)->samples.at(track);
 }
 
+std::vector<uint8_t> MemoryFrames::visibility(int64_t number, size_t camera) const {
+  return at(number)->visibility.at(camera);
+}
+
 } // namespace fvv::scene

@@ -18,6 +18,8 @@ struct CameraInput {
   bool pictures = true; // every frame has a picture of it, of the calibration's size
   bool masks = false;   // and a mask: what is above 127 shows the scene
   bool moves = false;   // every frame has a calibration of its own
+  // Every frame with a mesh says which vertices it sees. Else that is found by rays.
+  bool visibility = false;
 };
 
 // What does not change from frame to frame.
@@ -43,6 +45,11 @@ struct Frame {
   // Of each of Configuration::encoded: a still's whole file, else a sample as MP4 has it that shows this
   // frame, a key frame of the codec where a group begins.
   std::vector<std::vector<uint8_t>> samples = {};
+  // Of each camera, for each vertex of mesh, how much of the surface around it the camera sees: 0 nothing,
+  // 255 all of it; from 128 on a vertex counts as seen. The stream's vertices may be fewer or others: each
+  // has that of the nearest vertex. Bits of faces are the mean of their vertices. What does not face the
+  // camera has no visibility (fvv.md clause 17.2).
+  std::vector<std::vector<uint8_t>> visibility = {};
 };
 
 // Decisions for the whole stream (lattice, decimation, quality, size of the video frame) are made when the

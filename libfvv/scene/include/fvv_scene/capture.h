@@ -59,6 +59,8 @@ struct Camera {
   // Of a camera that moves or zooms: its calibration by frame number, at least of all frames of the capture
   // that are not lost, without names. Empty, and lost as well: calibration holds for all frames.
   std::map<int64_t, fvv_camera> per_frame;
+  // The camera in Capture::memory of which it is known what it sees, if it is.
+  std::optional<size_t> memory_visibility;
   bool texture = true; // its pictures colour the mesh; otherwise they only show outlines
   std::optional<PictureSource> pictures, masks; // no masks without pictures
   // Frame numbers at which a camera that moves has no calibration. None of per_frame.

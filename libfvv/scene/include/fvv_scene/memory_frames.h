@@ -24,6 +24,8 @@ public:
     std::vector<AnyImage> pictures;          // of each camera
     std::vector<media::Image> masks;         // of each camera, one channel
     std::vector<media::Sample> samples = {}; // of each video track that was encoded before
+    // Of each camera and vertex, how much of the surface around it is seen, 0 to 255; none: not known.
+    std::vector<std::vector<uint8_t>> visibility = {};
   };
 
   void put(int64_t number, Frame frame);
@@ -36,6 +38,7 @@ public:
   template <class Sample> media::BasicImage<Sample> picture(int64_t number, size_t camera) const;
   media::Image mask(int64_t number, size_t camera) const;
   media::Sample sample(int64_t number, size_t track) const;
+  std::vector<uint8_t> visibility(int64_t number, size_t camera) const;
 
 private:
   std::shared_ptr<const Frame> at(int64_t number) const; // copies are made without the lock
