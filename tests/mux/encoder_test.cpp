@@ -443,7 +443,7 @@ mux::Configuration half_seen_cameras() {
   return configuration;
 }
 
-// By height: y of an element of the first frame, and whether a camera sees it. Only those that face it.
+// By height: y of an element, and whether a camera sees it. Only those that face it.
 std::multimap<double, bool> seen_by_height(const std::string &path, size_t frame, uint16_t camera) {
   Stream stream(path);
   OwnedMesh mesh;

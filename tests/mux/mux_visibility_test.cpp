@@ -35,12 +35,9 @@ FileOptions balls_on_disk(const Folder &folder, Shape shape = {}) {
 
 // How many faces or vertices of the first frame are backfacing, hidden and seen for a camera.
 std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
-  const InputFile file(path);
-  const fvv_input input = file.input();
-  fvv_stream *stream = nullptr;
-  REQUIRE(fvv_stream_open(&input, nullptr, nullptr, &stream, nullptr) == FVV_OK);
-  const fvv_visibility *found = nullptr;
-  REQUIRE(fvv_stream_visibility(stream, 0, mux::visibility_track, &found, nullptr) == FVV_OK);
+  Stream stream(path);
+  const fvv_visibility *found = stream.visibility(0);
+  REQUIRE(found);
   std::array<size_t, 3> out = {};
   const size_t count = found->header.element_count;
   for (size_t i = 0; i < found->header.camera_count; i++)
@@ -51,7 +48,6 @@ std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
             : FVV_ELEMENT_IS_SEEN(state) ? FVV_ELEMENT_SEEN
                                          : FVV_ELEMENT_HIDDEN]++;
       }
-  fvv_stream_close(stream);
   return out;
 }
 
@@ -83,8 +79,6 @@ TEST_CASE("bits of faces and vertices, and weights, say who is hidden, and are w
     CHECK(json["verified"]["visibility"] == 5);
   }
 }
-
-namespace {} // namespace
 
 TEST_CASE("a bit that is not what a camera sees is found") {
   const Folder folder;

@@ -57,7 +57,7 @@ export class Replication {
 }
 /** Levels of the texture of pictures; level 0 is the pictures as they are. */
 export const LEVELS: number;
-/** Whether shaders need the define LEVELS, and pictures more levels than the first. See src/levels.js. */
+/** Whether shaders need the define LEVELS, and pictures more levels than the first. See src/views.js. */
 export function usesLevels(
   frame: { views: readonly View[]; atlas: readonly number[] | null },
   sphere: { centre: readonly number[]; radius: number },

@@ -3,15 +3,16 @@
 export { DepthPlan, depthSizes } from "./depth_plan.js";
 export { copyFragment, planesFragment, replicatedFragment, replicationFragment } from "./glsl/pictures.js";
 export { blending, depthFragment, depthVertex, projection, visibilityWeightsVertex } from "./glsl/surface.js";
-export { LEVELS, usesLevels } from "./levels.js";
 export { Replication, conversionOf, layoutOf, loadPicture, loadPictures, replicationOf } from "./pictures.js";
 export {
+  LEVELS,
   MAX_BEST,
   MAX_VIEWS,
   VIEW_TEXELS,
   checkTexturing,
   lensesOf,
   texturingOf,
+  usesLevels,
   viewsOf,
   writeViews,
 } from "./views.js";

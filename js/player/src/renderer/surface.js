@@ -258,7 +258,7 @@ export class Surface {
     const { views, atlas, frame, bounds } = this.#content;
     const { best, blend, ...texturing } = texturingOf(frame.configuration, options);
     const pixelAngle = Math.hypot(...pixelToRay.subarray(0, 3));
-    const far = MODES[options.mode] === MODES.textured && usesLevels(this.#content, sphereOf(bounds), eye, pixelAngle);
+    const far = options.mode === "textured" && usesLevels(this.#content, sphereOf(bounds), eye, pixelAngle);
     if (far) pictures.makeLevels();
     const uniforms = {
       worldToClip,

@@ -2,12 +2,13 @@
 // best cameras at a point, by the rules of docs/fvvrender.md. All coordinates are those of the stream; only the viewer's
 // matrices include the surrounding scene.
 
-import { LEVELS, SHARP } from "../levels.js";
+import { LEVELS, SHARP } from "../views.js";
 
 /**
- * Within the ranges of clause 9.1, as libfvv projects. LENSES: what lenses the views have, see lensesOf; default: any. A view's row: 0 to 2 rotation and translation, 3 centre and flags, 4 fx
- * fy cx cy, 5 skew, rMax, lens and number, 6 and 7 distortion, 8 source, 9 place in the texture of pictures, 10 scale and
- * offset of the depth map, 11 its size and the width of a pixel at a distance of 1.
+ * Within the ranges of clause 9.1, as libfvv projects. LENSES: what lenses the views have, see lensesOf; default: any. A view's
+ * row: 0 to 2 rotation and translation, 3 centre and flags, 4 fx fy cx cy, 5 skew, rMax, lens and number, 6 and 7 distortion,
+ * 8 source, 9 place in the texture of pictures, 10 scale and offset of the depth map, 11 its size and the width of a pixel at
+ * a distance of 1.
  */
 export const projection = /* glsl */ `
 #ifndef LENSES
