@@ -55,7 +55,8 @@ PLACES = {
 }  # fmt: skip
 SIDE = 90  # of the squares, pixels
 NEAREST = 0, 8, 4, 2  # 0: all
-BLENDS = "viewer", "paper"
+# The paper looks textures up on the mesh.
+BLENDS = {"viewer": ("--blend", "viewer"), "paper": ("--blend", "paper", "--inset", 0)}
 GREY = 128.0
 WINDING = wd2_human20.WINDING
 JPEG = "--codec", "jpeg", "--quality", "100", "--keep-geometry", "--force"
@@ -189,7 +190,7 @@ def compare(name, views, count, blend, target):
     chosen = ["--sources", ",".join(map(str, nearest(views, target, count)))] if count else []
     drawn = json.loads(
         tool("fvvrender", WORK / f"{name}.fvv", "-o", out, "--camera", target, "--leave-one-out", "--mask", mask_file,
-             "--json", "--force", "--blend", blend, *chosen)
+             "--json", "--force", *BLENDS[blend], *chosen)
     )  # fmt: skip
     silhouette = np.asarray(Image.open(views[target].silhouette).convert("L")) > 128
     mask = silhouette & (np.asarray(Image.open(mask_file)) > 128)
@@ -303,9 +304,7 @@ def flicker():
         drawn = []
         for camera in cameras:
             out = FLICKER / f"view{camera['id']}.png"
-            tool(
-                "fvvrender", FLICKER / "studio.fvv", *pose_of(camera), "-o", out, "--blend", blend, "--force"
-            )
+            tool("fvvrender", FLICKER / "studio.fvv", *pose_of(camera), "-o", out, *BLENDS[blend], "--force")
             drawn.append(luma(out))
         ratios[blend] = changes(drawn, masks) / truth
         print(
@@ -321,7 +320,7 @@ def flicker():
 
 def closeups():
     """Draws a sheet for each capture: a row for each place."""
-    former = "--blend", "paper", "--unseen", "128,128,128"
+    former = *BLENDS["paper"], "--unseen", "128,128,128"
     for name, places in PLACES.items():
         made = CAPTURES[name]()
         if not made:

@@ -11,19 +11,20 @@ class Texturing(NamedTuple):
     threshold: float = 0.05
     depth_bias: float = 0.2
     depth_slope: float = 0.5
+    inset: float = 0.0
     best: int = 3
     unseen: tuple = (128, 128, 128)
     blend: int = 0
 
 
 def decode(payload):
-    demand(len(payload) == 32, 6101, "size")
-    threshold, bias, slope, best, *unseen, blend = struct.unpack_from("<3d5B", payload)
-    demand(payload[29:] == bytes(3), 6101, "reserved bytes")
+    demand(len(payload) == 40, 6101, "size")
+    threshold, bias, slope, inset, best, *unseen, blend = struct.unpack_from("<4d5B", payload)
+    demand(payload[37:] == bytes(3), 6101, "reserved bytes")
     demand(0 <= threshold <= 1 and best > 0, 6102, "threshold, or number of cameras")
     demand(blend < 2, 6102, "blend")
-    demand(all(math.isfinite(x) and x >= 0 for x in (bias, slope)), 6102, "bias or slope")
-    return Texturing(threshold, bias, slope, best, tuple(unseen), blend)
+    demand(all(math.isfinite(x) and x >= 0 for x in (bias, slope, inset)), 6102, "bias, slope or inset")
+    return Texturing(threshold, bias, slope, inset, best, tuple(unseen), blend)
 
 
 def groups(stream):
@@ -37,6 +38,12 @@ def groups(stream):
             explicit = decode(chunk.payload)
         elif chunk.kind == b"GRUP":
             yield explicit or Texturing()
+
+
+def place(constants, point, normal, viewer):
+    """Where cameras show a point of the surface; normal and the direction to the viewer have unit length."""
+    along = constants.inset / max(sum(n * e for n, e in zip(normal, viewer)), 0.5)
+    return tuple(p - along * e for p, e in zip(point, viewer))
 
 
 class Sight(NamedTuple):
@@ -74,7 +81,7 @@ def weights(constants, sights):
 
 
 def listing(stream):
-    """A line for each group: its number, threshold, bias, slope, best, unseen, blend."""
+    """A line for each group: its number, threshold, bias, slope, inset, best, unseen, blend."""
     for number, c in enumerate(groups(stream)):
-        numbers = [c.threshold, c.depth_bias, c.depth_slope, c.best, *c.unseen, c.blend]
+        numbers = [c.threshold, c.depth_bias, c.depth_slope, c.inset, c.best, *c.unseen, c.blend]
         yield " ".join([str(number), *(format(x, "g") for x in numbers)])

@@ -241,6 +241,7 @@ TEST_CASE("samples that were encoded before are sent as they are, with the meshe
   const mux::Summary summary = encoder.finish();
   CHECK(mux::summary_text(summary, "twice.fvv").find("encoded before") != std::string::npos);
   CHECK(summary.plan.match.reason == "pictures that come encoded stay as they are");
+  CHECK(summary.plan.inset.reason == "pictures that come encoded are not decoded");
   write_bytes(folder.path("twice.fvv"), twice.data(), twice.size());
   Stream second(folder.path("twice.fvv"));
   REQUIRE(second.frames() == 6);

@@ -392,7 +392,8 @@ TEST_CASE("options out of range are refused") {
   for (const auto &spoil : std::vector<void (*)(ViewOptions &)>{
            [](ViewOptions &o) { o.threshold = 1.5; }, [](ViewOptions &o) { o.threshold = NAN; },
            [](ViewOptions &o) { o.best = 0; }, [](ViewOptions &o) { o.best = 9; },
-           [](ViewOptions &o) { o.margin = -1; }, [](ViewOptions &o) { o.samples = 2; },
+           [](ViewOptions &o) { o.margin = -1; }, [](ViewOptions &o) { o.inset = -1; },
+           [](ViewOptions &o) { o.inset = INFINITY; }, [](ViewOptions &o) { o.samples = 2; },
            [](ViewOptions &o) { o.depth_test.samples = 9; }}) {
     ViewOptions options;
     spoil(options);

@@ -276,7 +276,7 @@ TEST_CASE("every allocation of a stream may fail") {
 
 namespace {
 
-constexpr fvv_texturing wanted = {0.125, 0.4, 1.5, 5, {10, 20, 255}, FVV_BLEND_PAPER};
+constexpr fvv_texturing wanted = {0.125, 0.4, 1.5, 0.002, 5, {10, 20, 255}, FVV_BLEND_PAPER};
 
 Chunk texturing_chunk() {
   return {FVV_CHUNK_TEXTURING, 0, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
@@ -324,6 +324,7 @@ TEST_CASE("texturing has the values of the block, and the defaults without") {
     CHECK(t.threshold == (sent ? 0.125 : 0.05));
     CHECK(t.depth_bias == (sent ? 0.4 : 0.2));
     CHECK(t.depth_slope == (sent ? 1.5 : 0.5));
+    CHECK(t.inset == (sent ? 0.002 : 0));
     CHECK(t.best == (sent ? 5 : 3));
     CHECK(t.unseen[0] == (sent ? 10 : 128));
     CHECK(t.unseen[2] == (sent ? 255 : 128));
@@ -333,7 +334,7 @@ TEST_CASE("texturing has the values of the block, and the defaults without") {
 
 TEST_CASE("6101, 6102: texturing out of range, of another size, or twice") {
   const Bytes good = texturing_chunk().payload;
-  REQUIRE(good.size() == 32);
+  REQUIRE(good.size() == 40);
   REQUIRE(problem_of(good).issue == 0);
   const auto with = [&](size_t at, double value) {
     Bytes bad = good;
@@ -346,7 +347,7 @@ TEST_CASE("6101, 6102: texturing out of range, of another size, or twice") {
   }
   CHECK(with(0, 0).issue == 0);
   CHECK(with(0, 1).issue == 0);
-  for (const size_t at : {8u, 16u}) {
+  for (const size_t at : {8u, 16u, 24u}) {
     for (const double value : {-0.01, double(NAN), double(INFINITY)}) {
       CHECK(with(at, value).issue == FVV_ISSUE_TEXTURING_RANGE);
       CHECK(with(at, value).offset == at);
@@ -354,18 +355,18 @@ TEST_CASE("6101, 6102: texturing out of range, of another size, or twice") {
     CHECK(with(at, 0).issue == 0);
   }
   Bytes bad = good;
-  bad[24] = 0;
+  bad[32] = 0;
   CHECK(problem_of(bad).issue == FVV_ISSUE_TEXTURING_RANGE);
   bad = good;
-  bad[28] = 2;
+  bad[36] = 2;
   CHECK(problem_of(bad).issue == FVV_ISSUE_TEXTURING_RANGE);
-  CHECK(problem_of(bad).offset == 28);
-  for (size_t at = 29; at < 32; at++) {
+  CHECK(problem_of(bad).offset == 36);
+  for (size_t at = 37; at < 40; at++) {
     bad = good;
     bad[at] = 1;
     CHECK(problem_of(bad).issue == FVV_ISSUE_TEXTURING_PAYLOAD);
   }
-  for (size_t size = 0; size < 32; size++) // in a block of exactly that size
+  for (size_t size = 0; size < 40; size++) // in a block of exactly that size
     CHECK(problem_of(Bytes(good.begin(), good.begin() + std::ptrdiff_t(size))).issue ==
           FVV_ISSUE_TEXTURING_PAYLOAD);
   bad = good;
@@ -383,9 +384,9 @@ TEST_CASE("6101, 6102: texturing out of range, of another size, or twice") {
   fvv_texturing none = wanted;
   none.best = 0;
   size_t written = 0;
-  uint8_t out[32];
+  uint8_t out[40];
   CHECK(fvv_texturing_encode(&none, out, sizeof out, &written, nullptr) == FVV_ERROR_ARGUMENT);
-  CHECK(fvv_texturing_encode(&wanted, out, 31, &written, nullptr) == FVV_ERROR_BUFFER_TOO_SMALL);
+  CHECK(fvv_texturing_encode(&wanted, out, 39, &written, nullptr) == FVV_ERROR_BUFFER_TOO_SMALL);
 }
 
 TEST_CASE("libfvv reads of the vectors what the plain reader of the specification reads") {
@@ -397,7 +398,8 @@ TEST_CASE("libfvv reads of the vectors what the plain reader of the specificatio
       const fvv_configuration *c = nullptr;
       REQUIRE(fvv_stream_configuration(opened.stream, g, &c, nullptr) == FVV_OK);
       const fvv_texturing &t = c->texturing;
-      ours << g << ' ' << t.threshold << ' ' << t.depth_bias << ' ' << t.depth_slope << ' ' << int(t.best);
+      ours << g << ' ' << t.threshold << ' ' << t.depth_bias << ' ' << t.depth_slope << ' ' << t.inset << ' '
+           << int(t.best);
       for (const uint8_t channel : t.unseen) ours << ' ' << int(channel);
       ours << ' ' << int(t.blend) << '\n';
     }

@@ -274,9 +274,10 @@ def files(tmp_path_factory):
     run("fvvsynth", "-o", folder / "capture", "--rig", "small", *size)
     out = folder / "plain.fvv", folder / "explicit.fvv"
     options = ["--codec", "jpeg", "--quality", 85, "--max-error", 0.5]
-    run("fvvmux", folder / "capture", "-o", out[0], *options)
+    run("fvvmux", folder / "capture", "-o", out[0], *options, "--texture-inset", "off")
     explicit = ["--texture-threshold", 0.75, "--texture-best", 1, "--texture-unseen", "255,0,64",
-            "--texture-depth-bias", 0, "--texture-depth-slope", 1.25, "--texture-blend", "paper"]  # fmt: skip
+            "--texture-depth-bias", 0, "--texture-depth-slope", 1.25, "--texture-blend", "paper",
+            "--texture-inset", "20mm"]  # fmt: skip
     run("fvvmux", folder / "capture", "-o", out[1], *options, *explicit)
     return out
 
@@ -286,12 +287,13 @@ def test_fvvinfo_reports_the_constants(files):
     assert "texturing" not in plain
     assert explicit["texturing"] == {
         "threshold": 0.75, "best": 1, "unseen": [255, 0, 64], "blend": "paper", "depth_bias": 0,
-        "depth_slope": 1.25
+        "depth_slope": 1.25, "inset": 0.02
     }  # fmt: skip
     assert (
         "by the normal (paper), cosines from 0.75, 1 cameras at most, 255,0,64"
         in run("fvvinfo", files[1]).stdout
     )
+    assert "looked up 20 mm inside the mesh" in run("fvvinfo", files[1]).stdout
 
 
 def test_fvvrender_uses_the_constants_of_the_file(files, tmp_path):
@@ -304,6 +306,8 @@ def test_fvvrender_uses_the_constants_of_the_file(files, tmp_path):
         1,
         "--unseen",
         "255,0,64",
+        "--inset",
+        0.02,
         "--visible-by",
         "rays",
     )
@@ -326,7 +330,7 @@ def test_tolerances_of_depth_maps_reach_the_renderer(files, tmp_path):
     capture = files[0].parent / "capture"
     explicit = tmp_path / "explicit.fvv"
     run("fvvmux", capture, "-o", explicit, "--codec", "jpeg", "--quality", 85, "--max-error", 0.5,
-         "--texture-depth-bias", 10000)  # fmt: skip
+         "--texture-depth-bias", 10000, "--texture-inset", "off")  # fmt: skip
     differing = {}
     for by in "depth", "rays":
         pictures = []
@@ -415,3 +419,63 @@ def test_what_cannot_be_matched_is_named(rigs, tmp_path, arguments, reason):
     summary = figures("fvvmux", rigs / "0", *out, *arguments)
     assert summary["match_colours"] == {"applied": False, "reason": reason}
     assert reason in run("fvvmux", rigs / "0", *out, "--match-colours", "on", *arguments, code=2).stderr
+
+
+# The surface that cameras show, inside the mesh.
+
+
+def squares(capture, stream, out, *arguments):
+    """The sum of squared errors of luma of three cameras that are drawn from the others."""
+    total = 0
+    for camera in 1, 4, 6:
+        drawn(stream, out, "--camera", camera, "--leave-one-out", "--force", *arguments)
+        wanted, core = truth(capture, camera, 0)
+        total += ((luma(out) - wanted)[core] ** 2).sum()
+    return total
+
+
+def test_the_inset_of_a_hull_is_found_and_improves_other_views(tmp_path):
+    capture, stream, out = (tmp_path / name for name in ("hull", "a.fvv", "view.png"))
+    run("fvvsynth", "-o", capture, "--rig", "small", "--cameras", 8, "--frames", 1, "--meshes", "hull",
+        "--size", "640x360")  # fmt: skip
+    options = ["--codec", "jpeg", "--quality", 95, "--keep-geometry"]
+    found = figures("fvvmux", capture, "-o", stream, *options)["texture_inset"]
+    assert found["cameras"] == 8 and found["better"] >= 5 and found["frame"] == 0
+    assert 0.0005 < found["length"] < 0.02
+    assert found["psnr_best"] > found["psnr_without"] + 0.05
+    info = figures("fvvinfo", stream)["files"][0]["texturing"]
+    assert info["inset"] == found["length"] and info["best"] == 3 and info["blend"] == "viewer"
+    by_stream, without, far = (
+        squares(capture, stream, out, *inset) for inset in ((), ("--inset", 0), ("--inset", 0.03))
+    )
+    assert by_stream < 0.99 * without < without < far
+    text = run("fvvmux", capture, "-o", stream, *options, "--force").stdout
+    assert "mm: cameras drawn from the others have" in text
+
+
+@pytest.mark.parametrize(
+    "arguments, length, reason",
+    [
+        (["--texture-inset", "off"], 0, "--texture-inset"),
+        (["--texture-inset", "3mm"], 0.003, "--texture-inset"),
+        (["--no-meshes"], 0, "there are no meshes"),
+        (["--cameras", "3"], 0, "there are no two cameras with pictures"),
+        (["--texture-blend", "paper"], 0, "the paper's method has none"),
+    ],
+)
+def test_an_inset_may_be_given_or_needs_what_it_is_found_by(rigs, tmp_path, arguments, length, reason):
+    summary = figures("fvvmux", rigs / "0", "-o", tmp_path / "a.fvv", *arguments)
+    assert summary["texture_inset"] == {"length": length, "reason": reason}
+
+
+def test_exact_meshes_have_no_inset(rigs, tmp_path):
+    """Nothing is sent then."""
+    summary = figures("fvvmux", rigs / "0", "-o", tmp_path / "a.fvv")
+    assert summary["texture_inset"]["length"] == 0 and summary["texture_inset"]["cameras"] == CAMERAS
+    assert "texturing" not in figures("fvvinfo", tmp_path / "a.fvv")["files"][0]
+
+
+@pytest.mark.parametrize("bad", ["3px", "-1mm", "none", "0"])
+def test_a_malformed_inset_is_refused(rigs, tmp_path, bad):
+    done = run("fvvmux", rigs / "0", "-o", tmp_path / "x.fvv", f"--texture-inset={bad}", code=2)
+    assert "--texture-inset: expected auto, off or a length above 0 such as 3mm" in done.stderr

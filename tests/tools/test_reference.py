@@ -267,15 +267,28 @@ def test_the_worked_example_of_clause_17_5():
     assert texturing.weights(viewer, sights) == pytest.approx({1: 0.99763, 2: 0.00237}, abs=5e-6)
 
 
+def test_the_surface_that_cameras_show_lies_inside_the_mesh():
+    inset = texturing.Texturing(inset=0.01)
+    point, normal = (1.0, 2.0, 3.0), (0.0, 0.0, 1.0)
+    assert texturing.place(texturing.Texturing(), point, normal, (0, 0, 1)) == point
+    assert texturing.place(inset, point, normal, (0, 0, 1)) == pytest.approx((1, 2, 2.99))
+    # From 60 degrees on the way is 2 insets long.
+    aslant = (math.sin(math.pi / 3), 0, 0.5)
+    assert texturing.place(inset, point, normal, aslant) == pytest.approx((1 - 0.01 * math.sqrt(3), 2, 2.99))
+    assert texturing.place(inset, point, normal, (1, 0, 0)) == pytest.approx((0.98, 2, 3))
+    assert texturing.place(inset, point, normal, (0, 0, -1)) == pytest.approx((1, 2, 3.02))
+
+
 def test_broken_rules_of_texturing_have_their_numbers():
     (good,) = set(container.payloads(stream("texturing/explicit"), b"TEXR"))
     texturing.decode(good)
     for bad, issue in (
         (good + b"\0", 6101),
-        (good[:31] + b"\1", 6101),
-        (good[:28] + b"\2" + good[29:], 6102),
-        (good[:24] + b"\0" + good[25:], 6102),
+        (good[:39] + b"\1", 6101),
+        (good[:36] + b"\2" + good[37:], 6102),
+        (good[:32] + b"\0" + good[33:], 6102),
         (b"\0" * 6 + b"\xf8\x7f" + good[8:], 6102),
+        (good[:24] + b"\0" * 6 + b"\xf0\xbf" + good[32:], 6102),
     ):
         with pytest.raises(container.Broken, match=f"FVV-{issue}"):
             texturing.decode(bad)

@@ -99,7 +99,7 @@ scene::Capture describe_scene(const fvv_configuration &configuration, const Opti
     for (const VideoViews &track : tracks)
       for (const View &view : track.views)
         if (view.tile.camera_id == source.id) {
-          camera.calibration = camera_of_tile(source, view.whole);
+          camera.calibration = fvv_camera_of_tile(&source, &view.whole);
           camera.pictures = pattern(numbered(view, track, options));
         }
     camera.calibration.flags = 0; // per_frame says it
@@ -130,7 +130,7 @@ void describe_motion(const fvv_configuration &configuration, const Options &opti
       fvv_camera now = found->second;
       now.flags = 0;
       const auto tile = tiles.find(id);
-      if (tile != tiles.end()) now = camera_of_tile(now, tile->second);
+      if (tile != tiles.end()) now = fvv_camera_of_tile(&now, &tile->second);
       camera.per_frame[number] = now;
     }
   }

@@ -248,11 +248,13 @@ std::string world(const fvv_scene &scene) {
          fvv::format(" from (%.4g, %.4g, %.4g)", o[0], o[1], o[2]);
 }
 
-std::string texturing(const fvv_texturing &t) {
-  return fvv::format(
+std::string texturing(const fvv_scene &scene, const fvv_texturing &t) {
+  std::string out = fvv::format(
       "by %s, cosines from %g, %u cameras at most, %u,%u,%u where none shows the mesh, depth maps %g px + %g",
       t.blend == FVV_BLEND_PAPER ? "the normal (paper)" : "the viewer's direction", t.threshold, t.best,
       t.unseen[0], t.unseen[1], t.unseen[2], t.depth_bias, t.depth_slope);
+  if (t.inset > 0) out += ", looked up " + length_text(scene, t.inset) + " inside the mesh";
+  return out;
 }
 
 std::string video_text(const Report &report, const fvv_video_layout &video) {
@@ -431,7 +433,7 @@ std::string text(const Report &report) {
   if (const fvv_configuration *c = report.configuration()) {
     out += row("Duration", duration(report, c->scene));
     out += row("World", world(c->scene));
-    if (c->has_texturing) out += row("Texturing", texturing(c->texturing));
+    if (c->has_texturing) out += row("Texturing", texturing(c->scene, c->texturing));
     for (size_t i = 0; i < c->track_count; i++) {
       std::string kind = kind_name(c->tracks[i].kind);
       kind[0] = char(std::toupper(kind[0]));
@@ -610,7 +612,8 @@ Json texturing_json(const fvv_texturing &t) {
           {"unseen", {t.unseen[0], t.unseen[1], t.unseen[2]}},
           {"blend", t.blend == FVV_BLEND_PAPER ? "paper" : "viewer"},
           {"depth_bias", t.depth_bias},
-          {"depth_slope", t.depth_slope}};
+          {"depth_slope", t.depth_slope},
+          {"inset", t.inset}};
 }
 
 Json chunks_json(const Report &report) {

@@ -35,7 +35,7 @@ struct Texts {
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
               video_pixels, video_size, video_tracks = "1", step, max_error, mesh_profile = "draco",
               normals = "auto", winding, frames, visibility = "auto", colours = "auto",
-              match_colours = "auto", texture_unseen;
+              match_colours = "auto", texture_unseen, texture_inset = "auto";
 };
 
 void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &texts) {
@@ -173,6 +173,10 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option("--texture-depth-slope", options.texture_depth_slope,
                  "the same, times what the surface recedes from one pixel to the next. Players' default: 0.5")
       ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--texture-inset", texts.texture_inset,
+                 "tell players how far inside the mesh the surface lies that cameras show: auto (found by "
+                 "drawing cameras from the others), off, or a length such as 3mm (docs/fvvmux-inset.md)")
+      ->capture_default_str();
   app.add_flag("!--no-delta", options.delta,
                "every mesh a key frame, also where the faces are those of the frame before");
   app.add_option("--min-component", options.min_component, "drop connected pieces with fewer faces")
@@ -224,6 +228,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.visibility = mux::parse_visibility(texts.visibility);
   mux::parse_colours(texts.colours, options);
   options.match_colours = mux::parse_match_colours(texts.match_colours);
+  options.texture_inset = mux::parse_inset(texts.texture_inset);
   if (!texts.texture_unseen.empty())
     options.texture_unseen = mux::parse_colour("--texture-unseen", texts.texture_unseen);
   options.normals = mux::parse_normals(texts.normals);

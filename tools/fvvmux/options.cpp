@@ -231,6 +231,15 @@ void parse_colours(const std::string &text, Options &options) {
   options.colour_cells = uint32_t(cells);
 }
 
+std::optional<double> parse_inset(const std::string &text) {
+  if (text == "auto") return {};
+  if (text == "off") return 0;
+  Length length = {};
+  if (!read_length(text, length))
+    refuse("--texture-inset", "auto, off or a length above 0 such as 3mm", text);
+  return length.value;
+}
+
 MatchColours parse_match_colours(const std::string &text) {
   if (text == "auto") return MatchColours::automatic;
   if (text == "on") return MatchColours::on;

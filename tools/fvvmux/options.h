@@ -25,8 +25,9 @@ uint32_t parse_video_tracks(const std::string &text);            // "4", "camera
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 // "auto", "on", "off", or a number of cells.
 void parse_colours(const std::string &text, Options &options);
-MatchColours parse_match_colours(const std::string &text); // "auto", "on", "off"
-Visibility parse_visibility(const std::string &text);      // "auto", "face", "vertex", "weight", "none"
+MatchColours parse_match_colours(const std::string &text);  // "auto", "on", "off"
+std::optional<double> parse_inset(const std::string &text); // "auto", "off", "3mm"
+Visibility parse_visibility(const std::string &text);       // "auto", "face", "vertex", "weight", "none"
 std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text); // "128,128,128"
 
 } // namespace fvv::mux

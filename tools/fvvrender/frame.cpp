@@ -223,7 +223,7 @@ private:
       if (why.empty() && !tile) continue; // no picture in this group
       if (why.empty()) {
         Picture one = {};
-        one.camera = demux::camera_of_tile(*camera, *tile);
+        one.camera = fvv_camera_of_tile(camera, &*tile);
         if (wide)
           one.wide = media::extract(wide_picture, *tile);
         else

@@ -21,7 +21,7 @@ struct CameraWeights {
 };
 
 struct Picture {
-  fvv_camera camera; // of these pixels (demux::camera_of_tile)
+  fvv_camera camera; // of these pixels (fvv_camera_of_tile)
   media::DeepImage image;
   // In its place, of video in OpenEXR: display values, wide as render::SourceView::wide_pixels has them.
   media::BasicImage<float> wide;

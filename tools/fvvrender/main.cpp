@@ -77,6 +77,10 @@ int main(int argc, char **argv) {
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--best", options.best, "cameras that are blended at most; default: the stream's, else 3")
       ->check(CLI::Range(1u, render::max_best));
+  app.add_option(
+         "--inset", options.inset,
+         "metres from the mesh inward to the surface that cameras show; default: the stream's, else 0")
+      ->check(CLI::Range(0.0, 1e6));
   auto *visible_by =
       app.add_option("--visible-by", view.visibility,
                      "bits of the stream, of other cameras depth maps (default where the frame has bits); "

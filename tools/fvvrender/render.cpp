@@ -46,7 +46,8 @@ fvv_camera of_stream(const Target &target, const Frame &frame) {
   uint32_t width = camera->width, height = camera->height;
   take_size(target.size, width, height);
   const fvv_rect whole = {0, 0, uint16_t(camera->width), uint16_t(camera->height)};
-  return demux::camera_of_tile(*camera, {camera->id, whole, {0, 0, uint16_t(width), uint16_t(height)}});
+  const fvv_tile tile = {camera->id, whole, {0, 0, uint16_t(width), uint16_t(height)}};
+  return fvv_camera_of_tile(camera, &tile);
 }
 
 Vec3 up_of(uint8_t axis) {
@@ -283,6 +284,7 @@ render::ViewOptions textured(const Options &options, const fvv_texturing &said) 
       render::Vec3{said.unseen[0] / 255.0, said.unseen[1] / 255.0, said.unseen[2] / 255.0});
   view.depth_test.bias = said.depth_bias;
   view.depth_test.slope = said.depth_slope;
+  view.inset = options.inset.value_or(said.inset);
   return view;
 }
 

@@ -30,6 +30,7 @@ struct Options {
   std::optional<render::Blend> blend;
   std::optional<double> threshold;
   std::optional<uint32_t> best;
+  std::optional<double> inset;
   std::optional<render::Vec3> unseen;
   std::string depth, weights, visibility, mask; // files; empty: none
   bool force = false;

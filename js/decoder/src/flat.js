@@ -93,18 +93,19 @@ const layouts = {
     },
   },
   texturing: {
-    size: 32,
+    size: 40,
     fields: {
       threshold: ["f64", 0],
       depthBias: ["f64", 8],
       depthSlope: ["f64", 16],
-      best: ["u8", 24],
-      unseen: ["u8[]", 25, 3],
-      blend: ["u8", 28],
+      inset: ["f64", 24],
+      best: ["u8", 32],
+      unseen: ["u8[]", 33, 3],
+      blend: ["u8", 36],
     },
   },
   configuration: {
-    size: 120,
+    size: 128,
     fields: {
       scene: ["in", 0, "scene"],
       tracks: ["list", 56, "track"],

@@ -199,6 +199,8 @@ export interface Texturing {
   /** Tolerance of depth maps, in pixel widths, and relative to the change of depth from pixel to pixel. */
   depthBias: number;
   depthSlope: number;
+  /** By how much the surface that cameras show lies inside the mesh, in units of the scene; 0 or more. */
+  inset: number;
 }
 
 export interface Configuration {
@@ -215,7 +217,7 @@ export interface Configuration {
   videos: Video[];
   /** JSON texts. */
   metadata: string[];
-  /** How the stream is to be coloured (TEXR). Defaults: "viewer", 0.05, 3, 0x808080, 0.2, 0.5. */
+  /** How the stream is to be coloured (TEXR). Defaults: "viewer", 0.05, 3, 0x808080, 0.2, 0.5, 0. */
   texturing: Texturing;
 }
 

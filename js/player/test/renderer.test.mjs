@@ -26,7 +26,7 @@ function makeStreams() {
   const synth = (name, ...more) => tool("fvvsynth", "-o", at(name), ...more);
   const mux = (capture, name, ...more) => tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), ...more);
   synth("studio", "--frames", "2", "--size", "320x180", "--environment");
-  mux("studio", "studio", "--visibility", "face");
+  mux("studio", "studio", "--visibility", "face", "--texture-inset", "30mm");
   synth("many", "--rig", "small", "--cameras", "40", "--frames", "1", "--size", "160x120");
   mux("many", "many", "--visibility", "face", "--codec", "jpeg", "--quality", "90");
   // A thousand faces, so that all visibility weights fit into one row of their texture.

@@ -98,6 +98,7 @@ export function texturingOf(
   unseen: [number, number, number];
   /** Bias and slope of depth maps. */
   tolerance: [number, number];
+  inset: number;
 };
 
 /** GLSL ES 3.00 without a version line; the sources document the names that each needs. */

@@ -95,6 +95,7 @@ export function texturingOf({ texturing }, overrides = {}) {
     best: overrides.best ?? Math.min(texturing.best, MAX_BEST),
     unseen: displayed(overrides.unseen ?? texturing.unseen),
     tolerance: [texturing.depthBias, texturing.depthSlope],
+    inset: texturing.inset,
   };
 }
 

@@ -178,6 +178,7 @@ export class FvvObject3D extends Object3D {
         viewerRight: { value: new Vector3() },
         viewerUp: { value: new Vector3() },
         tolerance: { value: new Vector2() },
+        inset: { value: 0 },
         handedness: { value: 1 },
         pixelAngle: { value: 0 },
         unseen: { value: new Vector3() },
@@ -239,13 +240,14 @@ export class FvvObject3D extends Object3D {
   }
 
   #setTexturing(configuration) {
-    const { blend, best, threshold, unseen, tolerance } = texturingOf(configuration, this.#texturing);
+    const { blend, best, threshold, unseen, tolerance, inset } = texturingOf(configuration, this.#texturing);
     const { uniforms } = this.#material;
     this.#define("BEST", best);
     this.#define("PAPER", blend === "paper" ? 1 : undefined);
     uniforms.threshold.value = threshold;
     uniforms.unseen.value.fromArray(unseen);
     uniforms.tolerance.value.fromArray(tolerance);
+    uniforms.inset.value = inset;
   }
 
   #showViews(frame, views) {

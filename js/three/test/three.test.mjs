@@ -27,7 +27,7 @@ describe("three", { skip: missingBrowser("chromium") }, () => {
     const mux = (capture, name, ...more) =>
       tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), "--group", "2", ...more);
     synth("small", "--rig", "small", "--frames", "4", "--size", "320x240");
-    mux("small", "bits", "--visibility", "weight");
+    mux("small", "bits", "--visibility", "weight", "--texture-inset", "30mm");
     mux("small", "spread", "--video-tracks", "3");
     mux("small", "vertices", "--visibility", "vertex", "--codec", "vp9");
     mux("small", "maps", "--visibility", "none", "--codec", "jpeg", "--quality", "90");

@@ -56,20 +56,6 @@ std::optional<fvv_tile> whole_of(const fvv_configuration &configuration, const f
 
 } // namespace
 
-fvv_camera camera_of_tile(const fvv_camera &camera, const fvv_tile &tile) {
-  const fvv_rect &from = tile.source, &to = tile.destination;
-  const double sx = double(to.width) / from.width, sy = double(to.height) / from.height;
-  fvv_camera out = camera;
-  out.width = to.width;
-  out.height = to.height;
-  out.fx = camera.fx * sx;
-  out.skew = camera.skew * sx;
-  out.cx = (camera.cx - from.x) * sx;
-  out.fy = camera.fy * sy;
-  out.cy = (camera.cy - from.y) * sy;
-  return out;
-}
-
 std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
                                  std::vector<std::string> *warnings) {
   std::vector<VideoViews> out;

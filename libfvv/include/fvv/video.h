@@ -3,6 +3,7 @@
 #ifndef FVV_VIDEO_H
 #define FVV_VIDEO_H
 
+#include "fvv/calibration.h"
 #include "fvv/format.h"
 #include "fvv/types.h"
 
@@ -38,6 +39,11 @@ typedef struct fvv_tile {
   uint16_t camera_id;
   fvv_rect source, destination;
 } fvv_tile;
+
+/* The camera of the picture that a tile holds: the source rectangle moved to the origin and scaled to the
+ * size of the destination. Projecting a point and mapping it by the tile gives the same pixel, less the
+ * corner of the destination. Lens and pose stay as they are. The rectangles are not empty. */
+FVV_API fvv_camera fvv_camera_of_tile(const fvv_camera *camera, const fvv_tile *tile);
 
 /* Places one tile per camera, all whole pictures scaled to tile sizes given by the caller, in rows of cells
  * whose sides are multiples of FVV_TILE_ALIGNMENT pixels; tiles of one size make a grid. In: camera_id and

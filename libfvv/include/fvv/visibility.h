@@ -132,12 +132,13 @@ typedef struct fvv_texturing {
   double threshold; /* least cosine between the normal and the direction to a camera, 0 to 1 */
   double depth_bias,
       depth_slope;   /* tolerance of depth maps: pixels' breadths, and times what a pixel recedes */
+  double inset;      /* metres from the mesh inward to the surface that cameras show, 0 or more */
   uint8_t best;      /* most cameras at a place, > 0 */
   uint8_t unseen[3]; /* R, G, B, display values where no camera shows the surface */
   uint8_t blend;     /* FVV_BLEND_VIEWER or FVV_BLEND_PAPER: how cameras are weighted */
 } fvv_texturing;
 
-/* 0.05, 0.2, 0.5, 3, grey, by the viewer's direction. */
+/* 0.05, 0.2, 0.5, 0, 3, grey, by the viewer's direction. */
 FVV_API void fvv_texturing_default(fvv_texturing *texturing);
 
 /* The threshold that suits a blend: 0.05 for FVV_BLEND_VIEWER, 0.25 for FVV_BLEND_PAPER. */

@@ -10,6 +10,7 @@
 #include "fvv_media/colour.h"
 #include "fvv_mux/plan.h"
 #include "fvv_render/vector.h"
+#include "mux/src/crop.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
 #include "mux/src/visibility.h"
@@ -242,9 +243,11 @@ constexpr double most_fraction = 0.1;
 
 } // namespace
 
-std::optional<fvv_texturing> texturing_of(const Options &options) {
+std::optional<fvv_texturing> texturing_of(const Plan &plan) {
+  const Options &options = plan.options;
   if (!options.texture_threshold && !options.texture_best && !options.texture_unseen &&
-      !options.texture_depth_bias && !options.texture_depth_slope && !options.texture_blend)
+      !options.texture_depth_bias && !options.texture_depth_slope && !options.texture_blend &&
+      plan.inset.inset == 0)
     return {};
   fvv_texturing out;
   fvv_texturing_default(&out);
@@ -257,6 +260,7 @@ std::optional<fvv_texturing> texturing_of(const Options &options) {
   if (options.texture_depth_bias) out.depth_bias = *options.texture_depth_bias;
   if (options.texture_depth_slope) out.depth_slope = *options.texture_depth_slope;
   if (options.texture_unseen) std::copy_n(options.texture_unseen->begin(), 3, out.unseen);
+  out.inset = plan.inset.inset;
   return out;
 }
 
@@ -442,6 +446,118 @@ MatchChoice choose_match(const Plan &plan, bool encoded) {
     choice.reason = fvv::format(
         "two cameras differ by %.2g %%, with gains by %.2g %%; gains differ from 1 by %.3g %% at most",
         100 * choice.found.before, 100 * choice.found.after, 100 * departure);
+  return choice;
+}
+
+namespace {
+
+constexpr uint32_t inset_side = 800; // pixels of a camera's picture, at most
+
+struct CutView {
+  fvv_camera camera = {};
+  media::DeepImage picture;
+  media::Image mask;
+};
+
+// What a camera shows of a mesh, cut out and made smaller; without pixels if it shows nothing of it.
+CutView cut_view(const Plan &plan, size_t index, int64_t number, const geometry::Mesh &mesh) {
+  CutView out;
+  const scene::Camera &camera = plan.capture.cameras[index];
+  const fvv_camera calibration = camera.calibration_at(number);
+  const Silhouette box = box_of_mesh(mesh, calibration);
+  if (box.empty()) return out;
+  const uint32_t width = box.right - box.left, height = box.bottom - box.top;
+  const double scale = std::min(1.0, double(inset_side) / std::max(width, height));
+  const auto side = [&](uint32_t pixels) { return uint16_t(std::max(1.0, std::round(scale * pixels))); };
+  const fvv_tile tile = {calibration.id,
+                         {uint16_t(box.left), uint16_t(box.top), uint16_t(width), uint16_t(height)},
+                         {0, 0, side(width), side(height)}};
+  const auto part = [&](const media::Image &image) {
+    return media::scale(media::crop(image, box.left, box.top, width, height), tile.destination.width,
+                        tile.destination.height);
+  };
+  const media::Image picture = load_display(plan, index, number);
+  if (picture.width != calibration.width || picture.height != calibration.height) return out; // refused later
+  out.camera = fvv_camera_of_tile(&calibration, &tile);
+  out.picture = {tile.destination.width, tile.destination.height, 3, {}};
+  for (const uint8_t value : part(picture).pixels) out.picture.pixels.push_back(uint16_t(257 * value));
+  if (camera.masks) out.mask = part(load_view<uint8_t>(plan, index, *camera.masks, number, 1));
+  return out;
+}
+
+// A frame of which cameras can be drawn from each other. Owns what frame borrows.
+struct CutFrame {
+  std::vector<float> positions;
+  std::vector<uint32_t> faces;
+  std::vector<CutView> views;
+
+  render::InsetFrame frame() const {
+    render::InsetFrame out = {{positions.data(), positions.size() / 3, faces.data(), faces.size() / 3}, {}};
+    for (const CutView &view : views)
+      if (!view.picture.pixels.empty())
+        out.views.push_back({{view.camera, view.picture.pixels.data()},
+                             view.mask.pixels.empty() ? nullptr : view.mask.pixels.data()});
+    return out;
+  }
+};
+
+CutFrame cut_frame(const Plan &plan, const std::vector<size_t> &cameras, int64_t number) {
+  geometry::Mesh mesh = frame_mesh(plan.capture, number);
+  CutFrame out;
+  out.views.resize(cameras.size());
+  fvv::parallel(plan.options.threads, cameras.size(), [&](size_t i) {
+    plan.observer.check_cancelled();
+    if (plan.capture.cameras[cameras[i]].is_calibrated(number))
+      out.views[i] = cut_view(plan, cameras[i], number, mesh);
+  });
+  out.positions.assign(mesh.positions.begin(), mesh.positions.end());
+  out.faces = std::move(mesh.faces);
+  return out;
+}
+
+} // namespace
+
+InsetChoice choose_inset(const Plan &plan, bool encoded) {
+  InsetChoice choice;
+  const Options &options = plan.options;
+  const scene::Capture &capture = plan.capture;
+  std::vector<size_t> cameras;
+  for (size_t i = 0; i < capture.cameras.size(); i++)
+    if (capture.cameras[i].pictures) cameras.push_back(i);
+  const std::vector<int64_t> numbers = capture.mesh_frames();
+  if (options.texture_inset) {
+    choice.inset = *options.texture_inset;
+    choice.reason = "--texture-inset";
+  } else if (!capture.meshes || numbers.empty())
+    choice.reason = "there are no meshes";
+  else if (capture.atlas)
+    choice.reason = "the atlas has the colours of the surface";
+  else if (encoded)
+    choice.reason = "pictures that come encoded are not decoded";
+  else if (cameras.size() < 2)
+    choice.reason = "there are no two cameras with pictures";
+  else if (options.texture_blend == uint32_t(FVV_BLEND_PAPER))
+    choice.reason = "the paper's method has none";
+  if (!choice.reason.empty()) return choice;
+  choice.frame = numbers[numbers.size() / 2];
+  const CutFrame frame = cut_frame(plan, cameras, *choice.frame);
+  render::ViewOptions view;
+  view.depth_test.samples = 1; // nine times the work would improve outlines alone
+  view.executor = [&](size_t count, const std::function<void(size_t)> &work) {
+    fvv::parallel(options.threads, count, [&](size_t i) {
+      plan.observer.check_cancelled();
+      work(i);
+    });
+  };
+  choice.found = render::find_texture_inset({frame.frame()}, view);
+  choice.inset = choice.found.inset;
+  const render::TextureInset &found = choice.found;
+  choice.reason =
+      found.pixels < render::least_compared
+          ? "cameras share too little surface"
+          : fvv::format("cameras drawn from the others have %.2f dB without, %.2f dB with the best inset; it "
+                        "improves %zu of %zu",
+                        found.before, found.after, found.better, found.views);
   return choice;
 }
 

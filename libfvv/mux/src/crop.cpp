@@ -27,8 +27,31 @@ Silhouette box_of(const media::Image &mask) {
   return box;
 }
 
-// Points beyond the lens' radius of validity are not seen (spec/fvv.md, clause 9.3).
-Silhouette box_of(const geometry::Mesh &mesh, const fvv_camera &camera) {
+std::vector<Silhouette> boxes_of_frame(const Plan &plan, const std::vector<size_t> &cameras, int64_t number) {
+  const scene::Capture &capture = plan.capture;
+  std::vector<Silhouette> boxes;
+  std::optional<geometry::Mesh> mesh;
+  for (const size_t index : cameras) {
+    const scene::Camera &camera = capture.cameras[index];
+    switch (crop_by(capture, camera)) {
+    case CropBy::masks:
+      boxes.push_back(box_of(load_view<uint8_t>(plan, index, *camera.masks, number, 1)));
+      break;
+    case CropBy::mesh:
+      if (!mesh && capture.has_mesh(number)) mesh = frame_mesh(capture, number);
+      boxes.push_back(mesh && camera.is_calibrated(number) ? box_of_mesh(*mesh, camera.calibration_at(number))
+                                                           : Silhouette{});
+      break;
+    case CropBy::nothing:
+      boxes.push_back(everything(camera.calibration));
+    }
+  }
+  return boxes;
+}
+
+} // namespace
+
+Silhouette box_of_mesh(const geometry::Mesh &mesh, const fvv_camera &camera) {
   double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
   for (size_t v = 0; v < mesh.vertex_count(); v++) {
     double pixel[2], depth;
@@ -48,30 +71,6 @@ Silhouette box_of(const geometry::Mesh &mesh, const fvv_camera &camera) {
   return {within(low[0], camera.width - 1), within(low[1], camera.height - 1),
           within(high[0] + 1, camera.width), within(high[1] + 1, camera.height)};
 }
-
-std::vector<Silhouette> boxes_of_frame(const Plan &plan, const std::vector<size_t> &cameras, int64_t number) {
-  const scene::Capture &capture = plan.capture;
-  std::vector<Silhouette> boxes;
-  std::optional<geometry::Mesh> mesh;
-  for (const size_t index : cameras) {
-    const scene::Camera &camera = capture.cameras[index];
-    switch (crop_by(capture, camera)) {
-    case CropBy::masks:
-      boxes.push_back(box_of(load_view<uint8_t>(plan, index, *camera.masks, number, 1)));
-      break;
-    case CropBy::mesh:
-      if (!mesh && capture.has_mesh(number)) mesh = frame_mesh(capture, number);
-      boxes.push_back(mesh && camera.is_calibrated(number) ? box_of(*mesh, camera.calibration_at(number))
-                                                           : Silhouette{});
-      break;
-    case CropBy::nothing:
-      boxes.push_back(everything(camera.calibration));
-    }
-  }
-  return boxes;
-}
-
-} // namespace
 
 CropBy crop_by(const scene::Capture &capture, const scene::Camera &camera) {
   return camera.masks ? CropBy::masks : capture.meshes ? CropBy::mesh : CropBy::nothing;

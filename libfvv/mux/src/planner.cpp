@@ -310,6 +310,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
   plan.visibility = choose_visibility(options, plan.capture, cameras);
   plan.match = choose_match(plan, !encoded.empty());
   if (plan.match.on) plan.match.tables = gain_tables(plan.match, plan.capture.cameras.size());
+  plan.inset = choose_inset(plan, !encoded.empty());
   plan.colours = choose_colours(plan);
   plan.tracks = tile_tracks(plan, plan.whole);
   for (const VideoTrack &track : sent) {

@@ -185,7 +185,7 @@ void StreamWriter::write_configuration() {
               }));
   }
   for (const VideoTrack *track : video_tracks()) write_video(*track);
-  if (const std::optional<fvv_texturing> texturing = texturing_of(plan.options))
+  if (const std::optional<fvv_texturing> texturing = texturing_of(plan))
     configure(FVV_CHUNK_TEXTURING, 0,
               record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
                 return fvv_texturing_encode(&*texturing, out, size, written, d);

@@ -265,6 +265,12 @@ void match_lines(std::string &out, const Plan &plan) {
   }
 }
 
+void inset_line(std::string &out, const Plan &plan) {
+  const InsetChoice &inset = plan.inset;
+  line(out, "  inset     %s: %s", inset.inset > 0 ? length_text(plan, inset.inset).c_str() : "none",
+       inset.reason.c_str());
+}
+
 std::string visibility_text(const Summary &s) {
   char text[100];
   const bool weights = s.plan.visibility.domain == FVV_VISIBILITY_WEIGHTS;
@@ -316,6 +322,7 @@ std::string summary_text(const Summary &s, const std::string &output) {
   line(out, "  visible   %s: %s", plan.visibility.on ? "sent" : "not sent", plan.visibility.reason.c_str());
   line(out, "  colours   %s: %s", plan.colours.on ? "sent" : "not sent", plan.colours.reason.c_str());
   match_lines(out, plan);
+  inset_line(out, plan);
   line(out, "  time      %.2f s, %.1f frames/s", s.seconds, per_second(s));
   if (s.verdict) verdict_lines(out, s);
   return out;
@@ -436,6 +443,20 @@ nlohmann::ordered_json match_json(const Plan &plan) {
   return out;
 }
 
+nlohmann::ordered_json inset_json(const Plan &plan) {
+  const InsetChoice &inset = plan.inset;
+  nlohmann::ordered_json out = {{"length", inset.inset}, {"reason", inset.reason}};
+  if (!inset.frame) return out;
+  out["frame"] = *inset.frame;
+  out["pixels"] = inset.found.pixels;
+  out["cameras"] = inset.found.views;
+  out["better"] = inset.found.better;
+  if (inset.found.pixels < render::least_compared) return out;
+  out["psnr_without"] = inset.found.before;
+  out["psnr_best"] = inset.found.after;
+  return out;
+}
+
 nlohmann::ordered_json video_json(const Summary &s, size_t index) {
   const VideoTrack &track = s.plan.tracks[index];
   nlohmann::ordered_json out = track_json(s.videos[index]);
@@ -530,6 +551,7 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
   out["visibility"] = visibility_json(s);
   out["colours"] = colours_json(s);
   out["match_colours"] = match_json(plan);
+  out["texture_inset"] = inset_json(plan);
   if (plan.background) out["background"] = background_json(*plan.background, s.background.chunks);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   if (plan.undistortion) out["undistorted"] = plan.undistortion->json();

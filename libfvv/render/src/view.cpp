@@ -6,6 +6,7 @@
 #include "surface.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -36,11 +37,16 @@ struct Target {
   }
 
   Vec3 centre, right, up;
+  double inset = 0; // of the surface that sources show
 };
+
+// Clause 17.5: of the surface to the viewer's ray, whose way to the inset would become too long.
+constexpr double least_slope = 0.5;
 
 struct SurfacePoint {
   uint32_t face = no_face;
   Vec3 position, face_normal; // the normal of any length
+  Vec3 shown;                 // where sources show it
   std::array<uint32_t, 3> vertices = {};
   std::array<double, 3> barycentric = {};
 };
@@ -91,7 +97,7 @@ double TextureSource::visibility_weight(const SurfacePoint &point) const {
 }
 
 double TextureSource::shows(const SurfacePoint &point, double at[2]) const {
-  const double world[3] = {point.position.x, point.position.y, point.position.z};
+  const double world[3] = {point.shown.x, point.shown.y, point.shown.z};
   if (!fvv_camera_project(&view.camera, world, at, nullptr)) return 0;
   const double inside =
       std::min(std::min(at[0], at[1]), std::min(view.camera.width - at[0], view.camera.height - at[1]));
@@ -130,6 +136,8 @@ void check(const ViewOptions &options) {
     throw std::invalid_argument("the threshold of weights is 0 to 1");
   if (options.best < 1 || options.best > max_best)
     throw std::invalid_argument("a point is textured from 1 to " + std::to_string(max_best) + " cameras");
+  if (!(options.inset >= 0 && std::isfinite(options.inset)))
+    throw std::invalid_argument("the inset is 0 or more");
   if (!(options.margin >= 0)) throw std::invalid_argument("the margin of tiles is 0 or more");
 }
 
@@ -156,7 +164,7 @@ public:
     });
   }
 
-  ViewPicture render(const fvv_camera &target, uint32_t excluded) const {
+  ViewPicture render(const fvv_camera &target, uint32_t excluded, std::optional<double> inset) const {
     const auto around = options.environment ? options.environment->view(target, options.samples) : nullptr;
     const Surface surface(target, mesh, target.lens == FVV_LENS_NONE ? nullptr : &rays, options.samples);
     ViewPicture picture;
@@ -170,7 +178,8 @@ public:
     picture.face.resize(pixels, no_face);
     picture.contributions.resize(pixels * options.best);
     if (options.keep_visibility) picture.visible.resize(pixels * sources.size());
-    const Target viewer(target);
+    Target viewer(target);
+    viewer.inset = inset.value_or(options.inset);
     options.executor(target.height, [&](size_t y) {
       for (uint32_t x = 0; x < target.width; x++)
         draw(viewer, surface, around.get(), x, uint32_t(y), excluded, picture);
@@ -241,6 +250,7 @@ private:
     std::vector<Candidate> order;
     order.reserve(sources.size());
     const Vec3 to_viewer = normalised(viewer.centre - point.position);
+    point.shown = point.position - to_viewer * (viewer.inset / std::max(dot(normal, to_viewer), least_slope));
     for (uint32_t i = 0; i < sources.size(); i++) {
       const Vec3 to_camera = normalised(sources[i]->centre() - point.position);
       if (i == excluded) continue;
@@ -285,8 +295,9 @@ ViewRenderer::ViewRenderer(const Mesh &mesh, std::vector<Vec3> normals, std::vec
 ViewRenderer::~ViewRenderer() = default;
 ViewRenderer::ViewRenderer(ViewRenderer &&) noexcept = default;
 
-ViewPicture ViewRenderer::render(const fvv_camera &target, uint32_t excluded) const {
-  return frame->render(target, excluded);
+ViewPicture ViewRenderer::render(const fvv_camera &target, uint32_t excluded,
+                                 std::optional<double> inset) const {
+  return frame->render(target, excluded, inset);
 }
 
 } // namespace fvv::render

@@ -9,6 +9,20 @@
 
 #define DESTINATION_MAX 65535 /* what the fields of a rectangle hold */
 
+fvv_camera fvv_camera_of_tile(const fvv_camera *camera, const fvv_tile *tile) {
+  const fvv_rect *from = &tile->source, *to = &tile->destination;
+  const double sx = (double)to->width / from->width, sy = (double)to->height / from->height;
+  fvv_camera out = *camera;
+  out.width = to->width;
+  out.height = to->height;
+  out.fx = camera->fx * sx;
+  out.skew = camera->skew * sx;
+  out.cx = (camera->cx - from->x) * sx;
+  out.fy = camera->fy * sy;
+  out.cy = (camera->cy - from->y) * sy;
+  return out;
+}
+
 static uint32_t aligned(uint32_t size) {
   return (size + FVV_TILE_ALIGNMENT - 1) / FVV_TILE_ALIGNMENT * FVV_TILE_ALIGNMENT;
 }

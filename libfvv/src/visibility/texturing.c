@@ -12,7 +12,7 @@ double fvv_texturing_threshold(uint8_t blend) {
 
 void fvv_texturing_default(fvv_texturing *texturing) {
   *texturing = (fvv_texturing){
-      fvv_texturing_threshold(FVV_BLEND_VIEWER), 0.2, 0.5, 3, {128, 128, 128}, FVV_BLEND_VIEWER};
+      fvv_texturing_threshold(FVV_BLEND_VIEWER), 0.2, 0.5, 0, 3, {128, 128, 128}, FVV_BLEND_VIEWER};
 }
 
 static fvv_status check(const fvv_texturing *t, fvv_status status, fvv_diagnostic *diagnostic) {
@@ -25,6 +25,9 @@ static fvv_status check(const fvv_texturing *t, fvv_status status, fvv_diagnosti
     if (!(tolerances[i] >= 0) || !isfinite(tolerances[i]))
       return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_DEPTH_BIAS + 8 * i,
                       "tolerance of depth maps is %g, expected 0 or more", tolerances[i]);
+  if (!(t->inset >= 0) || !isfinite(t->inset))
+    return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_INSET,
+                    "inset is %g, expected 0 or more", t->inset);
   if (!t->best)
     return fvv_fail(diagnostic, status, FVV_ISSUE_TEXTURING_RANGE, type, FVV_TEXR_BEST,
                     "number of blended cameras is 0, expected 1 to 255");
@@ -45,6 +48,7 @@ fvv_status fvv_texturing_encode(const fvv_texturing *texturing, uint8_t *out, si
   fvv_put_f64(out + FVV_TEXR_THRESHOLD, texturing->threshold);
   fvv_put_f64(out + FVV_TEXR_DEPTH_BIAS, texturing->depth_bias);
   fvv_put_f64(out + FVV_TEXR_DEPTH_SLOPE, texturing->depth_slope);
+  fvv_put_f64(out + FVV_TEXR_INSET, texturing->inset);
   out[FVV_TEXR_BEST] = texturing->best;
   memcpy(out + FVV_TEXR_UNSEEN, texturing->unseen, sizeof texturing->unseen);
   out[FVV_TEXR_BLEND] = texturing->blend;
@@ -64,6 +68,7 @@ fvv_status fvv_texturing_decode(fvv_texturing *texturing, const uint8_t *payload
   texturing->threshold = fvv_get_f64(payload + FVV_TEXR_THRESHOLD);
   texturing->depth_bias = fvv_get_f64(payload + FVV_TEXR_DEPTH_BIAS);
   texturing->depth_slope = fvv_get_f64(payload + FVV_TEXR_DEPTH_SLOPE);
+  texturing->inset = fvv_get_f64(payload + FVV_TEXR_INSET);
   texturing->best = payload[FVV_TEXR_BEST];
   memcpy(texturing->unseen, payload + FVV_TEXR_UNSEEN, sizeof texturing->unseen);
   texturing->blend = payload[FVV_TEXR_BLEND];

@@ -100,11 +100,12 @@ vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
 // The number of cameras that show the point, from blue to yellow; dark red, without green, for none.
 vec3 shaded(vec3 point, vec3 faceNormal, vec3 normal) {
   int count = 0, all = 0;
+  vec3 shown = shownPlace(point, normal);
   uvec2 seen = seenByVisibilityWeights();
   for (int view = 0; view < viewCount; view++) {
     all += (int(texel(view, 3).w) & OFF) == 0 ? 1 : 0;
     vec2 at;
-    if (isCandidate(view, point, normal, seen) && shows(view, point, faceNormal, at) > 0.0) count++;
+    if (isCandidate(view, point, normal, seen) && shows(view, point, shown, faceNormal, at) > 0.0) count++;
   }
   float fraction = float(count) / float(max(all, 1));
   return count == 0 ? vec3(0.4, 0.0, 0.0) : mix(vec3(0.05, 0.25, 0.75), vec3(1.0, 0.9, 0.2), min(1.0, 2.0 * fraction));

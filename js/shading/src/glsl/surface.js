@@ -115,6 +115,7 @@ uniform vec2 pictureSize;
 uniform vec2 tolerance; // in pixel widths, and relative to the change of depth from pixel to pixel
 uniform int viewCount;
 uniform float threshold;
+uniform float inset; // from the mesh inward to the surface that cameras show
 uniform vec3 unseen;
 uniform vec3 eye, viewerRight, viewerUp; // the viewer's place and axes
 #ifdef LEVELS
@@ -170,12 +171,18 @@ float visibilityFactor(int view) {
 #endif
 }
 
-// How well the picture of a view shows the point, 0 to 1, its visibility weight aside; at: where, in texels of pictures.
-float shows(int view, vec3 point, vec3 faceNormal, out vec2 at) {
-  vec3 inCamera = toCamera(view, point);
+// Where pictures show a point of the mesh.
+vec3 shownPlace(vec3 point, vec3 normal) {
+  vec3 towardsEye = normalize(eye - point);
+  return point - towardsEye * (inset / max(dot(normal, towardsEye), 0.5));
+}
+
+// How well the picture of a view shows the point, 0 to 1, its visibility weight aside; shown: its shownPlace; at: where, in
+// texels of pictures.
+float shows(int view, vec3 point, vec3 shown, vec3 faceNormal, out vec2 at) {
   vec4 source = texel(view, 8), place = texel(view, 9), centre = texel(view, 3);
   vec2 pixel;
-  if (!toPicture(view, inCamera, pixel)) return 0.0;
+  if (!toPicture(view, toCamera(view, shown), pixel)) return 0.0;
   vec2 inTile = (pixel - source.xy) * place.zw / source.zw;
   vec2 nearest = min(inTile, place.zw - inTile) - 0.5;
   float inside = min(nearest.x, nearest.y); // pixels to the usable border
@@ -185,7 +192,7 @@ float shows(int view, vec3 point, vec3 faceNormal, out vec2 at) {
     if (!(dot(faceNormal, centre.xyz - point) > 0.0)) return 0.0;
     vec3 normalInCamera = vec3(dot(texel(view, 0).xyz, faceNormal), dot(texel(view, 1).xyz, faceNormal),
                                dot(texel(view, 2).xyz, faceNormal));
-    if (hidden(view, inCamera, normalInCamera)) return 0.0;
+    if (hidden(view, toCamera(view, point), normalInCamera)) return 0.0;
   }
 #ifdef PAPER
   return 1.0;
@@ -232,6 +239,7 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
                   out vec2 places[KEPT]) {
   for (int i = 0; i < KEPT; i++) chosen[i] = -1, weights[i] = 0.0, places[i] = vec2(0.0);
   vec3 towardsEye = normalize(eye - point);
+  vec3 shown = shownPlace(point, normal);
   uvec2 seen = seenByVisibilityWeights();
   // Software rasterisers execute both sides of branches and skip only loop iterations: first find the candidates.
   uvec2 candidates = uvec2(0u);
@@ -248,7 +256,7 @@ float chooseViews(vec3 point, vec3 faceNormal, vec3 normal, out int chosen[KEPT]
     // Of equal weights the first one wins.
     if (!(weight > weights[KEPT - 1])) continue;
     vec2 at;
-    weight *= visibilityFactor(view) * shows(view, point, faceNormal, at);
+    weight *= visibilityFactor(view) * shows(view, point, shown, faceNormal, at);
     if (!(weight > weights[KEPT - 1])) continue;
     int i = KEPT - 1;
     for (; i > 0 && weight > weights[i - 1]; i--)

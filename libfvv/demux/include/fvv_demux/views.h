@@ -14,11 +14,6 @@
 
 namespace fvv::demux {
 
-// The camera of the picture that a tile holds: the source rectangle moved to the origin and scaled to the
-// size of the destination. Projecting a point and mapping it by the tile gives the same pixel, less the
-// destination's corner. Lens and pose stay as they are.
-fvv_camera camera_of_tile(const fvv_camera &camera, const fvv_tile &tile);
-
 // In place of a camera identifier, as in VCFG: the view is the atlas.
 constexpr uint16_t no_camera = UINT16_MAX;
 

@@ -130,6 +130,9 @@ struct Options {
   std::optional<std::array<uint8_t, 3>> texture_unseen; // R, G, B
   std::optional<uint32_t> texture_blend;                // FVV_BLEND_VIEWER, FVV_BLEND_PAPER
   std::optional<double> texture_depth_bias, texture_depth_slope;
+  // Length from the mesh inward to the surface that cameras show, in units of the scene; 0: none. Without a
+  // value it is found by drawing cameras from the others.
+  std::optional<double> texture_inset;
   bool undistort = false;       // pictures without lens
   double undistort_alpha = 0;   // 0: none of their pixels are blank; 1: they show all that the sources show
   bool skip_bad_frames = false; // leave out frames of a capture on disk whose files cannot be used

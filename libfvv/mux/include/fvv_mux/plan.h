@@ -7,6 +7,7 @@
 #include "fvv_media/video.h"
 #include "fvv_mux/options.h"
 #include "fvv_render/colour_match.h"
+#include "fvv_render/texture_inset.h"
 #include "fvv_scene/capture.h"
 #include "fvv_scene/pictures.h"
 #include "fvv_scene/undistort.h"
@@ -93,6 +94,14 @@ struct MatchChoice {
   std::shared_ptr<const GainTables> tables; // if on
 };
 
+// How far inside the meshes the surface lies that cameras show.
+struct InsetChoice {
+  double inset = 0; // in units of the scene; 0: none
+  std::string reason;
+  std::optional<int64_t> frame; // number of the one in which cameras were drawn from the others
+  render::TextureInset found;   // there
+};
+
 // cameras[i] is the index in Capture::cameras of tiles[i]. Of an atlas: no cameras, one tile, its whole
 // picture.
 struct Tiling {
@@ -155,8 +164,9 @@ struct VideoTrack {
   }
 };
 
-// How players are to blend colours, if specified.
-std::optional<fvv_texturing> texturing_of(const Options &options);
+struct Plan;
+// How players are to blend colours, if that is not their default.
+std::optional<fvv_texturing> texturing_of(const Plan &plan);
 
 class Geometry;          // meshes.h
 struct PackedBackground; // background.h
@@ -200,6 +210,7 @@ struct Plan {
   Tiling whole; // what is cropped: the pictures of all cameras in the size in which they are sent
   VisibilityChoice visibility;
   MatchChoice match;
+  InsetChoice inset;
   ColourChoice colours;
   std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedBackground> background;      // if there is one

@@ -7,6 +7,7 @@
 //     (occlusion.h), which also ask that the face turns its front to the camera: a face seen from behind,
 //     next to an outline, is as far away as its neighbour that hides it, and no tolerance distinguishes the
 //     two.
+//   - ViewOptions::inset: a source shows the point where the viewer's ray meets the surface moved inward.
 //   - Blend::viewer: cameras are weighted by how near their direction is to the viewer's (after Buehler et
 //     al., "Unstructured Lumigraph Rendering", 2001), by the cosine between normal and ray, and by factors
 //     that fall to 0 at the border of the picture and of what the camera sees. The best few are mixed, each
@@ -25,6 +26,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace fvv::render {
 
@@ -64,6 +66,7 @@ struct ViewOptions {
                            // read twice
   Visibility visibility = Visibility::depth_map;
   DepthTest depth_test; // pixels are those of the source
+  double inset = 0;     // from the mesh inward to the surface that sources show, 0 or more
   uint32_t samples = 1; // of a pixel of the target, along its side: 1, 3, 5 or 7
   Vec3 background;      // display values 0..1, where there is no surface
   // The same, where no camera shows the surface. Without any source it is shaded, as if the viewer held a
@@ -115,8 +118,9 @@ public:
   // What the target camera sees: its whole picture, of 1 to 16384 pixels a side. Without a lens it is
   // rasterised (rasteriser.h: fill rule, clipping at near_plane). With one, a ray is cast through every
   // sample, so that edges bend as the lens bends them: to a hundredth of a pixel. excluded: index of a source
-  // that is left out. The same result for every executor.
-  ViewPicture render(const fvv_camera &target, uint32_t excluded = no_source) const;
+  // that is left out. inset: in place of the options'. The same result for every executor.
+  ViewPicture render(const fvv_camera &target, uint32_t excluded = no_source,
+                     std::optional<double> inset = {}) const;
 
 private:
   class Frame;

@@ -1,0 +1,202 @@
+#include "fvv_render/texture_inset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace fvv::render {
+
+namespace {
+
+constexpr double smallest_inset = 1.0 / 2000; // of the mesh's longest side
+constexpr size_t most_pixels = 4000;          // of a view, about
+
+double longest_side(const Mesh &mesh) {
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (size_t i = 0; i < 3 * mesh.vertex_count; i++) {
+    low[i % 3] = std::min(low[i % 3], double(mesh.positions[i]));
+    high[i % 3] = std::max(high[i % 3], double(mesh.positions[i]));
+  }
+  return mesh.vertex_count ? std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}) : 0;
+}
+
+// A camera with a picture whose pixel (x, y) has its centre on the centre of the middle one of the source's
+// stride x stride pixels.
+fvv_camera thinned(const fvv_camera &source, uint32_t stride) {
+  fvv_camera camera = source;
+  camera.width = source.width / stride;
+  camera.height = source.height / stride;
+  camera.fx /= stride;
+  camera.skew /= stride;
+  camera.cx /= stride;
+  camera.fy /= stride;
+  camera.cy /= stride;
+  return camera;
+}
+
+// A camera that is drawn from the others of its frame.
+class Target {
+public:
+  // pixels: the share of the picture that shows the mesh counts towards most_pixels.
+  Target(const InsetView &view, uint32_t index, const ViewRenderer &frame) : view(view.source), place(index) {
+    const auto pixels = double(this->view.camera.width) * this->view.camera.height;
+    stride = 2 * uint32_t(std::sqrt(pixels / most_pixels) / 2) + 1; // odd, so that centres meet
+    camera =
+        thinned(this->view.camera, std::min({stride, this->view.camera.width, this->view.camera.height}));
+    const ViewPicture picture = frame.render(camera, place, 0);
+    for (uint32_t y = 0; y < camera.height; y++)
+      for (uint32_t x = 0; x < camera.width; x++) {
+        const size_t at = size_t(y) * camera.width + x;
+        if (picture.contributions[at * picture.best].source == no_source) continue;
+        if (!view.mask || view.mask[source_pixel(at)] > 127) compared.push_back(at);
+      }
+  }
+
+  size_t pixels() const { return compared.size(); }
+
+  // The sum of squared differences of display values, 0 to 1.
+  double squares(const ViewRenderer &frame, double inset) const {
+    const ViewPicture picture = frame.render(camera, place, inset);
+    double sum = 0;
+    for (const size_t at : compared) {
+      const size_t source = 3 * source_pixel(at);
+      for (size_t k = 0; k < 3; k++) {
+        const double truth =
+            view.wide_pixels ? double(view.wide_pixels[source + k]) : view.pixels[source + k] / 65535.0;
+        const double difference = double(picture.rgb[3 * at + k]) - truth;
+        sum += difference * difference;
+      }
+    }
+    return sum;
+  }
+
+private:
+  size_t source_pixel(size_t at) const {
+    const size_t x = at % camera.width * stride + stride / 2, y = at / camera.width * stride + stride / 2;
+    return y * view.camera.width + x;
+  }
+
+  SourceView view;
+  uint32_t place, stride = 1;
+  fvv_camera camera = {};
+  std::vector<size_t> compared; // pixels of camera, which some other camera shows
+};
+
+// All targets of all frames, for one inset after the other.
+class Comparison {
+public:
+  Comparison(const std::vector<InsetFrame> &frames, const ViewOptions &options) : executor(options.executor) {
+    for (const InsetFrame &frame : frames) {
+      std::vector<SourceView> sources;
+      for (const InsetView &view : frame.views) sources.push_back(view.source);
+      renderers.push_back(
+          std::make_unique<const ViewRenderer>(frame.mesh, std::vector<Vec3>(), sources, serial(options)));
+      const size_t first = targets.size();
+      targets.resize(first + frame.views.size());
+      owners.resize(targets.size(), renderers.back().get());
+      executor(frame.views.size(), [&](size_t i) {
+        targets[first + i] = std::make_unique<const Target>(frame.views[i], uint32_t(i), *renderers.back());
+      });
+    }
+  }
+
+  size_t pixels() const {
+    size_t sum = 0;
+    for (const auto &target : targets) sum += target->pixels();
+    return sum;
+  }
+
+  // Of each target.
+  const std::vector<double> &squares(double inset) {
+    std::vector<double> &out = known[inset];
+    if (!out.empty()) return out;
+    out.resize(targets.size());
+    executor(targets.size(), [&](size_t i) { out[i] = targets[i]->squares(*owners[i], inset); });
+    return out;
+  }
+
+  double error(double inset) {
+    double sum = 0;
+    for (const double one : squares(inset)) sum += one;
+    return sum;
+  }
+
+  double best() const {
+    const auto sum = [](const auto &entry) {
+      double out = 0;
+      for (const double one : entry.second) out += one;
+      return out;
+    };
+    return std::min_element(known.begin(), known.end(),
+                            [&](const auto &a, const auto &b) { return sum(a) < sum(b); })
+        ->first;
+  }
+
+private:
+  // Targets are drawn beside each other.
+  static ViewOptions serial(ViewOptions options) {
+    options.samples = 1;
+    options.environment = nullptr;
+    options.keep_visibility = false;
+    return options;
+  }
+
+  const Executor executor;
+  std::vector<std::unique_ptr<const ViewRenderer>> renderers;
+  std::vector<std::unique_ptr<const Target>> targets;
+  std::vector<const ViewRenderer *> owners; // of targets
+  std::map<double, std::vector<double>> known;
+};
+
+// Where the parabola through three points is least, which are at rising places and whose middle is lowest.
+double vertex_of(const double (&at)[3], const double (&value)[3]) {
+  const double left = (value[1] - value[0]) / (at[1] - at[0]),
+               right = (value[2] - value[1]) / (at[2] - at[1]);
+  const double curvature = (right - left) / (at[2] - at[0]);
+  return curvature > 0 ? (at[0] + at[1] - left / curvature) / 2 : at[1];
+}
+
+} // namespace
+
+TextureInset find_texture_inset(const std::vector<InsetFrame> &frames, const ViewOptions &options) {
+  TextureInset out;
+  double side = 0;
+  for (const InsetFrame &frame : frames) side = std::max(side, longest_side(frame.mesh));
+  Comparison compare(frames, options);
+  out.pixels = compare.pixels();
+  if (!(side > 0) || out.pixels < least_compared) return out;
+  double last = 0, inset = smallest_inset * side, next = 2 * inset;
+  if (compare.error(inset) < compare.error(0)) {
+    for (; inset < largest_inset * side && compare.error(next) < compare.error(inset); next *= 2) {
+      last = inset;
+      inset = next;
+    }
+    const double below = (last + inset) / 2, above = (inset + next) / 2;
+    if (compare.error(below) < compare.error(inset)) {
+      next = inset;
+      inset = below;
+    } else if (compare.error(above) < compare.error(inset)) {
+      last = inset;
+      inset = above;
+    } else {
+      last = below;
+      next = above;
+    }
+    if (compare.error(next) > compare.error(inset))
+      (void)compare.error(
+          vertex_of({last, inset, next}, {compare.error(last), compare.error(inset), compare.error(next)}));
+  }
+  const double best = compare.best();
+  const std::vector<double> &without = compare.squares(0), &with = compare.squares(best);
+  const double scale = 3 * double(out.pixels);
+  out.before = 10 * std::log10(scale / compare.error(0));
+  out.after = 10 * std::log10(scale / compare.error(best));
+  for (size_t i = 0; i < with.size(); i++) {
+    out.views += without[i] > 0;
+    out.better += with[i] < without[i];
+  }
+  if (out.after - out.before >= least_gain && 2 * out.better >= out.views) out.inset = best;
+  return out;
+}
+
+} // namespace fvv::render
