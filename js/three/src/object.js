@@ -247,6 +247,7 @@ export class FvvObject3D extends Object3D {
     uniforms.threshold.value = threshold;
     uniforms.unseen.value.fromArray(unseen);
     uniforms.tolerance.value.fromArray(tolerance);
+    this.#define("INSET", inset ? 1 : undefined);
     uniforms.inset.value = inset;
   }
 

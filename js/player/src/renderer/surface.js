@@ -284,6 +284,7 @@ export class Surface {
     if (blend === "paper") defines.PAPER = 1;
     if (atlas) defines.ATLAS = 1;
     if (far) defines.LEVELS = 1;
+    if (texturing.inset) defines.INSET = 1;
     // An explicit colour overrides those of the stream.
     if (this.#content.mesh.colours && (options.unseen ?? null) === null) defines.COLOURS = 1;
     const wired = options.mode === "wireframe";

@@ -106,7 +106,7 @@ void passVisibilityWeights() {
  * Follows projection in a fragment shader. WEIGHT_TEXELS: number of varyings with visibility weights. BEST: maximum number of
  * cameras at a point. PAPER: defined if cameras are weighted by the normal alone; COLOURS: if the mesh has colours of vertices,
  * which are shown where no camera shows the surface; see clauses 17.5 and 19 of the format. LEVELS: if pictures are sampled at
- * levels, for which see usesLevels.
+ * levels, for which see usesLevels. INSET: if the inset is not 0.
  */
 export const blending = /* glsl */ `
 uniform highp sampler2D pictures;
@@ -115,7 +115,9 @@ uniform vec2 pictureSize;
 uniform vec2 tolerance; // in pixel widths, and relative to the change of depth from pixel to pixel
 uniform int viewCount;
 uniform float threshold;
+#ifdef INSET
 uniform float inset; // from the mesh inward to the surface that cameras show
+#endif
 uniform vec3 unseen;
 uniform vec3 eye, viewerRight, viewerUp; // the viewer's place and axes
 #ifdef LEVELS
@@ -173,16 +175,23 @@ float visibilityFactor(int view) {
 
 // Where pictures show a point of the mesh.
 vec3 shownPlace(vec3 point, vec3 normal) {
+#ifdef INSET
   vec3 towardsEye = normalize(eye - point);
-  return point - towardsEye * (inset / max(dot(normal, towardsEye), 0.5));
+  point -= towardsEye * (inset / max(dot(normal, towardsEye), 0.5));
+#endif
+  return point;
 }
 
 // How well the picture of a view shows the point, 0 to 1, its visibility weight aside; shown: its shownPlace; at: where, in
 // texels of pictures.
 float shows(int view, vec3 point, vec3 shown, vec3 faceNormal, out vec2 at) {
+  vec3 inCamera = toCamera(view, point), shownInCamera = inCamera;
+#ifdef INSET
+  shownInCamera = toCamera(view, shown);
+#endif
   vec4 source = texel(view, 8), place = texel(view, 9), centre = texel(view, 3);
   vec2 pixel;
-  if (!toPicture(view, toCamera(view, shown), pixel)) return 0.0;
+  if (!toPicture(view, shownInCamera, pixel)) return 0.0;
   vec2 inTile = (pixel - source.xy) * place.zw / source.zw;
   vec2 nearest = min(inTile, place.zw - inTile) - 0.5;
   float inside = min(nearest.x, nearest.y); // pixels to the usable border
@@ -192,7 +201,7 @@ float shows(int view, vec3 point, vec3 shown, vec3 faceNormal, out vec2 at) {
     if (!(dot(faceNormal, centre.xyz - point) > 0.0)) return 0.0;
     vec3 normalInCamera = vec3(dot(texel(view, 0).xyz, faceNormal), dot(texel(view, 1).xyz, faceNormal),
                                dot(texel(view, 2).xyz, faceNormal));
-    if (hidden(view, toCamera(view, point), normalInCamera)) return 0.0;
+    if (hidden(view, inCamera, normalInCamera)) return 0.0;
   }
 #ifdef PAPER
   return 1.0;
