@@ -216,11 +216,12 @@ class Stream:
         self.size += 32 + len(body) + len(padding)
         if code == "SCEN":
             self.configuration = []
-        if CHUNKS[code]["place"] == "configuration":
+        place = CHUNKS[code]["also"] if "also" in CHUNKS[code] and self.group else CHUNKS[code]["place"]
+        if place == "configuration":
             self.configuration.append((offset, covered))
         elif self.group:
             self.group["headers"].append((offset, covered))
-            if CHUNKS[code]["place"] == "frame":
+            if place == "frame":
                 self.group["chunks"].append((code, track, flags, len(body), time))
         return offset
 

@@ -1,4 +1,4 @@
-"""Tile layouts of video frames, and those of single groups: clauses 10.2 and 10.11 of spec/fvv.md."""
+"""Tile layouts of video frames, of the configuration and of single groups: clauses 10.2 and 10.11 of spec/fvv.md."""
 
 import struct
 
@@ -6,7 +6,7 @@ from .container import chunks
 
 
 def tiles(payload):
-    """Camera, source rectangle and destination rectangle of each tile of a TILE or GTIL payload."""
+    """Camera, source rectangle and destination rectangle of each tile of a TILE payload."""
     count, reserved = struct.unpack_from("<II", payload)
     assert count > 0 and reserved == 0 and len(payload) == 8 + 24 * count
     found = []
@@ -19,20 +19,20 @@ def tiles(payload):
 
 def layouts(stream):
     """Yields for each group its number, and the layout in force of each video track that has tiles."""
-    configured, own, number = {}, {}, 0
+    configured, own, number = {}, None, 0
     for kind, _, track, _, payload in chunks(stream):
         if kind == b"SCEN":
             configured = {}
-        elif kind == b"TILE":
-            configured[track] = tiles(payload)
         elif kind == b"GRUP":
             own = {}
-        elif kind == b"GTIL":
+        elif kind == b"TILE" and own is None:
+            configured[track] = tiles(payload)
+        elif kind == b"TILE":
             assert track in configured and track not in own
             own[track] = tiles(payload)
         elif kind == b"GEND":
             yield number, {**configured, **own}
-            number += 1
+            number, own = number + 1, None
 
 
 def listing(stream):

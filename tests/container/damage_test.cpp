@@ -22,7 +22,7 @@ int silently_wrong(const std::map<Key, Bytes> &truth, const Reading &reading) {
   for (const auto &seen : reading.events) {
     const auto &chunk = seen.event.chunk;
     if (seen.event.kind != FVV_EVENT_CHUNK || !seen.event.group_intact) continue;
-    if (fvv_chunk_place(chunk.type) != FVV_PLACE_FRAME) continue;
+    if (fvv_chunk_place(chunk.type, chunk.flags) != FVV_PLACE_FRAME) continue;
     const auto it = truth.find({chunk.type, chunk.track, chunk.time});
     if (it == truth.end() || it->second != seen.payload) return 1;
   }

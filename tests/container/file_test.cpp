@@ -91,7 +91,7 @@ TEST_CASE("a damaged configuration block is replaced by a repetition of it") {
   int tried = 0;
   for (const size_t at : offsets) {
     const uint32_t type = fvv_get_u32(stream.data() + at);
-    if (fvv_chunk_place(type) != FVV_PLACE_CONFIGURATION) continue;
+    if (fvv_chunk_place(type, 0) != FVV_PLACE_CONFIGURATION) continue;
     Bytes bad = stream;
     bad[at + 33] ^= 4;
     for (const size_t cut : {size_t(0), size_t(4)}) {

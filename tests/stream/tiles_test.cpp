@@ -1,4 +1,4 @@
-// Layouts of groups, GTIL: they hold for their group alone, in any order of access, and are never guessed
+// Layouts of groups: they hold for their group alone, in any order of access, and are never guessed
 // after damage.
 #include "stream_fixture.h"
 
@@ -11,7 +11,7 @@ constexpr uint16_t video = 2;
 
 Chunk layout_chunk(int64_t time, const std::vector<fvv_tile> &tiles, uint16_t track = video) {
   Chunk out = tiles_chunk(track, tiles);
-  out.type = FVV_CHUNK_GROUP_TILES;
+  out.type = FVV_CHUNK_TILES;
   out.flags = FVV_FLAG_KEY;
   out.time = time;
   return out;
@@ -79,7 +79,7 @@ uint32_t first_issue(const Bytes &stream) {
   return checked.problem_count() ? checked.problem(0).issue : 0;
 }
 
-constexpr uint32_t disguise = 0x6c697467; // gtil
+constexpr uint32_t disguise = 0x656c6974; // tile
 
 uint32_t signed_anew(uint8_t *chunk) {
   uint64_t size;
@@ -97,14 +97,14 @@ Bytes forged(const Stream &stream) {
   Stream disguised = stream;
   for (Group &group : disguised.groups)
     for (Chunk &chunk : group.chunks)
-      if (chunk.type == FVV_CHUNK_GROUP_TILES) chunk.type = disguise;
+      if (chunk.type == FVV_CHUNK_TILES) chunk.type = disguise;
   Bytes bytes = write(disguised);
   std::vector<uint32_t> chains;
   uint32_t chain = 0, index_crc = 0;
   for (const Place &place : chunks_of(bytes)) {
     uint8_t *chunk = bytes.data() + place.offset, *payload = chunk + 32;
     if (place.type == disguise) {
-      std::memcpy(chunk, "GTIL", 4);
+      std::memcpy(chunk, "TILE", 4);
       chunk[4] |= FVV_FLAG_CRITICAL;
       signed_anew(chunk);
     } else if (place.type == FVV_CHUNK_GROUP) {
@@ -112,8 +112,8 @@ Bytes forged(const Stream &stream) {
     } else if (place.type == FVV_CHUNK_GROUP_END) {
       std::memcpy(payload + 8, &chain, sizeof chain);
       for (size_t row = 0; row < payload[16]; row++)
-        if (!std::memcmp(payload + 24 + 8 * row, "gtil", 4)) {
-          std::memcpy(payload + 24 + 8 * row, "GTIL", 4);
+        if (!std::memcmp(payload + 24 + 8 * row, "tile", 4)) {
+          std::memcpy(payload + 24 + 8 * row, "TILE", 4);
           payload[24 + 8 * row + 6] |= FVV_FLAG_CRITICAL;
         }
       signed_anew(chunk);
@@ -190,7 +190,6 @@ TEST_CASE("the writer and the checker refuse a layout in the wrong place") {
          c.erase(c.begin() + 1);
          c.insert(c.begin() + 2, layout_chunk(6, crops(1)));
        }},
-      {"no key", FVV_ISSUE_TILE_GROUP, [](std::vector<Chunk> &c) { c[1].flags = 0; }},
       {"at another time than the sample", FVV_ISSUE_TILE_GROUP, [](std::vector<Chunk> &c) { c[2].time = 7; }},
       {"of a mesh track", FVV_ISSUE_TRACK_KIND_MISMATCH, [](std::vector<Chunk> &c) { c[1].track = 1; }},
       {"of no track", FVV_ISSUE_TRACK_UNDECLARED, [](std::vector<Chunk> &c) { c[1].track = 9; }}};
@@ -229,6 +228,41 @@ TEST_CASE("the writer and the checker refuse a layout in the wrong place") {
   }
 }
 
+TEST_CASE("without the key flag a layout belongs to a configuration") {
+  const Stream stream = cropped_stream();
+  Bytes bytes = write(stream);
+  for (const Place &place : chunks_of(bytes)) {
+    uint8_t *chunk = bytes.data() + place.offset;
+    if (place.type != FVV_CHUNK_TILES || !(chunk[4] & FVV_FLAG_KEY)) continue;
+    chunk[4] = FVV_FLAG_CRITICAL;
+    std::memset(chunk + 8, 0, 8); // time
+    signed_anew(chunk);
+    break;
+  }
+  CHECK(first_issue(bytes) == FVV_ISSUE_GROUP_UNFINISHED);
+  Bytes out;
+  const fvv_output output = {append, &out};
+  fvv_writer *writer = nullptr;
+  REQUIRE(fvv_writer_create(&output, nullptr, &writer, nullptr) == FVV_OK);
+  fvv_diagnostic diagnostic = {};
+  for (const Chunk &chunk : stream.configuration) {
+    const bool is_layout = chunk.type == FVV_CHUNK_TILES;
+    if (is_layout) {
+      CHECK(fvv_writer_configuration(writer, chunk.type, chunk.track, FVV_FLAG_KEY, chunk.payload.data(),
+                                     chunk.payload.size(), &diagnostic) == FVV_ERROR_ARGUMENT);
+      CHECK(diagnostic.issue == FVV_ISSUE_CHUNK_PLACE);
+    }
+    REQUIRE(fvv_writer_configuration(writer, chunk.type, chunk.track, 0, chunk.payload.data(),
+                                     chunk.payload.size(), nullptr) == FVV_OK);
+  }
+  REQUIRE(fvv_writer_begin_group(writer, 6, 12, nullptr) == FVV_OK);
+  const Chunk &layout = stream.groups[1].chunks[1];
+  CHECK(fvv_writer_chunk(writer, layout.type, layout.track, 0, 6, layout.payload.data(),
+                         layout.payload.size(), &diagnostic) == FVV_ERROR_ARGUMENT);
+  CHECK(diagnostic.issue == FVV_ISSUE_CHUNK_PLACE);
+  fvv_writer_destroy(writer);
+}
+
 TEST_CASE("a layout keeps to the rules of TILE, and a wrong one takes its frames with it") {
   const std::map<std::string, std::pair<std::vector<fvv_tile>, uint32_t>> cases = {
       {"camera", {{{7, {0, 0, 12, 9}, {0, 0, 12, 9}}}, FVV_ISSUE_TILE_SHOWN}},
@@ -243,7 +277,7 @@ TEST_CASE("a layout keeps to the rules of TILE, and a wrong one takes its frames
     const Checked checked(bytes);
     REQUIRE(checked.problem_count() == 1);
     CHECK(checked.problem(0).issue == wrong.second);
-    CHECK(checked.problem(0).chunk_type == FVV_CHUNK_GROUP_TILES);
+    CHECK(checked.problem(0).chunk_type == FVV_CHUNK_TILES);
     // Frames 3 and 4 have samples, 5 has a mesh alone.
     CHECK(checked.summary().whole_frames == 13);
     const Opened file(bytes);
@@ -269,7 +303,7 @@ TEST_CASE("where a layout may have been lost, the configuration's is not used") 
   const Bytes good = write(cropped_stream());
   const std::vector<Place> places = chunks_of(good);
   for (size_t i = 0; i < places.size(); i++) {
-    if (places[i].type != FVV_CHUNK_GROUP_TILES) continue;
+    if (places[i].type != FVV_CHUNK_TILES || !(good[places[i].offset + 4] & FVV_FLAG_KEY)) continue;
     INFO("layout at " << places[i].offset);
     for (const bool index : {true, false})
       for (const int kind : {0, 1, 2}) {

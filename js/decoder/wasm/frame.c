@@ -281,7 +281,7 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, c
     return decode_colours(d, chunk, payload);
   case FVV_CHUNK_CALIBRATION:
     return decode_calibration(d, chunk, payload);
-  case FVV_CHUNK_GROUP_TILES:
+  case FVV_CHUNK_TILES:
     return decode_layout(d, chunk, payload);
   case FVV_CHUNK_BACKGROUND:
     return take_background(d, chunk, payload);

@@ -37,7 +37,6 @@ enum {
   FVV_CHUNK_MESH = 0x4853454d, /* MESH: mesh of one frame */
   FVV_CHUNK_CALIBRATION = 0x424c4143, /* CALB: cameras that move, at one time */
   FVV_CHUNK_VIDEO_PACKET = 0x544b5056, /* VPKT: video sample */
-  FVV_CHUNK_GROUP_TILES = 0x4c495447, /* GTIL: tile layout of a group */
   FVV_CHUNK_VISIBILITY = 0x49534956, /* VISI: visibility of one frame */
   FVV_CHUNK_COLOURS = 0x524c4f43, /* COLR: colours of a key mesh */
   FVV_CHUNK_BACKGROUND = 0x4b434142, /* BACK: static environment and lights */
@@ -82,7 +81,7 @@ enum {
 /* Track kinds, clause 5.2. */
 enum {
   FVV_TRACK_MESH = 1, /* MESH chunks */
-  FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG; with tiles also one TILE, and GTIL */
+  FVV_TRACK_VIDEO = 2, /* VPKT chunks, one VCFG; with tiles also TILE */
   FVV_TRACK_CALIBRATION = 3, /* CALB chunks, of all cameras that move */
   FVV_TRACK_VISIBILITY = 4, /* VISI chunks */
   FVV_TRACK_BACKGROUND = 5, /* BACK chunks */
@@ -158,7 +157,7 @@ enum {
 
 /* What a video frame shows, clause 10.1. */
 enum {
-  FVV_SHOWS_TILES = 0, /* cameras, laid out by the TILE of the track or the GTIL of the group */
+  FVV_SHOWS_TILES = 0, /* cameras, laid out by the TILE of the group or the configuration */
   FVV_SHOWS_CAMERA = 1, /* one camera's whole picture */
   FVV_SHOWS_ATLAS = 2, /* a texture atlas addressed by UV coordinates */
 };

@@ -80,7 +80,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_frame(fvv_stream *stream, size_t fram
 FVV_API FVV_MUST_USE fvv_status fvv_stream_configuration(fvv_stream *stream, size_t group,
                                                          const fvv_configuration **configuration,
                                                          fvv_diagnostic *diagnostic);
-/* The tiles of a video track in a group: those of the group's GTIL, else the configuration's. FVV_END: the
+/* The tiles of a video track in a group: those of the group's TILE, else the configuration's. FVV_END: the
  * track shows no tiles, or is none of video. Errors are returned in place of a guess, also where a damaged
  * group may have lost its layout. Belongs to the stream; valid until the next call with another group, or
  * close. */
@@ -154,7 +154,7 @@ typedef struct fvv_check_options {
 FVV_API void fvv_check_options_default(fvv_check_options *options);
 
 /* What one track of the stream holds. Sizes in bytes of payload; vertices and faces from the declared counts.
- * GTIL chunks of a video track count in layouts and bytes, and in nothing else. */
+ * TILE chunks of groups count in layouts and bytes, and in nothing else. */
 typedef struct fvv_track_summary {
   uint16_t track;
   uint8_t kind;
@@ -167,7 +167,7 @@ typedef struct fvv_track_summary {
   uint8_t min_normal_bits, max_normal_bits;                  /* of these; 0 when there is none */
   uint64_t profile_chunks[FVV_MESH_PROFILE_COUNT];           /* mesh chunks of each profile */
   uint64_t profile_bytes[FVV_MESH_PROFILE_COUNT];            /* and bytes of payload */
-  uint64_t layouts;                                          /* video tracks: valid GTIL chunks */
+  uint64_t layouts;                                          /* video tracks: valid TILE chunks in groups */
   uint64_t least_tile_pixels, most_tile_pixels;              /* of these: pixels of the frame in tiles */
   uint64_t calibrations, lost_calibrations; /* calibration chunks: declared entries, and cameras that move and
                                                have none in a chunk */

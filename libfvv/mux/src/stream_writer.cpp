@@ -265,7 +265,7 @@ bool StreamWriter::layout(const VideoTrack &track, size_t group) {
   if (track.is_atlas()) return false;
   const std::vector<uint8_t> payload = layout_record(track.tiles_of(group));
   if (payload == layout_record(track.tiling.tiles)) return false;
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_GROUP_TILES, track_id(track), FVV_FLAG_KEY,
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_TILES, track_id(track), FVV_FLAG_KEY,
                          plan.tick_of(plan.first_of(group)), payload.data(), payload.size(), &diagnostic));
   return true;
 }

@@ -85,7 +85,7 @@ static void close_open_group(fvv_file *f, uint64_t offset) {
 static fvv_status take_chunk(scan_state *s, const fvv_event *event) {
   fvv_file *f = s->file;
   const fvv_chunk_header *header = &event->chunk;
-  const fvv_place place = fvv_chunk_place(header->type);
+  const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if (place == FVV_PLACE_FRAME || (place == FVV_PLACE_UNKNOWN && event->group_intact)) {
     const fvv_chunk_info info = {event->offset, header->size,  header->time,
                                  header->type,  header->track, header->flags};
@@ -455,7 +455,7 @@ static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic 
     /* Perhaps only what follows the block is damaged: the digest shows it. */
     if (status <= FVV_ERROR_DAMAGED && !first) return FVV_OK;
     if (status < 0) return status;
-    const fvv_place place = fvv_chunk_place(header.type);
+    const fvv_place place = fvv_chunk_place(header.type, header.flags);
     if (first != (header.type == FVV_CHUNK_SCENE) ||
         (place != FVV_PLACE_CONFIGURATION && place != FVV_PLACE_UNKNOWN)) {
       block->ended = !first;

@@ -16,19 +16,22 @@ typedef struct chunk_row {
 static const chunk_row rows[] = {FVV_CHUNK_TABLE(ROW)};
 #undef ROW
 
-static const chunk_row *row_of(uint32_t type) {
+/* Of a type with two places the key flag decides. */
+static const chunk_row *row_of(uint32_t type, uint8_t flags) {
+  const chunk_row *found = NULL;
   for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
-    if (rows[i].type == type) return &rows[i];
-  return NULL;
+    if (rows[i].type == type && (!found || (flags & FVV_FLAG_KEY && rows[i].place == FVV_PLACE_FRAME)))
+      found = &rows[i];
+  return found;
 }
 
-fvv_place fvv_chunk_place(uint32_t type) {
-  const chunk_row *row = row_of(type);
+fvv_place fvv_chunk_place(uint32_t type, uint8_t flags) {
+  const chunk_row *row = row_of(type, flags);
   return row ? row->place : FVV_PLACE_UNKNOWN;
 }
 
 uint8_t fvv_chunk_flags(uint32_t type) {
-  const chunk_row *row = row_of(type);
+  const chunk_row *row = row_of(type, 0);
   return row ? row->flags : 0;
 }
 
@@ -40,7 +43,7 @@ uint8_t fvv_chunk_track_kind(uint32_t type) {
     return FVV_TRACK_CALIBRATION;
   case FVV_CHUNK_VISIBILITY:
     return FVV_TRACK_VISIBILITY;
-  case FVV_CHUNK_GROUP_TILES:
+  case FVV_CHUNK_TILES:
   case FVV_CHUNK_VIDEO_PACKET:
     return FVV_TRACK_VIDEO;
   case FVV_CHUNK_COLOURS:
@@ -97,7 +100,7 @@ uint64_t fvv_chunk_extent(uint64_t size) {
 }
 
 fvv_status fvv_header_check(const fvv_chunk_header *header, uint64_t offset, fvv_diagnostic *diagnostic) {
-  const chunk_row *row = row_of(header->type);
+  const chunk_row *row = row_of(header->type, header->flags);
   const uint8_t flags = header->flags;
   if (header->size >> 63)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CHUNK_SIZE, header->type,

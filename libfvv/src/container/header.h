@@ -17,7 +17,8 @@ typedef enum fvv_place {
   FVV_PLACE_FRAME,
   FVV_PLACE_END /* INDX and FOOT */
 } fvv_place;
-fvv_place fvv_chunk_place(uint32_t type);
+/* TILE with the key flag is a chunk of frames, without it one of the configuration. */
+fvv_place fvv_chunk_place(uint32_t type, uint8_t flags);
 /* Registered flags of a known type; chunks of frames may have FVV_FLAG_KEY as well. */
 uint8_t fvv_chunk_flags(uint32_t type);
 /* The kind of track that carries a frame type, 0 for types without such a rule. */

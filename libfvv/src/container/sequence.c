@@ -44,7 +44,7 @@ enum { IN_PAYLOAD = FVV_CHUNK_HEADER_SIZE };
 
 static fvv_status check_place(const fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset,
                               fvv_diagnostic *diagnostic) {
-  const fvv_place place = fvv_chunk_place(header->type);
+  const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if (s->footer_seen) BROKEN(TRAILING, 0, "a chunk follows the footer");
   if (s->in_group &&
       (place == FVV_PLACE_CONFIGURATION || place == FVV_PLACE_END || header->type == FVV_CHUNK_GROUP))
@@ -126,8 +126,6 @@ static fvv_status check_group(const fvv_sequence *s, const fvv_chunk_header *hea
 /* A layout belongs to the samples after it; rules about a track's chunks do not count it. */
 static fvv_status check_layout(const fvv_sequence_track *track, const fvv_chunk_header *header,
                                uint64_t offset, fvv_diagnostic *diagnostic) {
-  if (!(header->flags & FVV_FLAG_KEY))
-    BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_FLAGS, "layout of track %u is not a key chunk", header->track);
   if (track->laid_out)
     BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TRACK, "track %u has a second layout in its group", header->track);
   if (track->seen)
@@ -157,7 +155,7 @@ static fvv_status check_frame(const fvv_sequence *s, const fvv_chunk_header *hea
   if (track->kind != kind)
     BROKEN(TRACK_KIND_MISMATCH, FVV_CHUNK_HEADER_TRACK, "track %u is of kind %u, expected %u", header->track,
            track->kind, kind);
-  if (header->type == FVV_CHUNK_GROUP_TILES) return check_layout(track, header, offset, diagnostic);
+  if (header->type == FVV_CHUNK_TILES) return check_layout(track, header, offset, diagnostic);
   if (!track->seen && track->laid_out && header->time != track->last_time)
     BROKEN(TILE_GROUP, FVV_CHUNK_HEADER_TIME,
            "the first sample of track %u is at time %lld, its layout at %lld", header->track,
@@ -212,7 +210,7 @@ static fvv_status check_end(fvv_sequence *s, const fvv_chunk_header *header, con
 
 fvv_status fvv_sequence_check(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
                               uint64_t offset, fvv_diagnostic *diagnostic) {
-  const fvv_place place = fvv_chunk_place(header->type);
+  const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if (place == FVV_PLACE_UNKNOWN && header->flags & FVV_FLAG_CRITICAL)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_UNKNOWN_CRITICAL, header->type, offset,
                     "critical chunk of a type that this version does not know");
@@ -303,7 +301,7 @@ static fvv_status add_frame_chunk(fvv_sequence *s, const fvv_chunk_header *heade
   fvv_sequence_track *tracks = (fvv_sequence_track *)s->tracks.data;
   for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++)
     if (tracks[i].id == header->track && fvv_chunk_track_kind(header->type)) {
-      if (header->type == FVV_CHUNK_GROUP_TILES)
+      if (header->type == FVV_CHUNK_TILES)
         tracks[i].laid_out = 1;
       else
         tracks[i].seen = 1;
@@ -346,7 +344,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
   if (status < 0) return status;
   if (s->in_group) return add_frame_chunk(s, header);
   /* A frame without its GRUP: the block ended within the lost bytes. */
-  if (fvv_chunk_place(header->type) == FVV_PLACE_FRAME) s->in_block = 0;
+  if (fvv_chunk_place(header->type, header->flags) == FVV_PLACE_FRAME) s->in_block = 0;
   if (s->in_block) {
     s->block_has_more |= header->type != FVV_CHUNK_SCENE && header->type != FVV_CHUNK_TRACK;
     s->configuration_crc = fvv_header_chain(s->configuration_crc, header);
@@ -364,7 +362,7 @@ void fvv_sequence_lost(fvv_sequence *s) {
 
 void fvv_sequence_broken(fvv_sequence *s, const fvv_chunk_header *header) {
   s->suspect = 1;
-  const fvv_place place = fvv_chunk_place(header->type);
+  const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if ((s->in_block || s->configuration == FVV_CONFIGURATION_NONE) &&
       (place == FVV_PLACE_CONFIGURATION || place == FVV_PLACE_UNKNOWN))
     s->configuration = FVV_CONFIGURATION_BROKEN;

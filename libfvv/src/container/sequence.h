@@ -21,7 +21,7 @@ typedef struct fvv_sequence_track {
   uint16_t id;
   uint8_t kind;
   uint8_t seen;     /* a chunk of its kind was in this group */
-  uint8_t laid_out; /* a GTIL was in this group */
+  uint8_t laid_out; /* a TILE was in this group */
   int64_t last_time;
 } fvv_sequence_track;
 

@@ -118,7 +118,7 @@ static fvv_status check_block(const fvv_writer *w, uint32_t type, size_t size, f
 fvv_status fvv_writer_configuration(fvv_writer *writer, uint32_t type, uint16_t track, uint8_t flags,
                                     const void *payload, size_t size, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  const fvv_place place = fvv_chunk_place(type);
+  const fvv_place place = fvv_chunk_place(type, flags);
   if (place != FVV_PLACE_CONFIGURATION && place != FVV_PLACE_UNKNOWN)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_CHUNK_PLACE, type, 0,
                     "not a chunk of a configuration");
@@ -175,7 +175,7 @@ fvv_status fvv_writer_begin_group(fvv_writer *writer, int64_t start, int64_t end
 fvv_status fvv_writer_chunk(fvv_writer *writer, uint32_t type, uint16_t track, uint8_t flags, int64_t time,
                             const void *payload, size_t size, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  const fvv_place place = fvv_chunk_place(type);
+  const fvv_place place = fvv_chunk_place(type, flags);
   if (place != FVV_PLACE_FRAME && place != FVV_PLACE_UNKNOWN)
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_CHUNK_PLACE, type, 0, "not a chunk of a frame");
   if (!writer->sequence.in_group)

@@ -172,7 +172,7 @@ static void count_tiles(fvv_track_summary *summary, const fvv_bytes *decoded) {
   summary->layouts++;
 }
 
-/* Checks an intact GTIL chunk, and counts it in summary. */
+/* Checks the intact TILE of a group, and counts it in summary. */
 static fvv_status judge_group_tiles(checked_tiles *checked, const fvv_event *event, uint64_t group,
                                     const fvv_configuration *configuration, const fvv_limits *limits,
                                     const fvv_allocator *allocator, fvv_track_summary *summary,
@@ -521,7 +521,7 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
     return judge_colours(c, event, &track->summary, diagnostic);
   if (event->chunk.type == FVV_CHUNK_CALIBRATION && configuration)
     count_calibrations(&track->summary, event, configuration);
-  if (event->chunk.type == FVV_CHUNK_GROUP_TILES && configuration)
+  if (event->chunk.type == FVV_CHUNK_TILES && configuration)
     return judge_group_tiles(&track->tiles, event, c->summary.groups, configuration, &c->limits,
                              &c->allocator, &track->summary, diagnostic);
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && track->tiles.lost_in == c->summary.groups)
@@ -571,7 +571,7 @@ static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int b
   fvv_track_summary *summary = &track->summary;
   summary->kind = fvv_chunk_track_kind(header->type);
   summary->bytes += header->size;
-  if (header->type != FVV_CHUNK_GROUP_TILES) count_chunk(summary, header);
+  if (header->type != FVV_CHUNK_TILES) count_chunk(summary, header);
   fvv_diagnostic diagnostic = {0};
   const fvv_status status = judge(c, event, track, &diagnostic);
   if (status >= 0) return FVV_OK;
@@ -583,7 +583,7 @@ static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int b
 
 static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_frame) {
   c->summary.chunks++;
-  if (fvv_chunk_place(event->chunk.type) == FVV_PLACE_FRAME) return take_frame_chunk(c, event, begins_frame);
+  if (fvv_chunk_place(event->chunk.type, event->chunk.flags) == FVV_PLACE_FRAME) return take_frame_chunk(c, event, begins_frame);
   if (event->chunk.type == FVV_CHUNK_SCENE) c->summary.configurations++;
   if (event->chunk.type == FVV_CHUNK_GROUP && !c->summary.groups++)
     c->summary.start = c->summary.end = event->chunk.time;

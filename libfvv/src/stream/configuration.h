@@ -30,7 +30,7 @@ FVV_MUST_USE fvv_status fvv_configuration_add(fvv_configuration_builder *builder
 FVV_MUST_USE fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
                                                    fvv_diagnostic *diagnostic);
 /* Checks a layout of a track against its configuration: cameras, their pictures, the frame. Offsets of
- * diagnostics are relative to the payload of TILE or GTIL. */
+ * diagnostics are relative to the payload of TILE. */
 FVV_MUST_USE fvv_status fvv_configuration_check_tiles(const fvv_configuration *configuration,
                                                       const fvv_video_layout *video, const fvv_tile *tiles,
                                                       size_t count, fvv_diagnostic *diagnostic);

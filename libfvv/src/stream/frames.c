@@ -202,7 +202,7 @@ static void close_frame(fvv_frames *f, fvv_frames_event *out) {
 static int has_chunk_of(const fvv_frames *f, uint16_t track) {
   const fvv_frame_chunk *chunks = (const fvv_frame_chunk *)f->frame.chunks.data;
   for (size_t i = 0; i < f->frame.chunks.size / sizeof *chunks; i++)
-    if (chunks[i].header.track == track && chunks[i].header.type != FVV_CHUNK_GROUP_TILES) return 1;
+    if (chunks[i].header.track == track && chunks[i].header.type != FVV_CHUNK_TILES) return 1;
   return 0;
 }
 
@@ -334,7 +334,7 @@ static fvv_status read_event(fvv_frames *f, fvv_frames_event *out, fvv_diagnosti
     f->is_reported = 0;
     f->place = FVV_PLACE_UNKNOWN;
     if (f->event.kind != FVV_EVENT_CHUNK) return FVV_OK;
-    f->place = fvv_chunk_place(f->event.chunk.type);
+    f->place = fvv_chunk_place(f->event.chunk.type, f->event.chunk.flags);
     if (!f->event.group_intact) f->lost = 1;
     return FVV_OK;
   }

@@ -245,12 +245,12 @@ fvv_status fvv_stream_camera(fvv_stream *stream, size_t frame, uint16_t id, fvv_
   return status == FVV_OK ? fvv_calibration_camera(calibration, id, camera) : status;
 }
 
-/* The layout of a video track in a group: that of its GTIL, else that of the configuration. What was decoded
+/* The layout of a video track in a group: that of its TILE, else that of the configuration. What was decoded
  * last is kept for each track. */
 
 typedef struct followed_tiles {
   uint16_t track;
-  uint64_t chunk;  /* offset of the GTIL that was decoded last; 0: none */
+  uint64_t chunk;  /* offset of the TILE that was decoded last; 0: none */
   fvv_bytes tiles; /* fvv_tile */
 } followed_tiles;
 
@@ -273,7 +273,7 @@ static fvv_status check_complete(fvv_stream *s, const fvv_chunk_info *first, con
                   sample->track);
 }
 
-/* The GTIL of the group; NULL: it has none. */
+/* The TILE of the group; NULL: it has none. */
 static fvv_status find_layout(fvv_stream *s, size_t group, uint16_t track, const fvv_chunk_info **layout,
                               fvv_diagnostic *diagnostic) {
   const fvv_chunk_info *chunks, *sample = NULL;
@@ -284,9 +284,9 @@ static fvv_status find_layout(fvv_stream *s, size_t group, uint16_t track, const
   for (size_t i = 0; i < count; i++) {
     if (chunks[i].track != track) continue;
     if (chunks[i].type == FVV_CHUNK_VIDEO_PACKET && !sample) sample = &chunks[i];
-    if (chunks[i].type != FVV_CHUNK_GROUP_TILES) continue;
+    if (chunks[i].type != FVV_CHUNK_TILES) continue;
     if (*layout || sample)
-      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_GROUP, FVV_CHUNK_GROUP_TILES,
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_GROUP, FVV_CHUNK_TILES,
                       chunks[i].offset, "layout of track %u is not the only one, or follows a sample", track);
     *layout = &chunks[i];
   }
@@ -324,8 +324,8 @@ fvv_status fvv_stream_tiles(fvv_stream *stream, size_t group, uint16_t track, co
     status = fvv_group_tiles_decode(configuration, track, payload, (size_t)layout->size, &stream->limits,
                                     &followed->tiles, diagnostic);
     if (status < 0) {
-      fvv_fail(diagnostic, status, 0, FVV_CHUNK_GROUP_TILES, 0, "%s", fvv_status_text(status));
-      fvv_diagnostic_rebase(diagnostic, layout->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_GROUP_TILES);
+      fvv_fail(diagnostic, status, 0, FVV_CHUNK_TILES, 0, "%s", fvv_status_text(status));
+      fvv_diagnostic_rebase(diagnostic, layout->offset + FVV_CHUNK_HEADER_SIZE, FVV_CHUNK_TILES);
       return status;
     }
     followed->chunk = layout->offset;

@@ -285,13 +285,13 @@ static int shows(const fvv_video_layout *video, uint16_t camera) {
   return 0;
 }
 
-static fvv_status decode_tiles(const fvv_configuration *configuration, uint16_t track, const uint8_t *payload,
-                               size_t size, const fvv_limits *limits, fvv_bytes *tiles,
-                               fvv_diagnostic *diagnostic) {
+fvv_status fvv_group_tiles_decode(const fvv_configuration *configuration, uint16_t track,
+                                  const uint8_t *payload, size_t size, const fvv_limits *limits,
+                                  fvv_bytes *tiles, fvv_diagnostic *diagnostic) {
   tiles->size = 0;
   const fvv_video_layout *video = fvv_configuration_video(configuration, track);
   if (!video || video->config.shows != FVV_SHOWS_TILES)
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_SHOWN, FVV_CHUNK_GROUP_TILES, 0,
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_SHOWN, FVV_CHUNK_TILES, 0,
                     "track %u does not show tiles", track);
   /* No more tiles than the payload has bytes for. */
   const size_t most = size / FVV_TILE_ENTRY_SIZE;
@@ -302,20 +302,12 @@ static fvv_status decode_tiles(const fvv_configuration *configuration, uint16_t 
   const fvv_tile *decoded = (const fvv_tile *)tiles->data;
   for (size_t i = 0; i < count && status == FVV_OK; i++)
     if (!shows(video, decoded[i].camera_id))
-      status = fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_SHOWN, FVV_CHUNK_GROUP_TILES,
+      status = fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_SHOWN, FVV_CHUNK_TILES,
                         FVV_TILE_SIZE + i * FVV_TILE_ENTRY_SIZE,
-                        "tile %zu shows camera %u, which is not in the TILE of track %u", i,
+                        "tile %zu shows camera %u, which is not in the configuration's TILE of track %u", i,
                         decoded[i].camera_id, track);
   if (status == FVV_OK)
     status = fvv_configuration_check_tiles(configuration, video, decoded, count, diagnostic);
   if (status == FVV_OK) tiles->size = count * sizeof(fvv_tile);
-  return status;
-}
-
-fvv_status fvv_group_tiles_decode(const fvv_configuration *configuration, uint16_t track,
-                                  const uint8_t *payload, size_t size, const fvv_limits *limits,
-                                  fvv_bytes *tiles, fvv_diagnostic *diagnostic) {
-  const fvv_status status = decode_tiles(configuration, track, payload, size, limits, tiles, diagnostic);
-  if (status < 0 && diagnostic) diagnostic->chunk_type = FVV_CHUNK_GROUP_TILES;
   return status;
 }

@@ -76,7 +76,7 @@ FVV_MUST_USE fvv_status fvv_colours_add(const uint8_t *payload, size_t size, int
                                         const fvv_configuration *configuration, const fvv_limits *limits,
                                         fvv_bytes *colours, fvv_diagnostic *diagnostic);
 
-/* Decodes the payload of a GTIL of a track into fvv_tile, and checks it against the configuration. *tiles
+/* Decodes the payload of a group's TILE into fvv_tile, and checks it against the configuration. *tiles
  * belongs to the caller, also after an error. Offsets of diagnostics are relative to the payload. */
 FVV_MUST_USE fvv_status fvv_group_tiles_decode(const fvv_configuration *configuration, uint16_t track,
                                                const uint8_t *payload, size_t size, const fvv_limits *limits,
