@@ -148,9 +148,12 @@ def bars_stream():
         "r_max": float("inf"),
     }
     stream.chunk("CAMR", structure("CAMR payload", {"id": 3, **camera}))
-    video = {"codec": b"oexr", "width": width, "height": height, "shows": 1, "bit_depth": 16, "camera": 3}
+    video = {"codec": b"oexr", "width": width, "height": height, "shows": 0, "bit_depth": 16}
     video |= {"colour_primaries": 1, "transfer_characteristics": 8, "matrix_coefficients": 0, "full_range": 1}
     stream.chunk("VCFG", structure("VCFG payload", video), track=1)
+    whole = (0, 0, width, height)
+    tile = structure("TILE entry", {"camera": 3, "source": whole, "destination": whole})
+    stream.chunk("TILE", structure("TILE payload", {"count": 1}) + tile, track=1)
     stream.begin_group(0, 3)
     for frame, compression in enumerate((NONE, ZIPS, ZIP)):
         sample = write(width, height, bars(width, height, frame), compression)

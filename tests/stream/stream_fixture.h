@@ -71,14 +71,13 @@ inline Chunk camera_chunk(uint16_t id, uint32_t width = 32, uint32_t height = 16
   for (const int i : {0, 4, 8}) camera.rotation[i] = 1;
   return camera_chunk(camera);
 }
-inline Chunk video_chunk(uint16_t track, uint8_t shows = FVV_SHOWS_TILES, uint16_t camera = FVV_NO_CAMERA) {
+inline Chunk video_chunk(uint16_t track, uint8_t shows = FVV_SHOWS_TILES) {
   fvv_video_config config = {};
   config.codec = FVV_CODEC_JPEG;
   config.width = 64;
   config.height = 16;
   config.shows = shows;
   config.bit_depth = 8;
-  config.camera_id = camera;
   config.colour_primaries = 1;
   config.transfer_characteristics = 13;
   config.matrix_coefficients = 5;

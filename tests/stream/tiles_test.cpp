@@ -290,7 +290,7 @@ TEST_CASE("a layout keeps to the rules of TILE, and a wrong one takes its frames
 
 TEST_CASE("a track that shows something else has no layout") {
   Stream stream = cropped_stream();
-  stream.configuration[5] = video_chunk(video, FVV_SHOWS_CAMERA, 1);
+  stream.configuration[5] = video_chunk(video, FVV_SHOWS_ATLAS);
   stream.configuration.erase(stream.configuration.begin() + 6);
   const Bytes bytes = write(stream);
   CHECK(first_issue(bytes) == FVV_ISSUE_TILE_SHOWN);

@@ -107,7 +107,6 @@ fvv_video_config config(uint32_t codec, const bytes &record, const std::string &
   c.codec = codec;
   c.width = c.height = 64;
   c.bit_depth = 8;
-  c.camera_id = FVV_NO_CAMERA;
   c.record = record.data();
   c.record_size = record.size();
   c.codec_string = text.data();
@@ -386,7 +385,6 @@ fvv_video_config config(uint32_t codec) {
   c.width = 480;
   c.height = 270;
   c.bit_depth = 8;
-  c.camera_id = FVV_NO_CAMERA;
   return c;
 }
 

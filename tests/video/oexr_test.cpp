@@ -108,7 +108,6 @@ fvv_video_config config() {
   c.height = height;
   c.shows = FVV_SHOWS_ATLAS;
   c.bit_depth = 16;
-  c.camera_id = FVV_NO_CAMERA;
   c.colour_primaries = 1;
   c.transfer_characteristics = 8;
   c.full_range = 1;

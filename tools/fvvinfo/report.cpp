@@ -266,7 +266,6 @@ std::string video_text(const Report &report, const fvv_video_layout &video) {
   if (c.shows == FVV_SHOWS_TILES)
     out += fvv::format(", %zu tiles, %.1f %% of their cameras' pixels", video.tile_count,
                        100 * pixel_share(report, video));
-  if (c.shows == FVV_SHOWS_CAMERA) out += fvv::format(", camera %u", c.camera_id);
   if (c.shows == FVV_SHOWS_ATLAS) out += ", texture atlas";
   return out;
 }
@@ -480,11 +479,8 @@ Json video_json(const Report &report, const fvv_video_layout &video) {
       {"width", c.width},
       {"height", c.height},
       {"bit_depth", c.bit_depth},
-      {"shows", c.shows == FVV_SHOWS_TILES    ? "tiles"
-                : c.shows == FVV_SHOWS_CAMERA ? "camera"
-                                              : "atlas"},
+      {"shows", c.shows == FVV_SHOWS_TILES ? "tiles" : "atlas"},
       {"colour", {c.colour_primaries, c.transfer_characteristics, c.matrix_coefficients, c.full_range}}};
-  if (c.shows == FVV_SHOWS_CAMERA) out["camera"] = c.camera_id;
   if (c.shows != FVV_SHOWS_TILES) return out;
   out["pixel_share"] = pixel_share(report, video);
   out["tiles"] = Json::array();

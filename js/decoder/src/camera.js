@@ -119,8 +119,6 @@ export function camerasFor(cameras, { eye, target, best = 3, threshold = 0.25, s
 /** The video tracks that show at least one of these cameras, or the atlas. */
 export function tracksOf(videos, cameras) {
   const wanted = new Set(cameras);
-  const isWanted = (video) =>
-    video.shows === "atlas" ||
-    (video.shows === "camera" ? wanted.has(video.camera) : video.tiles.some(({ camera }) => wanted.has(camera)));
+  const isWanted = (video) => video.shows === "atlas" || video.tiles.some(({ camera }) => wanted.has(camera));
   return videos.filter(isWanted).map(({ track }) => track);
 }

@@ -69,11 +69,10 @@ const layouts = {
       height: ["u32", 8],
       shows: ["u8", 12],
       bitDepth: ["u8", 13],
-      cameraId: ["u16", 14],
-      colourPrimaries: ["u8", 16],
-      transferCharacteristics: ["u8", 17],
-      matrixCoefficients: ["u8", 18],
-      fullRange: ["u8", 19],
+      colourPrimaries: ["u8", 14],
+      transferCharacteristics: ["u8", 15],
+      matrixCoefficients: ["u8", 16],
+      fullRange: ["u8", 17],
       record: ["bytes", 20],
       codecString: ["text", 28],
     },
@@ -313,7 +312,7 @@ function read(name, memory, address) {
 
 const lenses = ["none", "radtan", "fisheye"];
 const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "metadata", "audio"];
-const shows = ["tiles", "camera", "atlas"];
+const shows = ["tiles", "atlas"];
 const domains = ["faces", "vertices", "weights"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
 const blends = ["viewer", "paper"];
@@ -365,15 +364,13 @@ const readers = {
   },
   video(memory, address) {
     const { track, config, tiles } = read("video", memory, address);
-    const shown = shows[config.shows];
     return {
       track,
       codec: fourcc(config.codec),
       codecString: config.codecString,
       width: config.width,
       height: config.height,
-      shows: shown,
-      camera: shown === "camera" ? config.cameraId : null,
+      shows: shows[config.shows],
       bitDepth: config.bitDepth,
       colour: {
         primaries: config.colourPrimaries,

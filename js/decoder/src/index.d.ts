@@ -150,8 +150,7 @@ export interface Video {
   width: number;
   height: number;
   bitDepth: number;
-  shows: "tiles" | "camera" | "atlas";
-  camera: number | null;
+  shows: "tiles" | "atlas";
   /** Code points of ITU-T H.273. */
   colour: { primaries: number; transfer: number; matrix: number; fullRange: boolean };
   /** For groups without a layout of their own; use frame.tiles. Lists all cameras that the track ever shows. */

@@ -17,7 +17,7 @@ export function viewsOf(frame, layout) {
   for (const video of frame.configuration.videos) {
     const at = layout.get(video.track);
     if (!at || video.shows === "atlas") continue;
-    for (const tile of tilesOf(frame, video)) {
+    for (const tile of frame.tiles(video.track)) {
       const camera = frame.camera(tile.camera);
       if (!camera?.calibrated || views.length === MAX_VIEWS) continue;
       const { x, y, width, height } = tile.destination;
@@ -30,15 +30,6 @@ export function viewsOf(frame, layout) {
 /** For the define LENSES of the shaders: 0 no view has a lens, 1 none is a fisheye, 2 any. Its formulas cost time in software. */
 export function lensesOf(views) {
   return views.reduce((most, { camera }) => Math.max(most, lenses.indexOf(camera.lens)), 0);
-}
-
-/** A video of one camera is a single tile. */
-function tilesOf(frame, video) {
-  if (video.shows === "tiles") return frame.tiles(video.track);
-  const camera = frame.camera(video.camera);
-  if (!camera) return [];
-  const whole = ({ width, height }) => ({ x: 0, y: 0, width, height });
-  return [{ camera: video.camera, source: whole(camera), destination: whole(video) }];
 }
 
 /**

@@ -14,28 +14,17 @@ void tell(std::vector<std::string> *warnings, const std::string &text) {
   if (warnings) warnings->push_back(text);
 }
 
-std::vector<fvv_tile> tiles_of(const fvv_configuration &configuration, const fvv_video_layout &video,
-                               std::vector<std::string> *warnings) {
+std::vector<fvv_tile> tiles_of(const fvv_video_layout &video, std::vector<std::string> *warnings) {
   const fvv_video_config &config = video.config;
-  std::vector<fvv_tile> out;
-  if (config.shows == FVV_SHOWS_TILES) {
-    for (size_t i = 0; i < video.tile_count; i++) out.push_back(video.tiles[i]);
-    return out;
+  if (config.shows == FVV_SHOWS_TILES) return {video.tiles, video.tiles + video.tile_count};
+  if (config.width <= UINT16_MAX && config.height <= UINT16_MAX) {
+    const fvv_rect whole = {0, 0, uint16_t(config.width), uint16_t(config.height)};
+    return {{no_camera, whole, whole}};
   }
-  const fvv_rect whole = {0, 0, uint16_t(config.width), uint16_t(config.height)};
-  if (config.shows == FVV_SHOWS_ATLAS && config.width <= UINT16_MAX && config.height <= UINT16_MAX) {
-    out.push_back({no_camera, whole, whole});
-    return out;
-  }
-  const fvv_camera *camera =
-      config.shows == FVV_SHOWS_CAMERA ? fvv_configuration_camera(&configuration, config.camera_id) : nullptr;
-  if (!camera || camera->width > UINT16_MAX || camera->height > UINT16_MAX || config.width > UINT16_MAX ||
-      config.height > UINT16_MAX) {
-    tell(warnings, "track " + std::to_string(video.track) + " shows no pictures of cameras: left out");
-    return out;
-  }
-  out.push_back({camera->id, {0, 0, uint16_t(camera->width), uint16_t(camera->height)}, whole});
-  return out;
+  tell(warnings, "track " + std::to_string(video.track) + ": its atlas of " + std::to_string(config.width) +
+                     "x" + std::to_string(config.height) +
+                     " pixels is left out, which has more than 65535 on a side");
+  return {};
 }
 
 // None if no picture file can hold it.
@@ -62,7 +51,7 @@ std::vector<VideoViews> views_of(const fvv_configuration &configuration, const S
   std::set<uint16_t> shown;
   for (size_t i = 0; i < configuration.video_count; i++) {
     VideoViews track = {&configuration.videos[i], {}};
-    for (const fvv_tile &tile : tiles_of(configuration, *track.video, warnings)) {
+    for (const fvv_tile &tile : tiles_of(*track.video, warnings)) {
       const bool is_atlas = tile.camera_id == no_camera;
       if (!is_atlas && !cameras.has(tile.camera_id)) continue;
       const std::string id = std::to_string(tile.camera_id);

@@ -158,8 +158,7 @@ enum {
 /* What a video frame shows, clause 10.1. */
 enum {
   FVV_SHOWS_TILES = 0, /* cameras, laid out by the TILE of the group or the configuration */
-  FVV_SHOWS_CAMERA = 1, /* one camera's whole picture */
-  FVV_SHOWS_ATLAS = 2, /* a texture atlas addressed by UV coordinates */
+  FVV_SHOWS_ATLAS = 1, /* a texture atlas addressed by UV coordinates */
 };
 
 /* Issue numbers (spec/issues.md), as in fvv_diagnostic.issue. */

@@ -21,7 +21,6 @@ typedef struct fvv_video_config {
   uint32_t width, height; /* of the decoded frame, > 0 */
   uint8_t shows;          /* FVV_SHOWS_... */
   uint8_t bit_depth;      /* 8 ... 16 */
-  uint16_t camera_id;     /* FVV_SHOWS_CAMERA only, else FVV_NO_CAMERA */
   uint8_t colour_primaries, transfer_characteristics, matrix_coefficients, full_range;
   const uint8_t *record;
   size_t record_size;

@@ -257,7 +257,6 @@ fvv_video_config config_of(const VideoSettings &settings, const EncodedGroup &gr
   config.height = settings.height;
   config.shows = FVV_SHOWS_TILES;
   config.bit_depth = uint8_t(settings.bit_depth);
-  config.camera_id = FVV_NO_CAMERA;
   config.colour_primaries = colour.primaries;
   config.transfer_characteristics = colour.transfer;
   config.matrix_coefficients = colour.matrix;

@@ -211,9 +211,6 @@ static fvv_status complete_video(const fvv_configuration_builder *b, fvv_video_l
   if ((video->config.shows == FVV_SHOWS_TILES) != (video->tile_count > 0))
     WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_VIDEO_CONFIG, "track %u %s", video->track,
           video->tile_count ? "has a TILE but does not show tiles" : "shows tiles but has no TILE");
-  if (video->config.shows == FVV_SHOWS_CAMERA && !fvv_configuration_camera(view, video->config.camera_id))
-    WRONG(CONFIGURATION_CAMERA, FVV_CHUNK_VIDEO_CONFIG, "track %u shows camera %u, which is not described",
-          video->track, video->config.camera_id);
   if (!video->tile_count) return FVV_OK;
   const fvv_status status =
       fvv_configuration_check_tiles(view, video, video->tiles, video->tile_count, diagnostic);

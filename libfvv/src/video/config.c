@@ -114,16 +114,11 @@ static fvv_status check_ranges(const fvv_video_config *config, fvv_status status
                     "frame is %" PRIu32 " x %" PRIu32 ", expected at least 1 x 1", config->width,
                     config->height);
   if (config->shows > FVV_SHOWS_ATLAS)
-    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_SHOWS, "kind of content is %d, expected 0 to 2",
+    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_SHOWS, "kind of content is %d, expected 0 or 1",
                     config->shows);
   if (config->bit_depth < 8 || config->bit_depth > 16)
     return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_BIT_DEPTH, "bit depth is %d, expected 8 to 16",
                     config->bit_depth);
-  if ((config->shows == FVV_SHOWS_CAMERA) != (config->camera_id != FVV_NO_CAMERA))
-    return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_CAMERA, "camera is %d, expected %s",
-                    config->camera_id,
-                    config->shows == FVV_SHOWS_CAMERA ? "the camera that is shown"
-                                                      : "65535 as the track does not show a single camera");
   if (config->full_range > 1)
     return fvv_fail(diagnostic, status, issue, type, FVV_VCFG_FULL_RANGE,
                     "full range flag is %d, expected 0 or 1", config->full_range);
@@ -225,7 +220,6 @@ fvv_status fvv_video_config_encode(const fvv_video_config *config, uint8_t *out,
   fvv_put_u32(out + FVV_VCFG_HEIGHT, config->height);
   out[FVV_VCFG_SHOWS] = config->shows;
   out[FVV_VCFG_BIT_DEPTH] = config->bit_depth;
-  fvv_put_u16(out + FVV_VCFG_CAMERA, config->camera_id);
   out[FVV_VCFG_COLOUR_PRIMARIES] = config->colour_primaries;
   out[FVV_VCFG_TRANSFER_CHARACTERISTICS] = config->transfer_characteristics;
   out[FVV_VCFG_MATRIX_COEFFICIENTS] = config->matrix_coefficients;
@@ -253,9 +247,6 @@ fvv_status fvv_video_config_decode(fvv_video_config *config, const uint8_t *payl
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, type, FVV_VCFG_RECORD_SIZE,
                     "record of %" PRIu32 " and codec string of %d bytes declared, %zu bytes follow",
                     record_size, string_size, size - FVV_VCFG_SIZE);
-  if (!fvv_all_zero(payload + FVV_VCFG_RESERVED, FVV_VCFG_SIZE - FVV_VCFG_RESERVED))
-    return fvv_fail(diagnostic, FVV_ERROR_INVALID, issue, type, FVV_VCFG_RESERVED,
-                    "reserved bytes are not 0");
   fvv_video_config c = {0};
   c.codec = fvv_get_u32(payload + FVV_VCFG_CODEC);
   if (!is_known(c.codec)) return unknown_codec(c.codec, FVV_ERROR_UNSUPPORTED, type, diagnostic);
@@ -267,7 +258,6 @@ fvv_status fvv_video_config_decode(fvv_video_config *config, const uint8_t *payl
                     c.width, c.height, allowed.max_dimension);
   c.shows = payload[FVV_VCFG_SHOWS];
   c.bit_depth = payload[FVV_VCFG_BIT_DEPTH];
-  c.camera_id = fvv_get_u16(payload + FVV_VCFG_CAMERA);
   c.colour_primaries = payload[FVV_VCFG_COLOUR_PRIMARIES];
   c.transfer_characteristics = payload[FVV_VCFG_TRANSFER_CHARACTERISTICS];
   c.matrix_coefficients = payload[FVV_VCFG_MATRIX_COEFFICIENTS];

@@ -13,14 +13,10 @@ export function tilesOf(frame, places) {
   for (const video of frame.configuration.videos) {
     const at = places.get(video.track);
     if (!at || video.shows === "atlas") continue;
-    const whole = { x: 0, y: 0, width: video.width, height: video.height };
-    const shown = video.shows === "tiles" ? frame.tiles(video.track) : [{ camera: video.camera, destination: whole }];
-    for (const { camera: id, source, destination } of shown) {
+    for (const { camera: id, source, destination } of frame.tiles(video.track)) {
       const camera = frame.camera(id);
       if (!camera) continue;
-      const { width, height } = camera;
-      const place = { ...destination, x: at.x + destination.x, y: at.y + destination.y };
-      tiles.push({ camera, source: source ?? { x: 0, y: 0, width, height }, place });
+      tiles.push({ camera, source, place: { ...destination, x: at.x + destination.x, y: at.y + destination.y } });
     }
   }
   return tiles;
