@@ -148,6 +148,7 @@ export function makeClips(...wanted) {
     fast: [tracked, "--no-delta", "--mesh-profile", "fast", "--codec", "vp9", "--no-background"],
     draco: [tracked, "--no-delta", "--no-pictures", "--no-background"],
     moving: [studio, "--keep-geometry", ...texturing],
+    hull: [studio, "--keep-geometry", "--no-pictures", "--no-background", "--visibility", "none"],
     live: [studio, "--live", "--repeat-configuration"],
     // Samples large enough that leaving one out is worth a request.
     tracks: [ring, "--video-tracks", "camera", "--codec", "jpeg", "--group", "2", "--crop", "none"],

@@ -38,8 +38,9 @@ static fvv_status pass_on(fvv_status status, const fvv_diagnostic *why, fvv_diag
 }
 
 fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts declared, int texture,
-                           int normals, const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
-  (void)allocator;
+                           int normals, const fvv_allocator *allocator, fvv_draco_symbols *symbols,
+                           fvv_diagnostic *diagnostic) {
+  (void)allocator, (void)symbols;
   fvv_diagnostic why = {0};
   return pass_on(fvvjs_import_draco_check(data, (uint32_t)size, declared.vertices, declared.faces, texture,
                                           normals, &why),

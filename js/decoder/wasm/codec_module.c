@@ -1,9 +1,11 @@
 /* The modules of codecs (codec_imports.c), one for each value of FVVJS_CODEC: bytes in, a diagnostic out, and
  * for codecs of meshes the arrays of one mesh. JavaScript copies between their memories and the core's. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/diagnostic.h"
 #include "base/memory.h"
+#include "draco_checked.h"
 #include "mesh/draco_bridge.h"
 #include "mesh/draco_check.h"
 #include "mesh/fast.h"
@@ -63,17 +65,37 @@ FVVJS_EXPORT const void *fvvcodec_array(int which) {
 
 #if FVVJS_CODEC == 1 /* Draco: libfvv's check of bitstreams and its bridge to the decoder */
 
+fvvcodec_checked fvvcodec_last_check;
+
+static void forget_check(void) {
+  fvvcodec_checked *const last = &fvvcodec_last_check;
+  const fvv_allocator allocator = fvv_allocator_or_default(NULL);
+  fvv_release(&allocator, last->symbols.values, (size_t)last->symbols.count + 1);
+  memset(last, 0, sizeof *last);
+}
+
 /* fvv_status, as fvv_draco_check. */
 FVVJS_EXPORT int32_t fvvcodec_check(const uint8_t *data, uint32_t size, uint32_t vertices, uint32_t faces,
                                     int has_texture, int has_normals) {
   const fvv_draco_counts counts = {vertices, faces};
   const fvv_allocator allocator = fvv_allocator_or_default(NULL);
+  fvvcodec_checked *const last = &fvvcodec_last_check;
   fvv_diagnostic_clear(&diagnostic);
-  return fvv_draco_check(data, size, counts, has_texture, has_normals, &allocator, &diagnostic);
+  forget_check();
+  const fvv_status status =
+      fvv_draco_check(data, size, counts, has_texture, has_normals, &allocator, &last->symbols, &diagnostic);
+  if (status == FVV_OK) last->data = data;
+  if (status == FVV_OK) last->size = size;
+  return status;
 }
 
+/* Of nothing but the bytes that the last check let through. */
 static fvv_status decode(const uint8_t *data, uint32_t size) {
-  return fvv_draco_decode(data, size, &mesh, &diagnostic);
+  if (!data || data != fvvcodec_last_check.data || size != fvvcodec_last_check.size)
+    return fvv_fail(&diagnostic, FVV_ERROR_STATE, 0, 0, 0, "a Draco bitstream has not been checked");
+  const fvv_status status = fvv_draco_decode(data, size, &mesh, &diagnostic);
+  forget_check();
+  return status;
 }
 
 #else /* fast meshes: libfvv's check of their streams, and meshoptimizer */

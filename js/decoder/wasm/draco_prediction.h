@@ -10,6 +10,7 @@
 #include "draco/compression/attributes/prediction_schemes/prediction_scheme_wrap_decoding_transform.h"
 #include "draco/compression/attributes/sequential_integer_attribute_decoder.h"
 #include "draco/mesh/corner_table.h"
+#include "draco_tables.h"
 
 namespace fvv_draco {
 
@@ -49,16 +50,17 @@ constexpr int32_t no_place = INT32_MAX;
 // at once. False: a corner has no vertex.
 inline bool gather_corners(const draco::CornerTable &table, const std::vector<int32_t> &entries,
                            Corner *corners) {
-  const uint32_t count = uint32_t(table.num_corners());
+  const uint32_t count = uint32_t(table.num_corners()), vertices = uint32_t(entries.size());
+  const uint32_t *const vertex_at = vertices_of(table), *const opposite_to = opposites_of(table);
+  const int32_t *const place_of = entries.data();
   const std::unique_ptr<int32_t[]> places(new int32_t[count]);
   for (uint32_t c = 0; c < count; c++) {
-    const uint32_t vertex = table.ConfidentVertex(draco::CornerIndex(c)).value();
-    if (vertex >= entries.size()) return false;
-    places[c] = entries[vertex];
+    if (vertex_at[c] >= vertices) return false;
+    places[c] = place_of[vertex_at[c]];
   }
   for (uint32_t face = 0; face < count; face += 3)
     for (uint32_t k = 0; k < 3; k++) {
-      const uint32_t opposite = table.Opposite(draco::CornerIndex(face + k)).value();
+      const uint32_t opposite = opposite_to[face + k];
       // The corner whose next one this is.
       Corner &before = corners[face + (k + 2) % 3];
       Corner &here = corners[face + k];

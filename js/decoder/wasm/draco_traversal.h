@@ -7,6 +7,7 @@
 #include "draco/compression/mesh/traverser/mesh_attribute_indices_encoding_observer.h"
 #include "draco/compression/mesh/traverser/mesh_traversal_sequencer.h"
 #include "draco/mesh/corner_table.h"
+#include "draco_tables.h"
 
 namespace fvv_draco {
 
@@ -15,26 +16,25 @@ using Traverser = draco::DepthFirstTraverser<draco::CornerTable, Observer>;
 
 // False: a corner has no vertex.
 inline bool visit_vertices(const draco::CornerTable &table, Observer observer) {
-  using Corner = draco::CornerIndex;
-  constexpr uint32_t none = draco::kInvalidCornerIndex.value();
-  const uint32_t count = uint32_t(table.num_corners());
-  std::vector<uint8_t> seen_faces(count / 3), seen_vertices(size_t(table.num_vertices()));
+  const uint32_t count = uint32_t(table.num_corners()), vertices = uint32_t(table.num_vertices());
+  const uint32_t *const vertex_at = vertices_of(table), *const opposite = opposites_of(table);
+  const uint32_t *const left_most = left_most_of(table);
+  std::vector<uint8_t> seen_faces(count / 3), seen_vertices(vertices);
   uint8_t *const seen_face = seen_faces.data(), *const seen_vertex = seen_vertices.data();
   std::vector<uint32_t> stack;
   // Whether it is the first visit of the vertex.
   const auto visit = [&](uint32_t corner, uint32_t vertex) {
     if (seen_vertex[vertex]) return false;
     seen_vertex[vertex] = 1;
-    observer.OnNewVertexVisited(draco::VertexIndex(vertex), Corner(corner));
+    observer.OnNewVertexVisited(draco::VertexIndex(vertex), draco::CornerIndex(corner));
     return true;
   };
   const auto visited = [&](uint32_t corner) { return corner == none || seen_face[corner / 3]; };
   for (uint32_t first = 0; first < count; first += 3) {
     if (seen_face[first / 3]) continue;
     for (uint32_t corner = first + 1; corner < first + 3; corner++) {
-      const draco::VertexIndex vertex = table.ConfidentVertex(Corner(corner));
-      if (vertex == draco::kInvalidVertexIndex) return false;
-      visit(corner, vertex.value());
+      if (vertex_at[corner] >= vertices) return false;
+      visit(corner, vertex_at[corner]);
     }
     stack.push_back(first);
     while (!stack.empty()) {
@@ -42,14 +42,14 @@ inline bool visit_vertices(const draco::CornerTable &table, Observer observer) {
       stack.pop_back();
       while (!visited(corner)) {
         seen_face[corner / 3] = 1;
-        const draco::VertexIndex vertex = table.ConfidentVertex(Corner(corner));
-        if (vertex == draco::kInvalidVertexIndex) return false;
-        const uint32_t right = table.GetRightCorner(Corner(corner)).value();
-        if (visit(corner, vertex.value()) && !table.IsOnBoundary(vertex)) {
+        const uint32_t vertex = vertex_at[corner];
+        if (vertex >= vertices) return false;
+        const uint32_t right = opposite[next_corner(corner)];
+        if (visit(corner, vertex) && swing_left(opposite, left_most[vertex]) != none) {
           corner = right;
           continue;
         }
-        const uint32_t left = table.GetLeftCorner(Corner(corner)).value();
+        const uint32_t left = opposite[previous_corner(corner)];
         if (!visited(right)) {
           if (!visited(left)) stack.push_back(left);
           corner = right;

@@ -263,6 +263,7 @@ typedef struct edgebreaker_mesh {
   uint32_t begin[VALENCE_CONTEXTS];
   uint32_t end[VALENCE_CONTEXTS];
   int valence;
+  uint8_t *order; /* room for all symbols in the order of their use, or NULL */
 } edgebreaker_mesh;
 
 typedef enum outcome {
@@ -383,6 +384,7 @@ static int keep_events(boundary *b, uint32_t i, uint32_t tip) {
 static int put_face(boundary *b, uint32_t i) {
   if (b->height) b->stack[b->height - 1] = present_name(b, b->stack[b->height - 1]);
   const unsigned symbol = b->height || i == 0 ? symbol_at(b, i) : SYMBOL_COUNT;
+  if (b->given->order) b->given->order[i] = (uint8_t)symbol;
   uint32_t tip;
   if (symbol != SYMBOL_E && !b->height) return 0;
   switch (symbol) {
@@ -490,6 +492,7 @@ typedef struct walk {
   unsigned attribute_count;
   uint8_t method;
   uint8_t traversal;
+  fvv_draco_symbols *symbols; /* wanted, or NULL */
 } walk;
 
 #define FAIL(w, issue, ...)                                                                                  \
@@ -644,7 +647,14 @@ static fvv_status walk_edgebreaker(walk *w) {
   const size_t event_room = (size_t)c.event_count + 1, symbol_room = (size_t)c.symbol_count + 1;
   split_event *events = fvv_allocate_array(w->allocator, event_room, sizeof *events);
   uint8_t *symbols = fvv_allocate(w->allocator, symbol_room);
-  const fvv_status status = events && symbols ? walk_symbols(w, &c, events, symbols) : no_memory(w);
+  const int wanted = w->symbols && w->traversal == TRAVERSAL_VALENCE;
+  if (wanted) {
+    w->symbols->values = c.order = fvv_allocate(w->allocator, symbol_room);
+    w->symbols->count = c.symbol_count;
+  }
+  const int complete = events && symbols && (c.order || !wanted);
+  const fvv_status status = complete ? walk_symbols(w, &c, events, symbols) : no_memory(w);
+  if (wanted) w->symbols->end = w->cursor.position;
   fvv_release(w->allocator, events, event_room * sizeof *events);
   fvv_release(w->allocator, symbols, symbol_room);
   return status;
@@ -750,23 +760,36 @@ static fvv_status compare_counts(walk *w, fvv_draco_counts declared) {
   return FVV_OK;
 }
 
+static fvv_status walk_all(walk *w, fvv_draco_counts declared) {
+  fvv_status status = read_header(w);
+  if (status == FVV_OK) status = read_counts(w);
+  if (status == FVV_OK) status = compare_counts(w, declared);
+  if (status == FVV_OK) status = w->method == EDGEBREAKER ? walk_edgebreaker(w) : walk_sequential(w);
+  if (status == FVV_OK) status = walk_attribute_headers(w);
+  for (unsigned i = 0; status == FVV_OK && i < w->attribute_count; i++)
+    status = walk_values(w, w->attributes[i]);
+  if (status == FVV_OK && w->cursor.position != w->cursor.size)
+    return FAIL(w, FVV_ISSUE_DRACO_STREAM, "%zu bytes follow the Draco bitstream",
+                w->cursor.size - w->cursor.position);
+  return status;
+}
+
 fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts declared, int texture,
-                           int normals, const fvv_allocator *allocator, fvv_diagnostic *diagnostic) {
+                           int normals, const fvv_allocator *allocator, fvv_draco_symbols *symbols,
+                           fvv_diagnostic *diagnostic) {
   walk w = {.cursor = {data, size, 0, 0},
             .diagnostic = diagnostic,
             .allocator = allocator,
             .attributes = {&positions},
-            .attribute_count = 1};
+            .attribute_count = 1,
+            .symbols = symbols};
+  if (symbols) memset(symbols, 0, sizeof *symbols);
   if (texture) w.attributes[w.attribute_count++] = &texture_coordinates;
   if (normals) w.attributes[w.attribute_count++] = &normal_indices;
-  fvv_status status = read_header(&w);
-  if (status == FVV_OK) status = read_counts(&w);
-  if (status == FVV_OK) status = compare_counts(&w, declared);
-  if (status == FVV_OK) status = w.method == EDGEBREAKER ? walk_edgebreaker(&w) : walk_sequential(&w);
-  if (status == FVV_OK) status = walk_attribute_headers(&w);
-  for (unsigned i = 0; status == FVV_OK && i < w.attribute_count; i++)
-    status = walk_values(&w, w.attributes[i]);
-  if (status == FVV_OK && w.cursor.position != size)
-    return FAIL(&w, FVV_ISSUE_DRACO_STREAM, "%zu bytes follow the Draco bitstream", size - w.cursor.position);
+  const fvv_status status = walk_all(&w, declared);
+  if (status != FVV_OK && symbols) {
+    fvv_release(allocator, symbols->values, (size_t)symbols->count + 1);
+    memset(symbols, 0, sizeof *symbols);
+  }
   return status;
 }

@@ -29,11 +29,19 @@ static inline int fvv_draco_dense_enough(size_t size, fvv_draco_counts counts) {
 FVV_MUST_USE fvv_status fvv_draco_read_counts(const uint8_t *data, size_t size, fvv_draco_counts *counts,
                                               fvv_diagnostic *diagnostic);
 
+/* The symbols of valence edgebreaker in the order in which a decoder uses them, in Draco's numbering. */
+typedef struct fvv_draco_symbols {
+  uint8_t *values; /* count + 1 bytes of the allocator; NULL if the bitstream has none */
+  uint32_t count;
+  size_t end; /* where the bytes of the symbols end */
+} fvv_draco_symbols;
+
 /* Walks the whole bitstream: FVV_OK says that it has the declared counts, one attribute of three int32, with
  * texture and normals (0 or not) one more of two int32 each, only parts that the counts bound, symbols that
- * Draco decodes in linear time, and no byte after. Values are not decoded: Draco may still find it wrong. */
+ * Draco decodes in linear time, and no byte after. Values are not decoded: Draco may still find it wrong.
+ * symbols: NULL, or receives the symbols, so that they need not be decoded again; on failure nothing. */
 FVV_MUST_USE fvv_status fvv_draco_check(const uint8_t *data, size_t size, fvv_draco_counts declared,
                                         int texture, int normals, const fvv_allocator *allocator,
-                                        fvv_diagnostic *diagnostic);
+                                        fvv_draco_symbols *symbols, fvv_diagnostic *diagnostic);
 
 #endif

@@ -150,7 +150,7 @@ static fvv_status decode(const fvv_mesh_header *header, const uint8_t *data, fvv
   }
   const fvv_draco_counts counts = {header->vertex_count, header->face_count};
   fvv_status status = fvv_draco_check(data, header->data_size, counts, header->texture_bits != 0,
-                                      header->normal_bits != 0, &mesh->allocator, diagnostic);
+                                      header->normal_bits != 0, &mesh->allocator, NULL, diagnostic);
   if (status == FVV_OK) status = allocate(mesh, diagnostic);
   if (status == FVV_OK) status = fvv_draco_decode(data, header->data_size, mesh, diagnostic);
   if (status == FVV_OK) status = fvv_mesh_check(mesh, FVV_MESH_FROM_BITSTREAM, &mesh->allocator, diagnostic);
@@ -300,7 +300,7 @@ static int too_costly(const fvv_bytes *payload, const fvv_allocator *allocator) 
   fvv_diagnostic why;
   fvv_diagnostic_clear(&why);
   return fvv_draco_check(data, size, counts, attributes & FVV_MESH_HAS_TEXTURE,
-                         attributes & FVV_MESH_HAS_NORMALS, allocator, &why) != FVV_OK &&
+                         attributes & FVV_MESH_HAS_NORMALS, allocator, NULL, &why) != FVV_OK &&
          why.issue == FVV_ISSUE_DRACO_STEPS;
 }
 
