@@ -1,8 +1,10 @@
-"""Time of the browser's decoder in Node, and its compressed size (./run bench js)."""
+"""Time of the browser's decoder in Node, and its compressed size (./run bench js). As a program it prints the stages of a
+file of Draco meshes: browser_decoder.py FILE."""
 
 import json
 import pathlib
 import shutil
+import statistics
 import subprocess
 import sys
 
@@ -21,6 +23,35 @@ def node(what, path):
     return json.loads(run("node", ROOT / "bench/decoder.mjs", what, path))
 
 
+PROCESSES = 9
+STAGES = {
+    "check": "check of the bitstream",
+    "draco": "Draco",
+    "copies": "copies between the two instances",
+    "core": "in the core: header, rules of the mesh, metres",
+    "arrays": "arrays for the caller",
+}
+
+
+def print_stages(path):
+    """What loading, the first key frame of a process and later ones consist of: medians of new processes."""
+    runs = [node("stages", path) for _ in range(PROCESSES)]
+
+    def median(what, name):
+        return statistics.median(run[what][name] for run in runs)
+
+    print(f"{'load, ms':<48}{'unpack':>9}{'compile':>9}{'instance':>9}{'warm-up':>9}")
+    for what, module in ("core", "core"), ("codec", "Draco"):
+        parts = [median(what, name) for name in ("unpack", "compile", "instantiate", "warm_up")]
+        print(f"{module:<48}" + "".join(f"{part:9.1f}" for part in parts))
+    print(f"{'key frame, ms':<48}{'first':>9}{'fresh':>9}{'later':>9}")
+    for name, text in {**STAGES, "all": "all"}.items():
+        print(f"{text:<48}" + "".join(f"{median(what, name):9.2f}" for what in ("first", "fresh", "key")))
+    print(
+        "first: in a new process; fresh: with optimised code in a new instance, whose memory is new; later: median"
+    )
+
+
 def measure(draco, fast, delta):
     """Milliseconds a frame, without normals. first_call: of the first mesh in a fresh process, the worst of three
     profiles; loading the modules is a figure of its own."""
@@ -30,6 +61,7 @@ def measure(draco, fast, delta):
     sizes = run(DECODER / "wasm/build.sh", ROOT / "build/wasm").splitlines()
     core = next(line for line in sizes if "core.wasm.js" in line)
     first = {path: node("first", path) for path in (draco, fast, delta)}
+    print_stages(draco)
     figures = {
         "js.core_brotli_bytes": int(core.split("brotli ")[1].split(";")[0]),
         "wasm.first_call_ms": max(f["first_ms"] for f in first.values()),
@@ -84,3 +116,7 @@ def views(streams):
                 figures[f"view.{name}_bytes_percent"] = 100 * row["bytes"] / whole["bytes"]
                 figures[f"view.{name}_requests_per_s"] = row["requests"] / found["seconds"]
     return figures
+
+
+if __name__ == "__main__":
+    print_stages(sys.argv[1])

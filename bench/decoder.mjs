@@ -1,7 +1,8 @@
-// Measures the browser's decoder in Node: node decoder.mjs first|warm|draco3d|beside FILE. Prints milliseconds per frame as
-// JSON. first: the first mesh in a new process, without and with compilation of the modules; warm: the median of all frames,
+// Measures the browser's decoder in Node: node decoder.mjs first|warm|draco3d|beside|stages FILE. Prints milliseconds per
+// frame as JSON. first: the first mesh in a new process, without and with compilation of the modules; warm: the median of all frames,
 // after enough rounds for the engine's optimising compiler; draco3d: the same for key frames with the npm package of that
-// name; beside: both, each frame with one directly after the other, so that other load slows both, and the median ratio.
+// name; beside: both, each frame with one directly after the other, so that other load slows both, and the median ratio;
+// stages: what loading, the first key frame and later ones consist of.
 
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -150,4 +151,96 @@ async function beside() {
   };
 }
 
-console.log(JSON.stringify(await { first, warm, draco3d, beside }[what]()));
+/** Sums of the time that calls take. Those of WebAssembly are replaced, and what instances export and import. */
+function meterCalls() {
+  const sums = {};
+  const add = (name, begin) => (sums[name] = (sums[name] ?? 0) + performance.now() - begin);
+  const meter =
+    (name, call) =>
+    (...parameters) => {
+      const begin = performance.now();
+      try {
+        return call(...parameters);
+      } finally {
+        add(name, begin);
+      }
+    };
+  const { compile, instantiate } = WebAssembly;
+  const timed = async (name, call) => {
+    const begin = performance.now();
+    const result = await call();
+    add(name, begin);
+    return result;
+  };
+  WebAssembly.compile = (bytes) => timed("compile", () => compile(bytes));
+  WebAssembly.instantiate = async (module, imports) => {
+    for (const name of Object.keys(imports.fvv ?? {}))
+      if (/^draco/.test(name)) imports.fvv[name] = meter("codec", imports.fvv[name]);
+    const { exports } = await timed("instantiate", () => instantiate(module, imports));
+    const metered = /^(fvvjs_decode|fvvcodec_(check|decode))$/;
+    const entries = Object.entries(exports).map(([name, value]) => [
+      name,
+      metered.test(name) ? meter(name, value) : value,
+    ]);
+    return { exports: Object.fromEntries(entries) };
+  };
+  return {
+    /** What was added since the last call. */
+    take() {
+      const taken = { ...sums };
+      for (const name of Object.keys(sums)) delete sums[name];
+      return taken;
+    },
+  };
+}
+
+async function stages() {
+  const meter = meterCalls();
+  const time = async (call) => {
+    meter.take();
+    const begin = performance.now();
+    await call();
+    return { all: performance.now() - begin, ...meter.take() };
+  };
+  const newSession = async () => Session.create({ module: await compileCore(), codec: compileCodec });
+  const frame = async (session) =>
+    time(() => session.decode(want)).then(({ all, fvvjs_decode, codec, fvvcodec_check, fvvcodec_decode }) => ({
+      all,
+      check: fvvcodec_check,
+      draco: fvvcodec_decode,
+      copies: codec - fvvcodec_check - fvvcodec_decode,
+      core: fvvjs_decode - codec,
+      arrays: all - fvvjs_decode,
+    }));
+  const load = ({ all, compile = 0, instantiate = 0, fvvcodec_check = 0, fvvcodec_decode = 0 }) => ({
+    unpack: all - compile - instantiate - fvvcodec_check - fvvcodec_decode,
+    compile,
+    instantiate,
+    warm_up: fvvcodec_check + fvvcodec_decode,
+  });
+  let session;
+  const core = load(await time(async () => (session = await newSession())));
+  let codec;
+  let first;
+  const later = [];
+  for (let round = 0; round < ROUNDS; round++)
+    for await (const _ of frames(session)) {
+      if (session.lacksCodecs) codec = load(await time(() => session.loadCodecs()));
+      const stages = await frame(session);
+      first ??= stages;
+      if (round >= COLD_ROUNDS) later.push(stages);
+    }
+  // The code is optimised by now, and only the memory is new.
+  const another = await newSession();
+  let fresh;
+  for await (const _ of frames(another)) {
+    await another.loadCodecs();
+    fresh = await frame(another);
+    break;
+  }
+  const names = Object.keys(first);
+  const key = Object.fromEntries(names.map((name) => [name, median(later.map((stages) => stages[name]))]));
+  return { core, codec, first, fresh, key };
+}
+
+console.log(JSON.stringify(await { first, warm, draco3d, beside, stages }[what]()));

@@ -172,7 +172,7 @@ export class Session {
   }
   /** Loads the codecs that an instance of a module asks for. */
   lendCodecs({ codecs }, wanted) {
-    return codecs.load(wanted, async (name) => createCodec(await this.#codec(name), this.limits.memory));
+    return codecs.load(wanted, async (name) => createCodec(await this.#codec(name), this.limits.memory, name));
   }
 
   /**

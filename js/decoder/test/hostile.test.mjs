@@ -10,7 +10,7 @@ import { after, test } from "node:test";
 import { createDecoder, FvvError } from "../dist/index.js";
 import { compileCodec, compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
-import { createCodec } from "../dist/wasm.js";
+import { createCodec, sample } from "../dist/wasm.js";
 import { damaged, replaceFirst, replaceMesh, withUnknown } from "./edit_streams.mjs";
 import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
 
@@ -134,6 +134,19 @@ for (const [name, file] of [
     rmSync(folder, { recursive: true });
     assert.ok(decoded > 10 && decoded < 140, `${decoded} of 150 decode to another mesh`);
   });
+
+test("the mesh that warms Draco up decodes, by what large meshes are coded with", async () => {
+  const bytes = Uint8Array.from(atob(sample.base64), (c) => c.charCodeAt(0));
+  const { memory, exports } = await createCodec(await compileCodec("draco"), 2 ** 26);
+  const input = exports.fvvcodec_alloc(bytes.length);
+  new Uint8Array(memory.buffer, input).set(bytes);
+  const VALENCE = 2;
+  assert.equal(bytes[11], VALENCE);
+  assert.equal(exports.fvvcodec_check(input, bytes.length, sample.vertices, sample.faces, 0, 0), 0);
+  assert.equal(exports.fvvcodec_decode(input, bytes.length, sample.vertices, sample.faces, 0, 0), 0);
+  const indices = new Uint32Array(memory.buffer, exports.fvvcodec_array(1), 3 * sample.faces);
+  assert.equal(new Set(indices).size, sample.vertices);
+});
 
 test("Draco decodes only what has been checked", async () => {
   const { memory, exports } = await createCodec(await compileCodec("draco"), 2 ** 26);

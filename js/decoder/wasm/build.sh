@@ -27,7 +27,7 @@ finish() { # module
   ' "$build/modules/$1.wasm" "$build/$1.json"
   wasm-metadce "${features[@]}" -f "$build/$1.json" -o "$build/$1.wasm" "$build/modules/$1.wasm" >/dev/null
   # Flat code leaves the core's second pass more to find: 1 % of its bytes.
-  local passes=(-Oz --low-memory-unused)
+  local passes=(--one-caller-inline-max-function-size=100 -Oz --low-memory-unused)
   [[ "$1" == fvv_core ]] && passes+=(--flatten --rereloop -Oz -Oz -Oz)
   [[ "$1" == fvv_draco ]] || wasm-opt "${features[@]}" "${passes[@]}" "$build/$1.wasm" -o "$build/$1.wasm"
 }

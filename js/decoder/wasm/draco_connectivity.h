@@ -162,7 +162,7 @@ struct FaceBuilder {
 
 // libfvv's check lets through no seams, so that only positions have connectivity.
 template <>
-inline int
+__attribute__((noinline)) inline int
 draco::MeshEdgebreakerDecoderImpl<draco::MeshEdgebreakerTraversalValenceDecoder>::DecodeConnectivity(
     int symbol_count) {
   using namespace fvv_draco;

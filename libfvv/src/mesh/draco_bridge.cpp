@@ -109,10 +109,12 @@ fvv_status encode(const fvv_mesh &mesh, int level, fvv_draco_coding coding, fvv_
   return fvv_bytes_append(bytes, buffer.data(), buffer.size()) == FVV_OK ? FVV_OK : out_of_memory(diagnostic);
 }
 
-// Values lie in coding order; the mapping says which vertex has which. values: vertices x components.
+// Values lie in coding order; the mapping says which vertex has which. values: vertices x components. Not
+// part of a larger function, which engines of wasm would compile again for this loop.
 template <int components, typename T>
-fvv_status copy_attribute(const draco::Mesh &decoded, draco::GeometryAttribute::Type type, uint32_t vertices,
-                          T *values, fvv_diagnostic *diagnostic) {
+__attribute__((noinline)) fvv_status copy_attribute(const draco::Mesh &decoded,
+                                                    draco::GeometryAttribute::Type type, uint32_t vertices,
+                                                    T *values, fvv_diagnostic *diagnostic) {
   constexpr size_t size = components * sizeof(T);
   const draco::PointAttribute *attribute = decoded.GetNamedAttribute(type);
   if (!attribute || attribute->data_type() != draco::DT_INT32 || attribute->num_components() != components ||

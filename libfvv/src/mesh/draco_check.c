@@ -196,7 +196,7 @@ static int read_tagged(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
   return fvv_cursor_take(cursor, (size_t)size) != NULL;
 }
 
-static int read_raw(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
+static __attribute__((noinline)) int read_raw(fvv_cursor *cursor, uint32_t count, uint8_t *symbols) {
   small_coder coder;
   if (read_precision(cursor) != SMALL_PRECISION_BITS) return fail(cursor);
   if (!open_small(cursor, SYMBOL_COUNT, &coder)) return 0;
@@ -416,10 +416,14 @@ static void renumber(boundary *b) {
   }
 }
 
-static outcome build_faces(boundary *b) {
+/* Engines of wasm compile what has such a loop again while it runs: not part of a larger function. */
+static __attribute__((noinline)) outcome build_faces(boundary *b) {
   const edgebreaker_mesh *given = b->given;
+  /* A copy that nothing else refers to stays in registers. */
+  boundary copy = *b;
   for (uint32_t i = 0; i < given->symbol_count; i++)
-    if (!put_face(b, i)) return CONNECTIVITY_BROKEN;
+    if (!put_face(&copy, i)) return CONNECTIVITY_BROKEN;
+  *b = copy;
   if (b->joined_count != given->split_count || b->made - b->joined_count != given->vertex_count)
     return CONNECTIVITY_BROKEN;
   renumber(b);
