@@ -7,6 +7,7 @@
 // In place of Draco's header.
 #define DRACO_COMPRESSION_MESH_MESH_EDGEBREAKER_TRAVERSAL_VALENCE_DECODER_H_
 
+#include <cstring>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -159,6 +160,20 @@ struct FaceBuilder {
 };
 
 } // namespace fvv_draco
+
+// Without seams vertices are points, and faces are what the corner table has.
+template <>
+inline bool
+draco::MeshEdgebreakerDecoderImpl<draco::MeshEdgebreakerTraversalValenceDecoder>::AssignPointsToCorners(
+    int vertices) {
+  const uint32_t faces = uint32_t(corner_table_->num_faces());
+  if (!attribute_data_.empty() || !faces) return false;
+  decoder_->mesh()->SetNumFaces(faces);
+  void *const to = const_cast<Mesh::Face *>(&decoder_->mesh()->face(FaceIndex(0)));
+  std::memcpy(to, fvv_draco::vertices_of(*corner_table_), faces * sizeof(Mesh::Face));
+  decoder_->point_cloud()->set_num_points(uint32_t(vertices));
+  return true;
+}
 
 // libfvv's check lets through no seams, so that only positions have connectivity.
 template <>

@@ -53,11 +53,8 @@ inline bool gather_corners(const draco::CornerTable &table, const std::vector<in
   const uint32_t count = uint32_t(table.num_corners()), vertices = uint32_t(entries.size());
   const uint32_t *const vertex_at = vertices_of(table), *const opposite_to = opposites_of(table);
   const int32_t *const place_of = entries.data();
-  const std::unique_ptr<int32_t[]> places(new int32_t[count]);
-  for (uint32_t c = 0; c < count; c++) {
+  for (uint32_t c = 0; c < count; c++)
     if (vertex_at[c] >= vertices) return false;
-    places[c] = place_of[vertex_at[c]];
-  }
   for (uint32_t face = 0; face < count; face += 3)
     for (uint32_t k = 0; k < 3; k++) {
       const uint32_t opposite = opposite_to[face + k];
@@ -72,9 +69,9 @@ inline bool gather_corners(const draco::CornerTable &table, const std::vector<in
       const uint32_t rest = opposite % 3;
       const uint32_t next = opposite + (rest == 2 ? -2u : 1u), previous = opposite + (rest == 0 ? 2u : -1u);
       before.left = int32_t(next);
-      here.opposite = places[opposite];
-      here.next = places[next];
-      here.previous = places[previous];
+      here.opposite = place_of[vertex_at[opposite]];
+      here.next = place_of[vertex_at[next]];
+      here.previous = place_of[vertex_at[previous]];
     }
   return true;
 }
