@@ -179,6 +179,33 @@ TEST_CASE("a frame is reported with its last track when eager, and else when it 
   }
 }
 
+TEST_CASE("chunks of the frame that is still arriving can be looked at") {
+  const Bytes bytes = write(good_stream(2));
+  for (const bool detail : {false, true}) {
+    How how;
+    how.detail = detail;
+    const Frames frames = frames_of(how);
+    std::vector<std::string> lines;
+    fvv_frame_chunk chunk;
+    size_t at = 0, seen = 0;
+    for (const Place &place : chunks_of(bytes)) {
+      const size_t end = place.offset + place.extent;
+      REQUIRE(fvv_frames_push(frames.get(), bytes.data() + at, end - at) == FVV_OK);
+      REQUIRE(pull(frames.get(), lines) == FVV_NEED_DATA);
+      at = end;
+      const bool found = fvv_frames_peek(frames.get(), FVV_CHUNK_MESH, &chunk);
+      if (place.type == FVV_CHUNK_GROUP) CHECK(!found);
+      if (place.type != FVV_CHUNK_MESH || !found) continue;
+      seen++;
+      CHECK(chunk.offset == place.offset);
+      CHECK((chunk.payload == nullptr) == detail);
+      if (chunk.payload) CHECK(fvv_crc32c(0, chunk.payload, chunk.header.size) == chunk.header.payload_crc);
+      CHECK(!fvv_frames_peek(frames.get(), FVV_CHUNK_CALIBRATION, &chunk));
+    }
+    CHECK(seen > 0);
+  }
+}
+
 TEST_CASE("after damage the rest of the group is left out, and the next group continues") {
   const Bytes good = write(good_stream(3));
   const std::vector<Place> chunks = chunks_of(good);

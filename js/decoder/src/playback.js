@@ -288,7 +288,7 @@ export class Playback {
     const session = this.#session;
     for (;;) {
       const kind = session.next();
-      if (kind === "need data") return;
+      if (kind === "need data") return session.prepareCodecs();
       if (kind === "done") {
         state.ended = true;
         return;

@@ -167,6 +167,10 @@ export class Session {
   get lacksCodecs() {
     return this.#core.codecs.lacks(this.#exports.fvvjs_codecs(this.#decoder));
   }
+  /** Begins to load what the frame that is still arriving needs. */
+  prepareCodecs() {
+    this.#core.codecs.prepare(this.#exports.fvvjs_codecs_ahead(this.#decoder), this.#codec);
+  }
   loadCodecs() {
     return this.lendCodecs(this.#core, this.#exports.fvvjs_codecs(this.#decoder));
   }

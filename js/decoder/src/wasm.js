@@ -116,6 +116,7 @@ const STATUS_INVALID = -102;
 class Codecs {
   #core;
   #loaded = new Map();
+  #prepared = new Set();
 
   /** core: the instance whose memory is copied from and to. */
   constructor(core) {
@@ -124,6 +125,14 @@ class Codecs {
   /** Whether a codec has to be loaded. bits: as of fvvjs_codecs. */
   lacks(bits) {
     return known.some(({ name }, n) => bits & (1 << n) && !this.#loaded.has(name));
+  }
+  /** load(name): loads that module, so that create has it; if this fails, create loads it again and reports the error. */
+  prepare(bits, load) {
+    for (const [n, { name }] of known.entries())
+      if (bits & (1 << n) && !this.#prepared.has(name)) {
+        this.#prepared.add(name);
+        (async () => load(name))().catch(() => {});
+      }
   }
   /** create(name): returns an instance of that module. */
   async load(bits, create) {

@@ -5,6 +5,8 @@ import * as fs from "node:fs";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
+import { compileCore } from "../dist/modules.js";
+import { Session } from "../dist/session.js";
 import {
   backgroundHashes,
   conformanceFiles,
@@ -181,4 +183,25 @@ test("environments are reported, however their group is reached", async () => {
     assert.deepEqual(backgroundHashes(background), expected);
     assert.ok(background.parts[0].colour.every((x) => x >= 0 && x <= 1));
   }
+});
+
+test("a codec is loaded while the rest of its first frame arrives", async () => {
+  const bytes = new Uint8Array(fs.readFileSync(clips.moving));
+  const asked = [];
+  const codec = async (name) => {
+    asked.push(name);
+    throw new Error("not yet");
+  };
+  const decoder = await Session.create({ module: await compileCore(), codec });
+  decoder.start(0);
+  let frames = 0;
+  for (let at = 0; at < bytes.length && !frames; at += 64)
+    for (const _ of decoder.push(bytes.subarray(at, at + 64))) {
+      for (let kind; (kind = decoder.next()) !== "need data";) if (kind === "frame") frames++;
+      const before = asked.length;
+      decoder.prepareCodecs();
+      if (asked.length > before) assert.equal(frames, 0);
+    }
+  assert.equal(frames, 1);
+  assert.deepEqual(asked, ["draco"]);
 });

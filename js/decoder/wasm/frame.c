@@ -309,6 +309,12 @@ FVVJS_EXPORT uint32_t fvvjs_codecs(const fvvjs_decoder *d) {
   return codecs;
 }
 
+/* The same for the mesh of the frame that is still arriving. */
+FVVJS_EXPORT uint32_t fvvjs_codecs_ahead(const fvvjs_decoder *d) {
+  fvv_frame_chunk chunk;
+  return d->frames && fvv_frames_peek(d->frames, FVV_CHUNK_MESH, &chunk) ? codec_of(d, &chunk) : 0;
+}
+
 static flat_list list_of(const fvvjs_decoder *d, int list, size_t size) {
   const flat_list all = {d->lists[list].data, (uint32_t)(d->lists[list].size / size)};
   return all;

@@ -79,6 +79,10 @@ FVV_API void fvv_frames_finish(fvv_frames *frames);
  * Errors are those of fvv_reader_next, final, and repeat. */
 FVV_API FVV_MUST_USE fvv_status fvv_frames_next(fvv_frames *frames, fvv_frames_event *event,
                                                 fvv_diagnostic *diagnostic);
+/* 1: *chunk is the first chunk of a type in the frame that is still arriving, so that what it needs can be
+ * prepared; its payload is valid until the next call of another function, and NULL with detail. 0: there is
+ * none yet. */
+FVV_API int fvv_frames_peek(const fvv_frames *frames, uint32_t type, fvv_frame_chunk *chunk);
 /* The configuration that holds for the frames that come; NULL: there is none, or the last block was wrong. */
 FVV_API const fvv_configuration *fvv_frames_configuration(const fvv_frames *frames);
 /* Bytes that are pushed from now on begin at offset in the stream, best with a group or a configuration

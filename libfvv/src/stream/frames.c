@@ -199,6 +199,22 @@ static void close_frame(fvv_frames *f, fvv_frames_event *out) {
   }
 }
 
+int fvv_frames_peek(const fvv_frames *f, uint32_t type, fvv_frame_chunk *chunk) {
+  const open_frame *frame = &f->frame;
+  const fvv_frame_chunk *chunks = (const fvv_frame_chunk *)frame->chunks.data;
+  const size_t count = frame->is_open ? frame->chunks.size / sizeof *chunks : 0;
+  const uint8_t *payload = frame->payloads.data;
+  for (size_t i = 0; i < count; i++) {
+    if (chunks[i].header.type == type) {
+      *chunk = chunks[i];
+      chunk->payload = f->options.detail ? NULL : payload;
+      return 1;
+    }
+    if (!f->options.detail) payload += fvv_padded(chunks[i].header.size);
+  }
+  return 0;
+}
+
 static int has_chunk_of(const fvv_frames *f, uint16_t track) {
   const fvv_frame_chunk *chunks = (const fvv_frame_chunk *)f->frame.chunks.data;
   for (size_t i = 0; i < f->frame.chunks.size / sizeof *chunks; i++)
