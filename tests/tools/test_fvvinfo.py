@@ -227,6 +227,34 @@ def test_standard_input(fvvinfo, tetrahedron):
     assert done.stderr.startswith(b"standard input: 0xd8: MESH: ")
 
 
+def repeated_blocks():
+    """Two groups of one frame, each after the same configuration block; and where the first block's track is."""
+    stream = Stream()
+    for time in 0, 1:
+        stream.scene()
+        stream.track(1, 1, "mesh")
+        stream.begin_group(time, time + 1)
+        stream.chunk("MESH", raw_parts(TETRAHEDRON), track=1, time=time, key=True)
+        stream.end_group()
+    return stream.finish(), stream.sections[2].offset
+
+
+def test_a_later_repetition_of_a_lost_configuration_block_serves(fvvinfo, tmp_path):
+    content, track = repeated_blocks()
+    good = files_of(fvvinfo("--check", "--json", put(tmp_path, content)))[0]
+    assert (good["integrity"], good["whole_frames"]) == ("complete", 2)
+    damaged = put(tmp_path, flipped(content, track + 40))
+    done = fvvinfo("--check", "--json", "--chunks", damaged)
+    assert done.returncode == 1
+    file = files_of(done)[0]
+    assert [problem["issue"] for problem in file["problems"]] == ["FVV-1103"]
+    assert (file["frames"], file["whole_frames"], file["bytes"]) == (2, 2, len(content))
+    assert len(file["chunks"]) == file["chunk_count"] + 1
+    # A pipe cannot be read again.
+    file = files_of(fvvinfo("--json", "-", stdin=damaged.read_bytes()))[0]
+    assert (file["frames"], file["whole_frames"]) == (2, 1)
+
+
 def test_input_that_is_not_a_stream(fvvinfo, tmp_path):
     text = put(tmp_path, b"# A page of text\n" * 9, "page.md")
     done = fvvinfo(text)

@@ -451,7 +451,7 @@ static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic 
   for (uint64_t offset = block->offset;;) {
     fvv_chunk_header header;
     const int first = offset == block->offset;
-    fvv_status status = fvv_file_load(f, offset, &header, first ? diagnostic : NULL);
+    fvv_status status = fvv_file_load(f, offset, &header, first ? diagnostic : &block->why);
     /* Perhaps only what follows the block is damaged: the digest shows it. */
     if (status <= FVV_ERROR_DAMAGED && !first) return FVV_OK;
     if (status < 0) return status;
@@ -521,6 +521,27 @@ static fvv_file_block *search_repetition(fvv_file *f, size_t group, uint32_t dig
   return NULL;
 }
 
+/* Lists damage of a block once, although many groups name it. */
+static fvv_status note_damage(fvv_file *f, const fvv_diagnostic *why) {
+  const fvv_diagnostic *noted = (const fvv_diagnostic *)f->damage.data;
+  for (size_t i = 0; i < f->damage.size / sizeof *noted; i++)
+    if (noted[i].offset == why->offset && noted[i].issue == why->issue) return FVV_OK;
+  return fvv_bytes_append(&f->damage, why, sizeof *why);
+}
+
+/* An intact repetition of the block at offset, NULL: none. why: what is wrong with that block. The damage is
+ * listed when the repetition hides it. */
+static fvv_status replace_block(fvv_file *f, size_t group, uint32_t digest, fvv_diagnostic *why,
+                                fvv_file_block **block) {
+  const fvv_group_info *info = &entry_at(f, group)->group;
+  *block = search_repetition(f, group, digest);
+  if (!*block || f->index_state == FVV_INDEX_REBUILT) return FVV_OK;
+  if (why->status >= 0)
+    fvv_fail(why, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_GROUP, info->offset,
+             "group %u does not belong to the configuration before it", info->sequence);
+  return note_damage(f, why);
+}
+
 fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_info **chunks, size_t *count,
                                   fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -531,11 +552,19 @@ fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_
   uint32_t digest = 0;
   const int known = digest_of(file, info, &digest);
   fvv_file_block *block = NULL;
-  const fvv_status status = find_block(file, info->configuration_offset, &block, diagnostic);
-  if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_IO || status == FVV_ERROR_UNSUPPORTED) return status;
+  fvv_diagnostic why = {0};
+  fvv_status status = find_block(file, info->configuration_offset, &block, &why);
+  if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_IO || status == FVV_ERROR_UNSUPPORTED) {
+    if (diagnostic) *diagnostic = why;
+    return status;
+  }
   /* Without the digest only the end of the block shows that it is whole. */
-  if (status < 0 || (known ? block->crc != digest : !block->ended))
-    block = known ? search_repetition(file, group, digest) : NULL;
+  if (status < 0 || (known ? block->crc != digest : !block->ended)) {
+    if (status >= 0) why = block->why;
+    block = NULL;
+    status = known ? replace_block(file, group, digest, &why, &block) : FVV_OK;
+    if (status < 0) return fvv_fail(diagnostic, status, 0, 0, info->offset, "out of memory");
+  }
   if (!block)
     return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_GROUP,
                     info->offset, "the configuration of group %u is lost", info->sequence);

@@ -11,9 +11,10 @@ extern "C" {
 /* A configuration block that was requested. */
 typedef struct fvv_file_block {
   uint64_t offset;
-  uint32_t crc;     /* digest as in GRUP */
-  int ended;        /* a chunk that does not belong to the block follows: nothing is missing */
-  fvv_bytes chunks; /* fvv_chunk_info */
+  uint32_t crc;       /* digest as in GRUP */
+  int ended;          /* a chunk that does not belong to the block follows: nothing is missing */
+  fvv_bytes chunks;   /* fvv_chunk_info */
+  fvv_diagnostic why; /* not ended: what follows the last intact chunk */
 } fvv_file_block;
 
 struct fvv_file {
