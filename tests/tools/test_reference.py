@@ -40,6 +40,12 @@ def test_vectors_and_listings_are_what_the_reference_makes():
     assert (done.stderr, done.returncode) == ("", 0)
 
 
+@pytest.mark.parametrize("path", VECTORS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_the_reference_writes_the_same_container(path):
+    content = path.read_bytes()
+    assert container.rewritten(content) == content
+
+
 def test_every_vector_has_a_listing():
     with_listing = [path for path in VECTORS if path.parent.name != "tiny"]
     assert len(with_listing) == 13

@@ -141,6 +141,7 @@ const layouts = {
       sequence: ["u32", 32],
       frameCount: ["u32", 36],
       intact: ["u32", 40],
+      configurationSize: ["u32", 44],
       configurationOffset: ["u64", 48],
       chainCrc: ["u32", 56],
       endSize: ["u32", 60],
@@ -461,13 +462,13 @@ export function readBackgroundList(memory, address) {
 }
 
 export function readEvent(memory, address) {
-  const { offset, skipped, time, end, sequence, configurationCrc } = read("event", memory, address);
-  return { offset, skipped, start: time, end, sequence, configuration: configurationCrc };
+  const { offset, skipped, time, end, sequence, configurationCrc, whole } = read("event", memory, address);
+  return { offset, skipped, start: time, end, sequence, configuration: configurationCrc, whole: whole !== 0 };
 }
 
 export function readGroup(memory, address) {
-  const { offset, size, start, end, sequence, frameCount, intact, endSize } = read("group", memory, address);
-  return { offset, size, start, end, sequence, frameCount, intact: intact !== 0, endSize };
+  const { intact, chainCrc, ...group } = read("group", memory, address);
+  return { ...group, intact: intact !== 0 };
 }
 
 export function readDiagnostic(memory, address) {

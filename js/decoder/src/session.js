@@ -95,6 +95,10 @@ export class Session {
   join() {
     this.#check(this.#exports.fvvjs_join(this.#decoder));
   }
+  /** Whether the configuration of a group of the index can be read; bytes that are missing are noted as in open. */
+  hasConfiguration(group) {
+    return this.#exports.fvvjs_find_configuration(this.#decoder, group) >= 0;
+  }
   /** Starts at a group of the index; false as in open. */
   play(group) {
     const status = this.#exports.fvvjs_play(this.#decoder, group);

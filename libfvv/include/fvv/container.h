@@ -156,9 +156,10 @@ typedef struct fvv_group_info {
   uint64_t size;   /* bytes up to and with GEND */
   int64_t start, end;
   uint32_t sequence;
-  uint32_t frame_count;          /* distinct times of track chunks */
-  int intact;                    /* present index: claimed; rebuilt: every chunk was seen and GEND agrees */
-  uint64_t configuration_offset; /* of the SCEN header that holds for this group */
+  uint32_t frame_count;        /* distinct times of track chunks */
+  int intact;                  /* present index: claimed; rebuilt: every chunk was seen and GEND agrees */
+  uint32_t configuration_size; /* bytes of the configuration block that holds for this group, 0: not known */
+  uint64_t configuration_offset; /* of its SCEN header */
 } fvv_group_info;
 
 /* One chunk as the group's table (GEND, clause 6.3) or the scan lists it. */

@@ -61,7 +61,8 @@ typedef struct fvv_frames_event {
   uint32_t sequence, configuration_crc;   /* GROUP: its number, and the digest of its configuration */
   const fvv_frame_chunk *chunks;          /* FRAME: in order of the stream */
   size_t chunk_count;
-  int whole;                 /* FRAME: 1, with detail also 0; GROUP_END: no frame of the group was left out */
+  int whole; /* FRAME: 1, with detail also 0; GROUP: its configuration is known; GROUP_END: no frame of the
+                group was left out */
   uint64_t skipped;          /* DAMAGE: bytes passed over; 0 when a rule is broken but no byte is lost */
   fvv_diagnostic diagnostic; /* DAMAGE */
   const fvv_event *read;     /* READ */

@@ -23,8 +23,9 @@ struct fvv_file {
   fvv_input input;
   fvv_index_state index_state;
   fvv_bytes entries; /* fvv_index_entry, by offset */
-  fvv_bytes tables;  /* one fvv_bytes of fvv_chunk_info for each entry; data NULL: not loaded */
-  fvv_bytes blocks;  /* fvv_file_block * */
+  fvv_bytes tables;  /* fvv_bytes * for each entry, of fvv_chunk_info; NULL: not loaded */
+  fvv_bytes listed;  /* fvv_index_block, by offset: those of the index, or found by scanning */
+  fvv_bytes blocks;  /* fvv_file_block *, that were read */
   fvv_bytes damage;  /* fvv_diagnostic */
   fvv_bytes scanned; /* rebuilt: fvv_chunk_info of every intact frame chunk, by offset */
   fvv_bytes buffer;  /* the chunk read last */

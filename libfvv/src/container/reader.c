@@ -219,10 +219,10 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     begin_scan(r, &loss, cut ? available(r) : 1);
     return FVV_OK;
   }
-  if (header.size > r->sequence.limits.max_payload) {
+  const uint64_t most = fvv_payload_limit(&r->sequence.limits, header.type);
+  if (header.size > most) {
     fvv_fail(&r->stop, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header.type, r->offset,
-             "payload of %llu bytes, limit %llu", (unsigned long long)header.size,
-             (unsigned long long)r->sequence.limits.max_payload);
+             "payload of %llu bytes, limit %llu", (unsigned long long)header.size, (unsigned long long)most);
     return stop(r, FVV_ERROR_LIMIT, 0, 0, "");
   }
   loss.has_chunk = 1;
@@ -275,7 +275,7 @@ static fvv_status scan(fvv_reader *r, fvv_event *event) {
   const size_t bytes = available(r);
   while (!found && bytes - passed >= FVV_CHUNK_HEADER_SIZE) {
     found = fvv_header_read(&header, here(r) + passed) &&
-            fvv_header_plausible(&header, r->sequence.limits.max_payload);
+            fvv_header_plausible(&header, fvv_payload_limit(&r->sequence.limits, header.type));
     passed += !found;
   }
   if (!found && r->finished) passed = bytes;

@@ -11,13 +11,15 @@ void fvv_sequence_init(fvv_sequence *sequence, const fvv_limits *limits, const f
   sequence->allocator = fvv_allocator_or_default(allocator);
   sequence->last_end = INT64_MIN;
   fvv_group_table_init(&sequence->table, &sequence->allocator);
-  sequence->tracks.allocator = sequence->groups.allocator = sequence->scratch.allocator = sequence->allocator;
+  sequence->tracks.allocator = sequence->blocks.allocator = sequence->groups.allocator =
+      sequence->scratch.allocator = sequence->allocator;
   for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) sequence->known[i].tracks.allocator = sequence->allocator;
 }
 
 void fvv_sequence_free(fvv_sequence *sequence) {
   fvv_group_table_free(&sequence->table);
   fvv_bytes_free(&sequence->tracks);
+  fvv_bytes_free(&sequence->blocks);
   fvv_bytes_free(&sequence->groups);
   fvv_bytes_free(&sequence->scratch);
   for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) fvv_bytes_free(&sequence->known[i].tracks);
@@ -346,11 +348,25 @@ static fvv_status begin_group(fvv_sequence *s, const fvv_chunk_header *header, c
   return FVV_OK;
 }
 
+/* The block of the open group, for the index. */
+static fvv_status list_block(fvv_sequence *s) {
+  const size_t count = s->blocks.size / sizeof(fvv_index_block);
+  if (count && ((const fvv_index_block *)s->blocks.data)[count - 1].offset == s->configuration_offset)
+    return FVV_OK;
+  const uint64_t size = s->group_offset - s->configuration_offset;
+  if (size > UINT32_MAX) return FVV_ERROR_LIMIT;
+  const fvv_index_block block = {s->configuration_offset, (uint32_t)size, s->configuration_crc};
+  return fvv_bytes_append(&s->blocks, &block, sizeof block);
+}
+
 static fvv_status end_group(fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset) {
   s->in_group = 0;
   s->last_end = s->group_end;
-  if (s->suspect) return FVV_OK;
+  /* After damage, and where reading began late, no index is compared: live streams have no end. */
+  if (s->suspect || s->gaps || s->joined) return FVV_OK;
   if (s->groups.size / sizeof(fvv_index_entry) >= s->limits.max_groups) return FVV_ERROR_LIMIT;
+  const fvv_status status = list_block(s);
+  if (status < 0) return status;
   fvv_index_entry entry;
   memset(&entry, 0, sizeof entry);
   entry.group.offset = s->group_offset;
@@ -451,8 +467,7 @@ int fvv_sequence_group_intact(const fvv_sequence *s) {
 }
 
 fvv_status fvv_sequence_index(const fvv_sequence *s, fvv_bytes *payload) {
-  return fvv_index_encode((const fvv_index_entry *)s->groups.data, s->groups.size / sizeof(fvv_index_entry),
-                          payload);
+  return fvv_index_encode(&s->groups, &s->blocks, payload);
 }
 
 void fvv_footer_write(uint64_t index_offset, uint64_t file_size, uint32_t index_crc, uint8_t *payload) {

@@ -58,6 +58,7 @@ typedef struct fvv_sequence {
   fvv_bytes tracks; /* fvv_sequence_track */
   fvv_known_block known[FVV_KNOWN_BLOCKS];
   size_t next_known; /* that is replaced next */
+  fvv_bytes blocks;  /* fvv_index_block, that groups name */
   fvv_bytes groups;  /* fvv_index_entry, complete groups only */
   fvv_bytes scratch;
 } fvv_sequence;

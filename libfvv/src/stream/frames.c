@@ -340,6 +340,7 @@ static void begin_group(fvv_frames *f, fvv_frames_event *out) {
   f->lost = !is_configured(f);
   if (f->lost) note_lacked_block(f);
   out->kind = FVV_FRAMES_GROUP;
+  out->whole = !f->lost;
   out->offset = event->offset;
   out->time = event->chunk.time;
   if (event->chunk.size != FVV_GRUP_SIZE) return;
