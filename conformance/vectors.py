@@ -3,7 +3,8 @@
 
 A listing (.crc or .txt) is what a reader finds in the stream of the same name. Streams of conformance/tiny and
 conformance/openexr are written too; the others come from `test_stream '[make]'`. --check writes nothing and exits with 1
-when a file differs. --list KIND STREAM prints the listing of any stream.
+when a file differs. --list KIND STREAM prints the listing of any stream. --rewrite STREAM writes it again after a change of the
+container, with the same payloads.
 """
 
 import argparse
@@ -14,6 +15,7 @@ from reference import (
     background,
     calibration,
     colours,
+    container,
     mesh_delta,
     mesh_fast,
     normals,
@@ -69,7 +71,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 when a file differs")
     parser.add_argument("--list", nargs=2, metavar=("KIND", "STREAM"), help=f"KIND: {', '.join(READERS)}")
+    parser.add_argument("--rewrite", metavar="STREAM", type=pathlib.Path, help="write its container again")
     arguments = parser.parse_args()
+    if arguments.rewrite:
+        arguments.rewrite.write_bytes(container.rewritten(arguments.rewrite.read_bytes()))
+        return 0
     if arguments.list:
         kind, path = arguments.list
         if kind not in READERS:

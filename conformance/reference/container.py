@@ -179,6 +179,7 @@ class Stream:
         self.configuration = []  # (offset, bytes 0 to 27) of the headers of the block that holds
         self.group = None  # what GEND and INDX will say of the open group
         self.groups = []
+        self.blocks = []  # configuration blocks as INDX lists them
         self.counter = 0
 
     def data(self):
@@ -256,6 +257,11 @@ class Stream:
         self.group = {"headers": [], "chunks": [], "start": start, "end": end}
         payload = structure("GRUP payload", values, meanings)
         self.group["offset"] = self.chunk("GRUP", payload, time=start)
+        begin = self.configuration[0][0]
+        if not self.blocks or self.blocks[-1]["offset"] != begin:
+            self.blocks.append(
+                {"offset": begin, "block_size": self.group["offset"] - begin, "digest": digest}
+            )
 
     def end_group(self):
         group, self.group = self.group, None
@@ -293,15 +299,33 @@ class Stream:
                 "frame_count": values["frame_count"],
                 "chain_crc": chain,
                 "end_size": self.size - offset,
-                "configuration_offset": self.configuration[0][0],
+                "block": len(self.blocks) - 1,
             }
         )
 
     def finish(self):
-        payload = structure("INDX payload", {"group_count": len(self.groups)})
+        counts = {"group_count": len(self.groups), "block_count": len(self.blocks)}
+        payload = structure("INDX payload", counts)
+        for block in self.blocks:
+            payload += structure("INDX block", block, {"digest": "as in GRUP"})
         for group in self.groups:
             payload += structure("INDX entry", group, {"chain_crc": "as in GEND"})
         values = {"index_crc": crc32c(joined(payload)), "index_offset": self.chunk("INDX", payload)}
         values["file_size"] = self.size + 32 + STRUCTURES["FOOT payload"]["size"]
         self.chunk("FOOT", structure("FOOT payload", values, {"index_crc": "payload_crc of INDX"}))
         return self.data()
+
+
+def rewritten(stream):
+    """The same configuration and groups in a container of this version."""
+    out = Stream()
+    for chunk in chunks(stream):
+        code = chunk.kind.decode("ascii")
+        if code == "GRUP":
+            out.begin_group(*struct.unpack_from("<qq", chunk.payload, 8))
+        elif code == "GEND":
+            out.end_group()
+        elif code not in ("INDX", "FOOT"):
+            payload = [Part(chunk.payload, "payload", "")]
+            out.chunk(code, payload, chunk.track, chunk.time, bool(chunk.flags & FLAGS["key"]))
+    return out.finish()

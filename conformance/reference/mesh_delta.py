@@ -72,7 +72,7 @@ class Levels:
         differences = [self._difference(vertex, node) for node in nearest[:6]]
         shift = max(0, max(abs(x) for u in differences for x in u).bit_length() - 9)
         offsets = [[x >> shift for x in u] for u in differences]
-        self.stencils[vertex] = list(zip(nearest, weights(offsets)))
+        self.stencils[vertex] = list(zip(nearest, Weights(offsets).weights))
 
     def _difference(self, vertex, node):
         return [self.positions[node][a] - self.positions[vertex][a] for a in AXES]
@@ -81,31 +81,42 @@ class Levels:
         return sum(d * d for d in self._difference(vertex, node))
 
 
-def weights(offsets):
-    q = [(1 << 30) // (1 + sum(x * x for x in u)) for u in offsets]
-    w = [(x << 12) // sum(q) for x in q]
-    w[0] += (1 << 12) - sum(w)
-    m = [sum(x * u[a] for x, u in zip(w, offsets)) for a in AXES]
-    c = [[(sum(x * u[a] * u[b] for x, u in zip(w, offsets)) << 12) - m[a] * m[b] for b in AXES] for a in AXES]
-    trace = sum(c[a][a] for a in AXES)
-    h = 0
-    while trace >> h >= 1 << 17:
-        h += 1
-    k = [[c[a][b] + (trace // 32 + 1 if a == b else 0) >> h for b in AXES] for a in AXES]
+class Weights:
+    """Clause 8.8: the weights of a stencil, by the offsets of its nodes, and the numbers on the way to them."""
 
-    def minor(a, b):
-        a1, a2, b1, b2 = (a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3
-        return k[a1][b1] * k[a2][b2] - k[a1][b2] * k[a2][b1]
+    def __init__(self, offsets):
+        self.u = u = offsets
+        self.q = [(1 << 30) // (1 + sum(x * x for x in v)) for v in u]
+        self.w = w = [(x << 12) // sum(self.q) for x in self.q]
+        w[0] += (1 << 12) - sum(w)
+        self.m = m = [sum(x * v[a] for x, v in zip(w, u)) for a in AXES]
+        spread = [[sum(x * v[a] * v[b] for x, v in zip(w, u)) << 12 for b in AXES] for a in AXES]
+        self.c = c = [[spread[a][b] - m[a] * m[b] for b in AXES] for a in AXES]
+        self.t = sum(c[a][a] for a in AXES)
+        self.h = h = max(0, self.t.bit_length() - 17)
+        self.k = k = [[c[a][b] + (self.t // 32 + 1 if a == b else 0) >> h for b in AXES] for a in AXES]
 
-    d = sum(k[0][b] * minor(0, b) for b in AXES) >> 16
-    g = [divide(-sum(minor(a, b) * m[b] for b in AXES), d) if d > 0 else 0 for a in AXES]
-    result = []
-    for x, u in zip(w, offsets):
-        correction = sum(((u[a] << 12) - m[a]) * g[a] for a in AXES) >> h
-        correction = max(-(1 << 18), min(1 << 18, correction))
-        result.append(x * ((1 << 16) + correction) >> 12)
-    result[0] += (1 << 16) - sum(result)
-    return result
+        def minor(a, b):
+            a1, a2, b1, b2 = (a + 1) % 3, (a + 2) % 3, (b + 1) % 3, (b + 2) % 3
+            return k[a1][b1] * k[a2][b2] - k[a1][b2] * k[a2][b1]
+
+        self.d = d = sum(k[0][b] * minor(0, b) for b in AXES) >> 16
+        self.g = [divide(-sum(minor(a, b) * m[b] for b in AXES), d) if d > 0 else 0 for a in AXES]
+        self.corrections = [self._correction(v) for v in u]
+        self.weights = [x * ((1 << 16) + y) >> 12 for x, y in zip(w, self.corrections)]
+        self.weights[0] += (1 << 16) - sum(self.weights)
+
+    def _correction(self, v):
+        correction = sum(((v[a] << 12) - self.m[a]) * self.g[a] for a in AXES) >> self.h
+        return max(-(1 << 18), min(1 << 18, correction))
+
+
+def predicted(former, moved, step):
+    """Clause 8.9, on one axis: former state, (weight, motion) of each node of the stencil, step of the level."""
+    state = former + (sum(weight * motion for weight, motion in moved) + (1 << 15) >> 16)
+    multiple = max(g for g in (1, 2, 4) if step % g == 0)
+    state = (state + multiple // 2) // multiple * multiple
+    return max(-STATE_MAX, min(STATE_MAX, state))
 
 
 class Sequence:
@@ -131,16 +142,21 @@ class Sequence:
         assert numbers.next() == self.frame
         assert numbers.next() == len(self.hierarchy.levels)
         coded = [(numbers.next(), numbers.next()) for _ in self.hierarchy.levels]
+        at, levels = numbers.at, []
+        for step, size in coded:
+            levels.append((step, RangeDecoder(payload[at : at + size]) if size else None))
+            at += size
+        assert at == len(payload)
+        self.move(levels)
+
+    def move(self, coded):
+        """coded: for each level its step, and a decoder of its decisions or None."""
         self.motion = [[0] * 3 for _ in self.states]
         self.now = [[0] * 3 for _ in self.states]
-        at = numbers.at
-        for level, contexts, (step, size) in zip(self.hierarchy.levels, self.contexts, coded):
-            decoder = RangeDecoder(payload[at : at + size]) if size else None
-            at += size
+        for level, contexts, (step, decoder) in zip(self.hierarchy.levels, self.contexts, coded):
             for vertex in level:
                 self._move(vertex, decoder, contexts, step)
             assert not decoder or decoder.ends()
-        assert at == len(payload)
         self.before = self.now
 
     def _move(self, vertex, decoder, contexts, step):
@@ -149,14 +165,9 @@ class Sequence:
         before_axis = 0
         for a in AXES:
             former = self.states[vertex][a]
-            state = former + (
-                sum(weight * self.motion[node][a] for node, weight in stencil) + (1 << 15) >> 16
-            )
-            multiple = max(g for g in (1, 2, 4) if step % g == 0)
-            state = (state + multiple // 2) // multiple * multiple
-            state = max(-STATE_MAX, min(STATE_MAX, state))
+            state = predicted(former, [(weight, self.motion[node][a]) for node, weight in stencil], step)
             if decoder:
-                residual = self._residual(vertex, a, around, before_axis, decoder, contexts)
+                residual = self.residual(vertex, a, around, before_axis, decoder, contexts)
                 self.now[vertex][a] = residual
                 if residual:
                     self.last[vertex][a] = sign(residual)
@@ -166,7 +177,7 @@ class Sequence:
             self.states[vertex][a] = state
             self.motion[vertex][a] = min(state - former, (1 << 31) - 1)
 
-    def _residual(self, vertex, a, around, before_axis, decoder, contexts):
+    def residual(self, vertex, a, around, before_axis, decoder, contexts):
         near = [self.now[node][a] for node in around]
         magnitudes = around_class(sum(min(abs(x), 15) for x in near))
         some = (a, magnitudes, min(abs(self.before[vertex][a]), 2), min(before_axis, 2))

@@ -122,12 +122,11 @@ def decode_levels(decoder, surface, sides, former):
     return states
 
 
-def decode_stream(data, surface, facing, former, weights):
-    """The state of each element for one camera."""
-    if not data:
+def decode_stream(decoder, surface, facing, former, weights):
+    """The state of each element for one camera. decoder None: a stream of no bytes."""
+    if not decoder:
         return [int(f) for f in facing]
-    states = [0] * surface.count
-    decoder, contexts = RangeDecoder(data), Contexts()
+    states, contexts = [0] * surface.count, Contexts()
     counts = [defaultdict(int), defaultdict(int)]
     for element in surface.order:
         if not facing[element]:
@@ -159,7 +158,8 @@ def decode_chunk(payload, positions, faces, cameras, before):
     for camera, size in table:
         facing = surface.facing(positions, cameras[camera], threshold)
         former = before.get(camera, [0] * count) if number else [0] * count
-        states[camera] = decode_stream(payload[at : at + size], surface, facing, former, domain == 2)
+        decoder = RangeDecoder(payload[at : at + size]) if size else None
+        states[camera] = decode_stream(decoder, surface, facing, former, domain == 2)
         at += size
     assert at == len(payload)
     return states

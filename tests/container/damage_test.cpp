@@ -136,6 +136,75 @@ TEST_CASE("one lost byte gives one message, not a cascade") {
   }
 }
 
+// What a reader reports when a range of a stream is missing.
+struct Loss {
+  Loss(const Bytes &stream, size_t from, size_t to) {
+    Bytes bytes(stream.begin(), stream.begin() + long(from));
+    bytes.insert(bytes.end(), stream.begin() + long(to), stream.end());
+    for (const auto &seen : read_stream(bytes).events) {
+      const auto &event = seen.event;
+      if (event.kind == FVV_EVENT_DAMAGE) issues.push_back(event.diagnostic.issue);
+      if (event.kind == FVV_EVENT_CHUNK && event.chunk.type == FVV_CHUNK_GROUP_END && event.group_intact)
+        intact.push_back(event.chunk.time / 2 - 1);
+    }
+  }
+  std::vector<uint32_t> issues;
+  std::vector<int64_t> intact; // groups
+};
+
+TEST_CASE("a group that is missing costs itself alone, and no right index is called wrong") {
+  for (const bool repeat : {false, true}) {
+    const Bytes stream = small_stream(5, true, repeat);
+    std::vector<size_t> begins, ends, after;
+    for (const size_t at : chunk_offsets(stream)) {
+      const uint32_t type = fvv_get_u32(stream.data() + at);
+      const size_t next = at + size_t(fvv_chunk_extent(fvv_get_u64(stream.data() + at + 16)));
+      if (type == FVV_CHUNK_GROUP) {
+        begins.push_back(at);
+        after.push_back(next);
+      }
+      if (type == FVV_CHUNK_GROUP_END) ends.push_back(next);
+    }
+    using Groups = std::vector<int64_t>;
+    using Issues = std::vector<uint32_t>;
+    // The footer no longer fits the size of the file in any case.
+    const Loss one(stream, begins[1], ends[1]);
+    CHECK(one.intact == Groups{0, 2, 3, 4});
+    CHECK(one.issues == Issues{FVV_ISSUE_GROUP_SEQUENCE, FVV_ISSUE_FOOTER});
+    const Loss two(stream, begins[1], ends[2]);
+    CHECK(two.intact == Groups{0, 3, 4});
+    CHECK(two.issues == Issues{FVV_ISSUE_GROUP_SEQUENCE, FVV_ISSUE_FOOTER});
+    const Loss first(stream, begins[0], ends[0]);
+    CHECK(first.intact == Groups{1, 2, 3, 4});
+    CHECK(first.issues == Issues{FVV_ISSUE_GROUP_SEQUENCE, FVV_ISSUE_FOOTER});
+    // Without GRUP its chunks are where no group is open: one message for the group.
+    const Loss headless(stream, begins[1], after[1]);
+    CHECK(headless.intact == Groups{0, 2, 3, 4});
+    CHECK(headless.issues == Issues{FVV_ISSUE_CHUNK_PLACE, FVV_ISSUE_FOOTER});
+    // Two losses with a whole group between them are two messages.
+    Bytes bytes(stream.begin(), stream.begin() + long(begins[1]));
+    bytes.insert(bytes.end(), stream.begin() + long(ends[1]), stream.end());
+    const size_t gone = ends[1] - begins[1];
+    const Loss apart(bytes, begins[3] - gone, ends[3] - gone);
+    CHECK(apart.intact == Groups{0, 2, 4});
+    CHECK(apart.issues == Issues{FVV_ISSUE_GROUP_SEQUENCE, FVV_ISSUE_GROUP_SEQUENCE, FVV_ISSUE_FOOTER});
+  }
+}
+
+TEST_CASE("an index that leaves a group out is wrong") {
+  const Bytes stream = small_stream(3);
+  const std::vector<size_t> chunks = chunk_offsets(stream);
+  const size_t index = chunks[chunks.size() - 2];
+  Bytes bytes(stream.begin(), stream.begin() + long(index));
+  Bytes payload(stream.begin() + long(index) + 32, stream.begin() + long(chunks.back()) - 56);
+  fvv_put_u32(payload.data(), 2);
+  const Bytes wrong = hand_chunk("INDX", 0, 0, 0, 0, payload);
+  bytes.insert(bytes.end(), wrong.begin(), wrong.end());
+  const Reading reading = read_stream(bytes);
+  REQUIRE(reading.first_problem() != nullptr);
+  CHECK(reading.first_problem()->issue == FVV_ISSUE_INDEX);
+}
+
 TEST_CASE("a header inside a payload is found only when the stream is damaged there") {
   // The payload is a whole chunk of another stream: tempting for a scanner.
   MemoryOutput memory;

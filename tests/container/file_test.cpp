@@ -262,3 +262,130 @@ TEST_CASE("memory that runs out while opening is an error and no leak") {
     }
   }
 }
+
+namespace {
+
+// A file of groups of one second and 1 MiB each, of which only what is read exists.
+struct LongStream {
+  static constexpr uint64_t group_size = 1 << 20;
+  uint64_t groups, index_offset, size;
+  Bytes head, end; // file header and configuration; index, footer
+  uint32_t digest;
+  std::vector<uint64_t> asked; // sizes of reads
+
+  explicit LongStream(uint64_t count) : groups(count) {
+    const Bytes stream = small_stream(1);
+    for (const size_t at : chunk_offsets(stream))
+      if (fvv_get_u32(stream.data() + at) == FVV_CHUNK_GROUP) {
+        head.assign(stream.begin(), stream.begin() + long(at));
+        digest = fvv_get_u32(stream.data() + at + 32 + 4);
+      }
+    index_offset = head.size() + groups * group_size;
+    Bytes index(8 + 16 + 52 * size_t(groups));
+    fvv_put_u32(index.data(), uint32_t(groups));
+    fvv_put_u32(index.data() + 4, 1);
+    fvv_put_u64(index.data() + 8, 24);
+    fvv_put_u32(index.data() + 16, uint32_t(head.size() - 24));
+    fvv_put_u32(index.data() + 20, digest);
+    for (uint64_t g = 0; g < groups; g++) {
+      uint8_t *entry = index.data() + 24 + 52 * size_t(g);
+      fvv_put_u64(entry, head.size() + g * group_size);
+      fvv_put_u64(entry + 8, group_size);
+      fvv_put_i64(entry + 16, int64_t(25 * g));
+      fvv_put_i64(entry + 24, int64_t(25 * g + 25));
+      fvv_put_u32(entry + 32, uint32_t(g));
+      fvv_put_u32(entry + 36, 25);
+      fvv_put_u32(entry + 44, 56);
+    }
+    Bytes foot(24);
+    fvv_put_u64(foot.data(), index_offset);
+    fvv_put_u32(foot.data() + 16, fvv_crc32c(0, index.data(), index.size()));
+    end = hand_chunk("INDX", 0, 0, 0, 0, index);
+    size = index_offset + end.size() + 56;
+    fvv_put_u64(foot.data() + 8, size);
+    const Bytes footer = hand_chunk("FOOT", 1, 1, 0, 0, foot);
+    end.insert(end.end(), footer.begin(), footer.end());
+  }
+  static fvv_status read_at(void *user, uint64_t offset, void *out, size_t size) {
+    auto *self = static_cast<LongStream *>(user);
+    self->asked.push_back(size);
+    const Bytes &from = offset < self->index_offset ? self->head : self->end;
+    const uint64_t at = offset < self->index_offset ? offset : offset - self->index_offset;
+    REQUIRE(at + size <= from.size());
+    memcpy(out, from.data() + at, size);
+    return FVV_OK;
+  }
+  fvv_input input() { return {read_at, this, size}; }
+};
+
+} // namespace
+
+TEST_CASE("an index of 30 days of groups of one second is read within the default limits") {
+  LongStream stream(30 * 24 * 3600);
+  REQUIRE(stream.groups == 2592000);
+  const fvv_input input = stream.input();
+  Budget budget{1 << 30, 0};
+  const fvv_allocator allocator = {Budget::resize, &budget};
+  fvv_file *file = nullptr;
+  fvv_diagnostic diagnostic;
+  REQUIRE(fvv_file_open(&input, nullptr, &allocator, &file, &diagnostic) == FVV_OK);
+  CHECK(fvv_file_index_state(file) == FVV_INDEX_PRESENT);
+  REQUIRE(fvv_file_group_count(file) == stream.groups);
+  const fvv_group_info &last = *fvv_file_group(file, stream.groups - 1);
+  CHECK((last.sequence == stream.groups - 1 && last.end == int64_t(25 * stream.groups)));
+  CHECK((last.offset + last.size == stream.index_offset && last.configuration_offset == 24));
+  CHECK(last.configuration_size == stream.head.size() - 24);
+  // What stays: 64 bytes of each entry and a pointer to its table.
+  CHECK(budget.bytes < long(73 * stream.groups));
+  const fvv_chunk_info *chunks = nullptr;
+  size_t count = 0;
+  CHECK(fvv_file_configuration(file, stream.groups - 1, &chunks, &count, &diagnostic) == FVV_OK);
+  CHECK(count == 4);
+  fvv_file_close(file);
+  CHECK(budget.bytes == 0);
+}
+
+TEST_CASE("an index beyond the limit is refused before its bytes are read") {
+  LongStream stream(1000);
+  const fvv_input input = stream.input();
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  fvv_file *file = nullptr;
+  fvv_diagnostic diagnostic;
+  // The index may be larger than other payloads.
+  limits.max_payload = 1000;
+  REQUIRE(fvv_file_open(&input, &limits, nullptr, &file, &diagnostic) == FVV_OK);
+  fvv_file_close(file);
+  limits.max_groups = 500;
+  stream.asked.clear();
+  CHECK(fvv_file_open(&input, &limits, nullptr, &file, &diagnostic) == FVV_ERROR_LIMIT);
+  CHECK(diagnostic.issue == FVV_ISSUE_LIMIT);
+  for (const uint64_t size : stream.asked) CHECK(size <= 100);
+}
+
+TEST_CASE("of many repetitions of a damaged block the nearest intact one is found through the index") {
+  const Bytes stream = small_stream(60, true, true);
+  Bytes bad = stream;
+  std::vector<size_t> scenes;
+  for (const size_t at : chunk_offsets(stream))
+    if (fvv_get_u32(stream.data() + at) == FVV_CHUNK_SCENE) scenes.push_back(at);
+  REQUIRE(scenes.size() == 60);
+  for (size_t i = 5; i < 50; i++) bad[scenes[i] + 40] ^= 1;
+  Opened f(bad);
+  REQUIRE(f.status == FVV_OK);
+  const fvv_chunk_info *chunks = nullptr;
+  size_t count = 0;
+  CHECK(fvv_file_configuration(f.file, 8, &chunks, &count, &f.diagnostic) == FVV_OK);
+  CHECK((count == 4 && chunks[0].offset == scenes[4]));
+  CHECK(fvv_file_configuration(f.file, 46, &chunks, &count, &f.diagnostic) == FVV_OK);
+  CHECK(chunks[0].offset == scenes[50]);
+  // The damage is listed, once for each block.
+  CHECK(fvv_file_damage_count(f.file) == 2);
+  CHECK(fvv_file_configuration(f.file, 46, &chunks, &count, &f.diagnostic) == FVV_OK);
+  CHECK(fvv_file_damage_count(f.file) == 2);
+  // A failing input is no damage.
+  Opened g(bad);
+  REQUIRE(fvv_file_configuration(g.file, 8, &chunks, &count, &g.diagnostic) == FVV_OK);
+  g.memory.answer = FVV_ERROR_IO;
+  CHECK(fvv_file_configuration(g.file, 46, &chunks, &count, &g.diagnostic) == FVV_ERROR_IO);
+}

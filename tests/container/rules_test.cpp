@@ -67,9 +67,13 @@ TEST_CASE("a stream put together by hand from the specification is good") {
   const Parts p;
   const Bytes body = join({p.head, p.block(), p.group(), p.mesh(), group_end(p)});
   const size_t group_at = 24 + p.block().size();
-  Bytes index(8 + 56);
+  Bytes index(8 + 16 + 52);
   fvv_put_u32(index.data(), 1);
-  uint8_t *e = index.data() + 8;
+  fvv_put_u32(index.data() + 4, 1);
+  fvv_put_u64(index.data() + 8, 24);
+  fvv_put_u32(index.data() + 16, uint32_t(group_at - 24));
+  fvv_put_u32(index.data() + 20, fvv_get_u32(body.data() + group_at + 32 + 4));
+  uint8_t *e = index.data() + 24;
   const Bytes end = group_end(p);
   fvv_put_u64(e, group_at);
   fvv_put_u64(e + 8, body.size() - group_at);
@@ -79,7 +83,7 @@ TEST_CASE("a stream put together by hand from the specification is good") {
   fvv_put_u32(e + 36, 1);
   fvv_put_u32(e + 40, fvv_get_u32(end.data() + 32 + 8));
   fvv_put_u32(e + 44, uint32_t(end.size()));
-  fvv_put_u64(e + 48, 24);
+  fvv_put_u32(e + 48, 0);
   const Bytes indx = hand_chunk("INDX", 0, 0, 0, 0, index);
   Bytes foot(24);
   fvv_put_u64(foot.data(), body.size());
@@ -91,10 +95,14 @@ TEST_CASE("a stream put together by hand from the specification is good") {
   CHECK(reading.good());
 
   Bytes other_index = index, other_foot = foot;
-  other_index[8 + 36] = 2; // frame count
-  fvv_put_u32(other_foot.data() + 16, fvv_crc32c(0, other_index.data(), other_index.size()));
-  CHECK(issue_of(join({body, hand_chunk("INDX", 0, 0, 0, 0, other_index),
-                       hand_chunk("FOOT", 1, 1, 0, 0, other_foot)})) == FVV_ISSUE_INDEX);
+  for (const size_t at : {0, 4, 8, 16, 20, 24 + 36, 24 + 48}) {
+    INFO("byte " << at << " of the index");
+    other_index = index;
+    other_index[at] ^= 8;
+    fvv_put_u32(other_foot.data() + 16, fvv_crc32c(0, other_index.data(), other_index.size()));
+    CHECK(issue_of(join({body, hand_chunk("INDX", 0, 0, 0, 0, other_index),
+                         hand_chunk("FOOT", 1, 1, 0, 0, other_foot)})) == FVV_ISSUE_INDEX);
+  }
   for (const size_t field : {0, 8, 16, 20}) {
     other_foot = foot;
     other_foot[field] ^= 8;

@@ -226,3 +226,28 @@ TEST_CASE("a lost group keeps its numbers") {
   CHECK(mentions(cut.result, "the first group is missing"));
   check_good(cut, all, scratch.path("attempt"));
 }
+
+TEST_CASE("damage that a repetition of the configuration hides is reported") {
+  const Scratch scratch;
+  StreamOptions options;
+  options.repeat_before = 1;
+  const auto all = whole_run(scratch, make_stream(options));
+  for (const bool finish : {true, false}) {
+    options.finish = finish;
+    const Bytes stream = make_stream(options);
+    for (const auto &[at, extent] : chunks_of(stream)) {
+      if (stream[at] == 'G') break; // the first GRUP
+      for (const size_t byte : {size_t(9), size_t(33)}) {
+        INFO("chunk at " << at << ", byte " << byte);
+        Bytes damaged = stream;
+        damaged[at + byte] ^= 1;
+        const Outcome outcome = attempt(scratch, damaged);
+        REQUIRE(!outcome.failed);
+        CHECK(outcome.result.frames_written == int64_t(whole_frames(stream)));
+        CHECK(!outcome.result.losses.empty());
+        CHECK(mentions(outcome.result, byte == 9 ? "FVV-1101" : "FVV-1103"));
+        check_good(outcome, all, scratch.path("attempt"));
+      }
+    }
+  }
+}

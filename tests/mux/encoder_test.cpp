@@ -388,8 +388,8 @@ TEST_CASE("groups that readers refuse are refused before a byte is written") {
   CHECK(refusal_of(2'000'000, 1'048'576) ==
         "capture.json: 1048577 chunks in a group of 1048576 frames, readers accept at most 1048576: choose "
         "fewer frames in a group");
-  CHECK(refusal_of(2'097'153, 1) ==
-        "capture.json: 2097153 groups, readers accept at most 2097152: choose more frames in a group");
+  CHECK(refusal_of(4'194'305, 1) ==
+        "capture.json: 4194305 groups, readers accept at most 4194304: choose more frames in a group");
 }
 
 TEST_CASE("cameras are matched by the frames of the first group") {

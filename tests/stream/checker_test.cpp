@@ -100,6 +100,64 @@ TEST_CASE("a flipped bit anywhere is a problem, and its frame is not whole") {
     }
 }
 
+namespace {
+
+fvv_checker *read_all(fvv_checker *checker, const Bytes &bytes) {
+  CHECK(fvv_checker_push(checker, bytes.data(), bytes.size()) == FVV_OK);
+  CHECK(fvv_checker_finish(checker) == FVV_OK);
+  return checker;
+}
+
+} // namespace
+
+TEST_CASE("any intact repetition of a configuration block serves a group") {
+  Stream source = good_stream(3);
+  source.repeat = true;
+  const Bytes good = write(source);
+  std::vector<size_t> scenes, groups;
+  for (const Place &place : chunks_of(good)) {
+    if (place.type == FVV_CHUNK_SCENE) scenes.push_back(place.offset);
+    if (place.type == FVV_CHUNK_GROUP) groups.push_back(place.offset);
+  }
+  REQUIRE(scenes.size() == 3);
+  for (size_t block = 0; block < 3; block++)
+    for (const Place &place : chunks_of(good))
+      for (const size_t at : {size_t(9), size_t(34)}) { // header, payload
+        if (place.offset < scenes[block] || place.offset >= groups[block]) continue;
+        Bytes bad = good;
+        bad[place.offset + at] ^= 1;
+        INFO("block " << block << ", chunk at " << place.offset << ", byte " << at);
+        fvv_checker *checker = nullptr;
+        REQUIRE(fvv_checker_create(nullptr, nullptr, nullptr, &checker) == FVV_OK);
+        read_all(checker, bad);
+        CHECK(fvv_checker_summary(checker)->problems == 1);
+        // Only the first block has no repetition before its group.
+        CHECK(fvv_checker_summary(checker)->whole_frames == (block ? 9 : 6));
+        CHECK(fvv_checker_restart(checker) == (block ? FVV_END : FVV_OK));
+        if (!block) {
+          read_all(checker, bad);
+          CHECK(fvv_checker_summary(checker)->bytes == bad.size());
+          CHECK(fvv_checker_summary(checker)->frames == 9);
+          CHECK(fvv_checker_summary(checker)->whole_frames == 9);
+          CHECK(fvv_checker_summary(checker)->problems == 1);
+          CHECK(fvv_checker_restart(checker) == FVV_END);
+        }
+        fvv_checker_destroy(checker);
+      }
+  // The whole block is missing, so that its group follows another one directly.
+  Bytes without(good.begin(), good.begin() + std::ptrdiff_t(scenes[0]));
+  without.insert(without.end(), good.begin() + std::ptrdiff_t(groups[0]), good.end());
+  fvv_checker *checker = nullptr;
+  REQUIRE(fvv_checker_create(nullptr, nullptr, nullptr, &checker) == FVV_OK);
+  read_all(checker, without);
+  REQUIRE(fvv_checker_restart(checker) == FVV_OK);
+  read_all(checker, without);
+  CHECK(fvv_checker_summary(checker)->whole_frames == 9);
+  REQUIRE(fvv_checker_problem_count(checker) == 2); // and a footer for more bytes
+  CHECK(fvv_checker_problem(checker, 0)->issue == FVV_ISSUE_NO_CONFIGURATION);
+  fvv_checker_destroy(checker);
+}
+
 TEST_CASE("a hostile payload in an intact chunk") {
   Stream source = good_stream(2);
   std::vector<Chunk> &chunks = source.groups[0].chunks; // mesh 0, sample 0, sample 1, mesh 2

@@ -152,8 +152,42 @@ struct VectorMesh {
   }
 };
 
-Bytes vector_stream() {
-  VectorMesh source;
+// Vertices of whose first four nodes one has weight 0, and a later one not: those that choose contexts are
+// the others of the first four (clause 8.9).
+struct StencilMesh : VectorMesh {
+  static constexpr int32_t stencils[6][6][3] = {
+      {{2, 2, 0}, {42, -12, 30}, {-37, -48, -35}, {-47, -57, -1}, {59, 49, 40}, {59, 39, -58}},
+      {{1, -2, 1}, {2, -1, -1}, {-45, -1, 0}, {43, 6, 20}, {-21, 31, 53}, {-46, 1, -47}},
+      {{-1, -2, 1}, {-7, -2, -55}, {-45, 42, 22}, {43, -58, 33}, {49, -51, -41}, {-50, -57, -46}},
+      {{0, -1, -2}, {2, 0, 2}, {31, 34, -24}, {-41, 23, 43}, {48, -14, 40}, {52, -52, -14}},
+      {{1, -1, -2}, {1, -1, 2}, {-31, 30, -26}, {4, 40, 32}, {14, -33, -53}, {-19, 57, -29}},
+      {{-2, 2, -1}, {-21, 20, -22}, {-54, -9, 27}, {50, -31, -21}, {-48, -45, -35}, {49, 45, -49}}};
+  StencilMesh() {
+    positions.clear();
+    faces.clear();
+    for (int32_t fan = 0; fan < 48; fan++) {
+      const int32_t x = 200 * (fan % 8), y = 200 * (fan / 8);
+      const uint32_t hub = uint32_t(positions.size() / 3);
+      vertex(x, y, 0);
+      for (uint32_t i = 0; i < 6; i++) {
+        const int32_t *offset = stencils[fan % 6][i];
+        vertex(x + offset[0], y + offset[1], offset[2]);
+        faces.insert(faces.end(), {hub, hub + 1 + i, hub + 1 + (i + 1) % 6});
+      }
+      const uint32_t v = uint32_t(positions.size() / 3);
+      for (int i = 0; i < 3; i++) vertex(x + random(50), y + random(50), 300 + random(50));
+      faces.insert(faces.end(), {v, v + 1, v + 2});
+    }
+  }
+  std::vector<int32_t> moved(int t) {
+    std::vector<int32_t> out(positions);
+    for (int32_t &c : out) c += t * (random(7) - 3);
+    return out;
+  }
+};
+
+template <class Mesh> Bytes vector_stream() {
+  Mesh source;
   const fvv_mesh mesh = mesh_of(source.positions, source.faces);
   Stream out;
   out.configuration = {scene_chunk(), track_chunk(1, FVV_TRACK_MESH)};
@@ -185,11 +219,14 @@ Bytes vector_stream() {
 
 // Not run by default: test_stream '[make]' writes the vector again, after a change of the format.
 TEST_CASE("write the vector of delta frames", "[.][make]") {
-  write_vector(FVV_DELTA_VECTORS "/field.fvv", vector_stream());
+  write_vector(FVV_DELTA_VECTORS "/field.fvv", vector_stream<VectorMesh>());
+  write_vector(FVV_DELTA_VECTORS "/stencils.fvv", vector_stream<StencilMesh>());
 }
 
-TEST_CASE("frames of the vector are those of the decoder that was written from the specification") {
-  std::ifstream file(FVV_DELTA_VECTORS "/field.fvv", std::ios::binary), list(FVV_DELTA_VECTORS "/field.crc");
+TEST_CASE("frames of the vectors are those of the decoder that was written from the specification") {
+  const std::string name = GENERATE("field", "stencils");
+  std::ifstream file(FVV_DELTA_VECTORS "/" + name + ".fvv", std::ios::binary),
+      list(FVV_DELTA_VECTORS "/" + name + ".crc");
   Frames opened(Bytes(std::istreambuf_iterator<char>(file), {}));
   REQUIRE(opened.status == FVV_OK);
   std::string wanted;

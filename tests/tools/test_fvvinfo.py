@@ -42,12 +42,12 @@ def test_complete_files_are_silent_on_stderr(fvvinfo, tiny_files):
 def test_text(fvvinfo, tiny_files):
     path = tiny_files["tetrahedron.fvv"]
     lines = fvvinfo("--check", path).stdout.decode().splitlines()
-    assert lines[0].startswith(f"{path}: 584 B")
+    assert lines[0].startswith(f"{path}: 600 B")
     assert lines[1:] == [
         "  Duration    0.040 s, 1 frames at 25 Hz in 1 groups, ticks of 1/25 s",
         "  World       metres, +z is up, lattice step 1 mm from (0, 0, 0)",
         '  Mesh        track 1 "mesh": 4 vertices, 4 triangles; 1 chunk (1 key), 112 B, 112 B each: 1 raw of 112 B',
-        "  Bytes       mesh 19.2 %, container 80.82 %; 584 B a frame",
+        "  Bytes       mesh 18.7 %, container 81.33 %; 600 B a frame",
         "  Index       present, 1 groups",
         "  Integrity   complete; CRCs, structure, meshes and video samples checked",
     ]
@@ -172,9 +172,9 @@ CUTS = [
     (360, 3, "0x168: the stream ends inside group 0 [FVV-1203]"),
     (430, 3, "0x168: GEND: the stream ends inside a chunk: 70 of 72 bytes [FVV-1107]"),
     (432, 3, "0x1b0: no footer: the stream is live or truncated"),
-    (500, 3, "0x1b0: INDX: the stream ends inside a chunk: 68 of 96 bytes [FVV-1107]"),
-    (528, 3, "0x210: no footer: the stream is live or truncated"),
-    (583, 3, "0x210: FOOT: the stream ends inside a chunk: 55 of 56 bytes [FVV-1107]"),
+    (500, 3, "0x1b0: INDX: the stream ends inside a chunk: 68 of 112 bytes [FVV-1107]"),
+    (544, 3, "0x220: no footer: the stream is live or truncated"),
+    (599, 3, "0x220: FOOT: the stream ends inside a chunk: 55 of 56 bytes [FVV-1107]"),
 ]
 
 
@@ -213,18 +213,46 @@ def test_worst_exit_code_of_several_files(fvvinfo, tetrahedron, tmp_path):
         assert fvvinfo(*paths).returncode == code, paths
     # All are shown, also after one that is missing.
     done = fvvinfo(tmp_path / "missing.fvv", cut, good)
-    assert f"{good}: 584 B" in done.stdout.decode() and f"{cut}: 300 B" in done.stdout.decode()
+    assert f"{good}: 600 B" in done.stdout.decode() and f"{cut}: 300 B" in done.stdout.decode()
     assert len(done.stderr.splitlines()) == 2
 
 
 def test_standard_input(fvvinfo, tetrahedron):
     done = fvvinfo("--check", "-", stdin=tetrahedron)
     assert (done.returncode, done.stderr) == (0, b"")
-    assert done.stdout.startswith(b"standard input: 584 B")
+    assert done.stdout.startswith(b"standard input: 600 B")
     assert files_of(fvvinfo("--json", "-", stdin=tetrahedron))[0]["name"] == "standard input"
     done = fvvinfo("-", stdin=tetrahedron[:300])
     assert done.returncode == 3
     assert done.stderr.startswith(b"standard input: 0xd8: MESH: ")
+
+
+def repeated_blocks():
+    """Two groups of one frame, each after the same configuration block; and where the first block's track is."""
+    stream = Stream()
+    for time in 0, 1:
+        stream.scene()
+        stream.track(1, 1, "mesh")
+        stream.begin_group(time, time + 1)
+        stream.chunk("MESH", raw_parts(TETRAHEDRON), track=1, time=time, key=True)
+        stream.end_group()
+    return stream.finish(), stream.sections[2].offset
+
+
+def test_a_later_repetition_of_a_lost_configuration_block_serves(fvvinfo, tmp_path):
+    content, track = repeated_blocks()
+    good = files_of(fvvinfo("--check", "--json", put(tmp_path, content)))[0]
+    assert (good["integrity"], good["whole_frames"]) == ("complete", 2)
+    damaged = put(tmp_path, flipped(content, track + 40))
+    done = fvvinfo("--check", "--json", "--chunks", damaged)
+    assert done.returncode == 1
+    file = files_of(done)[0]
+    assert [problem["issue"] for problem in file["problems"]] == ["FVV-1103"]
+    assert (file["frames"], file["whole_frames"], file["bytes"]) == (2, 2, len(content))
+    assert len(file["chunks"]) == file["chunk_count"] + 1
+    # A pipe cannot be read again.
+    file = files_of(fvvinfo("--json", "-", stdin=damaged.read_bytes()))[0]
+    assert (file["frames"], file["whole_frames"]) == (2, 1)
 
 
 def test_input_that_is_not_a_stream(fvvinfo, tmp_path):

@@ -40,9 +40,15 @@ def test_vectors_and_listings_are_what_the_reference_makes():
     assert (done.stderr, done.returncode) == ("", 0)
 
 
+@pytest.mark.parametrize("path", VECTORS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_the_reference_writes_the_same_container(path):
+    content = path.read_bytes()
+    assert container.rewritten(content) == content
+
+
 def test_every_vector_has_a_listing():
     with_listing = [path for path in VECTORS if path.parent.name != "tiny"]
-    assert len(with_listing) == 13
+    assert len(with_listing) == 14
     for path in with_listing:
         assert path.with_suffix(".crc").exists() != path.with_suffix(".txt").exists(), path
 
@@ -52,6 +58,7 @@ def test_every_vector_has_a_listing():
     [
         ("calibration/moving", 38),
         ("delta/field", 6),  # the fourth frame does not move
+        ("delta/stencils", 6),
         ("fast/shapes", 4),
         ("normals/cube", 10),
         ("openexr/bars", 3),
@@ -96,6 +103,14 @@ def test_the_delta_vector_uses_what_the_profile_has():
             steps.add(numbers.next())
             sizes.add(numbers.next())
     assert steps == {4, 6, 9, 15} and 0 in sizes
+
+
+def test_a_delta_vector_tells_readings_of_the_stencil_apart():
+    key = mesh.read_raw(container.payloads(stream("delta/stencils"), b"MESH")[0])
+    stencils = mesh_delta.Levels(key.positions, key.faces).stencils
+    weighted = [[node for node, weight in stencil if weight] for stencil in stencils]
+    first = [[node for node, weight in stencil[:4] if weight] for stencil in stencils]
+    assert sum(nodes[:4] != around for nodes, around in zip(weighted, first)) == 48
 
 
 def test_the_fast_vector_uses_what_the_profile_has():

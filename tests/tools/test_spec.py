@@ -1,5 +1,6 @@
 """The specification is consistent: generated files, schemas and their example, links."""
 
+import importlib.util
 import json
 import re
 import subprocess
@@ -26,6 +27,53 @@ def test_generated_files_and_issues_agree():
     command = [sys.executable, SPEC / "generate.py", "--check"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.stderr, done.returncode) == ("", 0)
+
+
+@pytest.fixture(scope="module")
+def generate():
+    spec = importlib.util.spec_from_file_location("generate", SPEC / "generate.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_core_of_the_specification_is_short(generate):
+    text = (SPEC / "fvv.md").read_text()
+    words = generate.core_words(text)
+    assert 14000 < words <= 16500
+    assert generate.core_words(text + "\n## Appendix Z\n\nmore words\n") == words
+    sample = "## 1 A\n\ntwo words\n\n| a | table |\n\n    code = 1\n\n> **Why?** three words more\n\n## Appendix A\n\nx\n"
+    assert generate.core_words(sample) == len("## 1 A two words > **Why?** three words more".split())
+
+
+def test_a_requirement_without_a_number_is_found(generate):
+    text = "## 3 Stream\n\nA reader MUST stop\n(FVV-1001).\n\n- It MUST go on.\n\n### 3.1 B\n\n> It MUST do this.\n\nIt MUST NOT.\n"
+    assert list(generate.unnumbered(text)) == [("3", "- It MUST go on."), ("3.1", "It MUST NOT.")]
+
+
+def test_contents_lead_to_every_clause(generate):
+    text = (SPEC / "fvv.md").read_text()
+    headings = re.findall(r"^###? (.*)$", text, flags=re.M)
+    anchors = [generate.anchor(heading) for heading in headings if heading != "Contents"]
+    contents = text.split("<!-- contents -->")[1].split("<!-- end contents -->")[0]
+    assert re.findall(r"\(#(.*?)\)", contents) == anchors
+    assert len(set(anchors)) == len(anchors) > 90
+
+
+def test_numbers_of_issues_and_requirements_are_unique():
+    data = json.loads((SPEC / "chunks.json").read_text())
+    numbers = [entry["number"] for entry in data["issues"] + data["requirements"]]
+    assert len(set(numbers)) == len(numbers)
+    assert {entry["number"] // 1000 for entry in data["requirements"]} == {9}
+
+
+def test_the_page_about_draco_names_every_part_that_the_checker_reports():
+    source = (ROOT / "libfvv/src/mesh/draco_check.c").read_text()
+    page = " ".join((ROOT / "docs/draco.md").read_text().split())
+    parts = set(re.findall(r'broken\(w, "(.*?)"\)', source)) | set(re.findall(r'= {"(.*?)", {', source))
+    parts |= set(re.findall(r'"([a-z ]+)", {\d', source))
+    assert len(parts) >= 9
+    assert [part for part in sorted(parts) if part not in page] == []
 
 
 @pytest.mark.parametrize("path", SCHEMAS, ids=lambda path: path.name)

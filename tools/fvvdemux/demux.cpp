@@ -241,6 +241,8 @@ public:
     const std::lock_guard<std::mutex> guard(lock);
     idle.push_back(std::move(stream));
   }
+  // All have been given back.
+  const std::vector<Stream> &all() const { return idle; }
 
 private:
   const InputFile &file;
@@ -337,6 +339,8 @@ public:
           streams.give(std::move(own));
         },
         [&] { progress.step(); });
+    for (const Stream &one : streams.all()) note_damage(one.get());
+    note_damage(stream.get());
     for (size_t i = 0; i < results.size(); i++) {
       if (!results[i].frames.empty()) used.push_back(plan.groups[i].group);
       frames.insert(frames.end(), results[i].frames.begin(), results[i].frames.end());
@@ -364,6 +368,11 @@ public:
       lines.push_back(file.path() + ": frames from " + std::to_string(plan.count) +
                       " on are not in what is left of the stream");
     if (!plan.uncertain.empty()) lines.push_back(file.path() + ": " + plan.uncertain);
+    for (const auto &[offset, text] : damage)
+      if (std::none_of(lines.begin(), lines.end(), [what = text](const std::string &line) {
+            return line.find(what) != std::string::npos;
+          }))
+        lines.push_back(file.path() + ": " + text);
   }
 
   void check_written() const {
@@ -388,6 +397,13 @@ public:
   }
 
 private:
+  // What the index shows as whole and is not, such as a configuration block that a repetition replaces.
+  void note_damage(const fvv_stream *one) {
+    const fvv_file *opened = fvv_stream_file(one);
+    for (size_t i = 0; !plan.rebuilt && i < fvv_file_damage_count(opened); i++)
+      damage.emplace(fvv_file_damage(opened, i)->offset, text_of(*fvv_file_damage(opened, i)));
+  }
+
   std::optional<scene::Capture> capture_of(std::string &reason) {
     std::optional<scene::Capture> out;
     std::string text;
@@ -480,7 +496,8 @@ private:
   FileNumbers numbers;
   uint32_t threads = 1;
   std::vector<WrittenFrame> frames;
-  std::vector<size_t> used; // groups of written frames
+  std::map<uint64_t, std::string> damage; // by offset
+  std::vector<size_t> used;               // groups of written frames
 };
 
 } // namespace

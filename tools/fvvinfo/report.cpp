@@ -50,6 +50,8 @@ public:
     struct stat status;
     return fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) ? uint64_t(status.st_size) : 0;
   }
+  // False for pipes.
+  bool rewind() { return lseek(descriptor, 0, SEEK_SET) == 0; }
   size_t read(uint8_t *out, size_t size) {
     for (;;) {
       const ssize_t n = ::read(descriptor, out, size);
@@ -62,6 +64,21 @@ private:
   std::string name;
   int descriptor;
 };
+
+void read_all(Source &source, Report &report) {
+  fvv_checker *checker = report.checker.get();
+  report.chunks.clear();
+  report.has_index = false;
+  constexpr size_t block = 1 << 20;
+  cli::Progress progress("reading " + report.name, source.size() / block);
+  std::vector<uint8_t> bytes(block);
+  while (const size_t n = source.read(bytes.data(), block)) {
+    report.status = fvv_checker_push(checker, bytes.data(), n);
+    if (report.status < 0) break;
+    if (n == block) progress.step();
+  }
+  if (report.status >= 0) report.status = fvv_checker_finish(checker);
+}
 
 } // namespace
 
@@ -80,15 +97,10 @@ Report inspect(const std::string &path, const Options &options) {
   fvv_checker *checker = nullptr;
   if (fvv_checker_create(&check, nullptr, nullptr, &checker) != FVV_OK) throw std::bad_alloc();
   report.checker.reset(checker);
-  constexpr size_t block = 1 << 20;
-  cli::Progress progress("reading " + report.name, source.size() / block);
-  std::vector<uint8_t> bytes(block);
-  while (const size_t n = source.read(bytes.data(), block)) {
-    report.status = fvv_checker_push(checker, bytes.data(), n);
-    if (report.status < 0) break;
-    if (n == block) progress.step();
-  }
-  if (report.status >= 0) report.status = fvv_checker_finish(checker);
+  read_all(source, report);
+  // A repetition of a damaged configuration block may come after the groups that need it.
+  if (report.status >= 0 && source.size() && source.rewind() && fvv_checker_restart(checker) == FVV_OK)
+    read_all(source, report);
   // The callback refers to this local report: no more bytes are pushed.
   return report;
 }

@@ -141,6 +141,7 @@ const layouts = {
       sequence: ["u32", 32],
       frameCount: ["u32", 36],
       intact: ["u32", 40],
+      configurationSize: ["u32", 44],
       configurationOffset: ["u64", 48],
       chainCrc: ["u32", 56],
       endSize: ["u32", 60],
@@ -459,13 +460,33 @@ export function readBackgroundList(memory, address) {
 }
 
 export function readEvent(memory, address) {
-  const { offset, skipped, time, end, sequence, configurationCrc } = read("event", memory, address);
-  return { offset, skipped, start: time, end, sequence, configuration: configurationCrc };
+  const { offset, skipped, time, end, sequence, configurationCrc, whole } = read("event", memory, address);
+  return { offset, skipped, start: time, end, sequence, configuration: configurationCrc, whole: whole !== 0 };
 }
 
-export function readGroup(memory, address) {
-  const { offset, size, start, end, sequence, frameCount, intact, endSize } = read("group", memory, address);
-  return { offset, size, start, end, sequence, frameCount, intact: intact !== 0, endSize };
+/** count groups that are one after the other. A month has millions of them: fields are read one by one. */
+export function readGroups(memory, address, count) {
+  const { size: step, fields } = layouts.group;
+  const place = Object.fromEntries(Object.entries(fields).map(([name, [, at]]) => [name, at]));
+  const view = new DataView(memory.buffer, address, count * step);
+  const u32 = (at) => view.getUint32(at, true);
+  const u64 = (at) => u32(at) + 2 ** 32 * u32(at + 4);
+  return Array.from({ length: count }, (_, i) => {
+    const base = i * step;
+    return {
+      offset: u64(base + place.offset),
+      size: u64(base + place.size),
+      start: view.getBigInt64(base + place.start, true),
+      end: view.getBigInt64(base + place.end, true),
+      sequence: u32(base + place.sequence),
+      frameCount: u32(base + place.frameCount),
+      intact: u32(base + place.intact) !== 0,
+      endSize: u32(base + place.endSize),
+      configurationOffset: u64(base + place.configurationOffset),
+      configurationSize: u32(base + place.configurationSize),
+      firstFrame: 0,
+    };
+  });
 }
 
 export function readDiagnostic(memory, address) {

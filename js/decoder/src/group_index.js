@@ -4,7 +4,7 @@ import { FvvError } from "./errors.js";
 
 /** Limits for finding the index; a file that needs more reads or bytes is read from front to back. */
 const READS_MAX = 64;
-const BYTES_MAX = 2 ** 26;
+const BYTES_MAX = 2 ** 28;
 const READ_MIN = 1 << 14;
 
 /** The index that the core reads, or rebuilds from the bytes that are available. */
@@ -46,12 +46,25 @@ export class GroupIndex {
       const { offset, size } = this.#missing;
       total += size;
       if (reads >= READS_MAX || total > BYTES_MAX || !this.#source.read) return false;
-      const wanted = Math.min(Math.max(size, READ_MIN), this.#source.size - offset);
+      const wanted = Math.min(Math.max(size, this.#restOfBlock(offset) ?? READ_MIN), this.#source.size - offset);
       const bytes = await this.#source.read(offset, wanted);
       if (bytes.length < size) throw new FvvError({ code: "io", message: `${size} bytes at ${offset} can't be read` });
       this.#reads.push({ at: offset, bytes });
     }
     return true;
+  }
+  /** From offset to the end of the configuration block that it lies in; undefined: in none. */
+  #restOfBlock(offset) {
+    const { groups } = this;
+    let [low, high] = [0, groups?.length ?? 0];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (groups[middle].configurationOffset <= offset) low = middle + 1;
+      else high = middle;
+    }
+    const { configurationOffset, configurationSize } = groups?.[low - 1] ?? {};
+    const rest = configurationOffset + configurationSize - offset;
+    return rest > 0 ? rest : undefined;
   }
   /** The result of look, or null; bytes that look lacks are fetched first. */
   async find(look) {

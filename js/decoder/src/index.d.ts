@@ -435,6 +435,9 @@ export interface Group {
   intact: boolean;
   /** Size of its last chunk, GEND; 0: none. */
   endSize: number;
+  /** Where its configuration block is; size 0: not known. */
+  configurationOffset: number;
+  configurationSize: number;
 }
 
 export interface Decoder extends EventTarget, AsyncIterable<Frame> {

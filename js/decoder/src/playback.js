@@ -138,6 +138,7 @@ export class Playback {
       known: null, // the configuration that was emitted
       tracks: null, // tracks of video in this group; null: all
       whole: new Set(), // groups that cannot be picked from
+      recalled: new Set(), // groups whose configuration comes from a repetition that follows them
       next: null, // the group to be picked from instead of being read in order
     };
     this.#parts.clear();
@@ -160,14 +161,14 @@ export class Playback {
   /** Reads bytes in order, from a group on. Returns the group to be picked from, or null at the end. */
   async *#stream(state, first, signal) {
     const [session, source] = [this.#session, this.#source];
-    if (!source.inSections && first > 0) {
+    if (!source.inSections && (first > 0 || state.recalled.has(first))) {
       if (!(await this.#index.satisfied(() => session.play(first))))
         throw new FvvError({ code: "io", message: "the configuration of the group cannot be read" });
       state.fromIndex = true;
     } else if (!source.inSections) {
       session.start(0);
     }
-    const from = source.inSections || !first ? first : this.#index.groups[first].offset;
+    const from = source.inSections || !(first || state.recalled.has(first)) ? first : this.#index.groups[first].offset;
     let at = source.inSections ? null : from;
     for await (const item of source.stream(from, signal)) {
       if (!(item instanceof Uint8Array)) {
@@ -299,7 +300,7 @@ export class Playback {
         state.fromIndex = false;
       }
       if (kind === "damage" && !state.quiet) this.#corrupt(state, session.damage());
-      if (kind === "group" && !this.#beginGroup(state, session.about())) return;
+      if (kind === "group" && ((await this.#recalls(state)) || !this.#beginGroup(state, session.about()))) return;
       if (kind === "frame") {
         yield* this.#frame(state);
         await this.#takeBackgrounds(state);
@@ -313,6 +314,18 @@ export class Playback {
     for (const offset of [error.offset, this.#index.groups?.[state.index]?.offset])
       if (Number.isInteger(offset)) this.#source.forget?.(offset);
     state.gap ??= { from: state.lastTime ?? null, error };
+  }
+
+  /** Whether the group that begins is read again because a repetition of its lost configuration follows it. */
+  async #recalls(state) {
+    const { offset, whole } = this.#session.about();
+    if (whole || this.#source.inSections || this.#session.indexState !== 1) return false;
+    const group = this.#index.groups.findIndex((entry) => entry.offset === offset);
+    if (group < 0 || state.recalled.has(group)) return false;
+    state.recalled.add(group);
+    if (!(await this.#index.find(() => this.#session.hasConfiguration(group)))) return false;
+    state.next = group;
+    return true;
   }
 
   /** false: the group is to be picked from, and nothing of it was emitted. */

@@ -36,7 +36,7 @@ function groupsOf(url, manifest) {
     if (!isCount(sequence) || !isCount(frames) || !TICKS.test(start) || !TICKS.test(end))
       throw invalid(url, `group ${i} lacks its sequence number, times or frames`);
     const times = { start: BigInt(start), end: BigInt(end) };
-    const place = { offset, size: bytes };
+    const place = { offset, size: bytes, configurationOffset: 0, configurationSize: 0 };
     offset += bytes;
     return { file, bytes, crc32c: crc, ...place, sequence, ...times, frameCount: frames, intact: true, endSize: 0 };
   });

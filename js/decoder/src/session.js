@@ -1,7 +1,7 @@
 // One stream in one instance of the core: bytes in, events and frames out. Synchronous, except for loading codecs.
 
 import { FvvError, IO } from "./errors.js";
-import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroup, readSample } from "./flat.js";
+import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroups, readSample } from "./flat.js";
 import { createCodec, createCore } from "./wasm.js";
 
 const events = ["need data", "configuration", "group", "frame", "damage", "end", "done"];
@@ -83,9 +83,8 @@ export class Session {
     return this.#exports.fvvjs_index_state(this.#decoder);
   }
   groups() {
-    return Array.from({ length: this.#exports.fvvjs_group_count(this.#decoder) }, (_, i) =>
-      readGroup(this.#memory, this.#exports.fvvjs_group(this.#decoder, i)),
-    );
+    const count = this.#exports.fvvjs_group_count(this.#decoder);
+    return count ? readGroups(this.#memory, this.#exports.fvvjs_group(this.#decoder, 0), count) : [];
   }
   /** Starts at the first byte of a stream. */
   start(offset = 0) {
@@ -94,6 +93,10 @@ export class Session {
   /** Starts with the file header and a configuration block, and continues with any group. */
   join() {
     this.#check(this.#exports.fvvjs_join(this.#decoder));
+  }
+  /** Whether the configuration of a group of the index can be read; bytes that are missing are noted as in open. */
+  hasConfiguration(group) {
+    return this.#exports.fvvjs_find_configuration(this.#decoder, group) >= 0;
   }
   /** Starts at a group of the index; false as in open. */
   play(group) {

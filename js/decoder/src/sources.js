@@ -14,7 +14,7 @@
 //     {damage: error}          damage, before the loss that it causes
 //     {lost: {error, from}}    data is missing up to the next group; from: ticks, or undefined
 //     {restart: true}          another stream begins
-//                              With groups (as readGroup returns them) it can seek: stream(group) begins with that group.
+//                              With groups (as readGroups returns them) it can seek: stream(group) begins with that group.
 
 import { FvvError } from "./errors.js";
 import { Live } from "./live.js";

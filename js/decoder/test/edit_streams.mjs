@@ -64,7 +64,8 @@ export function withUnknown(bytes) {
 export const replaceMesh = (bytes, change) => replaceFirst("MESH", bytes, change);
 
 const HEADER = 32;
-const ENTRY = 56;
+const BLOCK = 16; // of INDX: a configuration block
+const ENTRY = 52;
 
 function chunk(type, flags, counter, payload) {
   const bytes = Buffer.alloc(HEADER + 8 * Math.ceil(payload.length / 8));
@@ -78,16 +79,19 @@ function chunk(type, flags, counter, payload) {
   return bytes;
 }
 
-/** Configuration block and groups of a stream, each group with its entry in the index. */
+/** Configuration block, its digest, and groups of a stream, each group with its entry in the index. */
 function partsOf(stream) {
   const indexOffset = Number(stream.readBigUInt64LE(stream.length - 24));
-  const entries = indexOffset + HEADER + 8;
-  const groups = Array.from({ length: stream.readUInt32LE(indexOffset + HEADER) }, (_, i) => {
+  const [groupCount, blockCount] = [0, 4].map((at) => stream.readUInt32LE(indexOffset + HEADER + at));
+  const blocks = indexOffset + HEADER + 8;
+  const entries = blocks + blockCount * BLOCK;
+  const groups = Array.from({ length: groupCount }, (_, i) => {
     const entry = Buffer.from(stream.subarray(entries + i * ENTRY, entries + (i + 1) * ENTRY));
     const [offset, size] = [0, 8].map((at) => Number(entry.readBigUInt64LE(at)));
     return { entry, bytes: stream.subarray(offset, offset + size) };
   });
-  return { block: stream.subarray(24, Number(groups[0].entry.readBigUInt64LE(0))), groups };
+  const block = stream.subarray(24, Number(groups[0].entry.readBigUInt64LE(0)));
+  return { block, digest: stream.readUInt32LE(blocks + 12), groups };
 }
 
 /** The first count groups of one stream, followed by the rest of another one of the same capture: a configuration that
@@ -95,28 +99,34 @@ function partsOf(stream) {
 export function joinStreams(first, second, count) {
   const [a, b] = [partsOf(first), partsOf(second)];
   const pieces = [first.subarray(0, 24)];
+  const blocks = [];
   const entries = [];
   let at = 24;
   const put = (bytes) => {
     pieces.push(bytes);
     at += bytes.length;
   };
-  for (const { block, groups } of [
+  for (const { block, digest, groups } of [
     { ...a, groups: a.groups.slice(0, count) },
     { ...b, groups: b.groups.slice(count) },
   ]) {
-    const configuration = at;
+    const listed = Buffer.alloc(BLOCK);
+    listed.writeBigUInt64LE(BigInt(at));
+    listed.writeUInt32LE(block.length, 8);
+    listed.writeUInt32LE(digest, 12);
+    blocks.push(listed);
     put(block);
     for (const { entry, bytes } of groups) {
       entry.writeBigUInt64LE(BigInt(at), 0);
-      entry.writeBigUInt64LE(BigInt(configuration), 48);
+      entry.writeUInt32LE(blocks.length - 1, 48);
       entries.push(entry);
       put(bytes);
     }
   }
   const head = Buffer.alloc(8);
   head.writeUInt32LE(entries.length);
-  const index = Buffer.concat([head, ...entries]);
+  head.writeUInt32LE(blocks.length, 4);
+  const index = Buffer.concat([head, ...blocks, ...entries]);
   const footer = Buffer.alloc(24);
   footer.writeBigUInt64LE(BigInt(at), 0);
   put(chunk("INDX", 0, 0, index));

@@ -11,7 +11,7 @@ import { createDecoder, FvvError } from "../dist/index.js";
 import { compileCodec, compileCore } from "../dist/modules.js";
 import { Session } from "../dist/session.js";
 import { createCodec, sample } from "../dist/wasm.js";
-import { damaged, replaceFirst, replaceMesh, withUnknown } from "./edit_streams.mjs";
+import { damaged, joinStreams, replaceFirst, replaceMesh, withUnknown } from "./edit_streams.mjs";
 import { conformanceFiles, frameHashes, makeClips, nativeFrames } from "./native.mjs";
 
 const { clips, done } = makeClips("delta", "moving", "draco", "fast", "hull");
@@ -49,6 +49,30 @@ for (const file of [...conformanceFiles(), clips.delta, clips.moving])
     }
     assert.ok(reported > cases.length / 2, `${reported} of ${2 * cases.length} were reported`);
   });
+
+test("an intact repetition of a lost configuration block serves the groups before and after it", async () => {
+  const clip = readFileSync(clips.delta);
+  const whole = joinStreams(clip, clip, 1); // the block again before the second group
+  const second = whole.indexOf("SCEN", 30, "latin1");
+  const { frames: good, reports } = await survive(new Uint8Array(whole));
+  assert.deepEqual(reports, []);
+  const hurt = (at) => {
+    const bytes = new Uint8Array(whole);
+    bytes[at] ^= 1;
+    return bytes;
+  };
+  for (const at of [24 + 9, 24 + 40, second + 9, second + 40]) {
+    const found = await survive(hurt(at));
+    assert.deepEqual(found.frames, good);
+    assert.ok(found.reports.includes("corrupt"));
+  }
+  // A stream that is read once has only the blocks that came before.
+  const stream = (at) => survive(new Blob([hurt(at)]).stream());
+  assert.deepEqual((await stream(second + 40)).frames, good);
+  const late = (await stream(24 + 40)).frames;
+  assert.ok(late.length > 0 && late.length < good.length);
+  assert.deepEqual(late, good.slice(-late.length));
+});
 
 test("the worker ends if a stream cannot be opened", async () => {
   const started = [];

@@ -1,10 +1,14 @@
 // URLs: few requests to hosts that support Range, and the same frames from others.
 
 import assert from "node:assert/strict";
-import { statSync } from "node:fs";
+import { readFileSync, statSync } from "node:fs";
 import { after, test } from "node:test";
 
+import { GroupIndex } from "../dist/group_index.js";
 import { createDecoder } from "../dist/index.js";
+import { compileCore } from "../dist/modules.js";
+import { Session } from "../dist/session.js";
+import { joinStreams } from "./edit_streams.mjs";
 import { frameHashes, makeClips, nativeFrames } from "./native.mjs";
 import { serve } from "./server.mjs";
 
@@ -73,4 +77,35 @@ test("a host that stops supporting Range: a warning, and the same frames", async
 
 test("a missing file is an error with its status", async () => {
   await assert.rejects(open("range/nothing"), { code: "io", message: /404/ });
+});
+
+test("a configuration block is one read of its size, also that of a repetition", async () => {
+  const clip = readFileSync(clips.moving);
+  const bytes = joinStreams(clip, clip, 1); // the block again before the second group
+  const reads = [];
+  const source = {
+    size: bytes.length,
+    async read(offset, size) {
+      reads.push([offset, size]);
+      return new Uint8Array(bytes.subarray(offset, offset + size));
+    },
+  };
+  const index = new GroupIndex(source, []);
+  const read = (offset, out) => index.readInto(offset, out);
+  index.session = await Session.create({ module: await compileCore(), read });
+  assert.equal(await index.open(), null);
+  const [first, second] = index.groups;
+  assert.equal(first.configurationSize, first.offset - 24);
+  assert.ok(second.configurationOffset > first.offset);
+  const readsOf = async (group) => {
+    reads.length = 0;
+    index.forgetReads(0);
+    assert.ok(await index.satisfied(() => index.session.play(group)));
+    return [...reads];
+  };
+  assert.deepEqual(await readsOf(1), [[second.configurationOffset, second.configurationSize]]);
+  bytes[first.configurationOffset + 40] ^= 1; // in SCEN
+  const whole = (group) => [group.configurationOffset, group.configurationSize];
+  assert.deepEqual(await readsOf(0), [whole(first), whole(second)]);
+  index.session.close();
 });

@@ -191,6 +191,7 @@ _Static_assert(offsetof(fvv_index_entry, group.end) == 24, "");
 _Static_assert(offsetof(fvv_index_entry, group.sequence) == 32, "");
 _Static_assert(offsetof(fvv_index_entry, group.frame_count) == 36, "");
 _Static_assert(offsetof(fvv_index_entry, group.intact) == 40, "");
+_Static_assert(offsetof(fvv_index_entry, group.configuration_size) == 44, "");
 _Static_assert(offsetof(fvv_index_entry, group.configuration_offset) == 48, "");
 _Static_assert(offsetof(fvv_index_entry, chain_crc) == 56, "");
 _Static_assert(offsetof(fvv_index_entry, end_size) == 60, "");

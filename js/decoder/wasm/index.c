@@ -56,6 +56,15 @@ FVVJS_EXPORT int32_t fvvjs_play(fvvjs_decoder *d, uint32_t group) {
   return fvvjs_start_at(d, info->offset, configuration);
 }
 
+/* FVV_OK: the configuration of a group can be read, if need be from a repetition of its block. FVV_ERROR_IO
+ * as above. What is pushed is not affected. */
+FVVJS_EXPORT int32_t fvvjs_find_configuration(fvvjs_decoder *d, uint32_t group) {
+  const fvv_configuration *configuration;
+  forget(d);
+  if (!d->index) return FVV_ERROR_ARGUMENT;
+  return fvv_stream_configuration(d->index, group, &configuration, &d->diagnostic);
+}
+
 /* Reads the environment of a track that belongs to a group (clause 18.5). FVV_ERROR_IO as above, and
  * JavaScript has to find out whether FVV_END was returned for lack of bytes. */
 FVVJS_EXPORT int32_t fvvjs_find_background(fvvjs_decoder *d, uint32_t group, uint32_t track) {

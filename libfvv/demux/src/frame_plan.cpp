@@ -40,17 +40,30 @@ Survey::Survey(const InputFile &file) {
   fvv_diagnostic diagnostic = {};
   fvv_frames_event event;
   std::vector<uint8_t> block(block_size);
-  fvv_status status = FVV_NEED_DATA;
-  for (uint64_t at = 0; status == FVV_NEED_DATA && at < input.size;) {
-    const size_t part = input.size - at < block_size ? size_t(input.size - at) : block_size;
-    if (input.read_at(input.user, at, block.data(), part) != FVV_OK)
-      throw Error(file.path() + ": cannot read");
-    fvv::check(fvv_frames_push(frames.get(), block.data(), part), file.path(), {});
-    while ((status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
-    at += part;
+  fvv_status status = FVV_OK;
+  const auto read = [&] {
+    status = FVV_NEED_DATA;
+    for (uint64_t at = 0; status == FVV_NEED_DATA && at < input.size;) {
+      const size_t part = input.size - at < block_size ? size_t(input.size - at) : block_size;
+      if (input.read_at(input.user, at, block.data(), part) != FVV_OK)
+        throw Error(file.path() + ": cannot read");
+      fvv::check(fvv_frames_push(frames.get(), block.data(), part), file.path(), {});
+      while ((status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
+      at += part;
+    }
+    fvv_frames_finish(frames.get());
+    while (status >= 0 && (status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK)
+      take(event);
+  };
+  read();
+  // A repetition of a damaged configuration block may come after the groups that need it.
+  if (status >= 0 && fvv_frames_missed_groups(frames.get())) {
+    groups.clear();
+    group = &groups[0];
+    in_group = false;
+    fvv::check(fvv_frames_seek(frames.get(), 0, nullptr), file.path(), {});
+    read();
   }
-  fvv_frames_finish(frames.get());
-  while (status >= 0 && (status = fvv_frames_next(frames.get(), &event, &diagnostic)) == FVV_OK) take(event);
   // After an error of the stream everything counts as lost.
   if (status < 0 && status > FVV_ERROR_DAMAGED) fvv::check(status, file.path(), diagnostic);
   if (status < 0 && group->reason.status == FVV_OK) group->reason = diagnostic;
@@ -59,7 +72,13 @@ Survey::Survey(const InputFile &file) {
 Survey::Group Survey::group(uint64_t offset) const {
   const auto next = groups.upper_bound(offset);
   const auto found = std::prev(next); // there is one: key 0
-  if (found->first == offset) return found->second;
+  if (found->first == offset) {
+    Group group = found->second;
+    // Its configuration was lost before it.
+    if (group.reason.status == FVV_OK && !group.whole && found != groups.begin())
+      group.reason = std::prev(found)->second.behind;
+    return group;
+  }
   Group lost;
   lost.reason = found->second.behind.status ? found->second.behind : found->second.reason;
   return lost;

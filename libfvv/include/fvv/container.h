@@ -128,6 +128,10 @@ FVV_API void fvv_reader_destroy(fvv_reader *reader);
  * and footer, which describe a whole stream. Offsets count from the first byte pushed. FVV_ERROR_STATE: bytes
  * were pushed, or they begin elsewhere. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_join(fvv_reader *reader);
+/* reader remembers the intact configuration blocks that former has read, the last four, and former forgets
+ * them. A group whose own block is damaged or lost is intact when one of them has the digest that it names
+ * (clause 7.4). Both have the same allocator. */
+FVV_API void fvv_reader_inherit(fvv_reader *reader, fvv_reader *former);
 /* Bytes are copied. Any split of the same bytes gives the same events. */
 FVV_API FVV_MUST_USE fvv_status fvv_reader_push(fvv_reader *reader, const void *bytes, size_t size);
 /* No more bytes will come: what was "need data" becomes "truncated". */
@@ -152,9 +156,10 @@ typedef struct fvv_group_info {
   uint64_t size;   /* bytes up to and with GEND */
   int64_t start, end;
   uint32_t sequence;
-  uint32_t frame_count;          /* distinct times of track chunks */
-  int intact;                    /* present index: claimed; rebuilt: every chunk was seen and GEND agrees */
-  uint64_t configuration_offset; /* of the SCEN header that holds for this group */
+  uint32_t frame_count;        /* distinct times of track chunks */
+  int intact;                  /* present index: claimed; rebuilt: every chunk was seen and GEND agrees */
+  uint32_t configuration_size; /* bytes of the configuration block that holds for this group, 0: not known */
+  uint64_t configuration_offset; /* of its SCEN header */
 } fvv_group_info;
 
 /* One chunk as the group's table (GEND, clause 6.3) or the scan lists it. */
@@ -174,7 +179,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_file_open(const fvv_input *input, const fvv_
                                               fvv_diagnostic *diagnostic);
 FVV_API void fvv_file_close(fvv_file *file);
 FVV_API fvv_index_state fvv_file_index_state(const fvv_file *file);
-/* Damage found while rebuilding; empty when the index is present. Valid until close. */
+/* Damage found while rebuilding the index or later, in tables of groups and in configuration blocks that a
+ * repetition replaces. Valid until the next call on this handle. */
 FVV_API size_t fvv_file_damage_count(const fvv_file *file);
 FVV_API const fvv_diagnostic *fvv_file_damage(const fvv_file *file, size_t i);
 FVV_API size_t fvv_file_group_count(const fvv_file *file);

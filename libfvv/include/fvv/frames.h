@@ -31,7 +31,8 @@ typedef struct fvv_frames_options {
 FVV_API void fvv_frames_options_default(fvv_frames_options *options);
 
 typedef enum fvv_frames_kind {
-  FVV_FRAMES_CONFIGURATION = 1, /* a configuration block is complete and holds from here on */
+  FVV_FRAMES_CONFIGURATION = 1, /* a configuration block is complete and holds from here on; or the block of
+                                   the next group is lost and an earlier one with its digest replaces it */
   FVV_FRAMES_GROUP = 2,         /* a group begins */
   FVV_FRAMES_FRAME = 3,         /* a frame is over */
   FVV_FRAMES_DAMAGE = 4,        /* bytes were passed over, or a rule is broken */
@@ -54,13 +55,14 @@ typedef struct fvv_frames_event {
   fvv_frames_kind kind;
   uint64_t offset;                        /* of the first byte that the event is about */
   const fvv_configuration *configuration; /* CONFIGURATION */
-  int repeated;                           /* CONFIGURATION: the same chunks as the block before */
+  int repeated;                           /* CONFIGURATION: the same chunks as the one that held before */
   int64_t time;                           /* FRAME: ticks; GROUP: its start */
   int64_t end;                            /* GROUP: its end */
   uint32_t sequence, configuration_crc;   /* GROUP: its number, and the digest of its configuration */
   const fvv_frame_chunk *chunks;          /* FRAME: in order of the stream */
   size_t chunk_count;
-  int whole;                 /* FRAME: 1, with detail also 0; GROUP_END: no frame of the group was left out */
+  int whole; /* FRAME: 1, with detail also 0; GROUP: its configuration is known; GROUP_END: no frame of the
+                group was left out */
   uint64_t skipped;          /* DAMAGE: bytes passed over; 0 when a rule is broken but no byte is lost */
   fvv_diagnostic diagnostic; /* DAMAGE */
   const fvv_event *read;     /* READ */
@@ -91,6 +93,10 @@ FVV_API const fvv_configuration *fvv_frames_configuration(const fvv_frames *fram
  * fvv_stream_configuration. NULL: a block has to come before frames do. */
 FVV_API FVV_MUST_USE fvv_status fvv_frames_seek(fvv_frames *frames, uint64_t offset,
                                                 const fvv_configuration *configuration);
+/* After the end of the stream. Non-zero: groups were left out because their configuration block is damaged or
+ * lost, and an intact repetition of it came later. The last four blocks are remembered: fvv_frames_seek to 0,
+ * without a configuration, and the same bytes again give these groups as well. */
+FVV_API int fvv_frames_missed_groups(const fvv_frames *frames);
 /* Before the first push, or after a seek to 0: the stream is joined late, as with fvv_reader_join. */
 FVV_API FVV_MUST_USE fvv_status fvv_frames_join(fvv_frames *frames);
 /* The rest of the group that is being read is left out, as after damage: for frames that turn out not to

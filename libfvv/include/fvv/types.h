@@ -104,13 +104,14 @@ typedef struct fvv_rational {
  * fvv_writer refuse what a reader with the defaults would refuse. */
 typedef struct fvv_limits {
   size_t struct_size;
-  uint64_t max_payload;      /* bytes of one chunk. 256 MiB: an 8K x 8K half-float EXR fits */
-  uint32_t max_vertices;     /* of one mesh. 4 Mi: a hundred times a captured person */
-  uint32_t max_faces;        /* of one mesh. 8 Mi: twice the vertices, as in a closed surface */
-  uint32_t max_cameras;      /* 1024: the largest published rigs have about 500 */
-  uint32_t max_tracks;       /* 256: every camera of a large rig may have one */
-  uint32_t max_dimension;    /* width or height of a picture or video frame. 16384: a GPU texture */
-  uint32_t max_groups;       /* of a file. 2 Mi: 24 days of groups of one second */
+  uint64_t max_payload;   /* bytes of one chunk. 256 MiB: an 8K x 8K half-float EXR fits. An index may always
+                             have the bytes that max_groups groups take */
+  uint32_t max_vertices;  /* of one mesh. 4 Mi: a hundred times a captured person */
+  uint32_t max_faces;     /* of one mesh. 8 Mi: twice the vertices, as in a closed surface */
+  uint32_t max_cameras;   /* 1024: the largest published rigs have about 500 */
+  uint32_t max_tracks;    /* 256: every camera of a large rig may have one */
+  uint32_t max_dimension; /* width or height of a picture or video frame. 16384: a GPU texture */
+  uint32_t max_groups;    /* of a file. 4 Mi: 48 days of groups of one second */
   uint32_t max_group_chunks; /* chunks of one group. 1 Mi */
   uint32_t max_text;         /* bytes of a name or metadata. 1 MiB */
   uint32_t max_background;   /* parts, pictures or lights of a background. 1024. All parts together stay below

@@ -86,7 +86,7 @@ Json copy(const InputFile &file, uint64_t offset, uint64_t size, const WriteFile
 
 // The configuration block of a group: from its SCEN to the group.
 std::vector<uint8_t> block_of(const InputFile &file, const fvv_group_info &group) {
-  const uint64_t size = group.offset - group.configuration_offset;
+  const uint64_t size = group.configuration_size;
   if (size > largest_configuration)
     throw Error(file.path() + ": a configuration of " + std::to_string(size) + " bytes, expected at most " +
                 std::to_string(largest_configuration));

@@ -85,8 +85,16 @@ enum {
 /* INDX payload, clause 7.1 */
 enum {
   FVV_INDX_GROUP_COUNT = 0,
-  FVV_INDX_RESERVED = 4,
+  FVV_INDX_BLOCK_COUNT = 4,
   FVV_INDX_SIZE = 8
+};
+
+/* INDX block, clause 7.1 */
+enum {
+  FVV_INDX_BLOCK_OFFSET = 0,
+  FVV_INDX_BLOCK_BLOCK_SIZE = 8,
+  FVV_INDX_BLOCK_DIGEST = 12,
+  FVV_INDX_BLOCK_SIZE = 16
 };
 
 /* INDX entry, clause 7.1 */
@@ -99,8 +107,8 @@ enum {
   FVV_INDX_ENTRY_FRAME_COUNT = 36,
   FVV_INDX_ENTRY_CHAIN_CRC = 40,
   FVV_INDX_ENTRY_END_SIZE = 44,
-  FVV_INDX_ENTRY_CONFIGURATION_OFFSET = 48,
-  FVV_INDX_ENTRY_SIZE = 56
+  FVV_INDX_ENTRY_BLOCK = 48,
+  FVV_INDX_ENTRY_SIZE = 52
 };
 
 /* FOOT payload, clause 7.2 */

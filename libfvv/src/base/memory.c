@@ -75,7 +75,7 @@ void fvv_limits_default(fvv_limits *limits) {
   limits->max_cameras = 1024;
   limits->max_tracks = 256;
   limits->max_dimension = 16384;
-  limits->max_groups = 2u << 20;
+  limits->max_groups = 4u << 20;
   limits->max_group_chunks = 1u << 20;
   limits->max_text = 1u << 20;
   limits->max_background = 1024;

@@ -37,10 +37,11 @@ fvv_status fvv_file_load(fvv_file *f, uint64_t offset, fvv_chunk_header *header,
                     "no chunk header where one is expected");
   status = fvv_header_check(header, offset, diagnostic);
   if (status < 0) return status;
-  if (header->size > f->limits.max_payload)
+  const uint64_t most = fvv_payload_limit(&f->limits, header->type);
+  if (header->size > most)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header->type, offset,
                     "payload of %llu bytes, limit %llu", (unsigned long long)header->size,
-                    (unsigned long long)f->limits.max_payload);
+                    (unsigned long long)most);
   const uint64_t padded = fvv_padded(header->size), at = offset + sizeof bytes;
   if (padded > f->input.size - at)
     return fvv_fail(diagnostic, FVV_ERROR_TRUNCATED, FVV_ISSUE_CHUNK_TRUNCATED, header->type, offset,
@@ -68,12 +69,30 @@ typedef struct scan_state {
   fvv_file *file;
   fvv_bytes *chunks; /* fvv_chunk_info of intact frame chunks */
   fvv_bytes index;   /* fvv_index_entry of an intact INDX chunk */
+  fvv_bytes blocks;  /* of that chunk: fvv_index_block */
   uint64_t configuration_offset;
-  int whole_file;
+  uint32_t digest; /* of the block that is read */
+  int in_block, whole_file;
 } scan_state;
 
 static fvv_index_entry *last_entry(const fvv_file *f) {
   return group_count(f) ? (fvv_index_entry *)f->entries.data + group_count(f) - 1 : NULL;
+}
+
+/* The block of a group in the list; NULL: it was lost. */
+static const fvv_index_block *listed_block(const fvv_file *f, const fvv_group_info *group) {
+  const fvv_index_block *blocks = (const fvv_index_block *)f->listed.data;
+  size_t low = 0, high = f->listed.size / sizeof *blocks;
+  while (low < high) {
+    const size_t middle = low + (high - low) / 2;
+    if (blocks[middle].offset < group->configuration_offset)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low < f->listed.size / sizeof *blocks && blocks[low].offset == group->configuration_offset
+             ? &blocks[low]
+             : NULL;
 }
 
 /* A group without GEND ends where something else begins. */
@@ -82,10 +101,48 @@ static void close_open_group(fvv_file *f, uint64_t offset) {
   if (last && !last->end_size && !last->group.size) last->group.size = offset - last->group.offset;
 }
 
+/* The block that ends where a group begins. */
+static fvv_status list_block(scan_state *s, uint64_t end) {
+  if (!s->in_block) return FVV_OK;
+  s->in_block = 0;
+  const uint64_t size = end - s->configuration_offset;
+  const fvv_index_block block = {s->configuration_offset, size > UINT32_MAX ? 0 : (uint32_t)size, s->digest};
+  return fvv_bytes_append(&s->file->listed, &block, sizeof block);
+}
+
+static fvv_status take_group(scan_state *s, const fvv_event *event) {
+  fvv_file *f = s->file;
+  close_open_group(f, event->offset);
+  const fvv_status status = list_block(s, event->offset);
+  if (status < 0 || event->chunk.size != FVV_GRUP_SIZE || group_count(f) >= f->limits.max_groups)
+    return status;
+  fvv_index_entry entry;
+  memset(&entry, 0, sizeof entry);
+  entry.group.offset = event->offset;
+  entry.group.start = fvv_get_i64(event->payload + FVV_GRUP_START);
+  entry.group.end = fvv_get_i64(event->payload + FVV_GRUP_END);
+  entry.group.sequence = fvv_get_u32(event->payload + FVV_GRUP_SEQUENCE);
+  entry.group.configuration_offset = s->configuration_offset;
+  const fvv_index_block *block = listed_block(f, &entry.group);
+  entry.group.configuration_size = block ? block->size : 0;
+  return fvv_bytes_append(&f->entries, &entry, sizeof entry);
+}
+
 static fvv_status take_chunk(scan_state *s, const fvv_event *event) {
   fvv_file *f = s->file;
   const fvv_chunk_header *header = &event->chunk;
   const fvv_place place = fvv_chunk_place(header->type, header->flags);
+  if (header->type == FVV_CHUNK_SCENE) {
+    s->in_block = 1;
+    s->digest = 0;
+  }
+  if (s->in_block && (place == FVV_PLACE_CONFIGURATION || place == FVV_PLACE_UNKNOWN))
+    s->digest = fvv_header_chain(s->digest, header);
+  /* Its end was lost, and with it the GRUP. */
+  if (place == FVV_PLACE_FRAME) {
+    const fvv_status status = list_block(s, s->configuration_offset);
+    if (status < 0) return status;
+  }
   if (place == FVV_PLACE_FRAME || (place == FVV_PLACE_UNKNOWN && event->group_intact)) {
     const fvv_chunk_info info = {event->offset, header->size,  header->time,
                                  header->type,  header->track, header->flags};
@@ -95,18 +152,8 @@ static fvv_status take_chunk(scan_state *s, const fvv_event *event) {
   fvv_diagnostic ignored = {0};
   fvv_index_entry *last = last_entry(f);
   switch (header->type) {
-  case FVV_CHUNK_GROUP: {
-    close_open_group(f, event->offset);
-    if (header->size != FVV_GRUP_SIZE || group_count(f) >= f->limits.max_groups) return FVV_OK;
-    fvv_index_entry entry;
-    memset(&entry, 0, sizeof entry);
-    entry.group.offset = event->offset;
-    entry.group.start = fvv_get_i64(event->payload + FVV_GRUP_START);
-    entry.group.end = fvv_get_i64(event->payload + FVV_GRUP_END);
-    entry.group.sequence = fvv_get_u32(event->payload + FVV_GRUP_SEQUENCE);
-    entry.group.configuration_offset = s->configuration_offset;
-    return fvv_bytes_append(&f->entries, &entry, sizeof entry);
-  }
+  case FVV_CHUNK_GROUP:
+    return take_group(s, event);
   case FVV_CHUNK_GROUP_END:
     if (!last || last->end_size || header->time != last->group.end) return FVV_OK;
     last->end_size = (uint32_t)fvv_chunk_extent(header->size);
@@ -120,7 +167,7 @@ static fvv_status take_chunk(scan_state *s, const fvv_event *event) {
   case FVV_CHUNK_INDEX:
     close_open_group(f, event->offset);
     if (fvv_index_decode(event->payload, (size_t)header->size, event->offset, &f->limits, &s->index,
-                         &ignored) < 0)
+                         &s->blocks, &ignored) < 0)
       s->index.size = 0;
     return FVV_OK;
   default:
@@ -213,14 +260,16 @@ static fvv_status join_index(fvv_file *f, const fvv_bytes *index) {
 /* Reads the whole stream and fills entries, scanned and damage. */
 static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  file->entries.size = file->damage.size = file->scanned.size = 0;
-  scan_state state = {file, &file->scanned, {NULL, 0, 0, file->allocator}, 0, 1};
+  file->entries.size = file->listed.size = file->damage.size = file->scanned.size = 0;
+  scan_state state = {
+      file, &file->scanned, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 1};
   fvv_status status = scan_range(&state, 0, file->input.size, diagnostic);
   if (status == FVV_OK) {
     close_open_group(file, file->input.size);
     status = join_index(file, &state.index);
   }
   fvv_bytes_free(&state.index);
+  fvv_bytes_free(&state.blocks);
   if (status == FVV_OK) count_frames(file);
   return status;
 }
@@ -228,7 +277,7 @@ static fvv_status rebuild(fvv_file *file, fvv_diagnostic *diagnostic) {
 /* Reads one group's bytes and lists the intact chunks in them: for a group whose own table is damaged. */
 static fvv_status scan_group(fvv_file *file, const fvv_group_info *group, fvv_bytes *chunks,
                              fvv_diagnostic *diagnostic) {
-  scan_state state = {file, chunks, {NULL, 0, 0, file->allocator}, 0, 0};
+  scan_state state = {file, chunks, {NULL, 0, 0, file->allocator}, {NULL, 0, 0, file->allocator}, 0, 0, 0, 0};
   chunks->size = 0;
   return scan_range(&state, group->offset, group->size, diagnostic);
 }
@@ -251,8 +300,11 @@ static fvv_status load_index(fvv_file *f, fvv_diagnostic *diagnostic) {
   if (index.type != FVV_CHUNK_INDEX || index.payload_crc != index_crc ||
       index_offset + fvv_chunk_extent(index.size) != footer_offset)
     return FVV_ERROR_INVALID;
-  return fvv_index_decode(f->buffer.data, (size_t)index.size, index_offset, &f->limits, &f->entries,
-                          diagnostic);
+  status = fvv_index_decode(f->buffer.data, (size_t)index.size, index_offset, &f->limits, &f->entries,
+                            &f->listed, diagnostic);
+  /* That of a long stream takes more than any other chunk. */
+  fvv_bytes_free(&f->buffer);
+  return status;
 }
 
 static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
@@ -272,7 +324,7 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
   f->index_state = status == FVV_OK ? FVV_INDEX_PRESENT : FVV_INDEX_REBUILT;
   if (status < 0) status = rebuild(f, diagnostic);
   if (status < 0) return status;
-  const size_t size = group_count(f) * sizeof(fvv_bytes);
+  const size_t size = group_count(f) * sizeof(fvv_bytes *);
   status = fvv_bytes_reserve(&f->tables, size);
   if (status < 0) return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory");
   if (size) memset(f->tables.data, 0, size);
@@ -280,11 +332,11 @@ static fvv_status open_file(fvv_file *f, fvv_diagnostic *diagnostic) {
   return FVV_OK;
 }
 
-enum { LIST_COUNT = 6 };
+enum { LIST_COUNT = 7 };
 
 /* Everything that grows; freed when the file is closed. */
 static void lists_of(fvv_file *f, fvv_bytes *lists[LIST_COUNT]) {
-  fvv_bytes *const all[LIST_COUNT] = {&f->entries, &f->tables,  &f->blocks,
+  fvv_bytes *const all[LIST_COUNT] = {&f->entries, &f->tables,  &f->listed, &f->blocks,
                                       &f->damage,  &f->scanned, &f->buffer};
   memcpy(lists, all, sizeof all);
 }
@@ -311,11 +363,18 @@ fvv_status fvv_file_open(const fvv_input *input, const fvv_limits *limits, const
   return FVV_OK;
 }
 
+static void release_table(fvv_file *f, fvv_bytes **table) {
+  if (!*table) return;
+  fvv_bytes_free(*table);
+  fvv_release(&f->allocator, *table, sizeof **table);
+  *table = NULL;
+}
+
 void fvv_file_close(fvv_file *file) {
   if (!file) return;
   const fvv_allocator allocator = file->allocator;
-  for (size_t i = 0; i < file->tables.size / sizeof(fvv_bytes); i++)
-    fvv_bytes_free((fvv_bytes *)file->tables.data + i);
+  for (size_t i = 0; i < file->tables.size / sizeof(fvv_bytes *); i++)
+    release_table(file, (fvv_bytes **)file->tables.data + i);
   for (size_t i = 0; i < file->blocks.size / sizeof(fvv_file_block *); i++) {
     fvv_file_block *block = ((fvv_file_block **)file->blocks.data)[i];
     fvv_bytes_free(&block->chunks);
@@ -343,6 +402,11 @@ const fvv_group_info *fvv_file_group(const fvv_file *file, size_t i) {
   return i < group_count(file) ? &entry_at(file, i)->group : NULL;
 }
 
+static int is_listed_digest(const fvv_file *f, const fvv_group_info *group, uint32_t digest) {
+  const fvv_index_block *block = listed_block(f, group);
+  return block && block->digest == digest;
+}
+
 /* GRUP as the index has it, and GEND with its table. */
 static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_bytes *chunks,
                              fvv_diagnostic *diagnostic) {
@@ -353,7 +417,8 @@ static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_byte
   const uint8_t *p = f->buffer.data;
   if (header.type != FVV_CHUNK_GROUP || header.size != FVV_GRUP_SIZE ||
       fvv_get_u32(p + FVV_GRUP_SEQUENCE) != group->sequence ||
-      fvv_get_i64(p + FVV_GRUP_START) != group->start || fvv_get_i64(p + FVV_GRUP_END) != group->end)
+      fvv_get_i64(p + FVV_GRUP_START) != group->start || fvv_get_i64(p + FVV_GRUP_END) != group->end ||
+      !is_listed_digest(f, group, fvv_get_u32(p + FVV_GRUP_CONFIGURATION_CRC)))
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_INDEX, FVV_CHUNK_INDEX, group->offset,
                     "group %u differs from its entry in the index", group->sequence);
   const uint64_t end = group->offset + group->size - entry->end_size;
@@ -390,6 +455,25 @@ static fvv_status pick_scanned(const fvv_file *f, const fvv_group_info *group, f
   return status;
 }
 
+/* The chunks of a group: as its table lists them, else those that are found in its bytes. */
+static fvv_status fill_table(fvv_file *f, fvv_index_entry *entry, fvv_bytes **table,
+                             fvv_diagnostic *diagnostic) {
+  *table = fvv_allocate_zeroed(&f->allocator, sizeof **table);
+  if (!*table) return FVV_ERROR_MEMORY;
+  (*table)->allocator = f->allocator;
+  if (f->index_state == FVV_INDEX_REBUILT) return pick_scanned(f, &entry->group, *table);
+  fvv_diagnostic why = {0};
+  fvv_status status = fvv_bytes_reserve(*table, 1);
+  if (status == FVV_OK) status = load_table(f, entry, *table, &why);
+  if (status <= FVV_ERROR_DAMAGED && status != FVV_ERROR_LIMIT) {
+    entry->group.intact = 0;
+    status = fvv_bytes_append(&f->damage, &why, sizeof why);
+    return status == FVV_OK ? scan_group(f, &entry->group, *table, diagnostic) : status;
+  }
+  if (status < 0 && diagnostic) *diagnostic = why;
+  return status;
+}
+
 fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_info **chunks, size_t *count,
                                  fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -398,31 +482,16 @@ fvv_status fvv_file_group_chunks(fvv_file *file, size_t group, const fvv_chunk_i
   if (group >= group_count(file))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "group %zu of %zu", group, group_count(file));
   fvv_index_entry *entry = entry_at(file, group);
-  fvv_bytes *table = (fvv_bytes *)file->tables.data + group;
-  fvv_status status = FVV_OK;
-  if (!table->data) {
-    table->allocator = file->allocator;
-    if (file->index_state == FVV_INDEX_REBUILT) {
-      status = pick_scanned(file, &entry->group, table);
-    } else {
-      fvv_diagnostic why = {0};
-      status = fvv_bytes_reserve(table, 1);
-      if (status == FVV_OK) status = load_table(file, entry, table, &why);
-      if (status <= FVV_ERROR_DAMAGED && status != FVV_ERROR_LIMIT) {
-        entry->group.intact = 0;
-        status = fvv_bytes_append(&file->damage, &why, sizeof why);
-        if (status == FVV_OK) status = scan_group(file, &entry->group, table, diagnostic);
-      } else if (status < 0 && diagnostic) {
-        *diagnostic = why;
-      }
-    }
+  fvv_bytes **table = (fvv_bytes **)file->tables.data + group;
+  if (!*table) {
+    const fvv_status status = fill_table(file, entry, table, diagnostic);
     if (status < 0) {
-      fvv_bytes_free(table);
+      release_table(file, table);
       return fvv_fail(diagnostic, status, 0, 0, entry->group.offset, "%s", fvv_status_text(status));
     }
   }
-  *chunks = (const fvv_chunk_info *)table->data;
-  *count = table->size / sizeof **chunks;
+  *chunks = (const fvv_chunk_info *)(*table)->data;
+  *count = (*table)->size / sizeof **chunks;
   return FVV_OK;
 }
 
@@ -444,14 +513,19 @@ fvv_status fvv_file_read_chunk(fvv_file *file, const fvv_chunk_info *info, const
 /* The configuration of a group. The digest in GRUP decides which block is used: the one that the index names,
  * or any repetition of it (clause 7.4). */
 
-/* Neighbouring groups on either side whose blocks are tried when a group's own is damaged. */
-enum { NEIGHBOURS = 32 };
+/* Repetitions that are tried when the block of a group is damaged. */
+enum { REPETITIONS = 16 };
 
-static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic *diagnostic) {
+/* size: of the block, 0 when it is not known. */
+static fvv_status load_block(fvv_file *f, fvv_file_block *block, uint32_t size, fvv_diagnostic *diagnostic) {
   for (uint64_t offset = block->offset;;) {
+    if (size && offset - block->offset == size) {
+      block->ended = 1;
+      return FVV_OK;
+    }
     fvv_chunk_header header;
     const int first = offset == block->offset;
-    fvv_status status = fvv_file_load(f, offset, &header, first ? diagnostic : NULL);
+    fvv_status status = fvv_file_load(f, offset, &header, first ? diagnostic : &block->why);
     /* Perhaps only what follows the block is damaged: the digest shows it. */
     if (status <= FVV_ERROR_DAMAGED && !first) return FVV_OK;
     if (status < 0) return status;
@@ -474,7 +548,7 @@ static fvv_status load_block(fvv_file *f, fvv_file_block *block, fvv_diagnostic 
   }
 }
 
-static fvv_status find_block(fvv_file *f, uint64_t offset, fvv_file_block **found,
+static fvv_status find_block(fvv_file *f, uint64_t offset, uint32_t size, fvv_file_block **found,
                              fvv_diagnostic *diagnostic) {
   fvv_file_block **blocks = (fvv_file_block **)f->blocks.data;
   for (size_t i = 0; i < f->blocks.size / sizeof *blocks; i++)
@@ -486,7 +560,7 @@ static fvv_status find_block(fvv_file *f, uint64_t offset, fvv_file_block **foun
   if (!block) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, offset, "out of memory");
   block->offset = offset;
   block->chunks.allocator = f->allocator;
-  fvv_status status = load_block(f, block, diagnostic);
+  fvv_status status = load_block(f, block, size, diagnostic);
   if (status == FVV_OK) status = fvv_bytes_append(&f->blocks, &block, sizeof block);
   if (status < 0) {
     fvv_bytes_free(&block->chunks);
@@ -497,28 +571,68 @@ static fvv_status find_block(fvv_file *f, uint64_t offset, fvv_file_block **foun
   return FVV_OK;
 }
 
-/* 1 and *digest when the group's GRUP is intact. */
-static int digest_of(fvv_file *f, const fvv_group_info *group, uint32_t *digest) {
+/* *known: 1 and *digest when the index has it, or the group's GRUP is intact. Fails when the input does. */
+static fvv_status digest_of(fvv_file *f, const fvv_group_info *group, int *known, uint32_t *digest,
+                            fvv_diagnostic *diagnostic) {
+  const fvv_index_block *block = f->index_state == FVV_INDEX_PRESENT ? listed_block(f, group) : NULL;
+  *known = 1;
+  if (block) {
+    *digest = block->digest;
+    return FVV_OK;
+  }
   fvv_chunk_header header;
-  if (fvv_file_load(f, group->offset, &header, NULL) != FVV_OK || header.type != FVV_CHUNK_GROUP ||
-      header.size != FVV_GRUP_SIZE)
-    return 0;
-  *digest = fvv_get_u32(f->buffer.data + FVV_GRUP_CONFIGURATION_CRC);
-  return 1;
+  const fvv_status status = fvv_file_load(f, group->offset, &header, diagnostic);
+  if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_IO) return status;
+  *known = status == FVV_OK && header.type == FVV_CHUNK_GROUP && header.size == FVV_GRUP_SIZE;
+  if (*known) *digest = fvv_get_u32(f->buffer.data + FVV_GRUP_CONFIGURATION_CRC);
+  return FVV_OK;
 }
 
-/* The first block with the digest among those of the groups around; NULL: none. */
-static fvv_file_block *search_repetition(fvv_file *f, size_t group, uint32_t digest) {
-  const size_t count = group_count(f);
-  for (size_t distance = 1; distance <= NEIGHBOURS; distance++)
+/* The nearest intact block with the digest, in either direction; *found NULL: none. Fails when the input
+ * does. */
+static fvv_status search_repetition(fvv_file *f, const fvv_group_info *group, uint32_t digest,
+                                    fvv_file_block **found, fvv_diagnostic *diagnostic) {
+  const fvv_index_block *blocks = (const fvv_index_block *)f->listed.data;
+  const size_t count = f->listed.size / sizeof *blocks;
+  size_t after = 0, tried = 0;
+  while (after < count && blocks[after].offset <= group->configuration_offset) after++;
+  size_t before = after;
+  *found = NULL;
+  while (tried < REPETITIONS && (before || after < count)) {
     for (int side = 0; side < 2; side++) {
-      if (side ? distance > group : group + distance >= count) continue;
-      const fvv_group_info *other = &entry_at(f, side ? group - distance : group + distance)->group;
-      fvv_file_block *block;
-      if (find_block(f, other->configuration_offset, &block, NULL) == FVV_OK && block->crc == digest)
-        return block;
+      if (side ? !before : after == count) continue;
+      const fvv_index_block *block = side ? &blocks[--before] : &blocks[after++];
+      if (block->digest != digest || block->offset == group->configuration_offset) continue;
+      fvv_file_block *loaded;
+      const fvv_status status = find_block(f, block->offset, block->size, &loaded, diagnostic);
+      if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_IO) return status;
+      tried++;
+      if (status != FVV_OK || loaded->crc != digest) continue;
+      *found = loaded;
+      return FVV_OK;
     }
-  return NULL;
+  }
+  return FVV_OK;
+}
+
+/* Lists damage of a block once, although many groups name it. */
+static fvv_status note_damage(fvv_file *f, const fvv_diagnostic *why) {
+  const fvv_diagnostic *noted = (const fvv_diagnostic *)f->damage.data;
+  for (size_t i = 0; i < f->damage.size / sizeof *noted; i++)
+    if (noted[i].offset == why->offset && noted[i].issue == why->issue) return FVV_OK;
+  return fvv_bytes_append(&f->damage, why, sizeof *why);
+}
+
+/* An intact repetition of the block at offset, NULL: none. why: what is wrong with that block. The damage is
+ * listed when the repetition hides it. */
+static fvv_status replace_block(fvv_file *f, const fvv_group_info *info, uint32_t digest, fvv_diagnostic *why,
+                                fvv_file_block **block, fvv_diagnostic *diagnostic) {
+  const fvv_status status = search_repetition(f, info, digest, block, diagnostic);
+  if (status < 0 || !*block || f->index_state == FVV_INDEX_REBUILT) return status;
+  if (why->status >= 0)
+    fvv_fail(why, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_GROUP, info->offset,
+             "group %u does not belong to the configuration before it", info->sequence);
+  return note_damage(f, why);
 }
 
 fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_info **chunks, size_t *count,
@@ -529,13 +643,23 @@ fvv_status fvv_file_configuration(fvv_file *file, size_t group, const fvv_chunk_
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "group %zu of %zu", group, groups);
   const fvv_group_info *info = &entry_at(file, group)->group;
   uint32_t digest = 0;
-  const int known = digest_of(file, info, &digest);
+  int known;
+  fvv_status status = digest_of(file, info, &known, &digest, diagnostic);
+  if (status < 0) return status;
   fvv_file_block *block = NULL;
-  const fvv_status status = find_block(file, info->configuration_offset, &block, diagnostic);
-  if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_IO || status == FVV_ERROR_UNSUPPORTED) return status;
+  fvv_diagnostic why = {0};
+  status = find_block(file, info->configuration_offset, info->configuration_size, &block, &why);
+  if (status == FVV_ERROR_MEMORY || status == FVV_ERROR_IO || status == FVV_ERROR_UNSUPPORTED) {
+    if (diagnostic) *diagnostic = why;
+    return status;
+  }
   /* Without the digest only the end of the block shows that it is whole. */
-  if (status < 0 || (known ? block->crc != digest : !block->ended))
-    block = known ? search_repetition(file, group, digest) : NULL;
+  if (status < 0 || (known ? block->crc != digest : !block->ended)) {
+    if (status >= 0) why = block->why;
+    block = NULL;
+    status = known ? replace_block(file, info, digest, &why, &block, diagnostic) : FVV_OK;
+    if (status < 0) return fvv_fail(diagnostic, status, 0, 0, info->offset, "out of memory");
+  }
   if (!block)
     return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_CONFIGURATION, FVV_CHUNK_GROUP,
                     info->offset, "the configuration of group %u is lost", info->sequence);

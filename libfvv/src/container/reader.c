@@ -46,7 +46,7 @@ fvv_status fvv_reader_create(const fvv_limits *limits, const fvv_allocator *allo
   if (start_offset) {
     r->state = AT_CHUNK;
     r->sequence.configuration = FVV_CONFIGURATION_UNSEEN;
-    r->sequence.gaps = r->sequence.suspect = 1;
+    r->sequence.gaps = r->sequence.suspect = r->sequence.hole = 1;
   }
   return FVV_OK;
 }
@@ -55,6 +55,10 @@ fvv_status fvv_reader_join(fvv_reader *reader) {
   if (reader->start || reader->offset || reader->buffer.size) return FVV_ERROR_STATE;
   reader->sequence.joined = reader->sequence.joining = 1;
   return FVV_OK;
+}
+
+void fvv_reader_inherit(fvv_reader *reader, fvv_reader *former) {
+  fvv_sequence_inherit(&reader->sequence, &former->sequence);
 }
 
 void fvv_reader_destroy(fvv_reader *reader) {
@@ -165,8 +169,8 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
     event->diagnostic = diagnostic;
     return FVV_OK;
   }
-  const int broken = status == FVV_ERROR_INVALID;
-  if (status < 0 && !broken) {
+  const int broken = status == FVV_ERROR_INVALID, missing = status == FVV_ERROR_DAMAGED;
+  if (status < 0 && !broken && !missing) {
     r->stop = diagnostic;
     return stop(r, status, 0, r->offset, fvv_status_text(status));
   }
@@ -175,6 +179,7 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
     return stop(r, status, status == FVV_ERROR_LIMIT ? FVV_ISSUE_LIMIT : 0, r->offset,
                 fvv_status_text(status));
   if (broken) fvv_sequence_broken(&r->sequence, header);
+  if (missing) fvv_sequence_missing(&r->sequence);
   memset(&r->chunk, 0, sizeof r->chunk);
   r->chunk.kind = FVV_EVENT_CHUNK;
   r->chunk.offset = r->offset;
@@ -182,7 +187,7 @@ static fvv_status take_chunk(fvv_reader *r, const fvv_chunk_header *header, fvv_
   r->chunk.payload = payload;
   r->chunk.group_intact = fvv_sequence_group_intact(&r->sequence);
   r->consumed = (size_t)extent;
-  if (broken) {
+  if (broken || missing) {
     damage_event(r, event);
     event->diagnostic = diagnostic;
     r->held = 1;
@@ -214,10 +219,10 @@ static fvv_status read_chunk(fvv_reader *r, fvv_event *event) {
     begin_scan(r, &loss, cut ? available(r) : 1);
     return FVV_OK;
   }
-  if (header.size > r->sequence.limits.max_payload) {
+  const uint64_t most = fvv_payload_limit(&r->sequence.limits, header.type);
+  if (header.size > most) {
     fvv_fail(&r->stop, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, header.type, r->offset,
-             "payload of %llu bytes, limit %llu", (unsigned long long)header.size,
-             (unsigned long long)r->sequence.limits.max_payload);
+             "payload of %llu bytes, limit %llu", (unsigned long long)header.size, (unsigned long long)most);
     return stop(r, FVV_ERROR_LIMIT, 0, 0, "");
   }
   loss.has_chunk = 1;
@@ -270,7 +275,7 @@ static fvv_status scan(fvv_reader *r, fvv_event *event) {
   const size_t bytes = available(r);
   while (!found && bytes - passed >= FVV_CHUNK_HEADER_SIZE) {
     found = fvv_header_read(&header, here(r) + passed) &&
-            fvv_header_plausible(&header, r->sequence.limits.max_payload);
+            fvv_header_plausible(&header, fvv_payload_limit(&r->sequence.limits, header.type));
     passed += !found;
   }
   if (!found && r->finished) passed = bytes;

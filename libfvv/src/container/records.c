@@ -121,7 +121,13 @@ fvv_status fvv_track_decode(fvv_track *track, const uint8_t *payload, size_t siz
                         FVV_TRAK_SIZE, diagnostic);
 }
 
-static void put_entry(uint8_t *p, const fvv_index_entry *entry) {
+uint64_t fvv_payload_limit(const fvv_limits *limits, uint32_t type) {
+  const uint64_t index =
+      FVV_INDX_SIZE + (uint64_t)(FVV_INDX_BLOCK_SIZE + FVV_INDX_ENTRY_SIZE) * limits->max_groups;
+  return type == FVV_CHUNK_INDEX && index > limits->max_payload ? index : limits->max_payload;
+}
+
+static void put_entry(uint8_t *p, const fvv_index_entry *entry, uint32_t block) {
   const fvv_group_info *group = &entry->group;
   fvv_put_u64(p + FVV_INDX_ENTRY_OFFSET, group->offset);
   fvv_put_u64(p + FVV_INDX_ENTRY_GROUP_SIZE, group->size);
@@ -131,7 +137,7 @@ static void put_entry(uint8_t *p, const fvv_index_entry *entry) {
   fvv_put_u32(p + FVV_INDX_ENTRY_FRAME_COUNT, group->frame_count);
   fvv_put_u32(p + FVV_INDX_ENTRY_CHAIN_CRC, entry->chain_crc);
   fvv_put_u32(p + FVV_INDX_ENTRY_END_SIZE, entry->end_size);
-  fvv_put_u64(p + FVV_INDX_ENTRY_CONFIGURATION_OFFSET, group->configuration_offset);
+  fvv_put_u32(p + FVV_INDX_ENTRY_BLOCK, block);
 }
 
 static void get_entry(const uint8_t *p, fvv_index_entry *entry) {
@@ -143,67 +149,127 @@ static void get_entry(const uint8_t *p, fvv_index_entry *entry) {
   group->end = fvv_get_i64(p + FVV_INDX_ENTRY_END);
   group->sequence = fvv_get_u32(p + FVV_INDX_ENTRY_SEQUENCE);
   group->frame_count = fvv_get_u32(p + FVV_INDX_ENTRY_FRAME_COUNT);
-  group->configuration_offset = fvv_get_u64(p + FVV_INDX_ENTRY_CONFIGURATION_OFFSET);
   group->intact = 1;
   entry->chain_crc = fvv_get_u32(p + FVV_INDX_ENTRY_CHAIN_CRC);
   entry->end_size = fvv_get_u32(p + FVV_INDX_ENTRY_END_SIZE);
 }
 
-fvv_status fvv_index_encode(const fvv_index_entry *entries, size_t count, fvv_bytes *out) {
-  uint8_t fixed[FVV_INDX_SIZE] = {0};
-  fvv_put_u32(fixed + FVV_INDX_GROUP_COUNT, (uint32_t)count);
+fvv_status fvv_index_encode(const fvv_bytes *entries, const fvv_bytes *blocks, fvv_bytes *out) {
+  const fvv_index_entry *entry = (const fvv_index_entry *)entries->data;
+  const fvv_index_block *block = (const fvv_index_block *)blocks->data;
+  const size_t count = entries->size / sizeof *entry, block_count = blocks->size / sizeof *block;
   out->size = 0;
-  fvv_status status = fvv_bytes_append(out, fixed, sizeof fixed);
-  for (size_t i = 0; i < count && status == FVV_OK; i++) {
-    uint8_t bytes[FVV_INDX_ENTRY_SIZE];
-    put_entry(bytes, &entries[i]);
-    status = fvv_bytes_append(out, bytes, sizeof bytes);
+  const fvv_status status =
+      fvv_bytes_reserve(out, FVV_INDX_SIZE + block_count * FVV_INDX_BLOCK_SIZE + count * FVV_INDX_ENTRY_SIZE);
+  if (status != FVV_OK) return status;
+  uint8_t *p = out->data;
+  fvv_put_u32(p + FVV_INDX_GROUP_COUNT, (uint32_t)count);
+  fvv_put_u32(p + FVV_INDX_BLOCK_COUNT, (uint32_t)block_count);
+  p += FVV_INDX_SIZE;
+  for (size_t i = 0; i < block_count; i++, p += FVV_INDX_BLOCK_SIZE) {
+    fvv_put_u64(p + FVV_INDX_BLOCK_OFFSET, block[i].offset);
+    fvv_put_u32(p + FVV_INDX_BLOCK_BLOCK_SIZE, block[i].size);
+    fvv_put_u32(p + FVV_INDX_BLOCK_DIGEST, block[i].digest);
   }
-  return status;
+  uint32_t number = 0;
+  for (size_t i = 0; i < count; i++, p += FVV_INDX_ENTRY_SIZE) {
+    while (number + 1 < block_count && block[number + 1].offset <= entry[i].group.configuration_offset)
+      number++;
+    put_entry(p, &entry[i], number);
+  }
+  out->size = (size_t)(p - out->data);
+  return FVV_OK;
 }
 
 static fvv_status bad_index(fvv_diagnostic *diagnostic, size_t offset, const char *what) {
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_INDEX, FVV_CHUNK_INDEX, offset, "%s", what);
 }
 
-fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_offset,
-                            const fvv_limits *limits, fvv_bytes *entries, fvv_diagnostic *diagnostic) {
-  if (size < FVV_INDX_SIZE || (size - FVV_INDX_SIZE) % FVV_INDX_ENTRY_SIZE)
-    return bad_index(diagnostic, 0, "payload is not a whole number of entries");
-  const size_t count = (size - FVV_INDX_SIZE) / FVV_INDX_ENTRY_SIZE;
-  if (fvv_get_u32(payload + FVV_INDX_GROUP_COUNT) != count || fvv_get_u32(payload + FVV_INDX_RESERVED))
-    return bad_index(diagnostic, 0, "count does not fit the payload");
-  if (count > limits->max_groups)
-    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_INDEX, 0, "%zu groups, limit %u",
-                    count, limits->max_groups);
-  entries->size = 0;
-  uint64_t least = FVV_FILE_HEADER_SIZE;
-  int64_t last_end = INT64_MIN;
-  uint32_t last_sequence = 0;
-  for (size_t i = 0; i < count; i++) {
-    const size_t at = FVV_INDX_SIZE + i * FVV_INDX_ENTRY_SIZE;
-    fvv_index_entry entry;
-    get_entry(payload + at, &entry);
-    const fvv_group_info *group = &entry.group;
-    const uint64_t smallest = fvv_chunk_extent(FVV_GRUP_SIZE) + entry.end_size;
-    if (group->offset < least || group->offset > index_offset || group->size > index_offset - group->offset ||
-        group->size < smallest || entry.end_size < fvv_chunk_extent(FVV_GEND_SIZE) ||
-        (group->offset | group->size | entry.end_size | group->configuration_offset) & 7)
-      return bad_index(diagnostic, at, "entry lies outside the stream or overlaps another group");
-    if (group->configuration_offset < FVV_FILE_HEADER_SIZE || group->configuration_offset >= group->offset)
-      return bad_index(diagnostic, at + FVV_INDX_ENTRY_CONFIGURATION_OFFSET,
-                       "configuration does not precede its group");
-    if (i && group->sequence <= last_sequence)
-      return bad_index(diagnostic, at + FVV_INDX_ENTRY_SEQUENCE, "sequence numbers are not in rising order");
-    if (group->start >= group->end || group->start < last_end)
-      return bad_index(diagnostic, at + FVV_INDX_ENTRY_START, "times of groups are not in order");
-    least = group->offset + group->size;
-    last_end = group->end;
-    last_sequence = group->sequence;
-    const fvv_status status = fvv_bytes_append(entries, &entry, sizeof entry);
+typedef struct index_reading {
+  const uint8_t *payload;
+  size_t count, block_count;
+  uint64_t index_offset;
+  uint64_t least; /* end of the group before */
+  int64_t last_end;
+  uint32_t last_sequence;
+  size_t blocks; /* that groups have named so far */
+} index_reading;
+
+/* The block of entry i, which the group before has or which lies directly before its own first group. */
+static fvv_status find_block(index_reading *r, size_t at, fvv_group_info *group, fvv_bytes *blocks,
+                             fvv_diagnostic *diagnostic) {
+  const size_t number = fvv_get_u32(r->payload + at + FVV_INDX_ENTRY_BLOCK);
+  fvv_index_block block;
+  if (r->blocks && number == r->blocks - 1) {
+    block = ((const fvv_index_block *)blocks->data)[number];
+  } else {
+    if (number != r->blocks || number >= r->block_count)
+      return bad_index(diagnostic, at + FVV_INDX_ENTRY_BLOCK, "configuration blocks are not in rising order");
+    const size_t place = FVV_INDX_SIZE + number * FVV_INDX_BLOCK_SIZE;
+    const uint8_t *p = r->payload + place;
+    block.offset = fvv_get_u64(p + FVV_INDX_BLOCK_OFFSET);
+    block.size = fvv_get_u32(p + FVV_INDX_BLOCK_BLOCK_SIZE);
+    block.digest = fvv_get_u32(p + FVV_INDX_BLOCK_DIGEST);
+    if (block.offset < r->least || (block.offset | block.size) & 7 ||
+        block.size < fvv_chunk_extent(FVV_SCEN_SIZE) || group->offset < block.size ||
+        block.offset != group->offset - block.size)
+      return bad_index(diagnostic, place, "configuration block is not directly before its first group");
+    r->blocks++;
+    const fvv_status status = fvv_bytes_append(blocks, &block, sizeof block);
     if (status < 0) return status;
   }
+  group->configuration_offset = block.offset;
+  group->configuration_size = block.size;
   return FVV_OK;
+}
+
+static fvv_status read_entry(index_reading *r, size_t at, fvv_index_entry *entry, fvv_bytes *blocks,
+                             fvv_diagnostic *diagnostic) {
+  get_entry(r->payload + at, entry);
+  fvv_group_info *group = &entry->group;
+  const uint64_t smallest = fvv_chunk_extent(FVV_GRUP_SIZE) + entry->end_size;
+  if (group->offset < r->least || group->offset > r->index_offset ||
+      group->size > r->index_offset - group->offset || group->size < smallest ||
+      entry->end_size < fvv_chunk_extent(FVV_GEND_SIZE) ||
+      (group->offset | group->size | entry->end_size) & 7)
+    return bad_index(diagnostic, at, "entry lies outside the stream or overlaps another group");
+  if (r->last_end != INT64_MIN && group->sequence <= r->last_sequence)
+    return bad_index(diagnostic, at + FVV_INDX_ENTRY_SEQUENCE, "sequence numbers are not in rising order");
+  if (group->start >= group->end || group->start < r->last_end)
+    return bad_index(diagnostic, at + FVV_INDX_ENTRY_START, "times of groups are not in order");
+  const fvv_status status = find_block(r, at, group, blocks, diagnostic);
+  r->least = group->offset + group->size;
+  r->last_end = group->end;
+  r->last_sequence = group->sequence;
+  return status;
+}
+
+fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_offset,
+                            const fvv_limits *limits, fvv_bytes *entries, fvv_bytes *blocks,
+                            fvv_diagnostic *diagnostic) {
+  if (size < FVV_INDX_SIZE) return bad_index(diagnostic, 0, "payload ends inside its header");
+  index_reading r = {payload, 0, 0, index_offset, FVV_FILE_HEADER_SIZE, INT64_MIN, 0, 0};
+  r.count = fvv_get_u32(payload + FVV_INDX_GROUP_COUNT);
+  r.block_count = fvv_get_u32(payload + FVV_INDX_BLOCK_COUNT);
+  if (r.count > limits->max_groups)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_INDEX, 0, "%zu groups, limit %u",
+                    r.count, limits->max_groups);
+  if (size !=
+      FVV_INDX_SIZE + (uint64_t)r.block_count * FVV_INDX_BLOCK_SIZE + (uint64_t)r.count * FVV_INDX_ENTRY_SIZE)
+    return bad_index(diagnostic, 0, "counts do not fit the payload");
+  entries->size = blocks->size = 0;
+  fvv_status status = r.count > SIZE_MAX / sizeof(fvv_index_entry)
+                          ? FVV_ERROR_MEMORY
+                          : fvv_bytes_reserve(entries, r.count * sizeof(fvv_index_entry));
+  size_t at = FVV_INDX_SIZE + r.block_count * FVV_INDX_BLOCK_SIZE;
+  for (size_t i = 0; i < r.count && status == FVV_OK; i++, at += FVV_INDX_ENTRY_SIZE) {
+    fvv_index_entry entry;
+    status = read_entry(&r, at, &entry, blocks, diagnostic);
+    if (status == FVV_OK) status = fvv_bytes_append(entries, &entry, sizeof entry);
+  }
+  if (status == FVV_OK && r.blocks != r.block_count)
+    return bad_index(diagnostic, 0, "a configuration block has no group");
+  return status;
 }
 
 void fvv_group_table_init(fvv_group_table *table, const fvv_allocator *allocator) {

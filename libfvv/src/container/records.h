@@ -18,12 +18,21 @@ typedef struct fvv_index_entry {
   uint32_t end_size; /* bytes of the GEND chunk; 0: the group has none */
 } fvv_index_entry;
 
-/* payload of an INDX chunk for count entries, replacing what out holds. */
-FVV_MUST_USE fvv_status fvv_index_encode(const fvv_index_entry *entries, size_t count, fvv_bytes *out);
-/* entries: an array of fvv_index_entry. index_offset: where the INDX header is; all groups lie before it.
- */
+/* A configuration block that groups name. */
+typedef struct fvv_index_block {
+  uint64_t offset;
+  uint32_t size, digest;
+} fvv_index_block;
+
+/* The most bytes that a payload of this type may have; for INDX those that max_groups groups take. */
+uint64_t fvv_payload_limit(const fvv_limits *limits, uint32_t type);
+
+/* payload of an INDX chunk, replacing what out holds. entries: fvv_index_entry; blocks: fvv_index_block,
+ * those of the entries in order. */
+FVV_MUST_USE fvv_status fvv_index_encode(const fvv_bytes *entries, const fvv_bytes *blocks, fvv_bytes *out);
+/* The opposite. index_offset: where the INDX header is; all groups lie before it. */
 FVV_MUST_USE fvv_status fvv_index_decode(const uint8_t *payload, size_t size, uint64_t index_offset,
-                                         const fvv_limits *limits, fvv_bytes *entries,
+                                         const fvv_limits *limits, fvv_bytes *entries, fvv_bytes *blocks,
                                          fvv_diagnostic *diagnostic);
 
 /* The list of a group's chunks, as GEND carries it (clause 6.3). Writer and reader build

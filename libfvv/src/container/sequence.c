@@ -11,14 +11,54 @@ void fvv_sequence_init(fvv_sequence *sequence, const fvv_limits *limits, const f
   sequence->allocator = fvv_allocator_or_default(allocator);
   sequence->last_end = INT64_MIN;
   fvv_group_table_init(&sequence->table, &sequence->allocator);
-  sequence->tracks.allocator = sequence->groups.allocator = sequence->scratch.allocator = sequence->allocator;
+  sequence->tracks.allocator = sequence->blocks.allocator = sequence->groups.allocator =
+      sequence->scratch.allocator = sequence->allocator;
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) sequence->known[i].tracks.allocator = sequence->allocator;
 }
 
 void fvv_sequence_free(fvv_sequence *sequence) {
   fvv_group_table_free(&sequence->table);
   fvv_bytes_free(&sequence->tracks);
+  fvv_bytes_free(&sequence->blocks);
   fvv_bytes_free(&sequence->groups);
   fvv_bytes_free(&sequence->scratch);
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) fvv_bytes_free(&sequence->known[i].tracks);
+}
+
+void fvv_sequence_inherit(fvv_sequence *sequence, fvv_sequence *former) {
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) {
+    const fvv_known_block mine = sequence->known[i];
+    sequence->known[i] = former->known[i];
+    former->known[i] = mine;
+  }
+  sequence->next_known = former->next_known;
+}
+
+static fvv_known_block *find_known(fvv_sequence *s, uint32_t digest) {
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++)
+    if (s->known[i].used && s->known[i].digest == digest) return &s->known[i];
+  return NULL;
+}
+
+/* Remembers the tracks of the block that holds. */
+static fvv_status remember_block(fvv_sequence *s) {
+  if (find_known(s, s->configuration_crc)) return FVV_OK;
+  fvv_known_block *block = &s->known[s->next_known];
+  s->next_known = (s->next_known + 1) % FVV_KNOWN_BLOCKS;
+  block->used = 0;
+  block->digest = s->configuration_crc;
+  block->tracks.size = 0;
+  const fvv_status status = fvv_bytes_append(&block->tracks, s->tracks.data, s->tracks.size);
+  block->used = status == FVV_OK;
+  return status;
+}
+
+/* The block with this digest holds, although it is not the last one. */
+static fvv_status recall_block(fvv_sequence *s, const fvv_known_block *block) {
+  s->configuration = FVV_CONFIGURATION_GOOD;
+  s->configuration_crc = block->digest;
+  s->tracks.size = 0;
+  return fvv_bytes_append(&s->tracks, block->tracks.data, block->tracks.size);
 }
 
 uint8_t fvv_sequence_counter(const fvv_sequence *sequence, uint32_t type) {
@@ -40,6 +80,9 @@ static fvv_sequence_track *track_of(const fvv_sequence *s, uint16_t id) {
 /* Returns with the error of a broken rule; header is that of the chunk. */
 #define BROKEN(issue, at, ...)                                                                               \
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_##issue, header->type, offset + (at), __VA_ARGS__)
+/* The same, when the chunk is good and something before it is missing. */
+#define MISSING(issue, at, ...)                                                                              \
+  return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_##issue, header->type, offset + (at), __VA_ARGS__)
 enum { IN_PAYLOAD = FVV_CHUNK_HEADER_SIZE };
 
 static fvv_status check_place(const fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset,
@@ -57,8 +100,7 @@ static fvv_status check_place(const fvv_sequence *s, const fvv_chunk_header *hea
     BROKEN(CHUNK_PLACE, 0, "no group is open");
   if (header->type == FVV_CHUNK_FOOTER && !s->index_seen)
     BROKEN(CHUNK_PLACE, 0, "no index precedes the footer");
-  if ((header->type == FVV_CHUNK_GROUP || header->type == FVV_CHUNK_INDEX) &&
-      s->configuration == FVV_CONFIGURATION_NONE)
+  if (header->type == FVV_CHUNK_INDEX && s->configuration == FVV_CONFIGURATION_NONE)
     BROKEN(NO_CONFIGURATION, 0, "no configuration precedes it");
   return FVV_OK;
 }
@@ -102,7 +144,7 @@ static fvv_status check_track(const fvv_sequence *s, const fvv_chunk_header *hea
   return FVV_OK;
 }
 
-static fvv_status check_group(const fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+static fvv_status check_group(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
                               uint64_t offset, fvv_diagnostic *diagnostic) {
   if (header->size != FVV_GRUP_SIZE)
     BROKEN(GROUP_PAYLOAD, FVV_CHUNK_HEADER_PAYLOAD_SIZE, "payload of %llu bytes, expected %d",
@@ -113,13 +155,25 @@ static fvv_status check_group(const fvv_sequence *s, const fvv_chunk_header *hea
     BROKEN(GROUP_TIME, IN_PAYLOAD + FVV_GRUP_START,
            "group covers ticks %lld to %lld with header time %lld, and the previous group ended at %lld",
            (long long)start, (long long)end, (long long)header->time, (long long)s->last_end);
-  /* After a gap groups may be missing, but none is repeated. */
-  if (!s->joining && (s->gaps ? number < s->next_sequence : number != s->next_sequence))
-    BROKEN(GROUP_SEQUENCE, IN_PAYLOAD + FVV_GRUP_SEQUENCE, "group %u, expected %u", number, s->next_sequence);
-  if (s->configuration == FVV_CONFIGURATION_GOOD &&
-      fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC) != s->configuration_crc)
-    BROKEN(GROUP_CONFIGURATION, IN_PAYLOAD + FVV_GRUP_CONFIGURATION_CRC,
-           "group %u does not belong to the configuration before it", number);
+  if (!s->joining && number < s->next_sequence)
+    BROKEN(GROUP_SEQUENCE, IN_PAYLOAD + FVV_GRUP_SEQUENCE, "group %u, expected %u: it is repeated", number,
+           s->next_sequence);
+  const uint32_t digest = fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC);
+  if (s->configuration == FVV_CONFIGURATION_NONE) {
+    if (!find_known(s, digest)) BROKEN(NO_CONFIGURATION, 0, "no configuration precedes it");
+    MISSING(NO_CONFIGURATION, 0, "no configuration precedes it; a repetition follows");
+  }
+  if (s->configuration == FVV_CONFIGURATION_GOOD && digest != s->configuration_crc) {
+    if (!find_known(s, digest))
+      BROKEN(GROUP_CONFIGURATION, IN_PAYLOAD + FVV_GRUP_CONFIGURATION_CRC,
+             "group %u does not belong to the configuration before it", number);
+    if (!s->hole)
+      MISSING(GROUP_CONFIGURATION, IN_PAYLOAD + FVV_GRUP_CONFIGURATION_CRC,
+              "group %u belongs to an earlier configuration, of which a repetition is missing", number);
+  }
+  if (!s->joining && !s->hole && number != s->next_sequence)
+    MISSING(GROUP_SEQUENCE, IN_PAYLOAD + FVV_GRUP_SEQUENCE, "group %u, expected %u: groups are missing",
+            number, s->next_sequence);
   return FVV_OK;
 }
 
@@ -258,15 +312,29 @@ static fvv_status begin_block(fvv_sequence *s, const fvv_chunk_header *header, c
   return FVV_OK;
 }
 
-static void begin_group(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
-                        uint64_t offset) {
-  /* The digest covers every header of the block, and each header has the CRC of its payload. */
-  if (s->configuration == FVV_CONFIGURATION_LOST && s->configuration_offset &&
-      fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC) == s->configuration_crc)
+/* The digest covers every header of the block, and each header has the CRC of its payload. A block that was
+ * damaged or lost is replaced by an intact repetition. */
+static fvv_status find_configuration(fvv_sequence *s, uint32_t digest) {
+  const int is_whole = s->configuration == FVV_CONFIGURATION_GOOD ||
+                       (s->configuration == FVV_CONFIGURATION_LOST && s->configuration_offset);
+  if (is_whole && digest == s->configuration_crc) {
     s->configuration = FVV_CONFIGURATION_GOOD;
+    return remember_block(s);
+  }
+  if (s->configuration == FVV_CONFIGURATION_UNSEEN) return FVV_OK;
+  const fvv_known_block *known = find_known(s, digest);
+  if (known) return recall_block(s, known);
+  if (s->configuration == FVV_CONFIGURATION_NONE) s->configuration = FVV_CONFIGURATION_LOST;
+  return FVV_OK;
+}
+
+static fvv_status begin_group(fvv_sequence *s, const fvv_chunk_header *header, const uint8_t *payload,
+                              uint64_t offset) {
+  const fvv_status status = find_configuration(s, fvv_get_u32(payload + FVV_GRUP_CONFIGURATION_CRC));
+  if (status < 0) return status;
   s->in_block = 0;
   s->in_group = 1;
-  s->suspect = s->joining = 0;
+  s->suspect = s->joining = s->hole = 0;
   s->group_offset = offset;
   s->group_start = fvv_get_i64(payload + FVV_GRUP_START);
   s->group_end = fvv_get_i64(payload + FVV_GRUP_END);
@@ -275,13 +343,28 @@ static void begin_group(fvv_sequence *s, const fvv_chunk_header *header, const u
   fvv_group_table_begin(&s->table, header, number);
   fvv_sequence_track *tracks = (fvv_sequence_track *)s->tracks.data;
   for (size_t i = 0; i < s->tracks.size / sizeof *tracks; i++) tracks[i].seen = tracks[i].laid_out = 0;
+  return FVV_OK;
+}
+
+/* The block of the open group, for the index. */
+static fvv_status list_block(fvv_sequence *s) {
+  const size_t count = s->blocks.size / sizeof(fvv_index_block);
+  if (count && ((const fvv_index_block *)s->blocks.data)[count - 1].offset == s->configuration_offset)
+    return FVV_OK;
+  const uint64_t size = s->group_offset - s->configuration_offset;
+  if (size > UINT32_MAX) return FVV_ERROR_LIMIT;
+  const fvv_index_block block = {s->configuration_offset, (uint32_t)size, s->configuration_crc};
+  return fvv_bytes_append(&s->blocks, &block, sizeof block);
 }
 
 static fvv_status end_group(fvv_sequence *s, const fvv_chunk_header *header, uint64_t offset) {
   s->in_group = 0;
   s->last_end = s->group_end;
-  if (s->suspect) return FVV_OK;
+  /* After damage, and where reading began late, no index is compared: live streams have no end. */
+  if (s->suspect || s->gaps || s->joined) return FVV_OK;
   if (s->groups.size / sizeof(fvv_index_entry) >= s->limits.max_groups) return FVV_ERROR_LIMIT;
+  const fvv_status status = list_block(s);
+  if (status < 0) return status;
   fvv_index_entry entry;
   memset(&entry, 0, sizeof entry);
   entry.group.offset = s->group_offset;
@@ -319,8 +402,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
     status = begin_block(s, header, payload, offset);
     break;
   case FVV_CHUNK_GROUP:
-    if (header->size == FVV_GRUP_SIZE) begin_group(s, header, payload, offset);
-    return FVV_OK;
+    return header->size == FVV_GRUP_SIZE ? begin_group(s, header, payload, offset) : FVV_OK;
   case FVV_CHUNK_GROUP_END:
     return s->in_group ? end_group(s, header, offset) : FVV_OK;
   case FVV_CHUNK_INDEX:
@@ -353,7 +435,7 @@ fvv_status fvv_sequence_apply(fvv_sequence *s, const fvv_chunk_header *header, c
 }
 
 void fvv_sequence_lost(fvv_sequence *s) {
-  s->suspect = s->gaps = 1;
+  s->suspect = s->gaps = s->hole = 1;
   /* A block that is complete stays good; if a newer one was lost, the next group's digest shows it. */
   if ((s->in_block && s->configuration == FVV_CONFIGURATION_GOOD) ||
       s->configuration == FVV_CONFIGURATION_NONE)
@@ -361,16 +443,20 @@ void fvv_sequence_lost(fvv_sequence *s) {
 }
 
 void fvv_sequence_broken(fvv_sequence *s, const fvv_chunk_header *header) {
-  s->suspect = 1;
+  s->suspect = s->gaps = s->hole = 1;
   const fvv_place place = fvv_chunk_place(header->type, header->flags);
   if ((s->in_block || s->configuration == FVV_CONFIGURATION_NONE) &&
       (place == FVV_PLACE_CONFIGURATION || place == FVV_PLACE_UNKNOWN))
     s->configuration = FVV_CONFIGURATION_BROKEN;
 }
 
+void fvv_sequence_missing(fvv_sequence *s) {
+  s->gaps = 1;
+}
+
 void fvv_sequence_abandon_group(fvv_sequence *s) {
   s->in_group = 0;
-  s->gaps = 1;
+  s->gaps = s->hole = 1;
 }
 
 int fvv_sequence_group_intact(const fvv_sequence *s) {
@@ -379,8 +465,7 @@ int fvv_sequence_group_intact(const fvv_sequence *s) {
 }
 
 fvv_status fvv_sequence_index(const fvv_sequence *s, fvv_bytes *payload) {
-  return fvv_index_encode((const fvv_index_entry *)s->groups.data, s->groups.size / sizeof(fvv_index_entry),
-                          payload);
+  return fvv_index_encode(&s->groups, &s->blocks, payload);
 }
 
 void fvv_footer_write(uint64_t index_offset, uint64_t file_size, uint32_t index_crc, uint8_t *payload) {

@@ -25,6 +25,15 @@ typedef struct fvv_sequence_track {
   int64_t last_time;
 } fvv_sequence_track;
 
+/* Intact configuration blocks that are remembered: a group may name any of them (clause 7.4). */
+enum { FVV_KNOWN_BLOCKS = 4 };
+
+typedef struct fvv_known_block {
+  int used;
+  uint32_t digest;
+  fvv_bytes tracks; /* fvv_sequence_track */
+} fvv_known_block;
+
 typedef struct fvv_sequence {
   fvv_limits limits;
   fvv_allocator allocator;
@@ -33,7 +42,8 @@ typedef struct fvv_sequence {
   int in_group;
   int suspect; /* something was lost or wrong since the last GRUP or SCEN: further errors would only repeat it
                 */
-  int gaps;    /* bytes were lost anywhere, or the reader joined late: totals can't be compared */
+  int gaps;    /* anything was lost or wrong, or the reader joined late: totals can't be compared */
+  int hole;    /* the same since the last GRUP: numbers of groups that are missing are no further problem */
   int joined;  /* the stream began elsewhere: its index and footer describe more than what comes */
   int joining; /* joined, and no group has come yet: it may have any number */
   int index_seen, footer_seen;
@@ -46,7 +56,10 @@ typedef struct fvv_sequence {
   int64_t group_start, group_end, last_end;
   fvv_group_table table;
   fvv_bytes tracks; /* fvv_sequence_track */
-  fvv_bytes groups; /* fvv_index_entry, complete groups only */
+  fvv_known_block known[FVV_KNOWN_BLOCKS];
+  size_t next_known; /* that is replaced next */
+  fvv_bytes blocks;  /* fvv_index_block, that groups name */
+  fvv_bytes groups;  /* fvv_index_entry, complete groups only */
   fvv_bytes scratch;
 } fvv_sequence;
 
@@ -57,7 +70,8 @@ void fvv_sequence_free(fvv_sequence *sequence);
 uint8_t fvv_sequence_counter(const fvv_sequence *sequence, uint32_t type);
 
 /* Whether an intact chunk at offset may come now. Changes nothing but scratch space. FVV_ERROR_INVALID: a
- * rule is broken, and the diagnostic names it; FVV_ERROR_UNSUPPORTED, FVV_ERROR_LIMIT, FVV_ERROR_MEMORY:
+ * rule is broken, and the diagnostic names it; FVV_ERROR_DAMAGED: the chunk is good, but something before it
+ * is missing; FVV_ERROR_UNSUPPORTED, FVV_ERROR_LIMIT, FVV_ERROR_MEMORY:
  * reading cannot go on. */
 FVV_MUST_USE fvv_status fvv_sequence_check(fvv_sequence *sequence, const fvv_chunk_header *header,
                                            const uint8_t *payload, uint64_t offset,
@@ -69,6 +83,10 @@ FVV_MUST_USE fvv_status fvv_sequence_apply(fvv_sequence *sequence, const fvv_chu
 void fvv_sequence_lost(fvv_sequence *sequence);
 /* A chunk broke a rule: its group, or its configuration block, is no longer valid. */
 void fvv_sequence_broken(fvv_sequence *sequence, const fvv_chunk_header *header);
+/* Something before the chunk that was applied last is missing; the chunk itself is good. */
+void fvv_sequence_missing(fvv_sequence *sequence);
+/* sequence remembers the configuration blocks that former knew, which forgets them. */
+void fvv_sequence_inherit(fvv_sequence *sequence, fvv_sequence *former);
 /* The open group ends without GEND: its end is lost. */
 void fvv_sequence_abandon_group(fvv_sequence *sequence);
 /* No damage since the open group began, and its configuration is not damaged. */

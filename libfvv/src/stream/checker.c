@@ -352,6 +352,7 @@ struct fvv_checker {
   fvv_check_options options;
   fvv_frames *frames;
   const fvv_configuration *configuration; /* the last one that was good, NULL: none yet */
+  uint64_t block;                         /* number of the configuration that holds, from 1 */
   fvv_check_summary summary;
   fvv_bytes problems, tracks, runs;
   int frame_good;    /* no chunk of the current frame was found wrong */
@@ -390,16 +391,34 @@ fvv_status fvv_checker_create(const fvv_check_options *options, const fvv_limits
   return status;
 }
 
-void fvv_checker_destroy(fvv_checker *checker) {
-  if (!checker) return;
-  const fvv_allocator allocator = checker->allocator;
-  fvv_frames_destroy(checker->frames);
-  checked_track *tracks = (checked_track *)checker->tracks.data;
-  for (size_t i = 0; i < fvv_checker_track_count(checker); i++) {
+static void reset_tracks(fvv_checker *c) {
+  checked_track *tracks = (checked_track *)c->tracks.data;
+  for (size_t i = 0; i < fvv_checker_track_count(c); i++) {
     fvv_mesh_frames_reset(&tracks[i].mesh.frames);
     reset_calibration(&tracks[i].calibration);
     fvv_visibility_frames_reset(&tracks[i].visibility.frames);
   }
+  c->tracks.size = 0;
+}
+
+fvv_status fvv_checker_restart(fvv_checker *checker) {
+  fvv_checker *c = checker;
+  if (c->failed || !fvv_frames_missed_groups(c->frames)) return FVV_END;
+  reset_tracks(c);
+  c->problems.size = c->runs.size = 0;
+  memset(&c->summary, 0, sizeof c->summary);
+  c->configuration = NULL;
+  c->frame_good = 0;
+  c->block = 0;
+  c->failed = fvv_frames_seek(c->frames, 0, NULL);
+  return c->failed;
+}
+
+void fvv_checker_destroy(fvv_checker *checker) {
+  if (!checker) return;
+  const fvv_allocator allocator = checker->allocator;
+  fvv_frames_destroy(checker->frames);
+  reset_tracks(checker);
   fvv_bytes_free(&checker->problems);
   fvv_bytes_free(&checker->tracks);
   fvv_bytes_free(&checker->runs);
@@ -531,8 +550,8 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
                             &c->allocator, &track->summary, diagnostic);
   if (!c->options.decode || !configuration) return FVV_OK;
   if (event->chunk.type == FVV_CHUNK_CALIBRATION)
-    return judge_calibration(&track->calibration, event, c->summary.configurations, c->summary.groups,
-                             configuration, &c->allocator, &c->frame_good, diagnostic);
+    return judge_calibration(&track->calibration, event, c->block, c->summary.groups, configuration,
+                             &c->allocator, &c->frame_good, diagnostic);
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET) {
     const fvv_video_layout *video = fvv_configuration_video(configuration, event->chunk.track);
     if (video)
@@ -622,6 +641,7 @@ static fvv_status take_event(fvv_checker *c, const fvv_frames_event *event) {
     return take_read(c, event->read, event->begins_frame);
   case FVV_FRAMES_CONFIGURATION:
     c->configuration = event->configuration;
+    c->block++;
     return FVV_OK;
   case FVV_FRAMES_GROUP:
     c->digest = event->configuration_crc;

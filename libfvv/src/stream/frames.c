@@ -9,6 +9,7 @@
 #include "base/diagnostic.h"
 #include "base/layout.h"
 #include "container/header.h"
+#include "container/sequence.h"
 #include "stream/configuration.h"
 
 /* A frame as its chunks arrive. Payloads lie one after the other, each from a multiple of 8 bytes on. */
@@ -19,6 +20,16 @@ typedef struct open_frame {
   int is_open;
 } open_frame;
 
+/* Digests of blocks that groups lacked: the first ones. */
+enum { LACKED_BLOCKS = 64 };
+
+/* An intact configuration block. Groups name blocks by digest, so that any repetition serves. */
+typedef struct known_block {
+  int used;
+  uint32_t digest;
+  fvv_configuration_builder builder;
+} known_block;
+
 struct fvv_frames {
   fvv_allocator allocator;
   fvv_limits limits;
@@ -26,11 +37,16 @@ struct fvv_frames {
   fvv_reader *reader;
   fvv_event_source source; /* NULL: the reader */
   void *source_user;
-  fvv_configuration_builder building, complete; /* the block that arrives, and the last valid one */
-  const fvv_configuration *configuration;       /* NULL: none yet */
+  fvv_configuration_builder building; /* the block that arrives */
+  known_block known[FVV_KNOWN_BLOCKS];
+  size_t next_known;                      /* that is replaced next */
+  const fvv_configuration *configuration; /* that holds; NULL: none yet */
   uint64_t block_offset;
-  uint32_t block_digest, digest; /* of the block that arrives, and of complete */
+  uint32_t block_digest, digest; /* of the block that arrives, and of the configuration that holds */
+  uint32_t lacked[LACKED_BLOCKS];
+  size_t lacked_count;
   int block_open, block_bad, has_digest;
+  int block_hurt; /* something was lost or wrong in the block that arrives */
   open_frame frame;
   int in_group, lost; /* lost: frames up to the next group are not whole */
   fvv_event event;    /* that was read, and is not processed yet */
@@ -53,9 +69,12 @@ fvv_status fvv_frames_seek(fvv_frames *frames, uint64_t offset, const fvv_config
   f->block_open = f->block_bad = f->has_digest = f->in_group = f->has_event = f->is_finished = 0;
   f->failed = FVV_OK;
   f->frame.is_open = 0;
-  fvv_reader_destroy(f->reader);
-  f->reader = NULL;
-  return fvv_reader_create(&f->limits, &f->allocator, offset, &f->reader);
+  f->lacked_count = 0;
+  fvv_reader *former = f->reader;
+  const fvv_status status = fvv_reader_create(&f->limits, &f->allocator, offset, &f->reader);
+  if (status == FVV_OK && former) fvv_reader_inherit(f->reader, former);
+  fvv_reader_destroy(former);
+  return status;
 }
 
 fvv_status fvv_frames_create(const fvv_frames_options *options, const fvv_limits *limits,
@@ -71,7 +90,7 @@ fvv_status fvv_frames_create(const fvv_frames_options *options, const fvv_limits
     memcpy(&f->options, options, size);
   }
   fvv_configuration_init(&f->building, limits, &chosen);
-  fvv_configuration_init(&f->complete, limits, &chosen);
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) fvv_configuration_init(&f->known[i].builder, limits, &chosen);
   f->limits = f->building.limits;
   const fvv_status status = fvv_frames_seek(f, 0, NULL);
   if (status < 0) {
@@ -86,7 +105,7 @@ void fvv_frames_destroy(fvv_frames *frames) {
   const fvv_allocator allocator = frames->allocator;
   fvv_reader_destroy(frames->reader);
   fvv_configuration_free(&frames->building);
-  fvv_configuration_free(&frames->complete);
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++) fvv_configuration_free(&frames->known[i].builder);
   fvv_bytes_free(&frames->frame.chunks);
   fvv_bytes_free(&frames->frame.payloads);
   fvv_release(&allocator, frames, sizeof *frames);
@@ -124,7 +143,7 @@ static void report_damage(fvv_frames *f, const fvv_diagnostic *diagnostic, uint6
   out->offset = offset;
   out->diagnostic = *diagnostic;
   out->skipped = skipped;
-  f->lost = 1;
+  f->lost = f->block_hurt = 1;
 }
 
 /* ---- configuration ---------------------------------------------------------------------------------- */
@@ -133,7 +152,7 @@ static fvv_status add_configuration(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
   if (event->chunk.type == FVV_CHUNK_SCENE) {
     f->block_open = 1;
-    f->block_bad = 0;
+    f->block_bad = f->block_hurt = 0;
     f->block_offset = event->offset;
     f->block_digest = 0;
   }
@@ -144,14 +163,58 @@ static fvv_status add_configuration(fvv_frames *f, fvv_frames_event *out) {
       fvv_configuration_add(&f->building, &event->chunk, event->payload, event->offset, &why);
   if (status >= 0 || status == FVV_ERROR_MEMORY) return status;
   f->block_bad = 1;
-  report_damage(f, &why, event->offset, 0, out);
+  /* What is wrong because something before it was lost is no damage of its own. */
+  if (!f->block_hurt) report_damage(f, &why, event->offset, 0, out);
   return FVV_OK;
 }
 
-/* A block is checked when something other than configuration follows it, or at the end of the stream. A block
- * that is incomplete at the end of a truncated stream is no damage of its own. */
+static const known_block *find_known(const fvv_frames *f, uint32_t digest) {
+  for (size_t i = 0; i < FVV_KNOWN_BLOCKS; i++)
+    if (f->known[i].used && f->known[i].digest == digest) return &f->known[i];
+  return NULL;
+}
+
+/* A known block holds from here on. */
+static void use_block(fvv_frames *f, const known_block *block, uint64_t offset, fvv_frames_event *out) {
+  f->configuration = &block->builder.view;
+  f->block_bad = 0;
+  out->kind = FVV_FRAMES_CONFIGURATION;
+  out->offset = offset;
+  out->configuration = f->configuration;
+  out->repeated = f->has_digest && f->digest == block->digest;
+  f->digest = block->digest;
+  f->has_digest = 1;
+}
+
+/* Exchanges the block that arrived for the one that has been known longest. */
+static known_block *keep_block(fvv_frames *f) {
+  known_block *block = &f->known[f->next_known];
+  f->next_known = (f->next_known + 1) % FVV_KNOWN_BLOCKS;
+  const fvv_configuration_builder former = block->builder;
+  block->builder = f->building;
+  f->building = former;
+  block->digest = f->block_digest;
+  block->used = 1;
+  return block;
+}
+
+static int is_group(const fvv_frames *f) {
+  return f->place != FVV_PLACE_UNKNOWN && f->event.chunk.type == FVV_CHUNK_GROUP &&
+         f->event.chunk.size == FVV_GRUP_SIZE;
+}
+
+/* Digest of the configuration of the group whose GRUP chunk is the current event. */
+static uint32_t wanted_digest(const fvv_frames *f) {
+  return fvv_get_u32(f->event.payload + FVV_GRUP_CONFIGURATION_CRC);
+}
+
+/* A block is checked when something other than configuration follows it, or at the end of the stream. Where
+ * damage was reported, the digest of the next group shows whether the block is whole nevertheless; what is
+ * wrong with the rest of it is no damage of its own. */
 static fvv_status close_block(fvv_frames *f, int stream_ended, fvv_frames_event *out) {
   f->block_open = 0;
+  if (f->block_hurt && !stream_ended && !(is_group(f) && wanted_digest(f) == f->block_digest))
+    f->block_bad = 1;
   if (f->block_bad) return FVV_OK;
   fvv_diagnostic why = {0};
   const fvv_status status = fvv_configuration_complete(&f->building, f->block_offset, &why);
@@ -161,17 +224,35 @@ static fvv_status close_block(fvv_frames *f, int stream_ended, fvv_frames_event 
     if (!stream_ended) report_damage(f, &why, f->block_offset, 0, out);
     return FVV_OK;
   }
-  const fvv_configuration_builder former = f->complete;
-  f->complete = f->building;
-  f->building = former;
-  f->configuration = &f->complete.view;
-  out->kind = FVV_FRAMES_CONFIGURATION;
-  out->offset = f->block_offset;
-  out->configuration = f->configuration;
-  out->repeated = f->has_digest && f->digest == f->block_digest;
-  f->digest = f->block_digest;
-  f->has_digest = 1;
+  const known_block *known = find_known(f, f->block_digest);
+  use_block(f, known ? known : keep_block(f), f->block_offset, out);
   return FVV_OK;
+}
+
+/* Whether the configuration that holds is that of the group. Where playback began in the middle of a stream,
+ * the caller has chosen it. */
+static int is_configured(const fvv_frames *f) {
+  return fvv_frames_configuration(f) && (!is_group(f) || !f->has_digest || f->digest == wanted_digest(f));
+}
+
+/* The block of the group that begins is damaged or lost: a repetition of it that came earlier is used. */
+static void recall_block(fvv_frames *f, fvv_frames_event *out) {
+  if (!is_group(f) || is_configured(f)) return;
+  const known_block *block = find_known(f, wanted_digest(f));
+  if (block) use_block(f, block, f->event.offset, out);
+}
+
+static void note_lacked_block(fvv_frames *f) {
+  if (!is_group(f)) return;
+  for (size_t i = 0; i < f->lacked_count; i++)
+    if (f->lacked[i] == wanted_digest(f)) return;
+  if (f->lacked_count < LACKED_BLOCKS) f->lacked[f->lacked_count++] = wanted_digest(f);
+}
+
+int fvv_frames_missed_groups(const fvv_frames *frames) {
+  for (size_t i = 0; i < frames->lacked_count; i++)
+    if (find_known(frames, frames->lacked[i])) return 1;
+  return 0;
 }
 
 /* ---- frames ----------------------------------------------------------------------------------------- */
@@ -272,8 +353,10 @@ static fvv_status add_frame_chunk(fvv_frames *f, fvv_frames_event *out) {
 static void begin_group(fvv_frames *f, fvv_frames_event *out) {
   const fvv_event *event = &f->event;
   f->in_group = 1;
-  f->lost = !fvv_frames_configuration(f);
+  f->lost = !is_configured(f);
+  if (f->lost) note_lacked_block(f);
   out->kind = FVV_FRAMES_GROUP;
+  out->whole = !f->lost;
   out->offset = event->offset;
   out->time = event->chunk.time;
   if (event->chunk.size != FVV_GRUP_SIZE) return;
@@ -303,6 +386,7 @@ static fvv_status end_former(fvv_frames *f, fvv_frames_event *out) {
   if (f->place == FVV_PLACE_FRAME && (!chunk->track || chunk->time == f->frame.time)) return FVV_OK;
   if (f->frame.is_open) close_frame(f, out);
   if (!out->kind && f->place != FVV_PLACE_FRAME && chunk->type != FVV_CHUNK_GROUP_END) end_group(f, out);
+  if (!out->kind) recall_block(f, out);
   return FVV_OK;
 }
 

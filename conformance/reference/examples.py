@@ -1,0 +1,157 @@
+"""The worked examples of spec/fvv.md, computed by the readers in this folder; spec/generate.py writes them."""
+
+from collections import defaultdict
+
+from .mesh import Mesh
+from .mesh_delta import Levels, Sequence, Weights, predicted
+from .range_coder import probability
+from .visibility import Surface, decode_stream
+
+
+class Script:
+    """Takes the place of a range decoder: finds the given decisions and notes the estimate of each."""
+
+    def __init__(self, decisions):
+        self.decisions, self.estimates = iter(decisions), []
+
+    def decision(self, context):
+        self.estimates.append(probability(context))
+        return next(self.decisions)
+
+    def even(self):
+        self.estimates.append(None)
+        return next(self.decisions)
+
+    def ends(self):
+        return next(self.decisions, None) is None
+
+
+def points(vertices):
+    return ", ".join(str(v) for v in vertices)
+
+
+def vectors(rows):
+    return " ".join("(" + ", ".join(str(x) for x in row) + ")" for row in rows)
+
+
+def grid(side):
+    """A square of side * side vertices, 10 lattice steps apart, slightly bent so that few distances are equal."""
+    positions = [(10 * x + y % 2, 10 * y + x % 3, x * y % 4) for y in range(side) for x in range(side)]
+    corners = [side * y + x for y in range(side - 1) for x in range(side - 1)]
+    faces = [face for a in corners for face in ((a, a + 1, a + side), (a + 1, a + side + 1, a + side))]
+    return Mesh(positions, faces)
+
+
+def levels():
+    mesh = grid(6)
+    found = Levels(mesh.positions, mesh.faces)
+    survivors = sorted(found.neighbours)
+    (level,) = found.levels
+    taken = level[len(survivors) :]
+    stencil = found.stencils[taken[3]]
+    return [
+        "A grid of 6 x 6 vertices, number 6 y + x at (10 x + y mod 2, 10 y + x mod 3, x y mod 4), with the faces",
+        "(a, a + 1, a + 6) and (a + 1, a + 7, a + 6) for each cell. The first pass leaves 24 nodes, so there is no second",
+        "one and one level:",
+        "",
+        f"    taken      {points(taken)}",
+        f"    survivors  {points(survivors)}",
+        f"    stencil of vertex {taken[3]}: nodes {points(node for node, _ in stencil)}",
+        f"                          weights {points(weight for _, weight in stencil)}",
+    ]
+
+
+def weights():
+    offsets = [(2, 2, 0), (42, -12, 30), (-37, -48, -35), (-47, -57, -1), (59, 49, 40), (59, 39, -58)]
+    got = Weights(offsets)
+    return [
+        "Six nodes of which one has weight 0 in the end:",
+        "",
+        f"    u      = {vectors(got.u[:3])}",
+        f"             {vectors(got.u[3:])}",
+        f"    q      = {points(got.q)}",
+        f"    w      = {points(got.w)}",
+        f"    m      = {vectors([got.m])}",
+        f"    C      = {vectors(got.c)}",
+        f"    t      = {got.t}, h = {got.h}",
+        f"    K      = {vectors(got.k)}",
+        f"    d      = {got.d}, g = {vectors([got.g])}",
+        f"    c      = {points(got.corrections)}",
+        f"    weight = {points(got.weights)}",
+    ]
+
+
+def motion():
+    former, moved, step, residual = 1013, [(40000, 6), (25536, -3)], 6, -5
+    state = predicted(former, moved, step)
+    # A mesh of which one vertex has a stencil of three nodes; what is asked of the decoder comes from the reader.
+    sequence = Sequence(Mesh([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], [(0, 1, 2), (1, 2, 3)]))
+    sequence.now = [[0] * 3, [3, 0, 0], [-1, 0, 0], [20, 0, 0]]
+    sequence.before[0] = [-4, 0, 0]
+    sequence.last[0] = [1, 0, 0]
+    contexts = defaultdict(lambda: [32768, 32768])
+    script = Script([1, 1, 1, 0, 0, 1, 1])
+    assert sequence.residual(0, 0, [1, 2, 3], 0, script, contexts) == residual and script.ends()
+    some, *more, first, negative = contexts
+    return [
+        f"On one axis the state was {former}, the nodes of a stencil have the weights {points(w for w, _ in moved)} and the",
+        f"motions {points(m for _, m in moved)}, and the step is {step}:",
+        "",
+        f"    sum       = {sum(w * m for w, m in moved)}; {former} + ((sum + 32768) >> 16) = "
+        f"{former + (sum(w * m for w, m in moved) + 32768 >> 16)}",
+        f"    predicted = {state}, a multiple of G = 2",
+        f"    residual  = {residual}: state {state + residual * step}, motion {state + residual * step - former}, "
+        f"position {state + residual * step + 2 >> 2}",
+        "",
+        "The residual is on x, those of the nodes around are 3, -1 and 20, the vertex had -4 in the previous frame and a",
+        "positive residual before that. The sum of magnitudes is 3 + 1 + 15 = 19, which is class "
+        f"{some[1][1]}. Decisions and contexts:",
+        "",
+        f"    some      1        axis {some[1][0]}, around {some[1][1]}, before {some[1][2]}, preceding axes {some[1][3]}",
+        *(
+            f"    more      {bit}        around {key[1]}, {key[2]} before"
+            for bit, key in zip((1, 1, 0), more)
+        ),
+        f"    digits    0, 1     the first with the context of {first[1]} digits, the second with even odds",
+        f"    negative  1        axis {negative[1][0]}, last sign {negative[1][1]:+}, around {negative[1][2]:+}",
+    ]
+
+
+OCTAHEDRON = Mesh(
+    [(90, 0, 0), (-90, 0, 0), (0, 90, 0), (0, -90, 0), (0, 0, 90), (0, 0, -90)],
+    [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)],
+)
+
+
+def bits():
+    mesh, camera = OCTAHEDRON, (2000, 900, 300)
+    surface = Surface(6, mesh.faces, False)
+    facing = surface.facing(mesh.positions, camera, 0)
+    former = [2, 0, 0, 2, 1, 0, 0, 2]
+    decisions = [1, 1, 0, 0]
+    script = Script(decisions)
+    states = decode_stream(script, surface, facing, former, False)
+    assert script.ends()
+    rows, counts = [], [defaultdict(int), defaultdict(int)]
+    for element in (e for e in surface.order if facing[e]):
+        places = surface.places(element)
+        hidden, seen = (sum(count[place] for place in places) for count in counts)
+        rows.append(
+            (element, former[element], seen, hidden, states[element] - 1, script.estimates[len(rows)])
+        )
+        for place in places:
+            counts[states[element] - 1][place] += 1
+    faces = ", ".join(f"{i} ({points(face)})" for i, face in enumerate(mesh.faces))
+    return [
+        "An octahedron with the vertices (90, 0, 0), (-90, 0, 0), (0, 90, 0), (0, -90, 0), (0, 0, 90), (0, 0, -90) and the",
+        f"faces {faces}.",
+        f"The camera is at {camera}; the threshold is 0. Coding order: {points(surface.order)}. Faces that face the camera:",
+        f"{points(i for i, f in enumerate(facing) if f)}. Their states were {points(former[i] for i in range(8) if facing[i])} in the previous chunk.",
+        "p is the probability of a 1 in units of 2^-12:",
+        "",
+        "    face   f   sum of 1s   sum of 0s   p      decision   state",
+        *(f"    {e:<6} {f:<3} {s:<11} {h:<11} {p:<6} {bit:<10} {bit + 1}" for e, f, s, h, bit, p in rows),
+    ]
+
+
+EXAMPLES = {"levels": levels, "weights": weights, "motion": motion, "bits": bits}
