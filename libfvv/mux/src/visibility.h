@@ -46,7 +46,8 @@ ColourChoice choose_colours(const Plan &plan);
 // pictures come encoded. Throws Error (usage) if it is requested and cannot be done.
 MatchChoice choose_match(const Plan &plan, bool encoded);
 
-// By the option, or by drawing cameras from the others in the middle frame, with their gains. encoded: likewise.
+// By the option, or by drawing cameras from the others in the middle frame, with their gains. encoded:
+// likewise.
 InsetChoice choose_inset(const Plan &plan, bool encoded);
 
 // Whether an open choice pays, by the bytes of VISI and of camera pictures in the first group.

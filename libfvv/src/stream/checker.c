@@ -602,7 +602,8 @@ static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int b
 
 static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_frame) {
   c->summary.chunks++;
-  if (fvv_chunk_place(event->chunk.type, event->chunk.flags) == FVV_PLACE_FRAME) return take_frame_chunk(c, event, begins_frame);
+  if (fvv_chunk_place(event->chunk.type, event->chunk.flags) == FVV_PLACE_FRAME)
+    return take_frame_chunk(c, event, begins_frame);
   if (event->chunk.type == FVV_CHUNK_SCENE) c->summary.configurations++;
   if (event->chunk.type == FVV_CHUNK_GROUP && !c->summary.groups++)
     c->summary.start = c->summary.end = event->chunk.time;

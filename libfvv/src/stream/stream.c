@@ -286,8 +286,8 @@ static fvv_status find_layout(fvv_stream *s, size_t group, uint16_t track, const
     if (chunks[i].type == FVV_CHUNK_VIDEO_PACKET && !sample) sample = &chunks[i];
     if (chunks[i].type != FVV_CHUNK_TILES) continue;
     if (*layout || sample)
-      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_GROUP, FVV_CHUNK_TILES,
-                      chunks[i].offset, "layout of track %u is not the only one, or follows a sample", track);
+      return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TILE_GROUP, FVV_CHUNK_TILES, chunks[i].offset,
+                      "layout of track %u is not the only one, or follows a sample", track);
     *layout = &chunks[i];
   }
   if (*layout || !sample || fvv_file_group(s->file, group)->intact) return FVV_OK;
