@@ -74,7 +74,8 @@ int main(int argc, char **argv) {
   app.footer("Pictures are whole: what the stream has of them where it was, grey around it.\n"
              "Visibility is left out: it describes the mesh as it was coded, and fvvmux computes it again.\n"
              "A frame is written with all its files, or not at all when a part of it is lost.\n"
-             "Exit code: 0 done, 1 nothing written, 2 usage, 3 written, and the file is damaged or has lost something.\n"
+             "Exit code: 0 done, 1 nothing written, 2 usage, 3 written, and the file is damaged or has lost "
+             "something.\n"
              "spec/fvvdemux.schema.json describes the output of --json.");
   try {
     app.parse(argc, argv);
