@@ -121,7 +121,7 @@ def core_words(text):
 
 
 # Clauses whose paragraphs have no numbers yet.
-UNNUMBERED = {"2.1", "10.2", "10.11"}
+UNNUMBERED = {"2.1"}
 
 
 def unnumbered(text):

@@ -101,7 +101,6 @@ TEST_CASE("an atlas is a video track of its own, in the stream as in the capture
   const fvv_configuration &configuration = stream.configuration();
   REQUIRE(configuration.video_count == 2);
   CHECK(configuration.videos[1].config.shows == FVV_SHOWS_ATLAS);
-  CHECK(configuration.videos[1].config.camera_id == 65535);
   CHECK(configuration.videos[1].tile_count == 0);
   fvv_mesh mesh = {};
   stream.mesh(2, mesh);
