@@ -142,3 +142,15 @@ TEST_CASE("pixels beside the mask are not compared") {
   CHECK(half > all / 3);
   CHECK(half < 2 * all / 3);
 }
+
+TEST_CASE("a picture of a few pixels, or a single row, has an inset of none") {
+  Scene scene(0.01, {{0, 0, -4}, {1, 0, -4}});
+  for (const auto &[width, height] : {std::pair{3u, 2u}, {4000u, 1u}, {1u, 16000u}}) {
+    Sources small;
+    for (const Vec3 eye : {Vec3{0, 0, -4}, Vec3{1, 0, -4}})
+      small.film(looking(eye, {}, width, height, width), bands);
+    InsetFrame frame = {scene.shape.mesh(), {}};
+    for (const SourceView &view : small.views) frame.views.push_back({view});
+    CHECK(find_texture_inset({frame}, {}).inset == 0);
+  }
+}

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <map>
+#include <numeric>
 
 namespace fvv::render {
 
@@ -18,6 +20,14 @@ double longest_side(const Mesh &mesh) {
     high[i % 3] = std::max(high[i % 3], double(mesh.positions[i]));
   }
   return mesh.vertex_count ? std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]}) : 0;
+}
+
+// Odd, so that centres of pixels meet, and no longer than a side.
+uint32_t stride_of(const fvv_camera &camera) {
+  const double pixels = double(camera.width) * camera.height;
+  const double stride =
+      std::min({std::sqrt(pixels / most_pixels), double(camera.width), double(camera.height)});
+  return 2 * uint32_t((stride - 1) / 2 + 0.25) + 1;
 }
 
 // A camera with a picture whose pixel (x, y) has its centre on the centre of the middle one of the source's
@@ -37,25 +47,22 @@ fvv_camera thinned(const fvv_camera &source, uint32_t stride) {
 // A camera that is drawn from the others of its frame.
 class Target {
 public:
-  // pixels: the share of the picture that shows the mesh counts towards most_pixels.
-  Target(const InsetView &view, uint32_t index, const ViewRenderer &frame) : view(view.source), place(index) {
-    const auto pixels = double(this->view.camera.width) * this->view.camera.height;
-    stride = 2 * uint32_t(std::sqrt(pixels / most_pixels) / 2) + 1; // odd, so that centres meet
-    camera =
-        thinned(this->view.camera, std::min({stride, this->view.camera.width, this->view.camera.height}));
+  Target(const InsetView &given, uint32_t index, const ViewRenderer &renderer)
+      : view(given.source), place(index), frame(renderer), stride(stride_of(view.camera)),
+        camera(thinned(view.camera, stride)) {
     const ViewPicture picture = frame.render(camera, place, 0);
     for (uint32_t y = 0; y < camera.height; y++)
       for (uint32_t x = 0; x < camera.width; x++) {
         const size_t at = size_t(y) * camera.width + x;
         if (picture.contributions[at * picture.best].source == no_source) continue;
-        if (!view.mask || view.mask[source_pixel(at)] > 127) compared.push_back(at);
+        if (!given.mask || given.mask[source_pixel(at)] > 127) compared.push_back(at);
       }
   }
 
   size_t pixels() const { return compared.size(); }
 
   // The sum of squared differences of display values, 0 to 1.
-  double squares(const ViewRenderer &frame, double inset) const {
+  double squares(double inset) const {
     const ViewPicture picture = frame.render(camera, place, inset);
     double sum = 0;
     for (const size_t at : compared) {
@@ -76,75 +83,60 @@ private:
     return y * view.camera.width + x;
   }
 
-  SourceView view;
-  uint32_t place, stride = 1;
-  fvv_camera camera = {};
+  const SourceView view;
+  const uint32_t place;
+  const ViewRenderer &frame;
+  const uint32_t stride;
+  const fvv_camera camera;
   std::vector<size_t> compared; // pixels of camera, which some other camera shows
 };
 
 // All targets of all frames, for one inset after the other.
 class Comparison {
 public:
-  Comparison(const std::vector<InsetFrame> &frames, const ViewOptions &options) : executor(options.executor) {
+  Comparison(const std::vector<InsetFrame> &frames, ViewOptions options) {
+    options.samples = 1;
+    options.environment = nullptr;
+    options.keep_visibility = false;
     for (const InsetFrame &frame : frames) {
       std::vector<SourceView> sources;
       for (const InsetView &view : frame.views) sources.push_back(view.source);
       renderers.push_back(
-          std::make_unique<const ViewRenderer>(frame.mesh, std::vector<Vec3>(), sources, serial(options)));
-      const size_t first = targets.size();
-      targets.resize(first + frame.views.size());
-      owners.resize(targets.size(), renderers.back().get());
-      executor(frame.views.size(), [&](size_t i) {
-        targets[first + i] = std::make_unique<const Target>(frame.views[i], uint32_t(i), *renderers.back());
-      });
+          std::make_unique<const ViewRenderer>(frame.mesh, std::vector<Vec3>(), std::move(sources), options));
+      for (uint32_t i = 0; i < frame.views.size(); i++)
+        targets.emplace_back(frame.views[i], i, *renderers.back());
     }
   }
 
   size_t pixels() const {
     size_t sum = 0;
-    for (const auto &target : targets) sum += target->pixels();
+    for (const Target &target : targets) sum += target.pixels();
     return sum;
   }
 
   // Of each target.
   const std::vector<double> &squares(double inset) {
     std::vector<double> &out = known[inset];
-    if (!out.empty()) return out;
-    out.resize(targets.size());
-    executor(targets.size(), [&](size_t i) { out[i] = targets[i]->squares(*owners[i], inset); });
+    if (out.empty())
+      for (const Target &target : targets) out.push_back(target.squares(inset));
     return out;
   }
 
-  double error(double inset) {
-    double sum = 0;
-    for (const double one : squares(inset)) sum += one;
-    return sum;
-  }
+  double error(double inset) { return sum_of(squares(inset)); }
 
+  // Of the insets that were tried.
   double best() const {
-    const auto sum = [](const auto &entry) {
-      double out = 0;
-      for (const double one : entry.second) out += one;
-      return out;
-    };
-    return std::min_element(known.begin(), known.end(),
-                            [&](const auto &a, const auto &b) { return sum(a) < sum(b); })
-        ->first;
+    const auto less = [](const auto &a, const auto &b) { return sum_of(a.second) < sum_of(b.second); };
+    return std::min_element(known.begin(), known.end(), less)->first;
   }
 
 private:
-  // Targets are drawn beside each other.
-  static ViewOptions serial(ViewOptions options) {
-    options.samples = 1;
-    options.environment = nullptr;
-    options.keep_visibility = false;
-    return options;
+  static double sum_of(const std::vector<double> &values) {
+    return std::accumulate(values.begin(), values.end(), 0.0);
   }
 
-  const Executor executor;
   std::vector<std::unique_ptr<const ViewRenderer>> renderers;
-  std::vector<std::unique_ptr<const Target>> targets;
-  std::vector<const ViewRenderer *> owners; // of targets
+  std::deque<Target> targets;
   std::map<double, std::vector<double>> known;
 };
 
