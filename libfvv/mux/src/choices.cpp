@@ -324,6 +324,13 @@ constexpr uint8_t step_of_each = 24, step_of_runs = 12;
 // Occupied cells of side 1 for a surface of area 1.
 constexpr double cells_of_area = 1.15;
 
+std::vector<size_t> cameras_with_pictures(const scene::Capture &capture) {
+  std::vector<size_t> out;
+  for (size_t i = 0; i < capture.cameras.size(); i++)
+    if (capture.cameras[i].pictures) out.push_back(i);
+  return out;
+}
+
 double area_of(const geometry::Mesh &mesh) {
   const auto position = [&](uint32_t v) {
     const double *p = mesh.positions.data() + 3 * size_t(v);
@@ -343,8 +350,7 @@ ColourChoice choose_colours(const Plan &plan) {
   ColourChoice choice;
   const Options &options = plan.options;
   const scene::Capture &capture = plan.capture;
-  for (size_t i = 0; i < capture.cameras.size(); i++)
-    if (capture.cameras[i].pictures) choice.cameras.push_back(i);
+  choice.cameras = cameras_with_pictures(capture);
   const bool automatic = options.colours == Colours::automatic;
   const char *missing = !capture.meshes          ? "there are no meshes"
                         : choice.cameras.empty() ? "there are no pictures of cameras"
@@ -383,6 +389,21 @@ constexpr size_t compared_frames = 5;
 constexpr double least_difference = 0.03; // of two cameras
 constexpr double most_left = 0.5;         // of what cameras differ by, with the gains
 
+// A camera's picture, and its mask if it has masks, in the size of its calibration.
+struct DisplayView {
+  media::Image picture, mask;
+};
+
+// None where the picture has another size, which is refused later.
+std::optional<DisplayView> display_view(const Plan &plan, size_t index, int64_t number,
+                                        const fvv_camera &calibration) {
+  const scene::Camera &camera = plan.capture.cameras[index];
+  DisplayView out = {load_display(plan, index, number), {}};
+  if (out.picture.width != calibration.width || out.picture.height != calibration.height) return {};
+  if (camera.masks) out.mask = load_view<uint8_t>(plan, index, *camera.masks, number, 1);
+  return out;
+}
+
 // What the cameras of a choice show of one frame's mesh.
 std::vector<render::PlaceLight> light_of(const Plan &plan, const MatchChoice &choice, int64_t number,
                                          const std::vector<float> &linear) {
@@ -394,13 +415,11 @@ std::vector<render::PlaceLight> light_of(const Plan &plan, const MatchChoice &ch
     plan.observer.check_cancelled();
     const scene::Camera &camera = capture.cameras[choice.cameras[i]];
     if (!camera.is_calibrated(number)) return;
-    const media::Image picture = load_display(plan, choice.cameras[i], number);
-    media::Image mask;
-    if (camera.masks) mask = load_view<uint8_t>(plan, choice.cameras[i], *camera.masks, number, 1);
     const fvv_camera calibration = camera.calibration_at(number);
-    if (picture.width != calibration.width || picture.height != calibration.height) return; // refused later
-    out[i] = surface.light({calibration, picture.pixels.data(),
-                            mask.pixels.empty() ? nullptr : mask.pixels.data(), linear.data()});
+    const std::optional<DisplayView> view = display_view(plan, choice.cameras[i], number, calibration);
+    if (!view) return;
+    out[i] = surface.light({calibration, view->picture.pixels.data(),
+                            view->mask.pixels.empty() ? nullptr : view->mask.pixels.data(), linear.data()});
   });
   return out;
 }
@@ -411,8 +430,7 @@ MatchChoice choose_match(const Plan &plan, bool encoded) {
   MatchChoice choice;
   const Options &options = plan.options;
   const scene::Capture &capture = plan.capture;
-  for (size_t i = 0; i < capture.cameras.size(); i++)
-    if (capture.cameras[i].pictures) choice.cameras.push_back(i);
+  choice.cameras = cameras_with_pictures(capture);
   const bool automatic = options.match_colours == MatchColours::automatic;
   const char *missing = !capture.meshes                   ? "there are no meshes"
                         : encoded                         ? "pictures that come encoded stay as they are"
@@ -462,8 +480,7 @@ struct CutView {
 // What a camera shows of a mesh, cut out and made smaller; without pixels if it shows nothing of it.
 CutView cut_view(const Plan &plan, size_t index, int64_t number, const geometry::Mesh &mesh) {
   CutView out;
-  const scene::Camera &camera = plan.capture.cameras[index];
-  const fvv_camera calibration = camera.calibration_at(number);
+  const fvv_camera calibration = plan.capture.cameras[index].calibration_at(number);
   const Silhouette box = box_of_mesh(mesh, calibration);
   if (box.empty()) return out;
   const uint32_t width = box.right - box.left, height = box.bottom - box.top;
@@ -476,12 +493,12 @@ CutView cut_view(const Plan &plan, size_t index, int64_t number, const geometry:
     return media::scale(media::crop(image, box.left, box.top, width, height), tile.destination.width,
                         tile.destination.height);
   };
-  const media::Image picture = load_display(plan, index, number);
-  if (picture.width != calibration.width || picture.height != calibration.height) return out; // refused later
+  const std::optional<DisplayView> view = display_view(plan, index, number, calibration);
+  if (!view) return out;
   out.camera = fvv_camera_of_tile(&calibration, &tile);
   out.picture = {tile.destination.width, tile.destination.height, 3, {}};
-  for (const uint8_t value : part(picture).pixels) out.picture.pixels.push_back(uint16_t(257 * value));
-  if (camera.masks) out.mask = part(load_view<uint8_t>(plan, index, *camera.masks, number, 1));
+  for (const uint8_t value : part(view->picture).pixels) out.picture.pixels.push_back(uint16_t(257 * value));
+  if (!view->mask.pixels.empty()) out.mask = part(view->mask);
   return out;
 }
 
@@ -521,9 +538,7 @@ InsetChoice choose_inset(const Plan &plan, bool encoded) {
   InsetChoice choice;
   const Options &options = plan.options;
   const scene::Capture &capture = plan.capture;
-  std::vector<size_t> cameras;
-  for (size_t i = 0; i < capture.cameras.size(); i++)
-    if (capture.cameras[i].pictures) cameras.push_back(i);
+  const std::vector<size_t> cameras = cameras_with_pictures(capture);
   const std::vector<int64_t> numbers = capture.mesh_frames();
   if (options.texture_inset) {
     choice.inset = *options.texture_inset;

@@ -79,20 +79,27 @@ static fvv_index_entry *last_entry(const fvv_file *f) {
   return group_count(f) ? (fvv_index_entry *)f->entries.data + group_count(f) - 1 : NULL;
 }
 
-/* The block of a group in the list; NULL: it was lost. */
-static const fvv_index_block *listed_block(const fvv_file *f, const fvv_group_info *group) {
-  const fvv_index_block *blocks = (const fvv_index_block *)f->listed.data;
-  size_t low = 0, high = f->listed.size / sizeof *blocks;
+/* The first of count items that rise by offset, their first member, whose offset is not below that. */
+static size_t first_from(const void *items, size_t count, size_t item_size, uint64_t offset) {
+  size_t low = 0, high = count;
   while (low < high) {
     const size_t middle = low + (high - low) / 2;
-    if (blocks[middle].offset < group->configuration_offset)
+    uint64_t found;
+    memcpy(&found, (const uint8_t *)items + middle * item_size, sizeof found);
+    if (found < offset)
       low = middle + 1;
     else
       high = middle;
   }
-  return low < f->listed.size / sizeof *blocks && blocks[low].offset == group->configuration_offset
-             ? &blocks[low]
-             : NULL;
+  return low;
+}
+
+/* The block of a group in the list; NULL: it was lost. */
+static const fvv_index_block *listed_block(const fvv_file *f, const fvv_group_info *group) {
+  const fvv_index_block *blocks = (const fvv_index_block *)f->listed.data;
+  const size_t count = f->listed.size / sizeof *blocks;
+  const size_t i = first_from(blocks, count, sizeof *blocks, group->configuration_offset);
+  return i < count && blocks[i].offset == group->configuration_offset ? &blocks[i] : NULL;
 }
 
 /* A group without GEND ends where something else begins. */
@@ -440,15 +447,9 @@ static fvv_status load_table(fvv_file *f, const fvv_index_entry *entry, fvv_byte
 static fvv_status pick_scanned(const fvv_file *f, const fvv_group_info *group, fvv_bytes *chunks) {
   const fvv_chunk_info *all = (const fvv_chunk_info *)f->scanned.data;
   const size_t count = f->scanned.size / sizeof *all;
-  size_t low = 0, high = count;
-  while (low < high) {
-    const size_t middle = low + (high - low) / 2;
-    if (all[middle].offset < group->offset)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  for (high = low; high < count && all[high].offset - group->offset < group->size;) high++;
+  const size_t low = first_from(all, count, sizeof *all, group->offset);
+  size_t high = low;
+  while (high < count && all[high].offset - group->offset < group->size) high++;
   fvv_status status = fvv_bytes_reserve(chunks, 1);
   if (status == FVV_OK && high > low)
     status = fvv_bytes_append(chunks, all + low, (high - low) * sizeof *all);
@@ -594,8 +595,8 @@ static fvv_status search_repetition(fvv_file *f, const fvv_group_info *group, ui
                                     fvv_file_block **found, fvv_diagnostic *diagnostic) {
   const fvv_index_block *blocks = (const fvv_index_block *)f->listed.data;
   const size_t count = f->listed.size / sizeof *blocks;
-  size_t after = 0, tried = 0;
-  while (after < count && blocks[after].offset <= group->configuration_offset) after++;
+  size_t after = first_from(blocks, count, sizeof *blocks, group->configuration_offset), tried = 0;
+  if (after < count && blocks[after].offset == group->configuration_offset) after++;
   size_t before = after;
   *found = NULL;
   while (tried < REPETITIONS && (before || after < count)) {
