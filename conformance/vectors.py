@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes the listing beside each vector, and the vectors that need no libfvv, by the readers and writers in reference/.
 
-A listing (.crc or .txt) is what a reader finds in the stream of the same name. Streams of conformance/tiny and
-conformance/openexr are written too; the others come from `test_stream '[make]'`. --check writes nothing and exits with 1
+A listing (.crc or .txt) is what a reader finds in the stream of the same name. Streams of conformance/tiny, audio
+and openexr are written too; the others come from `test_stream '[make]'`. --check writes nothing and exits with 1
 when a file differs. --list KIND STREAM prints the listing of any stream. --rewrite STREAM writes it again after a change of the
 container, with the same payloads.
 """
@@ -12,6 +12,7 @@ import pathlib
 import sys
 
 from reference import (
+    audio,
     background,
     calibration,
     colours,
@@ -28,6 +29,7 @@ from reference import (
 
 ROOT = pathlib.Path(__file__).resolve().parent
 READERS = {
+    "audio": audio,
     "background": background,
     "calibration": calibration,
     "colours": colours,
@@ -39,12 +41,13 @@ READERS = {
     "tiles": tiles,
     "visibility": visibility,
 }
-TEXT = {"background", "texturing", "tiles"}  # others list CRCs
+TEXT = {"audio", "background", "texturing", "tiles"}  # others list CRCs
 
 
 def streams():
     """The bytes of the streams that are written here, by path."""
     made = {ROOT / "tiny" / name: stream for name, stream in tiny.files().items()}
+    made |= {ROOT / "audio/two_sounds.fvv": audio.audio_stream()}
     return {**made, ROOT / "openexr/bars.fvv": openexr.bars_stream()}
 
 

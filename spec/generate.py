@@ -6,7 +6,7 @@ with its table of issues, or that a paragraph says MUST without naming an issue 
 of the core are printed: prose without contents, tables, pseudocode, examples and appendices.
 
 In prose a table is between <!-- table: NAME --> and <!-- end -->; NAME is "structure X", "enum X", "chunks",
-"codecs" or "reserved". Appendix A is between <!-- tiny files --> and <!-- end tiny files -->. spec/issues.md,
+"codecs" or "audio codecs". Appendix A is between <!-- tiny files --> and <!-- end tiny files -->. spec/issues.md,
 format.h, layout.h and the CRC table are generated whole. The appendix takes apart the files that
 conformance/vectors.py writes.
 """
@@ -64,9 +64,9 @@ def tables(data):
         for c in data["chunks"]
     ]
     result["chunks"] = table(["type", "title", "place", "flags", "track", "since", "clause"], rows)
-    rows = [(f"`{c['code']}`", c["title"]) for c in data["reserved_chunks"]]
-    result["reserved"] = table(["type", "kept for"], rows)
-    result["codecs"] = table(["code", "samples"], [(f"`{c['code']}`", c["text"]) for c in data["codecs"]])
+    for name, head in ("codecs", "samples"), ("audio_codecs", "packets"):
+        rows = [(f"`{c['code']}`", c["text"]) for c in data[name]]
+        result[name.replace("_", " ")] = table(["code", head], rows)
     return result
 
 
@@ -156,8 +156,8 @@ def format_header(data):
     out += ["", "/* Chunk types: four characters as a little-endian u32. */", "enum {"]
     for c in data["chunks"]:
         out.append(f"  FVV_CHUNK_{c['name']} = 0x{four(c['code']):08x}, /* {c['code']}: {c['title']} */")
-    out += ["};", "", "/* Video codecs, in the same way. */", "enum {"]
-    for c in data["codecs"]:
+    out += ["};", "", "/* Codecs of video and sound, in the same way. */", "enum {"]
+    for c in data["codecs"] + data["audio_codecs"]:
         out.append(f"  FVV_CODEC_{c['name']} = 0x{four(c['code']):08x}, /* {c['code']} */")
     out.append("};")
     for e in data["enums"]:

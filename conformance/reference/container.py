@@ -244,9 +244,10 @@ class Stream:
         }
         self.chunk("SCEN", structure("SCEN payload", values, meanings))
 
-    def track(self, identifier, kind, name):
+    def track(self, identifier, kind, name, **more):
+        """more: further fields of TRAK."""
         text = name.encode()
-        values = {"kind": kind, "name_size": len(text)}
+        values = {"kind": kind, "name_size": len(text), **more}
         parts = structure("TRAK payload", values, {"kind": "1: mesh"} if kind == 1 else {})
         self.chunk("TRAK", [*parts, Part(text, "name", f'"{name}"')], track=identifier)
 
@@ -278,7 +279,7 @@ class Stream:
             "sequence": len(self.groups),
             "chunk_count": len(group["headers"]),
             "chain_crc": chain,
-            "frame_count": len({chunk[4] for chunk in group["chunks"]}),
+            "frame_count": len({chunk[4] for chunk in group["chunks"] if chunk[0] in ("MESH", "VPKT")}),
             "kind_count": len(rows),
             "table_size": len(joined(table)),
         }

@@ -51,7 +51,11 @@ inline Bytes scene_payload() {
 }
 
 inline Bytes track_payload(uint8_t kind, const std::string &name) {
-  fvv_track track = {1, kind, name.data(), name.size()};
+  fvv_track track = {};
+  track.id = 1;
+  track.kind = kind;
+  track.name = name.data();
+  track.name_size = name.size();
   Bytes out(FVV_TRAK_SIZE + name.size());
   size_t written = 0;
   REQUIRE(fvv_track_encode(&track, out.data(), out.size(), &written, nullptr) == FVV_OK);
@@ -180,10 +184,10 @@ inline Bytes hand_chunk(const char *type, uint8_t flags, uint8_t counter, uint16
   return out;
 }
 
-inline Bytes hand_file_header(uint16_t reader_major = 0, uint16_t reader_minor = 1, uint32_t reserved = 0) {
+inline Bytes hand_file_header(uint16_t reader_major = 0, uint16_t reader_minor = 2, uint32_t reserved = 0) {
   Bytes out = {0x89, 'F', 'V', 'V', '\r', '\n', 0x1a, '\n'};
   out.resize(24);
-  fvv_put_u16(out.data() + 10, 1);
+  fvv_put_u16(out.data() + 10, 2);
   fvv_put_u16(out.data() + 12, reader_major);
   fvv_put_u16(out.data() + 14, reader_minor);
   fvv_put_u32(out.data() + 16, reserved);

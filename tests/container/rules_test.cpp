@@ -124,10 +124,11 @@ TEST_CASE("rules of the file header") {
   other = p.head;
   other[9] ^= 1;
   CHECK(issue_of(other) == FVV_ISSUE_FILE_HEADER_CRC);
-  CHECK(issue_of(hand_file_header(0, 1, 7)) == FVV_ISSUE_FILE_HEADER_RESERVED);
-  CHECK(issue_of(hand_file_header(0, 2)) == FVV_ISSUE_VERSION);
+  CHECK(issue_of(hand_file_header(0, 2, 7)) == FVV_ISSUE_FILE_HEADER_RESERVED);
+  CHECK(issue_of(hand_file_header(0, 3)) == FVV_ISSUE_VERSION);
+  CHECK(issue_of(hand_file_header(0, 1)) == FVV_ISSUE_VERSION); // another format
   CHECK(issue_of(hand_file_header(1, 0)) == FVV_ISSUE_VERSION);
-  CHECK(issue_of(join({hand_file_header(0, 0), p.block()})) == 0);
+  CHECK(issue_of(join({hand_file_header(0, 2), p.block()})) == 0);
 }
 
 TEST_CASE("rules of chunk headers and payloads") {
@@ -313,14 +314,23 @@ TEST_CASE("rules of SCEN and TRAK") {
   t[1] = 1;
   CHECK(with_track(t) == FVV_ISSUE_TRACK_PAYLOAD);
   t = p.mesh_track;
-  t[7] = 1;
-  CHECK(with_track(t) == FVV_ISSUE_TRACK_PAYLOAD);
+  t[4] = 1; // a time base of 1/0, and then 1/1, which a mesh track may not have
+  CHECK(with_track(t) == FVV_ISSUE_TRACK_TIME_BASE);
+  t[8] = 1;
+  CHECK(with_track(t) == FVV_ISSUE_TRACK_TIME_BASE);
+  t[0] = FVV_TRACK_METADATA;
+  CHECK(with_track(t) == 0);
+  t = p.mesh_track;
+  t[14] = 1;
+  CHECK(with_track(t) == FVV_ISSUE_TRACK_ALTERNATE);
+  t[12] = 1;
+  CHECK(with_track(t) == 0);
   t = p.mesh_track;
   t.push_back('x');
   CHECK(with_track(t) == FVV_ISSUE_TRACK_PAYLOAD);
   CHECK(with_track({1, 0, 0}) == FVV_ISSUE_TRACK_PAYLOAD);
   t = p.mesh_track;
-  t[8] = 0xff;
+  t[24] = 0xff;
   CHECK(with_track(t) == FVV_ISSUE_TEXT);
   CHECK(issue_of(join({p.head, hand_chunk("SCEN", 1, 0, 0, 0, p.scene),
                        hand_chunk("TRAK", 1, 1, 1, 0, p.mesh_track),

@@ -174,11 +174,15 @@ inline Bytes make_stream(const StreamOptions &options = {}) {
   configure(FVV_CHUNK_SCENE, 0, record([&](uint8_t *out, size_t n, size_t *size) {
               return fvv_scene_encode(&scene, out, n, size, nullptr);
             }));
-  std::vector<fvv_track> tracks = {{1, FVV_TRACK_MESH, "../x", 4}, {2, FVV_TRACK_VIDEO, "../x", 4}};
+  std::vector<std::pair<uint16_t, uint8_t>> tracks = {{1, FVV_TRACK_MESH}, {2, FVV_TRACK_VIDEO}};
   for (size_t i = 0; i < options.backgrounds.size(); i++)
-    tracks.push_back({uint16_t(11 + i), FVV_TRACK_BACKGROUND, "../x", 4});
-  for (const fvv_track &track : tracks) {
-    const uint16_t id = track.id;
+    tracks.push_back({uint16_t(11 + i), FVV_TRACK_BACKGROUND});
+  for (const auto &[id, kind] : tracks) {
+    fvv_track track = {};
+    track.id = id;
+    track.kind = kind;
+    track.name = "../x";
+    track.name_size = 4;
     configure(FVV_CHUNK_TRACK, id, record([&](uint8_t *out, size_t n, size_t *size) {
                 return fvv_track_encode(&track, out, n, size, nullptr);
               }));

@@ -256,7 +256,8 @@ fvv_camera camera_at(uint16_t id, int frame) {
 // Camera 9 is lost in frames 2 and 3 of each group, and comes back; frame 5 has no calibration at all.
 Bytes vector_stream() {
   Stream stream;
-  stream.configuration = {scene_chunk(), track_chunk(3, FVV_TRACK_CALIBRATION)};
+  stream.configuration = {scene_chunk(), track_chunk(1, FVV_TRACK_MESH),
+                          track_chunk(3, FVV_TRACK_CALIBRATION)};
   std::vector<fvv_camera> constant;
   for (const uint16_t id : {300, 2, 9}) {
     constant.push_back(camera_at(id, 0));
@@ -278,6 +279,7 @@ Bytes vector_stream() {
       fvv_bytes payload = {};
       REQUIRE(fvv_calibration_encode(calibration.get(), &bits, cameras.data(), cameras.size(), f == 0,
                                      &payload, nullptr) == FVV_OK);
+      group.chunks.push_back(mesh_chunk(group.start + 2 * f, 1));
       group.chunks.push_back({FVV_CHUNK_CALIBRATION, 3, uint8_t(f ? 0 : FVV_FLAG_KEY), group.start + 2 * f,
                               Bytes(payload.data, payload.data + payload.size)});
       fvv_bytes_free(&payload);

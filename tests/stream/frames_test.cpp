@@ -41,7 +41,8 @@ std::string line_of(const fvv_frames_event &event) {
   case FVV_FRAMES_GROUP:
     out << "group " << event.sequence << ' ' << event.time << '-' << event.end;
     break;
-  case FVV_FRAMES_FRAME: {
+  case FVV_FRAMES_FRAME:
+  case FVV_FRAMES_BETWEEN: {
     uint32_t crc = 0;
     for (size_t i = 0; i < event.chunk_count; i++) {
       const fvv_frame_chunk &chunk = event.chunks[i];
@@ -50,7 +51,8 @@ std::string line_of(const fvv_frames_event &event) {
       if (chunk.payload) CHECK(fvv_crc32c(0, chunk.payload, chunk.header.size) == chunk.header.payload_crc);
       crc = fvv_crc32c(crc, &chunk.header.payload_crc, 4);
     }
-    out << "frame " << event.time << ' ' << event.chunk_count << ' ' << crc << (event.whole ? "" : " broken");
+    out << (event.kind == FVV_FRAMES_FRAME ? "frame " : "between ") << event.time << ' ' << event.chunk_count
+        << ' ' << crc << (event.whole ? "" : " broken");
     break;
   }
   case FVV_FRAMES_GROUP_END:
@@ -63,7 +65,7 @@ std::string line_of(const fvv_frames_event &event) {
     out << "end";
     break;
   case FVV_FRAMES_READ:
-    out << "read " << event.read->kind << (event.begins_frame ? " begins" : "");
+    out << "read " << event.read->kind << (event.begins_time ? " begins" : "");
     break;
   }
   return out.str();

@@ -49,7 +49,11 @@ inline Chunk scene_chunk() {
           })};
 }
 inline Chunk track_chunk(uint16_t id, uint8_t kind) {
-  const fvv_track track = {id, kind, "name", 4};
+  fvv_track track = {};
+  track.id = id;
+  track.kind = kind;
+  track.name = "name";
+  track.name_size = 4;
   return {FVV_CHUNK_TRACK, id, 0, 0, record([&](uint8_t *out, size_t n, size_t *size) {
             return fvv_track_encode(&track, out, n, size, nullptr);
           })};

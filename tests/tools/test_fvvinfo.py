@@ -42,12 +42,12 @@ def test_complete_files_are_silent_on_stderr(fvvinfo, tiny_files):
 def test_text(fvvinfo, tiny_files):
     path = tiny_files["tetrahedron.fvv"]
     lines = fvvinfo("--check", path).stdout.decode().splitlines()
-    assert lines[0].startswith(f"{path}: 600 B")
+    assert lines[0].startswith(f"{path}: 616 B")
     assert lines[1:] == [
         "  Duration    0.040 s, 1 frames at 25 Hz in 1 groups, ticks of 1/25 s",
         "  World       metres, +z is up, lattice step 1 mm from (0, 0, 0)",
         '  Mesh        track 1 "mesh": 4 vertices, 4 triangles; 1 chunk (1 key), 112 B, 112 B each: 1 raw of 112 B',
-        "  Bytes       mesh 18.7 %, container 81.33 %; 600 B a frame",
+        "  Bytes       mesh 18.2 %, container 81.82 %; 616 B a frame",
         "  Index       present, 1 groups",
         "  Integrity   complete; CRCs, structure, meshes and video samples checked",
     ]
@@ -55,7 +55,7 @@ def test_text(fvvinfo, tiny_files):
 
 @pytest.mark.parametrize(
     "size, duration, end",
-    [(240, "unknown (cut)", "0"), (360, "0.040 s", "1"), (430, "0.040 s", "1"), (500, "0.040 s", "1")],
+    [(256, "unknown (cut)", "0"), (376, "0.040 s", "1"), (446, "0.040 s", "1"), (516, "0.040 s", "1")],
 )
 def test_duration_of_a_cut_file_is_that_of_its_frames(fvvinfo, tetrahedron, tmp_path, size, duration, end):
     cut = put(tmp_path, tetrahedron[:size])
@@ -106,7 +106,7 @@ def test_texture_coordinates_in_one_mesh_of_a_group(fvvinfo, tmp_path):
     path = put(tmp_path, textured([[12, 12, 0]]))
     done = fvvinfo(path.name, cwd=tmp_path)
     assert done.returncode == 1
-    offset = 0xD8 + 2 * (32 + 112 + 32) + 32 + 2  # after two MESH chunks with 8 bytes more a vertex
+    offset = 0xE8 + 2 * (32 + 112 + 32) + 32 + 2  # after two MESH chunks with 8 bytes more a vertex
     assert done.stderr.decode() == (
         f"file.fvv: {offset:#x}: MESH: 0 texture bits, the first mesh of the track in this group has 12 [FVV-3016]\n"
     )
@@ -114,7 +114,7 @@ def test_texture_coordinates_in_one_mesh_of_a_group(fvvinfo, tmp_path):
 
 def test_text_names_the_version_of_the_format(fvvinfo, tiny_files):
     first = fvvinfo(tiny_files["empty.fvv"]).stdout.decode().splitlines()[0]
-    assert first.endswith(": 208 B, format 0.1")
+    assert first.endswith(": 208 B, format 0.2")
 
 
 def test_chunk_list(fvvinfo, tiny_files):
@@ -140,7 +140,7 @@ def test_json_of_complete_files(fvvinfo, tiny_files):
 
 
 def test_json_names_the_version_of_the_format(fvvinfo, tiny_files):
-    assert files_of(fvvinfo("--json", tiny_files["empty.fvv"]))[0]["written_version"] == [0, 1]
+    assert files_of(fvvinfo("--json", tiny_files["empty.fvv"]))[0]["written_version"] == [0, 2]
 
 
 def test_json_of_cut_and_damaged_files_fits_the_schema(fvvinfo, tetrahedron, tmp_path):
@@ -164,17 +164,17 @@ CUTS = [
     (40, 3, "0x18: the stream ends inside a chunk header [FVV-1107]"),
     (100, 3, "0x18: SCEN: the stream ends inside a chunk: 76 of 88 bytes [FVV-1107]"),
     (112, 3, "0x70: no footer: the stream is live or truncated"),
-    (157, 3, "0x70: TRAK: the stream ends inside a chunk: 45 of 48 bytes [FVV-1107]"),  # within padding
-    (160, 3, "0xa0: no footer: the stream is live or truncated"),
-    (200, 3, "0xa0: GRUP: the stream ends inside a chunk: 40 of 56 bytes [FVV-1107]"),
-    (216, 3, "0xd8: the stream ends inside group 0 [FVV-1203]"),
-    (300, 3, "0xd8: MESH: the stream ends inside a chunk: 84 of 144 bytes [FVV-1107]"),
-    (360, 3, "0x168: the stream ends inside group 0 [FVV-1203]"),
-    (430, 3, "0x168: GEND: the stream ends inside a chunk: 70 of 72 bytes [FVV-1107]"),
-    (432, 3, "0x1b0: no footer: the stream is live or truncated"),
-    (500, 3, "0x1b0: INDX: the stream ends inside a chunk: 68 of 112 bytes [FVV-1107]"),
-    (544, 3, "0x220: no footer: the stream is live or truncated"),
-    (599, 3, "0x220: FOOT: the stream ends inside a chunk: 55 of 56 bytes [FVV-1107]"),
+    (173, 3, "0x70: TRAK: the stream ends inside a chunk: 61 of 64 bytes [FVV-1107]"),  # within padding
+    (176, 3, "0xb0: no footer: the stream is live or truncated"),
+    (216, 3, "0xb0: GRUP: the stream ends inside a chunk: 40 of 56 bytes [FVV-1107]"),
+    (232, 3, "0xe8: the stream ends inside group 0 [FVV-1203]"),
+    (316, 3, "0xe8: MESH: the stream ends inside a chunk: 84 of 144 bytes [FVV-1107]"),
+    (376, 3, "0x178: the stream ends inside group 0 [FVV-1203]"),
+    (446, 3, "0x178: GEND: the stream ends inside a chunk: 70 of 72 bytes [FVV-1107]"),
+    (448, 3, "0x1c0: no footer: the stream is live or truncated"),
+    (516, 3, "0x1c0: INDX: the stream ends inside a chunk: 68 of 112 bytes [FVV-1107]"),
+    (560, 3, "0x230: no footer: the stream is live or truncated"),
+    (615, 3, "0x230: FOOT: the stream ends inside a chunk: 55 of 56 bytes [FVV-1107]"),
 ]
 
 
@@ -190,7 +190,7 @@ def test_cut(fvvinfo, tetrahedron, tmp_path, size, code, line):
     [
         (0, "0x0: not a fvv stream: the signature is missing [FVV-1001]"),
         (32, "0x18: no chunk header where one is expected [FVV-1101]"),
-        (250, "0xd8: MESH: CRC of the payload does not match [FVV-1103]"),
+        (266, "0xe8: MESH: CRC of the payload does not match [FVV-1103]"),
     ],
 )
 def test_damage(fvvinfo, tetrahedron, tmp_path, offset, line):
@@ -201,8 +201,8 @@ def test_damage(fvvinfo, tetrahedron, tmp_path, offset, line):
 
 def test_worst_exit_code_of_several_files(fvvinfo, tetrahedron, tmp_path):
     good = put(tmp_path, tetrahedron, "good.fvv")
-    cut = put(tmp_path, tetrahedron[:300], "cut.fvv")
-    bad = put(tmp_path, flipped(tetrahedron, 250), "bad.fvv")
+    cut = put(tmp_path, tetrahedron[:316], "cut.fvv")
+    bad = put(tmp_path, flipped(tetrahedron, 266), "bad.fvv")
     for paths, code in [
         ([good, good], 0),
         ([good, cut, good], 3),
@@ -213,18 +213,18 @@ def test_worst_exit_code_of_several_files(fvvinfo, tetrahedron, tmp_path):
         assert fvvinfo(*paths).returncode == code, paths
     # All are shown, also after one that is missing.
     done = fvvinfo(tmp_path / "missing.fvv", cut, good)
-    assert f"{good}: 600 B" in done.stdout.decode() and f"{cut}: 300 B" in done.stdout.decode()
+    assert f"{good}: 616 B" in done.stdout.decode() and f"{cut}: 316 B" in done.stdout.decode()
     assert len(done.stderr.splitlines()) == 2
 
 
 def test_standard_input(fvvinfo, tetrahedron):
     done = fvvinfo("--check", "-", stdin=tetrahedron)
     assert (done.returncode, done.stderr) == (0, b"")
-    assert done.stdout.startswith(b"standard input: 600 B")
+    assert done.stdout.startswith(b"standard input: 616 B")
     assert files_of(fvvinfo("--json", "-", stdin=tetrahedron))[0]["name"] == "standard input"
-    done = fvvinfo("-", stdin=tetrahedron[:300])
+    done = fvvinfo("-", stdin=tetrahedron[:316])
     assert done.returncode == 3
-    assert done.stderr.startswith(b"standard input: 0xd8: MESH: ")
+    assert done.stderr.startswith(b"standard input: 0xe8: MESH: ")
 
 
 def repeated_blocks():

@@ -17,11 +17,17 @@ const layouts = {
     },
   },
   track: {
-    size: 12,
+    size: 32,
     fields: {
       id: ["u16", 0],
       kind: ["u8", 2],
-      name: ["text", 4],
+      alternateGroup: ["u16", 4],
+      rank: ["u16", 6],
+      bitRate: ["u32", 8],
+      size: ["u32", 12],
+      numerator: ["u32", 16],
+      denominator: ["u32", 20],
+      name: ["text", 24],
     },
   },
   camera: {
@@ -85,6 +91,26 @@ const layouts = {
       tiles: ["list", 40, "tile"],
     },
   },
+  audio_config: {
+    size: 56,
+    fields: {
+      codec: ["u32", 0],
+      channels: ["u8", 4],
+      flags: ["u8", 5],
+      packetDuration: ["u32", 8],
+      preroll: ["u32", 12],
+      position: ["f64[]", 16, 3],
+      record: ["bytes", 40],
+      language: ["text", 48],
+    },
+  },
+  audio: {
+    size: 64,
+    fields: {
+      track: ["u16", 0],
+      config: ["in", 8, "audio_config"],
+    },
+  },
   text: {
     size: 8,
     fields: {
@@ -104,14 +130,15 @@ const layouts = {
     },
   },
   configuration: {
-    size: 128,
+    size: 136,
     fields: {
       scene: ["in", 0, "scene"],
       tracks: ["list", 56, "track"],
       cameras: ["list", 64, "camera"],
       videos: ["list", 72, "video"],
-      metadata: ["list", 80, "text"],
-      texturing: ["in", 88, "texturing"],
+      sounds: ["list", 80, "audio"],
+      metadata: ["list", 88, "text"],
+      texturing: ["in", 96, "texturing"],
     },
   },
   event: {
@@ -203,8 +230,20 @@ const layouts = {
       tiles: ["list", 4, "tile"],
     },
   },
+  sound: {
+    size: 64,
+    fields: {
+      track: ["u32", 0],
+      start: ["i64", 8],
+      packetCount: ["u32", 16],
+      prerollCount: ["u32", 20],
+      position: ["f64[]", 24, 3],
+      sizes: ["u16*", 48, 1, "packetCount"],
+      data: ["bytes", 52],
+    },
+  },
   frame: {
-    size: 56,
+    size: 64,
     fields: {
       time: ["i64", 0],
       meshes: ["list", 8, "mesh"],
@@ -213,6 +252,7 @@ const layouts = {
       samples: ["list", 32, "sample"],
       layouts: ["list", 40, "layout"],
       backgrounds: ["list", 48, "sample"],
+      sounds: ["list", 56, "sound"],
     },
   },
   part: {
@@ -312,7 +352,7 @@ function read(name, memory, address) {
 }
 
 const lenses = ["none", "radtan", "fisheye"];
-const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "metadata", "audio"];
+const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "metadata", "audio", "colours"];
 const shows = ["tiles", "atlas"];
 const domains = ["faces", "vertices", "weights"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
@@ -356,7 +396,9 @@ const readers = {
   sample: readSample,
   track(memory, address) {
     const track = read("track", memory, address);
-    return { ...track, kind: kinds[track.kind] ?? "unknown" };
+    const { id, name, alternateGroup, rank, bitRate, size, numerator, denominator } = track;
+    const timeBase = denominator ? { numerator, denominator } : null;
+    return { id, kind: kinds[track.kind] ?? "unknown", name, timeBase, alternateGroup, rank, bitRate, size };
   },
   text: (memory, address) => read("text", memory, address).text,
   tile(memory, address) {
@@ -381,6 +423,21 @@ const readers = {
       },
       record: config.record,
       tiles,
+    };
+  },
+  audio(memory, address) {
+    const { track, config } = read("audio", memory, address);
+    const { codec, channels, flags, packetDuration, preroll, position, record, language } = config;
+    return {
+      track,
+      codec: fourcc(codec),
+      channels,
+      packetDuration,
+      preroll,
+      position: flags & 1 ? position : null,
+      moves: (flags & 2) !== 0,
+      record,
+      language,
     };
   },
   mesh(memory, address) {
@@ -415,7 +472,7 @@ const readers = {
 };
 
 export function readConfiguration(memory, address) {
-  const { scene, tracks, cameras, videos, metadata, texturing } = read("configuration", memory, address);
+  const { scene, tracks, cameras, videos, sounds, metadata, texturing } = read("configuration", memory, address);
   const [red, green, blue] = texturing.unseen;
   return {
     timeBase: { numerator: scene.numerator, denominator: scene.denominator },
@@ -426,6 +483,7 @@ export function readConfiguration(memory, address) {
     tracks,
     cameras,
     videos,
+    sounds,
     metadata,
     texturing: { ...texturing, unseen: (red << 16) | (green << 8) | blue, blend: blends[texturing.blend] },
   };

@@ -202,6 +202,21 @@ export interface Texturing {
   inset: number;
 }
 
+export interface Track {
+  id: number;
+  kind: string;
+  name: string;
+  /** Seconds per tick of times in the track's payloads; null: as the scene's. */
+  timeBase: { numerator: number; denominator: number } | null;
+  /** Tracks with the same number other than 0 show the same thing; rank 0 is the best. */
+  alternateGroup: number;
+  rank: number;
+  /** Nominal, bits per second; 0: not stated. */
+  bitRate: number;
+  /** Nominal: pixels of a video frame, faces of a mesh; 0: not stated. */
+  size: number;
+}
+
 export interface Configuration {
   /** Seconds per tick. */
   timeBase: { numerator: number; denominator: number };
@@ -211,7 +226,7 @@ export interface Configuration {
   upAxis: "unknown" | "x" | "y" | "z" | "-x" | "-y" | "-z";
   /** false: lengths are not in metres. */
   scaleKnown: boolean;
-  tracks: { id: number; kind: string; name: string }[];
+  tracks: Track[];
   cameras: Camera[];
   videos: Video[];
   /** JSON texts. */

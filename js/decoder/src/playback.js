@@ -301,6 +301,10 @@ export class Playback {
       }
       if (kind === "damage" && !state.quiet) this.#corrupt(state, session.damage());
       if (kind === "group" && ((await this.#recalls(state)) || !this.#beginGroup(state, session.about()))) return;
+      if (kind === "between") {
+        this.#between(state);
+        await this.#takeBackgrounds(state);
+      }
       if (kind === "frame") {
         yield* this.#frame(state);
         await this.#takeBackgrounds(state);
@@ -356,6 +360,21 @@ export class Playback {
     return true;
   }
 
+  /** Chunks at a time that is no frame, or that follow their frame. */
+  #between(state) {
+    try {
+      this.#take(state, this.#session.decode(null));
+    } catch (error) {
+      if (!(error instanceof FvvError) || error.fatal) throw error;
+      this.#corrupt(state, error);
+    }
+  }
+  #take(state, { backgrounds, sounds, ...frame }) {
+    state.backgrounds.push(...backgrounds);
+    if (sounds.length) this.#emit("sounds", sounds);
+    return frame;
+  }
+
   async *#frame(state) {
     const session = this.#session;
     if (session.lacksCodecs) await session.loadCodecs();
@@ -371,9 +390,7 @@ export class Playback {
       if (skipped) state.skip--;
       return;
     }
-    const { backgrounds, ...rest } = frame;
-    state.backgrounds.push(...backgrounds);
-    frame = rest;
+    frame = this.#take(state, frame);
     frame.decodeMs = performance.now() - started;
     frame.number = state.number++;
     frame.group = state.group;

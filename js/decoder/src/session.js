@@ -4,7 +4,7 @@ import { FvvError, IO } from "./errors.js";
 import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroups, readSample } from "./flat.js";
 import { createCodec, createCore } from "./wasm.js";
 
-const events = ["need data", "configuration", "group", "frame", "damage", "end", "done"];
+const events = ["need data", "configuration", "group", "frame", "damage", "end", "done", "between"];
 const WANT = { floats: 1, normals: 2, visibility: 4, visibilityWeights: 8 };
 const END = 2;
 /** Bytes per push. */

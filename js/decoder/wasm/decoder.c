@@ -96,14 +96,17 @@ FVVJS_EXPORT int32_t fvvjs_next(fvvjs_decoder *d) {
   fvv_frames_event *event = &d->event;
   fvv_status status;
   do status = fvv_frames_next(d->frames, event, &d->diagnostic);
-  while (status == FVV_OK && event->kind > FVV_FRAMES_END);
+  while (status == FVV_OK && event->kind > FVV_FRAMES_END && event->kind != FVV_FRAMES_BETWEEN);
   if (status != FVV_OK)
     return status == FVV_NEED_DATA ? FVVJS_NEED_DATA : status == FVV_END ? FVVJS_DONE : status;
   if (event->kind == FVV_FRAMES_CONFIGURATION) {
     d->configuration = event->configuration;
     fvvjs_release_tracks(d);
   }
-  if (event->kind == FVV_FRAMES_GROUP) fvvjs_begin_group(d);
+  if (event->kind == FVV_FRAMES_GROUP) {
+    fvvjs_begin_group(d);
+    d->group_end = event->end;
+  }
   if (event->kind == FVV_FRAMES_DAMAGE) d->diagnostic = event->diagnostic;
-  return (int32_t)event->kind;
+  return event->kind == FVV_FRAMES_BETWEEN ? FVVJS_BETWEEN : (int32_t)event->kind;
 }

@@ -10,7 +10,11 @@
 #include "stream/tracks.h"
 
 /* What fvvjs_next returns besides FVV_FRAMES_CONFIGURATION to FVV_FRAMES_END; below 0: fvv_status, final. */
-enum { FVVJS_NEED_DATA = 0, FVVJS_DONE = 6 /* after finish: nothing is left */ };
+enum {
+  FVVJS_NEED_DATA = 0,
+  FVVJS_DONE = 6,   /* after finish: nothing is left */
+  FVVJS_BETWEEN = 7 /* FVV_FRAMES_BETWEEN */
+};
 
 /* What decode fills in beside integer positions and faces. */
 enum {
@@ -30,6 +34,8 @@ typedef struct fvvjs_track {
   fvv_bytes tiles;                       /* fvv_tile: the layout of the group; empty: it has none */
   fvv_bytes weights, counts;             /* of visibility, and to work in */
   fvv_bytes colours;                     /* R, G, B, 255 of each vertex; empty: the key mesh has none */
+  fvv_bytes sizes;                       /* uint16_t: of the packets of the last chunk of sound */
+  fvv_audio_place place;                 /* of sound in the group */
 } fvvjs_track;
 
 /* The group that is read through the index, while on. next: 0 is its GRUP, 1 the first of its chunks. */
@@ -49,6 +55,7 @@ enum {
   FVVJS_SAMPLES,
   FVVJS_LAYOUTS,
   FVVJS_BACKGROUNDS,
+  FVVJS_SOUNDS,
   FVVJS_LISTS
 };
 
@@ -58,8 +65,9 @@ typedef struct fvvjs_decoder {
   fvv_frames *frames;                     /* NULL before start */
   fvv_stream *index;                      /* NULL: the source can't be sought in */
   const fvv_configuration *configuration; /* NULL: none yet */
-  fvv_frames_event event;                 /* that was reported last */
-  fvv_bytes tracks;                       /* fvvjs_track */
+  int64_t group_end;
+  fvv_frames_event event; /* that was reported last */
+  fvv_bytes tracks;       /* fvvjs_track */
   fvv_calibration *calibration;
   int64_t calibration_time; /* of what it holds */
   fvv_diagnostic diagnostic;

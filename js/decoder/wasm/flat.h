@@ -67,6 +67,19 @@ typedef struct flat_layout {
   flat_list tiles;
 } flat_layout;
 
+/* A chunk of an audio track: sizes of its packets, which follow one another in data. */
+typedef struct flat_sound {
+  uint32_t track;
+  int64_t start;
+  uint32_t packet_count;
+  uint32_t preroll_count;
+  double position[3];
+  /* 1 x packet_count, or 0 */
+  const uint16_t *sizes;
+  const uint8_t *data;
+  uint32_t data_size;
+} flat_sound;
+
 /* cameras: those that move and are calibrated; backgrounds: payloads of BACK, for the module of
  * environments. */
 typedef struct flat_frame {
@@ -83,6 +96,8 @@ typedef struct flat_frame {
   flat_list layouts;
   /* flat_sample */
   flat_list backgrounds;
+  /* flat_sound */
+  flat_list sounds;
 } flat_frame;
 
 /* Of an environment: a mesh in one colour or with one picture. positions: metres; texture: places in the
@@ -121,7 +136,13 @@ _Static_assert(offsetof(fvv_scene, up_axis) == 48, "");
 _Static_assert(offsetof(fvv_scene, flags) == 49, "");
 _Static_assert(offsetof(fvv_track, id) == 0, "");
 _Static_assert(offsetof(fvv_track, kind) == 2, "");
-_Static_assert(offsetof(fvv_track, name) == 4, "");
+_Static_assert(offsetof(fvv_track, alternate_group) == 4, "");
+_Static_assert(offsetof(fvv_track, rank) == 6, "");
+_Static_assert(offsetof(fvv_track, bit_rate) == 8, "");
+_Static_assert(offsetof(fvv_track, size) == 12, "");
+_Static_assert(offsetof(fvv_track, time_base.numerator) == 16, "");
+_Static_assert(offsetof(fvv_track, time_base.denominator) == 20, "");
+_Static_assert(offsetof(fvv_track, name) == 24, "");
 _Static_assert(offsetof(fvv_camera, id) == 0, "");
 _Static_assert(offsetof(fvv_camera, lens) == 2, "");
 _Static_assert(offsetof(fvv_camera, flags) == 3, "");
@@ -158,6 +179,16 @@ _Static_assert(offsetof(fvv_video_config, codec_string) == 28, "");
 _Static_assert(offsetof(fvv_video_layout, track) == 0, "");
 _Static_assert(offsetof(fvv_video_layout, config) == 4, "");
 _Static_assert(offsetof(fvv_video_layout, tiles) == 40, "");
+_Static_assert(offsetof(fvv_audio_config, codec) == 0, "");
+_Static_assert(offsetof(fvv_audio_config, channels) == 4, "");
+_Static_assert(offsetof(fvv_audio_config, flags) == 5, "");
+_Static_assert(offsetof(fvv_audio_config, packet_duration) == 8, "");
+_Static_assert(offsetof(fvv_audio_config, preroll) == 12, "");
+_Static_assert(offsetof(fvv_audio_config, position) == 16, "");
+_Static_assert(offsetof(fvv_audio_config, record) == 40, "");
+_Static_assert(offsetof(fvv_audio_config, language) == 48, "");
+_Static_assert(offsetof(fvv_audio_layout, track) == 0, "");
+_Static_assert(offsetof(fvv_audio_layout, config) == 8, "");
 _Static_assert(offsetof(fvv_text, text) == 0, "");
 _Static_assert(offsetof(fvv_texturing, threshold) == 0, "");
 _Static_assert(offsetof(fvv_texturing, depth_bias) == 8, "");
@@ -170,8 +201,9 @@ _Static_assert(offsetof(fvv_configuration, scene) == 0, "");
 _Static_assert(offsetof(fvv_configuration, tracks) == 56, "");
 _Static_assert(offsetof(fvv_configuration, cameras) == 64, "");
 _Static_assert(offsetof(fvv_configuration, videos) == 72, "");
-_Static_assert(offsetof(fvv_configuration, metadata) == 80, "");
-_Static_assert(offsetof(fvv_configuration, texturing) == 88, "");
+_Static_assert(offsetof(fvv_configuration, sounds) == 80, "");
+_Static_assert(offsetof(fvv_configuration, metadata) == 88, "");
+_Static_assert(offsetof(fvv_configuration, texturing) == 96, "");
 _Static_assert(offsetof(fvv_frames_event, kind) == 0, "");
 _Static_assert(offsetof(fvv_frames_event, offset) == 8, "");
 _Static_assert(offsetof(fvv_frames_event, configuration) == 16, "");
@@ -204,7 +236,8 @@ _Static_assert(sizeof(flat_mesh) == 44 && offsetof(flat_mesh, colours) == 40, ""
 _Static_assert(sizeof(flat_visibility) == 40 && offsetof(flat_visibility, vertex_count) == 36, "");
 _Static_assert(sizeof(flat_sample) == 16 && offsetof(flat_sample, data) == 8, "");
 _Static_assert(sizeof(flat_layout) == 12 && offsetof(flat_layout, tiles) == 4, "");
-_Static_assert(sizeof(flat_frame) == 56 && offsetof(flat_frame, backgrounds) == 48, "");
+_Static_assert(sizeof(flat_sound) == 64 && offsetof(flat_sound, data) == 52, "");
+_Static_assert(sizeof(flat_frame) == 64 && offsetof(flat_frame, sounds) == 56, "");
 _Static_assert(sizeof(flat_part) == 40 && offsetof(flat_part, colour) == 28, "");
 _Static_assert(offsetof(fvv_background_picture, codec) == 0, "");
 _Static_assert(offsetof(fvv_background_picture, width) == 4, "");

@@ -19,6 +19,7 @@ void fvvjs_begin_group(fvvjs_decoder *d) {
     fvv_mesh_frames_reset(&track_at(d, i)->meshes);
     fvv_visibility_frames_reset(&track_at(d, i)->visibility);
     track_at(d, i)->tiles.size = track_at(d, i)->colours.size = 0;
+    memset(&track_at(d, i)->place, 0, sizeof track_at(d, i)->place);
   }
   if (d->calibration) fvv_calibration_reset(d->calibration);
 }
@@ -35,6 +36,7 @@ void fvvjs_release_tracks(fvvjs_decoder *d) {
     fvv_bytes_free(&track->weights);
     fvv_bytes_free(&track->counts);
     fvv_bytes_free(&track->colours);
+    fvv_bytes_free(&track->sizes);
   }
   fvv_bytes_free(&d->tracks);
   fvv_calibration_destroy(d->calibration);
@@ -52,7 +54,7 @@ static fvv_status find_track(fvvjs_decoder *d, uint16_t id, fvvjs_track **track)
   memset(&fresh, 0, sizeof fresh);
   fresh.id = id;
   fvv_bytes *const lists[] = {&fresh.positions, &fresh.normals, &fresh.texture, &fresh.tiles,
-                              &fresh.weights,   &fresh.counts,  &fresh.colours};
+                              &fresh.weights,   &fresh.counts,  &fresh.colours, &fresh.sizes};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->allocator = d->allocator;
   const fvv_status status = fvv_bytes_append(&d->tracks, &fresh, sizeof fresh);
   if (status == FVV_OK) *track = track_at(d, track_count(d) - 1);
@@ -270,6 +272,42 @@ static fvv_status take_background(fvvjs_decoder *d, const fvv_frame_chunk *chunk
   return fvv_bytes_append(&d->lists[FVVJS_BACKGROUNDS], &flat, sizeof flat);
 }
 
+/* The packets stay where they are; JavaScript takes them apart. */
+static fvv_status take_sound(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload) {
+  const fvv_audio_config *config = fvv_configuration_audio(d->configuration, chunk->header.track);
+  if (!config || !fvv_audio_codec_known(config->codec)) return FVV_OK;
+  const size_t size = (size_t)chunk->header.size, most = size / 3;
+  fvvjs_track *track;
+  fvv_audio_chunk sound;
+  fvv_status status = find_track(d, chunk->header.track, &track);
+  if (status != FVV_OK) return status;
+  uint64_t bytes;
+  if (!fvv_multiply_u64(most, sizeof(fvv_audio_packet), &bytes) || bytes > SIZE_MAX) return no_memory(d);
+  track->sizes.size = 0;
+  if (fvv_bytes_reserve(&track->sizes, (size_t)bytes) != FVV_OK) return no_memory(d);
+  fvv_audio_packet *packets = (fvv_audio_packet *)track->sizes.data;
+  status = fvv_audio_decode(config, payload, size, &sound, packets, most, &d->diagnostic);
+  if (status == FVV_OK)
+    status = fvv_audio_follow(&track->place, config, d->configuration->scene.time_base, &sound,
+                              chunk->header.time, d->group_end, &d->diagnostic);
+  if (status != FVV_OK) return status;
+  const uint8_t *data = packets[0].data;
+  uint8_t *sizes = track->sizes.data; /* in place of the packets, each of which is larger */
+  for (uint32_t i = 0; i < sound.packet_count; i++) {
+    const uint16_t bytes_of_packet = (uint16_t)packets[i].size;
+    memcpy(sizes + 2 * (size_t)i, &bytes_of_packet, sizeof bytes_of_packet);
+  }
+  const flat_sound flat = {track->id,
+                           sound.start,
+                           sound.packet_count,
+                           sound.preroll_count,
+                           {sound.position[0], sound.position[1], sound.position[2]},
+                           (const uint16_t *)sizes,
+                           data,
+                           (uint32_t)(size - (size_t)(data - payload))};
+  return fvv_bytes_append(&d->lists[FVVJS_SOUNDS], &flat, sizeof flat);
+}
+
 static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                                uint32_t want) {
   switch (chunk->header.type) {
@@ -285,6 +323,8 @@ static fvv_status decode_chunk(fvvjs_decoder *d, const fvv_frame_chunk *chunk, c
     return decode_layout(d, chunk, payload);
   case FVV_CHUNK_BACKGROUND:
     return take_background(d, chunk, payload);
+  case FVV_CHUNK_AUDIO:
+    return take_sound(d, chunk, payload);
   case FVV_CHUNK_VIDEO_PACKET:
     return take_sample(d, chunk, payload);
   default:
@@ -343,6 +383,7 @@ FVVJS_EXPORT int32_t fvvjs_decode(fvvjs_decoder *d, uint32_t want) {
   d->frame.samples = list_of(d, FVVJS_SAMPLES, sizeof(flat_sample));
   d->frame.layouts = list_of(d, FVVJS_LAYOUTS, sizeof(flat_layout));
   d->frame.backgrounds = list_of(d, FVVJS_BACKGROUNDS, sizeof(flat_sample));
+  d->frame.sounds = list_of(d, FVVJS_SOUNDS, sizeof(flat_sound));
   return FVV_OK;
 }
 

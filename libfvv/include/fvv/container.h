@@ -42,8 +42,13 @@ typedef struct fvv_scene {
 
 /* TRAK, clause 5.2. name is UTF-8, not terminated, and points into the parsed payload. */
 typedef struct fvv_track {
-  uint16_t id;  /* from the chunk header, 1 ... 65535 */
-  uint8_t kind; /* FVV_TRACK_... */
+  uint16_t id;              /* from the chunk header, 1 ... 65535 */
+  uint8_t kind;             /* FVV_TRACK_... */
+  uint16_t alternate_group; /* 0: none. Tracks that share another number show the same thing */
+  uint16_t rank;            /* among these: 0 is the best */
+  uint32_t bit_rate;        /* nominal, bits per second; 0: not stated */
+  uint32_t size;            /* nominal: pixels of a video frame, faces of a mesh; 0: not stated */
+  fvv_rational time_base;   /* seconds per tick of times in payloads; 0/0: as the scene's */
   const char *name;
   size_t name_size;
 } fvv_track;
@@ -156,7 +161,7 @@ typedef struct fvv_group_info {
   uint64_t size;   /* bytes up to and with GEND */
   int64_t start, end;
   uint32_t sequence;
-  uint32_t frame_count;        /* distinct times of track chunks */
+  uint32_t frame_count;        /* clause 11 */
   int intact;                  /* present index: claimed; rebuilt: every chunk was seen and GEND agrees */
   uint32_t configuration_size; /* bytes of the configuration block that holds for this group, 0: not known */
   uint64_t configuration_offset; /* of its SCEN header */

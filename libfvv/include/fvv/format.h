@@ -5,9 +5,9 @@
 
 /* Version that this library writes, and the least that a reader of its streams must know (clause 3.2). */
 #define FVV_FORMAT_MAJOR 0
-#define FVV_FORMAT_MINOR 1
+#define FVV_FORMAT_MINOR 2
 #define FVV_FORMAT_READER_MAJOR 0
-#define FVV_FORMAT_READER_MINOR 1
+#define FVV_FORMAT_READER_MINOR 2
 
 /* largest magnitude of a lattice index, 2^28: sums and differences of a few fit in 32 bits (clause 8.1). */
 #define FVV_LATTICE_MAX 268435456
@@ -32,6 +32,7 @@ enum {
   FVV_CHUNK_CAMERA = 0x524d4143, /* CAMR: camera */
   FVV_CHUNK_VIDEO_CONFIG = 0x47464356, /* VCFG: video configuration */
   FVV_CHUNK_TILES = 0x454c4954, /* TILE: tile layout */
+  FVV_CHUNK_AUDIO_CONFIG = 0x47464341, /* ACFG: audio configuration */
   FVV_CHUNK_TEXTURING = 0x52584554, /* TEXR: view-dependent texturing */
   FVV_CHUNK_GROUP = 0x50555247, /* GRUP: group begins */
   FVV_CHUNK_MESH = 0x4853454d, /* MESH: mesh of one frame */
@@ -40,12 +41,13 @@ enum {
   FVV_CHUNK_VISIBILITY = 0x49534956, /* VISI: visibility of one frame */
   FVV_CHUNK_COLOURS = 0x524c4f43, /* COLR: colours of a key mesh */
   FVV_CHUNK_BACKGROUND = 0x4b434142, /* BACK: static environment and lights */
+  FVV_CHUNK_AUDIO = 0x49445541, /* AUDI: packets of sound */
   FVV_CHUNK_GROUP_END = 0x444e4547, /* GEND: group ends */
   FVV_CHUNK_INDEX = 0x58444e49, /* INDX: index of groups */
   FVV_CHUNK_FOOTER = 0x544f4f46, /* FOOT: footer */
 };
 
-/* Video codecs, in the same way. */
+/* Codecs of video and sound, in the same way. */
 enum {
   FVV_CODEC_JPEG = 0x6765706a, /* jpeg */
   FVV_CODEC_AVC1 = 0x31637661, /* avc1 */
@@ -53,6 +55,8 @@ enum {
   FVV_CODEC_VP09 = 0x39307076, /* vp09 */
   FVV_CODEC_AV01 = 0x31307661, /* av01 */
   FVV_CODEC_OEXR = 0x7278656f, /* oexr */
+  FVV_CODEC_OPUS = 0x7375706f, /* opus */
+  FVV_CODEC_MP4A = 0x6134706d, /* mp4a */
 };
 
 /* Chunk flags, clause 4.2. */
@@ -86,7 +90,7 @@ enum {
   FVV_TRACK_VISIBILITY = 4, /* VISI chunks */
   FVV_TRACK_BACKGROUND = 5, /* BACK chunks */
   FVV_TRACK_METADATA = 6, /* reserved for timed metadata */
-  FVV_TRACK_AUDIO = 7, /* reserved */
+  FVV_TRACK_AUDIO = 7, /* AUDI chunks, one ACFG */
   FVV_TRACK_COLOURS = 8, /* COLR chunks */
 };
 
@@ -121,6 +125,12 @@ enum {
   FVV_VISIBILITY_FACES = 0, /* one bit for each face */
   FVV_VISIBILITY_VERTICES = 1, /* one bit for each vertex */
   FVV_VISIBILITY_WEIGHTS = 2, /* a visibility weight for each vertex, of six values */
+};
+
+/* Audio flags, clause 20.1. */
+enum {
+  FVV_AUDIO_PLACED = 1, /* the sound comes from `position` */
+  FVV_AUDIO_MOVES = 2, /* each AUDI has a position of its own; only with bit 0 */
 };
 
 /* Background part flags, clause 18.2. */
@@ -202,10 +212,13 @@ enum {
   FVV_ISSUE_TRACK_ID = 2102,
   FVV_ISSUE_TRACK_KIND = 2103,
   FVV_ISSUE_TEXT = 2104,
+  FVV_ISSUE_TRACK_TIME_BASE = 2105,
+  FVV_ISSUE_TRACK_ALTERNATE = 2106,
   FVV_ISSUE_CONFIGURATION_TRACK = 2201,
   FVV_ISSUE_CONFIGURATION_VIDEO = 2202,
   FVV_ISSUE_CONFIGURATION_CAMERA = 2203,
   FVV_ISSUE_CONFIGURATION_CALIBRATION = 2204,
+  FVV_ISSUE_CONFIGURATION_AUDIO = 2205,
   FVV_ISSUE_MESH_PAYLOAD = 3001,
   FVV_ISSUE_MESH_PROFILE = 3002,
   FVV_ISSUE_MESH_COUNTS = 3003,
@@ -250,6 +263,12 @@ enum {
   FVV_ISSUE_SAMPLE_VP9 = 4204,
   FVV_ISSUE_SAMPLE_AV1 = 4205,
   FVV_ISSUE_SAMPLE_OEXR = 4206,
+  FVV_ISSUE_AUDIO_CONFIG_PAYLOAD = 4301,
+  FVV_ISSUE_AUDIO_CODEC = 4302,
+  FVV_ISSUE_AUDIO_CONFIG_RANGE = 4303,
+  FVV_ISSUE_AUDIO_RECORD = 4304,
+  FVV_ISSUE_AUDIO_PAYLOAD = 4305,
+  FVV_ISSUE_AUDIO_TIME = 4306,
   FVV_ISSUE_CAMERA_PAYLOAD = 5001,
   FVV_ISSUE_CAMERA_LENS = 5002,
   FVV_ISSUE_CAMERA_INTRINSICS = 5003,

@@ -19,9 +19,9 @@ typedef struct fvv_frames fvv_frames;
 typedef struct fvv_frames_options {
   size_t struct_size;
   /* Non-zero: a frame is reported as soon as every track has a chunk in it, so that live playback does not
-   * wait for the next frame. 0: when the next frame or the end of the group shows that it is over; then the
-   * last frame of a stream that was cut is not reported. Frames with tracks that rarely have chunks
-   * (backgrounds) always wait. Default: 1. */
+   * wait for the next frame. Sound is not waited for. 0: when the next frame or the end of the group shows
+   * that it is over; then the last frame of a stream that was cut is not reported. Frames with tracks that
+   * rarely have chunks (backgrounds) always wait. Default: 1. */
   int eager;
   /* Non-zero, for analysis: events of the reader are reported too (FVV_FRAMES_READ), frames that are not
    * whole as well, and payloads are not kept: they are only in the events of the reader. Default: 0. */
@@ -38,7 +38,9 @@ typedef enum fvv_frames_kind {
   FVV_FRAMES_DAMAGE = 4,        /* bytes were passed over, or a rule is broken */
   FVV_FRAMES_END = 5,           /* the footer was read: the stream is complete */
   FVV_FRAMES_GROUP_END = 6,     /* the group is over; without its GEND chunk, where something else follows */
-  FVV_FRAMES_READ = 7           /* detail: an event of the reader, before what it means is reported */
+  FVV_FRAMES_READ = 7,          /* detail: an event of the reader, before what it means is reported */
+  FVV_FRAMES_BETWEEN = 8 /* chunks of tracks at a time that is no frame, or after its frame was reported:
+                            sound, backgrounds */
 } fvv_frames_kind;
 
 /* A chunk of a frame. payload: header.size bytes, 8-byte aligned. */
@@ -56,17 +58,17 @@ typedef struct fvv_frames_event {
   uint64_t offset;                        /* of the first byte that the event is about */
   const fvv_configuration *configuration; /* CONFIGURATION */
   int repeated;                           /* CONFIGURATION: the same chunks as the one that held before */
-  int64_t time;                           /* FRAME: ticks; GROUP: its start */
+  int64_t time;                           /* FRAME, BETWEEN: ticks; GROUP: its start */
   int64_t end;                            /* GROUP: its end */
   uint32_t sequence, configuration_crc;   /* GROUP: its number, and the digest of its configuration */
-  const fvv_frame_chunk *chunks;          /* FRAME: in order of the stream */
+  const fvv_frame_chunk *chunks;          /* FRAME, BETWEEN: in order of the stream */
   size_t chunk_count;
-  int whole; /* FRAME: 1, with detail also 0; GROUP: its configuration is known; GROUP_END: no frame of the
-                group was left out */
+  int whole; /* FRAME, BETWEEN: 1, with detail also 0; GROUP: its configuration is known; GROUP_END: no frame
+                of the group was left out */
   uint64_t skipped;          /* DAMAGE: bytes passed over; 0 when a rule is broken but no byte is lost */
   fvv_diagnostic diagnostic; /* DAMAGE */
   const fvv_event *read;     /* READ */
-  int begins_frame;          /* READ: the chunk is the first of a frame */
+  int begins_time;           /* READ: the chunk is the first of a track at its time */
 } fvv_frames_event;
 
 /* options, limits, allocator NULL: defaults. */

@@ -6,6 +6,7 @@
 #ifndef FVV_STREAM_H
 #define FVV_STREAM_H
 
+#include "fvv/audio.h"
 #include "fvv/background.h"
 #include "fvv/calibration.h"
 #include "fvv/colours.h"
@@ -29,6 +30,11 @@ typedef struct fvv_video_layout {
   size_t tile_count;
 } fvv_video_layout;
 
+typedef struct fvv_audio_layout {
+  uint16_t track;
+  fvv_audio_config config;
+} fvv_audio_layout;
+
 typedef struct fvv_text {
   const char *text; /* UTF-8, not terminated */
   size_t size;
@@ -43,6 +49,8 @@ typedef struct fvv_configuration {
   size_t camera_count;
   const fvv_video_layout *videos;
   size_t video_count;
+  const fvv_audio_layout *sounds; /* the audio tracks */
+  size_t sound_count;
   const fvv_text *metadata; /* JSON texts, clause 5.3; checked to be UTF-8 only */
   size_t metadata_count;
   fvv_texturing texturing; /* defaults where the block has none */
@@ -53,6 +61,8 @@ typedef struct fvv_configuration {
 FVV_API const fvv_track *fvv_configuration_track(const fvv_configuration *configuration, uint16_t id);
 FVV_API const fvv_camera *fvv_configuration_camera(const fvv_configuration *configuration, uint16_t id);
 FVV_API const fvv_video_layout *fvv_configuration_video(const fvv_configuration *configuration,
+                                                        uint16_t track);
+FVV_API const fvv_audio_config *fvv_configuration_audio(const fvv_configuration *configuration,
                                                         uint16_t track);
 
 /* ---- random access by frame ----------------------------------------------------------------------- */
@@ -71,7 +81,8 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_open(const fvv_input *input, const fv
 FVV_API void fvv_stream_close(fvv_stream *stream);
 /* Groups, index state and damage; belongs to the stream. */
 FVV_API const fvv_file *fvv_stream_file(const fvv_stream *stream);
-/* Frames are the distinct times of chunks of tracks, numbered from 0 in order of time. */
+/* Frames are the times at which a group has a MESH or a VPKT (clause 11), numbered from 0 in order of time.
+ */
 FVV_API size_t fvv_stream_frame_count(const fvv_stream *stream);
 FVV_API FVV_MUST_USE fvv_status fvv_stream_frame(fvv_stream *stream, size_t frame, fvv_frame *out,
                                                  fvv_diagnostic *diagnostic);
@@ -178,6 +189,7 @@ typedef struct fvv_track_summary {
   uint32_t min_cameras, max_cameras; /* visibility tracks: cameras of a chunk */
   uint64_t cells;                    /* colour tracks: occupied cells, all chunks together */
   uint32_t min_cell_size, max_cell_size; /* colour tracks: side of a cell in lattice steps */
+  uint64_t packets;                      /* audio tracks: of all chunks, without those that repeat others */
 } fvv_track_summary;
 
 /* A run of frames that are whole: every chunk arrived, none damaged, and (with decode) every mesh decodes. */

@@ -147,7 +147,11 @@ void StreamWriter::configure(uint32_t type, uint16_t track, const std::vector<ui
 }
 
 void StreamWriter::write_track(uint16_t id, uint8_t kind, const std::string &name) {
-  const fvv_track track = {id, kind, name.data(), name.size()};
+  fvv_track track = {};
+  track.id = id;
+  track.kind = kind;
+  track.name = name.data();
+  track.name_size = name.size();
   configure(FVV_CHUNK_TRACK, id,
             record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
               return fvv_track_encode(&track, out, size, written, d);

@@ -220,7 +220,7 @@ static fvv_status scan_range(scan_state *s, uint64_t offset, uint64_t size, fvv_
   return FVV_OK;
 }
 
-/* Counts the distinct times of the scanned chunks of each group, for groups without a usable table. */
+/* Counts the frames among the scanned chunks of each group, for groups without a usable table. */
 static void count_frames(fvv_file *f) {
   const fvv_chunk_info *chunks = (const fvv_chunk_info *)f->scanned.data;
   const size_t chunk_count = f->scanned.size / sizeof *chunks;
@@ -232,7 +232,7 @@ static void count_frames(fvv_file *f) {
     int64_t last = 0;
     while (c < chunk_count && chunks[c].offset < group->offset) c++;
     for (; c < chunk_count && chunks[c].offset - group->offset < group->size; c++) {
-      if (!chunks[c].track || (frames && chunks[c].time == last)) continue;
+      if (!fvv_makes_frame(chunks[c].type) || (frames && chunks[c].time == last)) continue;
       frames++;
       last = chunks[c].time;
     }

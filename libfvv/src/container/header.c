@@ -50,6 +50,8 @@ uint8_t fvv_chunk_track_kind(uint32_t type) {
     return FVV_TRACK_COLOURS;
   case FVV_CHUNK_BACKGROUND:
     return FVV_TRACK_BACKGROUND;
+  case FVV_CHUNK_AUDIO:
+    return FVV_TRACK_AUDIO;
   default:
     return 0;
   }
@@ -130,7 +132,7 @@ fvv_status fvv_file_header_check(const uint8_t bytes[FVV_FILE_HEADER_SIZE], fvv_
                     "CRC of the file header does not match");
   const unsigned major = fvv_get_u16(bytes + FVV_FILE_HEADER_READER_MAJOR);
   const unsigned minor = fvv_get_u16(bytes + FVV_FILE_HEADER_READER_MINOR);
-  if (major != FVV_FORMAT_MAJOR || minor > FVV_FORMAT_MINOR)
+  if (major != FVV_FORMAT_MAJOR || minor > FVV_FORMAT_MINOR || minor < FVV_FORMAT_READER_MINOR)
     return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_VERSION, 0, FVV_FILE_HEADER_READER_MAJOR,
                     "needs a reader of format %u.%u, this one knows %d.%d", major, minor, FVV_FORMAT_MAJOR,
                     FVV_FORMAT_MINOR);

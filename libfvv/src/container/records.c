@@ -77,6 +77,20 @@ fvv_status fvv_scene_decode(fvv_scene *scene, const uint8_t *payload, size_t siz
   return scene_check(scene, FVV_ERROR_INVALID, diagnostic);
 }
 
+/* Which kinds may count in ticks of their own: those whose payloads have times. */
+static fvv_status track_check(const fvv_track *track, fvv_status status, fvv_diagnostic *diagnostic) {
+  const fvv_rational base = track->time_base;
+  const int free = (track->kind > FVV_TRACK_BACKGROUND && track->kind != FVV_TRACK_COLOURS);
+  if (!base.numerator != !base.denominator || (base.numerator && !free))
+    return fvv_fail(diagnostic, status, FVV_ISSUE_TRACK_TIME_BASE, FVV_CHUNK_TRACK,
+                    FVV_TRAK_TIME_BASE_NUMERATOR, "time base is %u/%u, expected %s", base.numerator,
+                    base.denominator, free ? "0/0 or two positive numbers" : "0/0, that of the scene");
+  if (track->rank && !track->alternate_group)
+    return fvv_fail(diagnostic, status, FVV_ISSUE_TRACK_ALTERNATE, FVV_CHUNK_TRACK, FVV_TRAK_RANK,
+                    "rank is %u without an alternate group, expected 0", track->rank);
+  return FVV_OK;
+}
+
 fvv_status fvv_track_encode(const fvv_track *track, uint8_t *out, size_t capacity, size_t *written,
                             fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -84,11 +98,19 @@ fvv_status fvv_track_encode(const fvv_track *track, uint8_t *out, size_t capacit
       !fvv_text_valid((const uint8_t *)track->name, track->name_size, NULL))
     return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, FVV_CHUNK_TRACK, 0,
                     "a track needs an id, a kind and a UTF-8 name of at most 65535 bytes");
+  const fvv_status status = track_check(track, FVV_ERROR_ARGUMENT, diagnostic);
+  if (status < 0) return status;
   *written = FVV_TRAK_SIZE + track->name_size;
   if (capacity < *written) return FVV_ERROR_BUFFER_TOO_SMALL;
   memset(out, 0, FVV_TRAK_SIZE);
   out[FVV_TRAK_KIND] = track->kind;
   fvv_put_u16(out + FVV_TRAK_NAME_SIZE, (uint16_t)track->name_size);
+  fvv_put_u32(out + FVV_TRAK_TIME_BASE_NUMERATOR, track->time_base.numerator);
+  fvv_put_u32(out + FVV_TRAK_TIME_BASE_DENOMINATOR, track->time_base.denominator);
+  fvv_put_u16(out + FVV_TRAK_ALTERNATE_GROUP, track->alternate_group);
+  fvv_put_u16(out + FVV_TRAK_RANK, track->rank);
+  fvv_put_u32(out + FVV_TRAK_BIT_RATE, track->bit_rate);
+  fvv_put_u32(out + FVV_TRAK_NOMINAL_SIZE, track->size);
   if (track->name_size) memcpy(out + FVV_TRAK_SIZE, track->name, track->name_size);
   return FVV_OK;
 }
@@ -100,9 +122,15 @@ fvv_status fvv_track_decode(fvv_track *track, const uint8_t *payload, size_t siz
   if (size < FVV_TRAK_SIZE)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TRACK_PAYLOAD, FVV_CHUNK_TRACK, 0,
                     "payload of %zu bytes, expected at least %d", size, FVV_TRAK_SIZE);
-  if (payload[FVV_TRAK_RESERVED] || !fvv_all_zero(payload + FVV_TRAK_RESERVED2, 4))
+  if (payload[FVV_TRAK_RESERVED])
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_TRACK_PAYLOAD, FVV_CHUNK_TRACK,
-                    FVV_TRAK_RESERVED, "reserved bytes are not 0");
+                    FVV_TRAK_RESERVED, "reserved byte is not 0");
+  track->time_base.numerator = fvv_get_u32(payload + FVV_TRAK_TIME_BASE_NUMERATOR);
+  track->time_base.denominator = fvv_get_u32(payload + FVV_TRAK_TIME_BASE_DENOMINATOR);
+  track->alternate_group = fvv_get_u16(payload + FVV_TRAK_ALTERNATE_GROUP);
+  track->rank = fvv_get_u16(payload + FVV_TRAK_RANK);
+  track->bit_rate = fvv_get_u32(payload + FVV_TRAK_BIT_RATE);
+  track->size = fvv_get_u32(payload + FVV_TRAK_NOMINAL_SIZE);
   track->kind = payload[FVV_TRAK_KIND];
   track->name_size = fvv_get_u16(payload + FVV_TRAK_NAME_SIZE);
   track->name = (const char *)payload + FVV_TRAK_SIZE;
@@ -117,6 +145,8 @@ fvv_status fvv_track_decode(fvv_track *track, const uint8_t *payload, size_t siz
   if (track->name_size > limit.max_text)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_TRACK, FVV_TRAK_NAME_SIZE,
                     "name of %zu bytes, limit %u", track->name_size, limit.max_text);
+  const fvv_status status = track_check(track, FVV_ERROR_INVALID, diagnostic);
+  if (status < 0) return status;
   return fvv_text_check(track->name, track->name_size, "track name", FVV_ERROR_INVALID, FVV_CHUNK_TRACK,
                         FVV_TRAK_SIZE, diagnostic);
 }
@@ -341,7 +371,7 @@ fvv_status fvv_group_table_add(fvv_group_table *table, const fvv_chunk_header *h
   size += fvv_put_uleb(entry + size, fvv_zigzag(signed_delta));
   status = fvv_bytes_append(&table->entries, entry, size);
   if (status < 0) return status;
-  if (header->track && (!table->frame_count || header->time != table->frame_time)) {
+  if (fvv_makes_frame(header->type) && (!table->frame_count || header->time != table->frame_time)) {
     table->frame_count++;
     table->frame_time = header->time;
   }
@@ -413,7 +443,7 @@ fvv_status fvv_group_table_decode(const uint8_t *payload, size_t size, uint64_t 
     info.type = fvv_get_u32(row + FVV_GEND_KIND_TYPE);
     info.track = fvv_get_u16(row + FVV_GEND_KIND_TRACK);
     info.flags = row[FVV_GEND_KIND_FLAGS];
-    if (info.track && (!frames || info.time != frame_time)) {
+    if (fvv_makes_frame(info.type) && (!frames || info.time != frame_time)) {
       frames++;
       frame_time = info.time;
     }

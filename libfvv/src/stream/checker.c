@@ -38,6 +38,13 @@ typedef struct checked_visibility {
   fvv_visibility_frames frames;
 } checked_visibility;
 
+/* Zero-initialise. */
+typedef struct checked_audio {
+  uint64_t group; /* that is being read, counted from 1 */
+  int lost;       /* something of the group is missing or wrong: times cannot be compared */
+  fvv_audio_place place;
+} checked_audio;
+
 /* What the checker knows of the layouts of a track. Zero-initialise. */
 typedef struct checked_tiles {
   uint64_t lost_in; /* the group, counted from 1, whose layout is wrong: its samples cannot be used */
@@ -93,6 +100,29 @@ static fvv_status judge_background(checked_background *background, const fvv_eve
   count_background(&decoded, counts);
   if (decode) status = judge_meshes(&decoded, limits, allocator, diagnostic);
   fvv_background_free(&decoded);
+  return status;
+}
+
+/* Checks an intact AUDI chunk. Offsets of diagnostics are relative to the payload. */
+static fvv_status judge_audio(checked_audio *audio, const fvv_event *event, uint64_t group, int64_t group_end,
+                              const fvv_configuration *configuration, fvv_track_summary *counts,
+                              fvv_diagnostic *diagnostic) {
+  const fvv_audio_config *config = fvv_configuration_audio(configuration, event->chunk.track);
+  if (!config || !fvv_audio_codec_known(config->codec)) return FVV_OK;
+  if (audio->group != group) {
+    memset(audio, 0, sizeof *audio);
+    audio->group = group;
+  }
+  fvv_audio_chunk chunk;
+  fvv_status status =
+      fvv_audio_decode(config, event->payload, (size_t)event->chunk.size, &chunk, NULL, 0, diagnostic);
+  audio->lost |= !event->group_intact || status != FVV_ERROR_BUFFER_TOO_SMALL;
+  if (status != FVV_ERROR_BUFFER_TOO_SMALL) return status;
+  counts->packets += chunk.packet_count - chunk.preroll_count;
+  if (audio->lost) return FVV_OK;
+  status = fvv_audio_follow(&audio->place, config, configuration->scene.time_base, &chunk, event->chunk.time,
+                            group_end, diagnostic);
+  audio->lost = status < 0;
   return status;
 }
 
@@ -343,6 +373,7 @@ typedef struct checked_track {
   checked_calibration calibration;
   checked_visibility visibility;
   checked_tiles tiles;
+  checked_audio audio;
   checked_background background;
 } checked_track;
 
@@ -355,9 +386,11 @@ struct fvv_checker {
   uint64_t block;                         /* number of the configuration that holds, from 1 */
   fvv_check_summary summary;
   fvv_bytes problems, tracks, runs;
+  int frame_counted; /* the current time is a frame, and counted */
   int frame_good;    /* no chunk of the current frame was found wrong */
   fvv_status failed; /* the final error */
   uint32_t digest;   /* of the configuration, from the last GRUP */
+  int64_t group_end; /* from the last GRUP */
 };
 
 void fvv_check_options_default(fvv_check_options *options) {
@@ -545,6 +578,9 @@ static fvv_status judge(fvv_checker *c, const fvv_event *event, checked_track *t
                              &c->allocator, &track->summary, diagnostic);
   if (event->chunk.type == FVV_CHUNK_VIDEO_PACKET && track->tiles.lost_in == c->summary.groups)
     c->frame_good = 0;
+  if (event->chunk.type == FVV_CHUNK_AUDIO && configuration)
+    return judge_audio(&track->audio, event, c->summary.groups, c->group_end, configuration, &track->summary,
+                       diagnostic);
   if (event->chunk.type == FVV_CHUNK_BACKGROUND)
     return judge_background(&track->background, event, c->digest, c->options.decode, &c->limits,
                             &c->allocator, &track->summary, diagnostic);
@@ -574,12 +610,16 @@ static void reach(fvv_check_summary *summary, int64_t time, int64_t frame_durati
   if (summary->groups && end > summary->end) summary->end = end;
 }
 
-/* A chunk of a track; begins: it is the first of its frame. */
+/* A chunk of a track; begins: it is the first at its time. */
 static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int begins) {
   const fvv_chunk_header *header = &event->chunk;
   if (!header->track) return FVV_OK;
   if (begins) {
     c->frame_good = 1;
+    c->frame_counted = 0;
+  }
+  if (fvv_makes_frame(header->type) && !c->frame_counted) {
+    c->frame_counted = 1;
     c->summary.frames++;
     reach(&c->summary, header->time, c->configuration ? c->configuration->scene.frame_duration : 0);
   }
@@ -600,10 +640,10 @@ static fvv_status take_frame_chunk(fvv_checker *c, const fvv_event *event, int b
   return problem(c, &diagnostic);
 }
 
-static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_frame) {
+static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_time) {
   c->summary.chunks++;
   if (fvv_chunk_place(event->chunk.type, event->chunk.flags) == FVV_PLACE_FRAME)
-    return take_frame_chunk(c, event, begins_frame);
+    return take_frame_chunk(c, event, begins_time);
   if (event->chunk.type == FVV_CHUNK_SCENE) c->summary.configurations++;
   if (event->chunk.type == FVV_CHUNK_GROUP && !c->summary.groups++)
     c->summary.start = c->summary.end = event->chunk.time;
@@ -611,9 +651,9 @@ static fvv_status take_chunk(fvv_checker *c, const fvv_event *event, int begins_
   return FVV_OK;
 }
 
-static fvv_status take_read(fvv_checker *c, const fvv_event *event, int begins_frame) {
+static fvv_status take_read(fvv_checker *c, const fvv_event *event, int begins_time) {
   if (c->options.event) c->options.event(c->options.user, event);
-  if (event->kind == FVV_EVENT_CHUNK) return take_chunk(c, event, begins_frame);
+  if (event->kind == FVV_EVENT_CHUNK) return take_chunk(c, event, begins_time);
   if (event->kind == FVV_EVENT_HEADER) {
     c->summary.written_major = event->written_major;
     c->summary.written_minor = event->written_minor;
@@ -639,13 +679,14 @@ static fvv_status count_frame(fvv_checker *c, int64_t time) {
 static fvv_status take_event(fvv_checker *c, const fvv_frames_event *event) {
   switch (event->kind) {
   case FVV_FRAMES_READ:
-    return take_read(c, event->read, event->begins_frame);
+    return take_read(c, event->read, event->begins_time);
   case FVV_FRAMES_CONFIGURATION:
     c->configuration = event->configuration;
     c->block++;
     return FVV_OK;
   case FVV_FRAMES_GROUP:
     c->digest = event->configuration_crc;
+    c->group_end = event->end;
     return FVV_OK;
   case FVV_FRAMES_FRAME:
     return event->whole && c->frame_good ? count_frame(c, event->time) : FVV_OK;

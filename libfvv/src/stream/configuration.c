@@ -24,7 +24,7 @@ void fvv_configuration_init(fvv_configuration_builder *builder, const fvv_limits
   memset(builder, 0, sizeof *builder);
   builder->allocator = fvv_allocator_or_default(allocator);
   builder->limits = fvv_limits_or_default(limits);
-  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos,
+  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos, &builder->sounds,
                             &builder->metadata, &builder->layouts, &builder->copies};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) all[i]->allocator = builder->allocator;
 }
@@ -34,13 +34,13 @@ static void clear(fvv_configuration_builder *b) {
   for (size_t i = 0; i < COUNT(b->copies, payload_copy); i++)
     fvv_release(&b->allocator, copies[i].data, copies[i].size);
   memset(&b->view, 0, sizeof b->view);
-  b->tracks.size = b->cameras.size = b->videos.size = 0;
+  b->tracks.size = b->cameras.size = b->videos.size = b->sounds.size = 0;
   b->metadata.size = b->layouts.size = b->copies.size = 0;
 }
 
 void fvv_configuration_free(fvv_configuration_builder *builder) {
   clear(builder);
-  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos,
+  fvv_bytes *const all[] = {&builder->tracks,   &builder->cameras, &builder->videos, &builder->sounds,
                             &builder->metadata, &builder->layouts, &builder->copies};
   for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) fvv_bytes_free(all[i]);
 }
@@ -72,11 +72,16 @@ static fvv_status add_camera(fvv_configuration_builder *b, const uint8_t *payloa
   return fvv_bytes_append(&b->cameras, &camera, sizeof camera);
 }
 
-static fvv_status check_video_track(const fvv_configuration_builder *b, uint16_t track, uint32_t type,
-                                    fvv_diagnostic *diagnostic) {
+static int is_track(const fvv_configuration_builder *b, uint16_t track, uint8_t kind) {
   const fvv_track *tracks = (const fvv_track *)b->tracks.data;
   for (size_t i = 0; i < COUNT(b->tracks, fvv_track); i++)
-    if (tracks[i].id == track && tracks[i].kind == FVV_TRACK_VIDEO) return FVV_OK;
+    if (tracks[i].id == track && tracks[i].kind == kind) return 1;
+  return 0;
+}
+
+static fvv_status check_video_track(const fvv_configuration_builder *b, uint16_t track, uint32_t type,
+                                    fvv_diagnostic *diagnostic) {
+  if (is_track(b, track, FVV_TRACK_VIDEO)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_TRACK, type, 0,
                   "track %u is not declared as a video track", track);
 }
@@ -112,6 +117,24 @@ static fvv_status add_tiles(fvv_configuration_builder *b, uint16_t track, const 
   if (!layout.tiles) return FVV_ERROR_MEMORY;
   status = fvv_tiles_decode(layout.tiles, most, &layout.count, payload, size, &b->limits, diagnostic);
   return status < 0 ? status : fvv_bytes_append(&b->layouts, &layout, sizeof layout);
+}
+
+static fvv_status add_audio(fvv_configuration_builder *b, uint16_t track, const uint8_t *payload, size_t size,
+                            fvv_diagnostic *diagnostic) {
+  const fvv_audio_layout *sounds = (const fvv_audio_layout *)b->sounds.data;
+  int again = 0;
+  for (size_t i = 0; i < COUNT(b->sounds, fvv_audio_layout); i++) again |= sounds[i].track == track;
+  if (again || !is_track(b, track, FVV_TRACK_AUDIO))
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_CONFIGURATION_AUDIO, FVV_CHUNK_AUDIO_CONFIG, 0,
+                    again ? "track %u has a second ACFG" : "track %u is not declared as an audio track",
+                    track);
+  fvv_audio_layout sound;
+  memset(&sound, 0, sizeof sound);
+  sound.track = track;
+  fvv_status status = fvv_audio_config_decode(&sound.config, payload, size, &b->limits, diagnostic);
+  /* The rest of the stream can be shown without the sound. */
+  if (status == FVV_ERROR_UNSUPPORTED) status = FVV_OK;
+  return status < 0 ? status : fvv_bytes_append(&b->sounds, &sound, sizeof sound);
 }
 
 static fvv_status add_metadata(fvv_configuration_builder *b, const uint8_t *payload, size_t size,
@@ -155,6 +178,8 @@ static fvv_status add_chunk(fvv_configuration_builder *b, const fvv_chunk_header
     return add_tiles(b, header->track, payload, size, diagnostic);
   case FVV_CHUNK_TEXTURING:
     return add_texturing(b, payload, size, diagnostic);
+  case FVV_CHUNK_AUDIO_CONFIG:
+    return add_audio(b, header->track, payload, size, diagnostic);
   case FVV_CHUNK_METADATA:
     return add_metadata(b, payload, size, diagnostic);
   default:
@@ -218,6 +243,38 @@ static fvv_status complete_video(const fvv_configuration_builder *b, fvv_video_l
   return status;
 }
 
+/* Alternatives are of one kind and ranked. */
+static fvv_status check_alternates(const fvv_configuration *view, uint64_t offset,
+                                   fvv_diagnostic *diagnostic) {
+  for (size_t i = 0; i < view->track_count; i++)
+    for (size_t k = 0; k < i && view->tracks[i].alternate_group; k++) {
+      const fvv_track *a = &view->tracks[k], *b = &view->tracks[i];
+      if (a->alternate_group != b->alternate_group) continue;
+      if (a->kind != b->kind || a->rank == b->rank)
+        WRONG(TRACK_ALTERNATE, FVV_CHUNK_TRACK,
+              "tracks %u and %u of alternate group %u have kinds %u and %u and ranks %u and %u, expected one "
+              "kind and different ranks",
+              a->id, b->id, b->alternate_group, a->kind, b->kind, a->rank, b->rank);
+    }
+  return FVV_OK;
+}
+
+/* A tick of an audio track is a sample. */
+static fvv_status check_audio(const fvv_configuration *view, uint64_t offset, fvv_diagnostic *diagnostic) {
+  for (size_t i = 0; i < view->track_count; i++) {
+    const fvv_track *track = &view->tracks[i];
+    if (track->kind != FVV_TRACK_AUDIO) continue;
+    const fvv_audio_config *config = fvv_configuration_audio(view, track->id);
+    if (!config) WRONG(CONFIGURATION_AUDIO, FVV_CHUNK_TRACK, "audio track %u has no ACFG", track->id);
+    const fvv_rational base = track->time_base;
+    if (!fvv_audio_codec_known(config->codec)) continue;
+    if (base.numerator != 1 || base.denominator != fvv_audio_sample_rate(config))
+      WRONG(AUDIO_RECORD, FVV_CHUNK_TRACK, "time base of audio track %u is %u/%u, expected 1/%u", track->id,
+            base.numerator, base.denominator, fvv_audio_sample_rate(config));
+  }
+  return FVV_OK;
+}
+
 fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
                                       fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
@@ -228,12 +285,17 @@ fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64
   view->camera_count = COUNT(builder->cameras, fvv_camera);
   view->videos = (const fvv_video_layout *)builder->videos.data;
   view->video_count = COUNT(builder->videos, fvv_video_layout);
+  view->sounds = (const fvv_audio_layout *)builder->sounds.data;
+  view->sound_count = COUNT(builder->sounds, fvv_audio_layout);
   view->metadata = (const fvv_text *)builder->metadata.data;
   view->metadata_count = COUNT(builder->metadata, fvv_text);
   if (!view->has_texturing) fvv_texturing_default(&view->texturing);
   for (size_t i = 0; i < view->track_count; i++)
     if (view->tracks[i].kind == FVV_TRACK_VIDEO && !fvv_configuration_video(view, view->tracks[i].id))
       WRONG(CONFIGURATION_VIDEO, FVV_CHUNK_TRACK, "video track %u has no VCFG", view->tracks[i].id);
+  fvv_status status = check_alternates(view, offset, diagnostic);
+  if (status == FVV_OK) status = check_audio(view, offset, diagnostic);
+  if (status < 0) return status;
   size_t tracks = 0, moving = 0;
   for (size_t i = 0; i < view->track_count; i++) tracks += view->tracks[i].kind == FVV_TRACK_CALIBRATION;
   for (size_t i = 0; i < view->camera_count; i++) moving += (view->cameras[i].flags & FVV_CAMERA_MOVES) != 0;
@@ -241,8 +303,7 @@ fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64
     WRONG(CONFIGURATION_CALIBRATION, FVV_CHUNK_CAMERA, "%zu calibration tracks for %zu cameras that move",
           tracks, moving);
   for (size_t i = 0; i < view->video_count; i++) {
-    const fvv_status status =
-        complete_video(builder, (fvv_video_layout *)builder->videos.data + i, offset, diagnostic);
+    status = complete_video(builder, (fvv_video_layout *)builder->videos.data + i, offset, diagnostic);
     if (status < 0) return status;
   }
   return FVV_OK;
@@ -263,5 +324,11 @@ const fvv_camera *fvv_configuration_camera(const fvv_configuration *configuratio
 const fvv_video_layout *fvv_configuration_video(const fvv_configuration *configuration, uint16_t track) {
   for (size_t i = 0; i < configuration->video_count; i++)
     if (configuration->videos[i].track == track) return &configuration->videos[i];
+  return NULL;
+}
+
+const fvv_audio_config *fvv_configuration_audio(const fvv_configuration *configuration, uint16_t track) {
+  for (size_t i = 0; i < configuration->sound_count; i++)
+    if (configuration->sounds[i].track == track) return &configuration->sounds[i].config;
   return NULL;
 }

@@ -13,7 +13,7 @@ typedef struct fvv_configuration_builder {
   fvv_configuration view; /* complete after fvv_configuration_complete */
   fvv_allocator allocator;
   fvv_limits limits;
-  fvv_bytes tracks, cameras, videos, metadata;
+  fvv_bytes tracks, cameras, videos, sounds, metadata;
   fvv_bytes layouts; /* tile_layout of each TILE chunk */
   fvv_bytes copies;  /* copied payloads: names and records point into them */
 } fvv_configuration_builder;
@@ -26,7 +26,7 @@ void fvv_configuration_free(fvv_configuration_builder *builder);
 FVV_MUST_USE fvv_status fvv_configuration_add(fvv_configuration_builder *builder,
                                               const fvv_chunk_header *header, const uint8_t *payload,
                                               uint64_t offset, fvv_diagnostic *diagnostic);
-/* Checks what concerns several chunks (issues 2201 to 2204, 4102, 4103) and fills view. */
+/* Checks what concerns several chunks (issues 2106, 2201 to 2205, 4102, 4103, 4304) and fills view. */
 FVV_MUST_USE fvv_status fvv_configuration_complete(fvv_configuration_builder *builder, uint64_t offset,
                                                    fvv_diagnostic *diagnostic);
 /* Checks a layout of a track against its configuration: cameras, their pictures, the frame. Offsets of

@@ -267,14 +267,16 @@ static void close_frame(fvv_frames *f, fvv_frames_event *out) {
   frame->is_open = 0;
   if (f->lost && !f->options.detail) return;
   fvv_frame_chunk *chunks = (fvv_frame_chunk *)frame->chunks.data;
-  out->kind = FVV_FRAMES_FRAME;
+  out->kind = FVV_FRAMES_BETWEEN;
   out->offset = frame->offset;
   out->time = frame->time;
   out->whole = !f->lost;
   out->chunks = chunks;
   out->chunk_count = frame->chunks.size / sizeof *chunks;
   const uint8_t *payload = frame->payloads.data;
-  for (size_t i = 0; i < out->chunk_count && !f->options.detail; i++) {
+  for (size_t i = 0; i < out->chunk_count; i++) {
+    if (fvv_makes_frame(chunks[i].header.type)) out->kind = FVV_FRAMES_FRAME;
+    if (f->options.detail) continue;
     chunks[i].payload = payload;
     payload += fvv_padded(chunks[i].header.size);
   }
@@ -311,14 +313,15 @@ static int has_key_mesh(const fvv_frames *f) {
 }
 
 /* Whether nothing more can belong to the current frame: it has a chunk of every track, and no track has two
- * at one time (clause 6.2). Only key meshes have colours, and no frame consists of colours alone. With a
- * background track it waits, as few frames have a chunk of that. */
+ * at one time (clause 6.2). Only key meshes have colours, and no frame consists of colours alone. Sound comes
+ * after the frame. With a background track it waits, as few frames have a chunk of that. */
 static int is_complete(const fvv_frames *f) {
   const fvv_configuration *c = f->configuration;
   size_t present = 0;
   for (size_t i = 0; i < c->track_count; i++) {
     const uint8_t kind = c->tracks[i].kind;
-    if (kind > FVV_TRACK_VISIBILITY && kind != FVV_TRACK_COLOURS) return 0;
+    if (kind == FVV_TRACK_BACKGROUND) return 0;
+    if (kind > FVV_TRACK_BACKGROUND && kind != FVV_TRACK_COLOURS) continue;
     const int has = has_chunk_of(f, c->tracks[i].id);
     if (!has && (kind != FVV_TRACK_COLOURS || has_key_mesh(f))) return 0;
     present += has && kind != FVV_TRACK_COLOURS;
@@ -417,7 +420,7 @@ static fvv_status step(fvv_frames *f, fvv_frames_event *out) {
     out->kind = FVV_FRAMES_READ;
     out->offset = f->event.offset;
     out->read = &f->event;
-    out->begins_frame = is_frame_chunk(f) && !f->frame.is_open;
+    out->begins_time = is_frame_chunk(f) && !f->frame.is_open;
     return FVV_OK;
   }
   f->has_event = 0;

@@ -65,15 +65,14 @@ static fvv_status find_frame(fvv_stream *s, size_t frame, frame_chunks *found, f
   if (status < 0) return status;
   found->group = group;
   found->first = chunks;
-  size_t i = 0;
-  for (;; left--) {
-    while (i < count && !chunks[i].track) i++;
-    size_t end = i;
-    while (end < count && (!chunks[end].track || chunks[end].time == chunks[i].time)) end++;
+  found->count = 0;
+  for (size_t i = 0, end; i < count && !found->count; i = end) {
+    int is_frame = 0;
+    for (end = i; end < count && chunks[end].time == chunks[i].time; end++)
+      is_frame |= fvv_makes_frame(chunks[end].type);
+    if (!is_frame || left--) continue;
     found->chunks = chunks + i;
     found->count = end - i;
-    if (!left || i == count) break;
-    i = end;
   }
   if (!found->count)
     return fvv_fail(diagnostic, FVV_ERROR_DAMAGED, FVV_ISSUE_GROUP_END, 0,
