@@ -94,7 +94,7 @@ def first_frames(h264, jpeg):
     Node, and to the decoded picture in Chromium."""
     figures = {}
     for name, path in (("first_frame", h264), ("first_frame_jpeg", jpeg)):
-        found = json.loads(run("node", ROOT / "bench/first_frame.mjs", path))
+        found = json.loads(run("node", ROOT / "bench/network/first_frame.mjs", path))
         figures[f"net.{name}_requests"] = found["requests"]
         figures[f"net.{name}_bytes"] = round(1000 * found["kilobytes"])
         figures[f"net.{name}_encoded_ms"] = found["ms"]

@@ -10,7 +10,7 @@ import { fileURLToPath } from "node:url";
 import { openBrowser } from "../js/testing/browser.mjs";
 import { serveFolder } from "../js/testing/served.mjs";
 import { bundle } from "../js/three/bundle.mjs";
-import { shapedProxy } from "./shaped_proxy.mjs";
+import { shapedProxy } from "./network/shaped_proxy.mjs";
 
 const LINK = { bitsPerSecond: 8e6, roundTripMs: 40 };
 const ROUNDS = 5;

@@ -6,7 +6,7 @@
 import { createDecoder } from "../js/decoder/dist/index.js";
 import { compileCodec, compileCore, compileProjection } from "../js/decoder/dist/modules.js";
 import { serve } from "../js/decoder/test/server.mjs";
-import { shapedProxy } from "./shaped_proxy.mjs";
+import { shapedProxy } from "./network/shaped_proxy.mjs";
 
 /** The target of viewers; default: the middle of the generated captures. */
 const target = (process.argv[3] ?? "0,1,0").split(",").map(Number);

@@ -195,7 +195,7 @@ int main(int count, char **arguments) {
     put_texturing(&configuration->texturing);
     const fvv_scene scene = configuration->scene;
     for (size_t i = 0; i < configuration->track_count; i++)
-      put_track(stream, f, &configuration->tracks[i], &scene);
+      if (!configuration->tracks[i].rank) put_track(stream, f, &configuration->tracks[i], &scene);
     for (size_t i = 0; i < configuration->video_count; i++)
       put_tiles(stream, frame.group, configuration->videos[i].track);
     for (size_t i = 0; i < configuration->camera_count; i++) {

@@ -3,7 +3,7 @@
 export const FILE_HEADER_SIZE = 24;
 const SIGNATURE = [0x89, 0x46, 0x56, 0x56];
 
-const CHUNK_HEADER_SIZE = 32;
+export const CHUNK_HEADER_SIZE = 32;
 /** GRUP with its header. */
 export const GROUP_SIZE = 56;
 /** Types of chunks, as little-endian numbers. */
@@ -27,6 +27,41 @@ export function chunkPayload(bytes) {
   if (bytes.length < CHUNK_HEADER_SIZE) return null;
   const end = CHUNK_HEADER_SIZE + Number(viewOf(bytes).getBigUint64(PAYLOAD_SIZE_OFFSET, true));
   return end <= bytes.length ? bytes.subarray(CHUNK_HEADER_SIZE, end) : null;
+}
+
+const GEND_SIZE = 24;
+const GEND_ROW_SIZE = 8;
+/** A row of GEND names the track here. */
+const GEND_TRACK = 4;
+
+/**
+ * The chunks that the payload of GEND lists (clause 6.3), [{track, from, end}] in bytes of the stream; offset: of the group.
+ * Only to fetch them: libfvv checks the table before it uses it. What is no table gives what can be read of it.
+ */
+export function tableOfGroup(payload, offset) {
+  const view = viewOf(payload);
+  const chunks = [];
+  if (payload.length < GEND_SIZE) return chunks;
+  const rows = view.getUint32(16, true);
+  let at = GEND_SIZE + GEND_ROW_SIZE * rows;
+  const number = () => {
+    let value = 0;
+    for (let factor = 1; at < payload.length; factor *= 128) {
+      const byte = payload[at++];
+      value += (byte & 127) * factor;
+      if (byte < 128) break;
+    }
+    return value;
+  };
+  for (let from = offset + GROUP_SIZE; at < payload.length;) {
+    const [row, size] = [number(), number()];
+    number(); // its time
+    if (row >= rows || !(size < 2 ** 48)) break;
+    const end = from + CHUNK_HEADER_SIZE + 8 * Math.ceil(size / 8);
+    chunks.push({ track: view.getUint16(GEND_SIZE + GEND_ROW_SIZE * row + GEND_TRACK, true), from, end });
+    from = end;
+  }
+  return chunks;
 }
 
 const table = Uint32Array.from({ length: 256 }, (_, n) => {

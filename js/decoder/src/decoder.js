@@ -3,6 +3,7 @@
 import { Camera, camerasFor, Projector, tracksOf } from "./camera.js";
 import { Engine } from "./engine.js";
 import { FvvError } from "./errors.js";
+import { rungsOf } from "./ladder.js";
 import { Frame } from "./frame.js";
 import { compileBackground, compileCodec, compileCore, compileProjection } from "./modules.js";
 import { connect } from "./port.js";
@@ -47,6 +48,12 @@ function startWorker(given) {
   });
 }
 
+function checkedQuality(quality) {
+  if (quality === "auto" || (Number.isInteger(quality) && quality >= 0)) return quality;
+  const message = `quality: expected "auto" or the number of a rung, found ${quality}`;
+  throw new FvvError({ code: "argument", fatal: false, message });
+}
+
 /** In this thread: functions can't be sent to workers, but the compiled module can. */
 async function loadFallback(find) {
   const found = await find();
@@ -63,6 +70,7 @@ export class Decoder extends EventTarget {
   #view = null;
   #finish = [];
   #taking = Promise.resolve();
+  #givenRungs = null; // by a manifest
   #ended = false;
   #closed = false;
 
@@ -96,11 +104,14 @@ export class Decoder extends EventTarget {
       signal.addEventListener("abort", stop, { once: true });
       this.#finish.push(() => signal.removeEventListener("abort", stop));
     }
-    const { limits, normals, visibility, visibilityWeights, video, queue, tracks, look } = options;
-    const wanted = { limits, normals, visibility, visibilityWeights, video, queue, tracks };
+    const { limits, normals, visibility, visibilityWeights, video, queue, tracks, look, quality } = options;
+    const wanted = { limits, normals, visibility, visibilityWeights, video, queue, tracks, quality };
+    this.rungs = [];
+    this.quality = checkedQuality(quality);
     const modes = { hasFallback: Boolean(fallback), waitsForSelection: look !== null };
     const opened = await this.#call("open", { source, module, ...wanted, ...modes });
-    Object.assign(this, opened);
+    Object.assign(this, opened, { rungs: opened.rungs ?? [] });
+    this.#givenRungs = opened.rungs;
     if (look) await this.#lookAtOnce(look, tracks);
   }
 
@@ -134,6 +145,7 @@ export class Decoder extends EventTarget {
   #configure(configuration) {
     configuration.cameras = configuration.cameras.map((fields) => new Camera(fields, this.#projector));
     this.configuration = configuration;
+    this.rungs = this.#givenRungs ?? rungsOf(configuration);
     this.#cameras = this.#latestCameras = configuration.cameras;
     // Track numbers may have changed. The next call reports a failure.
     if (this.#view) this.look(this.#view).catch(() => {});
@@ -167,6 +179,16 @@ export class Decoder extends EventTarget {
       throw new FvvError({ code: "argument", fatal: false, message: "tracks: expected a list of numbers, or null" });
     this.#view = null;
     await this.#call("select", { tracks });
+  }
+
+  /** "auto", or the number of a rung, 0 for the best; from the next group on at the latest. */
+  async setQuality(quality) {
+    this.quality = checkedQuality(quality);
+    await this.#call("setQuality", { quality });
+  }
+  /** Pixels on the screen for a pixel of the cameras' pictures: "auto" takes no rung with more. null: not known. */
+  async setShownScale(scale) {
+    await this.#call("setShownScale", { scale });
   }
 
   /** Selects the tracks whose cameras a picture from eye towards target needs. See camerasFor. */

@@ -19,6 +19,7 @@ export class Engine {
   #limit; // of frames in the queue
   #settings;
   #tracks = null;
+  #quality;
   #waitsForSelection = false;
   #pictures;
   #source;
@@ -44,8 +45,11 @@ export class Engine {
   }
 
   /** tracks: as of select. waitsForSelection: nothing is played before the first call of select. */
-  async open({ source, module, limits, video, hasFallback, queue, tracks = null, waitsForSelection = false, ...want }) {
+  async open(options) {
+    const { source, module, limits, video, hasFallback, queue, tracks = null, quality = "auto", ...more } = options;
+    const { waitsForSelection = false, ...want } = more;
     this.#limit = Math.max(1, queue);
+    this.#quality = quality;
     this.#description = source;
     this.#tracks = tracks;
     this.#waitsForSelection = waitsForSelection;
@@ -71,6 +75,7 @@ export class Engine {
       ...this.#settings,
       codec: this.#codec,
       selection: this.#tracks,
+      quality: this.#quality,
       frugal: this.#waitsForSelection,
       background: this.#background,
       emit: (type, detail) => this.#emit(type, detail),
@@ -214,6 +219,15 @@ export class Engine {
     this.#waitsForSelection = false;
   }
 
+  /** "auto", or a rung. */
+  setQuality({ quality }) {
+    this.#quality = quality;
+    this.#playback.setQuality(quality);
+  }
+  setShownScale({ scale }) {
+    this.#playback.setShownScale(scale);
+  }
+
   status() {
     const [source, playback, cache] = [this.#source, this.#playback, this.#cache];
     return {
@@ -225,6 +239,7 @@ export class Engine {
       cachedBytes: cache.bytes,
       cacheHits: cache.hits,
       bytesReused: cache.bytesReused,
+      ...playback.network,
     };
   }
 

@@ -37,6 +37,7 @@ export class Frame {
     this.cameras = cameras;
     this.samples = raw.samples;
     this.tracks = raw.tracks;
+    this.rung = raw.rung;
     this.#layouts = raw.layouts;
     this.pictures = raw.pictures.map(({ track, image }) => ({ track, image: revivePicture(image) }));
     this.decodeMs = raw.decodeMs;
@@ -57,9 +58,10 @@ export class Frame {
   /** Where each camera's picture is in the video of a track: the group's layout, else the configuration's. */
   tiles(track) {
     const { videos } = this.configuration;
-    const video = track === undefined ? videos[0] : videos.find((one) => one.track === track);
     // A track that was left out has no layout either.
-    if (!video || (this.tracks && !this.tracks.includes(video.track))) return [];
+    const shown = this.tracks ? videos.filter((one) => this.tracks.includes(one.track)) : videos;
+    const video = track === undefined ? shown[0] : shown.find((one) => one.track === track);
+    if (!video) return [];
     return this.#layouts.find((layout) => layout.track === video.track)?.tiles ?? video.tiles;
   }
   /** Closes its pictures. Decoders of video have few of them and stall while they are open. */

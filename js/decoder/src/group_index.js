@@ -76,6 +76,10 @@ export class GroupIndex {
     };
     return (await this.satisfied(step)) ? found : null;
   }
+  /** Bytes that were read already. */
+  keep(at, bytes) {
+    this.#reads.push({ at, bytes });
+  }
   /** Number of reads; forgetReads(count) drops those after the first count. */
   get reads() {
     return this.#reads.length;

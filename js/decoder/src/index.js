@@ -65,7 +65,7 @@ export async function createDecoder(options = {}) {
     queue = 4,
     signal,
   } = options;
-  const { tracks = null, look = null, videoFallback } = options;
+  const { tracks = null, look = null, quality = "auto", videoFallback } = options;
   if (videoFallback !== undefined && typeof videoFallback !== "function")
     throw new FvvError({ code: "argument", message: "videoFallback: expected a function that imports the package" });
   if (limits.cacheBytes !== undefined && !(limits.cacheBytes >= 0))
@@ -83,6 +83,7 @@ export async function createDecoder(options = {}) {
     queue,
     tracks,
     look,
+    quality,
     signal,
   });
 }

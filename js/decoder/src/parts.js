@@ -84,8 +84,11 @@ export class Parts {
   #source;
   #tables = new Map(); // group -> Part: its GEND, and the GRUP of the next group if that is near
   #ranges = new Set();
-  constructor(source) {
+  #keeps;
+  /** keeps: bytes stay until clear, and not only until they were yielded. */
+  constructor(source, { keeps = false } = {}) {
     this.#source = source;
+    this.#keeps = keeps;
   }
   *[Symbol.iterator]() {
     yield* this.#tables.values();
@@ -112,8 +115,13 @@ export class Parts {
     return this.#tables.get(i);
   }
 
-  /** Fetches GRUP and GEND of group i, and begins to fetch those of the next group. */
-  async prepare(groups, i, signal) {
+  /** What others has fetched is there, too. */
+  adopt(others) {
+    for (const part of others) this.#ranges.add(part);
+  }
+
+  /** Fetches GRUP and GEND of group i, and begins to fetch those of the next group, unless that one is wanted alone. */
+  async prepare(groups, i, signal, { alone = false } = {}) {
     this.#ranges.clear();
     for (const known of this.#tables.keys()) if (known < i - 1 || known > i) this.#tables.delete(known);
     const needed = [this.#table(groups, i, signal)];
@@ -123,10 +131,10 @@ export class Parts {
       this.#ranges.add(needed.at(-1));
     }
     await Promise.all(needed.map((part) => part.all()));
-    if (i + 1 < groups.length) this.#table(groups, i + 1, signal);
+    if (!alone && i + 1 < groups.length) this.#table(groups, i + 1, signal);
   }
 
-  /** Fetches ranges, and yields whenever more bytes have arrived in order. */
+  /** Fetches ranges, and yields how many more bytes have arrived in order. */
   async *fetch(ranges, signal) {
     const wanted = joinRanges(ranges);
     const parts = [];
@@ -134,11 +142,12 @@ export class Parts {
       this.#ask(wanted, parts, i, signal);
       for (let size = 0; await parts[i].more(size);) {
         // Before the caller uses the bytes: more may arrive meanwhile.
+        const former = size;
         size = parts[i].bytes.length;
         this.#ask(wanted, parts, i, signal);
-        yield;
+        yield size - former;
       }
-      this.#ranges.delete(parts[i]);
+      if (!this.#keeps) this.#ranges.delete(parts[i]);
     }
   }
   /** Begins to fetch part i, and as many after it as the window allows. */

@@ -139,6 +139,7 @@ class Pictures {
   #shape = ""; // of the configured tracks
   #timeBase;
   #last = -1; // timestamp
+  #rung = null; // of the last frame
 
   /** emit(type, error); fallback(): returns the compiled module of decoders; or null. */
   constructor({ emit, fallback, memoryBytes }) {
@@ -180,8 +181,14 @@ class Pictures {
     this.#shape = "";
     this.close();
   }
+  /** Decoders of another rung's tracks may hold their last pictures back until they are told. */
+  #finishOthers({ rung, tracks }) {
+    this.#rung = rung;
+    for (const [id, track] of this.#tracks) if (!tracks?.includes(id)) track.flush().catch(() => {});
+  }
   /** The pictures of a frame, [{track, image}], without those that could not be decoded. */
   async submit(frame) {
+    if (frame.rung !== this.#rung) this.#finishOthers(frame);
     const { numerator, denominator } = this.#timeBase;
     // In microseconds and unique, because they identify pictures.
     const rounded = Math.round((Number(frame.time) * 1e6 * numerator) / denominator);

@@ -1,8 +1,10 @@
 // From a source to frames in order: seeks through the index, drops damaged frames and reports them.
 
+import { Ahead, RangeFetcher } from "./ahead.js";
 import { Environments } from "./background.js";
 import { FvvError } from "./errors.js";
 import { BufferedTimes, GroupIndex } from "./group_index.js";
+import { Chooser, rungsOf } from "./ladder.js";
 import { Parts } from "./parts.js";
 import { Session } from "./session.js";
 
@@ -16,15 +18,23 @@ export class Playback {
   #buffered;
   #session;
   #environments;
+  #quality; // "auto", or a rung
+  #shownScale = null; // pixels on the screen for a pixel of the cameras' pictures; null: not known
+  #chooser = new Chooser();
+  #rungs = []; // of the configuration that is played
+  #ladder = null; // what Ahead has to know of them
+  #reported = null; // rung
+  #ahead = null; // of a ladder that is read in parts
+  #taken = null; // time of the last frame
   /** {seekable, frameCount, groups} */
   about;
 
   /**
    * emit(type, detail): events of the stream. want: {normals, visibility, visibilityWeights}. selection:
-   * tracks of video, as for select. frugal: a selection will be made before the first frame.
+   * tracks of video, as for select. quality: as for setQuality. frugal: a selection will be made before the first frame.
    */
-  static async open(source, { module, codec, background, limits, emit, want, selection, frugal }) {
-    const playback = new Playback(source, { emit, want, selection });
+  static async open(source, { module, codec, background, limits, emit, want, selection, quality, frugal }) {
+    const playback = new Playback(source, { emit, want, selection, quality });
     const index = playback.#index;
     source.frugal = frugal || selection !== null;
     playback.#session = await Session.create({
@@ -37,17 +47,27 @@ export class Playback {
     playback.#environments = new Environments({ module: background, session: playback.#session, emit });
     const problem = await index.open();
     if (problem) playback.#warn("no-index", problem);
+    await playback.#findLadder();
+    source.follow?.(
+      (seconds) => playback.#choices(seconds),
+      () => playback.#taken,
+    );
     playback.about = playback.#describe();
     return playback;
   }
 
-  constructor(source, { emit, want, selection }) {
+  constructor(source, { emit, want, selection, quality = "auto" }) {
     this.#source = source;
     this.#emit = emit;
     this.#want = want;
     this.#selection = selection;
+    this.#quality = quality;
     this.#parts = new Parts(source);
-    this.#index = new GroupIndex(source, this.#parts);
+    const available = function* () {
+      yield* this.#parts;
+      if (this.#ahead) yield* this.#ahead;
+    };
+    this.#index = new GroupIndex(source, { [Symbol.iterator]: available.bind(this) });
     this.#buffered = new BufferedTimes(source, this.#index);
   }
 
@@ -60,7 +80,7 @@ export class Playback {
     // The length of a single response is known at its end.
     const known = source.front === undefined || (source.rewinds && source.front === index.front && source.complete);
     const { groups, frameCount = null } = known ? index : { groups: null };
-    return { seekable: source.rewinds ?? groups !== null, frameCount, groups };
+    return { seekable: source.rewinds ?? groups !== null, frameCount, groups, rungs: source.rungs ?? null };
   }
   /** Of a single response: reports when it can no longer be sought in, and all of it when it is complete. */
   #reportResponse() {
@@ -107,6 +127,91 @@ export class Playback {
   /** Tracks of video in frames from the next group on; null: all. */
   select(tracks) {
     this.#selection = tracks;
+    this.#ahead?.renew();
+  }
+
+  /** "auto" or a rung, from the next group on. */
+  setQuality(quality) {
+    if (quality === this.#quality) return;
+    this.#quality = quality;
+    this.#ahead?.renew();
+    this.#source.renew?.();
+  }
+  /** Rungs with more pixels than are shown are not chosen. */
+  setShownScale(scale) {
+    this.#shownScale = scale;
+  }
+  /** What the network gave, in bits per second, and the seconds that are buffered; null: not known. */
+  get network() {
+    return { throughput: this.#chooser.throughput, buffer: this.#ahead?.buffer ?? this.#source.buffer ?? null };
+  }
+
+  /** A file that is read in parts says at its beginning whether it has a ladder. */
+  async #findLadder() {
+    const [source, session, index] = [this.#source, this.#session, this.#index];
+    const first = index.groups?.[0];
+    if (!first || source.inParts !== true || session.indexState !== 1) return;
+    // The response stays open: the frames of a stream without a ladder follow.
+    if (!source.frugal) index.keep(0, await source.read(0, first.offset));
+    if (!(await index.satisfied(() => session.play(0)))) return;
+    this.#setRungs(session.configuration());
+    if (this.#rungs.length < 2) return;
+    source.frugal = true;
+    source.leave();
+    this.#lookAhead();
+  }
+  #lookAhead() {
+    this.#ahead?.stop();
+    const { groups } = this.#index;
+    const fetcher = new RangeFetcher(this.#source, groups, this.#ladder);
+    this.#ahead = this.#rungs.length > 1 ? new Ahead(fetcher, groups, this.#ladder, () => this.#taken) : null;
+  }
+  #setRungs(configuration) {
+    const rungs = rungsOf(configuration);
+    if (this.#ladder && JSON.stringify(rungs) === JSON.stringify(this.#rungs)) return;
+    this.#rungs = rungs;
+    const { numerator, denominator } = configuration.timeBase;
+    const all = configuration.tracks.map(({ id }) => id);
+    this.#ladder = {
+      ...this.#choices((ticks) => (Number(ticks) * numerator) / denominator),
+      rungs: this.#rungs,
+      leftOut: (rung) => {
+        const taken = this.#rungs[rung].tracks;
+        return [
+          ...new Set([
+            ...all.filter((id) => !taken.includes(id)),
+            ...this.#videosLeftOut(configuration),
+            ...this.#environments.tracks,
+          ]),
+        ];
+      },
+    };
+  }
+  /** What Ahead asks about rungs. seconds(ticks). */
+  #choices(seconds) {
+    const wish = () => (this.#quality === "auto" ? null : this.#quality);
+    return { chooser: this.#chooser, wish, best: () => this.#bestShown(), seconds };
+  }
+  /** Of all rungs: those of the manifest, if each comes in files of its own. */
+  get #allRungs() {
+    return this.#source.rungs ?? this.#rungs;
+  }
+  /** The smallest rung that has a pixel for each pixel of the screen. */
+  #bestShown() {
+    const shown = this.#shownScale;
+    if (shown === null) return 0;
+    return Math.max(
+      0,
+      this.#allRungs.findLastIndex(({ scale }) => scale === null || scale >= shown),
+    );
+  }
+  /** Of a source that is read in order. */
+  get #localRung() {
+    return this.#rungs.length < 2
+      ? null
+      : this.#quality === "auto"
+        ? 0
+        : Math.min(this.#quality, this.#rungs.length - 1);
   }
 
   /** The configuration of the first group, before anything is played; null: not known yet. */
@@ -124,6 +229,7 @@ export class Playback {
     const [session, source, index] = [this.#session, this.#source, this.#index];
     if (place && source.front !== undefined) index.openKept();
     const { group: first, skip = -1, until } = place ? index.locate(place) : { group: 0, skip: 0 };
+    this.#taken = null;
     const state = {
       number: first > 0 ? index.groups[first].firstFrame : 0,
       index: -1, // of the current group
@@ -137,11 +243,14 @@ export class Playback {
       lateGroup: first > 0 ? first : null,
       known: null, // the configuration that was emitted
       tracks: null, // tracks of video in this group; null: all
+      rung: null, // of this group; null: there is no ladder
+      reason: null, // for the rung
       whole: new Set(), // groups that cannot be picked from
       recalled: new Set(), // groups whose configuration comes from a repetition that follows them
       next: null, // the group to be picked from instead of being read in order
     };
     this.#parts.clear();
+    this.#ahead?.stop();
     for (let group = first; group !== null;)
       group = yield* this.#picks(state, group) ? this.#pick(state, group, signal) : this.#stream(state, group, signal);
     if (state.candidate) yield { ...state.candidate, skipped: false };
@@ -154,8 +263,9 @@ export class Playback {
 
   /** Whether a group should be read without some of its tracks. */
   #picks(state, group) {
-    const [source, session, selection] = [this.#source, this.#session, this.#selection];
-    return selection !== null && source.inParts === true && session.indexState === 1 && !state.whole.has(group);
+    const [source, session] = [this.#source, this.#session];
+    const wanted = this.#selection !== null || this.#ahead !== null;
+    return wanted && source.inParts === true && session.indexState === 1 && !state.whole.has(group);
   }
 
   /** Reads bytes in order, from a group on. Returns the group to be picked from, or null at the end. */
@@ -171,6 +281,10 @@ export class Playback {
     const from = source.inSections || !(first || state.recalled.has(first)) ? first : this.#index.groups[first].offset;
     let at = source.inSections ? null : from;
     for await (const item of source.stream(from, signal)) {
+      if (item.rung !== undefined) {
+        [state.rung, state.reason] = [item.rung, item.reason];
+        continue;
+      }
       if (!(item instanceof Uint8Array)) {
         yield* this.#takeReport(state, item);
         continue;
@@ -196,6 +310,7 @@ export class Playback {
 
   /** Reads a group without unselected tracks. Returns the next group, or the same one if it has to be read whole. */
   async *#pick(state, group, signal) {
+    if (this.#ahead) return yield* this.#pickRung(state, group, signal);
     const [session, parts, index] = [this.#session, this.#parts, this.#index];
     const { reads } = index;
     state.at = null;
@@ -232,6 +347,47 @@ export class Playback {
     return null;
   }
 
+  /** The same with a ladder: the group comes in the rung that was chosen when it was fetched. */
+  async *#pickRung(state, group, signal) {
+    const [session, ahead, index] = [this.#session, this.#ahead, this.#index];
+    const { reads } = index;
+    state.at = null;
+    this.#source.leave();
+    if (!ahead.running) ahead.start(group, signal);
+    const coming = await ahead.take(group);
+    if (!coming || signal?.aborted) return null;
+    if (coming.error) throw coming.error;
+    [state.rung, state.reason] = [coming.rung, coming.reason];
+    const ladder = this.#ladder;
+    try {
+      if (!(await this.#begin(state, group))) {
+        ahead.stop();
+        state.whole.add(group);
+        return group;
+      }
+      if (ladder !== this.#ladder) {
+        // Another configuration, with other tracks than those that were fetched.
+        this.#lookAhead();
+        return group;
+      }
+      session.leaveOut(coming.leftOut);
+      for await (const _ of ahead.arrivals(coming)) {
+        yield* this.#drain(state);
+        if (state.ended) break;
+      }
+      if (!state.ended) throw new FvvError({ code: "io", message: "a part of a group cannot be read" });
+      const ranges = [...this.#parts.tableOf(index.groups, group), ...coming.ranges];
+      this.#buffered.cover(group, index.groups[group].end, ranges, state.tracks);
+    } finally {
+      state.picking = state.ended = false;
+      index.forgetReads(reads);
+    }
+    if (group + 1 < index.groups.length) return group + 1;
+    ahead.stop();
+    state.footer = true;
+    return null;
+  }
+
   /** false: the group is damaged, and all of its bytes have to be read for a report. */
   async #begin(state, group) {
     const session = this.#session;
@@ -248,8 +404,8 @@ export class Playback {
     return true;
   }
 
-  #videosLeftOut() {
-    const { videos } = this.#session.configuration();
+  #videosLeftOut({ videos } = this.#session.configuration()) {
+    if (this.#selection === null) return [];
     return videos.map(({ track }) => track).filter((track) => !this.#selection.includes(track));
   }
   /** Tracks of a group that need not be fetched: unselected video and known environments. */
@@ -339,7 +495,8 @@ export class Playback {
     const index =
       groups?.findIndex((group) => (inSections ? group.sequence === about.sequence : group.offset === about.offset)) ??
       -1;
-    if (index >= 0 && !state.picking && this.#picks(state, index) && this.#videosLeftOut().length) {
+    const leavesOut = () => this.#ahead !== null || this.#videosLeftOut().length > 0;
+    if (index >= 0 && !state.picking && this.#picks(state, index) && leavesOut()) {
       state.next = index;
       return false;
     }
@@ -353,11 +510,27 @@ export class Playback {
       if (state.fromIndex) this.#emit("configuration", configuration);
       state.duration = configuration?.frameDuration ?? 0n;
       state.known = about.configuration;
+      if (configuration) this.#setRungs(configuration);
     }
     this.#environments.begin(about.configuration);
     state.group = { sequence: about.sequence, start: about.start, end: about.end };
-    state.tracks = this.#selection;
+    if (!state.picking && !this.#source.rungs) [state.rung, state.reason] = [this.#localRung, "chosen"];
+    state.tracks = this.#shownTracks(state.rung);
+    this.#reportRung(state);
     return true;
+  }
+  /** Tracks of video in a rung; null: all. */
+  #shownTracks(rung) {
+    if (rung === null || this.#source.rungs) return this.#selection;
+    const { tracks } = this.#rungs[rung];
+    const videos = this.#session.configuration().videos.map(({ track }) => track);
+    return videos.filter((track) => tracks.includes(track) && (this.#selection?.includes(track) ?? true));
+  }
+  #reportRung(state) {
+    const { rung, reason } = state;
+    if (rung === null || rung === this.#reported) return;
+    this.#reported = rung;
+    this.#emit("rung", { ...this.#allRungs[rung], reason, ...this.network });
   }
 
   /** Chunks at a time that is no frame, or that follow their frame. */
@@ -396,8 +569,14 @@ export class Playback {
     frame.group = state.group;
     frame.tracks = state.tracks;
     this.#cover(state, frame.time);
+    frame.rung = state.rung;
     if (state.tracks) frame.samples = frame.samples.filter(({ track }) => state.tracks.includes(track));
-    state.lastTime = frame.time;
+    if (state.rung !== null && !this.#source.rungs) {
+      const { tracks } = this.#rungs[state.rung];
+      frame.meshes = frame.meshes.filter(({ track }) => tracks.includes(track));
+      frame.visibility = frame.visibility.filter(({ track }) => tracks.includes(track));
+    }
+    state.lastTime = this.#taken = frame.time;
     if (state.skip < 0) {
       // A seek by time: the last frame that is not later is wanted.
       if (frame.time <= state.until) {
@@ -429,6 +608,7 @@ export class Playback {
   }
 
   close() {
+    this.#ahead?.stop();
     this.#session.close();
   }
 }

@@ -1,11 +1,12 @@
 // A stream as a folder (spec/segments.schema.json): a manifest, the configuration, and a file for each group.
 
+import { Ahead } from "./ahead.js";
 import { FILE_HEADER_SIZE, beginsWithFileHeader, chunkPayload, crc32c } from "./chunks.js";
 import { FvvError } from "./errors.js";
 
 const invalid = (url, message) => new FvvError({ code: "invalid", message: `${url}: ${message}` });
 const isCount = (n) => Number.isSafeInteger(n) && n >= 0;
-const NAME = /^[0-9A-Za-z][0-9A-Za-z._-]*$/;
+const NAME = /^(?:[0-9A-Za-z][0-9A-Za-z._-]*\/)?[0-9A-Za-z][0-9A-Za-z._-]*$/;
 const TICKS = /^-?\d{1,19}$/;
 
 const CRC = /^[0-9a-f]{8}$/;
@@ -42,14 +43,58 @@ function groupsOf(url, manifest) {
   });
 }
 
+/** The rungs as rungsOf returns them, with their files; null: there is no ladder. */
+function rungsOf(url, { rungs, groups }) {
+  if (rungs === undefined) return null;
+  if (!Array.isArray(rungs) || !rungs.length) throw invalid(url, "rungs is not a list of rungs");
+  return rungs.map((rung, i) => {
+    const { configuration, groups: files, bit_rate: bitRate = 0, size = 0, scale = null, tracks = [] } = rung ?? {};
+    checkFile(url, configuration, `the configuration of rung ${i}`);
+    if (!Array.isArray(files) || files.length !== groups.length)
+      throw invalid(url, `rung ${i} does not have ${groups.length} groups`);
+    files.forEach((file, k) => checkFile(url, file ?? {}, `group ${k} of rung ${i}`));
+    if (!isCount(bitRate) || !isCount(size) || !(scale === null || scale > 0) || !Array.isArray(tracks))
+      throw invalid(url, `rung ${i} has no sensible rate, size, scale or tracks`);
+    return { rung: i, bitRate, size, scale, tracks, configuration, files };
+  });
+}
+
+/** Each file has a place in the cache; those of the best rung have that of their group. */
+function placeFiles(rungs, groups) {
+  let end = groups.at(-1).offset + groups.at(-1).size;
+  for (const { rung, files } of rungs)
+    for (const [i, file] of files.entries()) {
+      file.offset = rung ? end : groups[i].offset;
+      if (rung) end += file.bytes;
+    }
+}
+
+/** Seconds for each tick. */
+function tickOf(url, { time_base: base }) {
+  const [numerator, denominator] = Array.isArray(base) ? base : [];
+  if (!(numerator > 0) || !(denominator > 0)) throw invalid(url, "time_base is not two positive numbers");
+  return numerator / denominator;
+}
+
+/** A file with wrong bytes is reported as damage; the gap is reported either way. */
+function* lossOf(error) {
+  const damaged = error.code === "damaged" || error.code === "changed";
+  if (damaged) yield { damage: Object.assign(error, { fatal: false }) };
+  yield { lost: { error: FvvError.warning(damaged ? error.code : "io", `a group is missing: ${error.message}`) } };
+}
+
 export class Segments {
   #url;
   #init;
   #cache;
   #configuration = null;
   #backgrounds = [];
-  #head = null; // bytes of the configuration
+  #heads = new Map(); // bytes of configurations, by file
   #current = null; // the group that was yielded last
+  #files = null; // of rungs: {rung, bitRate, ..., configuration, files}; null: there is no ladder
+  #tick; // seconds
+  #follows = null;
+  #ahead = null;
   inSections = true;
   requests = 0;
   bytesRead = 0;
@@ -68,6 +113,11 @@ export class Segments {
     segments.groups = groupsOf(url, manifest);
     segments.#configuration = manifest.configuration;
     segments.#backgrounds = backgroundsOf(url, manifest);
+    segments.#files = rungsOf(url, manifest);
+    if (segments.#files) {
+      segments.#tick = tickOf(url, manifest);
+      placeFiles(segments.#files, segments.groups);
+    }
     return segments;
   }
 
@@ -77,28 +127,32 @@ export class Segments {
     this.#cache = cache;
   }
 
-  async #load(url, size, signal) {
+  async #request(url, signal) {
     this.requests++;
     const response = await fetch(url, { ...this.#init, signal });
     if (!response.ok) throw new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
-    const bytes = new Uint8Array(await response.arrayBuffer());
+    return response;
+  }
+  async #load(url, signal) {
+    const bytes = new Uint8Array(await (await this.#request(url, signal)).arrayBuffer());
     this.bytesRead += bytes.length;
-    if (size !== undefined && bytes.length !== size)
-      throw new FvvError({
-        code: "changed",
-        message: `${url}: ${bytes.length} bytes, expected ${size} by the manifest`,
-      });
     return bytes;
   }
-  async #file({ file, bytes: size, crc32c: expected }, signal) {
-    const url = new URL(file, this.#url).href;
-    const bytes = await this.#load(url, size, signal);
+  /** Throws unless these are the bytes that the manifest lists. */
+  #check(url, bytes, { bytes: size, crc32c: expected }) {
+    if (bytes.length !== size) {
+      const message = `${url}: ${bytes.length} bytes, expected ${size} by the manifest`;
+      throw new FvvError({ code: "changed", message });
+    }
     const found = crc32c(bytes).toString(16).padStart(8, "0");
-    if (found !== expected)
-      throw new FvvError({
-        code: "damaged",
-        message: `${url}: CRC-32C is ${found}, expected ${expected} by the manifest`,
-      });
+    if (found === expected) return;
+    const message = `${url}: CRC-32C is ${found}, expected ${expected} by the manifest`;
+    throw new FvvError({ code: "damaged", message });
+  }
+  async #file(entry, signal) {
+    const url = new URL(entry.file, this.#url).href;
+    const bytes = await this.#load(url, signal);
+    this.#check(url, bytes, entry);
     return bytes;
   }
 
@@ -125,15 +179,102 @@ export class Segments {
     return { track, data };
   }
 
-  async #begin(signal) {
-    this.#head ??= await this.#file(this.#configuration, signal);
-    if (!beginsWithFileHeader(this.#head))
-      throw invalid(this.#url, "the configuration does not begin as an fvv stream");
-    return [{ header: this.#head.subarray(0, FILE_HEADER_SIZE) }, this.#head.subarray(FILE_HEADER_SIZE)];
+  /** Header and block of a configuration. */
+  async #begin(entry, signal) {
+    const head = this.#heads.get(entry.file) ?? (await this.#file(entry, signal));
+    this.#heads.set(entry.file, head);
+    if (!beginsWithFileHeader(head)) throw invalid(this.#url, "the configuration does not begin as an fvv stream");
+    return [{ header: head.subarray(0, FILE_HEADER_SIZE) }, head.subarray(FILE_HEADER_SIZE)];
+  }
+
+  get rungs() {
+    return (
+      this.#files?.map(({ rung, bitRate, size, scale, tracks }) => ({ rung, bitRate, size, scale, tracks })) ?? null
+    );
+  }
+  /** See sources.js. */
+  follow(choices, position) {
+    if (this.#files) this.#follows = { choices, position };
+  }
+  renew() {
+    this.#ahead?.renew();
+  }
+  get buffer() {
+    return this.#ahead?.buffer ?? null;
+  }
+
+  /** What Ahead fetches: of each rung a file for each group. */
+  get #fetcher() {
+    const bytesRead = () => this.bytesRead;
+    return {
+      get bytesRead() {
+        return bytesRead();
+      },
+      plans: async (i) => this.#files.map(({ rung, files }) => ({ rung, file: files[i], size: files[i].bytes })),
+      fetch: (coming, signal) => this.#pieces(coming, signal),
+    };
+  }
+  /** Yields the sizes of pieces of a file; in the end the group has its bytes. */
+  async *#pieces(coming, signal) {
+    const { file, bytes: size, offset } = coming.file;
+    const kept = this.#cache.take(offset, offset + size);
+    if (kept?.length === size) {
+      this.#cache.hits++;
+      coming.bytes = kept;
+      yield size;
+      return;
+    }
+    const url = new URL(file, this.#url).href;
+    const response = await this.#request(url, signal);
+    const pieces = [];
+    for (const reader = response.body.getReader(); ;) {
+      const { done, value } = await reader.read();
+      if (done) break;
+      pieces.push(value);
+      this.bytesRead += value.length;
+      yield value.length;
+    }
+    coming.bytes = new Uint8Array(await new Blob(pieces).arrayBuffer());
+    this.#check(url, coming.bytes, coming.file);
+    this.#cache.put(offset, coming.bytes);
+  }
+
+  /** From a group on, each in the rung that was chosen when it was fetched. */
+  async *#rungStream(first, signal) {
+    const { groups } = this;
+    const { choices, position } = this.#follows;
+    const seconds = (ticks) => Number(ticks) * this.#tick;
+    const ahead = (this.#ahead = new Ahead(this.#fetcher, groups, choices(seconds), position));
+    ahead.start(first, signal);
+    let known = null;
+    for (let i = first; i < groups.length; i++) {
+      const coming = await ahead.take(i);
+      if (!coming || signal?.aborted) return;
+      try {
+        for await (const _ of ahead.arrivals(coming));
+        const [header, block] = await this.#begin(this.#files[coming.rung].configuration, signal);
+        if (known === null) yield header;
+        yield { rung: coming.rung, reason: coming.reason };
+        if (known !== coming.rung) yield block;
+        known = coming.rung;
+      } catch (error) {
+        if (signal?.aborted) return;
+        yield* lossOf(error);
+        known = null;
+        continue;
+      }
+      this.#current = null;
+      yield coming.bytes;
+    }
+    ahead.stop();
   }
 
   /** From a group on; the next one is fetched while one is decoded. */
   async *stream(first, signal) {
+    if (this.#follows) {
+      yield* this.#rungStream(first, signal);
+      return;
+    }
     const { groups } = this;
     const ask = (i) => {
       const file = i < groups.length ? this.#group(groups[i], signal) : null;
@@ -146,18 +287,13 @@ export class Segments {
       const file = coming;
       let bytes;
       try {
-        if (!inSection) yield* await this.#begin(signal);
+        if (!inSection) yield* await this.#begin(this.#configuration, signal);
         inSection = true;
         bytes = await file;
       } catch (error) {
         if (signal?.aborted) return;
         if (!inSection) throw error;
-        const damaged = error.code === "damaged" || error.code === "changed";
-        // A file with wrong bytes is reported as damage; the gap is reported either way.
-        if (damaged) yield { damage: Object.assign(error, { fatal: false }) };
-        yield {
-          lost: { error: FvvError.warning(damaged ? error.code : "io", `a group is missing: ${error.message}`) },
-        };
+        yield* lossOf(error);
         inSection = false;
       }
       coming = ask(i + 1);
@@ -167,7 +303,8 @@ export class Segments {
   }
 
   divide(offsets) {
-    this.#cache.divide(offsets);
+    const others = this.#files?.slice(1).flatMap(({ files }) => files.map(({ offset }) => offset)) ?? [];
+    this.#cache.divide([...offsets, ...others]);
   }
   holds(from, end) {
     return this.#cache.coveredUntil(from, end) >= end;
@@ -177,6 +314,7 @@ export class Segments {
     if (this.#current) this.#cache.drop(this.#current.offset);
   }
   close() {
+    this.#ahead?.stop();
     this.#cache.clear();
   }
 }

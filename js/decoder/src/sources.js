@@ -8,12 +8,15 @@
 //   holds(from, end)           whether bytes need no network; without this method no bytes need it
 //   kept(offset, out)          copies bytes of a cache to out, or returns false
 //   divide(offsets)            sets where groups begin; forget(offset): a byte there is damaged; close()
+//   rungs, follow(choices, position), renew(), buffer   of a source that has each rung by itself: choices(seconds) returns what
+//                              Ahead asks; position(): as for Ahead; renew(): another quality is wanted
 //   inSections, groups         a source in sections has inSections true. A section is a file header, a configuration
 //                              block and then any groups (clause 6.4). Between pieces of bytes such a source yields
 //     {header}                 a section begins; these are the bytes of its file header, the rest follows as bytes
 //     {damage: error}          damage, before the loss that it causes
 //     {lost: {error, from}}    data is missing up to the next group; from: ticks, or undefined
 //     {restart: true}          another stream begins
+//     {rung, reason}           the groups that follow are of this rung
 //                              With groups (as readGroups returns them) it can seek: stream(group) begins with that group.
 
 import { FvvError } from "./errors.js";

@@ -1,5 +1,5 @@
 // Runs in a browser: measures the time from createDecoder to the first frame with its decoded picture
-// (bench/first_frame.mjs).
+// (bench/network/first_frame.mjs).
 
 import { createDecoder } from "../dist/index.js";
 

@@ -4,10 +4,10 @@
 
 import { spawnSync } from "node:child_process";
 
-import { createDecoder } from "../js/decoder/dist/index.js";
-import { compileCodec, compileCore, compileProjection } from "../js/decoder/dist/modules.js";
-import { awaitPost, browsers, visit } from "../js/decoder/test/browsers.mjs";
-import { serve } from "../js/decoder/test/server.mjs";
+import { createDecoder } from "../../js/decoder/dist/index.js";
+import { compileCodec, compileCore, compileProjection } from "../../js/decoder/dist/modules.js";
+import { awaitPost, browsers, visit } from "../../js/decoder/test/browsers.mjs";
+import { serve } from "../../js/decoder/test/server.mjs";
 import { shapedProxy } from "./shaped_proxy.mjs";
 
 const LINK = { bitsPerSecond: 8e6, roundTripMs: 40 };
@@ -21,11 +21,18 @@ async function inNode() {
   const before = server.requests.length;
   const bytesBefore = proxy.bytes();
   const begin = performance.now();
-  const decoder = await createDecoder({ source: `http://127.0.0.1:${proxy.port}/range/clip`, queue: 1 });
+  const decoder = await createDecoder({
+    source: `http://127.0.0.1:${proxy.port}/range/clip`,
+    queue: 1,
+  });
   const frame = await decoder.next();
   const ms = performance.now() - begin;
   if (!frame.mesh || !frame.samples.length) throw new Error("the first frame lacks its mesh or its picture");
-  const row = { ms, kilobytes: (proxy.bytes() - bytesBefore) / 1000, requests: server.requests.length - before };
+  const row = {
+    ms,
+    kilobytes: (proxy.bytes() - bytesBefore) / 1000,
+    requests: server.requests.length - before,
+  };
   decoder.close();
   proxy.close();
   server.close();

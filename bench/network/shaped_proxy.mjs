@@ -11,9 +11,12 @@ const MAX_PIECES = 64;
 
 class Link {
   constructor({ bitsPerSecond, delayMs }) {
-    this.msPerByte = bitsPerSecond ? 8000 / bitsPerSecond : 0;
+    this.rate = bitsPerSecond;
     this.delayMs = delayMs;
     this.free = 0;
+  }
+  set rate(bitsPerSecond) {
+    this.msPerByte = bitsPerSecond ? 8000 / bitsPerSecond : 0;
   }
   /** The time at which bytes that are sent now have arrived. */
   arrival(size) {
@@ -51,7 +54,7 @@ function carry(from, to, link, arrived) {
   from.on("error", () => to.destroy());
 }
 
-/** Returns {port, bytes(), close}; bytes(): the number of bytes that have arrived at the client. */
+/** Returns {port, bytes(), setRate(bitsPerSecond), close}; bytes(): the number of bytes that have arrived at the client. */
 export async function shapedProxy(target, { bitsPerSecond, roundTripMs }) {
   let bytes = 0;
   const down = new Link({ bitsPerSecond, delayMs: roundTripMs / 2 });
@@ -72,5 +75,6 @@ export async function shapedProxy(target, { bitsPerSecond, roundTripMs }) {
     server.close();
     for (const socket of sockets) socket.destroy();
   };
-  return { port: server.address().port, bytes: () => bytes, close };
+  const setRate = (rate) => (down.rate = rate);
+  return { port: server.address().port, bytes: () => bytes, setRate, close };
 }
