@@ -252,10 +252,13 @@ struct WrittenSegments {
 
   std::string text() const {
     return folder + ": " + std::to_string(sums.bytes) + " bytes in " + std::to_string(sums.groups) +
-           " groups and a configuration\n";
+           " groups and a configuration" +
+           (sums.rungs > 1 ? " of each of " + std::to_string(sums.rungs) + " rungs" : "") + "\n";
   }
   nlohmann::ordered_json json() const {
-    return {{"folder", folder}, {"groups", sums.groups}, {"bytes", sums.bytes}};
+    nlohmann::ordered_json out = {{"folder", folder}, {"groups", sums.groups}, {"bytes", sums.bytes}};
+    if (sums.rungs > 1) out["rungs"] = sums.rungs;
+    return out;
   }
 };
 

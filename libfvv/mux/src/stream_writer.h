@@ -58,7 +58,7 @@ using NominalRates = std::map<uint16_t, double>;
 class StreamWriter {
 public:
   // Writes file header and configuration. plan and sink are borrowed.
-  StreamWriter(const Plan &plan, const Sink &sink, NominalRates rates);
+  StreamWriter(const Plan &plan, const Sink &sink, NominalRates rates = {});
 
   void repeat_configuration();
   void begin_group(size_t group);
