@@ -356,6 +356,48 @@ TEST_CASE("ranks with holes, and numbers beyond the last") {
   CHECK(rung(SIZE_MAX) == rung(2));
 }
 
+TEST_CASE("colours of a mesh that a rung lacks are left out with it") {
+  ConfigurationBlock block;
+  uint8_t payload[64];
+  size_t size = 0;
+  const auto add = [&](uint32_t type, uint16_t id) {
+    fvv_chunk_header header = {};
+    header.type = type;
+    header.track = id;
+    header.size = size;
+    block.add(header, payload);
+  };
+  fvv_scene scene = {};
+  scene.time_base = {1, 25};
+  scene.frame_duration = 1;
+  scene.lattice_step = 1;
+  REQUIRE(fvv_scene_encode(&scene, payload, sizeof payload, &size, nullptr) == FVV_OK);
+  add(FVV_CHUNK_SCENE, 0);
+  for (const uint16_t id : {1, 2, 3}) {
+    fvv_track track = {};
+    track.id = id;
+    track.kind = id == 3 ? FVV_TRACK_COLOURS : FVV_TRACK_MESH;
+    track.alternate_group = id == 3 ? 0 : 1;
+    track.rank = uint16_t(id == 2);
+    track.name = "";
+    REQUIRE(fvv_track_encode(&track, payload, sizeof payload, &size, nullptr) == FVV_OK);
+    add(FVV_CHUNK_TRACK, id);
+  }
+  // Steps, mesh track, 4 vertices, cells of 1, of which there is 1.
+  const uint8_t colours[] = {1, 1, 2, 0, 4, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
+  fvv_chunk_header header = {};
+  header.type = FVV_CHUNK_COLOURS;
+  header.track = 3;
+  header.flags = FVV_FLAG_KEY;
+  header.size = sizeof colours;
+  for (const size_t rung : {size_t(0), size_t(1)}) {
+    RungGroup group(block, rung);
+    CHECK(group.begin(5, 0, 1).size() == 32 + 24);
+    CHECK(group.chunk(header, colours).empty() == (rung == 0));
+    CHECK(!group.end().empty());
+  }
+}
+
 TEST_CASE("fvvdemux takes one rung") {
   const Folder folder;
   const FileOptions options = three_rungs(folder);

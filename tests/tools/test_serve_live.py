@@ -53,7 +53,7 @@ def make(groups, payload=MESH, name="mesh", repeat=False, change_at=None, start=
     return pieces
 
 
-def make_ladder(groups, tracks=(1, 2, 3)):
+def make_ladder(groups, tracks=(1, 2, 3), payload=MESH):
     """The same of a stream with a mesh at three ranks, or of that with some of its tracks."""
     stream = Stream()
     stream.scene()
@@ -67,7 +67,7 @@ def make_ladder(groups, tracks=(1, 2, 3)):
         stream.begin_group(group * FRAMES, (group + 1) * FRAMES)
         for frame in range(FRAMES):
             for track in tracks:
-                part = [Part(MESH, "payload", "")]
+                part = [Part(payload, "payload", "")]
                 stream.chunk("MESH", part, track=track, time=group * FRAMES + frame, key=True)
         stream.end_group()
         pieces += [b"".join(joined(s.parts) for s in stream.sections[seen:]), b""]
@@ -357,6 +357,28 @@ def test_damage_in_a_rung_and_a_ladder_that_changes():
         runs, _ = receive_runs(client)
     assert runs[0][1] == {"type": "rungs", "rungs": [{"rung": 0, "bit_rate": 0, "size": 0, "tracks": [1]}]}
     assert runs[1] == (b"".join(other), {"type": "end"})
+
+
+def test_a_slow_client_of_a_rung():
+    whole, alone = (make_ladder(60, tracks, bytes(100_000)) for tracks in [(1, 2, 3), (2,)])
+    start = b"".join(alone[:2])
+    with Pipe("--queue", "1") as pipe, pipe.live("now?rung=1") as good, pipe.live("now?rung=1", 4096) as slow:
+        for number, piece in enumerate(whole):
+            pipe.write(piece)
+            if number == 2:
+                receive_rungs(good)
+                receive_bytes(good, len(start))
+            if number % 2 == 0 and number:
+                receive_bytes(good, len(alone[number]))
+        pipe.close()
+        runs, code = receive_runs(slow)
+    ends = [end["type"] for _, end in runs]
+    assert code == 1000 and ends[0] == "rungs" and "skip" in ends
+    groups = groups_of(alone)
+    for (data, _), (_, before) in zip(runs[1:], runs):
+        if before["type"] == "skip" and data:
+            first = int(before["to"]) // FRAMES
+            assert (start + b"".join(groups[first:])).startswith(data)
 
 
 def test_input_that_is_not_a_stream():

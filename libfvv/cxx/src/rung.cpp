@@ -166,8 +166,26 @@ std::string RungGroup::begin(uint32_t sequence, int64_t start, int64_t end) {
   return state->take();
 }
 
+namespace {
+
+// The mesh track to which visibility and colours belong; 0: none, or it is not known.
+uint16_t mesh_track_of(const fvv_chunk_header &header, const uint8_t *payload) {
+  const auto size = static_cast<size_t>(header.size);
+  fvv_visibility_header visibility = {};
+  fvv_colours_header colours = {};
+  if (header.type == FVV_CHUNK_VISIBILITY) {
+    const fvv_status status = fvv_visibility_peek(payload, size, nullptr, &visibility, nullptr, 0, nullptr);
+    return status == FVV_OK || status == FVV_ERROR_BUFFER_TOO_SMALL ? visibility.mesh_track : 0;
+  }
+  if (header.type != FVV_CHUNK_COLOURS) return 0;
+  return fvv_colours_peek(payload, size, nullptr, &colours, nullptr) == FVV_OK ? colours.mesh_track : 0;
+}
+
+} // namespace
+
 std::string RungGroup::chunk(const fvv_chunk_header &header, const uint8_t *payload) {
-  if (state->block.leaves_out(header.track, state->rung)) return {};
+  const auto leaves_out = [&](uint16_t track) { return state->block.leaves_out(track, state->rung); };
+  if (leaves_out(header.track) || leaves_out(mesh_track_of(header, payload))) return {};
   state->check(fvv_writer_chunk(state->writer.get(), header.type, header.track, header.flags, header.time,
                                 payload, static_cast<size_t>(header.size), &state->diagnostic));
   return state->take();
