@@ -222,6 +222,7 @@ public:
   Stream(const Stream &) = delete;
   size_t frames() const { return fvv_stream_frame_count(stream); }
   const fvv_file *index() const { return fvv_stream_file(stream); }
+  fvv_stream *handle() { return stream; }
   const fvv_configuration &configuration() {
     const fvv_configuration *found = nullptr;
     REQUIRE(fvv_stream_configuration(stream, 0, &found, nullptr) == FVV_OK);

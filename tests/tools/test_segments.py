@@ -2,9 +2,10 @@
 
 import json
 
-from conftest import read_json, validate
+import pytest
+from conftest import figures, read_json, run, validate
 from reference import tiny
-from reference.container import DATA, Part, Stream, crc32c
+from reference.container import DATA, Part, Stream, crc32c, joined
 from reference.mesh import raw_parts
 from reference.tiny import TETRAHEDRON
 
@@ -160,3 +161,84 @@ def test_of_a_capture(fvvmux, tmp_path):
     assert done.stdout.decode().splitlines()[-1].endswith(" bytes in 2 groups and a configuration")
     manifest, content = read(segments)
     assert out.read_bytes().startswith(content) and len(manifest["groups"]) == 2
+
+
+def ladder(groups=3, ranks=(0, 1, 3), tracks=None):
+    """A stream with a mesh at several ranks, and a background for all; with tracks, what is left of those, as a stream."""
+    stream = Stream()
+    stream.scene()
+
+    def has(track):
+        return tracks is None or track in tracks
+
+    for place, rank in enumerate(ranks):
+        if has(place + 1):
+            values = {"alternate_group": 7, "rank": rank, "bit_rate": 1000 - rank, "nominal_size": 4}
+            stream.track(place + 1, 1, f"mesh {rank}", **values)
+    stream.track(9, 5, "floor")
+    mesh = raw_parts(TETRAHEDRON)
+    for group in range(groups):
+        stream.begin_group(2 * group, 2 * group + 2)
+        for time in 2 * group, 2 * group + 1:
+            for track in range(len(ranks), 0, -1):
+                if has(track):
+                    stream.chunk("MESH", mesh, track=track, time=time, key=True)
+        if group == 1:
+            stream.chunk("BACK", [Part(b"floor", "", "")], track=9, time=time, key=True)
+        stream.end_group()
+    return stream
+
+
+def test_each_rung_has_a_folder(fvvmux, fvvinfo, tmp_path):
+    path = put(tmp_path, ladder().finish())
+    done = fvvmux(path, "--segments", tmp_path / "out", "--json")
+    assert (done.returncode, done.stderr) == (0, b"")
+    manifest = json.loads((tmp_path / "out/manifest.json").read_text())
+    validate(manifest, "segments")
+    assert [rung["tracks"] for rung in manifest["rungs"]] == [[1, 9], [2, 9], [3, 9]]
+    assert [rung["bit_rate"] for rung in manifest["rungs"]] == [1000, 999, 997]
+    written = 0
+    for number, rung in enumerate(manifest["rungs"]):
+        content = b""
+        for entry in [rung["configuration"], *rung["groups"]]:
+            data = (tmp_path / "out" / entry["file"]).read_bytes()
+            assert entry["file"].startswith(f"rung-{number}/")
+            assert entry["bytes"] == len(data) and entry["crc32c"] == f"{crc32c(data):08x}"
+            content += data
+        assert content == ladder(tracks=[number + 1]).data(), "what a writer of this rung alone writes"
+        written += len(content)
+        checked = fvvinfo("--check", put(tmp_path, content, f"rung-{number}.fvv"))
+        assert "FVV-" not in checked.stderr.decode().replace("FVV-8", "")
+    assert read_json(done, "fvvmux")["segments"] == {
+        "folder": str(tmp_path / "out"),
+        "groups": 3,
+        "bytes": written,
+        "rungs": 3,
+    }
+    best = manifest["rungs"][0]
+    assert manifest["configuration"] == best["configuration"]
+    for group, entry in zip(manifest["groups"], best["groups"]):
+        assert entry.items() <= group.items() and group["frames"] == 2
+    assert [entry["file"] for entry in manifest["backgrounds"]] == ["background-9.fvv"]
+
+
+def test_fvvinfo_lists_rungs(fvvinfo, tmp_path):
+    document = read_json(fvvinfo("--json", put(tmp_path, ladder().finish())), "fvvinfo")["files"][0]
+    mesh = len(joined(raw_parts(TETRAHEDRON)))
+    assert [rung["tracks"] for rung in document["rungs"]] == [[1, 9], [2, 9], [3, 9]]
+    assert [rung["bytes"] for rung in document["rungs"]] == [6 * mesh + 5] * 3
+    assert document["rungs"][0]["measured_rate"] == pytest.approx(8 * (6 * mesh + 5) / (6 / 25))
+    assert document["tracks"][2]["alternate"] == {"group": 7, "rank": 3, "bit_rate": 997, "size": 4}
+    assert "alternate" not in document["tracks"][3]
+    lines = fvvinfo(put(tmp_path, ladder().finish())).stdout.decode().splitlines()
+    assert sum("rung " in line for line in lines) == 3
+    assert "rungs" not in read_json(fvvinfo("--json", put(tmp_path, make().finish())), "fvvinfo")["files"][0]
+
+
+def test_numbers_of_rungs(tmp_path):
+    path = put(tmp_path, ladder().finish())
+    for number in "-1", "65536", "1.5", "x", "":
+        run("fvvdemux", path, "-o", tmp_path / "out", "--rung", number, code=2)
+        run("fvvrender", path, "-o", tmp_path / "out.png", "--pose", "1,1,1,0,0,0", "--rung", number, code=2)
+    done = figures("fvvdemux", path, "-o", tmp_path / "out", "--rung", "65535", "--no-background")
+    assert done["meshes"] == 6 and not done["warnings"], "any other number names a rung"

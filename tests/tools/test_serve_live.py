@@ -12,7 +12,7 @@ from reference import container
 from reference.container import Part, Stream, joined
 from reference.mesh import raw_parts
 from reference.tiny import TETRAHEDRON
-from serve_client import BINARY, CLOSE, TEXT, Server
+from serve_client import BINARY, CLOSE, PING, PONG, TEXT, Server
 
 FRAMES = 3  # of a group
 MESH = joined(raw_parts(TETRAHEDRON))
@@ -51,6 +51,42 @@ def make(groups, payload=MESH, name="mesh", repeat=False, change_at=None, start=
         stream.end_group()
         pieces.append(cut())
     return pieces
+
+
+def make_ladder(groups, tracks=(1, 2, 3), payload=MESH):
+    """The same of a stream with a mesh at three ranks, or of that with some of its tracks."""
+    stream = Stream()
+    stream.scene()
+    for track in tracks:
+        values = {"alternate_group": 1, "rank": track - 1, "bit_rate": 1000 * track, "nominal_size": 4}
+        stream.track(track, 1, f"rung {track - 1}", **values)
+    pieces, parts = [], [joined(s.parts) for s in stream.sections]
+    pieces += [parts[0], b"".join(parts[1:])]
+    for group in range(groups):
+        seen = len(stream.sections)
+        stream.begin_group(group * FRAMES, (group + 1) * FRAMES)
+        for frame in range(FRAMES):
+            for track in tracks:
+                part = [Part(payload, "payload", "")]
+                stream.chunk("MESH", part, track=track, time=group * FRAMES + frame, key=True)
+        stream.end_group()
+        pieces += [b"".join(joined(s.parts) for s in stream.sections[seen:]), b""]
+    return pieces[:-1]
+
+
+RUNGS = [{"rung": k, "bit_rate": 1000 * (k + 1), "size": 0, "tracks": [k + 1]} for k in range(3)]
+
+
+def receive_rungs(client):
+    kind, payload = client.receive()
+    assert kind == TEXT
+    assert json.loads(payload) == {"type": "rungs", "rungs": RUNGS}
+
+
+def settle(client):
+    """Returns when the server has read all that the client has sent."""
+    client.send(PING, b"")
+    assert client.receive() == (PONG, b"")
 
 
 def groups_of(pieces):
@@ -233,6 +269,116 @@ def test_damage_is_reported_and_the_next_group_opens_a_run():
     assert runs[1][0] == header + block + groups[2]
     assert runs[2][0] == header + block + groups[3] + groups[4]
     assert "fvvserve: warning: /live/now: -: 0x" in pipe.server.stderr
+
+
+def test_a_client_takes_a_rung_and_changes_it():
+    whole, alone = make_ladder(4), [make_ladder(4, tracks=[track]) for track in (1, 2, 3)]
+    groups = [groups_of(pieces) for pieces in alone]
+    with Pipe() as pipe, pipe.live("now") as all_of_it, pipe.live("now?x=1&rung=1") as client:
+        with pipe.live("now?rung=65535") as lowest:
+            pipe.write(*whole[:3])
+            receive_rungs(client)
+            first = b"".join(alone[1][:3])
+            assert receive_bytes(client, len(first)) == first, "as if the stream had no other track"
+            receive_rungs(lowest)
+            assert receive_bytes(lowest, len(b"".join(alone[2][:3]))) == b"".join(alone[2][:3])
+        assert receive_bytes(all_of_it, len(b"".join(whole[:3]))) == b"".join(whole[:3])
+        client.send(TEXT, b'{"type":"rung","rung":0}')
+        settle(client)
+        half = whole[4].index(b"MESH") + 8  # the wish comes in the middle of a group, and waits for the next
+        pipe.write(whole[4][:half])
+        kind, payload = client.receive()
+        assert (kind, payload) == (BINARY, alone[0][1]), "the block, in the same run"
+        begun = receive_bytes(client, groups[0][1].index(b"MESH"))
+        client.send(TEXT, b'{"type":"rung","rung":2,"more":[]}')
+        all_of_it.send(TEXT, b'{"type":"rung","rung":1}')
+        settle(client)
+        receive_bytes(all_of_it, len(begun))
+        settle(all_of_it)
+        pipe.write(whole[4][half:], *whole[5:])
+        rest = groups[0][1][len(begun) :] + alone[2][1] + groups[2][2] + groups[2][3]
+        assert receive_bytes(client, len(rest)) == rest
+        assert receive_bytes(all_of_it, len(whole[4]) - len(begun)) == whole[4][len(begun) :]
+        receive_rungs(all_of_it)
+        run = b"".join(alone[1][:2]) + groups[1][2] + groups[1][3]
+        assert receive_bytes(all_of_it, len(run)) == run
+        pipe.close()
+        for one in client, all_of_it:
+            assert receive_runs(one) == ([(b"", {"type": "end"})], 1000)
+
+
+def test_wishes_that_are_none():
+    whole, alone = make_ladder(2), make_ladder(2, tracks=[2])
+    wrong = [
+        b"",
+        b"x",
+        b"null",
+        b"[]",
+        b'"rung"',
+        b'{"type":"rung"}',
+        b'{"rung":0}',
+        b"[" * 4000,
+        b'{"a":' * 600,
+    ]
+    wrong += [
+        b'{"type":"rung","rung":%s}' % n for n in (b"-1", b"65536", b"0.5", b'"0"', b"null", b"1e99", b"[0]")
+    ]
+    with Pipe() as pipe, pipe.live("now?rung=1") as client:
+        for number in "", "-1", "65536", "1x", "0x1", "+1", "%31", "9" * 30, "1&rung=x":
+            assert pipe.live(f"now?rung={number}").reply.status == 400
+        pipe.write(*whole[:3])
+        receive_rungs(client)
+        receive_bytes(client, len(b"".join(alone[:3])))
+        for text in wrong:
+            client.send(TEXT, text)
+        client.send(BINARY, b'{"type":"rung","rung":0}')
+        settle(client)
+        pipe.write(whole[4])
+        assert receive_bytes(client, len(alone[4])) == alone[4]
+
+
+def test_damage_in_a_rung_and_a_ladder_that_changes():
+    whole, alone = make_ladder(4), make_ladder(4, tracks=[3])
+    spoilt = bytearray(whole[4])
+    spoilt[spoilt.index(MESH)] ^= 1
+    other = make(1, start=4 * FRAMES)
+    with Pipe() as pipe, pipe.live("now?rung=2") as client:
+        pipe.write(*whole[:4], bytes(spoilt), *whole[6:])
+        pipe.close()
+        runs, code = receive_runs(client)
+    assert code == 1000 and [end["type"] for _, end in runs] == ["rungs", "damage", "end"]
+    first = b"".join(alone[:3])
+    assert runs[1][0].startswith(first) and (first + alone[4]).startswith(runs[1][0])
+    assert runs[2][0] == b"".join(alone[:2]) + alone[6] + alone[8]
+    # Of a stream without a ladder each rung is the stream.
+    with Pipe() as pipe, pipe.live("now?rung=2") as client:
+        pipe.write(*other)
+        pipe.close()
+        runs, _ = receive_runs(client)
+    assert runs[0][1] == {"type": "rungs", "rungs": [{"rung": 0, "bit_rate": 0, "size": 0, "tracks": [1]}]}
+    assert runs[1] == (b"".join(other), {"type": "end"})
+
+
+def test_a_slow_client_of_a_rung():
+    whole, alone = (make_ladder(60, tracks, bytes(100_000)) for tracks in [(1, 2, 3), (2,)])
+    start = b"".join(alone[:2])
+    with Pipe("--queue", "1") as pipe, pipe.live("now?rung=1") as good, pipe.live("now?rung=1", 4096) as slow:
+        for number, piece in enumerate(whole):
+            pipe.write(piece)
+            if number == 2:
+                receive_rungs(good)
+                receive_bytes(good, len(start))
+            if number % 2 == 0 and number:
+                receive_bytes(good, len(alone[number]))
+        pipe.close()
+        runs, code = receive_runs(slow)
+    ends = [end["type"] for _, end in runs]
+    assert code == 1000 and ends[0] == "rungs" and "skip" in ends
+    groups = groups_of(alone)
+    for (data, _), (_, before) in zip(runs[1:], runs):
+        if before["type"] == "skip" and data:
+            first = int(before["to"]) // FRAMES
+            assert (start + b"".join(groups[first:])).startswith(data)
 
 
 def test_input_that_is_not_a_stream():

@@ -1,6 +1,7 @@
 #include "fvvcompare/sequence.h"
 
 #include "fvv_cxx/owned.h"
+#include "fvv_cxx/rung.h"
 #include "fvv_demux/frame_plan.h"
 #include "fvv_demux/meshes.h"
 
@@ -66,7 +67,9 @@ void Sequence::open_stream() {
   const fvv_configuration *configuration = nullptr;
   fvv::check(fvv_stream_configuration(opened, 0, &configuration, &diagnostic), name, diagnostic);
   for (size_t i = 0; i < configuration->track_count && !track; i++)
-    if (configuration->tracks[i].kind == FVV_TRACK_MESH) track = configuration->tracks[i].id;
+    if (configuration->tracks[i].kind == FVV_TRACK_MESH &&
+        in_rung(*configuration, configuration->tracks[i].id, 0))
+      track = configuration->tracks[i].id;
   if (!track) throw Error(name + ": the stream has no meshes");
   unknown_scale = configuration->scene.flags & FVV_SCENE_SCALE_UNKNOWN;
   duration = duration_of(configuration->scene, name);

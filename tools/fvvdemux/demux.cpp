@@ -81,12 +81,13 @@ scene::Capture describe_scene(const fvv_configuration &configuration, const Opti
   out.up = configuration.scene.up_axis;
   const fvv_scene &scene = configuration.scene;
   out.lattice = lattice_of(scene.lattice_origin, scene.lattice_step);
-  if (options.meshes != Meshes::none && mesh_track_of(configuration, nullptr))
+  if (options.meshes != Meshes::none && mesh_track_of(configuration, options.rung, nullptr))
     out.meshes = pattern(options.meshes == Meshes::ply   ? "meshes/%04d.ply"
                          : options.meshes == Meshes::obj ? "meshes/%04d.obj"
                                                          : "meshes/%04d.drc");
   std::vector<VideoViews> tracks;
-  if (options.pictures != Pictures::none) tracks = views_of(configuration, options.cameras, nullptr);
+  if (options.pictures != Pictures::none)
+    tracks = views_of(configuration, options.rung, options.cameras, nullptr);
   for (const VideoViews &track : tracks)
     for (const View &view : track.views)
       if (view.tile.camera_id == no_camera && out.meshes)
@@ -114,7 +115,7 @@ void describe_motion(const fvv_configuration &configuration, const Options &opti
                      scene::Capture &capture) {
   std::map<uint16_t, fvv_tile> tiles;
   if (options.pictures != Pictures::none)
-    for (const VideoViews &track : views_of(configuration, options.cameras, nullptr))
+    for (const VideoViews &track : views_of(configuration, options.rung, options.cameras, nullptr))
       for (const View &view : track.views) tiles.emplace(view.tile.camera_id, view.whole);
   for (scene::Camera &camera : capture.cameras) {
     const uint16_t id = camera.calibration.id;
@@ -291,7 +292,7 @@ uint32_t threads_within_memory(fvv_stream *stream, const std::string &name, cons
     if (offset == last || fvv_stream_configuration(stream, group.group, &configuration, nullptr) != FVV_OK)
       continue;
     last = offset;
-    const auto tracks = views_of(*configuration, options.cameras, nullptr);
+    const auto tracks = views_of(*configuration, options.rung, options.cameras, nullptr);
     most = std::max(most, decoding_memory(name, tracks, options.memory));
   }
   return uint32_t(std::clamp<uint64_t>(options.memory.bytes / most, 1, options.threads));
@@ -315,8 +316,9 @@ public:
       numbers = file_numbers(*configuration, end, result.warnings);
       numbers.places = std::move(places);
       numbers.end = end;
-      if (options.meshes != Meshes::none) mesh_track_of(*configuration, &result.warnings);
-      if (options.pictures != Pictures::none) views_of(*configuration, options.cameras, &result.warnings);
+      if (options.meshes != Meshes::none) mesh_track_of(*configuration, options.rung, &result.warnings);
+      if (options.pictures != Pictures::none)
+        views_of(*configuration, options.rung, options.cameras, &result.warnings);
     }
     threads = threads_within_memory(stream.get(), file.path(), plan, options);
     result.frames_in_stream = plan.count;

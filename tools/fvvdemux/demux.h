@@ -18,6 +18,7 @@ enum class Pictures { none, png, jpg, exr, automatic };
 struct Options {
   Selection frames;  // numbers in the stream, from 0
   Selection cameras; // identifiers
+  size_t rung = 0;   // of a ladder of quality (fvv_cxx/rung.h)
   Meshes meshes = Meshes::ply;
   Pictures pictures = Pictures::automatic;
   int quality = 95;     // of jpg

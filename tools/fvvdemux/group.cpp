@@ -93,9 +93,10 @@ public:
       if (camera.flags & FVV_CAMERA_MOVES && options.cameras.has(camera.id)) moving.push_back(camera.id);
     }
     if (options.meshes != Meshes::none)
-      if (const fvv_track *track = mesh_track_of(configuration, nullptr)) mesh_track = track->id;
+      if (const fvv_track *track = mesh_track_of(configuration, options.rung, nullptr))
+        mesh_track = track->id;
     if (options.pictures != Pictures::none)
-      for (const VideoViews &track : views_of(configuration, options.cameras, nullptr))
+      for (const VideoViews &track : views_of(configuration, options.rung, options.cameras, nullptr))
         tracks.emplace_back(track, options.pictures);
   }
 

@@ -57,6 +57,10 @@ int main(int argc, char **argv) {
   app.add_option("-o,--output", output, "folder to write")->required();
   app.add_option("--frames", frames, "numbers in the stream, from 0: 25 or 0-9,25; default: all");
   app.add_option("--cameras", cameras, "identifiers, in the same way; default: all");
+  app.add_option("--rung", options.rung,
+                 "of a stream with several qualities: 0 is the best, a number beyond the last means the last")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
   app.add_option("--meshes", options.meshes, "ply (default), obj, drc or none")
       ->transform(CLI::CheckedTransformer(meshes).description(""));
   app.add_option("--pictures", options.pictures,

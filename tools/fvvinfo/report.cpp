@@ -3,6 +3,7 @@
 
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/format.h"
+#include "fvv_cxx/rung.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -364,6 +365,43 @@ std::string track_text(const Report &report, const fvv_track &track) {
   return out + profiles_text(*found);
 }
 
+// Payload of the tracks of a rung.
+uint64_t bytes_of(const Report &report, const RungInfo &rung) {
+  uint64_t sum = 0;
+  for (size_t i = 0; i < fvv_checker_track_count(report.checker.get()); i++) {
+    const fvv_track_summary *track = fvv_checker_track(report.checker.get(), i);
+    if (std::find(rung.tracks.begin(), rung.tracks.end(), track->track) != rung.tracks.end())
+      sum += track->bytes;
+  }
+  return sum;
+}
+
+// Bits a second of that payload; 0: the duration is not known.
+double rate_of(const Report &report, uint64_t payload) {
+  const auto &s = report.summary();
+  const double length =
+      seconds(report.configuration()->scene, s.end) - seconds(report.configuration()->scene, s.start);
+  return length > 0 ? 8 * double(payload) / length : 0;
+}
+
+std::string ladder(const Report &report) {
+  const std::vector<RungInfo> rungs = rungs_of(*report.configuration());
+  std::string out;
+  for (const RungInfo &rung : rungs) {
+    if (rungs.size() < 2) break;
+    const uint64_t payload = bytes_of(report, rung);
+    std::string tracks;
+    for (const uint16_t track : rung.tracks) tracks += (tracks.empty() ? "" : ", ") + std::to_string(track);
+    std::string text = fvv::format("rung %zu: ", rung.rung) + bytes(double(payload)) +
+                       fvv::format(", %.1f kbit/s", rate_of(report, payload) / 1000);
+    if (rung.bit_rate) text += fvv::format(" (nominal %.1f)", double(rung.bit_rate) / 1000);
+    if (rung.size) text += fvv::format(", pictures of %llu pixels", (unsigned long long)rung.size);
+    if (rung.scale > 0) text += fvv::format(" at scale %.3g", rung.scale);
+    out += row(rung.rung ? "" : "Ladder", text + ", tracks " + tracks);
+  }
+  return out;
+}
+
 std::string camera_table(const fvv_configuration &c) {
   std::string out;
   constexpr size_t shown = 12;
@@ -450,6 +488,7 @@ std::string text(const Report &report) {
       kind[0] = char(std::toupper(kind[0]));
       out += row(kind.c_str(), track_text(report, c->tracks[i]));
     }
+    out += ladder(report);
     out += camera_table(*c);
     if (s.frames) out += row("Bytes", shares(report));
   }
@@ -568,6 +607,11 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
                            {"pairs", s->pairs},
                            {"bits_per_pair", s->pairs ? 8 * double(s->bytes) / double(s->pairs) : 0}};
     }
+    if (track.alternate_group)
+      t["alternate"] = {{"group", track.alternate_group},
+                        {"rank", track.rank},
+                        {"bit_rate", track.bit_rate},
+                        {"size", track.size}};
     if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(report, *video);
     out.push_back(t);
   }
@@ -598,6 +642,18 @@ Json cameras_json(const fvv_configuration &c) {
     if (camera.r_max < 1e300) one["r_max"] = camera.r_max;
     if (camera.flags & FVV_CAMERA_MOVES) one["moves"] = true;
     out.push_back(one);
+  }
+  return out;
+}
+
+Json rungs_json(const Report &report, const std::vector<RungInfo> &rungs) {
+  Json out = Json::array();
+  for (const RungInfo &rung : rungs) {
+    Json one = json_of<Json>(rung);
+    const uint64_t payload = bytes_of(report, rung);
+    one["bytes"] = payload;
+    one["measured_rate"] = rate_of(report, payload);
+    out.push_back(std::move(one));
   }
   return out;
 }
@@ -671,6 +727,8 @@ Json json(const Report &report) {
   if (const fvv_configuration *c = report.configuration()) {
     out["scene"] = scene_json(c->scene);
     out["tracks"] = tracks_json(report, *c);
+    if (const std::vector<RungInfo> rungs = rungs_of(*c); rungs.size() > 1)
+      out["rungs"] = rungs_json(report, rungs);
     out["cameras"] = cameras_json(*c);
     if (c->has_texturing) out["texturing"] = texturing_json(c->texturing);
     out["metadata"] = Json::array();

@@ -31,7 +31,7 @@ struct Outputs {
 
 // Options that are parsed later.
 struct Texts {
-  std::optional<std::string> bit_depth, quality;
+  std::optional<std::string> bit_depth, quality, ladder;
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
               video_pixels, video_size, video_tracks = "1", step, max_error, mesh_profile = "draco",
               normals = "auto", winding, frames, visibility = "auto", colours = "auto",
@@ -57,6 +57,12 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
                  "bits a second for all pictures (4M, 800k) in place of a quality: every group has its share "
                  "and gets the finest quality that keeps it; tracks share by their pixels")
       ->excludes(quality);
+  app.add_option(
+      "--ladder", texts.ladder,
+      "send the pictures at several sizes, of which a player takes one, and changes by the bandwidth "
+      "that it has: factors of the size, best first (1,0.5,0.25), with the quality that the first "
+      "needs, or the bits for each pixel that --bitrate gives it; or bits a second of each "
+      "(8M,2M,500k), with sizes in proportion (docs/fvvmux-ladder.md)");
   auto *tile = app.add_option("--tile", texts.tile, "size of every camera's picture in the stream: 480x270");
   app.add_option("--scale", texts.scale, "the same as a factor, above 0 and at most 1")->excludes(tile);
   app.add_option("--atlas-scale", texts.atlas_scale,
@@ -224,6 +230,10 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.step.empty()) options.step = mux::parse_length(texts.step);
   if (!texts.max_error.empty()) options.max_error = mux::parse_max_error(texts.max_error);
   options.video_tracks = mux::parse_video_tracks(texts.video_tracks);
+  if (texts.ladder) options.ladder = mux::parse_ladder(*texts.ladder);
+  if (!options.ladder.empty() && options.ladder[0].bit_rate && (texts.quality || !texts.bit_rate.empty()))
+    throw Error("--ladder: with bits a second of each rung there is no --quality and no --bitrate",
+                Error::usage);
   options.mesh_profile = mux::parse_profile(texts.mesh_profile);
   options.visibility = mux::parse_visibility(texts.visibility);
   mux::parse_colours(texts.colours, options);
@@ -242,10 +252,13 @@ struct WrittenSegments {
 
   std::string text() const {
     return folder + ": " + std::to_string(sums.bytes) + " bytes in " + std::to_string(sums.groups) +
-           " groups and a configuration\n";
+           " groups and a configuration" +
+           (sums.rungs > 1 ? " of each of " + std::to_string(sums.rungs) + " rungs" : "") + "\n";
   }
   nlohmann::ordered_json json() const {
-    return {{"folder", folder}, {"groups", sums.groups}, {"bytes", sums.bytes}};
+    nlohmann::ordered_json out = {{"folder", folder}, {"groups", sums.groups}, {"bytes", sums.bytes}};
+    if (sums.rungs > 1) out["rungs"] = sums.rungs;
+    return out;
   }
 };
 

@@ -91,6 +91,32 @@ uint64_t parse_pixels(const std::string &text) {
   return parse_amount("--video-pixels", "pixels such as 300k, 2M or 100000, from 4k to 200M", text, 4e3, 2e8);
 }
 
+std::vector<Rung> parse_ladder(const std::string &text) {
+  const char *expected =
+      "2 to 8 falling scales above 0 and at most 1 (1,0.5,0.25), or falling bits a second from "
+      "1k to 10G (8M,2M,500k)";
+  std::vector<Rung> scales;
+  std::vector<uint64_t> rates;
+  for (size_t begin = 0; begin <= text.size();) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const std::string part = text.substr(begin, end - begin);
+    double scale;
+    if (scene::parse_double(part, scale) && scale <= 1)
+      scales.push_back({scale});
+    else
+      rates.push_back(parse_amount("--ladder", expected, part, 1e3, 1e10));
+    begin = end + 1;
+  }
+  if (!scales.empty() && !rates.empty()) refuse("--ladder", expected, text);
+  const std::vector<Rung> ladder = rates.empty() ? scales : ladder_of_rates(rates);
+  const auto falls = [](const Rung &a, const Rung &b) { return b.scale < a.scale && b.scale > 0; };
+  if (ladder.size() < 2 || ladder.size() > most_rungs || !(ladder[0].scale > 0))
+    refuse("--ladder", expected, text);
+  for (size_t i = 1; i < ladder.size(); i++)
+    if (!falls(ladder[i - 1], ladder[i])) refuse("--ladder", expected, text);
+  return ladder;
+}
+
 namespace {
 
 // A length above 0 with its unit, or a plain number; false when it is neither.

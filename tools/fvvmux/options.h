@@ -22,6 +22,7 @@ Background parse_background(const std::string &text);            // "auto", "kee
 uint64_t parse_pixels(const std::string &text);                  // "300k", "2M", "100000"
 TileSize parse_video_size(const std::string &text);              // "1920x1088"
 uint32_t parse_video_tracks(const std::string &text);            // "4", "camera"
+std::vector<Rung> parse_ladder(const std::string &text);         // "1,0.5,0.25", "8M,2M,500k"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 // "auto", "on", "off", or a number of cells.
 void parse_colours(const std::string &text, Options &options);

@@ -40,11 +40,14 @@ void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraWe
 // finer one is used. A track that is lost or unknown adds a line to losses. where: the beginning of these
 // lines. Throws Error when reading fails.
 std::vector<CameraWeights> load_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &mesh,
-                                           const fvv_configuration &configuration, uint16_t mesh_track,
-                                           const std::string &where, std::vector<std::string> &losses) {
+                                           const fvv_configuration &configuration, size_t rung,
+                                           uint16_t mesh_track, const std::string &where,
+                                           std::vector<std::string> &losses) {
   std::vector<uint16_t> tracks;
   for (size_t i = 0; i < configuration.track_count; i++)
-    if (configuration.tracks[i].kind == FVV_TRACK_VISIBILITY) tracks.push_back(configuration.tracks[i].id);
+    if (configuration.tracks[i].kind == FVV_TRACK_VISIBILITY &&
+        in_rung(configuration, configuration.tracks[i].id, rung))
+      tracks.push_back(configuration.tracks[i].id);
   std::vector<CameraWeights> out;
   for (const uint16_t track : tracks) {
     const fvv_visibility *found = nullptr;
@@ -108,9 +111,9 @@ environment_part(const scene::EnvironmentPart &source,
 
 class Loader {
 public:
-  Loader(const std::string &path, int64_t number, const media::MemoryLimit &limit)
+  Loader(const std::string &path, int64_t number, const media::MemoryLimit &limit, size_t which)
       : file(path), stream(demux::open_stream(file)), place(find(stream.get(), file, number)),
-        where(path + ": frame " + std::to_string(number)), memory(limit) {
+        where(path + ": frame " + std::to_string(number)), memory(limit), rung(which) {
     fvv_diagnostic diagnostic = {};
     fvv::check(fvv_stream_configuration(stream.get(), place.group, &configuration, &diagnostic), where,
                diagnostic);
@@ -123,7 +126,7 @@ public:
     load_cameras(out);
     load_mesh(out);
     std::vector<demux::VideoViews> tracks;
-    if (pictures) tracks = demux::views_of(*configuration, {}, nullptr);
+    if (pictures) tracks = demux::views_of(*configuration, rung, {}, nullptr);
     for (const demux::VideoViews &track : tracks) demux::decoding_memory(where, {track}, memory);
     for (const demux::VideoViews &track : tracks) load_track(track, out);
     load_environment(out);
@@ -151,7 +154,7 @@ private:
   }
 
   void load_mesh(Frame &out) {
-    const fvv_track *track = demux::mesh_track_of(*configuration, nullptr);
+    const fvv_track *track = demux::mesh_track_of(*configuration, rung, nullptr);
     if (!track) throw Error(where + ": the stream has no meshes");
     OwnedMesh mesh;
     fvv_diagnostic diagnostic = {};
@@ -168,7 +171,7 @@ private:
                           mesh.positions, mesh.vertex_count, out.positions.data());
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
     if (mesh.normals || mesh.texture) load_normals(mesh, out);
-    out.bits = load_visibility(stream.get(), frame, mesh, *configuration, track->id, where, out.losses);
+    out.bits = load_visibility(stream.get(), frame, mesh, *configuration, rung, track->id, where, out.losses);
     load_colours(frame, track->id, out);
   }
 
@@ -296,6 +299,7 @@ private:
   const Place place;
   const std::string where;
   const media::MemoryLimit memory;
+  const size_t rung;
   const fvv_configuration *configuration = nullptr;
 };
 
@@ -318,8 +322,9 @@ std::string Frame::camera_ids() const {
   return out.empty() ? "none" : out;
 }
 
-Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory, bool pictures) {
-  return Loader(path, number, memory).load(pictures);
+Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory, bool pictures,
+                 size_t rung) {
+  return Loader(path, number, memory, rung).load(pictures);
 }
 
 } // namespace fvv::rendering

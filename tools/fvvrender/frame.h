@@ -51,8 +51,9 @@ struct Frame {
 
 // Frame number of the stream, counted as fvvdemux does. Error when it is not there (usage), the stream has no
 // meshes, or its mesh is damaged, or a picture takes more than memory, which holds for each track and each
-// picture of the environment. Without pictures of cameras if they are not wanted.
+// picture of the environment. Without pictures of cameras if they are not wanted. rung: of a ladder of
+// quality (fvv_cxx/rung.h).
 Frame load_frame(const std::string &path, int64_t number, const media::MemoryLimit &memory = {},
-                 bool pictures = true);
+                 bool pictures = true, size_t rung = 0);
 
 } // namespace fvv::rendering

@@ -51,6 +51,10 @@ int main(int argc, char **argv) {
   app.add_option("--frame", options.frame, "number in the stream, from 0")
       ->check(CLI::Range(0, INT32_MAX))
       ->capture_default_str();
+  app.add_option("--rung", options.rung,
+                 "of a stream with several qualities: 0 is the best, a number beyond the last means the last")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
   app.add_option("--camera", options.target.camera, "draw what the camera with this identifier sees");
   app.add_option("--pose", options.target.pose,
                  "draw from here: EX,EY,EZ,TX,TY,TZ[,UX,UY,UZ], eye, a point to look at, up (default: the "

@@ -341,7 +341,7 @@ void run(const Options &options, Result &result) {
     throw Error("--leave-one-out: expected with --camera only", Error::usage);
   Files files(options);
   Clock clock;
-  Frame frame = load_frame(options.input, options.frame, options.memory, options.pictures);
+  Frame frame = load_frame(options.input, options.frame, options.memory, options.pictures, options.rung);
   result.losses = frame.losses;
   if (render::inside_out(frame.mesh()))
     result.warnings.push_back(options.input + ": frame " + std::to_string(options.frame) +

@@ -21,6 +21,7 @@ constexpr uint32_t default_width = 960, default_height = 540;
 struct Options {
   std::string input, output;
   int64_t frame = 0;
+  size_t rung = 0; // of a ladder of quality
   Target target;
   demux::Selection sources;                 // of the stream's cameras, by identifier
   std::optional<demux::Selection> excluded; // of these

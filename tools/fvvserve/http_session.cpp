@@ -13,10 +13,12 @@
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/websocket.hpp>
 #include <boost/beast/websocket/rfc6455.hpp>
+#include <nlohmann/json.hpp>
 #include <sys/sendfile.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <sstream>
 
@@ -30,6 +32,7 @@ namespace fvv::serve {
 namespace {
 
 constexpr size_t largest_inbound = 4096;
+constexpr size_t most_rung = 65535; // number of one: a stream has no more tracks
 
 const char *reason(beast::error_code error) {
   if (error == websocket::error::closed) return "closed";
@@ -40,9 +43,10 @@ const char *reason(beast::error_code error) {
 class LiveClient : public Listener, public std::enable_shared_from_this<LiveClient> {
 public:
   LiveClient(beast::tcp_stream &&stream, const Options &chosen, std::shared_ptr<LiveChannel> live,
-             std::function<void(const char *)> when_done)
+             std::optional<size_t> rung, std::function<void(const char *)> when_done)
       : Listener(chosen.queue_bytes), socket(std::move(stream)), channel(std::move(live)),
         done(std::move(when_done)) {
+    wanted = rung;
     // The socket's own timer would run beside that of the WebSocket.
     beast::get_lowest_layer(socket).expires_never();
     websocket::stream_base::timeout timeout;
@@ -76,13 +80,25 @@ public:
   }
 
 private:
-  // Messages of a client are read, as its pongs are, and ignored.
+  // Messages of a client are read, as its pongs are; all but the wish for a rung are ignored.
   void read() {
     socket.async_read(inbound, [self = shared_from_this()](beast::error_code error, size_t) {
       if (error) return self->finish(self->queue.ended() ? "end of stream" : reason(error));
+      if (self->socket.got_text()) self->take_wish();
       self->inbound.clear();
       self->read();
     });
+  }
+
+  void take_wish() {
+    const auto shallow = [](int depth, nlohmann::json::parse_event_t, nlohmann::json &) {
+      return depth <= 1;
+    };
+    const auto *text = static_cast<const char *>(inbound.data().data());
+    const auto wish = nlohmann::json::parse(text, text + inbound.size(), shallow, false);
+    if (!wish.is_object() || wish.value("type", nlohmann::json()) != "rung") return;
+    const auto rung = wish.find("rung");
+    if (rung != wish.end() && rung->is_number_unsigned() && *rung <= most_rung) wanted = rung->get<size_t>();
   }
 
   void write() {
@@ -128,8 +144,9 @@ private:
 // Accepts the upgrade and lives until the client goes, is silent for Options::idle, sends a message above
 // 4 KiB, or the stream ends. done is called once, at the end.
 void serve_live(beast::tcp_stream &&stream, const Request &request, const Options &options,
-                std::shared_ptr<LiveChannel> channel, std::function<void(const char *why)> done) {
-  std::make_shared<LiveClient>(std::move(stream), options, std::move(channel), std::move(done))
+                std::shared_ptr<LiveChannel> channel, std::optional<size_t> rung,
+                std::function<void(const char *why)> done) {
+  std::make_shared<LiveClient>(std::move(stream), options, std::move(channel), rung, std::move(done))
       ->accept(request);
 }
 
@@ -142,6 +159,29 @@ void log(const std::string &peer, std::string text) {
   for (char &c : text)
     if (c < 32 || c > 126) c = '?';
   std::fprintf(stderr, "%s %s\n", peer.c_str(), text.c_str());
+}
+
+std::string_view query_of(const Request &request) {
+  const std::string_view target(request.target().data(), request.target().size());
+  const size_t begin = target.find('?');
+  return begin == target.npos ? std::string_view() : target.substr(begin + 1);
+}
+
+// "rung=2", among other members, which are ignored. False when its value is not the number of a rung.
+bool read_rung(std::string_view query, std::optional<size_t> &rung) {
+  constexpr std::string_view key = "rung=";
+  while (!query.empty()) {
+    const size_t end = std::min(query.find('&'), query.size());
+    std::string_view value = query.substr(0, end);
+    query.remove_prefix(std::min(end + 1, query.size()));
+    if (value.substr(0, key.size()) != key) continue;
+    value.remove_prefix(key.size());
+    size_t number = 0;
+    const auto [rest, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc() || rest != value.data() + value.size() || number > most_rung) return false;
+    rung = number;
+  }
+  return true;
 }
 
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
@@ -201,11 +241,13 @@ private:
     const auto origin = request[http::field::origin], host = request[http::field::host];
     if (!origin_allowed(service.options, {origin.data(), origin.size()}, {host.data(), host.size()}))
       return refusal(403, "this origin is not allowed; --allow-origin allows it");
+    std::optional<size_t> rung;
+    if (!read_rung(query_of(request), rung)) return refusal(400, "expected ?rung=N, N from 0 to 65535");
     if (found->second->ended()) return refusal(410, "the live stream has ended");
     note(101);
     handed_on = true;
     const bool verbose = service.options.verbose;
-    serve_live(std::move(stream), request, service.options, found->second,
+    serve_live(std::move(stream), request, service.options, found->second, rung,
                [&shared = service, verbose, who = peer, name](const char *why) {
                  shared.connections--;
                  if (verbose) log(who, "/live/" + name + ": " + why);

@@ -2,6 +2,7 @@
 
 #include "cli/cli.h"
 #include "fvv/container.h"
+#include "fvv_cxx/untrusted.h"
 
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
@@ -57,6 +58,7 @@ void ClientQueue::drop_waiting(int64_t time, size_t size) {
     if (last.kind == Message::Kind::media) add(last.time, 1, last.bytes->size());
     // A skip that was not sent to the client is a part of this one.
     if (last.missed.chunks) add(last.missed.from, last.missed.chunks, last.missed.bytes);
+    if (last.bytes == ladder) ladder = nullptr; // it was not sent
     bytes_waiting -= last.bytes->size();
     messages.pop_back();
   }
@@ -68,7 +70,8 @@ void ClientQueue::group(const Opening &opening, int64_t time, const Bytes &bytes
   const size_t needed = bytes->size() + opening.header->size() + opening.configuration->size();
   if (!fits(needed) || (skipping && bytes_waiting > limit_bytes / 2))
     return drop_waiting(time, bytes->size());
-  if (!in_run) {
+  const bool other_ladder = opening.ladder && (!ladder || *ladder != *opening.ladder);
+  if (!in_run || other_ladder) {
     if (skipping)
       say(line({{"type", "skip"},
                 {"from", std::to_string(missed.from)},
@@ -78,6 +81,10 @@ void ClientQueue::group(const Opening &opening, int64_t time, const Bytes &bytes
           missed);
     else if (restarted)
       say(line({{"type", "restart"}}));
+    if (other_ladder) {
+      ladder = std::make_shared<const std::string>(*opening.ladder);
+      put({ladder, Message::Kind::text, 0});
+    }
     put({std::make_shared<const std::string>(*opening.header + *opening.configuration),
          Message::Kind::opening, time});
   } else if (version != opening.version || opening.repeated) {
@@ -152,6 +159,7 @@ struct Reader {
   uint64_t offset = 0;                                               // of their first in the stream
   enum class Where { nowhere, block, group } where = Where::nowhere; // group: one that is passed on
   std::string configuration;                                         // the block, as far as it has been read
+  std::shared_ptr<ConfigurationBlock> block;                         // the same
   double seconds_per_tick = 0;
   int64_t frame_duration = 1, last_time = 0, anchor_time = 0;
   std::optional<Clock::time_point> anchor; // when anchor_time was due
@@ -358,13 +366,17 @@ void LiveSource::take_chunk(const fvv_event &event, Reader &reader) {
   auto bytes = std::make_shared<const std::string>(reader.bytes, 0, extent);
   using Where = Reader::Where;
   if (chunk.type == FVV_CHUNK_SCENE) begin_block(event, reader);
-  if (reader.where == Where::block && chunk.type != FVV_CHUNK_GROUP) reader.configuration += *bytes;
+  if (reader.where == Where::block && chunk.type != FVV_CHUNK_GROUP) {
+    reader.configuration += *bytes;
+    reader.block->add(chunk, event.payload);
+  }
   // INDX and FOOT: offsets of a file are of no use to those who joined late.
   if (chunk.type == FVV_CHUNK_INDEX) reader.where = Where::nowhere;
   if (chunk.type == FVV_CHUNK_GROUP) {
     if (!reader.configuration.empty()) {
       Piece piece(Piece::Kind::configuration);
       piece.bytes = std::make_shared<const std::string>(std::move(reader.configuration));
+      piece.block = std::move(reader.block);
       give(std::move(piece));
       reader.configuration.clear();
     }
@@ -379,6 +391,7 @@ void LiveSource::take_chunk(const fvv_event &event, Reader &reader) {
   }
   Piece piece(chunk.type == FVV_CHUNK_GROUP ? Piece::Kind::group : Piece::Kind::chunk);
   piece.time = chunk.time;
+  piece.chunk = chunk;
   piece.bytes = std::move(bytes);
   give(std::move(piece));
   if (ends) reader.where = Where::nowhere;
@@ -386,6 +399,7 @@ void LiveSource::take_chunk(const fvv_event &event, Reader &reader) {
 
 void LiveSource::begin_block(const fvv_event &event, Reader &reader) {
   reader.configuration.clear();
+  reader.block = std::make_shared<ConfigurationBlock>();
   reader.where = Reader::Where::block;
   fvv_scene scene;
   fvv_diagnostic diagnostic;
@@ -441,27 +455,114 @@ void LiveChannel::close() {
   }
 }
 
+void LiveChannel::configure(const Piece &piece) {
+  opening.repeated = opening.configuration && *opening.configuration == *piece.bytes;
+  if (!opening.repeated) opening.version++;
+  opening.configuration = piece.bytes;
+  block = piece.block;
+  rungs.clear();
+  Json text = {{"type", "rungs"}, {"rungs", Json::array()}};
+  for (const RungInfo &rung : block->rungs()) text["rungs"].push_back(json_of<Json>(rung));
+  ladder = std::make_shared<const std::string>(line(text));
+}
+
+namespace {
+
+constexpr uint64_t most_rungs = 65536; // of a stream, which has no more tracks
+
+int64_t load_i64(const uint8_t *bytes) {
+  return int64_t(load_u32(bytes) | uint64_t(load_u32(bytes + 4)) << 32);
+}
+
+} // namespace
+
+void LiveChannel::begin_group(const Piece &piece) {
+  for (auto &[number, rung] : rungs) {
+    rung.group.reset();
+    rung.waiting.clear();
+  }
+  // Without a file header the stream has lost its beginning: no client can join.
+  const bool repeated = std::exchange(opening.repeated, false);
+  if (!opening.header || !opening.configuration) return;
+  for (Listener *listener : listeners) {
+    listener->current.reset();
+    if (listener->wanted) listener->current = std::min(*listener->wanted, block->rung_count() - 1);
+    if (listener->current)
+      rungs[*listener->current].waiting.push_back(listener);
+    else
+      listener->queue.group({opening.header, opening.configuration, opening.version, repeated, nullptr},
+                            piece.time, piece.bytes);
+  }
+  const auto *payload = reinterpret_cast<const uint8_t *>(piece.bytes->data()) + chunk_header;
+  for (auto &[number, rung] : rungs) {
+    if (rung.waiting.empty()) continue;
+    try {
+      Bytes &configuration = rung.opening.configuration;
+      if (!configuration) configuration = std::make_shared<const std::string>(block->of_rung(number));
+      rung.opening = {opening.header, configuration, opening.version * most_rungs + number + 1, repeated,
+                      ladder};
+      auto group = std::make_unique<RungGroup>(*block, number);
+      const auto bytes = std::make_shared<const std::string>(
+          group->begin(load_u32(payload), load_i64(payload + 8), load_i64(payload + 16)));
+      for (Listener *listener : rung.waiting) listener->queue.group(rung.opening, piece.time, bytes);
+      rung.group = std::move(group);
+    } catch (const Error &error) {
+      lose(number, error.what());
+    }
+  }
+}
+
+void LiveChannel::pass_on(const Piece &piece) {
+  std::map<size_t, Bytes> of_rungs;
+  const auto *payload = reinterpret_cast<const uint8_t *>(piece.bytes->data()) + chunk_header;
+  const bool ends = piece.chunk.type == FVV_CHUNK_GROUP_END;
+  for (auto &[number, rung] : rungs) {
+    if (!rung.group) continue;
+    try {
+      of_rungs[number] = std::make_shared<const std::string>(ends ? rung.group->end()
+                                                                  : rung.group->chunk(piece.chunk, payload));
+      if (ends) rung.group.reset();
+    } catch (const Error &error) {
+      lose(number, error.what());
+    }
+  }
+  for (Listener *listener : listeners) {
+    if (!listener->current) {
+      listener->queue.chunk(piece.time, piece.bytes);
+      continue;
+    }
+    const auto bytes = of_rungs.find(*listener->current);
+    if (bytes != of_rungs.end() && !bytes->second->empty()) listener->queue.chunk(piece.time, bytes->second);
+  }
+}
+
+// What the reader lets pass and the writer does not, such as metadata beyond a limit.
+void LiveChannel::lose(size_t number, const std::string &why) {
+  const std::string text = "rung " + std::to_string(number) + ": " + why;
+  cli::warn("/live/" + name + ": " + text);
+  rungs[number].group.reset();
+  for (Listener *listener : listeners)
+    if (listener->current == number) listener->queue.damage(text);
+}
+
 void LiveChannel::receive(const Piece &piece) {
   switch (piece.kind) {
   case Piece::Kind::header:
-    opening = {piece.bytes, nullptr, opening.version + 1, false};
+    opening = {piece.bytes, nullptr, opening.version + 1, false, nullptr};
+    rungs.clear();
     for (Listener *listener : listeners) listener->queue.restart();
     return;
   case Piece::Kind::configuration:
-    opening.repeated = opening.configuration && *opening.configuration == *piece.bytes;
-    if (!opening.repeated) opening.version++;
-    opening.configuration = piece.bytes;
+    configure(piece);
     return;
   case Piece::Kind::group:
-    // Without a file header the stream has lost its beginning: no client can join.
-    if (opening.header && opening.configuration)
-      for (Listener *listener : listeners) listener->queue.group(opening, piece.time, piece.bytes);
-    opening.repeated = false;
+    begin_group(piece);
     break;
   case Piece::Kind::chunk:
-    for (Listener *listener : listeners) listener->queue.chunk(piece.time, piece.bytes);
+    pass_on(piece);
     break;
   case Piece::Kind::damage:
+    for (auto &[number, rung] : rungs) rung.group.reset();
     cli::warn("/live/" + name + ": " + piece.text);
     for (Listener *listener : listeners) listener->queue.damage(piece.text);
     break;

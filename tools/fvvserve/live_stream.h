@@ -2,6 +2,7 @@
 // channel that passes them on in the thread of the network, and the bounded queue of each client.
 #pragma once
 
+#include "fvv_cxx/rung.h"
 #include "fvvserve/options.h"
 #include "fvvserve/site.h"
 
@@ -9,8 +10,10 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -28,6 +31,7 @@ struct Opening {
   Bytes configuration;   // the current block
   uint64_t version = 0;  // another one: another block, or another stream
   bool repeated = false; // the block is right before this group
+  Bytes ladder = {};     // the text about rungs, for clients that take one; NULL: for others
 };
 
 // The chunks that a client missed.
@@ -80,6 +84,7 @@ private:
   bool in_run = false;  // else nothing is put before the next group, which opens a run
   bool restarted = false, skipping = false, sending = false, end_told = false;
   Missed missed; // while skipping
+  Bytes ladder;  // the text that was put last
 };
 
 struct Piece {
@@ -95,6 +100,8 @@ struct Piece {
   Kind kind;
   int64_t time = 0; // ticks; of group and chunk
   Bytes bytes;
+  fvv_chunk_header chunk = {};                          // of group and chunk; the payload follows it in bytes
+  std::shared_ptr<const ConfigurationBlock> block = {}; // of configuration
   std::string text;
   bool last = false;
 };
@@ -157,6 +164,8 @@ public:
   virtual void wake() = 0;
 
   ClientQueue queue;
+  std::optional<size_t> wanted = {};  // rung, from the next group on; none: all tracks
+  std::optional<size_t> current = {}; // of the open group
 };
 
 class LiveChannel {
@@ -176,11 +185,25 @@ public:
   bool ended() const { return over; }
 
 private:
+  // A rung in the open group, if any client takes it.
+  struct Rung {
+    Opening opening;
+    std::unique_ptr<RungGroup> group = {}; // NULL: none is open
+    std::vector<Listener *> waiting = {};  // that take the open group
+  };
+
   void receive(const Piece &piece);
+  void configure(const Piece &piece);
+  void begin_group(const Piece &piece);
+  void pass_on(const Piece &piece);
+  void lose(size_t number, const std::string &why);
 
   const std::string name;
   Post post;
   Opening opening;
+  std::shared_ptr<const ConfigurationBlock> block;
+  Bytes ladder; // the text about rungs
+  std::map<size_t, Rung> rungs;
   bool over = false;
   std::set<Listener *> listeners;
   LiveSource source; // last: its thread ends first

@@ -1,5 +1,6 @@
 #include "fvv_demux/meshes.h"
 #include "fvv_cxx/owned.h"
+#include "fvv_cxx/rung.h"
 #include "fvv_demux/frame_plan.h"
 
 #include <algorithm>
@@ -78,7 +79,7 @@ UnpackedBackground unpack_background(fvv_stream *stream, size_t group, const fvv
   UnpackedBackground out;
   for (size_t i = 0; i < configuration.track_count; i++) {
     const fvv_track &track = configuration.tracks[i];
-    if (track.kind != FVV_TRACK_BACKGROUND) continue;
+    if (track.kind != FVV_TRACK_BACKGROUND || !in_rung(configuration, track.id, 0)) continue;
     fvv_diagnostic diagnostic = {};
     if (append(stream, group, track.id, out, diagnostic) < 0)
       lost.push_back("track " + std::to_string(track.id) + ": " + text_of(diagnostic));

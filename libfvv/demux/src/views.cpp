@@ -16,7 +16,11 @@ void tell(std::vector<std::string> *warnings, const std::string &text) {
 
 std::vector<fvv_tile> tiles_of(const fvv_video_layout &video, std::vector<std::string> *warnings) {
   const fvv_video_config &config = video.config;
-  if (config.shows == FVV_SHOWS_TILES) return {video.tiles, video.tiles + video.tile_count};
+  std::vector<fvv_tile> tiles;
+  if (config.shows == FVV_SHOWS_TILES) {
+    tiles.assign(video.tiles, video.tiles + video.tile_count);
+    return tiles;
+  }
   if (config.width <= UINT16_MAX && config.height <= UINT16_MAX) {
     const fvv_rect whole = {0, 0, uint16_t(config.width), uint16_t(config.height)};
     return {{no_camera, whole, whole}};
@@ -45,11 +49,12 @@ std::optional<fvv_tile> whole_of(const fvv_configuration &configuration, const f
 
 } // namespace
 
-std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
-                                 std::vector<std::string> *warnings) {
+std::vector<VideoViews> views_of(const fvv_configuration &configuration, size_t rung,
+                                 const Selection &cameras, std::vector<std::string> *warnings) {
   std::vector<VideoViews> out;
   std::set<uint16_t> shown;
   for (size_t i = 0; i < configuration.video_count; i++) {
+    if (!in_rung(configuration, configuration.videos[i].track, rung)) continue;
     VideoViews track = {&configuration.videos[i], {}};
     for (const fvv_tile &tile : tiles_of(*track.video, warnings)) {
       const bool is_atlas = tile.camera_id == no_camera;
@@ -100,11 +105,12 @@ uint64_t decoding_memory(const std::string &where, const std::vector<VideoViews>
   return bytes;
 }
 
-const fvv_track *mesh_track_of(const fvv_configuration &configuration, std::vector<std::string> *warnings) {
+const fvv_track *mesh_track_of(const fvv_configuration &configuration, size_t rung,
+                               std::vector<std::string> *warnings) {
   const fvv_track *found = nullptr;
   for (size_t i = 0; i < configuration.track_count; i++) {
     const fvv_track &track = configuration.tracks[i];
-    if (track.kind != FVV_TRACK_MESH) continue;
+    if (track.kind != FVV_TRACK_MESH || !in_rung(configuration, track.id, rung)) continue;
     if (!found)
       found = &track;
     else

@@ -75,6 +75,10 @@ FVV_API FVV_MUST_USE fvv_status fvv_writer_create(const fvv_output *output, cons
 /* Frees without finishing: what was written is a valid live stream up to the last ended group. */
 FVV_API void fvv_writer_destroy(fvv_writer *writer);
 
+/* For who writes a part of a stream, before its first group: the number of that group, others follow it.
+ * FVV_ERROR_STATE: a group was begun. */
+FVV_API FVV_MUST_USE fvv_status fvv_writer_join(fvv_writer *writer, uint32_t sequence);
+
 /* Configuration chunks, outside groups. The first of a block is SCEN, which opens a new block that replaces
  * the former one; fvv_writer_repeat_configuration writes the present block again, byte for byte. */
 FVV_API FVV_MUST_USE fvv_status fvv_writer_configuration(fvv_writer *writer, uint32_t type, uint16_t track,

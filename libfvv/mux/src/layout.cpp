@@ -1,5 +1,6 @@
 #include "mux/src/layout.h"
 #include "fvv_cxx/error.h"
+#include "fvv_cxx/format.h"
 #include "fvv_geometry/rect_pack.h"
 #include "fvv_media/frame.h"
 #include "fvv_mux/plan.h"
@@ -513,8 +514,11 @@ Tiling whole_pictures(const scene::Capture &capture, const Options &options) {
     if (!capture.cameras[i].pictures) continue;
     // check_files has found the files to be of this size, and no picture file that is read is larger.
     fvv_tile tile = {camera.id, {0, 0, uint16_t(camera.width), uint16_t(camera.height)}, {}};
-    tile.destination.width = options.tile ? options.tile->width : scaled(camera.width, options.scale);
-    tile.destination.height = options.tile ? options.tile->height : scaled(camera.height, options.scale);
+    const double rung = options.ladder.empty() ? 1 : options.ladder[0].scale;
+    tile.destination.width =
+        options.tile ? scaled(options.tile->width, rung) : scaled(camera.width, options.scale * rung);
+    tile.destination.height =
+        options.tile ? scaled(options.tile->height, rung) : scaled(camera.height, options.scale * rung);
     if (tile.destination.width > camera.width || tile.destination.height > camera.height)
       throw Error("--tile: expected at most the size of every picture, found " +
                       std::to_string(tile.destination.width) + "x" + std::to_string(tile.destination.height) +
@@ -524,6 +528,25 @@ Tiling whole_pictures(const scene::Capture &capture, const Options &options) {
     tiling.cameras.push_back(i);
     tiling.tiles.push_back(tile);
   }
+  return tiling;
+}
+
+// Of the first frame; the others are to have the same size. Chroma of two pixels a side needs even sides,
+// which scaling gives: texture coordinates are fractions of the picture.
+Tiling arrange_atlas(const Plan &plan, size_t rung) {
+  const Options &options = plan.options;
+  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.number(0));
+  const double scale = options.atlas_scale * (options.ladder.empty() ? 1 : options.ladder[rung].scale);
+  const auto side = [&](uint32_t size) {
+    const uint16_t wanted = scaled(size, scale);
+    return media::find_video_codec(options.codec)->is_stills() ? wanted : uint16_t(std::max(2, wanted & ~1));
+  };
+  Tiling tiling;
+  tiling.width = side(picture.width);
+  tiling.height = side(picture.height);
+  tiling.tiles = {{UINT16_MAX,
+                   {0, 0, uint16_t(picture.width), uint16_t(picture.height)},
+                   {0, 0, uint16_t(tiling.width), uint16_t(tiling.height)}}};
   return tiling;
 }
 
@@ -587,6 +610,96 @@ std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole) {
   return tracks;
 }
 
+std::vector<Rung> ladder_of_rates(const std::vector<uint64_t> &rates) {
+  std::vector<Rung> ladder;
+  for (const uint64_t rate : rates) ladder.push_back({std::sqrt(double(rate) / double(rates[0])), rate});
+  return ladder;
+}
+
+void check_ladder(const Options &options) {
+  const std::vector<Rung> &ladder = options.ladder;
+  const auto refuse = [](const std::string &expected, const std::string &found) {
+    throw Error("--ladder: expected " + expected + ", found " + found, Error::usage);
+  };
+  if (ladder.empty()) return;
+  if (ladder.size() < 2 || ladder.size() > most_rungs)
+    refuse("2 to " + std::to_string(most_rungs) + " rungs", std::to_string(ladder.size()));
+  for (size_t i = 0; i < ladder.size(); i++) {
+    if (!(ladder[i].scale > 0 && ladder[i].scale <= 1))
+      refuse("scales above 0 and at most 1", fvv::format("%g", ladder[i].scale));
+    if (i && !(ladder[i].scale < ladder[i - 1].scale))
+      refuse("every rung lower than the one before",
+             fvv::format("%g after %g", ladder[i].scale, ladder[i - 1].scale));
+    if (!ladder[i].bit_rate != !ladder[0].bit_rate) refuse("bit rates of all rungs or of none", "both");
+  }
+}
+
+namespace {
+
+// Pictures without a place in the size of a rung.
+std::vector<fvv_tile> at_scale(std::vector<fvv_tile> tiles, double scale) {
+  for (fvv_tile &tile : tiles) {
+    tile.destination.width = scaled(tile.destination.width, scale);
+    tile.destination.height = scaled(tile.destination.height, scale);
+  }
+  return tiles;
+}
+
+// Places in plan.whole.
+std::vector<size_t> places_of(const Plan &plan, const std::vector<size_t> &cameras) {
+  std::vector<size_t> out;
+  for (const size_t camera : cameras)
+    out.push_back(size_t(std::find(plan.whole.cameras.begin(), plan.whole.cameras.end(), camera) -
+                         plan.whole.cameras.begin()));
+  return out;
+}
+
+VideoTrack lower_track(Plan &plan, const VideoTrack &best, size_t rung) {
+  VideoTrack track = {best.shows, {}, {}, {}};
+  if (best.is_atlas()) {
+    track.tiling = arrange_atlas(plan, rung);
+  } else {
+    Pictures all = pictures_of(plan, plan.whole, places_of(plan, best.tiling.cameras));
+    all.tiling.tiles = at_scale(all.tiling.tiles, plan.rung_scale(rung));
+    std::vector<Layout> layouts = lay_out_tracks(plan, all, {all.tiling.tiles.size()});
+    if (layouts.empty())
+      throw Error(plan.capture.path + ": the cameras of a track do not fit one frame at rung " +
+                  std::to_string(rung));
+    track.tiling = std::move(layouts[0].tiling);
+    track.groups = std::move(layouts[0].groups);
+  }
+  track.part = best.part;
+  return track;
+}
+
+} // namespace
+
+void add_rungs(Plan &plan) {
+  const size_t first = plan.tracks.size();
+  uint16_t next = 0; // identifier
+  for (size_t i = 0; i < first; i++) {
+    VideoTrack &track = plan.tracks[i];
+    track.best = i;
+    track.id = track.is_atlas() ? atlas_track : track.part ? uint16_t(last_track + track.part) : camera_track;
+    next = std::max<uint16_t>({next, uint16_t(track.id + 1), last_track + 1});
+  }
+  bool any = false;
+  for (size_t rung = 1; rung < plan.rung_count(); rung++)
+    for (size_t i = 0; i < first; i++) {
+      if (plan.tracks[i].encoded) continue;
+      any = true;
+      plan.tracks[i].alternate_group = uint16_t(i + 1);
+      VideoTrack track = lower_track(plan, plan.tracks[i], rung);
+      track.rung = rung;
+      track.best = i;
+      track.id = next++;
+      track.alternate_group = uint16_t(i + 1);
+      plan.tracks.push_back(std::move(track));
+    }
+  if (plan.rung_count() > 1 && !any)
+    throw Error(plan.capture.path + ": --ladder: there are no pictures to encode", Error::usage);
+}
+
 void leave_room(Plan &plan, const Tiling &tiling) {
   for (std::vector<Silhouette> &group : plan.crop.boxes)
     for (size_t k = 0; k < group.size(); k++) {
@@ -605,12 +718,11 @@ void lay_out_group(Plan &plan, const std::vector<Silhouette> &boxes) {
     if (track.groups.empty()) continue;
     std::vector<fvv_tile> full;
     std::vector<Silhouette> own;
-    for (const size_t camera : track.tiling.cameras) {
-      const size_t k = size_t(std::find(plan.whole.cameras.begin(), plan.whole.cameras.end(), camera) -
-                              plan.whole.cameras.begin());
+    for (const size_t k : places_of(plan, track.tiling.cameras)) {
       full.push_back(plan.whole.tiles[k]);
       own.push_back(boxes[k]);
     }
+    full = at_scale(std::move(full), plan.rung_scale(track.rung));
     const FrameLimit frame = {track.tiling.width, track.tiling.height,
                               uint64_t(track.tiling.width) * track.tiling.height, "the stream's video frame"};
     Tiling whole = {track.tiling.cameras, full};
@@ -619,10 +731,7 @@ void lay_out_group(Plan &plan, const std::vector<Silhouette> &boxes) {
       scale *= smaller;
       if (scale < smallest)
         throw Error("frames in memory: the pictures of a group do not fit the video frame");
-      for (size_t k = 0; k < full.size(); k++) {
-        whole.tiles[k].destination.width = scaled(full[k].destination.width, scale);
-        whole.tiles[k].destination.height = scaled(full[k].destination.height, scale);
-      }
+      whole.tiles = at_scale(full, scale);
     }
     track.groups.push_back(std::move(layout->groups[0]));
   }

@@ -36,6 +36,15 @@ void bound(const Plan &plan, Tiling &tiling);
 // tiles: no tracks.
 std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole);
 
+// Throws Error (usage) for a ladder that Options does not allow.
+void check_ladder(const Options &options);
+
+// Adds the tracks of the further rungs to a plan that has those of the first, each with the same cameras.
+void add_rungs(Plan &plan);
+
+// The whole picture of the plan's atlas in the size of a rung.
+Tiling arrange_atlas(const Plan &plan, size_t rung);
+
 // Of the codec's highest level that decoders are sure to have (5.2 of H.264, HEVC, VP9 and AV1; sides alone
 // for stills), at this rate of frames; each side at most what browsers upload as a texture.
 FrameLimit decoder_limit(const Options &options, const fvv_rational &frame_duration);

@@ -94,7 +94,11 @@ public:
     summary.rates.resize(plan.tracks.size());
     for (std::promise<void> &promise : promises) chosen.push_back(promise.get_future());
     // The choice of each video is made on the way, beside the first meshes.
-    for (size_t track = 0; track < plan.tracks.size(); track++) add(Kind::choice, 0, track, 0, 0);
+    for (size_t track = 0; track < plan.tracks.size(); track++)
+      if (!plan.tracks[track].rung) add(Kind::choice, 0, track, 0, 0);
+    for (size_t rung = plan.rung_count(); rung-- > 0;)
+      for (size_t track = 0; track < plan.tracks.size(); track++)
+        if (plan.tracks[track].rung == rung) low_first.push_back(track);
   }
 
   // Encodes and writes all groups of the plan.
@@ -102,6 +106,7 @@ public:
     // The first video has to wait for the choice: meshes of two groups fill the other threads' time.
     list_meshes(0);
     list_meshes(1);
+    list_rungs();
     list_video(0);
     list_video(1);
     for (size_t group = 2; group < plan.group_count(); group++) {
@@ -114,6 +119,7 @@ public:
   // Encodes and writes one group, the next one.
   void run_group(size_t group) {
     list_meshes(group);
+    if (!writer) list_rungs();
     list_video(group);
     for (size_t &listed : group_of) listed = 0;
     run_listed(group);
@@ -148,6 +154,12 @@ private:
   void add(Kind kind, size_t group, size_t track, size_t first, size_t count) {
     pieces.push_back({kind, track, first, count});
     group_of.push_back(group);
+  }
+
+  // The choices of lower rungs wait for those of the first.
+  void list_rungs() {
+    for (size_t track = 0; track < plan.tracks.size(); track++)
+      if (plan.tracks[track].rung) add(Kind::choice, 0, track, 0, 0);
   }
 
   void list_video(size_t group) {
@@ -206,6 +218,8 @@ private:
 
   void choose(size_t track) {
     try {
+      if (const size_t best = plan.tracks[track].best; best != track)
+        std::shared_future<void>(chosen[best]).get();
       plan.tracks[track].choice = choose_video(plan, plan.tracks[track], room);
       promises[track].set_value();
     } catch (...) {
@@ -235,10 +249,36 @@ private:
     for (const VisibilityFrame &frame : first.surfaces.visibility) bytes += frame.payload.size();
     for (size_t track = 0; track < plan.tracks.size(); track++)
       for (const media::Sample &sample : first.videos[track].samples)
-        if (!plan.tracks[track].is_atlas()) pictures += sample.bytes.size();
+        if (!plan.tracks[track].is_atlas() && !plan.tracks[track].rung) pictures += sample.bytes.size();
     settle_visibility(plan.visibility, bytes, pictures);
     if (!plan.visibility.on) surfaces.stop_visibility();
-    writer.emplace(plan, sink);
+    writer.emplace(plan, sink, nominal_rates(first));
+  }
+
+  // Of a ladder, so that a reader can tell what a rung takes: what pictures were to take, or took when their
+  // quality was chosen, and what all else takes in the first group.
+  NominalRates nominal_rates(const Group &first) const {
+    NominalRates rates;
+    if (plan.options.ladder.empty()) return rates;
+    const fvv_rational &duration = plan.capture.frame_duration;
+    const double per_second = double(duration.denominator) / duration.numerator / double(plan.groups[0].end);
+    const auto add = [&](uint16_t track, uint64_t bytes) {
+      if (bytes) rates[track] += 8 * double(bytes) * per_second;
+    };
+    for (const MeshFrame &mesh : first.meshes) add(mesh_track, mesh.payload.size());
+    for (const VisibilityFrame &frame : first.surfaces.visibility)
+      if (plan.visibility.on) add(visibility_track, frame.payload.size());
+    for (const ColourFrame &frame : first.surfaces.colours)
+      if (plan.colours.on) add(colour_track, frame.payload.size());
+    for (size_t k = 0; k < plan.tracks.size(); k++) {
+      const VideoTrack &track = plan.tracks[k];
+      const VideoChoice &choice = track.choice;
+      if (track.encoded)
+        for (const media::Sample &sample : first.videos[k].samples) add(track.id, sample.bytes.size());
+      else
+        rates[track.id] = choice.settings.bit_rate ? double(choice.settings.bit_rate) : choice.sample_rate;
+    }
+    return rates;
   }
 
   void write(size_t index) {
@@ -278,7 +318,7 @@ private:
         summary.colours.add(frame);
       }
       bool own_layout = false; // of any track
-      for (size_t track = 0; track < plan.tracks.size(); track++) {
+      for (const size_t track : low_first) {
         if (i == 0) own_layout = writer->layout(plan.tracks[track], index) || own_layout;
         const media::Sample &sample = group.videos[track].samples[i];
         writer->sample(plan.tracks[track], first + i, sample);
@@ -308,6 +348,7 @@ private:
   std::vector<size_t> group_of;
   std::mutex mutex; // of groups
   std::vector<Group> groups;
+  std::vector<size_t> low_first;            // indices of plan.tracks in the order of the stream
   std::vector<std::promise<void>> promises; // of each video track: its choice is made
   std::vector<std::shared_future<void>> chosen;
 };

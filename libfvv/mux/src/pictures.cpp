@@ -390,13 +390,20 @@ private:
   std::vector<Kept> kept; // the first ones
 };
 
-// The part of the total bit rate, in proportion to pixels.
+// Of all tracks of a rung.
+double rate_of_rung(const Plan &plan, size_t rung) {
+  const std::vector<Rung> &ladder = plan.options.ladder;
+  if (!ladder.empty() && ladder[rung].bit_rate) return double(ladder[rung].bit_rate);
+  return double(plan.options.bit_rate) * std::pow(plan.rung_scale(rung), 2);
+}
+
+// The part of the bit rate of its rung, in proportion to pixels.
 uint64_t share_of_rate(const Plan &plan, const VideoTrack &track) {
   const auto pixels = [](const VideoTrack &one) { return uint64_t(one.tiling.width) * one.tiling.height; };
   uint64_t all = 0;
   for (const VideoTrack &one : plan.tracks)
-    if (!one.encoded) all += pixels(one);
-  return uint64_t(double(plan.options.bit_rate) * double(pixels(track)) / double(all));
+    if (!one.encoded && one.rung == track.rung) all += pixels(one);
+  return uint64_t(rate_of_rung(plan, track.rung) * double(pixels(track)) / double(all));
 }
 
 // The start of a search: the middle of the codec's scale.
@@ -422,7 +429,10 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &ro
   media::EncodedGroup encoded;
   try {
     if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
-    const bool search = options.quality.is_psnr && !options.bit_rate;
+    // Lower rungs have the number that the first one needs: the same picture with fewer pixels.
+    if (track.rung && !options.bit_rate)
+      choice.settings.quality = plan.tracks[track.best].choice.settings.quality;
+    const bool search = options.quality.is_psnr && !options.bit_rate && !track.rung;
     media::MeasuredGroup measured =
         search ? media::choose_quality(choice.settings, sample.source(room), options.quality.value)
                : media::encode_measured(choice.settings, sample.source(room));
@@ -430,6 +440,10 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &ro
     choice.sample_psnr = measured.psnr;
     choice.record = measured.group.record;
     choice.codec_string = measured.group.codec_string;
+    uint64_t bytes = 0;
+    for (const media::Sample &one : measured.group.samples) bytes += one.bytes.size();
+    const fvv_rational &duration = plan.capture.frame_duration;
+    choice.sample_rate = 8 * double(bytes) / double(sample.count) * duration.denominator / duration.numerator;
     encoded = std::move(measured.group);
   } catch (const Error &error) {
     throw Error(plan.capture.path + ": " + (track.is_atlas() ? "atlas: " : "") + "sample of " +

@@ -188,24 +188,6 @@ uint32_t frames_per_second(const fvv_rational &duration) {
   return uint32_t(std::clamp(std::round(rate), 1.0, 1000.0));
 }
 
-// The whole picture of the first frame; the others are to have the same size. Chroma of two pixels a side
-// needs even sides, which scaling gives: texture coordinates are fractions of the picture.
-Tiling arrange_atlas(const Plan &plan) {
-  const Options &options = plan.options;
-  const media::Image picture = load_atlas<uint8_t>(plan, plan.capture.frames.number(0));
-  const auto side = [&](uint32_t size) {
-    const uint16_t wanted = scaled(size, options.atlas_scale);
-    return media::find_video_codec(options.codec)->is_stills() ? wanted : uint16_t(std::max(2, wanted & ~1));
-  };
-  Tiling tiling;
-  tiling.width = side(picture.width);
-  tiling.height = side(picture.height);
-  tiling.tiles = {{UINT16_MAX,
-                   {0, 0, uint16_t(picture.width), uint16_t(picture.height)},
-                   {0, 0, uint16_t(tiling.width), uint16_t(tiling.height)}}};
-  return tiling;
-}
-
 // An atlas cannot be divided over tracks as cameras can. Some decoders support more than they have to, so it
 // is sent.
 bool warn_of_atlas(const Plan &plan, const Tiling &tiling) {
@@ -260,8 +242,11 @@ std::vector<VideoTrack> encoded_tracks(const scene::Capture &capture,
 Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
                  const std::vector<EncodedTrack> &encoded, const Options &options, const Observer &observer) {
   Plan plan;
+  check_ladder(options);
   plan.observer = observer;
   plan.options = options;
+  if (!options.ladder.empty() && options.ladder[0].bit_rate)
+    plan.options.bit_rate = options.ladder[0].bit_rate;
   plan.videos = std::make_shared<scene::Videos>(options.threads);
   plan.capture = std::move(given);
   plan.warned = select(plan.capture, options, plan.observer);
@@ -318,7 +303,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     plan.tracks.back().part = plan.tracks.size() - 1;
   }
   if (plan.capture.atlas) {
-    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan), {}, {}});
+    plan.tracks.push_back({FVV_SHOWS_ATLAS, arrange_atlas(plan, 0), {}, {}});
     plan.warned = warn_of_atlas(plan, plan.tracks.back().tiling) || plan.warned;
     fvv_mesh_options defaults;
     fvv_mesh_options_default(&defaults);
@@ -326,6 +311,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
                             ? options.texture_bits
                             : plan.capture.atlas->texture_bits.value_or(defaults.texture_bits);
   }
+  add_rungs(plan);
   if (plan.capture.background) {
     plan.background = pack_background(plan.capture);
     for (const std::string &warning : plan.background->warnings) plan.observer.warn(warning);

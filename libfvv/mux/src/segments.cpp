@@ -1,5 +1,6 @@
 #include "fvv_mux/segments.h"
 #include "fvv/container.h"
+#include "fvv_cxx/rung.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -12,7 +13,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr size_t portion = 1 << 20;
-constexpr uint64_t chunk_header = 32; // bytes
+constexpr uint64_t chunk_header = 32, file_header = 24; // bytes
+constexpr const char *configuration_name = "configuration.fvv";
 constexpr uint64_t largest_configuration = 64 << 20;
 
 std::string hex(uint32_t value) {
@@ -69,19 +71,41 @@ std::vector<uint8_t> read(const InputFile &file, uint64_t offset, uint64_t size)
   return bytes;
 }
 
-// Copies a range of the stream into a file; returns its entry in the manifest.
+// Writes a file with what fill passes to its argument; returns its entry in the manifest.
+Json write(const WriteFile &write_file, const std::string &name,
+           const std::function<void(const Sink &)> &fill) {
+  uint32_t crc = 0;
+  uint64_t size = 0;
+  write_file(name, [&](const Sink &sink) {
+    fill([&](const void *bytes, size_t count) {
+      sink(bytes, count);
+      crc = fvv_crc32c(crc, bytes, count);
+      size += count;
+    });
+  });
+  return {{"file", name}, {"bytes", size}, {"crc32c", hex(crc)}};
+}
+
+// Copies a range of the stream into a file.
 Json copy(const InputFile &file, uint64_t offset, uint64_t size, const WriteFile &write_file,
           const std::string &name) {
-  uint32_t crc = 0;
-  write_file(name, [&](const Sink &sink) {
+  return write(write_file, name, [&](const Sink &sink) {
     for (uint64_t done = 0; done < size;) {
       const std::vector<uint8_t> bytes = read(file, offset + done, std::min<uint64_t>(portion, size - done));
       sink(bytes.data(), bytes.size());
-      crc = fvv_crc32c(crc, bytes.data(), bytes.size());
       done += bytes.size();
     }
   });
-  return {{"file", name}, {"bytes", size}, {"crc32c", hex(crc)}};
+}
+
+fvv_chunk_header header_of(const fvv_chunk_info &chunk) {
+  fvv_chunk_header header = {};
+  header.type = chunk.type;
+  header.flags = chunk.flags;
+  header.track = chunk.track;
+  header.time = chunk.time;
+  header.size = chunk.size;
+  return header;
 }
 
 // The configuration block of a group: from its SCEN to the group.
@@ -116,6 +140,61 @@ Json copy_backgrounds(const InputFile &file, fvv_file *stream, const WriteFile &
     }
   }
   return list;
+}
+
+// A configuration block with the chunks that fvv_file lists.
+ConfigurationBlock configuration_of(const InputFile &file, fvv_file *stream) {
+  ConfigurationBlock block;
+  const fvv_chunk_info *chunks = nullptr;
+  size_t count = 0;
+  fvv_diagnostic diagnostic = {};
+  fvv::check(fvv_file_configuration(stream, 0, &chunks, &count, &diagnostic), file.path(), diagnostic);
+  const std::vector<fvv_chunk_info> list(chunks, chunks + count);
+  for (const fvv_chunk_info &chunk : list) {
+    const uint8_t *payload = nullptr;
+    fvv::check(fvv_file_read_chunk(stream, &chunk, &payload, &diagnostic), file.path(), diagnostic);
+    block.add(header_of(chunk), payload);
+  }
+  return block;
+}
+
+// A rung in a folder of its own.
+Json write_rung(const InputFile &file, fvv_file *stream, const ConfigurationBlock &block,
+                const RungInfo &info, const WriteFile &write_file) {
+  const std::string folder = "rung-" + std::to_string(info.rung) + "/";
+  Json out = json_of<Json>(info);
+  out["configuration"] = write(write_file, folder + configuration_name, [&](const Sink &sink) {
+    const std::vector<uint8_t> header = read(file, 0, file_header);
+    const std::string bytes = block.of_rung(info.rung);
+    sink(header.data(), header.size());
+    sink(bytes.data(), bytes.size());
+  });
+  out["groups"] = Json::array();
+  for (size_t i = 0; i < fvv_file_group_count(stream); i++)
+    out["groups"].push_back(write(write_file, folder + group_name(i), [&](const Sink &sink) {
+      const fvv_group_info group = *fvv_file_group(stream, i);
+      const fvv_chunk_info *chunks = nullptr;
+      size_t count = 0;
+      fvv_diagnostic diagnostic = {};
+      fvv::check(fvv_file_group_chunks(stream, i, &chunks, &count, &diagnostic), file.path(), diagnostic);
+      const auto put = [&](const std::string &bytes) { sink(bytes.data(), bytes.size()); };
+      RungGroup rung(block, info.rung);
+      put(rung.begin(group.sequence, group.start, group.end));
+      for (size_t k = 0; k < count; k++) {
+        if (block.leaves_out(chunks[k].track, info.rung)) continue;
+        const uint8_t *payload = nullptr;
+        fvv::check(fvv_file_read_chunk(stream, &chunks[k], &payload, &diagnostic), file.path(), diagnostic);
+        put(rung.chunk(header_of(chunks[k]), payload));
+      }
+      put(rung.end());
+    }));
+  return out;
+}
+
+uint64_t bytes_of(const Json &rung) {
+  uint64_t bytes = rung["configuration"]["bytes"];
+  for (const Json &group : rung["groups"]) bytes += uint64_t(group["bytes"]);
+  return bytes;
 }
 
 Json scene_of(const InputFile &file, fvv_file *stream) {
@@ -158,9 +237,23 @@ Segments write_segments(const InputFile &file, const WriteFile &write_file) {
                    {"media_type", "model/vnd.fvv"},
                    {"format", std::to_string(checked.major) + "." + std::to_string(checked.minor)}};
   manifest.update(scene_of(file, opened));
-  manifest["configuration"] = copy(file, 0, first.offset, write_file, "configuration.fvv");
+  const ConfigurationBlock ladder = configuration_of(file, opened);
+  const std::vector<RungInfo> infos = ladder.rungs();
+  Json rungs = Json::array();
+  uint64_t bytes = 0;
+  for (size_t i = 0; i < infos.size() && infos.size() > 1; i++) {
+    rungs.push_back(write_rung(file, opened, ladder, infos[i], write_file));
+    bytes += bytes_of(rungs.back());
+  }
+  // Of a ladder a reader that does not know rungs takes the best one.
+  const auto part = [&](const Json &of_rung, uint64_t offset, uint64_t size, const std::string &name) {
+    if (!rungs.empty()) return of_rung;
+    bytes += size;
+    return copy(file, offset, size, write_file, name);
+  };
+  manifest["configuration"] =
+      part(rungs.empty() ? Json() : rungs[0]["configuration"], 0, first.offset, configuration_name);
   manifest["groups"] = Json::array();
-  uint64_t bytes = first.offset;
   uint64_t known = first.configuration_offset; // of the block that was compared last
   for (size_t i = 0; i < groups; i++) {
     const fvv_group_info &group = *fvv_file_group(opened, i);
@@ -168,19 +261,20 @@ Segments write_segments(const InputFile &file, const WriteFile &write_file) {
       throw Error(stream + ": the configuration changes before group " + std::to_string(i) +
                   ": segments have one for all groups");
     known = group.configuration_offset;
-    Json entry = copy(file, group.offset, group.size, write_file, group_name(i));
+    Json entry =
+        part(rungs.empty() ? Json() : rungs[0]["groups"][i], group.offset, group.size, group_name(i));
     entry["sequence"] = group.sequence;
     entry["start"] = std::to_string(group.start);
     entry["end"] = std::to_string(group.end);
     entry["frames"] = group.frame_count;
     manifest["groups"].push_back(std::move(entry));
-    bytes += group.size;
   }
+  if (!rungs.empty()) manifest["rungs"] = std::move(rungs);
   const Json backgrounds = copy_backgrounds(file, opened, write_file);
   if (!backgrounds.empty()) manifest["backgrounds"] = backgrounds;
   const std::string text = manifest.dump(1) + "\n";
   write_file("manifest.json", [&](const Sink &sink) { sink(text.data(), text.size()); });
-  return {groups, bytes};
+  return {groups, bytes, infos.size()};
 }
 
 } // namespace fvv::mux

@@ -4,6 +4,7 @@
 #include "mux/src/background.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace fvv::mux {
@@ -98,8 +99,8 @@ fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
   }
 }
 
-StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here)
-    : plan(chosen), sink(out_of_here), writer(nullptr, fvv_writer_destroy) {
+StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here, NominalRates nominal)
+    : plan(chosen), sink(out_of_here), rates(std::move(nominal)), writer(nullptr, fvv_writer_destroy) {
   check_groups();
   if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
   // First to nowhere: when a record is refused, the output has received no byte.
@@ -146,12 +147,19 @@ void StreamWriter::configure(uint32_t type, uint16_t track, const std::vector<ui
   check(fvv_writer_configuration(writer.get(), type, track, 0, payload.data(), payload.size(), &diagnostic));
 }
 
-void StreamWriter::write_track(uint16_t id, uint8_t kind, const std::string &name) {
+void StreamWriter::write_track(uint16_t id, uint8_t kind, const std::string &name, const VideoTrack *video) {
   fvv_track track = {};
   track.id = id;
   track.kind = kind;
   track.name = name.data();
   track.name_size = name.size();
+  if (const auto rate = rates.find(id); rate != rates.end())
+    track.bit_rate = uint32_t(std::clamp(std::round(rate->second), 1.0, double(UINT32_MAX)));
+  if (video && video->alternate_group) {
+    track.alternate_group = video->alternate_group;
+    track.rank = uint16_t(video->rung);
+    track.size = video->tiling.width * video->tiling.height;
+  }
   configure(FVV_CHUNK_TRACK, id,
             record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
               return fvv_track_encode(&track, out, size, written, d);
@@ -173,13 +181,13 @@ void StreamWriter::write_configuration() {
             }));
   if (plan.has_meshes()) write_track(mesh_track, FVV_TRACK_MESH, "mesh");
   for (const VideoTrack *track : video_tracks())
-    if (track_id(*track) < calibration_track) write_video_track(*track);
+    if (track->id < calibration_track) write_video_track(*track);
   if (moving) write_track(calibration_track, FVV_TRACK_CALIBRATION, "calibration");
   if (plan.visibility.on) write_track(visibility_track, FVV_TRACK_VISIBILITY, "visibility");
   if (plan.background) write_track(background_track, FVV_TRACK_BACKGROUND, "environment");
   if (plan.colours.on) write_track(colour_track, FVV_TRACK_COLOURS, "colours");
   for (const VideoTrack *track : video_tracks())
-    if (track_id(*track) > calibration_track) write_video_track(*track);
+    if (track->id > calibration_track) write_video_track(*track);
   for (const scene::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
     const std::string name = capture.path + ": camera " + std::to_string(camera.id);
@@ -205,15 +213,16 @@ void StreamWriter::write_configuration() {
 std::vector<const VideoTrack *> StreamWriter::video_tracks() const {
   std::vector<const VideoTrack *> out;
   for (const VideoTrack &track : plan.tracks) out.push_back(&track);
-  std::sort(out.begin(), out.end(), [](const auto *a, const auto *b) { return track_id(*a) < track_id(*b); });
+  std::sort(out.begin(), out.end(), [](const auto *a, const auto *b) { return a->id < b->id; });
   return out;
 }
 
 void StreamWriter::write_video_track(const VideoTrack &track) {
-  write_track(track_id(track), FVV_TRACK_VIDEO,
-              track.is_atlas() ? "atlas"
-              : track.part     ? "cameras " + std::to_string(track.part + 1)
-                               : "cameras");
+  std::string name = track.is_atlas() ? "atlas"
+                     : track.part     ? "cameras " + std::to_string(track.part + 1)
+                                      : "cameras";
+  if (track.rung) name += ", rung " + std::to_string(track.rung);
+  write_track(track.id, FVV_TRACK_VIDEO, name, &track);
 }
 
 void StreamWriter::write_video(const VideoTrack &track) {
@@ -229,12 +238,12 @@ void StreamWriter::write_video(const VideoTrack &track) {
     config.full_range = given.full_range;
   }
   config.shows = track.shows;
-  configure(FVV_CHUNK_VIDEO_CONFIG, track_id(track),
+  configure(FVV_CHUNK_VIDEO_CONFIG, track.id,
             record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
               return fvv_video_config_encode(&config, out, size, written, d);
             }));
   if (track.is_atlas()) return;
-  configure(FVV_CHUNK_TILES, track_id(track), layout_record(track.tiling.tiles));
+  configure(FVV_CHUNK_TILES, track.id, layout_record(track.tiling.tiles));
 }
 
 std::vector<uint8_t> StreamWriter::layout_record(const std::vector<fvv_tile> &tiles) const {
@@ -269,7 +278,7 @@ bool StreamWriter::layout(const VideoTrack &track, size_t group) {
   if (track.is_atlas()) return false;
   const std::vector<uint8_t> payload = layout_record(track.tiles_of(group));
   if (payload == layout_record(track.tiling.tiles)) return false;
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_TILES, track_id(track), FVV_FLAG_KEY,
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_TILES, track.id, FVV_FLAG_KEY,
                          plan.tick_of(plan.first_of(group)), payload.data(), payload.size(), &diagnostic));
   return true;
 }
@@ -285,7 +294,7 @@ void StreamWriter::colours(size_t frame, const std::vector<uint8_t> &payload) {
 }
 
 void StreamWriter::sample(const VideoTrack &track, size_t frame, const media::Sample &sample) {
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VIDEO_PACKET, track_id(track), sample.key ? FVV_FLAG_KEY : 0,
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_VIDEO_PACKET, track.id, sample.key ? FVV_FLAG_KEY : 0,
                          plan.tick_of(frame), sample.bytes.data(), sample.bytes.size(), &diagnostic));
 }
 

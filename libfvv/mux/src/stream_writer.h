@@ -8,6 +8,7 @@
 #include "fvv_mux/plan.h"
 #include "fvv_scene/capture.h"
 
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -47,16 +48,17 @@ private:
 
 constexpr uint16_t mesh_track = 1, camera_track = 2, atlas_track = 3, calibration_track = 4,
                    visibility_track = 5, background_track = 6, colour_track = 7;
-// Of a track of Plan::tracks. Further tracks with cameras follow all others.
-inline uint16_t track_id(const VideoTrack &track) {
-  return track.is_atlas() ? atlas_track : track.part ? uint16_t(colour_track + track.part) : camera_track;
-}
+// Further tracks with cameras follow all others, and those of further rungs these.
+constexpr uint16_t last_track = colour_track;
+
+// Bits a second by track identifier, for TRAK.
+using NominalRates = std::map<uint16_t, double>;
 
 // Every function throws Error if writing fails.
 class StreamWriter {
 public:
   // Writes file header and configuration. plan and sink are borrowed.
-  StreamWriter(const Plan &plan, const Sink &sink);
+  StreamWriter(const Plan &plan, const Sink &sink, NominalRates rates = {});
 
   void repeat_configuration();
   void begin_group(size_t group);
@@ -90,10 +92,11 @@ private:
   std::vector<const VideoTrack *> video_tracks() const;
   void write_video_track(const VideoTrack &track);
   std::vector<uint8_t> layout_record(const std::vector<fvv_tile> &tiles) const;
-  void write_track(uint16_t id, uint8_t kind, const std::string &name);
+  void write_track(uint16_t id, uint8_t kind, const std::string &name, const VideoTrack *video = nullptr);
 
   const Plan &plan;
   const Sink &sink;
+  const NominalRates rates;
   std::exception_ptr failure; // of sink
   fvv_diagnostic diagnostic = {};
   std::optional<MovingCameras> moving;

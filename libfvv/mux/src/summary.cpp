@@ -145,7 +145,7 @@ void crop_lines(std::string &out, const Summary &s) {
   size_t tiles = 0;
   double share = 0;
   for (const VideoTrack &track : s.plan.tracks) {
-    if (track.is_atlas() || track.encoded) continue;
+    if (track.is_atlas() || track.encoded || track.rung) continue;
     tiles += track.tiling.tiles.size();
     share += pixel_share(s, track);
   }
@@ -170,13 +170,36 @@ void video_lines(std::string &out, const Summary &s, size_t index) {
   if (s.plan.options.bit_rate)
     line(out, "  rate      %.1f kbit/s of the %s (target %.1f)", s.bit_rate(index) / 1000,
          name_of(s, track).c_str(), double(video.settings.bit_rate) / 1000);
-  else if (s.plan.options.quality.is_psnr)
+  else if (s.plan.options.quality.is_psnr && !track.rung)
     std::snprintf(wish, sizeof wish, " (target %.4g dB)", s.plan.options.quality.value);
   line(out, "  quality   %.2f dB luma%s over the %s%s of %u sampled frames", video.sample_psnr, wish,
        track.is_atlas() ? "whole atlas"
        : video.masks    ? "foreground"
                         : "whole pictures",
        name_of(s, track) == label_of(track) ? "" : (" of " + name_of(s, track)).c_str(), video.sample_frames);
+}
+
+// Bytes of payload of the pictures of a rung, those included that all rungs share.
+uint64_t picture_bytes(const Summary &s, size_t rung) {
+  uint64_t bytes = 0;
+  for (size_t i = 0; i < s.plan.tracks.size(); i++)
+    if (s.plan.tracks[i].rung == rung || !s.plan.tracks[i].alternate_group) bytes += s.videos[i].payload;
+  return bytes;
+}
+
+double rate_of(const Summary &s, uint64_t bytes) {
+  return 8 * double(bytes) * frame_rate(s) / double(s.plan.end());
+}
+
+void ladder_lines(std::string &out, const Summary &s) {
+  const std::vector<Rung> &ladder = s.plan.options.ladder;
+  uint64_t common = s.bytes;
+  for (const TrackBytes &video : s.videos) common -= video.payload;
+  for (size_t rung = 0; rung < ladder.size(); rung++) {
+    const uint64_t pictures = picture_bytes(s, rung);
+    line(out, "  %-10srung %zu: %.1f kbit/s, of these %.1f for pictures at scale %.4g", rung ? "" : "ladder",
+         rung, rate_of(s, common + pictures) / 1000, rate_of(s, pictures) / 1000, ladder[rung].scale);
+  }
 }
 
 void source_lines(std::string &out, const Summary &s) {
@@ -314,6 +337,7 @@ std::string summary_text(const Summary &s, const std::string &output) {
                std::to_string(s.background.chunks) + " times " + background_text(*plan.background));
   track_line(out, s, "container", overhead(s), plan.options.live ? "live: no index" : "with index");
   for (size_t i = 0; i < plan.tracks.size(); i++) video_lines(out, s, i);
+  ladder_lines(out, s);
   crop_lines(out, s);
   source_lines(out, s);
   if (plan.undistortion) out += plan.undistortion->text();
@@ -371,7 +395,9 @@ nlohmann::ordered_json verdict_json(const Summary &s) {
   VideoVerdict shown; // by all tracks that show cameras
   nlohmann::ordered_json atlas;
   for (size_t i = 0; i < v.videos.size(); i++)
-    if (s.plan.tracks[i].is_atlas())
+    if (s.plan.tracks[i].rung)
+      continue; // with the ladder
+    else if (s.plan.tracks[i].is_atlas())
       atlas = video_verdict_json(v.videos[i]);
     else
       shown.add(v.videos[i]);
@@ -490,6 +516,36 @@ nlohmann::ordered_json video_json(const Summary &s, size_t index) {
   return out;
 }
 
+nlohmann::ordered_json ladder_json(const Summary &s) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (size_t rung = 0; rung < s.plan.rung_count(); rung++) {
+    const uint64_t pictures = picture_bytes(s, rung);
+    nlohmann::ordered_json tracks = nlohmann::ordered_json::array();
+    for (size_t i = 0; i < s.plan.tracks.size(); i++) {
+      const VideoTrack &track = s.plan.tracks[i];
+      if (track.rung != rung || !track.alternate_group) continue;
+      const VideoChoice &choice = track.choice;
+      tracks.push_back(
+          {{"track", track.id},
+           {"alternate_group", track.alternate_group},
+           {"shows", track.is_atlas() ? "atlas" : "cameras"},
+           {"width", track.tiling.width},
+           {"height", track.tiling.height},
+           {"quality", choice.settings.quality},
+           {"nominal_rate", choice.settings.bit_rate ? double(choice.settings.bit_rate) : choice.sample_rate},
+           {"bytes", s.videos[i].payload},
+           {"sample_psnr", decibels(choice.sample_psnr)}});
+      if (s.verdict) tracks.back()["verified"] = video_verdict_json(s.verdict->videos[i]);
+    }
+    out.push_back({{"rung", rung},
+                   {"scale", s.plan.options.ladder[rung].scale},
+                   {"picture_bytes", pictures},
+                   {"picture_rate", rate_of(s, pictures)},
+                   {"tracks", tracks}});
+  }
+  return out;
+}
+
 } // namespace
 
 nlohmann::ordered_json summary_json(const Summary &s, const std::string &output) {
@@ -539,15 +595,17 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
   if (s.calibration.chunks) out["calibration"] = track_json(s.calibration);
   for (size_t i = 0; i < plan.tracks.size(); i++) {
     const VideoTrack &track = plan.tracks[i];
+    if (track.rung) continue;
     Json video = video_json(s, i);
     if (track.is_atlas() || plan.tile_track_count() == 1) {
       out[label_of(track)] = std::move(video);
       continue;
     }
-    video["track"] = track_id(track);
+    video["track"] = track.id;
     for (const fvv_tile &tile : track.tiling.tiles) video["camera_ids"].push_back(tile.camera_id);
     out[label_of(track)].push_back(std::move(video));
   }
+  if (!plan.options.ladder.empty()) out["ladder"] = ladder_json(s);
   out["visibility"] = visibility_json(s);
   out["colours"] = colours_json(s);
   out["match_colours"] = match_json(plan);

@@ -44,10 +44,14 @@ inline const char *label_of(const VideoTrack &track) {
   return track.is_atlas() ? "atlas" : "video";
 }
 
-// For people: "video 2" where several tracks show cameras.
+// For people: "video 2" where several tracks show cameras, "rung 1" below the first rung, "rung 1 video 2".
 inline std::string name_of(const Summary &s, const VideoTrack &track) {
   const bool counted = !track.is_atlas() && s.plan.tile_track_count() > 1;
-  return label_of(track) + (counted ? " " + std::to_string(track.part + 1) : std::string());
+  const std::string name = label_of(track) + (counted ? " " + std::to_string(track.part + 1) : std::string());
+  if (!track.rung) return name;
+  const auto same = [&](const VideoTrack &other) { return other.rung == track.rung; };
+  const bool alone = std::count_if(s.plan.tracks.begin(), s.plan.tracks.end(), same) == 1;
+  return "rung " + std::to_string(track.rung) + (alone ? std::string() : " " + name);
 }
 
 struct NamedChange {

@@ -311,8 +311,8 @@ private:
     const std::vector<fvv_tile> &ours = track.tiles_of(index);
     const fvv_tile *theirs = nullptr;
     size_t count = 0;
-    check(fvv_stream_tiles(stream.get(), index, track_id(track), &theirs, &count, &diagnostic),
-          plan.first_of(index), "tile layout");
+    check(fvv_stream_tiles(stream.get(), index, track.id, &theirs, &count, &diagnostic), plan.first_of(index),
+          "tile layout");
     const auto same = [](const fvv_rect &a, const fvv_rect &b) {
       return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
     };
@@ -324,7 +324,7 @@ private:
   }
 
   VideoVerdict pictures(size_t index, const VideoTrack &track) {
-    const fvv_video_layout *video = fvv_configuration_video(&configuration(index), track_id(track));
+    const fvv_video_layout *video = fvv_configuration_video(&configuration(index), track.id);
     if (!video) throw Error(name + ": a video track has no configuration");
     if (video->config.shows != track.shows) throw Error(name + ": a video track shows something else");
     layout(index, track);
@@ -338,7 +338,7 @@ private:
       const uint8_t *sample = nullptr;
       size_t size = 0;
       int key = 0;
-      check(fvv_stream_sample(stream.get(), frame, track_id(track), &sample, &size, &key, &diagnostic), frame,
+      check(fvv_stream_sample(stream.get(), frame, track.id, &sample, &size, &key, &diagnostic), frame,
             "picture");
       const double psnr =
           media::with_sample_type(video->config.codec, video->config.bit_depth, [&](auto type) {

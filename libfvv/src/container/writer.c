@@ -98,6 +98,12 @@ static fvv_status put_chunk(fvv_writer *w, fvv_chunk_header *header, const void 
   return FVV_OK;
 }
 
+fvv_status fvv_writer_join(fvv_writer *writer, uint32_t sequence) {
+  if (writer->sequence.in_group || writer->sequence.groups.size) return FVV_ERROR_STATE;
+  writer->sequence.next_sequence = sequence;
+  return FVV_OK;
+}
+
 static fvv_status beyond(uint32_t type, uint64_t count, const char *what, uint64_t most,
                          fvv_diagnostic *diagnostic) {
   return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, type, 0,

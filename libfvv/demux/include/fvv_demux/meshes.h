@@ -23,8 +23,8 @@ struct UnpackedBackground {
   std::optional<geometry::Lattice> lattice; // the finest of all tracks; none if there was no background
 };
 
-// The environment of a group on all background tracks together (fvv.md clause 18.1). A damaged track is left
-// out, with a text appended to lost.
+// The environment of a group on all background tracks of the best rung together (fvv.md clause 18.1). A
+// damaged track is left out, with a text appended to lost.
 UnpackedBackground unpack_background(fvv_stream *stream, size_t group, const fvv_configuration &configuration,
                                      std::vector<std::string> &lost);
 

@@ -4,6 +4,7 @@
 
 #include "fvv/stream.h"
 #include "fvv/video.h"
+#include "fvv_cxx/rung.h"
 #include "fvv_demux/selection.h"
 #include "fvv_media/image.h"
 #include "fvv_media/video.h"
@@ -33,18 +34,20 @@ struct VideoViews {
   std::vector<View> views;
 };
 
-// Of all video tracks in order. Of a camera or atlas that is shown twice the first is used; tracks with
-// neither an atlas nor a selected camera are left out. warnings name everything else that is left out.
-std::vector<VideoViews> views_of(const fvv_configuration &configuration, const Selection &cameras,
-                                 std::vector<std::string> *warnings);
+// Of all video tracks of a rung (fvv_cxx/rung.h) in order. Of a camera or atlas that is shown twice the first
+// is used; tracks with neither an atlas nor a selected camera are left out. warnings name everything else
+// that is left out.
+std::vector<VideoViews> views_of(const fvv_configuration &configuration, size_t rung,
+                                 const Selection &cameras, std::vector<std::string> *warnings);
 
 // The most bytes that decoding these tracks takes, all at once. Error "where: track 2: ..." at the first that
 // exceeds limit.
 uint64_t decoding_memory(const std::string &where, const std::vector<VideoViews> &tracks,
                          const media::MemoryLimit &limit);
 
-// The first mesh track, NULL: none.
-const fvv_track *mesh_track_of(const fvv_configuration &configuration, std::vector<std::string> *warnings);
+// The first mesh track of a rung, NULL: none.
+const fvv_track *mesh_track_of(const fvv_configuration &configuration, size_t rung,
+                               std::vector<std::string> *warnings);
 
 // frame: of the video. tile: of the group that the frame is in, NULL: the camera has none. whole: the source
 // rectangle is all of the camera's picture, the destination, at (0, 0), the size to make of it. Pixels are

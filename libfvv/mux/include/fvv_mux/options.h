@@ -30,6 +30,15 @@ struct TileSize {
   uint16_t width, height;
 };
 
+// A rung of the ladder of quality: the pictures once more, smaller.
+struct Rung {
+  double scale;          // of pictures, times that of the options; 0 < scale <= 1
+  uint64_t bit_rate = 0; // of all video tracks of the rung; 0: Options::bit_rate by pixels, or a quality
+};
+constexpr size_t most_rungs = 8;
+// By rates alone: with the first rung's bits for each pixel.
+std::vector<Rung> ladder_of_rates(const std::vector<uint64_t> &rates);
+
 // How far decoded geometry may be from its source. pixels: of the transmitted pictures. plain: pixels where
 // there are cameras, else in the units of a capture whose scale is unknown.
 struct MaxError {
@@ -100,6 +109,7 @@ struct Options {
   std::optional<TileSize> tile; // else scale holds
   double scale = 1;             // of pictures, 0 < scale <= 1
   double atlas_scale = 1;       // of those of the atlas, likewise
+  std::vector<Rung> ladder;     // 2 to most_rungs with falling scales; empty: every picture is sent once
   uint32_t texture_bits = 0;    // of texture indices; 0: as the capture says, else libfvv's default
   Background background = Background::automatic;
   std::optional<Length> step;

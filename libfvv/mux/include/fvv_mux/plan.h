@@ -117,6 +117,7 @@ struct VideoChoice {
   bool masks = false;          // the PSNR is that of the foreground
   uint32_t sample_frames = 0;  // by which quality was chosen or judged, of one group
   double sample_psnr = 0;      // dB; may be infinite
+  double sample_rate = 0;      // bits a second
   std::vector<uint8_t> record; // the codec's, the same for every group
   std::string codec_string;
   std::shared_ptr<SampleFrames> frames; // of the sample, or the resulting ones; each once
@@ -148,15 +149,19 @@ struct EncodedTrack {
   std::vector<fvv_tile> tiles; // where each camera's picture is; the same in all frames
 };
 
-// Tracks differ in what they show, and have a quality each.
+// Tracks differ in what they show, or in the rung at which they show it, and have a quality each.
 struct VideoTrack {
   uint8_t shows; // FVV_SHOWS_TILES or FVV_SHOWS_ATLAS
   Tiling tiling; // of groups that have no layout of their own
   VideoChoice choice;
   std::vector<std::vector<fvv_tile>> groups;        // the tiles of each group; empty: those of tiling
-  size_t part = 0;                                  // of the tracks that show tiles, counted from 0
+  size_t part = 0;                                  // of the tracks of a rung that show tiles, counted from 0
   std::shared_ptr<const EncodedTrack> encoded = {}; // NULL: pictures are encoded here
   size_t sample = 0;                                // of a frame's samples
+  size_t rung = 0;                                  // 0: the best
+  size_t best = 0;                                  // index of the track that shows the same at rung 0
+  uint16_t id = 0;                                  // in the stream
+  uint16_t alternate_group = 0;                     // likewise; 0: there are no other rungs of it
 
   bool is_atlas() const { return shows == FVV_SHOWS_ATLAS; }
   const std::vector<fvv_tile> &tiles_of(size_t group) const {
@@ -202,7 +207,8 @@ struct Plan {
   NormalChoice normals;
   WindingChoice winding;
   uint32_t texture_bits = 0;             // 0: meshes without texture coordinates
-  std::vector<VideoTrack> tracks;        // tracks of cameras, if any, then the atlas, if there is one
+  std::vector<VideoTrack> tracks;        // tracks of cameras, if any, then the atlas, if there is one; these,
+                                         // as far as they are encoded here, for each further rung
   std::shared_ptr<scene::Videos> videos; // reads pictures
   std::vector<scene::VideoReport> sources;
   bool warned = false;
@@ -216,8 +222,15 @@ struct Plan {
   std::shared_ptr<const PackedBackground> background;      // if there is one
   FrameLimit frame_limit = {};                             // of a video frame with tiles of cameras
 
+  // Of one rung.
   size_t tile_track_count() const {
-    return size_t(std::count_if(tracks.begin(), tracks.end(), [](const auto &t) { return !t.is_atlas(); }));
+    return size_t(
+        std::count_if(tracks.begin(), tracks.end(), [](const auto &t) { return !t.is_atlas() && !t.rung; }));
+  }
+  size_t rung_count() const { return std::max<size_t>(1, options.ladder.size()); }
+  // Of a rung's pictures, relative to those of the first.
+  double rung_scale(size_t rung) const {
+    return rung ? options.ladder[rung].scale / options.ladder[0].scale : 1;
   }
   bool has_meshes() const { return capture.meshes.has_value(); }
   bool has_mesh(size_t frame) const { return capture.has_mesh(capture.frames.number(int64_t(frame))); }

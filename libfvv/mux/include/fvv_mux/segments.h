@@ -15,11 +15,12 @@ using WriteFile = std::function<void(const std::string &name, const std::functio
 
 struct Segments {
   size_t groups = 0;
-  uint64_t bytes = 0;
+  uint64_t bytes = 0; // of configurations and groups, of all rungs
+  size_t rungs = 1;
 };
 
-// Cuts a stream. Every byte is checked: throws Error if it is damaged or truncated, or if its configuration
-// changes, as there is one file for all groups.
+// Cuts a stream; of a ladder of quality each rung into a folder of its own. Every byte is checked: throws
+// Error if it is damaged or truncated, or if its configuration changes, as there is one file for all groups.
 Segments write_segments(const InputFile &stream, const WriteFile &write_file);
 
 } // namespace fvv::mux
