@@ -339,6 +339,29 @@ def view():
     return browser_decoder.views(streams)
 
 
+def ladder():
+    """A minute of a stream with three rungs over a link that falls from 16 to 1 Mbit/s and rises again."""
+    folder, path = WORK / "minute", WORK / "minute.fvv"
+    if not (folder / "capture.json").exists():
+        tool("fvvsynth", "-o", folder, "--rig", "small", "--cameras", 4, "--size", "480x270", "--frames", 1500, "--meshes",
+             "tracked", "--force")  # fmt: skip
+    if not path.exists():
+        tool(
+            "fvvmux",
+            folder,
+            "-o",
+            path,
+            "--ladder",
+            "1,0.5,0.25",
+            "--quality",
+            "46dB",
+            "--group",
+            25,
+            "--force",
+        )
+    return browser_decoder.ladder(path)
+
+
 def played():
     """The player, timed with the clip of the paper's shape."""
     if not clip_file(42, "h264").exists():
@@ -377,6 +400,7 @@ PARTS = {
     "picture": picture,
     "js": js,
     "view": view,
+    "ladder": ladder,
     "player": played,
 }
 

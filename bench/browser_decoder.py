@@ -128,3 +128,31 @@ def views(streams):
 
 if __name__ == "__main__":
     print_stages(sys.argv[1])
+
+
+def ladder(path):
+    """A stream with a ladder over a link whose rate changes (network/ladder.mjs): each rung alone, what the decoder chooses,
+    and an oracle. Quality is the logarithm of the bit rate relative to the lowest rung's."""
+    if not shutil.which("node") or not (DECODER / "dist/core.wasm.js").exists():
+        print("ladder.* is left out: no node, or js/decoder was not built (./run bench js)")
+        return {}
+    found = json.loads(run("node", ROOT / "bench/network/ladder.mjs", path))
+    print(
+        f"{'rung':>8}{'stalls':>8}{'stalled, s':>12}{'first, ms':>11}{'MB':>8}{'quality':>9}{'switches':>10}"
+    )
+    for row in found["rows"]:
+        print(f"{row['rung']:>8}{row['stalls']:8}{row['stalled_seconds']:12}{row['first_ms']:11}{row['megabytes']:8}"
+              f"{row['mean_utility']:9}{row['switches']:10}")  # fmt: skip
+    print(
+        f"an oracle reaches {found['oracle']:.3f}; rungs of the groups: {''.join(map(str, found['taken']))}"
+    )
+    auto = found["rows"][0]
+    figures = {
+        "ladder.stalls": auto["stalls"],
+        "ladder.mean_quality_over_oracle": auto["mean_utility"] / found["oracle"],
+        "ladder.switch_gap_frames": auto["wrong_frames"],
+        "ladder.first_frame_ms": auto["first_ms"],
+    }
+    if found["best_fixed"]:
+        figures["ladder.mean_quality_over_best_fixed"] = auto["mean_utility"] / found["best_fixed"]
+    return figures

@@ -65,6 +65,67 @@ export interface Options {
   tracks?: number[] | null;
   /** Selects tracks for a viewpoint, as look does, from the first frame on. */
   look?: Viewpoint;
+  /** Which rung of a ladder is played: "auto" (the default), or its number, 0 for the best. */
+  quality?: Quality;
+}
+
+/** "auto" chooses by throughput and buffer from a URL or segments; from memory and files it takes the best rung. */
+export type Quality = "auto" | number;
+
+/** A choice among the alternatives of a stream (clause 5.2). */
+export interface Rung {
+  /** 0 is the best. */
+  rung: number;
+  /** Nominal, bits per second; 0: not stated. */
+  bitRate: number;
+  /** Pixels of its video frames; 0: not stated. */
+  size: number;
+  /** Pixels of the video for a pixel of the cameras' pictures, along one axis; null: it has no tiles. */
+  scale: number | null;
+  tracks: number[];
+}
+
+/** The rung that is played from here on. */
+export interface RungChange extends Rung {
+  /** "start": nothing is known of the network; "throughput", "buffer": the rule that chose; "late": what was chosen would have come
+   * too late; "chosen": by setQuality. */
+  reason: "start" | "throughput" | "buffer" | "late" | "chosen";
+  /** Bits per second; null: not measured. */
+  throughput: number | null;
+  /** Seconds that have arrived and are not played; null: not known. */
+  buffer: number | null;
+}
+
+/** A chunk of an audio track (clause 20.2). */
+export interface Sound {
+  track: number;
+  /** Ticks of the track. */
+  start: bigint;
+  packetCount: number;
+  /** Packets at the beginning that repeat the end of the group before. */
+  prerollCount: number;
+  position: number[];
+  /** Bytes of each packet; they follow one another in data. */
+  sizes: Uint16Array;
+  data: Uint8Array;
+}
+
+/** An audio track (clause 20.1). */
+export interface Audio {
+  track: number;
+  /** "opus", "mp4a" */
+  codec: string;
+  channels: number;
+  /** Samples that a packet decodes to, per channel. */
+  packetDuration: number;
+  preroll: number;
+  /** Metres; null: the sound has no place. */
+  position: number[] | null;
+  moves: boolean;
+  /** Identification header of Opus, AudioSpecificConfig of AAC: as WebCodecs takes them. */
+  record: Uint8Array;
+  /** BCP 47; may be empty. */
+  language: string;
 }
 
 /** The viewer's position and target in world coordinates, and how a picture from there is textured (docs/fvvrender.md). */
@@ -229,6 +290,7 @@ export interface Configuration {
   tracks: Track[];
   cameras: Camera[];
   videos: Video[];
+  sounds: Audio[];
   /** JSON texts. */
   metadata: string[];
   /** How the stream is to be coloured (TEXR). Defaults: "viewer", 0.05, 3, 0x808080, 0.2, 0.5, 0. */
@@ -340,6 +402,8 @@ export interface Frame {
   readonly samples: Sample[];
   /** Tracks of video that were selected for its group; null: all. Other tracks have neither samples nor tiles. */
   readonly tracks: number[] | null;
+  /** The rung that the frame is of; null: the stream has no ladder. */
+  readonly rung: number | null;
   readonly pictures: { track: number; image: Picture }[];
   /** Time for decoding meshes, visibility and calibration. */
   readonly decodeMs: number;
@@ -434,6 +498,10 @@ export interface DecoderEvents {
    * changed. */
   groups: readonly Group[] | null;
   stats: Stats;
+  /** Another rung of the ladder is played from here on. */
+  rung: RungChange;
+  /** Sound that arrived with the frame before. */
+  sounds: Sound[];
 }
 
 /** A group in the index. */
@@ -476,6 +544,14 @@ export interface Decoder extends EventTarget, AsyncIterable<Frame> {
   /** Tracks of video in frames; null: all. Takes effect with the next group at the latest; see frame.tracks. Other tracks
    * are not decoded, and not fetched from hosts that support Range. */
   select(wanted: { tracks: number[] | null }): Promise<void>;
+  /** Rungs of the current configuration, best first; one entry without a ladder. */
+  readonly rungs: Rung[];
+  readonly quality: Quality;
+  /** From the next group on at the latest. Groups that were read ahead are read again. */
+  setQuality(quality: Quality): Promise<void>;
+  /** Pixels on the screen for a pixel of the cameras' pictures: "auto" takes no rung that is finer than it needs to be. null: not
+   * known. */
+  setShownScale(scale: number | null): Promise<void>;
   /** Selects the tracks that a picture needs (camerasFor), and again when the configuration changes. Before the
    * configuration has arrived both lists are empty, and the selection is made when it arrives. */
   look(viewpoint: Viewpoint): Promise<{ cameras: { camera: number; share: number }[]; tracks: number[] }>;

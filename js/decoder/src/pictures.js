@@ -181,7 +181,7 @@ class Pictures {
     this.#shape = "";
     this.close();
   }
-  /** Decoders of another rung's tracks may hold their last pictures back until they are told. */
+  /** Decoders of another rung's tracks may keep their last pictures until they are flushed. */
   #finishOthers({ rung, tracks }) {
     this.#rung = rung;
     for (const [id, track] of this.#tracks) if (!tracks?.includes(id)) track.flush().catch(() => {});

@@ -1,0 +1,240 @@
+// Rungs of a ladder: which bytes are read, that mesh and pictures of a frame belong together, and which rung is chosen.
+
+import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
+import { join } from "node:path";
+import { after, test } from "node:test";
+
+import { shapedProxy } from "../../../bench/network/shaped_proxy.mjs";
+import { Chooser, Throughput } from "../dist/ladder.js";
+import { createDecoder } from "../dist/index.js";
+import { frameHashes, makeClips, nativeFrames, tool } from "./native.mjs";
+import { serve } from "./server.mjs";
+
+const { clips, done } = makeClips("ladder");
+const server = await serve(clips);
+const folder = join(clips.ladder, "..", "segments");
+tool(
+  "fvvmux",
+  join(clips.ladder, "..", "slow"),
+  "-o",
+  `${clips.ladder}.again`,
+  "--ladder",
+  "1,0.5,0.25",
+  "--group",
+  "1",
+  "--segments",
+  folder,
+);
+const host = createServer((request, response) => {
+  try {
+    response.end(readFileSync(join(folder, request.url)));
+  } catch {
+    response.writeHead(404).end();
+  }
+});
+await new Promise((listening) => host.listen(0, "127.0.0.1", listening));
+const manifest = `http://127.0.0.1:${host.address().port}/manifest.json`;
+after(() => {
+  host.closeAllConnections();
+  host.close();
+  server.close();
+  done();
+});
+const url = `${server.url}/range/ladder`;
+const expected = nativeFrames(clips.ladder);
+
+/** Frames, with what was reported of rungs and gaps. */
+async function play(options, onFrame = () => {}) {
+  const decoder = await createDecoder({ visibilityWeights: true, limits: { cacheBytes: 0 }, ...options });
+  const [frames, changes, gaps] = [[], [], []];
+  decoder.addEventListener("rung", ({ detail }) => changes.push(detail));
+  decoder.addEventListener("gap", ({ detail }) => gaps.push(detail));
+  for await (const frame of decoder) {
+    frames.push(frame);
+    await onFrame(frame, decoder);
+  }
+  const stats = await decoder.stats();
+  decoder.close();
+  return { frames, changes, gaps, stats, rungs: decoder.rungs };
+}
+
+/** One mesh, and one sample of the track that the frame's rung has; all else as libfvv decodes it. */
+function checkFrames(frames, rungs) {
+  const videos = ({ configuration }) => configuration.videos.map(({ track }) => track);
+  frames.forEach((frame, i) => {
+    const own = videos(frame).filter((track) => rungs[frame.rung].tracks.includes(track));
+    assert.deepEqual(
+      frame.samples.map(({ track }) => track),
+      own,
+    );
+    assert.equal(frame.meshes.length, 1);
+    assert.ok(frame.tiles().length > 0);
+    const found = frameHashes(frame);
+    for (const [what, hash] of Object.entries(expected[i]))
+      if (!/^(key|sample|tiles) /.test(what)) assert.equal(found[what], hash, `frame ${i}: ${what}`);
+  });
+}
+
+test("from memory the best rung is played, or the one that quality names", async () => {
+  const source = readFileSync(clips.ladder);
+  const best = await play({ source });
+  checkFrames(best.frames, best.rungs);
+  assert.deepEqual(
+    best.frames.map(({ samples }) => samples.length),
+    expected.map(() => 1),
+  );
+  assert.deepEqual(
+    best.changes.map(({ rung, reason }) => [rung, reason]),
+    [[0, "chosen"]],
+  );
+  assert.deepEqual(
+    best.rungs.map(({ scale }) => Math.round(100 * scale)),
+    [100, 50, 25],
+  );
+  for (const quality of [1, 2, 9]) {
+    const { frames, rungs } = await play({ source, quality });
+    assert.equal(frames.length, expected.length);
+    assert.ok(frames.every(({ rung }) => rung === Math.min(quality, 2)));
+    checkFrames(frames, rungs);
+  }
+});
+
+test("over Range only the chunks of a rung are read", async () => {
+  const bytes = [];
+  for (const quality of [0, 1, 2]) {
+    const { frames, stats, rungs, changes } = await play({ source: url, quality });
+    assert.equal(frames.length, expected.length);
+    assert.ok(frames.every(({ rung }) => rung === quality));
+    assert.equal(changes.length, 1);
+    checkFrames(frames, rungs);
+    bytes.push(stats.bytesRead);
+  }
+  assert.ok(bytes[0] > bytes[1] && bytes[1] > bytes[2], String(bytes));
+});
+
+test("auto begins with the lowest rung and goes up; a change takes a whole group and costs no frame", async () => {
+  const { frames, changes, rungs, gaps } = await play({ source: url });
+  assert.equal(frames.length, expected.length);
+  assert.deepEqual(gaps, []);
+  checkFrames(frames, rungs);
+  assert.deepEqual([changes[0].rung, changes[0].reason], [2, "start"]);
+  assert.equal(frames.at(-1).rung, 0);
+  assert.ok(changes.at(-1).throughput > 0);
+});
+
+test("another quality is played from the next group on", async () => {
+  const { frames, rungs, gaps } = await play({ source: url, quality: 0 }, async (frame, decoder) => {
+    if (frame.number === 1) await decoder.setQuality(2);
+  });
+  assert.deepEqual(gaps, []);
+  checkFrames(frames, rungs);
+  assert.equal(frames[0].rung, 0);
+  assert.equal(frames.at(-1).rung, 2);
+  await assert.rejects(createDecoder({ source: url, quality: "best" }), { code: "argument" });
+});
+
+test("no rung is chosen that is finer than what is shown", async () => {
+  const { frames } = await play({ source: url }, (_, decoder) => decoder.setShownScale(0.3));
+  assert.ok(frames.slice(2).every(({ rung }) => rung >= 1));
+});
+
+test("segments: each rung has files of its own", async () => {
+  for (const quality of ["auto", 0, 2]) {
+    const { frames, rungs, gaps, changes } = await play({ source: manifest, quality });
+    assert.equal(rungs.length, 3);
+    assert.equal(frames.length, expected.length);
+    assert.deepEqual(gaps, []);
+    if (quality !== "auto") assert.ok(frames.every(({ rung }) => rung === quality));
+    else assert.deepEqual([changes[0].rung, changes.at(-1).rung], [2, 0]);
+    for (const frame of frames) {
+      assert.equal(frame.samples.length, 1);
+      assert.ok(rungs[frame.rung].tracks.includes(frame.samples[0].track));
+    }
+  }
+});
+
+test("segments: a damaged file of a rung costs its group and is reported", async () => {
+  const path = join(folder, "rung-1", "group-000002.fvv");
+  const good = readFileSync(path);
+  const bad = Uint8Array.from(good);
+  bad[bad.length - 9] ^= 1;
+  writeFileSync(path, bad);
+  const { frames, gaps } = await play({ source: manifest, quality: 1 });
+  writeFileSync(path, good);
+  assert.equal(frames.length, expected.length - 1);
+  assert.equal(gaps.length, 1);
+  assert.equal((await play({ source: manifest, quality: 0 })).frames.length, expected.length);
+});
+
+test("over a link that breaks down every frame comes, in lower rungs", async () => {
+  const proxy = await shapedProxy(Number(new URL(server.url).port), { bitsPerSecond: 2e6, roundTripMs: 20 });
+  const source = `http://127.0.0.1:${proxy.port}/range/ladder`;
+  const { frames, rungs, gaps } = await play({ source }, (frame) => frame.number === 0 && proxy.setRate(3e4));
+  proxy.close();
+  assert.equal(frames.length, expected.length);
+  assert.deepEqual(gaps, []);
+  checkFrames(frames, rungs);
+  assert.equal(frames.at(-1).rung, 2);
+});
+
+// The rules by themselves.
+
+const bits = [8e6, 2e6, 5e5];
+const at = (megabits, buffer, chooser = new Chooser()) => {
+  chooser.measured((1e6 * megabits * 4) / 8, 4);
+  return chooser.choose({ bits, seconds: 1, buffer });
+};
+
+test("throughput decides while little is buffered", () => {
+  const chooser = new Chooser();
+  assert.deepEqual(chooser.choose({ bits, seconds: 1, buffer: 0 }), { rung: 2, reason: "start" });
+  assert.deepEqual(at(16, 1), { rung: 0, reason: "throughput" });
+  assert.deepEqual(at(8, 1), { rung: 1, reason: "throughput" });
+  assert.deepEqual(at(2.4, 1), { rung: 1, reason: "throughput" });
+  assert.deepEqual(at(0.1, 1), { rung: 2, reason: "throughput" });
+});
+
+test("the more is buffered, the better is BOLA's choice, whatever the throughput", () => {
+  const chosen = [6, 7, 8, 9, 10, 11, 12].map((buffer) => at(0.1, buffer).rung);
+  assert.deepEqual(
+    chosen,
+    [...chosen].sort((a, b) => b - a),
+  );
+  assert.equal(chosen.at(-1), 0);
+  const chooser = new Chooser();
+  assert.equal(at(0.1, 6, chooser).reason, "buffer");
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 4 }).reason, "buffer");
+  assert.equal(chooser.choose({ bits, seconds: 1, buffer: 2 }).reason, "throughput");
+  assert.equal(chooser.choose({ bits: [1e6, 1e6], seconds: 1, buffer: 9 }).rung, 0);
+});
+
+test("nothing better than the best rung that may be taken is chosen", () => {
+  const chooser = new Chooser();
+  chooser.measured(1e7, 1);
+  for (const buffer of [1, 12]) assert.equal(chooser.choose({ bits, seconds: 1, buffer, best: 1 }).rung, 1);
+});
+
+test("a group is abandoned if it would be late and the lowest rung is smaller than what is missing", () => {
+  const chooser = new Chooser();
+  assert.equal(chooser.abandons({ missing: 8e6, lowest: 5e5, buffer: 1 }), false); // nothing is known
+  const late = (missing, buffer) => chooser.abandons({ missing, lowest: 5e5, buffer, throughput: 1e6 });
+  assert.equal(late(8e6, 4), true);
+  assert.equal(late(8e6, 9), false);
+  assert.equal(late(4e5, 0), false);
+});
+
+test("the estimate follows a fall at once and a rise slowly", () => {
+  const throughput = new Throughput();
+  assert.equal(throughput.value, null);
+  throughput.add(100, 1); // latency, not throughput
+  assert.equal(throughput.value, null);
+  for (let i = 0; i < 20; i++) throughput.add(2e6, 1);
+  assert.ok(Math.abs(throughput.value - 16e6) < 1);
+  for (let i = 0; i < 4; i++) throughput.add(125e3, 1);
+  const low = throughput.value;
+  assert.ok(low < 5e6);
+  for (let i = 0; i < 4; i++) throughput.add(2e6, 1);
+  assert.ok(throughput.value > low && throughput.value < 13e6);
+});
