@@ -42,7 +42,7 @@ struct SoundPackets {
   // before the sound. Packet i begins at start + i * packet_duration.
   int64_t start = 0;
   std::vector<std::vector<uint8_t>>
-      packets;                       // of 1 to 65,535 bytes; none if the part that was asked for is silent
+      packets;                       // of 1 to 65,535 bytes; none if there is no sound in the requested part
   bool encoded = false;              // here; otherwise they are those of the file
   std::vector<std::string> warnings; // parts of sentences whose subject is the file
 
