@@ -75,8 +75,12 @@ TEST_CASE("sound of every kind of file is where it was put") {
     request.to = 2;
     const SoundPackets part = load_sound(c.name, request);
     CHECK(part.encoded);
-    CHECK(part.start == 48000 - part.format.delay());
-    CHECK(part.packets.size() == (48000 + part.format.delay() + 959) / 960);
+    CHECK(part.start == 48000 - 960);
+    CHECK(part.packets.size() == 51);
+    CHECK(std::fabs(part.before - 1) < 0.001);
+    CHECK(part.goes_on);
+    CHECK(!sound.goes_on);
+    CHECK(sound.before == 0);
     const auto there = int64_t(std::llround(at * 48000));
     CHECK(std::llabs(click_in(part, there) - there) <= std::max<int64_t>(c.tolerance, 2));
   }
@@ -181,7 +185,7 @@ TEST_CASE("files without sound, damaged and odd ones are refused") {
 
 TEST_CASE("a damaged packet is an error, never other samples") {
   const SoundPackets sound = encode_sound(tones(48000, 1, 1), 1);
-  CHECK(sound.start == -int64_t(sound.format.delay()));
+  CHECK(sound.start == -960);
   SoundDecoder decoder(sound.format);
   std::vector<float> samples;
   CHECK_THROWS_AS(decoder.decode(nullptr, 0, samples), fvv::Error);

@@ -42,8 +42,12 @@ struct SoundPackets {
   // before the sound. Packet i begins at start + i * packet_duration.
   int64_t start = 0;
   std::vector<std::vector<uint8_t>>
-      packets;                       // of 1 to 65,535 bytes; none if there is no sound in the requested part
-  bool encoded = false;              // here; otherwise they are those of the file
+      packets;          // of 1 to 65,535 bytes; none if there is no sound in the requested part
+  bool encoded = false; // here; otherwise they are those of the file
+  // What the file has besides: seconds of sound before the requested part, and whether there is some more
+  // than a tenth of a second after it.
+  double before = 0;
+  bool goes_on = false;
   std::vector<std::string> warnings; // parts of sentences whose subject is the file
 
   int64_t end() const { return start + int64_t(packets.size()) * format.packet_duration; }
@@ -70,11 +74,12 @@ SoundInfo sound_info(const std::string &path, std::optional<uint32_t> stream = {
 // The sound of a file. The name is a file's, never a URL's, and a file that refers to others (a playlist) is
 // not followed. Packets of a file are passed on, from the pre-roll of `from` on, if they are Opus or AAC-LC
 // and follow each other without a gap; gaps in other sound become silence. Encoded sound has exactly the
-// requested part. Error for a file that cannot be read, is cut or damaged, has no sound or no decoder.
+// requested part; one of its packets begins where that begins. Error for a file that cannot be read, is cut
+// or damaged, has no sound or no decoder.
 SoundPackets load_sound(const std::string &path, const SoundRequest &request);
 
-// Interleaved samples, full scale 1, as Opus: 20 ms packets, whose number is as small as it can be. first:
-// time of the first sample. Error for a bit rate that libopus does not take.
+// Interleaved samples, full scale 1, as Opus: packets of 20 ms, the second of which begins at first, the time
+// of the first sample. Error for a bit rate that libopus does not take.
 SoundPackets encode_sound(const std::vector<float> &samples, uint32_t channels, int64_t first = 0,
                           uint32_t bit_rate = 0);
 

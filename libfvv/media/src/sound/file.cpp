@@ -117,9 +117,19 @@ public:
       if (first.size() < 8) first.emplace_back(packet->data, packet->data + packet->size);
       const int64_t begin = expected;
       expected += format.packet_duration;
-      if (begin >= to) break;
+      if (begin >= to) {
+        out.goes_on = begin > to + format.rate / 10;
+        if (out.goes_on) break;
+        continue;
+      }
       if (expected <= from) continue;
-      if (out.packets.empty()) out.start = begin;
+      if (out.packets.empty()) {
+        const auto requested = int64_t(request_.from * format.rate);
+        const int64_t delay =
+            is_opus ? format.delay() : format.packet_duration; // of AAC: as most encoders have it
+        out.before = double(std::max<int64_t>(requested - (out.start + delay), 0)) / format.rate;
+        out.start = begin;
+      }
       out.packets.emplace_back(packet->data, packet->data + packet->size);
     }
     if (!count) throw Error(path_, "holds no sound");
@@ -147,13 +157,17 @@ public:
       const int64_t skip = std::clamp<int64_t>(from - at, 0, count),
                     end = std::clamp<int64_t>(to - at, skip, count);
       if (end > skip) {
-        if (!first) first = at + skip;
+        if (!first) {
+          // Silence, so that a packet begins where the requested part begins.
+          encoder.add_silence(size_t((at + skip - from) % opus_packet));
+          first = at + skip - (at + skip - from) % opus_packet;
+        }
         encoder.add(samples.data() + skip * channels, size_t(end - skip) * channels);
       }
       at += count;
       samples.clear();
     };
-    while (!(start && at >= to)) {
+    while (!(start && at > to + opus_rate / 10)) {
       clear_log();
       int code = avcodec_receive_frame(context_.get(), frame.get());
       if (code == AVERROR_EOF) break;
@@ -205,6 +219,8 @@ public:
     if (at < to) converter.finish(samples);
     flush();
     SoundPackets out = encoder.finish(first.value_or(0));
+    out.before = double(std::max<int64_t>(from - *start, 0)) / opus_rate;
+    out.goes_on = at > to + opus_rate / 10;
     if (filled) out.warnings.push_back("has gaps in its sound, which become silence");
     if (channels < info_.channels)
       out.warnings.push_back("has " + std::to_string(info_.channels) + " channels, which are mixed to " +

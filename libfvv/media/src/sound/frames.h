@@ -38,6 +38,7 @@ public:
   // bit_rate 0: the default. Error.
   OpusEncoder(uint32_t channels, uint32_t bit_rate);
   void add(const float *samples, size_t count); // interleaved, a multiple of the channels
+  void add_silence(size_t samples);             // of each channel
   // first: time of the first sample.
   SoundPackets finish(int64_t first);
 

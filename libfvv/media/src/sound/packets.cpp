@@ -120,6 +120,16 @@ OpusEncoder::OpusEncoder(uint32_t channels, uint32_t bit_rate) : channels_(chann
     throw Error("FFmpeg's libopus does not encode packets of 20 ms");
   frame_ = make_frame();
   packet_ = make_packet();
+  SoundFormat format;
+  format.record.assign(context_->extradata, context_->extradata + context_->extradata_size);
+  if (format.delay() > opus_packet) throw Error("FFmpeg's libopus has a delay of more than a packet");
+  add_silence(opus_packet - format.delay()); // so that the second packet begins with the sound
+  total_ = 0;
+}
+
+void OpusEncoder::add_silence(size_t samples) {
+  const std::vector<float> silence(samples * channels_);
+  add(silence.data(), silence.size());
 }
 
 void OpusEncoder::add(const float *samples, size_t count) {
@@ -155,16 +165,10 @@ SoundPackets OpusEncoder::finish(int64_t first) {
   out.format.channels = channels_;
   out.format.preroll = opus_preroll;
   out.format.record.assign(context_->extradata, context_->extradata + context_->extradata_size);
-  const uint64_t delay = out.format.delay();
-  out.start = first - int64_t(delay);
-  if (total_) {
-    const std::vector<float> silence(size_t(opus_packet) * channels_);
-    while (packets_.size() * opus_packet < total_ + delay) {
-      pending_.insert(pending_.end(), silence.begin(), silence.end());
-      encode(pending_.data());
-      pending_.erase(pending_.begin(), pending_.begin() + std::ptrdiff_t(silence.size()));
-    }
-  }
+  out.start = first - int64_t(opus_packet);
+  if (!total_) return out;
+  const uint64_t wanted = opus_packet + total_;
+  while (packets_.size() * opus_packet < wanted) add_silence(opus_packet);
   out.packets = std::move(packets_);
   return out;
 }
