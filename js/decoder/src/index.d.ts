@@ -59,6 +59,9 @@ export interface Options {
   /** Decoders for video that WebCodecs cannot decode, or for environments without it: () => import("@fvv/video-fallback").
    * Called in this thread, and only when a track needs it. Default: a warning, and frames without pictures. */
   videoFallback?: () => Promise<VideoFallback | WebAssembly.Module>;
+  /** "samples": sound is decoded by WebCodecs and arrives with the event "sound"; "packets": encoded. Default false: no
+   * sound is read. */
+  audio?: false | "samples" | "packets";
   /** Number of frames that are decoded ahead. Default 4. */
   queue?: number;
   /** Tracks of video, as select takes them, from the first frame on. Default all. */
@@ -217,6 +220,53 @@ export interface Track {
   size: number;
 }
 
+/** What is played together is up to the player: among tracks with one language all of them. Their names are in tracks. */
+export interface SoundTrack {
+  track: number;
+  codec: "opus" | "mp4a";
+  channels: number;
+  /** Samples that each packet decodes to. */
+  packetDuration: number;
+  /** Packets to decode before the output is right. */
+  preroll: number;
+  /** From where it is heard, in metres; null: everywhere, as it was mixed. */
+  position: [number, number, number] | null;
+  /** Each chunk has a position of its own. */
+  moves: boolean;
+  /** Opus: the header of RFC 7845, clause 5.1; AAC: AudioSpecificConfig. */
+  record: Uint8Array;
+  /** BCP 47, or empty. */
+  language: string;
+}
+
+/** Decoded sound, with audio: "samples". Blocks of a track follow each other; where one does not, there is silence between. */
+export interface SoundBlock {
+  track: number;
+  /** Number of its first sample, from the scene's time 0 on. */
+  start: number;
+  seconds: number;
+  /** Samples per second. */
+  rate: number;
+  channels: Float32Array[];
+  /** At its beginning; it moves in a straight line to that of the next block. null: not placed. */
+  position: [number, number, number] | null;
+}
+
+/** Encoded sound, with audio: "packets": the chunks of the stream (clause 20.2). */
+export interface SoundPackets {
+  track: number;
+  /** Number of the sample at which the output of the first packet begins. */
+  start: bigint;
+  packetCount: number;
+  /** Packets at the front that repeat the end of the group before. */
+  prerollCount: number;
+  /** If the track moves. */
+  position: [number, number, number];
+  /** Of each packet in data, where they follow one another. */
+  sizes: Uint16Array;
+  data: Uint8Array;
+}
+
 export interface Configuration {
   /** Seconds per tick. */
   timeBase: { numerator: number; denominator: number };
@@ -229,6 +279,7 @@ export interface Configuration {
   tracks: Track[];
   cameras: Camera[];
   videos: Video[];
+  sounds: SoundTrack[];
   /** JSON texts. */
   metadata: string[];
   /** How the stream is to be coloured (TEXR). Defaults: "viewer", 0.05, 3, 0x808080, 0.2, 0.5, 0. */
@@ -428,6 +479,10 @@ export interface DecoderEvents {
   warning: FvvError;
   error: FvvError;
   end: null;
+  /** Sound as soon as it is read, half a second ahead of the frames; a configuration before it. */
+  sound: SoundBlock | SoundPackets;
+  /** A seek: sound from another time follows. */
+  soundrestart: null;
   /** A live stream starts again: times go back. */
   restart: null;
   /** groups, frameCount or seekable have changed: a single response is complete or no longer kept, or the file has
