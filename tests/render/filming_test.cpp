@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
 using namespace fvv::synth;
 using fvv::render::LightField;
@@ -189,4 +190,50 @@ TEST_CASE("camera and frame numbers can be read in every picture") {
     const Picture picture = Filming(scene, {1, 0.3, 0, true}, {25, 1}, 40).shoot(camera, buffer);
     CHECK(read_label(picture, 7) == label_text(uint16_t(camera), 40));
   }
+}
+
+TEST_CASE("a clap in each second is a flash of one frame and a click at its time") {
+  for (const FrameRate rate : {FrameRate{25, 1}, FrameRate{30000, 1001}, FrameRate{50, 1}, FrameRate{4, 1}}) {
+    std::vector<size_t> frames;
+    for (size_t frame = 0; frame_time(rate, frame) < 3; frame++)
+      if (has_clap(rate, frame)) frames.push_back(frame);
+    REQUIRE(frames.size() == 3);
+    for (size_t k = 0; k < 3; k++)
+      CHECK(frames[k] == size_t(std::floor((double(k) + 0.5) * rate.numerator / rate.denominator + 1e-9)));
+    const std::vector<size_t> samples = clap_samples(rate, frames.back() + 1);
+    REQUIRE(samples.size() == 3);
+    const std::vector<int16_t> sound = clap_sound(rate, frames.back() + 2);
+    CHECK(sound.size() == size_t(std::llround(frame_time(rate, frames.back() + 2) * sound_rate)));
+    for (size_t k = 0; k < 3; k++) {
+      CHECK(samples[k] == size_t(std::llround(frame_time(rate, frames[k]) * sound_rate)));
+      CHECK(std::abs(sound[samples[k] - 1]) < 40);
+      CHECK(sound[samples[k]] > 26000);
+    }
+  }
+  const Scene scene(studio(64, 36));
+  SampleBuffer buffer(1, 1, 3);
+  Realism realism;
+  realism.claps = true;
+  const FrameRate rate;
+  double light[2][2]; // with and without claps, of frames 11 and 12
+  for (const bool claps : {false, true})
+    for (const size_t frame : {11u, 12u}) {
+      realism.claps = claps;
+      const Picture picture = Filming(scene, realism, rate, frame).shoot(0, buffer);
+      double sum = 0;
+      for (const uint8_t value : picture.rgb) sum += linear(value);
+      light[claps][frame - 11] = sum;
+    }
+  CHECK(light[true][0] == light[false][0]);
+  CHECK(light[true][1] > 1.8 * light[false][1]);
+  const auto ball = ball_sound(scene.play().ball(), rate, 100);
+  CHECK(ball.size() == 4 * sound_rate);
+  // Each player dribbles and passes once in each half of the cycle.
+  size_t thumps = 0, last = 0;
+  for (size_t i = 0; i < ball.size(); i++)
+    if (std::abs(ball[i]) > 20000) {
+      thumps += !last || i - last > sound_rate / 10;
+      last = i;
+    }
+  CHECK(thumps == 4);
 }

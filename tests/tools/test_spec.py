@@ -126,6 +126,23 @@ def test_schema_of_a_capture_takes_a_pattern_or_an_animated_file():
         assert not accepts(meshes=wrong)
 
 
+def test_schema_of_a_capture_takes_sound():
+    good = {"file": "a%.wav", "stream": 1, "offset": "-1/2", "title": "hall", "language": "pt-BR"}
+    assert accepts(audio=[good, {"file": "b.mp4", "offset": 3}])
+    assert accepts(audio=[{"file": "a.wav", "position": [0, 1, 2.5]}])
+    assert accepts(audio=[{"file": "a.wav", "per_frame": [{"frame": 0, "position": [0, 1, 2.5]}]}])
+    for bad in (
+        {},
+        {"file": ""},
+        {"file": "a.wav", "offset": 0.5},
+        {"file": "a.wav", "language": "en_GB"},
+        {"file": "a.wav", "position": [0, 1]},
+        {"file": "a.wav", "position": [0, 1, 2], "per_frame": [{"frame": 0, "position": [0, 1, 2]}]},
+        {"file": "a.wav", "volume": 1},
+    ):
+        assert not accepts(audio=[bad]), bad
+
+
 def test_schema_of_a_capture_takes_stills_or_a_video():
     definitions = schema("capture")["$defs"]
     validator = jsonschema.Draft202012Validator({"$ref": "#/$defs/source", "$defs": definitions})

@@ -3,6 +3,7 @@
 #include "cli/output.h"
 #include "fvv_cxx/parallel.h"
 #include "fvv_demux/meshes.h"
+#include "fvv_demux/sounds.h"
 #include "fvv_demux/views.h"
 #include "fvvdemux/group.h"
 
@@ -64,6 +65,25 @@ FileNumbers file_numbers(const fvv_configuration &configuration, int64_t count,
     return {};
   }
   return {};
+}
+
+std::optional<scene::Seconds> sound_offset(int64_t tick, const fvv_rational &base,
+                                           const media::SoundPackets &packets) {
+  __extension__ using Wide = __int128;
+  const uint32_t rate = packets.format.rate;
+  Wide numerator = Wide(tick) * base.numerator * rate -
+                   Wide(packets.start + packets.format.delay()) * base.denominator,
+       denominator = Wide(base.denominator) * rate;
+  for (Wide a = numerator < 0 ? -numerator : numerator, b = denominator; b;) {
+    const Wide rest = a % b;
+    a = b;
+    b = rest;
+    if (b) continue;
+    numerator /= a;
+    denominator /= a;
+  }
+  if (numerator > UINT32_MAX || -numerator > UINT32_MAX || denominator > UINT32_MAX) return {};
+  return scene::Seconds{int64_t(numerator), uint32_t(denominator)};
 }
 
 namespace {
@@ -391,6 +411,7 @@ public:
     auto capture = capture_of(reason);
     if (const auto background = write_background(folder); background && capture)
       capture->background = background;
+    if (options.sound && !used.empty()) write_sounds(folder, capture ? &*capture : nullptr);
     result.capture = capture.has_value();
     if (capture)
       folder.write("capture.json", scene::format_capture(*capture));
@@ -462,6 +483,55 @@ private:
                  scene::format_environment(background.environment, *background.lattice, "background.glb"));
     result.background = true;
     return scene::Background{"background.glb", {}, background.lattice};
+  }
+
+  // Of the groups of the frames that were written; capture: takes their description, unless it is NULL.
+  void write_sounds(cli::OutputFolder &folder, scene::Capture *capture) {
+    const UnpackedSounds unpacked = unpack_sounds(file, used.front(), used.back());
+    for (const std::string &why : unpacked.losses) result.losses.push_back(file.path() + ": " + why);
+    std::map<uint16_t, int> parts; // of tracks with gaps
+    for (const UnpackedSound &sound : unpacked.sounds) {
+      const int part = ++parts[sound.track];
+      const std::string name = "audio/" + std::to_string(sound.track) +
+                               (part > 1 ? "_" + std::to_string(part) : "") + "." +
+                               media::sound_extension(sound.packets.format.codec);
+      folder.write(name, media::sound_file(sound.packets));
+      result.sounds++;
+      if (!capture) continue;
+      if (auto source = describe_sound(sound, name, *capture))
+        capture->sounds.push_back(std::move(*source));
+      else
+        result.warnings.push_back(name +
+                                  " is not in capture.json: its offset is no fraction of 32-bit numbers");
+    }
+  }
+
+  // The file begins with the first packet; after the codec's delay it counts from 0.
+  std::optional<scene::SoundSource> describe_sound(const UnpackedSound &sound, const std::string &name,
+                                                   const scene::Capture &capture) {
+    const fvv_configuration *configuration;
+    fvv_diagnostic diagnostic = {};
+    fvv::check(fvv_stream_configuration(stream.get(), used[0], &configuration, &diagnostic), file.path(),
+               diagnostic);
+    const fvv_rational &base = configuration->scene.time_base;
+    const auto offset = sound_offset(frames.front().time, base, sound.packets);
+    if (!offset) return {};
+    scene::SoundSource out;
+    out.file = name;
+    out.offset = *offset;
+    out.first = capture.frames.first;
+    out.title = sound.title;
+    out.language = scene::is_language(sound.language) ? sound.language : "";
+    out.position = sound.position;
+    if (sound.places.empty()) return out;
+    const int64_t ticks = configuration->scene.frame_duration;
+    for (int64_t i = 0; i < capture.frames.count; i++) {
+      const int64_t tick = frames.size() == size_t(capture.frames.count)
+                               ? frames[size_t(i)].time
+                               : frames.front().time + ticks * capture.frames.place(i);
+      out.per_frame[capture.frames.number(i)] = sound.position_at(tick);
+    }
+    return out;
   }
 
   void describe_moving(scene::Capture &capture) {

@@ -25,6 +25,7 @@ struct Options {
   uint32_t threads = 1; // groups at a time; the files are the same for any number
   bool force = false;
   bool background = true;    // the environment as background.glb
+  bool sound = true;         // in files of its codec
   media::MemoryLimit memory; // of all pictures that are decoded at once: fewer groups at a time keep it
 };
 
@@ -36,6 +37,7 @@ struct Result {
   uint64_t atlases = 0;                  // pictures of the atlas
   bool capture = false;                  // capture.json was written
   bool background = false;               // background.glb was written
+  uint64_t sounds = 0;                   // files of sound
   // "IN: frame 4 is lost: 0x1a2b: MESH: ... [FVV-1103]", in order of frames; not empty: exit code 3.
   std::vector<std::string> losses;
   std::vector<std::string> warnings;

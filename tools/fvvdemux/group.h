@@ -4,6 +4,7 @@
 
 #include "cli/output.h"
 #include "fvv_demux/frame_plan.h"
+#include "fvv_media/sound.h"
 #include "fvv_scene/capture.h"
 #include "fvvdemux/demux.h"
 
@@ -71,6 +72,11 @@ scene::Capture describe_scene(const fvv_configuration &configuration, const Opti
 void describe_motion(const fvv_configuration &configuration, const Options &options,
                      const std::vector<WrittenFrame> &frames, const FileNumbers &numbers,
                      scene::Capture &capture);
+
+// Time of a tick of the scene in a file with these packets (fvv_media/sound.h), exact; none if it does not
+// fit.
+std::optional<scene::Seconds> sound_offset(int64_t tick, const fvv_rational &base,
+                                           const media::SoundPackets &packets);
 
 // Frames of the capture; none, with the reason, if they are not regular in number and duration.
 struct FrameSpan {

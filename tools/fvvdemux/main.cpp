@@ -25,6 +25,7 @@ std::string summary(const std::string &file, const demux::Result &result) {
       {"atlas", result.atlases},
       {"capture", result.capture},
       {"background", result.background},
+      {"audio", result.sounds},
       {"losses", result.losses},
       {"warnings", result.warnings}};
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -69,6 +70,7 @@ int main(int argc, char **argv) {
       ->transform(CLI::CheckedTransformer(pictures).description(""));
   app.add_option("--quality", options.quality, "of jpg, 1 to 100; default 95")->check(CLI::Range(1, 100));
   app.add_flag("!--no-background", options.background, "do not write the static environment, background.glb");
+  app.add_flag("!--no-audio", options.sound, "do not write the sound, audio/TRACK.opus or .m4a");
   app.add_option("--threads", options.threads, "groups at a time; default: one for each processor")
       ->check(CLI::Range(1, 256));
   cli::add_max_memory(app, options.memory.bytes);
@@ -76,6 +78,7 @@ int main(int argc, char **argv) {
   app.add_flag("--json", as_json, "print a summary as JSON");
   app.set_version_flag("--version", std::string("fvvdemux ") + fvv_version());
   app.footer("Pictures are whole: what the stream has of them where it was, grey around it.\n"
+             "Sound is that of the groups that the frames are in, with the packets of the stream.\n"
              "Visibility is left out: it describes the mesh as it was coded, and fvvmux computes it again.\n"
              "A frame is written with all its files, or not at all when a part of it is lost.\n"
              "Exit code: 0 done, 1 nothing written, 2 usage, 3 written, and the file is damaged or has lost "

@@ -150,6 +150,10 @@ std::string codec_name(uint32_t codec) {
     return "AV1";
   case FVV_CODEC_OEXR:
     return "OpenEXR";
+  case FVV_CODEC_OPUS:
+    return "Opus";
+  case FVV_CODEC_MP4A:
+    return "AAC";
   default:
     return type_name(codec);
   }
@@ -283,6 +287,26 @@ std::string video_text(const Report &report, const fvv_video_layout &video) {
   return out;
 }
 
+double sound_seconds(const fvv_audio_config &c, const fvv_track_summary &summary) {
+  const uint32_t rate = fvv_audio_sample_rate(&c);
+  return rate ? double(summary.packets) * c.packet_duration / rate : 0;
+}
+
+std::string audio_text(const Report &report, const fvv_audio_config &c, const fvv_track_summary &summary) {
+  std::string out =
+      codec_name(c.codec) + fvv::format(", %u channel%s", c.channels, c.channels == 1 ? "" : "s");
+  const double length = sound_seconds(c, summary);
+  if (length > 0)
+    out += fvv::format(" at %u Hz, %.3f s, %.1f kbit/s", fvv_audio_sample_rate(&c), length,
+                       8 * double(summary.bytes) / length / 1000);
+  if (c.language_size) out += ", language " + printable(c.language, c.language_size);
+  if (c.flags & FVV_AUDIO_MOVES) return out + ", from a place that moves";
+  if (c.flags & FVV_AUDIO_PLACED)
+    out += fvv::format(", from (%.3f, %.3f, %.3f)%s", c.position[0], c.position[1], c.position[2],
+                       report.configuration()->scene.flags & FVV_SCENE_SCALE_UNKNOWN ? " units" : " m");
+  return out;
+}
+
 // ": 2 draco of 31.2 kB, 48 delta of 4053 B"
 std::string profiles_text(const fvv_track_summary &summary) {
   std::string out;
@@ -314,6 +338,9 @@ std::string track_text(const Report &report, const fvv_track &track) {
   if (track.kind == FVV_TRACK_VIDEO)
     if (const auto *video = fvv_configuration_video(report.configuration(), track.id))
       out += ": " + video_text(report, *video);
+  if (track.kind == FVV_TRACK_AUDIO)
+    if (const auto *audio = fvv_configuration_audio(report.configuration(), track.id))
+      out += ": " + audio_text(report, *audio, *found);
   if (track.kind == FVV_TRACK_MESH && found->max_vertices)
     out += ": " + range(found->min_vertices, found->max_vertices) + " vertices, " +
            range(found->min_faces, found->max_faces) + " triangles";
@@ -553,6 +580,22 @@ Json profiles_json(const fvv_track_summary &summary) {
   return out;
 }
 
+Json audio_json(const fvv_audio_config &c, const fvv_track &track, const fvv_track_summary *summary) {
+  Json out = {{"codec", type_name(c.codec)},
+              {"channels", c.channels},
+              {"rate", fvv_audio_sample_rate(&c)},
+              {"packet_duration", c.packet_duration},
+              {"preroll", c.preroll},
+              {"packets", summary ? summary->packets : 0},
+              {"seconds", summary ? sound_seconds(c, *summary) : 0.0},
+              {"bit_rate", track.bit_rate},
+              {"language", std::string(c.language, c.language_size)},
+              {"moves", (c.flags & FVV_AUDIO_MOVES) != 0},
+              {"position", nullptr}};
+  if (c.flags & FVV_AUDIO_PLACED) out["position"] = {c.position[0], c.position[1], c.position[2]};
+  return out;
+}
+
 Json tracks_json(const Report &report, const fvv_configuration &c) {
   Json out = Json::array();
   for (size_t i = 0; i < c.track_count; i++) {
@@ -563,9 +606,11 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
               {"chunks", 0},
               {"key_chunks", 0},
               {"bytes", 0}};
+    const fvv_track_summary *found = nullptr;
     for (size_t k = 0; k < fvv_checker_track_count(report.checker.get()); k++) {
       const auto *s = fvv_checker_track(report.checker.get(), k);
       if (s->track != track.id) continue;
+      found = s;
       t["chunks"] = s->chunks;
       t["key_chunks"] = s->key_chunks;
       t["bytes"] = s->bytes;
@@ -612,6 +657,8 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
                         {"rank", track.rank},
                         {"bit_rate", track.bit_rate},
                         {"size", track.size}};
+    if (const auto *audio = fvv_configuration_audio(&c, track.id))
+      t["audio"] = audio_json(*audio, track, found);
     if (const auto *video = fvv_configuration_video(&c, track.id)) t["video"] = video_json(report, *video);
     out.push_back(t);
   }

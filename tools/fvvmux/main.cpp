@@ -1,6 +1,7 @@
 // fvvmux: packs a capture into a fvv stream. Argument parsing only.
 #include "cli/cli.h"
 #include "cli/output.h"
+#include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/segments.h"
 #include "fvv_mux/summary.h"
@@ -35,7 +36,7 @@ struct Texts {
   std::string codec = "h264", bit_rate, tile, scale, atlas_scale, background = "auto", crop = "auto",
               video_pixels, video_size, video_tracks = "1", step, max_error, mesh_profile = "draco",
               normals = "auto", winding, frames, visibility = "auto", colours = "auto",
-              match_colours = "auto", texture_unseen, texture_inset = "auto";
+              match_colours = "auto", texture_unseen, texture_inset = "auto", audio_bit_rate;
 };
 
 void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &texts) {
@@ -200,6 +201,18 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_flag("!--no-pictures", options.pictures, "leave the pictures out, those of the atlas too");
   app.add_flag("!--no-meshes", options.meshes, "leave the meshes out");
   app.add_flag("!--no-background", options.environment, "leave the static environment out, lights and all");
+  auto *no_audio = app.add_flag("!--no-audio", options.sound, "leave the sound out");
+  app.add_option("--audio-bitrate", texts.audio_bit_rate,
+                 "bits a second of each audio track (96k), encoded as Opus. Default: Opus and AAC-LC stay as "
+                 "they are; "
+                 "other sound has 64k for one channel, 48k a channel for more (docs/fvvmux-sound.md)")
+      ->excludes(no_audio);
+  app.add_option(
+         "--audio-channels", options.sound_channels,
+         "of sound that is encoded, at most: more are mixed down; sound with a place in the scene has one")
+      ->check(CLI::Range(1u, media::max_sound_channels))
+      ->capture_default_str()
+      ->excludes(no_audio);
   app.add_flag("--repeat-configuration", options.repeat_configuration,
                "in front of every group, for those who join late; the environment in every group too");
   app.add_flag("--live", options.live, "no index and no footer");
@@ -223,6 +236,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
   if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
   if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);
   if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);
+  if (!texts.audio_bit_rate.empty()) options.sound_bit_rate = mux::parse_audio_bit_rate(texts.audio_bit_rate);
   options.background = mux::parse_background(texts.background);
   options.crop = mux::parse_crop(texts.crop);
   if (!texts.video_pixels.empty()) options.video_pixels = mux::parse_pixels(texts.video_pixels);

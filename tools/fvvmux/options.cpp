@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 #include "fvv/colours.h"
 #include "fvv/mesh.h"
+#include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_scene/text.h"
 
@@ -85,6 +86,12 @@ uint64_t parse_amount(const char *option, const char *expected, const std::strin
 uint64_t parse_bit_rate(const std::string &text) {
   return parse_amount("--bitrate", "bits a second such as 4M, 800k or 64000, from 1k to 10G", text, 1e3,
                       1e10);
+}
+
+uint32_t parse_audio_bit_rate(const std::string &text) {
+  constexpr double most = double(media::most_sound_bit_rate) * media::max_sound_channels;
+  return uint32_t(parse_amount("--audio-bitrate", "bits a second such as 96k or 64000, from 6k to 2048k",
+                               text, media::least_sound_bit_rate, most));
 }
 
 uint64_t parse_pixels(const std::string &text) {

@@ -11,6 +11,7 @@ int parse_bit_depth(const std::string &text,
                     uint32_t codec);                             // "8"; "10", "16" where the codec has it
 Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23", "lossless"
 uint64_t parse_bit_rate(const std::string &text);                // "4M", "800k", "64000"
+uint32_t parse_audio_bit_rate(const std::string &text);          // "96k", "64000"
 Length parse_length(const std::string &text);                    // "1.5mm", "0.2cm", "0.002m", "0.002"
 MaxError parse_max_error(const std::string &text);               // "0.15", "1mm"
 TileSize parse_tile(const std::string &text);                    // "480x270"

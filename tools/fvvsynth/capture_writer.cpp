@@ -6,6 +6,7 @@
 #include "fvv_geometry/hull.h"
 #include "fvv_media/exr.h"
 #include "fvv_media/image.h"
+#include "fvv_media/sound.h"
 #include "fvv_render/ray_visibility.h"
 #include "fvv_scene/environment.h"
 #include "fvvsynth/atlas.h"
@@ -177,7 +178,7 @@ std::string environment_glb(const Scene &scene, uint32_t threads) {
 
 constexpr uint32_t samples = 3;
 constexpr const char *atlas_file = "atlas.png"; // one for all frames
-constexpr const char *environment_file = "background.glb";
+constexpr const char *environment_file = "background.glb", *clap_file = "claps.wav", *ball_file = "ball.wav";
 constexpr double remesh_cell = 0.0203; // metres: about as many triangles as the tracked mesh
 using Json = nlohmann::ordered_json;
 
@@ -300,6 +301,15 @@ Json description(const Scene &scene, const Recording &recording) {
               {"meshes", {{"pattern", "meshes/%04d.ply"}}}};
   if (recording.atlas) out["atlas"] = {{"pictures", atlas_file}};
   if (recording.environment) out["background"] = {{"file", environment_file}};
+  if (recording.sound) {
+    Json places = Json::array();
+    for (size_t frame = 0; frame < recording.frames; frame++) {
+      const Vec3 at = scene.play().ball().position(frame_time(recording.rate, frame));
+      places.push_back({{"frame", frame}, {"position", {at.x, at.y, at.z}}});
+    }
+    out["audio"] = {{{"file", clap_file}, {"title", "claps"}},
+                    {{"file", ball_file}, {"title", "ball"}, {"per_frame", places}}};
+  }
   out["cameras"] = cameras;
   return out;
 }
@@ -361,6 +371,13 @@ void write_capture(const Scene &scene, const Recording &recording, cli::OutputFo
   }
   if (recording.environment) {
     folder.write(environment_file, environment_glb(scene, recording.threads));
+  }
+  if (recording.sound) {
+    const auto wav = [](const std::vector<int16_t> &samples) {
+      return media::wav_file(samples, 1, sound_rate);
+    };
+    folder.write(clap_file, wav(clap_sound(recording.rate, recording.frames)));
+    folder.write(ball_file, wav(ball_sound(scene.play().ball(), recording.rate, recording.frames)));
   }
   cli::Progress progress("frames", recording.frames);
   const auto frame = [&](size_t number) {

@@ -47,6 +47,7 @@ struct Recording {
   bool visibility = false;  // of every written mesh: what each camera sees of it
   bool linear = false;      // pictures in OpenEXR: linear light, not clipped; without labels
   bool environment = false; // floor and walls as background.glb
+  bool sound = false;       // claps and the ball, in WAV; claps need Realism::claps to be seen
   uint32_t threads = 1;     // the bytes written do not depend on it
 };
 

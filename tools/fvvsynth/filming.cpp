@@ -99,8 +99,70 @@ double frame_time(FrameRate rate, size_t frame) {
   return double(frame) * rate.denominator / rate.numerator;
 }
 
-Filming::Filming(const Scene &filmed, const Realism &realism, FrameRate rate, size_t frame)
-    : scene(filmed), wanted(realism), number(frame) {
+// ---- sound -----------------------------------------------------------------------------------------------
+
+namespace {
+
+size_t sample_count(FrameRate rate, size_t frames) {
+  return size_t(std::llround(frame_time(rate, frames) * sound_rate));
+}
+
+// Adds a decaying tone that begins with its peak.
+void strike(std::vector<double> &sound, size_t first, double hertz, double decay, double length,
+            double peak) {
+  for (size_t i = 0; double(i) < length * sound_rate && first + i < sound.size(); i++) {
+    const double t = double(i) / sound_rate;
+    sound[first + i] += peak * std::exp(-decay * t) * std::cos(2 * 3.14159265358979323846 * hertz * t);
+  }
+}
+
+std::vector<int16_t> samples_of(const std::vector<double> &sound) {
+  std::vector<int16_t> out;
+  for (const double value : sound) out.push_back(int16_t(std::lround(std::clamp(value, -1.0, 1.0) * 32767)));
+  return out;
+}
+
+} // namespace
+
+bool has_clap(FrameRate rate, size_t frame) {
+  // Of seconds, before a frame: ceil(time + 1/2) - 1.
+  const auto middles_before = [&](uint64_t number) {
+    const uint64_t doubled = 2 * number * rate.denominator + rate.numerator,
+                   second = 2 * uint64_t(rate.numerator);
+    return (doubled + second - 1) / second - 1;
+  };
+  return middles_before(frame + 1) > middles_before(frame);
+}
+
+std::vector<size_t> clap_samples(FrameRate rate, size_t frames) {
+  std::vector<size_t> out;
+  for (size_t frame = 0; frame < frames; frame++)
+    if (has_clap(rate, frame)) out.push_back(size_t(std::llround(frame_time(rate, frame) * sound_rate)));
+  return out;
+}
+
+std::vector<int16_t> clap_sound(FrameRate rate, size_t frames) {
+  Random random(0xc1a9);
+  std::vector<double> sound(sample_count(rate, frames));
+  for (double &sample : sound) sample = random.between(-1e-3, 1e-3);
+  for (const size_t first : clap_samples(rate, frames)) strike(sound, first, 1500, 500, 0.008, 0.8);
+  return samples_of(sound);
+}
+
+std::vector<int16_t> ball_sound(const BallPath &ball, FrameRate rate, size_t frames) {
+  std::vector<double> sound(sample_count(rate, frames));
+  constexpr size_t step = sound_rate / 1000;
+  const auto height = [&](size_t millisecond) { return ball.position(double(millisecond) / 1000).y; };
+  for (size_t i = 1; i * step < sound.size(); i++)
+    if (height(i) < ball_radius + 0.01 && height(i) <= height(i - 1) && height(i) < height(i + 1)) {
+      strike(sound, i * step, 95, 22, 0.25, 0.5);
+      strike(sound, i * step, 420, 60, 0.1, 0.25);
+    }
+  return samples_of(sound);
+}
+
+Filming::Filming(const Scene &filmed, const Realism &realism, FrameRate frame_rate, size_t frame)
+    : scene(filmed), wanted(realism), rate(frame_rate), number(frame) {
   const int count = wanted.shutter > 0 ? blur_moments : 1;
   const double open = wanted.shutter * rate.denominator / rate.numerator;
   for (int i = 0; i < count; i++)
@@ -131,8 +193,12 @@ uint64_t Filming::noise_key(size_t camera) const {
   return Random(scene.settings().seed ^ id << 40 ^ uint64_t(number) << 8 ^ 0x5e).next();
 }
 
+constexpr double flash = 2.5; // times the light of other frames
+
 render::Rgb Filming::gains(size_t camera) const {
-  return exposure_gains(scene.settings().seed, scene.cameras()[camera].id, wanted.exposure);
+  const render::Rgb gains =
+      exposure_gains(scene.settings().seed, scene.cameras()[camera].id, wanted.exposure);
+  return gains * (wanted.claps && has_clap(rate, number) ? flash : 1.0);
 }
 
 render::Picture Filming::shoot(size_t camera, render::SampleBuffer &buffer) const {

@@ -53,6 +53,7 @@ struct Realism {
   double exposure = 0; // stops by which cameras differ from the mean, at most
   double shutter = 0;  // how long it is open, as a fraction of a frame
   bool labels = false;
+  bool claps = false; // the light flashes in frames with a clap
 };
 constexpr double default_noise = 1, default_exposure = 0.3, default_shutter = 0.5;
 
@@ -78,11 +79,24 @@ private:
 
   const Scene &scene;
   Realism wanted;
+  FrameRate rate;
   size_t number;
   std::vector<Moment> moments;
 };
 
 // Seconds from the beginning to a frame.
 double frame_time(FrameRate rate, size_t frame);
+
+// Once a second there is a clap, at the time of one frame: the last one that is not after the middle of the
+// second.
+bool has_clap(FrameRate rate, size_t frame);
+
+constexpr uint32_t sound_rate = 48000; // samples a second of the sounds below, which have one channel
+// The samples at which the claps of these frames begin.
+std::vector<size_t> clap_samples(FrameRate rate, size_t frames);
+// A click of 8 ms at each clap, in faint noise.
+std::vector<int16_t> clap_sound(FrameRate rate, size_t frames);
+// A thump whenever the ball meets the floor, as heard at the ball.
+std::vector<int16_t> ball_sound(const BallPath &ball, FrameRate rate, size_t frames);
 
 } // namespace fvv::synth

@@ -77,6 +77,9 @@ int main(int argc, char **argv) {
                "Also write which faces and vertices of the meshes each camera sees, by ray casting");
   app.add_flag("--environment", recording.environment,
                "Also write floor, walls and lamps as background.glb, for players to draw around the action");
+  app.add_flag(
+      "--sound", recording.sound,
+      "Also write sound: a clap in every second, at which the pictures of one frame flash, and the ball");
   app.add_option("--threads", settings.threads, "Threads; the result is the same for any number")
       ->check(CLI::Range(1, 64));
   auto &film = recording.realism;
@@ -123,6 +126,7 @@ int main(int argc, char **argv) {
     if (!atlas && atlas_side->count() > 0)
       throw fvv::Error("--atlas-size: expected with --atlas only", fvv::Error::usage);
     if (atlas) recording.atlas = atlas_size;
+    film.claps = recording.sound;
     recording.linear = pictures == "exr";
     if (recording.linear && film.labels)
       throw fvv::Error("--frame-numbers: expected with --pictures png only", fvv::Error::usage);

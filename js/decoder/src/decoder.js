@@ -7,6 +7,7 @@ import { rungsOf } from "./ladder.js";
 import { Frame } from "./frame.js";
 import { compileBackground, compileCodec, compileCore, compileProjection } from "./modules.js";
 import { connect } from "./port.js";
+import { SoundDecoders } from "./sound.js";
 import { createProjection } from "./wasm.js";
 
 /** How long a worker may take to start. */
@@ -73,6 +74,8 @@ export class Decoder extends EventTarget {
   #givenRungs = null; // by a manifest
   #ended = false;
   #closed = false;
+  #sounds = null; // decoders of sound
+  #heard = 0; // generation of sounds that are wanted; those of former ones were read before a seek
 
   /** Use createDecoder. */
   static async create(options) {
@@ -104,14 +107,15 @@ export class Decoder extends EventTarget {
       signal.addEventListener("abort", stop, { once: true });
       this.#finish.push(() => signal.removeEventListener("abort", stop));
     }
-    const { limits, normals, visibility, visibilityWeights, video, queue, tracks, look, quality } = options;
-    const wanted = { limits, normals, visibility, visibilityWeights, video, queue, tracks, quality };
-    this.rungs = [];
+    const { limits, normals, visibility, visibilityWeights, video, audio, queue, tracks, look, quality } = options;
+    const decoded = { normals, visibility, visibilityWeights, video, audio: audio !== false };
+    const wanted = { limits, ...decoded, queue, tracks, quality };
     this.quality = checkedQuality(quality);
     const modes = { hasFallback: Boolean(fallback), waitsForSelection: look !== null };
     const opened = await this.#call("open", { source, module, ...wanted, ...modes });
-    Object.assign(this, opened, { rungs: opened.rungs ?? [] });
     this.#givenRungs = opened.rungs;
+    Object.assign(this, opened, { rungs: opened.rungs ?? [] });
+    if (audio !== false) this.#listen(audio === "packets");
     if (look) await this.#lookAtOnce(look, tracks);
   }
 
@@ -136,6 +140,27 @@ export class Decoder extends EventTarget {
     const engine = new Engine(served);
     this.#call = async (name, argument) => engine[name](argument);
     this.#finish.push(() => engine.close());
+  }
+
+  /** Sound is read ahead of the frames, and dispatched as soon as it is decoded. */
+  async #listen(encoded) {
+    const emit = (block) => this.dispatchEvent(new FvvEvent("sound", block));
+    const warn = (error) => this.dispatchEvent(new FvvEvent("warning", error));
+    if (!encoded) this.#sounds = new SoundDecoders({ emit, warn });
+    this.#finish.push(() => this.#sounds?.close());
+    try {
+      while (!this.#closed) {
+        const sounds = await this.#call("soundsAhead");
+        if (!sounds || this.#closed) return;
+        const { generation, configured, chunks } = sounds;
+        if (configured) this.#sounds?.configure(configured);
+        if (generation < this.#heard) continue;
+        if (this.#sounds) this.#sounds.take(chunks);
+        else chunks.forEach(emit);
+      }
+    } catch {
+      // The next call of next() reports why.
+    }
   }
 
   get inWorker() {
@@ -293,7 +318,16 @@ export class Decoder extends EventTarget {
       const { numerator, denominator } = (await this.#firstConfiguration()).timeBase;
       place = { time: BigInt(Math.floor((seconds * denominator) / numerator + 1e-6)) };
     }
-    await this.#call("seek", place);
+    const former = this.#heard;
+    this.#heard = Infinity;
+    this.#sounds?.restart();
+    try {
+      this.#heard = await this.#call("seek", place);
+    } catch (error) {
+      this.#heard = former;
+      throw error;
+    }
+    this.dispatchEvent(new FvvEvent("soundrestart", null));
     this.#ended = false;
   }
 

@@ -9,6 +9,8 @@ import { openSource } from "./sources.js";
 
 /** A file that changes more often is an error. */
 const REOPEN_MAX = 3;
+/** Seconds that are read ahead of the last frame in the queue if there is sound, which has to arrive before its time. */
+const SOUND_AHEAD = 0.5;
 
 export class Engine {
   #pull;
@@ -26,7 +28,13 @@ export class Engine {
   #cache;
   #playback;
   #generation = 0; // of seeks
+  #read = []; // frames and events that are not in the queue yet; their pictures are not decoded
   #queue = [];
+  #hearing = false; // whether sound is wanted
+  #sounds = null; // what soundsAhead returns next: {generation, configured, chunks}
+  #listening = null; // resolves when that changes
+  #soundTracks = 0;
+  #tickSeconds = 0;
   #waiting = null; // resolves when something is in the queue
   #room = null; // resolves when there is room in the queue
   #running; // promise of the current generation
@@ -47,7 +55,8 @@ export class Engine {
   /** tracks: as of select. waitsForSelection: nothing is played before the first call of select. */
   async open(options) {
     const { source, module, limits, video, hasFallback, queue, tracks = null, quality = "auto", ...more } = options;
-    const { waitsForSelection = false, ...want } = more;
+    const { waitsForSelection = false, audio = false, ...want } = more;
+    this.#hearing = audio;
     this.#limit = Math.max(1, queue);
     this.#quality = quality;
     this.#description = source;
@@ -89,10 +98,63 @@ export class Engine {
 
   /** Events are queued between frames, so that they are dispatched in order. */
   #emit(type, detail) {
-    // The detail is transferred to another thread, with the records in it.
-    if (type === "configuration") this.#pictures.configure(structuredClone(detail));
-    this.#queue.push({ type, detail });
+    if (type === "sounds") return this.#hearing && this.#addSounds({ chunks: detail });
+    if (type === "configuration") this.#configureSound(detail);
+    this.#read.push({ type, detail });
+    this.#fill();
+  }
+  #configureSound({ sounds, timeBase }) {
+    this.#soundTracks = sounds.length;
+    this.#tickSeconds = timeBase.numerator / timeBase.denominator;
+    if (this.#hearing) this.#addSounds({ configured: structuredClone(sounds) });
+  }
+  #addSounds({ configured = null, chunks = [] }) {
+    const sounds = (this.#sounds ??= { generation: this.#generation, configured: null, chunks: [] });
+    if (configured) Object.assign(sounds, { configured, chunks: [] });
+    sounds.chunks.push(...chunks);
+    this.#listening?.();
+  }
+  /** What was read since the last call, as soon as there is some: {generation, configured, chunks}; null at the end. */
+  async soundsAhead() {
+    while (!this.#sounds && !this.#closed) await new Promise((resolve) => (this.#listening = resolve));
+    const sounds = this.#sounds;
+    this.#sounds = null;
+    return sounds;
+  }
+
+  /** Moves what was read into the queue as far as there is room, and starts the decoding of its pictures. */
+  #fill() {
+    while (this.#read.length) {
+      const [{ type, detail, frame }] = this.#read;
+      if (type === "frame" && !frame.skipped && this.#full) return;
+      this.#read.shift();
+      // The detail is transferred to another thread, with the records in it.
+      if (type === "configuration") this.#pictures.configure(structuredClone(detail));
+      if (type === "frame") this.#enqueue(frame);
+      else this.#queue.push({ type, detail });
+    }
     this.#wake();
+  }
+  #enqueue(frame) {
+    const pictures = this.#pictures.submit(frame);
+    pictures.catch(() => {});
+    if (frame.skipped) {
+      this.#stats.skipped++;
+      pictures.then(closeAll, () => {});
+      return;
+    }
+    this.#last = frame.time;
+    this.#stats.frames++;
+    this.#stats.decodeMs += frame.decodeMs;
+    this.#queue.push({ type: "frame", frame, pictures });
+  }
+  /** Whether enough was read. */
+  get #ahead() {
+    if (!this.#hearing || !this.#soundTracks) return this.#full;
+    const frames = this.#read.filter(({ type }) => type === "frame");
+    return (
+      frames.length > 0 && Number(frames.at(-1).frame.time - frames[0].frame.time) * this.#tickSeconds >= SOUND_AHEAD
+    );
   }
   #wake() {
     const waiting = this.#waiting;
@@ -105,6 +167,8 @@ export class Engine {
 
   async #play(place) {
     const generation = ++this.#generation;
+    this.#read = this.#read.filter((item) => item.type === "warning" || item.type === "background");
+    if (this.#sounds) Object.assign(this.#sounds, { generation, chunks: [] });
     this.#queue.forEach((item) => item.type === "frame" && discard(item));
     this.#queue = this.#queue.filter((item) => item.type === "warning" || item.type === "background");
     this.#room?.();
@@ -119,7 +183,7 @@ export class Engine {
     try {
       if (generation === this.#generation) await this.#produceAcrossChanges(generation, place);
     } catch (error) {
-      if (generation === this.#generation) this.#queue.push({ type: "error", detail: FvvError.from(error) });
+      if (generation === this.#generation) this.#emit("error", FvvError.from(error));
     } finally {
       done();
       this.#wake();
@@ -152,21 +216,13 @@ export class Engine {
     for await (const frame of this.#frames) {
       if (!current()) return;
       this.#cache.evict();
-      const pictures = this.#pictures.submit(frame);
-      pictures.catch(() => {});
-      if (frame.skipped) {
-        this.#stats.skipped++;
-        pictures.then(closeAll, () => {});
-        continue;
-      }
-      this.#last = frame.time;
-      this.#stats.frames++;
-      this.#stats.decodeMs += frame.decodeMs;
-      this.#queue.push({ type: "frame", frame, pictures });
-      this.#wake();
-      while (current() && this.#full) await new Promise((resolve) => (this.#room = resolve));
+      this.#read.push({ type: "frame", frame });
+      this.#fill();
+      while (current() && this.#ahead) await new Promise((resolve) => (this.#room = resolve));
       if (!current()) return;
     }
+    while (current() && this.#read.length) await new Promise((resolve) => (this.#room = resolve));
+    if (!current()) return;
     await this.#pictures.flush();
     if (current()) this.#queue.push({ type: "end" });
   }
@@ -186,6 +242,7 @@ export class Engine {
         continue;
       }
       this.#queue.shift();
+      this.#fill();
       const room = this.#room;
       this.#room = null;
       room?.();
@@ -195,10 +252,12 @@ export class Engine {
     }
   }
 
+  /** Returns the generation of sounds from there on. */
   seek(place) {
     if (!this.#playback.about.seekable)
       throw new FvvError({ code: "state", fatal: false, message: "this source cannot be sought in" });
     this.#play(place);
+    return this.#generation;
   }
 
   /** [{start, end}] in ticks: times that can be played without the network. */
@@ -247,12 +306,14 @@ export class Engine {
     this.#generation++;
     this.#room?.();
     this.#queue.forEach((item) => item.type === "frame" && discard(item));
+    this.#read = [];
     this.#queue = [{ type: "end" }];
     this.#wake();
     this.#abort?.abort();
     this.#frames?.return().catch(() => {});
     this.#pictures?.close();
     this.#closed = true;
+    this.#listening?.();
     this.#source?.close?.();
   }
 }

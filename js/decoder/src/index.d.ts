@@ -59,6 +59,9 @@ export interface Options {
   /** Decoders for video that WebCodecs cannot decode, or for environments without it: () => import("@fvv/video-fallback").
    * Called in this thread, and only when a track needs it. Default: a warning, and frames without pictures. */
   videoFallback?: () => Promise<VideoFallback | WebAssembly.Module>;
+  /** "samples": sound is decoded by WebCodecs and arrives with the event "sound"; "packets": encoded. Default false: no
+   * sound is read. */
+  audio?: false | "samples" | "packets";
   /** Number of frames that are decoded ahead. Default 4. */
   queue?: number;
   /** Tracks of video, as select takes them, from the first frame on. Default all. */
@@ -94,38 +97,6 @@ export interface RungChange extends Rung {
   throughput: number | null;
   /** Seconds that have arrived and are not played; null: not known. */
   buffer: number | null;
-}
-
-/** A chunk of an audio track (clause 20.2). */
-export interface Sound {
-  track: number;
-  /** Ticks of the track. */
-  start: bigint;
-  packetCount: number;
-  /** Packets at the beginning that repeat the end of the group before. */
-  prerollCount: number;
-  position: number[];
-  /** Bytes of each packet; they follow one another in data. */
-  sizes: Uint16Array;
-  data: Uint8Array;
-}
-
-/** An audio track (clause 20.1). */
-export interface Audio {
-  track: number;
-  /** "opus", "mp4a" */
-  codec: string;
-  channels: number;
-  /** Samples that a packet decodes to, per channel. */
-  packetDuration: number;
-  preroll: number;
-  /** Metres; null: the sound has no place. */
-  position: number[] | null;
-  moves: boolean;
-  /** Identification header of Opus, AudioSpecificConfig of AAC: as WebCodecs takes them. */
-  record: Uint8Array;
-  /** BCP 47; may be empty. */
-  language: string;
 }
 
 /** The viewer's position and target in world coordinates, and how a picture from there is textured (docs/fvvrender.md). */
@@ -278,6 +249,53 @@ export interface Track {
   size: number;
 }
 
+/** What is played together is up to the player: among tracks with one language all of them. Their names are in tracks. */
+export interface SoundTrack {
+  track: number;
+  codec: "opus" | "mp4a";
+  channels: number;
+  /** Samples that each packet decodes to. */
+  packetDuration: number;
+  /** Packets to decode before the output is right. */
+  preroll: number;
+  /** From where it is heard, in metres; null: everywhere, as it was mixed. */
+  position: [number, number, number] | null;
+  /** Each chunk has a position of its own. */
+  moves: boolean;
+  /** Opus: the header of RFC 7845, clause 5.1; AAC: AudioSpecificConfig. */
+  record: Uint8Array;
+  /** BCP 47, or empty. */
+  language: string;
+}
+
+/** Decoded sound, with audio: "samples". Blocks of a track follow each other; where one does not, there is silence between. */
+export interface SoundBlock {
+  track: number;
+  /** Number of its first sample, from the scene's time 0 on. */
+  start: number;
+  seconds: number;
+  /** Samples per second. */
+  rate: number;
+  channels: Float32Array[];
+  /** At its beginning; it moves in a straight line to that of the next block. null: not placed. */
+  position: [number, number, number] | null;
+}
+
+/** Encoded sound, with audio: "packets": the chunks of the stream (clause 20.2). */
+export interface SoundPackets {
+  track: number;
+  /** Number of the sample at which the output of the first packet begins. */
+  start: bigint;
+  packetCount: number;
+  /** Packets at the front that repeat the end of the group before. */
+  prerollCount: number;
+  /** If the track moves. */
+  position: [number, number, number];
+  /** Of each packet in data, where they follow one another. */
+  sizes: Uint16Array;
+  data: Uint8Array;
+}
+
 export interface Configuration {
   /** Seconds per tick. */
   timeBase: { numerator: number; denominator: number };
@@ -290,7 +308,7 @@ export interface Configuration {
   tracks: Track[];
   cameras: Camera[];
   videos: Video[];
-  sounds: Audio[];
+  sounds: SoundTrack[];
   /** JSON texts. */
   metadata: string[];
   /** How the stream is to be coloured (TEXR). Defaults: "viewer", 0.05, 3, 0x808080, 0.2, 0.5, 0. */
@@ -492,6 +510,10 @@ export interface DecoderEvents {
   warning: FvvError;
   error: FvvError;
   end: null;
+  /** Sound as soon as it is read, half a second ahead of the frames; a configuration before it. */
+  sound: SoundBlock | SoundPackets;
+  /** A seek: sound from another time follows. */
+  soundrestart: null;
   /** A live stream starts again: times go back. */
   restart: null;
   /** groups, frameCount or seekable have changed: a single response is complete or no longer kept, or the file has
@@ -500,8 +522,6 @@ export interface DecoderEvents {
   stats: Stats;
   /** Another rung of the ladder is played from here on. */
   rung: RungChange;
-  /** Sound that arrived with the frame before. */
-  sounds: Sound[];
 }
 
 /** A group in the index. */

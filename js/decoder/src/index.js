@@ -70,6 +70,9 @@ export async function createDecoder(options = {}) {
     throw new FvvError({ code: "argument", message: "videoFallback: expected a function that imports the package" });
   if (limits.cacheBytes !== undefined && !(limits.cacheBytes >= 0))
     throw new FvvError({ code: "argument", message: "limits.cacheBytes: expected a number of bytes; 0 keeps nothing" });
+  const audio = options.audio ?? false;
+  if (![false, "samples", "packets"].includes(audio))
+    throw new FvvError({ code: "argument", message: 'audio: expected false, "samples" or "packets"' });
   const video = options.video ?? (typeof VideoDecoder === "function" || videoFallback ? "pictures" : "samples");
   return Decoder.create({
     worker,
@@ -79,6 +82,7 @@ export async function createDecoder(options = {}) {
     visibility,
     visibilityWeights,
     video,
+    audio,
     videoFallback,
     queue,
     tracks,

@@ -10,6 +10,7 @@ const { call } = connect(self, {
     const item = await engine.next();
     return item.detail instanceof FvvError ? { ...item, detail: item.detail.toPlain() } : plainGap(item);
   },
+  soundsAhead: () => engine.soundsAhead(),
   seek: (place) => engine.seek(place),
   peek: () => engine.peek(),
   select: (wanted) => engine.select(wanted),

@@ -1,11 +1,9 @@
-// Video files: packets by libavformat, the index of pictures, and pictures at random places. libavformat is
-// given bytes, not a name: a file called "http:..." or "a%d.png" is that file, and nothing that a file refers
-// to is opened.
+// Video files: the index of pictures, and pictures at random places.
 #include "fvv_media/video_file.h"
 
 #include "codecs.h"
+#include "demuxer.h"
 #include "ffmpeg.h"
-#include "fvv_cxx/input_file.h"
 #include "video_rgb.h"
 
 #include <algorithm>
@@ -17,37 +15,12 @@
 #include <numeric>
 
 extern "C" {
-#include <libavformat/avformat.h>
 #include <libavutil/display.h>
 }
 
 namespace fvv::media {
 
 namespace {
-
-class Demuxer {
-public:
-  Demuxer(const std::string &path, std::optional<uint32_t> stream);
-  ~Demuxer();
-  Demuxer(const Demuxer &) = delete;
-
-  const AVStream &stream() const { return *stream_; }
-  // The next packet of the stream that is not empty; false at the end of the file. Error for a truncated or
-  // damaged file, as far as the container shows it.
-  bool read(AVPacket *packet);
-  // Seeks to a key at or before a decoding time, as far as the container knows; false if it cannot.
-  bool seek(int64_t dts);
-
-private:
-  struct Source;
-  void open();
-  void choose(std::optional<uint32_t> wanted);
-
-  const std::string path_;
-  std::unique_ptr<Source> source_;
-  AVFormatContext *context_ = nullptr;
-  AVStream *stream_ = nullptr;
-};
 
 struct VideoIndex {
   struct Entry {
@@ -60,128 +33,6 @@ struct VideoIndex {
 
   int64_t pts(size_t picture) const { return packets[packet_of[picture]].pts; }
 };
-
-struct Demuxer::Source {
-  FILE *file;
-  AVIOContext *io = nullptr;
-
-  explicit Source(const std::string &path) : file(fdopen(open_to_read(path), "rb")) {
-    constexpr int buffer_size = 65536;
-    auto *buffer = static_cast<uint8_t *>(av_malloc(buffer_size));
-    if (buffer) io = avio_alloc_context(buffer, buffer_size, 0, this, read, nullptr, seek);
-    if (io) return;
-    av_free(buffer);
-    fclose(file);
-    throw std::bad_alloc();
-  }
-  Source(const Source &) = delete;
-  ~Source() {
-    av_free(io->buffer);
-    avio_context_free(&io);
-    fclose(file);
-  }
-
-  static int read(void *source, uint8_t *bytes, int size) {
-    FILE *from = static_cast<Source *>(source)->file;
-    const size_t got = fread(bytes, 1, size_t(size), from);
-    if (got) return int(got);
-    return ferror(from) ? AVERROR(EIO) : AVERROR_EOF;
-  }
-  static int64_t seek(void *source, int64_t offset, int whence) {
-    FILE *in = static_cast<Source *>(source)->file;
-    whence &= ~AVSEEK_FORCE;
-    if (whence != AVSEEK_SIZE) return fseeko(in, offset, whence) ? AVERROR(errno) : int64_t(ftello(in));
-    const off_t here = ftello(in);
-    if (fseeko(in, 0, SEEK_END)) return AVERROR(errno);
-    const off_t size = ftello(in);
-    return fseeko(in, here, SEEK_SET) ? AVERROR(errno) : int64_t(size);
-  }
-};
-
-int refuse_open(AVFormatContext *, AVIOContext **, const char *, int, AVDictionary **) {
-  return AVERROR(EPERM);
-}
-
-// Formats that only list other files.
-bool is_list(const char *format) {
-  for (const char *list : {"concat", "dash", "hls", "imf", "sdp", "webm_dash_manifest"})
-    if (!strcmp(format, list)) return true;
-  return false;
-}
-
-Demuxer::Demuxer(const std::string &path, std::optional<uint32_t> stream)
-    : path_(path), source_(std::make_unique<Source>(path)) {
-  quiet_log();
-  clear_log();
-  try {
-    open();
-    choose(stream);
-  } catch (...) {
-    avformat_close_input(&context_);
-    throw;
-  }
-}
-
-Demuxer::~Demuxer() {
-  avformat_close_input(&context_);
-}
-
-void Demuxer::open() {
-  context_ = avformat_alloc_context();
-  if (!context_) throw std::bad_alloc();
-  context_->pb = source_->io;
-  context_->flags |= AVFMT_FLAG_CUSTOM_IO; // its owner is source_
-  context_->io_open = refuse_open;
-  context_->error_recognition = AV_EF_CRCCHECK | AV_EF_BITSTREAM | AV_EF_BUFFER | AV_EF_EXPLODE;
-  const AVInputFormat *format = nullptr;
-  int code = av_probe_input_buffer2(source_->io, &format, "", context_, 0, 0);
-  if (code < 0) fail(path_ + ": is no video file, or is cut or damaged", code);
-  if (is_list(format->name))
-    throw Error(path_, std::string("is a list of other files (") + format->name + "), which are not read");
-  code = avformat_open_input(&context_, "", format, nullptr); // frees the context when it fails
-  if (code < 0) fail(path_ + ": is no video file, or is cut or damaged", code);
-  code = avformat_find_stream_info(context_, nullptr);
-  // It decodes as well, and errors of the decoder in a file that begins within a group do not count here.
-  if (code < 0 || log_has_demuxer_error()) fail(path_ + ": is cut or damaged", code);
-}
-
-void Demuxer::choose(std::optional<uint32_t> wanted) {
-  const auto is_video = [](const AVStream &stream) {
-    return stream.codecpar->codec_type == AVMEDIA_TYPE_VIDEO &&
-           !(stream.disposition & AV_DISPOSITION_ATTACHED_PIC);
-  };
-  for (unsigned i = 0; i < context_->nb_streams; i++) {
-    AVStream &stream = *context_->streams[i];
-    stream.discard = AVDISCARD_ALL;
-    if (!stream_ && (wanted ? i == *wanted : is_video(stream))) stream_ = &stream;
-  }
-  if (!stream_)
-    throw Error(path_, wanted ? "has " + std::to_string(context_->nb_streams) + " streams, stream " +
-                                    std::to_string(*wanted) + " is not among them"
-                              : "has no video stream");
-  if (!is_video(*stream_)) throw Error(path_, "stream " + std::to_string(*wanted) + " is no video");
-  stream_->discard = AVDISCARD_DEFAULT;
-}
-
-bool Demuxer::read(AVPacket *packet) {
-  clear_log();
-  for (;;) {
-    av_packet_unref(packet);
-    const int code = av_read_frame(context_, packet);
-    // Demuxers log a message for a file that ends too early, and then report a regular end.
-    if (log_has_error() || (code < 0 && code != AVERROR_EOF)) fail(path_ + ": is cut or damaged", code);
-    if (code == AVERROR_EOF) return false;
-    if (packet->stream_index != stream_->index || packet->size == 0) continue;
-    if (packet->flags & AV_PKT_FLAG_CORRUPT) throw Error(path_, "is cut or damaged");
-    return true;
-  }
-}
-
-bool Demuxer::seek(int64_t dts) {
-  const bool found = av_seek_frame(context_, stream_->index, dts, AVSEEK_FLAG_BACKWARD) >= 0;
-  clear_log();
-  return found;
-}
 
 // Why pictures with this transfer are rejected; NULL if they are not.
 const char *refused_transfer(AVColorTransferCharacteristic transfer) {
@@ -278,13 +129,13 @@ VideoIndex make_index(Demuxer &demuxer, const std::string &path) {
 class VideoFile::Reader {
 public:
   Reader(const std::string &path, std::optional<uint32_t> stream)
-      : path_(path), stream_(stream), demuxer_(std::make_unique<Demuxer>(path, stream)) {
+      : path_(path), stream_(stream), demuxer_(std::make_unique<Demuxer>(path, Demuxer::video, stream)) {
     index_ = std::make_shared<const VideoIndex>(make_index(*demuxer_, path));
     open_decoder();
   }
   explicit Reader(const Reader &other)
       : path_(other.path_), stream_(other.stream_), index_(other.index_),
-        demuxer_(std::make_unique<Demuxer>(path_, stream_)) {
+        demuxer_(std::make_unique<Demuxer>(path_, Demuxer::video, stream_)) {
     open_decoder();
   }
 
@@ -368,7 +219,7 @@ private:
     start_pts_ = index_->packets[number].pts;
     if (!seek(number)) {
       demuxer_.reset();
-      demuxer_ = std::make_unique<Demuxer>(path_, stream_);
+      demuxer_ = std::make_unique<Demuxer>(path_, Demuxer::video, stream_);
       for (size_t i = 0; i <= number; i++)
         if (!demuxer_->read(packet_.get())) changed();
     }

@@ -128,6 +128,7 @@ public:
   // Writes index and footer and completes the summary. start: of the whole run.
   void finish(std::chrono::steady_clock::time_point start) {
     summary.bytes = writer->finish();
+    summary.sounds = writer->sounds();
     if (warn_of_rates(summary)) plan.warned = true;
     if (plan.capture.mesh_cache) summary.mesh_reads = scene::mesh_reads(*plan.capture.mesh_cache);
     summary.picture_reads = plan.videos->reads();
@@ -285,9 +286,15 @@ private:
     Group group = std::move(groups[index]);
     groups[index] = {};
     const size_t first = plan.first_of(index), count = plan.frames_of(index);
+    const std::vector<SoundChunk> sounds = sound_chunks(plan, plan.groups[index]);
+    auto sound = sounds.begin();
+    const auto write_sound_before = [&](int64_t tick) {
+      for (; sound != sounds.end() && sound->time < tick; ++sound) writer->sound(*sound);
+    };
     if (index && plan.options.repeat_configuration) writer->repeat_configuration();
     writer->begin_group(index);
     for (size_t i = 0; i < count; i++) {
+      write_sound_before(plan.tick_of(first + i)); // that of a frame after its pictures
       if (plan.has_meshes() && plan.options.verify && !plan.has_mesh(first + i))
         summary.origins.emplace_back();
       if (plan.has_mesh(first + i)) {
@@ -330,6 +337,7 @@ private:
       if (plan.background && first_or_repeated && i == std::min<size_t>(1, count - 1))
         summary.background.add(writer->background(first + i));
     }
+    write_sound_before(plan.groups[index].end);
     writer->end_group();
     if (plan.geometry && !plan.options.verify) plan.geometry->forget(index);
     const media::VideoCodec &codec = *media::find_video_codec(plan.options.codec);

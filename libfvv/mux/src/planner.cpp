@@ -12,6 +12,7 @@
 #include "mux/src/layout.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
+#include "mux/src/sound/sound.h"
 #include "mux/src/visibility.h"
 
 #include <algorithm>
@@ -50,6 +51,7 @@ bool select(scene::Capture &capture, const Options &options, const Observer &obs
   if (!options.meshes) capture.meshes.reset();
   if (!options.meshes || !options.pictures) capture.atlas.reset();
   if (!options.environment) capture.background.reset();
+  if (!options.sound) capture.sounds.clear();
   bool pictures = false;
   for (scene::Camera &camera : capture.cameras) {
     if (!options.pictures || !camera.texture) {
@@ -317,6 +319,7 @@ Plan plan_frames(scene::Capture given, const std::vector<BadFrame> &bad,
     for (const std::string &warning : plan.background->warnings) plan.observer.warn(warning);
     plan.warned = plan.warned || !plan.background->warnings.empty();
   }
+  plan.warned = load_sounds(plan) || plan.warned;
   return plan;
 }
 

@@ -100,7 +100,8 @@ fvv_status StreamWriter::write(void *user, const void *bytes, size_t size) {
 }
 
 StreamWriter::StreamWriter(const Plan &chosen, const Sink &out_of_here, NominalRates nominal)
-    : plan(chosen), sink(out_of_here), rates(std::move(nominal)), writer(nullptr, fvv_writer_destroy) {
+    : plan(chosen), sink(out_of_here), rates(std::move(nominal)), sound_bytes(chosen.sounds.size()),
+      writer(nullptr, fvv_writer_destroy) {
   check_groups();
   if (any_moves(plan.capture)) moving.emplace(plan.capture, plan.lattice.lattice.step);
   // First to nowhere: when a record is refused, the output has received no byte.
@@ -123,7 +124,8 @@ void StreamWriter::check_groups() const {
   uint64_t frames = 0;
   for (const GroupSpan &group : plan.groups) frames = std::max<uint64_t>(frames, group.count);
   const uint64_t in_a_frame = uint64_t(plan.has_meshes()) + plan.tracks.size() + any_moves(plan.capture) +
-                              plan.visibility.on + plan.colours.on + (plan.background != nullptr);
+                              plan.visibility.on + plan.colours.on + (plan.background != nullptr) +
+                              plan.sounds.size();
   // Besides GRUP, and a layout for each track.
   check_count(1 + plan.tracks.size() + frames * in_a_frame, limits.max_group_chunks,
               "chunks in a group of " + std::to_string(frames) + " frames", "fewer frames in a group");
@@ -160,7 +162,11 @@ void StreamWriter::write_track(uint16_t id, uint8_t kind, const std::string &nam
     track.rank = uint16_t(video->rung);
     track.size = video->tiling.width * video->tiling.height;
   }
-  configure(FVV_CHUNK_TRACK, id,
+  write_track(track);
+}
+
+void StreamWriter::write_track(const fvv_track &track) {
+  configure(FVV_CHUNK_TRACK, track.id,
             record(plan.capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
               return fvv_track_encode(&track, out, size, written, d);
             }));
@@ -188,6 +194,7 @@ void StreamWriter::write_configuration() {
   if (plan.colours.on) write_track(colour_track, FVV_TRACK_COLOURS, "colours");
   for (const VideoTrack *track : video_tracks())
     if (track->id > calibration_track) write_video_track(*track);
+  for (size_t i = 0; i < plan.sounds.size(); i++) write_sound_track(i);
   for (const scene::Camera &source : capture.cameras) {
     const fvv_camera camera = described(capture, source);
     const std::string name = capture.path + ": camera " + std::to_string(camera.id);
@@ -197,6 +204,7 @@ void StreamWriter::write_configuration() {
               }));
   }
   for (const VideoTrack *track : video_tracks()) write_video(*track);
+  for (size_t i = 0; i < plan.sounds.size(); i++) write_sound(i);
   if (const std::optional<fvv_texturing> texturing = texturing_of(plan))
     configure(FVV_CHUNK_TEXTURING, 0,
               record(capture.path, [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
@@ -244,6 +252,27 @@ void StreamWriter::write_video(const VideoTrack &track) {
             }));
   if (track.is_atlas()) return;
   configure(FVV_CHUNK_TILES, track.id, layout_record(track.tiling.tiles));
+}
+
+void StreamWriter::write_sound_track(size_t number) {
+  const SoundTrack &sound = plan.sounds[number];
+  fvv_track track = {};
+  track.id = sound_track_id(number);
+  track.kind = FVV_TRACK_AUDIO;
+  track.time_base = time_base_of(sound);
+  track.bit_rate = bit_rate_of(sound);
+  track.name = sound.source.title.data();
+  track.name_size = sound.source.title.size();
+  write_track(track);
+}
+
+void StreamWriter::write_sound(size_t number) {
+  const fvv_audio_config config = config_of(plan.sounds[number]);
+  configure(FVV_CHUNK_AUDIO_CONFIG, sound_track_id(number),
+            record(plan.capture.resolve(plan.sounds[number].source.file),
+                   [&](uint8_t *out, size_t size, size_t *written, fvv_diagnostic *d) {
+                     return fvv_audio_config_encode(&config, out, size, written, d);
+                   }));
 }
 
 std::vector<uint8_t> StreamWriter::layout_record(const std::vector<fvv_tile> &tiles) const {
@@ -306,6 +335,13 @@ uint64_t StreamWriter::background(size_t frame) {
   return payload.size();
 }
 
+void StreamWriter::sound(const SoundChunk &chunk) {
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_AUDIO, sound_track_id(chunk.track),
+                         chunk.key ? FVV_FLAG_KEY : 0, chunk.time, chunk.payload.data(), chunk.payload.size(),
+                         &diagnostic));
+  sound_bytes[chunk.track].add(chunk.payload.size());
+}
+
 void StreamWriter::end_group() {
   check(fvv_writer_end_group(writer.get(), &diagnostic));
 }
@@ -314,6 +350,8 @@ uint64_t StreamWriter::finish() {
   // Without it nothing would say that the stage stays empty till the end.
   if (const int64_t end = plan.groups.back().end; end < plan.end()) {
     check(fvv_writer_begin_group(writer.get(), end, plan.end(), &diagnostic));
+    for (const SoundChunk &chunk : sound_chunks(plan, {plan.frame_count() - 1, 1, end, plan.end()}))
+      sound(chunk);
     end_group();
   }
   if (!plan.options.live) check(fvv_writer_finish(writer.get(), &diagnostic));

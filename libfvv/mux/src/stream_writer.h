@@ -5,8 +5,9 @@
 #include "fvv/container.h"
 #include "fvv_cxx/error.h"
 #include "fvv_cxx/owned.h"
-#include "fvv_mux/plan.h"
+#include "fvv_mux/summary.h"
 #include "fvv_scene/capture.h"
+#include "mux/src/sound/sound.h"
 
 #include <map>
 #include <memory>
@@ -75,8 +76,11 @@ public:
   void sample(const VideoTrack &track, size_t frame, const media::Sample &sample);
   // The environment, after the other chunks of a frame, if the plan has one. Returns the bytes of payload.
   uint64_t background(size_t frame);
+  void sound(const SoundChunk &chunk);
+  // What was written so far, as Plan::sounds.
+  const std::vector<TrackBytes> &sounds() const { return sound_bytes; }
   void end_group();
-  // If the stage is empty at the end of a stream without pictures, a group without chunks for that time; then
+  // If the stage is empty at the end of a stream without pictures, a group of sound alone for that time; then
   // index and footer, unless the stream is live. Returns the number of bytes written.
   uint64_t finish();
 
@@ -93,6 +97,9 @@ private:
   void write_video_track(const VideoTrack &track);
   std::vector<uint8_t> layout_record(const std::vector<fvv_tile> &tiles) const;
   void write_track(uint16_t id, uint8_t kind, const std::string &name, const VideoTrack *video = nullptr);
+  void write_track(const fvv_track &track);
+  void write_sound_track(size_t number);
+  void write_sound(size_t number);
 
   const Plan &plan;
   const Sink &sink;
@@ -100,6 +107,7 @@ private:
   std::exception_ptr failure; // of sink
   fvv_diagnostic diagnostic = {};
   std::optional<MovingCameras> moving;
+  std::vector<TrackBytes> sound_bytes;
   std::unique_ptr<fvv_writer, void (*)(fvv_writer *)> writer;
 };
 

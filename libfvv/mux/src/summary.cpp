@@ -3,6 +3,7 @@
 #include "mux/src/background.h"
 #include "mux/src/choices.h"
 #include "mux/src/layout.h"
+#include "mux/src/sound/sound.h"
 #include "mux/src/stream_writer.h"
 #include "mux/src/summary_terms.h"
 
@@ -270,6 +271,7 @@ void verdict_lines(std::string &out, const Summary &s) {
       line(out, "            %s %.2f dB luma, the worst frame %.2f dB",
            picture_text(s, s.plan.tracks[i]).c_str(), v.videos[i].luma.psnr(), v.videos[i].min_psnr);
   if (v.cameras) line(out, "            points at most %.3g px elsewhere in the cameras", v.max_reprojection);
+  if (v.sounds) line(out, "            sound of %zu groups is what was written", v.sounds);
   if (v.visible) line(out, "            visibility of %zu meshes is what their cameras see", v.visible);
   if (v.backgrounds) line(out, "            the environment of %zu groups is the capture's", v.backgrounds);
   if (s.calibration.chunks) line(out, "            and %.3g px in those that move", v.moving_reprojection);
@@ -304,6 +306,22 @@ std::string visibility_text(const Summary &s) {
 
 } // namespace
 
+static std::string sound_text(const Plan &plan, const SoundTrack &sound) {
+  const media::SoundFormat &format = sound.packets.format;
+  std::string out = fvv::format("%s %.1f kbit/s, %u channel%s at %u Hz, ", sound_codec_text(sound),
+                                double(bit_rate_of(sound)) / 1000, format.channels,
+                                format.channels == 1 ? "" : "s", format.rate) +
+                    (sound.packets.encoded ? "from " : "unchanged from ") + sound.source.file;
+  if (!sound.source.language.empty()) out += ", " + sound.source.language;
+  if (sound.source.is_placed()) out += sound.source.per_frame.empty() ? ", placed" : ", moving";
+  const SoundSpan span = span_of(plan, sound);
+  const double end =
+      double(plan.end()) * plan.capture.frame_duration.numerator / plan.capture.frame_duration.denominator;
+  if (span.start > 0.02 || span.end < end - 0.02)
+    out += fvv::format(", from %.2f to %.2f s", span.start, span.end);
+  return out;
+}
+
 std::string summary_text(const Summary &s, const std::string &output) {
   const Plan &plan = s.plan;
   std::string out;
@@ -332,6 +350,9 @@ std::string summary_text(const Summary &s, const std::string &output) {
                            100 * (1 - double(s.colours.shown) / double(s.colours.vertices))));
   for (size_t i = 0; i < plan.tracks.size(); i++)
     track_line(out, s, name_of(s, plan.tracks[i]).c_str(), s.videos[i].payload, codec_choice(s, i));
+  for (size_t i = 0; i < plan.sounds.size(); i++)
+    track_line(out, s, plan.sounds.size() > 1 ? fvv::format("audio %zu", i + 1).c_str() : "audio",
+               s.sounds[i].payload, sound_text(plan, plan.sounds[i]));
   if (plan.background)
     track_line(out, s, "background", s.background.payload,
                std::to_string(s.background.chunks) + " times " + background_text(*plan.background));
@@ -414,6 +435,7 @@ nlohmann::ordered_json verdict_json(const Summary &s) {
   if (s.calibration.chunks) out["moving_max_reprojection"] = v.moving_reprojection;
   if (s.plan.visibility.on) out["visibility"] = v.visible;
   if (s.plan.background) out["background"] = v.backgrounds;
+  if (!s.plan.sounds.empty()) out["audio"] = v.sounds;
   if (s.plan.normals.bits) out["max_normal_error"] = v.mesh.max_normal_error;
   if (s.plan.texture_bits) out["max_texture_error"] = v.mesh.max_texture_error;
   if (!atlas.is_null()) out["atlas"] = atlas;
@@ -480,6 +502,26 @@ nlohmann::ordered_json inset_json(const Plan &plan) {
   if (inset.found.pixels < render::least_compared) return out;
   out["psnr_without"] = inset.found.before;
   out["psnr_best"] = inset.found.after;
+  return out;
+}
+
+nlohmann::ordered_json sound_json(const Summary &s, size_t index) {
+  const SoundTrack &sound = s.plan.sounds[index];
+  const SoundSpan span = span_of(s.plan, sound);
+  nlohmann::ordered_json out = {{"track", sound_track_id(index)}, {"chunks", s.sounds[index].chunks}};
+  out.update(track_json(s.sounds[index]));
+  out["file"] = sound.source.file;
+  out["encoded"] = sound.packets.encoded;
+  out["codec"] = sound_codec_text(sound) == std::string("AAC") ? "aac" : "opus";
+  out["rate"] = sound.packets.format.rate;
+  out["channels"] = sound.packets.format.channels;
+  out["bit_rate"] = bit_rate_of(sound);
+  out["start"] = span.start;
+  out["end"] = span.end;
+  out["title"] = sound.source.title;
+  out["language"] = sound.source.language;
+  out["placed"] = sound.source.is_placed();
+  out["moves"] = !sound.source.per_frame.empty();
   return out;
 }
 
@@ -610,6 +652,7 @@ nlohmann::ordered_json summary_json(const Summary &s, const std::string &output)
   out["colours"] = colours_json(s);
   out["match_colours"] = match_json(plan);
   out["texture_inset"] = inset_json(plan);
+  for (size_t i = 0; i < plan.sounds.size(); i++) out["audio"].push_back(sound_json(s, i));
   if (plan.background) out["background"] = background_json(*plan.background, s.background.chunks);
   if (!plan.sources.empty()) out["sources"] = sources_json(s);
   if (plan.undistortion) out["undistorted"] = plan.undistortion->json();

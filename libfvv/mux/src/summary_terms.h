@@ -36,6 +36,7 @@ inline uint64_t overhead(const Summary &s) {
   uint64_t bytes = s.bytes - s.mesh.payload - s.calibration.payload - s.visibility.bytes -
                    s.colours.track.payload - s.background.payload;
   for (const TrackBytes &video : s.videos) bytes -= video.payload;
+  for (const TrackBytes &sound : s.sounds) bytes -= sound.payload;
   return bytes;
 }
 

@@ -9,6 +9,7 @@
 #include "mux/src/background.h"
 #include "mux/src/meshes.h"
 #include "mux/src/pictures.h"
+#include "mux/src/sound/sound.h"
 #include "mux/src/stream_writer.h"
 
 #include <algorithm>
@@ -154,7 +155,7 @@ struct GroupVerdict {
   MeshVerdict mesh;
   std::vector<VideoVerdict> videos;
   double moving_reprojection = 0; // pixels, of cameras that move
-  size_t visible = 0, backgrounds = 0;
+  size_t visible = 0, backgrounds = 0, sounds = 0;
 };
 
 // How far a rotation is from an orthonormal one, to which a camera that moves is rounded, in pixels.
@@ -193,23 +194,28 @@ double reprojection(const fvv_camera &ours, const fvv_camera &theirs, double dis
 // Reads with a handle of its own, so that several may run at once.
 class Reader {
 public:
-  Reader(const Plan &chosen, const std::vector<MeshOrigins> &reported, const InputFile &file)
-      : plan(chosen), origins(reported), name(file.path()), visibility(chosen, name),
-        stream(nullptr, fvv_stream_close) {
-    const fvv_input input = file.input();
+  Reader(const Plan &chosen, const std::vector<MeshOrigins> &reported, const InputFile &source)
+      : plan(chosen), origins(reported), name(source.path()), visibility(chosen, name),
+        stream(nullptr, fvv_stream_close), file(nullptr, fvv_file_close) {
+    const fvv_input input = source.input();
     fvv_stream *opened = nullptr;
     const fvv_status status = fvv_stream_open(&input, nullptr, nullptr, &opened, &diagnostic);
     stream.reset(opened);
     fvv::check(status, name, diagnostic);
+    if (plan.sounds.empty()) return;
+    fvv_file *chunks = nullptr;
+    const fvv_status listed = fvv_file_open(&input, nullptr, nullptr, &chunks, &diagnostic);
+    file.reset(chunks);
+    fvv::check(listed, name, diagnostic);
   }
 
   // Groups, frames and index are there. Returns the configuration, which lives as long as this object.
   const fvv_configuration &whole() {
-    const fvv_file *file = fvv_stream_file(stream.get());
-    if (fvv_file_index_state(file) != (plan.options.live ? FVV_INDEX_REBUILT : FVV_INDEX_PRESENT))
+    const fvv_file *index = fvv_stream_file(stream.get());
+    if (fvv_file_index_state(index) != (plan.options.live ? FVV_INDEX_REBUILT : FVV_INDEX_PRESENT))
       throw Error(name + ": the index differs from what was written");
-    if (fvv_file_damage_count(file)) fvv::fail(name, *fvv_file_damage(file, 0));
-    expect(fvv_file_group_count(file), plan.group_count() + (plan.groups.back().end < plan.end()), "groups");
+    if (fvv_file_damage_count(index)) fvv::fail(name, *fvv_file_damage(index, 0));
+    expect(fvv_file_group_count(index), plan.group_count() + (plan.groups.back().end < plan.end()), "groups");
     expect(fvv_stream_frame_count(stream.get()), plan.frame_count(), "frames");
     return configuration(0);
   }
@@ -223,6 +229,8 @@ public:
     const std::string wrong = verify_background(stream.get(), index, plan, name);
     if (!wrong.empty()) throw Error(name + ": " + wrong);
     verdict.backgrounds += plan.background != nullptr;
+    sound(index);
+    verdict.sounds += !plan.sounds.empty();
     return verdict;
   }
 
@@ -305,6 +313,26 @@ private:
     }
   }
 
+  // The chunks of a group are those of the plan, byte for byte.
+  void sound(size_t index) {
+    if (plan.sounds.empty()) return;
+    const std::vector<SoundChunk> wanted = sound_chunks(plan, plan.groups[index]);
+    const fvv_chunk_info *chunks = nullptr;
+    size_t count = 0, found = 0;
+    fvv::check(fvv_file_group_chunks(file.get(), index, &chunks, &count, &diagnostic), name, diagnostic);
+    for (size_t i = 0; i < count; i++) {
+      if (chunks[i].type != FVV_CHUNK_AUDIO) continue;
+      const uint8_t *payload = nullptr;
+      fvv::check(fvv_file_read_chunk(file.get(), &chunks[i], &payload, &diagnostic), name, diagnostic);
+      const SoundChunk *chunk = found < wanted.size() ? &wanted[found] : nullptr;
+      if (!chunk || chunks[i].track != sound_track_id(chunk->track) || chunks[i].time != chunk->time ||
+          !std::equal(chunk->payload.begin(), chunk->payload.end(), payload, payload + chunks[i].size))
+        throw Error(name + ": group " + std::to_string(index) + ": sound is not what was written");
+      found++;
+    }
+    expect(found, wanted.size(), "chunks of sound");
+  }
+
   // Tiles are stored exactly.
   void layout(size_t index, const VideoTrack &track) {
     if (track.is_atlas()) return;
@@ -383,6 +411,7 @@ private:
   VisibilityVerifier visibility;
   fvv_diagnostic diagnostic = {};
   std::unique_ptr<fvv_stream, void (*)(fvv_stream *)> stream;
+  std::unique_ptr<fvv_file, void (*)(fvv_file *)> file; // for sound
 };
 
 } // namespace
@@ -420,6 +449,7 @@ Verdict verify(const Plan &plan, const std::vector<MeshOrigins> &origins, const 
         verdict.mesh.add(groups[i].mesh);
         verdict.visible += groups[i].visible;
         verdict.backgrounds += groups[i].backgrounds;
+        verdict.sounds += groups[i].sounds;
         verdict.moving_reprojection = std::max(verdict.moving_reprojection, groups[i].moving_reprojection);
         for (size_t k = 0; k < plan.tracks.size(); k++) verdict.videos[k].add(groups[i].videos[k]);
         plan.observer.progress(plan.frames_of(i));

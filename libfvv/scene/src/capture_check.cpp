@@ -210,6 +210,7 @@ public:
       if (camera.masks) source(subject, "masks", *camera.masks, camera);
     }
     if (capture.background) background_file(capture.background->file);
+    check_sounds(capture, findings);
     shared_pictures();
     return std::move(findings);
   }
@@ -462,6 +463,7 @@ void visit_files(const Capture &capture, const Visit &visit) {
     if (camera.pictures) pictures(*camera.pictures);
     if (camera.masks) pictures(*camera.masks);
   }
+  for (const SoundSource &sound : capture.sounds) visit(capture.resolve(sound.file));
   if (capture.background) visit_mesh(capture.resolve(capture.background->file), visit);
 }
 

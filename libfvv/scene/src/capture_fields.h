@@ -16,6 +16,8 @@ std::optional<fvv_rational> parse_rational(std::string_view text);
 // The ranges of fvv.md clause 5.1.
 Lattice read_lattice(const JsonValue &value);
 Background read_background(const JsonValue &value);
+// Exact seconds, of either sign: 2, "-3/2".
+Seconds read_seconds(const JsonValue &value);
 // A pattern; without a number it names one file for all frames.
 Pattern read_pattern(const JsonValue &value);
 // The same, which needs a number when there are several frames.

@@ -412,7 +412,7 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   if (version.integer(1, INT32_MAX) != 1)
     version.fail("expected version 1 of the capture description, found " + version.found());
   root.allow_keys({"fvv_capture", "name", "frame_rate", "frames", "units", "up", "lattice", "conventions",
-                   "meshes", "atlas", "cameras", "background"});
+                   "meshes", "atlas", "cameras", "background", "audio"});
   Capture capture;
   capture.path = path;
   if (const auto name = root.find("name")) capture.name = name->text();
@@ -434,6 +434,8 @@ Capture parse_capture(std::string_view bytes, const std::string &path) {
   if (const auto atlas = root.find("atlas")) capture.atlas = read_atlas(*atlas, capture);
   if (const auto background = root.find("background")) capture.background = read_background(*background);
   if (const auto cameras = root.find("cameras")) read_cameras(*cameras, capture, pixel_centre);
+  if (const auto audio = root.find("audio"))
+    capture.sounds = read_sounds(*audio, capture.frames, capture.metres_per_unit);
   bool content = capture.meshes.has_value();
   for (const Camera &camera : capture.cameras) content = content || camera.pictures;
   if (!content) root.fail("expected meshes, or pictures of at least one camera, found neither");

@@ -180,6 +180,15 @@ std::string format_capture(const Capture &capture) {
   if (capture.meshes) out += ",\n  \"meshes\": " + meshes_text(capture);
   if (capture.background) out += ",\n  \"background\": " + background_text(*capture.background);
   if (capture.atlas) out += ",\n  \"atlas\": " + atlas_text(*capture.atlas);
+  std::string sounds;
+  for (const SoundSource &sound : capture.sounds) {
+    if (sound.first != capture.frames.first)
+      throw Error(capture.path + ": audio: expected a capture that begins with frame " +
+                  std::to_string(sound.first) + " as its sound does, found " +
+                  std::to_string(capture.frames.first));
+    sounds += (sounds.empty() ? "" : ",") + ("\n    " + format_sound(sound, text, list));
+  }
+  if (!sounds.empty()) out += ",\n  \"audio\": [" + sounds + "\n  ]";
   out += ",\n  \"cameras\": [";
   for (size_t i = 0; i < capture.cameras.size(); i++)
     out += (i ? ",\n" : "\n") + camera_text(capture.cameras[i]);

@@ -53,18 +53,18 @@ std::optional<int64_t> Pattern::frame(std::string_view name) const {
   return number - offset;
 }
 
-namespace {
-
-constexpr const char *seconds_expected = "seconds as an integer or as text such as \"3/2\" or \"-3/2\"";
-
 Seconds read_seconds(const JsonValue &value) {
   if (value.is_integer()) return {value.integer(-int64_t(UINT32_MAX), UINT32_MAX), 1};
   const std::string text = value.is_text() ? value.text() : "";
   const bool negative = !text.empty() && text[0] == '-';
   const std::optional<fvv_rational> size = parse_rational(std::string_view(text).substr(negative ? 1 : 0));
-  if (!size) value.fail(std::string("expected ") + seconds_expected + ", found " + value.found());
+  if (!size)
+    value.fail("expected seconds as an integer or as text such as \"3/2\" or \"-3/2\", found " +
+               value.found());
   return {negative ? -int64_t(size->numerator) : int64_t(size->numerator), size->denominator};
 }
+
+namespace {
 
 int read_rotation(const JsonValue &value) {
   const int64_t degrees = value.integer(0, 270);

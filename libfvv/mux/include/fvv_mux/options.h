@@ -147,6 +147,9 @@ struct Options {
   double undistort_alpha = 0;   // 0: none of their pixels are blank; 1: they show all that the sources show
   bool skip_bad_frames = false; // leave out frames of a capture on disk whose files cannot be used
   bool environment = true;      // the capture's background, if it has one
+  bool sound = true;            // the capture's, likewise
+  uint32_t sound_bit_rate = 0;  // of each track; 0: packets of Opus and AAC-LC stay, others by their channels
+  uint32_t sound_channels = 2;  // at most, of sound that is encoded; of placed sound 1
   uint64_t video_pixels = 0;    // of the frame with the cameras' tiles, at most; 0: any
   std::optional<TileSize> video_size;    // likewise, of its sides
   uint32_t video_tracks = 1;             // for sets of neighbouring cameras; each camera alone: UINT32_MAX

@@ -4,6 +4,7 @@
 
 #include "fvv/visibility.h"
 #include "fvv_geometry/decimate.h"
+#include "fvv_media/sound.h"
 #include "fvv_media/video.h"
 #include "fvv_mux/options.h"
 #include "fvv_render/colour_match.h"
@@ -173,6 +174,12 @@ struct Plan;
 // How players are to blend colours, if that is not their default.
 std::optional<fvv_texturing> texturing_of(const Plan &plan);
 
+// An audio track. The time of packets is that of the stream, which begins at 0.
+struct SoundTrack {
+  scene::SoundSource source;
+  media::SoundPackets packets;
+};
+
 class Geometry;          // meshes.h
 struct PackedBackground; // background.h
 
@@ -220,6 +227,7 @@ struct Plan {
   ColourChoice colours;
   std::shared_ptr<const scene::Undistortion> undistortion; // with Options::undistort: what the cameras were
   std::shared_ptr<const PackedBackground> background;      // if there is one
+  std::vector<SoundTrack> sounds;                          // those of the capture that the stream has
   FrameLimit frame_limit = {};                             // of a video frame with tiles of cameras
 
   // Of one rung.

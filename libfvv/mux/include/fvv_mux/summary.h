@@ -106,6 +106,7 @@ struct Summary {
   TrackBytes background;
   std::vector<TrackBytes> videos; // as Plan::tracks
   std::vector<RateResult> rates;  // likewise; filled with Options::bit_rate
+  std::vector<TrackBytes> sounds; // as Plan::sounds
   MeshChanges changes;
   DecimationSums decimation;
   std::optional<Verdict> verdict; // with Options::verify

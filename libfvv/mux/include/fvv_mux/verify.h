@@ -43,6 +43,7 @@ struct Verdict {
   double max_reprojection = 0, moving_reprojection = 0;
   size_t visible = 0;     // frames with correct visibility
   size_t backgrounds = 0; // groups for which a reader finds the capture's environment
+  size_t sounds = 0;      // groups whose sound is that of the plan
 };
 
 // file was written by plan; origins: of each frame, unless there are no meshes. Throws

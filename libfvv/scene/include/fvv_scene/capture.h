@@ -6,6 +6,7 @@
 #include "fvv_cxx/range.h"
 #include "fvv_scene/mesh_file.h"
 #include "fvv_scene/picture_source.h"
+#include "fvv_scene/sound_source.h"
 #include "fvv_scene/text.h"
 #include "fvv_scene/transform.h"
 
@@ -121,6 +122,7 @@ struct Capture {
   std::optional<Atlas> atlas; // only with meshes
   std::vector<Camera> cameras;
   std::optional<Background> background;
+  std::vector<SoundSource> sounds;
 
   // Recently read meshes, up to 128 MiB, shared by copies; NULL: every call of load_mesh reads. A file is
   // read once while its mesh is cached, for all threads.
@@ -208,12 +210,13 @@ struct Findings {
 // Checks every file that a capture names, before any work starts: missing or empty files, pictures and masks
 // whose size is not the camera's (probe empty: not checked), files of frames before the first or after the
 // last (unused), two cameras with the same pictures, pictures of an atlas that differ in size. An animated
-// file is read: its errors are problems, frames after its end are a warning. So is every video (video_probe
-// empty: only whether it is there); frames for which it has no picture are a warning.
+// file is read: its errors are problems, frames after its end are a warning. Sound has to be readable by its
+// headers. So is every video (video_probe empty: only whether it is there); frames for which it has no
+// picture are a warning.
 Findings check_files(const Capture &capture, const PictureProbe &probe, const VideoProbe &video_probe = {});
 
 // Calls visit with the path of every file that the capture may read: capture.json, meshes, pictures, masks,
-// background, and the files that those in glTF refer to.
+// background, sound, and the files that those in glTF refer to.
 void visit_files(const Capture &capture, const std::function<void(const std::string &)> &visit);
 
 // A camera with a part of its picture beyond r_max, where nothing is projected: mostly because the lens folds

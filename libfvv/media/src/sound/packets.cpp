@@ -1,0 +1,380 @@
+// Packets of sound: encoding by libopus, decoding, and files that are written.
+#include "fvv_media/sound.h"
+
+#include "media/src/sound/frames.h"
+
+extern "C" {
+#include <libavformat/avformat.h>
+#include <libavutil/mem.h>
+#include <libavutil/opt.h>
+}
+
+#include <algorithm>
+#include <cstring>
+
+namespace fvv::media {
+
+namespace {
+
+constexpr size_t opus_header_size = 19, opus_delay_at = 10;
+constexpr uint32_t opus_preroll = 4; // 80 ms, RFC 7845 clause 4.6
+constexpr size_t max_packet_size = 65535;
+
+void copy_record(const std::vector<uint8_t> &record, uint8_t *&extradata, int &size) {
+  extradata = static_cast<uint8_t *>(av_mallocz(record.size() + AV_INPUT_BUFFER_PADDING_SIZE));
+  if (!extradata) throw std::bad_alloc();
+  std::copy(record.begin(), record.end(), extradata);
+  size = int(record.size());
+}
+
+} // namespace
+
+uint32_t default_sound_bit_rate(uint32_t channels) {
+  return channels == 1 ? 64000 : 48000 * channels;
+}
+
+uint32_t SoundFormat::delay() const {
+  if (codec != SoundCodec::opus || record.size() < opus_header_size) return 0;
+  return uint32_t(record[opus_delay_at] | record[opus_delay_at + 1] << 8);
+}
+
+// ---- frames ----------------------------------------------------------------------------------------------
+
+SampleConverter::SampleConverter(uint32_t channels, uint32_t rate) : channels_(channels), rate_(rate) {}
+
+SampleConverter::~SampleConverter() {
+  swr_free(&swr_);
+}
+
+void SampleConverter::open(const AVFrame &frame) {
+  AVChannelLayout out = {}, in = {};
+  av_channel_layout_default(&out, int(channels_));
+  if (frame.ch_layout.order == AV_CHANNEL_ORDER_UNSPEC)
+    av_channel_layout_default(&in, frame.ch_layout.nb_channels);
+  else if (av_channel_layout_copy(&in, &frame.ch_layout) < 0)
+    throw std::bad_alloc();
+  int code = swr_alloc_set_opts2(&swr_, &out, AV_SAMPLE_FMT_FLT, int(rate_), &in,
+                                 AVSampleFormat(frame.format), frame.sample_rate, 0, nullptr);
+  av_channel_layout_uninit(&in);
+  if (code >= 0) code = swr_init(swr_);
+  if (code < 0) fail("sound cannot be converted", code);
+  format_ = frame.format;
+  in_rate_ = frame.sample_rate;
+  in_channels_ = frame.ch_layout.nb_channels;
+}
+
+void SampleConverter::add(const AVFrame &frame, std::vector<float> &samples) {
+  if (!swr_) open(frame);
+  if (frame.format != format_ || frame.sample_rate != in_rate_ || frame.ch_layout.nb_channels != in_channels_)
+    throw Error("changes its rate, channels or kind of samples on the way");
+  convert(const_cast<const uint8_t **>(frame.extended_data), frame.nb_samples, samples);
+}
+
+void SampleConverter::add_silence(int64_t count, std::vector<float> &samples) {
+  std::vector<uint8_t> zeros(size_t(8) * 4096 * size_t(in_channels_),
+                             format_ == AV_SAMPLE_FMT_U8 || format_ == AV_SAMPLE_FMT_U8P ? 0x80 : 0);
+  const std::vector<const uint8_t *> planes(size_t(in_channels_), zeros.data());
+  for (; count > 0; count -= 4096)
+    convert(const_cast<const uint8_t **>(planes.data()), int(std::min<int64_t>(count, 4096)), samples);
+}
+
+void SampleConverter::finish(std::vector<float> &samples) {
+  if (swr_) convert(nullptr, 0, samples);
+}
+
+void SampleConverter::convert(const uint8_t **in, int count, std::vector<float> &samples) {
+  const int most = swr_get_out_samples(swr_, count);
+  const size_t before = samples.size();
+  samples.resize(before + size_t(std::max(most, 0)) * channels_);
+  uint8_t *out = reinterpret_cast<uint8_t *>(samples.data() + before);
+  const int got = most > 0 ? swr_convert(swr_, &out, most, in, count) : most;
+  samples.resize(before + size_t(std::max(got, 0)) * channels_);
+  if (got < 0) fail("sound cannot be converted", got);
+}
+
+// ---- encoding --------------------------------------------------------------------------------------------
+
+OpusEncoder::OpusEncoder(uint32_t channels, uint32_t bit_rate) : channels_(channels) {
+  quiet_log();
+  clear_log();
+  if (!bit_rate) bit_rate = default_sound_bit_rate(channels);
+  if (bit_rate < least_sound_bit_rate * channels || bit_rate > most_sound_bit_rate * channels)
+    throw Error("expected a bit rate of sound from " + std::to_string(least_sound_bit_rate * channels) +
+                " to " + std::to_string(most_sound_bit_rate * channels) + " bit/s for " +
+                std::to_string(channels) + (channels == 1 ? " channel" : " channels") + ", found " +
+                std::to_string(bit_rate));
+  const AVCodec *codec = avcodec_find_encoder_by_name("libopus");
+  if (!codec) throw Error("this build of FFmpeg has no libopus, which encodes sound");
+  context_ = make_context(codec);
+  context_->sample_rate = int(opus_rate);
+  context_->sample_fmt = AV_SAMPLE_FMT_FLT;
+  context_->bit_rate = bit_rate;
+  context_->time_base = {1, int(opus_rate)};
+  av_channel_layout_default(&context_->ch_layout, int(channels));
+  av_opt_set(context_->priv_data, "frame_duration", "20", 0);
+  av_opt_set(context_->priv_data, "application", "audio", 0);
+  av_opt_set(context_->priv_data, "vbr", "on", 0);
+  const int code = avcodec_open2(context_.get(), codec, nullptr);
+  if (code < 0) fail("sound cannot be encoded as Opus", code);
+  if (context_->frame_size != int(opus_packet) || context_->extradata_size < int(opus_header_size))
+    throw Error("FFmpeg's libopus does not encode packets of 20 ms");
+  frame_ = make_frame();
+  packet_ = make_packet();
+  SoundFormat format;
+  format.record.assign(context_->extradata, context_->extradata + context_->extradata_size);
+  if (format.delay() > opus_packet) throw Error("FFmpeg's libopus has a delay of more than a packet");
+  add_silence(opus_packet - format.delay()); // so that the second packet begins with the sound
+  total_ = 0;
+}
+
+void OpusEncoder::add_silence(size_t samples) {
+  const std::vector<float> silence(samples * channels_);
+  add(silence.data(), silence.size());
+}
+
+void OpusEncoder::add(const float *samples, size_t count) {
+  total_ += count / channels_;
+  pending_.insert(pending_.end(), samples, samples + count);
+  const size_t in_packet = size_t(opus_packet) * channels_;
+  size_t at = 0;
+  for (; pending_.size() - at >= in_packet; at += in_packet) encode(pending_.data() + at);
+  pending_.erase(pending_.begin(), pending_.begin() + std::ptrdiff_t(at));
+}
+
+void OpusEncoder::encode(const float *samples) {
+  av_frame_unref(frame_.get());
+  frame_->nb_samples = int(opus_packet);
+  frame_->format = AV_SAMPLE_FMT_FLT;
+  frame_->sample_rate = int(opus_rate);
+  frame_->pts = int64_t(packets_.size()) * opus_packet;
+  if (av_channel_layout_copy(&frame_->ch_layout, &context_->ch_layout) < 0) throw std::bad_alloc();
+  if (av_frame_get_buffer(frame_.get(), 0) < 0) throw std::bad_alloc();
+  std::copy_n(samples, size_t(opus_packet) * channels_, reinterpret_cast<float *>(frame_->data[0]));
+  int code = avcodec_send_frame(context_.get(), frame_.get());
+  if (code >= 0) code = avcodec_receive_packet(context_.get(), packet_.get());
+  if (code < 0) fail("sound cannot be encoded as Opus", code);
+  if (packet_->size <= 0 || size_t(packet_->size) > max_packet_size)
+    throw Error("FFmpeg's libopus returned a packet of " + std::to_string(packet_->size) + " bytes");
+  packets_.emplace_back(packet_->data, packet_->data + packet_->size);
+  av_packet_unref(packet_.get());
+}
+
+SoundPackets OpusEncoder::finish(int64_t first) {
+  SoundPackets out;
+  out.encoded = true;
+  out.format.channels = channels_;
+  out.format.preroll = opus_preroll;
+  out.format.record.assign(context_->extradata, context_->extradata + context_->extradata_size);
+  out.start = first - int64_t(opus_packet);
+  if (!total_) return out;
+  const uint64_t wanted = opus_packet + total_;
+  while (packets_.size() * opus_packet < wanted) add_silence(opus_packet);
+  out.packets = std::move(packets_);
+  return out;
+}
+
+SoundPackets encode_sound(const std::vector<float> &samples, uint32_t channels, int64_t first,
+                          uint32_t bit_rate) {
+  OpusEncoder encoder(channels, bit_rate);
+  encoder.add(samples.data(), samples.size());
+  return encoder.finish(first);
+}
+
+// ---- decoding --------------------------------------------------------------------------------------------
+
+struct SoundDecoder::State {
+  explicit State(const SoundFormat &given) : format(given), converter(given.channels, given.rate) {}
+
+  const SoundFormat format;
+  SampleConverter converter;
+  Context context;
+  AvFrame frame;
+  Packet packet;
+};
+
+SoundDecoder::SoundDecoder(const SoundFormat &format) : state_(std::make_unique<State>(format)) {
+  quiet_log();
+  clear_log();
+  const bool is_opus = format.codec == SoundCodec::opus;
+  // libopus is the reference; FFmpeg's own decoder is the fallback.
+  const AVCodec *codec = is_opus ? avcodec_find_decoder_by_name("libopus") : nullptr;
+  if (!codec) codec = avcodec_find_decoder(is_opus ? AV_CODEC_ID_OPUS : AV_CODEC_ID_AAC);
+  if (!codec)
+    throw Error(std::string("this build of FFmpeg has no decoder for ") + (is_opus ? "Opus" : "AAC"));
+  Context &context = state_->context;
+  context = make_decoder_context(codec);
+  std::vector<uint8_t> record = format.record;
+  // All samples are wanted, those of the encoder's delay too.
+  if (is_opus && record.size() >= opus_header_size) record[opus_delay_at] = record[opus_delay_at + 1] = 0;
+  copy_record(record, context->extradata, context->extradata_size);
+  context->sample_rate = int(format.rate);
+  av_channel_layout_default(&context->ch_layout, int(format.channels));
+  context->request_sample_fmt = AV_SAMPLE_FMT_FLT;
+  const int code = avcodec_open2(context.get(), codec, nullptr);
+  if (code < 0) fail("sound cannot be decoded", code);
+  state_->frame = make_frame();
+  state_->packet = make_packet();
+}
+
+SoundDecoder::~SoundDecoder() = default;
+SoundDecoder::SoundDecoder(SoundDecoder &&) noexcept = default;
+
+void SoundDecoder::decode(const void *packet, size_t size, std::vector<float> &samples) {
+  if (!size || size > max_packet_size)
+    throw Error("expected a packet of sound of 1 to " + std::to_string(max_packet_size) + " bytes, found " +
+                std::to_string(size));
+  clear_log();
+  State &s = *state_;
+  av_packet_unref(s.packet.get());
+  if (av_new_packet(s.packet.get(), int(size)) < 0) throw std::bad_alloc();
+  std::memcpy(s.packet->data, packet, size);
+  int code = avcodec_send_packet(s.context.get(), s.packet.get());
+  if (code >= 0) code = avcodec_receive_frame(s.context.get(), s.frame.get());
+  if (code < 0) fail("a packet of sound is damaged", code);
+  if (s.frame->sample_rate != int(s.format.rate) ||
+      s.frame->ch_layout.nb_channels != int(s.format.channels) ||
+      s.frame->nb_samples != int(s.format.packet_duration))
+    throw Error("expected a packet of " + std::to_string(s.format.packet_duration) + " samples of " +
+                std::to_string(s.format.channels) + " channels at " + std::to_string(s.format.rate) +
+                " Hz, found " + std::to_string(s.frame->nb_samples) + " of " +
+                std::to_string(s.frame->ch_layout.nb_channels) + " at " +
+                std::to_string(s.frame->sample_rate));
+  s.converter.add(*s.frame, samples);
+}
+
+// ---- files -----------------------------------------------------------------------------------------------
+
+namespace {
+
+// A container in memory.
+class Muxer {
+public:
+  explicit Muxer(const char *format) {
+    quiet_log();
+    clear_log();
+    if (avformat_alloc_output_context2(&context_, nullptr, format, nullptr) < 0 || !context_)
+      throw Error(std::string("this build of FFmpeg does not write ") + format);
+    constexpr int buffer_size = 65536;
+    auto *buffer = static_cast<uint8_t *>(av_malloc(buffer_size));
+    if (buffer) context_->pb = avio_alloc_context(buffer, buffer_size, 1, this, nullptr, write, seek);
+    if (!context_->pb) {
+      av_free(buffer);
+      avformat_free_context(context_);
+      throw std::bad_alloc();
+    }
+    context_->flags |= AVFMT_FLAG_BITEXACT | AVFMT_FLAG_CUSTOM_IO; // the same bytes everywhere
+  }
+  Muxer(const Muxer &) = delete;
+  ~Muxer() {
+    av_free(context_->pb->buffer);
+    avio_context_free(&context_->pb);
+    avformat_free_context(context_);
+  }
+
+  AVFormatContext *context() { return context_; }
+  void check(int code) const {
+    if (code < 0) fail("sound cannot be written", code);
+  }
+  std::string bytes() {
+    avio_flush(context_->pb);
+    return std::move(bytes_);
+  }
+
+private:
+  static int write(void *self, uint8_t *from, int size) {
+    auto *to = static_cast<Muxer *>(self);
+    const size_t end = to->at_ + size_t(size);
+    if (to->bytes_.size() < end) to->bytes_.resize(end);
+    std::memcpy(to->bytes_.data() + to->at_, from, size_t(size));
+    to->at_ = end;
+    return size;
+  }
+  static int64_t seek(void *self, int64_t offset, int whence) {
+    auto *in = static_cast<Muxer *>(self);
+    whence &= ~AVSEEK_FORCE;
+    if (whence == AVSEEK_SIZE) return int64_t(in->bytes_.size());
+    const int64_t from = whence == SEEK_CUR   ? int64_t(in->at_)
+                         : whence == SEEK_END ? int64_t(in->bytes_.size())
+                                              : 0;
+    if (from + offset < 0) return AVERROR(EINVAL);
+    in->at_ = size_t(from + offset);
+    return from + offset;
+  }
+
+  AVFormatContext *context_ = nullptr;
+  std::string bytes_;
+  size_t at_ = 0;
+};
+
+} // namespace
+
+const char *sound_extension(SoundCodec codec) {
+  return codec == SoundCodec::opus ? "opus" : "m4a";
+}
+
+std::string sound_file(const SoundPackets &sound) {
+  const SoundFormat &format = sound.format;
+  const bool is_opus = format.codec == SoundCodec::opus;
+  Muxer muxer(is_opus ? "opus" : "ipod");
+  AVStream *stream = avformat_new_stream(muxer.context(), nullptr);
+  if (!stream) throw std::bad_alloc();
+  AVCodecParameters &codec = *stream->codecpar;
+  codec.codec_type = AVMEDIA_TYPE_AUDIO;
+  codec.codec_id = is_opus ? AV_CODEC_ID_OPUS : AV_CODEC_ID_AAC;
+  codec.sample_rate = int(format.rate);
+  codec.frame_size = int(format.packet_duration);
+  codec.initial_padding = int(format.delay());
+  av_channel_layout_default(&codec.ch_layout, int(format.channels));
+  copy_record(format.record, codec.extradata, codec.extradata_size);
+  stream->time_base = {1, int(format.rate)};
+  muxer.check(avformat_write_header(muxer.context(), nullptr));
+  const Packet packet = make_packet();
+  int64_t time = -int64_t(format.delay());
+  for (const std::vector<uint8_t> &bytes : sound.packets) {
+    if (av_new_packet(packet.get(), int(bytes.size())) < 0) throw std::bad_alloc();
+    std::copy(bytes.begin(), bytes.end(), packet->data);
+    packet->pts = packet->dts = av_rescale_q(time, {1, int(format.rate)}, stream->time_base);
+    packet->duration = av_rescale_q(format.packet_duration, {1, int(format.rate)}, stream->time_base);
+    packet->flags |= AV_PKT_FLAG_KEY;
+    const int code = av_write_frame(muxer.context(), packet.get());
+    av_packet_unref(packet.get());
+    muxer.check(code);
+    time += format.packet_duration;
+  }
+  muxer.check(av_write_trailer(muxer.context()));
+  return muxer.bytes();
+}
+
+std::string wav_file(const std::vector<int16_t> &samples, uint32_t channels, uint32_t rate) {
+  Muxer muxer("wav");
+  AVStream *stream = avformat_new_stream(muxer.context(), nullptr);
+  if (!stream) throw std::bad_alloc();
+  AVCodecParameters &codec = *stream->codecpar;
+  codec.codec_type = AVMEDIA_TYPE_AUDIO;
+  codec.codec_id = AV_CODEC_ID_PCM_S16LE;
+  codec.sample_rate = int(rate);
+  codec.block_align = int(2 * channels);
+  codec.bits_per_coded_sample = 16;
+  codec.bit_rate = int64_t(rate) * channels * 16;
+  av_channel_layout_default(&codec.ch_layout, int(channels));
+  stream->time_base = {1, int(rate)};
+  muxer.check(avformat_write_header(muxer.context(), nullptr));
+  const Packet packet = make_packet();
+  constexpr size_t most = 32768;
+  for (size_t at = 0; at < samples.size(); at += most) {
+    const size_t count = std::min(most, samples.size() - at);
+    if (av_new_packet(packet.get(), int(2 * count)) < 0) throw std::bad_alloc();
+    for (size_t i = 0; i < count; i++) {
+      packet->data[2 * i] = uint8_t(uint16_t(samples[at + i]) & 0xff);
+      packet->data[2 * i + 1] = uint8_t(uint16_t(samples[at + i]) >> 8);
+    }
+    packet->pts = packet->dts = int64_t(at / channels);
+    const int code = av_write_frame(muxer.context(), packet.get());
+    av_packet_unref(packet.get());
+    muxer.check(code);
+  }
+  muxer.check(av_write_trailer(muxer.context()));
+  return muxer.bytes();
+}
+
+} // namespace fvv::media
