@@ -1,11 +1,11 @@
 // Playback, pictures, and a bounded queue of frames. Runs in the worker, or without a worker in the caller's thread.
 
-import { Cache } from "./cache.js";
+import { Cache } from "./sources/cache.js";
 import { FvvError } from "./errors.js";
 import { createPictures } from "./pictures.js";
 import { Playback } from "./playback.js";
 import { defaultLimits } from "./session.js";
-import { openSource } from "./sources.js";
+import { openSource } from "./sources/open.js";
 
 /** A file that changes more often is an error. */
 const REOPEN_MAX = 3;

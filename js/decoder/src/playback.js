@@ -1,11 +1,11 @@
 // From a source to frames in order: seeks through the index, drops damaged frames and reports them.
 
-import { Ahead, RangeFetcher } from "./ahead.js";
+import { Ahead, RangeFetcher } from "./sources/ahead.js";
 import { Environments } from "./background.js";
 import { FvvError } from "./errors.js";
 import { BufferedTimes, GroupIndex } from "./group_index.js";
 import { Chooser, rungsOf } from "./ladder.js";
-import { Parts } from "./parts.js";
+import { Parts } from "./sources/parts.js";
 import { Session } from "./session.js";
 
 export class Playback {
@@ -414,7 +414,7 @@ export class Playback {
     return videos.length ? [...videos, ...this.#environments.tracks] : [];
   }
 
-  /** Takes an object that a source in sections yields between bytes (see sources.js). */
+  /** Takes an object that a source in sections yields between bytes (see sources/open.js). */
   async *#takeReport(state, { header, damage, lost, restart }) {
     yield* this.#endSection(state);
     if (damage) this.#emit("corrupt", damage);

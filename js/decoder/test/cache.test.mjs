@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 
 import { createDecoder } from "../dist/index.js";
-import { Cache } from "../dist/cache.js";
+import { Cache } from "../dist/sources/cache.js";
 import { frameHashes, makeClips, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";
 

@@ -5,7 +5,7 @@ import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { after, test } from "node:test";
 
 import { camerasFor, createDecoder, FvvError } from "../dist/index.js";
-import { Parts } from "../dist/parts.js";
+import { Parts } from "../dist/sources/parts.js";
 import { damaged, joinStreams } from "./edit_streams.mjs";
 import { backgroundHashes, frameHashes, makeClips, nativeBackground, nativeFrames, tool } from "./native.mjs";
 import { serve } from "./server.mjs";

@@ -39,7 +39,7 @@ for module in core projection background draco fast fast_simd openexr; do
   finish "fvv_$module"
   node "$here/pack.mjs" "$build/fvv_$module.wasm" "$here/../dist/$module.wasm.js"
 done
-cp "$here"/../src/*.js "$here"/../src/*.d.ts "$here/../dist/"
+cp -r "$here"/../src/*.js "$here"/../src/*.d.ts "$here"/../src/sources "$here/../dist/"
 cp "$here/../../../LICENSE" "$here/../dist/LICENSE"
 cp "$build/sources/draco/LICENSE" "$here/../dist/LICENSE.draco"
 cp "$build/sources/meshoptimizer/LICENSE.md" "$here/../dist/LICENSE.meshoptimizer"

@@ -1,8 +1,9 @@
 // A stream as a folder (spec/segments.schema.json): a manifest, the configuration, and a file for each group.
 
 import { Ahead } from "./ahead.js";
-import { FILE_HEADER_SIZE, beginsWithFileHeader, chunkPayload, crc32c } from "./chunks.js";
-import { FvvError } from "./errors.js";
+import { FILE_HEADER_SIZE, beginsWithFileHeader, chunkPayload, crc32c } from "../chunks.js";
+import { FvvError } from "../errors.js";
+import { request } from "./request.js";
 
 const invalid = (url, message) => new FvvError({ code: "invalid", message: `${url}: ${message}` });
 const isCount = (n) => Number.isSafeInteger(n) && n >= 0;
@@ -129,7 +130,7 @@ export class Segments {
 
   async #request(url, signal) {
     this.requests++;
-    const response = await fetch(url, { ...this.#init, signal });
+    const response = await request(url, { ...this.#init, signal });
     if (!response.ok) throw new FvvError({ code: "io", message: `${url}: HTTP status ${response.status}` });
     return response;
   }
@@ -192,7 +193,7 @@ export class Segments {
       this.#files?.map(({ rung, bitRate, size, scale, tracks }) => ({ rung, bitRate, size, scale, tracks })) ?? null
     );
   }
-  /** See sources.js. */
+  /** See open.js. */
   follow(choices, position) {
     if (this.#files) this.#follows = { choices, position };
   }

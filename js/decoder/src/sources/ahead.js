@@ -1,6 +1,6 @@
 // Groups of a stream with a ladder, fetched ahead of playback: each in the rung that suits the network by then.
 
-import { CHUNK_HEADER_SIZE, tableOfGroup } from "./chunks.js";
+import { CHUNK_HEADER_SIZE, tableOfGroup } from "../chunks.js";
 import { Parts } from "./parts.js";
 
 /** Bytes that are held for groups that are not played yet. */

@@ -19,8 +19,9 @@
 //     {rung, reason}           the groups that follow are of this rung
 //                              With groups (as readGroups returns them) it can seek: stream(group) begins with that group.
 
-import { FvvError } from "./errors.js";
+import { FvvError } from "../errors.js";
 import { Live } from "./live.js";
+import { request } from "./request.js";
 import { Segments } from "./segments.js";
 
 const BLOCK = 1 << 20;
@@ -126,7 +127,7 @@ class Ranges {
   async #fetch(from, end, signal) {
     this.requests++;
     const headers = { ...this.#init.headers, Range: `bytes=${from}-${end - 1}` };
-    const response = await fetch(this.#url, { ...this.#init, headers, signal });
+    const response = await request(this.#url, { ...this.#init, headers, signal });
     if (response.status !== 206 && response.status !== 200) throw failed(this.#url, response);
     const etag = response.headers.get("etag");
     const range = /^bytes (\d+)-\d+\/(\d+|\*)$/.exec(response.headers.get("content-range") ?? "");

@@ -1,8 +1,8 @@
 // A live stream over WebSocket, as fvvserve sends it (docs/fvvserve.md): each binary message is a chunk, or the file
 // header with the configuration block; text messages report why a section ends.
 
-import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType } from "./chunks.js";
-import { FvvError } from "./errors.js";
+import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType } from "../chunks.js";
+import { FvvError } from "../errors.js";
 
 /** Bytes in the queue at most, when frames are not taken: beyond that, bytes are dropped up to the next group. */
 const QUEUE_BYTES = 1 << 25;

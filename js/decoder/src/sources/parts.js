@@ -1,7 +1,7 @@
 // Parts of a file that are fetched separately: which ones, and the bytes of each that have arrived.
 
-import { GROUP_SIZE } from "./chunks.js";
-import { ROUND_TRIP_BYTES } from "./sources.js";
+import { GROUP_SIZE } from "../chunks.js";
+import { ROUND_TRIP_BYTES } from "./open.js";
 
 /** Concurrent requests; browsers allow six per host with HTTP/1.1. */
 const AHEAD = 6;
