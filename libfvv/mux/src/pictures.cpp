@@ -316,8 +316,16 @@ void EncoderRoom::Group::await(size_t frame) {
 namespace {
 
 constexpr size_t sample_size = 25; // frames
-// The memory limit for the samples of all tracks. Further frames are loaded each time they are needed.
+// The memory limit for the samples of all tracks of the first rung. Further frames are loaded each time they
+// are needed.
 constexpr size_t sample_bytes = size_t(128) << 20;
+
+// The part of a track. Lower rungs share as much again: they are chosen after the first.
+size_t bytes_kept(const Plan &plan, const VideoTrack &track) {
+  const auto together = std::count_if(plan.tracks.begin(), plan.tracks.end(),
+                                      [&](const VideoTrack &other) { return !other.rung == !track.rung; });
+  return sample_bytes / size_t(together);
+}
 
 // The middle group, or the nearest one in which something is on stage.
 size_t middle_group(const Plan &plan) {
@@ -351,7 +359,7 @@ public:
       if (kept.size() < i) continue;
       Kept frame = {media::PackedImage<SampleType>(picture.image), media::PackedImage<uint8_t>(picture.mask)};
       bytes += frame.image.bytes() + frame.mask.bytes();
-      if (bytes <= sample_bytes / plan.tracks.size()) kept.push_back(std::move(frame));
+      if (bytes <= bytes_kept(plan, track)) kept.push_back(std::move(frame));
     }
   }
 
