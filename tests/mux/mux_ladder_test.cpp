@@ -96,6 +96,8 @@ TEST_CASE("a ladder has the pictures in each size, and says so") {
   Stream stream(options.output);
   const fvv_configuration &configuration = stream.configuration();
   REQUIRE(configuration.video_count == 3);
+  const auto quality = [&](size_t k) { return summary.plan.tracks[k].choice.settings.quality; };
+  const auto psnr = [&](size_t k) { return summary.plan.tracks[k].choice.sample_psnr; };
   const uint16_t ids[] = {2, 8, 9};
   const uint32_t sides[][2] = {{64, 48}, {32, 24}, {16, 12}};
   for (size_t rung = 0; rung < 3; rung++) {
@@ -111,7 +113,9 @@ TEST_CASE("a ladder has the pictures in each size, and says so") {
     CHECK(video->tiles[0].destination.width == sides[rung][0]);
     CHECK(video->tiles[0].destination.height == sides[rung][1]);
     CHECK(video->tiles[0].source.width == 64);
-    CHECK(summary.plan.tracks[rung].choice.settings.quality == 20);
+    CHECK((rung ? quality(rung) > quality(rung - 1) : quality(rung) == 20));
+    CHECK(psnr(rung) > psnr(0) - 9.0 * double(rung) - 0.05); // of whole numbers the coarsest that has it
+    if (rung) CHECK(psnr(rung) < psnr(rung - 1));
     CHECK(summary.verdict->videos[rung].pictures == 5);
   }
   CHECK(fvv_configuration_track(&configuration, 1)->alternate_group == 0);
@@ -220,10 +224,10 @@ TEST_CASE("rates of rungs") {
     return out;
   };
   options.bit_rate = 400000;
-  CHECK(targets() == std::vector<uint64_t>{400000, 100000, 25000});
+  CHECK(targets() == std::vector<uint64_t>{400000, 39685, 3937}); // 0.5 to the power of 10/3 each
   options.bit_rate = 0;
   options.ladder = mux::ladder_of_rates({400000, 100000});
-  CHECK(options.ladder[1].scale == 0.5);
+  CHECK(options.ladder[1].scale == Approx(std::pow(0.25, 0.3)));
   CHECK(targets() == std::vector<uint64_t>{400000, 100000});
   Stream stream(options.output);
   CHECK(fvv_configuration_track(&stream.configuration(), 8)->bit_rate == 100000);
@@ -256,7 +260,7 @@ TEST_CASE("ladders that are refused") {
   CHECK(mux::parse_ladder("1,0.5,0.25").size() == 3);
   const Ladder rates = mux::parse_ladder("8M,2M,500k");
   CHECK(rates[2].bit_rate == 500000);
-  CHECK(rates[2].scale == 0.25);
+  CHECK(rates[2].scale == Approx(std::pow(1.0 / 16, 0.3)));
   const auto refused = [&](const std::vector<std::string> &more) {
     std::vector<std::string> words = {folder.path("in"), "-o", folder.path("out.fvv")};
     words.insert(words.end(), more.begin(), more.end());

@@ -61,9 +61,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option(
       "--ladder", texts.ladder,
       "send the pictures at several sizes, of which a player takes one, and changes by the bandwidth "
-      "that it has: factors of the size, best first (1,0.5,0.25), with the quality that the first "
-      "needs, or the bits for each pixel that --bitrate gives it; or bits a second of each "
-      "(8M,2M,500k), with sizes in proportion (docs/fvvmux-ladder.md)");
+      "that it has: factors of the size, best first (1,0.75,0.5), each with a PSNR of 9 dB less for "
+      "half the size, or bits a second of each (8M,2M,500k) (docs/fvvmux-ladder.md)");
   auto *tile = app.add_option("--tile", texts.tile, "size of every camera's picture in the stream: 480x270");
   app.add_option("--scale", texts.scale, "the same as a factor, above 0 and at most 1")->excludes(tile);
   app.add_option("--atlas-scale", texts.atlas_scale,

@@ -612,7 +612,8 @@ std::vector<VideoTrack> tile_tracks(Plan &plan, const Tiling &whole) {
 
 std::vector<Rung> ladder_of_rates(const std::vector<uint64_t> &rates) {
   std::vector<Rung> ladder;
-  for (const uint64_t rate : rates) ladder.push_back({std::sqrt(double(rate) / double(rates[0])), rate});
+  for (const uint64_t rate : rates)
+    ladder.push_back({std::pow(double(rate) / double(rates[0]), 1 / rate_of_scale), rate});
   return ladder;
 }
 

@@ -316,8 +316,16 @@ void EncoderRoom::Group::await(size_t frame) {
 namespace {
 
 constexpr size_t sample_size = 25; // frames
-// The memory limit for the samples of all tracks. Further frames are loaded each time they are needed.
+// The memory limit for the samples of all tracks of the first rung. Further frames are loaded each time they
+// are needed.
 constexpr size_t sample_bytes = size_t(128) << 20;
+
+// The part of a track. Lower rungs share as much again: they are chosen after the first.
+size_t bytes_kept(const Plan &plan, const VideoTrack &track) {
+  const auto together = std::count_if(plan.tracks.begin(), plan.tracks.end(),
+                                      [&](const VideoTrack &other) { return !other.rung == !track.rung; });
+  return sample_bytes / size_t(together);
+}
 
 // The middle group, or the nearest one in which something is on stage.
 size_t middle_group(const Plan &plan) {
@@ -351,7 +359,7 @@ public:
       if (kept.size() < i) continue;
       Kept frame = {media::PackedImage<SampleType>(picture.image), media::PackedImage<uint8_t>(picture.mask)};
       bytes += frame.image.bytes() + frame.mask.bytes();
-      if (bytes <= sample_bytes / plan.tracks.size()) kept.push_back(std::move(frame));
+      if (bytes <= bytes_kept(plan, track)) kept.push_back(std::move(frame));
     }
   }
 
@@ -390,11 +398,15 @@ private:
   std::vector<Kept> kept; // the first ones
 };
 
+// dB for each halving of the size (docs/fvvmux-ladder.md): detail that is missing in the pictures of a rung
+// anyway hides that much error.
+constexpr double rung_loss = 9;
+
 // Of all tracks of a rung.
 double rate_of_rung(const Plan &plan, size_t rung) {
   const std::vector<Rung> &ladder = plan.options.ladder;
   if (!ladder.empty() && ladder[rung].bit_rate) return double(ladder[rung].bit_rate);
-  return double(plan.options.bit_rate) * std::pow(plan.rung_scale(rung), 2);
+  return double(plan.options.bit_rate) * std::pow(plan.rung_scale(rung), rate_of_scale);
 }
 
 // The part of the bit rate of its rung, in proportion to pixels.
@@ -429,13 +441,15 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &ro
   media::EncodedGroup encoded;
   try {
     if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
-    // Lower rungs have the number that the first one needs: the same picture with fewer pixels.
-    if (track.rung && !options.bit_rate)
-      choice.settings.quality = plan.tracks[track.best].choice.settings.quality;
-    const bool search = options.quality.is_psnr && !options.bit_rate && !track.rung;
-    media::MeasuredGroup measured =
-        search ? media::choose_quality(choice.settings, sample.source(room), options.quality.value)
-               : media::encode_measured(choice.settings, sample.source(room));
+    const VideoChoice &best = plan.tracks[track.best].choice;
+    const double first = options.quality.is_psnr || !track.rung ? options.quality.value : best.sample_psnr;
+    const double target = first + rung_loss * std::log2(plan.rung_scale(track.rung));
+    if (track.rung && !options.bit_rate) choice.settings.quality = best.settings.quality;
+    // What is lossless stays so at every size.
+    const bool search = !options.bit_rate && (track.rung ? std::isfinite(first) : options.quality.is_psnr);
+    media::MeasuredGroup measured = search
+                                        ? media::choose_quality(choice.settings, sample.source(room), target)
+                                        : media::encode_measured(choice.settings, sample.source(room));
     choice.settings.quality = int(std::lround(measured.group.quality));
     choice.sample_psnr = measured.psnr;
     choice.record = measured.group.record;

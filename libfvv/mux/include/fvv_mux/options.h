@@ -33,10 +33,12 @@ struct TileSize {
 // A rung of the ladder of quality: the pictures once more, smaller.
 struct Rung {
   double scale;          // of pictures, times that of the options; 0 < scale <= 1
-  uint64_t bit_rate = 0; // of all video tracks of the rung; 0: Options::bit_rate by pixels, or a quality
+  uint64_t bit_rate = 0; // of all video tracks of the rung; 0: by Options::bit_rate, or by quality
 };
 constexpr size_t most_rungs = 8;
-// By rates alone: with the first rung's bits for each pixel.
+// The rate that a scale deserves is that power of it (docs/fvvmux-ladder.md).
+constexpr double rate_of_scale = 10.0 / 3;
+// By rates alone.
 std::vector<Rung> ladder_of_rates(const std::vector<uint64_t> &rates);
 
 // How far decoded geometry may be from its source. pixels: of the transmitted pictures. plain: pixels where
