@@ -31,7 +31,8 @@ export class Engine {
   #read = []; // frames and events that are not in the queue yet; their pictures are not decoded
   #queue = [];
   #hearing = false; // whether sound is wanted
-  #sounds = null; // what soundsAhead returns next: {generation, configured, chunks}
+  #sounds = []; // what soundsAhead returns: {generation, configured, chunks}
+  #soundConfiguration = ""; // the last one
   #listening = null; // resolves when that changes
   #soundTracks = 0;
   #tickSeconds = 0;
@@ -106,20 +107,22 @@ export class Engine {
   #configureSound({ sounds, timeBase }) {
     this.#soundTracks = sounds.length;
     this.#tickSeconds = timeBase.numerator / timeBase.denominator;
-    if (this.#hearing) this.#addSounds({ configured: structuredClone(sounds) });
+    // A repetition of the configuration does not interrupt sound.
+    const text = JSON.stringify(sounds, (_, value) => (ArrayBuffer.isView(value) ? Array.from(value) : value));
+    if (!this.#hearing || text === this.#soundConfiguration) return;
+    this.#soundConfiguration = text;
+    this.#addSounds({ configured: structuredClone(sounds) });
   }
   #addSounds({ configured = null, chunks = [] }) {
-    const sounds = (this.#sounds ??= { generation: this.#generation, configured: null, chunks: [] });
-    if (configured) Object.assign(sounds, { configured, chunks: [] });
-    sounds.chunks.push(...chunks);
+    const last = this.#sounds.at(-1);
+    if (last && !configured) last.chunks.push(...chunks);
+    else this.#sounds.push({ generation: this.#generation, configured, chunks: [...chunks] });
     this.#listening?.();
   }
   /** What was read since the last call, as soon as there is some: {generation, configured, chunks}; null at the end. */
   async soundsAhead() {
-    while (!this.#sounds && !this.#closed) await new Promise((resolve) => (this.#listening = resolve));
-    const sounds = this.#sounds;
-    this.#sounds = null;
-    return sounds;
+    while (!this.#sounds.length && !this.#closed) await new Promise((resolve) => (this.#listening = resolve));
+    return this.#sounds.shift() ?? null;
   }
 
   /** Moves what was read into the queue as far as there is room, and starts the decoding of its pictures. */
@@ -168,7 +171,8 @@ export class Engine {
   async #play(place) {
     const generation = ++this.#generation;
     this.#read = this.#read.filter((item) => item.type === "warning" || item.type === "background");
-    if (this.#sounds) Object.assign(this.#sounds, { generation, chunks: [] });
+    this.#sounds = this.#sounds.filter(({ configured }) => configured);
+    for (const sounds of this.#sounds) Object.assign(sounds, { generation, chunks: [] });
     this.#queue.forEach((item) => item.type === "frame" && discard(item));
     this.#queue = this.#queue.filter((item) => item.type === "warning" || item.type === "background");
     this.#room?.();

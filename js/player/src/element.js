@@ -4,6 +4,7 @@ import { createDecoder } from "@fvv/decoder";
 
 import { PointerControls } from "./navigation/pointer.js";
 import { Bookmarks } from "./navigation/view_text.js";
+import { Sound } from "./playback/sound.js";
 import { Stage } from "./stage.js";
 import { Interface } from "./ui/interface.js";
 import { styleSheets } from "./ui/style.js";
@@ -35,6 +36,7 @@ export class FvvPlayer extends ViewpointElement {
   ];
 
   #media;
+  #sound;
   #interface = null;
   #pointer = null;
   #poster;
@@ -53,7 +55,14 @@ export class FvvPlayer extends ViewpointElement {
     super();
     const root = this.attachShadow({ mode: "open", delegatesFocus: true });
     root.adoptedStyleSheets = styleSheets();
+    this.#sound = new Sound({
+      motion: () => this.#media.motion,
+      listener: () => (this._stage?.empty === false ? this._navigator.pose : null),
+      scale: () => this._navigator.extent.radius,
+      changed: () => this.dispatchEvent(new Event("optionschange")),
+    });
     this.#media = this._makeMedia({
+      now: () => this.#sound.now(),
       open: (source) => this.#open(source),
       show: (frame) => this.#show(frame),
       vacate: () => this._stage.vacate(),
@@ -63,6 +72,14 @@ export class FvvPlayer extends ViewpointElement {
       const { source } = this._navigator;
       this.dispatchEvent(new CustomEvent("camera-change", { detail: { source } }));
     });
+    this.#sound.muted = this.muted;
+    this.addEventListener("volumechange", () => {
+      this.#sound.volume = this.volume;
+      this.#sound.muted = this.muted;
+      this.dispatchEvent(new Event("optionschange"));
+    });
+    for (const type of ["playing", "pause", "seeking", "seeked", "waiting", "ratechange", "ended"])
+      this.addEventListener(type, () => this.#sound.update());
     // After a seek, a step or a movement nothing covers the picture.
     for (const type of ["playing", "seeked"]) this.addEventListener(type, () => (this.wasUsed = true));
     this.addEventListener("camera-change", ({ detail }) => (this.wasUsed ||= detail.source === "user"));
@@ -97,6 +114,7 @@ export class FvvPlayer extends ViewpointElement {
     queueMicrotask(() => {
       if (this.isConnected || !this.#connected) return;
       this.#media.load(null);
+      this.#sound.close();
       this.#connected.abort();
       this._stage?.close();
       this.#connected = this._stage = this.#interface = null;
@@ -180,6 +198,7 @@ export class FvvPlayer extends ViewpointElement {
     this.#lost = [];
     this.#unsupported = false;
     this.#media.reset();
+    this.#sound.reset();
     this.#media.playbackRate = this.defaultPlaybackRate;
     queueMicrotask(() => {
       this.#loading = false;
@@ -202,6 +221,7 @@ export class FvvPlayer extends ViewpointElement {
     const decoder = await createDecoder({
       // Also without WebCodecs: JPEG needs none, and the decoder then reports what it cannot decode.
       video: "pictures",
+      audio: "samples",
       ...this.decoderOptions,
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
@@ -209,6 +229,7 @@ export class FvvPlayer extends ViewpointElement {
       visibilityWeights: true,
       queue: QUEUE,
     });
+    this.#sound.follow(decoder);
     decoder.addEventListener("background", ({ detail }) => this._stage?.setBackgrounds(detail));
     for (const type of ["warning", "gap", "corrupt"])
       decoder.addEventListener(type, ({ detail }) => this.dispatchEvent(new CustomEvent(type, { detail })));
@@ -302,6 +323,15 @@ export class FvvPlayer extends ViewpointElement {
   /** The canvas as RGBA, top row first: {width, height, data}. */
   readPixels() {
     return this._stage.renderer.readPixels();
+  }
+
+  /** Whether the stream has sound. */
+  get hasSound() {
+    return this.#sound.present;
+  }
+  /** The AudioContext that plays it; null: none yet. For meters, and for tests. */
+  get audioContext() {
+    return this.#sound.context;
   }
 
   get showsStats() {

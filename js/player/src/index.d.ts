@@ -75,6 +75,12 @@ export class FvvPlayer extends HTMLElement {
   loop: boolean;
   controls: boolean;
   muted: boolean;
+  /** 0 to 1. */
+  volume: number;
+  /** Whether the stream has sound. */
+  readonly hasSound: boolean;
+  /** The AudioContext that plays it; null: none yet. */
+  readonly audioContext: AudioContext | null;
   defaultMuted: boolean;
   load(): void;
   /** Rejects with AbortError if pause() is called first, with NotSupportedError if the source cannot be played. */

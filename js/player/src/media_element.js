@@ -14,6 +14,7 @@ export class MediaElement extends Base {
   #media;
   #source = null; // srcObject
   #muted = false;
+  #volume = 1;
   #defaultPlaybackRate = 1;
 
   static NETWORK_EMPTY = NETWORK.EMPTY;
@@ -184,13 +185,23 @@ export class MediaElement extends Base {
   set poster(poster) {
     this.setAttribute("poster", poster);
   }
-  /** Streams have no sound yet, but pages with autoplay set it. */
   get muted() {
     return this.#muted;
   }
   set muted(muted) {
     if (this.#muted === Boolean(muted)) return;
     this.#muted = Boolean(muted);
+    this.dispatchEvent(new Event("volumechange"));
+  }
+  /** 0 to 1. */
+  get volume() {
+    return this.#volume;
+  }
+  set volume(volume) {
+    if (!Number.isFinite(volume)) throw new TypeError(`volume: expected a number, found ${volume}`);
+    if (volume < 0 || volume > 1) throw new DOMException(`volume: expected 0 to 1, found ${volume}`, "IndexSizeError");
+    if (volume === this.#volume) return;
+    this.#volume = volume;
     this.dispatchEvent(new Event("volumechange"));
   }
   get defaultMuted() {

@@ -20,6 +20,7 @@ export const COMMANDS = [
     command: "markLoop",
     values: ["from", "to"],
   },
+  { keys: ["x"], shown: ["X"], description: "Sound on or off", command: "toggleSound" },
   { keys: ["u"], shown: ["U"], description: "Clear loop", command: "clearLoop" },
   { keys: ["g"], shown: ["G"], description: "Go live", command: "goLive" },
   {

@@ -438,6 +438,10 @@ export class Media extends DelayedEvents {
     return this.#playout?.behind ?? 0;
   }
 
+  /** How playback proceeds at now(): {running, position, rate}. */
+  get motion() {
+    return this.#playout?.motion ?? { running: false, position: 0, rate: 1 };
+  }
   get frameCount() {
     return this.#playout?.decoder.frameCount ?? 0;
   }

@@ -81,6 +81,11 @@ export class Playout {
   get position() {
     return Math.min(Math.max(this.#clock.position, this.start), this.#limit);
   }
+  /** Of the clock: {running, position, rate}. */
+  get motion() {
+    const { running, position, rate } = this.#clock;
+    return { running, position, rate };
+  }
   get running() {
     return this.#running;
   }

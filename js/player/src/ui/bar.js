@@ -153,6 +153,7 @@ export class Bar {
         { type: "button", class: "live", part: "button live", hidden: true, onclick: commands.goLive },
         "Live",
       ),
+      sound: button("sound", "Mute", icons.sound, commands.toggleSound, { hidden: true }),
       loop: button("loop", "Loop start", icons.loop, () => this.#markLoop(commands), { "data-wide": "2" }),
       speed: select(
         "Speed",
@@ -203,7 +204,7 @@ export class Bar {
 
   update() {
     const player = this.#player;
-    const { play, back, forward, live, loop, speed, mode, vr, ar, fullscreen } = this.#parts;
+    const { play, back, forward, sound, live, loop, speed, mode, vr, ar, fullscreen } = this.#parts;
     const { paused, ended, loopRange, seekable, duration } = player;
     setIcon(play, !paused ? icons.pause : ended ? icons.replay : icons.play, paused && !ended);
     setLabel(play, !paused ? "Pause" : ended ? "Play again" : "Play");
@@ -222,6 +223,9 @@ export class Bar {
     setLabel(loop, !loopRange ? "Loop start" : to ? "Loop end" : "Clear loop");
     loop.setAttribute("aria-pressed", String(loopRange !== null));
     loop.disabled = !seekable.length;
+    sound.hidden = !player.hasSound;
+    setIcon(sound, player.muted ? icons.silence : icons.sound);
+    setLabel(sound, player.muted ? "Sound on" : "Mute");
     speed.value = String(player.playbackRate);
     mode.value = player.viewMode;
     const { immersive, immersiveModes } = player;

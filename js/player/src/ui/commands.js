@@ -26,6 +26,7 @@ export function commandsOf(player, panels) {
 
   return {
     togglePlay: () => (player.paused ? player.play() : player.pause()),
+    toggleSound: () => (player.muted = !player.muted),
     step: (count) => player.step(count),
     skip: (seconds) => seek(player.currentTime + seconds),
     jump: (end) => seekable() && seek(end ? Infinity : -Infinity),

@@ -1,0 +1,423 @@
+// Sound by Web Audio. Its clock is the clock of playback: now() follows the samples that the device plays, and sound is
+// scheduled for the time that playback will have then.
+
+import { Stretch } from "./stretch.js";
+
+/** Seconds that are scheduled ahead. */
+const AHEAD = 0.25;
+/** Milliseconds between looks at what has to be scheduled. */
+const INTERVAL = 50;
+/** Seconds of fades: where sound begins or ends it must not click. */
+const FADE = 0.006;
+/** Time constant in seconds of changes of volume. */
+const VOLUME = 0.015;
+/** Seconds by which playback may be elsewhere than the sound before that is scheduled again. */
+const TOLERANCE = 0.012;
+/** Speeds at which sound is heard; its pitch is kept. */
+const SLOWEST = 0.5;
+const FASTEST = 2;
+const SAME = 0.001;
+/** Changes of the speed that are left to the tolerance above: a live stream changes it all the time. */
+const SAME_RATE = 0.03;
+/** Part by which the measured time of the device corrects the clock at each look. */
+const SMOOTHING = 0.1;
+
+/** Tracks that are played together: all of one language, and those without one. languages: of the user, best first. */
+export function chooseTracks(sounds, languages) {
+  const spoken = [...new Set(sounds.map(({ language }) => language).filter(Boolean))];
+  if (spoken.length < 2) return sounds;
+  const base = (tag) => tag.toLowerCase().split("-")[0];
+  const wanted = languages.map((tag) => spoken.find((one) => base(one) === base(tag))).find(Boolean) ?? spoken[0];
+  return sounds.filter(({ language }) => !language || language === wanted);
+}
+
+/** A part of a track's sound without a gap, on its way to the device. */
+class Voice {
+  #context;
+  #rate;
+  #gain;
+  #sources = new Set();
+  #stretch;
+  #base; // context time of the first sample of the output
+  #sent = 0; // samples of the output
+  next; // the sample that follows
+
+  /** first: number of the first sample; at: context time when it is to be heard. speed: of playback. */
+  constructor(context, output, { rate, channels, first, at, speed }) {
+    this.#context = context;
+    this.#rate = rate;
+    this.next = first;
+    this.#stretch = Math.abs(speed - 1) > SAME ? new Stretch(channels, rate, speed) : null;
+    // On a sample of the context, so that parts that follow each other do.
+    this.#base = Math.round(at * context.sampleRate) / context.sampleRate;
+    this.#gain = new GainNode(context, { gain: 0 });
+    this.#gain.connect(output);
+    const begin = Math.max(this.#base, context.currentTime);
+    this.#gain.gain.setValueAtTime(0, begin);
+    this.#gain.gain.linearRampToValueAtTime(1, begin + FADE);
+  }
+
+  /** Context time of the end of what was sent. */
+  get end() {
+    return this.#base + this.#sent / this.#rate;
+  }
+
+  send(channels) {
+    this.next += channels[0].length;
+    const out = this.#stretch ? this.#stretch.push(channels) : channels;
+    const { length } = out[0];
+    if (!length) return;
+    const at = this.end;
+    this.#sent += length;
+    const late = Math.max(0, this.#context.currentTime + 0.003 - at);
+    if (late * this.#rate >= length) return;
+    const buffer = new AudioBuffer({ length, numberOfChannels: out.length, sampleRate: this.#rate });
+    out.forEach((samples, i) => buffer.copyToChannel(samples, i));
+    const source = new AudioBufferSourceNode(this.#context, { buffer });
+    source.connect(this.#gain);
+    source.onended = () => this.#sources.delete(source);
+    source.start(late ? at + late : at, late);
+    this.#sources.add(source);
+  }
+
+  stop() {
+    const { gain } = this.#gain;
+    const now = this.#context.currentTime;
+    gain.cancelScheduledValues(now);
+    gain.setTargetAtTime(0, now, FADE / 3);
+    for (const source of this.#sources) source.stop(now + 2 * FADE);
+    setTimeout(() => this.#gain.disconnect(), 1000);
+  }
+}
+
+/** A track: blocks that may still be needed, and the way of its sound to the device. */
+class Track {
+  #about;
+  #context = null;
+  #input = null; // of the way to the device
+  #panner = null;
+  blocks = [];
+  voice = null;
+
+  constructor(about) {
+    this.#about = about;
+  }
+
+  /** scale: length in the scene at which sound has its full volume. */
+  connect(context, output, scale) {
+    this.#context = context;
+    this.#input = output;
+    if (!this.#about.position && !this.#about.moves) return;
+    this.#panner = new PannerNode(context, {
+      panningModel: "HRTF",
+      distanceModel: "inverse",
+      refDistance: Math.max(scale, 1e-6),
+    });
+    this.#panner.connect(output);
+    this.#input = this.#panner;
+  }
+
+  /** from: seconds that were played already. */
+  forget(from) {
+    while (this.blocks.length && this.blocks[0].seconds + lengthOf(this.blocks[0]) < from) this.blocks.shift();
+  }
+
+  stop() {
+    this.voice?.stop();
+    this.voice = null;
+  }
+
+  /** Sends blocks up to a time. when(seconds): context time when a time of the stream is heard. */
+  schedule(position, until, speed, when) {
+    for (;;) {
+      const first = this.#nextBlock(position);
+      if (!first || first.seconds > until) return;
+      const joined = [first];
+      for (let i = this.blocks.indexOf(first) + 1; i < this.blocks.length; i++) {
+        const [block, before] = [this.blocks[i], joined.at(-1)];
+        if (block.start !== before.start + before.channels[0].length || block.seconds > until) break;
+        joined.push(block);
+      }
+      if (this.voice?.next !== first.start) {
+        const { rate, channels, start: number, seconds } = first;
+        this.stop();
+        this.voice = new Voice(this.#context, this.#input, {
+          rate,
+          channels: channels.length,
+          first: number,
+          at: when(seconds),
+          speed,
+        });
+      }
+      if (this.#panner) for (const { position: place, seconds } of joined) if (place) this.#move(place, when(seconds));
+      this.voice.send(first.channels.map((_, i) => concatenate(joined.map(({ channels }) => channels[i]))));
+    }
+  }
+  /** The block that follows what was sent, or the first one that is not over. */
+  #nextBlock(position) {
+    const { voice, blocks } = this;
+    if (voice) {
+      const next = blocks.find(({ start }) => start >= voice.next);
+      if (next) return next;
+      if (blocks.length) return null;
+    }
+    return blocks.find((block) => block.seconds + lengthOf(block) > position) ?? null;
+  }
+
+  #move(place, at) {
+    const { currentTime } = this.#context;
+    ["positionX", "positionY", "positionZ"].forEach((axis, i) => {
+      const parameter = this.#panner[axis];
+      if (at > currentTime) parameter.linearRampToValueAtTime(place[i], at);
+      else parameter.setValueAtTime(place[i], currentTime);
+    });
+  }
+}
+
+const lengthOf = ({ channels, rate }) => channels[0].length / rate;
+
+function concatenate(parts) {
+  const out = new Float32Array(parts.reduce((sum, { length }) => sum + length, 0));
+  let at = 0;
+  for (const part of parts) {
+    out.set(part, at);
+    at += part.length;
+  }
+  return out;
+}
+
+export class Sound {
+  #motion;
+  #listener;
+  #scale;
+  #context = null;
+  #master = null;
+  #tracks = new Map();
+  #configured = "[]";
+  #present = false;
+  #timer = null;
+  #offset = 0; // milliseconds: now() is performance.now() and this
+  #drift = null; // smoothed difference of the device's time and performance.now(), and what now() had before
+  #anchor = null; // {time, position, rate} of what is scheduled
+  #leaving = false; // blocks are those of the place where playback goes to
+  #volume = 1;
+  #muted = false;
+  #changed;
+  #waiting = null; // AbortController of listeners for a gesture of the user
+
+  /**
+   * motion(): {running, position, rate} of playback at now(). listener(): {eye, target, up}, or null. scale(): size of the
+   * scene. changed(): whether there is sound has changed.
+   */
+  constructor({ motion, listener, scale, changed }) {
+    this.#motion = motion;
+    this.#listener = listener;
+    this.#scale = scale;
+    this.#changed = changed;
+  }
+
+  /** Whether the stream has sound. */
+  get present() {
+    return this.#present;
+  }
+  /** For tests. */
+  get context() {
+    return this.#context;
+  }
+
+  /** Milliseconds. While sound is heard it is the device's clock, else performance.now(); it never jumps. */
+  now() {
+    return performance.now() + this.#offset;
+  }
+
+  set volume(volume) {
+    this.#volume = volume;
+    this.#adjust();
+  }
+  set muted(muted) {
+    this.#muted = muted;
+    this.#adjust();
+    this.update();
+  }
+  #adjust() {
+    const { currentTime } = this.#context ?? {};
+    this.#master?.gain.setTargetAtTime(this.#muted ? 0 : this.#volume, currentTime, VOLUME);
+  }
+
+  /** Takes the events of a decoder. */
+  follow(decoder) {
+    decoder.addEventListener("configuration", ({ detail }) => this.#configure(detail.sounds ?? []));
+    decoder.addEventListener("soundrestart", () => this.#restart());
+    decoder.addEventListener("restart", () => this.#restart());
+    // Sound arrives before the configuration does.
+    decoder.addEventListener("sound", ({ detail }) => this.#take(detail));
+  }
+
+  #configure(sounds) {
+    // A repetition of the configuration interrupts nothing.
+    const text = JSON.stringify(sounds);
+    if (text === this.#configured) return;
+    this.#configured = text;
+    const chosen = chooseTracks(sounds, navigator.languages ?? []);
+    const former = this.#tracks;
+    this.#tracks = new Map(
+      chosen.map((about) => {
+        const track = new Track(about);
+        track.blocks = former.get(about.track)?.blocks ?? [];
+        return [about.track, track];
+      }),
+    );
+    for (const track of former.values()) track.stop();
+    this.#anchor = null;
+    if (this.#context) this.#connect();
+    if (this.#present !== sounds.length > 0) {
+      this.#present = sounds.length > 0;
+      this.#changed();
+    }
+    this.update();
+  }
+  #connect() {
+    for (const track of this.#tracks.values()) track.connect(this.#context, this.#master, this.#scale());
+  }
+
+  #take(block) {
+    if (!this.#tracks.has(block.track)) this.#tracks.set(block.track, new Track({}));
+    const { blocks } = this.#tracks.get(block.track);
+    // A live stream may start again.
+    if (blocks.length && block.start < blocks.at(-1).start) blocks.length = 0;
+    blocks.push(block);
+    if (blocks.length === 1) this.update();
+  }
+  /** What was read is played on: it may be the end of a loop. */
+  #restart() {
+    if (this.#anchor && !this.#leaving) this.#schedule(Infinity);
+    for (const track of this.#tracks.values()) track.blocks = [];
+    this.#leaving = this.#anchor !== null;
+  }
+
+  /** Another source follows. */
+  reset() {
+    this.#stop();
+    this.#tracks.clear();
+    this.#configured = "[]";
+    if (this.#present) {
+      this.#present = false;
+      this.#changed();
+    }
+  }
+
+  /** Browsers play no sound before a gesture of the user. */
+  #open() {
+    if (this.#context || this.#waiting || typeof AudioContext !== "function") return;
+    if (navigator.userActivation?.hasBeenActive === false) {
+      this.#waiting = new AbortController();
+      const { signal } = this.#waiting;
+      const begin = () => {
+        if (navigator.userActivation.hasBeenActive === false) return;
+        this.#waiting?.abort();
+        this.#waiting = null;
+        this.update();
+      };
+      for (const type of ["pointerup", "click", "keydown", "touchend"])
+        document.addEventListener(type, () => setTimeout(begin), { signal, capture: true });
+      return;
+    }
+    const [{ blocks: [{ rate }] = [{}] } = {}] = [...this.#tracks.values()].filter(({ blocks }) => blocks.length);
+    if (!rate) return;
+    this.#context = new AudioContext({ sampleRate: rate, latencyHint: "interactive" });
+    this.#context.onstatechange = () => this.update();
+    this.#master = new GainNode(this.#context, { gain: this.#muted ? 0 : this.#volume });
+    this.#master.connect(this.#context.destination);
+    this.#connect();
+  }
+
+  /** The time of the sample that the device plays, in milliseconds of the context, less performance.now(). */
+  #measure() {
+    const context = this.#context;
+    const { contextTime, performanceTime } = context.getOutputTimestamp?.() ?? {};
+    if (performanceTime > 0 && contextTime > 0) return contextTime * 1000 - performanceTime;
+    return (context.currentTime - (context.outputLatency || context.baseLatency || 0)) * 1000 - performance.now();
+  }
+  #synchronise() {
+    const measured = this.#measure();
+    if (this.#drift === null || Math.abs(measured - this.#drift.value) > 100)
+      this.#drift = { value: measured, zero: measured - this.#offset };
+    else this.#drift.value += SMOOTHING * (measured - this.#drift.value);
+    this.#offset = this.#drift.value - this.#drift.zero;
+  }
+  /** Context time of the sample that is heard at a time of now(). */
+  #heardAt(now) {
+    return (now + this.#drift.zero) / 1000;
+  }
+
+  /** Schedules what playback needs next. Called when playback changes, and regularly. */
+  update() {
+    const motion = this.#motion();
+    const wanted = motion.running && this.#tracks.size > 0 && !this.#muted;
+    if (wanted) this.#open();
+    const context = this.#context;
+    if (wanted && context?.state === "suspended") context.resume().catch(() => {});
+    const heard = wanted && context?.state === "running" && motion.rate >= SLOWEST && motion.rate <= FASTEST;
+    this.#tick(motion.running && this.#tracks.size > 0);
+    if (!heard) return this.#stop();
+    this.#synchronise();
+    this.#place();
+    const { position, rate } = this.#motion();
+    const time = this.#heardAt(this.now());
+    const anchor = this.#anchor;
+    const off = anchor ? anchor.position + (time - anchor.time) * anchor.rate - position : Infinity;
+    if (Math.abs(off) > TOLERANCE || Math.abs(anchor.rate - rate) > SAME_RATE) {
+      this.#stop();
+      this.#anchor = { time, position, rate };
+    }
+    if (this.#leaving) return;
+    for (const track of this.#tracks.values()) track.forget(position - 0.1);
+    this.#schedule(AHEAD);
+  }
+  /** Schedules what the device needs in the next seconds. */
+  #schedule(seconds) {
+    const { time, position, rate } = this.#anchor;
+    const when = (at) => time + (at - position) / rate;
+    const now = position + (this.#context.currentTime - time) * rate;
+    for (const track of this.#tracks.values()) track.schedule(now, now + seconds * rate, rate, when);
+  }
+  #stop() {
+    this.#leaving = false;
+    if (!this.#anchor) return;
+    this.#anchor = null;
+    for (const track of this.#tracks.values()) track.stop();
+  }
+
+  #tick(runs) {
+    if (runs) this.#timer ??= setInterval(() => this.update(), INTERVAL);
+    else {
+      clearInterval(this.#timer);
+      this.#timer = null;
+    }
+  }
+
+  /** The viewer is the listener. */
+  #place() {
+    const pose = this.#listener();
+    if (!pose) return;
+    const { listener, currentTime } = this.#context;
+    const { eye, target, up } = pose;
+    const forward = eye.map((x, i) => target[i] - x);
+    if (!listener.positionX) {
+      listener.setPosition(...eye);
+      listener.setOrientation(...forward, ...up);
+      return;
+    }
+    const names = ["positionX", "positionY", "positionZ", "forwardX", "forwardY", "forwardZ", "upX", "upY", "upZ"];
+    [...eye, ...forward, ...up].forEach((value, i) => listener[names[i]].setTargetAtTime(value, currentTime, VOLUME));
+  }
+
+  close() {
+    this.reset();
+    this.#tick(false);
+    this.#waiting?.abort();
+    this.#waiting = null;
+    this.#context?.close().catch(() => {});
+    this.#context = this.#master = this.#drift = null;
+  }
+}

@@ -1,0 +1,209 @@
+// The player's sound in browsers: what reaches the device, recorded, and when the picture that belongs to it was shown. The
+// clip has claps: a flash in the picture and a click in the sound at the same time.
+
+import assert from "node:assert/strict";
+import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { after, before, describe, test } from "node:test";
+import { fileURLToPath } from "node:url";
+
+import { missingBrowser } from "../../testing/browser.mjs";
+import { tool } from "../../testing/served.mjs";
+import { chooseTracks } from "../src/playback/sound.js";
+import { Stretch } from "../src/playback/stretch.js";
+import { drivePage, openPage } from "./page_driver.mjs";
+
+const here = (name) => fileURLToPath(new URL(name, import.meta.url));
+const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
+const CLAPS = [12, 37];
+const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+
+let folder;
+before(() => {
+  mkdirSync(screens, { recursive: true });
+  folder = mkdtempSync(join(tmpdir(), "fvv-sound-"));
+  const rig = ["--rig", "small", "--cameras", "2", "--size", "96x64", "--frames", "50"];
+  tool("fvvsynth", "-o", join(folder, "capture"), ...rig, "--sound");
+  const options = ["--group", "25", "--triangles", "1000", "--quality", "36dB"];
+  tool("fvvmux", join(folder, "capture"), "-o", join(folder, "players.fvv"), ...options);
+});
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+const harmless = (text) => !/ScriptProcessorNode is deprecated/.test(text);
+
+/** In the page: records what is connected to the device, and when frames are shown. */
+function record() {
+  const heard = (window.heard = { clicks: [], loudest: 0 });
+  const shown = (window.shown = []);
+  // When the renderer has it: drawing without a GPU takes longer than any offset.
+  window.player.addEventListener("framechange", () => shown.push([window.player.currentFrame, performance.now()]));
+  const connect = AudioNode.prototype.connect;
+  AudioNode.prototype.connect = function (target, ...more) {
+    if (target instanceof AudioDestinationNode && !(this instanceof ScriptProcessorNode)) {
+      const { context } = this;
+      const recorder = context.createScriptProcessor(1024, 2, 1);
+      let quiet = 0;
+      recorder.onaudioprocess = ({ inputBuffer, playbackTime }) => {
+        const samples = inputBuffer.getChannelData(0);
+        for (let i = 0; i < samples.length; i++) {
+          const x = Math.abs(samples[i]);
+          heard.loudest = Math.max(heard.loudest, x);
+          // The click begins with its peak.
+          if (x > 0.3 && quiet > 0.1 * context.sampleRate) {
+            const time = playbackTime - recorder.bufferSize / context.sampleRate + i / context.sampleRate;
+            const { contextTime, performanceTime } = context.getOutputTimestamp();
+            heard.clicks.push(performanceTime + (time - contextTime) * 1000);
+          }
+          quiet = x > 0.3 ? 0 : quiet + 1;
+        }
+      };
+      connect.call(this, recorder);
+      connect.call(recorder, context.destination);
+    }
+    return connect.call(this, target, ...more);
+  };
+}
+
+test("another speed keeps the pitch", () => {
+  const rate = 48000;
+  const tone = Float32Array.from({ length: 2 * rate }, (_, i) => Math.sin((2 * Math.PI * 440 * i) / rate));
+  for (const speed of [0.5, 0.8, 1.25, 2]) {
+    const stretch = new Stretch(2, rate, speed);
+    const out = [];
+    for (let at = 0; at < tone.length; at += 5000) {
+      const part = tone.subarray(at, at + 5000);
+      const [left, right] = stretch.push([part, part]);
+      assert.deepEqual(left, right);
+      out.push(...left);
+    }
+    assert.ok(Math.abs(out.length - tone.length / speed) < 0.1 * rate, `${out.length} samples at ${speed}`);
+    let crossings = 0;
+    for (let i = 1; i < out.length; i++) crossings += out[i - 1] < 0 && out[i] >= 0;
+    const pitch = (crossings * rate) / out.length;
+    assert.ok(Math.abs(pitch - 440) < 5, `${pitch} Hz at ${speed}`);
+    assert.ok(out.every((sample) => Math.abs(sample) < 1.05));
+    let power = 0;
+    for (const sample of out) power += sample ** 2;
+    assert.ok(Math.abs(power / out.length - 0.5) < 0.06, `power ${power / out.length} at ${speed}`);
+  }
+});
+
+test("of several languages one is played, with the tracks that have none", () => {
+  const sounds = [
+    { track: 1, language: "en" },
+    { track: 2, language: "" },
+    { track: 3, language: "de-CH" },
+    { track: 4, language: "en" },
+  ];
+  const tracks = (...languages) => chooseTracks(sounds, languages).map(({ track }) => track);
+  assert.deepEqual(tracks("de-DE", "en"), [2, 3]);
+  assert.deepEqual(tracks("fr", "en-GB"), [1, 2, 4]);
+  assert.deepEqual(tracks("fr"), [1, 2, 4]);
+  assert.deepEqual(chooseTracks(sounds.slice(0, 2), ["fr"]), sounds.slice(0, 2));
+});
+
+for (const name of ["chromium", "firefox"])
+  describe(name, { skip: missingBrowser(name) }, () => {
+    let opened, page;
+    before(async () => {
+      opened = await openPage(name, join(folder, "players.fvv"));
+      ({ page } = opened);
+      await page.evaluate(record);
+    });
+    after(() => opened?.close());
+    const { ask, until, click, control } = drivePage(() => page, screens, name);
+    let silent = "";
+    /** Firefox opens no device on machines without one. */
+    const whySilent = async () => {
+      if (!(await ask(() => typeof AudioDecoder === "function"))) return "no AudioDecoder";
+      await until(() => window.player.audioContext);
+      for (let i = 0; i < 60; i++, await wait(100))
+        if (await ask(() => window.player.audioContext.state === "running")) return "";
+      return "no audio device";
+    };
+    const listen = () => ask(() => window.heard.clicks.splice(0));
+
+    test("without a gesture of the user there is no sound, no warning, and playback goes on", async () => {
+      await until(() => window.player.readyState === 4 && window.player.hasSound);
+      assert.equal(await ask(() => window.player.audioContext), null);
+      assert.deepEqual(opened.browser.troubles.filter(harmless), []);
+    });
+
+    test("claps are heard when they are seen", async (t) => {
+      await ask(() => {
+        window.player.loop = true;
+      });
+      await click(control("play"));
+      silent = await whySilent();
+      if (silent) return t.skip(silent);
+      await wait(9000);
+      const claps = await listen();
+      const shown = await ask(() => window.shown.splice(0));
+      const flashes = shown.filter(([frame]) => CLAPS.includes(frame)).map(([, now]) => now);
+      const offsets = claps.map((time) => {
+        const near = flashes.reduce((a, b) => (Math.abs(b - time) < Math.abs(a - time) ? b : a), Infinity);
+        return near - time;
+      });
+      t.diagnostic(`flash after click, ms: ${offsets.map((x) => x.toFixed(1)).join(", ")}`);
+      assert.ok(claps.length >= 6, `${claps.length} claps in 9 s`);
+      // A frame may have been dropped, above all while everything begins.
+      const seen = offsets.filter((offset) => Math.abs(offset) < 300);
+      assert.ok(seen.length >= 4, `${seen.length} of them seen`);
+      const sorted = seen.map(Math.abs).sort((a, b) => a - b);
+      assert.ok(sorted[sorted.length >> 1] < 30, `offsets ${seen}`);
+    });
+
+    test("mute, volume and pause", async (t) => {
+      if (silent) return t.skip(silent);
+      await click(control("sound"));
+      assert.equal(await ask(() => window.player.muted), true);
+      await wait(300);
+      await ask(() => (window.heard.loudest = 0));
+      await wait(1500);
+      assert.ok((await ask(() => window.heard.loudest)) < 1e-3, "muted");
+      await click(control("sound"));
+      await ask(() => (window.player.volume = 0.25));
+      await wait(300);
+      await ask(() => (window.heard.loudest = 0));
+      await wait(2200);
+      const loudest = await ask(() => window.heard.loudest);
+      assert.ok(loudest > 0.05 && loudest < 0.45, `${loudest} at a quarter of the volume`);
+      await ask(() => (window.player.volume = 1));
+      await ask(() => window.player.pause());
+      await wait(200);
+      await ask(() => (window.heard.loudest = 0));
+      await wait(1000);
+      assert.ok((await ask(() => window.heard.loudest)) < 1e-3, "paused");
+      await assert.rejects(
+        ask(() => (window.player.volume = 2)),
+        /volume: expected 0 to 1/,
+      );
+    });
+
+    test("a seek during playback, and other speeds", async (t) => {
+      if (silent) return t.skip(silent);
+      await ask(() => {
+        window.player.loop = false;
+        window.player.currentTime = 1.2;
+      });
+      await listen();
+      await ask(() => window.player.play());
+      await until(() => window.player.ended);
+      assert.equal((await listen()).length, 1);
+      // Twice as fast, frames of sound overlap where a click is: it may be fainter.
+      for (const [rate, least, most] of [
+        [0.5, 2, 2],
+        [2, 1, 2],
+        [4, 0, 0],
+      ]) {
+        await ask((speed) => (window.player.playbackRate = speed), rate);
+        await ask(() => window.player.play());
+        await until(() => window.player.ended);
+        await wait(300);
+        const { length } = await listen();
+        assert.ok(length >= least && length <= most, `${length} claps at ${rate} times the speed`);
+      }
+      assert.deepEqual(opened.browser.troubles.filter(harmless), []);
+    });
+  });
