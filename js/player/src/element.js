@@ -4,6 +4,7 @@ import { createDecoder } from "@fvv/decoder";
 
 import { PointerControls } from "./navigation/pointer.js";
 import { Bookmarks } from "./navigation/view_text.js";
+import { shownScale } from "./view.js";
 import { Sound } from "./playback/sound.js";
 import { Stage } from "./stage.js";
 import { Interface } from "./ui/interface.js";
@@ -31,12 +32,15 @@ export class FvvPlayer extends ViewpointElement {
     "navigation",
     "view-mode",
     "quality",
+    "rung",
     "aria-label",
     ...VIEW_ATTRIBUTES,
   ];
 
   #media;
   #sound;
+  #playedRung = null;
+  #told = null; // number of the group for which the decoder knows how large pictures are shown
   #interface = null;
   #pointer = null;
   #poster;
@@ -181,6 +185,7 @@ export class FvvPlayer extends ViewpointElement {
     else if (name === "poster") this.#showPoster();
     else if (name === "navigation" && this.#pointer) this.#pointer.flying = value === "fly";
     else if (name === "view-mode" || name === "controls") this._chooseDrawing();
+    else if (name === "rung") this.#chooseRung();
     else if (name === "quality" && this._stage) {
       this._stage.resolution.quality = this.quality;
       this._stage.wake();
@@ -222,6 +227,7 @@ export class FvvPlayer extends ViewpointElement {
       // Also without WebCodecs: JPEG needs none, and the decoder then reports what it cannot decode.
       video: "pictures",
       audio: "samples",
+      quality: this.rung,
       ...this.decoderOptions,
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
@@ -230,6 +236,7 @@ export class FvvPlayer extends ViewpointElement {
       queue: QUEUE,
     });
     this.#sound.follow(decoder);
+    decoder.addEventListener("rung", ({ detail }) => this.#takeRung(detail));
     decoder.addEventListener("background", ({ detail }) => this._stage?.setBackgrounds(detail));
     for (const type of ["warning", "gap", "corrupt"])
       decoder.addEventListener(type, ({ detail }) => this.dispatchEvent(new CustomEvent(type, { detail })));
@@ -237,8 +244,36 @@ export class FvvPlayer extends ViewpointElement {
     return decoder;
   }
 
+  #chooseRung() {
+    this.#media.decoder?.setQuality(this.rung).catch(() => {});
+    this.dispatchEvent(new Event("optionschange"));
+  }
+  #takeRung(detail) {
+    this.#playedRung = detail.rung;
+    this.dispatchEvent(new CustomEvent("rungchange", { detail }));
+    this.dispatchEvent(new Event("optionschange"));
+  }
+  /** Rungs of the stream's ladder, best first; one or none without a ladder. */
+  get rungs() {
+    return this.#media.decoder?.rungs ?? [];
+  }
+  /** The rung that is played; null: there is no ladder. */
+  get playedRung() {
+    return this.rungs.length > 1 ? this.#playedRung : null;
+  }
+  /** Tells the decoder how large the cameras' pictures are shown, once for each group. */
+  #tellScale({ group, cameras }) {
+    const { decoder } = this.#media;
+    if (!(decoder?.rungs.length > 1) || this.#told === group.sequence) return;
+    this.#told = group.sequence;
+    decoder
+      .setShownScale(shownScale(this._navigator.pose, this.#surface.querySelector("canvas")?.height ?? 0, cameras))
+      .catch(() => {});
+  }
+
   async #show(frame) {
     if (!(await this._stage.show(frame))) return;
+    this.#tellScale(frame);
     const coded = new Set(frame.samples.map(({ track }) => track));
     const lost = frame.configuration.videos.filter(({ track }) => coded.has(track) && !frame.picture(track));
     const codecs = new Set(lost.map(({ codec }) => codec));

@@ -1,4 +1,4 @@
-import { Camera, FvvError, Options, Source } from "@fvv/decoder";
+import { Camera, FvvError, Options, Rung, Source } from "@fvv/decoder";
 import { Counters, Mode } from "./renderer/index.js";
 
 export { Renderer, cameraColour } from "./renderer/index.js";
@@ -160,6 +160,12 @@ export class FvvPlayer extends HTMLElement {
 
   viewMode: Mode;
   quality: "auto" | "high" | "medium" | "low";
+  /** Which rung of the stream's ladder is played: 0 is the best. Set by the attribute `rung`. */
+  rung: "auto" | number;
+  /** Rungs of the stream, best first; one or none without a ladder. */
+  readonly rungs: readonly Rung[];
+  /** The rung that is played; null: there is no ladder. Changes are reported by `rungchange`. */
+  readonly playedRung: number | null;
   visibleBy: "auto" | "bits" | "depth" | "both";
   /** What weights cameras: the viewer's direction, or the normal alone as in WHP 235; null: the stream's value. */
   blend: "viewer" | "paper" | null;

@@ -50,3 +50,17 @@ export function viewFromCamera(camera, width = camera.width, height = camera.hei
 export function eyeOf({ rotation: r, translation: t }) {
   return [0, 1, 2].map((i) => -(r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2]));
 }
+
+/**
+ * How many pixels of the screen show a pixel of the cameras' pictures at the pose's target, along one axis: the median of the
+ * cameras. height: of the picture on the screen, in pixels. null: no camera is calibrated.
+ */
+export function shownScale({ eye, target, fov }, height, cameras) {
+  const viewer = height / (2 * Math.tan(fov / 2)) / length(subtract(target, eye));
+  const scales = cameras
+    .filter(({ calibrated }) => calibrated)
+    .map(({ fy, centre }) => viewer / (fy / length(subtract(target, centre))))
+    .filter(Number.isFinite)
+    .sort((a, b) => a - b);
+  return scales.length ? scales[scales.length >> 1] : null;
+}

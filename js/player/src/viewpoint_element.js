@@ -135,6 +135,15 @@ export class ViewpointElement extends MediaElement {
     this.setAttribute("quality", quality);
   }
 
+  /** "auto", or the rung of the stream's ladder that is wanted, 0 for the best. */
+  get rung() {
+    const text = this.getAttribute("rung") ?? "";
+    return /^\d{1,5}$/.test(text) ? Number(text) : "auto";
+  }
+  set rung(rung) {
+    this.setAttribute("rung", rung);
+  }
+
   /** Cameras of another stream have other identifiers. */
   _forgetCameras() {
     this.#drawing.cameras = this.#selected = null;

@@ -25,6 +25,7 @@ function makeClip(folder) {
   const rig = ["--rig", "small", "--cameras", "4", "--frames", `${FRAMES}`, "--size", "240x160"];
   tool("fvvsynth", "-o", capture, ...rig, "--frame-numbers");
   tool("fvvmux", capture, "-o", join(folder, "players.fvv"), "--group", "8", "--quality", "30", "--triangles", "6000");
+  tool("fvvmux", capture, "-o", join(folder, "ladder.fvv"), "--group", "8", "--quality", "30", "--ladder", "1,0.5");
 }
 
 let folder;
@@ -396,6 +397,32 @@ for (const name of ["chromium", "firefox"])
       await until(() => window.player.readyState === 4);
       await until(() => window.player.buffered.length === 1 && window.player.buffered.end(0) > 0.9);
       await assertWholeBuffered();
+    });
+
+    test("plays the rung of a ladder that is wanted, and lists all in the settings", async () => {
+      copyFileSync(join(folder, "ladder.fvv"), join(served.folder, "ladder.fvv"));
+      await ask(() => {
+        window.changes = [];
+        window.player.addEventListener("rungchange", ({ detail }) => window.changes.push(detail.rung));
+        window.player.srcObject = null;
+        window.player.src = "ladder.fvv";
+      });
+      await until(() => window.player.readyState === 4 && window.player.playedRung !== null);
+      const texts = () =>
+        ask(() => {
+          const selects = [...window.player.shadowRoot.querySelectorAll("select")];
+          const rungs = selects.find(({ options }) => options.length === 3 && options[0].value === "auto");
+          return Array.from(rungs.options, ({ text }) => text);
+        });
+      assert.match((await texts()).join("; "), /^Automatic \((100|50) %, .*; 100 %, .*bit\/s; 50 %, .*bit\/s$/);
+      for (const rung of [0, 1]) {
+        await ask((wanted) => (window.player.rung = wanted), rung);
+        await seekTo(10);
+        await until((wanted) => window.player.playedRung === wanted, rung);
+        assert.ok((await colourful()) > 0.02);
+      }
+      assert.equal(await ask(() => window.changes.at(-1)), 1);
+      await screen("rung");
     });
 
     test("no errors, and no violations of the content policy", () => assert.deepEqual(browser.troubles, []));

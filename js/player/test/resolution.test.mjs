@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Resolution } from "../src/resolution.js";
+import { shownScale } from "../src/view.js";
 
 /** Consecutive pictures at an interval in milliseconds. */
 function observe(resolution, count, apart, from = 0) {
@@ -42,4 +43,13 @@ test("a very slow machine is detected soon; pauses have no effect", () => {
   const resting = new Resolution();
   for (let i = 0; i < 50; i++) resting.observe(5000 * i, false);
   assert.equal(resting.ratio(1, true), 1);
+});
+
+test("how large cameras' pictures are shown", () => {
+  const pose = { eye: [0, 0, 4], target: [0, 0, 0], fov: Math.PI / 2 };
+  const camera = (z, fy, calibrated = true) => ({ centre: [0, 0, z], fy, calibrated });
+  // 400 pixels over 90 degrees are a focal length of 200: 50 pixels a metre at 4 m; the camera has 100 at 8 m.
+  assert.ok(Math.abs(shownScale(pose, 400, [camera(8, 800)]) - 0.5) < 1e-12);
+  assert.ok(Math.abs(shownScale(pose, 400, [camera(8, 800), camera(4, 800), camera(2, 100)]) - 0.5) < 1e-12);
+  assert.equal(shownScale(pose, 400, [camera(8, 800, false)]), null);
 });

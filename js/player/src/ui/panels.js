@@ -224,6 +224,7 @@ export class SettingsPanel {
         QUALITIES.map((name) => [name, QUALITY_NAMES[name]]),
         (value) => (player.quality = value),
       ),
+      rung: choose("Stream", [["auto", "Automatic"]], (value) => (player.rung = value)),
       visibleBy: choose("Visibility by", VISIBLE_BY, (value) => (player.visibleBy = value)),
       loop: flip("Loop", "loop"),
       blend: choose("Colours by", BLENDS, (value) => (player.blend = value || null)),
@@ -252,6 +253,7 @@ export class SettingsPanel {
       ),
       i.loop.row,
       i.quality.row,
+      i.rung.row,
       i.visibleBy.row,
       i.blend.row,
       ...this.#environmentRows,
@@ -287,12 +289,25 @@ export class SettingsPanel {
     return { node, inputs };
   }
 
+  /** The rungs of the stream; automatic names the one that is played. */
+  #updateRungs({ row, input }) {
+    const { rungs, rung, playedRung } = this.#player;
+    row.hidden = rungs.length < 2;
+    if (row.hidden) return;
+    const played = rungs[playedRung];
+    const texts = [played ? `Automatic (${rungText(played)})` : "Automatic", ...rungs.map(rungText)];
+    const options = texts.map((text, i) => element("option", { value: i ? String(i - 1) : "auto" }, text));
+    if (texts.join() !== Array.from(input.options, ({ text }) => text).join()) input.replaceChildren(...options);
+    input.value = String(rung === "auto" ? rung : Math.min(rung, rungs.length - 1));
+  }
+
   update() {
     const player = this.#player;
-    const { speed, quality, visibleBy, loop, blend, environment, shadows, grid, fly, stats } = this.#inputs;
+    const { speed, quality, rung, visibleBy, loop, blend, environment, shadows, grid, fly, stats } = this.#inputs;
     for (const { input } of this.#modes.inputs) input.checked = input.value === player.viewMode;
     speed.input.value = String(player.playbackRate);
     quality.input.value = player.quality;
+    this.#updateRungs(rung);
     visibleBy.input.value = player.visibleBy;
     loop.input.checked = player.loop;
     blend.input.value = player.blend ?? "";
@@ -304,6 +319,12 @@ export class SettingsPanel {
     this.#copy.hidden = !player.bookmarks;
     for (const row of this.#environmentRows) row.hidden = !player.hasEnvironment;
   }
+}
+
+/** "3/4 of the size, 2.1 Mbit/s" */
+function rungText({ scale, bitRate, rung }) {
+  const size = scale === null ? `Rung ${rung}` : `${Math.round(100 * scale)} %`;
+  return bitRate ? `${size}, ${bitrateText(bitRate)}` : size;
 }
 
 /** The table of keys. */
