@@ -51,8 +51,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   auto *quality = app.add_option(
       "--quality", texts.quality,
       "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
-      "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1), OpenEXR lossless or a DWA "
-      "level 1 to 500. Default: 42dB, of exr lossless");
+      "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has lossless alone. "
+      "Default: 42dB, of exr lossless");
   app.add_option("--bitrate", texts.bit_rate,
                  "bits a second for all pictures (4M, 800k) in place of a quality: every group has its share "
                  "and gets the finest quality that keeps it; tracks share by their pixels")
@@ -213,7 +213,7 @@ void take_texts(mux::Options &options, const Texts &texts) {
                                       : media::find_video_codec(options.codec)->shallowest;
   options.quality =
       texts.quality ? mux::parse_quality(*texts.quality, options.codec) : mux::default_quality(options.codec);
-  if (!texts.bit_rate.empty()) options.bit_rate = mux::parse_bit_rate(texts.bit_rate);
+  if (!texts.bit_rate.empty()) options.bit_rate = mux::parse_bit_rate(texts.bit_rate, options.codec);
   if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
   if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);
   if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);

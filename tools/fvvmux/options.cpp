@@ -49,9 +49,11 @@ int parse_bit_depth(const std::string &text, uint32_t codec) {
 Quality parse_quality(const std::string &text, uint32_t codec) {
   const media::VideoCodec &known = *media::find_video_codec(codec);
   const auto [least, most] = std::minmax(known.finest, known.coarsest);
-  const bool exr = codec == FVV_CODEC_OEXR;
+  if (codec == FVV_CODEC_OEXR) {
+    if (text != "lossless") refuse("--quality", "lossless, the only quality of OpenEXR", text);
+    return default_quality(codec);
+  }
   Quality quality;
-  if (exr && text == "lossless") return {false, 0};
   if (ends_with(text, "dB") || ends_with(text, "db")) {
     if (scene::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
         quality.value <= 100)
@@ -60,10 +62,8 @@ Quality parse_quality(const std::string &text, uint32_t codec) {
     return {false, double(number)};
   }
   const std::string expected = std::string("a PSNR such as 42dB, or ") +
-                               (exr                       ? "lossless, or a DWA level"
-                                : codec == FVV_CODEC_JPEG ? "libjpeg's quality"
-                                                          : "a CRF") +
-                               " from " + std::to_string(least) + " to " + std::to_string(most);
+                               (codec == FVV_CODEC_JPEG ? "libjpeg's quality" : "a CRF") + " from " +
+                               std::to_string(least) + " to " + std::to_string(most);
   refuse("--quality", expected.c_str(), text);
 }
 
@@ -82,7 +82,9 @@ uint64_t parse_amount(const char *option, const char *expected, const std::strin
 
 } // namespace
 
-uint64_t parse_bit_rate(const std::string &text) {
+uint64_t parse_bit_rate(const std::string &text, uint32_t codec) {
+  if (codec == FVV_CODEC_OEXR)
+    throw Error("--bitrate: video in OpenEXR is lossless and keeps no bit rate", Error::usage);
   return parse_amount("--bitrate", "bits a second such as 4M, 800k or 64000, from 1k to 10G", text, 1e3,
                       1e10);
 }

@@ -128,12 +128,10 @@ std::string codec_choice(const Summary &s, size_t index) {
   const VideoTrack &track = s.plan.tracks[index];
   const media::VideoSettings &v = track.choice.settings;
   const media::VideoCodec &codec = *media::find_video_codec(v.codec);
-  const std::string quality = quality_text(s, index);
-  const bool lossless = codec.code == FVV_CODEC_OEXR && quality == "0";
   return std::string(codec.name) + " " +
-         (track.encoded ? "encoded before"
-          : lossless    ? "lossless"
-                        : codec.scale + (" " + quality)) +
+         (track.encoded                  ? "encoded before"
+          : codec.code == FVV_CODEC_OEXR ? "lossless"
+                                         : codec.scale + (" " + quality_text(s, index))) +
          ", " + std::to_string(v.bit_depth) + " bits, " +
          (track.is_atlas() ? "" : std::to_string(track.tiling.tiles.size()) + " tiles in ") +
          std::to_string(v.width) + "x" + std::to_string(v.height);

@@ -329,7 +329,7 @@ private:
     if (video->config.shows != track.shows) throw Error(name + ": a video track shows something else");
     layout(index, track);
     const media::VideoSettings &settings = track.choice.settings;
-    const bool lossless = settings.codec == FVV_CODEC_OEXR && !settings.quality && !settings.bit_rate;
+    const bool lossless = settings.codec == FVV_CODEC_OEXR;
     const double floor = lossless ? INFINITY : std::min(track.choice.sample_psnr, exact_enough) - psnr_slack;
     VideoVerdict verdict;
     media::Decoder decoder(video->config);
