@@ -82,9 +82,7 @@ uint64_t parse_amount(const char *option, const char *expected, const std::strin
 
 } // namespace
 
-uint64_t parse_bit_rate(const std::string &text, uint32_t codec) {
-  if (codec == FVV_CODEC_OEXR)
-    throw Error("--bitrate: video in OpenEXR is lossless and keeps no bit rate", Error::usage);
+uint64_t parse_bit_rate(const std::string &text) {
   return parse_amount("--bitrate", "bits a second such as 4M, 800k or 64000, from 1k to 10G", text, 1e3,
                       1e10);
 }
@@ -251,11 +249,9 @@ MatchColours parse_match_colours(const std::string &text) {
 
 Visibility parse_visibility(const std::string &text) {
   if (text == "auto") return Visibility::automatic;
-  if (text == "face") return Visibility::faces;
-  if (text == "vertex") return Visibility::vertices;
   if (text == "weight") return Visibility::weights;
   if (text == "none") return Visibility::none;
-  refuse("--visibility", "auto, face, vertex, weight or none", text);
+  refuse("--visibility", "auto, weight or none", text);
 }
 
 } // namespace fvv::mux

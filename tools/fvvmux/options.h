@@ -10,6 +10,7 @@ uint32_t parse_codec(const std::string &text); // "jpeg", "h264", "hevc", "vp9",
 int parse_bit_depth(const std::string &text,
                     uint32_t codec);                             // "8"; "10", "16" where the codec has it
 Quality parse_quality(const std::string &text, uint32_t codec);  // "42dB", "23", "lossless"
+uint64_t parse_bit_rate(const std::string &text);                // "4M", "800k", "64000"
 Length parse_length(const std::string &text);                    // "1.5mm", "0.2cm", "0.002m", "0.002"
 MaxError parse_max_error(const std::string &text);               // "0.15", "1mm"
 TileSize parse_tile(const std::string &text);                    // "480x270"
@@ -22,13 +23,11 @@ uint64_t parse_pixels(const std::string &text);                  // "300k", "2M"
 TileSize parse_video_size(const std::string &text);              // "1920x1088"
 uint32_t parse_video_tracks(const std::string &text);            // "4", "camera"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
-// "4M", "800k", "64000"; of exr none.
-uint64_t parse_bit_rate(const std::string &text, uint32_t codec);
 // "auto", "on", "off", or a number of cells.
 void parse_colours(const std::string &text, Options &options);
-MatchColours parse_match_colours(const std::string &text);  // "auto", "on", "off"
-std::optional<double> parse_inset(const std::string &text); // "auto", "off", "3mm"
-Visibility parse_visibility(const std::string &text);       // "auto", "face", "vertex", "weight", "none"
+MatchColours parse_match_colours(const std::string &text);                        // "auto", "on", "off"
+std::optional<double> parse_inset(const std::string &text);                       // "auto", "off", "3mm"
+Visibility parse_visibility(const std::string &text);                             // "auto", "weight", "none"
 std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text); // "128,128,128"
 
 } // namespace fvv::mux

@@ -96,8 +96,8 @@ export class Decoder extends EventTarget {
       signal.addEventListener("abort", stop, { once: true });
       this.#finish.push(() => signal.removeEventListener("abort", stop));
     }
-    const { limits, normals, visibility, visibilityWeights, video, queue, tracks, look } = options;
-    const wanted = { limits, normals, visibility, visibilityWeights, video, queue, tracks };
+    const { limits, normals, visibility, video, queue, tracks, look } = options;
+    const wanted = { limits, normals, visibility, video, queue, tracks };
     const modes = { hasFallback: Boolean(fallback), waitsForSelection: look !== null };
     const opened = await this.#call("open", { source, module, ...wanted, ...modes });
     Object.assign(this, opened);

@@ -56,15 +56,7 @@ function describe(source) {
 }
 
 export async function createDecoder(options = {}) {
-  const {
-    worker,
-    limits = {},
-    normals = true,
-    visibility = true,
-    visibilityWeights = false,
-    queue = 4,
-    signal,
-  } = options;
+  const { worker, limits = {}, normals = true, visibility = true, queue = 4, signal } = options;
   const { tracks = null, look = null, videoFallback } = options;
   if (videoFallback !== undefined && typeof videoFallback !== "function")
     throw new FvvError({ code: "argument", message: "videoFallback: expected a function that imports the package" });
@@ -77,7 +69,6 @@ export async function createDecoder(options = {}) {
     limits,
     normals,
     visibility,
-    visibilityWeights,
     video,
     videoFallback,
     queue,

@@ -20,7 +20,7 @@ export class Playback {
   about;
 
   /**
-   * emit(type, detail): events of the stream. want: {normals, visibility, visibilityWeights}. selection:
+   * emit(type, detail): events of the stream. want: {normals, visibility}. selection:
    * tracks of video, as for select. frugal: a selection will be made before the first frame.
    */
   static async open(source, { module, codec, background, limits, emit, want, selection, frugal }) {

@@ -206,7 +206,6 @@ export class FvvPlayer extends ViewpointElement {
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
       normals: true,
-      visibilityWeights: true,
       queue: QUEUE,
     });
     decoder.addEventListener("background", ({ detail }) => this._stage?.setBackgrounds(detail));

@@ -271,9 +271,8 @@ void inset_line(std::string &out, const Plan &plan) {
 
 std::string visibility_text(const Summary &s) {
   char text[100];
-  const bool weights = s.plan.visibility.domain == FVV_VISIBILITY_WEIGHTS;
-  std::snprintf(text, sizeof text, "%.3f bits a %s and camera, %zu cameras", s.visibility.bits_per_pair(),
-                weights ? "vertex with a weight" : domain_text(s), s.visibility.cameras.size());
+  std::snprintf(text, sizeof text, "%.3f bits a vertex and camera, %zu cameras", s.visibility.bits_per_pair(),
+                s.visibility.cameras.size());
   return text;
 }
 
@@ -400,7 +399,6 @@ nlohmann::ordered_json visibility_json(const Summary &s) {
   const VisibilitySums &v = s.visibility;
   nlohmann::ordered_json out = {{"sent", v.frames > 0}, {"reason", s.plan.visibility.reason}};
   if (!v.frames) return out;
-  out["domain"] = domain_text(s);
   out["cameras"] = v.cameras.size();
   out["frames"] = v.frames;
   out["bytes"] = v.bytes;
