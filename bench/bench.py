@@ -127,15 +127,13 @@ def delta():
 
 
 def visibility():
-    """Visibility weights and bits of the clip's hulls and cameras, whole and decimated, and of wd2_human20, against rays (bench/visibility.cpp).
+    """Visibility weights of the clip's hulls and cameras, whole and decimated, and of wd2_human20, against rays (bench/visibility.cpp).
 
     visibility.error_percent and figures like it are of the whole hulls; the others have the case in their name.
     """
     hulls = studio(), "--cameras", ",".join(CLIP_CAMERAS), "--frames", "0-9", "--no-pictures"
     rows = {
         "": (*hulls, "--keep-geometry", "--visibility", "weight"),
-        "face.": (*hulls, "--keep-geometry", "--visibility", "face"),
-        "vertex.": (*hulls, "--keep-geometry", "--visibility", "vertex"),
         "decimated.": (*hulls, "--max-error", 0.3, "--visibility", "weight"),
     }
     moving = WORK / "moving-seven"
@@ -160,10 +158,9 @@ def visibility():
     if wd2:
         real = wd2, "--no-pictures", "--keep-geometry", *view_quality.WINDING
         rows["wd2."] = *real, "--visibility", "weight"
-        rows["wd2_face."] = *real, "--visibility", "face"
     figures = {}
     print(
-        f"{'visibility':12}{'bits':>8}{'error %':>10}{'shown':>8}{'hidden':>8}{'map %':>8}{'plain %':>9}"
+        f"{'visibility':12}{'bits':>8}{'error %':>10}{'shown':>8}{'hidden':>8}{'map %':>8}"
         f"{'of all %':>10}{'colour %':>10}{'flips %':>9}{'needless %':>11}"
     )
     for name, arguments in rows.items():
@@ -176,7 +173,7 @@ def visibility():
         found["bits_per_face_camera"] = 8 * found["bytes_per_frame"] / found.pop("face_pairs_per_frame")
         print(f"{name[:-1] or 'hulls':12}{found['bits_per_face_camera']:8.3f}{found['error_percent']:10.2f}"
               f"{found['shown_wrongly_percent']:8.2f}{found['hidden_wrongly_percent']:8.2f}"
-              f"{found['depth_map_error_percent']:8.2f}{found.get('plain_face_bits_error_percent', 0):9.2f}"
+              f"{found['depth_map_error_percent']:8.2f}"
               f"{found['error_of_all_percent']:10.2f}{found['colour_elsewhere_percent']:10.2f}"
               f"{found.get('flips_percent', 0):9.2f}{found.get('needless_flips_percent', 0):11.3f}")  # fmt: skip
         figures |= {f"visibility.{name}{figure}": value for figure, value in found.items()}

@@ -42,9 +42,9 @@ void Flicker::add(const Frame &before, const Frame &now) {
         const auto here = view.judge(now.surface, now.rays, now.places[i]);
         if (!then || !here) continue;
         all++;
-        bits += then->bits != here->bits;
+        bits += then->given != here->given;
         rays += then->truth != here->truth;
-        needless += then->bits != here->bits && then->truth == here->truth;
+        needless += then->given != here->given && then->truth == here->truth;
       }
     }
 }

@@ -7,7 +7,7 @@
 //   fvvbench delta FILE.fvv    the file's meshes, which share their triangles, as delta frames after the
 //                              first, off by one step of the lattice at most
 //   fvvbench visibility FILE.fvv
-//                              which faces and vertices of its meshes its cameras see (visibility.cpp)
+//                              what its cameras see of its meshes (visibility.cpp)
 #include "fvvbench.h"
 
 namespace {

@@ -34,7 +34,6 @@ window.measureRate = async (source, visibleBy) => {
   const gl = canvas.getContext("webgl2");
   const decoder = await createDecoder({
     source,
-    visibilityWeights: true,
     worker: new URL("worker.js", import.meta.url),
   });
   let [began, count, up] = [0, 0, "y"];

@@ -48,8 +48,8 @@ def generated():
     for metres in SCALES:
         path = folder / f"capture{metres}.json"
         path.write_text(json.dumps({**description, "units": metres / SCENE_METRES}))
-        scaled.append(mux(path, f"studio{metres}", "--visibility", "face"))
-    return mux(folder, "studio", "--visibility", "face"), scaled
+        scaled.append(mux(path, f"studio{metres}", "--visibility", "weight"))
+    return mux(folder, "studio", "--visibility", "weight"), scaled
 
 
 def solid(centre, size, path):
@@ -89,14 +89,14 @@ def pose2sim():
     solid((-0.94, -0.02, 0.9), (0.45, 0.45, 0.9), folder / "solid_0.obj")
     path.write_text(json.dumps(description))
     return mux(path, "pose2sim", "--scale", "0.5", "--keep-geometry", "--crop", "none", "--background", "keep",
-               "--visibility", "face")  # fmt: skip
+               "--visibility", "weight")  # fmt: skip
 
 
 def real():
     streams = []
     source = view_quality.wd2_capture()
     if source:
-        streams.append(mux(source, "wd2", "--visibility", "face", *view_quality.WINDING))
+        streams.append(mux(source, "wd2", "--visibility", "weight", *view_quality.WINDING))
     if (DATA / "pose2sim_4cam").exists():
         streams.append(pose2sim())
     else:

@@ -1,5 +1,5 @@
-// Visibility of a file as players use it: how often its bits, or depth maps in their place, differ from rays,
-// and the time that bits take.
+// Visibility of a file as players use it: how often its weights, or depth maps in their place, differ from
+// rays, and the time that weights take.
 #include "visibility_places.h"
 
 #include "fvv_render/visibility_fit.h"
@@ -32,15 +32,15 @@ struct Pairs {
 // A camera that a place may be textured from.
 struct Candidate {
   double weight;
-  bool bits, map, truth;
+  bool given, map, truth;
 };
 
 struct Sums {
-  Pairs bits, faces, map;         // faces: the bit of the face itself, if it has one
-  double pairs = 0;               // of place and camera, also where the camera is no candidate
-  double face_pairs = 0;          // of face and camera
-  double coloured = 0;            // places that some camera shows
-  double by_bits = 0, by_map = 0; // the part of their colour that comes from other cameras than by rays
+  Pairs given, map;
+  double pairs = 0;                // of place and camera, also where the camera is no candidate
+  double face_pairs = 0;           // of face and camera
+  double coloured = 0;             // places that some camera shows
+  double by_given = 0, by_map = 0; // the part of their colour that comes from other cameras than by rays
   double frames = 0, look = 0, order = 0, encode = 0, decode = 0; // seconds
 };
 
@@ -73,14 +73,14 @@ void compare_colours(const std::vector<std::vector<Candidate>> &places, Sums &su
   for (const std::vector<Candidate> &candidates : places) {
     const std::vector<double> truth = given(candidates, &Candidate::truth);
     sums.coloured += std::any_of(truth.begin(), truth.end(), [](double weight) { return weight > 0; });
-    sums.by_bits += elsewhere(given(candidates, &Candidate::bits), truth);
+    sums.by_given += elsewhere(given(candidates, &Candidate::given), truth);
     sums.by_map += elsewhere(given(candidates, &Candidate::map), truth);
   }
 }
 
-// Bits, alone and as players use them, and a depth map, against rays.
-void compare(const Frame &frame, const View &view, const uint8_t *states, uint8_t domain,
-             std::vector<std::vector<Candidate>> &candidates, Sums &sums) {
+// Weights as players use them, and a depth map, against rays.
+void compare(const Frame &frame, const View &view, std::vector<std::vector<Candidate>> &candidates,
+             Sums &sums) {
   const DepthMap map(view.camera, frame.surface.view(), {});
   sums.pairs += double(frame.places.size());
   sums.face_pairs += frame.surface.mesh.face_count;
@@ -89,10 +89,8 @@ void compare(const Frame &frame, const View &view, const uint8_t *states, uint8_
     const auto found = view.judge(frame.surface, frame.rays, place);
     if (!found) continue;
     const bool by_map = found->front && !map.hidden(found->where, frame.surface.face_normal(place.face));
-    candidates[i].push_back({found->weight, found->bits, by_map, found->truth});
-    sums.bits.add(found->bits, found->truth);
-    if (domain == FVV_VISIBILITY_FACES && states[place.face] != FVV_ELEMENT_BACKFACING)
-      sums.faces.add(states[place.face] == FVV_ELEMENT_SEEN, found->truth);
+    candidates[i].push_back({found->weight, found->given, by_map, found->truth});
+    sums.given.add(found->given, found->truth);
     sums.map.add(by_map, found->truth);
   }
 }
@@ -108,27 +106,26 @@ void time_coding(const Surface &surface, const fvv_visibility_header &coded,
   std::vector<fvv_visibility_view> views;
   fvv_diagnostic d{};
   sums.look += seconds([&] {
-    const VisibilityFit fit(surface.view(), rays, header.domain, {});
+    const VisibilityFit fit(surface.view(), rays, {});
     for (const fvv_camera &camera : cameras) {
       fvv_visibility_view view = {};
       view.camera = camera.id;
       require(fvv_visibility_centre(&camera, &scene, view.centre, &d), d);
-      std::vector<uint8_t> facing(header.element_count);
-      fvv_visibility_facing(&mesh, header.domain, view.centre, header.threshold, facing.data());
-      seen.push_back(fit.seen(camera, facing, nullptr));
+      std::vector<uint8_t> facing(header.vertex_count);
+      fvv_visibility_facing(&mesh, view.centre, header.threshold, facing.data());
+      seen.push_back(fit.states(camera, facing, nullptr));
       views.push_back(view);
     }
   });
   for (size_t i = 0; i < views.size(); i++) views[i].seen = seen[i].data();
   fvv_visibility_order *order = nullptr;
   fvv_bytes payload{};
-  sums.order +=
-      seconds([&] { require(fvv_visibility_order_open(&mesh, header.domain, nullptr, &order, &d), d); });
+  sums.order += seconds([&] { require(fvv_visibility_order_open(&mesh, nullptr, &order, &d), d); });
   sums.encode += seconds([&] {
     require(fvv_visibility_encode(order, &mesh, &header, views.data(), views.size(), &payload, &d), d);
   });
   std::vector<fvv_visibility_stream> streams(views.size());
-  std::vector<uint8_t> states(header.element_count);
+  std::vector<uint8_t> states(header.vertex_count);
   sums.decode += seconds([&] {
     require(
         fvv_visibility_peek(payload.data, payload.size, nullptr, &header, streams.data(), streams.size(), &d),
@@ -156,15 +153,15 @@ std::unique_ptr<Frame> add_frame(fvv_stream *stream, size_t number, uint16_t tra
   if (!visibility) return nullptr;
   const fvv_visibility_header header = visibility->header;
   const std::vector<uint8_t> states(visibility->states,
-                                    visibility->states + size_t(header.camera_count) * header.element_count);
+                                    visibility->states + size_t(header.camera_count) * header.vertex_count);
   const std::vector<uint16_t> ids(visibility->cameras, visibility->cameras + header.camera_count);
   std::vector<fvv_camera> cameras(ids.size());
   std::vector<std::vector<Candidate>> candidates(frame->places.size());
   for (size_t i = 0; i < ids.size(); i++) {
     require(fvv_stream_camera(stream, number, ids[i], &cameras[i], &d), d);
-    const uint8_t *seen = &states[i * header.element_count];
-    frame->views.emplace_back(cameras[i], frame->surface, header.domain, seen);
-    compare(*frame, frame->views.back(), seen, header.domain, candidates, sums);
+    const uint8_t *seen = &states[i * header.vertex_count];
+    frame->views.emplace_back(cameras[i], frame->surface, seen);
+    compare(*frame, frame->views.back(), candidates, sums);
   }
   compare_colours(candidates, sums);
   time_coding(frame->surface, header, cameras, scene, frame->rays, sums);
@@ -203,9 +200,8 @@ nlohmann::ordered_json visibility(const char *path) {
     before = std::move(now);
   }
   nlohmann::ordered_json out;
-  sums.bits.report(out, "", sums.pairs);
-  out["colour_elsewhere_percent"] = 100 * sums.by_bits / sums.coloured;
-  if (sums.faces.all > 0) sums.faces.report(out, "plain_face_bits_", sums.pairs);
+  sums.given.report(out, "", sums.pairs);
+  out["colour_elsewhere_percent"] = 100 * sums.by_given / sums.coloured;
   sums.map.report(out, "depth_map_", sums.pairs);
   out["depth_map_colour_elsewhere_percent"] = 100 * sums.by_map / sums.coloured;
   flicker.report(out);

@@ -1,4 +1,4 @@
-// Places spread over the surface of a frame, and their visibility by bits and by rays: shared by the
+// Places spread over the surface of a frame, and their visibility by weights and by rays: shared by the
 // measurements of visibility.
 #pragma once
 
@@ -86,19 +86,18 @@ struct View {
   Vec3 centre;
   std::vector<uint8_t> weights;
 
-  View(const fvv_camera &chosen, const Surface &surface, uint8_t domain, const uint8_t *states)
+  View(const fvv_camera &chosen, const Surface &surface, const uint8_t *states)
       : camera(chosen), weights(surface.mesh.vertex_count) {
     double at[3];
     fvv_camera_centre(&camera, at);
     centre = {at[0], at[1], at[2]};
-    std::vector<uint32_t> counts(2 * size_t(surface.mesh.vertex_count));
-    fvv_visibility_weights(&surface.mesh, domain, states, counts.data(), weights.data());
+    fvv_visibility_weights(states, weights.size(), weights.data());
   }
 
   struct Judgement {
     Vec3 where;
     double weight;
-    bool front, bits, truth; // truth: the front, and a ray to the place itself
+    bool front, given, truth; // truth: the front, and a ray to the place itself
   };
 
   // None unless the weight, by the interpolated normal, reaches the threshold and the place lies in the

@@ -5,7 +5,7 @@ from collections import defaultdict
 from .mesh import Mesh
 from .mesh_delta import Levels, Sequence, Weights, predicted
 from .range_coder import probability
-from .visibility import Surface, decode_stream
+from .visibility import Surface, decode_stream, side
 
 
 class Script:
@@ -123,35 +123,45 @@ OCTAHEDRON = Mesh(
 )
 
 
-def bits():
+def visibility():
     mesh, camera = OCTAHEDRON, (2000, 900, 300)
-    surface = Surface(6, mesh.faces, False)
+    surface = Surface(6, mesh.faces)
     facing = surface.facing(mesh.positions, camera, 0)
-    former = [2, 0, 0, 2, 1, 0, 0, 2]
-    decisions = [1, 1, 0, 0]
-    script = Script(decisions)
-    states = decode_stream(script, surface, facing, former, False)
+    former = [4, 0, 2, 1, 2, 3]
+    sides, levels = [1, 1, 0, 1, 0], [1, 0, 1, 1, 0, 0, 1]
+    script = Script([*sides, *levels])
+    states = decode_stream(script, surface, facing, former)
     assert script.ends()
+    order = [vertex for vertex in surface.order if facing[vertex]]
     rows, counts = [], [defaultdict(int), defaultdict(int)]
-    for element in (e for e in surface.order if facing[e]):
-        places = surface.places(element)
-        hidden, seen = (sum(count[place] for place in places) for count in counts)
-        rows.append(
-            (element, former[element], seen, hidden, states[element] - 1, script.estimates[len(rows)])
-        )
-        for place in places:
-            counts[states[element] - 1][place] += 1
+    for vertex, bit, estimate in zip(order, sides, script.estimates):
+        hidden, seen = (sum(count[face] for face in surface.around[vertex]) for count in counts)
+        rim = int(not all(facing[c] for c in surface.corners(vertex)))
+        rows.append((vertex, side(former[vertex]), seen, hidden, rim, estimate, bit))
+        for face in surface.around[vertex]:
+            counts[bit][face] += 1
+    more = []
+    decisions, estimates = iter(levels), iter(script.estimates[len(sides) :])
+    for vertex, bit in zip(order, sides):
+        others = sum(facing[c] and sides[order.index(c)] != bit for c in surface.corners(vertex))
+        before = (former[vertex] + 1) // 2 if side(former[vertex]) == 1 + bit else 0
+        taken = [next(decisions) for _ in range(min((states[vertex] - 1) // 2 + 1, 2))] if others else []
+        chances = points(next(estimates) for _ in taken)
+        more.append((vertex, before, others, chances, points(taken), states[vertex]))
     faces = ", ".join(f"{i} ({points(face)})" for i, face in enumerate(mesh.faces))
     return [
         "An octahedron with the vertices (90, 0, 0), (-90, 0, 0), (0, 90, 0), (0, -90, 0), (0, 0, 90), (0, 0, -90) and the",
         f"faces {faces}.",
-        f"The camera is at {camera}; the threshold is 0. Coding order: {points(surface.order)}. Faces that face the camera:",
-        f"{points(i for i, f in enumerate(facing) if f)}. Their states were {points(former[i] for i in range(8) if facing[i])} in the previous chunk.",
+        f"The camera is at {camera}; the threshold is 0. Coding order: {points(surface.order)}. Vertices that face the camera:",
+        f"{points(order)}. Their states in the previous chunk were {points(former[v] for v in order)}.",
         "p is the probability of a 1 in units of 2^-12:",
         "",
-        "    face   f   sum of 1s   sum of 0s   p      decision   state",
-        *(f"    {e:<6} {f:<3} {s:<11} {h:<11} {p:<6} {bit:<10} {bit + 1}" for e, f, s, h, bit, p in rows),
+        "    vertex   f   sum of 1s   sum of 0s   rim   p      decision",
+        *(f"    {v:<8} {f:<3} {s:<11} {h:<11} {rim:<5} {p:<6} {bit}" for v, f, s, h, rim, p, bit in rows),
+        "",
+        "    vertex   e   others   p            decisions   state",
+        *(f"    {v:<8} {e:<3} {o:<8} {p:<12} {bits:<11} {state}" for v, e, o, p, bits, state in more),
     ]
 
 
-EXAMPLES = {"levels": levels, "weights": weights, "motion": motion, "bits": bits}
+EXAMPLES = {"levels": levels, "weights": weights, "motion": motion, "visibility": visibility}

@@ -1,7 +1,7 @@
 """Video samples in OpenEXR: clause 10.12 of spec/fvv.md, and OpenEXR's file layout.
 
-Has the compressions none, ZIPS and ZIP (zlib over bytes that were split into two halves and made differences); PIZ and DWA
-are left to OpenEXR.
+Has the compressions none, ZIPS and ZIP (zlib over bytes that were split into two halves and made differences); PIZ
+is left to OpenEXR.
 """
 
 import struct
@@ -10,7 +10,7 @@ import zlib
 from .container import Part, Stream, crc32c, payloads, structure
 
 NONE, ZIPS, ZIP = 0, 2, 3
-LINES = {NONE: 1, ZIPS: 1, ZIP: 16, 4: 32, 8: 32, 9: 256}
+LINES = {NONE: 1, ZIPS: 1, ZIP: 16, 4: 32}
 MAGIC, VERSION = bytes([0x76, 0x2F, 0x31, 0x01]), 2
 HALF, FLOAT = 1, 2
 

@@ -111,28 +111,35 @@ def delta_payload(sequence):
 
 
 def visibility_payload(centres):
-    """Bits of faces that look up: each camera sees all of them but the last in coding order."""
+    """Each camera sees all vertices that face it but the last in coding order; all levels are the first."""
     lattice = (0.0, 0.0, 0.0, 0.001)
-    surface = Surface(len(TETRAHEDRON.positions), TETRAHEDRON.faces, False)
+    surface = Surface(len(TETRAHEDRON.positions), TETRAHEDRON.faces)
     streams = []
     for place in centres:
         t = [-sum(DOWN[3 * i + j] * place[j] for j in range(3)) for i in range(3)]
         facing = surface.facing(TETRAHEDRON.positions, centre(DOWN, t, lattice), 0)
-        bits = [1] * (sum(facing) - 1) + [0]
-        encoder = RangeEncoder(bits)
-        decode_stream(encoder, surface, facing, [0] * surface.count, False)
-        elements = [element for element in surface.order if facing[element]]
-        streams.append((encoder.data(), elements, bits))
-    values = {"mesh_track": 1, "element_count": surface.count, "camera_count": len(centres)}
-    parts = structure("VISI payload", values, {"domain": "0: faces", "number": "0: key"})
+        vertices = [vertex for vertex in surface.order if facing[vertex]]
+        sides = [1] * (len(vertices) - 1) + [0]
+        # All corners of a tetrahedron are neighbours: each vertex has one of the other side.
+        encoder = RangeEncoder(sides + [1] * len(vertices))
+        decode_stream(encoder, surface, facing, [0] * surface.count)
+        streams.append((encoder.data(), vertices, sides))
+    values = {"mesh_track": 1, "vertex_count": surface.count, "camera_count": len(centres)}
+    parts = structure("VISI payload", values, {"number": "0: key"})
     for camera, (data, _, _) in enumerate(streams):
         parts.append(
             Part(uleb128(min(camera, 1)), "camera", f"{camera}" if not camera else f"1 more: {camera}")
         )
         parts.append(Part(uleb128(len(data)), "size", f"{len(data)} of data"))
-    for camera, (data, elements, bits) in enumerate(streams):
-        seen = ", ".join(f"{element}: {bit}" for element, bit in zip(elements, bits))
-        parts.append(Part(data, f"stream of camera {camera}", f"faces that face it, in coding order: {seen}"))
+    for camera, (data, vertices, sides) in enumerate(streams):
+        seen = ", ".join(f"{vertex}: {bit}" for vertex, bit in zip(vertices, sides))
+        parts.append(
+            Part(
+                data,
+                f"stream of camera {camera}",
+                f"sides of the vertices that face it, in coding order: {seen}; then a 1 for the level of each",
+            )
+        )
     return parts
 
 

@@ -1,7 +1,6 @@
-"""Visibility and visibility weights: clause 17 of spec/fvv.md, for raw and delta meshes and cameras that move.
+"""Visibility weights: clause 17 of spec/fvv.md, for raw and delta meshes and cameras that move.
 
-A state is 0 where an element is backfacing, 1 where it is hidden and 2 where it is seen; of visibility weights (domain 2)
-states go on to 6.
+A state is 0 where a vertex is backfacing; odd where it is hidden and even where it is seen, up to 6.
 """
 
 import struct
@@ -44,42 +43,33 @@ def face_faces(corners, camera, threshold):
 
 
 class Surface:
-    """The elements of a mesh, faces or vertices: their neighbours, places and coding order."""
+    """The vertices of a mesh: the faces that use them, and their coding order."""
 
-    def __init__(self, vertex_count, faces, vertices):
-        self.faces, self.vertices = faces, vertices
+    def __init__(self, vertex_count, faces):
+        self.faces = faces
         self.around = [[] for _ in range(vertex_count)]
-        edges = defaultdict(list)
         for number, corners in enumerate(faces):
-            for i, corner in enumerate(corners):
+            for corner in corners:
                 self.around[corner].append(number)
-                edges[frozenset((corner, corners[(i + 1) % 3]))].append(number)
-        self.edges = edges
-        self.count = vertex_count if vertices else len(faces)
+        self.count = vertex_count
         self.order, met = [], set()
         for seed in range(self.count):
             row = [seed] if seed not in met else []
             met.add(seed)
-            for element in row:
-                for other in self._neighbours(element):
+            for vertex in row:
+                for other in self.corners(vertex):
                     if other not in met:
                         met.add(other)
                         row.append(other)
             self.order += row
 
-    def _neighbours(self, element):
-        if self.vertices:
-            return [corner for face in self.around[element] for corner in self.faces[face]]
-        a, b, c = self.faces[element]
-        sharing = [self.edges[frozenset(edge)] for edge in ((a, b), (b, c), (c, a))]
-        return [face for faces in sharing if len(faces) == 2 for face in faces if face != element]
-
-    def places(self, element):
-        return self.around[element] if self.vertices else self.faces[element]
+    def corners(self, vertex):
+        """The corners of the faces that use a vertex, its own among them."""
+        return [corner for face in self.around[vertex] for corner in self.faces[face]]
 
     def facing(self, positions, camera, threshold):
         passed = [face_faces([positions[v] for v in f], camera, threshold) for f in self.faces]
-        return [any(passed[f] for f in faces) for faces in self.around] if self.vertices else passed
+        return [any(passed[f] for f in faces) for faces in self.around]
 
 
 def class_of(total):
@@ -110,8 +100,7 @@ def decode_levels(decoder, surface, sides, former):
     """States of visibility weights: their distance from a half, where a neighbour is on the other side."""
     states, contexts = list(sides), LevelContexts()
     for vertex in surface.order:
-        corners = [c for face in surface.around[vertex] for c in surface.faces[face]]
-        others = class_of(sum(sides[c] == 3 - sides[vertex] for c in corners))
+        others = class_of(sum(sides[c] == 3 - sides[vertex] for c in surface.corners(vertex)))
         if not sides[vertex] or not others:
             continue
         before = (former[vertex] + 1) // 2 if side(former[vertex]) == sides[vertex] else 0
@@ -122,44 +111,44 @@ def decode_levels(decoder, surface, sides, former):
     return states
 
 
-def decode_stream(decoder, surface, facing, former, weights):
-    """The state of each element for one camera. decoder None: a stream of no bytes."""
+def decode_stream(decoder, surface, facing, former):
+    """The state of each vertex for one camera. decoder None: a stream of no bytes."""
     if not decoder:
         return [int(f) for f in facing]
     states, contexts = [0] * surface.count, Contexts()
     counts = [defaultdict(int), defaultdict(int)]
-    for element in surface.order:
-        if not facing[element]:
+    for vertex in surface.order:
+        if not facing[vertex]:
             continue
-        places = surface.places(element)
-        hidden, seen = (class_of(sum(count[place] for place in places)) for count in counts)
-        rim = weights and not all(facing[c] for face in places for c in surface.faces[face])
-        bit = decoder.decision(contexts[side(former[element]), seen, hidden, rim])
-        for place in places:
-            counts[bit][place] += 1
-        states[element] = 1 + bit
-    if weights:
-        states = decode_levels(decoder, surface, states, former)
+        faces = surface.around[vertex]
+        hidden, seen = (class_of(sum(count[face] for face in faces)) for count in counts)
+        rim = not all(facing[c] for c in surface.corners(vertex))
+        bit = decoder.decision(contexts[side(former[vertex]), seen, hidden, rim])
+        for face in faces:
+            counts[bit][face] += 1
+        states[vertex] = 1 + bit
+    states = decode_levels(decoder, surface, states, former)
     assert decoder.ends()
     return states
 
 
 def decode_chunk(payload, positions, faces, cameras, before):
     """States of each camera of a VISI payload. cameras: centres by identifier; before: states by identifier."""
-    domain, threshold, _, count, number, camera_count = struct.unpack_from("<BBHIII", payload)
+    reserved, threshold, _, count, number, camera_count = struct.unpack_from("<BBHIII", payload)
+    assert reserved == 0
     numbers = Numbers(payload, 16)
     table, camera = [], 0
     for _ in range(camera_count):
         camera += numbers.next()
         table.append((camera, numbers.next()))
-    surface = Surface(len(positions), faces, domain > 0)
+    surface = Surface(len(positions), faces)
     assert surface.count == count
     at, states = numbers.at, {}
     for camera, size in table:
         facing = surface.facing(positions, cameras[camera], threshold)
         former = before.get(camera, [0] * count) if number else [0] * count
         decoder = RangeDecoder(payload[at : at + size]) if size else None
-        states[camera] = decode_stream(decoder, surface, facing, former, domain == 2)
+        states[camera] = decode_stream(decoder, surface, facing, former)
         at += size
     assert at == len(payload)
     return states
@@ -198,6 +187,6 @@ def decode(stream):
 
 
 def listing(stream):
-    """For each VISI chunk the CRC-32C of its states, a byte for each camera and element."""
+    """For each VISI chunk the CRC-32C of its states, a byte for each camera and vertex."""
     for _, states in decode(stream):
         yield f"{crc32c(bytes(x for camera in sorted(states) for x in states[camera])):08x}"

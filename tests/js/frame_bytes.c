@@ -71,20 +71,15 @@ static void put_camera(const fvv_camera *camera) {
   if (fvv_camera_project(camera, point, pixel, pixel + 2)) put("pixel", camera->id, pixel, sizeof pixel);
 }
 
-static void put_weights(fvv_stream *stream, size_t frame, const fvv_visibility *visibility) {
-  fvv_mesh mesh;
-  if (fvv_stream_mesh(stream, frame, visibility->header.mesh_track, &mesh, NULL) != FVV_OK) exit(1);
-  uint32_t *counts = malloc(8 * (size_t)mesh.vertex_count + 1);
-  uint8_t *weights = malloc((size_t)mesh.vertex_count + 1);
-  if (!counts || !weights) exit(1);
+static void put_weights(const fvv_visibility *visibility) {
+  const size_t count = visibility->header.vertex_count;
+  uint8_t *weights = malloc(count + 1);
+  if (!weights) exit(1);
   for (size_t i = 0; i < visibility->header.camera_count; i++) {
-    fvv_visibility_weights(&mesh, visibility->header.domain,
-                           visibility->states + i * visibility->header.element_count, counts, weights);
-    put("weights", visibility->cameras[i], weights, mesh.vertex_count);
+    fvv_visibility_weights(visibility->states + i * count, count, weights);
+    put("weights", visibility->cameras[i], weights, count);
   }
-  free(counts);
   free(weights);
-  fvv_mesh_free(&mesh);
 }
 
 static void put_tiles(fvv_stream *stream, size_t group, unsigned track) {
@@ -162,12 +157,8 @@ static void put_track(fvv_stream *stream, size_t frame, const fvv_track *track, 
     fvv_mesh_free(&mesh);
   }
   if (track->kind == FVV_TRACK_VISIBILITY &&
-      fvv_stream_visibility(stream, frame, track->id, &visibility, NULL) == FVV_OK) {
-    const size_t elements = visibility->header.element_count;
-    for (size_t i = 0; i < visibility->header.camera_count; i++)
-      put("visibility", visibility->cameras[i], visibility->states + i * elements, elements);
-    put_weights(stream, frame, visibility);
-  }
+      fvv_stream_visibility(stream, frame, track->id, &visibility, NULL) == FVV_OK)
+    put_weights(visibility);
   if (track->kind == FVV_TRACK_VIDEO &&
       fvv_stream_sample(stream, frame, track->id, &sample, &size, &key, NULL) == FVV_OK)
     put(key ? "key" : "sample", track->id, sample, size);

@@ -18,8 +18,8 @@ namespace {
 constexpr uint32_t width = 60, height = 45;
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-VideoSettings settings_of(int level, uint32_t w = width, uint32_t h = height) {
-  return {FVV_CODEC_OEXR, w, h, level, {1, 25}, 16};
+VideoSettings settings_of(uint32_t w = width, uint32_t h = height) {
+  return {FVV_CODEC_OEXR, w, h, 0, {1, 25}, 16};
 }
 
 // A smooth room with a lamp of 40 times white in it.
@@ -38,10 +38,6 @@ LinearImage decoded(const VideoSettings &settings, const EncodedGroup &group, si
   return decoder.decode<float>(group.samples[i].bytes.data(), group.samples[i].bytes.size());
 }
 
-float largest(const LinearImage &image) {
-  return *std::max_element(image.pixels.begin(), image.pixels.end());
-}
-
 } // namespace
 
 TEST_CASE("every finite half float comes back bit for bit from lossless OpenEXR video") {
@@ -55,7 +51,7 @@ TEST_CASE("every finite half float comes back bit for bit from lossless OpenEXR 
     count++;
   }
   REQUIRE(count == 256 * 248);
-  const VideoSettings settings = settings_of(0, 256, 248);
+  const VideoSettings settings = settings_of(256, 248);
   const EncodedGroup group = encode_group<float>(settings, {all, all});
   REQUIRE(group.samples.size() == 2);
   CHECK((group.record.empty() && group.codec_string.empty()));
@@ -68,7 +64,7 @@ TEST_CASE("every finite half float comes back bit for bit from lossless OpenEXR 
   LinearImage fine = make_image<float>(2, 1, 3, 0);
   fine.pixels = {1.0f + 0x1p-11f, 1.0f + 3 * 0x1p-11f, 1.0f + 0x1p-12f, 65519.0f, -0x1p-25f, 0x1.8p-24f};
   const std::vector<float> expected = {1.0f, 1.0f + 0x1p-9f, 1.0f, 65504.0f, -0.0f, 0x1p-23f};
-  const VideoSettings small = settings_of(0, 2, 1);
+  const VideoSettings small = settings_of(2, 1);
   CHECK(decoded(small, encode_group<float>(small, {fine})).pixels == expected);
 }
 
@@ -76,7 +72,7 @@ TEST_CASE("values that half floats do not hold are refused by channel and pixel"
   const auto with = [](float value) {
     LinearImage image = room();
     image.pixels[3 * (7 * width + 11) + 1] = value;
-    return error_of([&] { encode_group<float>(settings_of(0), {image}); });
+    return error_of([&] { encode_group<float>(settings_of(), {image}); });
   };
   CHECK_THAT(with(std::numeric_limits<float>::quiet_NaN()),
              Contains("channel G of pixel (11, 7) is not a number"));
@@ -87,49 +83,33 @@ TEST_CASE("values that half floats do not hold are refused by channel and pixel"
   CHECK(with(-65504).empty());
 }
 
-TEST_CASE("DWA is smaller the higher its level, and keeps light beyond white") {
-  const LinearImage picture = room();
-  const size_t lossless = encode_group<float>(settings_of(0), {picture}).samples[0].bytes.size();
-  size_t before = lossless;
-  for (const int level : {20, 100, 500}) {
-    CAPTURE(level);
-    const VideoSettings settings = settings_of(level);
-    const EncodedGroup group = encode_group<float>(settings, {picture});
-    CHECK(group.samples[0].bytes.size() < before);
-    before = group.samples[0].bytes.size();
-    const LinearImage back = decoded(settings, group);
-    CHECK(psnr_luma(picture, back) > 25);
-    CHECK(largest(back) > 30);
-  }
-  for (const double wanted : {42.0, 50.0}) {
-    VideoSettings settings = settings_of(0);
-    settings.quality = int(choose_quality<float>(settings, {picture}, wanted).group.quality);
-    CHECK(settings.quality > 0);
-    CHECK(psnr_luma(picture, decoded(settings, encode_group<float>(settings, {picture}))) >= wanted);
-    settings.quality++;
-    CHECK(psnr_luma(picture, decoded(settings, encode_group<float>(settings, {picture}))) < wanted);
-  }
-  CHECK(choose_quality<float>(settings_of(0), {picture}, 100).group.quality ==
-        0); // only lossless reaches that
-  CHECK_THAT(error_of([&] { encode_group<float>(settings_of(501), {picture}); }),
-             Contains("the DWA level is 501, expected 0 (lossless) to 500"));
+TEST_CASE("video in OpenEXR has no quality and no bit rate") {
+  const std::string message = "video in OpenEXR has no quality and no bit rate: it is lossless";
+  VideoSettings settings = settings_of();
+  settings.quality = 45;
+  CHECK(error_of([&] { encode_group<float>(settings, {room()}); }) == message);
+  settings.quality = 0;
+  settings.bit_rate = 1000000;
+  CHECK(error_of([&] { encode_group<float>(settings, {room()}); }) == message);
+  // A PSNR is reached without a search.
+  CHECK(choose_quality<float>(settings_of(), {room()}, 42).group.quality == 0);
 }
 
 TEST_CASE("pictures of the wrong kind are refused") {
   const Image display = scene(width, height, 0);
-  CHECK_THAT(error_of([&] { encode_group(settings_of(0), std::vector<Image>{display}); }),
+  CHECK_THAT(error_of([&] { encode_group(settings_of(), std::vector<Image>{display}); }),
              Contains("display values came for video in OpenEXR"));
   VideoSettings jpeg = {FVV_CODEC_JPEG, width, height, 90, {1, 25}, 8};
   CHECK_THAT(error_of([&] { encode_group<float>(jpeg, {room()}); }),
              Contains("linear light came for video in JPEG"));
-  VideoSettings shallow = settings_of(0);
+  VideoSettings shallow = settings_of();
   shallow.bit_depth = 10;
   CHECK_THAT(error_of([&] { encode_group<float>(shallow, {room()}); }),
              Contains("10 bits a sample, expected 16 for OpenEXR"));
 }
 
 TEST_CASE("OpenEXR video is clipped for display values, and other video becomes linear light") {
-  const VideoSettings settings = settings_of(0);
+  const VideoSettings settings = settings_of();
   LinearImage picture = room();
   picture.pixels[0] = -0.5f;
   const EncodedGroup group = encode_group<float>(settings, {picture});
@@ -193,31 +173,29 @@ TEST_CASE("tiles of linear light are scaled as light, and the frame around them 
 
 TEST_CASE("cut and damaged OpenEXR samples give errors or pictures, and ask for little memory") {
   const LinearImage picture = room();
-  for (const int level : {0, 45}) {
-    const VideoSettings settings = settings_of(level);
-    const EncodedGroup group = encode_group<float>(settings, {picture});
-    const std::vector<uint8_t> &good = group.samples[0].bytes;
-    Decoder decoder(config_of(settings, group));
-    for (size_t size = 0; size < good.size(); size += size < 500 ? 1 : 97)
-      REQUIRE(error_of([&] { decoder.decode<float>(good.data(), size); }) != "");
-    uint32_t state = 3;
-    size_t errors = 0;
-    for (int i = 0; i < 400; i++) {
-      std::vector<uint8_t> bad = good;
-      const size_t most = i % 2 ? bad.size() : 700;
-      bad[next_random(state) % most] ^= uint8_t(1 << next_random(state) % 8);
-      errors += error_of([&] {
-                  const LinearImage out = decoder.decode<float>(bad.data(), bad.size());
-                  REQUIRE((out.width == width && out.height == height));
-                  for (const float value : out.pixels) REQUIRE(std::isfinite(value));
-                }) != "";
-    }
-    CHECK(errors > 100);
+  const VideoSettings settings = settings_of();
+  const EncodedGroup group = encode_group<float>(settings, {picture});
+  const std::vector<uint8_t> &good = group.samples[0].bytes;
+  Decoder decoder(config_of(settings, group));
+  for (size_t size = 0; size < good.size(); size += size < 500 ? 1 : 97)
+    REQUIRE(error_of([&] { decoder.decode<float>(good.data(), size); }) != "");
+  uint32_t state = 3;
+  size_t errors = 0;
+  for (int i = 0; i < 400; i++) {
+    std::vector<uint8_t> bad = good;
+    const size_t most = i % 2 ? bad.size() : 700;
+    bad[next_random(state) % most] ^= uint8_t(1 << next_random(state) % 8);
+    errors += error_of([&] {
+                const LinearImage out = decoder.decode<float>(bad.data(), bad.size());
+                REQUIRE((out.width == width && out.height == height));
+                for (const float value : out.pixels) REQUIRE(std::isfinite(value));
+              }) != "";
   }
+  CHECK(errors > 100);
   // A picture of 16384 x 16384 in blocks of one byte each.
   constexpr uint32_t side = 16384;
-  VideoSettings settings = settings_of(0);
-  std::vector<uint8_t> sample = encode_group<float>(settings, {picture}).samples[0].bytes;
+  VideoSettings large = settings;
+  std::vector<uint8_t> sample = encode_group<float>(large, {picture}).samples[0].bytes;
   const std::string text(sample.begin(), sample.end());
   for (const std::string name : {"dataWindow", "displayWindow"}) {
     const size_t at = text.find(name) + name.size() + 1 + 6 + 4 + 8;
@@ -236,8 +214,8 @@ TEST_CASE("cut and damaged OpenEXR samples give errors or pictures, and ask for 
     for (const uint8_t byte : {uint8_t(32 * i), uint8_t(32 * i >> 8), uint8_t(0), uint8_t(0), uint8_t(1),
                                uint8_t(0), uint8_t(0), uint8_t(0), uint8_t(0)})
       sample.push_back(byte);
-  settings.width = settings.height = side;
-  const fvv_video_config config = config_of(settings, {});
+  large.width = large.height = side;
+  const fvv_video_config config = config_of(large, {});
   fvv_diagnostic diagnostic;
   REQUIRE(fvv_video_sample_check(&config, 1, sample.data(), sample.size(), &diagnostic) == FVV_OK);
   CHECK_THAT(error_of([&] { Decoder(config).decode<float>(sample.data(), sample.size()); }),
@@ -246,7 +224,7 @@ TEST_CASE("cut and damaged OpenEXR samples give errors or pictures, and ask for 
 
 TEST_CASE("a sample with a value that is not finite is damaged") {
   LinearImage picture = make_image<float>(3, 1, 3, 0.5f);
-  const VideoSettings settings = settings_of(0, 3, 1);
+  const VideoSettings settings = settings_of(3, 1);
   const EncodedGroup group = encode_group<float>(settings, {picture});
   // So small a picture is not compressed: its samples are the last 18 bytes, B first.
   std::vector<uint8_t> sample = group.samples[0].bytes;
@@ -262,7 +240,7 @@ TEST_CASE("a sample with a value that is not finite is damaged") {
 
 TEST_CASE("configurations of OpenEXR video that cannot be decoded are refused") {
   const auto error_with = [](auto change) {
-    fvv_video_config config = config_of(settings_of(0), {});
+    fvv_video_config config = config_of(settings_of(), {});
     change(config);
     return error_of([&] { Decoder decoder(config); });
   };
@@ -284,7 +262,7 @@ TEST_CASE("samples of the vector are those of the decoder that was written from 
     memcpy(&size, &bytes[at + 16], 8);
     if (!memcmp(&bytes[at], "VPKT", 4)) {
       REQUIRE(list >> wanted);
-      const VideoSettings settings = settings_of(0, 22, 21);
+      const VideoSettings settings = settings_of(22, 21);
       const LinearImage image = Decoder(config_of(settings, {})).decode<float>(&bytes[at + 32], size_t(size));
       std::vector<uint8_t> halves;
       for (const float value : image.pixels) {

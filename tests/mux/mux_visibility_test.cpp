@@ -28,59 +28,53 @@ FileOptions balls_on_disk(const Folder &folder, Shape shape = {}) {
   for (const int64_t number : capture.frames.numbers())
     scene::write_mesh(two_balls(number), {}, capture.mesh_path(number));
   FileOptions options = options_for(folder);
-  options.visibility = Visibility::faces;
+  options.visibility = Visibility::weights;
   options.quality = {false, 30};
   return options;
 }
 
-// How many faces or vertices of the first frame are backfacing, hidden and seen for a camera.
+// How many vertices of the first frame are backfacing, hidden and seen for a camera.
 std::array<size_t, 3> states_of(const std::string &path, uint16_t camera) {
   Stream stream(path);
   const fvv_visibility *found = stream.visibility(0);
   REQUIRE(found);
   std::array<size_t, 3> out = {};
-  const size_t count = found->header.element_count;
+  const size_t count = found->header.vertex_count;
   for (size_t i = 0; i < found->header.camera_count; i++)
     if (found->cameras[i] == camera)
       for (size_t k = 0; k < count; k++) {
         const uint8_t state = found->states[i * count + k];
-        out[!state                       ? FVV_ELEMENT_BACKFACING
-            : FVV_ELEMENT_IS_SEEN(state) ? FVV_ELEMENT_SEEN
-                                         : FVV_ELEMENT_HIDDEN]++;
+        out[!state                      ? FVV_VERTEX_BACKFACING
+            : FVV_VERTEX_IS_SEEN(state) ? FVV_VERTEX_SEEN
+                                        : FVV_VERTEX_HIDDEN]++;
       }
   return out;
 }
 
 } // namespace
 
-TEST_CASE("bits of faces and vertices, and weights, say who is hidden, and are what was read back") {
+TEST_CASE("weights say who is hidden, and are what was read back") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);
   options.verify = true;
-  for (const Visibility domain : {Visibility::faces, Visibility::vertices, Visibility::weights}) {
-    options.visibility = domain;
-    const mux::Summary summary = mux_file(options);
-    CHECK(summary.plan.visibility.on);
-    CHECK(summary.visibility.frames == 5);
-    // Groups of 2: the frames after the first have its faces.
-    CHECK(summary.visibility.keys == 3);
-    CHECK(summary.verdict->visible == 5);
-    const auto front = states_of(options.output, 3), side = states_of(options.output, 13);
-    // The far ball shows camera 3 a rim of its half alone.
-    CHECK(front[FVV_ELEMENT_HIDDEN] > 60);
-    CHECK(side[FVV_ELEMENT_HIDDEN] == 0);
-    CHECK(side[FVV_ELEMENT_SEEN] > front[FVV_ELEMENT_SEEN]);
-    const nlohmann::ordered_json json = json_of(summary);
-    CHECK(json["visibility"]["domain"] == (domain == Visibility::faces      ? "face"
-                                           : domain == Visibility::vertices ? "vertex"
-                                                                            : "weight"));
-    CHECK(json["visibility"]["bits_per_pair"] < 1.5);
-    CHECK(json["visibility"]["bytes"] == summary.visibility.bytes);
-    CHECK(json["verified"]["visibility"] == 5);
-  }
+  const mux::Summary summary = mux_file(options);
+  CHECK(summary.plan.visibility.on);
+  CHECK(summary.visibility.frames == 5);
+  // Groups of 2: the frames after the first have its faces.
+  CHECK(summary.visibility.keys == 3);
+  CHECK(summary.verdict->visible == 5);
+  const auto front = states_of(options.output, 3), side = states_of(options.output, 13);
+  // The far ball shows camera 3 a rim of its half alone.
+  CHECK(front[FVV_VERTEX_HIDDEN] > 60);
+  CHECK(side[FVV_VERTEX_HIDDEN] == 0);
+  CHECK(side[FVV_VERTEX_SEEN] > front[FVV_VERTEX_SEEN]);
+  const nlohmann::ordered_json json = json_of(summary);
+  CHECK(json["visibility"]["bits_per_pair"] < 1.5);
+  CHECK(json["visibility"]["bytes"] == summary.visibility.bytes);
+  CHECK(json["verified"]["visibility"] == 5);
 }
 
-TEST_CASE("a bit that is not what a camera sees is found") {
+TEST_CASE("a weight that is not what a camera sees is found") {
   const Folder folder;
   FileOptions options = balls_on_disk(folder);
   options.verify = true;
@@ -130,7 +124,7 @@ TEST_CASE("visibility that does not pay is left out, and the reason is reported"
   options.cameras.clear();
   options.meshes = false;
   CHECK(reason() == "there are no meshes");
-  options.visibility = Visibility::faces;
+  options.visibility = Visibility::weights;
   CHECK_THROWS_AS(mux_file(options), fvv::Error);
   options.meshes = true;
   options.visibility = Visibility::none;
@@ -156,10 +150,10 @@ TEST_CASE("on request there is visibility of cameras without pictures too") {
   FileOptions options = balls_on_disk(folder);
   options.pictures = false;
   CHECK(mux_file(options).visibility.frames == 5);
-  CHECK(states_of(options.output, 23)[FVV_ELEMENT_SEEN] > 50);
+  CHECK(states_of(options.output, 23)[FVV_VERTEX_SEEN] > 50);
 }
 
-TEST_CASE("a camera that is too far away for the lattice has no bits, and is not counted") {
+TEST_CASE("a camera that is too far away for the lattice has no weights, and is not counted") {
   const Folder folder;
   Shape shape;
   FileOptions options = balls_on_disk(folder, shape);
@@ -171,16 +165,17 @@ TEST_CASE("a camera that is too far away for the lattice has no bits, and is not
   const mux::Summary summary = mux_file(options);
   CHECK(summary.plan.visibility.cameras.size() == 3);
   CHECK(json_of(summary)["visibility"]["cameras"] == 2);
-  CHECK(text_of(summary).find("bits a face and camera, 2 cameras") != std::string::npos);
+  CHECK(text_of(summary).find("bits a vertex and camera, 2 cameras") != std::string::npos);
   CHECK(summary.verdict->visible == 5);
   CHECK(states_of(options.output, 23) == std::array<size_t, 3>{});
-  CHECK(states_of(options.output, 3)[FVV_ELEMENT_SEEN] > 50);
+  CHECK(states_of(options.output, 3)[FVV_VERTEX_SEEN] > 50);
 }
 
 TEST_CASE("the option --visibility names what it takes") {
-  CHECK(mux::parse_visibility("vertex") == Visibility::vertices);
-  CHECK_THROWS_WITH(mux::parse_visibility("faces"),
-                    "--visibility: expected auto, face, vertex, weight or none, found \"faces\"");
+  CHECK(mux::parse_visibility("weight") == Visibility::weights);
+  for (const std::string former : {"face", "vertex"})
+    CHECK_THROWS_WITH(mux::parse_visibility(former),
+                      "--visibility: expected auto, weight or none, found \"" + former + "\"");
 }
 
 // ---- Colours of vertices.
@@ -259,7 +254,7 @@ TEST_CASE("whether colours of vertices are sent") {
     return summary.plan.colours.on;
   };
   CHECK(sent());
-  // Without bits rays decide.
+  // Without weights rays decide.
   options.visibility = Visibility::none;
   CHECK(sent());
   options.texture_unseen = {1, 2, 3};

@@ -48,12 +48,28 @@ fvv_camera upright_camera(uint16_t id) {
   return camera;
 }
 
-// Beside a line, which moves with t; one element in eight is otherwise.
-bool is_seen(const fvv_mesh &mesh, uint8_t domain, size_t element, size_t camera, int t) {
-  const uint32_t vertex = domain == FVV_VISIBILITY_FACES ? mesh.faces[3 * element] : uint32_t(element);
-  const int32_t *p = mesh.positions + 3 * size_t(vertex);
+// Beside a line, which moves with t; one vertex in eight is otherwise. All levels on both sides.
+uint8_t state_of(const fvv_mesh &mesh, size_t vertex, size_t camera, int t) {
+  const int32_t *p = mesh.positions + 3 * vertex;
   const bool beside = p[0] + p[1] * int32_t(camera) > 90 + 5 * t;
-  return beside != ((element * 2654435761u >> 7) % 8 == camera);
+  const bool seen = beside != ((vertex * 2654435761u >> 7) % 8 == camera);
+  const size_t level = (vertex + size_t(t) * (vertex % 5 == 0)) % 3;
+  return uint8_t((seen ? FVV_VERTEX_SEEN : FVV_VERTEX_HIDDEN) + 2 * level);
+}
+
+// What decoders get for one camera: backfacing, or the state; all or nothing away from the outline.
+Bytes decoded_states(const fvv_mesh &mesh, const int32_t centre[3], uint8_t threshold, size_t camera, int t) {
+  Bytes sides(mesh.vertex_count);
+  fvv_visibility_facing(&mesh, centre, threshold, sides.data());
+  for (size_t v = 0; v < sides.size(); v++)
+    if (sides[v]) sides[v] = 2 - state_of(mesh, v, camera, t) % 2;
+  Bytes out = sides;
+  for (size_t i = 0; i < 3 * size_t(mesh.face_count); i++)
+    for (size_t k = i / 3 * 3; k < i / 3 * 3 + 3; k++) {
+      const uint32_t v = mesh.faces[i], w = mesh.faces[k];
+      if (sides[v] && sides[w] && sides[v] != sides[w]) out[v] = state_of(mesh, v, camera, t);
+    }
+  return out;
 }
 
 Bytes bytes_of(const fvv_bytes &bytes) {
@@ -65,7 +81,7 @@ Bytes encoded(const fvv_mesh &mesh, const fvv_visibility_header &header,
               const std::vector<fvv_visibility_view> &views) {
   fvv_visibility_order *order = nullptr;
   fvv_bytes payload = {};
-  REQUIRE(fvv_visibility_order_open(&mesh, header.domain, nullptr, &order, nullptr) == FVV_OK);
+  REQUIRE(fvv_visibility_order_open(&mesh, nullptr, &order, nullptr) == FVV_OK);
   REQUIRE(fvv_visibility_encode(order, &mesh, &header, views.data(), views.size(), &payload, nullptr) ==
           FVV_OK);
   const Bytes out = bytes_of(payload);
@@ -83,8 +99,8 @@ namespace static_cameras {
 
 namespace {
 
-constexpr int frames = 5; // of a group
-constexpr uint16_t mesh_track = 1, face_track = 2, vertex_track = 3;
+constexpr int frames = 5;                                             // of a group
+constexpr uint16_t mesh_track = 1, first_track = 2, second_track = 3; // of visibility
 const std::vector<uint16_t> camera_ids = {2, 7, 300};
 
 fvv_camera camera_of(uint16_t id) {
@@ -98,57 +114,51 @@ fvv_camera camera_of(uint16_t id) {
   return camera;
 }
 
+constexpr uint8_t threshold_of(uint16_t track) {
+  return track == first_track ? FVV_VISIBILITY_THRESHOLD : 10;
+}
+
 // The states of all cameras for a mesh, from the definition.
-Bytes states_of(const fvv_mesh &mesh, uint8_t domain, uint8_t threshold, int t) {
+Bytes states_of(const fvv_mesh &mesh, uint8_t threshold, int t) {
   const fvv_scene scene = {{1, 25}, 2, {0, 0, 0}, 0.001, FVV_UP_Y, 0};
   Bytes out;
   for (size_t c = 0; c < camera_ids.size(); c++) {
     const fvv_camera camera = camera_of(camera_ids[c]);
     int32_t centre[3];
     REQUIRE(fvv_visibility_centre(&camera, &scene, centre, nullptr) == FVV_OK);
-    Bytes row(domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count);
-    fvv_visibility_facing(&mesh, domain, centre, threshold, row.data());
-    for (size_t i = 0; i < row.size(); i++)
-      if (row[i]) row[i] = is_seen(mesh, domain, i, c, t) ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
+    const Bytes row = decoded_states(mesh, centre, threshold, c, t);
     out.insert(out.end(), row.begin(), row.end());
   }
   return out;
 }
 
-constexpr uint8_t threshold_of(uint16_t track) {
-  return track == face_track ? FVV_VISIBILITY_THRESHOLD : 10;
-}
-constexpr uint8_t domain_of(uint16_t track) {
-  return track == face_track ? FVV_VISIBILITY_FACES : FVV_VISIBILITY_VERTICES;
-}
-
 // The VISI payload of one track and frame; states is that of the frame before, and becomes this one's.
 Bytes visibility_payload(const fvv_mesh &mesh, uint16_t track, int t, Bytes &states) {
-  const uint8_t domain = domain_of(track), threshold = threshold_of(track);
+  const uint8_t threshold = threshold_of(track);
   const Bytes former = states;
-  states = states_of(mesh, domain, threshold, t);
-  const size_t row = states.size() / camera_ids.size();
+  states = states_of(mesh, threshold, t);
+  const size_t row = mesh.vertex_count;
   const fvv_scene scene = {{1, 25}, 2, {0, 0, 0}, 0.001, FVV_UP_Y, 0};
   std::vector<Bytes> seen(camera_ids.size(), Bytes(row));
   std::vector<fvv_visibility_view> views;
   for (size_t c = 0; c < camera_ids.size(); c++) {
-    for (size_t i = 0; i < row; i++) seen[c][i] = is_seen(mesh, domain, i, c, t);
+    for (size_t i = 0; i < row; i++) seen[c][i] = state_of(mesh, i, c, t);
     fvv_visibility_view view = {
         camera_ids[c], {}, seen[c].data(), t ? former.data() + c * row : nullptr, nullptr};
     const fvv_camera camera = camera_of(camera_ids[c]);
     REQUIRE(fvv_visibility_centre(&camera, &scene, view.centre, nullptr) == FVV_OK);
     views.push_back(view);
   }
-  const fvv_visibility_header header = {domain, threshold, mesh_track, 0, uint32_t(t), 0};
+  const fvv_visibility_header header = {threshold, mesh_track, 0, uint32_t(t), 0};
   return encoded(mesh, header, views);
 }
 
-// Groups of a raw mesh and delta frames, each with the visibility of faces and vertices.
+// Groups of a raw mesh and delta frames, each with visibility of two thresholds.
 Stream visible_stream(int groups) {
   Stream out;
   out.configuration = {scene_chunk(), track_chunk(mesh_track, FVV_TRACK_MESH),
-                       track_chunk(face_track, FVV_TRACK_VISIBILITY),
-                       track_chunk(vertex_track, FVV_TRACK_VISIBILITY)};
+                       track_chunk(first_track, FVV_TRACK_VISIBILITY),
+                       track_chunk(second_track, FVV_TRACK_VISIBILITY)};
   for (const uint16_t id : camera_ids) out.configuration.push_back(camera_chunk(camera_of(id)));
   for (int g = 0; g < groups; g++) {
     Group group = {2 * frames * g, 2 * frames * (g + 1), {}};
@@ -158,7 +168,7 @@ Stream visible_stream(int groups) {
     fvv_mesh_sequence *sequence = nullptr;
     REQUIRE(fvv_mesh_encode(&mesh, FVV_MESH_RAW, 0, nullptr, &payload, nullptr) == FVV_OK);
     REQUIRE(fvv_mesh_sequence_open(&mesh, nullptr, &sequence, nullptr) == FVV_OK);
-    Bytes faces, vertices;
+    Bytes first, second;
     for (int t = 0; t < frames; t++) {
       fvv_mesh_delta_options options;
       fvv_mesh_delta_options_default(&options);
@@ -171,9 +181,9 @@ Stream visible_stream(int groups) {
       const fvv_mesh &now = *fvv_mesh_sequence_mesh(sequence);
       group.chunks.push_back({FVV_CHUNK_MESH, mesh_track, flags, time, bytes_of(payload)});
       group.chunks.push_back(
-          {FVV_CHUNK_VISIBILITY, face_track, flags, time, visibility_payload(now, face_track, t, faces)});
-      group.chunks.push_back({FVV_CHUNK_VISIBILITY, vertex_track, flags, time,
-                              visibility_payload(now, vertex_track, t, vertices)});
+          {FVV_CHUNK_VISIBILITY, first_track, flags, time, visibility_payload(now, first_track, t, first)});
+      group.chunks.push_back({FVV_CHUNK_VISIBILITY, second_track, flags, time,
+                              visibility_payload(now, second_track, t, second)});
     }
     fvv_mesh_sequence_close(sequence);
     fvv_bytes_free(&payload);
@@ -192,7 +202,7 @@ struct Frames : Opened {
     CHECK((result == FVV_OK) == (got != nullptr));
     if (result != FVV_OK) return result;
     Sheet sheet(int(f) / frames, int(f) % frames);
-    const Bytes wanted = states_of(sheet.mesh(), domain_of(track), threshold_of(track), int(f) % frames);
+    const Bytes wanted = states_of(sheet.mesh(), threshold_of(track), int(f) % frames);
     CHECK(std::equal(camera_ids.begin(), camera_ids.end(), got->cameras));
     CHECK(got->header.camera_count == camera_ids.size());
     CHECK(Bytes(got->states, got->states + wanted.size()) == wanted);
@@ -208,12 +218,12 @@ TEST_CASE("visibility is found in any order of frames") {
   Frames opened(write(visible_stream(3)));
   REQUIRE(opened.status == FVV_OK);
   for (size_t f = 0; f < 3 * frames; f++)
-    for (const uint16_t track : {face_track, vertex_track}) CHECK(opened.frame(f, track) == FVV_OK);
-  for (size_t f = 3 * frames; f-- > 0;) CHECK(opened.frame(f, face_track) == FVV_OK);
-  for (const size_t f : {4u, 4u, 13u, 3u, 0u, 1u, 12u}) CHECK(opened.frame(f, vertex_track) == FVV_OK);
+    for (const uint16_t track : {first_track, second_track}) CHECK(opened.frame(f, track) == FVV_OK);
+  for (size_t f = 3 * frames; f-- > 0;) CHECK(opened.frame(f, first_track) == FVV_OK);
+  for (const size_t f : {4u, 4u, 13u, 3u, 0u, 1u, 12u}) CHECK(opened.frame(f, second_track) == FVV_OK);
   const fvv_visibility *none;
   CHECK(fvv_stream_visibility(opened.stream, 0, mesh_track, &none, nullptr) == FVV_END);
-  CHECK(fvv_stream_visibility(opened.stream, 99, face_track, &none, nullptr) == FVV_ERROR_ARGUMENT);
+  CHECK(fvv_stream_visibility(opened.stream, 99, first_track, &none, nullptr) == FVV_ERROR_ARGUMENT);
 }
 
 TEST_CASE("a stream with visibility is whole") {
@@ -242,7 +252,7 @@ TEST_CASE("6003, 6005, 6006, 6007: visibility that does not fit its stream") {
       {FVV_ISSUE_VISIBILITY_MESH,
        [](Stream &s) { s.groups[0].chunks.erase(s.groups[0].chunks.begin() + 12); }, false, true},
       {FVV_ISSUE_VISIBILITY_MESH, [](Stream &s) { s.groups[0].chunks[1].payload[4]++; }, false},
-      {FVV_ISSUE_VISIBILITY_MESH, [](Stream &s) { s.groups[0].chunks[1].payload[2] = face_track; }, true},
+      {FVV_ISSUE_VISIBILITY_MESH, [](Stream &s) { s.groups[0].chunks[1].payload[2] = first_track; }, true},
       {FVV_ISSUE_VISIBILITY_NUMBER, [](Stream &s) { s.groups[0].chunks[13].flags = FVV_FLAG_KEY; }, true},
       {FVV_ISSUE_VISIBILITY_NUMBER, [](Stream &s) { s.groups[0].chunks[13].payload[8]++; }, false},
       {FVV_ISSUE_VISIBILITY_NUMBER,
@@ -255,7 +265,7 @@ TEST_CASE("6003, 6005, 6006, 6007: visibility that does not fit its stream") {
        },
        false},
       {FVV_ISSUE_VISIBILITY_PAYLOAD, [](Stream &s) { s.groups[0].chunks[13].payload.resize(9); }, true},
-      {FVV_ISSUE_VISIBILITY_DOMAIN, [](Stream &s) { s.groups[0].chunks[13].payload[0] = 9; }, true},
+      {FVV_ISSUE_VISIBILITY_PAYLOAD, [](Stream &s) { s.groups[0].chunks[13].payload[0] = 9; }, true},
   };
   for (const Fault &fault : faults) {
     Stream stream = visible_stream(1);
@@ -267,7 +277,7 @@ TEST_CASE("6003, 6005, 6006, 6007: visibility that does not fit its stream") {
     // frame() compares what comes with the definition.
     size_t wrong = 0;
     for (size_t f = 0; f < fvv_stream_frame_count(opened.stream); f++)
-      if (opened.frame(f, face_track) < 0) {
+      if (opened.frame(f, first_track) < 0) {
         wrong++;
         CHECK((opened.diagnostic.issue == fault.issue || fault.issue == FVV_ISSUE_VISIBILITY_MESH ||
                opened.diagnostic.issue == FVV_ISSUE_VISIBILITY_NUMBER));
@@ -287,7 +297,7 @@ TEST_CASE("damage before visibility never yields a wrong one") {
     const size_t frame = (c - configuration - 1) / per_frame;
     Frames opened(bad);
     for (size_t f = 0; f < 2 * frames; f++)
-      for (const uint16_t track : {face_track, vertex_track}) {
+      for (const uint16_t track : {first_track, second_track}) {
         const fvv_status status = opened.frame(f, track);
         if (f < frame || f >= frames) CHECK(status == FVV_OK);
       }
@@ -313,9 +323,9 @@ TEST_CASE("cameras that do not exist take no memory for what they see") {
   };
   const fvv_allocator allocator = {resize, &largest};
   Frames opened(bytes, &allocator);
-  CHECK(opened.frame(0, face_track) == FVV_ERROR_INVALID);
+  CHECK(opened.frame(0, first_track) == FVV_ERROR_INVALID);
   CHECK(opened.diagnostic.issue == FVV_ISSUE_VISIBILITY_CAMERA);
-  // 348 faces and 1,000 cameras would be 348,000 bytes.
+  // 206 vertices and 1,000 cameras would be 206,000 bytes.
   CHECK(largest < 100000);
 }
 
@@ -325,7 +335,7 @@ TEST_CASE("every allocation on the way to visibility may fail") {
   for (int64_t n = 0; !done; n++) {
     with_failing_memory(n, [&](const fvv_allocator *allocator) {
       Frames opened(bytes, allocator);
-      done = opened.status == FVV_OK && opened.frame(2, face_track) == FVV_OK;
+      done = opened.status == FVV_OK && opened.frame(2, first_track) == FVV_OK;
       if (!done) CHECK(opened.diagnostic.status == FVV_ERROR_MEMORY);
     });
     REQUIRE(n < 2000);
@@ -353,9 +363,9 @@ TEST_CASE("visibility of the vector is that of the decoder that was written from
   std::string wanted;
   for (; list >> wanted; count++) {
     const fvv_visibility *got;
-    const uint16_t track = count % 2 ? vertex_track : face_track;
+    const uint16_t track = count % 2 ? second_track : first_track;
     REQUIRE(fvv_stream_visibility(opened.stream, count / 2, track, &got, nullptr) == FVV_OK);
-    const size_t size = size_t(got->header.camera_count) * got->header.element_count;
+    const size_t size = size_t(got->header.camera_count) * got->header.vertex_count;
     CHECK(fvv_crc32c(0, got->states, size) == std::stoul(wanted, nullptr, 16));
   }
   CHECK(count == 2 * frames);
@@ -364,14 +374,14 @@ TEST_CASE("visibility of the vector is that of the decoder that was written from
 } // namespace static_cameras
 
 // ---- Visibility of cameras that move: their centres come from the calibration of the same time, and without
-// one they have no bits.
+// one they have no weights.
 
 namespace moving_cameras {
 
 namespace {
 
 constexpr int frames = 5;
-constexpr uint16_t mesh_track = 1, face_track = 2, calibration_track = 4;
+constexpr uint16_t mesh_track = 1, visibility_track = 2, calibration_track = 4;
 const fvv_calibration_bits bits = {16, 9, 3, 18};
 
 // Camera 2 does not move, 7 travels and turns, 9 travels and is lost in frame 2.
@@ -424,20 +434,15 @@ void centre_of(uint16_t id, int t, int32_t centre[3]) {
 Bytes states_of(const fvv_mesh &mesh, uint16_t id, int t) {
   int32_t centre[3];
   centre_of(id, t, centre);
-  Bytes row(mesh.face_count);
-  fvv_visibility_facing(&mesh, FVV_VISIBILITY_FACES, centre, FVV_VISIBILITY_THRESHOLD, row.data());
-  for (size_t i = 0; i < row.size(); i++)
-    if (row[i])
-      row[i] = is_seen(mesh, FVV_VISIBILITY_FACES, i, id % 3, t) ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
-  return row;
+  return decoded_states(mesh, centre, FVV_VISIBILITY_THRESHOLD, id % 3, t);
 }
 
 Bytes visibility_payload(const fvv_mesh &mesh, const std::vector<uint16_t> &cameras, int t) {
   std::vector<Bytes> seen, former;
   std::vector<fvv_visibility_view> views;
   for (const uint16_t id : cameras) {
-    Bytes row(mesh.face_count);
-    for (size_t i = 0; i < row.size(); i++) row[i] = is_seen(mesh, FVV_VISIBILITY_FACES, i, id % 3, t);
+    Bytes row(mesh.vertex_count);
+    for (size_t i = 0; i < row.size(); i++) row[i] = state_of(mesh, i, id % 3, t);
     seen.push_back(row);
     const std::vector<uint16_t> before = cameras_in(t - 1);
     const bool was = t && std::count(before.begin(), before.end(), id);
@@ -449,8 +454,7 @@ Bytes visibility_payload(const fvv_mesh &mesh, const std::vector<uint16_t> &came
         {cameras[c], {}, seen[c].data(), former[c].empty() ? nullptr : former[c].data(), nullptr});
     centre_of(cameras[c], t, views.back().centre);
   }
-  const fvv_visibility_header header = {
-      FVV_VISIBILITY_FACES, FVV_VISIBILITY_THRESHOLD, mesh_track, 0, uint32_t(t), 0};
+  const fvv_visibility_header header = {FVV_VISIBILITY_THRESHOLD, mesh_track, 0, uint32_t(t), 0};
   return encoded(mesh, header, views);
 }
 
@@ -458,7 +462,7 @@ Bytes visibility_payload(const fvv_mesh &mesh, const std::vector<uint16_t> &came
 Stream moving_stream() {
   Stream out;
   out.configuration = {scene_chunk(), track_chunk(mesh_track, FVV_TRACK_MESH),
-                       track_chunk(face_track, FVV_TRACK_VISIBILITY),
+                       track_chunk(visibility_track, FVV_TRACK_VISIBILITY),
                        track_chunk(calibration_track, FVV_TRACK_CALIBRATION)};
   for (const uint16_t id : {2, 7, 9}) out.configuration.push_back(camera_chunk(camera_at(id, 0)));
   const auto encoder = calibration();
@@ -477,7 +481,7 @@ Stream moving_stream() {
                                    nullptr) == FVV_OK);
     group.chunks.push_back({FVV_CHUNK_CALIBRATION, calibration_track, flags, 2 * t, bytes_of(payload)});
     group.chunks.push_back(
-        {FVV_CHUNK_VISIBILITY, face_track, flags, 2 * t, visibility_payload(mesh, cameras_in(t), t)});
+        {FVV_CHUNK_VISIBILITY, visibility_track, flags, 2 * t, visibility_payload(mesh, cameras_in(t), t)});
   }
   fvv_bytes_free(&payload);
   out.groups.push_back(group);
@@ -488,9 +492,9 @@ Stream moving_stream() {
 fvv_status frame(Opened &opened, int t, Bytes &states) {
   const fvv_visibility *got = nullptr;
   const fvv_status status =
-      fvv_stream_visibility(opened.stream, size_t(t), face_track, &got, &opened.diagnostic);
+      fvv_stream_visibility(opened.stream, size_t(t), visibility_track, &got, &opened.diagnostic);
   if (status == FVV_OK)
-    states.assign(got->states, got->states + size_t(got->header.camera_count) * got->header.element_count);
+    states.assign(got->states, got->states + size_t(got->header.camera_count) * got->header.vertex_count);
   return status;
 }
 
@@ -506,7 +510,7 @@ Bytes wanted(int t) {
 
 } // namespace
 
-TEST_CASE("bits of cameras that move are those of where they are, in any order of frames") {
+TEST_CASE("weights of cameras that move are those of where they are, in any order of frames") {
   const Bytes bytes = write(moving_stream());
   Opened opened(bytes);
   REQUIRE(opened.status == FVV_OK);
@@ -528,7 +532,7 @@ TEST_CASE("bits of cameras that move are those of where they are, in any order o
   }
 }
 
-TEST_CASE("6003: bits of a camera that is not calibrated at that time") {
+TEST_CASE("6003: weights of a camera that is not calibrated at that time") {
   struct Fault {
     const char *name;
     void (*spoil)(Stream &);
@@ -570,7 +574,7 @@ TEST_CASE("the calibration precedes the visibility that needs it") {
   CHECK(fvv_checker_problem(checked.checker, 0)->issue == FVV_ISSUE_VISIBILITY_CAMERA);
 }
 
-TEST_CASE("after a damaged calibration no bits of cameras that move are returned") {
+TEST_CASE("after a damaged calibration no weights of cameras that move are returned") {
   const Bytes good = write(moving_stream());
   const auto places = chunks_of(good);
   for (size_t t = 0; t < frames; t++) {
@@ -631,13 +635,6 @@ fvv_camera camera_of(uint16_t id) {
   return camera;
 }
 
-// All levels on both sides of a line that moves with t.
-uint8_t wanted(const fvv_mesh &mesh, size_t vertex, size_t camera, int t) {
-  const bool seen = is_seen(mesh, FVV_VISIBILITY_WEIGHTS, vertex, camera, t);
-  const size_t level = (vertex + size_t(t) * (vertex % 5 == 0)) % 3;
-  return uint8_t((seen ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN) + 2 * level);
-}
-
 // former: states of all cameras in the frame before; becomes those of this one.
 Bytes payload_of(const fvv_mesh &mesh, int t, Bytes &former) {
   const size_t count = mesh.vertex_count;
@@ -646,15 +643,14 @@ Bytes payload_of(const fvv_mesh &mesh, int t, Bytes &former) {
   std::vector<fvv_visibility_view> views;
   former.resize(count * camera_ids.size());
   for (size_t c = 0; c < camera_ids.size(); c++) {
-    for (size_t v = 0; v < count; v++) weights[c][v] = wanted(mesh, v, c, t);
+    for (size_t v = 0; v < count; v++) weights[c][v] = state_of(mesh, v, c, t);
     uint8_t *states = former.data() + c * count;
     fvv_visibility_view view = {camera_ids[c], {}, weights[c].data(), states, states};
     const fvv_camera camera = camera_of(camera_ids[c]);
     REQUIRE(fvv_visibility_centre(&camera, &scene, view.centre, nullptr) == FVV_OK);
     views.push_back(view);
   }
-  const fvv_visibility_header header = {
-      FVV_VISIBILITY_WEIGHTS, FVV_VISIBILITY_THRESHOLD, mesh_track, 0, uint32_t(t), 0};
+  const fvv_visibility_header header = {FVV_VISIBILITY_THRESHOLD, mesh_track, 0, uint32_t(t), 0};
   return encoded(mesh, header, views);
 }
 
@@ -697,14 +693,14 @@ TEST_CASE("a stream with weights is whole, and its weights are the requested one
     const fvv_mesh mesh = sheet.mesh();
     const fvv_visibility *got = nullptr;
     REQUIRE(fvv_stream_visibility(opened.stream, size_t(t), track, &got, nullptr) == FVV_OK);
-    CHECK(got->header.element_count == mesh.vertex_count);
+    CHECK(got->header.vertex_count == mesh.vertex_count);
     for (size_t i = 0; i < camera_ids.size() * mesh.vertex_count; i++) {
       const uint8_t state = got->states[i];
       if (!state) continue;
-      const uint8_t expected = wanted(mesh, i % mesh.vertex_count, i / mesh.vertex_count, t);
-      CHECK(FVV_ELEMENT_IS_SEEN(state) == FVV_ELEMENT_IS_SEEN(expected));
-      if (state > FVV_ELEMENT_SEEN) CHECK(state == expected);
-      near += state > FVV_ELEMENT_SEEN;
+      const uint8_t expected = state_of(mesh, i % mesh.vertex_count, i / mesh.vertex_count, t);
+      CHECK(FVV_VERTEX_IS_SEEN(state) == FVV_VERTEX_IS_SEEN(expected));
+      if (state > FVV_VERTEX_SEEN) CHECK(state == expected);
+      near += state > FVV_VERTEX_SEEN;
     }
   }
   CHECK(near > 200);
@@ -724,7 +720,7 @@ TEST_CASE("weights of the vector are those of the decoder that was written from 
   for (std::string crc; list >> crc; count++) {
     const fvv_visibility *got;
     REQUIRE(fvv_stream_visibility(opened.stream, count, track, &got, nullptr) == FVV_OK);
-    const size_t size = size_t(got->header.camera_count) * got->header.element_count;
+    const size_t size = size_t(got->header.camera_count) * got->header.vertex_count;
     CHECK(fvv_crc32c(0, got->states, size) == std::stoul(crc, nullptr, 16));
   }
   CHECK(count == frames);

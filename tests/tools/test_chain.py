@@ -19,7 +19,7 @@ def capture(tmp_path_factory):
 @pytest.mark.parametrize("codec, options", [("h264", []), ("jpeg", ["--no-delta"])])
 def test_there_and_back(capture, tmp_path, codec, options):
     stream, out = tmp_path / "players.fvv", tmp_path / "out"
-    wishes = ["--codec", codec, "--quality", "40dB", "--keep-geometry", "--visibility", "face", *options]
+    wishes = ["--codec", codec, "--quality", "40dB", "--keep-geometry", "--visibility", "weight", *options]
     summary = figures("fvvmux", capture, "-o", stream, *wishes)
     assert summary["frames"] == 3
 

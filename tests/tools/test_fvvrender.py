@@ -135,8 +135,8 @@ def test_without_bits_there_are_depth_maps(scene, tmp_path):
     assert drawn(stream, out, "--camera", 1)["visible_by"] == "depth"
     done = run("fvvrender", stream, "-o", out, "--camera", 1, "--visible-by", "bits", "--force", code=1)
     assert "there are no bits of these cameras" in done.stderr
-    # The same with bits of vertices; depth maps replace damaged ones.
-    run(*mux, "--visibility", "vertex")
+    # The same with weights; depth maps replace damaged ones.
+    run(*mux, "--visibility", "weight")
     assert drawn(stream, out, "--camera", 1, "--force")["visible_by"] == "bits"
     damaged = bytearray(stream.read_bytes())
     damaged[damaged.index(b"VISI") + 80] ^= 1

@@ -136,20 +136,20 @@ std::string changed(const std::function<void(File &)> &change, int compression =
 
 } // namespace
 
-TEST_CASE("OpenEXR samples in every compression are taken, and no other") {
-  constexpr uint32_t lines[] = {1, 0, 1, 16, 32, 0, 0, 0, 32, 256};
+TEST_CASE("OpenEXR samples in the lossless compressions are taken, and none in DWAA or DWAB") {
+  constexpr uint32_t lines[] = {1, 0, 1, 16, 32, 0, 0, 0, 0, 0}; // 8 and 9: DWAA and DWAB
   for (int i = 0; i < 12; i++) {
     CAPTURE(i);
     const uint32_t of_block = i < 10 ? lines[i] : 0;
     const std::string text = complaint(File(i, of_block ? of_block : 16).put_together());
     CHECK(text ==
-          (of_block ? "" : "OpenEXR compression is " + std::to_string(i) + ", expected 0, 2, 3, 4, 8 or 9"));
+          (of_block ? "" : "OpenEXR compression is " + std::to_string(i) + ", expected 0, 2, 3 or 4"));
   }
 }
 
 TEST_CASE("every prefix of an OpenEXR sample and every longer one is refused") {
-  for (const int compression : {0, 3, 9}) {
-    bytes sample = File(compression, compression == 0 ? 1 : compression == 3 ? 16 : 256).put_together();
+  for (const int compression : {0, 3, 4}) {
+    bytes sample = File(compression, compression == 0 ? 1 : compression == 3 ? 16 : 32).put_together();
     for (size_t size = 0; size < sample.size(); size++) REQUIRE(complaint(sample, size) != "");
     REQUIRE(complaint(sample) == "");
     sample.push_back(0);

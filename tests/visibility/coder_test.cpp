@@ -1,4 +1,4 @@
-// The round trip: any camera alone, all domains, after other frames.
+// The round trip: any camera alone, after other frames.
 #include "visibility/scenes.h"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ States decoded(const Order &order, const fvv_mesh &mesh, const std::vector<uint8
   // The camera's bytes alone, on a block of their own.
   const std::vector<uint8_t> bytes(payload.begin() + std::ptrdiff_t(stream.offset),
                                    payload.begin() + std::ptrdiff_t(stream.offset + stream.size));
-  States out(elements(mesh, parsed.header.domain), 9);
+  States out(mesh.vertex_count, 9);
   fvv_diagnostic d = {};
   REQUIRE(fvv_visibility_decode(order.order, &mesh, &parsed.header, bytes.data(), bytes.size(),
                                 centres[camera].data(), former, out.data(), &d) == FVV_OK);
@@ -28,138 +28,111 @@ States decoded(const Order &order, const fvv_mesh &mesh, const std::vector<uint8
 } // namespace
 
 TEST_CASE("what cameras see comes back, for surfaces of all kinds") {
-  for (const Shape &shape : shapes())
-    for (const uint8_t domain : domains) {
-      const auto mesh = canonical(shape);
-      const Order order(*mesh, domain);
-      REQUIRE(order.status == FVV_OK);
-      std::vector<States> states;
-      const auto payload = payload_of(order, *mesh, domain, 100, 0, &states);
-      const Parsed parsed(payload);
-      REQUIRE(parsed.streams.size() == centres.size());
-      CHECK(parsed.header.element_count == elements(*mesh, domain));
-      CHECK(parsed.header.mesh_track == 1);
-      // Backwards: no camera needs another.
-      for (size_t c = centres.size(); c-- > 0;) {
-        CHECK(parsed.streams[c].camera == 3 + 7 * c);
-        const States wanted = states_of(*mesh, domain, facing(*mesh, domain, centres[c]),
-                                        seen_beside(*mesh, domain, 100 + 300 * int32_t(c)));
-        CHECK(states[c] == wanted);
-        CHECK(decoded(order, *mesh, payload, c) == wanted);
-      }
-      CHECK(payload_of(order, *mesh, domain, 100) == payload);
+  for (const Shape &shape : shapes()) {
+    const auto mesh = canonical(shape);
+    const Order order(*mesh);
+    REQUIRE(order.status == FVV_OK);
+    std::vector<States> states;
+    const auto payload = payload_of(order, *mesh, 100, 0, &states);
+    const Parsed parsed(payload);
+    REQUIRE(parsed.streams.size() == centres.size());
+    CHECK(parsed.header.vertex_count == mesh->vertex_count);
+    CHECK(parsed.header.mesh_track == 1);
+    // Backwards: no camera needs another.
+    for (size_t c = centres.size(); c-- > 0;) {
+      CHECK(parsed.streams[c].camera == 3 + 7 * c);
+      const States wanted =
+          states_of(*mesh, facing(*mesh, centres[c]), seen_beside(*mesh, 100 + 300 * int32_t(c)));
+      CHECK(states[c] == wanted);
+      CHECK(decoded(order, *mesh, payload, c) == wanted);
     }
+    CHECK(payload_of(order, *mesh, 100) == payload);
+  }
 }
 
 TEST_CASE("a frame after another uses its visibility as context") {
-  for (const uint8_t domain : domains) {
-    const auto mesh = canonical(torus(80, 60, 0.2));
-    const Order order(*mesh, domain);
-    std::vector<States> states, former;
-    const auto key = payload_of(order, *mesh, domain, 100, 0, &states);
-    for (uint32_t number = 1; number < 4; number++) {
-      former = states;
-      const int32_t t = 100 + 10 * int32_t(number);
-      const auto alone = payload_of(order, *mesh, domain, t);
-      const auto payload = payload_of(order, *mesh, domain, t, number, &states);
-      CHECK(payload.size() * 10 < alone.size() * 9);
-      for (size_t c = 0; c < centres.size(); c++) {
-        CHECK(decoded(order, *mesh, payload, c, former[c].data()) == states[c]);
-        CHECK(decoded(order, *mesh, alone, c) == states[c]);
-        // In place.
-        States same = former[c];
-        const Parsed parsed(payload);
-        CHECK(fvv_visibility_decode(order.order, &*mesh, &parsed.header,
-                                    payload.data() + parsed.streams[c].offset, parsed.streams[c].size,
-                                    centres[c].data(), same.data(), same.data(), nullptr) == FVV_OK);
-        CHECK(same == states[c]);
-      }
+  const auto mesh = canonical(torus(80, 60, 0.2));
+  const Order order(*mesh);
+  std::vector<States> states, former;
+  const auto key = payload_of(order, *mesh, 100, 0, &states);
+  for (uint32_t number = 1; number < 4; number++) {
+    former = states;
+    const int32_t t = 100 + 10 * int32_t(number);
+    const auto alone = payload_of(order, *mesh, t);
+    const auto payload = payload_of(order, *mesh, t, number, &states);
+    CHECK(payload.size() * 10 < alone.size() * 9);
+    for (size_t c = 0; c < centres.size(); c++) {
+      CHECK(decoded(order, *mesh, payload, c, former[c].data()) == states[c]);
+      CHECK(decoded(order, *mesh, alone, c) == states[c]);
+      // In place.
+      States same = former[c];
+      const Parsed parsed(payload);
+      CHECK(fvv_visibility_decode(order.order, &*mesh, &parsed.header,
+                                  payload.data() + parsed.streams[c].offset, parsed.streams[c].size,
+                                  centres[c].data(), same.data(), same.data(), nullptr) == FVV_OK);
+      CHECK(same == states[c]);
     }
   }
 }
 
 TEST_CASE("a camera that sees nothing takes no bytes, an outline few") {
   const auto mesh = canonical(torus(80, 60));
-  const Order order(*mesh, FVV_VISIBILITY_FACES);
-  const Parsed nothing(payload_of(order, *mesh, FVV_VISIBILITY_FACES, -100000));
+  const Order order(*mesh);
+  const auto dark = payload_of(order, *mesh, -100000);
+  const Parsed nothing(dark);
   for (size_t c = 0; c < centres.size(); c++) CHECK(nothing.streams[c].size == 0);
-  CHECK(payload_of(order, *mesh, FVV_VISIBILITY_FACES, -100000).size() == 16 + 2 * centres.size());
-  States all = decoded(order, *mesh, payload_of(order, *mesh, FVV_VISIBILITY_FACES, -100000), 0);
-  CHECK(std::count(all.begin(), all.end(), FVV_ELEMENT_SEEN) == 0);
-  CHECK(std::count(all.begin(), all.end(), FVV_ELEMENT_HIDDEN) > 1000);
-  const auto outline = payload_of(order, *mesh, FVV_VISIBILITY_FACES, 100);
-  // One bit for each face and camera would be 3,600 bytes.
-  CHECK(outline.size() < 400);
+  CHECK(dark.size() == 16 + 2 * centres.size());
+  const States all = decoded(order, *mesh, dark, 0);
+  CHECK(std::count(all.begin(), all.end(), FVV_VERTEX_SEEN) == 0);
+  CHECK(std::count(all.begin(), all.end(), FVV_VERTEX_HIDDEN) > 1000);
+  // One bit for each vertex and camera would be 1,800 bytes.
+  CHECK(payload_of(order, *mesh, 100).size() < 500);
 }
 
-TEST_CASE("weights cost what bits do but where an outline passes, and their sides are the bits") {
-  const auto mesh = canonical(torus(80, 60, 0.2));
-  const Order bits(*mesh, FVV_VISIBILITY_VERTICES), weights(*mesh, FVV_VISIBILITY_WEIGHTS);
-  std::vector<States> sides, states;
-  const auto by_bits = payload_of(bits, *mesh, FVV_VISIBILITY_VERTICES, 100, 0, &sides);
-  const auto by_weights = payload_of(weights, *mesh, FVV_VISIBILITY_WEIGHTS, 100, 0, &states);
-  size_t near = 0;
-  for (size_t c = 0; c < centres.size(); c++)
-    for (size_t v = 0; v < mesh->vertex_count; v++) {
-      CHECK(FVV_ELEMENT_IS_SEEN(states[c][v]) == (sides[c][v] == FVV_ELEMENT_SEEN));
-      near += states[c][v] > FVV_ELEMENT_SEEN;
-    }
-  CHECK(near > 100);
-  // Two decisions of about even odds for those, some for what is beside them and is all or nothing.
-  CHECK(8 * by_weights.size() < 8 * by_bits.size() + 4 * near);
-  CHECK(by_weights.size() > by_bits.size());
-}
-
-TEST_CASE("every element is coded once, next to one that is known where there is one") {
+TEST_CASE("every vertex is coded once, next to one that is known where there is one") {
   const auto mesh = canonical(sponge(6, 0.4, 3));
-  for (const uint8_t domain : domains) {
-    // Seen by chance: were an element left out or coded twice, the bits would not fit.
-    States seen(elements(*mesh, domain));
-    uint32_t state = 7;
-    for (uint8_t &s : seen) {
-      s = (state = state * 1664525 + 1013904223) >> 31;
-      if (domain == FVV_VISIBILITY_WEIGHTS) s = uint8_t(1 + (state >> 8) % 6);
-    }
-    const Order order(*mesh, domain);
-    fvv_visibility_view view = {5, {9000, 500, 300}, seen.data(), nullptr, nullptr};
-    const fvv_visibility_header header = header_of(domain);
-    Bytes payload;
-    REQUIRE(fvv_visibility_encode(order.order, &*mesh, &header, &view, 1, &payload, nullptr) == FVV_OK);
-    const Parsed parsed(payload.copy());
-    States got(seen.size());
-    REQUIRE(fvv_visibility_decode(order.order, &*mesh, &parsed.header,
-                                  payload.data + parsed.streams[0].offset, parsed.streams[0].size,
-                                  centres[0].data(), nullptr, got.data(), nullptr) == FVV_OK);
-    CHECK(got == states_of(*mesh, domain, facing(*mesh, domain, centres[0]), seen));
-  }
+  // Seen by chance: were a vertex left out or coded twice, the bits would not fit.
+  States seen(mesh->vertex_count);
+  uint32_t state = 7;
+  for (uint8_t &s : seen) s = uint8_t(1 + ((state = state * 1664525 + 1013904223) >> 8) % 6);
+  const Order order(*mesh);
+  fvv_visibility_view view = {5, {9000, 500, 300}, seen.data(), nullptr, nullptr};
+  const fvv_visibility_header header = header_of();
+  Bytes payload;
+  REQUIRE(fvv_visibility_encode(order.order, &*mesh, &header, &view, 1, &payload, nullptr) == FVV_OK);
+  const Parsed parsed(payload.copy());
+  States got(seen.size());
+  REQUIRE(fvv_visibility_decode(order.order, &*mesh, &parsed.header, payload.data + parsed.streams[0].offset,
+                                parsed.streams[0].size, centres[0].data(), nullptr, got.data(),
+                                nullptr) == FVV_OK);
+  CHECK(got == states_of(*mesh, facing(*mesh, centres[0]), seen));
 }
 
 TEST_CASE("cameras that do not rise are refused, as is a mesh of other counts") {
   const auto mesh = canonical(torus(10, 8)), other = canonical(torus(10, 9));
-  const Order order(*mesh, FVV_VISIBILITY_FACES);
-  const States seen(mesh->face_count, 1);
+  const Order order(*mesh);
+  const States seen(mesh->vertex_count, FVV_VERTEX_HIDDEN);
   fvv_visibility_view views[2] = {{5, {9000, 0, 0}, seen.data(), nullptr, nullptr},
                                   {5, {9000, 0, 0}, seen.data(), nullptr, nullptr}};
-  const fvv_visibility_header header = header_of(FVV_VISIBILITY_FACES);
+  const fvv_visibility_header header = header_of();
   Bytes payload;
   fvv_diagnostic d = {};
   CHECK(fvv_visibility_encode(order.order, &*mesh, &header, views, 2, &payload, &d) == FVV_ERROR_ARGUMENT);
   CHECK(d.issue == FVV_ISSUE_VISIBILITY_CAMERA);
   CHECK(fvv_visibility_encode(order.order, &*mesh, &header, views, 0, &payload, &d) == FVV_ERROR_ARGUMENT);
   CHECK(fvv_visibility_encode(order.order, &*other, &header, views, 1, &payload, &d) == FVV_ERROR_ARGUMENT);
-  CHECK(Order(*mesh, 3).status == FVV_ERROR_ARGUMENT);
 }
 
 TEST_CASE("more cameras than readers with default limits take are not encoded") {
   fvv_limits limits;
   fvv_limits_default(&limits);
   const auto mesh = canonical(torus(10, 8));
-  const Order order(*mesh, FVV_VISIBILITY_FACES);
-  const States seen(mesh->face_count, 1);
+  const Order order(*mesh);
+  const States seen(mesh->vertex_count, FVV_VERTEX_HIDDEN);
   std::vector<fvv_visibility_view> views;
   for (uint16_t id = 0; id <= limits.max_cameras; id++)
     views.push_back({id, {9000, 0, 0}, seen.data(), nullptr, nullptr});
-  const fvv_visibility_header header = header_of(FVV_VISIBILITY_FACES);
+  const fvv_visibility_header header = header_of();
   Bytes payload;
   fvv_diagnostic d = {};
   CHECK(fvv_visibility_encode(order.order, &*mesh, &header, views.data(), views.size() - 1, &payload, &d) ==

@@ -1,4 +1,4 @@
-// Meshes, camera centres and bits that the tests of visibility weight.
+// Meshes, camera centres and states that the tests of visibility share.
 #pragma once
 
 #include "fvv/visibility.h"
@@ -12,84 +12,68 @@
 using Centre = std::array<int32_t, 3>;
 using States = std::vector<uint8_t>;
 
-constexpr uint8_t domains[] = {FVV_VISIBILITY_FACES, FVV_VISIBILITY_VERTICES, FVV_VISIBILITY_WEIGHTS};
-
-inline size_t elements(const fvv_mesh &mesh, uint8_t domain) {
-  return domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
-}
-
 struct Order {
   fvv_visibility_order *order = nullptr;
-  explicit Order(const fvv_mesh &mesh, uint8_t domain, const fvv_allocator *allocator = nullptr) {
+  explicit Order(const fvv_mesh &mesh, const fvv_allocator *allocator = nullptr) {
     fvv_diagnostic d = {};
-    status = fvv_visibility_order_open(&mesh, domain, allocator, &order, &d);
+    status = fvv_visibility_order_open(&mesh, allocator, &order, &d);
   }
   Order(const Order &) = delete;
   ~Order() { fvv_visibility_order_close(order); }
   fvv_status status;
 };
 
-inline States facing(const fvv_mesh &mesh, uint8_t domain, const Centre &centre,
+inline States facing(const fvv_mesh &mesh, const Centre &centre,
                      uint8_t threshold = FVV_VISIBILITY_THRESHOLD) {
-  States out(elements(mesh, domain));
-  fvv_visibility_facing(&mesh, domain, centre.data(), threshold, out.data());
+  States out(mesh.vertex_count);
+  fvv_visibility_facing(&mesh, centre.data(), threshold, out.data());
   return out;
 }
 
 // Seen is what lies on one side of a plane that moves with t: an outline across the surface, as shadows have.
 // Weights are of all levels on both sides.
-inline States seen_beside(const fvv_mesh &mesh, uint8_t domain, int32_t t) {
-  States out(elements(mesh, domain));
-  for (size_t i = 0; i < out.size(); i++) {
-    const uint32_t vertex = domain == FVV_VISIBILITY_FACES ? mesh.faces[3 * i] : uint32_t(i);
-    const int32_t *p = mesh.positions + 3 * size_t(vertex);
+inline States seen_beside(const fvv_mesh &mesh, int32_t t) {
+  States out(mesh.vertex_count);
+  for (size_t v = 0; v < out.size(); v++) {
+    const int32_t *p = mesh.positions + 3 * v;
     const int32_t beyond = p[0] + 2 * p[1] + p[2] - t;
-    out[i] = beyond < 0;
-    if (domain == FVV_VISIBILITY_WEIGHTS)
-      out[i] =
-          uint8_t((beyond < 0 ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN) + 2 * (std::abs(beyond) / 50 % 3));
+    out[v] = uint8_t((beyond < 0 ? FVV_VERTEX_SEEN : FVV_VERTEX_HIDDEN) + 2 * (std::abs(beyond) / 50 % 3));
   }
   return out;
 }
 
 // What decoders get. A weight without one of the other side in its faces is all or nothing.
-inline States states_of(const fvv_mesh &mesh, uint8_t domain, const States &facing, const States &seen) {
+inline States states_of(const fvv_mesh &mesh, const States &facing, const States &seen) {
   States out(facing.size());
-  for (size_t i = 0; i < out.size(); i++)
-    if (facing[i]) {
-      out[i] = seen[i] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
-      if (seen[i] && domain == FVV_VISIBILITY_WEIGHTS) out[i] = seen[i];
-    }
-  if (domain != FVV_VISIBILITY_WEIGHTS) return out;
-  States whole(out);
-  for (size_t i = 0; i < whole.size(); i++)
-    if (whole[i]) whole[i] = 2 - whole[i] % 2;
+  for (size_t v = 0; v < out.size(); v++)
+    if (facing[v]) out[v] = 2 - seen[v] % 2;
+  const States sides(out);
   for (size_t corner = 0; corner < 3 * size_t(mesh.face_count); corner++)
     for (size_t other = corner / 3 * 3; other < corner / 3 * 3 + 3; other++) {
       const uint32_t v = mesh.faces[corner], w = mesh.faces[other];
-      if (out[v] && out[w] && out[v] % 2 != out[w] % 2) whole[v] = out[v];
+      if (sides[v] && sides[w] && sides[v] != sides[w]) out[v] = seen[v];
     }
-  return whole;
+  return out;
 }
 
-inline fvv_visibility_header header_of(uint8_t domain, uint32_t number = 0) {
-  return {domain, FVV_VISIBILITY_THRESHOLD, 1, 0, number, 0};
+inline fvv_visibility_header header_of(uint32_t number = 0) {
+  return {FVV_VISIBILITY_THRESHOLD, 1, 0, number, 0};
 }
 
 // Around the shapes, which are some metres large at 1 mm a step.
 inline const std::vector<Centre> centres = {{9000, 500, 300}, {-4000, 6000, 2000}, {100, -200, 12000}};
 
 // The payload of what the cameras 3, 10, 17 ... see beside planes that move with t.
-inline std::vector<uint8_t> payload_of(const Order &order, const fvv_mesh &mesh, uint8_t domain, int32_t t,
+inline std::vector<uint8_t> payload_of(const Order &order, const fvv_mesh &mesh, int32_t t,
                                        uint32_t number = 0, std::vector<States> *states = nullptr) {
   std::vector<States> seen, former(centres.size());
   std::vector<fvv_visibility_view> views;
-  for (size_t c = 0; c < centres.size(); c++) seen.push_back(seen_beside(mesh, domain, t + 300 * int32_t(c)));
+  for (size_t c = 0; c < centres.size(); c++) seen.push_back(seen_beside(mesh, t + 300 * int32_t(c)));
   for (size_t c = 0; c < centres.size(); c++) {
     const Centre &at = centres[c];
     if (states && number) former[c] = (*states)[c];
     if (states) states->resize(centres.size());
-    if (states) (*states)[c].resize(elements(mesh, domain));
+    if (states) (*states)[c].resize(mesh.vertex_count);
     views.push_back({uint16_t(3 + 7 * c),
                      {at[0], at[1], at[2]},
                      seen[c].data(),
@@ -98,7 +82,7 @@ inline std::vector<uint8_t> payload_of(const Order &order, const fvv_mesh &mesh,
   }
   Bytes payload;
   fvv_diagnostic d = {};
-  const fvv_visibility_header header = header_of(domain, number);
+  const fvv_visibility_header header = header_of(number);
   REQUIRE(fvv_visibility_encode(order.order, &mesh, &header, views.data(), views.size(), &payload, &d) ==
           FVV_OK);
   return payload.copy();

@@ -11,7 +11,7 @@ fvv_status decode_all(const Order &order, const fvv_mesh &mesh, const std::vecto
     if (diagnostic) *diagnostic = parsed.diagnostic;
     return parsed.status;
   }
-  States states(elements(mesh, FVV_VISIBILITY_FACES)), former(states.size(), 77);
+  States states(mesh.vertex_count), former(states.size(), 77);
   fvv_status status = FVV_OK;
   for (size_t c = 0; c < parsed.streams.size() && status == FVV_OK; c++) {
     const fvv_visibility_stream &s = parsed.streams[c];
@@ -29,12 +29,12 @@ fvv_status decode_all(const Order &order, const fvv_mesh &mesh, const std::vecto
 
 TEST_CASE("6001 to 6007: each rule of a visibility payload has its number") {
   const auto mesh = canonical(torus(20, 12));
-  const Order order(*mesh, FVV_VISIBILITY_FACES);
-  const auto good = payload_of(order, *mesh, FVV_VISIBILITY_FACES, 100);
+  const Order order(*mesh);
+  const auto good = payload_of(order, *mesh, 100);
   REQUIRE(decode_all(order, *mesh, good) == FVV_OK);
-  const auto issue = [&](std::vector<uint8_t> bad, fvv_status wanted = FVV_ERROR_INVALID) {
+  const auto issue = [&](std::vector<uint8_t> bad) {
     fvv_diagnostic d = {};
-    CHECK(decode_all(order, *mesh, bad, &d) == wanted);
+    CHECK(decode_all(order, *mesh, bad, &d) == FVV_ERROR_INVALID);
     return d.issue;
   };
   const auto with = [&](size_t at, uint8_t value) {
@@ -44,7 +44,7 @@ TEST_CASE("6001 to 6007: each rule of a visibility payload has its number") {
   };
   CHECK(issue({good.begin(), good.begin() + 15}) == FVV_ISSUE_VISIBILITY_PAYLOAD);
   CHECK(issue({}) == FVV_ISSUE_VISIBILITY_PAYLOAD);
-  CHECK(issue(with(0, 3), FVV_ERROR_UNSUPPORTED) == FVV_ISSUE_VISIBILITY_DOMAIN);
+  CHECK(issue(with(0, 1)) == FVV_ISSUE_VISIBILITY_PAYLOAD);
   CHECK(issue(with(18, 0)) == FVV_ISSUE_VISIBILITY_CAMERA);
   // The second camera beyond 65534, in three bytes, and as much off the end.
   std::vector<uint8_t> far(good.data(), good.data() + 18);
@@ -68,37 +68,32 @@ TEST_CASE("6001 to 6007: each rule of a visibility payload has its number") {
 
 TEST_CASE("counts beyond the limits are refused, and a table for which there is no room") {
   const auto mesh = canonical(torus(20, 12));
-  for (const uint8_t domain : domains) {
-    const Order order(*mesh, domain);
-    const auto payload = payload_of(order, *mesh, domain, 100);
-    fvv_limits limits;
-    fvv_limits_default(&limits);
-    limits.max_cameras = uint32_t(centres.size());
-    limits.max_faces = mesh->face_count;
-    limits.max_vertices = mesh->vertex_count;
-    CHECK(Parsed(payload, &limits).status == FVV_OK);
-    limits.max_cameras--;
-    CHECK(Parsed(payload, &limits).status == FVV_ERROR_LIMIT);
-    limits.max_cameras++;
-    (domain == FVV_VISIBILITY_FACES ? limits.max_faces : limits.max_vertices)--;
-    CHECK(Parsed(payload, &limits).diagnostic.issue == FVV_ISSUE_LIMIT);
-    fvv_visibility_header header;
-    fvv_visibility_stream one;
-    CHECK(fvv_visibility_peek(payload.data(), payload.size(), nullptr, &header, &one, 1, nullptr) ==
-          FVV_ERROR_BUFFER_TOO_SMALL);
-    CHECK(header.camera_count == centres.size());
-    CHECK(fvv_visibility_peek(payload.data(), payload.size(), nullptr, &header, nullptr, 0, nullptr) ==
-          FVV_OK);
-  }
+  const Order order(*mesh);
+  const auto payload = payload_of(order, *mesh, 100);
+  fvv_limits limits;
+  fvv_limits_default(&limits);
+  limits.max_cameras = uint32_t(centres.size());
+  limits.max_vertices = mesh->vertex_count;
+  CHECK(Parsed(payload, &limits).status == FVV_OK);
+  limits.max_cameras--;
+  CHECK(Parsed(payload, &limits).status == FVV_ERROR_LIMIT);
+  limits.max_cameras++;
+  limits.max_vertices--;
+  CHECK(Parsed(payload, &limits).diagnostic.issue == FVV_ISSUE_LIMIT);
+  fvv_visibility_header header;
+  fvv_visibility_stream one;
+  CHECK(fvv_visibility_peek(payload.data(), payload.size(), nullptr, &header, &one, 1, nullptr) ==
+        FVV_ERROR_BUFFER_TOO_SMALL);
+  CHECK(header.camera_count == centres.size());
+  CHECK(fvv_visibility_peek(payload.data(), payload.size(), nullptr, &header, nullptr, 0, nullptr) == FVV_OK);
 }
 
 TEST_CASE("no change of a payload reads or writes outside") {
-  const uint8_t domain = GENERATE(uint8_t(FVV_VISIBILITY_FACES), uint8_t(FVV_VISIBILITY_WEIGHTS));
   const auto mesh = canonical(torus(20, 12));
-  const Order order(*mesh, domain);
+  const Order order(*mesh);
   // After a frame with invalid states, too.
-  std::vector<States> states(centres.size(), States(elements(*mesh, domain), 77));
-  const auto good = payload_of(order, *mesh, domain, 100, GENERATE(0u, 1u), &states);
+  std::vector<States> states(centres.size(), States(mesh->vertex_count, 77));
+  const auto good = payload_of(order, *mesh, 100, GENERATE(0u, 1u), &states);
   size_t refused = 0, all = 0;
   uint32_t state = 1;
   for (int round = 0; round < 3000; round++) {
@@ -112,30 +107,28 @@ TEST_CASE("no change of a payload reads or writes outside") {
   CHECK(refused > all / 2);
 }
 
-TEST_CASE("every allocation on the way to bits may fail") {
+TEST_CASE("every allocation on the way to weights may fail") {
   const auto mesh = canonical(torus(20, 12));
   const fvv_allocator allocator = memory::allocator();
-  for (const uint8_t domain : domains) {
-    const States seen = seen_beside(*mesh, domain, 100);
-    const fvv_visibility_view view = {1, {9000, 0, 0}, seen.data(), nullptr, nullptr};
-    const fvv_visibility_header header = header_of(domain);
-    fvv_status status = FVV_ERROR_MEMORY;
-    for (int64_t n = 0; status != FVV_OK; n++) {
-      REQUIRE(n < 200);
-      const size_t live = memory::state.live;
-      fvv_bytes payload = {nullptr, 0, 0, allocator};
-      fvv_visibility_order *order = nullptr;
-      memory::reset(n);
-      status = fvv_visibility_order_open(mesh.get(), domain, &allocator, &order, nullptr);
-      const bool consistent = (status == FVV_OK) == (order != nullptr);
-      if (status == FVV_OK)
-        status = fvv_visibility_encode(order, mesh.get(), &header, &view, 1, &payload, nullptr);
-      fvv_bytes_free(&payload);
-      fvv_visibility_order_close(order);
-      memory::reset();
-      CHECK(consistent);
-      CHECK((status == FVV_OK || status == FVV_ERROR_MEMORY));
-      CHECK(memory::state.live == live);
-    }
+  const States seen = seen_beside(*mesh, 100);
+  const fvv_visibility_view view = {1, {9000, 0, 0}, seen.data(), nullptr, nullptr};
+  const fvv_visibility_header header = header_of();
+  fvv_status status = FVV_ERROR_MEMORY;
+  for (int64_t n = 0; status != FVV_OK; n++) {
+    REQUIRE(n < 200);
+    const size_t live = memory::state.live;
+    fvv_bytes payload = {nullptr, 0, 0, allocator};
+    fvv_visibility_order *order = nullptr;
+    memory::reset(n);
+    status = fvv_visibility_order_open(mesh.get(), &allocator, &order, nullptr);
+    const bool consistent = (status == FVV_OK) == (order != nullptr);
+    if (status == FVV_OK)
+      status = fvv_visibility_encode(order, mesh.get(), &header, &view, 1, &payload, nullptr);
+    fvv_bytes_free(&payload);
+    fvv_visibility_order_close(order);
+    memory::reset();
+    CHECK(consistent);
+    CHECK((status == FVV_OK || status == FVV_ERROR_MEMORY));
+    CHECK(memory::state.live == live);
   }
 }

@@ -347,16 +347,10 @@ std::string track_text(const Report &report, const fvv_track &track) {
   if (found->parts || found->lights)
     out += fvv::format(": %u parts of %llu triangles, %u pictures, %u lights", found->parts,
                        (unsigned long long)found->faces, found->pictures, found->lights);
-  if (found->max_cameras) {
-    const uint64_t of_vertices = found->of_vertices + found->of_weights;
-    const char *element = !of_vertices                         ? "face"
-                          : found->of_weights == found->chunks ? "vertex with a weight"
-                          : of_vertices == found->chunks       ? "vertex"
-                                                               : "face or vertex";
+  if (found->max_cameras)
     out += ": " + range(found->min_cameras, found->max_cameras) +
-           fvv::format(" cameras, %.3f bits a %s and camera",
-                       found->pairs ? 8 * double(found->bytes) / double(found->pairs) : 0, element);
-  }
+           fvv::format(" cameras, %.3f bits a vertex and camera",
+                       found->pairs ? 8 * double(found->bytes) / double(found->pairs) : 0);
   if (found->textured) {
     out += ", texture coordinates of " + range(found->min_texture_bits, found->max_texture_bits) + " bits";
     if (found->textured != found->chunks)
@@ -645,10 +639,7 @@ Json tracks_json(const Report &report, const fvv_configuration &c) {
                         {"cell_size", {s->min_cell_size, s->max_cell_size}},
                         {"bits_per_cell", 8 * double(s->bytes) / double(s->cells)}};
       if (s->max_cameras)
-        t["visibility"] = {{"face_chunks", s->chunks - s->of_vertices - s->of_weights},
-                           {"vertex_chunks", s->of_vertices},
-                           {"weight_chunks", s->of_weights},
-                           {"cameras", {s->min_cameras, s->max_cameras}},
+        t["visibility"] = {{"cameras", {s->min_cameras, s->max_cameras}},
                            {"pairs", s->pairs},
                            {"bits_per_pair", s->pairs ? 8 * double(s->bytes) / double(s->pairs) : 0}};
     }

@@ -52,8 +52,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   auto *quality = app.add_option(
       "--quality", texts.quality,
       "luma PSNR to reach (42dB), over the foreground when there are masks, or the codec's own "
-      "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1), OpenEXR lossless or a DWA "
-      "level 1 to 500. Default: 42dB, of exr lossless");
+      "number: JPEG 1 to 100, CRF 1 to 51 (H.264, HEVC) or 63 (VP9, AV1); OpenEXR has lossless alone. "
+      "Default: 42dB, of exr lossless");
   app.add_option("--bitrate", texts.bit_rate,
                  "bits a second for all pictures (4M, 800k) in place of a quality: every group has its share "
                  "and gets the finest quality that keeps it; tracks share by their pixels")
@@ -136,9 +136,8 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option(
          "--visibility", texts.visibility,
          "send what cameras see: auto (weight, unless it takes more than a tenth of the pictures' bytes, or "
-         "one camera is alone), weight (a visibility weight of each vertex, errs least), face, vertex (a bit "
-         "of each, "
-         "fewest bytes) or none (docs/fvvmux-visibility.md)")
+         "one camera is alone), weight (a visibility weight of each vertex and camera) or none "
+         "(docs/fvvmux-visibility.md)")
       ->capture_default_str();
   app.add_option(
          "--colours", texts.colours,
@@ -158,7 +157,7 @@ void add_options(CLI::App &app, mux::Options &options, Outputs &outputs, Texts &
   app.add_option(
          "--texture-threshold", options.texture_threshold,
          "tell players the least cosine between normal and ray for which they take a camera's colour; "
-         "bits of visibility are found for it. Players' default: that of the blend, 0.05 or 0.25")
+         "visibility is found for it. Players' default: that of the blend, 0.05 or 0.25")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--texture-best", options.texture_best,
                  "tell players how many cameras to mix at a place, at most. Players' default: 3")
@@ -232,6 +231,8 @@ void take_texts(mux::Options &options, const Texts &texts) {
   options.quality =
       texts.quality ? mux::parse_quality(*texts.quality, options.codec) : mux::default_quality(options.codec);
   if (!texts.bit_rate.empty()) options.bit_rate = mux::parse_bit_rate(texts.bit_rate);
+  if (options.bit_rate && options.codec == FVV_CODEC_OEXR)
+    throw Error("--bitrate: video in OpenEXR is lossless and keeps no bit rate", Error::usage);
   if (!texts.tile.empty()) options.tile = mux::parse_tile(texts.tile);
   if (!texts.scale.empty()) options.scale = mux::parse_scale("--scale", texts.scale);
   if (!texts.atlas_scale.empty()) options.atlas_scale = mux::parse_scale("--atlas-scale", texts.atlas_scale);

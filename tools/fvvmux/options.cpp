@@ -50,9 +50,11 @@ int parse_bit_depth(const std::string &text, uint32_t codec) {
 Quality parse_quality(const std::string &text, uint32_t codec) {
   const media::VideoCodec &known = *media::find_video_codec(codec);
   const auto [least, most] = std::minmax(known.finest, known.coarsest);
-  const bool exr = codec == FVV_CODEC_OEXR;
+  if (codec == FVV_CODEC_OEXR) {
+    if (text != "lossless") refuse("--quality", "lossless, the only quality of OpenEXR", text);
+    return default_quality(codec);
+  }
   Quality quality;
-  if (exr && text == "lossless") return {false, 0};
   if (ends_with(text, "dB") || ends_with(text, "db")) {
     if (scene::parse_double(text.substr(0, text.size() - 2), quality.value) && quality.value > 0 &&
         quality.value <= 100)
@@ -61,10 +63,8 @@ Quality parse_quality(const std::string &text, uint32_t codec) {
     return {false, double(number)};
   }
   const std::string expected = std::string("a PSNR such as 42dB, or ") +
-                               (exr                       ? "lossless, or a DWA level"
-                                : codec == FVV_CODEC_JPEG ? "libjpeg's quality"
-                                                          : "a CRF") +
-                               " from " + std::to_string(least) + " to " + std::to_string(most);
+                               (codec == FVV_CODEC_JPEG ? "libjpeg's quality" : "a CRF") + " from " +
+                               std::to_string(least) + " to " + std::to_string(most);
   refuse("--quality", expected.c_str(), text);
 }
 
@@ -282,11 +282,9 @@ MatchColours parse_match_colours(const std::string &text) {
 
 Visibility parse_visibility(const std::string &text) {
   if (text == "auto") return Visibility::automatic;
-  if (text == "face") return Visibility::faces;
-  if (text == "vertex") return Visibility::vertices;
   if (text == "weight") return Visibility::weights;
   if (text == "none") return Visibility::none;
-  refuse("--visibility", "auto, face, vertex, weight or none", text);
+  refuse("--visibility", "auto, weight or none", text);
 }
 
 } // namespace fvv::mux

@@ -27,9 +27,9 @@ std::vector<Rung> parse_ladder(const std::string &text);         // "1,0.5,0.25"
 Crop parse_crop(const std::string &text);                        // "auto", "none"
 // "auto", "on", "off", or a number of cells.
 void parse_colours(const std::string &text, Options &options);
-MatchColours parse_match_colours(const std::string &text);  // "auto", "on", "off"
-std::optional<double> parse_inset(const std::string &text); // "auto", "off", "3mm"
-Visibility parse_visibility(const std::string &text);       // "auto", "face", "vertex", "weight", "none"
+MatchColours parse_match_colours(const std::string &text);                        // "auto", "on", "off"
+std::optional<double> parse_inset(const std::string &text);                       // "auto", "off", "3mm"
+Visibility parse_visibility(const std::string &text);                             // "auto", "weight", "none"
 std::array<uint8_t, 3> parse_colour(const char *option, const std::string &text); // "128,128,128"
 
 } // namespace fvv::mux

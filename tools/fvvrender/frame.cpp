@@ -15,31 +15,21 @@ namespace fvv::rendering {
 
 namespace {
 
-// Coded weights are finer than those from bits of faces, and these finer than those from bits of vertices.
-int fineness(uint8_t domain) {
-  return domain == FVV_VISIBILITY_WEIGHTS ? 2 : domain == FVV_VISIBILITY_FACES;
-}
-
-void add(const fvv_visibility &found, const fvv_mesh &mesh, std::vector<CameraWeights> &out) {
-  const size_t count = found.header.element_count;
-  std::vector<uint32_t> counts(2 * size_t(mesh.vertex_count));
+void add(const fvv_visibility &found, std::vector<CameraWeights> &out) {
+  const size_t count = found.header.vertex_count;
   for (size_t i = 0; i < found.header.camera_count; i++) {
-    CameraWeights camera = {found.cameras[i], found.header.domain, std::vector<uint8_t>(mesh.vertex_count)};
-    fvv_visibility_weights(&mesh, camera.domain, found.states + i * count, counts.data(),
-                           camera.weights.data());
-    const auto same =
-        std::find_if(out.begin(), out.end(), [&](const auto &c) { return c.camera == camera.camera; });
-    if (same == out.end())
-      out.push_back(std::move(camera));
-    else if (fineness(camera.domain) > fineness(same->domain))
-      *same = std::move(camera);
+    CameraWeights camera = {found.cameras[i], std::vector<uint8_t>(count)};
+    if (std::any_of(out.begin(), out.end(), [&](const auto &c) { return c.camera == camera.camera; }))
+      continue;
+    fvv_visibility_weights(found.states + i * count, count, camera.weights.data());
+    out.push_back(std::move(camera));
   }
 }
 
 // Of all visibility tracks of mesh, which is that of the frame on that track; of a camera in two of them the
-// finer one is used. A track that is lost or unknown adds a line to losses. where: the beginning of these
+// first one is used. A track that is lost or unknown adds a line to losses. where: the beginning of these
 // lines. Throws Error when reading fails.
-std::vector<CameraWeights> load_visibility(fvv_stream *stream, size_t frame, const fvv_mesh &mesh,
+std::vector<CameraWeights> load_visibility(fvv_stream *stream, size_t frame,
                                            const fvv_configuration &configuration, size_t rung,
                                            uint16_t mesh_track, const std::string &where,
                                            std::vector<std::string> &losses) {
@@ -58,7 +48,7 @@ std::vector<CameraWeights> load_visibility(fvv_stream *stream, size_t frame, con
       losses.push_back(where + ": no visibility of track " + std::to_string(track) +
                        ", depth maps take its place: " + demux::text_of(diagnostic));
     else if (status == FVV_OK && found->header.mesh_track == mesh_track)
-      add(*found, mesh, out);
+      add(*found, out);
   }
   return out;
 }
@@ -171,7 +161,7 @@ private:
                           mesh.positions, mesh.vertex_count, out.positions.data());
     out.faces.assign(mesh.faces, mesh.faces + 3 * size_t(mesh.face_count));
     if (mesh.normals || mesh.texture) load_normals(mesh, out);
-    out.bits = load_visibility(stream.get(), frame, mesh, *configuration, rung, track->id, where, out.losses);
+    out.bits = load_visibility(stream.get(), frame, *configuration, rung, track->id, where, out.losses);
     load_colours(frame, track->id, out);
   }
 

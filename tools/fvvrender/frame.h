@@ -16,7 +16,6 @@ namespace fvv::rendering {
 // The visibility of the vertices of the frame's mesh from one camera (fvv_visibility_weights).
 struct CameraWeights {
   uint16_t camera;
-  uint8_t domain; // that they come from: FVV_VISIBILITY_...
   std::vector<uint8_t> weights;
 };
 

@@ -107,8 +107,8 @@ export class Decoder extends EventTarget {
       signal.addEventListener("abort", stop, { once: true });
       this.#finish.push(() => signal.removeEventListener("abort", stop));
     }
-    const { limits, normals, visibility, visibilityWeights, video, audio, queue, tracks, look, quality } = options;
-    const decoded = { normals, visibility, visibilityWeights, video, audio: audio !== false };
+    const { limits, normals, visibility, video, audio, queue, tracks, look, quality } = options;
+    const decoded = { normals, visibility, video, audio: audio !== false };
     const wanted = { limits, ...decoded, queue, tracks, quality };
     this.quality = checkedQuality(quality);
     const modes = { hasFallback: Boolean(fallback), waitsForSelection: look !== null };

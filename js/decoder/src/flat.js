@@ -201,18 +201,15 @@ const layouts = {
     },
   },
   visibility: {
-    size: 40,
+    size: 28,
     fields: {
       track: ["u32", 0],
       meshTrack: ["u32", 4],
-      domain: ["u32", 8],
-      threshold: ["u32", 12],
-      cameraCount: ["u32", 16],
-      elementCount: ["u32", 20],
-      cameras: ["u16*", 24, 1, "cameraCount"],
-      states: ["u8*", 28, "cameraCount", "elementCount"],
-      weights: ["u8*", 32, "cameraCount", "vertexCount"],
-      vertexCount: ["u32", 36],
+      threshold: ["u32", 8],
+      cameraCount: ["u32", 12],
+      vertexCount: ["u32", 16],
+      cameras: ["u16*", 20, 1, "cameraCount"],
+      weights: ["u8*", 24, "cameraCount", "vertexCount"],
     },
   },
   sample: {
@@ -354,7 +351,6 @@ function read(name, memory, address) {
 const lenses = ["none", "radtan", "fisheye"];
 const kinds = ["", "mesh", "video", "calibration", "visibility", "background", "metadata", "audio", "colours"];
 const shows = ["tiles", "atlas"];
-const domains = ["faces", "vertices", "weights"];
 const profiles = ["raw", "draco", "delta", "field", "fast"];
 const blends = ["viewer", "paper"];
 const upAxes = ["unknown", "x", "y", "z", "-x", "-y", "-z"];
@@ -458,8 +454,8 @@ const readers = {
     };
   },
   visibility(memory, address) {
-    const { cameraCount, cameras, domain, threshold, ...seen } = read("visibility", memory, address);
-    return { ...seen, domain: domains[domain], threshold: threshold / 256, cameras: Array.from(cameras) };
+    const { cameraCount, cameras, threshold, ...seen } = read("visibility", memory, address);
+    return { ...seen, threshold: threshold / 256, cameras: Array.from(cameras) };
   },
   picture(memory, address) {
     const { codec, ...picture } = read("picture", memory, address);

@@ -7,17 +7,10 @@ class Visibility {
   constructor(fields) {
     Object.assign(this, fields);
   }
-  /** The state of each element, 0: backfacing, 1: hidden, 2: seen, of weights also 3 to 6; null for other cameras. */
-  of(camera) {
-    const row = this.cameras.indexOf(camera);
-    return row < 0 ? null : this.states.subarray(row * this.elementCount, (row + 1) * this.elementCount);
-  }
-  /** The visibility weight of each vertex, 0 to 255 (clause 17.4); null for other cameras, or without the option. */
+  /** The visibility weight of each vertex, 0 to 255 (clause 17.4); null for other cameras. */
   weightsOf(camera) {
     const row = this.cameras.indexOf(camera);
-    return row < 0 || !this.weights
-      ? null
-      : this.weights.subarray(row * this.vertexCount, (row + 1) * this.vertexCount);
+    return row < 0 ? null : this.weights.subarray(row * this.vertexCount, (row + 1) * this.vertexCount);
   }
 }
 

@@ -51,9 +51,8 @@ export interface Options {
   worker?: boolean | Worker | URL | string | (() => Worker);
   /** Vertex normals, transmitted or computed. Default true. */
   normals?: boolean;
+  /** Visibility weights of vertices (clause 17.4). Default true. */
   visibility?: boolean;
-  /** Visibility weights of vertices (clause 17.4), which shaders need. Default false. */
-  visibilityWeights?: boolean;
   /** "pictures", or "samples": encoded only. Default: pictures with WebCodecs or videoFallback. */
   video?: "pictures" | "samples";
   /** Decoders for video that WebCodecs cannot decode, or for environments without it: () => import("@fvv/video-fallback").
@@ -340,20 +339,12 @@ export interface Mesh {
 export interface Visibility {
   track: number;
   meshTrack: number;
-  domain: "faces" | "vertices" | "weights";
-  /** Cosine below which nothing counts as seen. */
+  /** Vertices of which no face has a greater cosine to a camera have the weight 127. */
   threshold: number;
   cameras: number[];
-  elementCount: number;
-  /**
-   * A row of elementCount for each camera: 0 backfacing, 1 hidden, 2 seen. Elements of the domain "weights" are vertices;
-   * near an outline they are 3 or 5, hidden, or 4 or 6, seen.
-   */
-  states: Uint8Array;
-  of(camera: number): Uint8Array | null;
-  /** A row of vertexCount visibility weights for each camera, 0 to 255: seen from 127.5 on. null without the option. */
-  weights: Uint8Array | null;
   vertexCount: number;
+  /** A row of vertexCount visibility weights for each camera, 0 to 255: seen from 127.5 on. */
+  weights: Uint8Array;
   weightsOf(camera: number): Uint8Array | null;
 }
 

@@ -56,15 +56,7 @@ function describe(source) {
 }
 
 export async function createDecoder(options = {}) {
-  const {
-    worker,
-    limits = {},
-    normals = true,
-    visibility = true,
-    visibilityWeights = false,
-    queue = 4,
-    signal,
-  } = options;
+  const { worker, limits = {}, normals = true, visibility = true, queue = 4, signal } = options;
   const { tracks = null, look = null, quality = "auto", videoFallback } = options;
   if (videoFallback !== undefined && typeof videoFallback !== "function")
     throw new FvvError({ code: "argument", message: "videoFallback: expected a function that imports the package" });
@@ -80,7 +72,6 @@ export async function createDecoder(options = {}) {
     limits,
     normals,
     visibility,
-    visibilityWeights,
     video,
     audio,
     videoFallback,

@@ -30,7 +30,7 @@ export class Playback {
   about;
 
   /**
-   * emit(type, detail): events of the stream. want: {normals, visibility, visibilityWeights}. selection:
+   * emit(type, detail): events of the stream. want: {normals, visibility}. selection:
    * tracks of video, as for select. quality: as for setQuality. frugal: a selection will be made before the first frame.
    */
   static async open(source, { module, codec, background, limits, emit, want, selection, quality, frugal }) {

@@ -5,7 +5,7 @@ import { readConfiguration, readDiagnostic, readEvent, readFrame, readGroups, re
 import { createCodec, createCore } from "./wasm.js";
 
 const events = ["need data", "configuration", "group", "frame", "damage", "end", "done", "between"];
-const WANT = { floats: 1, normals: 2, visibility: 4, visibilityWeights: 8 };
+const WANT = { floats: 1, normals: 2, visibility: 4 };
 const END = 2;
 /** Bytes per push. */
 const PUSH_SIZE = 1 << 18;
@@ -188,10 +188,7 @@ export class Session {
    */
   decode(want) {
     const flags = want
-      ? WANT.floats |
-        (want.normals ? WANT.normals : 0) |
-        (want.visibility ? WANT.visibility : 0) |
-        (want.visibilityWeights ? WANT.visibilityWeights : 0)
+      ? WANT.floats | (want.normals ? WANT.normals : 0) | (want.visibility ? WANT.visibility : 0)
       : WANT.visibility;
     const status = this.#exports.fvvjs_decode(this.#decoder, flags);
     if (status < 0) {

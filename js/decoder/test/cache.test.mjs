@@ -31,7 +31,7 @@ const DURATION = (await (await createDecoder({ source: readFileSync(clips.moving
   .frameDuration;
 
 async function open(path, options = {}) {
-  const decoder = await createDecoder({ source: `${server.url}/${path}`, visibilityWeights: true, ...options });
+  const decoder = await createDecoder({ source: `${server.url}/${path}`, ...options });
   const reports = [];
   for (const type of ["corrupt", "gap", "warning", "groups"])
     decoder.addEventListener(type, ({ detail }) => reports.push({ type, detail }));

@@ -22,7 +22,7 @@ after(done);
 const files = [...conformanceFiles(), ...Object.values(clips)];
 
 async function decode(source, options = {}) {
-  const decoder = await createDecoder({ source, visibilityWeights: true, ...options });
+  const decoder = await createDecoder({ source, ...options });
   const problems = [];
   for (const type of ["corrupt", "gap", "error"])
     decoder.addEventListener(type, (event) => problems.push(event.detail));
@@ -52,27 +52,25 @@ for (const file of files)
     if (fs.openAsBlob) assert.deepEqual(await decode(await fs.openAsBlob(file)), expected);
   });
 
-test("visibility weights have their own domain, and their odd states are hidden", async () => {
+test("visibility weights are of seven values, and null for other cameras", async () => {
   const file = conformanceFiles().find((name) => name.endsWith("weights.fvv"));
-  const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(file)), visibilityWeights: true });
-  const shown = [127, 0, 255, 85, 170, 113, 142];
+  const decoder = await createDecoder({ source: new Uint8Array(fs.readFileSync(file)) });
   const met = new Set();
   for await (const frame of decoder) {
     const [visibility] = frame.visibility;
-    assert.equal(visibility.domain, "weights");
-    assert.equal(visibility.elementCount, visibility.vertexCount);
     for (const camera of visibility.cameras) {
-      const states = visibility.of(camera);
-      assert.deepEqual(
-        Array.from(visibility.weightsOf(camera)),
-        Array.from(states, (state) => shown[state]),
-      );
-      for (const state of states) met.add(state);
+      const weights = visibility.weightsOf(camera);
+      assert.equal(weights.length, visibility.vertexCount);
+      for (const weight of weights) met.add(weight);
     }
+    assert.equal(visibility.weightsOf(12345), null);
     frame.close();
   }
   decoder.close();
-  assert.deepEqual([...met].sort(), [0, 1, 2, 3, 4, 5, 6]);
+  assert.deepEqual(
+    [...met].sort((a, b) => a - b),
+    [0, 85, 113, 127, 142, 170, 255],
+  );
 });
 
 test("clips contain what they are to test", () => {
@@ -95,7 +93,7 @@ test("clips contain what they are to test", () => {
 
 test("a WritableStream takes bytes as fast as frames are taken", async () => {
   const bytes = new Uint8Array(fs.readFileSync(clips.raw));
-  const decoder = await createDecoder({ queue: 1, visibilityWeights: true });
+  const decoder = await createDecoder({ queue: 1 });
   const writer = decoder.writable.getWriter();
   let written = 0;
   const writing = (async () => {
@@ -130,7 +128,7 @@ function endOfFirstFrame(bytes) {
 test("a complete frame does not wait for the next one", { timeout: 20000 }, async () => {
   for (const name of ["delta", "draco", "moving"]) {
     const bytes = new Uint8Array(fs.readFileSync(clips[name]));
-    const decoder = await createDecoder({ visibilityWeights: true });
+    const decoder = await createDecoder();
     const writing = decoder.writable.getWriter().write(bytes.subarray(0, endOfFirstFrame(bytes)));
     assert.deepEqual(frameHashes(await decoder.next()), nativeFrames(clips[name])[0]);
     await writing;
@@ -143,7 +141,6 @@ test("seeking yields the same frames", async () => {
     const expected = nativeFrames(clips[name]);
     const decoder = await createDecoder({
       source: new Uint8Array(fs.readFileSync(clips[name])),
-      visibilityWeights: true,
     });
     assert.equal(decoder.frameCount, 5);
     for (const n of [4, 1, 3, 0, 2]) {

@@ -8,7 +8,7 @@ try {
   // Loads the package and the worker's script into the browser's cache first.
   const modules = ["core", "projection", "draco"].map((name) => `../dist/${name}.wasm.js`);
   await Promise.all(modules.map((module) => import(module)));
-  const warm = await createDecoder({});
+  const warm = await createDecoder();
   warm.close();
   const begin = performance.now();
   const decoder = await createDecoder({ source: "/range/clip" });

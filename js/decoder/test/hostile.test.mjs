@@ -22,7 +22,7 @@ async function survive(source, options = {}) {
   const frames = [];
   const reports = [];
   try {
-    const decoder = await createDecoder({ source, visibilityWeights: true, ...options });
+    const decoder = await createDecoder({ source, ...options });
     for (const type of ["warning", "corrupt", "gap"]) decoder.addEventListener(type, () => reports.push(type));
     for await (const frame of decoder) frames.push(frameHashes(frame));
     decoder.close();

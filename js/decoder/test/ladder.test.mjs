@@ -47,7 +47,7 @@ const expected = nativeFrames(clips.ladder);
 
 /** Frames, with what was reported of rungs and gaps. */
 async function play(options, onFrame = () => {}) {
-  const decoder = await createDecoder({ visibilityWeights: true, limits: { cacheBytes: 0 }, ...options });
+  const decoder = await createDecoder({ limits: { cacheBytes: 0 }, ...options });
   const [frames, changes, gaps] = [[], [], []];
   decoder.addEventListener("rung", ({ detail }) => changes.push(detail));
   decoder.addEventListener("gap", ({ detail }) => gaps.push(detail));

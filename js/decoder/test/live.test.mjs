@@ -26,7 +26,7 @@ async function scripted(script) {
 }
 
 async function play(url, { frames: most = Infinity, ...more } = {}) {
-  const decoder = await createDecoder({ source: { url, WebSocket, ...more }, visibilityWeights: true });
+  const decoder = await createDecoder({ source: { url, WebSocket, ...more } });
   const events = [];
   for (const type of ["corrupt", "gap", "restart", "warning", "end"])
     decoder.addEventListener(type, ({ detail }) => events.push({ type, detail }));

@@ -93,10 +93,7 @@ export function frameHashes(frame) {
     for (const name of ["lattice", "indices", "positions", "normals", "uvs", "colours"])
       if (mesh[name]) hashes[`${name} ${mesh.track}`] = sha256(raw(mesh[name]));
   for (const visibility of frame.visibility)
-    for (const camera of visibility.cameras) {
-      hashes[`visibility ${camera}`] = sha256(visibility.of(camera));
-      hashes[`weights ${camera}`] = sha256(visibility.weightsOf(camera));
-    }
+    for (const camera of visibility.cameras) hashes[`weights ${camera}`] = sha256(visibility.weightsOf(camera));
   for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);
   for (const { track, shows } of frame.configuration.videos)
     if (shows === "tiles") hashes[`tiles ${track}`] = sha256(raw(tileNumbers(frame.tiles(track))));

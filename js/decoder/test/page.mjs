@@ -16,10 +16,7 @@ async function hashes(frame) {
     for (const name of ["lattice", "indices", "positions", "normals", "uvs", "colours"])
       if (mesh[name]) out[`${name} ${mesh.track}`] = await sha256(mesh[name]);
   for (const visibility of frame.visibility)
-    for (const camera of visibility.cameras) {
-      out[`visibility ${camera}`] = await sha256(visibility.of(camera));
-      out[`weights ${camera}`] = await sha256(visibility.weightsOf(camera));
-    }
+    for (const camera of visibility.cameras) out[`weights ${camera}`] = await sha256(visibility.weightsOf(camera));
   for (const { track, shows } of frame.configuration.videos)
     if (shows === "tiles")
       out[`tiles ${track}`] = await sha256(Uint32Array.from(frame.tiles(track).flatMap(tileNumbers)));
@@ -55,7 +52,6 @@ const sources = {
 async function decode(name, kind, worker) {
   const decoder = await createDecoder({
     source: await sources[kind](name),
-    visibilityWeights: true,
     worker: worker ? undefined : false,
   });
   const warnings = [];

@@ -84,7 +84,7 @@ async function frames(decoder) {
 
 test("the same frames, in order and from any of them", async () => {
   const expected = nativeFrames(clips.moving);
-  const decoder = await createDecoder({ source: `${server.url}/whole/moving/manifest.json`, visibilityWeights: true });
+  const decoder = await createDecoder({ source: `${server.url}/whole/moving/manifest.json` });
   const reports = [];
   for (const type of ["corrupt", "gap", "warning"])
     decoder.addEventListener(type, ({ detail }) => reports.push(detail));
@@ -104,7 +104,7 @@ test("the same frames, in order and from any of them", async () => {
 });
 
 test("a missing group is a gap", async () => {
-  const decoder = await createDecoder({ source: `${server.url}/whole/lossy/manifest.json`, visibilityWeights: true });
+  const decoder = await createDecoder({ source: `${server.url}/whole/lossy/manifest.json` });
   const gaps = [];
   decoder.addEventListener("gap", ({ detail }) => gaps.push(detail));
   assert.deepEqual(await frames(decoder), nativeFrames(clips.moving).slice(3));
@@ -122,7 +122,6 @@ test("a file that does not match the manifest: damage, a gap, and nothing of it 
   for (const [name, code, kept] of kinds) {
     const decoder = await createDecoder({
       source: `${server.url}/whole/${name}/manifest.json`,
-      visibilityWeights: true,
     });
     const reports = [];
     for (const type of ["corrupt", "gap"]) decoder.addEventListener(type, ({ detail }) => reports.push([type, detail]));

@@ -66,7 +66,7 @@ test("the clip has a track for each camera", () => assert.equal(all.length, 5));
 for (const tracks of [[all[0]], [all[1], all[3]], []])
   test(`${tracks.length} of 5 tracks from the first frame on: the others are not fetched`, async () => {
     const before = server.requests.length;
-    const decoder = await createDecoder({ source: url(), visibilityWeights: true, tracks });
+    const decoder = await createDecoder({ source: url(), tracks });
     const reports = listen(decoder);
     const frames = await play(decoder);
     assert.deepEqual(
@@ -108,7 +108,7 @@ function nativeSampleBytes(tracks) {
 }
 
 test("a selection takes effect with the next group, however it changes", async () => {
-  const decoder = await createDecoder({ source: url(), visibilityWeights: true, queue: 1 });
+  const decoder = await createDecoder({ source: url(), queue: 1 });
   const reports = listen(decoder);
   const selections = [null, [all[2]], [all[0], all[2]], null];
   let changed = 0;
@@ -138,7 +138,7 @@ test("a selection takes effect with the next group, however it changes", async (
 
 test("seeking with a selection", async () => {
   const tracks = [all[4]];
-  const decoder = await createDecoder({ source: url(), visibilityWeights: true, tracks });
+  const decoder = await createDecoder({ source: url(), tracks });
   for (const n of [4, 1, 3, 0, 2]) {
     await decoder.seek({ frame: n });
     const frame = await decoder.next();
@@ -162,7 +162,7 @@ test("sources without parts: unselected tracks are left out of frames", async ()
     yield bytes;
   };
   for (const source of [bytes, new Blob([bytes]), stream(), `${server.url}/whole/tracks`]) {
-    const decoder = await createDecoder({ source, visibilityWeights: true, tracks });
+    const decoder = await createDecoder({ source, tracks });
     const reports = listen(decoder);
     const frames = await play(decoder);
     assert.deepEqual(
@@ -245,7 +245,7 @@ test("damage in fetched chunks is a gap, in other chunks it has no effect", asyn
     const path = `${clips.tracks}.${name}`;
     writeFileSync(path, flipped);
     const host = await serve({ damaged: path });
-    const decoder = await createDecoder({ source: `${host.url}/range/damaged`, visibilityWeights: true, tracks });
+    const decoder = await createDecoder({ source: `${host.url}/range/damaged`, tracks });
     const reports = listen(decoder);
     const frames = await play(decoder);
     const types = reports.map(({ type }) => type).filter((type) => type === "corrupt" || type === "gap");
@@ -272,7 +272,6 @@ test("a change of configuration: tracks are selected again", async () => {
     const before = host.requests.length;
     const decoder = await createDecoder({
       source: `${host.url}/range/changing`,
-      visibilityWeights: true,
       look: { eye, target: [0, 1, 0] },
       queue: 1,
     });
@@ -315,7 +314,6 @@ test("damage anywhere: no wrong frame, and only FvvErrors are thrown", async () 
     try {
       const decoder = await createDecoder({
         source: `${host.url}/range/damaged`,
-        visibilityWeights: true,
         tracks: [track],
       });
       const reports = listen(decoder);

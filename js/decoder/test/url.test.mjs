@@ -20,7 +20,7 @@ after(() => {
 });
 
 async function open(path, limits) {
-  const decoder = await createDecoder({ source: `${server.url}/${path}`, visibilityWeights: true, limits });
+  const decoder = await createDecoder({ source: `${server.url}/${path}`, limits });
   const warnings = [];
   decoder.addEventListener("warning", (event) => warnings.push(event.detail.code));
   return { decoder, warnings };

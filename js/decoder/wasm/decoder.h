@@ -32,7 +32,7 @@ typedef struct fvvjs_track {
   fvv_visibility_frames visibility;
   fvv_bytes positions, normals, texture; /* floats of the current frame */
   fvv_bytes tiles;                       /* fvv_tile: the layout of the group; empty: it has none */
-  fvv_bytes weights, counts;             /* of visibility, and to work in */
+  fvv_bytes weights;                     /* of visibility */
   fvv_bytes colours;                     /* R, G, B, 255 of each vertex; empty: the key mesh has none */
   fvv_bytes sizes;                       /* uint16_t: of the packets of the last chunk of sound */
   fvv_audio_place place;                 /* of sound in the group */

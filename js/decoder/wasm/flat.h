@@ -36,21 +36,17 @@ typedef struct flat_mesh {
   const uint8_t *colours;
 } flat_mesh;
 
-/* states, weights: a row for each camera. */
+/* weights: a row for each camera. */
 typedef struct flat_visibility {
   uint32_t track;
   uint32_t mesh_track;
-  uint32_t domain;
   uint32_t threshold;
   uint32_t camera_count;
-  uint32_t element_count;
+  uint32_t vertex_count;
   /* 1 x camera_count, or 0 */
   const uint16_t *cameras;
-  /* camera_count x element_count, or 0 */
-  const uint8_t *states;
   /* camera_count x vertex_count, or 0 */
   const uint8_t *weights;
-  uint32_t vertex_count;
 } flat_visibility;
 
 typedef struct flat_sample {
@@ -233,7 +229,7 @@ _Static_assert(offsetof(fvv_diagnostic, chunk_type) == 8, "");
 _Static_assert(offsetof(fvv_diagnostic, offset) == 16, "");
 _Static_assert(offsetof(fvv_diagnostic, message) == 24, "");
 _Static_assert(sizeof(flat_mesh) == 44 && offsetof(flat_mesh, colours) == 40, "");
-_Static_assert(sizeof(flat_visibility) == 40 && offsetof(flat_visibility, vertex_count) == 36, "");
+_Static_assert(sizeof(flat_visibility) == 28 && offsetof(flat_visibility, weights) == 24, "");
 _Static_assert(sizeof(flat_sample) == 16 && offsetof(flat_sample, data) == 8, "");
 _Static_assert(sizeof(flat_layout) == 12 && offsetof(flat_layout, tiles) == 4, "");
 _Static_assert(sizeof(flat_sound) == 64 && offsetof(flat_sound, data) == 52, "");

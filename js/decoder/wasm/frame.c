@@ -34,7 +34,6 @@ void fvvjs_release_tracks(fvvjs_decoder *d) {
     fvv_bytes_free(&track->texture);
     fvv_bytes_free(&track->tiles);
     fvv_bytes_free(&track->weights);
-    fvv_bytes_free(&track->counts);
     fvv_bytes_free(&track->colours);
     fvv_bytes_free(&track->sizes);
   }
@@ -54,7 +53,7 @@ static fvv_status find_track(fvvjs_decoder *d, uint16_t id, fvvjs_track **track)
   memset(&fresh, 0, sizeof fresh);
   fresh.id = id;
   fvv_bytes *const lists[] = {&fresh.positions, &fresh.normals, &fresh.texture, &fresh.tiles,
-                              &fresh.weights,   &fresh.counts,  &fresh.colours, &fresh.sizes};
+                              &fresh.weights,   &fresh.colours, &fresh.sizes};
   for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) lists[i]->allocator = d->allocator;
   const fvv_status status = fvv_bytes_append(&d->tracks, &fresh, sizeof fresh);
   if (status == FVV_OK) *track = track_at(d, track_count(d) - 1);
@@ -131,21 +130,6 @@ static fvv_status decode_mesh(fvvjs_decoder *d, const fvv_frame_chunk *chunk, co
   return fvv_bytes_append(&d->lists[FVVJS_MESHES], &flat, sizeof flat);
 }
 
-/* What clause 17.4 makes of states, a row for each camera. */
-static const uint8_t *fill_weights(fvvjs_track *track, const fvv_visibility *seen, const fvv_mesh *mesh) {
-  const size_t vertices = mesh->vertex_count;
-  uint64_t size;
-  if (!fvv_multiply_u64(vertices, seen->header.camera_count, &size) || size > SIZE_MAX / 8 - 1) return NULL;
-  /* One byte more, so that an empty mesh has an address. */
-  if (fvv_bytes_reserve(&track->weights, (size_t)size + 1) != FVV_OK ||
-      fvv_bytes_reserve(&track->counts, 8 * vertices + 1) != FVV_OK)
-    return NULL;
-  for (size_t i = 0; i < seen->header.camera_count; i++)
-    fvv_visibility_weights(mesh, seen->header.domain, seen->states + i * seen->header.element_count,
-                           (uint32_t *)track->counts.data, track->weights.data + i * vertices);
-  return track->weights.data;
-}
-
 static fvv_status decode_visibility(fvvjs_decoder *d, const fvv_frame_chunk *chunk, const uint8_t *payload,
                                     uint32_t want) {
   fvvjs_track *track;
@@ -166,18 +150,17 @@ static fvv_status decode_visibility(fvvjs_decoder *d, const fvv_frame_chunk *chu
                                 calibration, d->configuration, &d->limits, &d->allocator, &d->diagnostic);
   if (status != FVV_OK) return status;
   const fvv_visibility *seen = &track->visibility.current;
-  const uint8_t *weights = NULL;
-  if (want & FVVJS_WANT_WEIGHTS && !(weights = fill_weights(track, seen, mesh))) return no_memory(d);
+  const size_t count = (size_t)seen->header.camera_count * seen->header.vertex_count;
+  /* One byte more, so that an empty mesh has an address. */
+  if (fvv_bytes_reserve(&track->weights, count + 1) != FVV_OK) return no_memory(d);
+  fvv_visibility_weights(seen->states, count, track->weights.data);
   const flat_visibility flat = {track->id,
                                 seen->header.mesh_track,
-                                seen->header.domain,
                                 seen->header.threshold,
                                 seen->header.camera_count,
-                                seen->header.element_count,
+                                seen->header.vertex_count,
                                 seen->cameras,
-                                seen->states,
-                                weights,
-                                mesh->vertex_count};
+                                track->weights.data};
   return fvv_bytes_append(&d->lists[FVVJS_VISIBILITY], &flat, sizeof flat);
 }
 

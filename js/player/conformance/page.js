@@ -39,7 +39,6 @@ window.openStream = async (file, number, options) => {
   decoder = await createDecoder({
     ...options,
     source: file,
-    visibilityWeights: true,
     worker: new URL("worker.js", import.meta.url),
   });
   await decoder.seek({ frame: number });

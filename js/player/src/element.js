@@ -232,7 +232,6 @@ export class FvvPlayer extends ViewpointElement {
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
       normals: true,
-      visibilityWeights: true,
       queue: QUEUE,
     });
     this.#sound.follow(decoder);

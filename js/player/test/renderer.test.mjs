@@ -26,14 +26,14 @@ function makeStreams() {
   const synth = (name, ...more) => tool("fvvsynth", "-o", at(name), ...more);
   const mux = (capture, name, ...more) => tool("fvvmux", at(capture), "-o", at(`${name}.fvv`), ...more);
   synth("studio", "--frames", "2", "--size", "320x180", "--environment");
-  mux("studio", "studio", "--visibility", "face", "--texture-inset", "30mm");
+  mux("studio", "studio", "--visibility", "weight", "--texture-inset", "30mm");
   synth("many", "--rig", "small", "--cameras", "40", "--frames", "1", "--size", "160x120");
-  mux("many", "many", "--visibility", "face", "--codec", "jpeg", "--quality", "90");
+  mux("many", "many", "--visibility", "weight", "--codec", "jpeg", "--quality", "90");
   // A thousand faces, so that all visibility weights fit into one row of their texture.
   synth("few", "--rig", "small", "--cameras", "4", "--frames", "1", "--size", "160x120");
-  mux("few", "few", "--visibility", "vertex", "--codec", "vp9");
+  mux("few", "few", "--visibility", "weight", "--codec", "vp9");
   const texturing = ["--texture-best", "1", "--texture-threshold", "0.5", "--texture-unseen", "250,10,60"];
-  mux("studio", "texturing", "--visibility", "face", "--no-background", "--frames", "0-0", ...texturing);
+  mux("studio", "texturing", "--visibility", "weight", "--no-background", "--frames", "0-0", ...texturing);
   // The same scene, scaled so that its longest side has this length.
   const capture = JSON.parse(readFileSync(at("studio/capture.json"), "utf8"));
   delete capture.background;

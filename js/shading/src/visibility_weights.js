@@ -4,15 +4,9 @@
 export const WEIGHT_COLUMNS = 2048;
 export const MAX_WEIGHT_TEXELS = 16;
 
-/** The weights of a camera. Coded weights are more precise than those derived from face bits, and these than from vertex bits. */
 function weightsFor(frame, mesh, camera) {
-  const all = frame.visibility.filter((one) => one.meshTrack === mesh.track && one.cameras.includes(camera));
-  const of = (domain) => all.find((one) => one.domain === domain);
-  const found = of("weights") ?? of("faces") ?? all[0];
-  if (!found) return null;
-  const weights = found.weightsOf(camera);
-  if (!weights) throw new TypeError("visibility has no weights: create the decoder with visibilityWeights: true");
-  return weights;
+  const found = frame.visibility.find((one) => one.meshTrack === mesh.track && one.cameras.includes(camera));
+  return found?.weightsOf(camera) ?? null;
 }
 
 /**

@@ -68,7 +68,7 @@ export function factsOf(clip) {
     facts.push([
       visibility.bitsPerPair.toFixed(3),
       "bits",
-      "per triangle and camera for visibility, which players need not compute",
+      "per vertex and camera for visibility, which players need not compute",
     ]);
   return facts;
 }
@@ -83,7 +83,7 @@ const kinds = {
     ({ pictures }) => (pictures.shows === "tiles" ? "of the cameras, as one video" : "the texture, as a video"),
   ],
   mesh: ["Meshes", ({ mesh }) => `the surface in each frame: ${meshWords(mesh)}`],
-  visibility: ["Visibility", () => "which camera sees which triangle"],
+  visibility: ["Visibility", () => "what each camera sees of the surface"],
   calibration: ["Calibration", () => "poses of moving cameras in each frame"],
   background: ["Environment", () => "floor, walls and lamps; transmitted once"],
   container: ["Container", () => "headers with checksums, tables, the index"],

@@ -12,7 +12,6 @@ import { PerspectiveCamera, Scene, WebGLRenderer } from "three";
 async function open(url: string): Promise<Decoder> {
   const decoder = await createDecoder({
     source: { url, credentials: "include" },
-    visibilityWeights: true,
     limits: { memory: 2 ** 28 },
     videoFallback: () => WebAssembly.compileStreaming(fetch("/video.wasm")),
   });

@@ -155,7 +155,6 @@ async function begin() {
   $("title").textContent = file.replace(/^.*\//, "");
   const decoder = await createDecoder({
     source: file,
-    visibilityWeights: true,
     worker: new URL("worker.js", import.meta.url),
   });
   decoder.addEventListener("warning", ({ detail }) => console.info(detail.message));

@@ -22,7 +22,7 @@ export class FvvObject3D extends Object3D {
   constructor(options: Options);
   /**
    * Shows the first mesh of a frame with its pictures, cameras, tiles and visibility. Decode with normals and
-   * visibilityWeights. The frame has to stay open until the promise is resolved; nothing of it is kept. Of several concurrent
+   * visibility, as by default. The frame has to stay open until the promise is resolved; nothing of it is kept. Of several concurrent
    * calls the last one shows its frame, and the others return false.
    */
   show(frame: Frame): Promise<boolean>;

@@ -77,7 +77,6 @@ window.compare = async ({
 }) => {
   const decoder = await createDecoder({
     source: file,
-    visibilityWeights: true,
     worker: new URL("worker.js", import.meta.url),
     tracks,
   });
@@ -114,7 +113,7 @@ window.compare = async ({
     views: object.viewCount,
     tiles: frame.tiles(),
     tracks: frame.configuration.videos.map(({ track }) => ({ track, tiles: frame.tiles(track) })),
-    visibility: frame.visibility[0]?.domain ?? null,
+    hasVisibility: frame.visibility.length > 0,
   };
   frame.close();
   decoder.close();

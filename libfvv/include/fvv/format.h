@@ -120,13 +120,6 @@ enum {
   FVV_BLEND_PAPER = 1, /* by the normal: cameras that the surface faces, as WHP 235 */
 };
 
-/* Visibility domains, clause 17.1. */
-enum {
-  FVV_VISIBILITY_FACES = 0, /* one bit for each face */
-  FVV_VISIBILITY_VERTICES = 1, /* one bit for each vertex */
-  FVV_VISIBILITY_WEIGHTS = 2, /* a visibility weight for each vertex, of six values */
-};
-
 /* Audio flags, clause 20.1. */
 enum {
   FVV_AUDIO_PLACED = 1, /* the sound comes from `position` */
@@ -281,7 +274,6 @@ enum {
   FVV_ISSUE_CALIBRATION_RANGE = 5104,
   FVV_ISSUE_CALIBRATION_RESULT = 5105,
   FVV_ISSUE_VISIBILITY_PAYLOAD = 6001,
-  FVV_ISSUE_VISIBILITY_DOMAIN = 6002,
   FVV_ISSUE_VISIBILITY_CAMERA = 6003,
   FVV_ISSUE_VISIBILITY_SIZE = 6004,
   FVV_ISSUE_VISIBILITY_MESH = 6005,

@@ -115,7 +115,7 @@ FVV_API FVV_MUST_USE fvv_status fvv_stream_camera(fvv_stream *stream, size_t fra
 typedef struct fvv_visibility {
   fvv_visibility_header header;
   uint16_t *cameras; /* header.camera_count identifiers, rising */
-  uint8_t *states;   /* FVV_ELEMENT_...: a row of header.element_count for each camera */
+  uint8_t *states;   /* FVV_VERTEX_...: a row of header.vertex_count for each camera */
 } fvv_visibility;
 
 /* The visibility of a frame on one track, decoded with the mesh that it belongs to and, of cameras that move,
@@ -183,9 +183,7 @@ typedef struct fvv_track_summary {
   uint64_t calibrations, lost_calibrations; /* calibration chunks: declared entries, and cameras that move and
                                                have none in a chunk */
   uint32_t parts, pictures, lights;         /* background tracks: of the last chunk; vertices and faces too */
-  uint64_t pairs;                    /* visibility tracks: of an element and a camera, all chunks together */
-  uint64_t of_vertices;              /* visibility chunks with a bit for each vertex, not face */
-  uint64_t of_weights;               /* visibility chunks with a weight for each vertex */
+  uint64_t pairs;                    /* visibility tracks: of a vertex and a camera, all chunks together */
   uint32_t min_cameras, max_cameras; /* visibility tracks: cameras of a chunk */
   uint64_t cells;                    /* colour tracks: occupied cells, all chunks together */
   uint32_t min_cell_size, max_cell_size; /* colour tracks: side of a cell in lattice steps */

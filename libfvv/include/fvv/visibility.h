@@ -1,9 +1,9 @@
-/* fvv/visibility.h: which faces or vertices of a decoded mesh each camera sees, one bit each, or how much of
- * the surface around each vertex, coded. Spec: spec/fvv.md clause 17.
+/* fvv/visibility.h: how much each camera sees of the surface around each vertex of a decoded mesh, coded.
+ * Spec: spec/fvv.md clause 17.
  *
- * It is sent only of elements that turn to the camera by more than a threshold, which coder and decoder
- * find out from the mesh in integers (the facing test); all others count as not seen. Every camera has a
- * range coder's stream of its own, so that any of them can be fetched and decoded without the others. */
+ * It is sent only of vertices that turn to the camera by more than a threshold, which coder and decoder
+ * find out from the mesh in integers (the facing test). Every camera has a range coder's stream of its own,
+ * so that any of them can be fetched and decoded without the others. */
 #ifndef FVV_VISIBILITY_H
 #define FVV_VISIBILITY_H
 
@@ -15,21 +15,21 @@
 extern "C" {
 #endif
 
-/* What is known of an element (a face, or a vertex): one byte, in decoded order of the mesh. Of the domain of
- * weights there are four more, by which a vertex lies nearer to the outline of what is seen; for a
- * bit use FVV_ELEMENT_IS_SEEN. */
+/* The state of a vertex for one camera: its visibility weight as it is coded. `states` arrays have one byte
+ * for each vertex of the mesh, in decoded order. fvv_visibility_weights gives the weights from 0 to 255 that
+ * players interpolate; FVV_VERTEX_IS_SEEN the side of one half on which a weight is. */
 enum {
-  FVV_ELEMENT_BACKFACING = 0, /* fails the facing test: counts as not seen */
-  FVV_ELEMENT_HIDDEN = 1,
-  FVV_ELEMENT_SEEN = 2,
-  FVV_ELEMENT_HIDDEN_NEAR = 3, /* weights of 85 and 170 */
-  FVV_ELEMENT_SEEN_NEAR = 4,
-  FVV_ELEMENT_HIDDEN_NEARER = 5, /* weights of 113 and 142 */
-  FVV_ELEMENT_SEEN_NEARER = 6
+  FVV_VERTEX_BACKFACING = 0, /* fails the facing test: no weight is sent */
+  FVV_VERTEX_HIDDEN = 1,     /* weights of 0 and 255 */
+  FVV_VERTEX_SEEN = 2,
+  FVV_VERTEX_HIDDEN_NEAR = 3, /* 85 and 170 */
+  FVV_VERTEX_SEEN_NEAR = 4,
+  FVV_VERTEX_HIDDEN_NEARER = 5, /* 113 and 142 */
+  FVV_VERTEX_SEEN_NEARER = 6
 };
 
-/* 1 for each of the states that are seen, in any domain. */
-#define FVV_ELEMENT_IS_SEEN(state) ((state) != 0 && !((state)&1))
+/* 1 for each of the states that are seen. */
+#define FVV_VERTEX_IS_SEEN(state) ((state) != 0 && !((state)&1))
 
 /* Below this cosine between normal and ray view-dependent texturing drops a camera: 0.25 in 2^-8. */
 #define FVV_VISIBILITY_THRESHOLD 64
@@ -41,21 +41,19 @@ enum {
 FVV_API FVV_MUST_USE fvv_status fvv_visibility_centre(const fvv_camera *camera, const fvv_scene *scene,
                                                       int32_t centre[3], fvv_diagnostic *diagnostic);
 
-/* facing: for each element 1 when the cosine between its normal and the way to centre is above threshold in
- * 2^-8, else 0; a vertex faces when one of its faces does. mesh: positions and centre within the lattice,
- * faces index its vertices. domain: FVV_VISIBILITY_... facing: face_count or vertex_count entries. The same
- * on every machine. */
-FVV_API void fvv_visibility_facing(const fvv_mesh *mesh, uint8_t domain, const int32_t centre[3],
-                                   uint8_t threshold, uint8_t *facing);
+/* facing: for each vertex 1 when one of its faces has a cosine between its normal and the way to centre above
+ * threshold in 2^-8, else 0. mesh: positions and centre within the lattice, faces index its vertices.
+ * facing: vertex_count entries. The same on every machine. */
+FVV_API void fvv_visibility_facing(const fvv_mesh *mesh, const int32_t centre[3], uint8_t threshold,
+                                   uint8_t *facing);
 
 /* ---- payloads, clause 17.1 -------------------------------------------------------------------------- */
 
 typedef struct fvv_visibility_header {
-  uint8_t domain;         /* FVV_VISIBILITY_FACES, _VERTICES or _WEIGHTS */
-  uint8_t threshold;      /* cosine in 2^-8 */
-  uint16_t mesh_track;    /* of the mesh at the same time */
-  uint32_t element_count; /* its faces or vertices */
-  uint32_t number;        /* 0: decodes alone; else the n-th after such a chunk, and needs the one before */
+  uint8_t threshold;     /* cosine in 2^-8 */
+  uint16_t mesh_track;   /* of the mesh at the same time */
+  uint32_t vertex_count; /* of that mesh */
+  uint32_t number;       /* 0: decodes alone; else the n-th after such a chunk, and needs the one before */
   uint32_t camera_count;
 } fvv_visibility_header;
 
@@ -67,7 +65,7 @@ typedef struct fvv_visibility_stream {
 
 /* Reads and checks header and table. streams: camera_count entries in rising order of camera, capacity is how
  * many there is room for; NULL and 0: only the header is wanted. FVV_ERROR_BUFFER_TOO_SMALL: *header has
- * their number. limits NULL: defaults; camera and element counts are checked against them. */
+ * their number. limits NULL: defaults; camera and vertex counts are checked against them. */
 FVV_API FVV_MUST_USE fvv_status fvv_visibility_peek(const uint8_t *payload, size_t size,
                                                     const fvv_limits *limits, fvv_visibility_header *header,
                                                     fvv_visibility_stream *streams, size_t capacity,
@@ -75,13 +73,13 @@ FVV_API FVV_MUST_USE fvv_status fvv_visibility_peek(const uint8_t *payload, size
 
 /* ---- coding, clause 17.3 ---------------------------------------------------------------------------- */
 
-/* The order in which the elements of a mesh are coded, and room to work. It depends on the faces alone: one
+/* The order in which the vertices of a mesh are coded, and room to work. It depends on the faces alone: one
  * serves all frames of a tracked mesh and all cameras. Not thread-safe; separate ones are independent. */
 typedef struct fvv_visibility_order fvv_visibility_order;
 
-/* mesh is not kept. Some 110 bytes a face while it works, 12 a vertex and 4 a face afterwards (vertices: some
- * 30 a face). allocator NULL: malloc. On error *order is NULL. */
-FVV_API FVV_MUST_USE fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain,
+/* mesh is not kept. 20 bytes a face and 8 a vertex, one a vertex more while it works. allocator NULL: malloc.
+ * On error *order is NULL. */
+FVV_API FVV_MUST_USE fvv_status fvv_visibility_order_open(const fvv_mesh *mesh,
                                                           const fvv_allocator *allocator,
                                                           fvv_visibility_order **order,
                                                           fvv_diagnostic *diagnostic);
@@ -90,16 +88,15 @@ FVV_API void fvv_visibility_order_close(fvv_visibility_order *order);
 /* What one camera sees. */
 typedef struct fvv_visibility_view {
   uint16_t camera;
-  int32_t centre[3];     /* fvv_visibility_centre */
-  const uint8_t *seen;   /* for each element, not 0: seen; of weights FVV_ELEMENT_..., where what is beside no
-                            vertex of the other side becomes HIDDEN or SEEN. What fails the facing test is not
-                            read */
-  const uint8_t *former; /* FVV_ELEMENT_... of the frame before, or NULL; not read when number is 0 */
-  uint8_t *states;       /* receives FVV_ELEMENT_... of each element as decoders get it, or NULL; may be
+  int32_t centre[3];   /* fvv_visibility_centre */
+  const uint8_t *seen; /* FVV_VERTEX_... of each vertex, not BACKFACING; what is beside no vertex of the other
+                          side becomes HIDDEN or SEEN. What fails the facing test is not read */
+  const uint8_t *former; /* FVV_VERTEX_... of the frame before, or NULL; not read when number is 0 */
+  uint8_t *states;       /* receives FVV_VERTEX_... of each vertex as decoders get it, or NULL; may be
                             former */
 } fvv_visibility_view;
 
-/* VISI payload; replaces what payload holds. header: domain, threshold, mesh_track and number are read.
+/* VISI payload; replaces what payload holds. header: threshold, mesh_track and number are read.
  * views: in rising order of camera, at least one. mesh: the decoded mesh, with the faces that order was made
  * of. Deterministic. */
 FVV_API FVV_MUST_USE fvv_status fvv_visibility_encode(fvv_visibility_order *order, const fvv_mesh *mesh,
@@ -118,12 +115,10 @@ FVV_API FVV_MUST_USE fvv_status fvv_visibility_decode(fvv_visibility_order *orde
 
 /* ---- for players, clause 17.4 ----------------------------------------------------------------------- */
 
-/* What a camera sees of the surface around each vertex, 0 to 255: of face bits the fraction of those around
- * it, of vertex bits all or nothing, of weights what is coded. Interpolated over a face, a place is seen from
- * 127.5 on. states: of one camera, an entry for each element. counts: 2 x vertex_count, to work in; read for
- * faces alone, may be NULL else. weights: vertex_count. mesh: faces index its vertices. */
-FVV_API void fvv_visibility_weights(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states,
-                                    uint32_t *counts, uint8_t *weights);
+/* What a camera sees of the surface around each vertex, 0 to 255. Interpolated over a face, a place is seen
+ * from 127.5 on. states: count of them, of one camera, none above FVV_VERTEX_SEEN_NEARER. weights may be
+ * states. */
+FVV_API void fvv_visibility_weights(const uint8_t *states, size_t count, uint8_t *weights);
 
 /* ---- texturing, clause 17.5 ------------------------------------------------------------------------- */
 

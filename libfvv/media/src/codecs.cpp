@@ -17,13 +17,12 @@ namespace fvv::media {
 
 const std::vector<VideoCodec> &video_codecs() {
   // CRF 0 would be lossless in libx264, libvpx and libaom: another profile, which browsers need not know.
-  static const std::vector<VideoCodec> all = {
-      {FVV_CODEC_JPEG, "jpeg", "JPEG", "quality", 100, 1, 8, 8},
-      {FVV_CODEC_AVC1, "h264", "H.264", "CRF", 1, 51, 8, 8},
-      {FVV_CODEC_HVC1, "hevc", "HEVC", "CRF", 1, 51, 8, 10},
-      {FVV_CODEC_VP09, "vp9", "VP9", "CRF", 1, 63, 8, 10},
-      {FVV_CODEC_AV01, "av1", "AV1", "CRF", 1, 63, 8, 10},
-      {FVV_CODEC_OEXR, "exr", "OpenEXR", "DWA level", 0, max_dwa_level, 16, 16}};
+  static const std::vector<VideoCodec> all = {{FVV_CODEC_JPEG, "jpeg", "JPEG", "quality", 100, 1, 8, 8},
+                                              {FVV_CODEC_AVC1, "h264", "H.264", "CRF", 1, 51, 8, 8},
+                                              {FVV_CODEC_HVC1, "hevc", "HEVC", "CRF", 1, 51, 8, 10},
+                                              {FVV_CODEC_VP09, "vp9", "VP9", "CRF", 1, 63, 8, 10},
+                                              {FVV_CODEC_AV01, "av1", "AV1", "CRF", 1, 63, 8, 10},
+                                              {FVV_CODEC_OEXR, "exr", "OpenEXR", "quality", 0, 0, 16, 16}};
   return all;
 }
 

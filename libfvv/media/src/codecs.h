@@ -43,11 +43,6 @@ Image decode_jpeg(const uint8_t *bytes, size_t size, const std::string &name);
 template <class SampleType>
 BasicImage<SampleType> decode_exr_picture(const uint8_t *bytes, size_t size, const std::string &name);
 
-// Whether the lossy compressions DWAA and DWAB are accepted: their decoders may differ in the last bits.
-enum class Dwa { refused, allowed };
-// As decode_exr of exr.h.
-FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa);
-
 using Bytes = std::vector<uint8_t>;
 
 // Converts the output of libavcodec's encoders to fvv's samples and records.

@@ -98,7 +98,7 @@ public:
     fvv_diagnostic diagnostic;
     if (fvv_video_sample_check(&config_, 1, bytes, size, &diagnostic) != FVV_OK)
       throw Error(diagnostic.message);
-    FloatImage file = decode_exr(bytes, size, "an OpenEXR sample", Dwa::allowed);
+    FloatImage file = decode_exr(bytes, size, "an OpenEXR sample");
     out.width = file.width;
     out.height = file.height;
     out.channels = 3;

@@ -22,6 +22,8 @@ template <class Sample> void check_settings(const VideoSettings &settings, size_
   if (linear != (settings.codec == FVV_CODEC_OEXR))
     throw Error(std::string("pictures of ") + (linear ? "linear light" : "display values") +
                 " came for video in " + codec->name);
+  if (linear && (settings.quality || settings.bit_rate))
+    throw Error("video in OpenEXR has no quality and no bit rate: it is lossless");
   if (!linear && settings.bit_depth != BasicFrame<Sample>::bit_depth)
     throw Error("pictures of " + std::to_string(8 * sizeof(Sample)) + " bits came for video of " +
                 std::to_string(settings.bit_depth) + " bits a sample");
@@ -68,8 +70,8 @@ private:
 std::vector<uint8_t> encode_still(const Image &frame, int quality) {
   return encode_jpeg(frame, quality, Subsampling::yuv420);
 }
-std::vector<uint8_t> encode_still(const LinearImage &frame, int quality) {
-  return encode_half_exr(frame, quality);
+std::vector<uint8_t> encode_still(const LinearImage &frame, int) {
+  return encode_half_exr(frame);
 }
 
 template <class SampleType>

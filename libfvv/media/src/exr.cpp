@@ -90,15 +90,13 @@ exr::FrameBuffer slices(const std::vector<std::string> &channels, Sample *sample
   return buffer;
 }
 
-// A whole file of interleaved samples, half or float. dwa_level: of DWA; 0: the compression has none.
+// A whole file of interleaved samples, half or float.
 template <class Sample>
 std::vector<uint8_t> write_exr(const std::vector<std::string> &channels, const Sample *samples,
-                               uint32_t width, uint32_t height, exr::Compression compression,
-                               int dwa_level = 0) {
+                               uint32_t width, uint32_t height, exr::Compression compression) {
   try {
     exr::Header header{int(width), int(height)};
     header.compression() = compression;
-    if (dwa_level) header.dwaCompressionLevel() = float(dwa_level);
     const exr::Channel channel(sizeof(Sample) == 2 ? exr::HALF : exr::FLOAT);
     for (const std::string &name : channels) header.channels().insert(name, channel);
     Sink sink;
@@ -125,11 +123,10 @@ struct ExrHeader {
   uint64_t blocks = 0;             // lines or tiles that are compressed together
   uint64_t block_size = 0;         // bytes of the largest, all channels, uncompressed
   uint64_t image_size = 0;         // bytes of the finest level, likewise
-  bool is_dwa = false;
 };
 
 // bytes may end anywhere after the header. Errors are those of decode_exr that the header shows.
-ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa = Dwa::refused);
+ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name);
 
 // Of one attribute: more than any real one needs.
 constexpr size_t max_allocation = size_t(64) << 20;
@@ -306,7 +303,7 @@ void read_blocks(const Context &file, exr_storage_t storage, ExrHeader &header) 
       header.image_size / pixels * uint64_t(std::max(width, 0)) * uint64_t(std::max(height, 0));
 }
 
-ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa) {
+ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &name) {
   const Context file(bytes, size, name);
   int parts = 0;
   file.check(exr_get_count(file.get(), &parts));
@@ -317,14 +314,12 @@ ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &
     throw Error(name, "the OpenEXR file has deep data, expected scan lines or tiles");
   exr_compression_t compression;
   file.check(exr_get_compression(file.get(), 0, &compression));
-  const bool is_dwa = compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB;
-  if (is_dwa && dwa == Dwa::refused)
+  if (compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB)
     throw Error(name, std::string("the OpenEXR file is compressed with DWA") +
                           (compression == EXR_COMPRESSION_DWAA ? "A" : "B") +
                           ", which does not decode to the same samples on every machine; expected another "
                           "compression");
   ExrHeader header;
-  header.is_dwa = is_dwa;
   read_windows(file, name, header);
   read_channels(file, name, header);
   read_blocks(file, storage, header);
@@ -334,9 +329,6 @@ ExrHeader read_exr_header(const uint8_t *bytes, size_t size, const std::string &
 
 // Deflate makes at most 1032 bytes of one, and PXR24 widens 3 of those to 4. PIZ, B44 and RLE stay below.
 constexpr uint64_t most_per_byte = 1376;
-// DWA keeps a mean for 64 samples, half a byte a sample less, and deflates those; a block's tables bring that
-// down to some 10,000 for even pictures of the largest width.
-constexpr uint64_t most_per_byte_of_dwa = 16384;
 // Place of a block in the table, its coordinate and its length.
 constexpr uint64_t least_block = 16;
 
@@ -363,11 +355,10 @@ bool is_exr(const uint8_t *bytes, size_t size) {
   return size >= 4 && bytes[0] == 0x76 && bytes[1] == 0x2f && bytes[2] == 0x31 && bytes[3] == 0x01;
 }
 
-FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name, Dwa dwa) {
+FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name) {
   if (!is_exr(bytes, size)) throw Error(name, size == 0 ? "is empty" : "is no OpenEXR file");
-  const ExrHeader header = read_exr_header(bytes, size, name, dwa);
-  check_justified(std::max(header.image_size, header.block_size),
-                  header.is_dwa ? most_per_byte_of_dwa : most_per_byte, size, name);
+  const ExrHeader header = read_exr_header(bytes, size, name);
+  check_justified(std::max(header.image_size, header.block_size), most_per_byte, size, name);
   if (header.blocks > size / least_block)
     throw Error(name, "is cut or damaged: " + std::to_string(size) + " bytes cannot hold the " +
                           std::to_string(header.blocks) + " blocks that its header announces");
@@ -388,10 +379,6 @@ FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name
     throw Error(name, std::string("the OpenEXR file is cut or damaged: ") + error.what());
   }
   return image;
-}
-
-FloatImage decode_exr(const uint8_t *bytes, size_t size, const std::string &name) {
-  return decode_exr(bytes, size, name, Dwa::refused);
 }
 
 FloatImage read_exr(const std::string &path) {
@@ -470,15 +457,11 @@ void check_halves(const LinearImage &image, const std::string &name) {
                         ") is " + value + ", expected -65504 to 65504, which half floats hold");
 }
 
-std::vector<uint8_t> encode_half_exr(const LinearImage &image, int dwa_level) {
-  if (dwa_level < 0 || dwa_level > max_dwa_level)
-    throw Error("the DWA level is " + std::to_string(dwa_level) + ", expected 0 (lossless) to " +
-                std::to_string(max_dwa_level));
+std::vector<uint8_t> encode_half_exr(const LinearImage &image) {
   check_halves(image, "a picture");
   if (image.channels != 3) throw Error("a grey picture came where an RGB picture was expected");
   std::vector<Imath::half> samples(image.pixels.begin(), image.pixels.end());
-  return write_exr(rgb, samples.data(), image.width, image.height,
-                   dwa_level ? exr::DWAA_COMPRESSION : exr::PIZ_COMPRESSION, dwa_level);
+  return write_exr(rgb, samples.data(), image.width, image.height, exr::PIZ_COMPRESSION);
 }
 
 } // namespace fvv::media

@@ -271,17 +271,15 @@ VisibilityChoice choose_visibility(const Options &options, const scene::Capture 
   if (options.texture_threshold) {
     choice.cosine = *options.texture_threshold;
     choice.threshold =
-        uint8_t(std::min(255.0, 256 * choice.cosine)); // rounded down: every usable element has bits
+        uint8_t(std::min(255.0, 256 * choice.cosine)); // rounded down: every usable vertex has a weight
   }
   const bool automatic = options.visibility == Visibility::automatic;
   const bool given = std::any_of(capture.cameras.begin(), capture.cameras.end(),
                                  [](const scene::Camera &camera) { return camera.memory_visibility; });
-  // Bits may be requested for pictures that are not in the stream.
+  // It may be requested for pictures that are not in the stream.
   if ((!automatic || given) && choice.cameras.empty())
     for (size_t i = 0; i < capture.cameras.size(); i++) choice.cameras.push_back(i);
   std::sort(choice.cameras.begin(), choice.cameras.end());
-  if (options.visibility == Visibility::faces) choice.domain = FVV_VISIBILITY_FACES;
-  if (options.visibility == Visibility::vertices) choice.domain = FVV_VISIBILITY_VERTICES;
   const char *missing = !capture.meshes ? "there are no meshes"
                         : choice.cameras.empty()
                             ? (automatic ? "there are no pictures of cameras" : "there are no cameras")
@@ -307,11 +305,9 @@ void settle_visibility(VisibilityChoice &choice, uint64_t bytes, uint64_t pictur
   choice.open = false;
   choice.on = double(bytes) <= most_fraction * double(pictures);
   char text[160];
-  std::snprintf(
-      text, sizeof text,
-      "weights of vertices, which err least: %.2g %% of the pictures' bytes in the first group, %s %g %%",
-      pictures ? 100 * double(bytes) / double(pictures) : 100.0, choice.on ? "at most" : "more than",
-      100 * most_fraction);
+  std::snprintf(text, sizeof text, "%.2g %% of the pictures' bytes in the first group, %s %g %%",
+                pictures ? 100 * double(bytes) / double(pictures) : 100.0,
+                choice.on ? "at most" : "more than", 100 * most_fraction);
   choice.reason = text;
 }
 
@@ -597,7 +593,7 @@ void VisibilitySums::add(const VisibilityFrame &frame) {
   bytes += size;
   smallest = std::min(smallest, size);
   largest = std::max(largest, size);
-  pairs += uint64_t(frame.elements) * frame.cameras.size();
+  pairs += uint64_t(frame.vertices) * frame.cameras.size();
   cameras.insert(frame.cameras.begin(), frame.cameras.end());
 }
 

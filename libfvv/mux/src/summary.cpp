@@ -129,12 +129,10 @@ std::string codec_choice(const Summary &s, size_t index) {
   const VideoTrack &track = s.plan.tracks[index];
   const media::VideoSettings &v = track.choice.settings;
   const media::VideoCodec &codec = *media::find_video_codec(v.codec);
-  const std::string quality = quality_text(s, index);
-  const bool lossless = codec.code == FVV_CODEC_OEXR && quality == "0";
   return std::string(codec.name) + " " +
-         (track.encoded ? "encoded before"
-          : lossless    ? "lossless"
-                        : codec.scale + (" " + quality)) +
+         (track.encoded                  ? "encoded before"
+          : codec.code == FVV_CODEC_OEXR ? "lossless"
+                                         : codec.scale + (" " + quality_text(s, index))) +
          ", " + std::to_string(v.bit_depth) + " bits, " +
          (track.is_atlas() ? "" : std::to_string(track.tiling.tiles.size()) + " tiles in ") +
          std::to_string(v.width) + "x" + std::to_string(v.height);
@@ -298,9 +296,8 @@ void inset_line(std::string &out, const Plan &plan) {
 
 std::string visibility_text(const Summary &s) {
   char text[100];
-  const bool weights = s.plan.visibility.domain == FVV_VISIBILITY_WEIGHTS;
-  std::snprintf(text, sizeof text, "%.3f bits a %s and camera, %zu cameras", s.visibility.bits_per_pair(),
-                weights ? "vertex with a weight" : domain_text(s), s.visibility.cameras.size());
+  std::snprintf(text, sizeof text, "%.3f bits a vertex and camera, %zu cameras", s.visibility.bits_per_pair(),
+                s.visibility.cameras.size());
   return text;
 }
 
@@ -450,7 +447,6 @@ nlohmann::ordered_json visibility_json(const Summary &s) {
   const VisibilitySums &v = s.visibility;
   nlohmann::ordered_json out = {{"sent", v.frames > 0}, {"reason", s.plan.visibility.reason}};
   if (!v.frames) return out;
-  out["domain"] = domain_text(s);
   out["cameras"] = v.cameras.size();
   out["frames"] = v.frames;
   out["bytes"] = v.bytes;

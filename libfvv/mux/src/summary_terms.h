@@ -85,17 +85,6 @@ inline const char *fill_text(const Summary &s) {
   return background == Background::flat ? "flat" : background == Background::smooth ? "smooth" : "keep";
 }
 
-inline const char *domain_text(const Summary &s) {
-  switch (s.plan.visibility.domain) {
-  case FVV_VISIBILITY_FACES:
-    return "face";
-  case FVV_VISIBILITY_VERTICES:
-    return "vertex";
-  default:
-    return "weight";
-  }
-}
-
 inline std::string length_text(const Plan &plan, double length) {
   return plan.capture.scale_unknown ? fvv::format("%.3g units", length)
                                     : fvv::format("%.3g mm", length * 1000);

@@ -105,13 +105,6 @@ std::vector<fvv_camera> cameras_in(fvv_stream *stream, size_t frame, const Plan 
   return out;
 }
 
-// The expected result of decoding.
-uint8_t state_of(const CameraView &view, uint8_t domain, size_t element) {
-  if (!view.facing[element]) return FVV_ELEMENT_BACKFACING;
-  if (domain == FVV_VISIBILITY_WEIGHTS) return view.seen[element];
-  return view.seen[element] ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
-}
-
 } // namespace
 
 std::string VisibilityVerifier::frame(fvv_stream *stream, size_t frame, const fvv_mesh &mesh) {
@@ -128,13 +121,13 @@ std::string VisibilityVerifier::frame(fvv_stream *stream, size_t frame, const fv
     return "expected visibility of " + std::to_string(wanted.size()) + " cameras, found " +
            std::to_string(cameras);
   for (size_t i = 0; i < cameras; i++) {
-    const uint8_t *states = found->states + i * found->header.element_count;
+    const uint8_t *states = found->states + i * found->header.vertex_count;
     for (size_t k = 0; k < wanted[i].facing.size(); k++)
       if (found->cameras[i] != wanted[i].camera ||
-          states[k] != state_of(wanted[i], plan.visibility.domain, k))
-        return "what camera " + std::to_string(wanted[i].camera) + " sees of element " + std::to_string(k) +
+          states[k] != (wanted[i].facing[k] ? wanted[i].seen[k] : uint8_t(FVV_VERTEX_BACKFACING)))
+        return "what camera " + std::to_string(wanted[i].camera) + " sees of vertex " + std::to_string(k) +
                " is not what was read back";
-    former[found->cameras[i]].assign(states, states + found->header.element_count);
+    former[found->cameras[i]].assign(states, states + found->header.vertex_count);
   }
   return "";
 }
@@ -357,7 +350,7 @@ private:
     if (video->config.shows != track.shows) throw Error(name + ": a video track shows something else");
     layout(index, track);
     const media::VideoSettings &settings = track.choice.settings;
-    const bool lossless = settings.codec == FVV_CODEC_OEXR && !settings.quality && !settings.bit_rate;
+    const bool lossless = settings.codec == FVV_CODEC_OEXR;
     const double floor = lossless ? INFINITY : std::min(track.choice.sample_psnr, exact_enough) - psnr_slack;
     VideoVerdict verdict;
     media::Decoder decoder(video->config);

@@ -16,8 +16,8 @@ namespace fvv::mux {
 
 namespace {
 
-// The gain, in faces of mean area, for which a bit changes, in frames with the faces of the one before. The
-// lower one costs no accuracy that can be measured, and saves a tenth of the bytes.
+// The gain, in faces of mean area, for which a weight changes, in frames with the faces of the one before.
+// The lower one costs no accuracy that can be measured, and saves a tenth of the bytes.
 constexpr double change_price = 0.1;
 
 // Decoded meshes of a run of frames.
@@ -66,10 +66,9 @@ public:
   VisibilityFrame code(const fvv_mesh &mesh, bool follows, const std::vector<fvv_camera> &cameras,
                        const GivenVisibility &given) {
     if (!follows) open_order(mesh);
-    const size_t elements = choice.domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
     VisibilityFrame frame;
     frame.key = !follows || former.states.empty();
-    frame.elements = uint32_t(elements);
+    frame.vertices = mesh.vertex_count;
     Former now;
     now.number = frame.key ? 0 : former.number + 1;
     const std::vector<CameraView> looks =
@@ -78,7 +77,7 @@ public:
     for (const CameraView &one : looks) {
       const auto before = former.states.find(one.camera);
       std::vector<uint8_t> &states = now.states[one.camera];
-      states.resize(elements);
+      states.resize(mesh.vertex_count);
       views.push_back({one.camera,
                        {one.centre[0], one.centre[1], one.centre[2]},
                        one.seen.data(),
@@ -87,7 +86,7 @@ public:
     }
     for (const fvv_visibility_view &view : views) frame.cameras.push_back(view.camera);
     if (!views.empty()) {
-      const fvv_visibility_header header = {choice.domain, choice.threshold, mesh_track, 0, now.number, 0};
+      const fvv_visibility_header header = {choice.threshold, mesh_track, 0, now.number, 0};
       check(fvv_visibility_encode(order.get(), &mesh, &header, views.data(), views.size(), &payload,
                                   &diagnostic));
       frame.payload.assign(payload.data, payload.data + payload.size);
@@ -103,7 +102,7 @@ private:
 
   void open_order(const fvv_mesh &mesh) {
     fvv_visibility_order *opened = nullptr;
-    const fvv_status status = fvv_visibility_order_open(&mesh, choice.domain, nullptr, &opened, &diagnostic);
+    const fvv_status status = fvv_visibility_order_open(&mesh, nullptr, &opened, &diagnostic);
     order.reset(opened);
     check(status);
   }
@@ -127,23 +126,8 @@ std::vector<float> metres_of(const fvv_mesh &mesh, const geometry::Lattice &latt
 // The state whose weight is nearest (fvv.md clause 17.4).
 uint8_t state_of_weight(uint8_t weight) {
   if (weight >= 128)
-    return weight < 156 ? FVV_ELEMENT_SEEN_NEARER : weight < 213 ? FVV_ELEMENT_SEEN_NEAR : FVV_ELEMENT_SEEN;
-  return weight >= 99   ? FVV_ELEMENT_HIDDEN_NEARER
-         : weight >= 43 ? FVV_ELEMENT_HIDDEN_NEAR
-                        : FVV_ELEMENT_HIDDEN;
-}
-
-// CameraView::seen by the visibility of vertices.
-std::vector<uint8_t> seen_by(const fvv_mesh &mesh, uint8_t domain, const std::vector<uint8_t> &vertices) {
-  std::vector<uint8_t> seen;
-  if (domain == FVV_VISIBILITY_FACES)
-    for (size_t i = 0; i < 3 * size_t(mesh.face_count); i += 3)
-      seen.push_back(vertices[mesh.faces[i]] + vertices[mesh.faces[i + 1]] + vertices[mesh.faces[i + 2]] >=
-                     3 * 128);
-  else
-    for (const uint8_t weight : vertices)
-      seen.push_back(domain == FVV_VISIBILITY_WEIGHTS ? state_of_weight(weight) : weight >= 128);
-  return seen;
+    return weight < 156 ? FVV_VERTEX_SEEN_NEARER : weight < 213 ? FVV_VERTEX_SEEN_NEAR : FVV_VERTEX_SEEN;
+  return weight >= 99 ? FVV_VERTEX_HIDDEN_NEARER : weight >= 43 ? FVV_VERTEX_HIDDEN_NEAR : FVV_VERTEX_HIDDEN;
 }
 
 } // namespace
@@ -161,18 +145,17 @@ std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &latt
   settings.change = change_price;
   std::optional<render::RayCaster> rays;
   std::optional<render::VisibilityFit> fit;
-  const size_t elements = choice.domain == FVV_VISIBILITY_FACES ? mesh.face_count : mesh.vertex_count;
   std::vector<CameraView> out;
   for (const fvv_camera &camera : cameras) {
-    CameraView view = {camera.id, {}, std::vector<uint8_t>(elements), {}};
+    CameraView view = {camera.id, {}, std::vector<uint8_t>(mesh.vertex_count), {}};
     if (fvv_visibility_centre(&camera, &scene, view.centre, nullptr) != FVV_OK) continue;
-    fvv_visibility_facing(&mesh, choice.domain, view.centre, choice.threshold, view.facing.data());
+    fvv_visibility_facing(&mesh, view.centre, choice.threshold, view.facing.data());
     if (const auto known = given.find(camera.id); known != given.end()) {
-      view.seen = seen_by(mesh, choice.domain, known->second);
+      for (const uint8_t weight : known->second) view.seen.push_back(state_of_weight(weight));
     } else {
-      if (!fit) fit.emplace(surface, rays.emplace(surface), choice.domain, settings);
+      if (!fit) fit.emplace(surface, rays.emplace(surface), settings);
       const auto before = former.find(camera.id);
-      view.seen = fit->seen(camera, view.facing, before == former.end() ? nullptr : before->second.data());
+      view.seen = fit->states(camera, view.facing, before == former.end() ? nullptr : before->second.data());
     }
     out.push_back(std::move(view));
   }
@@ -225,7 +208,6 @@ ColourFrame SurfaceCoder::colours(size_t frame, const fvv_mesh &mesh, const std:
   const std::vector<float> metres = metres_of(mesh, plan.lattice.lattice);
   const render::Mesh surface = {metres.data(), mesh.vertex_count, mesh.faces, mesh.face_count};
   render::VertexColourGatherer gatherer(surface);
-  std::vector<uint32_t> counts(2 * size_t(mesh.vertex_count));
   for (const size_t index : plan.colours.cameras) {
     const scene::Camera &source = plan.capture.cameras[index];
     const auto camera = std::find_if(cameras.begin(), cameras.end(),
@@ -241,7 +223,7 @@ ColourFrame SurfaceCoder::colours(size_t frame, const fvv_mesh &mesh, const std:
     const auto known = states.find(camera->id);
     if (known != states.end()) {
       seen.resize(mesh.vertex_count);
-      fvv_visibility_weights(&mesh, choice.domain, known->second.data(), counts.data(), seen.data());
+      fvv_visibility_weights(known->second.data(), known->second.size(), seen.data());
     }
     gatherer.add({*camera, picture.pixels.data(), mask.pixels.empty() ? nullptr : mask.pixels.data(),
                   seen.empty() ? nullptr : seen.data()});

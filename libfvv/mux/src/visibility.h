@@ -12,22 +12,21 @@
 
 namespace fvv::mux {
 
-// What one camera sees of a mesh: an entry for each face or vertex, not 0 where it is seen, or
-// FVV_ELEMENT_... of weights.
+// What one camera sees of a mesh, for each vertex. seen: FVV_VERTEX_..., of those that face it.
 struct CameraView {
   uint16_t camera;
   int32_t centre[3]; // on the lattice
   std::vector<uint8_t> facing, seen;
 };
 
-// FVV_ELEMENT_... of each face or vertex, by camera.
+// FVV_VERTEX_... of each vertex, by camera.
 using States = std::map<uint16_t, std::vector<uint8_t>>;
 
 // For each vertex how much of the surface around it a camera sees, 0 to 255, by camera.
 using GivenVisibility = std::map<uint16_t, std::vector<uint8_t>>;
 
 // mesh is as decoders have it, and so are cameras. One that is too far away for the lattice is left out.
-// former: of the frame before, if mesh has its faces; bits stay near to it, more so with that choice. given:
+// former: of the frame before, if mesh has its faces; weights stay near to it. given:
 // of the cameras for which it is known what they see; for the others it is found by rays.
 std::vector<CameraView> look(const fvv_mesh &mesh, const geometry::Lattice &lattice,
                              const VisibilityChoice &choice, const std::vector<fvv_camera> &cameras,
@@ -69,7 +68,7 @@ public:
   void stop_visibility() { on = false; }
 
   // Of the frames of meshes; first: the number of the first one, counted from 0; meshes begin with a key
-  // frame. Frames with the faces of the one before have its bits as contexts.
+  // frame. Frames with the faces of the one before have its weights as contexts.
   SurfaceFrames encode(size_t first, const std::vector<MeshFrame> &meshes) const;
 
 private:

@@ -1,9 +1,9 @@
-// Visibility of faces, of vertices and of places on faces, by casting rays.
+// Visibility of faces, of vertices and of places, by casting rays.
 #include "fvv_render/ray_visibility.h"
 
-#include "face_places.h"
 #include "fvv_render/normals.h"
 #include "fvv_render/occlusion.h"
+#include "viewer.h"
 
 namespace fvv::render {
 
@@ -66,29 +66,6 @@ bool Viewer::free(Vec3 place, uint32_t face) const {
   return !hidden_by_rays(centre, place, face, rays);
 }
 
-FacePlaces::FacePlaces(Viewer &viewer, const Mesh &mesh, const std::vector<uint8_t> &selected)
-    : judged(mesh.face_count), free(mesh.face_count), mixed(mesh.vertex_count) {
-  std::vector<uint8_t> around(mesh.vertex_count); // bit 0: a hidden face uses the vertex; bit 1: a seen one
-  for (uint32_t i = 0; i < mesh.face_count; i++) {
-    const uint32_t *face = mesh.faces + size_t(3) * i;
-    if (!selected[i] || !viewer.face_in_picture(face)) continue;
-    judged[i] = 1;
-    const bool seen = viewer.free(viewer.at(face, 3, 3, 3), i);
-    free[i] = seen ? all_places : 0;
-    for (int k = 0; k < 3; k++) around[face[k]] |= uint8_t(1 << seen);
-  }
-  for (size_t v = 0; v < around.size(); v++) mixed[v] = around[v] == 3;
-  for (uint32_t i = 0; i < mesh.face_count; i++) {
-    const uint32_t *face = mesh.faces + size_t(3) * i;
-    if (!judged[i] || !touches_mixed(face)) continue;
-    free[i] = 0;
-    for (int p = 0; p < place_count; p++) {
-      const auto &[a, b, c] = ninths[p];
-      free[i] |= uint16_t(viewer.free(viewer.at(face, a, b, c), i) << p);
-    }
-  }
-}
-
 std::vector<uint8_t> visible_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays) {
   const Vec3 centre = centre_of(camera);
   std::vector<uint8_t> seen(mesh.face_count);
@@ -111,26 +88,6 @@ std::vector<uint8_t> visible_vertices(const fvv_camera &camera, const Mesh &mesh
     seen[i] = dot(normals[i], centre - lifted) > 0 && projects_into(camera, lifted) &&
               !rays.blocked(centre, lifted);
   }
-  return seen;
-}
-
-std::vector<uint8_t> seen_faces(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
-                                const std::vector<uint8_t> &selected) {
-  Viewer viewer(camera, mesh, rays);
-  const FacePlaces places(viewer, mesh, selected);
-  std::vector<uint8_t> seen(mesh.face_count);
-  for (size_t i = 0; i < seen.size(); i++) seen[i] = count_of(places.free[i]) > place_count / 2;
-  return seen;
-}
-
-std::vector<uint8_t> seen_vertices(const fvv_camera &camera, const Mesh &mesh, const RayCaster &rays,
-                                   const std::vector<uint8_t> &selected) {
-  Viewer viewer(camera, mesh, rays);
-  const std::vector<Vec3> normals = vertex_normals(mesh);
-  std::vector<uint8_t> seen(mesh.vertex_count);
-  for (uint32_t i = 0; i < mesh.vertex_count; i++)
-    seen[i] =
-        selected[i] && viewer.in_picture(i) && viewer.free(viewer.position(i) + normals[i] * vertex_lift);
   return seen;
 }
 

@@ -79,8 +79,7 @@ TextureSource::TextureSource(const SourceView &source, const Mesh &mesh, const R
                              const ViewOptions &options)
     : view(source), rays(caster), margin(options.margin), blend(options.blend),
       visibility(options.visibility) {
-  if (visibility == Visibility::given && !view.visible_faces && !view.visible_vertices)
-    visibility = Visibility::depth_map;
+  if (visibility == Visibility::given && !view.visible_vertices) visibility = Visibility::depth_map;
   double centre[3];
   fvv_camera_centre(&view.camera, centre);
   place = {centre[0], centre[1], centre[2]};
@@ -90,7 +89,7 @@ TextureSource::TextureSource(const SourceView &source, const Mesh &mesh, const R
 }
 
 double TextureSource::visibility_weight(const SurfacePoint &point) const {
-  if (visibility != Visibility::given || view.visible_faces) return 1;
+  if (visibility != Visibility::given) return 1;
   double seen = 0;
   for (size_t i = 0; i < 3; i++) seen += view.visible_vertices[point.vertices[i]] * point.barycentric[i];
   return visibility_factor(blend, seen);
@@ -102,8 +101,6 @@ double TextureSource::shows(const SurfacePoint &point, double at[2]) const {
   const double inside =
       std::min(std::min(at[0], at[1]), std::min(view.camera.width - at[0], view.camera.height - at[1]));
   const double factor = border_factor(blend, inside - margin);
-  if (visibility == Visibility::given && view.visible_faces)
-    return view.visible_faces[point.face] ? factor : 0;
   if (visibility == Visibility::given || factor == 0) return factor;
   if (!(dot(point.face_normal, place - point.position) > 0)) return 0;
   const bool hidden = visibility == Visibility::rays ? hidden_by_rays(place, point.position, point.face, rays)

@@ -149,7 +149,7 @@ void WeightSearch::begin() {
       seen += count_of(places.free[f] & counting);
       count += count_of(counting);
     }
-    states[v] = count && 2 * seen >= count ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN;
+    states[v] = count && 2 * seen >= count ? FVV_VERTEX_SEEN : FVV_VERTEX_HIDDEN;
     if (near) doubtful.push_back(v);
   }
   for (uint32_t v = 0; v < states.size(); v++) {
@@ -265,20 +265,20 @@ bool WeightSearch::improve(double worse) {
     changed |= attempt(v, uint8_t(states[v] + (side_of(states[v]) ? -1 : 1)), worse);
     // A change of the sum by 0 is accepted too: the commonest and cheapest states are tried last.
     for (int level = levels - 1; level >= 0 && others(v); level--)
-      if (const int state = FVV_ELEMENT_HIDDEN + side_of(states[v]) + 2 * level; state != states[v])
+      if (const int state = FVV_VERTEX_HIDDEN + side_of(states[v]) + 2 * level; state != states[v])
         changed |= attempt(v, uint8_t(state), worse);
   }
   return changed;
 }
 
 std::vector<uint8_t> WeightSearch::run() {
-  accept_by_threshold(settings.weight_tolerance, [&](double worse) {
+  accept_by_threshold(settings.tolerance, [&](double worse) {
     // In the end prices are fixed, so that the sum only falls.
     if (worse > 0) learn();
     return improve(worse);
   });
   for (uint32_t v = 0; v < states.size(); v++)
-    if (states[v] && !others(v)) states[v] = uint8_t(FVV_ELEMENT_HIDDEN + side_of(states[v]));
+    if (states[v] && !others(v)) states[v] = uint8_t(FVV_VERTEX_HIDDEN + side_of(states[v]));
   return states;
 }
 

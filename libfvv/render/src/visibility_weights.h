@@ -2,8 +2,8 @@
 // rays.
 #pragma once
 
-#include "face_places.h"
 #include "fvv_render/visibility_fit.h"
+#include "viewer.h"
 
 #include <array>
 
@@ -51,13 +51,13 @@ struct WeightNeighbours {
 class WeightSearch {
 public:
   // All are borrowed. weighs: of each face the places that count. facing: vertices. former: NULL, or
-  // FVV_ELEMENT_... of each vertex the time before.
+  // FVV_VERTEX_... of each vertex the time before.
   WeightSearch(const Mesh &mesh, const WeightNeighbours &neighbours, const std::vector<uint32_t> &first,
                const std::vector<uint32_t> &around, const std::vector<double> &area,
                const WeightPlaces &places, const std::vector<uint16_t> &weighs,
                const std::vector<uint8_t> &facing, const uint8_t *former, const FitSettings &settings);
 
-  // FVV_ELEMENT_... of each vertex.
+  // FVV_VERTEX_... of each vertex.
   std::vector<uint8_t> run();
 
 private:

@@ -504,9 +504,7 @@ static void count_mesh(fvv_track_summary *t, const fvv_mesh_header *header) {
 }
 
 static void count_visibility(fvv_track_summary *t, const fvv_visibility_header *header) {
-  t->pairs += (uint64_t)header->camera_count * header->element_count;
-  t->of_vertices += header->domain == FVV_VISIBILITY_VERTICES;
-  t->of_weights += header->domain == FVV_VISIBILITY_WEIGHTS;
+  t->pairs += (uint64_t)header->camera_count * header->vertex_count;
   if (!t->max_cameras || header->camera_count < t->min_cameras) t->min_cameras = header->camera_count;
   if (header->camera_count > t->max_cameras) t->max_cameras = header->camera_count;
 }

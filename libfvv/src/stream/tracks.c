@@ -67,7 +67,7 @@ static fvv_status no_memory(fvv_diagnostic *diagnostic) {
 static void free_current(const fvv_allocator *allocator, fvv_visibility *v) {
   const size_t cameras = v->header.camera_count;
   fvv_release(allocator, v->cameras, cameras * sizeof *v->cameras);
-  fvv_release(allocator, v->states, cameras * v->header.element_count);
+  fvv_release(allocator, v->states, cameras * v->header.vertex_count);
   memset(v, 0, sizeof *v);
 }
 
@@ -98,10 +98,9 @@ static fvv_status check_number(const fvv_visibility_frames *frames, const fvv_vi
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
                     FVV_VISI_NUMBER, "number %lu does not follow the chunk before: chunks are missing",
                     (unsigned long)header->number);
-  if (header->domain != former->domain || header->mesh_track != former->mesh_track ||
-      header->element_count != former->element_count)
+  if (header->mesh_track != former->mesh_track || header->vertex_count != former->vertex_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_NUMBER, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_NUMBER, "domain, mesh track or element count differs from the chunk before");
+                    FVV_VISI_NUMBER, "mesh track or vertex count differs from the chunk before");
   return FVV_OK;
 }
 
@@ -149,11 +148,11 @@ fvv_status fvv_visibility_frames_check(const fvv_visibility_frames *frames, cons
 }
 
 /* The order for the faces of mesh: the last one if they are the same. */
-static fvv_status keep_order(fvv_visibility_frames *frames, const fvv_mesh *mesh, uint8_t domain,
+static fvv_status keep_order(fvv_visibility_frames *frames, const fvv_mesh *mesh,
                              fvv_diagnostic *diagnostic) {
   const size_t bytes = 3 * (size_t)mesh->face_count * sizeof *mesh->faces;
-  if (frames->order && frames->current.header.domain == domain && frames->face_count == mesh->face_count &&
-      frames->vertex_count == mesh->vertex_count && !memcmp(frames->faces, mesh->faces, bytes))
+  if (frames->order && frames->face_count == mesh->face_count && frames->vertex_count == mesh->vertex_count &&
+      !memcmp(frames->faces, mesh->faces, bytes))
     return FVV_OK;
   free_order(frames);
   frames->vertex_count = mesh->vertex_count;
@@ -161,12 +160,12 @@ static fvv_status keep_order(fvv_visibility_frames *frames, const fvv_mesh *mesh
   frames->faces = fvv_allocate(&frames->allocator, bytes);
   if (!frames->faces) return no_memory(diagnostic);
   memcpy(frames->faces, mesh->faces, bytes);
-  return fvv_visibility_order_open(mesh, domain, &frames->allocator, &frames->order, diagnostic);
+  return fvv_visibility_order_open(mesh, &frames->allocator, &frames->order, diagnostic);
 }
 
 static const uint8_t *states_of(const fvv_visibility *v, uint16_t camera) {
   for (uint32_t i = 0; i < v->header.camera_count; i++)
-    if (v->cameras[i] == camera) return v->states + (size_t)i * v->header.element_count;
+    if (v->cameras[i] == camera) return v->states + (size_t)i * v->header.vertex_count;
   return NULL;
 }
 
@@ -183,7 +182,7 @@ static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *p
     const fvv_status status = centre_of(configuration, calibration, streams[i].camera, centre, diagnostic);
     if (status != FVV_OK) return status;
   }
-  const int fits = fvv_multiply_u64(header->camera_count, header->element_count, &bytes) && bytes <= SIZE_MAX;
+  const int fits = fvv_multiply_u64(header->camera_count, header->vertex_count, &bytes) && bytes <= SIZE_MAX;
   next->cameras = fvv_allocate_array(&frames->allocator, header->camera_count, sizeof *next->cameras);
   next->states = fits ? fvv_allocate(&frames->allocator, (size_t)bytes) : NULL;
   if (!next->cameras || !next->states) return no_memory(diagnostic);
@@ -193,7 +192,7 @@ static fvv_status decode_cameras(fvv_visibility_frames *frames, const uint8_t *p
     if (status == FVV_OK)
       status = fvv_visibility_decode(frames->order, mesh, header, payload + streams[i].offset,
                                      streams[i].size, centre, states_of(&frames->current, streams[i].camera),
-                                     next->states + (size_t)i * header->element_count, diagnostic);
+                                     next->states + (size_t)i * header->vertex_count, diagnostic);
     if (status == FVV_OK) continue;
     if (diagnostic && diagnostic->issue == FVV_ISSUE_VISIBILITY_STREAM)
       diagnostic->offset = streams[i].offset;
@@ -210,18 +209,15 @@ static fvv_status add_visibility(fvv_visibility_frames *frames, const uint8_t *p
   fvv_status status = fvv_visibility_frames_check(frames, payload, size, key, configuration, limits,
                                                   &next.header, diagnostic);
   if (status != FVV_OK) return status;
-  const uint32_t elements = !mesh                                        ? 0
-                            : next.header.domain == FVV_VISIBILITY_FACES ? mesh->face_count
-                                                                         : mesh->vertex_count;
-  if (!mesh || elements != next.header.element_count)
+  if (!mesh || mesh->vertex_count != next.header.vertex_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_ELEMENT_COUNT,
-                    mesh ? "visibility has %lu elements, the mesh at its time has %lu"
-                         : "visibility has %lu elements, but there is no mesh on its mesh track at its time",
-                    (unsigned long)next.header.element_count, (unsigned long)elements);
+                    FVV_VISI_VERTEX_COUNT,
+                    mesh ? "visibility has %lu vertices, the mesh at its time has %lu"
+                         : "visibility has %lu vertices, but there is no mesh on its mesh track at its time",
+                    (unsigned long)next.header.vertex_count, (unsigned long)(mesh ? mesh->vertex_count : 0));
   fvv_visibility_stream *streams = NULL;
   status = read_streams(payload, size, limits, &frames->allocator, &next.header, &streams, diagnostic);
-  if (status == FVV_OK) status = keep_order(frames, mesh, next.header.domain, diagnostic);
+  if (status == FVV_OK) status = keep_order(frames, mesh, diagnostic);
   if (status == FVV_OK)
     status = decode_cameras(frames, payload, streams, mesh, calibration, configuration, &next, diagnostic);
   fvv_release(&frames->allocator, streams, next.header.camera_count * sizeof *streams);

@@ -41,7 +41,7 @@ static const struct {
                   {"tiles", "", 0}};
 
 /* Index: OpenEXR's number of the compression. 0 lines: not allowed. */
-static const uint16_t lines_of_block[] = {1, 0, 1, 16, 32, 0, 0, 0, 32, 256};
+static const uint16_t lines_of_block[] = {1, 0, 1, 16, 32};
 
 typedef struct oexr_file {
   fvv_cursor cursor;
@@ -116,7 +116,7 @@ static fvv_status check_value(oexr_file *file, int attribute, const uint8_t *p, 
   case COMPRESSION:
     file->compression = *p;
     if (*p >= sizeof lines_of_block / sizeof *lines_of_block || !lines_of_block[*p])
-      return BROKEN(file, offset, "OpenEXR compression is %d, expected 0, 2, 3, 4, 8 or 9", *p);
+      return BROKEN(file, offset, "OpenEXR compression is %d, expected 0, 2, 3 or 4", *p);
     return FVV_OK;
   case DATA_WINDOW:
   case DISPLAY_WINDOW:

@@ -1,4 +1,4 @@
-/* VISI payloads: header and table, the order in which elements are coded, and the coder itself
+/* VISI payloads: header and table, the order in which vertices are coded, and the coder itself
  * (clauses 17.1 and 17.3). */
 #include <string.h>
 
@@ -8,22 +8,19 @@
 #include "base/memory.h"
 #include "base/range_coder.h"
 #include "fvv/visibility.h"
-#include "mesh/topology.h"
 
-/* The number of elements at a place that have been coded as hidden and as seen. */
-typedef struct element_place {
+/* The number of corners of a face that have been coded as hidden and as seen. */
+typedef struct coded_corners {
   uint32_t count[2];
-} element_place;
+} coded_corners;
 
 struct fvv_visibility_order {
   fvv_allocator allocator;
-  uint8_t domain;
   uint32_t vertex_count, face_count;
-  uint32_t element_count, place_count;
-  uint32_t *elements; /* in order of coding */
-  /* Elements that are vertices: v touches faces touched[first[v]] to touched[first[v + 1] - 1], rising. */
-  uint32_t *first, *touched;
-  element_place *places; /* scratch */
+  uint32_t *vertices; /* in order of coding */
+  /* Faces around[first[v]] to around[first[v + 1] - 1] use vertex v, rising. */
+  uint32_t *first, *around;
+  coded_corners *corners; /* scratch: of each face */
 };
 
 static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_limits *limits,
@@ -31,15 +28,14 @@ static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_lim
   if (size < FVV_VISI_SIZE)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_PAYLOAD, FVV_CHUNK_VISIBILITY, size,
                     "payload has %zu bytes, expected at least %d", size, FVV_VISI_SIZE);
-  header->domain = payload[FVV_VISI_DOMAIN];
   header->threshold = payload[FVV_VISI_THRESHOLD];
   header->mesh_track = fvv_get_u16(payload + FVV_VISI_MESH_TRACK);
-  header->element_count = fvv_get_u32(payload + FVV_VISI_ELEMENT_COUNT);
+  header->vertex_count = fvv_get_u32(payload + FVV_VISI_VERTEX_COUNT);
   header->number = fvv_get_u32(payload + FVV_VISI_NUMBER);
   header->camera_count = fvv_get_u32(payload + FVV_VISI_CAMERA_COUNT);
-  if (header->domain > FVV_VISIBILITY_WEIGHTS)
-    return fvv_fail(diagnostic, FVV_ERROR_UNSUPPORTED, FVV_ISSUE_VISIBILITY_DOMAIN, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_DOMAIN, "domain is %u, expected 0 to 2", header->domain);
+  if (payload[FVV_VISI_RESERVED])
+    return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_PAYLOAD, FVV_CHUNK_VISIBILITY,
+                    FVV_VISI_RESERVED, "reserved byte is %u, expected 0", payload[FVV_VISI_RESERVED]);
   /* Two bytes of the table for each camera. */
   if (!header->camera_count || header->camera_count > (size - FVV_VISI_SIZE) / 2)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_SIZE, FVV_CHUNK_VISIBILITY,
@@ -50,11 +46,10 @@ static fvv_status read_header(const uint8_t *payload, size_t size, const fvv_lim
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY, FVV_VISI_CAMERA_COUNT,
                     "%lu cameras, limit %lu", (unsigned long)header->camera_count,
                     (unsigned long)limits->max_cameras);
-  const uint32_t most = header->domain == FVV_VISIBILITY_FACES ? limits->max_faces : limits->max_vertices;
-  if (header->element_count > most)
-    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_ELEMENT_COUNT, "%lu elements, limit %lu", (unsigned long)header->element_count,
-                    (unsigned long)most);
+  if (header->vertex_count > limits->max_vertices)
+    return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, FVV_CHUNK_VISIBILITY, FVV_VISI_VERTEX_COUNT,
+                    "%lu vertices, limit %lu", (unsigned long)header->vertex_count,
+                    (unsigned long)limits->max_vertices);
   return FVV_OK;
 }
 
@@ -98,48 +93,20 @@ fvv_status fvv_visibility_peek(const uint8_t *payload, size_t size, const fvv_li
   return status;
 }
 
-/* Breadth first over the surface: the next element lies at the rim of those already coded, so that as many of
+/* Breadth first over the surface: the next vertex lies at the rim of those already coded, so that as many of
  * its neighbours as possible are known. */
 
 void fvv_visibility_order_close(fvv_visibility_order *order) {
   if (!order) return;
   const fvv_allocator a = order->allocator;
-  fvv_release(&a, order->elements, (size_t)order->element_count * sizeof *order->elements);
+  fvv_release(&a, order->vertices, (size_t)order->vertex_count * sizeof *order->vertices);
   fvv_release(&a, order->first, ((size_t)order->vertex_count + 1) * sizeof *order->first);
-  fvv_release(&a, order->touched, 3 * (size_t)order->face_count * sizeof *order->touched);
-  fvv_release(&a, order->places, (size_t)order->place_count * sizeof *order->places);
+  fvv_release(&a, order->around, 3 * (size_t)order->face_count * sizeof *order->around);
+  fvv_release(&a, order->corners, (size_t)order->face_count * sizeof *order->corners);
   fvv_release(&a, order, sizeof *order);
 }
 
-/* Appends an element that was not met yet. */
-static uint32_t meet(fvv_visibility_order *order, uint8_t *met, uint32_t element, uint32_t end) {
-  if (met[element]) return end;
-  met[element] = 1;
-  order->elements[end] = element;
-  return end + 1;
-}
-
-static uint32_t spread_faces(fvv_visibility_order *order, const fvv_topology *topology, uint8_t *met,
-                             uint32_t from, uint32_t end) {
-  for (uint32_t i = from; i < end; i++)
-    for (size_t c = 0; c < 3; c++) {
-      const uint32_t twin = topology->twin[3 * (size_t)order->elements[i] + c];
-      if (twin != FVV_NO_TWIN) end = meet(order, met, twin / 3, end);
-    }
-  return end;
-}
-
-static uint32_t spread_vertices(fvv_visibility_order *order, const uint32_t *faces, uint8_t *met,
-                                uint32_t from, uint32_t end) {
-  for (uint32_t i = from; i < end; i++) {
-    const uint32_t v = order->elements[i];
-    for (uint32_t k = order->first[v]; k < order->first[v + 1]; k++)
-      for (size_t c = 0; c < 3; c++) end = meet(order, met, faces[3 * (size_t)order->touched[k] + c], end);
-  }
-  return end;
-}
-
-static void list_faces_of_vertices(fvv_visibility_order *order, const uint32_t *faces) {
+static void list_faces_around(fvv_visibility_order *order, const uint32_t *faces) {
   uint32_t *const first = order->first;
   const size_t corners = 3 * (size_t)order->face_count;
   memset(first, 0, ((size_t)order->vertex_count + 1) * sizeof *first);
@@ -150,34 +117,37 @@ static void list_faces_of_vertices(fvv_visibility_order *order, const uint32_t *
     first[v] = end;
   }
   /* From the back, so that each list rises and first ends up where the lists begin. */
-  for (size_t i = corners; i-- > 0;) order->touched[--first[faces[i]]] = (uint32_t)(i / 3);
+  for (size_t i = corners; i-- > 0;) order->around[--first[faces[i]]] = (uint32_t)(i / 3);
 }
 
-static fvv_status walk(fvv_visibility_order *order, const fvv_mesh *mesh) {
-  uint8_t *met = fvv_allocate_zeroed(&order->allocator, order->element_count);
-  fvv_topology topology = {0};
-  fvv_status status = met ? FVV_OK : FVV_ERROR_MEMORY;
-  if (status == FVV_OK && order->domain == FVV_VISIBILITY_FACES)
-    status = fvv_topology_build(mesh->faces, mesh->face_count, &order->allocator, &topology);
+/* Appends a vertex that was not met yet. */
+static uint32_t meet(fvv_visibility_order *order, uint8_t *met, uint32_t vertex, uint32_t end) {
+  if (met[vertex]) return end;
+  met[vertex] = 1;
+  order->vertices[end] = vertex;
+  return end + 1;
+}
+
+static fvv_status walk(fvv_visibility_order *order, const uint32_t *faces) {
+  uint8_t *met = fvv_allocate_zeroed(&order->allocator, order->vertex_count);
+  if (!met) return FVV_ERROR_MEMORY;
   uint32_t end = 0;
-  for (uint32_t element = 0; element < order->element_count && status == FVV_OK; element++) {
-    const uint32_t from = end;
-    end = meet(order, met, element, end);
-    end = order->domain == FVV_VISIBILITY_FACES ? spread_faces(order, &topology, met, from, end)
-                                                : spread_vertices(order, mesh->faces, met, from, end);
+  for (uint32_t seed = 0; seed < order->vertex_count; seed++) {
+    uint32_t i = end;
+    for (end = meet(order, met, seed, end); i < end; i++) {
+      const uint32_t v = order->vertices[i];
+      for (uint32_t k = order->first[v]; k < order->first[v + 1]; k++)
+        for (size_t c = 0; c < 3; c++) end = meet(order, met, faces[3 * (size_t)order->around[k] + c], end);
+    }
   }
-  fvv_topology_free(&topology);
-  fvv_release(&order->allocator, met, order->element_count);
-  return status;
+  fvv_release(&order->allocator, met, order->vertex_count);
+  return FVV_OK;
 }
 
-fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const fvv_allocator *allocator,
+fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, const fvv_allocator *allocator,
                                      fvv_visibility_order **order, fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
   *order = NULL;
-  if (domain > FVV_VISIBILITY_WEIGHTS)
-    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_DOMAIN, 0, 0,
-                    "domain is %u, expected 0 to 2", domain);
   if (mesh->face_count >= UINT32_C(1) << 30)
     return fvv_fail(diagnostic, FVV_ERROR_LIMIT, FVV_ISSUE_LIMIT, 0, 0,
                     "%lu faces, expected at most 2^30 - 1", (unsigned long)mesh->face_count);
@@ -185,22 +155,16 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
   fvv_visibility_order *o = fvv_allocate_zeroed(&chosen, sizeof *o);
   fvv_status status = FVV_ERROR_MEMORY;
   if (o) {
-    const int vertices = domain != FVV_VISIBILITY_FACES;
     o->allocator = chosen;
-    o->domain = domain;
     o->vertex_count = mesh->vertex_count;
     o->face_count = mesh->face_count;
-    o->element_count = vertices ? mesh->vertex_count : mesh->face_count;
-    o->place_count = vertices ? mesh->face_count : mesh->vertex_count;
-    o->elements = fvv_allocate_array(&chosen, o->element_count, sizeof *o->elements);
-    o->places = fvv_allocate_array(&chosen, o->place_count, sizeof *o->places);
-    if (vertices) {
-      o->first = fvv_allocate_array(&chosen, (size_t)o->vertex_count + 1, sizeof *o->first);
-      o->touched = fvv_allocate_array(&chosen, 3 * (size_t)o->face_count, sizeof *o->touched);
-    }
-    if (o->elements && o->places && (!vertices || (o->first && o->touched))) {
-      if (vertices) list_faces_of_vertices(o, mesh->faces);
-      status = walk(o, mesh);
+    o->vertices = fvv_allocate_array(&chosen, o->vertex_count, sizeof *o->vertices);
+    o->first = fvv_allocate_array(&chosen, (size_t)o->vertex_count + 1, sizeof *o->first);
+    o->around = fvv_allocate_array(&chosen, 3 * (size_t)o->face_count, sizeof *o->around);
+    o->corners = fvv_allocate_array(&chosen, o->face_count, sizeof *o->corners);
+    if (o->vertices && o->first && o->around && o->corners) {
+      list_faces_around(o, mesh->faces);
+      status = walk(o, mesh->faces);
     }
   }
   if (status == FVV_OK) {
@@ -211,9 +175,9 @@ fvv_status fvv_visibility_order_open(const fvv_mesh *mesh, uint8_t domain, const
   return fvv_fail(diagnostic, status, 0, 0, 0, "out of memory for visibility");
 }
 
-/* Bits and weights of elements that face a camera, by an adaptive range coder whose contexts count the
- * neighbours that are known (clause 17.3). Weights come in two passes: first on which side of a half each
- * vertex lies, as a bit, then how far from it, where a vertex next to it lies on the other side. */
+/* Weights of vertices that face a camera, by an adaptive range coder whose contexts count the neighbours that
+ * are known (clause 17.3). They come in two passes: first on which side of a half each vertex lies, then how
+ * far from it, where a vertex next to it lies on the other side. */
 
 enum { CLASSES = 7, SIDES = 3, LEVELS = 3, LIKELY = 3 << 14 };
 
@@ -222,12 +186,12 @@ typedef struct visibility_model {
   fvv_probability level[LEVELS + 1][CLASSES][LEVELS - 1]; /* former level, others around, level - 1 */
 } visibility_model;
 
-/* FVV_ELEMENT_BACKFACING, HIDDEN or SEEN of a state, or of the level nearer to a half; backfacing for states
+/* FVV_VERTEX_BACKFACING, HIDDEN or SEEN of a state, or of the level nearer to a half; backfacing for states
  * that do not exist. */
 static inline uint32_t side_of(uint8_t state) {
-  return !state || state > 2 * LEVELS ? FVV_ELEMENT_BACKFACING : 2 - (state & 1u);
+  return !state || state > 2 * LEVELS ? FVV_VERTEX_BACKFACING : 2 - (state & 1u);
 }
-/* 1 for all or nothing, more for nearer to a half; 0 for backfacing elements. */
+/* 1 for all or nothing, more for nearer to a half; 0 for backfacing vertices. */
 static inline uint32_t level_of(uint8_t state) {
   return side_of(state) ? (state + 1u) / 2 : 0;
 }
@@ -239,8 +203,8 @@ static void reset(visibility_model *model) {
   for (uint32_t f = 0; f < SIDES; f++)
     for (uint32_t s = 0; s < CLASSES; s++)
       for (uint32_t h = 0; h < CLASSES; h++) {
-        const uint32_t seen = 8 * least[s] + 1 + (f == FVV_ELEMENT_SEEN ? 32 : 0);
-        const uint32_t hidden = 8 * least[h] + 1 + (f == FVV_ELEMENT_HIDDEN ? 32 : 0);
+        const uint32_t seen = 8 * least[s] + 1 + (f == FVV_VERTEX_SEEN ? 32 : 0);
+        const uint32_t hidden = 8 * least[h] + 1 + (f == FVV_VERTEX_HIDDEN ? 32 : 0);
         fvv_probability *p = &model->seen[0][f][s][h];
         p->fast = p->slow = (uint16_t)((seen << 16) / (seen + hidden));
       }
@@ -254,59 +218,56 @@ static inline uint32_t class_of(uint64_t count) {
   return count < 4 ? (uint32_t)count : count < 7 ? 4 : count < 10 ? 5 : 6;
 }
 
-/* The places that an element touches. */
-typedef struct touched_places {
-  const uint32_t *place;
+/* The faces that use a vertex. */
+typedef struct faces_around {
+  const uint32_t *face;
   uint32_t count;
-} touched_places;
+} faces_around;
 
-static inline touched_places places_of(const fvv_visibility_order *order, const fvv_mesh *mesh,
-                                       uint32_t element) {
-  if (order->domain == FVV_VISIBILITY_FACES) return (touched_places){mesh->faces + 3 * (size_t)element, 3};
-  return (touched_places){order->touched + order->first[element],
-                          order->first[element + 1] - order->first[element]};
+static inline faces_around around_of(const fvv_visibility_order *order, uint32_t vertex) {
+  return (faces_around){order->around + order->first[vertex],
+                        order->first[vertex + 1] - order->first[vertex]};
 }
 
-/* The class of the number of elements known to be on a side, each counted once for every place that it
- * shares. */
-static uint32_t class_around(const fvv_visibility_order *order, touched_places touched, uint32_t side) {
+/* The class of the number of vertices around that are known to be on a side, each counted once for every
+ * common face. */
+static uint32_t class_around(const fvv_visibility_order *order, faces_around around, uint32_t side) {
   uint64_t count = 0;
-  for (uint32_t i = 0; i < touched.count; i++)
-    count += order->places[touched.place[i]].count[side - FVV_ELEMENT_HIDDEN];
+  for (uint32_t i = 0; i < around.count; i++)
+    count += order->corners[around.face[i]].count[side - FVV_VERTEX_HIDDEN];
   return class_of(count);
 }
 
-/* Whether a neighbour of a vertex does not face the camera. Bits have no such context. */
-static int at_rim(const fvv_visibility_order *order, const fvv_mesh *mesh, touched_places touched,
-                  const uint8_t *known) {
-  for (uint32_t i = 0; i < touched.count && order->domain == FVV_VISIBILITY_WEIGHTS; i++)
+/* Whether a neighbour does not face the camera. */
+static int at_rim(const fvv_mesh *mesh, faces_around around, const uint8_t *known) {
+  for (uint32_t i = 0; i < around.count; i++)
     for (size_t c = 0; c < 3; c++)
-      if (!known[mesh->faces[3 * (size_t)touched.place[i] + c]]) return 1;
+      if (!known[mesh->faces[3 * (size_t)around.face[i] + c]]) return 1;
   return 0;
 }
 
 static fvv_probability *side_context(visibility_model *model, const fvv_visibility_order *order,
-                                     const fvv_mesh *mesh, touched_places touched, const uint8_t *known,
+                                     const fvv_mesh *mesh, faces_around around, const uint8_t *known,
                                      uint8_t former) {
-  return &model->seen[at_rim(order, mesh, touched, known)][side_of(former)][class_around(
-      order, touched, FVV_ELEMENT_SEEN)][class_around(order, touched, FVV_ELEMENT_HIDDEN)];
+  return &model->seen[at_rim(mesh, around, known)][side_of(former)][class_around(
+      order, around, FVV_VERTEX_SEEN)][class_around(order, around, FVV_VERTEX_HIDDEN)];
 }
 
-/* Contexts of the level of an element, or NULL where it is the first: nothing lies between it and a vertex of
+/* Contexts of the level of a vertex, or NULL where it is the first: nothing lies between it and a vertex of
  * the other side. known: as note leaves it. */
 static fvv_probability *level_contexts(visibility_model *model, const fvv_visibility_order *order,
-                                       touched_places touched, uint8_t known) {
-  const uint32_t others = class_around(order, touched, FVV_ELEMENT_HIDDEN + FVV_ELEMENT_SEEN - (known & 3u));
-  return order->domain == FVV_VISIBILITY_WEIGHTS && others ? model->level[known >> 2][others] : NULL;
+                                       faces_around around, uint8_t known) {
+  const uint32_t others = class_around(order, around, FVV_VERTEX_HIDDEN + FVV_VERTEX_SEEN - (known & 3u));
+  return others ? model->level[known >> 2][others] : NULL;
 }
 
-/* Stores the side of an element and, until its level is known, the level that it had in the frame before if
+/* Stores the side of a vertex and, until its level is known, the level that it had in the frame before if
  * it was on that side. */
-static void note(fvv_visibility_order *order, touched_places touched, uint32_t side, uint8_t former,
+static void note(fvv_visibility_order *order, faces_around around, uint32_t side, uint8_t former,
                  uint8_t *known) {
   *known = (uint8_t)(side | (side_of(former) == side ? level_of(former) << 2 : 0));
-  for (uint32_t i = 0; i < touched.count; i++)
-    order->places[touched.place[i]].count[side - FVV_ELEMENT_HIDDEN]++;
+  for (uint32_t i = 0; i < around.count; i++)
+    order->corners[around.face[i]].count[side - FVV_VERTEX_HIDDEN]++;
 }
 
 static int is_of(const fvv_visibility_order *order, const fvv_mesh *mesh) {
@@ -318,80 +279,78 @@ fvv_status fvv_visibility_decode(fvv_visibility_order *order, const fvv_mesh *me
                                  const int32_t centre[3], const uint8_t *former, uint8_t *states,
                                  fvv_diagnostic *diagnostic) {
   fvv_diagnostic_clear(diagnostic);
-  if (!is_of(order, mesh) || header->domain != order->domain || header->element_count != order->element_count)
+  if (!is_of(order, mesh) || header->vertex_count != order->vertex_count)
     return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_MESH, FVV_CHUNK_VISIBILITY,
-                    FVV_VISI_ELEMENT_COUNT, "visibility has %lu elements, the mesh at its time has %lu",
-                    (unsigned long)header->element_count, (unsigned long)order->element_count);
-  /* Of each element whether it faces, then what note keeps: states may be former. */
-  uint8_t *known = fvv_allocate(&order->allocator, order->element_count);
+                    FVV_VISI_VERTEX_COUNT, "visibility has %lu vertices, the mesh at its time has %lu",
+                    (unsigned long)header->vertex_count, (unsigned long)order->vertex_count);
+  /* Of each vertex whether it faces, then what note keeps: states may be former. */
+  uint8_t *known = fvv_allocate(&order->allocator, order->vertex_count);
   if (!known) return fvv_fail(diagnostic, FVV_ERROR_MEMORY, 0, 0, 0, "out of memory for visibility");
-  fvv_visibility_facing(mesh, order->domain, centre, header->threshold, known);
-  memset(order->places, 0, (size_t)order->place_count * sizeof *order->places);
+  fvv_visibility_facing(mesh, centre, header->threshold, known);
+  memset(order->corners, 0, (size_t)order->face_count * sizeof *order->corners);
   visibility_model model;
   reset(&model);
   fvv_range_decoder d;
   fvv_range_decoder_init(&d, data, size);
-  for (uint32_t i = 0; i < order->element_count && !fvv_range_decoder_failed(&d); i++) {
-    const uint32_t element = order->elements[i];
-    const uint8_t before = former && header->number ? former[element] : FVV_ELEMENT_BACKFACING;
-    if (!known[element]) continue;
-    const touched_places touched = places_of(order, mesh, element);
-    uint32_t side = FVV_ELEMENT_HIDDEN;
+  for (uint32_t i = 0; i < order->vertex_count && !fvv_range_decoder_failed(&d); i++) {
+    const uint32_t vertex = order->vertices[i];
+    const uint8_t before = former && header->number ? former[vertex] : FVV_VERTEX_BACKFACING;
+    if (!known[vertex]) continue;
+    const faces_around around = around_of(order, vertex);
+    uint32_t side = FVV_VERTEX_HIDDEN;
     if (size)
-      side += (uint32_t)fvv_range_decode(&d, side_context(&model, order, mesh, touched, known, before));
-    note(order, touched, side, before, &known[element]);
+      side += (uint32_t)fvv_range_decode(&d, side_context(&model, order, mesh, around, known, before));
+    note(order, around, side, before, &known[vertex]);
   }
-  for (uint32_t i = 0; i < order->element_count; i++) {
-    const uint32_t element = order->elements[i];
-    states[element] = known[element] & 3;
-    if (!known[element]) continue;
-    fvv_probability *level = level_contexts(&model, order, places_of(order, mesh, element), known[element]);
+  for (uint32_t i = 0; i < order->vertex_count; i++) {
+    const uint32_t vertex = order->vertices[i];
+    states[vertex] = known[vertex] & 3;
+    if (!known[vertex]) continue;
+    fvv_probability *level = level_contexts(&model, order, around_of(order, vertex), known[vertex]);
     for (uint32_t k = 0; level && k < LEVELS - 1 && !fvv_range_decode(&d, &level[k]); k++)
-      states[element] += 2;
+      states[vertex] += 2;
   }
-  fvv_release(&order->allocator, known, order->element_count);
+  fvv_release(&order->allocator, known, order->vertex_count);
   if (!size || fvv_range_decoder_finished(&d)) return FVV_OK;
   return fvv_fail(diagnostic, FVV_ERROR_INVALID, FVV_ISSUE_VISIBILITY_STREAM, FVV_CHUNK_VISIBILITY, 0,
-                  "stream of a camera has %zu bytes, its last element ends elsewhere", size);
+                  "stream of a camera has %zu bytes, its last vertex ends elsewhere", size);
 }
 
 /* Appends the bytes of a view, none when it sees nothing. known: room for what note keeps. */
 static fvv_status encode_view(fvv_visibility_order *order, const fvv_mesh *mesh,
                               const fvv_visibility_header *header, const fvv_visibility_view *view,
                               uint8_t *known, fvv_bytes *data) {
-  const int weights = order->domain == FVV_VISIBILITY_WEIGHTS;
   const size_t begin = data->size;
-  fvv_visibility_facing(mesh, order->domain, view->centre, header->threshold, known);
-  memset(order->places, 0, (size_t)order->place_count * sizeof *order->places);
+  fvv_visibility_facing(mesh, view->centre, header->threshold, known);
+  memset(order->corners, 0, (size_t)order->face_count * sizeof *order->corners);
   visibility_model model;
   reset(&model);
   fvv_range_encoder e;
   fvv_range_encoder_init(&e, data);
   int some = 0;
-  for (uint32_t i = 0; i < order->element_count; i++) {
-    const uint32_t element = order->elements[i];
-    const uint8_t before = view->former && header->number ? view->former[element] : FVV_ELEMENT_BACKFACING;
-    if (!known[element]) continue;
-    const touched_places touched = places_of(order, mesh, element);
-    const uint8_t wanted = view->seen[element];
-    const int seen = weights ? side_of(wanted) == FVV_ELEMENT_SEEN : wanted != 0;
-    fvv_range_encode(&e, side_context(&model, order, mesh, touched, known, before), seen);
-    note(order, touched, seen ? FVV_ELEMENT_SEEN : FVV_ELEMENT_HIDDEN, before, &known[element]);
+  for (uint32_t i = 0; i < order->vertex_count; i++) {
+    const uint32_t vertex = order->vertices[i];
+    const uint8_t before = view->former && header->number ? view->former[vertex] : FVV_VERTEX_BACKFACING;
+    if (!known[vertex]) continue;
+    const faces_around around = around_of(order, vertex);
+    const int seen = side_of(view->seen[vertex]) == FVV_VERTEX_SEEN;
+    fvv_range_encode(&e, side_context(&model, order, mesh, around, known, before), seen);
+    note(order, around, seen ? FVV_VERTEX_SEEN : FVV_VERTEX_HIDDEN, before, &known[vertex]);
     some |= seen;
   }
-  for (uint32_t i = 0; i < order->element_count; i++) {
-    const uint32_t element = order->elements[i];
-    uint8_t state = known[element] & 3;
+  for (uint32_t i = 0; i < order->vertex_count; i++) {
+    const uint32_t vertex = order->vertices[i];
+    uint8_t state = known[vertex] & 3;
     fvv_probability *level =
-        state ? level_contexts(&model, order, places_of(order, mesh, element), known[element]) : NULL;
-    const uint32_t wanted = level ? level_of(view->seen[element]) : 0;
+        state ? level_contexts(&model, order, around_of(order, vertex), known[vertex]) : NULL;
+    const uint32_t wanted = level ? level_of(view->seen[vertex]) : 0;
     for (uint32_t k = 0; level && k < LEVELS - 1; k++) {
       const int here = wanted <= k + 1;
       fvv_range_encode(&e, &level[k], here);
       if (here) break;
       state += 2;
     }
-    if (view->states) view->states[element] = state;
+    if (view->states) view->states[vertex] = state;
   }
   const fvv_status status = fvv_range_encoder_finish(&e);
   if (!some) data->size = begin;
@@ -407,12 +366,12 @@ static fvv_status encode_views(fvv_visibility_order *order, const fvv_mesh *mesh
                                const fvv_visibility_header *header, const fvv_visibility_view *views,
                                size_t view_count, fvv_bytes *payload) {
   fvv_bytes data = {NULL, 0, 0, order->allocator};
-  uint8_t *known = fvv_allocate(&order->allocator, order->element_count);
+  uint8_t *known = fvv_allocate(&order->allocator, order->vertex_count);
   uint8_t fixed[FVV_VISI_SIZE];
-  fixed[FVV_VISI_DOMAIN] = order->domain;
+  fixed[FVV_VISI_RESERVED] = 0;
   fixed[FVV_VISI_THRESHOLD] = header->threshold;
   fvv_put_u16(fixed + FVV_VISI_MESH_TRACK, header->mesh_track);
-  fvv_put_u32(fixed + FVV_VISI_ELEMENT_COUNT, order->element_count);
+  fvv_put_u32(fixed + FVV_VISI_VERTEX_COUNT, order->vertex_count);
   fvv_put_u32(fixed + FVV_VISI_NUMBER, header->number);
   fvv_put_u32(fixed + FVV_VISI_CAMERA_COUNT, (uint32_t)view_count);
   fvv_status status = known ? fvv_bytes_append(payload, fixed, sizeof fixed) : FVV_ERROR_MEMORY;
@@ -425,7 +384,7 @@ static fvv_status encode_views(fvv_visibility_order *order, const fvv_mesh *mesh
   }
   if (status == FVV_OK && data.size) status = fvv_bytes_append(payload, data.data, data.size);
   fvv_bytes_free(&data);
-  fvv_release(&order->allocator, known, order->element_count);
+  fvv_release(&order->allocator, known, order->vertex_count);
   return status;
 }
 
@@ -440,11 +399,8 @@ fvv_status fvv_visibility_encode(fvv_visibility_order *order, const fvv_mesh *me
                     "mesh has %lu vertices and %lu faces, expected %lu and %lu as the order was made for",
                     (unsigned long)mesh->vertex_count, (unsigned long)mesh->face_count,
                     (unsigned long)order->vertex_count, (unsigned long)order->face_count);
-  if (header->domain != order->domain || !view_count)
-    return fvv_fail(
-        diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0,
-        "domain is %u, expected %u as for the order, and there are %zu views, expected at least one",
-        header->domain, order->domain, view_count);
+  if (!view_count)
+    return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, 0, 0, 0, "there are no views, expected at least one");
   for (size_t i = 0; i < view_count; i++)
     if (views[i].camera >= FVV_NO_CAMERA || (i && views[i].camera <= views[i - 1].camera))
       return fvv_fail(diagnostic, FVV_ERROR_ARGUMENT, FVV_ISSUE_VISIBILITY_CAMERA, 0, 0,
@@ -453,9 +409,8 @@ fvv_status fvv_visibility_encode(fvv_visibility_order *order, const fvv_mesh *me
   fvv_status status =
       fvv_readable_check(view_count, limits.max_cameras, "cameras", FVV_CHUNK_VISIBILITY, diagnostic);
   if (status == FVV_OK)
-    status = fvv_readable_check(
-        order->element_count, order->domain == FVV_VISIBILITY_FACES ? limits.max_faces : limits.max_vertices,
-        order->domain == FVV_VISIBILITY_FACES ? "faces" : "vertices", FVV_CHUNK_VISIBILITY, diagnostic);
+    status = fvv_readable_check(order->vertex_count, limits.max_vertices, "vertices", FVV_CHUNK_VISIBILITY,
+                                diagnostic);
   if (status != FVV_OK) return status;
   status = encode_views(order, mesh, header, views, view_count, payload);
   return status == FVV_OK ? status : fvv_fail(diagnostic, status, 0, 0, 0, "out of memory for visibility");

@@ -62,42 +62,17 @@ static int faces_centre(const fvv_mesh *mesh, uint32_t face, const int32_t centr
          (uint64_t)along * (uint64_t)along << 16 > (uint64_t)threshold * threshold * (normal2 * way2);
 }
 
-void fvv_visibility_facing(const fvv_mesh *mesh, uint8_t domain, const int32_t centre[3], uint8_t threshold,
+void fvv_visibility_facing(const fvv_mesh *mesh, const int32_t centre[3], uint8_t threshold,
                            uint8_t *facing) {
-  if (domain == FVV_VISIBILITY_FACES) {
-    for (uint32_t f = 0; f < mesh->face_count; f++)
-      facing[f] = (uint8_t)faces_centre(mesh, f, centre, threshold);
-    return;
-  }
   memset(facing, 0, mesh->vertex_count);
   for (uint32_t f = 0; f < mesh->face_count; f++)
     if (faces_centre(mesh, f, centre, threshold))
       for (size_t c = 0; c < 3; c++) facing[mesh->faces[3 * (size_t)f + c]] = 1;
 }
 
-/* No neighbour has a bit: a little less than half, so that other corners decide. */
-enum { UNKNOWN_WEIGHT = 127 };
-
-static uint8_t share_of(uint32_t seen, uint32_t hidden) {
-  const uint64_t all = (uint64_t)seen + hidden;
-  return all ? (uint8_t)((255 * (uint64_t)seen + all / 2) / all) : UNKNOWN_WEIGHT;
-}
-
-void fvv_visibility_weights(const fvv_mesh *mesh, uint8_t domain, const uint8_t *states, uint32_t *counts,
-                            uint8_t *weights) {
-  if (domain != FVV_VISIBILITY_FACES) {
-    /* By state: backfacing, then hidden and seen in turns, ever nearer to a half. */
-    static const uint8_t of_state[] = {UNKNOWN_WEIGHT, 0, 255, 85, 170, 113, 142};
-    for (uint32_t v = 0; v < mesh->vertex_count; v++)
-      weights[v] = states[v] || domain == FVV_VISIBILITY_WEIGHTS ? of_state[states[v]] : 0;
-    return;
-  }
-  if (mesh->vertex_count) memset(counts, 0, 2 * (size_t)mesh->vertex_count * sizeof *counts);
-  for (uint32_t f = 0; f < mesh->face_count; f++) {
-    if (states[f] == FVV_ELEMENT_BACKFACING) continue;
-    const size_t hidden = states[f] == FVV_ELEMENT_HIDDEN;
-    for (size_t k = 0; k < 3; k++) counts[2 * (size_t)mesh->faces[3 * (size_t)f + k] + hidden]++;
-  }
-  for (uint32_t v = 0; v < mesh->vertex_count; v++)
-    weights[v] = share_of(counts[2 * (size_t)v], counts[2 * (size_t)v + 1]);
+void fvv_visibility_weights(const uint8_t *states, size_t count, uint8_t *weights) {
+  /* By state: backfacing, a little less than half, so that other corners decide; then hidden and seen in
+   * turns, ever nearer to a half. */
+  static const uint8_t of_state[] = {127, 0, 255, 85, 170, 113, 142};
+  for (size_t v = 0; v < count; v++) weights[v] = of_state[states[v]];
 }

@@ -84,7 +84,7 @@ export class Renderer extends EventTarget {
   /** Bounds of the current mesh in metres. */
   readonly bounds: { min: [number, number, number]; max: [number, number, number] } | null;
   /**
-   * Shows a frame of a decoder with normals and visibilityWeights. The frame may be closed when the promise is resolved. If
+   * Shows a frame of a decoder with normals and visibility. The frame may be closed when the promise is resolved. If
    * its pictures are not planes in memory, clones of them stay open until the next frame. Of several concurrent calls the last
    * one shows its frame, and the others return false.
    */

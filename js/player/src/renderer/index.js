@@ -181,8 +181,6 @@ export class Renderer extends EventTarget {
   async show(frame) {
     if (frame.mesh && !frame.mesh.normals)
       throw new TypeError("the mesh has no normals: create the decoder with normals: true");
-    if (frame.visibility.some(({ weights }) => !weights))
-      throw new TypeError("visibility has no weights: create the decoder with visibilityWeights: true");
     const turn = ++this.#turn;
     const content = await Content.of(frame);
     if (turn !== this.#turn) return false;

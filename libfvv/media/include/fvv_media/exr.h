@@ -37,11 +37,8 @@ std::vector<uint8_t> encode_exr(const FloatImage &image);
 // Error, naming channel and pixel, unless all values are finite as half floats: -65504 to 65504.
 void check_halves(const LinearImage &image, const std::string &name);
 
-// Of OpenEXR's quality of DWA, whose own default is 45.
-constexpr int max_dwa_level = 500;
-
-// An RGB picture as a sample of video (clause 10.12 of the format): half floats, scan lines, rounded to the
-// nearest. dwa_level 0: lossless, PIZ; else DWAA, the lossier the higher. Error as check_halves.
-std::vector<uint8_t> encode_half_exr(const LinearImage &image, int dwa_level = 0);
+// An RGB picture as a sample of video (clause 10.12 of the format): half floats, scan lines, PIZ, rounded to
+// the nearest. Error as check_halves.
+std::vector<uint8_t> encode_half_exr(const LinearImage &image);
 
 } // namespace fvv::media

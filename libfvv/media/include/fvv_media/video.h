@@ -18,8 +18,8 @@ struct VideoCodec {
   uint32_t code;           // FVV_CODEC_...
   const char *option;      // "h264", for command lines
   const char *name;        // "H.264", for people
-  const char *scale;       // what its quality numbers are: "quality" by libjpeg, "CRF" or "DWA level"
-  int finest, coarsest;    // their ends: best picture, fewest bytes; OpenEXR's 0 is lossless
+  const char *scale;       // what its quality numbers are: "quality" by libjpeg, or "CRF"
+  int finest, coarsest;    // their ends: best picture, fewest bytes; OpenEXR has 0 alone, lossless
   int shallowest, deepest; // bits a sample: 8 and 8 or 10; 16, half floats, of OpenEXR
 
   // Every sample a file of its own: any frames may be encoded apart.
@@ -46,7 +46,8 @@ struct VideoSettings {
   int quality;             // between finest and coarsest of the codec
   fvv_rational frame_rate; // as a time base: seconds per frame, 1/25 for 25 Hz
   int bit_depth = 8;       // the codec's shallowest or deepest
-  // Not 0: the bits a second that a group may take. Its quality is then searched, from quality on.
+  // Not 0: the bits a second that a group may take. Its quality is then searched, from quality on. Not of
+  // OpenEXR.
   uint64_t bit_rate = 0;
   // Where the codec can (H.264): in a fifth of the time, some tenths of a dB worse and a good part larger.
   // For searches.

@@ -47,8 +47,7 @@ struct Frame {
   std::vector<std::vector<uint8_t>> samples = {};
   // Of each camera, for each vertex of mesh, how much of the surface around it the camera sees: 0 nothing,
   // 255 all of it; from 128 on a vertex counts as seen. The stream's vertices may be fewer or others: each
-  // has that of the nearest vertex. Bits of faces are the mean of their vertices. What does not face the
-  // camera has no visibility (fvv.md clause 17.2).
+  // has that of the nearest vertex. What does not face the camera has no visibility (fvv.md clause 17.2).
   std::vector<std::vector<uint8_t>> visibility = {};
 };
 

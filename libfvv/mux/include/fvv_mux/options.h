@@ -92,8 +92,8 @@ enum class Crop { automatic, none };
 // fewest bytes with the codec.
 enum class Background { automatic, keep, flat, smooth };
 
-// automatic: faces, where that takes few bytes beside the pictures.
-enum class Visibility { automatic, faces, vertices, weights, none };
+// automatic: weights, where they take few bytes beside the pictures.
+enum class Visibility { automatic, weights, none };
 
 // Of vertices, for surface that no camera shows and players that cannot decode the pictures. automatic: where
 // there are meshes and pictures of cameras, and no atlas.

@@ -69,7 +69,7 @@ struct WindingChoice {
 struct VisibilityChoice {
   bool on = false;
   bool open = false; // whether it pays is decided by the first group
-  uint8_t domain = FVV_VISIBILITY_WEIGHTS, threshold = FVV_VISIBILITY_THRESHOLD;
+  uint8_t threshold = FVV_VISIBILITY_THRESHOLD;
   double cosine = 0.25;        // the places for which players use a camera
   std::vector<size_t> cameras; // indices in Capture::cameras
   std::string reason;

@@ -48,15 +48,15 @@ struct RateResult {
 struct VisibilityFrame {
   std::vector<uint8_t> payload; // empty: the frame has none
   bool key = true;
-  uint32_t elements = 0;
-  std::vector<uint16_t> cameras; // that have bits
+  uint32_t vertices = 0;
+  std::vector<uint16_t> cameras; // that have weights
 };
 
 // Sums over the frames of a stream.
 struct VisibilitySums {
   uint64_t frames = 0, keys = 0, bytes = 0, smallest = UINT64_MAX, largest = 0;
-  uint64_t pairs = 0;         // of element and camera
-  std::set<uint16_t> cameras; // that have bits in any frame
+  uint64_t pairs = 0;         // of vertex and camera
+  std::set<uint16_t> cameras; // that have weights in any frame
 
   void add(const VisibilityFrame &frame);
   double bits_per_pair() const { return pairs ? 8 * double(bytes) / double(pairs) : 0; }

@@ -37,11 +37,8 @@ namespace fvv::render {
 struct SourceView {
   fvv_camera camera;
   const uint16_t *pixels;
-  // Visibility::given: one of these, or none, then the source has a depth map. Borrowed. An entry for each
-  // face, not 0 where the camera sees it:
-  const uint8_t *visible_faces = nullptr;
-  // An entry for each vertex, 0 to 255, interpolated over the face: seen above 127.5
-  // (fvv_visibility_weights).
+  // Visibility::given: of each vertex 0 to 255, interpolated over the face: seen above 127.5
+  // (fvv_visibility_weights). Borrowed. NULL: the source has a depth map.
   const uint8_t *visible_vertices = nullptr;
   const float *wide_pixels = nullptr;
 };
@@ -49,7 +46,7 @@ struct SourceView {
 enum class Visibility {
   depth_map, // as players do: DepthTest
   rays,      // the reference
-  given      // SourceView::visible_faces, visible_vertices
+  given      // SourceView::visible_vertices
 };
 
 // What decides which cameras are mixed at a point.
