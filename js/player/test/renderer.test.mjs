@@ -103,7 +103,7 @@ describe("renderer", { skip: missingBrowser("chromium") }, () => {
   test("draws the same as fvvrender, by bits and by depth maps", async () =>
     assertAlike(await compareFile(session, at("studio.fvv"), { frame: 1, poses: 5, size }), ["bits", "depth"]));
 
-  test("draws the same as fvvrender for few faces, by vertex bits", async () =>
+  test("draws the same as fvvrender for few faces", async () =>
     assertAlike(await compareFile(session, at("few.fvv"), { poses: 2, size }), ["bits", "depth"]));
 
   test("draws colours of vertices where there are no pictures, shaded as fvvrender does", async () => {
