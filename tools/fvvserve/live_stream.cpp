@@ -31,8 +31,8 @@ void ClientQueue::put(Message message) {
   messages.push_back(std::move(message));
 }
 
-void ClientQueue::say(const std::string &json, const Missed &missed) {
-  put({std::make_shared<const std::string>(json), Message::Kind::text, 0, missed});
+void ClientQueue::say(const std::string &json, const Missed &reported) {
+  put({std::make_shared<const std::string>(json), Message::Kind::text, 0, reported});
 }
 
 bool ClientQueue::fits(size_t size) const {

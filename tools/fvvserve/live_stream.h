@@ -74,7 +74,7 @@ public:
 
 private:
   void put(Message message);
-  void say(const std::string &json, const Missed &missed = {});
+  void say(const std::string &json, const Missed &reported = {});
   bool fits(size_t size) const;
   void drop_waiting(int64_t time, size_t size);
 

@@ -4,6 +4,7 @@
 #include "fvv_media/exr.h"
 #include "fvv_media/frame.h"
 #include "fvv_media/packed_image.h"
+#include "fvv_scene/memory_frames.h"
 #include "mux/src/meshes.h"
 
 #include <algorithm>
