@@ -2,7 +2,7 @@
 """Measures the project's figures in one run, on the generated capture (./run bench [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
-import, calibration, clip, codecs, meshonly, serve, picture, js, view, player.
+import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound.
 Prints a table and writes build/bench.json: one flat object, figure -> number, with the unit in the name. A run of some
 figures keeps the others.
 """
@@ -399,6 +399,7 @@ PARTS = {
     "view": view,
     "ladder": ladder,
     "player": played,
+    "sound": player.sound,
 }
 
 

@@ -83,6 +83,20 @@ def endurance():
     }
 
 
+def sound():
+    """A minute of claps: how far the flash of a frame and its click at the audio device are apart."""
+    if reason := missing():
+        print(f"sound.* is left out: {reason}")
+        return {}
+    found = node(PLAYER / "test/endurance/sound.mjs", 60)
+    print(f"{found['seen']} of {found['claps']} claps seen; median {found['medianMs']:.1f} ms")
+    return {
+        "sound.max_offset_ms": found["maxMs"],
+        "sound.median_offset_ms": found["medianMs"],
+        "sound.drift_ms": found["driftMs"],
+    }
+
+
 def measure(clip):
     """clip: of the paper's shape."""
     reason = missing()

@@ -1,5 +1,5 @@
 // Sound from a capture to a stream and back, exact to the sample, and each group decoded alone.
-#include "mux_fixture.h"
+#include "../mux_fixture.h"
 
 #include "fvv_demux/sounds.h"
 #include "fvv_media/sound.h"
