@@ -187,8 +187,10 @@ int main(int count, char **arguments) {
     const fvv_scene scene = configuration->scene;
     for (size_t i = 0; i < configuration->track_count; i++)
       if (!configuration->tracks[i].rank) put_track(stream, f, &configuration->tracks[i], &scene);
-    for (size_t i = 0; i < configuration->video_count; i++)
-      put_tiles(stream, frame.group, configuration->videos[i].track);
+    for (size_t i = 0; i < configuration->video_count; i++) {
+      const uint16_t track = configuration->videos[i].track;
+      if (!fvv_configuration_track(configuration, track)->rank) put_tiles(stream, frame.group, track);
+    }
     for (size_t i = 0; i < configuration->camera_count; i++) {
       fvv_camera camera;
       if (fvv_stream_camera(stream, f, configuration->cameras[i].id, &camera, NULL) == FVV_OK)

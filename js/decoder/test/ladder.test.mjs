@@ -111,7 +111,8 @@ test("over Range only the chunks of a rung are read", async () => {
     checkFrames(frames, rungs);
     bytes.push(stats.bytesRead);
   }
-  assert.ok(bytes[0] > bytes[1] && bytes[1] > bytes[2], String(bytes));
+  // Small gaps are read along.
+  assert.ok(bytes[0] >= bytes[1] && bytes[1] > bytes[2], String(bytes));
 });
 
 test("auto begins with the lowest rung and goes up; a change takes a whole group and costs no frame", async () => {
