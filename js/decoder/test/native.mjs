@@ -114,7 +114,7 @@ export function conformanceFiles() {
     .sort();
 }
 
-/** Small clips of every kind, or the named ones; done removes them. */
+/** Small clips of every kind but the ladder, whose rung depends on the network, or the named ones; done removes them. */
 export function makeClips(...wanted) {
   const folder = mkdtempSync(join(tmpdir(), "fvv-js-"));
   const captures = new Map();
@@ -156,7 +156,7 @@ export function makeClips(...wanted) {
   };
   const clips = {};
   for (const [name, [source, ...options]] of Object.entries(kinds)) {
-    if (wanted.length && !wanted.includes(name)) continue;
+    if (wanted.length ? !wanted.includes(name) : name === "ladder") continue;
     clips[name] = join(folder, `${name}.fvv`);
     const quality = name === "tracks" ? "100" : options.includes("jpeg") ? "70" : "36dB";
     const group = options.includes("--group") ? [] : ["--group", "3"];
