@@ -9,7 +9,7 @@
 //   /live/NAME         a WebSocket: the whole stream at once
 //   /growing/NAME      another total from the third request on
 
-import { readFileSync } from "node:fs";
+import { readFileSync, statSync } from "node:fs";
 import { createServer } from "node:http";
 import { join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -28,6 +28,14 @@ function rangeOf(request, size) {
   return { from: Number(from), to: to === "" ? size : Math.min(size, Number(to) + 1) };
 }
 
+const contents = new Map(); // path -> {changed, bytes}
+/** The bytes of a file, which is read again only when it has changed. */
+function contentOf(path) {
+  const { mtimeMs: changed } = statSync(path);
+  if (contents.get(path)?.changed !== changed) contents.set(path, { changed, bytes: readFileSync(path) });
+  return contents.get(path).bytes;
+}
+
 /** files: name to path. results(value): called with what a page posts to /result. folders: more folders, name to path.
  * Returns {url, requests, close}. */
 export async function serve(files, results = () => {}, folders = {}) {
@@ -35,7 +43,7 @@ export async function serve(files, results = () => {}, folders = {}) {
   const requests = [];
   const counts = new Map();
   const clip = (behaviour, name, request, response) => {
-    const bytes = readFileSync(files[name]);
+    const bytes = contentOf(files[name]);
     const count = (counts.get(request.url) ?? 0) + 1;
     counts.set(request.url, count);
     const etag = behaviour === "changing" && count > 2 ? '"b"' : '"a"';
