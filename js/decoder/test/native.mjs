@@ -96,7 +96,8 @@ export function frameHashes(frame) {
     for (const camera of visibility.cameras) hashes[`weights ${camera}`] = sha256(visibility.weightsOf(camera));
   for (const sample of frame.samples) hashes[`${sample.key ? "key" : "sample"} ${sample.track}`] = sha256(sample.data);
   for (const { track, shows } of frame.configuration.videos)
-    if (shows === "tiles" && frame.tiles(track).length) hashes[`tiles ${track}`] = sha256(raw(tileNumbers(frame.tiles(track))));
+    if (shows === "tiles" && frame.tiles(track).length)
+      hashes[`tiles ${track}`] = sha256(raw(tileNumbers(frame.tiles(track))));
   for (const camera of frame.cameras) {
     if (!camera.calibrated) continue;
     hashes[`camera ${camera.id}`] = sha256(raw(cameraNumbers(camera)));
