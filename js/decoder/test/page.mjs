@@ -51,6 +51,7 @@ const sources = {
 
 async function decode(name, kind, worker) {
   const decoder = await createDecoder({
+    quality: 0,
     source: await sources[kind](name),
     worker: worker ? undefined : false,
   });

@@ -414,10 +414,12 @@ for (const name of ["chromium", "firefox"])
           const rungs = selects.find(({ options }) => options.length === 3 && options[0].value === "auto");
           return Array.from(rungs.options, ({ text }) => text);
         });
+      await click(control("settings"));
       assert.match((await texts()).join("; "), /^Automatic \((100|50) %, .*; 100 %, .*bit\/s; 50 %, .*bit\/s$/);
+      await press("Escape");
       for (const rung of [0, 1]) {
         await ask((wanted) => (window.player.rung = wanted), rung);
-        await seekTo(10);
+        await seekTo(rung ? 20 : 10);
         await until((wanted) => window.player.playedRung === wanted, rung);
         assert.ok((await colourful()) > 0.02);
       }
