@@ -72,6 +72,7 @@ export class Decoder extends EventTarget {
   #finish = [];
   #taking = Promise.resolve();
   #givenRungs = null; // by a manifest
+  #rung = null; // that was reported last
   #ended = false;
   #closed = false;
   #sounds = null; // decoders of sound
@@ -273,6 +274,7 @@ export class Decoder extends EventTarget {
       else if (type === "opened") this.#update(detail);
       else if (type === "background") this.#addBackground(detail);
       else if (type === "end") this.#ended = true;
+      else if (type === "rung") this.#changeRung(detail);
       else this.dispatchEvent(new FvvEvent(type, detail));
       if (type === "error") {
         this.#ended = true;
@@ -281,6 +283,13 @@ export class Decoder extends EventTarget {
     }
     if (this.#ended && !this.#closed) this.dispatchEvent(new FvvEvent("end", null));
     return null;
+  }
+
+  /** Playback reports the rung after each seek. */
+  #changeRung(detail) {
+    if (detail.rung === this.#rung) return;
+    this.#rung = detail.rung;
+    this.dispatchEvent(new FvvEvent("rung", detail));
   }
 
   #revive(detail) {

@@ -230,6 +230,8 @@ export class Playback {
     if (place && source.front !== undefined) index.openKept();
     const { group: first, skip = -1, until } = place ? index.locate(place) : { group: 0, skip: 0 };
     this.#taken = null;
+    // A seek drops reports that were not taken.
+    this.#reported = null;
     const state = {
       number: first > 0 ? index.groups[first].firstFrame : 0,
       index: -1, // of the current group

@@ -402,6 +402,9 @@ private:
 // dB for each halving of the size (docs/fvvmux-ladder.md): detail that is missing in the pictures of a rung
 // anyway hides that much error.
 constexpr double rung_loss = 9;
+// But no less than this, in dB, unless the first rung has less: below it a picture is hardly more than a
+// blur.
+constexpr double least_rung_psnr = 27;
 
 // Of all tracks of a rung.
 double rate_of_rung(const Plan &plan, size_t rung) {
@@ -444,7 +447,8 @@ VideoChoice choose_as(const Plan &plan, const VideoTrack &track, EncoderRoom &ro
     if (options.bit_rate) choice.settings.quality = middle_quality(options.codec);
     const VideoChoice &best = plan.tracks[track.best].choice;
     const double first = options.quality.is_psnr || !track.rung ? options.quality.value : best.sample_psnr;
-    const double target = first + rung_loss * std::log2(plan.rung_scale(track.rung));
+    const double target = std::max(first + rung_loss * std::log2(plan.rung_scale(track.rung)),
+                                   std::min(first, least_rung_psnr));
     if (track.rung && !options.bit_rate) choice.settings.quality = best.settings.quality;
     // What is lossless stays so at every size.
     const bool search = !options.bit_rate && (track.rung ? std::isfinite(first) : options.quality.is_psnr);
