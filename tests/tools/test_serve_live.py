@@ -80,7 +80,7 @@ RUNGS = [{"rung": k, "bit_rate": 1000 * (k + 1), "size": 0, "tracks": [k + 1]} f
 def receive_rungs(client):
     kind, payload = client.receive()
     assert kind == TEXT
-    assert json.loads(payload) == {"type": "rungs", "rungs": RUNGS}
+    assert json.loads(payload) == {"type": "rungs", "time_base": [1, 25], "rungs": RUNGS}
 
 
 def settle(client):
@@ -355,7 +355,7 @@ def test_damage_in_a_rung_and_a_ladder_that_changes():
         pipe.write(*other)
         pipe.close()
         runs, _ = receive_runs(client)
-    assert runs[0][1] == {"type": "rungs", "rungs": [{"rung": 0, "bit_rate": 0, "size": 0, "tracks": [1]}]}
+    assert runs[0][1]["rungs"] == [{"rung": 0, "bit_rate": 0, "size": 0, "tracks": [1]}]
     assert runs[1] == (b"".join(other), {"type": "end"})
 
 

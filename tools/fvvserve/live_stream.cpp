@@ -461,7 +461,9 @@ void LiveChannel::configure(const Piece &piece) {
   opening.configuration = piece.bytes;
   block = piece.block;
   rungs.clear();
-  Json text = {{"type", "rungs"}, {"rungs", Json::array()}};
+  const fvv_rational ticks = block->time_base();
+  Json text = {
+      {"type", "rungs"}, {"time_base", {ticks.numerator, ticks.denominator}}, {"rungs", Json::array()}};
   for (const RungInfo &rung : block->rungs()) text["rungs"].push_back(json_of<Json>(rung));
   ladder = std::make_shared<const std::string>(line(text));
 }

@@ -9,6 +9,9 @@ export const GROUP_SIZE = 56;
 /** Types of chunks, as little-endian numbers. */
 export const GROUP = 0x50555247; // "GRUP"
 export const SCENE = 0x4e454353; // "SCEN"
+const MESH = 0x4853454d; // "MESH"
+const VIDEO = 0x544b5056; // "VPKT"
+const TIME_OFFSET = 8;
 const PAYLOAD_SIZE_OFFSET = 16;
 
 export function beginsWithFileHeader(bytes) {
@@ -20,6 +23,12 @@ const viewOf = (bytes) => new DataView(bytes.buffer, bytes.byteOffset, bytes.byt
 /** The type of the chunk that the bytes begin with; 0 if they are too short. */
 export function chunkType(bytes) {
   return bytes.length < 4 ? 0 : viewOf(bytes).getUint32(0, true);
+}
+
+/** The time in ticks of the mesh or the picture that the bytes begin with; null: another chunk. */
+export function frameTime(bytes) {
+  if (bytes.length < CHUNK_HEADER_SIZE || ![MESH, VIDEO].includes(chunkType(bytes))) return null;
+  return viewOf(bytes).getBigInt64(TIME_OFFSET, true);
 }
 
 /** The payload of the chunk that the bytes begin with; null if it is not complete. */

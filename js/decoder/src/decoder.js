@@ -71,7 +71,7 @@ export class Decoder extends EventTarget {
   #view = null;
   #finish = [];
   #taking = Promise.resolve();
-  #givenRungs = null; // by a manifest
+  #givenRungs = null; // by a manifest or a server
   #rung = null; // that was reported last
   #ended = false;
   #closed = false;
@@ -275,6 +275,7 @@ export class Decoder extends EventTarget {
       else if (type === "background") this.#addBackground(detail);
       else if (type === "end") this.#ended = true;
       else if (type === "rung") this.#changeRung(detail);
+      else if (type === "rungs") this.#givenRungs = detail;
       else this.dispatchEvent(new FvvEvent(type, detail));
       if (type === "error") {
         this.#ended = true;

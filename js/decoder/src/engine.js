@@ -78,7 +78,7 @@ export class Engine {
     const warn = (error) => this.#emit("warning", error);
     this.#source?.close?.();
     const cache = (this.#cache = new Cache(() => this.#cacheRoom));
-    const source = await openSource(this.#description, { pull: this.#pull, warn, cache });
+    const source = await openSource(this.#description, { pull: this.#pull, warn, cache, quality: this.#quality });
     this.#source = source;
     if (this.#closed) source.close?.();
     this.#playback = await Playback.open(source, {

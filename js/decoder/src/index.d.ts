@@ -89,9 +89,9 @@ export interface Rung {
 
 /** The rung that is played from here on. */
 export interface RungChange extends Rung {
-  /** "start": nothing is known of the network; "throughput", "buffer": the rule that chose; "late": what was chosen would have come
-   * too late; "chosen": by setQuality. */
-  reason: "start" | "throughput" | "buffer" | "late" | "chosen";
+  /** "start": nothing is known of the network; "throughput", "buffer", "delay" (of a live stream): the rule that chose; "late": what
+   * was chosen would have come too late; "chosen": by setQuality. */
+  reason: "start" | "throughput" | "buffer" | "delay" | "late" | "chosen";
   /** Bits per second; null: not measured. */
   throughput: number | null;
   /** Seconds that have arrived and are not played; null: not known. */

@@ -122,3 +122,89 @@ export class Chooser {
     return throughput !== null && missing / throughput > Math.max(buffer, 0.5) && lowest < missing;
   }
 }
+
+/** Seconds of a standing queue, the least delay within an interval, at which a lower rung is taken, and below which a better one is tried. */
+const QUEUE_HIGH = 0.25;
+const QUEUE_LOW = 0.1;
+const INTERVAL = 1;
+/** Seconds within which the delay of an empty network was seen. */
+const MEMORY = 15;
+/** Seconds without a queue before a better rung is tried: the first value, and after failures the last. */
+const PATIENCE = 4;
+const PATIENCE_MAX = 64;
+/** A rung that fails within this many seconds was a failure. */
+const TRIAL = 10;
+
+/**
+ * The choice for a live stream, which comes as fast as it is made: what the network could carry does not show, only whether
+ * it carries this. So the delay of frames decides, as in Google's congestion control for WebRTC (Carlucci, De Cicco, Holmer
+ * and Mascolo, "Congestion Control for Web Real-Time Communication", 2017), with the least delay of an interval for the
+ * queue, as in CoDel (Nichols and Jacobson, "Controlling Queue Delay", 2012): key frames alone are no queue. Times are in seconds.
+ */
+export class LiveChooser {
+  #arrivals = []; // {now, delay, bits} of two intervals
+  #least = [Infinity, Infinity]; // delay, of this and the last span of MEMORY
+  #since = null; // when that span began
+  #changed = 0; // when the rung changed, or there was a queue
+  #patience = new Map(); // rung -> seconds
+  #rung = null;
+  #tried = null; // {rung, at}: taken without knowing that the network carries it
+
+  /** bytes of a frame with a time in the stream have come. */
+  arrived(bytes, time, now) {
+    const delay = now - time;
+    if (this.#since === null || now - this.#since > MEMORY) {
+      this.#least = [delay, this.#since === null ? delay : this.#least[0]];
+      this.#since = now;
+    }
+    this.#least[0] = Math.min(this.#least[0], delay);
+    this.#arrivals.push({ now, delay, bits: 8 * bytes });
+    while (this.#arrivals[0].now < now - 2 * INTERVAL) this.#arrivals.shift();
+  }
+  /** Times of the stream begin anew. */
+  restart() {
+    this.#arrivals = [];
+    this.#since = null;
+  }
+  /** Bits per second that have come; null: not known. */
+  get throughput() {
+    const span = this.#arrivals.length ? this.#arrivals.at(-1).now - this.#arrivals[0].now : 0;
+    if (span < INTERVAL) return null;
+    return this.#arrivals.slice(1).reduce((sum, { bits }) => sum + bits, 0) / span;
+  }
+  /** The least delay between two ages, beyond that of an empty network. */
+  #queue(now, from, until) {
+    const delays = this.#arrivals.filter((one) => one.now > now - from && one.now <= now - until);
+    return Math.min(...delays.map(({ delay }) => delay)) - Math.min(...this.#least);
+  }
+
+  /** rates: bits per second, best rung first; rung: the one that comes; best: the best that may be taken. */
+  choose({ rates, rung, best = 0, now }) {
+    if (rung !== this.#rung) [this.#rung, this.#changed] = [rung, now];
+    if (rung < best) return Math.min(best, rates.length - 1);
+    const queue = this.#queue(now, INTERVAL, 0);
+    const before = this.#queue(now, 2 * INTERVAL, INTERVAL);
+    if (queue > QUEUE_LOW) this.#changed = now;
+    const grows = queue > QUEUE_HIGH && queue >= before && Number.isFinite(before);
+    return grows ? this.#lower(rates, rung, now) : this.#better(rung, best, now);
+  }
+  #lower(rates, rung, now) {
+    if (this.#tried?.rung === rung && now - this.#tried.at < TRIAL)
+      this.#patience.set(rung, Math.min(PATIENCE_MAX, 2 * this.#patienceOf(rung)));
+    this.#tried = null;
+    const affordable = rates.findIndex((rate) => rate > 0 && rate <= SAFETY * this.throughput);
+    return Math.min(rates.length - 1, Math.max(rung + 1, affordable < 0 ? rates.length - 1 : affordable));
+  }
+  #patienceOf(rung) {
+    return this.#patience.get(rung) ?? PATIENCE;
+  }
+  #better(rung, best, now) {
+    if (this.#tried?.rung === rung && now - this.#tried.at > TRIAL) {
+      this.#patience.delete(rung);
+      this.#tried = null;
+    }
+    if (rung <= best || now - this.#changed < this.#patienceOf(rung - 1)) return rung;
+    this.#tried = { rung: rung - 1, at: now };
+    return rung - 1;
+  }
+}

@@ -143,7 +143,10 @@ export class Playback {
   }
   /** What the network gave, in bits per second, and the seconds that are buffered; null: not known. */
   get network() {
-    return { throughput: this.#chooser.throughput, buffer: this.#ahead?.buffer ?? this.#source.buffer ?? null };
+    return {
+      throughput: this.#source.throughput ?? this.#chooser.throughput,
+      buffer: this.#ahead?.buffer ?? this.#source.buffer ?? null,
+    };
   }
 
   /** A file that is read in parts says at its beginning whether it has a ladder. */
@@ -285,6 +288,10 @@ export class Playback {
     for await (const item of source.stream(from, signal)) {
       if (item.rung !== undefined) {
         [state.rung, state.reason] = [item.rung, item.reason];
+        continue;
+      }
+      if (item.rungs !== undefined) {
+        this.#emit("rungs", item.rungs);
         continue;
       }
       if (!(item instanceof Uint8Array)) {
@@ -513,6 +520,10 @@ export class Playback {
       state.duration = configuration?.frameDuration ?? 0n;
       state.known = about.configuration;
       if (configuration) this.#setRungs(configuration);
+      if (this.#source.rungs && this.#source.rungOf) {
+        const { rung, reason } = this.#source.rungOf(configuration?.tracks.map(({ id }) => id) ?? []);
+        [state.rung, state.reason] = [rung, reason];
+      }
     }
     this.#environments.begin(about.configuration);
     state.group = { sequence: about.sequence, start: about.start, end: about.end };

@@ -7,10 +7,11 @@ import { join } from "node:path";
 import { after, test } from "node:test";
 
 import { shapedProxy } from "../../../bench/network/shaped_proxy.mjs";
-import { Chooser, Throughput } from "../dist/ladder.js";
+import { serveFolder } from "../../testing/served.mjs";
+import { Chooser, LiveChooser, Throughput } from "../dist/ladder.js";
 import { createDecoder } from "../dist/index.js";
 import { frameHashes, makeClips, nativeFrames, tool } from "./native.mjs";
-import { serve } from "./server.mjs";
+import { serve, WebSocket } from "./server.mjs";
 
 const { clips, done } = makeClips("ladder");
 const server = await serve(clips);
@@ -238,4 +239,77 @@ test("the estimate follows a fall at once and a rise slowly", () => {
   assert.ok(low < 5e6);
   for (let i = 0; i < 4; i++) throughput.add(2e6, 1);
   assert.ok(throughput.value > low && throughput.value < 13e6);
+});
+
+// The rules of a live stream: 25 frames a second over a link whose rate changes.
+
+/** Plays rates over a link for some seconds; capacity(now) in bits per second. Returns the rung of each second. */
+function live({ capacity, seconds, best = () => 0, rates = [8e6, 2e6, 5e5] }) {
+  const chooser = new LiveChooser();
+  const taken = [];
+  let [rung, free] = [2, 0];
+  for (let i = 0; i < 25 * seconds; i++) {
+    const time = i / 25;
+    const bits = rates[rung] / 25;
+    free = Math.max(free, time) + bits / capacity(time);
+    const now = free + 0.02;
+    chooser.arrived(bits / 8, time, now);
+    // A change takes effect where a group begins.
+    const chosen = chooser.choose({ rates, rung, best: best(time), now });
+    if (i % 25 === 0) taken.push((rung = chosen));
+  }
+  return taken;
+}
+
+test("live: a better rung is tried while there is no queue, and left when one grows", () => {
+  const fast = live({ capacity: () => 20e6, seconds: 30 });
+  assert.equal(fast[0], 2);
+  assert.equal(fast.at(-1), 0);
+  const slow = live({ capacity: () => 3e6, seconds: 120 });
+  assert.ok(slow.filter((rung) => rung === 1).length > 80, slow.join(""));
+  // Each failure doubles the time to the next trial.
+  assert.ok(slow.filter((rung, i) => rung === 0 && slow[i - 1] === 1).length <= 5, slow.join(""));
+});
+
+test("live: a link that breaks down gets the rung that it carries, and a better one when it is back", () => {
+  const taken = live({ capacity: (now) => (now < 20 || now > 40 ? 20e6 : 8e5), seconds: 80 });
+  assert.equal(taken[19], 0);
+  assert.equal(taken[39], 2);
+  assert.ok(taken.indexOf(2, 20) < 26, taken.join(""));
+  assert.equal(taken.at(-1), 0);
+});
+
+test("live: nothing finer than what is shown", () => {
+  const taken = live({ capacity: () => 20e6, seconds: 40, best: (now) => (now < 20 ? 0 : 1) });
+  assert.equal(taken[19], 0);
+  assert.ok(taken.slice(22).every((rung) => rung === 1));
+});
+
+test("live: fvvserve sends the rung that is wanted, and the decoder chooses by the delay", async () => {
+  const { url: site, close } = await serveFolder({ clip: clips.ladder });
+  const source = { url: `${site.replace("http", "ws")}live/clip`, WebSocket };
+  try {
+    for (const quality of ["auto", 1]) {
+      const decoder = await createDecoder({ source, quality });
+      const changes = [];
+      decoder.addEventListener("rung", ({ detail }) => changes.push(detail));
+      const frames = [];
+      for await (const frame of decoder) {
+        frames.push(frame);
+        if (quality === 1 && frames.length === 1) await decoder.setQuality(0);
+        if (frames.length === (quality === 1 ? 4 : 2)) break;
+      }
+      decoder.close();
+      assert.equal(decoder.rungs.length, 3);
+      for (const { rung, samples, meshes } of frames) {
+        assert.deepEqual([samples.length, meshes.length], [1, 1]);
+        assert.ok(decoder.rungs[rung].tracks.includes(samples[0].track));
+      }
+      const [first] = changes;
+      assert.deepEqual([first.rung, first.reason], quality === 1 ? [1, "chosen"] : [2, "start"]);
+      if (quality === 1) assert.equal(frames.at(-1).rung, 0);
+    }
+  } finally {
+    close();
+  }
 });

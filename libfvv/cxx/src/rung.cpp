@@ -31,6 +31,11 @@ bool in_rung(const fvv_track *tracks, size_t count, const fvv_track &track, size
 void ConfigurationBlock::add(const fvv_chunk_header &header, const uint8_t *payload) {
   const auto size = static_cast<size_t>(header.size);
   fvv_diagnostic diagnostic = {};
+  if (header.type == FVV_CHUNK_SCENE) {
+    fvv_scene scene = {};
+    check(fvv_scene_decode(&scene, payload, size, &diagnostic), "", diagnostic);
+    ticks = scene.time_base;
+  }
   if (header.type == FVV_CHUNK_TRACK) {
     fvv_track track = {};
     check(fvv_track_decode(&track, payload, size, nullptr, &diagnostic), "", diagnostic);

@@ -1,12 +1,32 @@
 // A live stream over WebSocket, as fvvserve sends it (docs/fvvserve.md): each binary message is a chunk, or the file
-// header with the configuration block; text messages report why a section ends.
+// header with the configuration block; text messages report why a section ends, and which rungs there are.
 
-import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType } from "../chunks.js";
+import { FILE_HEADER_SIZE, GROUP, SCENE, beginsWithFileHeader, chunkType, frameTime } from "../chunks.js";
 import { FvvError } from "../errors.js";
+import { LiveChooser } from "../ladder.js";
 
 /** Bytes in the queue at most, when frames are not taken: beyond that, bytes are dropped up to the next group. */
 const QUEUE_BYTES = 1 << 25;
 const NORMAL_CLOSURE = 1000;
+/** A number that no stream has: the last rung. */
+const LAST_RUNG = 65535;
+
+const now = () => performance.now() / 1000;
+
+/** The rungs of a message; null: something is wrong with it. */
+function rungsOf({ rungs, time_base: base }) {
+  const [numerator, denominator] = Array.isArray(base) ? base : [];
+  const isRung = (one, i) => one?.rung === i && one.bit_rate >= 0 && Array.isArray(one.tracks);
+  if (!(numerator > 0 && denominator > 0) || !Array.isArray(rungs) || !rungs.every(isRung)) return null;
+  const named = ({ rung, bit_rate: bitRate, size = 0, scale = null, tracks }) => ({
+    rung,
+    bitRate,
+    size,
+    scale,
+    tracks,
+  });
+  return { rungs: rungs.map(named), tick: numerator / denominator };
+}
 
 async function wait(milliseconds, signal) {
   await new Promise((resolve) => {
@@ -31,21 +51,30 @@ export class Live {
   #block = null;
   #dropping = false;
   #over = false;
+  #chooser = new LiveChooser();
+  #choices = null; // {wish(), best()}
+  #tick; // seconds
+  #asked; // rung; null: that of the URL
+  #playing = null; // rung of the group that comes
+  #reason = "start";
   inSections = true;
   bytesRead = 0;
   requests = 0;
+  rungs = null; // null: the server has named none
 
-  /** reconnect: {attempts, firstMs, longestMs}. */
-  static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, warn) {
+  /** reconnect: {attempts, firstMs, longestMs}. quality: "auto", or the rung to begin with. */
+  static async open({ url, protocols, reconnect = {}, WebSocket = globalThis.WebSocket }, { warn, quality }) {
     if (typeof WebSocket !== "function")
       throw new FvvError({ code: "unsupported", message: "this environment has no WebSocket: pass a constructor" });
-    const live = new Live({ url, protocols, WebSocket, ...reconnect }, warn);
+    const live = new Live({ url, protocols, WebSocket, quality, ...reconnect }, warn);
     await live.#connect();
     return live;
   }
 
-  constructor({ url, protocols, WebSocket, attempts = 0, firstMs = 250, longestMs = 8000 }, warn) {
+  constructor({ url, protocols, WebSocket, quality, attempts = 0, firstMs = 250, longestMs = 8000 }, warn) {
     this.#url = url;
+    this.#asked = new URL(url).searchParams.has("rung") ? null : quality === "auto" ? LAST_RUNG : quality;
+    if (quality !== "auto") this.#reason = "chosen";
     this.#protocols = protocols;
     this.#WebSocket = WebSocket;
     this.#attempts = attempts;
@@ -54,9 +83,16 @@ export class Live {
     this.#warn = warn;
   }
 
+  get #address() {
+    if (this.#asked === null) return this.#url;
+    const url = new URL(this.#url);
+    url.searchParams.set("rung", String(this.#asked));
+    return url.href;
+  }
   #connect() {
     const WebSocket = this.#WebSocket;
-    const socket = new WebSocket(this.#url, this.#protocols);
+    const socket = new WebSocket(this.#address, this.#protocols);
+    this.#chooser.restart();
     socket.binaryType = "arraybuffer";
     this.#socket = socket;
     this.requests++;
@@ -95,6 +131,7 @@ export class Live {
     this.bytesRead += bytes.length;
     const begins = beginsWithFileHeader(bytes);
     const type = begins ? SCENE : chunkType(bytes);
+    this.#measure(bytes);
     if (begins) this.#header = bytes.slice(0, FILE_HEADER_SIZE);
     // A reader that joins at a later group needs the latest configuration block.
     if (type === SCENE) this.#block = begins ? bytes.subarray(FILE_HEADER_SIZE) : bytes;
@@ -104,6 +141,48 @@ export class Live {
     if (this.#dropping && !begins) this.#put({ bytes: this.#block });
     this.#dropping = false;
     this.#put({ bytes: begins ? this.#block : bytes });
+  }
+
+  #measure(bytes) {
+    const time = frameTime(bytes);
+    if (time === null || !this.rungs) return;
+    this.#chooser.arrived(bytes.length, Number(time) * this.#tick, now());
+    this.#consider();
+  }
+  /** Asks for another rung, if one is wanted. */
+  #consider() {
+    if (!this.#choices || !this.rungs) return;
+    const wish = this.#choices.wish();
+    const last = this.rungs.length - 1;
+    const asked = this.#asked === null ? this.#playing : Math.min(this.#asked, last);
+    let rung;
+    if (wish !== null) rung = Math.min(wish, last);
+    // The URL names a rung, or a change is under way.
+    else if (this.#asked === null || this.#playing !== asked) return;
+    else {
+      const rates = this.rungs.map(({ bitRate }) => bitRate);
+      rung = this.#chooser.choose({ rates, rung: asked, best: this.#choices.best(), now: now() });
+    }
+    if (rung === asked) return;
+    this.#asked = rung;
+    this.#reason = wish === null ? "delay" : "chosen";
+    this.#socket.send(JSON.stringify({ type: "rung", rung }));
+  }
+  /** See open.js. */
+  follow(choices) {
+    this.#choices = choices();
+  }
+  renew() {
+    this.#consider();
+  }
+  /** The rung with these tracks, which is played from here on. */
+  rungOf(tracks) {
+    const rung = this.rungs.findIndex((one) => one.tracks.join() === tracks.join());
+    this.#playing = rung < 0 ? null : rung;
+    return { rung: this.#playing, reason: this.#reason };
+  }
+  get throughput() {
+    return this.#chooser.throughput;
   }
 
   #drop() {
@@ -133,7 +212,13 @@ export class Live {
       });
     } else if (type === "damage") {
       this.#put({ lost: { error: FvvError.warning("damaged", `the input of the server is damaged: ${reason}`) } });
+    } else if (type === "rungs") {
+      const found = rungsOf(message);
+      this.rungs = found?.rungs.length > 1 ? found.rungs : null;
+      this.#tick = found?.tick;
+      this.#put({ rungs: this.rungs });
     } else if (type === "restart") {
+      this.#chooser.restart();
       this.#put({ restart: true });
     } else if (type === "end") {
       this.#put({ end: true });

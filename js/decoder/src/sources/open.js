@@ -10,6 +10,7 @@
 //   divide(offsets)            sets where groups begin; forget(offset): a byte there is damaged; close()
 //   rungs, follow(choices, position), renew(), buffer   of a source that has each rung by itself: choices(seconds) returns what
 //                              Ahead asks; position(): as for Ahead; renew(): another quality is wanted
+//   rungOf(tracks), throughput of a source that changes the rung by itself: {rung, reason} of a configuration with these tracks
 //   inSections, groups         a source in sections has inSections true. A section is a file header, a configuration
 //                              block and then any groups (clause 6.4). Between pieces of bytes such a source yields
 //     {header}                 a section begins; these are the bytes of its file header, the rest follows as bytes
@@ -17,6 +18,7 @@
 //     {lost: {error, from}}    data is missing up to the next group; from: ticks, or undefined
 //     {restart: true}          another stream begins
 //     {rung, reason}           the groups that follow are of this rung
+//     {rungs}                  the rungs have changed
 //                              With groups (as readGroups returns them) it can seek: stream(group) begins with that group.
 
 import { FvvError } from "../errors.js";
@@ -356,11 +358,12 @@ async function openUrl({ url, init = {}, seekable = true }, { warn, cache }) {
 /**
  * description can be sent to a worker: {bytes}, {blob}, {url, init, seekable}, {segments: {url, init}},
  * {live: {url, ...}}, or {pull: true} with a function pull. cache: for bytes of URLs, until the source is closed.
+ * quality: as for the decoder.
  */
-export async function openSource(description, { pull, warn, cache }) {
+export async function openSource(description, { pull, warn, cache, quality }) {
   if (description.bytes) return new Bytes(description.bytes);
   if (description.blob) return new File(description.blob);
-  if (description.live) return Live.open(description.live, warn);
+  if (description.live) return Live.open(description.live, { warn, quality });
   if (description.segments) return Segments.open(description.segments, cache);
   if (description.url) return openUrl(description, { warn, cache });
   return new Stream(pull);

@@ -42,11 +42,12 @@ template <class Json> Json json_of(const RungInfo &info) {
 // A configuration block, chunk by chunk.
 class ConfigurationBlock {
 public:
-  // The next chunk, SCEN first. Throws Error for a TRAK that cannot be read.
+  // The next chunk, SCEN first. Throws Error for a SCEN or TRAK that cannot be read.
   void add(const fvv_chunk_header &header, const uint8_t *payload);
 
   size_t rung_count() const { return fvv::rung_count(tracks.data(), tracks.size()); }
   std::vector<RungInfo> rungs() const;
+  fvv_rational time_base() const { return ticks; } // seconds per tick
   // Whether chunks with this track are left out of a rung.
   bool leaves_out(uint16_t track, size_t rung) const;
   // The bytes of the block with the tracks of a rung alone. Throws Error.
@@ -59,6 +60,7 @@ private:
     std::vector<uint8_t> payload;
   };
   std::vector<Chunk> chunks;
+  fvv_rational ticks = {};
   std::vector<fvv_track> tracks; // without names
   struct Layout {
     uint16_t track;
