@@ -71,6 +71,7 @@ export class FvvPlayer extends ViewpointElement {
       show: (frame) => this.#show(frame),
       vacate: () => this._stage.vacate(),
       wake: () => this._stage?.wake(),
+      screen: () => this._stage.screen,
     });
     this._navigator.addEventListener("change", () => {
       const { source } = this._navigator;
