@@ -49,6 +49,16 @@ test("plays to the end: each frame once, at its time, then again from the beginn
   assert.equal(media.ended, false);
 });
 
+test("autoplay with a screen that is later than a frame lasts", async () => {
+  const world = new World();
+  const media = world.media({ screen: () => ({ delay: 48, refresh: 16 }) });
+  media.autoplay = true;
+  media.load("clip");
+  await world.advance(400);
+  assert.deepEqual(world.numbers().slice(0, 8), numbersTo(8));
+  assert.ok(world.mostOpen <= 2, `${world.mostOpen} open`);
+});
+
 test("autoplay starts playback", async () => {
   const world = new World();
   const media = world.media();

@@ -194,7 +194,8 @@ export class Playout {
       else if (ended) this.#host.failed(new Error("the stream has no frames"));
     } else {
       if (frame || ended) this.#unstall();
-      if (this.#running) this.#play(frame, ended);
+      // Playback may have begun with that, and have taken the frame.
+      if (this.#running && queue.frame === frame) this.#play(frame, ended);
     }
     if (queue.ended && !queue.showing && !this.#wrapped) this.#host.drained();
     queue.fill();
