@@ -59,7 +59,7 @@ function makeClip(folder, seconds) {
 }
 
 const percentile = (values, percent) =>
-  values.length ? values.toSorted((a, b) => a - b)[Math.floor(((values.length - 1) * percent) / 100)] : null;
+  values.length ? [...values].sort((a, b) => a - b)[Math.floor(((values.length - 1) * percent) / 100)] : null;
 const largest = (values) => percentile(values.map(Math.abs), 100);
 const mean = (values) => values.reduce((sum, x) => sum + x, 0) / values.length;
 
@@ -127,8 +127,9 @@ async function play(clip, seconds, loop) {
       if (range) window.player.loopRange = { from: 0, to: range };
       return window.player.play();
     }, loop);
-    if (loop) await new Promise((done) => setTimeout(done, 1000 * LOOPED));
-    else await page.waitForFunction(() => window.player.ended, { timeout: 1000 * seconds + 60000, polling: 500 });
+    const end = performance.now() + 1000 * (loop ? LOOPED : seconds + 60);
+    while (performance.now() < end && !(await page.evaluate(() => window.player.ended)))
+      await new Promise((done) => setTimeout(done, 500));
     const record = await page.evaluate(() => ({
       clicks: window.heard.clicks,
       shown: window.shown,
