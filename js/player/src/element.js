@@ -52,7 +52,9 @@ export class FvvPlayer extends ViewpointElement {
   #immersive = null;
   #unsupported = false; // a codec of the source
   #lost = []; // codecs of videos without a picture
-  /** Further options for createDecoder. */
+  /** Further options for createDecoder, of all players. */
+  static decoderOptions = {};
+  /** The same of this one. */
   decoderOptions = {};
 
   constructor() {
@@ -229,6 +231,7 @@ export class FvvPlayer extends ViewpointElement {
       video: "pictures",
       audio: "samples",
       quality: this.rung,
+      ...FvvPlayer.decoderOptions,
       ...this.decoderOptions,
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,
