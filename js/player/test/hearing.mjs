@@ -40,9 +40,13 @@ function record() {
   const listen = async (node, { context }) => {
     await context.audioWorklet.addModule("recorder.js");
     const recorder = new AudioWorkletNode(context, "recorder");
+    // A single measurement may be a buffer of the device off.
+    const clocks = [];
     recorder.port.onmessage = ({ data: { click, loudest } }) => {
       const { contextTime, performanceTime } = context.getOutputTimestamp();
-      const time = performanceTime + (click - contextTime) * 1000;
+      clocks.push(performanceTime - contextTime * 1000);
+      if (clocks.length > 30) clocks.shift();
+      const time = [...clocks].sort((a, b) => a - b)[clocks.length >> 1] + click * 1000;
       if (click) heard.clicks.push([time, positionAt(time)]);
       if (loudest) heard.loudest = Math.max(heard.loudest, loudest);
     };
