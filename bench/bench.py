@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures the project's figures in one run, on the generated capture (./run bench [NAME...]).
+"""Measures the project's figures in one run, on the generated capture (./run bench [--minutes M] [NAME...]).
 
 NAME is a figure or the part before its dot: synth, mux, memory, house, demux, draco, fast, delta, visibility, container, sweep,
 import, calibration, clip, codecs, meshonly, serve, picture, js, view, ladder, player, sound.
@@ -429,14 +429,19 @@ def rounded(value):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="figures or parts: " + ", ".join(PARTS))
-    names = parser.parse_args().names
+    parser.add_argument("--minutes", type=float, default=1, help="how long sound is measured; 1 by default")
+    arguments = parser.parse_args()
+    if not arguments.minutes >= 0.2:
+        parser.error("--minutes: expected 0.2 or more")
+    names = arguments.names
     unknown = [name for name in names if part_of(name) not in PARTS]
     if unknown:
         parser.error(f"no such figure: {', '.join(unknown)}")
     WORK.mkdir(parents=True, exist_ok=True)
     figures = json.loads(RESULTS.read_text()) if names and RESULTS.exists() else {}
     print(f"{'figure':32} {'value':>12}")
-    for part, measure in PARTS.items():
+    parts = PARTS | {"sound": lambda: player.sound(arguments.minutes)}
+    for part, measure in parts.items():
         wanted = [name for name in names if part_of(name) == part]
         if names and not wanted:
             continue

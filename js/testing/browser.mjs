@@ -1,7 +1,11 @@
 // Browsers for tests that draw WebGL 2 without a GPU: headless Chromium, and Firefox on a virtual screen, because it has no
-// headless WebGL. FVV_CHROMIUM, FVV_FIREFOX: paths of programs, if not in PATH.
+// headless WebGL. Chromium plays sound without a device; Firefox gets one that nobody hears. FVV_CHROMIUM, FVV_FIREFOX: paths
+// of programs, if not in PATH.
 
 import { spawn, spawnSync } from "node:child_process";
+import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 
 import puppeteer from "puppeteer-core";
 
@@ -25,6 +29,7 @@ const kinds = {
   firefox: {
     program: process.env.FVV_FIREFOX ?? "firefox-esr",
     screen: true,
+    device: true,
     launch: {
       browser: "firefox",
       headless: false,
@@ -57,17 +62,50 @@ async function openScreen() {
   return { display, close: () => server.kill() };
 }
 
-/** {name, newPage, troubles, close}; troubles: errors and warnings of the pages, including violations of the content policy. */
-export async function openBrowser(name = "chromium") {
-  const { program, screen: wanted, launch } = kinds[name];
+/** The reason why a browser plays no sound, or false. */
+export const missingSound = (name) =>
+  kinds[name].device && absent("pulseaudio", "--version") ? "no pulseaudio installed" : false;
+
+/** A sound device that nobody hears, with a server of its own: {env, close}. */
+async function openDevice() {
+  const folder = mkdtempSync(join(tmpdir(), "fvv-device-"));
+  const socket = join(folder, "native");
+  const modules = ["module-null-sink", `module-native-protocol-unix socket=${socket} auth-anonymous=1`];
+  const modest = ["--use-pid-file=no", "--disable-shm=yes", "--realtime=no", "--high-priority=no"];
+  const parameters = ["-n", "--daemonize=no", "--exit-idle-time=-1", ...modest, ...modules.map((text) => `-L${text}`)];
+  const env = { HOME: folder, XDG_RUNTIME_DIR: folder };
+  const server = spawn("pulseaudio", parameters, { stdio: "ignore", env: { ...process.env, ...env } });
+  const close = () => {
+    server.kill();
+    rmSync(folder, { recursive: true, force: true });
+  };
+  for (let i = 0; i < 100 && !existsSync(socket); i++) {
+    if (server.exitCode !== null) throw new Error(`pulseaudio ended with ${server.exitCode}`);
+    await new Promise((done) => setTimeout(done, 50));
+  }
+  return { env: { PULSE_SERVER: `unix:${socket}` }, close };
+}
+
+/**
+ * {name, newPage, troubles, close}; troubles: errors and warnings of the pages, including violations of the content policy.
+ * sound: with a device, if missingSound finds nothing.
+ */
+export async function openBrowser(name = "chromium", { sound = false } = {}) {
+  const { program, screen: wanted, device: needed, launch } = kinds[name];
   const path = spawnSync("which", [program], { encoding: "utf8" }).stdout.trim();
   const screen = wanted ? await openScreen() : null;
-  const env = screen ? { ...process.env, DISPLAY: screen.display, LIBGL_ALWAYS_SOFTWARE: "1" } : process.env;
+  const device = needed && sound && !missingSound(name) ? await openDevice() : null;
+  const env = {
+    ...process.env,
+    ...(screen && { DISPLAY: screen.display, LIBGL_ALWAYS_SOFTWARE: "1" }),
+    ...device?.env,
+  };
   let browser;
   try {
     browser = await puppeteer.launch({ ...launch, executablePath: path, env });
   } catch (error) {
     screen?.close();
+    device?.close();
     throw error;
   }
   const troubles = [];
@@ -90,6 +128,7 @@ export async function openBrowser(name = "chromium") {
   const close = async () => {
     await browser.close();
     screen?.close();
+    device?.close();
   };
   return { name, newPage, troubles, close };
 }

@@ -116,7 +116,7 @@ export class Decoder extends EventTarget {
     const opened = await this.#call("open", { source, module, ...wanted, ...modes });
     this.#givenRungs = opened.rungs;
     Object.assign(this, opened, { rungs: opened.rungs ?? [] });
-    if (audio !== false) this.#listen(audio === "packets");
+    if (audio !== false) this.#listen(audio === "packets", options.audioFallback);
     if (look) await this.#lookAtOnce(look, tracks);
   }
 
@@ -144,10 +144,10 @@ export class Decoder extends EventTarget {
   }
 
   /** Sound is read ahead of the frames, and dispatched as soon as it is decoded. */
-  async #listen(encoded) {
+  async #listen(encoded, fallback) {
     const emit = (block) => this.dispatchEvent(new FvvEvent("sound", block));
     const warn = (error) => this.dispatchEvent(new FvvEvent("warning", error));
-    if (!encoded) this.#sounds = new SoundDecoders({ emit, warn });
+    if (!encoded) this.#sounds = new SoundDecoders({ emit, warn, fallback });
     this.#finish.push(() => this.#sounds?.close());
     try {
       while (!this.#closed) {

@@ -58,9 +58,11 @@ export interface Options {
   /** Decoders for video that WebCodecs cannot decode, or for environments without it: () => import("@fvv/video-fallback").
    * Called in this thread, and only when a track needs it. Default: a warning, and frames without pictures. */
   videoFallback?: () => Promise<VideoFallback | WebAssembly.Module>;
-  /** "samples": sound is decoded by WebCodecs and arrives with the event "sound"; "packets": encoded. Default false: no
-   * sound is read. */
+  /** "samples": sound is decoded and arrives with the event "sound"; "packets": encoded. Default false: no sound is read. */
   audio?: false | "samples" | "packets";
+  /** A decoder of Opus for environments whose WebCodecs has none: () => import("opus-decoder"). Called in this thread, and
+   * only when a track needs it. Default: a warning, and silence. */
+  audioFallback?: () => Promise<AudioFallback>;
   /** Number of frames that are decoded ahead. Default 4. */
   queue?: number;
   /** Tracks of video, as select takes them, from the first frame on. Default all. */
@@ -114,6 +116,15 @@ export interface Viewpoint {
 /** The cameras that together colour the fraction share of a ball at the target, seen from eye; the largest share first.
  * Empty if no camera shows the target. */
 export function camerasFor(cameras: Camera[], viewpoint: Viewpoint): { camera: number; share: number }[];
+
+/** The part of npm's opus-decoder that is used. */
+export interface AudioFallback {
+  OpusDecoder: new (options: object) => {
+    ready: Promise<void>;
+    decodeFrames(packets: Uint8Array[]): { channelData: Float32Array[]; errors: { message: string }[] };
+    free(): void;
+  };
+}
 
 /** The interface of @fvv/video-fallback. */
 export interface VideoFallback {

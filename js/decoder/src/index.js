@@ -57,9 +57,10 @@ function describe(source) {
 
 export async function createDecoder(options = {}) {
   const { worker, limits = {}, normals = true, visibility = true, queue = 4, signal } = options;
-  const { tracks = null, look = null, quality = "auto", videoFallback } = options;
-  if (videoFallback !== undefined && typeof videoFallback !== "function")
-    throw new FvvError({ code: "argument", message: "videoFallback: expected a function that imports the package" });
+  const { tracks = null, look = null, quality = "auto", videoFallback, audioFallback } = options;
+  for (const [name, fallback] of Object.entries({ videoFallback, audioFallback }))
+    if (fallback !== undefined && typeof fallback !== "function")
+      throw new FvvError({ code: "argument", message: `${name}: expected a function that imports the package` });
   if (limits.cacheBytes !== undefined && !(limits.cacheBytes >= 0))
     throw new FvvError({ code: "argument", message: "limits.cacheBytes: expected a number of bytes; 0 keeps nothing" });
   const audio = options.audio ?? false;
@@ -75,6 +76,7 @@ export async function createDecoder(options = {}) {
     video,
     audio,
     videoFallback,
+    audioFallback,
     queue,
     tracks,
     look,

@@ -1,7 +1,9 @@
-// Packets of sound to samples, by WebCodecs. Each track has a decoder of its own, which goes on from group to group; where
-// the sound does not continue it begins again with the packets that the group repeats for that.
+// Packets of sound to samples, by WebCodecs, or where that has no decoder by others (software_sound.js). Each track has a
+// decoder of its own, which goes on from group to group; where the sound does not continue it begins again with the packets
+// that the group repeats for that.
 
 import { FvvError } from "./errors.js";
+import { AacPackets, fitsAdts, OpusPackets } from "./software_sound.js";
 
 const MICROSECONDS = 1e6;
 /** Where the number of samples that an encoder puts before the sound is in the record of Opus. */
@@ -30,11 +32,63 @@ function planesOf(data) {
   });
 }
 
+/** The AudioDecoder of WebCodecs. */
+class NativeDecoder {
+  #about;
+  #rate;
+  #decoder;
+
+  /** output(start, channels): samples from the sample with this number on. fail(error): nothing follows. */
+  constructor(about, { output, fail }) {
+    this.#about = about;
+    this.#rate = sampleRate(about);
+    this.#decoder = new AudioDecoder({
+      output: (data) => {
+        output(Math.round((data.timestamp * this.#rate) / MICROSECONDS), planesOf(data));
+        data.close();
+      },
+      error: fail,
+    });
+    this.#decoder.configure(configOf(about));
+  }
+  get usable() {
+    return this.#decoder.state === "configured";
+  }
+  /** packets: [{start, data}] without a gap. */
+  decode(packets) {
+    const microseconds = (samples) => Math.round((samples / this.#rate) * MICROSECONDS);
+    const duration = microseconds(this.#about.packetDuration);
+    for (const { start, data } of packets)
+      this.#decoder.decode(new EncodedAudioChunk({ type: "key", timestamp: microseconds(start), duration, data }));
+  }
+  close() {
+    if (this.#decoder.state !== "closed") this.#decoder.close();
+  }
+}
+
+/** Returns a function that creates a decoder with such callbacks. Throws an Error if there is none. */
+async function chooseDecoder(about, audioFallback) {
+  const { codec } = about;
+  const hasNative = typeof AudioDecoder === "function";
+  const isSupported = () => AudioDecoder.isConfigSupported(configOf(about)).catch(() => ({ supported: false }));
+  if (hasNative && (await isSupported()).supported) return (callbacks) => new NativeDecoder(about, callbacks);
+  if (codec === "opus" && audioFallback) {
+    const { OpusDecoder } = await audioFallback();
+    return (callbacks) => new OpusPackets(OpusDecoder, about, callbacks);
+  }
+  if (codec !== "opus" && typeof OfflineAudioContext === "function" && fitsAdts(about))
+    return (callbacks) => new AacPackets(about, sampleRate(about), callbacks);
+  if (hasNative) throw new Error(`this browser does not decode sound of codec ${codec}`);
+  throw new Error("there is no AudioDecoder of WebCodecs here");
+}
+
 class Track {
   #about;
   #rate;
   #emit;
   #fail;
+  #make = null;
+  #waiting = []; // chunks that arrived before there was a decoder
   #decoder = null;
   #end = null; // sample after the last packet that was decoded
   #begin = 0; // sample from which on the output is right
@@ -47,79 +101,80 @@ class Track {
     this.#fail = fail;
   }
 
-  take({ start, sizes, prerollCount, position, data }) {
+  /** make: as chooseDecoder returns it. */
+  begin(make) {
+    this.#make = make;
+    for (const chunk of this.#waiting.splice(0)) this.take(chunk);
+  }
+
+  take(chunk) {
+    if (!this.#make) {
+      this.#waiting.push(chunk);
+      return;
+    }
+    const { start, sizes, prerollCount, position, data } = chunk;
     const { packetDuration, preroll, moves } = this.#about;
     const first = Number(start) + prerollCount * packetDuration;
-    const continues = this.#decoder?.state === "configured" && first === this.#end;
+    const continues = this.#decoder?.usable && first === this.#end;
     if (!continues) this.#restart(first - Math.max(0, prerollCount - preroll) * packetDuration);
     if (moves) this.#positions.push({ from: first, position });
+    const packets = [];
     let [at, time] = [0, Number(start)];
     sizes.forEach((size, i) => {
-      const skipped = continues && i < prerollCount;
-      if (!skipped && this.#decoder)
-        this.#decoder.decode(
-          new EncodedAudioChunk({
-            type: "key",
-            timestamp: Math.round((time / this.#rate) * MICROSECONDS),
-            duration: Math.round((packetDuration / this.#rate) * MICROSECONDS),
-            data: data.subarray(at, at + size),
-          }),
-        );
+      if (!continues || i >= prerollCount) packets.push({ start: time, data: data.subarray(at, at + size) });
       at += size;
       time += packetDuration;
     });
     this.#end = time;
+    this.#decoder.decode(packets);
   }
 
   #restart(begin) {
     this.close();
     this.#begin = begin;
     this.#positions = [];
-    const decoder = new AudioDecoder({
-      output: (data) => {
-        if (decoder === this.#decoder) this.#output(data);
-        data.close();
-      },
-      error: (error) => decoder === this.#decoder && this.#fail(error),
+    const decoder = this.#make({
+      output: (start, channels) => decoder === this.#decoder && this.#output(start, channels),
+      fail: (error) => decoder === this.#decoder && this.#fail(error),
     });
-    decoder.configure(configOf(this.#about));
     this.#decoder = decoder;
   }
 
-  #output(data) {
+  #output(time, planes) {
     const { track, position } = this.#about;
     const rate = this.#rate;
-    const time = Math.round((data.timestamp * rate) / MICROSECONDS);
     const late = Math.max(0, this.#begin - time);
-    if (late >= data.numberOfFrames) return;
-    const channels = planesOf(data).map((plane) => plane.subarray(late));
+    if (late >= planes[0].length) return;
+    const channels = planes.map((plane) => plane.subarray(late));
     const start = time + late;
     while (this.#positions.length > 1 && this.#positions[1].from <= start) this.#positions.shift();
     const place = this.#positions[0]?.position ?? position;
     this.#emit({ track, start, seconds: start / rate, rate, channels, position: place });
   }
 
-  async flush() {
-    await this.#decoder?.flush().catch(() => {});
-  }
-
   close() {
-    if (this.#decoder && this.#decoder.state !== "closed") this.#decoder.close();
+    this.#decoder?.close();
     this.#decoder = null;
     this.#end = null;
+    this.#waiting = [];
   }
 }
 
 export class SoundDecoders {
   #emit;
   #warn;
+  #fallback;
   #tracks = new Map();
   #warned = new Set();
 
-  /** emit(block): samples, as the event "sound" has them. warn(error): of a track that cannot be decoded. */
-  constructor({ emit, warn }) {
+  /**
+   * emit(block): samples, as the event "sound" has them. warn(error): of a track that cannot be decoded. fallback(): imports
+   * a decoder of Opus, as the option audioFallback does.
+   */
+  constructor({ emit, warn, fallback }) {
     this.#emit = emit;
     this.#warn = warn;
+    this.#fallback = fallback;
   }
 
   /** sounds: of a configuration. */
@@ -129,18 +184,21 @@ export class SoundDecoders {
   }
 
   async #open(about) {
-    if (typeof AudioDecoder !== "function")
-      return this.#refuse(about, `this browser has no AudioDecoder of WebCodecs: track ${about.track} is silent`);
-    const track = new Track(about, this.#emit, (error) => {
+    const refuse = (message) => {
+      if (this.#tracks.get(about.track) !== track) return;
+      track.close();
       this.#tracks.delete(about.track);
-      this.#refuse(about, `sound of track ${about.track} cannot be decoded: ${error.message}`);
-    });
+      this.#refuse(about, message);
+    };
+    const fail = ({ message }) => refuse(`sound of track ${about.track} cannot be decoded: ${message}`);
+    const track = new Track(about, this.#emit, fail);
     this.#tracks.set(about.track, track);
-    const { supported } = await AudioDecoder.isConfigSupported(configOf(about)).catch(() => ({ supported: false }));
-    if (supported || this.#tracks.get(about.track) !== track) return;
-    track.close();
-    this.#tracks.delete(about.track);
-    this.#refuse(about, `this browser does not decode sound of codec ${about.codec}: track ${about.track} is silent`);
+    try {
+      const make = await chooseDecoder(about, this.#fallback);
+      if (this.#tracks.get(about.track) === track) track.begin(make);
+    } catch ({ message }) {
+      refuse(`${message}: track ${about.track} is silent`);
+    }
   }
 
   #refuse({ track }, message) {
@@ -164,11 +222,6 @@ export class SoundDecoders {
   /** After a seek nothing continues. */
   restart() {
     for (const track of this.#tracks.values()) track.close();
-  }
-
-  /** Resolves when all samples of the packets so far were emitted. */
-  async flush() {
-    await Promise.all([...this.#tracks.values()].map((track) => track.flush()));
   }
 
   close() {

@@ -1,16 +1,20 @@
 // Sound in browsers: decoded samples compared with the files that fvvdemux writes, which the browser decodes by other means,
-// and claps where fvvsynth put them.
+// claps where fvvsynth put them, and the same samples without AudioDecoder.
 
 import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
 import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 import { fileURLToPath } from "node:url";
 
+import { build as bundle } from "esbuild";
+
 import { missingBrowser, openBrowser } from "../../testing/browser.mjs";
-import { serveFolder, tool } from "../../testing/served.mjs";
+import { build, serveFolder, tool } from "../../testing/served.mjs";
 import { createDecoder } from "../dist/index.js";
+import { OpusPackets } from "../dist/software_sound.js";
 
 const FRAMES = 50;
 const RATE = 48000;
@@ -24,8 +28,15 @@ before(() => {
   folder = mkdtempSync(join(tmpdir(), "fvv-sound-"));
   const rig = ["--rig", "small", "--cameras", "2", "--size", "96x64", "--frames", `${FRAMES}`];
   tool("fvvsynth", "-o", at("capture"), ...rig, "--sound");
-  tool("fvvmux", at("capture"), "-o", at("clip.fvv"), "--group", "10", "--triangles", "1000", "--quality", "36dB");
+  const options = ["--group", "10", "--triangles", "1000", "--quality", "36dB"];
+  tool("fvvmux", at("capture"), "-o", at("clip.fvv"), ...options);
   tool("fvvdemux", at("clip.fvv"), "-o", at("unpacked"), "--pictures", "none", "--meshes", "drc");
+  const { status, stderr } = spawnSync(join(build, "tests/js/sound_files"), [at("capture"), "2"], { encoding: "utf8" });
+  assert.equal(status, 0, stderr);
+  const about = JSON.parse(readFileSync(at("capture/capture.json"), "utf8"));
+  about.audio = [{ file: "stereo.m4a" }, { file: "surround.opus" }];
+  writeFileSync(at("capture/capture.json"), JSON.stringify(about));
+  tool("fvvmux", at("capture"), "-o", at("other.fvv"), ...options);
 });
 after(() => rmSync(folder, { recursive: true, force: true }));
 
@@ -79,64 +90,96 @@ test("without the option nothing is read ahead and nothing is dispatched", async
   assert.equal(heard, 0);
 });
 
-/** In the page: the sound of a clip from a time on, and what decodeAudioData makes of a file. */
-async function listen({ seconds, worker, rate }) {
-  const { createDecoder: create } = await import("/dist/index.js");
-  const decoder = await create({ source: "/clip.fvv", audio: "samples", worker: worker ? undefined : false });
-  const warnings = [];
-  const blocks = new Map();
-  decoder.addEventListener("warning", ({ detail }) => warnings.push(detail.message));
-  decoder.addEventListener("soundrestart", () => blocks.clear());
-  decoder.addEventListener("sound", ({ detail }) => {
-    if (!blocks.has(detail.track)) blocks.set(detail.track, []);
-    blocks.get(detail.track).push(detail);
-  });
-  if (seconds) await decoder.seek({ seconds });
-  let frames = 0;
-  for await (const frame of decoder) {
-    frames++;
-    frame.close();
-  }
-  await new Promise((done) => setTimeout(done, 300));
-  decoder.close();
-  const byTrack = [...blocks].sort(([a], [b]) => a - b);
-  const tracks = byTrack.map(([track, list]) => {
-    const start = list[0].start;
-    const end = list.at(-1).start + list.at(-1).channels[0].length;
-    const samples = new Float32Array(end - start);
-    let gaps = 0;
-    let expected = start;
-    for (const block of list) {
-      if (block.start !== expected) gaps++;
-      samples.set(block.channels[0], block.start - start);
-      expected = block.start + block.channels[0].length;
-    }
-    const { position } = list[0];
-    return { track, start, gaps, rate: list[0].rate, position, samples: Array.from(samples) };
-  });
-  const files = [];
-  for (const { track } of tracks) {
-    const context = new OfflineAudioContext(1, rate, rate);
-    const file = await (await fetch(`/audio/${track}.opus`)).arrayBuffer();
-    files.push(Array.from((await context.decodeAudioData(file)).getChannelData(0)));
-  }
-  return { frames, warnings, tracks, files };
-}
-
 const click = (samples, about) => {
   let best = 0;
   for (let i = about - 960; i < about + 960; i++) if (Math.abs(samples[i]) > Math.abs(samples[best])) best = i;
   return best;
 };
+const assertClap = (t, { samples, start }, clap) => {
+  const found = click(samples, clap - start) + start;
+  t.diagnostic(`clap at ${clap}, found at ${found}`);
+  assert.ok(Math.abs(found - clap) <= 2, `clap at ${clap}, found at ${found}`);
+};
+
+const nodeOptions = { worker: false, video: "samples" };
+const importOpus = () => import("opus-decoder");
+
+test("in Node sound is decoded by audioFallback", async (t) => {
+  const source = readFileSync(at("clip.fvv"));
+  const decoder = await createDecoder({ source, audio: "samples", audioFallback: importOpus, ...nodeOptions });
+  const blocks = [];
+  decoder.addEventListener("sound", ({ detail }) => detail.track === 10001 && blocks.push(detail));
+  for await (const frame of decoder) frame.close();
+  const end = () => (blocks.length ? blocks.at(-1).start + blocks.at(-1).channels[0].length : 0);
+  while (end() < 1.95 * RATE) await new Promise((done) => setTimeout(done, 20));
+  decoder.close();
+  const samples = blocks.flatMap(({ channels }) => Array.from(channels[0]));
+  for (const clap of CLAPS) assertClap(t, { samples, start: blocks[0].start }, clap);
+  await assert.rejects(createDecoder({ source, audioFallback: "opus-decoder" }), /audioFallback: expected a function/);
+});
+
+test("a fallback that cannot be loaded is a warning for each track", async () => {
+  const audioFallback = () => Promise.reject(new Error("no such package"));
+  const source = readFileSync(at("clip.fvv"));
+  const decoder = await createDecoder({ source, audio: "samples", audioFallback, ...nodeOptions });
+  const warnings = [];
+  decoder.addEventListener("warning", ({ detail }) => warnings.push(detail.message));
+  for await (const frame of decoder) frame.close();
+  assert.deepEqual(
+    warnings,
+    [10001, 10002].map((track) => `no such package: track ${track} is silent`),
+  );
+});
+
+test("the gain of Opus applies, and a damaged packet is an error", async () => {
+  const { OpusDecoder } = await importOpus();
+  const decoder = await createDecoder({ source: readFileSync(at("clip.fvv")), audio: "packets", ...nodeOptions });
+  const [chunk] = await new Promise((done) => {
+    const chunks = [];
+    decoder.addEventListener("sound", ({ detail }) => chunks.push(detail) === 4 && done(chunks));
+    decoder.next().then((frame) => frame.close());
+  });
+  const about = decoder.configuration.sounds.find(({ track }) => track === chunk.track);
+  decoder.close();
+  const decode = (gain, packets) => {
+    const record = about.record.slice();
+    new DataView(record.buffer).setInt16(16, gain, true);
+    return new Promise((output, fail) => {
+      const callbacks = { output: (_, [samples]) => output(samples), fail };
+      new OpusPackets(OpusDecoder, { ...about, record }, callbacks).decode(packets);
+    });
+  };
+  let end = 0;
+  const packets = Array.from(chunk.sizes, (size) => ({ start: 0, data: chunk.data.slice(end, (end += size)) }));
+  const loud = await decode(0, packets);
+  const soft = await decode(-6 * 256, packets);
+  const most = loud.indexOf(loud.reduce((a, b) => (Math.abs(a) > Math.abs(b) ? a : b)));
+  assert.ok(Math.abs(20 * Math.log10(soft[most] / loud[most]) + 6) < 1e-3, `${soft[most]} of ${loud[most]}`);
+  const { error } = console;
+  console.error = () => {}; // opus-decoder prints what it also returns
+  try {
+    await assert.rejects(decode(0, [{ start: 0, data: Uint8Array.of(255, 255, 255) }]), /OPUS_INVALID_PACKET/);
+  } finally {
+    console.error = error;
+  }
+});
 
 for (const name of ["chromium", "firefox"])
   describe(name, { skip: missingBrowser(name) }, () => {
     let served, browser, page;
     before(async () => {
       served = await serveFolder();
-      cpSync(fileURLToPath(new URL("../dist", import.meta.url)), join(served.folder, "dist"), { recursive: true });
-      cpSync(at("clip.fvv"), join(served.folder, "clip.fvv"));
-      cpSync(at("unpacked/audio"), join(served.folder, "audio"), { recursive: true });
+      const put = (from, to) => cpSync(from, join(served.folder, to), { recursive: true });
+      put(fileURLToPath(new URL("../dist", import.meta.url)), "dist");
+      put(fileURLToPath(new URL("hearing.mjs", import.meta.url)), "hearing.js");
+      put(at("clip.fvv"), "clip.fvv");
+      put(at("other.fvv"), "other.fvv");
+      put(at("unpacked/audio"), "audio");
+      const stdin = {
+        contents: 'export { OpusDecoder } from "opus-decoder";',
+        resolveDir: fileURLToPath(new URL(".", import.meta.url)),
+      };
+      await bundle({ stdin, bundle: true, minify: true, format: "esm", outfile: join(served.folder, "opus.js") });
       writeFileSync(join(served.folder, "index.html"), "<!doctype html><title>sound</title>");
       browser = await openBrowser(name);
       page = await browser.newPage(`${served.url}/index.html`);
@@ -145,13 +188,28 @@ for (const name of ["chromium", "firefox"])
       await browser?.close();
       served?.close();
     });
+    const inPage = (what, ...values) =>
+      page.evaluate(async (called, given) => (await import("/hearing.js"))[called](...given), what, values);
+    const fileSamples = (track) =>
+      page.evaluate(
+        async (url, rate) => Array.from((await (await import("/hearing.js")).listenToFile(url, rate))[0]),
+        `/audio/${track}.opus`,
+        RATE,
+      );
+    const lacksDecoder = async () => !(await page.evaluate(() => typeof AudioDecoder === "function"));
 
-    for (const worker of [true, false])
-      test(`decoded samples are those of the file, ${worker ? "worker" : "window"}`, async (t) => {
-        if (!(await page.evaluate(() => typeof AudioDecoder === "function"))) return t.skip("no AudioDecoder");
-        const { frames, warnings, tracks, files } = await page.evaluate(listen, { seconds: 0, worker, rate: RATE });
+    for (const { worker, software } of [
+      { worker: true, software: false },
+      { worker: false, software: false },
+      { worker: true, software: true },
+    ])
+      test(`decoded samples are those of the file, ${worker ? "worker" : "window"}${software ? ", without AudioDecoder" : ""}`, async (t) => {
+        if (!software && (await lacksDecoder())) return t.skip("no AudioDecoder");
+        const { frames, warnings, calls, tracks } = await inPage("report", { worker, software });
         assert.equal(frames, FRAMES);
         assert.deepEqual(warnings, []);
+        // Only who needs it loads it.
+        assert.equal(calls > 0, software);
         assert.deepEqual(
           tracks.map(({ track, gaps, rate }) => [track, gaps, rate]),
           [
@@ -160,49 +218,60 @@ for (const name of ["chromium", "firefox"])
           ],
         );
         assert.ok(tracks[1].position.length === 3 && Math.abs(tracks[1].position[0]) > 0.1);
-        tracks.forEach(({ start, samples }, i) => {
+        for (const { track, start, samples } of tracks) {
           // The file begins 648 samples before the scene: a packet, without the delay of the encoder.
-          const file = files[i].slice(960 - 312);
+          const file = (await fileSamples(track)).slice(960 - 312);
           const ours = samples.slice(-start);
-          let [signal, noise] = [0, 0];
+          let [signal, noise] = [0, 1e-12];
           for (let k = 960; k < 2 * RATE; k++) {
             signal += file[k] ** 2;
             noise += (file[k] - ours[k]) ** 2;
           }
-          t.diagnostic(`track ${i}: ${(10 * Math.log10(signal / noise)).toFixed(1)} dB`);
-          assert.ok(noise < signal * 1e-4, `track ${i}: ${10 * Math.log10(signal / noise)} dB`);
-        });
-        for (const clap of CLAPS) {
-          const found = click(tracks[0].samples, clap - tracks[0].start) + tracks[0].start;
-          t.diagnostic(`clap at ${clap}, found at ${found}`);
-          assert.ok(Math.abs(found - clap) <= 2, `clap at ${clap}, found at ${found}`);
+          const decibels = 10 * Math.log10(signal / noise);
+          t.diagnostic(`track ${track}: ${decibels.toFixed(1)} dB`);
+          assert.ok(decibels > 40, `track ${track}: ${decibels} dB`);
         }
+        for (const clap of CLAPS) assertClap(t, tracks[0], clap);
       });
 
-    test("after a seek sound begins with the group, and is right there", async (t) => {
-      if (!(await page.evaluate(() => typeof AudioDecoder === "function"))) return t.skip("no AudioDecoder");
-      const { tracks } = await page.evaluate(listen, { seconds: 1.3, worker: true, rate: RATE });
-      assert.equal(tracks[0].start, 1.2 * RATE);
-      const found = click(tracks[0].samples, CLAPS[1] - tracks[0].start) + tracks[0].start;
-      assert.ok(Math.abs(found - CLAPS[1]) <= 2, `clap at ${CLAPS[1]}, found at ${found}`);
+    for (const software of [false, true])
+      test(`after a seek sound begins with the group, and is right there${software ? ", without AudioDecoder" : ""}`, async (t) => {
+        if (!software && (await lacksDecoder())) return t.skip("no AudioDecoder");
+        const { tracks } = await inPage("report", { seconds: 1.3, software });
+        assert.equal(tracks[0].start, 1.2 * RATE);
+        assertClap(t, tracks[0], CLAPS[1]);
+      });
+
+    test("AAC, and Opus of six channels, are the same without AudioDecoder, also after a seek", async (t) => {
+      const clip = "/other.fvv";
+      const native = { clip, software: await lacksDecoder() };
+      for (const [one, other] of [
+        [native, { clip, software: true }],
+        [
+          { clip, software: true },
+          { clip, software: true, seconds: 1.3 },
+        ],
+      ]) {
+        const { warnings, gaps, starts, ends, decibels } = await inPage("compare", one, other);
+        t.diagnostic(`dB: ${decibels.map((track) => track.map((x) => x.toFixed(0)).join(" ")).join("; ")}`);
+        assert.deepEqual(warnings, []);
+        assert.deepEqual(
+          decibels.map(({ length }) => length),
+          [2, 6],
+        );
+        assert.deepEqual(gaps.flat(), [0, 0, 0, 0]);
+        assert.deepEqual(ends[0], ends[1]);
+        if (!other.seconds) assert.deepEqual(starts[0], starts[1]);
+        // After a seek Opus converges within its pre-roll.
+        const least = other.seconds ? [60, 25] : [60, 60];
+        decibels.forEach((track, i) => assert.ok(Math.min(...track) > least[i], `track ${i}: ${track} dB`));
+      }
     });
 
-    test("a browser without AudioDecoder gets a warning, and the frames", async () => {
-      const { frames, warnings, tracks } = await page.evaluate(
-        async (text, options) => {
-          const former = globalThis.AudioDecoder;
-          globalThis.AudioDecoder = undefined;
-          try {
-            return await new Function(`return ${text}`)()(options);
-          } finally {
-            globalThis.AudioDecoder = former;
-          }
-        },
-        listen.toString(),
-        { seconds: 0, worker: false, rate: RATE },
-      );
+    test("without AudioDecoder and audioFallback there is a warning, and the frames", async () => {
+      const { frames, warnings, tracks } = await inPage("report", { worker: false, software: true, fallback: false });
       assert.equal(frames, FRAMES);
       assert.equal(tracks.length, 0);
-      assert.equal(warnings.filter((text) => /track 1000\d is silent/.test(text)).length, 2);
+      assert.equal(warnings.filter((text) => /no AudioDecoder .* track 1000\d is silent/.test(text)).length, 2);
     });
   });

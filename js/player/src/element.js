@@ -52,7 +52,9 @@ export class FvvPlayer extends ViewpointElement {
   #immersive = null;
   #unsupported = false; // a codec of the source
   #lost = []; // codecs of videos without a picture
-  /** Further options for createDecoder. */
+  /** Further options for createDecoder, of all players. */
+  static decoderOptions = {};
+  /** The same of this one. */
   decoderOptions = {};
 
   constructor() {
@@ -71,6 +73,7 @@ export class FvvPlayer extends ViewpointElement {
       show: (frame) => this.#show(frame),
       vacate: () => this._stage.vacate(),
       wake: () => this._stage?.wake(),
+      screen: () => this._stage.screen,
     });
     this._navigator.addEventListener("change", () => {
       const { source } = this._navigator;
@@ -228,6 +231,7 @@ export class FvvPlayer extends ViewpointElement {
       video: "pictures",
       audio: "samples",
       quality: this.rung,
+      ...FvvPlayer.decoderOptions,
       ...this.decoderOptions,
       ...(worker && { worker: worker === "none" ? false : new URL(worker, this.baseURI) }),
       source: described,

@@ -55,6 +55,8 @@ export interface Journey {
   duration?: number;
 }
 
+export type DecoderOptions = Pick<Options, "limits" | "signal" | "videoFallback" | "audioFallback">;
+
 export class FvvPlayer extends HTMLElement {
   static readonly NETWORK_EMPTY: 0;
   static readonly NETWORK_IDLE: 1;
@@ -196,7 +198,9 @@ export class FvvPlayer extends HTMLElement {
 
   worker: string | null;
   /** Further options for createDecoder, applied by the next load(). */
-  decoderOptions: Pick<Options, "limits" | "signal">;
+  decoderOptions: DecoderOptions;
+  /** The same of all players. */
+  static decoderOptions: DecoderOptions;
   readonly isFullscreen: boolean;
   toggleFullscreen(): void;
   readonly stats: Stats;

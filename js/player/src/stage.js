@@ -4,6 +4,7 @@
 import { Renderer } from "./renderer/index.js";
 import { sheetCells } from "./renderer/sheet.js";
 import { Resolution } from "./resolution.js";
+import { ScreenDelay } from "./screen_delay.js";
 import { dot, mix } from "./vectors.js";
 
 /** Milliseconds without movement after which the picture is drawn at full resolution. */
@@ -41,6 +42,7 @@ export class Stage extends EventTarget {
   #bare = true; // no mesh so far: the extent is a guess
   #outlined = { cameras: null, without: null, found: null };
   resolution = new Resolution();
+  #delay = new ScreenDelay();
   backgrounds = [];
   options = {
     mode: "textured",
@@ -97,7 +99,13 @@ export class Stage extends EventTarget {
     return this.#asked !== 0 || this.#settle !== null;
   }
 
+  /** As Media takes it. */
+  get screen() {
+    return this.#delay.value;
+  }
+
   async show(frame) {
+    const taken = performance.now();
     const shown = await this.#renderer.show(frame);
     if (!shown) return false;
     const { tracks, scaleKnown } = frame.configuration;
@@ -105,6 +113,7 @@ export class Stage extends EventTarget {
     this.#frame = { cameras: frame.cameras, hasMeshes, scaleKnown, floor: this.#frame?.floor ?? null };
     if (this.#empty || (this.#bare && frame.mesh)) this.#begin(frame);
     else this.#navigator.follow(frame.cameras);
+    this.#delay.uploaded(taken);
     this.wake();
     return true;
   }
@@ -173,6 +182,7 @@ export class Stage extends EventTarget {
     const moves = this.#navigator.step(now);
     const continues = plays || moves;
     this.resolution.observe(now, continues);
+    this.#delay.draws(now, continues);
     if (!this.#empty) this.#draw(continues);
     if (continues) this.wake();
   }
@@ -195,7 +205,7 @@ export class Stage extends EventTarget {
   }
   /** views: as Renderer.drawViews takes them. overWorld: without anything around the scene. */
   drawEyes(views, framebuffer, overWorld) {
-    this.#media.tick();
+    this.#delay.draws(performance.now(), this.#media.tick());
     if (this.#empty) return;
     const drawing = { ...this.#drawing(), sheet: null };
     const bare = { environment: false, sky: null, grid: null, clearColour: [0, 0, 0, 0] };

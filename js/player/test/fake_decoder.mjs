@@ -130,6 +130,7 @@ export class World {
         return true;
       },
       vacate: () => this.shown.push({ number: null, at: this.now }),
+      screen: options.screen,
     });
     const types =
       "loadstart loadedmetadata loadeddata durationchange canplay canplaythrough play playing pause seeking seeked waiting " +

@@ -26,18 +26,28 @@ registerProcessor("recorder", class extends AudioWorkletProcessor {
 });`;
 
 function record() {
+  const { player } = window;
   const heard = (window.heard = { clicks: [], loudest: 0 });
   const shown = (window.shown = []);
-  // When the renderer has it: drawing without a GPU takes longer than any offset.
-  window.player.addEventListener("framechange", () => shown.push([window.player.currentFrame, performance.now()]));
+  const positionAt = (time) => player.currentTime + ((time - performance.now()) / 1000) * player.playbackRate;
+  // The next animation frame draws it, and the one after that begins when it is on the screen.
+  player.addEventListener("framechange", () => {
+    const { currentFrame } = player;
+    requestAnimationFrame(() => requestAnimationFrame((now) => shown.push([currentFrame, now, positionAt(now)])));
+  });
   const { connect } = AudioNode.prototype;
   const begun = new Set();
   const listen = async (node, { context }) => {
     await context.audioWorklet.addModule("recorder.js");
     const recorder = new AudioWorkletNode(context, "recorder");
+    // A single measurement may be a buffer of the device off.
+    const clocks = [];
     recorder.port.onmessage = ({ data: { click, loudest } }) => {
       const { contextTime, performanceTime } = context.getOutputTimestamp();
-      if (click) heard.clicks.push(performanceTime + (click - contextTime) * 1000);
+      clocks.push(performanceTime - contextTime * 1000);
+      if (clocks.length > 30) clocks.shift();
+      const time = [...clocks].sort((a, b) => a - b)[clocks.length >> 1] + click * 1000;
+      if (click) heard.clicks.push([time, positionAt(time)]);
       if (loudest) heard.loudest = Math.max(heard.loudest, loudest);
     };
     connect.call(node, recorder);
@@ -52,7 +62,10 @@ function record() {
   };
 }
 
-/** Begins to record: window.heard is {clicks, loudest}, window.shown [[frame, milliseconds]]. Before anything is played. */
+/**
+ * Begins to record, before anything is played: window.heard is {clicks, loudest}, window.shown [[frame, milliseconds,
+ * position]], clicks [[milliseconds, position]], with the position that playback had then, in seconds.
+ */
 export async function beginRecording({ page, served }) {
   writeFileSync(join(served.folder, "recorder.js"), WORKLET);
   await page.evaluate(record);
@@ -61,7 +74,7 @@ export async function beginRecording({ page, served }) {
 /** Milliseconds by which each click's flash was later; null where that frame was not shown. */
 export function offsetsOf(clicks, shown, frames) {
   const flashes = shown.filter(([frame]) => frames.includes(frame)).map(([, now]) => now);
-  return clicks.map((time) => {
+  return clicks.map(([time]) => {
     const near = flashes.reduce((a, b) => (Math.abs(b - time) < Math.abs(a - time) ? b : a), Infinity);
     return Math.abs(near - time) < 300 ? near - time : null;
   });

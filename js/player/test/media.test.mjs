@@ -49,6 +49,16 @@ test("plays to the end: each frame once, at its time, then again from the beginn
   assert.equal(media.ended, false);
 });
 
+test("autoplay with a screen that is later than a frame lasts", async () => {
+  const world = new World();
+  const media = world.media({ screen: () => ({ delay: 48, refresh: 16 }) });
+  media.autoplay = true;
+  media.load("clip");
+  await world.advance(400);
+  assert.deepEqual(world.numbers().slice(0, 8), numbersTo(8));
+  assert.ok(world.mostOpen <= 2, `${world.mostOpen} open`);
+});
+
 test("autoplay starts playback", async () => {
   const world = new World();
   const media = world.media();
@@ -179,6 +189,31 @@ test("loops without a pause", async () => {
     ["play", "playing", "seeking", "seeked", "seeking"].slice(0, 4).concat("seeking"),
   );
   assert.equal(media.ended, false);
+});
+
+test("frames are on the screen at their time, from one round of a loop to the next", async () => {
+  const screen = () => ({ delay: 48, refresh: 16 });
+  const { world, media } = await ready({ count: 20, screen });
+  media.loop = true;
+  const began = world.now;
+  media.play();
+  await world.advance(3920);
+  const shown = world.shown.slice(10, 95);
+  assert.deepEqual(
+    shown.map(({ number }) => number),
+    Array.from({ length: 85 }, (_, i) => (i + 10) % 20),
+  );
+  shown.forEach(({ number, at }, i) => {
+    const late = at + screen().delay - began - 40 * (i + 10);
+    assert.ok(late >= -8 && late <= 12, `frame ${number} is ${late} ms late on the screen`);
+  });
+  // Before the round begins to be heard, the one before is.
+  const { position, begins } = media.motion;
+  assert.equal(begins, 0);
+  assert.ok(Math.abs(position - (((world.now - began) / 1000) % 0.8)) < 0.01, `${position}`);
+  media.currentTime = 0.4;
+  await world.advance(200);
+  assert.equal(media.motion.begins, -Infinity);
 });
 
 test("a range is played in a loop, until it is removed", async () => {

@@ -10,8 +10,11 @@ import { bundle } from "../../three/bundle.mjs";
 
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 
-/** Opens the page of the player in a browser, with a clip. live: as serveFolder takes it. close() closes everything. */
-export async function openPage(name, clip, live) {
+/**
+ * Opens the page of the player in a browser, with a clip. live: as serveFolder takes it. sound: as openBrowser does. close()
+ * closes everything.
+ */
+export async function openPage(name, clip, live, sound = false) {
   const served = await serveFolder(live);
   let browser;
   const close = async () => {
@@ -21,7 +24,7 @@ export async function openPage(name, clip, live) {
   try {
     await bundle(here("page.js"), [here("page.html"), here("page.css")], served.folder);
     copyFileSync(clip, join(served.folder, "players.fvv"));
-    browser = await openBrowser(name);
+    browser = await openBrowser(name, { sound });
     return { served, browser, page: await browser.newPage(`${served.url}page.html`, 720, 560), close };
   } catch (error) {
     await close();

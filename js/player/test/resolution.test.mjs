@@ -1,9 +1,10 @@
-// The resolution of pictures, depending on the speed of drawing.
+// The resolution of pictures, depending on the speed of drawing, and how long it takes until they are on the screen.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { Resolution } from "../src/resolution.js";
+import { ScreenDelay } from "../src/screen_delay.js";
 import { shownScale } from "../src/view.js";
 
 /** Consecutive pictures at an interval in milliseconds. */
@@ -52,4 +53,28 @@ test("how large cameras' pictures are shown", () => {
   assert.ok(Math.abs(shownScale(pose, 400, [camera(8, 800)]) - 0.5) < 1e-12);
   assert.ok(Math.abs(shownScale(pose, 400, [camera(8, 800), camera(4, 800), camera(2, 100)]) - 0.5) < 1e-12);
   assert.equal(shownScale(pose, 400, [camera(8, 800, false)]), null);
+});
+
+test("the time from a frame to the screen is measured, and pauses do not count", () => {
+  const screen = new ScreenDelay();
+  assert.deepEqual(screen.value, { delay: 2000 / 60, refresh: 1000 / 60 });
+  let now = 0;
+  const play = (count, refresh) => {
+    for (let i = 0; i < count; i++, now += refresh) {
+      screen.draws(now, true);
+      // Each third animation frame takes a frame, which the next one draws.
+      if (i % 3 === 0) screen.uploaded(now + 1);
+    }
+  };
+  play(60, 8);
+  assert.deepEqual(screen.value, { delay: 15, refresh: 8 });
+  // One that was late, and a pause.
+  now += 30;
+  play(6, 8);
+  screen.draws(now, false);
+  now += 10000;
+  play(3, 8);
+  assert.deepEqual(screen.value, { delay: 15, refresh: 8 });
+  play(60, 20);
+  assert.deepEqual(screen.value, { delay: 39, refresh: 20 });
 });

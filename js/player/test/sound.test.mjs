@@ -8,7 +8,7 @@ import { join, resolve } from "node:path";
 import { after, before, describe, test } from "node:test";
 import { fileURLToPath } from "node:url";
 
-import { missingBrowser } from "../../testing/browser.mjs";
+import { missingBrowser, missingSound } from "../../testing/browser.mjs";
 import { tool } from "../../testing/served.mjs";
 import { chooseTracks } from "../src/playback/sound.js";
 import { Stretch } from "../src/playback/stretch.js";
@@ -18,6 +18,7 @@ import { drivePage, openPage } from "./page_driver.mjs";
 const here = (name) => fileURLToPath(new URL(name, import.meta.url));
 const screens = resolve(process.env.FVV_ARTEFACTS ?? here("../../../build/screens"));
 const CLAPS = [12, 37];
+const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 const wait = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
 
 let folder;
@@ -73,21 +74,13 @@ for (const name of ["chromium", "firefox"])
   describe(name, { skip: missingBrowser(name) }, () => {
     let opened, page;
     before(async () => {
-      opened = await openPage(name, join(folder, "players.fvv"));
+      opened = await openPage(name, join(folder, "players.fvv"), {}, true);
       ({ page } = opened);
       await beginRecording(opened);
     });
     after(() => opened?.close());
     const { ask, until, click, control } = drivePage(() => page, screens, name);
-    let silent = "";
-    /** Firefox opens no device on machines without one. */
-    const whySilent = async () => {
-      if (!(await ask(() => typeof AudioDecoder === "function"))) return "no AudioDecoder";
-      await until(() => window.player.audioContext);
-      for (let i = 0; i < 60; i++, await wait(100))
-        if (await ask(() => window.player.audioContext.state === "running")) return "";
-      return "no audio device";
-    };
+    const silent = missingSound(name);
     const listen = () => ask(() => window.heard.clicks.splice(0));
 
     test("without a gesture of the user there is no sound, no warning, and playback goes on", async () => {
@@ -96,13 +89,12 @@ for (const name of ["chromium", "firefox"])
       assert.deepEqual(opened.browser.troubles, []);
     });
 
-    test("claps are heard when they are seen", async (t) => {
+    test("claps are heard when they are seen", { skip: silent }, async (t) => {
       await ask(() => {
         window.player.loop = true;
       });
       await click(control("play"));
-      silent = await whySilent();
-      if (silent) return t.skip(silent);
+      await until(() => window.player.audioContext?.state === "running");
       await wait(9000);
       const claps = await listen();
       const shown = await ask(() => window.shown.splice(0));
@@ -112,12 +104,14 @@ for (const name of ["chromium", "firefox"])
       // A frame may have been dropped, above all while everything begins.
       const seen = offsets.filter((offset) => offset !== null);
       assert.ok(seen.length >= 4, `${seen.length} of them seen`);
-      const sorted = seen.map(Math.abs).sort((a, b) => a - b);
-      assert.ok(sorted[sorted.length >> 1] < 30, `offsets ${seen}`);
+      // Without a GPU a busy machine skips refreshes of the screen: bench.py measures this without other programs.
+      assert.ok(median(seen.map(Math.abs)) < 60, `offsets ${seen}`);
+      const errors = claps.map(([, position]) => 1000 * Math.min(...CLAPS.map((clap) => Math.abs(position - clap / 25))));
+      t.diagnostic(`errors of the clock, ms: ${errors.map((x) => x.toFixed(1)).join(", ")}`);
+      assert.ok(median(errors) < 20, `errors of the clock ${errors}`);
     });
 
-    test("mute, volume and pause", async (t) => {
-      if (silent) return t.skip(silent);
+    test("mute, volume and pause", { skip: silent }, async () => {
       await click(control("sound"));
       assert.equal(await ask(() => window.player.muted), true);
       await wait(300);
@@ -143,8 +137,7 @@ for (const name of ["chromium", "firefox"])
       );
     });
 
-    test("a seek during playback, and other speeds", async (t) => {
-      if (silent) return t.skip(silent);
+    test("a seek during playback, and other speeds", { skip: silent }, async () => {
       await ask(() => {
         window.player.loop = false;
         window.player.currentTime = 1.2;
@@ -160,11 +153,16 @@ for (const name of ["chromium", "firefox"])
         [4, 0, 0],
       ]) {
         await ask((speed) => (window.player.playbackRate = speed), rate);
-        await ask(() => window.player.play());
-        await until(() => window.player.ended);
-        await wait(300);
-        const { length } = await listen();
-        assert.ok(length >= least && length <= most, `${length} claps at ${rate} times the speed`);
+        let length;
+        // On a busy machine sound may begin after the claps.
+        for (let attempt = 0; attempt === 0 || (attempt < 4 && length < least); attempt++) {
+          await ask(() => window.player.play());
+          await until(() => window.player.ended);
+          await wait(300);
+          ({ length } = await listen());
+          assert.ok(length <= most, `${length} claps at ${rate} times the speed`);
+        }
+        assert.ok(length >= least, `${length} claps at ${rate} times the speed`);
       }
       assert.deepEqual(opened.browser.troubles, []);
     });

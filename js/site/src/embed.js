@@ -1,7 +1,6 @@
 // The page that shows how to embed the player. Its listing is the text of the page that it links.
 
-import "@fvv/player";
-
+import "./player.js";
 import "./theme.js";
 
 const copy = document.getElementById("copy");

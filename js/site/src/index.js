@@ -1,9 +1,9 @@
 // The front page: the player, a choice of clips, and the facts of the current clip.
 
-import "@fvv/player";
 import { COMMANDS, MOVES } from "@fvv/player/keys";
 
 import { bytes, comparedWith, element, factsOf, partsOf } from "./facts.js";
+import "./player.js";
 import "./theme.js";
 
 const $ = (id) => document.getElementById(id);

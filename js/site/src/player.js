@@ -1,3 +1,5 @@
-// The script of pages that embed the player.
+// The player as all pages of the site have it: a browser without a decoder of Opus loads one.
 
-import "@fvv/player";
+import { FvvPlayer } from "@fvv/player";
+
+FvvPlayer.decoderOptions = { audioFallback: () => import("opus-decoder") };

@@ -2,7 +2,7 @@
 // FVV_PICTURES=FOLDER keeps screenshots.
 
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync } from "node:fs";
+import { mkdirSync, readdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
@@ -72,7 +72,19 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
     served = await serveFolder();
     const at = (name) => join(served.folder, name);
     const clips = ["players", "still"].map((name) => at(`${name}.fvv`));
-    tool("fvvsynth", "-o", at("capture"), "--rig", "small", "--frames", "6", "--size", "320x180", "--environment");
+    tool(
+      "fvvsynth",
+      "-o",
+      at("capture"),
+      "--rig",
+      "small",
+      "--frames",
+      "6",
+      "--size",
+      "320x180",
+      "--environment",
+      "--sound",
+    );
     tool("fvvmux", at("capture"), "-o", clips[0], "--max-error", "0.5");
     tool("fvvmux", at("capture"), "-o", clips[1], "--frames", "3-3", "--max-error", "0.5", "--codec", "jpeg");
     await buildSite(served.folder, (path) => JSON.parse(tool("fvvinfo", "--json", path)).files[0], clips);
@@ -96,6 +108,27 @@ describe("site", { skip: missingBrowser("chromium") }, () => {
       await page.close();
       assert.deepEqual(browser.troubles.splice(0), []);
     });
+
+  test("a browser without AudioDecoder loads a decoder of Opus, and no other does", async () => {
+    const isDecoder = (name) =>
+      name.endsWith(".js") && readFileSync(join(served.folder, name), "utf8").includes("OPUS_INVALID_PACKET");
+    const decoders = readdirSync(served.folder).filter(isDecoder);
+    assert.equal(decoders.length, 1);
+    for (const lacking of [false, true]) {
+      const page = await browser.newPage("about:blank", ...WIDE);
+      const scripts = [];
+      page.on("request", (request) => scripts.push(new URL(request.url()).pathname.slice(1)));
+      if (lacking) await page.evaluateOnNewDocument(() => delete globalThis.AudioDecoder);
+      await page.goto(`${served.url}five-lines.html`);
+      await seen(page);
+      await page.waitForFunction(() => document.querySelector("fvv-player").hasSound);
+      for (let i = 0; i < 50 && lacking && !scripts.includes(decoders[0]); i++)
+        await new Promise((later) => setTimeout(later, 100));
+      assert.equal(scripts.includes(decoders[0]), lacking);
+      await page.close();
+      assert.deepEqual(browser.troubles.splice(0), []);
+    }
+  });
 
   for (const path of ["", "embed.html", "five-lines.html"])
     test(`controls are on the first screen: ${path || "index"}`, async () => {

@@ -14,12 +14,16 @@ async function open(url: string): Promise<Decoder> {
     source: { url, credentials: "include" },
     limits: { memory: 2 ** 28 },
     videoFallback: () => WebAssembly.compileStreaming(fetch("/video.wasm")),
+    audio: "samples",
+    audioFallback: () => import("opus-decoder"),
   });
   const report = (event: FvvEvent<Gap>): void => console.warn(event.detail.from, event.detail.error.message);
   decoder.addEventListener("gap", report);
   decoder.addEventListener("configuration", ({ detail }) => console.log(detail.texturing.best, detail.cameras.length));
   decoder.removeEventListener("gap", report);
   decoder.addEventListener("configuration", { handleEvent() {} });
+  decoder.addEventListener("sound", ({ detail }) => console.log(detail.track));
+  FvvPlayer.decoderOptions = { audioFallback: () => import("opus-decoder") };
   // @ts-expect-error gaps have no cameras
   decoder.addEventListener("gap", ({ detail }) => detail.cameras);
   const groups: readonly Group[] = decoder.groups ?? [];

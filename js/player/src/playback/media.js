@@ -85,6 +85,9 @@ class StallWatch {
   }
 }
 
+/** A screen that shows at once what is drawn. */
+const INSTANT = { delay: 0, refresh: 8 };
+
 const TIME_UPDATE_MS = 250;
 const MAX_RATE = 16;
 
@@ -94,6 +97,7 @@ export class Media extends DelayedEvents {
   #vacate;
   #now;
   #wake;
+  #screen;
   #source = null;
   #playout = null;
   #plays = new PendingPlays();
@@ -117,9 +121,17 @@ export class Media extends DelayedEvents {
 
   /**
    * open(source): resolves to a decoder. show(frame): resolves when the frame may be closed. vacate(): empties the stage.
-   * wake(): requests a tick. now(): milliseconds.
+   * wake(): requests a tick. now(): milliseconds. screen(): {delay, refresh}, milliseconds from show to the screen and
+   * between its pictures.
    */
-  constructor({ open, show, vacate = () => {}, wake = () => {}, now = () => performance.now() }) {
+  constructor({
+    open,
+    show,
+    vacate = () => {},
+    wake = () => {},
+    now = () => performance.now(),
+    screen = () => INSTANT,
+  }) {
     super();
     Object.assign(this, INITIAL_STATE);
     this.#open = open;
@@ -127,6 +139,7 @@ export class Media extends DelayedEvents {
     this.#vacate = vacate;
     this.#wake = wake;
     this.#now = now;
+    this.#screen = screen;
   }
 
   /** The synchronous part of load: later calls, including play(), apply to the next source. */
@@ -175,6 +188,7 @@ export class Media extends DelayedEvents {
       show: this.#show,
       vacate: this.#vacate,
       now: this.#now,
+      screen: this.#screen,
       meter: this.meter,
       live: this.live,
       host: {

@@ -21,6 +21,7 @@ export class Playout {
   #show;
   #vacate;
   #now;
+  #screen;
   #host;
   #meter;
   #queue;
@@ -43,6 +44,7 @@ export class Playout {
   #cached = []; // [start, end] in seconds
   #retried = false; // the first frame lacked pictures and was requested again
   #complete = false; // the frame on screen has all its pictures
+  #begins = -Infinity; // position from which on a round of the loop is played
   live = false;
   loop = false;
   /** {from, to} in seconds, or null. */
@@ -53,14 +55,16 @@ export class Playout {
   end = Infinity;
 
   /**
-   * show(frame): resolves when the frame may be closed. vacate(): no mesh is valid, the stage is empty. host: {metadata, duration, ready, shown, seeking, sought, behind,
-   * drained, ended, failed, wake}; ready(1): the current frame is missing, (2): the next one is missing, (4): none is.
+   * show(frame): resolves when the frame may be closed. vacate(): no mesh is valid, the stage is empty. screen(): as
+   * whatIsDue takes it. host: {metadata, duration, ready, shown, seeking, sought, behind, drained, ended, failed, wake};
+   * ready(1): the current frame is missing, (2): the next one is missing, (4): none is.
    */
-  constructor({ decoder, show, vacate, now, host, meter, live }) {
+  constructor({ decoder, show, vacate, now, screen, host, meter, live }) {
     Object.assign(this, { decoder, live });
     this.#show = show;
     this.#vacate = vacate;
     this.#now = now;
+    this.#screen = screen;
     this.#host = host;
     this.#meter = meter;
     this.#clock = new Clock(now);
@@ -81,10 +85,10 @@ export class Playout {
   get position() {
     return Math.min(Math.max(this.#clock.position, this.start), this.#limit);
   }
-  /** Of the clock: {running, position, rate}. */
+  /** Of the clock: {running, position, rate}. Before `begins` the round of the loop before is still to be heard. */
   get motion() {
     const { running, position, rate } = this.#clock;
-    return { running, position, rate };
+    return { running, position, rate, begins: this.#begins };
   }
   get running() {
     return this.#running;
@@ -190,7 +194,8 @@ export class Playout {
       else if (ended) this.#host.failed(new Error("the stream has no frames"));
     } else {
       if (frame || ended) this.#unstall();
-      if (this.#running) this.#play(frame, ended);
+      // Playback may have begun with that, and have taken the frame.
+      if (this.#running && queue.frame === frame) this.#play(frame, ended);
     }
     if (queue.ended && !queue.showing && !this.#wrapped) this.#host.drained();
     queue.fill();
@@ -245,7 +250,7 @@ export class Playout {
     const last = frame.number + 1 === this.decoder.frameCount;
     const spared = !last && this.#queue.waited * rate < 1000 * frame.duration;
     const sinceShown = this.#now() - this.#shownAt;
-    let due = whatIsDue(frame, position, rate, spared ? sinceShown : Infinity);
+    let due = whatIsDue(frame, position, rate, spared ? sinceShown : Infinity, this.#screen());
     if (due === "show" && this.#complete && lacksPictures(frame) && sinceShown < KEEP) due = "drop";
     if (due === "wait") this.#leaveStage();
     if (due === "show") this.#present();
@@ -277,15 +282,18 @@ export class Playout {
     this.#seekQueue({ seconds: from });
   }
   #playWrapped(frame) {
-    const at = this.#wrapAt;
-    if (this.#clock.position < at) return;
+    const { position, rate } = this.#clock;
+    const { delay, refresh } = this.#screen();
+    const left = this.#wrapAt - position;
+    if (left > ((delay + refresh / 2) / 1000) * rate) return;
     if (!frame) {
       if (this.#missing) this.#stall();
       return;
     }
     this.#wrapped = false;
     this.#host.seeking();
-    this.#clock.position = Math.max(frame.seconds, this.range?.from ?? frame.seconds);
+    this.#begins = Math.max(frame.seconds, this.range?.from ?? frame.seconds);
+    this.#clock.position = this.#begins - Math.max(0, left);
     this.#present(() => this.#host.sought());
   }
 
@@ -333,6 +341,7 @@ export class Playout {
   seek(place, position) {
     this.#goal = { place, position, number: place.frame ?? null };
     this.#wrapped = false;
+    this.#begins = -Infinity;
     this.#clock.stop();
     this.#clock.position = position;
     this.#host.seeking();

@@ -2,6 +2,7 @@
 // scheduled for the time that playback will have then.
 
 import { Stretch } from "./stretch.js";
+import { Course } from "./timing.js";
 
 /** Seconds that are scheduled ahead. */
 const AHEAD = 0.25;
@@ -80,13 +81,14 @@ class Voice {
     this.#sources.add(source);
   }
 
-  stop() {
+  /** at: context time; those of the past are now. */
+  stop(at) {
     const { gain } = this.#gain;
-    const now = this.#context.currentTime;
-    gain.cancelScheduledValues(now);
-    gain.setTargetAtTime(0, now, FADE / 3);
-    for (const source of this.#sources) source.stop(now + 2 * FADE);
-    setTimeout(() => this.#gain.disconnect(), 1000);
+    const end = Math.max(at, this.#context.currentTime);
+    gain.cancelScheduledValues(end);
+    gain.setTargetAtTime(0, end, FADE / 3);
+    for (const source of this.#sources) source.stop(end + 2 * FADE);
+    setTimeout(() => this.#gain.disconnect(), 1000 * (end - this.#context.currentTime + 1));
   }
 }
 
@@ -122,13 +124,13 @@ class Track {
     while (this.blocks.length && this.blocks[0].seconds + lengthOf(this.blocks[0]) < from) this.blocks.shift();
   }
 
-  stop() {
-    this.voice?.stop();
+  stop(at = 0) {
+    this.voice?.stop(at);
     this.voice = null;
   }
 
-  /** Sends blocks up to a time. when(seconds): context time when a time of the stream is heard. */
-  schedule(position, until, speed, when) {
+  /** Sends blocks up to a time. course: of playback, in context time. */
+  schedule(position, until, course) {
     for (;;) {
       const first = this.#nextBlock(position);
       if (!first || first.seconds > until) return;
@@ -145,11 +147,12 @@ class Track {
           rate,
           channels: channels.length,
           first: number,
-          at: when(seconds),
-          speed,
+          at: course.timeOf(seconds),
+          speed: course.rate,
         });
       }
-      if (this.#panner) for (const { position: place, seconds } of joined) if (place) this.#move(place, when(seconds));
+      if (this.#panner)
+        for (const { position: place, seconds } of joined) if (place) this.#move(place, course.timeOf(seconds));
       this.voice.send(first.channels.map((_, i) => concatenate(joined.map(({ channels }) => channels[i]))));
     }
   }
@@ -198,7 +201,7 @@ export class Sound {
   #timer = null;
   #offset = 0; // milliseconds: now() is performance.now() and this
   #drift = null; // smoothed difference of the device's time and performance.now(), and what now() had before
-  #anchor = null; // {time, position, rate} of what is scheduled
+  #course = null; // of what is scheduled, in context time
   #leaving = false; // blocks are those of the place where playback goes to
   #volume = 1;
   #muted = false;
@@ -206,7 +209,7 @@ export class Sound {
   #waiting = null; // AbortController of listeners for a gesture of the user
 
   /**
-   * motion(): {running, position, rate} of playback at now(). listener(): {eye, target, up}, or null. scale(): size of the
+   * motion(): {running, position, rate, begins} of playback at now(), as Playout has it. listener(): {eye, target, up}, or null. scale(): size of the
    * scene. changed(): whether there is sound has changed.
    */
   constructor({ motion, listener, scale, changed }) {
@@ -268,7 +271,7 @@ export class Sound {
       }),
     );
     for (const track of former.values()) track.stop();
-    this.#anchor = null;
+    this.#course = null;
     if (this.#context) this.#connect();
     if (this.#present !== sounds.length > 0) {
       this.#present = sounds.length > 0;
@@ -290,9 +293,9 @@ export class Sound {
   }
   /** What was read is played on: it may be the end of a loop. */
   #restart() {
-    if (this.#anchor && !this.#leaving) this.#schedule(Infinity);
+    if (this.#course && !this.#leaving) this.#schedule(Infinity);
     for (const track of this.#tracks.values()) track.blocks = [];
-    this.#leaving = this.#anchor !== null;
+    this.#leaving = this.#course !== null;
   }
 
   /** Another source follows. */
@@ -362,13 +365,14 @@ export class Sound {
     if (!heard) return this.#stop();
     this.#synchronise();
     this.#place();
-    const { position, rate } = this.#motion();
+    const { position, rate, begins } = this.#motion();
     const time = this.#heardAt(this.now());
-    const anchor = this.#anchor;
-    const off = anchor ? anchor.position + (time - anchor.time) * anchor.rate - position : Infinity;
-    if (Math.abs(off) > TOLERANCE || Math.abs(anchor.rate - rate) > SAME_RATE) {
-      this.#stop();
-      this.#anchor = { time, position, rate };
+    const off = this.#course ? this.#course.positionAt(time) - position : Infinity;
+    if (Math.abs(off) > TOLERANCE || Math.abs(this.#course.rate - rate) > SAME_RATE) {
+      const course = new Course(time, position, rate);
+      // A round of a loop is heard to its end.
+      this.#stop(position < begins ? course.timeOf(begins) : 0);
+      this.#course = course;
     }
     if (this.#leaving) return;
     for (const track of this.#tracks.values()) track.forget(position - 0.1);
@@ -376,16 +380,15 @@ export class Sound {
   }
   /** Schedules what the device needs in the next seconds. */
   #schedule(seconds) {
-    const { time, position, rate } = this.#anchor;
-    const when = (at) => time + (at - position) / rate;
-    const now = position + (this.#context.currentTime - time) * rate;
-    for (const track of this.#tracks.values()) track.schedule(now, now + seconds * rate, rate, when);
+    const course = this.#course;
+    const now = course.positionAt(this.#context.currentTime);
+    for (const track of this.#tracks.values()) track.schedule(now, now + seconds * course.rate, course);
   }
-  #stop() {
+  #stop(at) {
     this.#leaving = false;
-    if (!this.#anchor) return;
-    this.#anchor = null;
-    for (const track of this.#tracks.values()) track.stop();
+    if (!this.#course) return;
+    this.#course = null;
+    for (const track of this.#tracks.values()) track.stop(at);
   }
 
   #tick(runs) {

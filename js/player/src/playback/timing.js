@@ -1,11 +1,24 @@
 // When frames are due: the clock of playback, the decision about the next frame, and the delay behind a live edge.
 
+/** Positions of the stream at a constant rate from a time on, all in seconds. */
+export class Course {
+  constructor(time, position, rate) {
+    Object.assign(this, { time, position, rate });
+  }
+  positionAt(time) {
+    return this.position + (time - this.time) * this.rate;
+  }
+  timeOf(position) {
+    return this.time + (position - this.position) / this.rate;
+  }
+}
+
 /** The position in seconds of the stream. The clock only runs forward. */
 export class Clock {
   #now;
   #position = 0;
   #rate = 1;
-  #since = null;
+  #course = null;
 
   /** now(): milliseconds, as performance.now() has them. */
   constructor(now) {
@@ -13,14 +26,14 @@ export class Clock {
   }
 
   get running() {
-    return this.#since !== null;
+    return this.#course !== null;
   }
   get position() {
-    return this.running ? this.#position + ((this.#now() - this.#since) / 1000) * this.#rate : this.#position;
+    return this.#course ? this.#course.positionAt(this.#now() / 1000) : this.#position;
   }
   set position(seconds) {
     this.#position = seconds;
-    if (this.running) this.#since = this.#now();
+    if (this.running) this.#begin();
   }
   get rate() {
     return this.#rate;
@@ -28,37 +41,42 @@ export class Clock {
   /** Time that has already passed counts at the former rate. */
   set rate(rate) {
     if (rate === this.#rate) return;
-    this.position = this.position;
+    this.#position = this.position;
     this.#rate = rate;
+    if (this.running) this.#begin();
   }
 
   start() {
-    if (!this.running) this.#since = this.#now();
+    if (!this.running) this.#begin();
+  }
+  #begin() {
+    this.#course = new Course(this.#now() / 1000, this.#position, this.#rate);
   }
   stop() {
     this.#position = this.position;
-    this.#since = null;
+    this.#course = null;
   }
 }
 
-/** Seconds that a frame may be early: half a refresh of the screen; else it would be a whole one late. */
-const EARLY = 0.004;
 /** Milliseconds without a new frame after which a late frame is shown anyway. */
 const MAX_BLANK = 250;
 /** Real seconds that decoding may lag before groups are skipped. */
 const LAG = 0.5;
 
 /**
- * Decides what to do with the next frame, {seconds, duration}. position: of the clock. sinceShown: milliseconds. Returns
+ * Decides what to do with the next frame, {seconds, duration}. position: of the clock. sinceShown: milliseconds. screen:
+ * {delay, refresh} in milliseconds, from here to the screen and between its pictures: a frame is shown on the refresh that
+ * is nearest to its time. Returns
  *   "wait"  it is not due        "show"  it is due
  *   "drop"  the frame after it is due already
  *   "lag"   decoding is too slow: skip groups, or set the clock back
  */
-export function whatIsDue(frame, position, rate, sinceShown) {
+export function whatIsDue(frame, position, rate, sinceShown, screen) {
   const late = position - frame.seconds;
-  if (late < -EARLY * rate) return "wait";
+  const lateOnScreen = late + (screen.delay / 1000) * rate;
+  if (lateOnScreen < -(screen.refresh / 2000) * rate) return "wait";
   if (late > LAG * rate && late > frame.duration) return "lag";
-  if (late > frame.duration && sinceShown < MAX_BLANK) return "drop";
+  if (lateOnScreen > frame.duration && sinceShown < MAX_BLANK) return "drop";
   return "show";
 }
 
