@@ -358,7 +358,7 @@ void StreamWriter::visibility(const MeshTrack &track, size_t frame, const std::v
 }
 
 void StreamWriter::colours(const MeshTrack &track, size_t frame, const std::vector<uint8_t> &payload) {
-  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_COLOURS, track.colours, FVV_FLAG_KEY, int64_t(frame),
+  check(fvv_writer_chunk(writer.get(), FVV_CHUNK_COLOURS, track.colours, FVV_FLAG_KEY, plan.tick_of(frame),
                          payload.data(), payload.size(), &diagnostic));
 }
 
